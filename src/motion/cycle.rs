@@ -2,7 +2,7 @@
 
 use super::StandardLaw;
 use super::pieces::{Form, Pieces, ROUNDING};
-use super::plan::{End, INFLECTION, LEAST_MOTION, MAX_LENGTH, Segment};
+use super::plan::{End, INFLECTION, LARGEST, LEAST_MOTION, Segment};
 use super::turn::reduce;
 use crate::numerics::number::{Number, Rounded};
 use serde::{Deserialize, Serialize};
@@ -40,7 +40,7 @@ impl CyclePlan {
 
     /// Whether the values are in their ranges and the angles make at most one turn.
     pub fn validate(&self) -> Result<(), String> {
-        let (length, [least, most]) = (MAX_LENGTH, INFLECTION);
+        let (length, [least, most]) = (LARGEST, INFLECTION);
         let [rise_inflection, return_inflection] = self.inflections.map(|part| part.unwrap_or(0.5));
         for (name, value, min, max) in [
             ("stroke", self.stroke, -length, length),

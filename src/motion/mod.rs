@@ -11,6 +11,7 @@ mod parameters;
 pub mod pieces;
 pub mod plan;
 mod points;
+pub mod polyline;
 mod spline;
 pub mod standard_laws;
 pub mod table;
@@ -21,6 +22,7 @@ pub use cycle::{Cycle, CyclePlan};
 pub use derivatives::{Kinematics, TransferFunctions};
 pub use fourier::Fourier;
 pub use plan::{MotionPlan, PlanPoint};
+pub use polyline::Polyline;
 pub use standard_laws::StandardLaw;
 pub use table::Table;
 
@@ -55,12 +57,16 @@ pub enum MotionLaw {
     Plan(MotionPlan),
     /// The angle of the shaft, for a mechanism that sits on it.
     Crank(Crank),
+    /// Straight lines and steps: no motion, but a force or a torque.
+    Polyline(Polyline),
 }
 
 /// A law of pieces.
 macro_rules! pieces {
     ($pieces:ident) => {
-        MotionLaw::Cycle(Cycle { pieces: $pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces: $pieces, .. })
+        MotionLaw::Cycle(Cycle { pieces: $pieces, .. })
+            | MotionLaw::Plan(MotionPlan { pieces: $pieces, .. })
+            | MotionLaw::Polyline(Polyline { pieces: $pieces, .. })
     };
 }
 
@@ -111,7 +117,7 @@ impl MotionLaw {
     }
 
     /// The angles in [0, 2π), ascending, at which a derivative jumps: in a cycle or a plan one of order ≤ 4, in a
-    /// table that of order 5, or of order 2 where its derivatives are given. Segment i reaches from breakpoint i to breakpoint
+    /// table that of order 5, or of order 2 where its derivatives are given, of lines U or U′. Segment i reaches from breakpoint i to breakpoint
     /// i + 1, the last one around the turn. Empty where U is smooth all around.
     pub fn breakpoints(&self) -> &[f64] {
         match self {
@@ -170,7 +176,9 @@ impl MotionLaw {
     /// at the distance 1/R by ε (|U| + 2π |U′|) Rⁿ; a polynomial of degree 7 sums up coefficients sixteen times as large.
     pub fn roundings(&self) -> [f64; 2] {
         let (finest, sums) = match self {
-            MotionLaw::Fourier(_) | MotionLaw::Cycle(_) | MotionLaw::Crank(_) => return [0.0; 2],
+            MotionLaw::Fourier(_) | MotionLaw::Cycle(_) | MotionLaw::Crank(_) | MotionLaw::Polyline(_) => {
+                return [0.0; 2];
+            }
             MotionLaw::Table(table) => (table.finest(), 1.0),
             MotionLaw::Plan(_) => (self.resolution(), 16.0),
         };
@@ -203,6 +211,9 @@ impl MotionLaw {
             MotionLaw::Table(table) if !finite => {
                 return Err(format!("cam.scale = {} makes the lifts of the table infinite", table.scale));
             }
+            MotionLaw::Polyline(lines) if !(finite && lines.scale().is_finite()) => {
+                return Err(format!("scale = {} makes the values of the points infinite", lines.scale()));
+            }
             _ => {}
         }
         Ok(())
@@ -233,6 +244,8 @@ mod tests {
             MotionLaw::Fourier(Fourier::new(vec![0.0, 0.02, 0.0, -0.003, 0.0, 2e-4], vec![0.0, 0.01])),
             MotionLaw::Table(Table::new(Points { angles, lifts }).unwrap()),
         ];
+        let (angles, lifts) = (vec![0.5, 1.0, 1.0, 3.0, 5.0], vec![0.0, 0.0, -0.02, 0.01, 0.03]);
+        laws.push(MotionLaw::Polyline(Polyline::new(Points { angles, lifts }).unwrap()));
         laws.extend(StandardLaw::ALL.map(|law| MotionLaw::Cycle(Cycle::new(plan(law)))));
         let shifted = |law| CyclePlan { inflections: [Some(0.3), Some(0.62)], ..plan(law) };
         laws.extend(StandardLaw::ALL.map(|law| MotionLaw::Cycle(Cycle::new(shifted(law)))));
@@ -368,8 +381,10 @@ mod tests {
         assert!(laws[0].validate().unwrap_err().contains("Fourier"));
         laws[1].set_parameter(0, f64::INFINITY);
         assert!(laws[1].validate().unwrap_err().contains("cam.scale"));
-        laws[2].set_parameter(3, 5.0);
-        let message = laws[2].validate().unwrap_err();
+        laws[2].set_parameter(0, f64::INFINITY);
+        assert!(laws[2].validate().unwrap_err().contains("scale"));
+        laws[3].set_parameter(3, 5.0);
+        let message = laws[3].validate().unwrap_err();
         assert!(message.contains("rise = 5 rad") && message.contains("2π"), "{message}");
     }
 }

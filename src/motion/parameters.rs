@@ -46,6 +46,7 @@ impl MotionLaw {
                 let text = "Angle of the first mechanism's input link where that of the shaft is 0";
                 vec![LawParameter::new("offset", text, Angle { min: -TAU, max: TAU })]
             }
+            MotionLaw::Polyline(_) => vec![LawParameter::new("scale", "Factor of the values of the points", Factor)],
         }
     }
 
@@ -69,6 +70,7 @@ impl MotionLaw {
             }
             MotionLaw::Table(table) => table.scale,
             MotionLaw::Crank(crank) => crank.offset,
+            MotionLaw::Polyline(lines) => lines.scale(),
             MotionLaw::Plan(plan) => plan.parameter(index),
         }
     }
@@ -102,6 +104,7 @@ impl MotionLaw {
             }
             MotionLaw::Table(table) => table.scale = value,
             MotionLaw::Crank(crank) => crank.offset = value,
+            MotionLaw::Polyline(lines) => lines.set_scale(value),
             MotionLaw::Plan(plan) => plan.set_parameter(index, value),
         }
     }
@@ -111,9 +114,9 @@ impl MotionLaw {
 mod tests {
     use super::*;
     use crate::motion::table::Points;
-    use crate::motion::{Fourier, Table};
+    use crate::motion::{Fourier, Polyline, Table};
 
-    fn laws() -> [MotionLaw; 3] {
+    fn laws() -> [MotionLaw; 4] {
         let plan = CyclePlan {
             stroke: 0.04,
             lower: 0.01,
@@ -129,7 +132,8 @@ mod tests {
         [
             MotionLaw::Fourier(Fourier::new(vec![0.1, 0.2, 0.3], vec![0.0, 0.4, 0.5])),
             MotionLaw::Cycle(Cycle::new(plan)),
-            MotionLaw::Table(Table::new(points).unwrap()),
+            MotionLaw::Table(Table::new(points.clone()).unwrap()),
+            MotionLaw::Polyline(Polyline::new(points).unwrap()),
         ]
     }
 
@@ -156,9 +160,9 @@ mod tests {
     #[test]
     fn the_names_of_the_parameters() {
         let names = |law: &MotionLaw| law.parameters().into_iter().map(|p| p.name).collect::<Vec<_>>().join(" ");
-        let [series, cycle, table] = laws();
+        let [series, cycle, table, lines] = laws();
         assert_eq!(names(&series), "a[0] a[1] a[2] b[1] b[2]");
         assert_eq!(names(&cycle), "stroke lower rise_start rise upper_dwell return rise_law return_law");
-        assert_eq!(names(&table), "scale");
+        assert_eq!([names(&table), names(&lines)], ["scale"; 2]);
     }
 }

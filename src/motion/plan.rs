@@ -87,6 +87,9 @@ pub const LEAST_MOTION: f64 = 1e-3;
 /// Largest |U| and |stroke| (m); the range of every length of a cam.
 pub const MAX_LENGTH: f64 = 1e4;
 
+/// Largest |U| of a law whatever it stands for, as that of a force (N); its powers with 1 over [`LEAST_MOTION`] stay numbers.
+pub const LARGEST: f64 = 1e12;
+
 /// Name, meaning and kind of the values of a point.
 const NAMES: [(&str, &str, ParameterKind); 6] = [
     ("phi", "Angle of", ParameterKind::Angle { min: -2.0 * TAU, max: 2.0 * TAU }),
@@ -349,7 +352,7 @@ fn check(points: &[PlanPoint]) -> Result<(), PlanFault> {
         let derivative = |value: Option<f64>| value.is_none_or(|value| number(value, MOST_DERIVATIVE));
         let within = [
             ("phi", number(point.phi, 2.0 * TAU), "-4π to 4π rad".to_owned()),
-            ("U", number(point.u, MAX_LENGTH), format!("{} to {MAX_LENGTH}", -MAX_LENGTH)),
+            ("U", number(point.u, LARGEST), format!("{:e} to {LARGEST:e}", -LARGEST)),
             ("dU", derivative(point.velocity), format!("at most {MOST_DERIVATIVE:e}")),
             ("ddU", derivative(point.acceleration), format!("at most {MOST_DERIVATIVE:e}")),
             ("dddU", derivative(point.jerk), format!("at most {MOST_DERIVATIVE:e}")),

@@ -1,6 +1,6 @@
 //! Points that a table consists of.
 
-use super::plan::MAX_LENGTH;
+use super::plan::{LARGEST, MAX_LENGTH};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -58,7 +58,7 @@ pub enum TableError {
         /// Number of points.
         points: usize,
     },
-    /// An angle or a lift is NaN, infinite or too large for any cam.
+    /// An angle or a lift is NaN, infinite or too large.
     OutOfRange {
         /// Index of the point.
         index: usize,
@@ -133,31 +133,50 @@ impl std::error::Error for TableError {}
 impl Points {
     /// Checks the points and takes a closing one away.
     pub fn open(mut self) -> Result<Self, TableError> {
+        if self.check(false)? {
+            self.angles.pop();
+            self.lifts.pop();
+        }
+        if self.angles.len() < LEAST_POINTS {
+            return Err(TableError::TooFew { points: self.angles.len() });
+        }
+        Ok(self)
+    }
+
+    /// Checks the points, of which two may have one angle where the lift may `step`; whether the last one closes the turn.
+    pub(super) fn check(&self, step: bool) -> Result<bool, TableError> {
         let (angles, lifts) = (&self.angles, &self.lifts);
         if angles.len() != lifts.len() {
             return Err(TableError::Lengths { angles: angles.len(), lifts: lifts.len() });
         }
         for (index, &value) in angles.iter().enumerate() {
-            // Lengths of up to 10 km and angles of up to 10⁴ rad are cams; the comparison also refuses NaN.
-            if let Some(&value) = [value, lifts[index]].iter().find(|v| !(-MAX_LENGTH..=MAX_LENGTH).contains(*v)) {
+            // Angles of up to 10⁴ rad are those of cams; the comparison also refuses NaN.
+            let beyond =
+                [(value, MAX_LENGTH), (lifts[index], LARGEST)].into_iter().find(|(v, most)| !(v.abs() <= *most));
+            if let Some((value, _)) = beyond {
                 return Err(TableError::OutOfRange { index, value });
             }
-            if index > 0 && value - angles[index - 1] < LEAST_DISTANCE {
+            let steps = step && index > 0 && value == angles[index - 1] && !(index > 1 && value == angles[index - 2]);
+            if index > 0 && value - angles[index - 1] < LEAST_DISTANCE && !steps {
                 return Err(TableError::NotAscending { index, previous: angles[index - 1], angle: value });
             }
             if value - angles[0] > TAU + CLOSING {
                 return Err(TableError::TooLong { index, span: value - angles[0] });
             }
         }
-        let Some(&end) = angles.last() else { return Err(TableError::TooFew { points: 0 }) };
+        let end = angles.last().copied().unwrap_or(f64::NAN);
+        if end.is_nan() || step && end == angles[0] {
+            return Err(TableError::TooFew { points: angles.len().min(1) });
+        }
         let index = angles.len() - 1;
-        if end - angles[0] >= TAU - CLOSING {
+        let closes = end - angles[0] >= TAU - CLOSING;
+        if closes {
             let range = lifts.iter().fold(0.0_f64, |range, lift| range.max((lift - lifts[0]).abs()));
-            if (lifts[index] - lifts[0]).abs() > EQUAL_LIFT * range {
+            // A single closing point may be the beginning of a step.
+            let steps = [0, index - 1].into_iter().any(|i| angles[i] == angles[i + 1]);
+            if (lifts[index] - lifts[0]).abs() > EQUAL_LIFT * range && (steps || !step) {
                 return Err(TableError::NotPeriodic { index, first: lifts[0], last: lifts[index] });
             }
-            self.angles.pop();
-            self.lifts.pop();
         } else {
             let gap = angles[0] + TAU - end;
             let distance = angles.windows(2).fold(0.0_f64, |d, w| d.max(w[1] - w[0]));
@@ -165,9 +184,6 @@ impl Points {
                 return Err(TableError::NotClosed { index, gap, distance });
             }
         }
-        if self.angles.len() < LEAST_POINTS {
-            return Err(TableError::TooFew { points: self.angles.len() });
-        }
-        Ok(self)
+        Ok(closes)
     }
 }

@@ -130,6 +130,13 @@ impl ForcedStep {
     }
 }
 
+/// q, q̇ `tau` (s) after q, q̇ = `start` under a constant `forcing` (m/s²), however soft or stiff the oscillator is.
+pub fn under_constant(oscillator: &Oscillator, forcing: f64, start: [f64; 2], tau: f64) -> [f64; 2] {
+    let mut constant = Chebyshev::default();
+    constant.coefficients[0] = forcing;
+    ForcedStep::new(oscillator, tau, constant, start).at(oscillator, tau)
+}
+
 /// M·s.
 pub fn apply(m: &[[f64; 2]; 2], s: [f64; 2]) -> [f64; 2] {
     [m[0][0] * s[0] + m[0][1] * s[1], m[1][0] * s[0] + m[1][1] * s[1]]

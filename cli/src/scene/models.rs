@@ -8,6 +8,7 @@ use camdrive::drives::Fault;
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::elastic_output::{self, ElasticOutput};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
+use camdrive::drives::follower::load::Load;
 use camdrive::drives::parameter::Parameters as _;
 use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, LAG, MachineStart, Motor, RigidMachine};
 use camdrive::drives::settings::Settings;
@@ -75,7 +76,8 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     let (CamDrive { cam, drive, start, solver }, elastic) = (common?, elastic?);
     match elastic {
         Elastic::Output(parameters) => {
-            resolved::<ElasticOutput>(&elastic_output::Scene { parameters, cam, drive, start, solver })
+            let (load, roller) = (Load::default(), (0.0, Load::default()));
+            resolved::<ElasticOutput>(&elastic_output::Scene { parameters, load, roller, cam, drive, start, solver })
         }
         Elastic::Shaft(parameters, linear) => resolved::<ElasticShaft>(&elastic_shaft::Scene {
             parameters,

@@ -200,8 +200,14 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
     let mut scene: Scene = match resource.model.as_str() {
         BacklashDrive::MODEL => resource.read()?,
         ElasticOutput::MODEL => {
-            let elastic_output::Scene { parameters: elastic_output::Parameters { m, c, b }, cam, drive, start, solver } =
-                resource.read()?;
+            let elastic_output::Scene {
+                parameters: elastic_output::Parameters { m, c, b },
+                cam,
+                drive,
+                start,
+                solver,
+                ..
+            } = resource.read()?;
             let (Some(s), Some(m1)) = (options.clearance, options.m1) else {
                 return Err(Fault::new(
                     "an ElasticCamDrive with an elastic output has no clearance of its own: give --clearance and --m1, \

@@ -4,6 +4,7 @@ use super::roughness::{scatter, scatter_and_error};
 use super::*;
 use crate::smoothing::smooth;
 use crate::synthesis::laws::torque_peak;
+use camdrive::drives::follower::load::Load;
 use camdrive::drives::rigid_machine::{Follower, InertiaFunction, MachineStart, Motor};
 use camdrive::drives::settings::Settings;
 use camdrive::drives::shaft::cam_drive::{Start, StartMode};
@@ -38,6 +39,8 @@ fn the_figures_of_an_elastic_output_on_a_cosine_are_those_of_the_closed_form() {
     let drive = DriveMode::Constant { w, phi_start: 0.0 };
     let scene = elastic_output::Scene {
         parameters: elastic_output::Parameters { m, c, b },
+        load: Load::default(),
+        roller: (0.0, Load::default()),
         cam: cosine(a),
         drive,
         start: REST,

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::plot::Rule;
+use camdrive::drives::follower::load::Load;
 use camdrive::drives::settings::Settings;
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::{Drive, elastic_output, elastic_shaft};
@@ -27,6 +28,8 @@ fn output(drive: DriveMode) -> Resource {
     let settings = Settings::default();
     resource::<elastic_output::ElasticOutput>(&elastic_output::Scene {
         parameters: elastic_output::Parameters { m: 2.0, c: 2e4, b: 0.0 },
+        load: Load::default(),
+        roller: (0.0, Load::default()),
         cam: law(),
         drive,
         start,

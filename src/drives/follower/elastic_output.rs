@@ -2,6 +2,12 @@
 //!
 //! m ÿ = −(c q + b q̇), y = x + q, hence q̈ + 2δ q̇ + ω₀² q = −ẍ with ω₀² = c/m, 2δ = b/m.
 //!
+//! A spring c_r and a damper b_r between mass and ground add to both sides, ω₀² = (c + c_r)/m, 2δ = (b + b_r)/m:
+//!
+//! q̈ + 2δ q̇ + ω₀² q = −ẍ − (b_r/m) ẋ − (c_r/m) x.
+//!
+//! A force P(φ) adds the motion of the same left side with P/m on the right, and so do the constant loads and the input force.
+//!
 //! Symbols: m mass (kg), c stiffness (N/m), b damping (N·s/m), q deformation (m). Signs: the force −(c q + b q̇) acts on the
 //! mass, positive in the sense of y.
 //!
@@ -10,9 +16,10 @@
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.2, equations (1) to (4).
 
+use super::load::Load;
 use crate::drives::parameter::parameters;
 use crate::motion::Fourier;
-use crate::numerics::double_double::two_product;
+use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::taylor::Scalar;
 use serde::{Deserialize, Serialize};
@@ -38,6 +45,8 @@ pub struct Equation {
     pub parameters: [f64; 3],
     /// The left side, divided by m.
     pub oscillator: Oscillator,
+    /// The factors of x, ẋ, ẍ on the right, where they are not 0, 0, −1.
+    pub weights: Option<[f64; 3]>,
 }
 
 impl Parameters {
@@ -50,13 +59,50 @@ impl Parameters {
 impl Equation {
     /// The equation with m, c, b.
     pub fn new([m, c, b]: [f64; 3]) -> Self {
-        Equation { parameters: [m, c, b], oscillator: Oscillator::of_mass(m, c, b) }
+        Equation { parameters: [m, c, b], oscillator: Oscillator::of_mass(m, c, b), weights: None }
+    }
+
+    /// The same under the spring and the damper of a load on the mass.
+    pub fn under(self, load: &Load) -> Self {
+        if load.spring.is_none() && load.damping.is_none() {
+            return self;
+        }
+        let ([m, c, b], c_r, b_r) = (self.parameters, load.stiffness(), load.damping.unwrap_or(0.0));
+        let [stiffness, damping] =
+            [(two_sum(c, c_r), m), (two_sum(b, b_r), 2.0 * m)].map(|(x, m)| x.divide(Double::from(m)));
+        let oscillator = Oscillator::new(stiffness, damping);
+        Equation { oscillator, weights: Some([-c_r / m, -b_r / m, -1.0]), ..self }
+    }
+
+    /// The motion that a force adds, which stands in the place of x.
+    pub fn of_force(self) -> Self {
+        Equation { weights: Some([1.0 / self.parameters[0], 0.0, 0.0]), ..self }
     }
 
     /// The right side (m/s²) where the cam has x, ẋ, ẍ.
     #[inline(always)]
-    pub fn forcing<S: Scalar>(&self, [_, _, x2]: [S; 3]) -> S {
-        -x2
+    pub fn forcing<S: Scalar>(&self, [x, x1, x2]: [S; 3]) -> S {
+        match self.weights {
+            None => -x2,
+            Some([k, k1, k2]) => x2 * k2 + x1 * k1 + x * k,
+        }
+    }
+
+    /// A bound of the right side where U, U′, U″, ω and α are not beyond these.
+    pub fn bound(&self, [u, slope, curvature]: [f64; 3], [speed, acceleration]: [f64; 2]) -> f64 {
+        let x2 = curvature * speed * speed + slope * acceleration;
+        let weighed = |[k, k1, k2]: [f64; 3]| k2.abs() * x2 + k1.abs() * (slope * speed) + k.abs() * u;
+        self.weights.map_or(x2, weighed)
+    }
+
+    /// The factor of ẍ on the right.
+    pub fn of_acceleration(&self) -> f64 {
+        self.weights.map_or(-1.0, |[_, _, k2]| k2)
+    }
+
+    /// q where a resting cam has this x; not of an equation without stiffness.
+    pub fn at_rest(&self, x: f64) -> f64 {
+        self.weights.map_or(0.0, |_| self.forcing([x, 0.0, 0.0]) / self.oscillator.stiffness())
     }
 
     /// The same of a harmonic: F of Re[F e^(iψ)] where x = Re[X e^(iψ)], X = `x`, ψ̇ = `nu` (rad/s).
@@ -81,7 +127,7 @@ impl Equation {
     /// its harmonics. Else the first one whose relative impedance is below `least`: at a resonance.
     pub fn periodic(&self, law: &Fourier, w: f64, phi: f64, least: f64) -> Result<[f64; 2], usize> {
         let sense = w.signum();
-        let mut sum = [0.0; 2];
+        let mut sum = [self.at_rest(law.a[0]), 0.0];
         for k in (1..=law.order()).filter(|&k| law.a[k] != 0.0 || law.b[k] != 0.0) {
             let nu = two_product(k as f64, w.abs());
             // What is no number is no impedance either.

@@ -179,6 +179,7 @@ impl Plan {
 ///
 /// ```
 /// use camdrive::drives::elastic_output::{ElasticOutput, Parameters, Scene};
+/// use camdrive::drives::follower::load::Load;
 /// use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 /// use camdrive::drives::settings::Settings;
 /// use camdrive::drives::{AnyDrive, Drive, Fault};
@@ -188,6 +189,8 @@ impl Plan {
 /// // 1 kg on 10 kN/m behind a cam with U = 10 mm · sin φ, at 10 rad/s.
 /// let scene = Scene {
 ///     parameters: Parameters { m: 1.0, c: 1e4, b: 0.0 },
+///     load: Load::default(),
+///     roller: (0.0, Load::default()),
 ///     cam: MotionLaw::Fourier(Fourier::new(vec![], vec![0.0, 0.01])),
 ///     drive: DriveMode::Constant { w: 10.0, phi_start: 0.0 },
 ///     start: Start { mode: StartMode::SteadyState, q: 0.0, q_dot: 0.0 },

@@ -130,6 +130,7 @@ pub use parameters;
 #[cfg(test)]
 mod tests {
     use crate::drives::elastic_output::{ElasticOutput, Parameters, Scene};
+    use crate::drives::follower::load::Load;
     use crate::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
     use crate::drives::{AnyDrive, Drive, settings::Settings};
     use crate::motion::{Fourier, MotionLaw};
@@ -143,6 +144,8 @@ mod tests {
         ] {
             let scene = Scene {
                 parameters: Parameters { m, c, b },
+                load: Load::default(),
+                roller: (0.0, Load::default()),
                 cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01], vec![])),
                 drive: DriveMode::Constant { w: 20.0, phi_start: 0.0 },
                 start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },

@@ -377,6 +377,7 @@ impl<D: super::Drive> Variable<D> {
 mod tests {
     use super::*;
     use crate::drives::elastic_output::{ElasticOutput, Parameters, Scene};
+    use crate::drives::follower::load::Load;
     use crate::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
     use crate::drives::{Drive, settings::Settings, unit};
     use crate::motion::{Fourier, MotionLaw};
@@ -464,6 +465,8 @@ mod tests {
     fn one_variable_is_read_and_set_apart_from_all_others() {
         let scene = Scene {
             parameters: Parameters { m: 2.0, c: 800.0, b: 3.0 },
+            load: Load::default(),
+            roller: (0.0, Load::default()),
             cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01], vec![])),
             drive: DriveMode::Constant { w: 20.0, phi_start: 0.0 },
             start: Start { mode: StartMode::Given, q: 0.25, q_dot: 0.5 },

@@ -11,6 +11,7 @@
 //! importer rounds them; rounded ones move the shaft by jumps, which the drive takes as none, whereas the truth follows them: where q
 //! counts from the shaft, the mass keeps place and speed.
 
+use crate::drives::follower::load::Load;
 use crate::drives::settings::{HasSolver, Settings};
 use crate::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 use crate::drives::{Drive, Fault, backlash, elastic_output, elastic_shaft, parametric, rigid_machine};
@@ -157,6 +158,7 @@ fn turned(law: &MotionLaw) -> MotionLaw {
             MotionLaw::Table(Table::new(Points { angles, lifts: lifts.iter().map(|u| LARGER * u).collect() }).unwrap())
         }
         MotionLaw::Crank(_) => law.clone(),
+        MotionLaw::Polyline(_) => unreachable!("a force is no cam"),
     }
 }
 
@@ -327,6 +329,7 @@ fn kind_of(law: &MotionLaw) -> &'static str {
         MotionLaw::Plan(_) => "plan",
         MotionLaw::Table(_) => "table",
         MotionLaw::Crank(_) => "crank",
+        MotionLaw::Polyline(_) => "lines",
     }
 }
 
@@ -497,6 +500,8 @@ fn output() -> Rows {
         let size = size * r.scale(1e-4, 1.0);
         let scene = Scene {
             parameters: Parameters { m, c, b },
+            load: Load::default(),
+            roller: (0.0, Load::default()),
             cam: cam.clone(),
             drive: mode(&course, w, phi),
             start: start(r, size, frequency),

@@ -127,6 +127,9 @@ fn delayed(law: &MotionLaw, angle: f64) -> MotionLaw {
             let later = plan.points().iter().map(|point| PlanPoint { phi: point.phi + angle, ..*point });
             MotionLaw::Plan(MotionPlan::new(later.collect()))
         }
+        MotionLaw::Polyline(_) | MotionLaw::Crank(_) => {
+            unreachable!("no cam is drawn with lines or turns with the shaft")
+        }
     }
 }
 
@@ -174,6 +177,9 @@ impl Files {
                     None => json!({"phi": point.phi, "U": point.u}),
                 };
                 json!({"law": "plan", "point": plan.points().iter().map(point).collect::<Vec<_>>()})
+            }
+            MotionLaw::Polyline(_) | MotionLaw::Crank(_) => {
+                unreachable!("no cam is drawn with lines or turns with the shaft")
             }
         }
     }

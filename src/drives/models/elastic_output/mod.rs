@@ -5,9 +5,11 @@
 //! m q̈ + b q̇ + c q = −m ẍ, with ẍ = U″ ω² + U′ α.
 //!
 //! Symbols: m mass of the output member (kg), c stiffness (N/m) and b damping (N·s/m) between cam and mass,
-//! q deformation (m), φ drive angle (rad) with ω = φ̇ and α = φ̈.
+//! q deformation (m), φ drive angle (rad) with ω = φ̇ and α = φ̈. Under a load F_L, which acts on the mass, F_L stands on the
+//! right, too (see [`crate::drives::follower::load`]); a mass m_x on the cam's side and its load act on the cam only.
 //! Signs: force = −(c q + b q̇) acts on the mass, positive in the sense of y; tau = U′·force is the torque from the
-//! drive into the cam unit and loads the drive where it is positive.
+//! drive into the cam unit and loads the drive where it is positive. Under loads the cam acts on the follower with
+//! contact_force = force + m_x ẍ − F_Lx, and tau = U′·contact_force.
 //!
 //! Validity: the follower keeps contact with both sides of its groove, spring and damper are linear.
 //!
@@ -15,12 +17,14 @@
 //! check: c → ∞ gives q = −ẍ/ω₀²; resonance of a harmonic with the amplitude 1/(2D) and, without damping, growing
 //! with time.
 
+mod loaded;
 mod on_inputs;
 #[cfg(test)]
 mod tests;
 mod variables;
 
 pub use crate::drives::follower::elastic_output::Parameters;
+use crate::drives::follower::load::Load;
 use crate::drives::limits::{no_state, refused_start};
 use crate::drives::parameter::parameters;
 use crate::drives::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
@@ -28,10 +32,12 @@ use crate::drives::shaft::cam_drive::{
     CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, ShaftState, Start, StartMode, as_every_cam_drive, field,
 };
 use crate::drives::shaft::instant::Instant;
+use crate::drives::shaft::loads::HasLoads;
 use crate::drives::solver::response::{Response, Table};
 use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::motion::MotionLaw;
 use crate::numerics::number::all_finite;
+use loaded::Loaded;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -42,6 +48,10 @@ parameters!(Parameters of ElasticOutput.parameters);
 pub struct Scene {
     /// m, c, b.
     pub parameters: Parameters,
+    /// On the mass.
+    pub load: Load,
+    /// m_x (kg) on the cam's side, and what acts on it.
+    pub roller: (f64, Load),
     /// U.
     pub cam: MotionLaw,
     /// φ.
@@ -60,6 +70,8 @@ pub struct ElasticOutput {
     start: Start,
     solver: Solver,
     response: Response,
+    /// None without loads.
+    loaded: Option<Box<Loaded>>,
     /// The communication point, behind the jump of the inputs where they have been set.
     now: Instant,
     /// The end of the last step, in front of that jump; kept only where there are inputs.
@@ -73,10 +85,16 @@ impl ElasticOutput {
         if self.has_tolerance() { self.solver.effective_tolerance() } else { FINEST_TOLERANCE }
     }
 
-    /// q, q̇ at the start.
+    /// q, q̇ at the start, without what the loads make.
     fn initial_state(&mut self, time: f64) -> Result<[f64; 2], Fault> {
+        let free = self.response.equation().oscillator.stiffness() == 0.0;
         match self.start.mode {
-            StartMode::AtRest | StartMode::Equilibrium => Ok([0.0; 2]),
+            StartMode::AtRest => Ok([0.0; 2]),
+            StartMode::SteadyState | StartMode::Equilibrium if free && self.loaded.is_some() => Err(refused_start(
+                "nothing balances the loads: neither the follower (c = 0) nor a return spring holds the mass; choose at_rest \
+                 or given, or c > 0",
+            )),
+            StartMode::Equilibrium => Ok(self.response.at_rest(&self.cam.law, &self.cam.motion(time), time)),
             StartMode::Given => Ok([self.start.q, self.start.q_dot]),
             StartMode::SteadyState if self.cam.is_input() => Err(refused_start(
                 "start.mode = steady_state needs a constant speed, but this drive follows its inputs; choose at_rest \
@@ -106,13 +124,13 @@ impl ElasticOutput {
 
     /// Whether there is a communication point.
     fn arrived(&self) -> Result<(), Fault> {
-        if self.now.is_finite() { Ok(()) } else { Err(self.beyond_all_numbers()) }
+        if self.now.is_finite() && self.loads_are_finite() { Ok(()) } else { Err(self.beyond_all_numbers()) }
     }
 
     #[cold]
     fn beyond_all_numbers(&self) -> Fault {
-        let Instant { time, shaft: [phi, w, _], q, .. } = self.now;
-        let [time, phi, w, q] = [time, phi, w, q.array()[0]].map(Rounded);
+        let Instant { time, shaft: [phi, w, _], .. } = self.now;
+        let [time, phi, w, q] = [time, phi, w, self.deformation()[0]].map(Rounded);
         Fault::new(format!(
             "the motion exceeds the range of numbers at t = {time} s: phi = {phi} rad, w = {w} rad/s, q = {q} m"
         ))
@@ -126,15 +144,20 @@ impl Drive for ElasticOutput {
     const INPUT_DERIVATIVES: usize = MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let Scene { parameters, cam, drive, start, solver } = scene;
+        let Scene { parameters, load, roller: (m_roller, on_roller), cam, drive, start, solver } = scene;
         cam.validate().map_err(|message| Fault::new(message).of("cam"))?;
-        let response = Response::new(parameters.equation(), &cam, FINEST_TOLERANCE);
+        let response = Response::new(parameters.equation().under(&load), &cam, FINEST_TOLERANCE);
+        let mut loaded = Loaded::new([load, on_roller], m_roller)?;
+        if let Some(loaded) = &mut loaded {
+            loaded.make_process(response.equation(), FINEST_TOLERANCE, &drive);
+        }
         let mut drive = ElasticOutput {
             parameters,
             cam: CamDrive::new(cam, drive),
             start,
             solver: Solver::new(solver),
             response,
+            loaded,
             now: Instant::default(),
             end: Instant::default(),
             log: EventLog::default(),
@@ -149,7 +172,8 @@ impl Drive for ElasticOutput {
 
     fn text(&self) -> Text {
         let (inputs, series) = (self.cam.is_input(), self.cam.law.series().is_some());
-        let conditions = [("inputs", inputs), ("series", series), ("closed form", series && !inputs)];
+        let mut conditions = vec![("inputs", inputs), ("series", series), ("closed form", series && !inputs)];
+        conditions.extend(Loaded::conditions(self.loaded.as_deref()));
         Text::new(include_str!("text.toml"), &conditions)
     }
 
@@ -167,21 +191,25 @@ impl Drive for ElasticOutput {
         self.solver.start();
         // The law's parameters may have changed, and with them what the response keeps of it.
         let table = self.response.table.take();
-        self.response = Response::new(self.parameters.equation(), &self.cam.law, self.tolerance());
+        self.response = Response::new(self.equation(), &self.cam.law, self.tolerance());
         self.tabulate(table);
         self.response.motion = self.cam.motion(time);
         let q = self.initial_state(time)?;
         self.now = Instant::on(&self.response.motion, &self.cam.law, time, q);
         self.end = self.now;
+        self.start_loads(time)?;
         self.arrived()?;
         if self.cam.is_input() { Ok(()) } else { self.restart() }
     }
 
     fn apply(&mut self, time: f64) -> Result<(), Fault> {
         let Parameters { m, c, b } = self.parameters;
-        let tuned = self.response.equation().parameters != [m, c, b];
+        let mut tuned = self.response.equation().parameters != [m, c, b];
+        if self.loaded.is_some() {
+            tuned = self.retune_loads(tuned)?;
+        }
         if tuned {
-            self.response.set_equation(self.parameters.equation());
+            self.response.set_equation(self.equation());
         }
         if self.cam.is_input() {
             self.take_up_inputs(time);
@@ -198,17 +226,20 @@ impl Drive for ElasticOutput {
             return self.advance_on_inputs([time, time + step]);
         }
         self.response.reach(&self.cam.law, time + step, &mut self.now)?;
+        if self.loaded.is_some() {
+            self.advance_loads([time, time + step], true)?;
+        }
         self.arrived()
     }
 
     fn is_finite(&self) -> bool {
-        all_finite(self.now.q.array())
+        all_finite(self.deformation())
     }
 
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
         self.cam.take(&made.cam);
         let tolerance = self.tolerance();
-        if !self.response.restored(&self.cam.law, tolerance) {
+        if !self.response.restored(&self.cam.law, tolerance) || !self.restore_loads(made) {
             return Err(no_state());
         }
         if !self.response.is_on_table() {
@@ -228,6 +259,12 @@ impl HasCamDrive for ElasticOutput {
 
     field!(cam, cam_mut: CamDrive = cam);
     field!(start_values, start_values_mut: Start = start);
+
+    fn set_force_derivative(&mut self, number: usize, order: usize, value: f64) {
+        if let Some(signal) = self.nth_signal_mut(number) {
+            signal.set_derivative(order, value);
+        }
+    }
 }
 
 impl HasSolver for ElasticOutput {
@@ -239,6 +276,10 @@ impl HasSolver for ElasticOutput {
 
     fn statistics(&self) -> [f64; 3] {
         let Response { steps, evaluations, .. } = self.response;
-        [steps, evaluations as f64, self.response.error(self.now.time).min(1.0)]
+        let error = self.response.error(self.now.time);
+        match &self.loaded {
+            None => [steps, evaluations as f64, error.min(1.0)],
+            Some(loaded) => loaded.tally([steps, evaluations as f64, error * self.response.largest()]),
+        }
     }
 }

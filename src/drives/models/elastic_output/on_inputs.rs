@@ -14,6 +14,9 @@ impl ElasticOutput {
         self.cam.step_done();
         self.response.step(&self.cam.law, end, goes_on, &mut self.now)?;
         self.end = self.now;
+        if self.loaded.is_some() {
+            self.advance_loads([time, end], goes_on)?;
+        }
         self.arrived()
     }
 
@@ -31,6 +34,9 @@ impl ElasticOutput {
             Instant::new(time, shafts[1], &cams[1], self.end.q - jump(law, shafts, &cams))
         };
         self.response.motion = motion;
+        if self.loaded.is_some() {
+            self.take_up_process(&motion, time, goes_on);
+        }
         goes_on
     }
 }

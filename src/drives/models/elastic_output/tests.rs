@@ -3,6 +3,7 @@
 
 mod damping_law;
 mod energy;
+mod loads;
 mod on_inputs;
 mod table;
 
@@ -26,7 +27,8 @@ fn at_rest() -> Start {
 }
 
 fn scene([m, c, b]: [f64; 3], cam: MotionLaw, drive: DriveMode, start: Start) -> Scene {
-    Scene { parameters: Parameters { m, c, b }, cam, drive, start, solver: Settings::default() }
+    let (load, roller) = (Load::default(), (0.0, Load::default()));
+    Scene { parameters: Parameters { m, c, b }, load, roller, cam, drive, start, solver: Settings::default() }
 }
 
 fn drive(scene: Scene) -> ElasticOutput {

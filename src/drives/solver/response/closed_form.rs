@@ -6,11 +6,12 @@
 use super::error_bound::{of_free_motion, of_harmonics};
 use crate::drives::follower::elastic_output::Equation;
 use crate::drives::shaft::cam_drive::AngleMotion;
+use crate::drives::shaft::cam_turn::turns;
 use crate::drives::shaft::instant::Instant;
 use crate::motion::Fourier;
 use crate::numerics::divisor::greatest_common_divisor;
 use crate::numerics::double_double::{Double, two_product, two_sum};
-use crate::numerics::forced::apply;
+use crate::numerics::forced::{apply, under_constant};
 use crate::numerics::oscillator::{FreeMotion, Oscillator, Resonant};
 use crate::numerics::pair::Pair;
 use crate::numerics::phase::Phases;
@@ -18,6 +19,10 @@ use serde::{Deserialize, Serialize};
 
 /// The free motion is left out once it is below this part of the harmonic response: a tenth of its rounding.
 const UNFELT: f64 = 1e-17;
+
+/// An oscillator whose natural frequency is below this part of the speed of the cam hardly turns while it is pushed: its
+/// deflection under a constant force is built up from the start, as at a resonance, lest two large motions all but cancel.
+const SOFT: f64 = 1.0 / 64.0;
 
 /// The closed form from its start on; all but the speed follows from law and oscillator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,6 +56,9 @@ pub struct Run {
     known: (f64, f64),
     /// φ and, where the free motion oscillates, its phase since the start.
     phases: Phases,
+    /// The mean of q (m) or, for a soft oscillator, the constant part of the right side (m/s²).
+    mean: f64,
+    push: f64,
     /// Free motion at the start, the state less the harmonic response: q (m), q̇ (m/s).
     offset: [f64; 2],
     free: FreeMotion,
@@ -76,6 +84,13 @@ impl Harmonic {
         let nothing = Pair::default();
         let (straight, crossed) = ([Pair::new(a, -k * a), nothing], [Pair::new(b, k * b), nothing]);
         Harmonic { straight, crossed, curvature: Pair::new(-k * k * a, -k * k * b) }
+    }
+}
+
+impl Run {
+    /// The largest |q| that was asked for (m).
+    pub fn largest(&self) -> f64 {
+        self.largest
     }
 }
 
@@ -106,9 +121,16 @@ impl ClosedForm {
         }
     }
 
-    /// Starts at `time` (s) from `state` = q, q̇ on `motion`, which has a constant speed; U and U′ of a law that is no series
-    /// are not computed.
-    pub fn restart(&mut self, equation: &Equation, motion: &AngleMotion, time: f64, state: [f64; 2]) -> Run {
+    /// Starts at `time` (s) from `state` = q, q̇ on `motion`, which has a constant speed; `rest` is U of a cam at rest, of which U
+    /// and U′ are not computed where the law is no series.
+    pub fn restart(
+        &mut self,
+        equation: &Equation,
+        motion: &AngleMotion,
+        time: f64,
+        state: [f64; 2],
+        rest: Option<f64>,
+    ) -> Run {
         let w = motion.coefficients[1];
         if self.holds_for != Some(w) {
             self.holds_for = Some(w);
@@ -124,10 +146,13 @@ impl ClosedForm {
         if !self.resonant.is_empty() {
             self.add_resonant(oscillator, motion, [time; 2], &mut driven);
         }
-        let offset = (Pair::from(state) - driven.q).array();
+        let push = equation.weights.map_or(0.0, |_| equation.forcing([rest.unwrap_or(self.mean), 0.0, 0.0]));
+        let soft = oscillator.stiffness() <= (SOFT * w).powi(2);
+        let (mean, push) = if soft { (0.0, push) } else { (push / oscillator.stiffness(), 0.0) };
+        let offset = (Pair::from(state) - driven.q - Pair::new(mean, 0.0)).array();
         let free_until = time + oscillator.settling(offset, self.size().map(|s| UNFELT * s));
         let free = oscillator.free_motion(offset);
-        Run { start: time, known, phases, offset, free, free_until, largest: state[0].abs() }
+        Run { start: time, known, phases, mean, push, offset, free, free_until, largest: state[0].abs() }
     }
 
     /// The largest coefficient of a harmonic of q and q̇: its amplitude, to a factor in [1/√2, 1].
@@ -148,7 +173,8 @@ impl ClosedForm {
         let [q, v] = run.offset.map(f64::abs);
         let free =
             if run.free.oscillates { run.free.amplitude() } else { q + (v / oscillator.rates().1).min(v * elapsed) };
-        let mut rounded = self.rounded + of_free_motion() * free;
+        let pushed = if run.push == 0.0 { 0.0 } else { run.largest };
+        let mut rounded = self.rounded + of_free_motion() * (free + run.mean.abs() + pushed);
         if !self.resonant.is_empty() {
             rounded += self.resonant_rounding(oscillator, elapsed);
         }
@@ -174,7 +200,9 @@ impl ClosedForm {
             let ([a, _], [b, _]) = (harmonic.straight[0].array(), harmonic.crossed[0].array());
             let nu = two_product(k as f64, w.abs());
             // ψ = kφ sgn w grows, so that a cam that turns back sees the sine coefficients with the other sign.
-            let force = equation.forcing_of_harmonic([a, -sense * b], nu.hi);
+            // At rest all harmonics together are a constant.
+            let moved = turns(w) || equation.weights.is_none();
+            let force = if moved { equation.forcing_of_harmonic([a, -sense * b], nu.hi) } else { [0.0; 2] };
             let response = equation.oscillator.harmonic(force, nu);
             let [re, im] = response.steady;
             harmonic.straight[1] = Pair::new(re, -nu.hi * sense * re);
@@ -198,8 +226,11 @@ impl ClosedForm {
             (angle, free)
         };
         let [phi, w, a, ..] = motion.kinematics(time);
-        (now.time, now.shaft, now.q) = (time, [phi, w, a], free.into());
+        (now.time, now.shaft, now.q) = (time, [phi, w, a], Pair::new(free[0] + run.mean, free[1]));
         self.drive(Pair::new(c, s), now);
+        if run.push != 0.0 {
+            now.q = now.q + under_constant(oscillator, run.push, [0.0; 2], time - run.start).into();
+        }
         if !self.resonant.is_empty() {
             self.add_resonant(oscillator, motion, [run.start, time], now);
         }

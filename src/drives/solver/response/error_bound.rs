@@ -126,6 +126,11 @@ impl ErrorBound {
         self.largest = self.largest.max(q.abs());
     }
 
+    /// The largest |q| so far (m).
+    pub fn largest(&self) -> f64 {
+        self.largest
+    }
+
     /// Adds a closed form of a law of this order.
     pub fn add_closed_form(&mut self, order: f64) {
         self.closed = self.closed.max(of_harmonics(order) + of_free_motion());

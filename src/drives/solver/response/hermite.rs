@@ -1,18 +1,18 @@
-//! One communication step of a Fourier law on inputs φ, ω, α by one quadrature: ẍ as the polynomial of degree 2M + 1 = 11
-//! that has its value and first M derivatives at both ends.
+//! One communication step of a Fourier law on inputs φ, ω, α by one quadrature: the right side f, a sum of x, ẋ and ẍ with
+//! constant factors, as the polynomial of degree 2M + 1 = 11 that has its value and first M derivatives at both ends.
 //!
 //! With σ = (t − t₀)/h the cam turns from an end by p σ + β σ², p = ω h there and β = ½ α h², and x has the Taylor
 //! coefficients
 //!
 //! yₙ = Σⱼ Dₙ₋ⱼ pⁿ⁻²ʲ/(n − 2j)! βʲ/j!, Dₙ = U⁽ⁿ⁾ at that end;
 //!
-//! q(h) = free motion + ∫ g(h − s) f(s) ds = free motion + Σ Wₙ yₙ over both ends and n = 2 … M + 2,
+//! q(h) = free motion + ∫ g(h − s) f(s) ds = free motion + Σ Wₙ yₙ over both ends and n = 2 … M + 2, from 0 on with x and ẋ,
 //!
 //! where the Wₙ, integrals of the impulse response g times Hermite's basis polynomials, are those of all steps of this
 //! length, and the Dₙ at the start are those at the end of the step before: a step evaluates the law once.
 //!
-//! What this leaves is known before anything is computed: |ẍ|⁽ⁿ⁾ ≤ νⁿ max |ẍ| for n ≤ 16 with ν = K|ω| + 3 √(K|α|), so that
-//! ẍ errs by (νh)²ᴹ⁺²/(2M + 2)! (σ(1 − σ))ᴹ⁺¹ of its bound, and its integral by (νh)²ᴹ⁺² (M + 1)!²/((2M + 2)! (2M + 3)!).
+//! What this leaves is known before anything is computed: |f|⁽ⁿ⁾ ≤ νⁿ max |f| for n ≤ 16 with ν = K|ω| + 3 √(K|α|), so that
+//! f errs by (νh)²ᴹ⁺²/(2M + 2)! (σ(1 − σ))ᴹ⁺¹ of its bound, and its integral by (νh)²ᴹ⁺² (M + 1)!²/((2M + 2)! (2M + 3)!).
 //!
 //! Source: J. Stoer, R. Bulirsch, *Introduction to Numerical Analysis*, section 2.1.5 (interpolation after Hermite and its
 //! remainder).
@@ -68,8 +68,8 @@ const BENDS: [[f64; ORDERS]; PAIRS] = {
 pub struct Hermite {
     /// h (s); 0 while unknown.
     length: f64,
-    /// Wₙ/n!, n ≥ 2: that of q at the start beside that of q̇ at the end, then the other two.
-    weights: [[Pair; 2]; ORDERS - 2],
+    /// Wₙ/n!: that of q at the start beside that of q̇ at the end, then the other two.
+    weights: [[Pair; 2]; ORDERS],
     /// The free motion over the step.
     free: [[f64; 2]; 2],
     /// The decay of the slower mode over the step.
@@ -79,7 +79,7 @@ pub struct Hermite {
     angle: f64,
 }
 
-/// Error of a step over `length` (s) relative to the largest |ẍ|, for a law of this order and a cam below this speed (rad/s)
+/// Error of a step over `length` (s) relative to the largest |f|, for a law of this order and a cam below this speed (rad/s)
 /// and acceleration (rad/s²); infinite where the quadrature does not do.
 pub fn left(oscillator: &Oscillator, order: f64, [speed, acceleration]: [f64; 2], length: f64) -> f64 {
     let (_, fast) = oscillator.rates();
@@ -110,7 +110,12 @@ impl Hermite {
         let h = self.length;
         let (speed, end) = (w + a * h, phi + h * (w + 0.5 * a * h));
         let after: [Pair; PAIRS] = series.derivatives(end);
-        let forced = self.forced(&after, Pair::new(w * h, speed * h), 0.5 * a * h * h);
+        let (p, bend) = (Pair::new(w * h, speed * h), 0.5 * a * h * h);
+        let forced = if equation.weights.is_none() {
+            self.forced::<2>(&after, p, bend)
+        } else {
+            self.forced::<0>(&after, p, bend)
+        };
         let state = Pair(apply(&self.free, now.q.array())) + forced;
         // The clock's rounding of the step: to first order.
         let rest = length - h;
@@ -128,9 +133,10 @@ impl Hermite {
         now.q = state + Pair::both(rest) * Pair::new(v, rate);
     }
 
-    /// Σ Wₙ yₙ with the derivatives `after` the step and those before it; `p` at the start and at the end side by side.
+    /// Σ Wₙ yₙ from n = `FIRST` on with the derivatives `after` the step and those before it; `p` at the start and at the end
+    /// side by side.
     #[inline(always)]
-    fn forced(&self, after: &[Pair; PAIRS], p: Pair, bend: f64) -> Pair {
+    fn forced<const FIRST: usize>(&self, after: &[Pair; PAIRS], p: Pair, bend: f64) -> Pair {
         let mut d = [Pair::default(); ORDERS];
         for i in 0..PAIRS {
             let ([even, odd], [even_after, odd_after]) = (self.u[i].array(), after[i].array());
@@ -145,14 +151,14 @@ impl Hermite {
         }
         // What the start adds to q beside what the end adds to q̇, and the other two.
         let (mut straight, mut crossed) = (Pair::default(), Pair::default());
-        for n in 2..ORDERS {
+        for n in FIRST..ORDERS {
             // n! yₙ.
             let mut y = d[n] * powers[n];
             for j in 1..n / 2 + 1 {
                 y = y + Pair::both(bends[j] * BENDS[j][n]) * (d[n - j] * powers[n - 2 * j]);
             }
-            straight = straight + self.weights[n - 2][0] * y;
-            crossed = crossed + self.weights[n - 2][1] * y.swapped();
+            straight = straight + self.weights[n][0] * y;
+            crossed = crossed + self.weights[n][1] * y.swapped();
         }
         straight + crossed
     }
@@ -167,15 +173,23 @@ impl Hermite {
         for [place, weight] in Gauss::with(16).nodes::<16>(length) {
             let sigma = place / length;
             let mut factorial = 1.0;
-            let forced = |g: f64| equation.forcing([0.0, 0.0, weight / length * (g / length)]);
-            let kernel: Pair = oscillator.kernel(length - place).map(forced).into();
-            for (j, weights) in self.weights.iter_mut().enumerate() {
+            // Of x, ẋ and ẍ: a derivative by time is one by σ over h.
+            let (kernel, part) = (oscillator.kernel(length - place), weight / length);
+            let kernels = [
+                |g: f64, part: f64, length: f64| [part * length * g, 0.0, 0.0],
+                |g: f64, part: f64, _: f64| [0.0, part * g, 0.0],
+                |g: f64, part: f64, length: f64| [0.0, 0.0, part * (g / length)],
+            ]
+            .map(|of| Pair::from(kernel.map(|g| equation.forcing(of(g, part, length)))));
+            for j in 0..=M {
                 let sign = if j % 2 == 0 { 1.0 } else { -1.0 };
-                // (j + 2) (j + 1)/(j + 2)! = 1/j!.
+                // (j + n) … (j + 1)/(j + n)! = 1/j!.
                 let ends = Pair::new(basis(j, sigma), sign * basis(j, 1.0 - sigma)) * Pair::both(1.0 / factorial);
                 factorial *= (j + 1) as f64;
-                weights[0] = weights[0] + kernel * ends;
-                weights[1] = weights[1] + kernel * ends.swapped();
+                for (weights, kernel) in self.weights[j..].iter_mut().zip(kernels) {
+                    weights[0] = weights[0] + kernel * ends;
+                    weights[1] = weights[1] + kernel * ends.swapped();
+                }
             }
         }
     }

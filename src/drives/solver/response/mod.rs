@@ -16,6 +16,7 @@ mod closed_form;
 mod error_bound;
 mod hermite;
 mod on_inputs;
+pub mod push;
 mod table;
 
 use crate::drives::follower::elastic_output::Equation;
@@ -76,8 +77,8 @@ pub struct Response {
     tolerance: f64,
     /// The cam moves like this from the next restart or Hermite step on.
     pub motion: AngleMotion,
-    /// Bounds of |U′| (m/rad) and |U″| (m/rad²) over the turn, for a Hermite step: a Fourier law is one segment.
-    bounds: [f64; 2],
+    /// Bounds of |U| (m), |U′| (m/rad) and |U″| (m/rad²) over the turn, for a Hermite step: a Fourier law is one segment.
+    bounds: [f64; 3],
     /// See [`MotionLaw::roundings`].
     roundings: [f64; 2],
     closed_form: ClosedForm,
@@ -129,7 +130,7 @@ impl Response {
             equation,
             tolerance,
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
-            bounds: [law.bound(1), law.bound(2)],
+            bounds: [0, 1, 2].map(|order| law.bound(order)),
             roundings: law.roundings(),
             closed_form: ClosedForm::new(law.series()),
             method: Method::Closed(Run::default()),
@@ -143,7 +144,8 @@ impl Response {
 
     /// Called when it was read from bytes: rebuilds what the serialisation leaves out; whether it can be one of this law.
     pub fn restored(&mut self, law: &MotionLaw, tolerance: f64) -> bool {
-        (self.tolerance, self.bounds, self.roundings) = (tolerance, [law.bound(1), law.bound(2)], law.roundings());
+        (self.tolerance, self.bounds, self.roundings) =
+            (tolerance, [0, 1, 2].map(|order| law.bound(order)), law.roundings());
         self.closed_form.restored(&self.equation, law.series());
         match &self.method {
             Method::Hermite(_) => law.series().is_some(),
@@ -217,7 +219,8 @@ impl Response {
         (self.motion, self.until) = (*motion, until);
         let w = motion.coefficients[1];
         if motion.is_uniform() && (law.series().is_some() || !turns(w)) {
-            self.method = Method::Closed(self.closed_form.restart(&self.equation, motion, time, state));
+            let rest = self.rest(law, motion, time);
+            self.method = Method::Closed(self.closed_form.restart(&self.equation, motion, time, state, rest));
             (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + 1);
             self.bound.add_closed_form(law.series().map_or(0.0, |series| series.order() as f64));
             Ok(())
@@ -233,6 +236,17 @@ impl Response {
             let segment = law.segment(course.angle[0], course.forward());
             self.next_piece(law, segment, Double::from(time), state)
         }
+    }
+
+    /// The largest |q| so far (m).
+    pub fn largest(&self) -> f64 {
+        let largest = self.bound.largest();
+        if let Method::Closed(run) = &self.method { run.largest().max(largest) } else { largest }
+    }
+
+    /// U of a cam that rests.
+    fn rest(&self, law: &MotionLaw, motion: &AngleMotion, time: f64) -> Option<f64> {
+        (!turns(motion.coefficients[1])).then(|| motion.at(time).on(law).0[0])
     }
 
     /// The largest estimated error of q up to `time` (s), relative to the largest |q| so far.
@@ -322,32 +336,43 @@ impl Response {
         if let Some(border) = border {
             let shaft = self.motion.at_instant(end);
             let beyond = near(shaft.reduced, border) - border;
-            let [before, after] = [segment, next].map(|segment| law.at_in(segment, shaft.reduced).0[2]);
             let [phi, w, ..] = shaft.kinematics.0;
+            // The jump of the right side over the speed.
+            let [before, after] = [segment, next].map(|segment| law.at_in(segment, shaft.reduced).0);
+            let jump = match self.equation.weights {
+                Some([k, _, k2]) if k * w != 0.0 => k2 * (after[2] - before[2]) * w + k * (after[0] - before[0]) / w,
+                _ => self.equation.of_acceleration() * (after[2] - before[2]) * w,
+            };
             // What it would have gained beyond the border.
-            state[1] -= (after - before) * w * beyond;
+            state[1] += jump * beyond;
             let angle = if self.until.is_finite() { phi } else { 0.0 };
-            self.bound.pass(&self.equation.oscillator, (after - before) * w, angle);
-            self.bound.disturb([0.0, self.roundings[0] * w]);
+            self.bound.pass(&self.equation.oscillator, jump, angle);
+            self.bound.disturb([0.0, self.equation.of_acceleration() * self.roundings[0] * w]);
         }
         (next, state)
+    }
+
+    /// q, q̇ where a cam that rests as it stands at `time` (s) holds the mass.
+    pub fn at_rest(&self, law: &MotionLaw, motion: &AngleMotion, time: f64) -> [f64; 2] {
+        [self.equation.at_rest(motion.at(time).on(law).0[0]), 0.0]
     }
 
     /// q, q̇ at `time` (s) of the motion that repeats itself every turn at constant speed.
     pub fn periodic(&mut self, law: &MotionLaw, motion: &AngleMotion, time: f64) -> Result<[f64; 2], Fault> {
         let w = motion.coefficients[1];
-        if !turns(w) {
-            return Ok([0.0; 2]);
-        }
         let oscillator = self.equation.oscillator;
+        if !turns(w) {
+            return Ok(self.at_rest(law, motion, time));
+        }
         if oscillator.stiffness() == 0.0 {
             return Err(no_periodic_motion("without a spring (c = 0) the mean of q is arbitrary"));
         }
         if let Some(series) = law.series() {
             return self.equation.periodic(series, w, motion.at(time).reduced, RESONANT).map_err(|k| {
                 let frequency = oscillator.stiffness().sqrt();
+                let what = if self.equation.of_acceleration() == 0.0 { "process force" } else { "cam" };
                 no_periodic_motion(&format!(
-                    "harmonic {k} of the cam meets the undamped natural frequency {frequency} rad/s"
+                    "harmonic {k} of the {what} meets the undamped natural frequency {frequency} rad/s"
                 ))
             });
         }
@@ -380,7 +405,7 @@ impl Response {
         length *= passage.map_or(1.0, |passage| passage.at);
         let whole = length;
         // Those of the segment: beside a steep rise all that a gentle return errs by would count as rounding.
-        let [slope, curvature, jerk] = [1, 2, 3].map(|order| law.bound_in(segment, order));
+        let [lift_bound, slope, curvature, jerk] = [0, 1, 2, 3].map(|order| law.bound_in(segment, order));
         let fit = loop {
             length = admissible_length(&self.equation.oscillator, length);
             let forcing = |x: f64| {
@@ -389,9 +414,9 @@ impl Response {
                 self.equation.forcing(lift([u, slope, curvature], [w, a]))
             };
             let speed = course.speed(length);
-            let scale = curvature * speed * speed + slope * course.acceleration(length);
+            let scale = self.equation.bound([lift_bound, slope, curvature], [speed, course.acceleration(length)]);
             // Where the law is steep the rounding of the angle counts for more than that of U″.
-            let of_angle = f64::EPSILON * jerk * speed * speed;
+            let of_angle = f64::EPSILON * self.equation.bound([slope, curvature, jerk], [speed, 0.0]);
             let rounding = (ROUNDING * scale).max(of_angle);
             let fit = chebyshev::fit(forcing, (SHARE * self.tolerance).max(LEAST_TAIL), rounding);
             self.evaluations += fit.evaluations as u64;
@@ -407,6 +432,7 @@ impl Response {
                 let angle = angle.abs() + if law.breakpoints().is_empty() { 0.0 } else { OF_BREAKPOINTS };
                 let made = Made { length, error, forcing: scale, order, turned, angle, state };
                 let of_law = self.roundings[1] * speed * speed + self.roundings[0] * course.acceleration(length);
+                let of_law = self.equation.of_acceleration() * of_law;
                 self.bound.disturb([0.0, of_law * length.min(1.0 / oscillator.stiffness().sqrt())]);
                 self.bound.add(oscillator, (-length * oscillator.decay()).exp(), &made, within);
                 break fit;

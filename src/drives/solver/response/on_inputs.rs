@@ -30,8 +30,11 @@ impl Response {
 
     /// The inputs of a step are rounded by half a last place: where that is no jump, the mass was to keep place and speed.
     fn round_inputs(&mut self) {
+        if self.equation.of_acceleration() == 0.0 {
+            return;
+        }
         let [phi, w, ..] = self.motion.coefficients.map(f64::abs);
-        let [slope, curvature] = self.bounds.map(|bound| 0.5 * f64::EPSILON * bound);
+        let [_, slope, curvature] = self.bounds.map(|bound| 0.5 * f64::EPSILON * bound);
         self.bound.disturb([slope * phi, (slope + curvature * phi) * w]);
     }
 
@@ -56,8 +59,8 @@ impl Response {
         step.over(&self.equation, series, &self.motion, end, now);
         self.steps += 1.0;
         self.evaluations += 1;
-        let [speed, acceleration] = fastest;
-        let forcing = self.bounds[1] * speed * speed + self.bounds[0] * acceleration;
+        let [speed, _] = fastest;
+        let forcing = self.equation.bound(self.bounds, fastest);
         // |g| ≤ min(h, 1/|λ|) and |ġ| ≤ 1.
         let error = part * length * forcing;
         let error = [error * length.min(1.0 / self.equation.oscillator.rates().1), error];

@@ -53,7 +53,14 @@ impl Table {
         // Four roundings shift a segment of the law, and four of U′ stay in q̇ behind it.
         let [slope, curvature] = law.roundings().map(|rounding| ROUNDINGS * rounding * span.min(1.0));
         let of_points = slope + curvature * span.min(1.0);
-        let roundings = 2.0 * f64::EPSILON * (1.0 + span) * squares.sum::<f64>().sqrt() + of_points;
+        let of_angles = 2.0 * f64::EPSILON * (1.0 + span) * squares.sum::<f64>().sqrt();
+        // A force that acts so much longer.
+        let forces = (0..law.breakpoints().len()).map(|segment| {
+            let [u, slope] = [0, 1].map(|order| law.bound_in(segment, order));
+            turn.equation.bound([u, slope, 0.0], [w.abs(), 0.0]).powi(2)
+        });
+        let of_forces = 2.0 * f64::EPSILON * span * forces.sum::<f64>().sqrt() / (w * w);
+        let roundings = turn.equation.of_acceleration().abs() * (of_angles + of_points) + of_forces;
         Table { turn, roundings, map }
     }
 }
@@ -96,7 +103,7 @@ impl Periodic for OnCam<'_> {
     fn jump(&self, tau: Double, interval: usize) -> f64 {
         let next = if tau == self.period() { 0 } else { interval + 1 };
         let [before, after] = [interval, next].map(|interval| self.law_at(tau, interval));
-        (before[1] - after[1]) * self.turn.w
+        self.turn.equation.of_acceleration() * (after[1] - before[1]) * self.turn.w
     }
 
     fn longest_cell(&self, _: Double, interval: usize) -> f64 {

@@ -1,0 +1,72 @@
+//! The motion that forces add which depend on time alone: constant loads and an input, a polynomial of time over a communication
+//! step. The equation is linear, so that it adds to what cam and process make of q.
+
+use crate::drives::shaft::free::signal::Signal;
+use crate::numerics::chebyshev::fit;
+use crate::numerics::forced::{ForcedStep, under_constant};
+use crate::numerics::oscillator::Oscillator;
+use serde::{Deserialize, Serialize};
+
+/// Roundings of a step, relative to the sizes of motion and deflection.
+const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
+
+/// The motion from a start on.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Push {
+    /// F (N).
+    pub signal: Signal,
+    /// q (m), q̇ (m/s) at the communication point.
+    pub now: [f64; 2],
+    /// The acceleration (m/s²) that has been constant since the `start` (s), and the state there.
+    constant: Option<f64>,
+    start: f64,
+    from: [f64; 2],
+    /// Estimated errors of q (m) at the communication point and at the start.
+    rounded: [f64; 2],
+}
+
+impl Push {
+    /// Starts from q, q̇.
+    pub fn begin(&mut self, now: [f64; 2]) {
+        *self = Push { signal: self.signal, now, ..Push::default() };
+    }
+
+    /// The oscillator has changed.
+    pub fn restart(&mut self) {
+        self.constant = None;
+    }
+
+    /// Goes on from one time to another (s) under the acceleration `still` (m/s²) and the input on the mass `m` (kg).
+    pub fn advance(&mut self, oscillator: &Oscillator, m: f64, still: f64, [time, end]: [f64; 2]) {
+        self.signal.step_begins();
+        let acceleration = |t: f64| still + self.signal.at(t) / m;
+        let constant = self.signal.is_constant().then(|| acceleration(0.0));
+        if constant.is_none() || constant != self.constant {
+            (self.start, self.from, self.constant) = (time, self.now, constant);
+            self.rounded[1] = self.rounded[0];
+        }
+        let (length, elapsed) = (end - time, end - self.start);
+        let (of_input, deflection) = match constant {
+            Some(a) => (under_constant(oscillator, a, self.from, elapsed), a),
+            None => {
+                let course = fit(|x| acceleration(0.5 * length * (1.0 + x)), f64::EPSILON, 0.0).polynomial;
+                let largest = course.coefficients.iter().map(|c| c.abs()).sum();
+                (ForcedStep::new(oscillator, length, course, self.from).at(oscillator, length), largest)
+            }
+        };
+        self.now = of_input;
+        self.signal.step_ends(length);
+        // Time since a start that is not zero is rounded, and the phase with it.
+        let rate = oscillator.stiffness().sqrt();
+        let reach = elapsed.min(1.0 / rate);
+        let size = self.now[0].abs() + self.from[0].abs() + reach * (self.from[1].abs() + reach * deflection.abs());
+        let decay = (-oscillator.decay() * elapsed).exp();
+        let phase = if self.start == 0.0 { 0.0 } else { f64::EPSILON * rate * elapsed * decay };
+        self.rounded[0] = decay * self.rounded[1] + (ROUNDINGS + phase) * size;
+    }
+
+    /// Estimated error of q (m).
+    pub fn error(&self) -> f64 {
+        self.rounded[0]
+    }
+}

@@ -1,0 +1,174 @@
+//! Points joined by straight lines, with steps: a force or a torque over the turn, which no cam follows.
+//!
+//! Between neighbouring points U is linear. Two points at one angle are a step; so is a closing point, one turn after the first,
+//! with another value. Every point is a breakpoint, at which U′ or, in a step, U jumps; U″ and what follows is zero.
+
+use super::pieces::{Form, Pieces};
+use super::points::{CLOSING, Points, TableError};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{PI, TAU};
+
+/// The points with the lines between them, times a factor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Data", into = "Data")]
+pub struct Polyline {
+    points: Points,
+    scale: f64,
+    pub(super) pieces: Pieces,
+}
+
+/// The serialised form of a [`Polyline`].
+#[derive(Serialize, Deserialize)]
+struct Data {
+    points: Points,
+    scale: f64,
+}
+
+impl TryFrom<Data> for Polyline {
+    type Error = TableError;
+    fn try_from(data: Data) -> Result<Self, TableError> {
+        let mut polyline = Polyline::new(data.points)?;
+        polyline.set_scale(data.scale);
+        Ok(polyline)
+    }
+}
+
+impl From<Polyline> for Data {
+    fn from(Polyline { points, scale, .. }: Polyline) -> Self {
+        Data { points, scale }
+    }
+}
+
+impl Polyline {
+    /// The lines through `points`, at least two of them, scale 1.
+    pub fn new(points: Points) -> Result<Self, TableError> {
+        points.check(true)?;
+        let mut polyline = Polyline { points, scale: 1.0, pieces: Pieces::at_rest(0.0) };
+        polyline.set_scale(1.0);
+        Ok(polyline)
+    }
+
+    /// The points as they were given, without `scale`.
+    pub fn points(&self) -> &Points {
+        &self.points
+    }
+
+    /// The factor of the values (1).
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// Changes the factor.
+    pub fn set_scale(&mut self, scale: f64) {
+        let Points { angles, lifts } = &self.points;
+        let (end, last) = (angles[0] + TAU, angles[angles.len() - 1]);
+        // A closing point may be off by the digits that angles are printed with.
+        let place = |angle: f64| if angle == last && end - last <= CLOSING { end } else { angle };
+        let mut ends: Vec<_> = angles.iter().zip(lifts).map(|(&angle, &value)| [place(angle), scale * value]).collect();
+        ends.push([end, scale * lifts[0]]);
+        let line = |ends: &[[f64; 2]]| {
+            let [[from, low], [to, high]] = [ends[0], ends[1]];
+            let form = Form::straight(from, low, (high - low) / (to - from));
+            // The angles within half a turn of the middle of a piece are its own: a whole turn would leave its ends to roundings.
+            let middle = if to - from > PI { 0.5 * (from + to) } else { to };
+            [([from, middle], form), ([middle, to], form)].into_iter().filter(|([from, to], _)| to > from)
+        };
+        (self.scale, self.pieces) = (scale, Pieces::new(ends.windows(2).flat_map(line).collect()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::MotionLaw;
+
+    fn law(angles: &[f64], values: &[f64]) -> Result<Polyline, TableError> {
+        Polyline::new(Points { angles: angles.to_vec(), lifts: values.to_vec() })
+    }
+
+    /// A press: nothing up to 330°, then a step and a ramp, a plateau, and a ramp back.
+    fn press() -> Polyline {
+        let angles = [0.0_f64, 330.0, 330.0, 345.0, 356.0, 360.0].map(f64::to_radians);
+        law(&angles, &[0.0, 0.0, -2e4, -9e4, -9e4, 0.0]).unwrap()
+    }
+
+    #[test]
+    fn lines_join_the_points_and_a_step_has_a_value_on_either_side() {
+        let law = MotionLaw::Polyline(press());
+        let step = 330.0_f64.to_radians();
+        // The long line is two.
+        assert_eq!(law.breakpoints().len(), 5);
+        let at = |deg: f64| law.at(deg.to_radians()).0;
+        let slope = 7e4 / 15.0_f64.to_radians();
+        for (deg, u, u1) in [
+            (10.0, 0.0, 0.0),
+            (-30.0 + 1e-9, -2e4, -slope),
+            (337.5, -5.5e4, -slope),
+            (350.0, -9e4, 0.0),
+            (358.0, -4.5e4, 9e4 / 4.0_f64.to_radians()),
+        ] {
+            let found = at(deg);
+            assert!((found[0] - u).abs() < 1e-5 && (found[1] - u1).abs() < 1e-7, "{deg}: {found:?}");
+            assert_eq!(found[2..], [0.0; 3]);
+        }
+        for turns in [-1.0, 0.0] {
+            let [before, behind] = [false, true]
+                .map(|forward| law.at_in(law.segment(step + turns * TAU, forward), step + turns * TAU).0[0]);
+            assert!(before == 0.0 && (behind + 2e4).abs() < 1e-9);
+        }
+        let bounds = [9e4, 9e4 / 4.0_f64.to_radians(), 0.0, 0.0, 0.0];
+        (0..5).for_each(|n| assert!((law.bound(n) / bounds[n] - 1.0).abs() < 1e-9 || law.bound(n) == bounds[n]));
+        let mut c = [1.0; 6];
+        law.expand(law.segment(5.9, true), 5.9, 0.1, &mut c);
+        assert!((c[0] - law.at(5.9).0[0]).abs() < 1e-10 && (c[1] + 0.1 * slope).abs() < 1e-8 && c[2..] == [0.0; 4]);
+        // By trapezoids: no work between 0° and 330°.
+        let work: f64 = (0..36000).map(|i| at(0.01 * (f64::from(i) + 0.5))[0] * 0.01_f64.to_radians()).sum();
+        let exact = -(5.5e4 * 15.0 + 9e4 * 11.0 + 4.5e4 * 4.0_f64) * 1.0_f64.to_radians();
+        assert!((work / exact - 1.0).abs() < 1e-12, "{work} {exact}");
+    }
+
+    #[test]
+    fn the_turn_closes_by_a_line_or_by_a_step_wherever_the_points_begin() {
+        // Without a closing point a line leads around the turn.
+        let open = MotionLaw::Polyline(law(&[1.0, 3.0, 5.0], &[2.0, -2.0, 0.0]).unwrap());
+        let back = 2.0 / (TAU - 4.0);
+        assert!(
+            (open.at(5.5).0[0] - 0.5 * back).abs() < 1e-15 && (open.at(0.5).0[0] - (2.0 - 0.5 * back)).abs() < 1e-14
+        );
+        // A saw, given from 90° to 450°: it steps from 3 to 1 at 90°.
+        let quarter = 0.25 * TAU;
+        for end in [quarter + TAU, quarter + TAU - 1e-5, quarter + TAU + 1e-5] {
+            let saw = MotionLaw::Polyline(law(&[quarter, end], &[1.0, 3.0]).unwrap());
+            assert_eq!((saw.breakpoints().len(), saw.at(quarter).0[0]), (2, 1.0));
+            let before = saw.at_in(saw.segment(quarter, false), quarter + TAU - 1e-9).0[0];
+            assert!((saw.at(quarter + 0.5 * TAU).0[0] - 2.0).abs() < 1e-14 && (before - 3.0).abs() < 1e-9);
+        }
+        // Both sides of the step at the first angle may be written on either end.
+        let same = [
+            law(&[0.0, 3.0, TAU], &[1.0, 2.0, 5.0]),
+            law(&[0.0, 3.0, TAU, TAU], &[1.0, 2.0, 5.0, 1.0]),
+            law(&[0.0, 0.0, 3.0, TAU], &[5.0, 1.0, 2.0, 5.0]),
+        ]
+        .map(|law| MotionLaw::Polyline(law.unwrap()));
+        for phi in [0.0, 1.0, 4.0, 6.28] {
+            assert_eq!([0, 1, 2].map(|i: usize| same[i].at(phi)), [same[0].at(phi); 3]);
+        }
+    }
+
+    #[test]
+    fn points_that_can_be_read_two_ways_are_refused() {
+        use TableError::*;
+        assert!(matches!(law(&[0.0], &[1.0]), Err(TooFew { points: 1 })));
+        assert!(matches!(law(&[0.0, 0.0], &[1.0, 2.0]), Err(TooFew { points: 1 })));
+        assert!(matches!(law(&[0.0, 2.0, 2.0, 2.0, 4.0], &[1.0; 5]), Err(NotAscending { index: 3, .. })));
+        assert!(matches!(law(&[0.0, 2.0, 2.0 + 1e-7, 4.0], &[1.0; 4]), Err(NotAscending { index: 2, .. })));
+        assert!(matches!(law(&[0.0, 2.0, 1.0, 4.0], &[1.0; 4]), Err(NotAscending { index: 2, .. })));
+        assert!(matches!(law(&[0.0, 3.0, 7.0], &[1.0; 3]), Err(TooLong { index: 2, .. })));
+        assert!(matches!(law(&[0.0, 1.0, 2.0], &[1.0; 3]), Err(NotClosed { index: 2, .. })));
+        assert!(matches!(law(&[0.0, 3.0], &[1.0, 2e12]), Err(OutOfRange { index: 1, .. })));
+        assert!(matches!(law(&[0.0, 3.0], &[1.0, f64::NAN]), Err(OutOfRange { index: 1, .. })));
+        // Three values at the first angle.
+        assert!(matches!(law(&[0.0, 3.0, TAU, TAU], &[1.0, 2.0, 3.0, 4.0]), Err(NotPeriodic { index: 3, .. })));
+        assert!(matches!(law(&[0.0, 0.0, 3.0, TAU], &[1.0, 2.0, 3.0, 4.0]), Err(NotPeriodic { index: 3, .. })));
+    }
+}
