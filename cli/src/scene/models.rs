@@ -84,7 +84,7 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
             resolved::<ElasticOutput>(&elastic_output::Scene { parameters, load, roller, cam, drive, start, solver })
         }
         Elastic::Shaft(parameters, linear) => {
-            resolved::<ElasticShaft>(&elastic_shaft::Scene { parameters, linear, cam, drive, start, solver })
+            resolved::<ElasticShaft>(&elastic_shaft::Scene { parameters, linear, load, cam, drive, start, solver })
         }
     }
 }

@@ -277,7 +277,7 @@ fn of_many_faults_the_first_are_told_and_the_others_counted() {
 }
 
 #[test]
-fn an_elastic_output_has_the_loads_of_its_scene() {
+fn an_elastic_drive_has_the_loads_of_its_scene() {
     let text = r#"
         name = "loaded"
         model = "ElasticCamDrive"
@@ -300,4 +300,7 @@ fn an_elastic_output_has_the_loads_of_its_scene() {
     let shaft = text.replace("m_roller = 0.3", "J = 1").replace("\"output\"", "\"shaft\"");
     let faults = resolve("loaded.toml", &shaft, "".as_ref()).unwrap_err().to_string();
     assert!(faults.contains("`load.roller` has no meaning here"), "{faults}");
+    let shaft = shaft.replace("        roller = {", "        #");
+    let drive = resolve("loaded.toml", &shaft, "".as_ref()).unwrap().resource().build().unwrap();
+    assert!(expected[..6].iter().all(|name| drive.descriptions().iter().any(|d| d.name == *name)));
 }
