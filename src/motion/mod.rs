@@ -176,7 +176,9 @@ impl MotionLaw {
     /// at the distance 1/R by ε (|U| + 2π |U′|) Rⁿ; a polynomial of degree 7 sums up coefficients sixteen times as large.
     pub fn roundings(&self) -> [f64; 2] {
         let (finest, sums) = match self {
-            MotionLaw::Fourier(_) | MotionLaw::Cycle(_) | MotionLaw::Crank(_) | MotionLaw::Polyline(_) => return [0.0; 2],
+            MotionLaw::Fourier(_) | MotionLaw::Cycle(_) | MotionLaw::Crank(_) | MotionLaw::Polyline(_) => {
+                return [0.0; 2];
+            }
             MotionLaw::Table(table) => (table.finest(), 1.0),
             MotionLaw::Plan(_) => (self.resolution(), 16.0),
         };

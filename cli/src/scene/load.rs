@@ -59,6 +59,12 @@ pub fn read(parent: &Section<'_>, carrier: Carrier<'_>, folder: &Path) -> Option
     Some([Load { process: process?, input: input?, ..tool? }, roller?])
 }
 
+/// The loads beside the cam of a drive.
+pub fn beside_cam(root: &Section<'_>, cam: Option<&MotionLaw>, roller: bool, folder: &Path) -> Option<[Load; 2]> {
+    let follower = cam.map(|cam| Follower::new(0.0, cam.clone()));
+    read(root, Carrier { turns: false, mechanisms: 0, follower: follower.as_ref(), roller }, folder)
+}
+
 /// Quantities of a force, a stiffness, a damping, a place.
 fn quantities(carrier: Carrier<'_>) -> [&'static Quantity; 4] {
     match carrier.turns {

@@ -3,12 +3,11 @@
 use super::common::{Drive, SYNONYMS, by_ratio, drive_mode, resolved, solver, start};
 use super::section::{Faults, POSITIVE, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
-use super::{follower, forces, geometry, motion_law, motor, parametric};
+use super::{follower, forces, geometry, load, motion_law, motor, parametric};
 use camdrive::drives::Fault;
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::elastic_output::{self, ElasticOutput};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
-use camdrive::drives::follower::load::Load;
 use camdrive::drives::parameter::Parameters as _;
 use camdrive::drives::rigid_machine::{self, InertiaFunction, MachineStart, Motor, RigidMachine};
 use camdrive::drives::settings::Settings;
@@ -75,23 +74,25 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
         section.finish(SYNONYMS);
         values
     });
+    let roller = section.is_some_and(|section| section.has("m_roller"));
+    let loads = load::beside_cam(root, cam.as_ref(), roller, folder);
     let common = cam_drive(root, cam, place == Some(true));
-    let (CamDrive { cam, drive, start, solver }, elastic) = (common?, elastic?);
+    let (CamDrive { cam, drive, start, solver }, elastic, [load, roller]) = (common?, elastic?, loads?);
     match elastic {
-        Elastic::Output(parameters) => {
-            let (load, roller) = (Load::default(), (0.0, Load::default()));
+        Elastic::Output(parameters, m_roller) => {
+            let roller = (m_roller, roller);
             resolved::<ElasticOutput>(&elastic_output::Scene { parameters, load, roller, cam, drive, start, solver })
         }
         Elastic::Shaft(parameters, linear) => {
-            resolved::<ElasticShaft>(&elastic_shaft::Scene { parameters, linear, cam, drive, start, solver })
+            resolved::<ElasticShaft>(&elastic_shaft::Scene { parameters, linear, load, cam, drive, start, solver })
         }
     }
 }
 
 /// An elastic member.
 pub enum Elastic {
-    /// Between cam and follower.
-    Output(elastic_output::Parameters),
+    /// Between cam and follower, and the mass on the cam's side (kg).
+    Output(elastic_output::Parameters, f64),
     /// Before the cam, and whether its equation is linearised.
     Shaft(elastic_shaft::Parameters, bool),
 }
@@ -102,7 +103,8 @@ pub fn elastic_output(section: &Section<'_>) -> Option<Elastic> {
         by_ratio(section, parameter.key, read.map(|read| (read.m, read.c)))
     });
     section.forbid(&["J", "linear"], "the elasticity is in the output member", "place = \"shaft\"");
-    parameters.map(Elastic::Output)
+    let m_roller = section.real_or("m_roller", &unit::MASS, within(0.0, 1e12), 0.0);
+    parameters.zip(m_roller).map(|(parameters, m_roller)| Elastic::Output(parameters, m_roller))
 }
 
 /// Reads the values of an elastic shaft.
@@ -113,6 +115,7 @@ pub fn elastic_shaft(section: &Section<'_>, cam: Option<&MotionLaw>) -> Option<E
         by_ratio(section, parameter.key, on)
     });
     let linear = section.boolean_or("linear", false);
+    section.forbid(&["m_roller"], "the elasticity is in the input shaft", "place = \"output\"");
     parameters.zip(linear).map(|(parameters, linear)| Elastic::Shaft(parameters, linear))
 }
 

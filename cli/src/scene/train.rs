@@ -3,7 +3,7 @@
 use super::common::{self, by_ratio};
 use super::load::{self, Carrier};
 use super::models::{self, Elastic};
-use super::section::{NOT_NEGATIVE, Section, within};
+use super::section::{NOT_NEGATIVE, Section};
 use super::{follower, motion_law, motor};
 use camdrive::drives::backlash;
 use camdrive::drives::drive_train::{Follower, Joint, MOST_FOLLOWERS, Machine, Scene, Shaft, Start};
@@ -148,16 +148,10 @@ fn one(section: &Section<'_>, folder: &Path) -> Option<Follower> {
 
 fn elasticity(section: &Section<'_>, cam: Option<&MotionLaw>) -> Option<Joint> {
     let shaft = section.choice("place", models::PLACES)?;
-    let m_roller = section.real_or("m_roller", &unit::MASS, within(0.0, 1e12), 0.0);
-    let elastic = if shaft {
-        section.forbid(&["m_roller"], "the elasticity is in the input shaft", "place = \"output\"");
-        models::elastic_shaft(section, cam)
-    } else {
-        models::elastic_output(section)
-    };
+    let elastic = if shaft { models::elastic_shaft(section, cam) } else { models::elastic_output(section) };
     section.finish(common::SYNONYMS);
     match elastic? {
-        Elastic::Output(parameters) => Some(Joint::Output(parameters, m_roller?)),
+        Elastic::Output(parameters, m_roller) => Some(Joint::Output(parameters, m_roller)),
         Elastic::Shaft(_, true) => {
             let fault = section.fault_of("linear", ": a train takes the whole equation of its shafts");
             section.refuse(fault.hint("remove it"))

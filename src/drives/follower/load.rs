@@ -70,6 +70,14 @@ impl Load {
         [spring, damping, process, input].into_iter().flatten().fold(S::from(still), |sum, part| sum + part)
     }
 
+    /// The sum of the sizes of the parts of F_L.
+    pub fn size(&self, m: f64, [y, v]: [f64; 2], process: Option<f64>, input: Option<f64>) -> f64 {
+        let spring = self.spring.map_or(0.0, |Spring { preload, c, at }| preload.abs() + c * (y.abs() + at.abs()));
+        let constant = (m * self.gravity.unwrap_or(0.0)).abs() + self.constant.unwrap_or(0.0).abs();
+        let moved = (self.damping.unwrap_or(0.0) * v).abs() + process.unwrap_or(0.0).abs() + input.unwrap_or(0.0).abs();
+        constant + spring + moved
+    }
+
     /// The potential of gravity, F₀ and the spring (J).
     pub fn potential(&self, m: f64, y: f64) -> f64 {
         let spring = self.spring.map_or(0.0, |Spring { preload, c, at }| preload * y + 0.5 * c * (y - at).powi(2));

@@ -367,6 +367,7 @@ fn shaft(linear: bool) -> Rows {
         let kind = format!("{}, {}", kind_of(&cam), KINDS[number % 3]);
         let size = r.scale(1e-6, 0.1);
         let scene = elastic_shaft::Scene {
+            load: Default::default(),
             parameters: elastic_shaft::Parameters { m, inertia, c, b },
             linear,
             cam,

@@ -175,7 +175,7 @@ fn numbers(drive: &ElasticOutput) -> [f64; OUTPUTS + 1] {
     let ([x, slope], [q, v]) = (u.array(), drive.deformation());
     // phi is put out without reduction; U needs no angle any more, and numbers no derivative beyond U″.
     let u = [x, slope, curvature, 0.0, 0.0];
-    outputs(drive, &u, &Flow { phi, w, a, q, v }, &Forces::new(drive, phi, |signal, _| signal.now()))
+    outputs(drive, &u, &Flow { phi, w, a, q, v, force: 0.0 }, &Forces::new(drive, phi, |signal, _| signal.now()))
 }
 
 /// The force of the cam on the follower (N).
@@ -223,6 +223,7 @@ fn along_time(drive: &ElasticOutput, shaft: &Kinematics, u: &TransferFunctions) 
         a: Series::from_derivatives(a, jerk, snap),
         q: Series::from_derivatives(q, v, q2),
         v: Series::from_derivatives(v, q2, q3),
+        force: 0.0.into(),
     };
     (flow, forces)
 }
@@ -237,5 +238,6 @@ fn along_known(drive: &ElasticOutput, shaft: &Kinematics, u: &TransferFunctions,
         a: Series([a, a_1, 0.0]),
         q: Series([q, y_1 - u1 * phi_1, 0.0]),
         v: Series([v, y_dot_1 - u2 * w * phi_1 - u1 * w_1, 0.0]),
+        force: 0.0.into(),
     }
 }
