@@ -647,6 +647,5 @@ pub fn law_parameter_kind(kind: ParameterKind) -> variable::Kind {
     }
 }
 
-
 #[cfg(test)]
 mod tests;

@@ -125,7 +125,7 @@ impl DriveTrain {
         let count = self.train.layout.count;
         let mut run = Run::begin(&self.train, Double::from(time), (&y[..count], turns), Modes::default(), tolerance);
         let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
-        run.choose_modes(&self.train, &outside, &mut self.log);
+        run.choose_modes(&self.train, &outside, self.start == Start::Equilibrium, &mut self.log)?;
         run.first(&self.train, &outside, self.horizon(0.0))?;
         self.run = run;
         self.laid = self.inputs.clone();

@@ -414,7 +414,8 @@ impl DriveTrain {
             ];
             for (i, (name, text, quantity)) in inputs.into_iter().enumerate() {
                 let kind = real_within(quantity, -INPUTS[i], INPUTS[i]);
-                list.input(name, text, kind, |d, i| d.course.input(i), |d, i, value| d.course.set_input(i, value)).at(i);
+                list.input(name, text, kind, |d, i| d.course.input(i), |d, i, value| d.course.set_input(i, value))
+                    .at(i);
             }
         }
         macro_rules! input {
@@ -434,9 +435,27 @@ impl DriveTrain {
                 text_of_torque,
                 tau
             );
-            input!(machine.motor.takes_torque(), "M_an", "Torque of the rotor; positive accelerates", &unit::TORQUE, torque);
-            input!(machine.motor.takes_speed(), "w_ref", "Speed that the rotor is to keep", &unit::ANGULAR_VELOCITY, reference);
-            input!(machine.motor.takes_position(), "phi_ref", "Angle that the rotor is to keep", &unit::ANGLE, position);
+            input!(
+                machine.motor.takes_torque(),
+                "M_an",
+                "Torque of the rotor; positive accelerates",
+                &unit::TORQUE,
+                torque
+            );
+            input!(
+                machine.motor.takes_speed(),
+                "w_ref",
+                "Speed that the rotor is to keep",
+                &unit::ANGULAR_VELOCITY,
+                reference
+            );
+            input!(
+                machine.motor.takes_position(),
+                "phi_ref",
+                "Angle that the rotor is to keep",
+                &unit::ANGLE,
+                position
+            );
         }
         for (j, follower) in self.train.followers.iter().enumerate() {
             declare_force(list, self, 2 * j, &format!("follower[{}].F", j + 1), follower.rigid.turns);
@@ -469,7 +488,8 @@ impl DriveTrain {
         }
         for (j, follower) in self.train.followers.iter().enumerate() {
             let n = j + 1;
-            let mut of = |name: &str| known.extend([format!("follower[{n}].{name}"), format!("der(follower[{n}].{name})")]);
+            let mut of =
+                |name: &str| known.extend([format!("follower[{n}].{name}"), format!("der(follower[{n}].{name})")]);
             match follower.joint {
                 Joint::Rigid => {}
                 Joint::Output(..) => of("y"),
@@ -486,8 +506,22 @@ impl DriveTrain {
             }
         }
         let initial = vec![
-            "phi", "w", "a", "tau", "M_an", "w_ref", "phi_ref", "J0", "inertia", "load", "motor", "follower", "drive",
-            "start", "phi_start", "w_start",
+            "phi",
+            "w",
+            "a",
+            "tau",
+            "M_an",
+            "w_ref",
+            "phi_ref",
+            "J0",
+            "inertia",
+            "load",
+            "motor",
+            "follower",
+            "drive",
+            "start",
+            "phi_start",
+            "w_start",
         ];
         (known, initial)
     }
@@ -497,33 +531,57 @@ impl DriveTrain {
         let all: Vec<&str> = all.iter().map(String::as_str).collect();
         let free = self.train.machine().is_some();
         let mut output = |name: &str, text: &str, quantity, at: usize, known: &[&str], state: bool| {
-            let variable = list.output(name, text, real(quantity), series).at(at).depends(known).depends_initially(&[&initial]);
+            let variable =
+                list.output(name, text, real(quantity), series).at(at).depends(known).depends_initially(&[&initial]);
             if state {
                 variable.state();
             }
         };
         if !self.motion_is_input() {
             output("phi", "Angle of the shaft", &unit::ANGLE, PHI, if free { &["phi"] } else { &[] }, free);
-            output("w", "Angular velocity of the shaft", &unit::ANGULAR_VELOCITY, W, if free { &["w"] } else { &[] }, free);
+            output(
+                "w",
+                "Angular velocity of the shaft",
+                &unit::ANGULAR_VELOCITY,
+                W,
+                if free { &["w"] } else { &[] },
+                free,
+            );
         }
         if let Some(machine) = self.train.machine() {
             output("a", "Angular acceleration of the shaft", &unit::ANGULAR_ACCELERATION, A, &all, false);
             let motor = &machine.motor;
             if !motor.takes_torque() || motor.transmission.coupling.is_some() {
                 let text = "Torque of the motor on the shaft; positive accelerates";
-                output(if motor.takes_torque() { "motor.tau" } else { "M_an" }, text, &unit::TORQUE, TORQUE, &all, false);
+                output(
+                    if motor.takes_torque() { "motor.tau" } else { "M_an" },
+                    text,
+                    &unit::TORQUE,
+                    TORQUE,
+                    &all,
+                    false,
+                );
             }
             output("J", "Inertia that follows the shaft without slip", &unit::INERTIA, INERTIA, &["phi"], false);
             output("E", "Kinetic energy J w^2 / 2", &unit::ENERGY, ENERGY, &["phi", "w"], false);
             if motor.transmission.coupling.is_some() {
                 output("motor.phi", "Angle of the rotor", &unit::ANGLE, ROTOR, &["motor.phi"], true);
-                output("motor.w", "Angular velocity of the rotor", &unit::ANGULAR_VELOCITY, ROTOR_SPEED, &["motor.w"], true);
+                output(
+                    "motor.w",
+                    "Angular velocity of the rotor",
+                    &unit::ANGULAR_VELOCITY,
+                    ROTOR_SPEED,
+                    &["motor.w"],
+                    true,
+                );
             }
             if motor.servo().is_some() {
                 let text = "Torque that the servo demands, before its limit";
                 output("motor.u", text, &unit::TORQUE, DEMAND, &all, false);
                 let text = "Whether the torque of the servo is at its limit";
-                list.discrete_output("motor.saturated", text, Kind::Boolean).at(SATURATED).depends_initially(&[&initial]);
+                list.discrete_output("motor.saturated", text, Kind::Boolean)
+                    .at(SATURATED)
+                    .depends_initially(&[&initial]);
             }
         }
         for name in list.0.iter_mut().map(|v| &mut v.description) {
@@ -595,7 +653,8 @@ impl DriveTrain {
         if let Some(p) = clearance {
             output("gap", 0, "Distance of the mass at the cam from flank A", length[0], Of::Gap, false);
             let kind = Kind::Integer { min: if p.s.is_finite() { -1 } else { 0 }, max: 1 };
-            let text = if p.s.is_finite() { "1 on flank A, 0 in flight, -1 on flank B" } else { "1 on the cam, 0 in flight" };
+            let text =
+                if p.s.is_finite() { "1 on flank A, 0 in flight, -1 on flank B" } else { "1 on the cam, 0 in flight" };
             let mut discrete = |name: &str, text: &str, kind: Kind, of: Of| {
                 let variable = list.discrete_output(&format!("follower[{n}].{name}"), text, kind);
                 variable.at(place(j, of)).depends_initially(&[&initial]);
@@ -672,7 +731,9 @@ impl DriveTrain {
             number!("phi_start", "Angle at the start", angle, Fixed, machine, machine_mut, m => m.phi_start);
             let speed = real_within(&unit::ANGULAR_VELOCITY, -FASTEST, FASTEST);
             number!("w_start", "Angular velocity at the start", speed, Fixed, machine, machine_mut, m => m.w_start);
-            for (law, number, name) in [(&machine.inertia.varying, INERTIA_LAW, "inertia"), (&machine.load, LOAD_LAW, "load.M")] {
+            for (law, number, name) in
+                [(&machine.inertia.varying, INERTIA_LAW, "inertia"), (&machine.load, LOAD_LAW, "load.M")]
+            {
                 if let Some(law) = law {
                     declare_law(list, law, number, name, false);
                 }
@@ -680,9 +741,14 @@ impl DriveTrain {
         } else if !self.motion_is_input() {
             let speed = real_within(&unit::ANGULAR_VELOCITY, -FASTEST, FASTEST);
             let angle = real_within(&unit::ANGLE, -LARGEST_ANGLE, LARGEST_ANGLE);
-            let kinds = [("drive.w", "Angular velocity of the drive", speed), ("drive.phi_start", "Drive angle at the start of the simulation", angle)];
+            let kinds = [
+                ("drive.w", "Angular velocity of the drive", speed),
+                ("drive.phi_start", "Drive angle at the start of the simulation", angle),
+            ];
             for (i, (name, text, kind)) in kinds.into_iter().enumerate() {
-                let get = |d: &Self, i| if let DriveMode::Constant { w, phi_start } = d.course.mode { [w, phi_start][i] } else { 0.0 };
+                let get = |d: &Self, i| {
+                    if let DriveMode::Constant { w, phi_start } = d.course.mode { [w, phi_start][i] } else { 0.0 }
+                };
                 let set = |d: &mut Self, i: usize, value| {
                     if let DriveMode::Constant { w, phi_start } = &mut d.course.mode {
                         *[w, phi_start][i] = value;
@@ -699,7 +765,9 @@ impl DriveTrain {
             "How the initial state is found",
             Kind::Enumeration(&START_MODE),
             |d, _| 1.0 + f64::from(d.start as u8),
-            |d, _, value| d.start = [Start::AtRest, Start::Equilibrium, Start::SteadyState][(value as usize).clamp(1, 3) - 1],
+            |d, _, value| {
+                d.start = [Start::AtRest, Start::Equilibrium, Start::SteadyState][(value as usize).clamp(1, 3) - 1]
+            },
         );
         for (j, follower) in self.train.followers.iter().enumerate() {
             let name = format!("follower[{}]", j + 1);
