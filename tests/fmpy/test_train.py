@@ -432,8 +432,8 @@ def value(unit, scene, name):
     follower = scene["follower"][int(j) - 1] if j else {}
     own = lambda output: unit.get(f"follower[{j}].{output}")
     rate = lambda output: unit.get(f"der(follower[{j}].{output})")
-    if key == "x1":
-        return rate("y") - rate("q") if derivative else own("y") - own("q")
+    if key == "energy_loss":
+        return sum(unit.get(v) for v in unit.package.variables if v.endswith(".energy_loss"))
     if key == "psi":
         psi = unit.get("phi") + own("q")
         return rate("y") / series(follower["cam"]).derivative(psi, 1) if derivative else psi
