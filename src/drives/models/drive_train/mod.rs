@@ -15,7 +15,7 @@ use crate::drives::shaft::cam_drive::{AngleMotion, CamDrive, DriveMode, MAX_INPU
 use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::train::{Inputs, MOST_STATES, Modes, Train};
 use crate::drives::solver::train::periodic::periodic;
-use crate::drives::solver::train::{Outside, Run};
+use crate::drives::solver::train::{End, Outside, Run};
 use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
@@ -64,6 +64,8 @@ pub struct DriveTrain {
     step: f64,
     /// The inputs for which the present internal step holds.
     laid: Inputs,
+    /// The end of the last step, before inputs jump, where the shaft is driven by them.
+    end: Option<Box<End>>,
     /// Whether a parameter has been changed since the last step.
     tuned: bool,
     log: EventLog,
@@ -89,6 +91,7 @@ impl DriveTrain {
             run: Run::default(),
             time: 0.0,
             step: 0.0,
+            end: None,
             tuned: false,
             log: EventLog::default(),
         }
@@ -133,6 +136,8 @@ impl DriveTrain {
         run.first(&self.train, &outside, self.horizon(0.0))?;
         self.run = run;
         self.laid = self.inputs.clone();
+        self.end = self.motion_is_input().then(Box::default);
+        self.keep_end();
         Ok(())
     }
 
@@ -141,9 +146,13 @@ impl DriveTrain {
         let (motor, count) = (self.motor(), self.train.layout.count);
         let usual = motor.map_or(Some(self.course.mode.speed()), |motor| motor.usual_speed());
         let steady = motor.is_none_or(|motor| motor.is_steady());
-        let refused = |message| Err(refused_start(format!("start.mode = steady_state: {message}; choose at_rest or equilibrium")));
+        let refused = |message| {
+            Err(refused_start(format!("start.mode = steady_state: {message}; choose at_rest or equilibrium")))
+        };
         let Some(speed) = usual.filter(|w| *w != 0.0 && steady && !self.motion_is_input()) else {
-            return refused("no speed is known near which the shaft turns steadily, or what drives it changes with time");
+            return refused(
+                "no speed is known near which the shaft turns steadily, or what drives it changes with time",
+            );
         };
         if !self.inputs.are_constant() {
             return refused("an input changes with time");
@@ -163,10 +172,13 @@ impl DriveTrain {
         self.inputs.all().for_each(Signal::step_begins);
         let horizon = self.horizon(step);
         let input = self.motion_is_input();
-        if input {
-            self.motion = Some(self.course.motion(time));
+        if let (Some(end), Some(motion)) = (&self.end, self.motion.as_mut()) {
+            *motion = self.course.motion(time);
+            let outside = Outside { time, motion: Some(motion), inputs: &self.inputs };
+            self.run.jump(&self.train, &outside, (end, true), &mut self.log);
+        } else {
+            self.run.begin_step(&self.train, time);
         }
-        self.run.begin_step(&self.train, time);
         if input || horizon.is_finite() || self.laid != self.inputs {
             self.run.restart(&self.train, time);
             self.laid.clone_from(&self.inputs);
@@ -175,8 +187,16 @@ impl DriveTrain {
         self.run.advance(&self.train, &outside, (time + step, horizon), &mut self.log)?;
         (self.time, self.step) = (time + step, step);
         self.inputs.all().for_each(|signal| signal.step_ends(step));
+        self.keep_end();
         self.course.step_done();
         Ok(())
+    }
+
+    /// Keeps the end of the step where inputs may jump.
+    fn keep_end(&mut self) {
+        if let (Some(end), Some(motion)) = (&mut self.end, &self.motion) {
+            self.run.keep(&self.train, self.time, motion, end);
+        }
     }
 }
 
@@ -248,8 +268,11 @@ impl Drive for DriveTrain {
             self.tuned = false;
             self.laid = Inputs::default();
         }
-        if self.motion_is_input() {
-            self.motion = Some(self.course.motion(time));
+        if let (Some(end), Some(motion)) = (&self.end, self.motion.as_mut()) {
+            *motion = self.course.motion(time);
+            let outside = Outside { time, motion: Some(motion), inputs: &self.inputs };
+            // What happens is logged when the step is taken.
+            self.run.jump(&self.train, &outside, (end, false), &mut EventLog::counting());
         }
         Ok(())
     }

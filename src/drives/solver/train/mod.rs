@@ -98,6 +98,17 @@ pub struct Run {
     recorded: Recorded,
 }
 
+/// The end of a step before inputs jump.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct End {
+    time: f64,
+    states: Vec<f64>,
+    modes: Modes,
+    tallies: [Tally; MOST_FOLLOWERS],
+    /// φ, φ̇ of the shaft.
+    course: [f64; 2],
+}
+
 /// The least order, the one of the finest tolerance.
 const ORDERS: [usize; 2] = [8, 24];
 
@@ -515,6 +526,15 @@ impl Run {
             }
             self.lay(train, outside, if horizon.is_finite() { left } else { f64::INFINITY })?;
         }
+    }
+
+    /// Keeps the motion at `time` on this course of the shaft.
+    pub fn keep(&self, train: &Train, time: f64, motion: &AngleMotion, end: &mut End) {
+        let [phi, w, ..] = motion.at(time).kinematics.0;
+        end.states.resize(self.states.len(), 0.0);
+        self.at(time, &mut end.states);
+        (end.time, end.modes, end.tallies, end.course) = (time, self.modes, self.tallies, [phi, w]);
+        (0..train.followers.len()).for_each(|j| end.tallies[j].sums = self.sums(train, time, j));
     }
 
     /// The states at `time`.
