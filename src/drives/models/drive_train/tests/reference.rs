@@ -634,6 +634,15 @@ fn speed() {
         let begin = std::time::Instant::now();
         let _t2 = run(&s, 40.0, 100, tolerance);
         let took = begin.elapsed().as_secs_f64();
-        println!("{tolerance}: {} steps, {:.2} us per step, {:.3} ms per s of motion, order {}, error phi {:.1e} y0 {:.1e} v0 {:.1e}", t.run.steps, 1e6 * took / t.run.steps, 1e3 * took / 40.0, 0, t.read("phi") - fine.read("phi"), t.read("y0") - fine.read("y0"), t.read("v0") - fine.read("v0"));
+        println!(
+            "{tolerance}: {} steps, {:.2} us per step, {:.3} ms per s of motion, order {}, error phi {:.1e} y0 {:.1e} v0 {:.1e}",
+            t.run.steps,
+            1e6 * took / t.run.steps,
+            1e3 * took / 40.0,
+            0,
+            t.read("phi") - fine.read("phi"),
+            t.read("y0") - fine.read("y0"),
+            t.read("v0") - fine.read("v0")
+        );
     }
 }
