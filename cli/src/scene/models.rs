@@ -3,9 +3,10 @@
 use super::common::{Drive, SYNONYMS, by_ratio, drive_mode, resolved, solver, start};
 use super::section::{Faults, POSITIVE, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
-use super::{follower, forces, geometry, load, motion_law, motor, parametric};
+use super::{follower, forces, geometry, load, motion_law, motor, parametric, train};
 use camdrive::drives::Fault;
 use camdrive::drives::backlash::{self, BacklashDrive};
+use camdrive::drives::drive_train::DriveTrain;
 use camdrive::drives::elastic_output::{self, ElasticOutput};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
 use camdrive::drives::parameter::Parameters as _;
@@ -26,6 +27,7 @@ const MODELS: &[(&[&str], Reader)] = &[
     (&["BacklashDrive"], backlash_drive),
     (&["RigidMachine"], rigid_machine),
     (&["ParametricDrive"], |root, _| parametric::read(root)),
+    (&["DriveTrain"], |root, folder| resolved::<DriveTrain>(&train::read(root, folder)?)),
 ];
 
 /// Reads the drive of a scene.

@@ -73,6 +73,11 @@ impl Signal {
         }
     }
 
+    /// The time since t₀ (s).
+    pub fn elapsed(&self) -> f64 {
+        self.elapsed
+    }
+
     /// v now.
     pub fn now(&self) -> f64 {
         self.at(self.elapsed)

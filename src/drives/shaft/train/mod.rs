@@ -25,6 +25,7 @@
 //! *Maschinendynamik*, chapter 2; the equations of the parts as in their own modules.
 
 pub mod motor;
+mod rest;
 pub mod switching;
 
 use super::cam_drive::DriveMode;
@@ -245,6 +246,11 @@ impl Train {
         if let Shaft::Free(machine) = &self.shaft { Some(machine) } else { None }
     }
 
+    /// The same, to change it.
+    pub fn machine_mut(&mut self) -> Option<&mut Machine> {
+        if let Shaft::Free(machine) = &mut self.shaft { Some(machine) } else { None }
+    }
+
     /// Whether a follower that is not rigid, or one with an input, is taken at φ.
     pub fn needs_cams_at_phi(&self) -> bool {
         self.followers.iter().any(|f| match f.joint {
@@ -354,9 +360,10 @@ impl Train {
         match follower.joint {
             Joint::Rigid if follower.rigid.linkage.is_empty() => add([own; 2], &follower.load, 0.0, &cam, &process),
             Joint::Rigid => {
-                let moved = follower.rigid.linkage.moved(0.0, Series(cam));
+                let moved = follower.rigid.linkage.moved(0.0, Series(cam), &follower.load.frames);
                 add([own; 2], &follower.load, 0.0, &moved.tool.0, &process);
                 local.inertia.iter_mut().zip(moved.inertia.0).for_each(|(sum, own)| *sum += own);
+                (1..count).for_each(|n| local.torque[n - 1] += n as f64 * moved.weight.0[n]);
                 local.cams[j] = moved.tool.0;
             }
             Joint::Output(_, m_x) => add([m_x; 2], &follower.roller, 0.0, &cam, &none),

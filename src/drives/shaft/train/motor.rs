@@ -45,6 +45,28 @@ impl Motor {
         self.source == Source::Input
     }
 
+    /// Whether ω_ref is an input.
+    pub fn takes_speed(&self) -> bool {
+        self.servo().is_some_and(|servo| servo.reference == Reference::Input)
+    }
+
+    /// The name of the motor's first state.
+    pub fn state_name(&self) -> &'static str {
+        if self.servo().is_some() { "I" } else { "M" }
+    }
+
+    /// The speed of the shaft at which it usually turns (rad/s), where that is known.
+    pub fn usual_speed(&self) -> Option<f64> {
+        let rotor = match &self.source {
+            Source::Kloss(kloss) => kloss.synchronous_speed,
+            Source::Servo(Servo { reference: Reference::Constant(w), .. }) => *w,
+            Source::Servo(Servo { reference: Reference::Series(_, series), .. }) => series.a[0],
+            Source::Table(table) => table.zero()?,
+            _ => return None,
+        };
+        Some(rotor / self.transmission.ratio)
+    }
+
     /// Whether φ_ref is an input.
     pub fn takes_position(&self) -> bool {
         self.servo().is_some_and(|servo| servo.position.is_some() && servo.reference == Reference::Input)
@@ -152,6 +174,14 @@ impl TorqueTable {
     pub fn ends(&self, piece: usize) -> [f64; 2] {
         let end = |i: Option<usize>, beyond: f64| i.and_then(|i| self.speeds.get(i)).copied().unwrap_or(beyond);
         [end(piece.checked_sub(1), f64::NEG_INFINITY), end(Some(piece), f64::INFINITY)]
+    }
+
+    /// The speed at which the torque becomes zero from above, between its points.
+    fn zero(&self) -> Option<f64> {
+        let falls = |i: &usize| self.torques[*i] > 0.0 && self.torques[i + 1] <= 0.0;
+        let i = (0..self.speeds.len() - 1).find(falls)?;
+        let part = self.torques[i] / (self.torques[i] - self.torques[i + 1]);
+        Some(self.speeds[i] + part * (self.speeds[i + 1] - self.speeds[i]))
     }
 
     /// From the first speed to the last.

@@ -89,7 +89,7 @@ impl Train {
     }
 
     /// J without the followers at a flank; infinite where the shaft is driven.
-    fn rest(&self, functions: &Functions<f64>) -> f64 {
+    fn carried(&self, functions: &Functions<f64>) -> f64 {
         if self.machine().is_some() { functions.inertia } else { f64::INFINITY }
     }
 
@@ -112,7 +112,7 @@ impl Train {
             let offset = p.m1 * u2 * w * w + d.spring[j] - own;
             *member = Member { sigma: flank.sign(), slope: u1, offset, gain: p.m1 * u1 };
         }
-        let alpha = balance(&members, self.rest(&f), d.a);
+        let alpha = balance(&members, self.carried(&f), d.a);
         (members.map(|member| member.force(alpha)), alpha)
     }
 
@@ -134,7 +134,7 @@ impl Train {
             let offset = -p.m1 * (1.0 + p.e) * before;
             *member = Member { sigma: flank.sign(), slope: u1, offset, gain: p.m1 * u1 };
         }
-        strike.turn = balance(&members, self.rest(&f), 0.0);
+        strike.turn = balance(&members, self.carried(&f), 0.0);
         for (j, member) in members.iter().enumerate().take(self.followers.len()) {
             let (Some(_), Joint::Backlash(p)) = (at_flank[j], self.followers[j].joint) else { continue };
             let before = y[self.layout.followers[j] + 1];

@@ -5,7 +5,7 @@ use crate::drives::follower::contact::{Flank, Mode};
 use crate::drives::follower::member::Joint;
 use crate::drives::shaft::train::switching::Strike;
 use crate::drives::shaft::train::{MOST_FOLLOWERS, MOST_STATES, Train};
-use crate::drives::{Event as Entry, EventLog};
+use crate::drives::{Event as Entry, EventLog, Fault};
 use crate::numerics::double_double::Double;
 
 /// Bounces end in contact when all that are to come take less than this part of the unit of time, in which the pressing force
@@ -54,7 +54,16 @@ impl Run {
     }
 
     /// The modes at the start: segments, pieces, flanks.
-    pub fn choose_modes(&mut self, train: &Train, outside: &Outside, log: &mut EventLog) {
+    ///
+    /// # Errors
+    /// Where the train is to start `at_rest` under loads that it cannot balance.
+    pub fn choose_modes(
+        &mut self,
+        train: &Train,
+        outside: &Outside,
+        balanced: bool,
+        log: &mut EventLog,
+    ) -> Result<(), Fault> {
         let mut y = [0.0; MOST_STATES];
         self.states.iter().zip(&mut y).for_each(|(state, y)| *y = state.hi);
         let phi = self.phi(outside, self.start, &y);
@@ -75,7 +84,14 @@ impl Run {
                 self.modes.saturation = d.demand.signum() as i8;
             }
         }
-        self.press(train, outside, log);
+        if balanced {
+            train.rest(&mut self.modes, phi, &mut y, &given)?;
+            self.states.iter_mut().zip(y).for_each(|(state, y)| *state = Double::from(y));
+            self.settle(train, outside, None, log);
+        } else {
+            self.press(train, outside, log);
+        }
+        Ok(())
     }
 
     /// Places followers with backlash on the flanks that press them; one that nothing presses flies.

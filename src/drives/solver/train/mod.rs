@@ -18,6 +18,7 @@ use crate::drives::{EventLog, Fault, Rounded};
 use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::first_root::first_root;
+use crate::numerics::taylor::Series;
 use crate::numerics::work::Work;
 use record::Recorded;
 use serde::{Deserialize, Serialize};
@@ -115,6 +116,9 @@ const ARMING: f64 = 1e-7;
 /// It counts where the leading coefficient of the gap is no more than this part of the largest one, about rounding.
 const NOISE: f64 = 1e-9;
 
+/// The highest order of a zero with which a gap begins: after a release.
+const MOST_ZEROS: usize = 3;
+
 /// Nominal work of a step (µs).
 const COST: f64 = 4.0;
 
@@ -134,9 +138,50 @@ impl Run {
         run
     }
 
-    /// The equations have changed.
-    pub fn forget(&mut self) {
-        self.recorded = Recorded::default();
+    /// The equations change at `time`.
+    pub fn forget(&mut self, train: &Train, time: f64) {
+        self.restart(train, time);
+        self.recorded.forget();
+    }
+
+    /// Whether it is one of this train.
+    pub fn fits(&self, train: &Train) -> bool {
+        let segments = |number: usize| self.modes.segments[number / 2][number % 2];
+        let right = train.laws().all(|(number, law, _)| segments(number) < law.breakpoints().len().max(1));
+        let bounded = self.modes.zeros.iter().all(|zeros| *zeros <= MOST_ZEROS);
+        let piece = train.machine().and_then(|m| m.motor.table()).map_or(0, |table| table.speeds.len());
+        let order = (ORDERS[0]..=ORDERS[1]).contains(&self.order);
+        self.states.len() == train.layout.count && right && bounded && order && self.modes.piece <= piece
+    }
+
+    /// Computes the series anew that saved states leave out.
+    pub fn rebuild(&mut self, train: &Train, outside: &Outside) {
+        self.expand(train, outside);
+    }
+
+    /// Terms of a series.
+    pub fn terms(&self) -> f64 {
+        self.order as f64
+    }
+
+    /// Whether the states are numbers.
+    pub fn is_finite(&self) -> bool {
+        self.states.iter().all(|state| state.hi.is_finite()) && self.length.is_finite() && self.unit.is_finite()
+    }
+
+    /// The states at `time` with their first two time derivatives, as series.
+    pub fn series_at(&self, time: f64, y: &mut [Series]) {
+        let theta = self.theta(Double::from(time)).clamp(0.0, self.length);
+        for (k, y) in y.iter_mut().enumerate().take(self.states.len()) {
+            let c = self.recorded.tape.series(k);
+            let [mut value, mut rate, mut bend] = [0.0; 3];
+            for c in c[..=self.order].iter().rev() {
+                bend = bend * theta + rate;
+                rate = rate * theta + value;
+                value = value * theta + c;
+            }
+            *y = Series([value, rate / self.unit, bend / (self.unit * self.unit)]);
+        }
     }
 
     /// A time in which little happens (s), from frequencies alone.

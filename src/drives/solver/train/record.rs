@@ -41,6 +41,13 @@ pub struct Recorded {
 }
 
 impl Recorded {
+    /// The equations have changed.
+    pub fn forget(&mut self) {
+        if self.modes.is_some() {
+            self.modes = Some(Modes { saturation: i8::MAX, ..Modes::default() });
+        }
+    }
+
     /// Records the equations unless it holds those of these modes.
     pub fn prepare(&mut self, train: &Train, modes: &Modes) {
         let plain = Modes { segments: Default::default(), zeros: Default::default(), ..*modes };
