@@ -9,11 +9,12 @@ mod variables;
 pub use crate::drives::follower::member::{Follower, Joint};
 pub use crate::drives::shaft::train::{MOST_FOLLOWERS, Machine, Shaft};
 
-use crate::drives::limits::no_state;
+use crate::drives::limits::{no_state, refused_start};
 use crate::drives::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use crate::drives::shaft::cam_drive::{AngleMotion, CamDrive, DriveMode, MAX_INPUT_DERIVATIVE, field};
 use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::train::{Inputs, MOST_STATES, Modes, Train};
+use crate::drives::solver::train::periodic::periodic;
 use crate::drives::solver::train::{Outside, Run};
 use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::numerics::angle;
@@ -126,10 +127,36 @@ impl DriveTrain {
         let mut run = Run::begin(&self.train, Double::from(time), (&y[..count], turns), Modes::default(), tolerance);
         let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
         run.choose_modes(&self.train, &outside, self.start == Start::Equilibrium, &mut self.log)?;
+        if self.start == Start::SteadyState {
+            run = self.periodic(&run, turns, &outside, tolerance)?;
+        }
         run.first(&self.train, &outside, self.horizon(0.0))?;
         self.run = run;
         self.laid = self.inputs.clone();
         Ok(())
+    }
+
+    /// On the periodic motion.
+    fn periodic(&self, run: &Run, turns: f64, outside: &Outside, tolerance: f64) -> Result<Run, Fault> {
+        let (motor, count) = (self.motor(), self.train.layout.count);
+        let usual = motor.map_or(Some(self.course.mode.speed()), |motor| motor.usual_speed());
+        let steady = motor.is_none_or(|motor| motor.is_steady());
+        let refused = |message| Err(refused_start(format!("start.mode = steady_state: {message}; choose at_rest or equilibrium")));
+        let Some(speed) = usual.filter(|w| *w != 0.0 && steady && !self.motion_is_input()) else {
+            return refused("no speed is known near which the shaft turns steadily, or what drives it changes with time");
+        };
+        if !self.inputs.are_constant() {
+            return refused("an input changes with time");
+        }
+        let mut y = [0.0; MOST_STATES];
+        run.from(&mut y);
+        if let Some(motor) = motor {
+            y[1] = speed;
+            motor.begin(&mut y, &self.train.layout);
+        }
+        let found = periodic(&self.train, outside, (y, run.modes), speed.signum())?;
+        let time = Double::from(self.time);
+        Ok(Run::begin(&self.train, time, (&found.y[..count], turns), found.modes, tolerance).with_period(&found))
     }
 
     fn go_on(&mut self, time: f64, step: f64) -> Result<(), Fault> {

@@ -32,6 +32,9 @@ static START_MODE: Enumeration = Enumeration {
     ],
 };
 
+/// Rate of a torque (N·m/s).
+static TORQUE_RATE: Quantity = Quantity { name: "TorqueRate", unit: "N.m/s", base: [1, 2, -3, 0], display: None };
+
 /// Places of the outputs: those of the shaft …
 const PHI: usize = 0;
 const W: usize = 1;
@@ -44,8 +47,12 @@ const ROTOR_SPEED: usize = 7;
 const DEMAND: usize = 8;
 const SATURATED: usize = 9;
 const STATISTICS: usize = 10;
+const PERIOD: usize = 13;
+const MULTIPLIER: usize = 14;
+const STATE: usize = 15;
+const STATE_RATE: usize = 16;
 /// … and of each follower.
-const FOLLOWERS: usize = 14;
+const FOLLOWERS: usize = 17;
 const EACH: usize = 18;
 
 /// An output of a follower.
@@ -99,6 +106,10 @@ fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, mut put: impl FnMut(usize, S
         put(ROTOR, motor.angle(&[&[*phi], &y[1..]].concat(), &train.layout));
         put(ROTOR_SPEED, motor.speed(y, &train.layout));
         put(DEMAND, motion.demand);
+        if motor.states() > 0 {
+            put(STATE, y[train.layout.motor]);
+            put(STATE_RATE, motion.rates[train.layout.motor]);
+        }
     }
     for (j, follower) in train.followers.iter().enumerate() {
         let ([u, u1, u2], at) = (f.cams[j], train.layout.followers[j]);
@@ -110,13 +121,21 @@ fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, mut put: impl FnMut(usize, S
         match follower.joint {
             Joint::Rigid => {
                 let (speed, m) = (u1 * *w, follower.rigid.m);
-                let normal = x2 * m - on_tool(m, [u, speed]);
+                let load = on_tool(m, [u, speed]);
+                let normal = x2 * m - load;
+                // Of mechanisms the inertia and the weight of the links count, too.
+                let tau = match train.links(modes, j, *phi) {
+                    None => u1 * normal,
+                    Some([inertia, half_slope, weight]) => {
+                        inertia * motion.a + half_slope * *w * *w - weight - u1 * load
+                    }
+                };
                 put(Of::Y, u);
                 put(Of::YDot, speed);
                 put(Of::YDotDot, x2);
                 put(Of::Force, normal);
                 put(Of::Contact, normal);
-                put(Of::Tau, u1 * normal);
+                put(Of::Tau, tau);
             }
             Joint::Output(p, m_x) => {
                 let (place, speed) = (u + y[at], u1 * *w + y[at + 1]);
@@ -189,7 +208,7 @@ pub(super) fn evaluate(d: &DriveTrain, values: &mut [f64]) {
     statistics[1] = d.run.steps * d.run.terms();
     statistics[2] = d.run.error.min(1.0);
     values[STATISTICS..][..3].copy_from_slice(&statistics);
-    values[STATISTICS + 3] = 0.0;
+    [values[PERIOD], values[MULTIPLIER]] = d.run.period;
     for (j, follower) in d.train.followers.iter().enumerate() {
         if let Joint::Shaft(_) = follower.joint {
             values[place(j, Of::Psi)] += values[PHI] - d.reduced();
@@ -402,6 +421,12 @@ impl DriveTrain {
         }
         self.declare_parameters(&mut list);
         self.declare_solver(&mut list, STATISTICS);
+        for (name, text, quantity, at) in [
+            ("start.period", "Period of the steady state found at the start; 0 without one", &unit::TIME, PERIOD),
+            ("start.multiplier", "Largest magnitude of its multipliers, below 1: stable", &unit::NUMBER, MULTIPLIER),
+        ] {
+            list.local(name, text, real(quantity)).at(at);
+        }
         list
     }
 
@@ -574,6 +599,12 @@ impl DriveTrain {
                     &["motor.w"],
                     true,
                 );
+            }
+            if motor.states() > 0 {
+                let name = format!("motor.{}", motor.state_name());
+                let text = if motor.servo().is_some() { "Integrator of the servo" } else { "Torque of the rotor" };
+                output(&name, text, &unit::TORQUE, STATE, &[&name], true);
+                output(&format!("der({name})"), "Its rate", &TORQUE_RATE, STATE_RATE, &all, false);
             }
             if motor.servo().is_some() {
                 let text = "Torque that the servo demands, before its limit";

@@ -380,6 +380,20 @@ impl Train {
         }
     }
 
+    /// J, ½ J′ and T of tool and links of follower j at `phi`, T the torque of the links' weight; None without mechanisms.
+    pub fn links<S: Scalar>(&self, modes: &Modes, j: usize, phi: S) -> Option<[S; 3]> {
+        let follower = &self.followers[j];
+        if follower.rigid.linkage.is_empty() {
+            return None;
+        }
+        let lever = follower.rigid.cam.at_in(modes.segments[1 + j][0], phi.value()).0;
+        let lever = Series::of_derivatives(lever);
+        let moved = follower.rigid.linkage.moved(follower.rigid.m, lever, &follower.load.frames);
+        let [inertia, weight] = [moved.inertia, moved.weight.slope()].map(Series::derivatives);
+        let of = |d: [f64; 5], n: usize| phi.compose([d[n], d[n + 1], d[n + 2]]);
+        Some([of(inertia, 0), of(inertia, 1) * 0.5, of(weight, 0)])
+    }
+
     /// F_L on m1 of follower j, which has the place x1, ẋ1.
     pub fn load_of_m1<S: Arithmetic>(&self, j: usize, x1: [S; 2], process: S, input: S) -> S {
         let Follower { joint, load, roller, .. } = &self.followers[j];

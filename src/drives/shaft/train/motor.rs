@@ -67,6 +67,11 @@ impl Motor {
         Some(rotor / self.transmission.ratio)
     }
 
+    /// Whether nothing in it changes with time.
+    pub fn is_steady(&self) -> bool {
+        self.servo().is_none_or(|servo| matches!(servo.reference, Reference::Constant(_) | Reference::Input))
+    }
+
     /// Whether φ_ref is an input.
     pub fn takes_position(&self) -> bool {
         self.servo().is_some_and(|servo| servo.position.is_some() && servo.reference == Reference::Input)

@@ -19,7 +19,7 @@ impl Run {
     /// Takes up what ends the step, which has been left there.
     pub(super) fn happen(&mut self, train: &Train, outside: &Outside, event: Event, log: &mut EventLog) {
         let mut y = [0.0; MOST_STATES];
-        self.states.iter().zip(&mut y).for_each(|(state, y)| *y = state.hi);
+        self.from(&mut y);
         let phi = self.phi(outside, self.start, &y);
         match event {
             Event::Border(which, ahead) => {
@@ -29,7 +29,7 @@ impl Run {
             }
             Event::Release(j) => {
                 self.open(train, j, 3);
-                self.log(log, "release", ("angle", phi.hi, "rad"));
+                self.log(log, ("release", j + 1), ("angle", phi.hi, "rad"));
                 self.settle(train, outside, Some(j), log);
             }
             Event::Impact(j, flank) => self.hit(train, outside, (j, flank), log),
@@ -37,14 +37,19 @@ impl Run {
                 self.modes.saturation = sign;
                 let kind =
                     if sign == 0 { "torque of the servo below its limit" } else { "torque of the servo at its limit" };
-                self.log(log, kind, ("angle", phi.hi, "rad"));
+                self.log(log, (kind, 0), ("angle", phi.hi, "rad"));
             }
             Event::Knot(piece) => self.modes.piece = piece,
         }
     }
 
-    fn log(&self, log: &mut EventLog, kind: &'static str, (quantity, value, unit): (&'static str, f64, &'static str)) {
-        log.push(Entry { time: self.start.hi, kind, quantity, value, unit, solver: false });
+    fn log(
+        &self,
+        log: &mut EventLog,
+        (kind, follower): (&'static str, usize),
+        (quantity, value, unit): (&'static str, f64, &'static str),
+    ) {
+        log.push(Entry { time: self.start.hi, kind, quantity, value, unit, follower, solver: false });
     }
 
     /// m1 of follower j leaves its flank; the gap begins with a zero of this order.
@@ -65,7 +70,7 @@ impl Run {
         log: &mut EventLog,
     ) -> Result<(), Fault> {
         let mut y = [0.0; MOST_STATES];
-        self.states.iter().zip(&mut y).for_each(|(state, y)| *y = state.hi);
+        self.from(&mut y);
         let phi = self.phi(outside, self.start, &y);
         let angles = train.angles(phi, &y);
         let given = self.given(train, outside, self.start, &y);
@@ -105,7 +110,7 @@ impl Run {
         for _ in 0..train.followers.len() {
             let at_flank = self.at_flanks(None);
             let mut y = [0.0; MOST_STATES];
-            self.states.iter().zip(&mut y).for_each(|(state, y)| *y = state.hi);
+            self.from(&mut y);
             let phi = self.phi(outside, self.start, &y);
             let given = self.given(train, outside, self.start, &y);
             let (forces, _) = train.pressing(&self.modes, &at_flank, (phi, &y, &given));
@@ -139,7 +144,7 @@ impl Run {
             return;
         }
         let mut y = [0.0; MOST_STATES];
-        self.states.iter().zip(&mut y).for_each(|(state, y)| *y = state.hi);
+        self.from(&mut y);
         let phi = self.phi(outside, self.start, &y);
         let given = self.given(train, outside, self.start, &y);
         let (forces, _) = train.pressing(&self.modes, &at_flank, (phi, &y, &given));
@@ -148,7 +153,7 @@ impl Run {
             let Joint::Backlash(p) = train.followers[j].joint else { continue };
             if flank.sign() * forces[j] < 0.0 && p.s > 0.0 {
                 self.open(train, j, 2);
-                self.log(log, "release", ("force", forces[j], "N"));
+                self.log(log, ("release", j + 1), ("force", forces[j], "N"));
             }
         }
     }
@@ -158,7 +163,7 @@ impl Run {
         let mut at_flank = self.at_flanks(None);
         at_flank[j] = Some(flank);
         let mut y = [0.0; MOST_STATES];
-        self.states.iter().zip(&mut y).for_each(|(state, y)| *y = state.hi);
+        self.from(&mut y);
         for (i, follower) in train.followers.iter().enumerate() {
             let (Joint::Backlash(p), Mode::Free) = (follower.joint, self.modes.contacts[i]) else { continue };
             let at = train.layout.followers[i];
@@ -200,7 +205,7 @@ impl Run {
             if was_free {
                 self.tallies[i].impacts += 1.0;
                 let kind = touched.pick("impact on flank A", "impact on flank B");
-                self.log(log, kind, ("impulse", impulse, "N.s"));
+                self.log(log, (kind, i + 1), ("impulse", impulse, "N.s"));
             }
             if strike.after[i] == 0.0 {
                 self.modes.contacts[i] = Mode::Contact(touched);

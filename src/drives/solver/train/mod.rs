@@ -7,6 +7,7 @@
 //! Source: À. Jorba, M. Zou, Experimental Mathematics 14 (2005) 99–117 (step size of Taylor's method).
 
 mod events;
+pub mod periodic;
 mod record;
 
 use crate::drives::follower::contact::{Flank, Mode};
@@ -91,6 +92,8 @@ pub struct Run {
     pub error: f64,
     /// Relative.
     tolerance: f64,
+    /// The period with which it began (s), and its largest multiplier; 0 where it began otherwise.
+    pub period: [f64; 2],
     #[serde(skip)]
     recorded: Recorded,
 }
@@ -136,6 +139,16 @@ impl Run {
         let mut run = Run { start: time, states, turns, modes, order, tolerance, unit: LONGEST, ..Run::default() };
         run.unit = run.pace(train);
         run
+    }
+
+    /// The states where the step begins.
+    pub fn from(&self, y: &mut [f64]) {
+        self.states.iter().zip(y).for_each(|(state, y)| *y = state.hi);
+    }
+
+    /// It begins on this motion.
+    pub fn with_period(self, found: &periodic::Periodic) -> Self {
+        Run { period: [found.period, found.multiplier], ..self }
     }
 
     /// The equations change at `time`.
@@ -304,7 +317,7 @@ impl Run {
     fn find_event(&mut self, train: &Train, outside: &Outside) {
         let count = self.order;
         let mut y = [0.0; crate::drives::shaft::train::MOST_STATES];
-        self.states.iter().zip(&mut y).for_each(|(state, y)| *y = state.hi);
+        self.from(&mut y);
         let angles = train.angles(self.phi(outside, self.start, &y), &y);
         let ways = train.ways(&self.modes, &angles);
         for (which, [ahead, back]) in ways.into_iter().enumerate().filter(|(_, way)| way[0].is_finite()) {

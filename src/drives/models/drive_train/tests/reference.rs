@@ -623,6 +623,22 @@ fn limits_of_the_inertia() {
 }
 
 #[test]
+fn periodic_motion() {
+    let mut f = output(hs(0.04), [3.0, 12000.0, 20.0], 0.0);
+    f.load.gravity = Some(-9.81);
+    let shaft = Shaft::Free(loaded(machine(0.9, [0.0, 0.0], kloss(60.0, 0.2, 15.0, None))));
+    let train = Scene { start: Start::SteadyState, ..scene(shaft, vec![f]) };
+    let begun = run(&train, 1.0, 0, 0.0);
+    for (what, value) in [("w", 14.834951322737), ("y0", 0.013661175937604), ("v0", 0.014547572202273)] {
+        assert!((begun.read(what) - value).abs() < 1e-12, "{what}: {}", begun.read(what));
+    }
+    let [period, multiplier] = begun.run.period;
+    assert!((period - 0.422775956727908).abs() < 1e-13, "{period}");
+    let printed = 0.0023514211761_f64.hypot(0.2407085147409);
+    assert!((multiplier - printed).abs() < 1e-3 * printed, "{multiplier} {printed}");
+}
+
+#[test]
 #[ignore]
 fn speed() {
     let train = Shaft::Free(loaded(machine(0.9, [0.0, 14.0], kloss(60.0, 0.2, 15.0, Some(0.02)))));
