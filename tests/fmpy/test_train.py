@@ -11,9 +11,9 @@ import pytest
 from conftest import CAMDRIVE, ROOT, Package
 
 TRAINS = ROOT / "tests" / "fmpy" / "trains"
-LINE = re.compile(r"t = ([-+0-9.e]+) s: (?:follower\D?(\d+)\D*?)?(release|impact)")
+LINE = re.compile(r"t = ([-+0-9.e]+) s: (?:follower (\d+): |torque of the servo )?(release|impact|at|below)")
 
-# End (s), values there, first events: kind, follower, time (s). N is the force of the cam on the follower, x1 the mass at the
+# End (s), values there, first events: kind, follower (0: the servo at or below its limit), time (s). N is the force of the cam on the follower, x1 the mass at the
 # clearance, psi the angle behind an elastic shaft.
 CASES = {
     "outputs": (
@@ -92,13 +92,14 @@ CASES = {
         {
             "phi": 10.4103491430712,
             "w": 35.1597518256837,
+            "motor.I": 4.79749884524076,
             "follower[1].y": -0.0414399853736773,
             "der(follower[1].y)": 2.26683364617827,
             "follower[1].N": 84.5190069171191,
             "follower[2].N": 33.0210273299121,
             "M_an": 5,
         },
-        [],
+        [("at", 0, 0.388079903331848), ("below", 0, 0.496867260950225), ("at", 0, 0.525533807969804)],
     ),
     "two_contacts": (
         0.8,
@@ -304,10 +305,11 @@ CASES = {
         {
             "phi": 8.89631396151544,
             "w": 29.822219952184,
+            "motor.I": 1.70506406523555,
             "motor.w": 111.61964062816,
             "follower[1].y": -0.044692077691738,
         },
-        [],
+        [("at", 0, 0.44640342878606), ("below", 0, 0.462506326134282), ("at", 0, 0.577280978758409)],
     ),
     "table": (
         1.2,
@@ -324,10 +326,11 @@ CASES = {
         {
             "phi": 19.5141609115616,
             "w": 25.4022388660357,
+            "motor.I": 1.10503059154198,
             "follower[1].y": 0.028339016666652,
             "M_an": -4.7569001120377,
         },
-        [],
+        [("below", 0, 0.394820137781703), ("at", 0, 0.40815455817346), ("below", 0, 0.536083569307699)],
     ),
     "press": (
         0.78,
@@ -335,6 +338,8 @@ CASES = {
             "phi": 12.2031365166528,
             "w": 12.0060868002694,
             "a": -32.1190434213295,
+            "follower[1].N": 62878.3563888403,
+            "motor.I": 15.0588944013349,
             "follower[1].tau": 2108.11365820767,
         },
         [],
@@ -345,6 +350,7 @@ CASES = {
             "phi": 11.7260129350849,
             "w": 14.9649700303409,
             "a": 1.51610273279994,
+            "follower[1].N": 0.514337529502273,
             "follower[1].tau": -0.0659163772090079,
         },
         [],
@@ -447,7 +453,7 @@ def run(train, name, steps):
             unit.step_to(end * (i + 1) / steps)
             largest = {key: max(largest[key], abs(found)) for key, found in read().items()}
         found = (LINE.search(text) for _, category, text in unit.log if category == "logEvents")
-        events = [(m.group(3), int(m.group(2) or 1), float(m.group(1))) for m in found if m]
+        events = [(m.group(3), int(m.group(2) or m.group(3) in ("release", "impact")), float(m.group(1))) for m in found if m]
         return read(), largest, events
 
 
