@@ -1963,7 +1963,7 @@ fn forces_tells_what_rollers_and_joints_bear() {
 fn forces_of_drives_without_rollers_and_joints() {
     let folder = folder("forces_bare");
     let machine = "name = \"press\"\nmodel = \"RigidMachine\"\nmachine.J0 = 3\nstart.w_start = \"20 rad/s\"\n";
-    let tool = "[[follower]]\nm = 2\ncam = { law = \"fourier\", a = [0, \"-50 mm\"] }\nforces.process = \"-30 N\"\n";
+    let tool = "[[follower]]\nm = 2\ncam = { law = \"fourier\", a = [0, \"-50 mm\"] }\nload.process = \"-30 N\"\n";
     // ½ J′ω² of J = J0 + 0.5 cos 2φ, and m U′U″ω² − P U′ of the tool; each has its largest value at a known angle.
     for (name, more, largest) in [
         ("own", "machine.J = { law = \"fourier\", a = [0, 0, 0.5] }\n", 0.5 * 400.0),
@@ -1992,7 +1992,7 @@ fn forces_of_drives_without_rollers_and_joints() {
 #[test]
 fn what_of_forces_the_motion_leaves_out_is_said() {
     let folder = folder("left_out");
-    let left_out = "[forces] (spring, gravity, process) is not part of the motion of the FMU, in which contact holds at any speed; in the machine the follower would leave its cam from 1623.3 rpm on";
+    let left_out = "in the motion of the FMU contact holds at any speed; in the machine the follower would leave its cam from 1623.3 rpm on (backlash with s = inf models that)";
     let note = format!("note: {TAPPET}: {left_out}\n");
     assert_eq!(camdrive(&["check", TAPPET]).err, note);
     let json: serde_json::Value = serde_json::from_str(&camdrive(&["check", TAPPET, "--json"]).out).expect("JSON");
@@ -2009,7 +2009,8 @@ fn what_of_forces_the_motion_leaves_out_is_said() {
     assert!(documentation::html(&identity, &scene.resource(), &mut drive).expect("a page").contains(&described));
     // Where force keeps no follower on its cam, no speed is told.
     let machine = "examples/sealing_machine/scene.toml";
-    let note = format!("note: {machine}: [forces] (gravity, process, lever_J) is not part of the motion of the FMU\n");
+    let note =
+        format!("note: {machine}: load.gravity, load.process, forces.lever_J are not part of the motion of the FMU\n");
     let told = camdrive(&["check", machine]).err;
     assert!(told.ends_with(&note), "{told}");
     assert_eq!(camdrive(&["check", SCENE]).err, "");
@@ -2023,7 +2024,7 @@ fn forces_says_what_it_cannot_do() {
     let inputs = folder.join("inputs.toml");
     std::fs::rename(&driven, &inputs).expect("it is there");
     let sharp = geometry.replace("8 mm", "16 mm").replace("base_radius = \"30 mm\"", "prime_radius = \"17 mm\"");
-    let pressed = "[forces]\nroller_width = \"9 mm\"\nspring.preload = \"1 kN\"\n";
+    let pressed = "[forces]\nroller_width = \"9 mm\"\n[load]\nspring.preload = \"1 kN\"\n";
     let undercut = with_geometry(&folder, geometry, &(sharp + pressed));
     let cases: [(&[&str], &[&str]); 6] = [
         (&["examples/rod_drive/scene.toml"], &["ParametricDrive has no cam"]),

@@ -69,7 +69,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         )));
     };
     let machine = Machine { speed, ..machine };
-    let machine = machine.with_springs_placed().map_err(fault)?;
     let (turn, report) = Bar::beside(&scene.name, |_| {
         let turn = machine.turn()?;
         let report = Report::new(&machine, &turn);

@@ -1,7 +1,7 @@
 //! The follower of a cam of a machine: `[[follower]]` and `[[follower.linkage]]`.
 
 use super::section::{Limits, NOT_NEGATIVE, POSITIVE, Section, within};
-use super::{forces, geometry, motion_law};
+use super::{forces, geometry, load, motion_law};
 use camdrive::drives::rigid_machine::Follower;
 use camdrive::drives::rigid_machine::linkage::{
     Branch, FourBar, Gear, Kind, Linkage, Mechanism, Parameter, ParameterKind, SliderCrank,
@@ -74,6 +74,7 @@ pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option
     // Read when the law is known.
     section.has(geometry::KEY);
     section.has(forces::KEY);
+    section.has(load::KEY);
     let tool_quantity = if turns { &unit::ANGLE } else { &unit::LENGTH };
     let cam = if section.has("crank") {
         crank(section)

@@ -1,19 +1,19 @@
-//! Loads on the follower of a cam beside its masses: `[forces]` beside `[cam]`, `[follower.forces]`. The motion of
-//! the FMU is without them.
+//! What the analysis of forces needs beside masses and loads: `[forces]` beside `[cam]`, `[follower.forces]`. The motion of the FMU
+//! is without it.
 
 use super::geometry::{self, CamPlan};
-use super::section::{ANY, NOT_NEGATIVE, Node, POSITIVE, Section, within};
-use super::{Resolved, motion_law, units};
+use super::section::{NOT_NEGATIVE, POSITIVE, Section, within};
+use super::{Resolved, load, units};
 use camdrive::drives::Fault;
+use camdrive::drives::drive_train::{self, Joint, Shaft};
+use camdrive::drives::follower::load::Load;
 use camdrive::drives::rigid_machine::{self, Follower};
-use camdrive::drives::unit::{self, Quantity};
-use camdrive::motion::{Fourier, MotionLaw};
-use camdrive_design::cam_geometry::{Carrier, Point};
-use camdrive_design::forces::{Drive, Loads, Machine, Material, Spring, Teeth};
+use camdrive::drives::unit;
+use camdrive_design::cam_geometry::Carrier;
+use camdrive_design::forces::{Drive, Loads, Machine, Material, Teeth};
 use serde_json::Value;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 use std::path::Path;
-use toml::de::DeValue;
 
 /// The key of the table.
 pub const KEY: &str = "forces";
@@ -25,22 +25,13 @@ const STEEL: [f64; 2] = [210e9, 0.3];
 const TOOTH_ANGLE: f64 = PI / 9.0;
 
 /// Synonyms of the keys.
-const SYNONYMS: &[(&str, &str)] = &[
-    ("g", "gravity"),
-    ("width", "roller_width"),
-    ("E", "E_cam"),
-    ("nu", "nu_cam"),
-    ("J", "lever_J"),
-    ("load", "process"),
-    ("force", "process"),
-    ("F", "process"),
-    ("F0", "preload"),
-    ("stiffness", "c"),
-];
+const SYNONYMS: &[(&str, &str)] = &[("width", "roller_width"), ("E", "E_cam"), ("nu", "nu_cam"), ("J", "lever_J")];
+
+/// The keys that [`load`] has instead.
+const MOVED: [&str; 4] = ["gravity", "gravity_angle", "spring", "process"];
 
 /// Properties of a follower that its loads depend on.
 struct Known {
-    turns: bool,
     mechanisms: usize,
     geometry: bool,
     lever: bool,
@@ -48,25 +39,44 @@ struct Known {
 
 /// The loads of all cams of a scene, in its order, with its drive where that is right already.
 pub fn all(root: &Section<'_>, drive: Option<&Value>, cams: &[CamPlan], folder: &Path) -> Option<Vec<Loads>> {
-    let known = |section: &Section<'_>, follower: Option<usize>, turns: bool, mechanisms: usize| {
+    let known = |section: &Section<'_>, follower: Option<usize>, mechanisms: usize| {
         let geometry = section.has(geometry::KEY);
         // A geometry with faults is taken for one that fits.
         let plan = cams.iter().find(|cam| cam.follower == follower).map(|cam| cam.plan);
         let lever = plan.map_or(geometry || mechanisms > 0, |plan| matches!(plan.carrier, Carrier::Lever { .. }));
-        Known { turns, mechanisms, geometry, lever }
+        Known { mechanisms, geometry, lever }
     };
     let mut list = Vec::new();
     if root.has("cam") {
-        list.push(of(root, &known(root, None, false, 0), folder));
+        let cam = drive.and_then(|drive| serde_json::from_value(drive["cam"].clone()).ok());
+        let loads = loads(drive, || load::beside_cam(root, cam.as_ref(), true, folder));
+        list.push(of(root, &known(root, None, 0), loads));
     }
     for (j, section) in root.sections("follower")?.iter().enumerate() {
-        let follower = drive.and_then(|drive| drive.get("followers")?.get(j));
-        let follower: Option<Follower> = follower.and_then(|value| serde_json::from_value(value.clone()).ok());
+        let value = drive.and_then(|drive| drive.get("followers")?.get(j));
+        let follower: Option<Follower> =
+            value.and_then(|value| serde_json::from_value(value.get("rigid").unwrap_or(value).clone()).ok());
         let turns = follower.as_ref().map_or(section.has("J"), |follower| follower.turns);
         let mechanisms = section.sections("linkage")?.len();
-        list.push(of(section, &known(section, Some(j + 1), turns, mechanisms), folder));
+        let carrier = load::Carrier { turns, mechanisms, follower: follower.as_ref(), roller: false };
+        let loads = loads(value, || load::read(section, carrier, folder));
+        list.push(of(section, &known(section, Some(j + 1), mechanisms), loads));
     }
     list.into_iter().collect()
+}
+
+/// The loads that the motion of the FMU has, or those that it leaves out.
+fn loads(value: Option<&Value>, read: impl Fn() -> Option<[Load; 2]>) -> Option<Loads> {
+    let part = |key: &str| value?.get(key);
+    let Some(own) = part("load") else {
+        // Faults of a scene that is no drive yet are told by its model.
+        let [load, roller] = if value.is_some() { read()? } else { Default::default() };
+        return Some(Loads { load, roller: (0.0, roller), left_out: true, ..Loads::default() });
+    };
+    // Its mass may stand before it.
+    let roller = part("roller").map(|roller| roller.get(1).unwrap_or(roller));
+    let load = |value: &Value| serde_json::from_value(value.clone()).ok();
+    Some(Loads { load: load(own)?, roller: (0.0, roller.map_or(Some(Load::default()), load)?), ..Loads::default() })
 }
 
 /// The cams of a scene with what they move, at rest.
@@ -74,41 +84,57 @@ pub fn all(root: &Section<'_>, drive: Option<&Value>, cams: &[CamPlan], folder: 
 /// # Errors
 /// Where the model has no cam.
 pub fn machine(scene: &Resolved) -> Result<Machine, Fault> {
-    let (followers, inertia) = if scene.model == "RigidMachine" {
-        let whole: rigid_machine::Scene = scene.resource().read()?;
-        (whole.followers, whole.inertia.varying)
-    } else {
-        let cam = serde_json::from_value(scene.scene["cam"].clone());
-        let cam = cam.map_err(|_| Fault::new(format!("a {} has no cam", scene.model)))?;
-        let parameters = &scene.scene["parameters"];
-        let mass = ["m", "m1", "m2"].iter().filter_map(|key| parameters.get(key)?.as_f64()).sum();
-        (vec![Follower::new(mass, cam)], None)
+    // With the mass on the cam's side, and whether the follower may leave its cam.
+    let single = |follower: Follower| (follower, 0.0, false);
+    let (followers, inertia) = match scene.model {
+        "RigidMachine" => {
+            let whole: rigid_machine::Scene = scene.resource().read()?;
+            (whole.followers.into_iter().map(single).collect(), whole.inertia.varying)
+        }
+        "DriveTrain" => {
+            let drive_train::Scene { followers, shaft, .. } = scene.resource().read()?;
+            let follower = |train: drive_train::Follower| {
+                let (m, roller, leaves) = match train.joint {
+                    Joint::Rigid => (train.rigid.m, 0.0, false),
+                    Joint::Output(parameters, roller) => (parameters.m, roller, false),
+                    Joint::Shaft(parameters) => (parameters.m, 0.0, false),
+                    Joint::Backlash(parameters) => (parameters.m2, parameters.m1, true),
+                };
+                (Follower { m: m + roller, ..train.rigid }, roller, leaves)
+            };
+            let inertia = if let Shaft::Free(machine) = shaft { machine.inertia.varying } else { None };
+            (followers.into_iter().map(follower).collect(), inertia)
+        }
+        model => {
+            let cam = serde_json::from_value(scene.scene["cam"].clone());
+            let cam = cam.map_err(|_| Fault::new(format!("a {model} has no cam")))?;
+            let number = |key: &str| scene.scene["parameters"].get(key).and_then(Value::as_f64);
+            let roller = number("m1").or(scene.scene["roller"][0].as_f64()).unwrap_or(0.0);
+            let m = number("m").or(number("m2")).unwrap_or(0.0);
+            (vec![(Follower::new(m + roller, cam), roller, number("m1").is_some())], None)
+        }
     };
     let mut drives = Vec::new();
-    for (j, (follower, loads)) in followers.into_iter().zip(&scene.loads).enumerate() {
-        let number = (scene.model == "RigidMachine").then_some(j + 1);
+    for (j, ((follower, roller, may_leave), loads)) in Vec::into_iter(followers).zip(&scene.loads).enumerate() {
+        let number = scene.scene.get("followers").map(|_| j + 1);
         let name = number.map_or(scene.name.clone(), |j| format!("{}.follower{j}", scene.name));
         let plan = scene.cams.iter().find(|cam| cam.follower == number).map(|cam| cam.plan);
-        drives.push(Drive::new(name, follower, plan, loads.clone())?);
+        let loads = Loads { roller: (roller, loads.roller.1.clone()), may_leave, ..loads.clone() };
+        drives.push(Drive::new(name, follower, plan, loads)?);
     }
     Ok(Machine { name: scene.name.clone(), speed: 0.0, inertia, drives })
 }
 
-fn of(parent: &Section<'_>, known: &Known, folder: &Path) -> Option<Loads> {
-    let Some(section) = parent.section(KEY)? else { return Some(Loads::default()) };
-    let (force, stiffness, position): (&'static Quantity, &'static Quantity, &'static Quantity) = match known.turns {
-        true => (&unit::TORQUE, &unit::ROTATIONAL_STIFFNESS, &unit::ANGLE),
-        false => (&unit::FORCE, &unit::STIFFNESS, &unit::LENGTH),
-    };
-    let gravity = gravity(&section, known);
-    let spring = section.read("spring", |section| {
-        let preload = section.real_or("preload", force, NOT_NEGATIVE, 0.0);
-        let stiffness = section.real_or("c", stiffness, NOT_NEGATIVE, 0.0);
-        let at = section.optional("at", position, ANY);
-        section.finish(SYNONYMS);
-        Some(Spring { preload: preload?, stiffness: stiffness?, at: at? })
-    });
-    let process = process(&section, force, folder);
+fn of(parent: &Section<'_>, known: &Known, loads: Option<Loads>) -> Option<Loads> {
+    let Some(section) = parent.section(KEY)? else { return loads };
+    for key in MOVED {
+        if let Some(node) = section.node(key) {
+            let place = if parent.path.is_empty() { "load" } else { "follower.load" };
+            let text = section.faults.text[node.span].split_whitespace().collect::<Vec<_>>().join(" ");
+            let fault = section.fault_of(key, format!(" is a load, which belongs to [{place}]"));
+            section.faults.report(fault.hint(format!("write it in a section [{place}]: {key} = {text}")));
+        }
+    }
     if !known.lever {
         section.forbid(&["lever_J"], "no lever is known", "geometry with follower = \"lever\"");
     }
@@ -122,47 +148,10 @@ fn of(parent: &Section<'_>, known: &Known, folder: &Path) -> Option<Loads> {
     section.finish(SYNONYMS);
     Some(Loads {
         lever_inertia: lever_inertia?,
-        gravity: gravity?,
-        spring: spring?,
-        process: process?,
         teeth: Teeth { radius: radius?, angle: angle? },
         material: material?,
+        ..loads?
     })
-}
-
-/// g in the frame of each mechanism, or along the motion of the tool.
-fn gravity(section: &Section<'_>, known: &Known) -> Option<Vec<Point>> {
-    let size = section.real_or("gravity", &unit::ACCELERATION, NOT_NEGATIVE, 0.0);
-    let places = known.mechanisms.max(1);
-    if !section.has("gravity_angle") {
-        let usual = if known.mechanisms > 0 { -FRAC_PI_2 } else { PI };
-        return Some(vec![Point::from_polar(size?, usual); places]);
-    }
-    if !section.has("gravity") {
-        section.forbid(&["gravity_angle"], "there is no gravity", "gravity = \"9.81 m/s2\"");
-    }
-    let angles = match section.node("gravity_angle")?.value {
-        DeValue::Array(_) => section.reals("gravity_angle", &unit::ANGLE),
-        _ => section.real("gravity_angle", &unit::ANGLE, within(-TAU, TAU)).map(|angle| vec![angle]),
-    };
-    let angles = angles?;
-    if angles.len() != places {
-        let fault = section.fault_of("gravity_angle", format!(" has {} angles", angles.len()));
-        return section.refuse(
-            fault.admissible(format!("{places}, one for each mechanism; without mechanisms, one for the tool")),
-        );
-    }
-    let size = size?;
-    Some(angles.into_iter().map(|angle| Point::from_polar(size, angle)).collect())
-}
-
-/// P(φ): a value, or a law as in `[cam]`.
-fn process(section: &Section<'_>, force: &'static Quantity, folder: &Path) -> Option<Option<MotionLaw>> {
-    if let Some(Node { value: DeValue::Table(_), .. }) = section.node("process") {
-        return section.read("process", |section| motion_law::read(section, force, folder));
-    }
-    let value = section.optional("process", force, ANY)?;
-    Some(value.map(|value| MotionLaw::Fourier(Fourier::new(vec![value], Vec::new()))))
 }
 
 fn material(section: &Section<'_>, known: &Known) -> Option<Option<Material>> {

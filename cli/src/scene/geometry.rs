@@ -57,6 +57,7 @@ pub fn all(root: &Section<'_>, drive: Option<&Value>) -> Option<Vec<CamPlan>> {
     let mut list = if root.has("cam") { vec![of(root, None, law(drive), false)] } else { Vec::new() };
     for (j, follower) in root.sections("follower").unwrap_or_default().iter().enumerate() {
         let drive = drive.and_then(|drive| drive.get("followers")?.get(j));
+        let drive = drive.map(|drive| drive.get("rigid").unwrap_or(drive));
         let angular = follower.has("linkage") || (follower.has("J") && !follower.has("m"));
         let plan = of(follower, Some(j + 1), law(drive), angular);
         let behind = || mechanisms(j + 1, drive).unwrap_or_default();

@@ -46,7 +46,11 @@ pub struct Carrier<'a> {
 pub fn read(parent: &Section<'_>, carrier: Carrier<'_>, folder: &Path) -> Option<[Load; 2]> {
     let Some(section) = parent.section(KEY)? else { return Some([Load::default(), Load::default()]) };
     if !carrier.roller {
-        section.forbid(&["roller"], "no mass on the side of the cam is known", "a drive with such a mass");
+        section.forbid(
+            &["roller"],
+            "no mass on the side of the cam is known",
+            "`elasticity.m_roller` or a drive with backlash",
+        );
     }
     let roller = section.section("roller").and_then(|part| match part {
         Some(part) => one(&part, carrier),

@@ -54,6 +54,7 @@ fn cam(root: &Section<'_>, folder: &Path) -> Option<MotionLaw> {
     // Beside a cam there may be its geometry and its loads, which are read when the law is known.
     root.has(geometry::KEY);
     root.has(forces::KEY);
+    root.has(load::KEY);
     root.required_section("cam").and_then(|s| motion_law::read(&s, &unit::LENGTH, folder))
 }
 

@@ -226,11 +226,12 @@ fn loads_of_a_follower_behind_a_mechanism() {
         arm_length = 0.11
         roller_radius = 0.02
         start_angle = 0.55
-        [follower.forces]
+        [follower.load]
         gravity = "9.81 m/s2"
         gravity_angle = ["90 deg", "-90 deg"]
         spring = { preload = "2 N.m", c = "3 N.m/rad", at = "90 deg" }
         process = { law = "fourier", a = ["-12 N.m"] }
+        [follower.forces]
         lever_J = "4e-3 kg.m2"
         roller_width = "15 mm"
         E_roller = "110 GPa"
@@ -238,23 +239,23 @@ fn loads_of_a_follower_behind_a_mechanism() {
         [[follower]]
         m = 1
         cam = { law = "fourier", a = [0.0, 0.1] }
-        [follower.forces]
+        [follower.load]
         gravity = 10
         process = "-5 N"
     "#;
     let scene = resolve("scene.toml", text, Path::new("")).unwrap_or_else(|faults| panic!("{faults}"));
     let [behind, alone] = &scene.loads[..] else { panic!("{:?}", scene.loads) };
-    let [first, second] = behind.gravity[..] else { panic!("{behind:?}") };
-    assert!((first.im - 9.81).abs() < 1e-15 && (second.im + 9.81).abs() < 1e-15 && first.re.abs() < 1e-15);
-    let spring = behind.spring.expect("a spring");
-    assert_eq!((spring.preload, spring.stiffness, spring.at), (2.0, 3.0, Some(PI / 2.0)));
-    let process = |loads: &Loads| loads.process.as_ref().expect("a force").at(1.0).0[0];
+    let [first, second] = behind.load.frames[..] else { panic!("{behind:?}") };
+    assert!((first[1] - 9.81).abs() < 1e-15 && (second[1] + 9.81).abs() < 1e-15 && first[0].abs() < 1e-15);
+    let spring = behind.load.spring.expect("a spring");
+    assert_eq!((spring.preload, spring.c, spring.at), (2.0, 3.0, PI / 2.0));
+    let process = |loads: &Loads| loads.load.process.as_ref().expect("a force").at(1.0).0[0];
     assert_eq!((process(behind), behind.lever_inertia), (-12.0, 4e-3));
     let material = behind.material.expect("a roller");
     assert_eq!((material.width, material.elasticity, material.poisson), (0.015, [210e9, 110e9], [0.25, 0.3]));
     // Gravity acts against the motion where nothing else is said.
-    assert!((alone.gravity[0].re + 10.0).abs() < 1e-14 && alone.gravity.len() == 1);
-    assert_eq!((process(alone), alone.material, alone.spring), (-5.0, None, None));
+    assert_eq!((alone.load.gravity, alone.load.frames.len(), behind.load.gravity), (Some(-10.0), 0, None));
+    assert_eq!((process(alone), alone.material, alone.load.spring), (-5.0, None, None));
 }
 
 #[test]

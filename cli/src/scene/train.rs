@@ -130,7 +130,6 @@ fn one(section: &Section<'_>, folder: &Path) -> Option<Follower> {
         let fault = section.fault_of("linkage", format!(": mechanisms behind `{joint}` are not modelled"));
         section.faults.report(fault.hint(format!("remove `{joint}` or the mechanisms")));
     }
-    section.has(load::KEY);
     let rigid = follower::read(section, joined.then_some(joint), folder);
     let (elastic, backlash) = (elastic?, backlash?);
     let roller = matches!(&elastic, Some(part) if part.has("m_roller")) || backlash.is_some();

@@ -1,14 +1,13 @@
 //! Kinetostatics: the forces with which a machine at constant speed moves its tools, from the tool back to the cam.
 //!
-//! The tool demands τ = m (ÿ − g) − P + F₀ + c (y − y₀), the mechanisms before it pass it on ([`mechanism`]), and with the
+//! The tool demands τ = m ÿ − F_L with the loads F_L on it ([`camdrive::drives::follower::load`]), the mechanisms before it pass it on ([`mechanism`]), and with the
 //! lever Q = J_l Ü + (torque of the first mechanism) is the force on the coordinate U of the cam. By virtual work the roller
 //! presses with N = Q/(n · dp/dU), and the cam's shaft needs M = Q U′. The contact (Hertz, line contact of cylinders) bears
 //!
 //! p_H = √(N E*/(π L R)),  1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂,  R = ϱ (1 ∓ ϱκ),
 //!
 //! the roller's radius times what is left of it in the curvature of the contour. Symbols: y coordinate of the tool (m or
-//! rad), m its mass (kg) or moment of inertia (kg·m²), g gravity along y (m/s²), P process force (N or N·m) in the sense of
-//! y, F₀, c, y₀ preload, stiffness and place of a return spring; n normal of the path of the roller's centre p that points
+//! rad), m its mass (kg) or moment of inertia (kg·m²); n normal of the path of the roller's centre p that points
 //! away from the inner contour; N > 0 presses on the inner contour, N < 0 on the outer one; L width of the contact (m).
 //!
 //! Valid for rigid bodies without friction and clearance, at constant speed. Source: Dresig, Holzweißig, *Maschinendynamik*,
@@ -26,23 +25,13 @@ pub use turn::{Turn, least_place};
 
 use crate::cam_geometry::{Cam, Follower as Carrier, Plan, Point, Side};
 use camdrive::drives::Fault;
+use camdrive::drives::follower::load::Load;
 use camdrive::drives::rigid_machine::Follower;
 use camdrive::drives::rigid_machine::linkage::{Linkage, in_turn};
 use camdrive::motion::MotionLaw;
 pub use mechanism::Teeth;
 use mechanism::{Reactions, reactions};
 use std::f64::consts::PI;
-
-/// A spring that draws the tool towards smaller y.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spring {
-    /// F₀ (N or N·m).
-    pub preload: f64,
-    /// c (N/m or N·m/rad).
-    pub stiffness: f64,
-    /// y₀ (m or rad), where the spring has its preload; None for the least y of the turn.
-    pub at: Option<f64>,
-}
 
 /// The contact of roller and cam.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,17 +44,19 @@ pub struct Material {
     pub poisson: [f64; 2],
 }
 
-/// Loads on a follower beside its masses.
+/// What acts on a follower, and what bears it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Loads {
     /// J_l (kg·m²) of what turns with the lever.
     pub lever_inertia: f64,
-    /// g (m/s²) in the frame of each mechanism; without one along U. Empty without gravity.
-    pub gravity: Vec<Point>,
-    /// F₀, c, y₀.
-    pub spring: Option<Spring>,
-    /// P(φ).
-    pub process: Option<MotionLaw>,
+    /// Loads on the tool.
+    pub load: Load,
+    /// Part of the mass (kg) that is on the cam's side of an elasticity or clearance, and loads on it.
+    pub roller: (f64, Load),
+    /// Whether the motion of the FMU is without the loads.
+    pub left_out: bool,
+    /// Whether in the motion of the FMU the follower may leave its cam.
+    pub may_leave: bool,
     /// Teeth of its gears.
     pub teeth: Teeth,
     /// For the pressure in the contact.
@@ -125,13 +116,13 @@ pub struct Forces {
     pub tool: [f64; 3],
     /// Q (N, of an angular law N·m).
     pub load: f64,
-    /// Q at rest, and what inertia adds to it for each (rad/s)².
-    pub parts: [f64; 2],
+    /// Q at rest, what damping adds to it for each rad/s, and inertia for each (rad/s)².
+    pub parts: [f64; 3],
     /// dy/dU: Q for F₀ = 1.
     pub travel: f64,
     /// M (N·m).
     pub torque: f64,
-    /// −P dy/dφ (N·m): what the process takes of M.
+    /// (b ẏ − P) dy/dφ (N·m): what process and damping take of M.
     pub process: f64,
     /// Reactions in each mechanism, from the cam to the tool.
     pub mechanisms: Vec<Reactions>,
@@ -141,11 +132,23 @@ pub struct Forces {
 
 impl Forces {
     fn is_finite(&self) -> bool {
-        let [at_rest, by_inertia] = self.parts;
         let joints = self.mechanisms.iter().flat_map(|mechanism| &mechanism.joints);
         let contacts = self.contacts.iter().flat_map(|contact| [contact.force, contact.hertzian]);
-        let all = [self.load, self.torque, at_rest, by_inertia].into_iter().chain(joints.map(|f| f.norm()));
+        let all = [self.load, self.torque].into_iter().chain(self.parts).chain(joints.map(|f| f.norm()));
         all.chain(contacts).all(f64::is_finite)
+    }
+}
+
+impl Loads {
+    /// The loads on the tool and on the cam's side.
+    fn on(&self) -> [&Load; 2] {
+        [&self.load, &self.roller.1]
+    }
+
+    /// F_L at rest at y, where the follower has the mass `m` in all.
+    fn push(&self, m: f64, y: f64, process: f64) -> f64 {
+        let (m_roller, roller) = &self.roller;
+        self.load.force(m - m_roller, [y, 0.0], Some(process), None) + roller.force(*m_roller, [y, 0.0], None, None)
     }
 }
 
@@ -176,7 +179,10 @@ impl Drive {
 
     /// Whether the contact is kept by force alone: a single contact, or a return spring where no geometry is known.
     pub fn is_force_closed(&self) -> bool {
-        self.contacts.len() == 1 || self.plan.is_none() && self.loads.spring.is_some() && self.follower.has_cam()
+        self.contacts.len() == 1
+            || self.plan.is_none()
+                && self.loads.on().iter().any(|load| load.spring.is_some())
+                && self.follower.has_cam()
     }
 
     /// What the torque of a law that is an angle acts on.
@@ -194,11 +200,6 @@ impl Drive {
         }
     }
 
-    /// g along the line of the tool (m/s²); tools that turn are taken as balanced.
-    fn gravity_on_tool(&self) -> f64 {
-        self.loads.gravity.last().filter(|_| !self.follower.turns).map_or(0.0, |gravity| gravity.re)
-    }
-
     /// The tool's coordinate and its derivatives, mechanism by mechanism from those of the cam's law.
     fn motions(&self, lever: [f64; 3]) -> Vec<[f64; 3]> {
         let mut motions = vec![lever];
@@ -210,14 +211,15 @@ impl Drive {
     }
 
     /// Q and the reactions of the mechanisms, where U, U̇, Ü are `lever` and the tool is pushed by `push` (N or N·m); without
-    /// gravity for `weight` = 0, with it for 1.
+    /// the weight of links for `weight` = 0, with it for 1.
     fn backward(&self, lever: [f64; 3], push: f64, weight: f64) -> (f64, Vec<Reactions>) {
         let motions = self.motions(lever);
         let mass = self.follower.m;
-        let mut load = mass * (motions[motions.len() - 1][2] - weight * self.gravity_on_tool()) - push;
+        let mut load = mass * motions[motions.len() - 1][2] - push;
         let mut list = Vec::new();
         for (i, mechanism) in self.follower.linkage.0.iter().enumerate().rev() {
-            let gravity = self.loads.gravity.get(i).map_or(Point::from(0.0), |gravity| gravity * weight);
+            let frame = self.loads.load.frames.get(i).map_or([0.0; 2], |gravity| gravity.map(|g| g * weight));
+            let gravity = Point::new(frame[0], frame[1]);
             let moves = [motions[i], motions[i + 1]];
             list.push(reactions(mechanism, moves, load, mass, gravity, self.loads.teeth));
             load = list[list.len() - 1].input;
@@ -236,24 +238,22 @@ impl Drive {
         let segment = law.segment(within, true);
         let [u, u1, u2, ..] = law.at_in(segment, phi).0;
         let place = self.follower.tool([u, 1.0]);
-        let spring = self
-            .loads
-            .spring
-            .map_or(0.0, |spring| spring.preload + spring.stiffness * (place[0] - spring.at.unwrap_or(0.0)));
-        let process = self.loads.process.as_ref().map_or(0.0, |p| p.at_in(p.segment(within, true), phi).0[0]);
-        let push = process - spring;
+        let process = self.loads.load.process.as_ref().map_or(0.0, |p| p.at_in(p.segment(within, true), phi).0[0]);
         let lever = [u, u1 * w, u2 * w * w];
-        let (load, mechanisms) = self.backward(lever, push, 1.0);
+        let push = self.loads.push(self.follower.m, place[0], process);
+        let damping = -self.loads.on().map(|load| load.damping.unwrap_or(0.0)).iter().sum::<f64>() * place[1] * u1;
+        let (load, mechanisms) = self.backward(lever, push + damping * w, 1.0);
         let (at_rest, _) = self.backward([u, 0.0, 0.0], push, 1.0);
+        let (by_damping, _) = self.backward([u, 0.0, 0.0], damping, 0.0);
         let (by_inertia, _) = self.backward([u, u1, u2], 0.0, 0.0);
         let contacts = self.contacts.iter().map(|contact| self.contact(contact, segment, phi, load));
         let forces = Forces {
             tool: self.follower.tool(lever),
             load,
-            parts: [at_rest, by_inertia],
+            parts: [at_rest, by_damping, by_inertia],
             travel: place[1],
             torque: load * u1,
-            process: -process * place[1] * u1,
+            process: -(process + damping * w) * place[1] * u1,
             mechanisms,
             contacts: contacts.collect::<Result<_, _>>()?,
         };

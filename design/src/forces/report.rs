@@ -199,7 +199,7 @@ impl Range {
 impl Keeping {
     /// F₀ ≥ −(Q − F₀ Q₁)/Q₁ with Q₁ = dy/dU all over the turn, and [`Turn::lift_off`].
     fn of(turn: &Turn<'_>, j: usize, drive: &Drive) -> Self {
-        let preload = drive.loads.spring.map_or(0.0, |spring| spring.preload);
+        let preload: f64 = drive.loads.on().map(|load| load.spring.map_or(0.0, |spring| spring.preload)).iter().sum();
         let sense = turn.sense(j);
         let helps = turn.largest(|state| -sense(state) * state.drives[j].travel).value < 0.0;
         let needed = |state: &State| preload - state.drives[j].load / state.drives[j].travel;
@@ -379,37 +379,43 @@ impl Report {
 }
 
 impl Machine {
-    /// The loads that the motion of an FMU leaves out, and the speeds from which its followers would leave their cams, in a
-    /// sentence; None without such loads.
+    /// The loads that the motion of an FMU leaves out, and the speeds from which its followers would leave their cams though in that
+    /// motion they cannot, in a sentence; None without either.
     pub fn left_out(mut self) -> Option<String> {
-        let named: [(&str, fn(&Loads) -> bool); 4] = [
-            ("spring", |loads| loads.spring.is_some()),
-            ("gravity", |loads| loads.gravity.iter().any(|g| g.norm() > 0.0)),
-            ("process", |loads| loads.process.is_some()),
-            ("lever_J", |loads| loads.lever_inertia > 0.0),
+        let named: [(&str, fn(&Loads) -> bool); 5] = [
+            ("load.spring", |loads| loads.left_out && loads.on().iter().any(|load| load.spring.is_some())),
+            ("load.gravity", |loads| {
+                loads.left_out && loads.on().iter().any(|load| load.gravity.is_some() || !load.frames.is_empty())
+            }),
+            ("load.force", |loads| loads.left_out && loads.on().iter().any(|load| load.constant.is_some())),
+            ("load.process", |loads| loads.left_out && loads.load.process.is_some()),
+            ("forces.lever_J", |loads| loads.lever_inertia > 0.0),
         ];
         let acting = named.iter().filter(|(_, acts)| self.drives.iter().any(|drive| acts(&drive.loads)));
         let acting: Vec<&str> = acting.map(|(name, _)| *name).collect();
         // Forces do without the pressure in the contact, which an undercut cam does not have.
         self.drives.iter_mut().for_each(|drive| drive.loads.material = None);
         let leaving = || {
-            let machine = self.with_springs_placed()?;
-            let turn = machine.turn()?;
+            let turn = self.turn()?;
             let of = |(j, drive): (usize, &Drive)| {
                 let name = drive.name.rsplit_once('.').map_or("the follower", |(_, follower)| follower);
-                let lift_off = drive.is_force_closed().then(|| turn.lift_off(j))??;
-                Some(format!("{name} would leave its cam {}", from(lift_off.value)))
+                let kept = drive.is_force_closed() && !drive.loads.may_leave;
+                Some(format!("{name} would leave its cam {}", from(kept.then(|| turn.lift_off(j))??.value)))
             };
-            let leaving: Vec<String> = machine.drives.iter().enumerate().filter_map(of).collect();
-            Ok(match leaving[..] {
-                [] => String::new(),
-                _ => format!(", in which contact holds at any speed; in the machine {}", leaving.join(", ")),
-            })
+            Ok(self.drives.iter().enumerate().filter_map(of).collect::<Vec<_>>().join(", "))
         };
-        (!acting.is_empty()).then(|| {
-            let leaving: String = leaving().unwrap_or_else(|_: Fault| String::new());
-            format!("[forces] ({}) is not part of the motion of the FMU{leaving}", acting.join(", "))
-        })
+        let leaving = leaving().unwrap_or_else(|_: Fault| String::new());
+        let leaving =
+            if leaving.is_empty() { leaving } else { format!("contact holds at any speed; in the machine {leaving}") };
+        match (&acting[..], leaving.is_empty()) {
+            ([], true) => None,
+            ([], false) => Some(format!("in the motion of the FMU {leaving} (backlash with s = inf models that)")),
+            (names, alone) => {
+                let verb = if names.len() > 1 { "are" } else { "is" };
+                let rest = if alone { leaving } else { format!(", in which {leaving}") };
+                Some(format!("{} {verb} not part of the motion of the FMU{rest}", names.join(", ")))
+            }
+        }
     }
 }
 

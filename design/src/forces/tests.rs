@@ -4,6 +4,7 @@ use super::turn::State;
 use super::*;
 use crate::cam_geometry::{Carrier as Held, Cut, Limits, Second, Start};
 use crate::text;
+use camdrive::drives::follower::load::Spring;
 use camdrive::drives::rigid_machine::linkage::{Branch, FourBar, Gear, Kind, Link, Mechanism, SliderCrank};
 use camdrive::motion::{Cycle, CyclePlan, Fourier, StandardLaw};
 use std::f64::consts::TAU;
@@ -35,7 +36,14 @@ fn lever(pivot: f64, length: f64, transmission: f64, side: f64) -> Held {
 
 fn machine(speed: f64, follower: Follower, plan: Option<Plan>, loads: Loads) -> Machine {
     let drive = Drive::new("x".to_owned(), follower, plan, loads).expect("the cam can be placed");
-    Machine { name: "x".to_owned(), speed, inertia: None, drives: vec![drive] }.with_springs_placed().expect("a turn")
+    Machine { name: "x".to_owned(), speed, inertia: None, drives: vec![drive] }
+}
+
+/// A return spring from y = 0 on, gravity against y, a process force; the motion of the FMU is without them.
+fn loaded([preload, c]: [f64; 2], gravity: f64, process: Option<MotionLaw>) -> Loads {
+    let spring = (preload != 0.0 || c != 0.0).then_some(Spring { preload, c, at: 0.0 });
+    let load = Load { gravity: (gravity != 0.0).then_some(-gravity), spring, process, ..Load::default() };
+    Loads { load, left_out: true, ..Loads::default() }
 }
 
 fn part(kind: Kind, input_offset: f64) -> Mechanism {
@@ -46,13 +54,7 @@ fn part(kind: Kind, input_offset: f64) -> Mechanism {
 fn valve(speed: f64, stiffness: f64) -> Machine {
     let law = series(&[0.010, -0.0085, -0.0015], &[0.0, 0.0004]);
     let plan = plan(Held::Translating { eccentricity: 0.006 }, false, 0.055, 1.0, 0.016, Cut::Inner);
-    let loads = Loads {
-        gravity: vec![Point::from(-9.81)],
-        spring: Some(Spring { preload: 260.0, stiffness, at: Some(0.0) }),
-        process: constant(-40.0),
-        material: steel(0.012),
-        ..Loads::default()
-    };
+    let loads = Loads { material: steel(0.012), ..loaded([260.0, stiffness], 9.81, constant(-40.0)) };
     machine(speed, Follower::new(1.8, law), plan, loads)
 }
 
@@ -63,13 +65,8 @@ fn rocker() -> Machine {
     let (input, output) = (bar(0.09, 0.35), bar(0.12, 0.6));
     let four_bar = FourBar { ground: 0.23, input, coupler, output, branch: Branch::Plus };
     let linkage = Linkage(vec![part(Kind::FourBar(four_bar), 1.1)]);
-    let loads = Loads {
-        lever_inertia: 0.004,
-        gravity: vec![Point::new(0.0, -9.81)],
-        process: constant(-12.0),
-        material: steel(0.015),
-        ..Loads::default()
-    };
+    let load = Load { frames: vec![[0.0, -9.81]], process: constant(-12.0), ..Load::default() };
+    let loads = Loads { lever_inertia: 0.004, load, material: steel(0.015), ..Loads::default() };
     let plan = plan(lever(0.16, 0.11, 1.0, 1.0), true, 0.55, 1.0, 0.02, Cut::Groove);
     machine(45.0, Follower { m: 0.03, turns: true, cam: law, linkage }, plan, loads)
 }
@@ -80,7 +77,7 @@ fn slider() -> Machine {
     let kind =
         SliderCrank { crank: bar(0.13, 0.5), rod: bar(0.3, 0.7), offset: 0.02, slider_mass: 0.3, branch: Branch::Plus };
     let linkage = Linkage(vec![part(Kind::SliderCrank(kind), 1.0)]);
-    let loads = Loads { lever_inertia: 0.003, process: constant(-150.0), material: steel(0.014), ..Loads::default() };
+    let loads = Loads { lever_inertia: 0.003, material: steel(0.014), ..loaded([0.0; 2], 0.0, constant(-150.0)) };
     let plan = plan(lever(0.15, 0.1, 1.0, 1.0), true, 0.6, -1.0, 0.018, Cut::Groove);
     machine(50.0, Follower { m: 2.4, turns: false, cam: law, linkage }, plan, loads)
 }
@@ -98,8 +95,7 @@ fn geared() -> Machine {
     let gear = Gear { ratio: 0.15, inertia: 0.002, output_turns: true };
     let linkage = Linkage(vec![part(Kind::FourBar(four_bar), 0.9), part(Kind::Gear(gear), 0.0)]);
     let teeth = Teeth { radius: Some(0.09), angle: 20_f64.to_radians() };
-    let loads =
-        Loads { lever_inertia: 0.005, process: constant(25.0), teeth, material: steel(0.016), ..Loads::default() };
+    let loads = Loads { lever_inertia: 0.005, teeth, material: steel(0.016), ..loaded([0.0; 2], 0.0, constant(25.0)) };
     let plan = plan(lever(0.17, 0.12, -0.8, -1.0), true, 0.9, 1.0, 0.022, Cut::Groove);
     machine(40.0, Follower { m: 0.9, turns: true, cam: law, linkage }, plan, loads)
 }
@@ -216,8 +212,7 @@ fn what_keeps_a_roller_on_its_cam() {
     let follower = |mass: f64| Follower::new(mass, series(&[0.01, -0.01], &[]));
     let held = |cut, preload, mass| {
         let plan = plan(Held::Translating { eccentricity: 0.0 }, false, 0.05, 1.0, 0.01, cut);
-        let spring = Some(Spring { preload, stiffness: 0.0, at: None });
-        machine(50.0, follower(mass), plan, Loads { spring, ..Loads::default() })
+        machine(50.0, follower(mass), plan, loaded([preload, 0.0], 0.0, None))
     };
     let found = |machine: &Machine| Report::new(machine, &machine.turn().expect("a turn")).drives[0].clone();
     let disc = found(&held(Cut::Inner, 20.0, 2.0));
@@ -236,9 +231,7 @@ fn what_keeps_a_roller_on_its_cam() {
 
 /// A follower without a known cam, on a spring from U = 0 on and under gravity.
 fn held(law: MotionLaw, mass: f64, [preload, stiffness, gravity]: [f64; 3], process: Option<MotionLaw>) -> Machine {
-    let spring = Some(Spring { preload, stiffness, at: Some(0.0) });
-    let loads = Loads { spring, gravity: vec![Point::from(-gravity)], process, ..Loads::default() };
-    machine(0.0, Follower::new(mass, law), None, loads)
+    machine(0.0, Follower::new(mass, law), None, loaded([preload, stiffness], gravity, process))
 }
 
 fn lift_off(machine: &Machine) -> Option<turn::Extreme> {
@@ -349,23 +342,25 @@ fn the_speed_of_lift_off_of_random_scenes() {
 fn what_the_motion_leaves_out_is_told() {
     let still = |loads: Loads| machine(0.0, Follower::new(2.0, series(&[0.01, -0.01], &[])), None, loads).left_out();
     assert_eq!(still(Loads { material: steel(0.01), ..Loads::default() }), None);
-    let told = "[forces] (spring, gravity, process) is not part of the motion of the FMU, in which contact holds at any speed; in the machine x";
+    let told = "load.spring, load.gravity, load.process are not part of the motion of the FMU, in which contact holds at any speed; in the machine x";
     // m ω² h cos φ against F₀ + m g − P = 20 + 20 − 10 N.
     let rpm = text::digits(1500.0_f64.sqrt() * 60.0 / TAU, 5, -4);
-    let mut loads = Loads {
-        spring: Some(Spring { preload: 20.0, stiffness: 0.0, at: None }),
-        gravity: vec![Point::from(-10.0)],
-        process: constant(10.0),
-        ..Loads::default()
-    };
+    let mut loads = loaded([20.0, 0.0], 10.0, constant(10.0));
     assert_eq!(
         still(loads.clone()),
         Some(told.replace('x', &format!("the follower would leave its cam from {rpm} rpm on")))
     );
-    loads.process = constant(50.0);
+    // A motion that has them is told of where it holds a contact that is none.
+    let within = Loads { left_out: false, ..loads.clone() };
+    let holds = format!(
+        "in the motion of the FMU contact holds at any speed; in the machine the follower would leave its cam from {rpm} rpm on (backlash with s = inf models that)"
+    );
+    assert_eq!(still(within.clone()), Some(holds));
+    assert_eq!(still(Loads { may_leave: true, ..within }), None);
+    loads.load.process = constant(50.0);
     assert_eq!(still(loads), Some(told.replace('x', "the follower would leave its cam even at rest")));
     let levers = Loads { lever_inertia: 0.1, ..Loads::default() };
-    assert_eq!(still(levers), Some("[forces] (lever_J) is not part of the motion of the FMU".to_owned()));
+    assert_eq!(still(levers), Some("forces.lever_J is not part of the motion of the FMU".to_owned()));
 }
 
 #[test]
@@ -439,7 +434,7 @@ fn the_shaft_gives_what_energy_and_work_take() {
     // M = ½ J′ω² + V′ − P y′ with J(φ) as the runtime library has it.
     for (machine, loaded) in [(rocker(), true), (slider(), false), (geared(), false)] {
         let (drive, w) = (&machine.drives[0], machine.speed);
-        let push = drive.loads.process.as_ref().expect("a process force").at(0.0).0[0];
+        let push = drive.loads.load.process.as_ref().expect("a process force").at(0.0).0[0];
         for k in 0..40 {
             let phi = TAU * (f64::from(k) + 0.4) / 40.0;
             let [u, u1, u2, u3, _] = drive.follower.cam.at(phi).0;
@@ -496,7 +491,7 @@ fn the_mean_torque_is_the_work_against_the_process() {
     let carrier = Held::Translating { eccentricity: 0.0 };
     let plan = plan(carrier, false, 0.05, 1.0, 0.01, Cut::Groove);
     let follower = Follower::new(2.0, series(&[0.01, -0.01], &[]));
-    let drive = Drive::new("x".to_owned(), follower, plan, Loads { process, ..Loads::default() }).expect("a cam");
+    let drive = Drive::new("x".to_owned(), follower, plan, loaded([0.0; 2], 0.0, process)).expect("a cam");
     let inertia = Some(series(&[0.0, 0.3], &[]));
     let machine = Machine { name: "x".to_owned(), speed: 20.0, inertia, drives: vec![drive] };
     let report = Report::new(&machine, &machine.turn().expect("a turn"));
@@ -513,13 +508,36 @@ fn the_mean_torque_is_the_work_against_the_process() {
 }
 
 #[test]
-fn a_spring_acts_from_the_least_position_on() {
-    let plan = plan(Held::Translating { eccentricity: 0.0 }, false, 0.05, 1.0, 0.01, Cut::Inner);
-    let spring = Some(Spring { preload: 30.0, stiffness: 1000.0, at: None });
-    let follower = Follower::new(0.0, series(&[0.5, -0.01], &[]));
-    let machine = machine(10.0, follower, plan, Loads { spring, ..Loads::default() });
-    close(at(&machine, 0.0).drives[0].load, 30.0);
-    close(at(&machine, TAU / 2.0).drives[0].load, 50.0);
+fn the_least_place_of_a_tool_is_found() {
+    close(least_place(&Follower::new(0.0, series(&[0.5, -0.01], &[]))).expect("a turn"), 0.49);
+    let machine = slider();
+    let lowest = -machine.turn().expect("a turn").largest(|state| -state.drives[0].tool[0]).value;
+    close(least_place(&machine.drives[0].follower).expect("a turn"), lowest);
+}
+
+/// m = 2 kg on y = h (1 − cos φ), h = 10 mm, held by 100 N: m ω² h cos φ − b ω h sin φ … = −100 N where the roller leaves first.
+#[test]
+fn damping_counts_in_forces_power_and_lift_off() {
+    let of = |w: f64, b: f64| {
+        let mut loads = loaded([100.0, 0.0], 0.0, None);
+        loads.load.damping = Some(b);
+        loads.roller = (0.5, Load { gravity: Some(-10.0), ..Load::default() });
+        machine(w, Follower::new(2.0, series(&[0.01, -0.01], &[])), None, loads)
+    };
+    for (w, b) in [(40.0, 60.0), (-40.0, 60.0)] {
+        let machine = of(w, b);
+        let phi = 1.3_f64;
+        let (v, a) = (0.01 * phi.sin() * w, 0.01 * phi.cos() * w * w);
+        close(at(&machine, phi).drives[0].load, 2.0 * a + b * v + 105.0);
+        // ∮ b ẏ² dt over the period.
+        let report = Report::new(&machine, &machine.turn().expect("a turn"));
+        close(report.power.shaft, 0.5 * b * (0.01 * w).powi(2));
+        close(report.power.process, report.power.shaft);
+        let lift_off = lift_off(&machine).expect("a speed");
+        // Amplitude of m ω² cos φ + b ω sin φ: √((m ω²)² + (b ω)²) h = 105 N.
+        let square = ((b * b * b * b + 4.0 * 4.0 * 105.0_f64.powi(2) * 1e4).sqrt() - b * b) / 8.0;
+        close(lift_off.value, square.sqrt());
+    }
 }
 
 #[test]
@@ -527,8 +545,7 @@ fn what_has_no_contact_is_refused() {
     let with = |start: f64, mass: f64| {
         let carrier = Held::Translating { eccentricity: 0.0 };
         let plan = plan(carrier, false, start, 1.0, 0.03, Cut::Inner);
-        let spring = Some(Spring { preload: 1e3, stiffness: 0.0, at: Some(0.0) });
-        let loads = Loads { spring, material: steel(0.01), ..Loads::default() };
+        let loads = Loads { material: steel(0.01), ..loaded([1e3, 0.0], 0.0, None) };
         let follower = Follower::new(mass, series(&[0.02, 0.0, -0.02], &[]));
         let drive = Drive::new("x".to_owned(), follower, plan, loads).expect("a cam");
         let machine = Machine { name: "x".to_owned(), speed: 10.0, inertia: None, drives: vec![drive] };

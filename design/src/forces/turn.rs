@@ -42,26 +42,6 @@ pub fn least_place(follower: &Follower) -> Result<f64, Fault> {
 }
 
 impl Machine {
-    /// The machine with springs whose preload acts at the least coordinate of their tools.
-    ///
-    /// # Errors
-    /// Those of [`super::Drive::at`].
-    pub fn with_springs_placed(mut self) -> Result<Machine, Fault> {
-        let is_open = |drive: &Drive| drive.loads.spring.is_some_and(|spring| spring.at.is_none());
-        let open: Vec<usize> = (0..self.drives.len()).filter(|j| is_open(&self.drives[*j])).collect();
-        if open.is_empty() {
-            return Ok(self);
-        }
-        let turn = self.turn()?;
-        let lowest = open.into_iter().map(|j| (j, -turn.largest(|state| -state.drives[j].tool[0]).value));
-        for (j, at) in lowest.collect::<Vec<_>>() {
-            if let Some(spring) = &mut self.drives[j].loads.spring {
-                spring.at = Some(at);
-            }
-        }
-        Ok(self)
-    }
-
     /// The forces at φ on the piece with its middle at `within`.
     ///
     /// # Errors
@@ -76,7 +56,7 @@ impl Machine {
 
     /// The ends of the pieces on which all laws are smooth, and the harmonic order that resolves them.
     fn pieces(&self) -> (Vec<f64>, f64) {
-        let of_drives = self.drives.iter().flat_map(|d| [Some(&d.follower.cam), d.loads.process.as_ref()]);
+        let of_drives = self.drives.iter().flat_map(|d| [Some(&d.follower.cam), d.loads.load.process.as_ref()]);
         let laws: Vec<_> = of_drives.chain([self.inertia.as_ref()]).flatten().collect();
         let mut ends = vec![0.0, TAU];
         ends.extend(laws.iter().flat_map(|law| law.breakpoints()));
@@ -151,26 +131,28 @@ impl Turn<'_> {
     /// The speed (rad/s) from which on force no longer keeps drive j on its cam, and where it fails first; 0 where it fails at
     /// rest, None where it never does.
     ///
-    /// The cam bears Q_rest + ω² Q_inertia; at that speed the least value of the turn is 0.
+    /// The cam bears Q_rest + ω Q_damping + ω² Q_inertia; at that speed the least value of the turn is 0.
     pub fn lift_off(&self, j: usize) -> Option<Extreme> {
-        let sense = self.sense(j);
-        let borne = |state: &State, [rest, inertia]: [f64; 2]| {
-            let parts = state.drives[j].parts;
-            sense(state) * (rest * parts[0] + inertia * parts[1])
+        let (sense, way) = (self.sense(j), 1.0_f64.copysign(self.machine.speed));
+        let borne = |state: &State, powers: [f64; 3]| {
+            let parts = state.drives[j].parts.iter().zip(powers);
+            sense(state) * parts.map(|(part, power)| part * power).sum::<f64>()
         };
-        let lacking = |square: f64| self.largest(|state| -borne(state, [1.0, square]));
-        let (at_rest, inertia) = (lacking(0.0), self.largest(|state| -borne(state, [0.0, 1.0])));
+        let lacking = |w: f64| self.largest(|state| -borne(state, [1.0, way * w, w * w]));
+        let (at_rest, inertia) = (lacking(0.0), self.largest(|state| -borne(state, [0.0, 0.0, 1.0])));
         // Where inertia pulls most, it then pulls twice as much as presses anywhere.
-        let end = 2.0 * self.largest(|state| borne(state, [1.0, 0.0])).value / inertia.value;
+        let most = |powers: [f64; 3]| self.largest(|state| borne(state, powers)).value.max(0.0);
+        let (presses, damps) = (most([1.0, 0.0, 0.0]), most([0.0, way, 0.0]));
+        let end = (damps + (damps * damps + 2.0 * presses * inertia.value).sqrt()) / inertia.value;
         let pulls = inertia.value > 0.0 && end.is_finite();
         // A spring without preload presses by nothing where it is longest; inertia decides there.
-        let slowest = if at_rest.value < 0.0 { 0.0 } else { ZERO * end };
+        let slowest = if at_rest.value < 0.0 { 0.0 } else { ZERO.sqrt() * end };
         if at_rest.value >= 0.0 && (!pulls || lacking(slowest).value >= 0.0) {
             return Some(Extreme { value: 0.0, ..at_rest });
         }
         pulls.then(|| {
-            let square = root(|square| lacking(square).value, [slowest, end]);
-            Extreme { value: square.sqrt(), ..lacking(square) }
+            let speed = root(|w| lacking(w).value, [slowest, end]);
+            Extreme { value: speed, ..lacking(speed) }
         })
     }
 

@@ -50,19 +50,22 @@ fn printed(scene: &Scene, image: &Image) -> Result<Value, String> {
     let mut files = Files::default();
     let mut follower = |loaded: &Loaded| {
         let geometry = loaded.body.geometry(image);
-        let mut forces = json!({});
+        let (mut forces, mut load) = (json!({}), json!({}));
         if geometry["follower"] == "lever" {
             forces["lever_J"] = image.even(loaded.lever_inertia, INERTIA).into();
         }
         if let Some([preload, stiffness]) = loaded.preload {
-            forces["spring"] = json!({"preload": image.even(preload, FORCE), "c": image.even(stiffness, [1, 0, -2])});
+            load["spring"] = json!({"preload": image.even(preload, FORCE), "c": image.even(stiffness, [1, 0, -2])});
         }
         if loaded.gravity != 0.0 {
-            forces["gravity"] = image.even(loaded.gravity.abs(), [0, 1, -2]).into();
-            forces["gravity_angle"] = if loaded.gravity > 0.0 { 0.0 } else { TAU / 2.0 }.into();
+            load["gravity"] = image.even(loaded.gravity.abs(), [0, 1, -2]).into();
+            load["gravity_angle"] = if loaded.gravity > 0.0 { 0.0 } else { TAU / 2.0 }.into();
         }
         if let Some(process) = &loaded.process {
-            forces["process"] = files.law(&image.law(process, FORCE));
+            load["process"] = files.law(&image.law(process, FORCE));
+            if load["process"]["law"] == "table" {
+                load["process"]["interpolation"] = "spline".into();
+            }
         }
         if let Some(width) = loaded.width {
             forces["roller_width"] = image.even(width, LENGTH).into();
@@ -71,7 +74,7 @@ fn printed(scene: &Scene, image: &Image) -> Result<Value, String> {
             }
         }
         let cam = files.law(&image.law(&loaded.body.law, LENGTH));
-        json!({"m": image.even(loaded.m, MASS), "cam": cam, "geometry": geometry, "forces": forces})
+        json!({"m": image.even(loaded.m, MASS), "cam": cam, "geometry": geometry, "forces": forces, "load": load})
     };
     let followers = image.order(scene.followers.iter().map(&mut follower).collect());
     files.scene = json!({"name": "random", "model": "RigidMachine", "machine": {"J0": 1.0}, "follower": followers});
