@@ -213,7 +213,7 @@ impl ElasticOutput {
         let [load, roller] = &*loaded.loads;
         let held =
             load.constant_part(m) + roller.constant_part(loaded.m_roller) - x * (load.stiffness() + roller.stiffness());
-        let force = if held == 0.0 { 0.0 } else { super::variables::contact_force(self) };
+        let force = if held == 0.0 { 0.0 } else { self.contact_force() };
         let Some(loaded) = &mut self.loaded else { return };
         loaded.largest = loaded.largest.max(q.abs());
         let pulls = force * held > 0.0;

@@ -108,6 +108,11 @@ impl ElasticOutput {
         self.response.motion.at(self.now.time)
     }
 
+    /// The force of the cam on the follower under loads (N).
+    fn contact_force(&self) -> f64 {
+        variables::contact_force(self)
+    }
+
     /// Whether there is a communication point.
     fn arrived(&self) -> Result<(), Fault> {
         if self.now.is_finite() && (self.loaded.is_none() || self.is_finite()) {
