@@ -18,6 +18,7 @@ const GUID: &CStr = c"{0f5e}";
 /// An elastic shaft with inputs φ, w, a; the references that the tests use are found by name.
 fn resource() -> Resource {
     let scene = Scene {
+        load: Default::default(),
         parameters: Parameters { m: 2.0, inertia: 0.01, c: 2e3, b: 6.0 },
         linear: false,
         cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01, 0.002], vec![0.0, 0.001])),

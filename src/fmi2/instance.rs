@@ -209,8 +209,11 @@ impl Instance {
             let category = if e.solver { Category::Solver } else { Category::Events };
             let (time, value) = (Number(e.time), Number(e.value));
             let separator = if e.unit.is_empty() { "" } else { " " };
-            self.logger
-                .log(category, format_args!("t = {time} s: {}, {} = {value}{separator}{}", e.kind, e.quantity, e.unit));
+            let told = format_args!("{}, {} = {value}{separator}{}", e.kind, e.quantity, e.unit);
+            match e.follower {
+                0 => self.logger.log(category, format_args!("t = {time} s: {told}")),
+                j => self.logger.log(category, format_args!("t = {time} s: follower {j}: {told}")),
+            }
         }
         if 0 < events.dropped() {
             let text = format_args!("{} further events of this step are not listed", events.dropped());

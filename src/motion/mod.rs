@@ -2,6 +2,7 @@
 //!
 //! Knows no time, mass or stiffness. U is in m, U⁽ⁿ⁾ in m/radⁿ; φ in rad. Names after VDI 2143.
 
+pub mod crank;
 pub mod cycle;
 pub mod derivatives;
 pub mod fourier;
@@ -16,6 +17,7 @@ pub mod standard_laws;
 pub mod table;
 pub mod turn;
 
+pub use crank::Crank;
 pub use cycle::{Cycle, CyclePlan};
 pub use derivatives::{Kinematics, TransferFunctions};
 pub use fourier::Fourier;
@@ -53,6 +55,8 @@ pub enum MotionLaw {
     Table(Table),
     /// A motion plan.
     Plan(MotionPlan),
+    /// The angle of the shaft, for a mechanism that sits on it.
+    Crank(Crank),
     /// Straight lines and steps: no motion, but a force or a torque.
     Polyline(Polyline),
 }
@@ -81,6 +85,7 @@ impl MotionLaw {
             MotionLaw::Fourier(series) => series.at(phi),
             pieces!(pieces) => pieces.at_in(segment, phi),
             MotionLaw::Table(table) => table.at_in(segment, phi),
+            MotionLaw::Crank(crank) => crank.at(phi),
         }
     }
 
@@ -97,6 +102,7 @@ impl MotionLaw {
             MotionLaw::Fourier(series) => series.expand(phi, step, coefficients),
             pieces!(pieces) => pieces.expand(segment, phi, step, coefficients),
             MotionLaw::Table(table) => table.expand(segment, phi, step, coefficients),
+            MotionLaw::Crank(crank) => crank.expand(phi, step, coefficients),
         }
     }
 
@@ -104,7 +110,7 @@ impl MotionLaw {
     /// (`forward`) or precedes it.
     pub fn segment(&self, phi: f64, forward: bool) -> usize {
         match self {
-            MotionLaw::Fourier(_) => 0,
+            MotionLaw::Fourier(_) | MotionLaw::Crank(_) => 0,
             pieces!(pieces) => pieces.segment(phi, forward),
             MotionLaw::Table(table) => table.segment(phi, forward),
         }
@@ -115,7 +121,7 @@ impl MotionLaw {
     /// i + 1, the last one around the turn. Empty where U is smooth all around.
     pub fn breakpoints(&self) -> &[f64] {
         match self {
-            MotionLaw::Fourier(_) => &[],
+            MotionLaw::Fourier(_) | MotionLaw::Crank(_) => &[],
             pieces!(pieces) => pieces.breakpoints(),
             MotionLaw::Table(table) => table.breakpoints(),
         }
@@ -129,6 +135,7 @@ impl MotionLaw {
                 (0..pieces.breakpoints().len()).map(|segment| pieces.bound_in(segment, order)).fold(0.0, f64::max)
             }
             MotionLaw::Table(table) => table.bound(order),
+            MotionLaw::Crank(crank) => crank.bound(order),
         };
         bound * (1.0 + BOUND_ROUNDING)
     }
@@ -139,6 +146,7 @@ impl MotionLaw {
             MotionLaw::Fourier(series) => series.bound(order),
             pieces!(pieces) => pieces.bound_in(segment, order),
             MotionLaw::Table(table) => table.bound_in(segment, order),
+            MotionLaw::Crank(crank) => crank.bound(order),
         };
         bound * (1.0 + BOUND_ROUNDING)
     }
@@ -152,7 +160,7 @@ impl MotionLaw {
                 (0..pieces.breakpoints().len()).map(|segment| pieces.resolution_in(segment)).fold(1.0, f64::max)
             }
             // Each segment is a polynomial of degree 5 itself.
-            MotionLaw::Table(_) => 1.0,
+            MotionLaw::Table(_) | MotionLaw::Crank(_) => 1.0,
         }
     }
 
@@ -168,7 +176,9 @@ impl MotionLaw {
     /// at the distance 1/R by ε (|U| + 2π |U′|) Rⁿ; a polynomial of degree 7 sums up coefficients sixteen times as large.
     pub fn roundings(&self) -> [f64; 2] {
         let (finest, sums) = match self {
-            MotionLaw::Fourier(_) | MotionLaw::Cycle(_) | MotionLaw::Polyline(_) => return [0.0; 2],
+            MotionLaw::Fourier(_) | MotionLaw::Cycle(_) | MotionLaw::Crank(_) | MotionLaw::Polyline(_) => {
+                return [0.0; 2];
+            }
             MotionLaw::Table(table) => (table.finest(), 1.0),
             MotionLaw::Plan(_) => (self.resolution(), 16.0),
         };

@@ -42,6 +42,10 @@ impl MotionLaw {
             }
             MotionLaw::Plan(plan) => plan.parameters(),
             MotionLaw::Table(_) => vec![LawParameter::new("scale", "Factor of the lifts of the table", Factor)],
+            MotionLaw::Crank(_) => {
+                let text = "Angle of the first mechanism's input link where that of the shaft is 0";
+                vec![LawParameter::new("offset", text, Angle { min: -TAU, max: TAU })]
+            }
             MotionLaw::Polyline(_) => vec![LawParameter::new("scale", "Factor of the values of the points", Factor)],
         }
     }
@@ -65,6 +69,7 @@ impl MotionLaw {
                 }
             }
             MotionLaw::Table(table) => table.scale,
+            MotionLaw::Crank(crank) => crank.offset,
             MotionLaw::Polyline(lines) => lines.scale(),
             MotionLaw::Plan(plan) => plan.parameter(index),
         }
@@ -98,6 +103,7 @@ impl MotionLaw {
                 *cycle = Cycle::new(plan);
             }
             MotionLaw::Table(table) => table.scale = value,
+            MotionLaw::Crank(crank) => crank.offset = value,
             MotionLaw::Polyline(lines) => lines.set_scale(value),
             MotionLaw::Plan(plan) => plan.set_parameter(index, value),
         }

@@ -243,7 +243,9 @@ pub fn times(law: &MotionLaw, factor: f64) -> MotionLaw {
             });
             MotionLaw::Plan(MotionPlan::new(scaled.collect()))
         }
-        MotionLaw::Polyline(_) => unreachable!("no cam is drawn with lines"),
+        MotionLaw::Polyline(_) | MotionLaw::Crank(_) => {
+            unreachable!("no cam is drawn with lines or turns with the shaft")
+        }
     }
 }
 
@@ -286,7 +288,9 @@ pub fn backwards(law: &MotionLaw) -> MotionLaw {
             };
             MotionLaw::Plan(MotionPlan::new(points.iter().enumerate().map(reversed).rev().collect()))
         }
-        MotionLaw::Polyline(_) => unreachable!("no cam is drawn with lines"),
+        MotionLaw::Polyline(_) | MotionLaw::Crank(_) => {
+            unreachable!("no cam is drawn with lines or turns with the shaft")
+        }
     }
 }
 
@@ -311,7 +315,9 @@ pub fn turned(law: &MotionLaw, angle: f64) -> MotionLaw {
             let turned = plan.points().iter().map(|p| PlanPoint { phi: p.phi + angle, ..*p });
             MotionLaw::Plan(MotionPlan::new(turned.collect()))
         }
-        MotionLaw::Polyline(_) => unreachable!("no cam is drawn with lines"),
+        MotionLaw::Polyline(_) | MotionLaw::Crank(_) => {
+            unreachable!("no cam is drawn with lines or turns with the shaft")
+        }
     }
 }
 
@@ -347,7 +353,9 @@ pub fn geared(law: &MotionLaw, k: usize) -> MotionLaw {
             let points = (0..k).flat_map(|turn| plan.points().iter().map(move |p| faster(turn, p)));
             MotionLaw::Plan(MotionPlan::new(points.collect()))
         }
-        MotionLaw::Polyline(_) => unreachable!("no cam is drawn with lines"),
+        MotionLaw::Polyline(_) | MotionLaw::Crank(_) => {
+            unreachable!("no cam is drawn with lines or turns with the shaft")
+        }
     }
 }
 

@@ -108,7 +108,7 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
     let phi_start = scene.phi_start;
     let (mut tools, mut kept, mut moved, mut turning) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (j, follower) in scene.followers.into_iter().enumerate() {
-        if args.keep.contains(&(j + 1)) {
+        if args.keep.contains(&(j + 1)) || !follower.has_cam() {
             kept.push(follower);
             continue;
         }

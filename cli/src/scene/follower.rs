@@ -7,9 +7,10 @@ use camdrive::drives::rigid_machine::linkage::{
     Branch, FourBar, Gear, Kind, Linkage, Mechanism, Parameter, ParameterKind, SliderCrank,
 };
 use camdrive::drives::unit::{self, Quantity};
-use camdrive::motion::MotionLaw;
+use camdrive::motion::{Crank, MotionLaw};
 use camdrive_design::lever_law::lever_law;
 use camdrive_design::resource::Tool;
+use std::f64::consts::TAU;
 use std::path::Path;
 
 /// The longest chain of mechanisms.
@@ -36,13 +37,13 @@ const SYNONYMS: &[(&str, &str)] = &[
     ("mode", "branch"),
 ];
 
-/// Reads one of `[[follower]]`.
-pub fn read(section: &Section<'_>, folder: &Path) -> Option<Follower> {
+/// Reads one of `[[follower]]`, whose masses are those of the `joint` between cam and tool where it has one.
+pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option<Follower> {
     let linkage = linkage(section);
     let linked = section.has("linkage");
     let turns = match linkage.as_ref().and_then(|linkage| linkage.0.last()) {
         Some(last) => last.output_turns(),
-        None => section.has("J") && !section.has("m"),
+        None => joint.is_none() && section.has("J") && !section.has("m"),
     };
     let Parameter { key: own, kind, .. } = Parameter::mass(turns);
     let (other, because) = match turns {
@@ -50,7 +51,14 @@ pub fn read(section: &Section<'_>, folder: &Path) -> Option<Follower> {
         false => ("J", "the tool moves along a line"),
     };
     // Which of them it is, is not known where the linkage is wrong.
-    let m = if linkage.is_some() {
+    let m = if let Some(joint) = joint {
+        section.forbid(
+            &["m", "J"],
+            &format!("the masses are those of `{joint}`"),
+            &format!("a follower without `{joint}`"),
+        );
+        Some(0.0)
+    } else if linkage.is_some() {
         section.forbid(&[other], because, &format!("`{own}`"));
         if linked {
             // The links may be all that moves.
@@ -67,7 +75,9 @@ pub fn read(section: &Section<'_>, folder: &Path) -> Option<Follower> {
     section.has(geometry::KEY);
     section.has(forces::KEY);
     let tool_quantity = if turns { &unit::ANGLE } else { &unit::LENGTH };
-    let cam = if linked && section.has("tool") && section.either("tool", "cam") {
+    let cam = if section.has("crank") {
+        crank(section)
+    } else if linked && section.has("tool") && section.either("tool", "cam") {
         linkage.as_ref().and_then(|linkage| lever(section, linkage, tool_quantity, folder))
     } else {
         let because = "it is the motion that the cam gives to the tool behind mechanisms";
@@ -80,6 +90,21 @@ pub fn read(section: &Section<'_>, folder: &Path) -> Option<Follower> {
     };
     section.finish(SYNONYMS);
     Some(Follower { m: m?, turns, cam: cam?, linkage: linkage? })
+}
+
+/// The shaft itself that moves the mechanisms.
+fn crank(section: &Section<'_>) -> Option<MotionLaw> {
+    if !section.has("linkage") {
+        let fault = section.fault_of("crank", ": there is no mechanism that it could move");
+        section.faults.report(fault.hint("add `[[follower.linkage]]`, for example kind = \"slider_crank\""));
+    }
+    let because = "the mechanism sits on the shaft without a cam (`[follower.crank]`)";
+    section.forbid(&["cam", "tool", "lever_start", geometry::KEY], because, "a cam instead of `crank`");
+    section.read("crank", |part| {
+        let offset = part.real_or("offset", &unit::ANGLE, within(-TAU, TAU), 0.0);
+        part.finish(SYNONYMS);
+        Some(MotionLaw::Crank(Crank { offset: offset? }))
+    })?
 }
 
 /// The law of the lever with which the tool moves as `[follower.tool]` says.

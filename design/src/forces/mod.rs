@@ -22,7 +22,7 @@ mod tests;
 mod turn;
 
 pub use report::Report;
-pub use turn::Turn;
+pub use turn::{Turn, least_place};
 
 use crate::cam_geometry::{Cam, Follower as Carrier, Plan, Point, Side};
 use camdrive::drives::Fault;
@@ -176,7 +176,12 @@ impl Drive {
 
     /// Whether the contact is kept by force alone: a single contact, or a return spring where no geometry is known.
     pub fn is_force_closed(&self) -> bool {
-        self.contacts.len() == 1 || self.plan.is_none() && self.loads.spring.is_some()
+        self.contacts.len() == 1 || self.plan.is_none() && self.loads.spring.is_some() && self.follower.has_cam()
+    }
+
+    /// What the torque of a law that is an angle acts on.
+    fn turned(&self) -> &'static str {
+        if self.follower.has_cam() { "torque on the lever" } else { "torque on the crank" }
     }
 
     /// J_l with respect to U: a law that is a length turns the lever by U/R.

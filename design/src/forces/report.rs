@@ -142,7 +142,7 @@ impl Drive {
             add("side_force", "side force of the follower", NEWTON, false, Box::new(bearing));
         }
         let (key, name, unit) = match self.follower.cam_turns() {
-            true => ("lever_torque", "torque on the lever", TORQUE),
+            true => ("lever_torque", self.turned(), TORQUE),
             false => ("follower_force", "force on the follower", NEWTON),
         };
         add(key, name, unit, false, Box::new(|forces| forces.load));
@@ -248,7 +248,7 @@ impl OfDrive {
         let unit = if drive.follower.turns { "N·m" } else { "N" };
         let what = match drive.plan {
             Some(_) => "force of the roller",
-            None if drive.follower.cam_turns() => "torque on the lever",
+            None if drive.follower.cam_turns() => drive.turned(),
             None => "force on the follower",
         };
         let place = |phi: f64| format!("φ = {}°", in_turn(phi, 2));

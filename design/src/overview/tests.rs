@@ -81,6 +81,7 @@ fn the_figures_of_an_elastic_shaft_are_those_of_its_mean_inertia() {
     let drive = DriveMode::Constant { w: -w, phi_start: 0.0 };
     let (cam, solver) = (cosine(a), Settings::default());
     let scene = elastic_shaft::Scene {
+        load: Default::default(),
         parameters: elastic_shaft::Parameters { m, inertia, c, b: 18.0 },
         linear: false,
         cam,

@@ -138,6 +138,7 @@ pub fn largest_torque(drive: &mut ElasticShaft, w: f64) -> Result<f64, Fault> {
 /// The drive on its periodic motion: it refuses one that does not attract.
 pub fn on_periodic_motion(shaft: &Shaft, law: &Fourier, w: f64, linear: bool) -> Result<ElasticShaft, Fault> {
     let mut drive = ElasticShaft::new(Scene {
+        load: Default::default(),
         parameters: elastic_shaft::Parameters { m: shaft.m, inertia: shaft.inertia, c: shaft.c, b: shaft.b },
         linear,
         cam: MotionLaw::Fourier(law.clone()),

@@ -44,6 +44,7 @@ fn quick() -> Options {
 /// A drive that is integrated step by step.
 fn shaft() -> Resource {
     resource::<elastic_shaft::ElasticShaft>(&elastic_shaft::Scene {
+        load: Default::default(),
         parameters: elastic_shaft::Parameters { m: 20.0, inertia: 0.05, c: 2000.0, b: 1.0 },
         linear: false,
         cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.05], vec![])),

@@ -1,16 +1,19 @@
 //! The equation of motion of the twist, written once for numbers and for series.
 
-use crate::drives::Fault;
-use crate::drives::follower::equation::{Equation, Pace, Words};
+use crate::drives::follower::equation::{Equation, Pace, Segments, Words};
 use crate::drives::follower::flow::Flow;
+use crate::drives::follower::load::Load;
+use crate::drives::limits::refused_start;
 use crate::drives::parameter::parameters;
-use crate::motion::MotionLaw;
+use crate::drives::{Fault, Rounded};
+use crate::motion::{Fourier, MotionLaw};
 use crate::numerics::angle;
 use crate::numerics::divisor::greatest_common_divisor;
 use crate::numerics::double_double::Double;
 use crate::numerics::taylor::Scalar;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// The angle over which a step of degree 8 may reach, times the resolution K of the law (rad): two radians of
 /// the highest harmonic cannot hide between eight nodes.
@@ -31,17 +34,20 @@ parameters! {
 }
 
 /// The twist of the shaft.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Twist {
     /// m, J, c, b.
     pub parameters: Parameters,
     /// Whether the equation is linearised in q.
     pub linear: bool,
+    /// The loads on the follower.
+    pub load: Option<Arc<Load>>,
 }
 
-/// U … U⁗ and, for time derivatives of the linearised equation alone, U⁽⁵⁾ at the angle on which the cam acts.
+/// U … U⁗ and, for time derivatives of the linearised equation alone, U⁽⁵⁾ at the angle on which the cam acts; of the process
+/// force P, P′ and P″ at that of the drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cam(pub [f64; 6]);
+pub struct Cam(pub [f64; 6], pub [f64; 3]);
 
 impl Equation for Twist {
     type Law = MotionLaw;
@@ -53,11 +59,13 @@ impl Equation for Twist {
     }
 
     fn with(&self, parameters: Parameters) -> Self {
-        Twist { parameters, ..*self }
+        Twist { parameters, ..self.clone() }
     }
 
     fn prepare(&mut self, law: &MotionLaw) -> Result<(), Fault> {
-        law.validate().map_err(|message| Fault::new(message).of("cam"))
+        law.validate().map_err(|message| Fault::new(message).of("cam"))?;
+        let process = self.process().map_or(Ok(()), MotionLaw::validate);
+        process.map_err(|message| Fault::new(format!("load.process: {message}")).of("load.process"))
     }
 
     fn is_linear(&self) -> bool {
@@ -65,7 +73,7 @@ impl Equation for Twist {
     }
 
     fn linearised(&self) -> Self {
-        Twist { linear: true, ..*self }
+        Twist { linear: true, ..self.clone() }
     }
 
     fn carries_law(&self) -> bool {
@@ -73,7 +81,7 @@ impl Equation for Twist {
     }
 
     fn is_undamped(&self) -> bool {
-        self.parameters.b == 0.0
+        self.parameters.b == 0.0 && self.load.as_ref().is_none_or(|load| load.damping.unwrap_or(0.0) == 0.0)
     }
 
     fn words(&self) -> Words {
@@ -87,13 +95,21 @@ impl Equation for Twist {
         }
     }
 
-    fn breakpoints(law: &MotionLaw) -> &[f64] {
-        law.breakpoints()
+    fn has_input(&self) -> bool {
+        self.load.as_ref().is_some_and(|load| load.input)
     }
 
-    fn at(&self, law: &MotionLaw, segment: usize, f: &Flow<f64>) -> Cam {
+    fn breakpoints<'a>(&'a self, law: &'a MotionLaw) -> [&'a [f64]; 2] {
+        [law.breakpoints(), self.process().map_or(&[], MotionLaw::breakpoints)]
+    }
+
+    fn at(&self, law: &MotionLaw, [segment, of_process]: Segments, f: &Flow<f64>) -> Cam {
         let [u0, u1, u2, u3, u4] = law.at_in(segment, self.angle(f)).0;
-        Cam([u0, u1, u2, u3, u4, 0.0])
+        let process = self.process().map_or([0.0; 3], |process| {
+            let [p0, p1, p2, ..] = process.at_in(of_process, angle::reduce(Double::from(f.phi))).0;
+            [p0, p1, p2]
+        });
+        Cam([u0, u1, u2, u3, u4, 0.0], process)
     }
 
     /// q̈ (rad/s²).
@@ -101,11 +117,15 @@ impl Equation for Twist {
     /// Nonlinear, U at ψ: (J + m U′²) ψ̈ = −(m U′U″ ψ̇² + b q̇ + c q).
     /// Linear (4.2), U at φ, g = U′U″:
     /// (J + m U′²)(q̈ + α) = −(m ω² g + (b + 2 m ω g) q̇ + (c + m ω² g′ + 2 m α g) q).
+    ///
+    /// A load F_L adds the torque U′ F_L(U, U′ψ̇, φ, t); linear, with U, U′ω and φ and the stiffness c_r and the damping b_r of
+    /// its spring and damper: U′ F_L + (U″ F_L − c_r U′² − b_r ω U′U″) q − b_r U′² q̇.
     fn acceleration<S: Scalar>(&self, cam: &Cam, f: &Flow<S>) -> S {
         let Parameters { m, inertia, c, b } = self.parameters;
-        let [_, d1, d2, d3, d4, d5] = cam.0;
+        let [d0, d1, d2, d3, d4, d5] = cam.0;
         let angle = f.argument(!self.linear);
         let (u1, u2) = (angle.compose([d1, d2, d3]), angle.compose([d2, d3, d4]));
+        let loaded = |load: &Load, speed: S| self.force(load, cam, f, [angle.compose([d0, d1, d2]), u1 * speed]);
         let inertia = u1 * u1 * m + S::from(inertia);
         let g = u1 * u2 * m;
         if self.linear {
@@ -113,24 +133,38 @@ impl Equation for Twist {
             let w2 = f.w * f.w;
             let stiffness = S::from(c) + w2 * g1 + f.a * g * 2.0;
             let damping = S::from(b) + f.w * g * 2.0;
-            -(w2 * g + damping * f.v + stiffness * f.q) / inertia - f.a
+            let torque = w2 * g + damping * f.v + stiffness * f.q;
+            let torque = self.load.as_deref().map_or(torque, |load| {
+                let (force, b) = (loaded(load, f.w), load.damping.unwrap_or(0.0));
+                let by_q = u1 * u1 * load.stiffness() + f.w * u1 * u2 * b - u2 * force;
+                torque + by_q * f.q + u1 * u1 * b * f.v - u1 * force
+            });
+            -torque / inertia - f.a
         } else {
             let speed = f.cam_speed();
-            -(g * speed * speed + f.v * b + f.q * c) / inertia - f.a
+            let torque = g * speed * speed + f.v * b + f.q * c;
+            let torque = self.load.as_deref().map_or(torque, |load| torque - u1 * loaded(load, speed));
+            -torque / inertia - f.a
         }
     }
 
     fn jacobian(&self, cam: &Cam, f: &Flow<f64>) -> [f64; 2] {
         let Parameters { m, inertia, c, b } = self.parameters;
-        let [_, u1, u2, u3, ..] = cam.0;
+        let [u, u1, u2, u3, ..] = cam.0;
         let inertia = inertia + m * u1 * u1;
         let (g, g1) = (m * u1 * u2, m * (u2 * u2 + u1 * u3));
+        let speed = f.turning(!self.linear);
+        // c, b and the torque that a load adds to those of the shaft.
+        let (c, b, loaded) = self.load.as_deref().map_or((c, b, 0.0), |load| {
+            let (force, damping) = (self.force(load, cam, f, [u, u1 * speed]), load.damping.unwrap_or(0.0));
+            let by_q = u1 * u1 * load.stiffness() + speed * u1 * u2 * damping - u2 * force;
+            (c + by_q, b + u1 * u1 * damping, -u1 * force - by_q * f.q - u1 * u1 * damping * f.v)
+        });
         if self.linear {
             let stiffness = c + f.w * f.w * g1 + 2.0 * f.a * g;
             [-stiffness / inertia, -(b + 2.0 * f.w * g) / inertia]
         } else {
-            let speed = f.cam_speed();
-            let torque = g * speed * speed + b * f.v + c * f.q;
+            let torque = g * speed * speed + b * f.v + c * f.q + loaded;
             let by_q = -(g1 * speed * speed + c) + torque * 2.0 * g / inertia;
             [by_q / inertia, -(2.0 * g * speed + b) / inertia]
         }
@@ -139,14 +173,22 @@ impl Equation for Twist {
     /// Rounding error of q̈ from U′, U″ and α over the unit roundoff: |α| + m ψ̇² (|U″| max|U″| + |U′| max|U‴|)/(J + m U′²)
     /// (rad/s²), since the sine of the k-th multiple of an angle is rounded k times as much as the angle. Where the
     /// cam turns slowly the twist follows the forces of the follower, q̇ all but vanishes, and this is what remains of q̈.
-    fn rounding(&self, law: &MotionLaw, segment: usize, f: &Flow<f64>) -> f64 {
-        let Parameters { m, inertia, .. } = self.parameters;
-        let [_, u1, u2, ..] = self.at(law, segment, f).0;
+    ///
+    /// Those of a load add |F_L| max|U″| and |U′| times the sum of the sizes of its parts.
+    fn rounding(&self, law: &MotionLaw, segments: Segments, f: &Flow<f64>) -> f64 {
+        let (Parameters { m, inertia, .. }, [segment, _]) = (self.parameters, segments);
+        let cam = self.at(law, segments, f);
+        let [u, u1, u2, ..] = cam.0;
         // Those of the segment: beside a steep rise a gentle return would count all it errs by as rounding.
         let [largest2, largest3] = [2, 3].map(|order| law.bound_in(segment, order));
         let speed = f.turning(!self.linear);
         let products = u2.abs() * largest2 + u1.abs() * largest3;
-        m * speed * speed * products / (inertia + m * u1 * u1) + f.a.abs()
+        let loaded = self.load.as_deref().map_or(0.0, |load| {
+            let (at, [_, slope, _]) = ([u, u1 * speed], cam.1);
+            let size = load.size(m, at, self.process().map(|_| cam.1[0].abs() + slope.abs()), Some(f.force));
+            self.force(load, &cam, f, at).abs() * largest2 + u1.abs() * size
+        });
+        (m * speed * speed * products + loaded) / (inertia + m * u1 * u1) + f.a.abs()
     }
 
     fn roundings(&self, law: &MotionLaw) -> f64 {
@@ -154,46 +196,130 @@ impl Equation for Twist {
         self.parameters.m * (u1 * curvature + u2 * slope) / self.parameters.inertia
     }
 
-    fn reach(&self, law: &MotionLaw, segment: usize, _: f64) -> f64 {
-        REACH / law.resolution_in(segment).max(1.0)
+    fn reach(&self, law: &MotionLaw, [segment, of_process]: Segments, _: f64) -> f64 {
+        let process = self.process().map_or(1.0, |process| process.resolution_in(of_process));
+        REACH / law.resolution_in(segment).max(process)
     }
 
     /// U′², U′U″ and U″² + U′U‴ repeat themselves after an equal part of the turn: their harmonics are the sums and
     /// differences of those of U, all of which are multiples of the greatest common divisor of 2 k₁ and k − k₁. Two parts
-    /// for a law with odd harmonics alone.
+    /// for a law with odd harmonics alone. Under a load U itself counts, and its process force.
     fn symmetry(&self, law: &MotionLaw) -> usize {
         let Some(series) = law.series() else { return 1 };
-        let mut orders = (1..=series.order()).filter(|&k| series.a[k] != 0.0 || series.b[k] != 0.0);
+        let mut orders = harmonics(series);
+        if let Some(load) = &self.load {
+            let process = load.process.as_ref().map_or(Some(None), |process| process.series().map(Some));
+            let Some(process) = process else { return 1 };
+            let all = orders.chain(process.into_iter().flat_map(harmonics));
+            return all.reduce(greatest_common_divisor).unwrap_or(1);
+        }
         let Some(first) = orders.next() else { return 1 };
         orders.fold(2 * first, |divisor, k| greatest_common_divisor(divisor, k - first))
     }
 
     fn cost(&self, law: &MotionLaw) -> f64 {
-        law.cost()
+        law.cost() + self.process().map_or(0.0, MotionLaw::cost)
     }
 
     /// The vibration √(c/J); the angle from one breakpoint of the law to the next on the average, or 1/(2 K √(1 + m U′²max/J)),
     /// K the highest harmonic, whichever is smaller: J + m U′² has its complex zeros 1/K √(J/m)/U′max beside those of U′.
-    /// The cam turns at |ω| and the speed that the vibration has now.
+    /// The cam turns at |ω| and the speed that the vibration has now. A load counts with its spring and its process force.
     fn pace(&self, law: &MotionLaw, [q, v]: [f64; 2]) -> Pace {
         let Parameters { m, inertia, c, .. } = self.parameters;
         let ratio = m * law.bound(1).powi(2) / inertia;
-        let smooth = 0.5 / (law.resolution() * (1.0 + ratio).sqrt());
-        let angle = smooth.min(TAU / law.breakpoints().len().max(1) as f64);
-        let frequency = (c / inertia).sqrt();
+        let resolution = law.resolution().max(self.process().map_or(1.0, MotionLaw::resolution));
+        let smooth = 0.5 / (resolution * (1.0 + ratio).sqrt());
+        let breakpoints: usize = self.breakpoints(law).iter().map(|list| list.len()).sum();
+        let angle = smooth.min(TAU / breakpoints.max(1) as f64);
+        let spring = self.load.as_ref().map_or(0.0, |load| load.stiffness() * law.bound(1).powi(2));
+        let frequency = ((c + spring) / inertia).sqrt();
         Pace { frequency, angle, speed: if self.linear { 0.0 } else { v.abs() + frequency * q.abs() } }
+    }
+
+    /// c q = U′ F_L, U at φ + q and q̇ = 0, as the load grows from nothing: with λ F_L the way there is λ = c q/(U′ F_L), and it is
+    /// one of equilibria that hold as long as λ grows with q. Linear: c q = U′ F_L + (U″ F_L − c_r U′²) q.
+    fn at_rest(&self, law: &MotionLaw, f: &Flow<f64>) -> Result<[f64; 2], Fault> {
+        let Some(load) = self.load.as_deref() else { return Ok([0.0; 2]) };
+        let c = self.parameters.c;
+        // U′ F_L and its derivative.
+        let torque = |q: f64| {
+            let there = Flow { q, w: f.w, ..*f };
+            let cam = self.at(law, self.segments(law, &there), &there);
+            let [u, u1, u2, ..] = cam.0;
+            let force = self.force(load, &cam, f, [u, 0.0]);
+            [u1 * force, u2 * force - u1 * u1 * load.stiffness()]
+        };
+        let snaps = |q: f64| {
+            refused_start(format!(
+                "start.mode = equilibrium is refused: the load turns the cam away from drive.phi_start faster than the shaft holds \
+                 it, from a twist of {} rad on it snaps through; choose a larger c, a smaller load or another angle",
+                Rounded(q)
+            ))
+        };
+        let [start, slope] = torque(0.0);
+        if slope >= c {
+            return Err(snaps(0.0));
+        }
+        if self.linear || start == 0.0 {
+            return Ok([start / (c - slope), 0.0]);
+        }
+        // Steps within which the torque follows a cubic; it vanishes within a turn, and has then crossed c q.
+        let step = 0.05f64.copysign(start) / law.resolution();
+        let mut low = 0.0;
+        while (c * (low + step) - torque(low + step)[0]) * start < 0.0 {
+            low += step;
+            let [torque, slope] = torque(low);
+            if (torque - slope * low) * start <= 0.0 || low.abs() > TAU {
+                return Err(snaps(low));
+            }
+        }
+        // Newton's method from within the bracket, by halves where it leaves it.
+        let (mut high, mut q) = (low + step, low);
+        for _ in 0..64 {
+            let [torque, slope] = torque(q);
+            let miss = c * q - torque;
+            if miss * start < 0.0 {
+                low = q
+            } else {
+                high = q
+            }
+            let newton = q - miss / (c - slope);
+            let inside = (newton - low) * (newton - high) <= 0.0;
+            let next = if inside { newton } else { 0.5 * (low + high) };
+            if next == q {
+                break;
+            }
+            q = next;
+        }
+        if torque(q)[1] < c { Ok([q, 0.0]) } else { Err(snaps(q)) }
     }
 }
 
+/// The orders of the harmonics that a series has.
+fn harmonics(series: &Fourier) -> impl Iterator<Item = usize> {
+    (1..=series.order()).filter(|&k| series.a[k] != 0.0 || series.b[k] != 0.0)
+}
+
 impl Twist {
+    /// P(φ).
+    fn process(&self) -> Option<&MotionLaw> {
+        self.load.as_ref()?.process.as_ref()
+    }
+
+    /// F_L (N) where the follower is at `y` with this speed.
+    fn force<S: Scalar>(&self, load: &Load, cam: &Cam, f: &Flow<S>, y: [S; 2]) -> S {
+        let process = load.process.is_some().then(|| f.phi.compose(cam.1));
+        load.force(self.parameters.m, y, process, load.input.then_some(f.force))
+    }
+
     fn angle(&self, f: &Flow<f64>) -> f64 {
         angle::reduce(Double::from(f.argument(!self.linear)))
     }
 
     /// The cam with U⁽⁵⁾.
-    pub fn with_fifth(&self, law: &MotionLaw, segment: usize, f: &Flow<f64>) -> Cam {
-        let mut cam = self.at(law, segment, f);
-        cam.0[5] = law.fifth_in(segment, self.angle(f));
+    pub fn with_fifth(&self, law: &MotionLaw, segments: Segments, f: &Flow<f64>) -> Cam {
+        let mut cam = self.at(law, segments, f);
+        cam.0[5] = law.fifth_in(segments[0], self.angle(f));
         cam
     }
 

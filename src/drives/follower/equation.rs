@@ -49,23 +49,37 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
     /// The names of its quantities in messages.
     fn words(&self) -> Words;
 
-    /// The angles in [0, 2π), ascending, at which a derivative of a coefficient jumps. Segment i reaches from breakpoint i to the
-    /// next one, the last one around the turn.
-    fn breakpoints(_law: &Self::Law) -> &[f64] {
-        &[]
+    /// Whether a force acts that depends on time, an input.
+    fn has_input(&self) -> bool {
+        false
     }
 
-    /// The segment of the law where drive and oscillator are so; on a breakpoint the one to which they turn.
-    fn segment(&self, law: &Self::Law, f: &Flow<f64>) -> usize {
-        let (carried, breakpoints) = (self.carries_law(), Self::breakpoints(law));
-        if breakpoints.is_empty() {
-            return 0;
-        }
-        turn::segment(breakpoints, angle::reduce(Double::from(f.argument(carried))), f.turning(carried) >= 0.0)
+    /// The angles in [0, 2π), ascending, at which a derivative of a coefficient jumps: of the law, and of what depends on the
+    /// angle of the drive whether the oscillator carries the law or not. Segment i reaches from breakpoint i to the next one, the
+    /// last one around the turn.
+    fn breakpoints<'a>(&'a self, _law: &'a Self::Law) -> [&'a [f64]; 2] {
+        [&[], &[]]
     }
 
-    /// The law where drive and oscillator are so, continued smoothly from a segment.
-    fn at(&self, law: &Self::Law, segment: usize, f: &Flow<f64>) -> Self::Local;
+    /// Of which of them the oscillator carries the angle.
+    fn carried(&self) -> [bool; 2] {
+        [self.carries_law(), false]
+    }
+
+    /// The segments of both where drive and oscillator are so; on a breakpoint the one to which they turn.
+    fn segments(&self, law: &Self::Law, f: &Flow<f64>) -> Segments {
+        let (carried, breakpoints) = (self.carried(), self.breakpoints(law));
+        [0, 1].map(|i| match breakpoints[i] {
+            [] => 0,
+            list => {
+                let reduced = angle::reduce(Double::from(f.argument(carried[i])));
+                turn::segment(list, reduced, f.turning(carried[i]) >= 0.0)
+            }
+        })
+    }
+
+    /// The law where drive and oscillator are so, continued smoothly from its segments.
+    fn at(&self, law: &Self::Law, segments: Segments, f: &Flow<f64>) -> Self::Local;
 
     /// Place and speed from which q and q̇ count: those of the shaft.
     fn base<S: Scalar>(&self, _local: &Self::Local, f: &Flow<S>) -> [S; 2] {
@@ -79,7 +93,7 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
     fn jacobian(&self, local: &Self::Local, f: &Flow<f64>) -> [f64; 2];
 
     /// Rounding error of q̈ over the unit roundoff where its terms cancel.
-    fn rounding(&self, _law: &Self::Law, _segment: usize, _f: &Flow<f64>) -> f64 {
+    fn rounding(&self, _law: &Self::Law, _segments: Segments, _f: &Flow<f64>) -> f64 {
         0.0
     }
 
@@ -89,7 +103,7 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
     }
 
     /// The angle (rad) from `phi` on over which the coefficients follow a polynomial of degree 8.
-    fn reach(&self, law: &Self::Law, segment: usize, phi: f64) -> f64;
+    fn reach(&self, law: &Self::Law, segments: Segments, phi: f64) -> f64;
 
     /// Into how many equal parts symmetry divides the turn.
     fn symmetry(&self, law: &Self::Law) -> usize;
@@ -100,12 +114,15 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
     /// What the internal step of fixed cost follows from where none is asked for.
     fn pace(&self, law: &Self::Law, state: [f64; 2]) -> Pace;
 
-    /// The equilibrium where the shaft, whose speed `w` (rad/s) is none, rests at `phi` (rad), reduced.
-    fn at_rest(&self, _w: f64, _phi: f64) -> Result<[f64; 2], Fault> {
+    /// The equilibrium where the shaft rests at the angle of `f`.
+    fn at_rest(&self, _law: &Self::Law, _f: &Flow<f64>) -> Result<[f64; 2], Fault> {
         // The spring is relaxed.
         Ok([0.0; 2])
     }
 }
+
+/// The segment of the law, and of what depends on the angle of the drive.
+pub type Segments = [usize; 2];
 
 /// How fast a motion changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, Serialize)]

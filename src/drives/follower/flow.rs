@@ -15,6 +15,8 @@ pub struct Flow<S> {
     pub q: S,
     /// q̇ (rad/s or m/s).
     pub v: S,
+    /// F (N or N·m), an input of the FMU; 0 without one.
+    pub force: S,
 }
 
 impl<S: Scalar> Flow<S> {
@@ -37,7 +39,8 @@ impl<S: Scalar> Flow<S> {
 impl Flow<f64> {
     /// As a function of φ, all else held.
     pub fn over_angle(&self) -> Flow<Series> {
-        let Flow { phi, w, a, q, v } = *self;
-        Flow { phi: Series([phi, 1.0, 0.0]), w: w.into(), a: a.into(), q: q.into(), v: v.into() }
+        let Flow { phi, w, a, q, v, force } = *self;
+        let phi = Series([phi, 1.0, 0.0]);
+        Flow { phi, w: w.into(), a: a.into(), q: q.into(), v: v.into(), force: force.into() }
     }
 }

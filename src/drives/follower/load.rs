@@ -10,7 +10,7 @@
 //! taken at the angle of the drive also where the cam sits behind an elastic shaft.
 
 use crate::motion::MotionLaw;
-use crate::numerics::taylor::Scalar;
+use crate::numerics::taylor::Arithmetic;
 use serde::{Deserialize, Serialize};
 
 /// The loads on one mass.
@@ -18,6 +18,9 @@ use serde::{Deserialize, Serialize};
 pub struct Load {
     /// g (m/s²), the component along y.
     pub gravity: Option<f64>,
+    /// g (m/s²) in the frame of each mechanism before the tool, for its links; empty where there is none. `gravity` is what the
+    /// tool has of it.
+    pub frames: Vec<[f64; 2]>,
     /// F₀.
     pub constant: Option<f64>,
     /// F_v, c, y₀.
@@ -59,12 +62,20 @@ impl Load {
     }
 
     /// F_L on the mass `m` at y, ẏ, where P and F are `process` and `input`.
-    pub fn force<S: Scalar>(&self, m: f64, [y, v]: [S; 2], process: Option<S>, input: Option<S>) -> S {
+    pub fn force<S: Arithmetic>(&self, m: f64, [y, v]: [S; 2], process: Option<S>, input: Option<S>) -> S {
         let spring = self.spring.map(|spring| -((y - S::from(spring.at)) * spring.c));
         let damping = self.damping.map(|b| -(v * b));
         let still = m * self.gravity.unwrap_or(0.0) + self.constant.unwrap_or(0.0)
             - self.spring.map_or(0.0, |spring| spring.preload);
         [spring, damping, process, input].into_iter().flatten().fold(S::from(still), |sum, part| sum + part)
+    }
+
+    /// The sum of the sizes of the parts of F_L.
+    pub fn size(&self, m: f64, [y, v]: [f64; 2], process: Option<f64>, input: Option<f64>) -> f64 {
+        let spring = self.spring.map_or(0.0, |Spring { preload, c, at }| preload.abs() + c * (y.abs() + at.abs()));
+        let constant = (m * self.gravity.unwrap_or(0.0)).abs() + self.constant.unwrap_or(0.0).abs();
+        let moved = (self.damping.unwrap_or(0.0) * v).abs() + process.unwrap_or(0.0).abs() + input.unwrap_or(0.0).abs();
+        constant + spring + moved
     }
 
     /// The potential of gravity, F₀ and the spring (J).

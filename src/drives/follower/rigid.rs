@@ -17,7 +17,7 @@ pub struct Follower {
     pub m: f64,
     /// Whether the tool's coordinate is an angle.
     pub turns: bool,
-    /// U(φ) of the tool (m or rad); with mechanisms the angle of the lever (rad).
+    /// U(φ) of the tool (m or rad); with mechanisms the angle of the lever (rad), or of the shaft that they sit on.
     pub cam: MotionLaw,
     /// The mechanisms between lever and tool.
     pub linkage: Linkage,
@@ -47,6 +47,16 @@ impl Follower {
         Follower { m, turns: false, cam, linkage: Linkage::default() }
     }
 
+    /// What moves its mechanisms or its tool, as variables and scenes name it.
+    pub fn mover(&self) -> &'static str {
+        if self.has_cam() { "cam" } else { "crank" }
+    }
+
+    /// Whether a cam moves it, not the shaft itself.
+    pub fn has_cam(&self) -> bool {
+        !matches!(self.cam, MotionLaw::Crank(_))
+    }
+
     /// Whether the cam's law is an angle: that of a lever, or of a tool that turns.
     pub fn cam_turns(&self) -> bool {
         self.turns || !self.linkage.is_empty()
@@ -60,7 +70,7 @@ impl Follower {
     /// J and its derivatives of tool and links with respect to what `cam`, the law and its derivatives, are taken to; one
     /// order less than they have, the last is zero.
     pub fn inertia<const N: usize>(&self, cam: [f64; N]) -> [f64; N] {
-        let mut derivatives = self.linkage.moved(self.m, Series::of_derivatives(cam)).inertia.derivatives();
+        let mut derivatives = self.linkage.moved(self.m, Series::of_derivatives(cam), &[]).inertia.derivatives();
         if let Some(unknown) = derivatives.last_mut() {
             *unknown = 0.0;
         }
@@ -69,6 +79,12 @@ impl Follower {
 
     /// Refuses mechanisms that cannot be assembled all around, or not safely; `prefix` names them.
     pub fn check_linkage(&self, prefix: &str) -> Result<(), Fault> {
+        if !self.has_cam() && self.linkage.turns() != Some(0.0) {
+            let message = ": it turns with the shaft, but its output is not the same again after a turn of the shaft; end it with a \
+                 slider-crank, or with a four-bar linkage whose input link is shorter than `ground`, before it only gears of an \
+                 integer ratio. A rotor belongs to `machine.J0` and `machine.J`";
+            return Err(Fault::named(prefix, message));
+        }
         if self.linkage.is_empty() {
             return Ok(());
         }
@@ -98,7 +114,8 @@ impl Follower {
     /// As many samples of a turn as tell the waves of the law and the turns of the lever apart; the worst positions are then
     /// refined.
     fn samples(&self) -> usize {
-        let count = (32.0 * self.cam.resolution().max(self.cam.bound(1))).clamp(256.0, MOST_SAMPLES);
+        let fastest = self.cam.bound(1) * self.linkage.step_up();
+        let count = (32.0 * self.cam.resolution().max(fastest)).clamp(256.0, MOST_SAMPLES);
         count.max(8.0 * self.cam.breakpoints().len() as f64) as usize
     }
 

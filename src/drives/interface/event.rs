@@ -26,6 +26,8 @@ pub struct Event {
     pub value: f64,
     /// Its unit.
     pub unit: &'static str,
+    /// Of which follower, counted from 1; 0 where there is but one or none.
+    pub follower: usize,
     /// Whether the entry speaks of the solver (`logSolver`) rather than of the machine (`logEvents`).
     pub solver: bool,
 }
@@ -119,6 +121,7 @@ mod tests {
                 quantity: "impulse",
                 value: 1.0,
                 unit: "N.s",
+                follower: 0,
                 solver: false,
             });
         }

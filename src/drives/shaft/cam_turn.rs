@@ -13,7 +13,7 @@ pub const OVERRUN: f64 = 1e-14;
 pub const ON_BREAKPOINT: f64 = 1e-14;
 
 /// A breakpoint this near the start of the turn counts as lying there (rad): more than the rounding of an angle.
-const SLACK: f64 = 1e-12;
+pub const SLACK: f64 = 1e-12;
 
 /// Slower than this is no motion (rad/s): its square and that of the time of a turn are numbers, whatever masses they meet.
 pub const SLOWEST: f64 = 1e-100;

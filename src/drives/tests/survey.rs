@@ -157,6 +157,7 @@ fn turned(law: &MotionLaw) -> MotionLaw {
             let angles = angles.iter().map(|phi| phi + TURNED).collect();
             MotionLaw::Table(Table::new(Points { angles, lifts: lifts.iter().map(|u| LARGER * u).collect() }).unwrap())
         }
+        MotionLaw::Crank(_) => law.clone(),
         MotionLaw::Polyline(_) => unreachable!("a force is no cam"),
     }
 }
@@ -327,6 +328,7 @@ fn kind_of(law: &MotionLaw) -> &'static str {
         MotionLaw::Cycle(_) => "cycle",
         MotionLaw::Plan(_) => "plan",
         MotionLaw::Table(_) => "table",
+        MotionLaw::Crank(_) => "crank",
         MotionLaw::Polyline(_) => "lines",
     }
 }
@@ -365,6 +367,7 @@ fn shaft(linear: bool) -> Rows {
         let kind = format!("{}, {}", kind_of(&cam), KINDS[number % 3]);
         let size = r.scale(1e-6, 0.1);
         let scene = elastic_shaft::Scene {
+            load: Default::default(),
             parameters: elastic_shaft::Parameters { m, inertia, c, b },
             linear,
             cam,

@@ -127,7 +127,9 @@ fn delayed(law: &MotionLaw, angle: f64) -> MotionLaw {
             let later = plan.points().iter().map(|point| PlanPoint { phi: point.phi + angle, ..*point });
             MotionLaw::Plan(MotionPlan::new(later.collect()))
         }
-        MotionLaw::Polyline(_) => unreachable!("no cam is drawn with lines"),
+        MotionLaw::Polyline(_) | MotionLaw::Crank(_) => {
+            unreachable!("no cam is drawn with lines or turns with the shaft")
+        }
     }
 }
 
@@ -176,7 +178,9 @@ impl Files {
                 };
                 json!({"law": "plan", "point": plan.points().iter().map(point).collect::<Vec<_>>()})
             }
-            MotionLaw::Polyline(_) => unreachable!("no cam is drawn with lines"),
+            MotionLaw::Polyline(_) | MotionLaw::Crank(_) => {
+                unreachable!("no cam is drawn with lines or turns with the shaft")
+            }
         }
     }
 

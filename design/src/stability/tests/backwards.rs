@@ -140,6 +140,7 @@ fn a_shaft_on_a_cycle_that_turns_backwards_is_its_mirror_image() {
         };
         let run = |cam: MotionLaw, w: f64| {
             let scene = elastic_shaft::Scene {
+                load: Default::default(),
                 parameters: elastic_shaft::Parameters { m: 40.0, inertia: 1.2, c: 900.0, b: 3.0 },
                 linear: true,
                 cam,

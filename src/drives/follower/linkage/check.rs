@@ -1,7 +1,7 @@
 //! Whether a linkage can be assembled all around the turn, and where it comes nearest to a position in which its output may go
 //! either way.
 
-use super::{Kind, Linkage, Mechanism, decimals};
+use super::{FourBar, Kind, Linkage, Mechanism, decimals};
 use crate::drives::Fault;
 use crate::numerics::taylor::Series;
 use std::f64::consts::TAU;
@@ -59,6 +59,22 @@ impl Mechanism {
 }
 
 impl Linkage {
+    /// By how many turns its output goes on while its input makes one; None where they differ from turn to turn.
+    pub fn turns(&self) -> Option<f64> {
+        self.0.iter().try_fold(1.0, |turns: f64, mechanism| match &mechanism.kind {
+            Kind::Gear(gear) => Some(turns * gear.ratio),
+            _ if turns.fract() != 0.0 => None,
+            Kind::FourBar(FourBar { ground, input, .. }) if input.length >= *ground => Some(turns),
+            _ => Some(0.0),
+        })
+    }
+
+    /// How many times as fast as its input its gears turn at most.
+    pub fn step_up(&self) -> f64 {
+        let ratio = |mechanism: &Mechanism| if let Kind::Gear(gear) = mechanism.kind { gear.ratio.abs() } else { 1.0 };
+        self.0.iter().map(ratio).fold(1.0, |most, ratio| most * ratio.max(1.0))
+    }
+
     /// For each mechanism where cos μ is largest in size over a turn, of the lever's angle `lever` as a function of φ sampled
     /// at so many `points`; the list ends with the first mechanism that cannot be assembled all around.
     pub fn extremes(&self, points: usize, lever: impl Fn(f64) -> f64) -> Vec<Extreme> {

@@ -4,7 +4,7 @@ pub mod coefficients;
 pub mod crank;
 pub mod law;
 
-use crate::drives::follower::equation::{Equation, Pace, Words};
+use crate::drives::follower::equation::{Equation, Pace, Segments, Words};
 use crate::drives::follower::flow::Flow;
 use crate::drives::limits::refused_start;
 use crate::drives::{Fault, Number};
@@ -95,7 +95,7 @@ impl Equation for Vibration {
         }
     }
 
-    fn at(&self, _: &Law, _: usize, f: &Flow<f64>) -> Values {
+    fn at(&self, _: &Law, _: Segments, f: &Flow<f64>) -> Values {
         self.coefficients.at(f.phi)
     }
 
@@ -114,7 +114,7 @@ impl Equation for Vibration {
         [-c[0] / m[0], -b[0] / m[0]]
     }
 
-    fn reach(&self, _: &Law, _: usize, phi: f64) -> f64 {
+    fn reach(&self, _: &Law, _: Segments, phi: f64) -> f64 {
         self.coefficients.reach(phi)
     }
 
@@ -131,15 +131,15 @@ impl Equation for Vibration {
     }
 
     /// q = f/c.
-    fn at_rest(&self, w: f64, phi: f64) -> Result<[f64; 2], Fault> {
-        let Values { b, c, f, .. } = self.coefficients.at(phi);
+    fn at_rest(&self, _: &Law, flow: &Flow<f64>) -> Result<[f64; 2], Fault> {
+        let Values { b, c, f, .. } = self.coefficients.at(flow.phi);
         if b[0] > 0.0 && c[0] > 0.0 {
             return Ok([f[0] / c[0], 0.0]);
         }
         Err(refused_start(format!(
             "start.mode = steady_state is refused at drive.w = {} rad/s: with a stiffness of {} and a damping of {} at \
              drive.phi_start no motion comes to rest; both must be above 0",
-            Number(w),
+            Number(flow.w),
             Number(c[0]),
             Number(b[0])
         )))

@@ -222,7 +222,7 @@ impl ElasticOutput {
             let kind = "the contact force changes its sign: a follower that nothing but its loads holds on the cam leaves it; \
                         BacklashDrive with s = inf takes that over";
             let (time, quantity, unit) = (self.now.time, "contact_force", "N");
-            self.log.push(Event { time, kind, quantity, value: force, unit, solver: false });
+            self.log.push(Event { time, kind, quantity, value: force, unit, follower: 0, solver: false });
         }
         loaded.pulls = pulls;
     }

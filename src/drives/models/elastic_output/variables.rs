@@ -152,14 +152,15 @@ fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
     output(Output::Contact, "contact_force", text, &unit::FORCE, &contact, initial);
 }
 
-/// The outputs, of numbers or of series, in the order of [`Output`]; u holds U … U⁗ at the communication point.
+/// The outputs, of numbers or of series, in the order of [`Output`], and the one under loads; u holds U … U⁗ at the
+/// communication point.
 #[inline(always)]
 fn outputs<S: Scalar>(
     drive: &ElasticOutput,
     u: &[f64; 5],
     f: &Flow<S>,
     forces: Option<&Forces<'_, S>>,
-) -> [S; OUTPUTS + 1] {
+) -> ([S; OUTPUTS], S) {
     let u = [[u[0], u[1], u[2]], [u[1], u[2], u[3]], [u[2], u[3], u[4]]].map(|u| f.phi.compose(u));
     let (equation, [x, x1, x2]) = (drive.response.equation(), lift(u, [f.w, f.a]));
     let force = equation.force([f.q, f.v]);
@@ -170,43 +171,44 @@ fn outputs<S: Scalar>(
         contact = force + x2 * m_roller - forces.load(1, m_roller, [x, x1]);
     }
     let y2 = accelerating * (1.0 / drive.parameters.m);
-    [f.phi, f.w, x, x + f.q, x1 + f.v, y2, f.q, f.v, y2 - x2, force, u[1] * contact, contact]
+    ([f.phi, f.w, x, x + f.q, x1 + f.v, y2, f.q, f.v, y2 - x2, force, u[1] * contact], contact)
 }
 
 /// The outputs as numbers.
 #[inline(always)]
-fn numbers(drive: &ElasticOutput, q: Pair, forces: Option<&Forces<'_, f64>>) -> [f64; OUTPUTS + 1] {
+fn numbers(drive: &ElasticOutput, q: Pair, forces: Option<&Forces<'_, f64>>) -> ([f64; OUTPUTS], f64) {
     let Instant { shaft: [phi, w, a], u, curvature, .. } = drive.now;
     let ([x, slope], [q, v]) = (u.array(), q.array());
     // phi is put out without reduction; U needs no angle any more, and numbers no derivative beyond U″.
     let u = [x, slope, curvature, 0.0, 0.0];
-    outputs(drive, &u, &Flow { phi, w, a, q, v }, forces)
+    outputs(drive, &u, &Flow { phi, w, a, q, v, force: 0.0 }, forces)
 }
 
 /// The same under loads.
 #[inline(never)]
-fn numbers_under(drive: &ElasticOutput) -> [f64; OUTPUTS + 1] {
+fn numbers_under(drive: &ElasticOutput) -> ([f64; OUTPUTS], f64) {
     let forces = Forces::new(drive, drive.now.shaft[0], |signal, _| signal.now());
     numbers(drive, drive.deformation().into(), forces.as_ref())
 }
 
 /// The force of the cam on the follower (N).
 pub(super) fn contact_force(drive: &ElasticOutput) -> f64 {
-    numbers_under(drive)[Output::Contact as usize]
+    numbers_under(drive).1
 }
 
 pub(super) fn evaluate(drive: &ElasticOutput, values: &mut [f64]) {
     if drive.loaded.is_some() {
         return evaluate_under(drive, values);
     }
-    let [outputs @ .., _] = numbers(drive, drive.now.q, None);
-    values[..OUTPUTS].copy_from_slice(&outputs);
+    values[..OUTPUTS].copy_from_slice(&numbers(drive, drive.now.q, None).0);
     values[OUTPUTS..].copy_from_slice(&drive.statistics());
 }
 
 #[inline(never)]
 fn evaluate_under(drive: &ElasticOutput, values: &mut [f64]) {
-    values[..OUTPUTS + 1].copy_from_slice(&numbers_under(drive));
+    let (outputs, contact) = numbers_under(drive);
+    values[..OUTPUTS].copy_from_slice(&outputs);
+    values[OUTPUTS] = contact;
     values[OUTPUTS + 1..].copy_from_slice(&drive.statistics());
 }
 
@@ -221,7 +223,8 @@ fn series(drive: &ElasticOutput, seed: Seed, which: usize) -> Series {
             (flow, Forces::new(drive, flow.phi, input))
         }
     };
-    outputs(drive, &u.0, &flow, forces.as_ref())[which]
+    let (outputs, contact) = outputs(drive, &u.0, &flow, forces.as_ref());
+    outputs.get(which).copied().unwrap_or(contact)
 }
 
 /// Drive and mass as functions of time.
@@ -238,12 +241,15 @@ fn along_time<'a>(
     let x = [0, 1, 2].map(|order| Series::from_derivatives(x[order], x[order + 1], 0.0));
     let acceleration = |[q, v]: [Series; 2]| match &forces {
         None => drive.response.equation().acceleration([q, v], x),
-        forces => outputs(drive, &u.0, &Flow { phi, w, a, q, v }, forces.as_ref())[Output::QDotDot as usize],
+        forces => {
+            outputs(drive, &u.0, &Flow { phi, w, a, q, v, force: 0.0.into() }, forces.as_ref()).0
+                [Output::QDotDot as usize]
+        }
     };
     let q2 = acceleration([q, v].map(Series::from)).value();
     let q3 = acceleration([Series([q, v, 0.0]), Series([v, q2, 0.0])]).derivative(1);
     let [q, v] = [[q, v, q2], [v, q2, q3]].map(|[d0, d1, d2]| Series::from_derivatives(d0, d1, d2));
-    (Flow { phi, w, a, q, v }, forces)
+    (Flow { phi, w, a, q, v, force: 0.0.into() }, forces)
 }
 
 /// Drive and mass as functions of one input or state, the others held: q = y − U(φ), q̇ = ẏ − U′(φ) ω.
@@ -256,5 +262,6 @@ fn along_known(drive: &ElasticOutput, shaft: &Kinematics, u: &TransferFunctions,
         a: Series([a, a_1, 0.0]),
         q: Series([q, y_1 - u1 * phi_1, 0.0]),
         v: Series([v, y_dot_1 - u2 * w * phi_1 - u1 * w_1, 0.0]),
+        force: 0.0.into(),
     }
 }

@@ -7,6 +7,8 @@
 //! Linear in q, U at φ, ω = φ̇, α = φ̈: (J + m U′²) q̈ + (b + 2 m ω U′U″) q̇
 //! + \[c + m ω² (U″² + U′U‴) + 2 m α U′U″\] q = −m ω² U′U″ − (J + m U′²) α.
 //!
+//! Loads on the follower add the torque U′ F_L(U, U′ψ̇, φ, t) to the right-hand side, see [`load`](crate::drives::follower::load).
+//!
 //! Symbols: m mass of the follower (kg), J moment of inertia of the cam (kg·m²), c stiffness (N·m/rad) and
 //! b damping (N·m·s/rad) of the shaft, q twist (rad). Signs: φ, ψ, tau positive in the same sense;
 //! tau = −(c q + b q̇) is the torque from the drive into the cam unit and loads the drive where it is positive.
@@ -23,13 +25,17 @@ mod variables;
 
 use crate::drives::follower::elastic_shaft::Twist;
 pub use crate::drives::follower::elastic_shaft::{Parameters, REACH};
+use crate::drives::follower::load::Load;
 use crate::drives::parameter::parameters;
 use crate::drives::settings::{HasSolver, Settings};
 use crate::drives::shaft::cam_drive::{CamDrive, DriveMode, Start};
+use crate::drives::shaft::free::signal::Signal;
+use crate::drives::shaft::loads::HasLoads;
 use crate::drives::solver::oscillation::{Oscillation, as_every_oscillation};
 use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::motion::MotionLaw;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 parameters!(Parameters of ElasticShaft.equation.parameters);
 
@@ -40,6 +46,8 @@ pub struct Scene {
     pub parameters: Parameters,
     /// Whether the equation is linearised in the twist.
     pub linear: bool,
+    /// Loads on the follower.
+    pub load: Load,
     /// U.
     pub cam: MotionLaw,
     /// φ.
@@ -53,14 +61,34 @@ pub struct Scene {
 /// The drive in operation.
 pub type ElasticShaft = Oscillation<Twist>;
 
+impl HasLoads for ElasticShaft {
+    fn load(&self, which: usize) -> Option<&Load> {
+        self.equation.load.as_deref().filter(|_| which == 0)
+    }
+
+    fn load_mut(&mut self, which: usize) -> Option<&mut Load> {
+        self.loaded_anew = true;
+        self.equation.load.as_mut().filter(|_| which == 0).map(Arc::make_mut)
+    }
+
+    fn signal(&self, _: usize) -> Option<&Signal> {
+        self.force.as_ref()
+    }
+
+    fn signal_mut(&mut self, _: usize) -> Option<&mut Signal> {
+        self.force.as_mut()
+    }
+}
+
 impl Drive for ElasticShaft {
     type Scene = Scene;
 
     const MODEL: &'static str = "ElasticCamDrive.shaft";
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let Scene { parameters, linear, cam, drive, start, solver } = scene;
-        Ok(Oscillation::of(Twist { parameters, linear }, CamDrive::new(cam, drive), start, solver))
+        let Scene { parameters, linear, load, cam, drive, start, solver } = scene;
+        let load = (!load.is_none()).then(|| Arc::new(load));
+        Ok(Oscillation::of(Twist { parameters, linear, load }, CamDrive::new(cam, drive), start, solver))
     }
 
     fn variables(&self) -> List<Self> {
@@ -69,8 +97,9 @@ impl Drive for ElasticShaft {
 
     fn text(&self) -> Text {
         let linear = self.equation.linear;
-        let periodic = linear && !self.cam.is_input();
-        let conditions = [("linear", linear), ("periodic", periodic), ("method", self.has_method())];
+        let periodic = linear && !self.has_method();
+        let loaded = self.equation.load.is_some();
+        let conditions = [("linear", linear), ("periodic", periodic), ("load", loaded), ("method", self.has_method())];
         Text::new(include_str!("text.toml"), &conditions)
     }
 

@@ -3,6 +3,7 @@
 pub(in crate::drives) mod extremes;
 mod fixed_cost;
 mod light_cams;
+mod loads;
 mod passages;
 
 use super::*;
@@ -18,6 +19,7 @@ use crate::numerics::gauss::Gauss;
 /// The transfer manipulator of the sources: 60 kg, stroke 0.4 m, J = 1.5 kg·m², c = 2.4e4 N·m/rad, damping ratio 0.03.
 fn manipulator(law: MotionLaw, linear: bool, drive: DriveMode) -> Scene {
     Scene {
+        load: Load::default(),
         parameters: Parameters { m: 60.0, inertia: 1.5, c: 2.4e4, b: 17.85 },
         linear,
         cam: law,

@@ -6,6 +6,7 @@ use crate::drives::follower::equation::Equation;
 use crate::drives::follower::flow::Flow;
 use crate::drives::settings::HasSolver;
 use crate::drives::shaft::cam_drive::{A, CAM, HasCamDrive, PHI, W};
+use crate::drives::shaft::loads::{declare_force, declare_load};
 use crate::drives::unit;
 use crate::drives::variable::Kind;
 use crate::drives::{List, Seed};
@@ -34,9 +35,11 @@ const STATES: [&str; 2] = ["psi", "der(psi)"];
 pub(super) fn list(drive: &ElasticShaft) -> List<ElasticShaft> {
     let mut list = List::default();
     drive.declare_drive(&mut list);
+    declare_force(&mut list, drive, 0, "F", false);
     list.group::<Parameters>();
     declare_linear(&mut list);
     drive.declare_start(&mut list, &unit::ANGLE, &unit::ANGULAR_VELOCITY);
+    declare_load(&mut list, drive, 0, "load", false);
     drive.declare_solver(&mut list, OUTPUTS);
     declare_outputs(drive, &mut list);
     drive.declare_law(&mut list);
@@ -60,8 +63,12 @@ fn declare_outputs(drive: &ElasticShaft, list: &mut List<ElasticShaft>) {
     let mut output = |which: Output, name, text, quantity, known: &[&str], initial: &[&[&str]]| {
         outputs.add(which as usize, name, text, quantity, known).depends_initially(initial);
     };
-    let periodic = drive.periodic_start(&["m", "J", "c", "b", "shaft.linear", "cam", "solver.tolerance"]);
-    let q = [&periodic[..], &["start.mode", "start.q"]].concat();
+    let of = ["m", "J", "c", "b", "shaft.linear", "cam", "load", "solver.tolerance"];
+    let periodic = drive.periodic_start(&of);
+    // An equilibrium is one of a load, and also on inputs.
+    let loaded: &[&str] = if drive.equation.load.is_some() { &["F", "load", "m"] } else { &[] };
+    let balanced = if loaded.is_empty() { Vec::new() } else { [loaded, PHI, W, CAM, &["c", "shaft.linear"]].concat() };
+    let q = [&periodic[..], &balanced, &["start.mode", "start.q"]].concat();
     let q_dot = [&periodic[..], &["start.mode", "start.q_dot"]].concat();
     // Whether the equation is linearised is a parameter: then U is taken at phi, and a acts on q.
     let lift = [PHI, CAM, &q, &["shaft.linear"]].concat();
@@ -70,7 +77,8 @@ fn declare_outputs(drive: &ElasticShaft, list: &mut List<ElasticShaft>) {
     let text = "Angular velocity of the cam";
     output(Output::PsiDot, "der(psi)", text, &unit::ANGULAR_VELOCITY, &["der(psi)"], &[W, &q_dot]);
     let (text, known) = ("Angular acceleration of the cam", [&["a"], all].concat());
-    let initial: &[&[&str]] = &[&lift, W, A, &q_dot, &["m", "J", "c", "b"]];
+    let known = if drive.force.is_some() { [&known[..], &["F"]].concat() } else { known };
+    let initial: &[&[&str]] = &[&lift, W, A, &q_dot, loaded, &["m", "J", "c", "b"]];
     output(Output::PsiDotDot, "der(psi,2)", text, &unit::ANGULAR_ACCELERATION, &known, initial);
     output(Output::Q, "q", "Twist of the shaft, psi - phi", &unit::ANGLE, &["phi", "psi"], &[&q]);
     output(Output::QDot, "der(q)", "Rate of the twist", &unit::ANGULAR_VELOCITY, &["w", "der(psi)"], &[&q_dot]);

@@ -109,7 +109,7 @@ impl Drive for ParametricDrive {
         self.begin(time)?;
         if self.growth > 0.0 {
             let (kind, quantity) = ("parametrically unstable", "growth per turn");
-            self.log.push(Event { time, kind, quantity, value: self.growth, unit: "1", solver: true });
+            self.log.push(Event { time, kind, quantity, value: self.growth, unit: "1", follower: 0, solver: true });
         }
         Ok(())
     }

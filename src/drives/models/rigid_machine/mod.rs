@@ -242,6 +242,7 @@ fn reversal(shaft: &Shaft, state: &State, time: f64) -> Event {
         quantity: "acceleration",
         value: shaft.net_torque(state, 0.0) / shaft.inertia_at(state)[0],
         unit: "rad/s2",
+        follower: 0,
         solver: false,
     }
 }
@@ -278,7 +279,8 @@ impl Drive for RigidMachine {
     fn text(&self) -> Text {
         let Shaft { inertia, motor, .. } = &self.shaft;
         let (lag, kloss) = (motor.lag().is_some(), matches!(motor, Motor::Kloss(_)));
-        let conditions = [("linkages", inertia.is_linked()), ("kloss", kloss), ("lag", lag)];
+        let crank = inertia.followers.iter().any(|follower| !follower.has_cam());
+        let conditions = [("linkages", inertia.is_linked()), ("crank", crank), ("kloss", kloss), ("lag", lag)];
         Text::new(include_str!("text.toml"), &conditions)
     }
 

@@ -12,6 +12,7 @@ use crate::numerics::angle;
 use crate::numerics::double_double::two_product;
 use crate::numerics::gauss::Gauss;
 
+mod crank;
 mod energy;
 mod estimate;
 mod fixed_cost;

@@ -3,7 +3,7 @@
 mod laws;
 
 use super::linkage::Parameter;
-use super::{InertiaFunction, Kloss, LAG, MachineStart, Motor, RigidMachine, Shaft, State};
+use super::{Follower, InertiaFunction, Kloss, LAG, MachineStart, Motor, RigidMachine, Shaft, State};
 use crate::drives::limits::{FASTEST, LARGEST_ANGLE};
 use crate::drives::parameter::{Has, parameters};
 use crate::drives::settings::HasSolver;
@@ -87,6 +87,11 @@ fn statistics(followers: usize) -> usize {
     FOLLOWER + 6 * followers
 }
 
+/// Whether there is a lever between its cam and mechanisms.
+fn has_lever(follower: &Follower) -> bool {
+    follower.has_cam() && !follower.linkage.is_empty()
+}
+
 /// Gives the outputs, of numbers or of series, to `put`.
 fn outputs<S: Scalar>(machine: &RigidMachine, p: &Point<S>, mut put: impl FnMut(usize, S)) {
     let inertia = inertia(machine, p.phi);
@@ -114,7 +119,7 @@ fn outputs<S: Scalar>(machine: &RigidMachine, p: &Point<S>, mut put: impl FnMut(
         } else {
             members(0, follower.tool(cam));
         }
-        if !follower.linkage.is_empty() {
+        if has_lever(follower) {
             members(1, cam);
         }
     }
@@ -290,7 +295,7 @@ impl RigidMachine {
         for i in 0..6 {
             let (is_lever, order) = (i >= 3, i % 3);
             for (j, follower) in self.shaft.inertia.followers.iter().enumerate() {
-                if is_lever && follower.linkage.is_empty() {
+                if is_lever && !has_lever(follower) {
                     continue;
                 }
                 let n = j + 1;
@@ -305,7 +310,7 @@ impl RigidMachine {
                     1 => (format!("der({name}[{n}])"), "Velocity", &["phi", "w"], w_start),
                     _ => (format!("der({name}[{n}],2)"), "Acceleration", enters_a, a_start),
                 };
-                let (cam, linkage) = (format!("follower[{n}].cam"), format!("follower[{n}].linkage"));
+                let [cam, linkage] = [follower.mover(), "linkage"].map(|part| format!("follower[{n}].{part}"));
                 let placed: &[&str] = if is_lever { &["phi_start", &cam] } else { &["phi_start", &cam, &linkage] };
                 list.output(&name, &format!("{what} of {of}follower {n}"), real(quantities[order]), series)
                     .at(FOLLOWER + 6 * j + i)
@@ -361,7 +366,7 @@ impl RigidMachine {
             |d, j, value| Arc::make_mut(&mut d.shaft.inertia).change(|_, followers| followers[j].m = value),
         )
         .at(j);
-        declare_law(list, &follower.cam, j, &format!("follower[{n}].cam"), follower.cam_turns());
+        declare_law(list, &follower.cam, j, &format!("follower[{n}].{}", follower.mover()), follower.cam_turns());
         for (i, mechanism) in follower.linkage.0.iter().enumerate() {
             declare_mechanism(list, mechanism, [j, i]);
         }

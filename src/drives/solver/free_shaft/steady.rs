@@ -44,7 +44,7 @@ impl PeriodicMotion {
         } else {
             "periodic motion found"
         };
-        Event { time, kind, quantity: "period", value: self.period, unit: "s", solver: true }
+        Event { time, kind, quantity: "period", value: self.period, unit: "s", follower: 0, solver: true }
     }
 }
 

@@ -15,13 +15,14 @@ mod periodic;
 pub(in crate::drives) mod steps;
 mod turn;
 
-use crate::drives::follower::equation::{Equation, Pace};
+use crate::drives::follower::equation::{Equation, Pace, Segments};
 use crate::drives::follower::flow::Flow;
 use crate::drives::limits::{no_state, refused_start};
 use crate::drives::settings::{HasSolver, Method, Settings, Solver};
 use crate::drives::shaft::cam_drive::{
     AngleMotion, CamDrive, HasCamDrive, Start, StartMode, field, goes_on, half_a_place, push_of_rounding,
 };
+use crate::drives::shaft::free::signal::Signal;
 use crate::drives::solver::step_control::{FAR, ROUNDINGS, StepControl};
 use crate::drives::{EventLog, Fault, Seed};
 use crate::numerics::collocation::Collocation;
@@ -60,8 +61,12 @@ pub struct Oscillation<E: Equation> {
     pub(in crate::drives) trajectory: Option<Trajectory>,
     /// ln of the largest modulus of the Floquet multipliers over a turn; 0 where it is not known.
     pub(in crate::drives) growth: f64,
-    /// The segment of the law at the end of the integrator's last step.
-    segment: usize,
+    /// The segments at the end of the integrator's last step.
+    segments: Segments,
+    /// The input F; None where the equation has none.
+    pub(in crate::drives) force: Option<Signal>,
+    /// Whether a load has been changed since the last internal step.
+    pub(in crate::drives) loaded_anew: bool,
     /// What the roundings of the law's coefficients make of q̈ at the speed 1 rad/s; see [`Equation::roundings`].
     roundings: f64,
     /// The largest errors of q and q̇ by the roundings of law and inputs, and the largest |q| and |q̇| so far.
@@ -120,7 +125,9 @@ impl<E: Equation> Oscillation<E> {
             table: None,
             trajectory: None,
             growth: 0.0,
-            segment: 0,
+            segments: [0; 2],
+            force: None,
+            loaded_anew: false,
             roundings: 0.0,
             shaken: [0.0; 2],
             largest: [0.0; 2],
@@ -129,6 +136,7 @@ impl<E: Equation> Oscillation<E> {
             before: [0.0; 4],
             log: EventLog::default(),
         };
+        drive.force = drive.equation.has_input().then(Signal::default);
         if is_law {
             drive.tabulate(drive.used);
         }
@@ -140,6 +148,7 @@ impl<E: Equation> Oscillation<E> {
         self.equation.prepare(&self.cam.law)?;
         self.time = time;
         self.cam.start(time);
+        self.force.iter_mut().for_each(Signal::step_begins);
         self.solver.start();
         self.motion = self.cam.motion(time);
         self.integrator = Collocation::new(Double::from(time), [0.0; 2]);
@@ -150,12 +159,19 @@ impl<E: Equation> Oscillation<E> {
             StartMode::AtRest => [0.0, 0.0],
             StartMode::Given => [self.start.q, self.start.q_dot],
             StartMode::Equilibrium => {
-                self.equation.at_rest(self.motion.coefficients[1], self.motion.at(time).reduced)?
+                let there = self.moving().0.flow(Double::from(time), &[0.0; 2]);
+                self.equation.at_rest(&self.cam.law, &there)?
             }
             StartMode::SteadyState if self.cam.is_input() => {
                 return Err(refused_start(
                     "start.mode = steady_state needs a constant speed; this drive follows its inputs: set start.mode = \
                      at_rest or given",
+                ));
+            }
+            StartMode::SteadyState if self.force.is_some() => {
+                return Err(refused_start(
+                    "start.mode = steady_state needs loads that repeat themselves with the turns, the input F need not: set \
+                     start.mode = equilibrium, at_rest or given",
                 ));
             }
             StartMode::SteadyState => {
@@ -177,7 +193,7 @@ impl<E: Equation> Oscillation<E> {
     /// Takes up parameters and inputs at the communication point `time` (s).
     pub(in crate::drives) fn take_up(&mut self, time: f64) {
         self.time = time;
-        self.tuned = self.used != self.equation.parameters();
+        self.tuned = self.loaded_anew || self.used != self.equation.parameters();
         if self.cam.is_input() {
             self.motion = self.cam.motion(time);
             let ([phi, w, a, ..], [before, speed, q, v]) = (self.motion.coefficients, self.before);
@@ -185,7 +201,7 @@ impl<E: Equation> Oscillation<E> {
             if !goes_on([before, speed, a], [phi, w], time) {
                 // Place and speed of the mass do not jump, so q and q̇ take up the jumps of what they count from.
                 let [now, before] = [[phi, w], [before, speed]].map(|[phi, w]| {
-                    let f = Flow { phi, w, a, q, v };
+                    let f = Flow { phi, w, a, q, v, force: 0.0 };
                     self.equation.base(&self.local(E::at, &f), &f)
                 });
                 self.state = [q - (now[0] - before[0]), v - (now[1] - before[1])];
@@ -229,7 +245,8 @@ impl<E: Equation> Oscillation<E> {
     /// A step with the integrator.
     fn integrate(&mut self, time: f64, target: f64) -> Result<(), Fault> {
         self.take_up(time);
-        let on_inputs = self.cam.is_input();
+        self.force.iter_mut().for_each(Signal::step_begins);
+        let (on_inputs, on_shaft) = (self.is_on_inputs(), self.cam.is_input());
         let usual = if on_inputs { self.usual_step(target) } else { self.usual_step };
         let control = self.control(target, usual);
         if on_inputs || self.tuned {
@@ -241,6 +258,8 @@ impl<E: Equation> Oscillation<E> {
         if on_inputs {
             // The motion is known up to the end of the communication step only.
             limit = Double::from(target);
+        }
+        if on_shaft {
             let [phi, w, a, ..] = moving.motion.coefficients;
             let slope = moving.slope(integrator);
             let alike = usual.min(target - time);
@@ -256,6 +275,7 @@ impl<E: Equation> Oscillation<E> {
         self.state = self.integrator.at(Double::from(target));
         self.remember();
         self.cam.step_done();
+        self.force.iter_mut().for_each(|force| force.step_ends(target - time));
         let statistics = self.integrator.statistics;
         let shaken = self.integrator.shaken();
         for c in 0..2 {
@@ -275,12 +295,19 @@ impl<E: Equation> Oscillation<E> {
     /// Called when it was read from bytes: rebuilds what the serialisation leaves out.
     pub(in crate::drives) fn resume(&mut self, made: &Self) -> Result<(), Fault> {
         self.cam.take(&made.cam);
+        // Of a load, too, only the parameters count.
+        self.equation = made.equation.clone();
         // What is no law is refused when it starts.
         let _ = self.equation.prepare(&self.cam.law);
-        if self.segment >= E::breakpoints(&self.cam.law).len().max(1) {
+        let breakpoints = self.equation.breakpoints(&self.cam.law);
+        if [0, 1].iter().any(|i| self.segments[*i] >= breakpoints[*i].len().max(1)) {
             return Err(no_state());
         }
         let Some(trajectory) = self.trajectory.take() else { return Ok(()) };
+        if self.loaded_anew {
+            self.restart_integrator();
+            return Ok(());
+        }
         self.table = made.table.clone();
         // A state on the table was reached with the parameters of the last step.
         if self.tabulate(self.used).map.as_ref().is_some_and(|map| trajectory.is_in(map)) {
@@ -295,14 +322,15 @@ impl<E: Equation> Oscillation<E> {
     pub(in crate::drives) fn moving(&mut self) -> (Moving<'_, E>, &mut Collocation<2>) {
         let [phi, w, a, ..] = self.motion.coefficients;
         let rounding = if self.cam.is_input() { half_a_place([phi, w, a], self.time) } else { 0.0 };
-        let moving = Moving::new(&self.equation, &self.cam.law, &self.motion, &mut self.segment);
-        (Moving { rounding, growth: self.growth, ..moving }, &mut self.integrator)
+        let moving = Moving::new(&self.equation, &self.cam.law, &self.motion, &mut self.segments);
+        let force = self.force.as_ref().map(|force| (force, self.time));
+        (Moving { rounding, growth: self.growth, force, ..moving }, &mut self.integrator)
     }
 
     /// Lets the integrator go on from the state at the communication point.
     fn restart_integrator(&mut self) {
         let (time, y) = (Double::from(self.time), self.state);
-        (self.used, self.tuned) = (self.equation.parameters(), false);
+        (self.used, self.tuned, self.loaded_anew) = (self.equation.parameters(), false, false);
         if !self.cam.is_input() {
             self.usual_step = self.usual_step(self.time);
         }
@@ -319,6 +347,11 @@ impl<E: Equation> Oscillation<E> {
         self.table.insert(table).clone()
     }
 
+    /// Whether the motion is known up to the end of the communication step only.
+    fn is_on_inputs(&self) -> bool {
+        self.cam.is_input() || self.force.is_some()
+    }
+
     /// The rule for the internal steps on the way to `target`. At constant speed the grid of fixed cost starts with the
     /// simulation; on inputs, whose motion has its corners at the communication points, it divides the communication
     /// step equally, by the longest steps that do not exceed what is asked for. Where nothing is, they are `usual` (s).
@@ -328,7 +361,7 @@ impl<E: Equation> Oscillation<E> {
             return StepControl::Tolerance(self.solver.effective_tolerance());
         }
         let step = if step_size > 0.0 { step_size } else { usual };
-        if !self.cam.is_input() {
+        if !self.is_on_inputs() {
             return StepControl::Grid { origin: self.motion.origin, step };
         }
         let length = target - self.time;
@@ -351,14 +384,16 @@ impl<E: Equation> Oscillation<E> {
 
     /// The law where drive and oscillator are so.
     fn local(&self, at: At<E>, f: &Flow<f64>) -> E::Local {
-        at(&self.equation, &self.cam.law, self.equation.segment(&self.cam.law, f), f)
+        at(&self.equation, &self.cam.law, self.equation.segments(&self.cam.law, f), f)
     }
 
     /// The law, and drive and oscillator at the communication point; φ is not reduced.
     pub(in crate::drives) fn now(&self, at: At<E>) -> (E::Local, Flow<f64>) {
         let (shaft, [q, v]) = (self.motion.at(self.time), self.state);
         let [phi, w, a, ..] = shaft.kinematics.0;
-        (self.local(at, &Flow { phi: shaft.reduced, w, a, q, v }), Flow { phi, w, a, q, v })
+        let force = self.force.as_ref().map_or(0.0, Signal::now);
+        let f = Flow { phi, w, a, q, v, force };
+        (self.local(at, &Flow { phi: shaft.reduced, ..f }), f)
     }
 
     /// Drive and oscillator as functions of time, each pass of the equation yielding one more derivative of q̇, or of one input or
@@ -373,7 +408,7 @@ impl<E: Equation> Oscillation<E> {
         if seed != Seed::Time {
             let known = |name: &str, value: f64| Series([value, seed.of(name), 0.0]);
             let (phi, w, a) = (known("phi", f.phi), known("w", f.w), known("a", f.a));
-            let shaft = Flow { phi, w, a, q: f.q.into(), v: f.v.into() };
+            let shaft = Flow { phi, w, a, q: f.q.into(), v: f.v.into(), force: known("F", f.force) };
             let [base, speed] = self.equation.base(local, &shaft);
             let by = |state: usize, base: Series| seed.of(states[state]) - base.derivative(1);
             return Flow { q: Series([f.q, by(0, base), 0.0]), v: Series([f.v, by(1, speed), 0.0]), ..shaft };
@@ -386,6 +421,7 @@ impl<E: Equation> Oscillation<E> {
             a: Series::from_derivatives(a, jerk, snap),
             q: Series::from_derivatives(f.q, f.v, acceleration),
             v: Series::from_derivatives(f.v, acceleration, 0.0),
+            force: self.force.as_ref().map_or(f.force.into(), Signal::series),
         };
         let third = self.equation.acceleration(local, &along).derivative(1);
         along.v = Series::from_derivatives(f.v, acceleration, third);
@@ -394,19 +430,23 @@ impl<E: Equation> Oscillation<E> {
 }
 
 /// How the law is taken at a place: [`Equation::at`], or with more derivatives.
-type At<E> = fn(&E, &<E as Equation>::Law, usize, &Flow<f64>) -> <E as Equation>::Local;
+type At<E> = fn(&E, &<E as Equation>::Law, Segments, &Flow<f64>) -> <E as Equation>::Local;
 
 impl<E: Equation> HasCamDrive for Oscillation<E> {
     type Law = E::Law;
 
     field!(cam, cam_mut: CamDrive<E::Law> = cam);
     field!(start_values, start_values_mut: Start = start);
+
+    fn set_force_derivative(&mut self, _: usize, order: usize, value: f64) {
+        self.force.iter_mut().for_each(|force| force.set_derivative(order, value));
+    }
 }
 
 impl<E: Equation> HasSolver for Oscillation<E> {
     field!(solver, solver_mut: Solver = solver);
     fn has_method(&self) -> bool {
         // The table of a linear equation at constant speed costs the same at every step.
-        !self.equation.is_linear() || self.cam.is_input()
+        !self.equation.is_linear() || self.is_on_inputs()
     }
 }

@@ -70,9 +70,14 @@ impl Place {
     /// The time (s) by which the step that was to end at the breakpoint, and did in the state `f`, ended too late: by the
     /// polynomial of the longer step the breakpoint is known to the accuracy of polynomials alone.
     pub fn delay(&self, f: &Flow<f64>, forward: bool) -> f64 {
+        self.beyond(f, forward) / f.turning(self.carried)
+    }
+
+    /// The angle (rad) from the breakpoint to the state `f`.
+    pub fn beyond(&self, f: &Flow<f64>, forward: bool) -> f64 {
         // Less than half a turn per step, so the difference of reduced angles tells the way.
         let turned = angle::reduce(two_sum(f.phi, -self.phi)) + if self.carried { f.q - self.q } else { 0.0 };
-        (self.offset + turned - if forward { self.span } else { 0.0 }) / f.turning(self.carried)
+        self.offset + turned - if forward { self.span } else { 0.0 }
     }
 }
 

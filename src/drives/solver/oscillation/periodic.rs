@@ -7,7 +7,7 @@ use crate::drives::limits::{refused_start, search_too_much};
 use crate::drives::shaft::cam_turn::turns;
 use crate::drives::solver::step_control::StepControl;
 use crate::drives::{Fault, Number, Rounded};
-use crate::numerics::angle::{self, WHOLE_TURN};
+use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::{Affine, Period, fixed_point, spectral_radius};
@@ -71,7 +71,7 @@ pub fn periodic<E: Equation>(
 ) -> Result<[f64; 2], Fault> {
     let (equation, law, [phi, w, ..]) = (moving.equation, moving.law, moving.motion.coefficients);
     if !turns(w) {
-        return equation.at_rest(w, angle::reduce(Double::from(phi)));
+        return equation.at_rest(law, &moving.flow(Double::from(start), &[0.0; 2]));
     }
     if equation.is_undamped() {
         let Words { damping, .. } = equation.words();

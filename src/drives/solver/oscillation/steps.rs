@@ -1,11 +1,12 @@
 //! Integration of the oscillator: Gauss collocation, with steps that end where the law has a breakpoint.
 
-use super::passage::Place;
-use crate::drives::follower::equation::{Equation, Words};
+use super::passage::{Exit, Place};
+use crate::drives::follower::equation::{Equation, Segments, Words};
 use crate::drives::follower::flow::Flow;
 use crate::drives::limits::step_too_much;
 use crate::drives::shaft::cam_drive::AngleMotion;
 use crate::drives::shaft::cam_turn::OVERRUN;
+use crate::drives::shaft::free::signal::Signal;
 use crate::drives::solver::step_control::{StepControl, WORST};
 use crate::drives::{Fault, Rounded};
 use crate::numerics::collocation::{Collocation, Failure, System};
@@ -35,8 +36,10 @@ pub struct Moving<'a, E: Equation> {
     pub law: &'a E::Law,
     /// φ(t).
     pub motion: &'a AngleMotion,
-    /// The segment of the law.
-    pub segment: &'a mut usize,
+    /// The segments of the law and of what depends on the angle of the drive.
+    pub segments: &'a mut Segments,
+    /// The input F, and when its step began (s).
+    pub force: Option<(&'a Signal, f64)>,
     /// Rounding error of φ (rad).
     pub rounding: f64,
     /// ln of the largest modulus of the Floquet multipliers over a turn; 0 where it is not known.
@@ -47,24 +50,25 @@ pub struct Moving<'a, E: Equation> {
 
 impl<'a, E: Equation> Moving<'a, E> {
     /// The oscillator on a motion of the shaft that is not rounded.
-    pub fn new(equation: &'a E, law: &'a E::Law, motion: &'a AngleMotion, segment: &'a mut usize) -> Self {
-        Moving { equation, law, motion, segment, rounding: 0.0, growth: 0.0, work: Work::default() }
+    pub fn new(equation: &'a E, law: &'a E::Law, motion: &'a AngleMotion, segments: &'a mut Segments) -> Self {
+        Moving { equation, law, motion, segments, force: None, rounding: 0.0, growth: 0.0, work: Work::default() }
     }
 
     /// Drive and oscillator at `t`.
-    fn flow(&self, t: Double, y: &[f64; 2]) -> Flow<f64> {
+    pub fn flow(&self, t: Double, y: &[f64; 2]) -> Flow<f64> {
         let shaft = self.motion.at_instant(t);
         let [_, w, a, ..] = shaft.kinematics.0;
-        Flow { phi: shaft.reduced, w, a, q: y[0], v: y[1] }
+        let force = self.force.map_or(0.0, |(signal, begun)| signal.at((t - Double::from(begun)).hi));
+        Flow { phi: shaft.reduced, w, a, q: y[0], v: y[1], force }
     }
 
     fn local(&self, f: &Flow<f64>) -> E::Local {
-        self.equation.at(self.law, *self.segment, f)
+        self.equation.at(self.law, *self.segments, f)
     }
 
-    /// Finds the segment in which the law is at `t`.
+    /// Finds the segments in which the law is at `t`.
     pub fn locate(&mut self, t: Double, y: &[f64; 2]) {
-        *self.segment = self.equation.segment(self.law, &self.flow(t, y));
+        *self.segments = self.equation.segments(self.law, &self.flow(t, y));
     }
 
     /// Steps until the last one ends at or beyond `target`, nowhere beyond `limit`. Where this is far the steps do not depend on
@@ -137,11 +141,11 @@ impl<'a, E: Equation> Moving<'a, E> {
 
     /// One step, shortened to where the law leaves its segment.
     fn step(&mut self, integrator: &mut Collocation<2>, limit: Double, control: StepControl) -> Result<(), Failure> {
-        if E::breakpoints(self.law).is_empty() {
+        if self.equation.breakpoints(self.law).iter().all(|list| list.is_empty()) {
             return self.step_smoothly(integrator, limit, control);
         }
-        if let Some(segment) = self.step_to_breakpoint(integrator, limit, control)? {
-            *self.segment = segment;
+        if let Some(segments) = self.step_to_breakpoint(integrator, limit, control)? {
+            *self.segments = segments;
             if matches!(control, StepControl::Tolerance(_)) {
                 // Behind a dwell, in which the oscillator dies out or swings fast, another motion begins.
                 integrator.forget();
@@ -150,21 +154,34 @@ impl<'a, E: Equation> Moving<'a, E> {
         Ok(())
     }
 
-    /// One step to `limit` at most or the first breakpoint; the segment beyond it where the step ends there.
+    /// One step to `limit` at most or the first breakpoint; the segments beyond it where the step ends there.
     fn step_to_breakpoint(
         &self,
         integrator: &mut Collocation<2>,
         limit: Double,
         control: StepControl,
-    ) -> Result<Option<usize>, Failure> {
-        let (before, carried, breakpoints) =
-            (integrator.clone(), self.equation.carries_law(), E::breakpoints(self.law));
+    ) -> Result<Option<Segments>, Failure> {
+        let (before, breakpoints, carries) =
+            (integrator.clone(), self.equation.breakpoints(self.law), self.equation.carried());
         let (start, mut f, mut delay) = (before.end(), self.flow(before.end(), &before.state()), 0.0);
-        let place = Place::new((breakpoints, *self.segment), start, &f, carried);
+        let places = [0, 1].map(|i| {
+            let of = (breakpoints[i], self.segments[i]);
+            (!of.0.is_empty()).then(|| Place::new(of, start, &f, carries[i]))
+        });
         self.step_smoothly(integrator, limit, control)?;
-        let Some(mut exit) = place.exit(self.motion, integrator) else { return Ok(None) };
-        let (latest, count) = (integrator.end(), breakpoints.len());
-        let beyond = if exit.forward { (*self.segment + 1) % count } else { (*self.segment + count - 1) % count };
+        let exits = [0, 1].map(|i| places[i].as_ref()?.exit(self.motion, integrator));
+        let first = match exits {
+            [Some(own), Some(other)] => usize::from((other.time - own.time).hi < 0.0),
+            [own, _] => usize::from(own.is_none()),
+        };
+        let (Some(place), Some(mut exit)) = (&places[first], exits[first]) else { return Ok(None) };
+        let (latest, carried) = (integrator.end(), carries[first]);
+        let behind = |i: usize, exit: &Exit| {
+            let (segment, count) = (self.segments[i], breakpoints[i].len());
+            if exit.forward { (segment + 1) % count } else { (segment + count - 1) % count }
+        };
+        let mut beyond = *self.segments;
+        beyond[first] = behind(first, &exit);
         for correction in 0..=CORRECTIONS {
             integrator.return_to(&before);
             self.step_smoothly(integrator, exit.time, control)?;
@@ -182,6 +199,12 @@ impl<'a, E: Equation> Moving<'a, E> {
             }
             exit.time = better;
         }
+        // What lies no farther away than roundings is passed at once.
+        if let (Some(place), Some(exit)) = (&places[1 - first], &exits[1 - first])
+            && place.beyond(&f, exit.forward).abs() <= 4.0 * OVERRUN
+        {
+            beyond[1 - first] = behind(1 - first, exit);
+        }
         let (jump, passed) = (self.jump(integrator, beyond), (integrator.end() - before.end()).hi);
         // What q̇ would have gained beyond the breakpoint, at the speed that the law is passed with now.
         integrator.push(1, jump * delay.abs().min(passed).copysign(delay));
@@ -191,16 +214,16 @@ impl<'a, E: Equation> Moving<'a, E> {
         Ok(Some(beyond))
     }
 
-    /// Difference of q̈ between the segment `beyond` and the present one where the last step ended (rad/s²).
-    fn jump(&self, integrator: &Collocation<2>, beyond: usize) -> f64 {
+    /// Difference of q̈ between the segments `beyond` and the present ones where the last step ended (rad/s²).
+    fn jump(&self, integrator: &Collocation<2>, beyond: Segments) -> f64 {
         let f = self.flow(integrator.end(), &integrator.state());
-        let acceleration = |segment| self.equation.acceleration(&self.equation.at(self.law, segment, &f), &f);
-        acceleration(beyond) - acceleration(*self.segment)
+        let acceleration = |segments| self.equation.acceleration(&self.equation.at(self.law, segments, &f), &f);
+        acceleration(beyond) - acceleration(*self.segments)
     }
 
-    /// Whether the speed errs by more than the last step itself where the segment `beyond` is entered late by `delay`.
+    /// Whether the speed errs by more than the last step itself where the segments `beyond` are entered late by `delay`.
     /// Where q̈ is continuous the accelerations on both sides differ by the delay, too, and it seldom does.
-    fn matters(&self, integrator: &Collocation<2>, beyond: usize, delay: f64) -> bool {
+    fn matters(&self, integrator: &Collocation<2>, beyond: Segments, delay: f64) -> bool {
         let error = self.jump(integrator, beyond) * delay;
         error.abs() > integrator.end_error()[1].max(f64::EPSILON * integrator.state()[1].abs())
     }
@@ -217,7 +240,7 @@ impl<'a, E: Equation> Moving<'a, E> {
 
     /// Place and speed of what q counts from where the shaft has the angle `phi` (rad) and the speed `w` (rad/s).
     pub fn base(&self, [phi, w]: [f64; 2]) -> [f64; 2] {
-        let f = Flow { phi, w, a: 0.0, q: 0.0, v: 0.0 };
+        let f = Flow { phi, w, a: 0.0, q: 0.0, v: 0.0, force: 0.0 };
         self.equation.base(&self.local(&f), &f)
     }
 
@@ -256,12 +279,12 @@ impl<E: Equation> System<2> for Moving<'_, E> {
     }
 
     fn rounding(&self, t: Double, y: &[f64; 2]) -> [f64; 2] {
-        [0.0, f64::EPSILON * self.equation.rounding(self.law, *self.segment, &self.flow(t, y))]
+        [0.0, f64::EPSILON * self.equation.rounding(self.law, *self.segments, &self.flow(t, y))]
     }
 
     fn longest_step(&self, t: Double, y: &[f64; 2]) -> f64 {
         let f = self.flow(t, y);
-        let reach = self.equation.reach(self.law, *self.segment, f.phi);
+        let reach = self.equation.reach(self.law, *self.segments, f.phi);
         let speed = f.w.abs().max(f.turning(self.equation.carries_law()).abs());
         (reach / speed).min((2.0 * reach / f.a.abs()).sqrt())
     }

@@ -1,9 +1,9 @@
 //! A linear equation at constant speed as one with periodic coefficients: its table and its growth.
 
-use crate::drives::follower::equation::Equation;
+use crate::drives::follower::equation::{Equation, Segments};
 use crate::drives::follower::flow::Flow;
 use crate::drives::shaft::cam_drive::{CamDrive, DriveMode};
-use crate::drives::shaft::cam_turn::CamTurn;
+use crate::drives::shaft::cam_turn::{CamTurn, SLACK};
 use crate::drives::solver::step_control::RESERVE_OF_TABLE;
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::{Coefficients, Period, PeriodMap, Periodic};
@@ -36,6 +36,7 @@ impl<E: Equation> Table<E> {
         let mut table = Table { equation, law, mode, tolerance, map, whole, growth: 0.0, growth_of_period: 0.0 };
         if let DriveMode::Constant { w, phi_start } = table.mode
             && table.equation.is_linear()
+            && !table.equation.has_input()
             && let Some(turn) = Turn::new(&table.equation, &table.law, w, phi_start)
         {
             table.map = PeriodMap::new(&turn, tolerance);
@@ -66,6 +67,10 @@ pub struct Turn<'a, E: Equation> {
     law: &'a E::Law,
     w: f64,
     cam: CamTurn<'a>,
+    /// What depends on the angle of the drive, where that has breakpoints.
+    other: Option<CamTurn<'a>>,
+    /// The segments in each interval between the joints.
+    segments: Vec<Segments>,
     /// Into how many equal periods symmetry divides the turn.
     symmetry: usize,
     /// Work that the call has left.
@@ -75,8 +80,32 @@ pub struct Turn<'a, E: Equation> {
 impl<'a, E: Equation> Turn<'a, E> {
     /// None where the shaft is at rest.
     pub fn new(equation: &'a E, law: &'a E::Law, w: f64, phi_start: f64) -> Option<Self> {
-        let cam = CamTurn::new(E::breakpoints(law), w, phi_start)?;
-        Some(Turn { equation, law, w, cam, symmetry: equation.symmetry(law), work: Cell::default() })
+        let [own, others] = equation.breakpoints(law).map(|list| CamTurn::new(list, w, phi_start));
+        let (cam, symmetry) = (own?, equation.symmetry(law));
+        let other = others.filter(|_| !equation.breakpoints(law)[1].is_empty());
+        let mut turn = Turn { equation, law, w, cam, other, segments: Vec::new(), symmetry, work: Cell::default() };
+        turn.segments = turn.intervals().into_iter().map(|(_, segments)| segments).collect();
+        Some(turn)
+    }
+
+    /// The ends of the intervals, and the segments in each.
+    fn intervals(&self) -> Vec<(Double, Segments)> {
+        let (own, end) = (self.cam.joints(self.period()), self.period());
+        let others = self.other.as_ref().map_or(vec![end], |other| other.joints(end));
+        let (mut list, mut at) = (Vec::new(), [0; 2]);
+        while let [Some(a), Some(b)] = [own.get(at[0]), others.get(at[1])] {
+            let segments = [self.cam.segment(at[0]), self.other.as_ref().map_or(0, |other| other.segment(at[1]))];
+            list.push((if (*a - *b).hi <= 0.0 { *a } else { *b }, segments));
+            // What lies closer together is one joint: an interval between them would be lost in rounding.
+            let ahead = (*a - *b).hi * self.w.abs();
+            at = [at[0] + usize::from(ahead <= SLACK), at[1] + usize::from(ahead >= -SLACK)];
+        }
+        list
+    }
+
+    /// The segments in the interval of this number, which may be the first of the next turn.
+    fn within(&self, interval: usize) -> Segments {
+        self.segments[interval % self.segments.len()]
     }
 
     /// ln of the largest modulus of the multipliers where the coefficients hardly change over a vibration or its decay: the
@@ -104,18 +133,18 @@ impl<E: Equation> Periodic for Turn<'_, E> {
     }
 
     fn joints(&self) -> Vec<Double> {
-        self.cam.joints(self.period())
+        self.intervals().into_iter().map(|(joint, _)| joint).collect()
     }
 
     fn at(&self, tau: Double, interval: usize) -> Coefficients {
-        let rest = Flow { phi: self.cam.angle(tau), w: self.w, a: 0.0, q: 0.0, v: 0.0 };
-        let local = self.equation.at(self.law, self.cam.segment(interval), &rest);
+        let rest = Flow { phi: self.cam.angle(tau), w: self.w, a: 0.0, q: 0.0, v: 0.0, force: 0.0 };
+        let local = self.equation.at(self.law, self.within(interval), &rest);
         let [by_q, by_speed] = self.equation.jacobian(&local, &rest);
         Coefficients { damping: -by_speed, stiffness: -by_q, forcing: self.equation.acceleration(&local, &rest) }
     }
 
     fn longest_cell(&self, tau: Double, interval: usize) -> f64 {
-        self.equation.reach(self.law, self.cam.segment(interval), self.cam.angle(tau)) / self.w.abs()
+        self.equation.reach(self.law, self.within(interval), self.cam.angle(tau)) / self.w.abs()
     }
 
     fn draw(&self, evaluations: usize) -> Option<()> {

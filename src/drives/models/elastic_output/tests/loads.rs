@@ -129,6 +129,7 @@ fn random_load(dice: &mut Dice, [m, c, b]: [f64; 3], size: f64, series: bool) ->
         damping: dice.one_of(0.3 * b),
         process: (dice.roll() < 0.8).then(|| random_process(dice, force, series)),
         input: false,
+        ..Load::default()
     }
 }
 
@@ -416,6 +417,7 @@ fn loads_without_size_are_none() {
             damping: Some(0.0),
             process: Some(MotionLaw::Fourier(Fourier::new(vec![0.0; 3], vec![]))),
             input: true,
+            ..Load::default()
         };
         let loaded = Scene { load: nothing.clone(), roller: (0.0, nothing), ..bare.clone() };
         let (mut bare, mut loaded) = (drive(bare), drive(loaded));
@@ -500,7 +502,7 @@ fn turned(law: &MotionLaw) -> MotionLaw {
         }
         MotionLaw::Table(table) => MotionLaw::Table(Table::new(moved(table.points())).unwrap()),
         MotionLaw::Polyline(lines) => MotionLaw::Polyline(Polyline::new(moved(lines.points())).unwrap()),
-        MotionLaw::Plan(_) => unreachable!("no random law is a plan"),
+        MotionLaw::Plan(_) | MotionLaw::Crank(_) => unreachable!("no random law is a plan or a crank"),
     }
 }
 

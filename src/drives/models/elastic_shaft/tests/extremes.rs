@@ -66,6 +66,7 @@ pub(super) fn random_scene(r: &mut Random) -> (Scene, f64) {
     let w = frequency / r.scale(1.0 / 3.0, 30.0) * if r.next() < 0.3 { -1.0 } else { 1.0 };
     let b = if r.next() < 0.1 { 0.0 } else { 2.0 * r.scale(1e-3, 2.0) * (c * inertia).sqrt() };
     let scene = Scene {
+        load: Load::default(),
         parameters: Parameters { m, inertia, c, b },
         linear: r.next() < 0.5,
         cam,
@@ -208,6 +209,7 @@ fn extreme_inertia_ratios_and_orders_give_the_numbers_of_the_integrator() {
                 let (m, c) = (20.0, 2000.0);
                 let inertia = m * cam.bound(1).powi(2) * 10f64.powi(exponent);
                 let scene = Scene {
+                    load: Load::default(),
                     parameters: Parameters { m, inertia, c, b: 2.0 * damping * (c * inertia).sqrt() },
                     linear: true,
                     cam: cam.clone(),
@@ -254,6 +256,7 @@ fn the_estimate_of_a_cam_without_inertia_does_not_grow_over_thousands_of_steps()
     let inertia = m * three_harmonics().bound(1).powi(2) * 1e-12;
     let run = |tolerance: f64| {
         let mut drive = started(Scene {
+            load: Load::default(),
             parameters: Parameters { m, inertia, c, b: 0.0 },
             linear: false,
             cam: three_harmonics(),
@@ -274,6 +277,7 @@ fn a_vibration_that_dies_out_is_followed_to_rest() {
     // At 1e-9 rad/s the twist comes to rest at some 1e-27 rad, in whose rounding the last of q̇ vanishes.
     for (method, span, steps) in [(Method::Adaptive, 2000.0, 6), (Method::FixedCost, 30.0, 300)] {
         let mut drive = started(Scene {
+            load: Load::default(),
             parameters: Parameters { m: 20.0, inertia: 0.05, c: 2000.0, b: 0.6 },
             linear: false,
             cam: three_harmonics(),

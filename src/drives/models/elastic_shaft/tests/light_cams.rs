@@ -31,6 +31,7 @@ fn difference(got: &[[f64; 2]], truth: &[[f64; 2]]) -> f64 {
 
 fn scene(cam: MotionLaw, parameters: Parameters, tolerance: f64) -> Scene {
     Scene {
+        load: Load::default(),
         parameters,
         linear: false,
         cam,

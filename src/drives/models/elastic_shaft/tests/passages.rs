@@ -63,6 +63,7 @@ fn decaying(law: StandardLaw) -> Scene {
         inflections: [None; 2],
     };
     Scene {
+        load: Load::default(),
         parameters: Parameters { m: 5.147, inertia: 0.03137, c: 104.7, b: 0.6524 },
         linear: false,
         cam: MotionLaw::Cycle(Cycle::new(plan)),
@@ -165,6 +166,7 @@ fn passages_where_the_acceleration_jumps_are_not_late() {
     let truth = [[1.6012078560362188, 2.8176], [1.6252739068216398, 4.7511], [-1108.383948656965, 2098.53]];
     for tolerance in [0.0, 1e-11, 1e-12] {
         let scene = Scene {
+            load: Load::default(),
             parameters: Parameters {
                 m: 0.6125795739257567,
                 inertia: 0.006855831203245369,
@@ -207,6 +209,7 @@ fn passages_of_a_steep_rise_are_not_late() {
         inflections: [Some(0.0625), None],
     };
     let scene = Scene {
+        load: Load::default(),
         parameters: Parameters { m: 0.02, inertia: 1.0, c: 81.0, b: 0.0 },
         linear: true,
         cam: MotionLaw::Cycle(Cycle::new(plan)),
@@ -239,6 +242,7 @@ fn a_steep_segment_does_not_hide_the_errors_of_another() {
         inflections: [Some(0.99), None],
     };
     let scene = Scene {
+        load: Load::default(),
         parameters: Parameters { m: 37.48, inertia: 6.608e-6, c: 0.3619, b: 7.52e-5 },
         linear: false,
         cam: MotionLaw::Cycle(Cycle::new(plan)),

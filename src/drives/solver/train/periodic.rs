@@ -1,0 +1,202 @@
+//! The periodic motion of a train by shooting over a turn.
+//!
+//! The section is φ = φ(0) modulo 2π, the unknowns s are all states but φ, of a driven shaft all states. Some turns from a guess
+//! come near the motion; Newton's method then solves s = P(s), with the derivatives of the map P of a turn by differences. Its
+//! multipliers, the eigenvalues of ∂P/∂s, decide about stability.
+//!
+//! Source: A. H. Nayfeh, B. Balachandran, *Applied Nonlinear Dynamics*, Wiley 1995, sections 6.1, 7.3.
+
+use super::{Outside, Run};
+use crate::drives::limits::{refused_start, search_too_much};
+use crate::drives::shaft::train::{MOST_STATES, Modes, Train};
+use crate::drives::{EventLog, Fault};
+use crate::numerics::double_double::Double;
+use crate::numerics::lu::Lu;
+use crate::numerics::work::Work;
+use std::f64::consts::TAU;
+
+/// Turns from the guess on: vibrations with D = 0.02 in six periods a turn have come down to 1e-5 by then.
+const TURNS: usize = 16;
+/// Newton's method doubles the digits; from a good start a few do.
+const ITERATIONS: usize = 12;
+/// Of what differences change a state, as part of its largest value: half of the digits.
+const STEP: f64 = 1e-7;
+/// A turn repeats itself to this part of the states.
+const CLOSED: f64 = 1e-11;
+/// Beyond this multiplier a motion counts as unstable: differences leave six digits.
+const STABLE: f64 = 1.0 + 1e-5;
+/// The motion is followed as finely as numbers allow, so that differences are right.
+const TOLERANCE: f64 = 1e-13;
+
+/// A periodic motion.
+pub struct Periodic {
+    /// The states at the section; φ first where the shaft is free.
+    pub y: [f64; MOST_STATES],
+    pub modes: Modes,
+    /// T (s).
+    pub period: f64,
+    /// The largest magnitude of a multiplier.
+    pub multiplier: f64,
+}
+
+/// The states after a turn.
+struct Turned {
+    y: [f64; MOST_STATES],
+    modes: Modes,
+    time: f64,
+}
+
+/// The periodic motion near these states; the shaft turns in the sense `sense`.
+///
+/// # Errors
+/// Where there is none, none that is stable, or too much work.
+pub fn periodic(
+    train: &Train,
+    outside: &Outside,
+    (guess, modes): ([f64; MOST_STATES], Modes),
+    sense: f64,
+) -> Result<Periodic, Fault> {
+    let (mut work, first) = (Work::default(), if train.machine().is_some() { 1 } else { 0 });
+    let count = train.layout.count - first;
+    let (mut y, mut at) = (guess, modes);
+    for _ in 0..TURNS {
+        let turned = turn(train, outside, (&y, at), sense, &mut work)?;
+        (y, at) = (turned.y, turned.modes);
+    }
+    let mut sizes = [0.0_f64; MOST_STATES];
+    for _ in 0..ITERATIONS {
+        let base = turn(train, outside, (&y, at), sense, &mut work)?;
+        sizes.iter_mut().zip(y.iter().zip(&base.y)).for_each(|(size, (a, b))| *size = size.max(a.abs()).max(b.abs()));
+        // A state that happens to be small is judged by the largest of its kind.
+        let least = 1e-6 * sizes[first..first + count].iter().fold(0.0_f64, |most, size| most.max(*size));
+        let size = |k: usize| sizes[k].max(least).max(f64::MIN_POSITIVE);
+        let closed = (first..first + count).all(|k| (base.y[k] - y[k]).abs() <= CLOSED * size(k));
+        let mut map = vec![[0.0; MOST_STATES]; count];
+        for k in 0..count {
+            let mut moved = y;
+            let step = STEP * size(first + k);
+            moved[first + k] += step;
+            let turned = turn(train, outside, (&moved, at), sense, &mut work)?;
+            (0..count).for_each(|i| map[k][i] = (turned.y[first + i] - base.y[first + i]) / step);
+        }
+        if closed && base.modes.contacts == at.contacts {
+            let multiplier = radius(&map);
+            if multiplier > STABLE {
+                let message = format!(
+                    "start.mode = steady_state: the periodic motion is not stable, its largest multiplier is {multiplier:.6}; \
+                     choose more damping, another speed or at_rest"
+                );
+                return Err(refused_start(message));
+            }
+            return Ok(Periodic { y, modes: at, period: base.time, multiplier });
+        }
+        let mut lu = Lu::<MOST_STATES>::empty();
+        let matrix = lu.matrix();
+        for i in 0..count {
+            (0..count).for_each(|k| matrix[i][k] = if i == k { 1.0 } else { 0.0 } - map[k][i]);
+        }
+        let mut change = [0.0; MOST_STATES];
+        (0..count).for_each(|k| change[k] = base.y[first + k] - y[first + k]);
+        match lu.factorise(count) {
+            Some(()) => lu.solve(&mut change),
+            None => return Err(none()),
+        }
+        // The contacts at the section are those of the turn before.
+        at = Modes { segments: at.segments, ..base.modes };
+        (0..count).for_each(|k| y[first + k] += change[k]);
+    }
+    Err(none())
+}
+
+fn none() -> Fault {
+    refused_start(
+        "start.mode = steady_state: no periodic motion was found: the motion of a turn does not settle; choose more damping, a \
+         motor whose torque falls with the speed, or at_rest",
+    )
+}
+
+/// One turn from the section on.
+fn turn(
+    train: &Train,
+    outside: &Outside,
+    (y, modes): (&[f64; MOST_STATES], Modes),
+    sense: f64,
+    work: &mut Work,
+) -> Result<Turned, Fault> {
+    let start = Double::from(outside.time);
+    let mut run = Run::begin(train, start, (&y[..train.layout.count], 0.0), modes, TOLERANCE);
+    let mut log = EventLog::counting();
+    let free = train.machine().is_some();
+    let period = outside.motion.map_or(f64::INFINITY, |motion| TAU / motion.coefficients[1].abs());
+    run.lay(train, outside, f64::INFINITY)?;
+    loop {
+        let passed = |run: &Run, theta: f64| {
+            let mut y = [0.0; MOST_STATES];
+            run.read(theta, &mut y);
+            sense * (y[0] - run.states[0].hi)
+        };
+        let theta = if free {
+            let so_far = sense * (run.turns * TAU + (run.states[0].hi - y[0]));
+            let (left, length) = (TAU - so_far, run.length);
+            (passed(&run, length) >= left).then(|| bisect(length, |theta| passed(&run, theta) - left))
+        } else {
+            let theta = run.theta(start + Double::from(period));
+            (theta <= run.length).then_some(theta)
+        };
+        if let Some(theta) = theta {
+            let mut end = [0.0; MOST_STATES];
+            run.read(theta, &mut end);
+            end[0] = if free { y[0] } else { end[0] };
+            let time = (run.start - start).hi + theta * run.unit;
+            return Ok(Turned { y: end, modes: run.modes, time });
+        }
+        if work.draw(super::COST * (1 + train.followers.len()) as f64).is_err() {
+            return Err(search_too_much("choose at_rest or equilibrium, stiffer contacts or a smaller restitution"));
+        }
+        let event = run.event;
+        run.leave(train, run.length);
+        run.since = event;
+        if let Some(event) = event {
+            run.happen(train, outside, event, &mut log);
+        }
+        // A shaft that stands still or turns back never gets around.
+        if free && sense * run.states[1].hi <= 0.0 {
+            return Err(none());
+        }
+        run.lay(train, outside, f64::INFINITY)?;
+    }
+}
+
+/// Where `g`, below zero at 0, becomes zero.
+fn bisect(end: f64, g: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (0.0, end);
+    // Sixty halvings leave neighbouring numbers.
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if g(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// The largest magnitude of an eigenvalue, as the growth of the 2²⁴th power of the matrix.
+fn radius(columns: &[[f64; MOST_STATES]]) -> f64 {
+    let n = columns.len();
+    let (mut power, mut logarithm, mut weight) = (columns.to_vec(), 0.0, 1.0);
+    for _ in 0..24 {
+        let size = power.iter().flat_map(|c| &c[..n]).fold(0.0_f64, |most, a| most.max(a.abs()));
+        if size == 0.0 {
+            return 0.0;
+        }
+        logarithm += weight * size.ln();
+        power.iter_mut().for_each(|c| c.iter_mut().for_each(|a| *a /= size));
+        let mut square = vec![[0.0; MOST_STATES]; n];
+        for (k, column) in square.iter_mut().enumerate() {
+            for j in 0..n {
+                (0..n).for_each(|i| column[i] += power[j][i] * power[k][j]);
+            }
+        }
+        (power, weight) = (square, 0.5 * weight);
+    }
+    let size = power.iter().flat_map(|c| &c[..n]).fold(0.0_f64, |most, a| most.max(a.abs()));
+    (logarithm + weight * size.max(f64::MIN_POSITIVE).ln()).exp()
+}
