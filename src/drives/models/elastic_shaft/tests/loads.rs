@@ -184,7 +184,12 @@ fn the_loaded_press_meets_its_reference() {
         scene.solver.tolerance = 1e-13;
         let mut drive = started(scene);
         run(&mut drive, 0.9, steps);
-        for (name, expected) in [("psi", 12.5975089226534), ("der(psi)", 12.1665048428283), ("tau", 4.82278797313989)] {
+        for (name, expected) in [
+            ("psi", 12.5975089226534),
+            ("der(psi)", 12.1665048428283),
+            ("tau", 4.82278797313989),
+            ("contact_force", 339.200246064352),
+        ] {
             let value = get(&drive, name);
             assert!((value / expected - 1.0).abs() < 1e-11, "{steps} steps, {name}: {value}");
         }
@@ -262,6 +267,9 @@ fn an_input_force_acts_between_communication_points() {
                     drive.set_input_derivative(reference, order, value);
                 }
                 drive.apply(t).unwrap();
+                if n % 50 == 8 {
+                    check_series(&drive, t);
+                }
                 drive.advance(t, h).unwrap();
             }
             let error = error(&drive, expected, [0.05, 1.0]);
@@ -271,6 +279,48 @@ fn an_input_force_acts_between_communication_points() {
         }
         let mut steady = ElasticShaft::new(Scene { start: start(StartMode::SteadyState), ..scene.clone() }).unwrap();
         assert!(steady.start(0.0).unwrap_err().message.contains("input F"));
+    }
+}
+
+/// The derivatives of the outputs in time and by F, ψ and ψ̇ are those of differences; F goes on as it was set at `t`.
+fn check_series(drive: &ElasticShaft, t: f64) {
+    let variables = drive.variables();
+    for name in ["der(psi,2)", "contact_force", "tau", "der(y)"] {
+        let by = |seed| {
+            let v = &variables.0[variable(drive, name)];
+            (v.series().unwrap())(drive, seed, v.index).derivative(1)
+        };
+        let h = 2e-4;
+        let after = |k: i32| {
+            let mut drive = drive.clone();
+            if k > 0 {
+                drive.advance(t, h * f64::from(k)).unwrap();
+            }
+            get(&drive, name)
+        };
+        let weights = [-25.0, 48.0, -36.0, 16.0, -3.0];
+        let slope: f64 = (0..5).map(|k| weights[k as usize] * after(k)).sum::<f64>() / (12.0 * h);
+        let size = get(drive, name).abs() * 200.0;
+        let own = by(Seed::Time);
+        assert!((own - slope).abs() < 1e-6 * size, "{name} in time: {own} {slope}");
+        for known in ["F", "psi", "der(psi)"] {
+            let moved = |by: f64| {
+                let mut drive = drive.clone();
+                match known {
+                    "F" => {
+                        let value = get(&drive, "F") + by;
+                        set(&mut drive, "F", value);
+                    }
+                    "psi" => drive.state[0] += by,
+                    _ => drive.state[1] += by,
+                }
+                get(&drive, name)
+            };
+            let d = |k: f64| moved(k * 1e-3) - moved(-k * 1e-3);
+            let slope = (8.0 * d(1.0) - d(2.0)) / 12e-3;
+            let own = by(Seed::Known(known));
+            assert!((own - slope).abs() < 1e-6 * (1.0 + slope.abs()), "{name} by {known}: {own} {slope}");
+        }
     }
 }
 
