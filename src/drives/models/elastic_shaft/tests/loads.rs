@@ -5,6 +5,8 @@ use super::*;
 use crate::drives::follower::equation::Equation;
 use crate::drives::follower::flow::Flow;
 use crate::drives::follower::load::Spring;
+use crate::motion::Polyline;
+use crate::motion::table::Points;
 use std::f64::consts::TAU;
 
 fn fourier(a: &[f64], b: &[f64]) -> MotionLaw {
@@ -44,6 +46,15 @@ fn cycle_of(stroke: f64, rise_start: f64, law: StandardLaw) -> MotionLaw {
         return_law: StandardLaw::SimpleSine,
         inflections: [None; 2],
     }))
+}
+
+/// Straight lines with two steps, one of them at `at` (rad).
+fn steps(at: f64, size: f64) -> MotionLaw {
+    let mut points =
+        [(at, 0.3), (at, 1.0), (at + 1.2, 1.4), (at + 2.5, -0.6), (at + 2.5, 0.2), (at + 4.0, -0.1), (at + 5.4, 0.5)];
+    points.iter_mut().for_each(|(phi, _)| *phi -= TAU * (at / TAU).floor());
+    let (angles, lifts) = points.iter().map(|(phi, value)| (*phi, size * value)).unzip();
+    MotionLaw::Polyline(Polyline::new(Points { angles, lifts }).unwrap())
 }
 
 fn variable(drive: &ElasticShaft, name: &str) -> usize {
@@ -214,7 +225,9 @@ fn random_loads_meet_lagranges_equation() {
             input: false,
         };
         let at = r.between(0.0, TAU);
-        if case % 4 > 1 {
+        if case % 5 == 0 {
+            scene.load.process = Some(steps(at, r.between(-60.0, 60.0)));
+        } else if case % 4 > 1 {
             scene.load.process = Some(cycle_of(r.between(-90.0, 90.0), at, StandardLaw::Polynomial345));
         } else {
             scene.load.process = Some(fourier(&[r.between(-20.0, 20.0), 9.0, -20.0], &[r.between(-30.0, 30.0)]));
@@ -242,6 +255,33 @@ fn random_loads_meet_lagranges_equation() {
                 let error = self::error(&drive, expected, [0.05, 1.0]);
                 assert!(error < 2e-11, "case {case}, {steps} steps of the integrator: {error:e}, {scene:?}");
             }
+        }
+    }
+}
+
+/// A shaft on inputs that turns as at constant speed meets the breakpoints of its process between the communication points.
+#[test]
+fn a_load_on_inputs_is_that_at_constant_speed() {
+    for linear in [false, true] {
+        for process in [steps(0.5, 40.0), cycle_of(60.0, 0.9, StandardLaw::InclinedSine)] {
+            let mut scene = press(linear, -14.0, 0.2);
+            scene.load.process = Some(process);
+            let mut constant = started(scene.clone());
+            run(&mut constant, 1.3, 1);
+            let mut drive = ElasticShaft::new(Scene { drive: DriveMode::Input, ..scene }).unwrap();
+            for n in 0..60 {
+                let t = 1.3 * f64::from(n) / 60.0;
+                for (name, value) in [("phi", 0.2 - 14.0 * t), ("w", -14.0), ("a", 0.0)] {
+                    set(&mut drive, name, value);
+                }
+                if n == 0 {
+                    drive.start(0.0).unwrap();
+                }
+                drive.apply(t).unwrap();
+                drive.advance(t, 1.3 / 60.0).unwrap();
+            }
+            let error = error(&drive, constant.state, [0.05, 1.0]);
+            assert!(error < 1e-8, "linear {linear}: {error:e}");
         }
     }
 }
