@@ -1,6 +1,7 @@
 //! Why points are no table, for people.
 
 use camdrive::drives::{Number, Rounded};
+use camdrive::motion::plan::{LARGEST, MAX_LENGTH};
 use camdrive::motion::table::{LEAST_DISTANCE, LEAST_POINTS, TableError};
 
 /// The fault in words.
@@ -13,7 +14,11 @@ pub fn told(error: &TableError) -> String {
             format!("{points} points within the turn; a table needs at least {LEAST_POINTS}")
         }
         TableError::OutOfRange { index, value } => {
-            format!("point {}: {} is not a finite angle or lift of at most 10000", index + 1, Number(*value))
+            format!(
+                "point {}: {} is not a finite angle of at most {MAX_LENGTH} rad or value of at most {LARGEST:e}",
+                index + 1,
+                Number(*value)
+            )
         }
         TableError::NotAscending { index, previous, angle } => format!(
             "point {}: the angle {} rad = {} deg does not exceed the one before, {} rad = {} deg, by \

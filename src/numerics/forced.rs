@@ -132,6 +132,12 @@ impl ForcedStep {
 
 /// q, q̇ `tau` (s) after q, q̇ = `start` under a constant `forcing` (m/s²), however soft or stiff the oscillator is.
 pub fn under_constant(oscillator: &Oscillator, forcing: f64, start: [f64; 2], tau: f64) -> [f64; 2] {
+    let (slow, _) = oscillator.rates();
+    if slow * tau > SLOW {
+        let deflection = forcing / oscillator.stiffness();
+        let [q, v] = apply(&oscillator.free(Double::from(tau)), [start[0] - deflection, start[1]]);
+        return [deflection + q, v];
+    }
     let mut constant = Chebyshev::default();
     constant.coefficients[0] = forcing;
     ForcedStep::new(oscillator, tau, constant, start).at(oscillator, tau)

@@ -5,8 +5,8 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Numbers of an output equation: a plain number, or a [`Series`].
-pub trait Scalar:
+/// What can be added, multiplied and divided.
+pub trait Arithmetic:
     Copy
     + From<f64>
     + Add<Output = Self>
@@ -16,6 +16,10 @@ pub trait Scalar:
     + Neg<Output = Self>
     + Mul<f64, Output = Self>
 {
+}
+
+/// Numbers of an output equation: a plain number, or a [`Series`].
+pub trait Scalar: Arithmetic {
     /// The highest order that it knows.
     const ORDER: usize;
     /// f(self), where `derivatives` are f, f′, f″ at the value of self.
@@ -23,6 +27,8 @@ pub trait Scalar:
     /// The coefficient of order 0.
     fn value(self) -> f64;
 }
+
+impl Arithmetic for f64 {}
 
 impl Scalar for f64 {
     const ORDER: usize = 0;
@@ -114,6 +120,8 @@ impl<const N: usize> From<f64> for Series<N> {
         Series(std::array::from_fn(|n| if n == 0 { value } else { 0.0 }))
     }
 }
+
+impl Arithmetic for Series {}
 
 impl Scalar for Series {
     const ORDER: usize = 2;

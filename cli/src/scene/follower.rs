@@ -37,13 +37,13 @@ const SYNONYMS: &[(&str, &str)] = &[
     ("mode", "branch"),
 ];
 
-/// Reads one of `[[follower]]`.
-pub fn read(section: &Section<'_>, folder: &Path) -> Option<Follower> {
+/// Reads one of `[[follower]]`, whose masses are those of the `joint` between cam and tool where it has one.
+pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option<Follower> {
     let linkage = linkage(section);
     let linked = section.has("linkage");
     let turns = match linkage.as_ref().and_then(|linkage| linkage.0.last()) {
         Some(last) => last.output_turns(),
-        None => section.has("J") && !section.has("m"),
+        None => joint.is_none() && section.has("J") && !section.has("m"),
     };
     let Parameter { key: own, kind, .. } = Parameter::mass(turns);
     let (other, because) = match turns {
@@ -51,7 +51,14 @@ pub fn read(section: &Section<'_>, folder: &Path) -> Option<Follower> {
         false => ("J", "the tool moves along a line"),
     };
     // Which of them it is, is not known where the linkage is wrong.
-    let m = if linkage.is_some() {
+    let m = if let Some(joint) = joint {
+        section.forbid(
+            &["m", "J"],
+            &format!("the masses are those of `{joint}`"),
+            &format!("a follower without `{joint}`"),
+        );
+        Some(0.0)
+    } else if linkage.is_some() {
         section.forbid(&[other], because, &format!("`{own}`"));
         if linked {
             // The links may be all that moves.

@@ -9,8 +9,10 @@ mod follower;
 pub mod forces;
 pub mod geometry;
 pub mod input;
+mod load;
 mod models;
 pub mod motion_law;
+mod motor;
 mod parametric;
 pub mod plan;
 mod section;
@@ -18,6 +20,7 @@ pub mod synthesis;
 mod table;
 #[cfg(test)]
 mod tests;
+pub mod train;
 pub mod units;
 
 pub use table::{Smoothed, course};

@@ -3,16 +3,17 @@
 use super::common::{Drive, SYNONYMS, by_ratio, drive_mode, resolved, solver, start};
 use super::section::{Faults, POSITIVE, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
-use super::{follower, forces, geometry, motion_law, parametric};
+use super::{follower, forces, geometry, load, motion_law, motor, parametric, train};
 use camdrive::drives::Fault;
 use camdrive::drives::backlash::{self, BacklashDrive};
+use camdrive::drives::drive_train::DriveTrain;
 use camdrive::drives::elastic_output::{self, ElasticOutput};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
-use camdrive::drives::follower::load::Load;
 use camdrive::drives::parameter::Parameters as _;
-use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, LAG, MachineStart, Motor, RigidMachine};
+use camdrive::drives::rigid_machine::{self, InertiaFunction, MachineStart, Motor, RigidMachine};
 use camdrive::drives::settings::Settings;
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start};
+use camdrive::drives::shaft::motor::Source;
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive::motion::MotionLaw;
@@ -26,6 +27,7 @@ const MODELS: &[(&[&str], Reader)] = &[
     (&["BacklashDrive"], backlash_drive),
     (&["RigidMachine"], rigid_machine),
     (&["ParametricDrive"], |root, _| parametric::read(root)),
+    (&["DriveTrain"], |root, folder| resolved::<DriveTrain>(&train::read(root, folder)?)),
 ];
 
 /// Reads the drive of a scene.
@@ -62,55 +64,60 @@ fn cam_drive(root: &Section<'_>, cam: Option<MotionLaw>, angular: bool) -> Optio
     Some(CamDrive { cam: cam?, drive: drive?, start: start?, solver: solver? })
 }
 
+/// Where an elasticity is; whether it is in the shaft.
+pub const PLACES: &[(&[&str], bool)] = &[(&["output", "output_member"], false), (&["shaft", "input_shaft"], true)];
+
 fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
-    let in_shaft: &[(&[&str], bool)] = &[(&["output", "output_member"], false), (&["shaft", "input_shaft"], true)];
     let section = root.required_section("elasticity");
-    let place = section.as_ref().and_then(|s| s.choice("place", in_shaft));
+    let place = section.as_ref().and_then(|s| s.choice("place", PLACES));
     let cam = cam(root, folder);
     let elastic = section.as_ref().zip(place).and_then(|(section, in_shaft)| {
         let values = if in_shaft { elastic_shaft(section, cam.as_ref()) } else { elastic_output(section) };
         section.finish(SYNONYMS);
         values
     });
+    let roller = section.is_some_and(|section| section.has("m_roller"));
+    let loads = load::beside_cam(root, cam.as_ref(), roller, folder);
     let common = cam_drive(root, cam, place == Some(true));
-    let (CamDrive { cam, drive, start, solver }, elastic) = (common?, elastic?);
+    let (CamDrive { cam, drive, start, solver }, elastic, [load, roller]) = (common?, elastic?, loads?);
     match elastic {
-        Elastic::Output(parameters) => {
-            let (load, roller) = (Load::default(), (0.0, Load::default()));
+        Elastic::Output(parameters, m_roller) => {
+            let roller = (m_roller, roller);
             resolved::<ElasticOutput>(&elastic_output::Scene { parameters, load, roller, cam, drive, start, solver })
         }
-        Elastic::Shaft(parameters, linear) => resolved::<ElasticShaft>(&elastic_shaft::Scene {
-            parameters,
-            linear,
-            load: Default::default(),
-            cam,
-            drive,
-            start,
-            solver,
-        }),
+        Elastic::Shaft(parameters, linear) => {
+            resolved::<ElasticShaft>(&elastic_shaft::Scene { parameters, linear, load, cam, drive, start, solver })
+        }
     }
 }
 
-enum Elastic {
-    Output(elastic_output::Parameters),
+/// An elastic member.
+pub enum Elastic {
+    /// Between cam and follower, and the mass on the cam's side (kg).
+    Output(elastic_output::Parameters, f64),
+    /// Before the cam, and whether its equation is linearised.
     Shaft(elastic_shaft::Parameters, bool),
 }
 
-fn elastic_output(section: &Section<'_>) -> Option<Elastic> {
+/// Reads the values of an elastic output.
+pub fn elastic_output(section: &Section<'_>) -> Option<Elastic> {
     let parameters = section.parameters(|parameter, read: Option<&elastic_output::Parameters>| {
         by_ratio(section, parameter.key, read.map(|read| (read.m, read.c)))
     });
     section.forbid(&["J", "linear"], "the elasticity is in the output member", "place = \"shaft\"");
-    parameters.map(Elastic::Output)
+    let m_roller = section.real_or("m_roller", &unit::MASS, within(0.0, 1e12), 0.0);
+    parameters.zip(m_roller).map(|(parameters, m_roller)| Elastic::Output(parameters, m_roller))
 }
 
-fn elastic_shaft(section: &Section<'_>, cam: Option<&MotionLaw>) -> Option<Elastic> {
+/// Reads the values of an elastic shaft.
+pub fn elastic_shaft(section: &Section<'_>, cam: Option<&MotionLaw>) -> Option<Elastic> {
     let square = cam.map(motion_law::mean_square_slope);
     let parameters = section.parameters(|parameter, read: Option<&elastic_shaft::Parameters>| {
         let on = read.zip(square).map(|(read, square)| (read.inertia + read.m * square, read.c));
         by_ratio(section, parameter.key, on)
     });
     let linear = section.boolean_or("linear", false);
+    section.forbid(&["m_roller"], "the elasticity is in the input shaft", "place = \"output\"");
     parameters.zip(linear).map(|(parameters, linear)| Elastic::Shaft(parameters, linear))
 }
 
@@ -127,17 +134,27 @@ fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     resolved::<BacklashDrive>(&backlash::Scene { parameters, cam, drive, start, solver })
 }
 
+/// J0 and J_v of a machine.
+pub fn inertia(section: &Section<'_>, folder: &Path) -> Option<InertiaFunction> {
+    // An FMU may have J0 = 0 where J_v makes up for it.
+    let own: Option<InertiaFunction> =
+        section.parameters(|parameter, _| Some(section.real(parameter.key, parameter.quantity, POSITIVE)));
+    let varying = section.read("J", |section| motion_law::read(section, &unit::INERTIA, folder));
+    own.zip(varying).map(|(own, varying)| InertiaFunction { varying, ..own })
+}
+
 fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     let inertia = root.required_section("machine").and_then(|section| {
-        // An FMU may have J0 = 0 where J_v makes up for it.
-        let own: Option<InertiaFunction> =
-            section.parameters(|parameter, _| Some(section.real(parameter.key, parameter.quantity, POSITIVE)));
-        let varying = section.read("J", |section| motion_law::read(section, &unit::INERTIA, folder));
+        let inertia = inertia(&section, folder);
         section.finish(SYNONYMS);
-        own.zip(varying).map(|(own, varying)| InertiaFunction { varying, ..own })
+        inertia
     });
-    let followers = root.each("follower", |section| follower::read(section, folder));
-    let motor = root.read("motor", motor).map(|motor| motor.unwrap_or(Motor::None));
+    let followers = root.each("follower", |section| follower::read(section, None, folder));
+    let motor = root.read("motor", |section| motor::of_machine(section, folder)).map(|motor| match motor {
+        Some(Source::Kloss(kloss)) => Motor::Kloss(kloss),
+        Some(Source::Input) => Motor::Input,
+        _ => Motor::None,
+    });
     let start = machine_start(root);
     let solver = solver(root);
     let (mode, phi_start, w_start) = start?;
@@ -151,36 +168,6 @@ fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<Drive> {
         solver: solver?,
     };
     resolved::<rigid_machine::RigidMachine>(&scene)
-}
-
-fn motor(section: &Section<'_>) -> Option<Motor> {
-    // That of Kloss has values of its own.
-    let kinds: &[(&[&str], Option<Motor>)] = &[
-        (&["none"], Some(Motor::None)),
-        (&["kloss", "asynchronous", "induction"], None),
-        (&["input", "torque"], Some(Motor::Input)),
-    ];
-    let motor = match section.choice("kind", kinds)? {
-        None => {
-            let kloss: Option<Kloss> = section.parameters(|parameter, _| {
-                let value = section.parameter(parameter);
-                if parameter.key == "w_s" && value == Some(0.0) {
-                    let fault = section.fault_of("w_s", ": 0 is not a synchronous speed: the slip is not defined");
-                    section.faults.report(fault.hint("choose kind = \"none\" for a motor that is off"));
-                }
-                Some(value)
-            });
-            let lag = section.optional("lag", &unit::TIME, within(LAG[0], LAG[1]));
-            kloss.zip(lag).map(|(kloss, dynamics)| Motor::Kloss(Kloss { dynamics, ..kloss }))
-        }
-        kind => {
-            let keys = ["M_k", "s_k", "w_s", "lag"];
-            section.forbid(&keys, "the kind of motor has no such value", "kind = \"kloss\"");
-            kind
-        }
-    };
-    section.finish(&[("type", "kind"), ("speed", "w_s"), ("time_constant", "lag"), ("dynamics", "lag")]);
-    motor
 }
 
 fn machine_start(root: &Section<'_>) -> Option<(MachineStart, f64, f64)> {

@@ -5,7 +5,7 @@ use super::section::{ANY, Section, within};
 use super::{table, table::Part, units};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::fourier::HIGHEST_HARMONIC;
-use camdrive::motion::plan::{INFLECTION, LEAST_MOTION, MAX_LENGTH};
+use camdrive::motion::plan::{INFLECTION, LEAST_MOTION};
 use camdrive::motion::table::CLOSING;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
 use std::f64::consts::TAU;
@@ -17,7 +17,7 @@ type Reader = fn(&Section<'_>, &'static Quantity, &Path) -> Option<Result<Motion
 const LAWS: &[(&[&str], Reader)] = &[
     (&["fourier", "hs", "harmonic_series"], |section, of, _| Some(Ok(MotionLaw::Fourier(fourier(section, of)?)))),
     (&["cycle", "standard_laws"], |section, of, _| Some(Ok(MotionLaw::Cycle(cycle(section, of)?)))),
-    (&["table", "points"], table::read),
+    (&["table", "points", "linear"], table::read),
     (&["plan"], |section, of, _| plan::read(section, of).map(Ok)),
 ];
 
@@ -28,7 +28,10 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
 
 /// The law of this section, or the part of one that a table gives.
 pub fn read_part(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<Result<MotionLaw, Part>> {
-    let law = section.choice("law", LAWS).map(|read| read(section, quantity, folder));
+    let table: Reader = table::read;
+    let read =
+        if table::is_load(quantity) { section.choice_or("law", LAWS, table) } else { section.choice("law", LAWS) };
+    let law = read.map(|read| read(section, quantity, folder));
     // Which keys belong here is not known before the kind of law is.
     if law.is_some() {
         section.finish(SYNONYMS);
@@ -64,7 +67,7 @@ pub fn fourier(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fou
 
 /// Rise, upper dwell, return, lower dwell.
 fn cycle(section: &Section<'_>, quantity: &'static Quantity) -> Option<Cycle> {
-    let length = within(-MAX_LENGTH, MAX_LENGTH);
+    let length = within(-table::largest(quantity), table::largest(quantity));
     let stroke = section.real("stroke", quantity, length);
     let lower = section.real_or("lower", quantity, length, 0.0);
     let rise_start = section.real_or("rise_start", &unit::ANGLE, within(-TAU, TAU), 0.0);
@@ -137,10 +140,29 @@ fn angles(section: &Section<'_>) -> Option<[f64; 4]> {
     section.refuse(fault.hint("leave one of the four angles out: it is the rest of the turn"))
 }
 
+/// Values in the middle of equal steps around the turn: their mean is exact for a series of up to 2048 harmonics and that of their
+/// squares has an error of 1e-7 for a law with corners in U″.
+fn samples(law: &MotionLaw, order: usize) -> impl Iterator<Item = f64> + '_ {
+    (0..SAMPLES).map(move |i| law.at((i as f64 + 0.5) * TAU / SAMPLES as f64).0[order])
+}
+
+const SAMPLES: usize = 4096;
+
 /// The mean of U′² over the turn (m²/rad²).
 pub fn mean_square_slope(law: &MotionLaw) -> f64 {
-    // The midpoint rule is exact for a series of up to 2048 harmonics and of error 1e-7 for a law with corners in U″.
-    const COUNT: usize = 4096;
-    let step = std::f64::consts::TAU / COUNT as f64;
-    (0..COUNT).map(|i| law.at((i as f64 + 0.5) * step).0[1].powi(2)).sum::<f64>() / COUNT as f64
+    samples(law, 1).map(|slope| slope.powi(2)).sum::<f64>() / SAMPLES as f64
+}
+
+/// The mean of a law over the turn.
+pub fn mean(law: &MotionLaw) -> f64 {
+    samples(law, 0).sum::<f64>() / SAMPLES as f64
+}
+
+/// The least value of a law, of which the ends of pieces hold that of lines.
+pub fn least(law: &MotionLaw) -> f64 {
+    let ends = law
+        .breakpoints()
+        .iter()
+        .flat_map(|&phi| [true, false].map(|forward| law.at_in(law.segment(phi, forward), phi).0[0]));
+    samples(law, 0).chain(ends).fold(f64::INFINITY, f64::min)
 }

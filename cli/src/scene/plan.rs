@@ -1,8 +1,9 @@
 //! Motion plans, `[[cam.point]]`, with the names of laws and keys that they share with the other motion laws.
 
 use super::section::{ANY, Section, within};
+use super::table::largest;
 use camdrive::drives::unit::{self, Quantity};
-use camdrive::motion::plan::{INFLECTION, MAX_LENGTH, SegmentLaw};
+use camdrive::motion::plan::{INFLECTION, SegmentLaw};
 use camdrive::motion::table::CLOSING;
 use camdrive::motion::{MotionLaw, MotionPlan, PlanPoint, StandardLaw};
 use std::f64::consts::TAU;
@@ -80,7 +81,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity) -> Option<Motion
 
 fn point(section: &Section<'_>, quantity: &'static Quantity) -> Option<PlanPoint> {
     let phi = section.real("phi", &unit::ANGLE, within(-2.0 * TAU, 2.0 * TAU));
-    let u = section.real("U", quantity, within(-MAX_LENGTH, MAX_LENGTH));
+    let u = section.real("U", quantity, within(-largest(quantity), largest(quantity)));
     let word = section.word("ddU");
     let [velocity, jerk] = [("dU", 1), ("dddU", 3)].map(|(key, n)| section.derivative(key, quantity, n, ANY));
     let acceleration = match word {

@@ -23,8 +23,10 @@ const MOST_FAULTS: usize = 100;
 
 /// The file and its faults so far.
 pub struct Faults<'a> {
-    file: &'a str,
-    text: &'a str,
+    /// Its name.
+    pub file: &'a str,
+    /// Its content.
+    pub text: &'a str,
     list: RefCell<Vec<(usize, Diagnostic)>>,
     /// How many more there are than [`MOST_FAULTS`].
     more: Cell<usize>,
@@ -428,7 +430,27 @@ impl<'a> Section<'a> {
         self.list(key, |j, node| self.per_angle(node, quantity, n + j as i32, ANY))
     }
 
-    fn list(&self, key: &'static str, read: impl Fn(usize, &Node<'_>) -> Option<f64>) -> Option<Vec<f64>> {
+    /// A list of pairs with their places; empty where the key is not there.
+    pub fn pairs(&self, key: &'static str, of: [&'static Quantity; 2]) -> Option<Vec<([f64; 2], Span)>> {
+        let pair = |_, node: &Node<'_>| match node.value {
+            DeValue::Array(items) if items.len() == 2 => {
+                let number = |i: usize| {
+                    let path = format!("{}[{}]", node.path, i + 1);
+                    self.number(&Node { path, span: items[i].span(), value: items[i].get_ref() }, of[i], ANY)
+                };
+                let [first, second] = [number(0), number(1)];
+                Some(([first?, second?], node.span.clone()))
+            }
+            _ => {
+                let [first, second] = of.map(units::example);
+                let fault = self.of_node(node, ": a pair of numbers is expected".to_owned());
+                self.refuse(fault.hint(format!("write for example [{first}, {second}]")))
+            }
+        };
+        self.list(key, pair)
+    }
+
+    fn list<T>(&self, key: &'static str, read: impl Fn(usize, &Node<'_>) -> Option<T>) -> Option<Vec<T>> {
         let Some(node) = self.node(key) else { return Some(Vec::new()) };
         let DeValue::Array(items) = node.value else {
             self.wrong_type(&node, "a list of numbers");

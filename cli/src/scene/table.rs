@@ -9,8 +9,9 @@ use super::section::{ANY, POSITIVE, Section, Span};
 use super::units;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::fourier::HIGHEST_HARMONIC;
+use camdrive::motion::plan::{LARGEST, MAX_LENGTH};
 use camdrive::motion::table::{Bend, LEAST_DISTANCE, MOST_POINTS, Points, TableError};
-use camdrive::motion::{MotionLaw, Table};
+use camdrive::motion::{MotionLaw, Polyline, Table};
 use camdrive_design::harmonic_analysis;
 use camdrive_design::smoothing::{SmoothingError, smooth};
 use camdrive_design::table_error::told;
@@ -28,7 +29,12 @@ enum Interpolation {
     /// Pieces of degree 5 with U′ and U″ that the three columns behind the lift give.
     Derivatives,
     Fourier,
+    /// Straight lines, and steps where two points have one angle.
+    Linear,
 }
+
+/// What the points are of, and the keys of its unit and its column.
+pub type Axis = (&'static Quantity, &'static str, &'static str);
 
 /// The value of `noise` that asks for an estimate.
 const ESTIMATE: &str = "estimate";
@@ -44,9 +50,9 @@ enum Column<'a> {
 }
 
 /// The file of a table.
-struct File<'a> {
+struct File {
     name: String,
-    text: &'a str,
+    text: String,
 }
 
 /// The points with the bytes of the file that each was read from.
@@ -78,17 +84,17 @@ pub struct Part {
 
 /// The law of a section with `law = "table"`, or the part of one that it gives.
 pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<Result<MotionLaw, Part>> {
-    let file = section.required_text("file", "a file with one angle and one lift per line", "lift.csv");
-    let angle = unit(section, "angle_unit", &unit::ANGLE);
     let scale = section.optional("scale", quantity, ANY);
-    let lift = unit(section, "lift_unit", if section.has("scale") { &unit::NUMBER } else { quantity });
-    let columns = (column(section, "angle_column", 0), column(section, "lift_column", 1));
+    let lift = if section.has("scale") { &unit::NUMBER } else { quantity };
     let kinds: &[(&[&str], Interpolation)] = &[
         (&["spline", "quintic_spline"], Interpolation::Spline),
         (&["derivatives"], Interpolation::Derivatives),
         (&["fourier"], Interpolation::Fourier),
+        (&["linear"], Interpolation::Linear),
     ];
-    let interpolation = section.choice_or("interpolation", kinds, Interpolation::Spline);
+    let lines = is_load(quantity) || section.text("law") == Some(Some("linear"));
+    let usual = if lines { Interpolation::Linear } else { Interpolation::Spline };
+    let interpolation = section.choice_or("interpolation", kinds, usual);
     let harmonics = match interpolation {
         Some(Interpolation::Fourier) => section.count("harmonics", 1, HIGHEST_HARMONIC as u32).map(Some),
         _ => {
@@ -97,7 +103,59 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
         }
     };
     let noise = noise(section, quantity);
-    let path = folder.join(file?);
+    let kind = interpolation.unwrap_or(usual);
+    if kind == Interpolation::Linear && !is_load(quantity) {
+        let key = if section.has("interpolation") { "interpolation" } else { "law" };
+        let fault = section.fault_of(key, ": lines have corners, at which the acceleration would be infinite");
+        section.faults.report(fault.hint("choose law = \"table\" without `interpolation`, a spline"));
+    }
+    if matches!(kind, Interpolation::Derivatives | Interpolation::Linear) {
+        section.forbid(&["noise"], "it is removed for the derivatives of a spline", "interpolation = \"spline\"");
+    }
+    let axes = [(&unit::ANGLE, "angle_unit", "angle_column"), (lift, "lift_unit", "lift_column")];
+    let (file, mut reading) = points(section, axes, kind, folder)?;
+    interpolation?;
+    let scale = scale?.unwrap_or(1.0);
+    reading.points.lifts.iter_mut().for_each(|lift| *lift *= scale);
+    reading.bends.iter_mut().for_each(|bend| {
+        let Bend { slope, before, behind } = *bend;
+        *bend = Bend { slope: scale * slope, before: scale * before, behind: scale * behind };
+    });
+    let reading = match noise? {
+        None => reading,
+        Some(sigma) => smoothed(section, &file, reading, sigma, quantity)?,
+    };
+    law(section, &file, reading, (kind, harmonics?), quantity)
+}
+
+/// Values over values that ascend: the list `points` of a section, or the columns of its file.
+pub fn pairs(section: &Section<'_>, axes: [Axis; 2], folder: &Path) -> Option<Vec<[f64; 2]>> {
+    let (_, Reading { points, .. }) = points(section, axes, Interpolation::Spline, folder)?;
+    Some(points.angles.into_iter().zip(points.lifts).map(|(x, y)| [x, y]).collect())
+}
+
+/// The points of a section with the file in which they stand.
+fn points(section: &Section<'_>, axes: [Axis; 2], kind: Interpolation, folder: &Path) -> Option<(File, Reading)> {
+    section.either("points", "file");
+    let columns = axes.iter().enumerate().map(|(i, axis)| column(section, axis.2, i)).collect::<Vec<_>>();
+    if section.has("points") {
+        let keys = axes.map(|(_, unit, column)| [unit, column]);
+        section.forbid(&keys.concat(), "every point has its own unit", "a file");
+        let list = section.pairs("points", axes.map(|axis| axis.0))?;
+        let file = File { name: section.faults.file.to_owned(), text: section.faults.text.to_owned() };
+        let (values, places): (Vec<_>, Vec<_>) = list.into_iter().unzip();
+        let (angles, lifts) = values.into_iter().map(|[angle, lift]| (angle, lift)).unzip();
+        let reading = Reading { points: Points { angles, lifts }, bends: Vec::new(), places };
+        let faults = descents(&reading, kind, axes[0].0).into_iter().map(|(span, message, hint)| {
+            let fault = fault(&file, span, message);
+            if let Some(hint) = hint { fault.hint(hint) } else { fault }
+        });
+        let faults: Vec<_> = faults.take(MOST_FAULTS).collect();
+        return checked(section, file, "points", reading, faults);
+    }
+    let units = axes.map(|(quantity, key, _)| unit(section, key, quantity));
+    let name = section.required_text("file", "a file with one point per line, or a list `points`", "lift.csv")?;
+    let path = folder.join(name);
     section.faults.files.borrow_mut().push(path.clone());
     let text = match contents(&path) {
         Ok(text) => text,
@@ -107,19 +165,32 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
             return section.refuse(fault.hint(hint));
         }
     };
-    let file = File { name: shown(&path), text: &text };
-    let (angle, lift, scale) = (angle?, lift?, scale?.unwrap_or(1.0));
-    let convert = |a: f64, l: f64| (a * angle.0 / angle.1, l * lift.0 / lift.1 * scale);
-    let bent = interpolation? == Interpolation::Derivatives;
-    if bent {
-        section.forbid(&["noise"], "given derivatives leave none", "interpolation = \"spline\"");
+    let file = File { name: shown(&path), text };
+    let [first, second] = units;
+    let (first, second) = (first?, second?);
+    let convert = |a: f64, l: f64| (a * first.0 / first.1, l * second.0 / second.1);
+    let mut columns = columns.into_iter();
+    let columns = (columns.next()??, columns.next()??);
+    let hint = "write plain numbers; their unit is that of the scene";
+    let (reading, faults) = rows(&file, &columns, (kind, axes[0].0), hint, convert);
+    checked(section, file, "file", reading, faults)
+}
+
+/// The points if they have no faults and are not too many.
+fn checked(
+    section: &Section<'_>,
+    file: File,
+    key: &'static str,
+    reading: Reading,
+    mut faults: Vec<Diagnostic>,
+) -> Option<(File, Reading)> {
+    if reading.places.len() > MOST_POINTS {
+        let message = format!(" has {} points", reading.places.len());
+        faults.push(section.fault_of(key, message).admissible(format!("at most {MOST_POINTS}")));
     }
-    let reading = points(section, &file, &(columns.0?, columns.1?), bent, convert)?;
-    let reading = match noise? {
-        None => reading,
-        Some(sigma) => smoothed(section, &file, reading, sigma, quantity)?,
-    };
-    law(section, &file, reading, harmonics?, quantity)
+    let right = faults.is_empty();
+    faults.into_iter().for_each(|fault| section.faults.report(fault));
+    right.then_some((file, reading))
 }
 
 /// The value of `noise`: the standard deviation that the lifts are to lose, which is None where they tell it themselves.
@@ -137,7 +208,7 @@ fn noise(section: &Section<'_>, quantity: &'static Quantity) -> Option<Option<Op
 /// The points without their noise; a note says what that changes.
 fn smoothed(
     section: &Section<'_>,
-    file: &File<'_>,
+    file: &File,
     reading: Reading,
     sigma: Option<f64>,
     quantity: &'static Quantity,
@@ -194,7 +265,7 @@ pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Re
     let name = shown(path);
     let unreadable = |reason: String| Diagnostic::new(&name, reason).hint("name a table of angles and measured values");
     let text = contents(path).map_err(|reason| Diagnostics(vec![unreadable(format!("the curve {reason}"))]))?;
-    let file = File { name: name.clone(), text: &text };
+    let file = File { name: name.clone(), text: text.clone() };
     let headings = lines(&text).next().map(|line| cells(&text, line)).unwrap_or_default();
     let scale = |column: usize, quantity: Option<&'static Quantity>, usual: (f64, f64)| {
         let Some(cell) = headings.get(column) else { return Ok(usual) };
@@ -214,7 +285,13 @@ pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Re
     let (angle, value) = (scale(0, Some(&unit::ANGLE), (degree, 1.0))?, scale(1, quantity, usual)?);
     let columns = (Column::Number(0), Column::Number(1));
     let convert = |a: f64, v: f64| (a * angle.0 / angle.1, v * value.0 / value.1);
-    let (reading, mut faults) = rows(&file, &columns, false, "write plain numbers; headings give their units", convert);
+    let (reading, mut faults) = rows(
+        &file,
+        &columns,
+        (Interpolation::Spline, &unit::ANGLE),
+        "write plain numbers; headings give their units",
+        convert,
+    );
     let angles = &reading.points.angles;
     if faults.is_empty() && angles.len() < 2 {
         let few = Diagnostic::new(&name, format!("a curve of {} points", angles.len()));
@@ -257,39 +334,21 @@ fn column<'a>(section: &Section<'a>, key: &'static str, default: usize) -> Optio
     section.count(key, 1, 1000).map(|number| Column::Number(number - 1))
 }
 
-/// Reads the points; `convert` turns a line's numbers into rad and m.
-fn points(
-    section: &Section<'_>,
-    file: &File<'_>,
-    columns: &(Column<'_>, Column<'_>),
-    bent: bool,
-    convert: impl Fn(f64, f64) -> (f64, f64),
-) -> Option<Reading> {
-    let hint = "write plain numbers; their unit is that of the scene";
-    let (reading, mut faults) = rows(file, columns, bent, hint, convert);
-    if reading.places.len() > MOST_POINTS {
-        let message = format!(" has {} points", reading.places.len());
-        faults.push(section.fault_of("file", message).admissible(format!("at most {MOST_POINTS}")));
-    }
-    let right = faults.is_empty();
-    faults.into_iter().for_each(|fault| section.faults.report(fault));
-    right.then_some(reading)
-}
-
 /// The points of the lines, and what is wrong with them: at most [`MOST_FAULTS`] one by one, and how many more there are;
 /// `hint` says what a number looks like.
 fn rows(
-    file: &File<'_>,
+    file: &File,
     columns: &(Column<'_>, Column<'_>),
-    bent: bool,
+    (kind, first): (Interpolation, &'static Quantity),
     hint: &str,
     convert: impl Fn(f64, f64) -> (f64, f64),
 ) -> (Reading, Vec<Diagnostic>) {
     let mut wrong = Vec::new();
     let points = Points { angles: Vec::new(), lifts: Vec::new() };
     let mut reading = Reading { points, bends: Vec::new(), places: Vec::new() };
-    let mut rows = lines(file.text).map(|line| (cells(file.text, line.clone()), line)).peekable();
-    let headings = rows.next_if(|(cells, _)| cells.iter().all(|cell| number(file.text, cell).is_none()));
+    let text = &file.text;
+    let mut rows = lines(text).map(|line| (cells(text, line.clone()), line)).peekable();
+    let headings = rows.next_if(|(cells, _)| cells.iter().all(|cell| number(text, cell).is_none()));
     let headings = headings.map(|(cells, _)| cells);
     let index = |column: &Column<'_>| index(file, column, headings.as_deref());
     let (angle_column, lift_column) = match (index(&columns.0), index(&columns.1)) {
@@ -302,12 +361,13 @@ fn rows(
                 let message = format!("column {} is missing: this line has {}", index + 1, cells.len());
                 (line.clone(), message, None)
             })?;
-            number(file.text, cell).ok_or_else(|| {
-                let message = format!("\"{}\" is not a finite number", &file.text[cell.clone()]);
+            number(text, cell).ok_or_else(|| {
+                let message = format!("\"{}\" is not a finite number", &text[cell.clone()]);
                 (cell.clone(), message, Some(hint))
             })
         };
-        let derivatives: Vec<_> = (1..=if bent { 3 } else { 0 }).map(|n| value(lift_column + n)).collect();
+        let derivatives: Vec<_> =
+            (1..=if kind == Interpolation::Derivatives { 3 } else { 0 }).map(|n| value(lift_column + n)).collect();
         let derivatives: Result<Vec<f64>, Wrong<'_>> = derivatives.into_iter().collect();
         match (value(angle_column), value(lift_column), derivatives) {
             (Ok(angle), Ok(lift), Ok(derivatives)) => {
@@ -324,7 +384,7 @@ fn rows(
             (angle, lift, more) => wrong.extend([angle.err(), lift.err(), more.err()].into_iter().flatten()),
         }
     }
-    wrong.extend(descents(&reading));
+    wrong.extend(descents(&reading, kind, first));
     let more = wrong.len().saturating_sub(MOST_FAULTS);
     // Only of these: the number of a line takes a look at all lines before it.
     let told = wrong.into_iter().take(MOST_FAULTS).map(|(span, message, hint)| {
@@ -372,12 +432,12 @@ fn number(text: &str, cell: &Span) -> Option<f64> {
     cell.replacen(',', ".", 1).parse().ok().filter(|value: &f64| value.is_finite())
 }
 
-fn fault(file: &File<'_>, span: Span, message: impl Into<String>) -> Diagnostic {
-    Diagnostic::new(&file.name, message).at(file.text, span)
+fn fault(file: &File, span: Span, message: impl Into<String>) -> Diagnostic {
+    Diagnostic::new(&file.name, message).at(&file.text, span)
 }
 
 /// The number of a column, from 0.
-fn index(file: &File<'_>, column: &Column<'_>, headings: Option<&[Span]>) -> Result<usize, Diagnostic> {
+fn index(file: &File, column: &Column<'_>, headings: Option<&[Span]>) -> Result<usize, Diagnostic> {
     let heading = match *column {
         Column::Number(number) => return Ok(number),
         Column::Heading(heading) => heading,
@@ -393,15 +453,23 @@ fn index(file: &File<'_>, column: &Column<'_>, headings: Option<&[Span]>) -> Res
     })
 }
 
-/// The points whose angle does not exceed the one before.
-fn descents(reading: &Reading) -> Vec<Wrong<'static>> {
+/// The points whose angle, or whatever comes first, does not exceed the one before; lines may step at one angle.
+fn descents(reading: &Reading, kind: Interpolation, first: &'static Quantity) -> Vec<Wrong<'static>> {
     let angles = &reading.points.angles;
+    let (steps, turn) = (kind == Interpolation::Linear, *first == unit::ANGLE);
+    let (name, unit, factor) = if turn { ("angle", "deg", 360.0 / TAU) } else { ("value", first.unit, 1.0) };
+    let hint = match (steps, turn) {
+        (true, _) => "sort the points by ascending angle; two with one angle are a step",
+        (_, true) => "sort the points by ascending angle, each once",
+        _ => "sort the points, each once",
+    };
     let wrong = (1..angles.len()).filter(|&i| angles[i] - angles[i - 1] < LEAST_DISTANCE);
+    let wrong = wrong.filter(|&i| !steps || angles[i] != angles[i - 1] || i > 1 && angles[i] == angles[i - 2]);
     wrong
         .map(|i| {
-            let (before, here) = (units::short(angles[i - 1].to_degrees()), units::short(angles[i].to_degrees()));
-            let message = format!("the angle {here} deg does not exceed the one before, {before} deg");
-            (reading.places[i].clone(), message, Some("sort the points by ascending angle, each once"))
+            let [before, here] = [i - 1, i].map(|i| units::short(factor * angles[i]));
+            let message = format!("the {name} {here} {unit} does not exceed the one before, {before} {unit}");
+            (reading.places[i].clone(), message, Some(hint))
         })
         .collect()
 }
@@ -409,13 +477,17 @@ fn descents(reading: &Reading) -> Vec<Wrong<'static>> {
 /// The law through the points, or the series that meets them best.
 fn law(
     section: &Section<'_>,
-    file: &File<'_>,
+    file: &File,
     reading: Reading,
-    harmonics: Option<usize>,
+    (kind, harmonics): (Interpolation, Option<usize>),
     quantity: &'static Quantity,
 ) -> Option<Result<MotionLaw, Part>> {
     let bends = reading.bends.len();
+    let most = largest(quantity);
+    let beyond = reading.points.lifts.iter().position(|lift| !(lift.abs() <= most));
     let law = match harmonics {
+        _ if let Some(index) = beyond => Err(TableError::OutOfRange { index, value: reading.points.lifts[index] }),
+        None if kind == Interpolation::Linear => Polyline::new(reading.points.clone()).map(MotionLaw::Polyline),
         None if reading.bends.is_empty() => Table::new(reading.points.clone()).map(MotionLaw::Table),
         None => Table::bent(reading.points.clone(), reading.bends).map(MotionLaw::Table),
         Some(harmonics) => harmonic_analysis::analyse(reading.points.clone(), harmonics).map(|analysis| {
@@ -430,15 +502,19 @@ fn law(
         Err(error) => error,
     };
     let fault = match error.index() {
-        Some(index) => fault(file, reading.places[index].clone(), words(&error, quantity)),
+        Some(index) => fault(file, reading.places[index].clone(), words(&error, kind, quantity)),
         None => {
-            let key = if matches!(error, TableError::TooManyHarmonics { .. }) { "harmonics" } else { "file" };
-            section.fault_of(key, format!(": {}: {}", file.name, words(&error, quantity)))
+            let key = match error {
+                TableError::TooManyHarmonics { .. } => "harmonics",
+                _ if section.has("points") => "points",
+                _ => "file",
+            };
+            section.fault_of(key, format!(": {}: {}", file.name, words(&error, kind, quantity)))
         }
     };
     let fault = fault.hint(advice(&error));
     // Series and the loss of noise are of the whole turn.
-    let interpolated = harmonics.is_none() && bends == 0 && !section.has("noise");
+    let interpolated = kind == Interpolation::Spline && bends == 0 && !section.has("noise");
     match error {
         TableError::NotClosed { .. } | TableError::NotPeriodic { .. } if interpolated => {
             Some(Err(Part { points: reading.points, fault }))
@@ -447,16 +523,30 @@ fn law(
     }
 }
 
+/// Whether a law of this quantity moves nothing.
+pub fn is_load(quantity: &Quantity) -> bool {
+    [&unit::FORCE, &unit::TORQUE].contains(&quantity)
+}
+
+/// The largest value of a law of this quantity; lifts and angles are those of cams.
+pub fn largest(quantity: &Quantity) -> f64 {
+    if [&unit::LENGTH, &unit::ANGLE].contains(&quantity) { MAX_LENGTH } else { LARGEST }
+}
+
 /// The fault, in the units of engineers.
-fn words(error: &TableError, quantity: &Quantity) -> String {
+fn words(error: &TableError, kind: Interpolation, quantity: &Quantity) -> String {
     let deg = |angle: f64| units::short(angle.to_degrees());
     match *error {
         TableError::NotPeriodic { first, last, .. } => format!(
-            "the table is not periodic: the lift {} {unit} one turn after the first point is not its lift {} {unit}",
+            "the table is not periodic: the {of} {} {unit} one turn after the first point is not its {of} {} {unit}",
             units::short(last),
             units::short(first),
+            of = if is_load(quantity) { "value" } else { "lift" },
             unit = quantity.unit
         ),
+        TableError::TooFew { points } if kind == Interpolation::Linear => {
+            format!("{points} points; lines need at least 2")
+        }
         TableError::NotClosed { gap, distance, .. } => format!(
             "the table ends here, {} deg before its turn does, with points at most {} deg apart",
             deg(gap),
@@ -464,6 +554,14 @@ fn words(error: &TableError, quantity: &Quantity) -> String {
         ),
         TableError::TooLong { span, .. } => {
             format!("this point is {} deg after the first one; a table covers one turn", deg(span))
+        }
+        TableError::OutOfRange { value, .. } => {
+            format!(
+                "{} is out of range: at most {:e} {} is admissible",
+                units::short(value),
+                largest(quantity),
+                quantity.unit
+            )
         }
         ref other => told(other),
     }

@@ -159,9 +159,10 @@ fn a_machine_with_followers_and_motor() {
 fn the_references_list_every_name_that_is_accepted() {
     let references = concat!(include_str!("README.md"), include_str!("SYNTHESIS.md"));
     let mut names = Vec::new();
-    for entry in std::fs::read_dir("src/scene").unwrap() {
+    let files = std::fs::read_dir("src/scene").unwrap().map(|entry| entry.unwrap().path());
+    for path in files.filter(|path| path.is_file()) {
         // Keys that a choice forbids stand in the tables of the references.
-        let text = std::fs::read_to_string(entry.unwrap().path()).unwrap().replace("forbid(&[", "");
+        let text = std::fs::read_to_string(path).unwrap().replace("forbid(&[", "");
         // A choice is a list of names in front of what they stand for: (&["inner", "disc"], Contour::Inner).
         for list in text.split("(&[\"").skip(1) {
             if let Some((list, _)) = list.split_once("\"], ").filter(|(list, _)| !list.contains(']')) {
@@ -200,7 +201,7 @@ fn the_reference_tells_ranges_and_defaults_of_the_parameters() {
     check::<camdrive::drives::elastic_output::Parameters>("`[elasticity]`");
     check::<camdrive::drives::elastic_shaft::Parameters>("`[elasticity]`");
     check::<camdrive::drives::backlash::Parameters>("`[backlash]`");
-    check::<camdrive::drives::rigid_machine::Kloss>("## `RigidMachine`");
+    check::<camdrive::drives::rigid_machine::Kloss>("## `[motor]`");
     check::<camdrive::drives::rigid_machine::RigidMachine>("## `RigidMachine`");
     check::<camdrive::drives::parametric::law::CrankLaw>("`[crank]`:");
 }
@@ -273,4 +274,33 @@ fn of_many_faults_the_first_are_told_and_the_others_counted() {
     let Some(Position { column, excerpt: [before, here], .. }) = &told[99].position else { panic!("{}", told[99]) };
     assert_eq!((*column, before.chars().count(), here.chars().count()), (600, 41, 61), "{before}{here}");
     assert_eq!(told[100].message, "there are 199900 more faults");
+}
+
+#[test]
+fn an_elastic_drive_has_the_loads_of_its_scene() {
+    let text = r#"
+        name = "loaded"
+        model = "ElasticCamDrive"
+        cam = { law = "fourier", scale = 0.06, a = [0.0, 0.5867, 0.0, -0.0984, 0.0, 0.0115] }
+        drive = { speed = 14 }
+        elasticity = { place = "output", m = 2, c = 20000, b = 16, m_roller = 0.3 }
+        start.mode = "equilibrium"
+        [load]
+        gravity = "9.81 m/s2"
+        spring = { preload = "40 N", c = 3000, at = 0.01 }
+        damping = 15
+        process = { law = "fourier", a = [0.0, 20.0, -12.0], b = [7.0, 0.0, 3.0] }
+        roller = { gravity = "9.81 m/s2", force = -5 }
+    "#;
+    let drive = resolve("loaded.toml", text, "".as_ref()).unwrap().resource().build().unwrap();
+    let names: Vec<&str> = drive.descriptions().iter().map(|d| d.name.as_str()).collect();
+    let expected = ["load.g", "load.preload", "load.c", "load.at", "load.b", "load.process.b[3]", "load.roller.F0"];
+    assert!(expected.iter().all(|name| names.contains(name)), "{names:?}");
+    assert!(!names.contains(&"F") && !names.contains(&"load.F0"), "{names:?}");
+    let shaft = text.replace("m_roller = 0.3", "J = 1").replace("\"output\"", "\"shaft\"");
+    let faults = resolve("loaded.toml", &shaft, "".as_ref()).unwrap_err().to_string();
+    assert!(faults.contains("`load.roller` has no meaning here"), "{faults}");
+    let shaft = shaft.replace("        roller = {", "        #");
+    let drive = resolve("loaded.toml", &shaft, "".as_ref()).unwrap().resource().build().unwrap();
+    assert!(expected[..6].iter().all(|name| drive.descriptions().iter().any(|d| d.name == *name)));
 }

@@ -22,7 +22,7 @@ mod tests;
 mod turn;
 
 pub use report::Report;
-pub use turn::Turn;
+pub use turn::{Turn, least_place};
 
 use crate::cam_geometry::{Cam, Follower as Carrier, Plan, Point, Side};
 use camdrive::drives::Fault;

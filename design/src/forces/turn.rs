@@ -1,9 +1,10 @@
 //! The forces over a turn: samples, largest values, changes of sign.
 
-use super::{Drive, Forces, Machine};
+use super::{Drive, Forces, Loads, Machine};
 pub use crate::search::Extreme;
 use crate::search::{root, summit, zero};
 use camdrive::drives::Fault;
+use camdrive::drives::rigid_machine::Follower;
 use std::f64::consts::TAU;
 
 /// Samples of a turn at least, and of the shortest wave of its laws; largest values and zeros are refined between them.
@@ -28,6 +29,16 @@ pub struct Turn<'a> {
     machine: &'a Machine,
     /// States on each piece of the turn where all laws are smooth, at an even number of equal steps.
     pub pieces: Vec<Vec<State>>,
+}
+
+/// The least coordinate that a tool has in a turn.
+///
+/// # Errors
+/// Those of [`super::Drive::at`].
+pub fn least_place(follower: &Follower) -> Result<f64, Fault> {
+    let drive = Drive::new("tool".to_owned(), follower.clone(), None, Loads::default())?;
+    let machine = Machine { name: String::new(), speed: 0.0, inertia: None, drives: vec![drive] };
+    Ok(-machine.turn()?.largest(|state| -state.drives[0].tool[0]).value)
 }
 
 impl Machine {

@@ -57,6 +57,27 @@ parameters! {
     }
 }
 
+/// Parameters of which s may be infinite, which text formats have no number for.
+pub mod one_sided {
+    use super::Parameters;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    /// The value of s without flank B, beyond its range.
+    const NONE: f64 = -1.0;
+
+    /// Writes them.
+    pub fn serialize<S: Serializer>(parameters: &Parameters, serializer: S) -> Result<S::Ok, S::Error> {
+        let s = if parameters.s == f64::INFINITY { NONE } else { parameters.s };
+        Parameters { s, ..*parameters }.serialize(serializer)
+    }
+
+    /// Reads them.
+    pub fn deserialize<'a, D: Deserializer<'a>>(deserializer: D) -> Result<Parameters, D::Error> {
+        let parameters = Parameters::deserialize(deserializer)?;
+        Ok(Parameters { s: if parameters.s == NONE { f64::INFINITY } else { parameters.s }, ..parameters })
+    }
+}
+
 /// The masses with their spring and damper, the clearance and the restitution.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bodies {

@@ -10,7 +10,7 @@
 //! taken at the angle of the drive also where the cam sits behind an elastic shaft.
 
 use crate::motion::MotionLaw;
-use crate::numerics::taylor::Scalar;
+use crate::numerics::taylor::Arithmetic;
 use serde::{Deserialize, Serialize};
 
 /// The loads on one mass.
@@ -18,6 +18,9 @@ use serde::{Deserialize, Serialize};
 pub struct Load {
     /// g (m/s²), the component along y.
     pub gravity: Option<f64>,
+    /// g (m/s²) in the frame of each mechanism before the tool, for its links; empty where there is none. `gravity` is what the
+    /// tool has of it.
+    pub frames: Vec<[f64; 2]>,
     /// F₀.
     pub constant: Option<f64>,
     /// F_v, c, y₀.
@@ -59,7 +62,7 @@ impl Load {
     }
 
     /// F_L on the mass `m` at y, ẏ, where P and F are `process` and `input`.
-    pub fn force<S: Scalar>(&self, m: f64, [y, v]: [S; 2], process: Option<S>, input: Option<S>) -> S {
+    pub fn force<S: Arithmetic>(&self, m: f64, [y, v]: [S; 2], process: Option<S>, input: Option<S>) -> S {
         let spring = self.spring.map(|spring| -((y - S::from(spring.at)) * spring.c));
         let damping = self.damping.map(|b| -(v * b));
         let still = m * self.gravity.unwrap_or(0.0) + self.constant.unwrap_or(0.0)

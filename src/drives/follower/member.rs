@@ -28,5 +28,5 @@ pub enum Joint {
     /// An elastic shaft before the cam.
     Shaft(elastic_shaft::Parameters),
     /// Clearance; s is infinite where there is no flank B.
-    Backlash(contact::Parameters),
+    Backlash(#[serde(with = "contact::one_sided")] contact::Parameters),
 }

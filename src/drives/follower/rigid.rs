@@ -70,7 +70,7 @@ impl Follower {
     /// J and its derivatives of tool and links with respect to what `cam`, the law and its derivatives, are taken to; one
     /// order less than they have, the last is zero.
     pub fn inertia<const N: usize>(&self, cam: [f64; N]) -> [f64; N] {
-        let mut derivatives = self.linkage.moved(self.m, Series::of_derivatives(cam)).inertia.derivatives();
+        let mut derivatives = self.linkage.moved(self.m, Series::of_derivatives(cam), &[]).inertia.derivatives();
         if let Some(unknown) = derivatives.last_mut() {
             *unknown = 0.0;
         }

@@ -352,6 +352,19 @@ impl<Law> CamDrive<Law> {
         matches!(self.mode, DriveMode::Input)
     }
 
+    /// Input `which` (0: phi, 1: w, 2: a) as it was set.
+    pub fn input(&self, which: usize) -> f64 {
+        self.input[which]
+    }
+
+    /// Sets input `which`; derivatives belong to the value that they were set for.
+    pub fn set_input(&mut self, which: usize, value: f64) {
+        self.input[which] = value;
+        if self.from != [0; MAX_INPUT_DERIVATIVE] {
+            self.forget(which);
+        }
+    }
+
     /// Sets the derivative of order ≥ 1 of input `which` (0: phi, 1: w, 2: a).
     pub fn set_input_derivative(&mut self, which: usize, order: usize, value: f64) {
         // That of `a` tells more than that of w, and that more than that of phi.
@@ -536,7 +549,8 @@ pub trait HasCamDrive: Sized {
                 ];
                 for (i, (name, text, quantity)) in inputs.into_iter().enumerate() {
                     let within = variable::real_within(quantity, -INPUTS[i], INPUTS[i]);
-                    list.input(name, text, within, input, set_input).at(i);
+                    let set = |d: &mut Self, i: usize, value| d.cam_mut().set_input(i, value);
+                    list.input(name, text, within, |d, i| d.cam().input(i), set).at(i);
                 }
             }
         }
@@ -630,19 +644,6 @@ pub fn law_parameter_kind(kind: ParameterKind) -> variable::Kind {
         ParameterKind::Inflection => variable::real_within(&unit::NUMBER, INFLECTION[0], INFLECTION[1]),
         ParameterKind::Factor => variable::real_within(&unit::NUMBER, -1e6, 1e6),
         ParameterKind::Law => variable::Kind::Enumeration(&STANDARD_LAW),
-    }
-}
-
-fn input<D: HasCamDrive>(d: &D, which: usize) -> f64 {
-    d.cam().input[which]
-}
-
-fn set_input<D: HasCamDrive>(d: &mut D, which: usize, value: f64) {
-    let cam = d.cam_mut();
-    cam.input[which] = value;
-    // Derivatives belong to the value that they were set for.
-    if cam.from != [0; MAX_INPUT_DERIVATIVE] {
-        cam.forget(which);
     }
 }
 

@@ -8,7 +8,7 @@ use crate::drives::variable::{Variability, real_within};
 use crate::drives::{List, Variable};
 use crate::motion::MotionLaw;
 use crate::motion::parameter::ParameterKind;
-use crate::motion::plan::{MAX_LENGTH, MOST_DERIVATIVE};
+use crate::motion::plan::{LARGEST, MAX_LENGTH, MOST_DERIVATIVE};
 
 /// A drive with loads, which it counts as it likes.
 pub trait HasLoads {
@@ -35,15 +35,12 @@ pub trait HasLoads {
 /// A parameter: key, text, quantity where the follower moves and where it turns, range.
 type Number = (&'static str, &'static str, [&'static Quantity; 2], [f64; 2]);
 
-/// The greatest size of a force (N) or torque (N·m): beyond the heaviest press by three decades, as that of a machine.
-const LARGEST_FORCE: f64 = 1e12;
-
-// Spring and damper reach as far as those of a drive, a place as far as a lift, gravity as far as the fastest centrifuges.
+// A force is a value of a law; spring and damper reach as far as those of a drive, a place as far as a lift, gravity as far as the fastest centrifuges.
 const FORCE: [&Quantity; 2] = [&unit::FORCE, &unit::TORQUE];
 const NUMBERS: [Number; 6] = [
     ("g", "Gravity along y", [&unit::ACCELERATION, &unit::ANGULAR_ACCELERATION], [-1e7, 1e7]),
-    ("F0", "Constant force, positive in the sense of y", FORCE, [-LARGEST_FORCE, LARGEST_FORCE]),
-    ("preload", "Force of the return spring at `at`, positive against y", FORCE, [-LARGEST_FORCE, LARGEST_FORCE]),
+    ("F0", "Constant force, positive in the sense of y", FORCE, [-LARGEST, LARGEST]),
+    ("preload", "Force of the return spring at `at`, positive against y", FORCE, [-LARGEST, LARGEST]),
     ("c", "Stiffness of the return spring", [&unit::STIFFNESS, &unit::ROTATIONAL_STIFFNESS], [0.0, 1e24]),
     ("at", "Place where the return spring has its preload", [&unit::LENGTH, &unit::ANGLE], [-MAX_LENGTH, MAX_LENGTH]),
     ("b", "Damping to the ground", [&unit::DAMPING, &unit::ROTATIONAL_DAMPING], [0.0, 1e24]),
@@ -102,7 +99,7 @@ pub fn declare_load<D: HasLoads>(list: &mut List<D>, drive: &D, which: usize, na
     }
     for (k, parameter) in load.process.iter().flat_map(MotionLaw::parameters).enumerate() {
         let kind = match parameter.kind {
-            ParameterKind::Length => real_within(FORCE[usize::from(turns)], -LARGEST_FORCE, LARGEST_FORCE),
+            ParameterKind::Length => real_within(FORCE[usize::from(turns)], -LARGEST, LARGEST),
             // By the angle, which is a pure number.
             ParameterKind::Derivative(_) => real_within(&unit::NUMBER, -MOST_DERIVATIVE, MOST_DERIVATIVE),
             kind => law_parameter_kind(kind),
@@ -122,7 +119,7 @@ pub fn declare_force<'a, D: HasLoads>(
 ) -> Option<&'a mut Variable<D>> {
     drive.load(which).filter(|load| load.input)?;
     let text = "Load on the follower, positive in the sense of y";
-    let kind = real_within(FORCE[usize::from(turns)], -LARGEST_FORCE, LARGEST_FORCE);
+    let kind = real_within(FORCE[usize::from(turns)], -LARGEST, LARGEST);
     let input = list.input(
         name,
         text,

@@ -6,3 +6,4 @@ pub(super) mod oscillation;
 pub(super) mod passage;
 pub(super) mod response;
 pub(super) mod step_control;
+pub(super) mod train;

@@ -1,6 +1,6 @@
 //! The four-bar linkage.
 
-use super::{Branch, Link, arccos};
+use super::{Branch, Link, Links, arccos};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -52,8 +52,8 @@ impl FourBar {
         (b * b + c * c - d * d) / (2.0 * b * c)
     }
 
-    /// ψ, and the moment of inertia of the links.
-    pub(super) fn moved<const N: usize>(&self, theta: Series<N>) -> (Series<N>, Series<N>) {
+    /// ψ, and the links.
+    pub(super) fn moved<const N: usize>(&self, theta: Series<N>) -> (Series<N>, Links<N>) {
         let (g, a, b, c) = (self.ground, self.input.length, self.coupler.length, self.output.length);
         let mut psi = Series::from(self.position(theta.value()).unwrap_or(f64::NAN));
         let (st, ct) = theta.sin_cos();
@@ -70,9 +70,11 @@ impl FourBar {
         let zero = Series::from(0.0);
         let pin = [ct * a, st * a];
         let coupler = [((cp * c + g) - pin[0]) * (1.0 / b), (sp * c - pin[1]) * (1.0 / b)];
-        let inertia = self.input.inertia([zero, zero], [ct, st])
-            + self.coupler.inertia(pin, coupler)
-            + self.output.inertia([Series::from(g), zero], [cp, sp]);
-        (psi, inertia)
+        let links = Links::none().with(&self.input, [zero, zero], [ct, st]).with(&self.coupler, pin, coupler).with(
+            &self.output,
+            [Series::from(g), zero],
+            [cp, sp],
+        );
+        (psi, links)
     }
 }

@@ -1,5 +1,6 @@
 //! Gear pairs and what else has a constant ratio.
 
+use super::Links;
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 
@@ -16,8 +17,8 @@ pub struct Gear {
 }
 
 impl Gear {
-    pub(super) fn moved<const N: usize>(&self, theta: Series<N>) -> (Series<N>, Series<N>) {
+    pub(super) fn moved<const N: usize>(&self, theta: Series<N>) -> (Series<N>, Links<N>) {
         let slope = theta.slope();
-        (theta * self.ratio, slope * slope * self.inertia)
+        (theta * self.ratio, Links { inertia: slope * slope * self.inertia, ..Links::none() })
     }
 }

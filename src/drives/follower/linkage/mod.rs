@@ -46,17 +46,32 @@ pub struct Link {
     pub centre: [f64; 2],
 }
 
-impl Link {
-    /// m |r′|² + J β′², the first joint at `joint`, the line to the second one in the direction (cos β, sin β).
-    fn inertia<const N: usize>(&self, [x, y]: [Series<N>; 2], [cos, sin]: [Series<N>; 2]) -> Series<N> {
-        if self.mass == 0.0 && self.inertia == 0.0 {
-            return Series::from(0.0);
+/// What the links of a mechanism are together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Links<const N: usize> {
+    /// Σ m |r′|² + J β′² (kg·m²).
+    pub inertia: Series<N>,
+    /// Σ m r (kg·m).
+    pub moment: [Series<N>; 2],
+}
+
+impl<const N: usize> Links<N> {
+    fn none() -> Self {
+        Links { inertia: Series::from(0.0), moment: [Series::from(0.0); 2] }
+    }
+
+    /// With a link whose first joint is at `joint`, the line to its second one in the direction (cos β, sin β).
+    fn with(mut self, link: &Link, [x, y]: [Series<N>; 2], [cos, sin]: [Series<N>; 2]) -> Self {
+        if link.mass == 0.0 && link.inertia == 0.0 {
+            return self;
         }
-        let [xi, eta] = self.centre;
-        let vx = (x + cos * xi - sin * eta).slope();
-        let vy = (y + sin * xi + cos * eta).slope();
+        let [xi, eta] = link.centre;
+        let centre = [x + cos * xi - sin * eta, y + sin * xi + cos * eta];
+        let [vx, vy] = centre.map(Series::slope);
         let turn = cos * sin.slope() - sin * cos.slope();
-        (vx * vx + vy * vy) * self.mass + turn * turn * self.inertia
+        self.inertia = self.inertia + ((vx * vx + vy * vy) * link.mass + turn * turn * link.inertia);
+        self.moment = [0, 1].map(|i| self.moment[i] + centre[i] * link.mass);
+        self
     }
 }
 
@@ -103,15 +118,15 @@ pub enum Kind {
 }
 
 impl Mechanism {
-    /// Output and moment of inertia of the links for this input.
-    pub fn moved<const N: usize>(&self, input: Series<N>) -> (Series<N>, Series<N>) {
+    /// Output and links for this input.
+    pub fn moved<const N: usize>(&self, input: Series<N>) -> (Series<N>, Links<N>) {
         let theta = input + self.input_offset;
-        let (output, inertia) = match &self.kind {
+        let (output, links) = match &self.kind {
             Kind::FourBar(linkage) => linkage.moved(theta),
             Kind::SliderCrank(linkage) => linkage.moved(theta),
             Kind::Gear(gear) => gear.moved(theta),
         };
-        (output + -self.output_offset, inertia)
+        (output + -self.output_offset, links)
     }
 
     /// The name of its kind.
@@ -144,6 +159,8 @@ pub struct Moved<const N: usize> {
     pub tool: Series<N>,
     /// J, known to one order less than y.
     pub inertia: Series<N>,
+    /// Σ m g·r of the links (J), g in the frame of each mechanism.
+    pub weight: Series<N>,
 }
 
 impl Linkage {
@@ -153,20 +170,24 @@ impl Linkage {
     }
 
     /// Tool and inertia moved by the lever's angle χ (or by the tool itself where there is no mechanism), the tool having the
-    /// mass `m`. Values that are no numbers where a mechanism cannot be assembled.
-    pub fn moved<const N: usize>(&self, m: f64, lever: Series<N>) -> Moved<N> {
-        let (mut y, mut inertia) = (lever, Series::from(0.0));
-        for mechanism in &self.0 {
+    /// mass `m`, and the links' weight with g (m/s²) in these `frames`. Values that are no numbers where a mechanism cannot be
+    /// assembled.
+    pub fn moved<const N: usize>(&self, m: f64, lever: Series<N>, frames: &[[f64; 2]]) -> Moved<N> {
+        let (mut y, mut inertia, mut weight) = (lever, Series::from(0.0), Series::from(0.0));
+        for (i, mechanism) in self.0.iter().enumerate() {
             let (output, own) = mechanism.moved(y);
-            (y, inertia) = (output, inertia + own);
+            (y, inertia) = (output, inertia + own.inertia);
+            if let Some([gx, gy]) = frames.get(i) {
+                weight = weight + own.moment[0] * *gx + own.moment[1] * *gy;
+            }
         }
         let slope = y.slope();
-        Moved { tool: y, inertia: inertia + slope * slope * m }
+        Moved { tool: y, inertia: inertia + slope * slope * m, weight }
     }
 
     /// The tool's coordinate alone and its derivatives.
     pub fn tool<const N: usize>(&self, lever: [f64; N]) -> [f64; N] {
-        if self.is_empty() { lever } else { self.moved(0.0, Series::of_derivatives(lever)).tool.derivatives() }
+        if self.is_empty() { lever } else { self.moved(0.0, Series::of_derivatives(lever), &[]).tool.derivatives() }
     }
 }
 

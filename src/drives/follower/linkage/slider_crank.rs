@@ -1,6 +1,6 @@
 //! The slider-crank.
 
-use super::{Branch, Link};
+use super::{Branch, Link, Links};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 
@@ -27,8 +27,8 @@ impl SliderCrank {
         (self.crank.length * theta.sin() - self.offset) / self.rod.length
     }
 
-    /// s, and the moment of inertia of the links.
-    pub(super) fn moved<const N: usize>(&self, theta: Series<N>) -> (Series<N>, Series<N>) {
+    /// s, and the links.
+    pub(super) fn moved<const N: usize>(&self, theta: Series<N>) -> (Series<N>, Links<N>) {
         let (r, l) = (self.crank.length, self.rod.length);
         let (sin, cos) = theta.sin_cos();
         let h = sin * r + -self.offset;
@@ -36,9 +36,13 @@ impl SliderCrank {
         let s = cos * r + along;
         let slope = s.slope();
         let zero = Series::from(0.0);
-        let inertia = self.crank.inertia([zero, zero], [cos, sin])
-            + self.rod.inertia([cos * r, sin * r], [along * (1.0 / l), h * (-1.0 / l)])
-            + slope * slope * self.slider_mass;
-        (s, inertia)
+        let mut links = Links::none().with(&self.crank, [zero, zero], [cos, sin]).with(
+            &self.rod,
+            [cos * r, sin * r],
+            [along * (1.0 / l), h * (-1.0 / l)],
+        );
+        links.inertia = links.inertia + slope * slope * self.slider_mass;
+        links.moment[0] = links.moment[0] + s * self.slider_mass;
+        (s, links)
     }
 }

@@ -1,13 +1,25 @@
 //! The drive train: a shaft with its motor, or a prescribed motion, and all that hangs on it, as one system.
+//!
+//! The equations are in [`crate::drives::shaft::train`], what integrates them in `solver::train`.
+
+#[cfg(test)]
+mod tests;
+mod variables;
 
 pub use crate::drives::follower::member::{Follower, Joint};
-pub use crate::drives::shaft::train::{Machine, Shaft};
+pub use crate::drives::shaft::train::{MOST_FOLLOWERS, Machine, Shaft};
 
-use crate::drives::settings::Settings;
+use crate::drives::limits::no_state;
+use crate::drives::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
+use crate::drives::shaft::cam_drive::{AngleMotion, CamDrive, DriveMode, MAX_INPUT_DERIVATIVE, field};
+use crate::drives::shaft::free::signal::Signal;
+use crate::drives::shaft::train::{Inputs, MOST_STATES, Modes, Train};
+use crate::drives::solver::train::{Outside, Run};
+use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
+use crate::numerics::angle;
+use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
-
-/// The most followers.
-pub const MOST_FOLLOWERS: usize = 16;
+use std::f64::consts::TAU;
 
 /// The train as a scene describes it; coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,4 +45,248 @@ pub enum Start {
     Equilibrium,
     /// On the periodic motion.
     SteadyState,
+}
+
+/// The train in operation.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct DriveTrain {
+    train: Train,
+    start: Start,
+    solver: Solver,
+    inputs: Inputs,
+    /// The course of a driven shaft.
+    course: CamDrive<()>,
+    motion: Option<AngleMotion>,
+    run: Run,
+    /// The communication point (s), and the length of the step before it.
+    time: f64,
+    step: f64,
+    /// The inputs for which the present internal step holds.
+    laid: Inputs,
+    /// Whether a parameter has been changed since the last step.
+    tuned: bool,
+    log: EventLog,
+}
+
+impl DriveTrain {
+    /// The train of a scene.
+    fn of(scene: Scene) -> Self {
+        let Scene { shaft, followers, start, solver } = scene;
+        let mode = if let Shaft::Driven(mode) = &shaft {
+            mode.clone()
+        } else {
+            DriveMode::Constant { w: 0.0, phi_start: 0.0 }
+        };
+        DriveTrain {
+            inputs: Inputs::of(followers.len()),
+            laid: Inputs::of(followers.len()),
+            train: Train::new(shaft, followers),
+            start,
+            solver: Solver::new(solver),
+            course: CamDrive::new((), mode),
+            motion: None,
+            run: Run::default(),
+            time: 0.0,
+            step: 0.0,
+            tuned: false,
+            log: EventLog::default(),
+        }
+    }
+
+    /// Whether the shaft follows its inputs.
+    fn motion_is_input(&self) -> bool {
+        self.train.machine().is_none() && self.course.is_input()
+    }
+
+    /// How long what comes from outside is known (s).
+    fn horizon(&self, step: f64) -> f64 {
+        let known = self.inputs.are_constant() && !self.motion_is_input();
+        if known { f64::INFINITY } else { step }
+    }
+
+    /// φ and the states at the start.
+    fn first_states(&self) -> ([f64; MOST_STATES], f64) {
+        let mut y = [0.0; MOST_STATES];
+        let Some(machine) = self.train.machine() else { return (y, 0.0) };
+        (y[0], y[1]) = (angle::reduce(Double::from(machine.phi_start)), machine.w_start);
+        machine.motor.begin(&mut y, &self.train.layout);
+        (y, ((machine.phi_start - y[0]) / TAU).round())
+    }
+
+    /// Starts at `time` (s).
+    fn begin(&mut self, time: f64) -> Result<(), Fault> {
+        self.solver.start();
+        self.log.clear();
+        self.course.start(time);
+        self.motion = self.train.machine().is_none().then(|| self.course.motion(time));
+        (self.time, self.step) = (time, 0.0);
+        let (y, turns) = self.first_states();
+        let tolerance = self.solver.effective_tolerance().max(FINEST_TOLERANCE);
+        let count = self.train.layout.count;
+        let mut run = Run::begin(&self.train, Double::from(time), (&y[..count], turns), Modes::default(), tolerance);
+        let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
+        run.choose_modes(&self.train, &outside, self.start == Start::Equilibrium, &mut self.log)?;
+        run.first(&self.train, &outside, self.horizon(0.0))?;
+        self.run = run;
+        self.laid = self.inputs.clone();
+        Ok(())
+    }
+
+    fn go_on(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        self.inputs.all().for_each(Signal::step_begins);
+        let horizon = self.horizon(step);
+        let input = self.motion_is_input();
+        if input {
+            self.motion = Some(self.course.motion(time));
+        }
+        self.run.begin_step(&self.train, time);
+        if input || horizon.is_finite() || self.laid != self.inputs {
+            self.run.restart(&self.train, time);
+            self.laid.clone_from(&self.inputs);
+        }
+        let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
+        self.run.advance(&self.train, &outside, (time + step, horizon), &mut self.log)?;
+        (self.time, self.step) = (time + step, step);
+        self.inputs.all().for_each(|signal| signal.step_ends(step));
+        self.course.step_done();
+        Ok(())
+    }
+}
+
+impl Drive for DriveTrain {
+    type Scene = Scene;
+    const MODEL: &'static str = "DriveTrain";
+    const INPUT_DERIVATIVES: usize = MAX_INPUT_DERIVATIVE;
+
+    fn new(scene: Scene) -> Result<Self, Fault> {
+        let train = DriveTrain::of(scene);
+        train.check()?;
+        Ok(train)
+    }
+
+    fn variables(&self) -> List<Self> {
+        self.declare()
+    }
+
+    fn text(&self) -> Text {
+        let joints = |is: fn(&Joint) -> bool| self.train.followers.iter().any(|follower| is(&follower.joint));
+        let motor = self.machine().map(|machine| &machine.motor);
+        let conditions = [
+            ("free", self.machine().is_some()),
+            ("output", joints(|joint| matches!(joint, Joint::Output(..)))),
+            ("shaft", joints(|joint| matches!(joint, Joint::Shaft(_)))),
+            ("backlash", joints(|joint| matches!(joint, Joint::Backlash(_)))),
+            ("loads", self.train.followers.iter().any(|f| !f.load.is_none() || !f.roller.is_none())),
+            ("motor", motor.is_some_and(|motor| motor.source != crate::drives::shaft::motor::Source::None)),
+            ("servo", motor.is_some_and(|motor| motor.servo().is_some())),
+            ("coupling", motor.is_some_and(|motor| motor.transmission.coupling.is_some())),
+        ];
+        Text::new(include_str!("text.toml"), &conditions)
+    }
+
+    fn curves(&self) -> Vec<Curve> {
+        let mut curves = Vec::new();
+        for (j, follower) in self.train.followers.iter().enumerate() {
+            let rigid = &follower.rigid;
+            let (unit, factor) = if rigid.turns { ("°", 1f64.to_degrees()) } else { ("mm", 1e3) };
+            let (title, label) = (format!("Position function of follower {}", j + 1), format!("U{} [{unit}]", j + 1));
+            curves.push(Curve::over_turn(&title, &label, |phi| factor * rigid.tool(rigid.cam.at(phi).0)[0]));
+        }
+        if curves.is_empty() {
+            let inertia = self.machine().map_or(0.0, |machine| machine.inertia.constant);
+            curves.push(Curve::over_turn("Moment of inertia J(φ)", "J [kg·m²]", |_| inertia));
+        }
+        curves
+    }
+
+    /// Twenty turns at the speed at which the motor or the start turns the shaft, a second at rest.
+    fn experiment(&self) -> Experiment {
+        let speed = match self.machine() {
+            None => self.course.mode.speed(),
+            Some(machine) => machine.motor.usual_speed().unwrap_or(machine.w_start),
+        };
+        Experiment::of_turns(20.0, speed.abs())
+    }
+
+    fn start(&mut self, time: f64) -> Result<(), Fault> {
+        self.check()?;
+        self.tuned = false;
+        self.begin(time)
+    }
+
+    fn apply(&mut self, time: f64) -> Result<(), Fault> {
+        if self.tuned {
+            self.check()?;
+            self.run.forget(&self.train, time);
+            self.tuned = false;
+            self.laid = Inputs::default();
+        }
+        if self.motion_is_input() {
+            self.motion = Some(self.course.motion(time));
+        }
+        Ok(())
+    }
+
+    fn angle(&self, time: f64, end: f64) -> f64 {
+        if self.machine().is_none() {
+            return self.course.angle(time, end);
+        }
+        let mut y = [0.0; MOST_STATES];
+        self.run.at(self.time, &mut y);
+        self.run.turns * TAU + y[0] + y[1] * (end - time)
+    }
+
+    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        self.go_on(time, step)
+    }
+
+    fn evaluate(&self, values: &mut [f64]) {
+        variables::evaluate(self, values);
+    }
+
+    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
+        let driven = if self.motion_is_input() { 3 } else { 0 };
+        if reference < driven {
+            self.course.set_input_derivative(reference, order, value);
+        } else if let Some(signal) = self.signals().nth(reference - driven) {
+            signal.set_derivative(order, value);
+        }
+    }
+
+    fn request_tolerance(&mut self, tolerance: f64) {
+        self.solver.requested = tolerance;
+    }
+
+    fn is_finite(&self) -> bool {
+        self.run.is_finite()
+    }
+
+    fn events(&mut self) -> &mut EventLog {
+        &mut self.log
+    }
+
+    fn restored(&mut self, _: &Self) -> Result<(), Fault> {
+        if !self.run.fits(&self.train) {
+            return Err(no_state());
+        }
+        let outside = Outside { time: self.time - self.step, motion: self.motion.as_ref(), inputs: &self.laid };
+        self.run.rebuild(&self.train, &outside);
+        Ok(())
+    }
+}
+
+impl HasSolver for DriveTrain {
+    field!(solver, solver_mut: Solver = solver);
+}
+
+impl DriveTrain {
+    /// Refuses parameters that describe no train.
+    fn check(&self) -> Result<(), Fault> {
+        for (j, follower) in self.train.followers.iter().enumerate() {
+            let named = |message| Fault::new(message).of(&format!("follower[{}].cam", j + 1));
+            follower.rigid.cam.validate().map_err(named)?;
+            follower.rigid.check_linkage(&format!("follower[{}].linkage", j + 1))?;
+        }
+        Ok(())
+    }
 }

@@ -32,7 +32,7 @@ pub(super) struct Loaded {
     /// Whether a parameter of the loads has changed since the last step.
     tuned: bool,
     /// The largest |q| at a communication point (m).
-    largest: f64,
+    pub largest: f64,
     /// Whether the cam pulls, and whether that has been told.
     pulls: bool,
     told: bool,

@@ -91,8 +91,8 @@ impl ElasticOutput {
         match self.start.mode {
             StartMode::AtRest => Ok([0.0; 2]),
             StartMode::SteadyState | StartMode::Equilibrium if free && self.loaded.is_some() => Err(refused_start(
-                "nothing balances the loads: neither the follower (c = 0) nor a return spring holds the mass; choose at_rest \
-                 or given, or c > 0",
+                "start.mode = equilibrium and steady_state need a spring that balances the loads, but c = 0 and no return spring \
+                 holds the mass; choose at_rest or given, or c > 0",
             )),
             StartMode::Equilibrium => Ok(self.response.at_rest(&self.cam.law, &self.cam.motion(time), time)),
             StartMode::Given => Ok([self.start.q, self.start.q_dot]),

@@ -126,7 +126,7 @@ fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
     let has = |which: usize| drive.load(which).is_some_and(|load| load.input);
     let accelerated: &[&str] = if has(0) { &["phi", "w", "y", "der(y)", F] } else { all };
     let mut contact = all.to_vec();
-    contact.extend(loaded.then_some("a"));
+    contact.extend(drive.loaded.as_ref().filter(|loaded| loaded.m_roller > 0.0).map(|_| "a"));
     contact.extend(has(1).then_some(ROLLER_F));
     let text = "Position of the cam's side of the spring, U(phi)";
     output(Output::X, "x", text, &unit::LENGTH, &["phi"], &[PHI, CAM]);

@@ -61,6 +61,23 @@ impl Signal {
         self.value + above
     }
 
+    /// The coefficients of v about t₀ + `t` in this `unit` of time.
+    pub fn expand(&self, t: f64, unit: f64, row: &mut [f64]) {
+        row.fill(0.0);
+        row[0] = self.at(t);
+        let mut factor = 1.0;
+        for order in 1..=if self.varies { MAX_INPUT_DERIVATIVE } else { 0 } {
+            factor *= unit / order as f64;
+            let sum = |sum, j: usize| self.derivatives[j - 1] + sum * t / (j + 1 - order) as f64;
+            row[order] = factor * (order..=MAX_INPUT_DERIVATIVE).rev().fold(0.0, sum);
+        }
+    }
+
+    /// The time since t₀ (s).
+    pub fn elapsed(&self) -> f64 {
+        self.elapsed
+    }
+
     /// v now.
     pub fn now(&self) -> f64 {
         self.at(self.elapsed)

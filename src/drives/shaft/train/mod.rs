@@ -1,10 +1,52 @@
-//! Shaft and followers as one system.
+//! Shaft and followers as one system with the states φ, φ̇, those of the motor and those of the followers.
+//!
+//! ```text
+//! J φ̈ = M_an − M_L(φ) − b_L φ̇ − τ − ½ J′ φ̇² − Σ R_j
+//!
+//! follower         states      equation                                                   R_j
+//! rigid            –           y = U                                                      −U′ F_L
+//! elastic output   q, q̇        m ÿ = F + F_L,  F = −(c q + b q̇),  y = U + q               U′ (F − F_Lx)
+//! elastic shaft    q, q̇        (J3 + m U′²) ψ̈ + m U′U″ ψ̇² = T + U′ F_L,  ψ = φ + q        T = −(c q + b q̇)
+//! backlash         q, q̇        in contact: m2 ẍ2 = S + F_L2,  S = −(c q + b q̇)            U′ (S − F_L1)
+//!                  z, ż        in flight: m1 ẍ1 = −S + F_L1,  x1 = U + z (+ s where z counts from flank B)    0
+//! ```
+//!
+//! J collects J0, J_φ(φ), the rotor of a stiff transmission and m U′² of what follows the shaft without slip: rigid followers,
+//! m_x of elastic outputs, m1 in contact. φ̈ follows explicitly, since springs and dampers depend on states only.
+//!
+//! Symbols: m mass (kg) or moment of inertia where the follower turns; U(φ) of the cam, U(ψ) behind an elastic shaft; F_L load on
+//! the tool, F_Lx and F_L1 on the mass on the cam's side; τ an input, positive brakes. N, the force of the cam on the follower in
+//! the sense of y, is F + m_x ẍ − F_Lx, or F_K = m1 ẍ1 + S − F_L1 with backlash. Without m2 all loads act on m1.
+//!
+//! What depends on φ alone (J, static loads of what follows without slip) is summed up as one function of the angle, so that
+//! rigid followers cost next to nothing.
+//!
+//! Valid for rigid links, linear springs and dampers, impacts without duration. Source: Dresig, Holzweißig,
+//! *Maschinendynamik*, chapter 2; the equations of the parts as in their own modules.
+
+pub mod motor;
+mod rest;
+pub mod switching;
 
 use super::cam_drive::DriveMode;
 use super::free::inertia::InertiaFunction;
+use super::free::signal::Signal;
 use super::motor::Motor;
+use crate::drives::follower::contact::Mode;
+use crate::drives::follower::load::Load;
+use crate::drives::follower::member::{Follower, Joint};
 use crate::motion::MotionLaw;
+use crate::motion::turn;
+use crate::numerics::angle;
+use crate::numerics::double_double::Double;
+use crate::numerics::taylor::{Arithmetic, Scalar, Series};
 use serde::{Deserialize, Serialize};
+
+/// The most followers.
+pub const MOST_FOLLOWERS: usize = 16;
+
+/// The most states: shaft, motor, coupling, followers.
+pub const MOST_STATES: usize = 6 + 4 * MOST_FOLLOWERS;
 
 /// The shaft.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,4 +75,511 @@ pub struct Machine {
     pub phi_start: f64,
     /// φ̇ at the start (rad/s), except on a periodic motion.
     pub w_start: f64,
+}
+
+/// Shaft and followers, and where their states are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Train {
+    /// The shaft.
+    pub shaft: Shaft,
+    /// The followers.
+    pub followers: Vec<Follower>,
+    /// Where the states of the motor, of its coupling and of each follower begin; how many there are in all.
+    pub layout: Layout,
+}
+
+/// Where states begin.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Layout {
+    /// M of a motor with a lag; I, and e of a servo.
+    pub motor: usize,
+    /// θ, θ̇.
+    pub coupling: usize,
+    /// q, q̇, and with backlash z, ż before them.
+    pub followers: Vec<usize>,
+    /// How many states there are.
+    pub count: usize,
+}
+
+/// What changes at events only.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Modes {
+    /// The segment of each law: of J_φ and M_L, then of cam and process force of each follower.
+    pub segments: [[usize; 2]; 1 + MOST_FOLLOWERS],
+    /// Where m1 of each follower is.
+    pub contacts: [Mode; MOST_FOLLOWERS],
+    /// Whether z counts from flank B, the one that m1 has been at last.
+    pub beyond: [bool; MOST_FOLLOWERS],
+    /// The order of the zero with which the gap of each follower begins.
+    pub zeros: [usize; MOST_FOLLOWERS],
+    /// Whether the servo is at its limit, and which.
+    pub saturation: i8,
+    /// The piece of the torque table: 0 below its first speed.
+    pub piece: usize,
+}
+
+impl Modes {
+    /// The place of x1 − U at which z is zero, with the clearance `s` (m).
+    pub fn home(&self, j: usize, s: f64) -> f64 {
+        if self.beyond[j] { s } else { 0.0 }
+    }
+}
+
+/// Functions of the angle as power series about the present one: Σ cₙ xⁿ.
+pub struct Local<const N: usize> {
+    /// J.
+    pub inertia: [f64; N],
+    /// Static loads.
+    pub torque: [f64; N],
+    /// Damping.
+    pub viscous: [f64; N],
+    /// U of each follower.
+    pub cams: [[f64; N]; MOST_FOLLOWERS],
+    /// P of each follower.
+    pub process: [[f64; N]; MOST_FOLLOWERS],
+}
+
+/// The same functions at an instant.
+pub struct Functions<S> {
+    /// J.
+    pub inertia: S,
+    /// ½ J′.
+    pub half_slope: S,
+    /// Static loads (N·m), positive drive.
+    pub torque: S,
+    /// Damping of shaft and followers (N·m·s).
+    pub viscous: S,
+    /// U, U′, U″ of each follower.
+    pub cams: [[S; 3]; MOST_FOLLOWERS],
+    /// P of each follower.
+    pub process: [S; MOST_FOLLOWERS],
+}
+
+/// The inputs of a train beside those of a driven shaft.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Inputs {
+    /// τ.
+    pub tau: Signal,
+    /// M.
+    pub torque: Signal,
+    /// ω_ref.
+    pub reference: Signal,
+    /// φ_ref.
+    pub position: Signal,
+    /// F on each tool.
+    pub forces: Vec<Signal>,
+}
+
+impl Inputs {
+    /// Those of so many followers.
+    pub fn of(followers: usize) -> Self {
+        Inputs { forces: vec![Signal::default(); followers], ..Inputs::default() }
+    }
+
+    /// All of them.
+    pub fn all(&mut self) -> impl Iterator<Item = &mut Signal> {
+        [&mut self.tau, &mut self.torque, &mut self.reference, &mut self.position].into_iter().chain(&mut self.forces)
+    }
+
+    /// Whether none depends on time.
+    pub fn are_constant(&self) -> bool {
+        [&self.tau, &self.torque, &self.reference, &self.position]
+            .into_iter()
+            .chain(&self.forces)
+            .all(Signal::is_constant)
+    }
+}
+
+/// What comes from outside.
+#[derive(Clone, Copy)]
+pub struct Given<S> {
+    /// φ̇, φ̈ of a driven shaft.
+    pub course: [S; 2],
+    /// τ.
+    pub tau: S,
+    /// M of a motor that is an input.
+    pub torque: S,
+    /// ω_ref of a servo.
+    pub reference: S,
+    /// e of a servo whose position is an input.
+    pub lag: S,
+    /// F on each tool.
+    pub forces: [S; MOST_FOLLOWERS],
+}
+
+/// Accelerations and forces.
+pub struct Dynamics<S> {
+    /// φ̈.
+    pub a: S,
+    /// Torque on the shaft.
+    pub torque: S,
+    /// u of a servo, else ω_m.
+    pub demand: S,
+    /// The rates of the states.
+    pub rates: [S; MOST_STATES],
+    /// Spring forces F, S; of an elastic shaft its torque.
+    pub spring: [S; MOST_FOLLOWERS],
+    /// N of followers with backlash in contact.
+    pub normal: [S; MOST_FOLLOWERS],
+}
+
+impl Train {
+    /// The train of these parts.
+    pub fn new(shaft: Shaft, followers: Vec<Follower>) -> Self {
+        let mut layout = Layout::default();
+        let mut count = 0;
+        if let Shaft::Free(machine) = &shaft {
+            layout.motor = 2;
+            layout.coupling = 2 + machine.motor.states();
+            count = layout.coupling + if machine.motor.transmission.coupling.is_some() { 2 } else { 0 };
+        }
+        for follower in &followers {
+            layout.followers.push(count);
+            count += follower.joint.states();
+        }
+        layout.count = count;
+        Train { shaft, followers, layout }
+    }
+
+    /// The free shaft.
+    pub fn machine(&self) -> Option<&Machine> {
+        if let Shaft::Free(machine) = &self.shaft { Some(machine) } else { None }
+    }
+
+    /// The same, to change it.
+    pub fn machine_mut(&mut self) -> Option<&mut Machine> {
+        if let Shaft::Free(machine) = &mut self.shaft { Some(machine) } else { None }
+    }
+
+    /// Whether a follower that is not rigid, or one with an input, is taken at φ.
+    pub fn needs_cams_at_phi(&self) -> bool {
+        self.followers.iter().any(|f| match f.joint {
+            Joint::Rigid => f.load.input,
+            Joint::Shaft(_) => f.load.process.is_some(),
+            Joint::Output(..) | Joint::Backlash(_) => true,
+        })
+    }
+
+    /// J as far as it depends on no angle.
+    pub fn constant_inertia(&self) -> f64 {
+        self.machine().map_or(0.0, |machine| machine.inertia.constant + machine.motor.stiff_rotor())
+    }
+
+    /// b_L.
+    pub fn constant_friction(&self) -> f64 {
+        self.machine().and_then(|machine| machine.friction).unwrap_or(0.0)
+    }
+
+    /// The laws with their numbers in [`Modes::segments`] and the angles at which they are taken: 0 is φ, 1 + j is ψ of follower j.
+    pub fn laws(&self) -> impl Iterator<Item = (usize, &MotionLaw, usize)> {
+        let machine = self.machine();
+        let of_machine = [machine.and_then(|m| m.inertia.varying.as_ref()), machine.and_then(|m| m.load.as_ref())];
+        let of_followers = self.followers.iter().enumerate().flat_map(|(j, follower)| {
+            let angle = if let Joint::Shaft(_) = follower.joint { 1 + j } else { 0 };
+            [Some((2 + 2 * j, &follower.rigid.cam, angle)), follower.load.process.as_ref().map(|p| (3 + 2 * j, p, 0))]
+        });
+        of_machine.into_iter().enumerate().map(|(i, law)| law.map(|law| (i, law, 0))).chain(of_followers).flatten()
+    }
+
+    /// The angles, reduced to one turn, where the shaft is at `phi` and the states are `y`.
+    pub fn angles(&self, phi: Double, y: &[f64]) -> [f64; 1 + MOST_FOLLOWERS] {
+        let mut angles = [0.0; 1 + MOST_FOLLOWERS];
+        angles[0] = angle::reduce(phi);
+        for (j, follower) in self.followers.iter().enumerate() {
+            if let Joint::Shaft(_) = follower.joint {
+                angles[1 + j] = angle::reduce(phi + Double::from(y[self.layout.followers[j]]));
+            }
+        }
+        angles
+    }
+
+    /// The functions of the angle to `count` coefficients of U, of J′ and U″ to three less.
+    pub fn local<const N: usize>(&self, modes: &Modes, angles: &[f64], count: usize) -> Local<N> {
+        let zero = [0.0; N];
+        let mut local = Local {
+            inertia: zero,
+            torque: zero,
+            viscous: zero,
+            cams: [zero; MOST_FOLLOWERS],
+            process: [zero; MOST_FOLLOWERS],
+        };
+        let about = |number: usize, law: &MotionLaw, angle: usize, into: &mut [f64; N]| {
+            let (segment, phi) = (modes.segments[number / 2][number % 2], angles[angle]);
+            if N <= 5 {
+                let derivatives = law.at_in(segment, phi).0;
+                into.copy_from_slice(&Series::of_derivatives(derivatives).0[..N]);
+            } else {
+                law.expand(segment, phi, 1.0, &mut into[..count.max(6)]);
+            }
+        };
+        for (number, law, angle) in self.laws() {
+            let mut row = zero;
+            about(number, law, angle, &mut row);
+            match number {
+                0 => local.inertia = row,
+                1 => local.torque = row.map(|c| -c),
+                _ if number % 2 == 0 => local.cams[number / 2 - 1] = row,
+                _ => local.process[number / 2 - 1] = row,
+            }
+        }
+        local.inertia[0] += self.constant_inertia();
+        local.viscous[0] += self.constant_friction();
+        for (j, follower) in self.followers.iter().enumerate() {
+            self.add_follower(&mut local, (j, follower), modes.contacts[j], count);
+        }
+        local
+    }
+
+    /// Adds what of a follower goes with the shaft without slip.
+    fn add_follower<const N: usize>(
+        &self,
+        local: &mut Local<N>,
+        (j, follower): (usize, &Follower),
+        contact: Mode,
+        count: usize,
+    ) {
+        let (cam, process) = (local.cams[j], local.process[j]);
+        // Inertia and weight of what moves by `path`, with its loads at `path` + `away`.
+        let mut add = |[m, weight]: [f64; 2], load: &Load, away: f64, path: &[f64; N], process: &[f64; N]| {
+            let mut slope = [0.0; N];
+            (1..count).for_each(|n| slope[n - 1] = n as f64 * path[n]);
+            if m != 0.0 {
+                accumulate(&mut local.inertia, m, &slope, &slope, count);
+            }
+            if !load.is_none() {
+                let mut force = *process;
+                (0..count).for_each(|n| force[n] -= load.stiffness() * path[n]);
+                force[0] += load.constant_part(weight) - load.stiffness() * away;
+                accumulate(&mut local.torque, 1.0, &force, &slope, count);
+                if let Some(b) = load.damping {
+                    accumulate(&mut local.viscous, b, &slope, &slope, count);
+                }
+            }
+        };
+        let (own, none) = (follower.rigid.m, [0.0; N]);
+        match follower.joint {
+            Joint::Rigid if follower.rigid.linkage.is_empty() => add([own; 2], &follower.load, 0.0, &cam, &process),
+            Joint::Rigid => {
+                let moved = follower.rigid.linkage.moved(0.0, Series(cam), &follower.load.frames);
+                add([own; 2], &follower.load, 0.0, &moved.tool.0, &process);
+                local.inertia.iter_mut().zip(moved.inertia.0).for_each(|(sum, own)| *sum += own);
+                (1..count).for_each(|n| local.torque[n - 1] += n as f64 * moved.weight.0[n]);
+                local.cams[j] = moved.tool.0;
+            }
+            Joint::Output(_, m_x) => add([m_x; 2], &follower.roller, 0.0, &cam, &none),
+            Joint::Shaft(_) => {}
+            Joint::Backlash(p) => {
+                if let Mode::Contact(flank) = contact {
+                    let away = flank.pick(0.0, p.s);
+                    add([p.m1; 2], &follower.roller, away, &cam, &none);
+                    if p.m2 == 0.0 {
+                        add([0.0, p.m1], &follower.load, away, &cam, &process);
+                    }
+                }
+            }
+        }
+    }
+
+    /// F_L on m1 of follower j, which has the place x1, ẋ1.
+    pub fn load_of_m1<S: Arithmetic>(&self, j: usize, x1: [S; 2], process: S, input: S) -> S {
+        let Follower { joint, load, roller, .. } = &self.followers[j];
+        let Joint::Backlash(p) = *joint else { return S::from(0.0) };
+        let own = roller.force(p.m1, x1, None, None);
+        if p.m2 > 0.0 { own } else { own + load.force(p.m1, x1, Some(process), Some(input)) }
+    }
+
+    /// Accelerations and forces in the states `y`.
+    pub fn dynamics<S: Arithmetic>(&self, modes: &Modes, y: &[S], f: &Functions<S>, given: &Given<S>) -> Dynamics<S> {
+        let zero = S::from(0.0);
+        let mut d = Dynamics {
+            a: given.course[1],
+            torque: zero,
+            demand: zero,
+            rates: [zero; MOST_STATES],
+            spring: [zero; MOST_FOLLOWERS],
+            normal: [zero; MOST_FOLLOWERS],
+        };
+        let machine = self.machine();
+        let w = if machine.is_some() { y[1] } else { given.course[0] };
+        let mut resistance = given.tau - f.torque + f.viscous * w + f.half_slope * w * w;
+        for (j, follower) in self.followers.iter().enumerate() {
+            let [_, u1, _] = f.cams[j];
+            let spring = |[c, b]: [f64; 2], at: usize| -(y[at] * c + y[at + 1] * b);
+            let at = self.layout.followers[j];
+            match follower.joint {
+                Joint::Rigid => resistance = resistance - u1 * given.forces[j],
+                Joint::Output(p, _) => {
+                    d.spring[j] = spring([p.c, p.b], at);
+                    resistance = resistance + u1 * d.spring[j];
+                }
+                Joint::Shaft(p) => {
+                    d.spring[j] = spring([p.c, p.b], at);
+                    resistance = resistance + d.spring[j];
+                }
+                Joint::Backlash(p) => {
+                    if p.m2 > 0.0 {
+                        d.spring[j] = spring([p.c, p.b], at + 2);
+                    }
+                    if modes.contacts[j] != Mode::Free {
+                        let held = if p.m2 > 0.0 { d.spring[j] } else { -given.forces[j] };
+                        resistance = resistance + u1 * held;
+                    }
+                }
+            }
+        }
+        if let Some(machine) = machine {
+            machine.motor.drive(modes, y, &self.layout, given, &mut d);
+            d.a = (d.torque - resistance) / f.inertia;
+            (d.rates[0], d.rates[1]) = (w, d.a);
+            machine.motor.follow(&self.layout, &mut d);
+        }
+        for j in 0..self.followers.len() {
+            self.move_follower(modes, j, y, (f, given, w), &mut d);
+        }
+        d
+    }
+
+    /// The rates of the states of follower j, and N in contact.
+    fn move_follower<S: Arithmetic>(
+        &self,
+        modes: &Modes,
+        j: usize,
+        y: &[S],
+        (f, given, w): (&Functions<S>, &Given<S>, S),
+        d: &mut Dynamics<S>,
+    ) {
+        let (follower, at) = (&self.followers[j], self.layout.followers[j]);
+        let ([u, u1, u2], process, input) = (f.cams[j], f.process[j], given.forces[j]);
+        let on_tool = |m: f64, y: [S; 2]| follower.load.force(m, y, Some(process), Some(input));
+        match follower.joint {
+            Joint::Rigid => {}
+            Joint::Output(p, _) => {
+                let (q, v) = (y[at], y[at + 1]);
+                let x2 = u2 * w * w + u1 * d.a;
+                let force = d.spring[j] + on_tool(p.m, [u + q, u1 * w + v]);
+                (d.rates[at], d.rates[at + 1]) = (v, force * (1.0 / p.m) - x2);
+            }
+            Joint::Shaft(p) => {
+                let speed = w + y[at + 1];
+                let force = on_tool(p.m, [u, u1 * speed]) - u2 * speed * speed * p.m;
+                let inertia = u1 * u1 * p.m + S::from(p.inertia);
+                (d.rates[at], d.rates[at + 1]) = (y[at + 1], (d.spring[j] + u1 * force) / inertia - d.a);
+            }
+            Joint::Backlash(p) => {
+                let x2 = u2 * w * w + u1 * d.a;
+                let place = match modes.contacts[j] {
+                    Mode::Contact(flank) => [u + S::from(flank.pick(0.0, p.s)), u1 * w],
+                    Mode::Free => [u + y[at] + S::from(modes.home(j, p.s)), u1 * w + y[at + 1]],
+                };
+                let own = self.load_of_m1(j, place, process, input);
+                let a1 = if modes.contacts[j] == Mode::Free {
+                    let a1 = (own - d.spring[j]) * (1.0 / p.m1);
+                    (d.rates[at], d.rates[at + 1]) = (y[at + 1], a1 - x2);
+                    a1
+                } else {
+                    d.normal[j] = x2 * p.m1 + d.spring[j] - own;
+                    x2
+                };
+                if p.m2 > 0.0 {
+                    let (q, v) = (y[at + 2], y[at + 3]);
+                    let force = d.spring[j] + on_tool(p.m2, [place[0] + q, place[1] + v]);
+                    (d.rates[at + 2], d.rates[at + 3]) = (v, force * (1.0 / p.m2) - a1);
+                }
+            }
+        }
+    }
+
+    /// The segments of all laws at these angles, each on the side to which its angle moves, φ̇ at the speed `w`.
+    pub fn segments(&self, angles: &[f64], forward: bool) -> [[usize; 2]; 1 + MOST_FOLLOWERS] {
+        let mut segments = [[0; 2]; 1 + MOST_FOLLOWERS];
+        for (number, law, angle) in self.laws() {
+            segments[number / 2][number % 2] = law.segment(angles[angle], forward);
+        }
+        segments
+    }
+
+    /// The ways (rad) ahead and back to the ends of the segments at each angle; infinite without breakpoints.
+    pub fn ways(&self, modes: &Modes, angles: &[f64]) -> [[f64; 2]; 1 + MOST_FOLLOWERS] {
+        let mut ways = [[f64::INFINITY; 2]; 1 + MOST_FOLLOWERS];
+        for (number, law, angle) in self.laws() {
+            for (way, own) in
+                ways[angle].iter_mut().zip(way_out(law, modes.segments[number / 2][number % 2], angles[angle]))
+            {
+                *way = way.min(own);
+            }
+        }
+        ways
+    }
+
+    /// Changes the segments that end where this angle is, ahead or back.
+    pub fn cross(&self, modes: &mut Modes, angles: &[f64], which: usize, ahead: bool) {
+        for (number, law, angle) in self.laws() {
+            let segment = &mut modes.segments[number / 2][number % 2];
+            let [up, down] = way_out(law, *segment, angles[angle]);
+            if angle == which && if ahead { up } else { down } <= ON_BREAKPOINT {
+                let count = law.breakpoints().len();
+                *segment = if ahead { *segment + 1 } else { *segment + count - 1 } % count;
+            }
+        }
+    }
+}
+
+/// Angles that lie closer to a breakpoint are on it (rad): some roundings of a turn.
+const ON_BREAKPOINT: f64 = 1e-12;
+
+/// The ways from `phi` to the ends of a segment, ahead and back.
+fn way_out(law: &MotionLaw, segment: usize, phi: f64) -> [f64; 2] {
+    let breakpoints = law.breakpoints();
+    if breakpoints.is_empty() {
+        return [f64::INFINITY; 2];
+    }
+    let (low, high) = crate::drives::follower::place::ends(breakpoints, segment);
+    let phi = turn::near(phi, 0.5 * (low + high));
+    [high - phi, phi - low].map(|way| if way <= ON_BREAKPOINT { 0.0 } else { way })
+}
+
+/// sum += f a b to `count` coefficients.
+fn accumulate<const N: usize>(sum: &mut [f64; N], f: f64, a: &[f64; N], b: &[f64; N], count: usize) {
+    for (i, a) in a.iter().enumerate().take(count).filter(|(_, a)| **a != 0.0) {
+        let a = f * a;
+        for (sum, b) in sum[i..count].iter_mut().zip(b) {
+            *sum += a * b;
+        }
+    }
+}
+
+impl<S: Scalar> Functions<S> {
+    /// At these angles.
+    pub fn at(train: &Train, local: &Local<5>, angles: &[S]) -> Self {
+        const FACTORIALS: [f64; 5] = [1.0, 1.0, 2.0, 6.0, 24.0];
+        let of = |row: &[f64; 5], order: usize, angle: S| {
+            angle.compose([0, 1, 2].map(|n| row.get(order + n).map_or(0.0, |c| FACTORIALS[order + n] * c)))
+        };
+        let mut functions = Functions {
+            inertia: of(&local.inertia, 0, angles[0]),
+            half_slope: of(&local.inertia, 1, angles[0]) * 0.5,
+            torque: of(&local.torque, 0, angles[0]),
+            viscous: of(&local.viscous, 0, angles[0]),
+            cams: [[S::from(0.0); 3]; MOST_FOLLOWERS],
+            process: [S::from(0.0); MOST_FOLLOWERS],
+        };
+        for (j, follower) in train.followers.iter().enumerate() {
+            let angle = angles[if let Joint::Shaft(_) = follower.joint { 1 + j } else { 0 }];
+            functions.cams[j] = [0, 1, 2].map(|order| of(&local.cams[j], order, angle));
+            functions.process[j] = of(&local.process[j], 0, angles[0]);
+        }
+        functions
+    }
+}
+
+impl Joint {
+    /// How many states it has.
+    pub fn states(&self) -> usize {
+        match self {
+            Joint::Rigid => 0,
+            Joint::Output(..) | Joint::Shaft(_) => 2,
+            Joint::Backlash(p) if p.m2 > 0.0 => 4,
+            Joint::Backlash(_) => 2,
+        }
+    }
 }

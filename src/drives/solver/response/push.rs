@@ -3,7 +3,7 @@
 
 use crate::drives::shaft::free::signal::Signal;
 use crate::numerics::chebyshev::fit;
-use crate::numerics::forced::{ForcedStep, under_constant};
+use crate::numerics::forced::{ForcedStep, admissible_length, under_constant};
 use crate::numerics::oscillator::Oscillator;
 use serde::{Deserialize, Serialize};
 
@@ -46,20 +46,26 @@ impl Push {
             self.rounded[1] = self.rounded[0];
         }
         let (length, elapsed) = (end - time, end - self.start);
-        let (of_input, deflection) = match constant {
-            Some(a) => (under_constant(oscillator, a, self.from, elapsed), a),
+        let mut largest = acceleration(0.0).abs();
+        match constant {
+            Some(a) => self.now = under_constant(oscillator, a, self.from, elapsed),
             None => {
-                let course = fit(|x| acceleration(0.5 * length * (1.0 + x)), f64::EPSILON, 0.0).polynomial;
-                let largest = course.coefficients.iter().map(|c| c.abs()).sum();
-                (ForcedStep::new(oscillator, length, course, self.from).at(oscillator, length), largest)
+                let mut done = 0.0;
+                while done < length {
+                    let part = admissible_length(oscillator, length - done);
+                    // Degree 8 at most, so that the interpolant is the polynomial itself.
+                    let course = fit(|x| acceleration(done + 0.5 * part * (1.0 + x)), f64::EPSILON, 0.0).polynomial;
+                    self.now = ForcedStep::new(oscillator, part, course, self.now).at(oscillator, part);
+                    largest = course.coefficients.iter().map(|c| c.abs()).sum::<f64>().max(largest);
+                    done = if part < length - done { done + part } else { length };
+                }
             }
-        };
-        self.now = of_input;
+        }
         self.signal.step_ends(length);
         // Time since a start that is not zero is rounded, and the phase with it.
         let rate = oscillator.stiffness().sqrt();
         let reach = elapsed.min(1.0 / rate);
-        let size = self.now[0].abs() + self.from[0].abs() + reach * (self.from[1].abs() + reach * deflection.abs());
+        let size = self.now[0].abs() + self.from[0].abs() + reach * (self.from[1].abs() + reach * largest);
         let decay = (-oscillator.decay() * elapsed).exp();
         let phase = if self.start == 0.0 { 0.0 } else { f64::EPSILON * rate * elapsed * decay };
         self.rounded[0] = decay * self.rounded[1] + (ROUNDINGS + phase) * size;

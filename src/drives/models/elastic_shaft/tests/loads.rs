@@ -223,6 +223,7 @@ fn random_loads_meet_lagranges_equation() {
             damping: (r.next() < 0.7).then(|| r.between(0.0, 60.0)),
             process: None,
             input: false,
+            ..Load::default()
         };
         let at = r.between(0.0, TAU);
         if case % 5 == 0 {
@@ -665,6 +666,7 @@ fn the_estimate_under_load_covers_the_error() {
             damping: part(&mut r, 0.1 * (stiffness * m).sqrt()).map(f64::abs),
             process,
             input: false,
+            ..Load::default()
         };
         let states = |scene: &Scene| {
             let mut drive = ElasticShaft::new(scene.clone()).unwrap();

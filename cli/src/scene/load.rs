@@ -1,0 +1,145 @@
+//! Loads on the mass that a cam moves: `[load]` beside `[cam]`, `[follower.load]`, with `roller` for a mass on the cam's side.
+
+use super::motion_law;
+use super::section::{ANY, NOT_NEGATIVE, Node, Section, within};
+use camdrive::drives::follower::load::{Load, Spring};
+use camdrive::drives::follower::rigid::Follower;
+use camdrive::drives::unit::{self, Quantity};
+use camdrive::motion::{Fourier, MotionLaw};
+use camdrive_design::forces::least_place;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::path::Path;
+use toml::de::DeValue;
+
+/// The key of the table.
+pub const KEY: &str = "load";
+
+/// Synonyms of the keys.
+const SYNONYMS: &[(&str, &str)] = &[
+    ("g", "gravity"),
+    ("F0", "force"),
+    ("constant", "force"),
+    ("load", "process"),
+    ("b", "damping"),
+    ("d", "damping"),
+    ("c", "spring"),
+    ("stiffness", "c"),
+    ("F_v", "preload"),
+    ("y0", "at"),
+    ("mass", "roller"),
+];
+
+/// What loads depend on.
+#[derive(Clone, Copy)]
+pub struct Carrier<'a> {
+    /// Whether the tool's coordinate is an angle.
+    pub turns: bool,
+    /// The number of mechanisms before it.
+    pub mechanisms: usize,
+    /// Law and mechanisms, where these are right.
+    pub follower: Option<&'a Follower>,
+    /// Whether there is a mass on the cam's side.
+    pub roller: bool,
+}
+
+/// The loads on the tool and on the mass on the cam's side.
+pub fn read(parent: &Section<'_>, carrier: Carrier<'_>, folder: &Path) -> Option<[Load; 2]> {
+    let Some(section) = parent.section(KEY)? else { return Some([Load::default(), Load::default()]) };
+    if !carrier.roller {
+        section.forbid(&["roller"], "no mass on the side of the cam is known", "a drive with such a mass");
+    }
+    let roller = section.section("roller").and_then(|part| match part {
+        Some(part) => one(&part, carrier),
+        None => Some(Load::default()),
+    });
+    let force = quantities(carrier)[0];
+    let process = torque(&section, "process", force, folder);
+    let input = section.boolean_or("input", false);
+    let tool = one(&section, carrier);
+    Some([Load { process: process?, input: input?, ..tool? }, roller?])
+}
+
+/// The loads beside the cam of a drive.
+pub fn beside_cam(root: &Section<'_>, cam: Option<&MotionLaw>, roller: bool, folder: &Path) -> Option<[Load; 2]> {
+    let follower = cam.map(|cam| Follower::new(0.0, cam.clone()));
+    read(root, Carrier { turns: false, mechanisms: 0, follower: follower.as_ref(), roller }, folder)
+}
+
+/// Quantities of a force, a stiffness, a damping, a place.
+fn quantities(carrier: Carrier<'_>) -> [&'static Quantity; 4] {
+    match carrier.turns {
+        true => [&unit::TORQUE, &unit::ROTATIONAL_STIFFNESS, &unit::ROTATIONAL_DAMPING, &unit::ANGLE],
+        false => [&unit::FORCE, &unit::STIFFNESS, &unit::DAMPING, &unit::LENGTH],
+    }
+}
+
+/// What acts on one mass.
+fn one(section: &Section<'_>, carrier: Carrier<'_>) -> Option<Load> {
+    let [force, stiffness, damping, place] = quantities(carrier);
+    let gravity = gravity(section, carrier);
+    let constant = section.optional("force", force, ANY);
+    let spring = section.read("spring", |part| {
+        let preload = part.real_or("preload", force, NOT_NEGATIVE, 0.0);
+        let c = part.real_or("c", stiffness, NOT_NEGATIVE, 0.0);
+        let at = part.optional("at", place, ANY);
+        part.finish(SYNONYMS);
+        let at = match (at?, carrier.follower) {
+            (Some(at), _) => at,
+            (None, Some(follower)) => least_place(follower)
+                .map_err(|fault| part.faults.report(part.fault(format!(" has no `at`: {fault}"))))
+                .ok()?,
+            (None, None) => 0.0,
+        };
+        Some(Spring { preload: preload?, c: c?, at })
+    });
+    let damping = section.optional("damping", damping, NOT_NEGATIVE);
+    section.finish(SYNONYMS);
+    let (gravity, frames) = gravity?;
+    let (constant, spring, damping) = (constant?, spring?, damping?);
+    Some(Load { gravity, frames, constant, spring, damping, process: None, input: false })
+}
+
+/// g along y, and in the frame of each mechanism.
+fn gravity(section: &Section<'_>, carrier: Carrier<'_>) -> Option<(Option<f64>, Vec<[f64; 2]>)> {
+    let places = carrier.mechanisms.max(1);
+    if carrier.turns && carrier.mechanisms == 0 {
+        let because = "a tool that turns is taken as balanced";
+        section.forbid(&["gravity", "gravity_angle"], because, "`process` for the torque of its weight");
+        return Some((None, Vec::new()));
+    }
+    let size = section.optional("gravity", &unit::ACCELERATION, NOT_NEGATIVE);
+    if !section.has("gravity") {
+        section.forbid(&["gravity_angle"], "there is no gravity", "gravity = \"9.81 m/s2\"");
+    }
+    let angles = match section.node("gravity_angle").map(|node| node.value) {
+        None => Some(vec![if carrier.mechanisms > 0 { -FRAC_PI_2 } else { PI }; places]),
+        Some(DeValue::Array(_)) => section.reals("gravity_angle", &unit::ANGLE),
+        Some(_) => section.real("gravity_angle", &unit::ANGLE, within(-TAU, TAU)).map(|angle| vec![angle]),
+    };
+    let angles = angles?;
+    if angles.len() != places {
+        let fault = section.fault_of("gravity_angle", format!(" has {} angles", angles.len()));
+        return section.refuse(
+            fault.admissible(format!("{places}, one for each mechanism; without mechanisms, one for the tool")),
+        );
+    }
+    let Some(size) = size? else { return Some((None, Vec::new())) };
+    let frames: Vec<[f64; 2]> = angles.iter().map(|angle| [size * angle.cos(), size * angle.sin()]).collect();
+    // A tool behind mechanisms moves along the x axis of the last frame, or turns.
+    let along = (!carrier.turns).then(|| frames[places - 1][0]);
+    Some((along, if carrier.mechanisms > 0 { frames } else { Vec::new() }))
+}
+
+/// A force or a torque over the turn: a value, or a law.
+pub fn torque(
+    section: &Section<'_>,
+    key: &'static str,
+    of: &'static Quantity,
+    folder: &Path,
+) -> Option<Option<MotionLaw>> {
+    if let Some(Node { value: DeValue::Table(_), .. }) = section.node(key) {
+        return section.read(key, |part| motion_law::read(part, of, folder));
+    }
+    let value = section.optional(key, of, ANY)?;
+    Some(value.map(|value| MotionLaw::Fourier(Fourier::new(vec![value], Vec::new()))))
+}

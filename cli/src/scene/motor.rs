@@ -1,0 +1,208 @@
+//! Motors with their transmission: `[motor]`.
+
+use super::section::{NOT_NEGATIVE, Node, POSITIVE, Section, within};
+use super::{motion_law, table, units};
+use camdrive::drives::limits::FASTEST;
+use camdrive::drives::rigid_machine::{self, Kloss, LAG};
+use camdrive::drives::shaft::motor::{Motor, Reference, Servo, Source, TorqueTable, Transmission};
+use camdrive::drives::unit;
+use camdrive::motion::MotionLaw;
+use std::path::Path;
+use toml::de::DeValue;
+
+/// Synonyms of the keys.
+const SYNONYMS: &[(&str, &str)] = &[
+    ("type", "kind"),
+    ("speed", "w_s"),
+    ("time_constant", "lag"),
+    ("dynamics", "lag"),
+    ("i", "ratio"),
+    ("M", "torque"),
+    ("limit", "M_max"),
+    ("reference", "w_ref"),
+    ("inertia", "J"),
+    ("stiffness", "c"),
+    ("damping", "b"),
+    ("F_v", "preload"),
+    ("r", "radius"),
+    ("L", "length"),
+];
+
+/// Reads what a kind of motor has.
+type Reader = fn(&Section<'_>, &Path) -> Option<Source>;
+
+/// The kinds with the keys that are theirs alone.
+const KINDS: &[(&[&str], (Reader, &[&str]))] = &[
+    (&["none"], (|_, _| Some(Source::None), &[])),
+    (
+        &["kloss", "asynchronous", "induction"],
+        (|section, _| asynchronous(section).map(Source::Kloss), &["M_k", "s_k", "w_s", "lag"]),
+    ),
+    (&["input", "torque"], (|_, _| Some(Source::Input), &[])),
+    (&["constant"], (constant, &["torque"])),
+    (&["table"], (characteristic, &["points", "file", "speed_unit", "torque_unit", "speed_column", "torque_column"])),
+    (&["servo"], (servo, &["K_p", "K_i", "K_aw", "K_v", "M_max", "w_ref"])),
+];
+
+/// Reads `[motor]`; the first `kinds` of them, and without `transmission` none.
+fn source(section: &Section<'_>, kinds: usize, folder: &Path) -> Option<Source> {
+    let (read, own) = section.choice("kind", &KINDS[..kinds])?;
+    let source = read(section, folder);
+    for (names, (_, keys)) in &KINDS[..kinds] {
+        let others: Vec<_> = keys.iter().copied().filter(|key| !own.contains(key)).collect();
+        section.forbid(&others, "the kind of motor has no such value", &format!("kind = \"{}\"", names[0]));
+    }
+    source
+}
+
+/// The motor of a RigidMachine.
+pub fn of_machine(section: &Section<'_>, folder: &Path) -> Option<Source> {
+    let source = source(section, 3, folder);
+    section.finish(SYNONYMS);
+    source
+}
+
+/// The motor of a train.
+pub fn of_train(section: &Section<'_>, folder: &Path) -> Option<Motor> {
+    let source = source(section, KINDS.len(), folder);
+    let ratio = section.real_or("ratio", &unit::NUMBER, within(-1e6, 1e6), 1.0);
+    if ratio == Some(0.0) {
+        let fault = section.fault_of("ratio", ": the motor would not turn");
+        section.faults.report(fault.admissible("a value other than 0, negative where the rotor turns the other way"));
+    }
+    let rotor = section.real_or("J", &unit::INERTIA, NOT_NEGATIVE, 0.0);
+    let coupling = if section.either("coupling", "belt") { coupling(section) } else { None };
+    if rotor == Some(0.0) && matches!(coupling, Some(Some(_))) {
+        let fault = section.fault_of("J", ": a rotor behind a coupling or belt needs its own inertia");
+        section.faults.report(fault.admissible("greater than 0 kg.m2").hint("add for example J = \"0.02 kg.m2\""));
+    }
+    section.finish(SYNONYMS);
+    Some(Motor { source: source?, transmission: Transmission { ratio: ratio?, rotor: rotor?, coupling: coupling? } })
+}
+
+/// c and b at the shaft.
+fn coupling(section: &Section<'_>) -> Option<Option<[f64; 2]>> {
+    let damping = |part: &Section<'_>| part.real_or("b", &unit::ROTATIONAL_DAMPING, NOT_NEGATIVE, 0.0);
+    let given = section.read("coupling", |part| {
+        let (c, b) = (part.real("c", &unit::ROTATIONAL_STIFFNESS, POSITIVE), damping(part));
+        part.finish(SYNONYMS);
+        Some([c?, b?])
+    })?;
+    let belt = section.read("belt", |part| {
+        let [stiffness, preload] = ["EA", "preload"].map(|key| part.real(key, &unit::FORCE, POSITIVE));
+        let [length, radius] = ["length", "radius"].map(|key| part.real(key, &unit::LENGTH, POSITIVE));
+        let b = damping(part);
+        part.finish(SYNONYMS);
+        let (radius, slack) = (radius?, 2.0 * preload? * radius?);
+        part.faults.note(format!(
+            "`{}`: both strands stay taut up to {} N.m at the shaft",
+            part.path,
+            units::short(slack)
+        ));
+        Some([2.0 * stiffness? / length? * radius * radius, b?])
+    })?;
+    Some(given.or(belt))
+}
+
+fn asynchronous(section: &Section<'_>) -> Option<Kloss> {
+    let kloss: Option<Kloss> = section.parameters(|parameter, _| {
+        let value = section.parameter(parameter);
+        if parameter.key == "w_s" && value == Some(0.0) {
+            let fault = section.fault_of("w_s", ": 0 is not a synchronous speed: the slip is not defined");
+            section.faults.report(fault.hint("choose kind = \"none\" for a motor that is off"));
+        }
+        Some(value)
+    });
+    let lag = section.optional("lag", &unit::TIME, within(LAG[0], LAG[1]));
+    kloss.zip(lag).map(|(kloss, dynamics)| Kloss { dynamics, ..kloss })
+}
+
+fn constant(section: &Section<'_>, _: &Path) -> Option<Source> {
+    section.real("torque", &unit::TORQUE, within(-1e12, 1e12)).map(Source::Constant)
+}
+
+/// The most points of a torque table; each is two parameters of the FMU.
+const MOST_POINTS: usize = 200;
+
+fn characteristic(section: &Section<'_>, folder: &Path) -> Option<Source> {
+    let axes =
+        [(&unit::ANGULAR_VELOCITY, "speed_unit", "speed_column"), (&unit::TORQUE, "torque_unit", "torque_column")];
+    let points = table::pairs(section, axes, folder)?;
+    let key = if section.has("points") { "points" } else { "file" };
+    if !(2..=MOST_POINTS).contains(&points.len()) {
+        let fault = section.fault_of(key, format!(" has {} points", points.len()));
+        return section.refuse(fault.admissible(format!("2 to {MOST_POINTS}, by ascending speed")));
+    }
+    if let Some([w, torque]) = points.iter().find(|[w, torque]| !(w.abs() <= FASTEST && torque.abs() <= 1e12)) {
+        let fault = section.fault_of(
+            key,
+            format!(": the point {} rad/s, {} N.m is out of range", units::short(*w), units::short(*torque)),
+        );
+        return section.refuse(fault.admissible(format!("at most {FASTEST:e} rad/s and 1e12 N.m in size")));
+    }
+    let (speeds, torques) = points.into_iter().map(|[w, torque]| (w, torque)).unzip();
+    Some(Source::Table(TorqueTable { speeds, torques }))
+}
+
+fn servo(section: &Section<'_>, _: &Path) -> Option<Source> {
+    let proportional = section.real("K_p", &unit::ROTATIONAL_DAMPING, POSITIVE);
+    let integral = section.real_or("K_i", &unit::ROTATIONAL_STIFFNESS, NOT_NEGATIVE, 0.0);
+    let usual = integral.zip(proportional).map_or(0.0, |(integral, proportional)| integral / proportional);
+    let anti_windup = section.real_or("K_aw", &units::RATE, NOT_NEGATIVE, usual);
+    let position = section.optional("K_v", &units::RATE, POSITIVE);
+    let limit = section.real("M_max", &unit::TORQUE, POSITIVE);
+    let reference = reference(section);
+    Some(Source::Servo(Servo {
+        proportional: proportional?,
+        integral: integral?,
+        anti_windup: anti_windup?,
+        limit: limit?,
+        reference: reference?,
+        position: position?,
+    }))
+}
+
+/// ω_ref: a speed, `"input"`, a series over time or a ramp.
+fn reference(section: &Section<'_>) -> Option<Reference> {
+    if let Some(Node { value: DeValue::Table(_), .. }) = section.node("w_ref") {
+        let part = section.section("w_ref")??;
+        let read = if part.has("ramp") {
+            part.forbid(&["frequency", "a", "b", "scale"], "a ramp has one slope", "a series without `ramp`");
+            part.real("ramp", &unit::ANGULAR_ACCELERATION, within(-1e12, 1e12)).map(Reference::Ramp)
+        } else {
+            let frequency = part.real("frequency", &unit::ANGULAR_VELOCITY, POSITIVE);
+            let series = motion_law::fourier(&part, &unit::ANGULAR_VELOCITY);
+            frequency.zip(series).map(|(frequency, series)| Reference::Series(frequency, series))
+        };
+        part.finish(&[("w", "frequency"), ("nu", "frequency")]);
+        return read;
+    }
+    match section.word("w_ref") {
+        Some("input") => Some(Reference::Input),
+        Some(other) => {
+            section.unknown_word("w_ref", other, "input");
+            None
+        }
+        None => section.real("w_ref", &unit::ANGULAR_VELOCITY, within(-FASTEST, FASTEST)).map(Reference::Constant),
+    }
+}
+
+/// Refuses a motor that does less work in a turn from rest than its load takes.
+pub fn check_start(section: &Section<'_>, motor: &Motor, load: &MotionLaw) {
+    let at_rest = match &motor.source {
+        Source::Constant(torque) => *torque,
+        Source::Kloss(kloss) => rigid_machine::Motor::Kloss(*kloss).characteristic(0.0)[0],
+        Source::Servo(servo) => servo.limit,
+        _ => return,
+    };
+    let (ratio, resists) = (motor.transmission.ratio, motion_law::mean(load));
+    let torque = if matches!(motor.source, Source::Servo(_)) { at_rest * ratio.abs() } else { at_rest * ratio };
+    // A load drives a motor that turns the other way.
+    if resists != 0.0 && torque * resists >= 0.0 && torque.abs() <= resists.abs() {
+        let [torque, resists] = [torque, resists].map(units::short);
+        let fault = section.fault(format!(
+            ": the motor cannot start: {torque} N.m at rest on the shaft against a mean load of {resists} N.m"
+        ));
+        section.faults.report(fault.hint("choose a stronger motor, a higher `ratio`, a smaller `machine.load.torque` or a start at speed (`start.w_start`)"));
+    }
+}

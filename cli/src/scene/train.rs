@@ -1,0 +1,198 @@
+//! The scene of a `DriveTrain`: a shaft with its motor or a prescribed motion, and all followers on it.
+
+use super::common::{self, by_ratio};
+use super::load::{self, Carrier};
+use super::models::{self, Elastic};
+use super::section::{NOT_NEGATIVE, Section};
+use super::{follower, motion_law, motor};
+use camdrive::drives::backlash;
+use camdrive::drives::drive_train::{Follower, Joint, MOST_FOLLOWERS, Machine, Scene, Shaft, Start};
+use camdrive::drives::follower::load::Load;
+use camdrive::drives::parameter::Parameters as _;
+use camdrive::drives::rigid_machine::RigidMachine;
+use camdrive::drives::settings::Method;
+use camdrive::drives::unit;
+use camdrive::motion::MotionLaw;
+use std::path::Path;
+
+/// Synonyms of the keys.
+const SYNONYMS: &[(&str, &str)] = &[
+    ("phi", "phi_start"),
+    ("w", "w_start"),
+    ("speed", "w_start"),
+    ("b", "friction"),
+    ("damping", "friction"),
+    ("M", "torque"),
+];
+
+/// The scene.
+pub fn read(root: &Section<'_>, folder: &Path) -> Option<Scene> {
+    let [driven, free] = ["drive", "machine"].map(|key| root.has(key));
+    if driven == free && !root.faults.broken {
+        let (key, said) = if driven {
+            ("machine", ": the drive prescribes the motion already")
+        } else {
+            ("model", " or `drive` is missing")
+        };
+        let fault = root.fault_at(key, said).of("machine");
+        root.faults.report(
+            fault.hint(
+                "give [machine] for a shaft with inertia and motor, or [drive] for a prescribed motion, not both",
+            ),
+        );
+    }
+    let start = start(root, driven);
+    let shaft = if driven {
+        root.forbid(&["motor"], "the drive prescribes the motion", "[machine] instead of [drive]");
+        root.section("drive").and_then(|part| common::drive_mode(&part?)).map(Shaft::Driven)
+    } else {
+        machine(root, start, folder).map(Shaft::Free)
+    };
+    let list = root.sections("follower");
+    if list.as_ref().is_some_and(|list| list.len() > MOST_FOLLOWERS) {
+        let fault = root.fault_of("follower", format!(" has {} followers", list.map_or(0, |list| list.len())));
+        root.faults.report(
+            fault.admissible(format!("at most {MOST_FOLLOWERS}")).hint("divide the machine into several scenes"),
+        );
+    }
+    let followers = root.each("follower", |section| one(section, folder));
+    let solver = common::solver(root);
+    if let Some(method) =
+        root.faults.place("solver.method").filter(|_| solver.is_none_or(|s| s.method != Method::Adaptive))
+    {
+        let fault = root
+            .faults
+            .at(method, ": a train locates its events, at steps of equal cost it could not")
+            .of("solver.method");
+        root.faults.report(fault.admissible("adaptive").hint("remove it"));
+    }
+    Some(Scene { shaft: shaft?, followers: followers?, start: start?.0, solver: solver? })
+}
+
+/// `[machine]` and `[motor]`, with the start.
+fn machine(root: &Section<'_>, start: Option<(Start, f64, f64)>, folder: &Path) -> Option<Machine> {
+    let machine = root.read("machine", |section| {
+        let inertia = models::inertia(section, folder);
+        let load = section.read(load::KEY, |part| {
+            let torque = load::torque(part, "torque", &unit::TORQUE, folder);
+            let friction = part.optional("friction", &unit::ROTATIONAL_DAMPING, NOT_NEGATIVE);
+            let input = part.boolean_or("input", false);
+            part.finish(SYNONYMS);
+            Some((torque?, friction?, input?))
+        });
+        section.finish(common::SYNONYMS);
+        inertia.zip(load)
+    });
+    let motor = root.section("motor").and_then(|section| match &section {
+        Some(section) => motor::of_train(section, folder).inspect(|motor| {
+            let loaded = machine.as_ref().and_then(|m| m.as_ref()?.1.as_ref()?.0.as_ref());
+            if let (Some(load), Some((_, _, 0.0))) = (loaded, start) {
+                motor::check_start(section, motor, load);
+            }
+        }),
+        None => Some(Default::default()),
+    });
+    let (inertia, load) = machine??;
+    let (load, friction, input) = load.unwrap_or_default();
+    let (_, phi_start, w_start) = start?;
+    Some(Machine { inertia, load, friction, input, motor: motor?, phi_start, w_start })
+}
+
+/// `[start]`.
+fn start(root: &Section<'_>, driven: bool) -> Option<(Start, f64, f64)> {
+    let Some(section) = root.section("start")? else { return Some((Start::AtRest, 0.0, 0.0)) };
+    let modes: &[(&[&str], Start)] = &[
+        (&["at_rest"], Start::AtRest),
+        (&["equilibrium"], Start::Equilibrium),
+        (&["steady_state", "periodic"], Start::SteadyState),
+    ];
+    let mode = section.choice_or("mode", modes, Start::AtRest);
+    if driven {
+        section.forbid(&["phi_start", "w_start"], "[drive] prescribes the motion", "[machine] instead of [drive]");
+    }
+    let [phi, w] = [0, 1].map(|i| section.parameter(&RigidMachine::TABLE[i]));
+    section.finish(SYNONYMS);
+    Some((mode?, phi?, w?))
+}
+
+/// One of `[[follower]]`.
+fn one(section: &Section<'_>, folder: &Path) -> Option<Follower> {
+    let (elastic, backlash) = (section.section("elasticity"), section.section("backlash"));
+    let joint = if section.has("elasticity") { "elasticity" } else { "backlash" };
+    let joined = section.has(joint);
+    if section.has("elasticity") && section.has("backlash") {
+        let fault = section.fault_of("backlash", ": the follower has an elasticity already");
+        section
+            .faults
+            .report(fault.hint("a spring behind the clearance is `backlash.c`; remove one of the two tables"));
+    }
+    if joined && section.has("linkage") {
+        let fault = section.fault_of("linkage", format!(": mechanisms behind `{joint}` are not modelled"));
+        section.faults.report(fault.hint(format!("remove `{joint}` or the mechanisms")));
+    }
+    section.has(load::KEY);
+    let rigid = follower::read(section, joined.then_some(joint), folder);
+    let (elastic, backlash) = (elastic?, backlash?);
+    let roller = matches!(&elastic, Some(part) if part.has("m_roller")) || backlash.is_some();
+    let mechanisms = section.sections("linkage").map_or(0, |list| list.len());
+    let turns = rigid.as_ref().map_or(section.has("J"), |rigid| rigid.turns);
+    let loads = load::read(section, Carrier { turns, mechanisms, follower: rigid.as_ref(), roller }, folder);
+    let joint = match (&elastic, &backlash) {
+        (Some(part), _) => elasticity(part, rigid.as_ref().map(|rigid| &rigid.cam)),
+        (None, Some(part)) => clearance(part, loads.as_ref()),
+        (None, None) => Some(Joint::Rigid),
+    };
+    let [load, roller] = loads?;
+    Some(Follower { rigid: rigid?, joint: joint?, load, roller })
+}
+
+fn elasticity(section: &Section<'_>, cam: Option<&MotionLaw>) -> Option<Joint> {
+    let shaft = section.choice("place", models::PLACES)?;
+    let elastic = if shaft { models::elastic_shaft(section, cam) } else { models::elastic_output(section) };
+    section.finish(common::SYNONYMS);
+    match elastic? {
+        Elastic::Output(parameters, m_roller) => Some(Joint::Output(parameters, m_roller)),
+        Elastic::Shaft(_, true) => {
+            let fault = section.fault_of("linear", ": a train takes the whole equation of its shafts");
+            section.refuse(fault.hint("remove it"))
+        }
+        Elastic::Shaft(parameters, false) => Some(Joint::Shaft(parameters)),
+    }
+}
+
+/// `[follower.backlash]`, with s = "inf" for a cam that its follower may leave.
+fn clearance(section: &Section<'_>, loads: Option<&[Load; 2]>) -> Option<Joint> {
+    let word = section.word("s");
+    if let Some(other) = word.filter(|word| *word != "inf") {
+        section.unknown_word("s", other, "inf");
+    }
+    let one_sided = word == Some("inf");
+    let stiff = one_sided && section.real_or("m2", &unit::MASS, NOT_NEGATIVE, 0.0) == Some(0.0);
+    if stiff {
+        let because = "without `m2` there is no mass behind the spring";
+        section.forbid(&["c", "b", "natural_frequency", "damping_ratio"], because, "an `m2` above 0");
+    }
+    let parameters = section.parameters(|parameter, read: Option<&backlash::Parameters>| match parameter.key {
+        "s" if word.is_some() => Some(one_sided.then_some(f64::INFINITY)),
+        "m2" | "c" | "b" if stiff => Some(Some(0.0)),
+        key => by_ratio(section, key, read.map(|read| (read.m2, read.c))),
+    });
+    section.finish(common::SYNONYMS);
+    let parameters = parameters?;
+    if let Some([load, roller]) = loads.filter(|_| one_sided) {
+        let springs = [load, roller].iter().any(|load| load.stiffness() > 0.0 || load.input);
+        // Without a mass behind the spring all loads act on m1.
+        let tool = if stiff { parameters.m1 } else { parameters.m2 };
+        let still = load.constant_part(tool) + roller.constant_part(parameters.m1);
+        let process = load.process.as_ref().map_or(0.0, motion_law::least);
+        if !springs && still + process >= 0.0 {
+            let fault = section.fault_of("s", ": nothing brings the follower back to its cam");
+            let hint = "add a spring, gravity or a force towards the cam in [follower.load], for example spring = { preload = \"90 N\" }";
+            return section.refuse(fault.hint(hint));
+        }
+    }
+    Some(Joint::Backlash(parameters))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,973 @@
+//! The variables of the train and its output equations.
+
+use super::{DriveTrain, Follower, Joint, MOST_FOLLOWERS, Start};
+use crate::drives::follower::contact::Mode;
+use crate::drives::follower::load::Load;
+use crate::drives::follower::{contact, elastic_output, elastic_shaft};
+use crate::drives::limits::{FASTEST, INPUTS, LARGEST_ANGLE};
+use crate::drives::parameter::{Has, Parameters};
+use crate::drives::settings::HasSolver;
+use crate::drives::shaft::cam_drive::{DriveMode, law_parameter_kind};
+use crate::drives::shaft::free::inertia::InertiaFunction;
+use crate::drives::shaft::free::motor::{Kloss, LAG};
+use crate::drives::shaft::free::signal::Signal;
+use crate::drives::shaft::loads::{HasLoads, declare_force, declare_load};
+use crate::drives::shaft::motor::{Servo, Source};
+use crate::drives::shaft::train::{Dynamics, Functions, Given, MOST_STATES};
+use crate::drives::unit::{self, Quantity};
+use crate::drives::variable::{Enumeration, Kind, Variability, real, real_within};
+use crate::drives::{List, Seed};
+use crate::motion::MotionLaw;
+use crate::motion::parameter::ParameterKind;
+use crate::motion::plan::MOST_DERIVATIVE;
+use crate::numerics::taylor::{Scalar, Series};
+
+/// The items of `start.mode`.
+static START_MODE: Enumeration = Enumeration {
+    name: "TrainStart",
+    items: &[
+        ("at_rest", "At rest relative to the cams: q = 0, der(q) = 0, contact"),
+        ("equilibrium", "Where the loads balance the springs at phi_start; der(q) = 0"),
+        ("steady_state", "On the periodic motion"),
+    ],
+};
+
+/// Places of the outputs: those of the shaft …
+const PHI: usize = 0;
+const W: usize = 1;
+const A: usize = 2;
+const TORQUE: usize = 3;
+const INERTIA: usize = 4;
+const ENERGY: usize = 5;
+const ROTOR: usize = 6;
+const ROTOR_SPEED: usize = 7;
+const DEMAND: usize = 8;
+const SATURATED: usize = 9;
+const STATISTICS: usize = 10;
+/// … and of each follower.
+const FOLLOWERS: usize = 14;
+const EACH: usize = 18;
+
+/// An output of a follower.
+#[derive(Clone, Copy)]
+enum Of {
+    U,
+    X1,
+    X1Dot,
+    Y,
+    YDot,
+    YDotDot,
+    Q,
+    QDot,
+    Psi,
+    Force,
+    Contact,
+    Tau,
+    Gap,
+    Mode,
+    Impulse,
+    Impacts,
+    Loss,
+    TauMean,
+}
+
+fn place(j: usize, of: Of) -> usize {
+    FOLLOWERS + EACH * j + of as usize
+}
+
+/// The train at an instant, in numbers or series.
+struct Point<S> {
+    phi: S,
+    w: S,
+    y: [S; MOST_STATES],
+    given: Given<S>,
+    f: Functions<S>,
+}
+
+/// Gives the outputs, of numbers or of series, to `put`.
+fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, mut put: impl FnMut(usize, S)) {
+    let (train, modes) = (&d.train, &d.run.modes);
+    let Point { phi, w, y, given, f } = p;
+    let motion: Dynamics<S> = train.dynamics(modes, y, f, given);
+    put(PHI, *phi);
+    put(W, *w);
+    put(A, motion.a);
+    put(TORQUE, motion.torque);
+    put(INERTIA, f.inertia);
+    put(ENERGY, f.inertia * *w * *w * 0.5);
+    if let Some(motor) = d.motor() {
+        put(ROTOR, motor.angle(&[&[*phi], &y[1..]].concat(), &train.layout));
+        put(ROTOR_SPEED, motor.speed(y, &train.layout));
+        put(DEMAND, motion.demand);
+    }
+    for (j, follower) in train.followers.iter().enumerate() {
+        let ([u, u1, u2], at) = (f.cams[j], train.layout.followers[j]);
+        let mut put = |of: Of, value: S| put(place(j, of), value);
+        let (rate, spring) = (motion.rates.get(at..).unwrap_or_default(), motion.spring[j]);
+        let x2 = u2 * *w * *w + u1 * motion.a;
+        put(Of::U, u);
+        let on_tool = |m: f64, place: [S; 2]| follower.load.force(m, place, Some(f.process[j]), Some(given.forces[j]));
+        match follower.joint {
+            Joint::Rigid => {
+                let (speed, m) = (u1 * *w, follower.rigid.m);
+                let normal = x2 * m - on_tool(m, [u, speed]);
+                put(Of::Y, u);
+                put(Of::YDot, speed);
+                put(Of::YDotDot, x2);
+                put(Of::Force, normal);
+                put(Of::Contact, normal);
+                put(Of::Tau, u1 * normal);
+            }
+            Joint::Output(p, m_x) => {
+                let (place, speed) = (u + y[at], u1 * *w + y[at + 1]);
+                let normal = spring + x2 * m_x - follower.roller.force(m_x, [u, u1 * *w], None, None);
+                put(Of::Y, place);
+                put(Of::YDot, speed);
+                put(Of::YDotDot, (spring + on_tool(p.m, [place, speed])) * (1.0 / p.m));
+                put(Of::Q, y[at]);
+                put(Of::QDot, y[at + 1]);
+                put(Of::Force, spring);
+                put(Of::Contact, normal);
+                put(Of::Tau, u1 * normal);
+            }
+            Joint::Shaft(p) => {
+                let speed = *w + y[at + 1];
+                let (velocity, a) = (u1 * speed, rate[1] + motion.a);
+                let acceleration = u2 * speed * speed + u1 * a;
+                let normal = acceleration * p.m - on_tool(p.m, [u, velocity]);
+                put(Of::Psi, *phi + y[at]);
+                put(Of::Y, u);
+                put(Of::YDot, velocity);
+                put(Of::YDotDot, acceleration);
+                put(Of::Q, y[at]);
+                put(Of::QDot, y[at + 1]);
+                put(Of::Force, normal);
+                put(Of::Contact, normal);
+                put(Of::Tau, spring);
+            }
+            Joint::Backlash(p) => {
+                let home = S::from(modes.home(j, p.s));
+                let (gap, speed) = (home + y[at], u1 * *w + y[at + 1]);
+                let place = u + gap;
+                put(Of::X1, place);
+                put(Of::X1Dot, speed);
+                put(Of::Gap, gap);
+                put(Of::Force, motion.normal[j]);
+                put(Of::Contact, motion.normal[j]);
+                put(Of::Tau, u1 * motion.normal[j]);
+                let a1 = x2 + rate[1];
+                if p.m2 > 0.0 {
+                    put(Of::Y, place + y[at + 2]);
+                    put(Of::YDot, speed + y[at + 3]);
+                    put(Of::YDotDot, a1 + rate[3]);
+                    put(Of::Q, y[at + 2]);
+                    put(Of::QDot, y[at + 3]);
+                } else {
+                    put(Of::Y, place);
+                    put(Of::YDot, speed);
+                    put(Of::YDotDot, a1);
+                }
+            }
+        }
+    }
+}
+
+pub(super) fn evaluate(d: &DriveTrain, values: &mut [f64]) {
+    outputs(d, &d.point(), |place, value| {
+        if let Some(into) = values.get_mut(place) {
+            *into = value;
+        }
+    });
+    let turns = d.run.turns * std::f64::consts::TAU;
+    values[PHI] = d.motion.map_or(values[PHI] + turns, |motion| motion.angle(d.time));
+    if let Some(motor) = d.motor() {
+        values[ROTOR] += motor.transmission.ratio * turns;
+    }
+    values[SATURATED] = f64::from(d.run.modes.saturation != 0);
+    let mut statistics = d.statistics();
+    statistics[0] = d.run.steps;
+    statistics[1] = d.run.steps * d.run.terms();
+    statistics[2] = d.run.error.min(1.0);
+    values[STATISTICS..][..3].copy_from_slice(&statistics);
+    values[STATISTICS + 3] = 0.0;
+    for (j, follower) in d.train.followers.iter().enumerate() {
+        if let Joint::Shaft(_) = follower.joint {
+            values[place(j, Of::Psi)] += values[PHI] - d.reduced();
+        }
+        if let Joint::Backlash(_) = follower.joint {
+            let tally = &d.run.tallies[j];
+            let mode = match d.run.modes.contacts[j] {
+                Mode::Contact(flank) => flank.sign(),
+                Mode::Free => 0.0,
+            };
+            let mean = if d.step > 0.0 { d.run.sums(&d.train, d.time, j)[1] / d.step } else { 0.0 };
+            let rest = [(Of::Mode, mode), (Of::Impulse, tally.impulse), (Of::Impacts, tally.impacts)];
+            let rest = rest.into_iter().chain([(Of::Loss, tally.loss), (Of::TauMean, mean)]);
+            rest.for_each(|(of, value)| values[place(j, of)] = value);
+        }
+    }
+}
+
+fn series(d: &DriveTrain, seed: Seed, which: usize) -> Series {
+    let mut s = Series::from(0.0);
+    outputs(d, &d.point_series(seed), |place, series| s = if place == which { series } else { s });
+    s
+}
+
+impl DriveTrain {
+    /// φ of the communication point within its turn.
+    fn reduced(&self) -> f64 {
+        match &self.motion {
+            Some(motion) => motion.at(self.time).reduced,
+            None => self.states()[0],
+        }
+    }
+
+    fn states(&self) -> [f64; MOST_STATES] {
+        let mut y = [0.0; MOST_STATES];
+        self.run.at(self.time, &mut y);
+        y
+    }
+
+    fn point(&self) -> Point<f64> {
+        let y = self.states();
+        let given = self.given_now(&y);
+        let phi = self.reduced();
+        let angles = self.train.angles(crate::numerics::double_double::Double::from(phi), &y);
+        let f = Functions::at(&self.train, &self.train.local(&self.run.modes, &angles, 5), &angles);
+        let w = if self.motion.is_some() { given.course[0] } else { y[1] };
+        Point { phi, w, y, given, f }
+    }
+
+    /// What comes from outside now, where the signals stand.
+    fn given_now(&self, y: &[f64]) -> Given<f64> {
+        let given = self.given_series(y).0;
+        let at = |s: Series| s.0[0];
+        let Given { course, tau, torque, reference, lag, forces } = given;
+        Given {
+            course: course.map(at),
+            tau: at(tau),
+            torque: at(torque),
+            reference: at(reference),
+            lag: at(lag),
+            forces: forces.map(at),
+        }
+    }
+
+    /// The same as series in time, the lag of a position that is an input without the rotor's part.
+    fn given_series(&self, y: &[f64]) -> (Given<Series>, f64) {
+        let inputs = &self.inputs;
+        let mut given = Given {
+            course: [Series::from(0.0); 2],
+            tau: inputs.tau.series(),
+            torque: inputs.torque.series(),
+            reference: Series::from(0.0),
+            lag: Series::from(0.0),
+            forces: [Series::from(0.0); MOST_FOLLOWERS],
+        };
+        if let Some(motion) = &self.motion {
+            let [_, w, a, jerk, snap] = motion.at(self.time).kinematics.0;
+            given.course = [Series::from_derivatives(w, a, jerk), Series::from_derivatives(a, jerk, snap)];
+        }
+        let mut ratio = 0.0;
+        if let Some(motor) = self.motor() {
+            if let Some(servo) = motor.servo() {
+                let mut row = [0.0; 32];
+                servo.expand_reference(self.time, 1.0, (&inputs.reference, inputs.reference.elapsed()), &mut row);
+                given.reference = Series([row[0], row[1], row[2]]);
+            }
+            if motor.takes_position() {
+                ratio = motor.transmission.ratio;
+                let turns = ratio * self.run.turns * std::f64::consts::TAU;
+                given.lag = inputs.position.series() - Series::from(turns + motor.angle(y, &self.train.layout));
+            }
+        }
+        inputs.forces.iter().zip(&mut given.forces).for_each(|(signal, force)| *force = signal.series());
+        (given, ratio)
+    }
+
+    /// The point as series: in time, or with respect to one known.
+    fn point_series(&self, seed: Seed) -> Point<Series> {
+        let now = self.point();
+        let (time_given, ratio) = self.given_series(&now.y);
+        let (mut y, mut given) = (now.y.map(Series::from), time_given);
+        let mut phi = Series::from(now.phi);
+        let mut w = Series::from(now.w);
+        if seed == Seed::Time {
+            self.run.series_at(self.time, &mut y);
+            if self.motion.is_some() {
+                let [first, second] = [given.course[0].0[0], given.course[0].0[1]];
+                phi = Series([now.phi, first, 0.5 * second]);
+                w = given.course[0];
+            } else {
+                (phi, w) = (y[0], y[1]);
+                let Series([_, rate, bend]) = phi;
+                given.lag = given.lag - Series([0.0, ratio * rate, ratio * bend]);
+            }
+        } else {
+            self.seed_known(seed, &now, (&mut y, &mut given), (&mut phi, &mut w));
+        }
+        let mut angles = [Series::from(0.0); 1 + MOST_FOLLOWERS];
+        angles[0] = phi;
+        let numbers = self.train.angles(crate::numerics::double_double::Double::from(now.phi), &now.y);
+        for (j, follower) in self.train.followers.iter().enumerate() {
+            if let Joint::Shaft(_) = follower.joint {
+                angles[1 + j] = phi + y[self.train.layout.followers[j]];
+            }
+        }
+        let f = Functions::at(&self.train, &self.train.local(&self.run.modes, &numbers, 5), &angles);
+        Point { phi, w, y, given, f }
+    }
+
+    /// One input or state moves, the others are held: of what is elastic its place y, so that q = y − U(φ) moves with φ.
+    fn seed_known(
+        &self,
+        seed: Seed,
+        now: &Point<f64>,
+        (y, given): (&mut [Series; MOST_STATES], &mut Given<Series>),
+        (phi, w): (&mut Series, &mut Series),
+    ) {
+        let value = |value: f64, slope: f64| Series([value, slope, 0.0]);
+        let (turn, speed) = (seed.of("phi"), seed.of("w"));
+        (*phi, *w) = (value(now.phi, turn), value(now.w, speed));
+        given.course = [*w, value(now.given.course[1], seed.of("a"))];
+        given.tau = value(now.given.tau, seed.of("tau"));
+        given.torque = value(now.given.torque, seed.of("M_an"));
+        given.reference = value(now.given.reference, seed.of("w_ref"));
+        if self.motion.is_none() {
+            (y[0], y[1]) = (*phi, *w);
+            let layout = &self.train.layout;
+            if let Some(motor) = self.motor() {
+                let names = [format!("motor.{}", motor.state_name()), "motor.phi".to_owned(), "motor.w".to_owned()];
+                if motor.states() > 0 {
+                    y[layout.motor] = value(now.y[layout.motor], seed.of(&names[0]));
+                }
+                let mut rotor = turn * motor.transmission.ratio;
+                if motor.transmission.coupling.is_some() {
+                    let i = motor.transmission.ratio;
+                    rotor = seed.of(&names[1]);
+                    y[layout.coupling] = value(now.y[layout.coupling], seed.of(&names[1]) / i - turn);
+                    y[layout.coupling + 1] = value(now.y[layout.coupling + 1], seed.of(&names[2]) / i - speed);
+                }
+                given.lag = value(now.given.lag, seed.of("phi_ref") - rotor);
+            }
+        }
+        for (j, follower) in self.train.followers.iter().enumerate() {
+            let at = self.train.layout.followers[j];
+            let own = |name: &str| seed.of(&format!("follower[{}].{name}", j + 1));
+            let dot = |name: &str| seed.of(&format!("der(follower[{}].{name})", j + 1));
+            given.forces[j] = value(now.given.forces[j], own("F"));
+            let [_, u1, u2] = now.f.cams[j];
+            let cam = [u1 * turn, u2 * now.w * turn + u1 * speed];
+            let mut set = |at: usize, slope: [f64; 2]| {
+                (y[at], y[at + 1]) = (value(now.y[at], slope[0]), value(now.y[at + 1], slope[1]));
+            };
+            match follower.joint {
+                Joint::Rigid => {}
+                Joint::Output(..) => set(at, [own("y") - cam[0], dot("y") - cam[1]]),
+                Joint::Shaft(_) => set(at, [own("q"), dot("q")]),
+                Joint::Backlash(p) => {
+                    let free = self.run.modes.contacts[j] == Mode::Free;
+                    let x1 = if free { [own("x1"), dot("x1")] } else { cam };
+                    set(at, [x1[0] - cam[0], x1[1] - cam[1]]);
+                    if p.m2 > 0.0 {
+                        set(at + 2, [own("y") - x1[0], dot("y") - x1[1]]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The inputs beside those of a driven shaft, in the order of their value references.
+    pub(super) fn signals(&mut self) -> impl Iterator<Item = &mut Signal> {
+        let machine = self.train.machine();
+        let takes = [
+            machine.is_some_and(|m| m.input),
+            machine.is_some_and(|m| m.motor.takes_torque()),
+            machine.is_some_and(|m| m.motor.takes_speed()),
+            machine.is_some_and(|m| m.motor.takes_position()),
+        ];
+        let forces = self.train.followers.iter().map(|follower| follower.load.input);
+        let takes: Vec<bool> = takes.into_iter().chain(forces).collect();
+        self.inputs.all().zip(takes).filter(|(_, takes)| *takes).map(|(signal, _)| signal)
+    }
+
+    /// The list of variables.
+    pub(super) fn declare(&self) -> List<Self> {
+        let mut list = List::default();
+        self.declare_inputs(&mut list);
+        self.declare_shaft(&mut list);
+        for (j, follower) in self.train.followers.iter().enumerate() {
+            self.declare_follower(&mut list, j, follower);
+        }
+        self.declare_parameters(&mut list);
+        self.declare_solver(&mut list, STATISTICS);
+        list
+    }
+
+    fn declare_inputs(&self, list: &mut List<Self>) {
+        if self.motion_is_input() {
+            let inputs = [
+                ("phi", "Drive angle", &unit::ANGLE),
+                ("w", "Angular velocity of the drive, der(phi)", &unit::ANGULAR_VELOCITY),
+                ("a", "Angular acceleration of the drive, der(phi,2)", &unit::ANGULAR_ACCELERATION),
+            ];
+            for (i, (name, text, quantity)) in inputs.into_iter().enumerate() {
+                let kind = real_within(quantity, -INPUTS[i], INPUTS[i]);
+                list.input(name, text, kind, |d, i| d.course.input(i), |d, i, value| d.course.set_input(i, value))
+                    .at(i);
+            }
+        }
+        macro_rules! input {
+            ($if:expr, $name:literal, $text:literal, $quantity:expr, $signal:ident) => {
+                if $if {
+                    let set = |d: &mut Self, _: usize, value: f64| d.inputs.$signal.set(value);
+                    list.input($name, $text, real($quantity), |d, _| d.inputs.$signal.set_value(), set);
+                }
+            };
+        }
+        if let Some(machine) = self.train.machine() {
+            let text_of_torque = &unit::TORQUE;
+            input!(
+                machine.input,
+                "tau",
+                "Load torque on the shaft; positive brakes. From a drive with impacts take its tau_mean",
+                text_of_torque,
+                tau
+            );
+            input!(
+                machine.motor.takes_torque(),
+                "M_an",
+                "Torque of the rotor; positive accelerates",
+                &unit::TORQUE,
+                torque
+            );
+            input!(
+                machine.motor.takes_speed(),
+                "w_ref",
+                "Speed that the rotor is to keep",
+                &unit::ANGULAR_VELOCITY,
+                reference
+            );
+            input!(
+                machine.motor.takes_position(),
+                "phi_ref",
+                "Angle that the rotor is to keep",
+                &unit::ANGLE,
+                position
+            );
+        }
+        for (j, follower) in self.train.followers.iter().enumerate() {
+            declare_force(list, self, 2 * j, &format!("follower[{}].F", j + 1), follower.rigid.turns);
+        }
+    }
+
+    /// What everything depends on: states, inputs, and at the start parameters.
+    fn known(&self) -> (Vec<String>, Vec<&'static str>) {
+        let mut known: Vec<String> = Vec::new();
+        if self.motion_is_input() || self.motion.is_none() && self.train.machine().is_some() {
+            known.extend(["phi", "w"].map(str::to_owned));
+        }
+        if self.motion_is_input() {
+            known.push("a".to_owned());
+        }
+        if let Some(machine) = self.train.machine() {
+            let motor = &machine.motor;
+            let named = [
+                (machine.input, "tau"),
+                (motor.takes_torque(), "M_an"),
+                (motor.takes_speed(), "w_ref"),
+                (motor.takes_position(), "phi_ref"),
+                (motor.transmission.coupling.is_some(), "motor.phi"),
+                (motor.transmission.coupling.is_some(), "motor.w"),
+            ];
+            known.extend(named.into_iter().filter(|(is, _)| *is).map(|(_, name)| name.to_owned()));
+            if motor.states() > 0 {
+                known.push(format!("motor.{}", motor.state_name()));
+            }
+        }
+        for (j, follower) in self.train.followers.iter().enumerate() {
+            let n = j + 1;
+            let mut of =
+                |name: &str| known.extend([format!("follower[{n}].{name}"), format!("der(follower[{n}].{name})")]);
+            match follower.joint {
+                Joint::Rigid => {}
+                Joint::Output(..) => of("y"),
+                Joint::Shaft(_) => of("q"),
+                Joint::Backlash(p) => {
+                    of("x1");
+                    if p.m2 > 0.0 {
+                        of("y");
+                    }
+                }
+            }
+            if follower.load.input {
+                known.push(format!("follower[{n}].F"));
+            }
+        }
+        let initial = vec![
+            "phi",
+            "w",
+            "a",
+            "tau",
+            "M_an",
+            "w_ref",
+            "phi_ref",
+            "J0",
+            "inertia",
+            "load",
+            "motor",
+            "follower",
+            "drive",
+            "start",
+            "phi_start",
+            "w_start",
+        ];
+        (known, initial)
+    }
+
+    fn declare_shaft(&self, list: &mut List<Self>) {
+        let (all, initial) = self.known();
+        let all: Vec<&str> = all.iter().map(String::as_str).collect();
+        let free = self.train.machine().is_some();
+        let mut output = |name: &str, text: &str, quantity, at: usize, known: &[&str], state: bool| {
+            let variable =
+                list.output(name, text, real(quantity), series).at(at).depends(known).depends_initially(&[&initial]);
+            if state {
+                variable.state();
+            }
+        };
+        if !self.motion_is_input() {
+            output("phi", "Angle of the shaft", &unit::ANGLE, PHI, if free { &["phi"] } else { &[] }, free);
+            output(
+                "w",
+                "Angular velocity of the shaft",
+                &unit::ANGULAR_VELOCITY,
+                W,
+                if free { &["w"] } else { &[] },
+                free,
+            );
+        }
+        if let Some(machine) = self.train.machine() {
+            output("a", "Angular acceleration of the shaft", &unit::ANGULAR_ACCELERATION, A, &all, false);
+            let motor = &machine.motor;
+            if !motor.takes_torque() || motor.transmission.coupling.is_some() {
+                let text = "Torque of the motor on the shaft; positive accelerates";
+                output(
+                    if motor.takes_torque() { "motor.tau" } else { "M_an" },
+                    text,
+                    &unit::TORQUE,
+                    TORQUE,
+                    &all,
+                    false,
+                );
+            }
+            output("J", "Inertia that follows the shaft without slip", &unit::INERTIA, INERTIA, &["phi"], false);
+            output("E", "Kinetic energy J w^2 / 2", &unit::ENERGY, ENERGY, &["phi", "w"], false);
+            if motor.transmission.coupling.is_some() {
+                output("motor.phi", "Angle of the rotor", &unit::ANGLE, ROTOR, &["motor.phi"], true);
+                output(
+                    "motor.w",
+                    "Angular velocity of the rotor",
+                    &unit::ANGULAR_VELOCITY,
+                    ROTOR_SPEED,
+                    &["motor.w"],
+                    true,
+                );
+            }
+            if motor.servo().is_some() {
+                let text = "Torque that the servo demands, before its limit";
+                output("motor.u", text, &unit::TORQUE, DEMAND, &all, false);
+                let text = "Whether the torque of the servo is at its limit";
+                list.discrete_output("motor.saturated", text, Kind::Boolean)
+                    .at(SATURATED)
+                    .depends_initially(&[&initial]);
+            }
+        }
+        for name in list.0.iter_mut().map(|v| &mut v.description) {
+            match name.name.as_str() {
+                "w" if free => name.derivative_of = Some("phi".to_owned()),
+                "a" if free => name.derivative_of = Some("w".to_owned()),
+                "motor.w" => name.derivative_of = Some("motor.phi".to_owned()),
+                _ => {}
+            }
+        }
+    }
+
+    fn declare_follower(&self, list: &mut List<Self>, j: usize, follower: &Follower) {
+        let (all, initial) = self.known();
+        let all: Vec<&str> = all.iter().map(String::as_str).collect();
+        let n = j + 1;
+        let turns = follower.rigid.turns;
+        let pick = |line: &'static Quantity, turn: &'static Quantity| if turns { turn } else { line };
+        let length = [
+            pick(&unit::LENGTH, &unit::ANGLE),
+            pick(&unit::VELOCITY, &unit::ANGULAR_VELOCITY),
+            pick(&unit::ACCELERATION, &unit::ANGULAR_ACCELERATION),
+        ];
+        let force = pick(&unit::FORCE, &unit::TORQUE);
+        let mut output = |name: &str, derivative: usize, text: &str, quantity, of: Of, state: bool| {
+            let base = format!("follower[{n}].{name}");
+            let name = match derivative {
+                0 => base,
+                1 => format!("der({base})"),
+                _ => format!("der({base},2)"),
+            };
+            let known = if state { vec![name.as_str()] } else { all.clone() };
+            let variable = list.output(&name, text, real(quantity), series).at(place(j, of));
+            variable.depends(&known).depends_initially(&[&initial]);
+            if state {
+                variable.state();
+            }
+        };
+        let shaft = matches!(follower.joint, Joint::Shaft(_));
+        let clearance = if let Joint::Backlash(p) = follower.joint { Some(p) } else { None };
+        let moves = matches!(follower.joint, Joint::Output(..)) || clearance.is_some_and(|p| p.m2 > 0.0);
+        output("U", 0, "Position function of the cam, or of the tool behind mechanisms", length[0], Of::U, false);
+        if clearance.is_some() {
+            output("x1", 0, "Place of the mass at the cam", length[0], Of::X1, true);
+            output("x1", 1, "Velocity of the mass at the cam", length[1], Of::X1Dot, true);
+        }
+        output("y", 0, "Place of the tool", length[0], Of::Y, moves);
+        output("y", 1, "Velocity of the tool", length[1], Of::YDot, moves);
+        output("y", 2, "Acceleration of the tool", length[2], Of::YDotDot, false);
+        let q = if shaft { [&unit::ANGLE, &unit::ANGULAR_VELOCITY] } else { [length[0], length[1]] };
+        if shaft || moves {
+            output("q", 0, "Deformation of the spring", q[0], Of::Q, shaft);
+            output("q", 1, "Rate of the deformation", q[1], Of::QDot, shaft);
+        }
+        if shaft {
+            output("psi", 0, "Angle of the cam behind the elastic shaft", &unit::ANGLE, Of::Psi, false);
+        }
+        let text = match follower.joint {
+            Joint::Output(..) => "Force of the spring on the tool, -(c q + b der(q)), positive in the sense of y",
+            _ => "Force of the cam on the follower, positive in the sense of y",
+        };
+        output("force", 0, text, force, Of::Force, false);
+        if let Joint::Output(..) = follower.joint {
+            let text = "Force of the cam on the follower, positive in the sense of y";
+            output("contact_force", 0, text, force, Of::Contact, false);
+        }
+        let text = "Torque from the shaft into the follower; positive loads the drive";
+        output("tau", 0, text, &unit::TORQUE, Of::Tau, false);
+        if let Some(p) = clearance {
+            output("gap", 0, "Distance of the mass at the cam from flank A", length[0], Of::Gap, false);
+            let kind = Kind::Integer { min: if p.s.is_finite() { -1 } else { 0 }, max: 1 };
+            let text =
+                if p.s.is_finite() { "1 on flank A, 0 in flight, -1 on flank B" } else { "1 on the cam, 0 in flight" };
+            let mut discrete = |name: &str, text: &str, kind: Kind, of: Of| {
+                let variable = list.discrete_output(&format!("follower[{n}].{name}"), text, kind);
+                variable.at(place(j, of)).depends_initially(&[&initial]);
+            };
+            discrete("contact", text, kind, Of::Mode);
+            let impulse = if turns { &unit::IMPULSE } else { &unit::IMPULSE };
+            discrete("impulse", "Sum of the impulses of the cam since the start", real(impulse), Of::Impulse);
+            discrete("impacts", "Impacts since the start", Kind::Integer { min: 0, max: i32::MAX }, Of::Impacts);
+            discrete("energy_loss", "Energy lost in impacts since the start", real(&unit::ENERGY), Of::Loss);
+            let text = "Mean torque of the follower on the drive over the last communication step, impulses included";
+            discrete("tau_mean", text, real(&unit::TORQUE), Of::TauMean);
+        }
+    }
+
+    fn declare_parameters(&self, list: &mut List<Self>) {
+        macro_rules! number {
+            ($name:expr, $text:literal, $kind:expr, $variability:ident, $of:ident, $of_mut:ident, $v:ident => $place:expr) => {
+                list.parameter(
+                    $name,
+                    $text,
+                    $kind,
+                    |d, _| d.$of().map_or(0.0, |$v| $place),
+                    |d, _, value| {
+                        d.tuned = true;
+                        d.$of_mut().into_iter().for_each(|$v| $place = value)
+                    },
+                )
+                .description
+                .variability = Variability::$variability
+            };
+        }
+        if let Some(machine) = self.train.machine() {
+            list.group::<InertiaFunction>();
+            if machine.friction.is_some() {
+                let kind = real_within(&unit::ROTATIONAL_DAMPING, 0.0, 1e12);
+                number!("load.b", "Viscous friction of the shaft", kind, Tunable, friction, friction_mut, b => *b);
+            }
+            if let Source::Kloss(kloss) = &machine.motor.source {
+                list.group::<Kloss>();
+                if kloss.dynamics.is_some() {
+                    let kind = real_within(&unit::TIME, LAG[0], LAG[1]);
+                    number!("motor.T_el", "Electrical time constant", kind, Fixed, lag, lag_mut, lag => *lag);
+                }
+            }
+            if let Source::Constant(_) = machine.motor.source {
+                let kind = real_within(&unit::TORQUE, -1e12, 1e12);
+                number!("motor.torque", "Torque of the rotor", kind, Tunable, constant, constant_mut, torque => *torque);
+            }
+            if let Some(servo) = machine.motor.servo() {
+                let gain = |least: f64| real_within(&unit::NUMBER, least, 1e12);
+                let torque = real_within(&unit::TORQUE, 0.0, 1e12);
+                number!("motor.K_p", "Gain of the speed control (N.m.s/rad)", gain(0.0), Tunable, servo, servo_mut, s => s.proportional);
+                number!("motor.K_i", "Integral gain (N.m/rad)", gain(0.0), Tunable, servo, servo_mut, s => s.integral);
+                number!("motor.K_aw", "Gain of the back-calculation (1/s)", gain(0.0), Tunable, servo, servo_mut, s => s.anti_windup);
+                number!("motor.M_max", "Limit of the torque", torque, Tunable, servo, servo_mut, s => s.limit);
+                if servo.position.is_some() {
+                    number!("motor.K_v", "Gain of the position loop (1/s)", gain(0.0), Tunable, position, position_mut, k => *k);
+                }
+            }
+            let t = machine.motor.transmission;
+            if t.ratio != 1.0 {
+                number!("motor.i", "Speed of the rotor over that of the shaft, not 0", real_within(&unit::NUMBER, -1e6, 1e6), Fixed, motor, motor_mut, m => m.transmission.ratio);
+            }
+            if t.rotor > 0.0 {
+                number!("motor.J", "Moment of inertia of the rotor", real_within(&unit::INERTIA, 0.0, 1e12), Fixed, motor, motor_mut, m => m.transmission.rotor);
+            }
+            if t.coupling.is_some() {
+                let kind = real_within(&unit::ROTATIONAL_STIFFNESS, 1e-12, 1e15);
+                number!("motor.c", "Stiffness of the coupling at the shaft", kind, Tunable, coupling, coupling_mut, c => c[0]);
+                let kind = real_within(&unit::ROTATIONAL_DAMPING, 0.0, 1e12);
+                number!("motor.b", "Damping of the coupling at the shaft", kind, Tunable, coupling, coupling_mut, c => c[1]);
+            }
+            let angle = real_within(&unit::ANGLE, -LARGEST_ANGLE, LARGEST_ANGLE);
+            number!("phi_start", "Angle at the start", angle, Fixed, machine, machine_mut, m => m.phi_start);
+            let speed = real_within(&unit::ANGULAR_VELOCITY, -FASTEST, FASTEST);
+            number!("w_start", "Angular velocity at the start", speed, Fixed, machine, machine_mut, m => m.w_start);
+            for (law, number, name) in
+                [(&machine.inertia.varying, INERTIA_LAW, "inertia"), (&machine.load, LOAD_LAW, "load.M")]
+            {
+                if let Some(law) = law {
+                    declare_law(list, law, number, name, false);
+                }
+            }
+        } else if !self.motion_is_input() {
+            let speed = real_within(&unit::ANGULAR_VELOCITY, -FASTEST, FASTEST);
+            let angle = real_within(&unit::ANGLE, -LARGEST_ANGLE, LARGEST_ANGLE);
+            let kinds = [
+                ("drive.w", "Angular velocity of the drive", speed),
+                ("drive.phi_start", "Drive angle at the start of the simulation", angle),
+            ];
+            for (i, (name, text, kind)) in kinds.into_iter().enumerate() {
+                let get = |d: &Self, i| {
+                    if let DriveMode::Constant { w, phi_start } = d.course.mode { [w, phi_start][i] } else { 0.0 }
+                };
+                let set = |d: &mut Self, i: usize, value| {
+                    if let DriveMode::Constant { w, phi_start } = &mut d.course.mode {
+                        *[w, phi_start][i] = value;
+                    }
+                };
+                let declared = list.parameter(name, text, kind, get, set).at(i);
+                if i == 0 {
+                    declared.key("drive.speed");
+                }
+            }
+        }
+        list.parameter(
+            "start.mode",
+            "How the initial state is found",
+            Kind::Enumeration(&START_MODE),
+            |d, _| 1.0 + f64::from(d.start as u8),
+            |d, _, value| {
+                d.start = [Start::AtRest, Start::Equilibrium, Start::SteadyState][(value as usize).clamp(1, 3) - 1]
+            },
+        );
+        for (j, follower) in self.train.followers.iter().enumerate() {
+            let name = format!("follower[{}]", j + 1);
+            match follower.joint {
+                Joint::Rigid => {
+                    let mass = crate::drives::follower::linkage::Parameter::mass(follower.rigid.turns);
+                    let [least, greatest] = mass.kind.range();
+                    list.parameter(
+                        &format!("{name}.{}", mass.key),
+                        &mass.text(),
+                        real_within(mass.kind.quantity(), least, greatest),
+                        |d, j| d.train.followers[j].rigid.m,
+                        |d, j, value| d.train.followers[j].rigid.m = value,
+                    )
+                    .at(j);
+                }
+                Joint::Output(_, m_x) => {
+                    declare_joint::<elastic_output::Parameters>(list, j, |_| true);
+                    if m_x > 0.0 {
+                        list.parameter(
+                            &format!("{name}.m_roller"),
+                            "Mass on the cam's side of the spring",
+                            real_within(&unit::MASS, 0.0, 1e12),
+                            |d, j| if let Joint::Output(_, m_x) = d.train.followers[j].joint { m_x } else { 0.0 },
+                            |d, j, value| {
+                                if let Joint::Output(_, m_x) = &mut d.train.followers[j].joint {
+                                    *m_x = value;
+                                }
+                            },
+                        )
+                        .at(j);
+                    }
+                }
+                Joint::Shaft(_) => declare_joint::<elastic_shaft::Parameters>(list, j, |_| true),
+                Joint::Backlash(p) => declare_joint::<contact::Parameters>(list, j, |key| match key {
+                    "s" => p.s.is_finite(),
+                    "m2" | "c" | "b" => p.m2 > 0.0,
+                    _ => true,
+                }),
+            }
+            for (which, part) in ["load", "load.roller"].into_iter().enumerate() {
+                declare_load(list, self, 2 * j + which, &format!("{name}.{part}"), follower.rigid.turns);
+            }
+            let law = if matches!(follower.rigid.cam, MotionLaw::Crank(_)) { "crank" } else { "cam" };
+            declare_law(list, &follower.rigid.cam, j, &format!("{name}.{law}"), follower.rigid.cam_turns());
+        }
+    }
+}
+
+const INERTIA_LAW: usize = 0xfe;
+const LOAD_LAW: usize = 0xff;
+
+/// Declares the parameters of a law; the index holds the number of the parameter and, below, that of the law.
+fn declare_law(list: &mut List<DriveTrain>, law: &MotionLaw, number: usize, name: &str, turns: bool) {
+    for (k, parameter) in law.parameters().into_iter().enumerate() {
+        let kind = match parameter.kind {
+            ParameterKind::Length if number == INERTIA_LAW => real_within(&unit::INERTIA, -1e12, 1e12),
+            ParameterKind::Length if number == LOAD_LAW => real_within(&unit::TORQUE, -1e12, 1e12),
+            ParameterKind::Length if turns => real_within(&unit::ANGLE, -1e4, 1e4),
+            ParameterKind::Derivative(_) if turns || number >= INERTIA_LAW => {
+                real_within(&unit::NUMBER, -MOST_DERIVATIVE, MOST_DERIVATIVE)
+            }
+            kind => law_parameter_kind(kind),
+        };
+        list.parameter(
+            &format!("{name}.{}", parameter.name),
+            &parameter.text,
+            kind,
+            |d, index| d.law(index & 0xff).map_or(0.0, |law| law.parameter(index >> 8)),
+            |d, index, value| {
+                d.tuned = true;
+                d.law_mut(index & 0xff).into_iter().for_each(|law| law.set_parameter(index >> 8, value));
+            },
+        )
+        .at(k << 8 | number);
+    }
+}
+
+/// The parameters of a joint.
+trait OfJoint: Parameters {
+    fn of(joint: &Joint) -> Option<&Self>;
+    fn of_mut(joint: &mut Joint) -> Option<&mut Self>;
+}
+
+macro_rules! of_joint {
+    ($parameters:ty, $pattern:pat => $found:ident) => {
+        impl OfJoint for $parameters {
+            fn of(joint: &Joint) -> Option<&Self> {
+                if let $pattern = joint { Some($found) } else { None }
+            }
+            fn of_mut(joint: &mut Joint) -> Option<&mut Self> {
+                if let $pattern = joint { Some($found) } else { None }
+            }
+        }
+    };
+}
+
+of_joint!(elastic_output::Parameters, Joint::Output(p, _) => p);
+of_joint!(elastic_shaft::Parameters, Joint::Shaft(p) => p);
+of_joint!(contact::Parameters, Joint::Backlash(p) => p);
+
+/// Declares the parameters of the joint of follower j, as the single model has them.
+fn declare_joint<P: OfJoint>(list: &mut List<DriveTrain>, j: usize, wanted: impl Fn(&str) -> bool) {
+    for (i, p) in P::TABLE.iter().enumerate().filter(|(_, p)| wanted(p.key)) {
+        let declared = list.parameter(
+            &format!("follower[{}].{}", j + 1, p.name),
+            p.text.trim_start(),
+            real_within(p.quantity, p.range[0], p.range[1]),
+            |d, index| P::of(&d.train.followers[index & 0xff].joint).map_or(0.0, P::TABLE[index >> 8].get),
+            |d, index, value| {
+                d.tuned = true;
+                P::of_mut(&mut d.train.followers[index & 0xff].joint)
+                    .into_iter()
+                    .for_each(|group| (P::TABLE[index >> 8].set)(group, value));
+            },
+        );
+        declared.at(i << 8 | j).description.variability = p.variability;
+        if let Some(nominal) = p.nominal {
+            declared.nominal(nominal);
+        }
+    }
+}
+
+/// Accessors of parts that a train may have.
+macro_rules! part {
+    ($name:ident, $name_mut:ident: $type:ty, $machine:ident => $found:expr, $found_mut:expr) => {
+        pub(super) fn $name(&self) -> Option<&$type> {
+            let $machine = self.train.machine()?;
+            $found
+        }
+        fn $name_mut(&mut self) -> Option<&mut $type> {
+            let $machine = self.train.machine_mut()?;
+            $found_mut
+        }
+    };
+}
+
+impl DriveTrain {
+    part!(machine, machine_mut: super::Machine, m => Some(m), Some(m));
+    part!(motor, motor_mut: crate::drives::shaft::motor::Motor, m => Some(&m.motor), Some(&mut m.motor));
+    part!(friction, friction_mut: f64, m => m.friction.as_ref(), m.friction.as_mut());
+    part!(coupling, coupling_mut: [f64; 2], m => m.motor.transmission.coupling.as_ref(), m.motor.transmission.coupling.as_mut());
+    part!(servo, servo_mut: Servo, m => m.motor.servo(), if let Source::Servo(servo) = &mut m.motor.source { Some(servo) } else { None });
+    part!(position, position_mut: f64, m => m.motor.servo()?.position.as_ref(), if let Source::Servo(servo) = &mut m.motor.source { servo.position.as_mut() } else { None });
+    part!(lag, lag_mut: f64, m => if let Source::Kloss(k) = &m.motor.source { k.dynamics.as_ref() } else { None }, if let Source::Kloss(k) = &mut m.motor.source { k.dynamics.as_mut() } else { None });
+    part!(constant, constant_mut: f64, m => if let Source::Constant(t) = &m.motor.source { Some(t) } else { None }, if let Source::Constant(t) = &mut m.motor.source { Some(t) } else { None });
+    part!(kloss, kloss_mut: Kloss, m => if let Source::Kloss(k) = &m.motor.source { Some(k) } else { None }, if let Source::Kloss(k) = &mut m.motor.source { Some(k) } else { None });
+
+    /// The law with this number.
+    fn law(&self, number: usize) -> Option<&MotionLaw> {
+        match number {
+            INERTIA_LAW => self.machine()?.inertia.varying.as_ref(),
+            LOAD_LAW => self.machine()?.load.as_ref(),
+            j => self.train.followers.get(j).map(|follower| &follower.rigid.cam),
+        }
+    }
+
+    fn law_mut(&mut self, number: usize) -> Option<&mut MotionLaw> {
+        match number {
+            INERTIA_LAW => self.machine_mut()?.inertia.varying.as_mut(),
+            LOAD_LAW => self.machine_mut()?.load.as_mut(),
+            j => self.train.followers.get_mut(j).map(|follower| &mut follower.rigid.cam),
+        }
+    }
+}
+
+impl Has<InertiaFunction> for DriveTrain {
+    fn group(&self) -> Option<&InertiaFunction> {
+        self.machine().map(|machine| &machine.inertia)
+    }
+    fn group_mut(&mut self) -> Option<&mut InertiaFunction> {
+        self.tuned = true;
+        self.machine_mut().map(|machine| &mut machine.inertia)
+    }
+}
+
+impl Has<Kloss> for DriveTrain {
+    fn group(&self) -> Option<&Kloss> {
+        self.kloss()
+    }
+    fn group_mut(&mut self) -> Option<&mut Kloss> {
+        self.tuned = true;
+        self.kloss_mut()
+    }
+}
+
+impl HasLoads for DriveTrain {
+    fn load(&self, which: usize) -> Option<&Load> {
+        let follower = self.train.followers.get(which / 2)?;
+        Some(if which % 2 == 0 { &follower.load } else { &follower.roller })
+    }
+    fn load_mut(&mut self, which: usize) -> Option<&mut Load> {
+        self.tuned = true;
+        let follower = self.train.followers.get_mut(which / 2)?;
+        Some(if which % 2 == 0 { &mut follower.load } else { &mut follower.roller })
+    }
+    fn signal(&self, which: usize) -> Option<&Signal> {
+        self.inputs.forces.get(which / 2)
+    }
+    fn signal_mut(&mut self, which: usize) -> Option<&mut Signal> {
+        self.inputs.forces.get_mut(which / 2)
+    }
+}

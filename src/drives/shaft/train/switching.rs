@@ -1,0 +1,179 @@
+//! Contact and impact of all followers with backlash at once.
+//!
+//! **Contact.** With α = φ̈, F_i(α) = m1 (U″ φ̇² + U′ α) + S − F_L1 for each follower at its flank, the set in contact follows from
+//!
+//! J_s α + Σ σ_i U_i′ max(0, σ_i F_i(α)) = T_s,  contact i holds where σ_i F_i(α) > 0,
+//!
+//! whose left side grows with α, so that there is one solution. J_s, T_s inertia and torque without the contacts.
+//!
+//! **Impact.** All velocities but ẋ1 and φ̇ stay; with Δ = Δφ̇ and P_j(Δ) = m1 (−(1 + e) ż⁻ + U′ Δ) of all that touch or hit,
+//!
+//! J_s Δ + Σ σ_j U_j′ max(0, σ_j P_j(Δ)) = 0.
+//!
+//! P_j = 0 means that the flank runs away from m1 and the contact opens. The loss is Σ ½ (1 − e) |P| |ż⁻|.
+//!
+//! Symbols: σ = 1 on flank A, −1 on flank B; P impulse on m1 (N·s) in the sense of y; z gap (m).
+//! Source: F. Pfeiffer, C. Glocker, *Multibody Dynamics with Unilateral Contacts*, Wiley 1996, chapters 5, 6, 8.
+
+use super::{Functions, Given, Joint, MOST_FOLLOWERS, Modes, Train};
+use crate::drives::follower::contact::{Flank, Mode};
+use crate::numerics::double_double::Double;
+
+/// A follower at its flank: max(0, σ (offset + slope α)) presses the shaft by σ U′ times that.
+#[derive(Clone, Copy, Default)]
+struct Member {
+    sigma: f64,
+    slope: f64,
+    offset: f64,
+    gain: f64,
+}
+
+impl Member {
+    fn force(&self, alpha: f64) -> f64 {
+        self.offset + self.gain * alpha
+    }
+
+    fn pressed(&self, alpha: f64) -> f64 {
+        self.sigma * (self.sigma * self.force(alpha)).max(0.0)
+    }
+}
+
+/// α of α + Σ U′ pressed(α)/J = `free`.
+fn balance(members: &[Member], inertia: f64, free: f64) -> f64 {
+    let excess = |alpha: f64| alpha - free + members.iter().map(|m| m.slope * m.pressed(alpha)).sum::<f64>() / inertia;
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    for kink in members.iter().map(|m| -m.offset / m.gain).filter(|kink| kink.is_finite()) {
+        if excess(kink) <= 0.0 { low = low.max(kink) } else { high = high.min(kink) }
+    }
+    // A place between the kinks around the solution shows which contacts hold there.
+    let probe = match (low.is_finite(), high.is_finite()) {
+        (true, true) => 0.5 * (low + high),
+        (true, false) => low + low.abs().max(1.0),
+        (false, true) => high - high.abs().max(1.0),
+        (false, false) => free,
+    };
+    let (mut weight, mut torque) = (inertia, 0.0);
+    for m in members.iter().filter(|m| m.sigma * m.force(probe) > 0.0) {
+        weight += m.slope * m.gain;
+        torque += m.slope * m.offset;
+    }
+    if inertia.is_finite() { (inertia * free - torque) / weight } else { free }
+}
+
+/// The result of impacts.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Strike {
+    /// Δφ̇.
+    pub turn: f64,
+    /// P of each follower.
+    pub impulses: [f64; MOST_FOLLOWERS],
+    /// ż⁺ of each follower that touched or hit.
+    pub after: [f64; MOST_FOLLOWERS],
+    /// Energy lost (J).
+    pub losses: [f64; MOST_FOLLOWERS],
+}
+
+impl Train {
+    /// Functions of the angle and accelerations at an instant.
+    pub fn instant(
+        &self,
+        modes: &Modes,
+        phi: Double,
+        y: &[f64],
+        given: &Given<f64>,
+    ) -> (Functions<f64>, super::Dynamics<f64>) {
+        let angles = self.angles(phi, y);
+        let functions = Functions::at(self, &self.local(modes, &angles, 5), &angles);
+        let dynamics = self.dynamics(modes, y, &functions, given);
+        (functions, dynamics)
+    }
+
+    /// J without the followers at a flank; infinite where the shaft is driven.
+    fn carried(&self, functions: &Functions<f64>) -> f64 {
+        if self.machine().is_some() { functions.inertia } else { f64::INFINITY }
+    }
+
+    /// N of each follower at a flank, as if those stayed that press, and φ̈; the force is negative times σ where one leaves.
+    pub fn pressing(
+        &self,
+        modes: &Modes,
+        at_flank: &[Option<Flank>; MOST_FOLLOWERS],
+        (phi, y, given): (Double, &[f64], &Given<f64>),
+    ) -> ([f64; MOST_FOLLOWERS], f64) {
+        let mut open = *modes;
+        at_flank.iter().zip(&mut open.contacts).filter(|(flank, _)| flank.is_some()).for_each(|(_, c)| *c = Mode::Free);
+        let (f, d) = self.instant(&open, phi, y, given);
+        let w = if self.machine().is_some() { y[1] } else { given.course[0] };
+        let mut members = [Member::default(); MOST_FOLLOWERS];
+        for (j, member) in members.iter_mut().enumerate().take(self.followers.len()) {
+            let (Some(flank), Joint::Backlash(p)) = (at_flank[j], self.followers[j].joint) else { continue };
+            let [u, u1, u2] = f.cams[j];
+            let own = self.load_of_m1(j, [u + flank.pick(0.0, p.s), u1 * w], f.process[j], given.forces[j]);
+            let offset = p.m1 * u2 * w * w + d.spring[j] - own;
+            *member = Member { sigma: flank.sign(), slope: u1, offset, gain: p.m1 * u1 };
+        }
+        let alpha = balance(&members, self.carried(&f), d.a);
+        (members.map(|member| member.force(alpha)), alpha)
+    }
+
+    /// What happens when followers hit their flanks while others touch theirs.
+    pub fn strike(
+        &self,
+        modes: &Modes,
+        at_flank: &[Option<Flank>; MOST_FOLLOWERS],
+        (phi, y, given): (Double, &[f64], &Given<f64>),
+    ) -> Strike {
+        let mut open = *modes;
+        at_flank.iter().zip(&mut open.contacts).filter(|(flank, _)| flank.is_some()).for_each(|(_, c)| *c = Mode::Free);
+        let (f, _) = self.instant(&open, phi, y, given);
+        let mut members = [Member::default(); MOST_FOLLOWERS];
+        let mut strike = Strike::default();
+        for (j, member) in members.iter_mut().enumerate().take(self.followers.len()) {
+            let (Some(flank), Joint::Backlash(p)) = (at_flank[j], self.followers[j].joint) else { continue };
+            let (u1, before) = (f.cams[j][1], y[self.layout.followers[j] + 1]);
+            let offset = -p.m1 * (1.0 + p.e) * before;
+            *member = Member { sigma: flank.sign(), slope: u1, offset, gain: p.m1 * u1 };
+        }
+        strike.turn = balance(&members, self.carried(&f), 0.0);
+        for (j, member) in members.iter().enumerate().take(self.followers.len()) {
+            let (Some(_), Joint::Backlash(p)) = (at_flank[j], self.followers[j].joint) else { continue };
+            let before = y[self.layout.followers[j] + 1];
+            strike.impulses[j] = member.pressed(strike.turn);
+            strike.losses[j] = 0.5 * (1.0 - p.e) * (strike.impulses[j] * before).abs();
+            let held = strike.impulses[j] != 0.0;
+            strike.after[j] = if held { -p.e * before } else { before - member.slope * strike.turn };
+        }
+        strike
+    }
+
+    /// Changes the velocities by a strike.
+    pub fn take_up(
+        &self,
+        strike: &Strike,
+        at_flank: &[Option<Flank>; MOST_FOLLOWERS],
+        slopes: &[f64; MOST_FOLLOWERS],
+        y: &mut [f64],
+    ) {
+        let turn = strike.turn;
+        if let Some(machine) = self.machine() {
+            y[1] += turn;
+            if machine.motor.transmission.coupling.is_some() {
+                y[self.layout.coupling + 1] -= turn;
+            }
+        }
+        for (j, follower) in self.followers.iter().enumerate() {
+            let at = self.layout.followers[j];
+            match follower.joint {
+                Joint::Rigid => {}
+                Joint::Output(..) => y[at + 1] -= slopes[j] * turn,
+                Joint::Shaft(_) => y[at + 1] -= turn,
+                Joint::Backlash(p) => {
+                    y[at + 1] = if at_flank[j].is_some() { strike.after[j] } else { y[at + 1] - slopes[j] * turn };
+                    if p.m2 > 0.0 {
+                        y[at + 3] -= strike.impulses[j] / p.m1;
+                    }
+                }
+            }
+        }
+    }
+}

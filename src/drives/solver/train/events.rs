@@ -1,0 +1,271 @@
+//! What happens at the end of a step.
+
+use super::{Event, Outside, Run};
+use crate::drives::follower::contact::{Flank, Mode};
+use crate::drives::follower::member::Joint;
+use crate::drives::shaft::train::switching::Strike;
+use crate::drives::shaft::train::{MOST_FOLLOWERS, MOST_STATES, Train};
+use crate::drives::{Event as Entry, EventLog, Fault};
+use crate::numerics::double_double::Double;
+
+/// Bounces end in contact when all that are to come take less than this part of the unit of time, in which the pressing force
+/// hardly changes; their impulse is summed.
+const CLOSURE: f64 = 1e-10;
+
+/// Impacts that would bounce for less than this part of the unit of time are none: m1 stays.
+const FAINT: f64 = 1e-14;
+
+impl Run {
+    /// Takes up what ends the step, which has been left there.
+    pub(super) fn happen(&mut self, train: &Train, outside: &Outside, event: Event, log: &mut EventLog) {
+        let mut y = [0.0; MOST_STATES];
+        self.states.iter().zip(&mut y).for_each(|(state, y)| *y = state.hi);
+        let phi = self.phi(outside, self.start, &y);
+        match event {
+            Event::Border(which, ahead) => {
+                let angles = train.angles(phi, &y);
+                train.cross(&mut self.modes, &angles, which, ahead);
+                self.settle(train, outside, None, log);
+            }
+            Event::Release(j) => {
+                self.open(train, j, 3);
+                self.log(log, "release", ("angle", phi.hi, "rad"));
+                self.settle(train, outside, Some(j), log);
+            }
+            Event::Impact(j, flank) => self.hit(train, outside, (j, flank), log),
+            Event::Limit(sign) => {
+                self.modes.saturation = sign;
+                let kind =
+                    if sign == 0 { "torque of the servo below its limit" } else { "torque of the servo at its limit" };
+                self.log(log, kind, ("angle", phi.hi, "rad"));
+            }
+            Event::Knot(piece) => self.modes.piece = piece,
+        }
+    }
+
+    fn log(&self, log: &mut EventLog, kind: &'static str, (quantity, value, unit): (&'static str, f64, &'static str)) {
+        log.push(Entry { time: self.start.hi, kind, quantity, value, unit, solver: false });
+    }
+
+    /// m1 of follower j leaves its flank; the gap begins with a zero of this order.
+    fn open(&mut self, train: &Train, j: usize, zeros: usize) {
+        let _ = train;
+        (self.modes.contacts[j], self.modes.zeros[j]) = (Mode::Free, zeros);
+    }
+
+    /// The modes at the start: segments, pieces, flanks.
+    ///
+    /// # Errors
+    /// Where the train is to start `at_rest` under loads that it cannot balance.
+    pub fn choose_modes(
+        &mut self,
+        train: &Train,
+        outside: &Outside,
+        balanced: bool,
+        log: &mut EventLog,
+    ) -> Result<(), Fault> {
+        let mut y = [0.0; MOST_STATES];
+        self.states.iter().zip(&mut y).for_each(|(state, y)| *y = state.hi);
+        let phi = self.phi(outside, self.start, &y);
+        let angles = train.angles(phi, &y);
+        let given = self.given(train, outside, self.start, &y);
+        // At rest the acceleration tells where the shaft will turn.
+        self.modes.segments = train.segments(&angles, true);
+        let (_, d) = train.instant(&self.modes, phi, &y, &given);
+        let w = if train.machine().is_some() { y[1] } else { given.course[0] };
+        let forward = if w != 0.0 { w > 0.0 } else { d.a >= 0.0 };
+        self.modes.segments = train.segments(&angles, forward);
+        if let Some(motor) = train.machine().map(|machine| &machine.motor) {
+            if let Some(table) = motor.table() {
+                self.modes.piece = table.piece(d.demand);
+            }
+            if let Some(servo) = motor.servo().filter(|servo| d.demand.abs() > servo.limit) {
+                let _ = servo;
+                self.modes.saturation = d.demand.signum() as i8;
+            }
+        }
+        if balanced {
+            train.rest(&mut self.modes, phi, &mut y, &given)?;
+            self.states.iter_mut().zip(y).for_each(|(state, y)| *state = Double::from(y));
+            self.settle(train, outside, None, log);
+        } else {
+            self.press(train, outside, log);
+        }
+        Ok(())
+    }
+
+    /// Places followers with backlash on the flanks that press them; one that nothing presses flies.
+    pub fn press(&mut self, train: &Train, outside: &Outside, log: &mut EventLog) {
+        for (j, follower) in train.followers.iter().enumerate() {
+            if let Joint::Backlash(_) = follower.joint {
+                self.modes.contacts[j] = Mode::Contact(Flank::A);
+            }
+        }
+        // The flank of one depends on what the others do.
+        for _ in 0..train.followers.len() {
+            let at_flank = self.at_flanks(None);
+            let mut y = [0.0; MOST_STATES];
+            self.states.iter().zip(&mut y).for_each(|(state, y)| *y = state.hi);
+            let phi = self.phi(outside, self.start, &y);
+            let given = self.given(train, outside, self.start, &y);
+            let (forces, _) = train.pressing(&self.modes, &at_flank, (phi, &y, &given));
+            let mut changed = false;
+            for (j, flank) in at_flank.iter().enumerate().take(train.followers.len()) {
+                let (Some(Flank::A), Joint::Backlash(p)) = (flank, train.followers[j].joint) else { continue };
+                if forces[j] < 0.0 && p.s.is_finite() {
+                    (self.modes.contacts[j], self.modes.beyond[j]) = (Mode::Contact(Flank::B), true);
+                    changed = true;
+                }
+            }
+            if !changed {
+                break;
+            }
+        }
+        self.settle(train, outside, None, log);
+    }
+
+    /// The followers at their flanks.
+    fn at_flanks(&self, but: Option<usize>) -> [Option<Flank>; MOST_FOLLOWERS] {
+        std::array::from_fn(|j| match self.modes.contacts[j] {
+            Mode::Contact(flank) if but != Some(j) => Some(flank),
+            _ => None,
+        })
+    }
+
+    /// Which of the followers in contact stay there.
+    fn settle(&mut self, train: &Train, outside: &Outside, but: Option<usize>, log: &mut EventLog) {
+        let at_flank = self.at_flanks(but);
+        if at_flank.iter().all(Option::is_none) {
+            return;
+        }
+        let mut y = [0.0; MOST_STATES];
+        self.states.iter().zip(&mut y).for_each(|(state, y)| *y = state.hi);
+        let phi = self.phi(outside, self.start, &y);
+        let given = self.given(train, outside, self.start, &y);
+        let (forces, _) = train.pressing(&self.modes, &at_flank, (phi, &y, &given));
+        for (j, flank) in at_flank.iter().enumerate().take(train.followers.len()) {
+            let Some(flank) = flank else { continue };
+            let Joint::Backlash(p) = train.followers[j].joint else { continue };
+            if flank.sign() * forces[j] < 0.0 && p.s > 0.0 {
+                self.open(train, j, 2);
+                self.log(log, "release", ("force", forces[j], "N"));
+            }
+        }
+    }
+
+    /// The impact of follower j, and of those that hit in the same instant.
+    fn hit(&mut self, train: &Train, outside: &Outside, (j, flank): (usize, Flank), log: &mut EventLog) {
+        let mut at_flank = self.at_flanks(None);
+        at_flank[j] = Some(flank);
+        let mut y = [0.0; MOST_STATES];
+        self.states.iter().zip(&mut y).for_each(|(state, y)| *y = state.hi);
+        for (i, follower) in train.followers.iter().enumerate() {
+            let (Joint::Backlash(p), Mode::Free) = (follower.joint, self.modes.contacts[i]) else { continue };
+            let at = train.layout.followers[i];
+            for other in [Flank::A, Flank::B] {
+                let away = self.modes.home(i, p.s) - other.pick(0.0, p.s);
+                let (gap, speed) = (other.sign() * (y[at] + away), other.sign() * y[at + 1]);
+                // Another that gets there within the rounding of time.
+                let together =
+                    i != j && speed < 0.0 && gap <= -speed * f64::EPSILON * self.start.hi.abs().max(self.unit);
+                if together {
+                    at_flank[i] = Some(other);
+                }
+            }
+            if let Some(hit) = at_flank[i] {
+                (y[at], self.modes.beyond[i]) = (0.0, hit == Flank::B);
+                // Rounding may show a grazing mass as leaving.
+                if i == j && hit.sign() * y[at + 1] > 0.0 {
+                    y[at + 1] = 0.0;
+                }
+            }
+        }
+        let phi = self.phi(outside, self.start, &y);
+        let given = self.given(train, outside, self.start, &y);
+        let (f, _) = train.instant(&self.modes, phi, &y, &given);
+        let slopes: [f64; MOST_FOLLOWERS] = std::array::from_fn(|i| f.cams[i][1]);
+        // Two that chatter at once open each other at every bounce, to the last digit.
+        if self.close(train, outside, (j, flank, FAINT), &slopes, &mut y) {
+            self.states.iter_mut().zip(y).filter(|(s, y)| s.hi != *y).for_each(|(s, y)| *s = Double::from(y));
+            return self.settle(train, outside, None, log);
+        }
+        let strike = train.strike(&self.modes, &at_flank, (phi, &y, &given));
+        train.take_up(&strike, &at_flank, &slopes, &mut y);
+        for i in 0..train.followers.len() {
+            let impulse = strike.impulses[i];
+            self.count(i, impulse, slopes[i]);
+            self.tallies[i].loss += strike.losses[i];
+            let Some(touched) = at_flank[i] else { continue };
+            let was_free = self.modes.contacts[i] == Mode::Free;
+            if was_free {
+                self.tallies[i].impacts += 1.0;
+                let kind = touched.pick("impact on flank A", "impact on flank B");
+                self.log(log, kind, ("impulse", impulse, "N.s"));
+            }
+            if strike.after[i] == 0.0 {
+                self.modes.contacts[i] = Mode::Contact(touched);
+            } else {
+                self.open(train, i, 1);
+                if was_free {
+                    self.close(train, outside, (i, touched, CLOSURE), &slopes, &mut y);
+                }
+            }
+        }
+        self.states
+            .iter_mut()
+            .zip(y)
+            .filter(|(state, y)| state.hi != *y)
+            .for_each(|(state, y)| *state = Double::from(y));
+        self.settle(train, outside, None, log);
+    }
+
+    fn count(&mut self, j: usize, impulse: f64, slope: f64) {
+        let tally = &mut self.tallies[j];
+        tally.impulse += impulse;
+        tally.sums[0] += impulse;
+        tally.sums[1] += slope * impulse;
+    }
+
+    /// Ends bounces that are all but over: m1 stays, and what they would still bring is summed.
+    fn close(
+        &mut self,
+        train: &Train,
+        outside: &Outside,
+        (j, flank, part): (usize, Flank, f64),
+        slopes: &[f64; MOST_FOLLOWERS],
+        y: &mut [f64],
+    ) -> bool {
+        let Joint::Backlash(p) = train.followers[j].joint else { return false };
+        let mut at_flank = self.at_flanks(None);
+        at_flank[j] = Some(flank);
+        let at = train.layout.followers[j];
+        let rebound = y[at + 1];
+        let phi = self.phi(outside, self.start, y);
+        let given = self.given(train, outside, self.start, y);
+        let (forces, _) = train.pressing(&self.modes, &at_flank, (phi, y, &given));
+        let force = flank.sign() * forces[j];
+        let (f, _) = train.instant(&self.modes, phi, y, &given);
+        let inverse = 1.0 / p.m1 + if train.machine().is_some() { slopes[j] * slopes[j] / f.inertia } else { 0.0 };
+        let mass = 1.0 / inverse;
+        let last = 1.0 - p.e;
+        if !(force > 0.0 && last > 0.0 && 2.0 * rebound.abs() * mass <= part * self.unit * force * last) {
+            return false;
+        }
+        // The velocity that the bounces to come take from m1 and the shaft.
+        let impulse = -mass * rebound;
+        let turn = if train.machine().is_some() { -slopes[j] * impulse / f.inertia } else { 0.0 };
+        let impulses = std::array::from_fn(|i| match train.followers.get(i).map(|follower| follower.joint) {
+            Some(Joint::Backlash(_)) if i == j => impulse,
+            Some(Joint::Backlash(p)) if at_flank[i].is_some() => p.m1 * slopes[i] * turn,
+            _ => 0.0,
+        });
+        train.take_up(&Strike { turn, impulses, ..Strike::default() }, &at_flank, slopes, y);
+        let tally = &mut self.tallies[j];
+        tally.impulse += mass * rebound * (1.0 + p.e) / last;
+        tally.sums[0] += impulse;
+        tally.sums[1] += slopes[j] * impulse;
+        tally.loss += 0.5 * mass * rebound * rebound;
+        self.modes.contacts[j] = Mode::Contact(flank);
+        true
+    }
+}

@@ -1,0 +1,527 @@
+//! The motion of a train from event to event, by power series in time.
+//!
+//! A step is the power series of all states about its start ([`record`]), as long as the terms left out stay below the tolerance.
+//! Communication points are read from it. Events are first roots of polynomials, which none can hide from: breakpoints of a
+//! law, release and impact, the limit of a servo's torque, a knot of a torque table. A step ends at the first of them.
+//!
+//! Source: À. Jorba, M. Zou, Experimental Mathematics 14 (2005) 99–117 (step size of Taylor's method).
+
+mod events;
+mod record;
+
+use crate::drives::follower::contact::{Flank, Mode};
+use crate::drives::follower::member::Joint;
+use crate::drives::limits::step_too_much;
+use crate::drives::shaft::cam_drive::AngleMotion;
+use crate::drives::shaft::train::{Given, Inputs, MOST_FOLLOWERS, Modes, Train};
+use crate::drives::{EventLog, Fault, Rounded};
+use crate::numerics::angle::WHOLE_TURN;
+use crate::numerics::double_double::{Double, two_product, two_sum};
+use crate::numerics::first_root::first_root;
+use crate::numerics::taylor::Series;
+use crate::numerics::work::Work;
+use record::Recorded;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// What comes from outside during a communication step that begins at `time` (s).
+pub struct Outside<'a> {
+    pub time: f64,
+    /// The course of a driven shaft.
+    pub motion: Option<&'a AngleMotion>,
+    pub inputs: &'a Inputs,
+}
+
+/// What ends a step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Event {
+    /// An angle reaches a breakpoint, ahead or back.
+    Border(usize, bool),
+    /// m1 of a follower leaves its flank.
+    Release(usize),
+    /// m1 of a follower hits a flank.
+    Impact(usize, Flank),
+    /// The servo reaches its limit or leaves it.
+    Limit(i8),
+    /// The rotor reaches the next piece of the torque table.
+    Knot(usize),
+}
+
+/// Counts of a follower with backlash since the start, and over the communication step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Tally {
+    /// ΣP (N·s).
+    pub impulse: f64,
+    /// Impacts.
+    pub impacts: f64,
+    /// Energy lost (J).
+    pub loss: f64,
+    /// ∫F_K dt + ΣP and ∫U′F_K dt + ΣU′P of the communication step up to the current step.
+    pub sums: [f64; 2],
+}
+
+/// The motion: a step that holds the communication point.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Run {
+    /// Where the step begins (s).
+    start: Double,
+    /// The states there; φ within a turn.
+    states: Vec<Double>,
+    /// The whole turns of φ.
+    pub turns: f64,
+    /// Since that start.
+    pub modes: Modes,
+    /// The unit of time (s).
+    unit: f64,
+    /// How far the step goes, in units.
+    length: f64,
+    /// What happens there.
+    event: Option<Event>,
+    /// What happened at its start.
+    since: Option<Event>,
+    /// The order of the series.
+    order: usize,
+    /// From where in the step the sums are still to be taken, in units.
+    summed: f64,
+    /// The counts of the followers.
+    pub tallies: [Tally; MOST_FOLLOWERS],
+    /// Steps since the start.
+    pub steps: f64,
+    /// Estimated relative error.
+    pub error: f64,
+    /// Relative.
+    tolerance: f64,
+    #[serde(skip)]
+    recorded: Recorded,
+}
+
+/// The least order, the one of the finest tolerance.
+const ORDERS: [usize; 2] = [8, 24];
+
+/// The terms left out are below this part of the tolerance in each step, so that those of many steps stay below it.
+const SHARE: f64 = 0.05;
+
+/// No step is longer (s).
+const LONGEST: f64 = 1e6;
+
+/// The speed on a torque table may be beyond the end of its piece by this part of the table: as the pieces meet with their
+/// slopes, the torque differs by the square of that, and no rounding brings the speed back.
+const SLACK: f64 = 1e-8;
+
+/// Behind a limit of the servo its demand differs from the limit by no more than this part of it, and that by tolerance.
+const NEAR: f64 = 1e-3;
+
+/// The shortest flight that begins without velocity, as a part of the unit of time: m1 has moved by 1e-14 of a typical way.
+const ARMING: f64 = 1e-7;
+/// It counts where the leading coefficient of the gap is no more than this part of the largest one, about rounding.
+const NOISE: f64 = 1e-9;
+
+/// The highest order of a zero with which a gap begins: after a release.
+const MOST_ZEROS: usize = 3;
+
+/// Nominal work of a step (µs).
+const COST: f64 = 4.0;
+
+/// The order of the series for a tolerance.
+fn order(tolerance: f64) -> usize {
+    let digits = -tolerance.log10();
+    (4.0 + 1.4 * digits).round().clamp(ORDERS[0] as f64, ORDERS[1] as f64) as usize
+}
+
+impl Run {
+    /// Begins at `time` in these states and modes.
+    pub fn begin(train: &Train, time: Double, (y, turns): (&[f64], f64), modes: Modes, tolerance: f64) -> Self {
+        let states = y.iter().map(|y| Double::from(*y)).collect();
+        let order = order(tolerance);
+        let mut run = Run { start: time, states, turns, modes, order, tolerance, unit: LONGEST, ..Run::default() };
+        run.unit = run.pace(train);
+        run
+    }
+
+    /// The equations change at `time`.
+    pub fn forget(&mut self, train: &Train, time: f64) {
+        self.restart(train, time);
+        self.recorded.forget();
+    }
+
+    /// Whether it is one of this train.
+    pub fn fits(&self, train: &Train) -> bool {
+        let segments = |number: usize| self.modes.segments[number / 2][number % 2];
+        let right = train.laws().all(|(number, law, _)| segments(number) < law.breakpoints().len().max(1));
+        let bounded = self.modes.zeros.iter().all(|zeros| *zeros <= MOST_ZEROS);
+        let piece = train.machine().and_then(|m| m.motor.table()).map_or(0, |table| table.speeds.len());
+        let order = (ORDERS[0]..=ORDERS[1]).contains(&self.order);
+        self.states.len() == train.layout.count && right && bounded && order && self.modes.piece <= piece
+    }
+
+    /// Computes the series anew that saved states leave out.
+    pub fn rebuild(&mut self, train: &Train, outside: &Outside) {
+        self.expand(train, outside);
+    }
+
+    /// Terms of a series.
+    pub fn terms(&self) -> f64 {
+        self.order as f64
+    }
+
+    /// Whether the states are numbers.
+    pub fn is_finite(&self) -> bool {
+        self.states.iter().all(|state| state.hi.is_finite()) && self.length.is_finite() && self.unit.is_finite()
+    }
+
+    /// The states at `time` with their first two time derivatives, as series.
+    pub fn series_at(&self, time: f64, y: &mut [Series]) {
+        let theta = self.theta(Double::from(time)).clamp(0.0, self.length);
+        for (k, y) in y.iter_mut().enumerate().take(self.states.len()) {
+            let c = self.recorded.tape.series(k);
+            let [mut value, mut rate, mut bend] = [0.0; 3];
+            for c in c[..=self.order].iter().rev() {
+                bend = bend * theta + rate;
+                rate = rate * theta + value;
+                value = value * theta + c;
+            }
+            *y = Series([value, rate / self.unit, bend / (self.unit * self.unit)]);
+        }
+    }
+
+    /// A time in which little happens (s), from frequencies alone.
+    fn pace(&self, train: &Train) -> f64 {
+        let of = |c: f64, m: f64| (c / m).sqrt();
+        let rates = train.followers.iter().map(|f| match f.joint {
+            Joint::Rigid => 0.0,
+            Joint::Output(p, _) => of(p.c, p.m),
+            Joint::Shaft(p) => of(p.c, p.inertia),
+            Joint::Backlash(p) => of(p.c, p.m1),
+        });
+        1.0 / rates.fold(1.0, f64::max)
+    }
+
+    /// φ (rad) within a turn, of a driven shaft as its motion says.
+    fn phi(&self, outside: &Outside, time: Double, y: &[f64]) -> Double {
+        outside.motion.map_or_else(|| Double::from(y[0]), |motion| Double::from(motion.at_instant(time).reduced))
+    }
+
+    /// What comes from outside at `time`.
+    pub fn given(&self, train: &Train, outside: &Outside, time: Double, y: &[f64]) -> Given<f64> {
+        let since = (time - Double::from(outside.time)).hi;
+        let mut given = Given {
+            course: [0.0; 2],
+            tau: outside.inputs.tau.at(since),
+            torque: outside.inputs.torque.at(since),
+            reference: 0.0,
+            lag: 0.0,
+            forces: [0.0; MOST_FOLLOWERS],
+        };
+        if let Some(motion) = outside.motion {
+            let [_, w, a, ..] = motion.at_instant(time).kinematics.0;
+            given.course = [w, a];
+        }
+        if let Some(motor) = train.machine().map(|machine| &machine.motor) {
+            if let Some(servo) = motor.servo() {
+                let mut row = [0.0; 9];
+                servo.expand_reference(time.hi, 1.0, (&outside.inputs.reference, since), &mut row);
+                given.reference = row[0];
+            }
+            if motor.takes_position() {
+                let turns = motor.transmission.ratio * self.turns * TAU;
+                given.lag = outside.inputs.position.at(since) - turns - motor.angle(y, &train.layout);
+            }
+        }
+        outside.inputs.forces.iter().zip(&mut given.forces).for_each(|(signal, force)| *force = signal.at(since));
+        given
+    }
+
+    /// Computes the series about the start of the step.
+    fn expand(&mut self, train: &Train, outside: &Outside) {
+        self.recorded.prepare(train, &self.modes);
+        let mut y = [0.0; crate::drives::shaft::train::MOST_STATES];
+        for (k, state) in self.states.iter().enumerate() {
+            y[k] = state.hi;
+            self.recorded.tape.set(k, state.hi);
+        }
+        let angles = train.angles(self.phi(outside, self.start, &y), &y);
+        let at = (self.start, &angles[..], self.turns);
+        self.recorded.fill(train, &self.modes, at, outside, (self.order, self.unit));
+        self.recorded.tape.expand(self.order, self.unit);
+    }
+
+    /// How far the series serves, in units: the last two terms of each state are below the tolerance of its first ones.
+    fn reach(&self) -> f64 {
+        let tolerance = SHARE * self.tolerance;
+        let mut reach = 4.0_f64;
+        let mut take = |c: &[f64], order: usize| {
+            let size = c[..5].iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+            for n in [order - 1, order] {
+                let term = c[n].abs() / size;
+                if term > 0.0 {
+                    reach = reach.min((tolerance / term).powf(1.0 / n as f64));
+                }
+            }
+        };
+        (0..self.states.len()).for_each(|k| take(self.recorded.tape.series(k), self.order));
+        // What events are found by is known to one order less.
+        let held = self.modes.contacts.iter().zip(self.recorded.normals).filter(|(mode, _)| **mode != Mode::Free);
+        held.for_each(|(_, place)| take(self.recorded.tape.series(place), self.order - 1));
+        reach
+    }
+
+    /// Lays the next step from where the last one has ended.
+    fn lay(&mut self, train: &Train, outside: &Outside, horizon: f64) -> Result<(), Fault> {
+        self.unit = self.unit.min(horizon).min(LONGEST);
+        let mut reach = 0.0;
+        for _ in 0..60 {
+            self.expand(train, outside);
+            reach = self.reach();
+            // What is no number, and steps much shorter than their unit, are tried in a smaller unit.
+            if reach >= 0.1 {
+                break;
+            }
+            self.unit *= if reach > 0.0 { 2.0 * reach } else { 1e-3 };
+        }
+        if !(reach > 0.0) {
+            return Err(Fault::new(format!(
+                "the motion leaves the range of numbers at t = {} s",
+                Rounded(self.start.hi)
+            )));
+        }
+        (self.length, self.event, self.summed) = (reach.min(1.0).min(horizon / self.unit), None, 0.0);
+        self.find_event(train, outside);
+        self.steps += 1.0;
+        Ok(())
+    }
+
+    /// Notes the root of a guard if it is the first.
+    fn watch(&mut self, guard: &[f64], event: Event) {
+        if guard.iter().all(|c| *c == 0.0) {
+            return;
+        }
+        if let Some(root) = first_root(guard, self.length.min(1.0)) {
+            (self.length, self.event) = (root, Some(event));
+        }
+    }
+
+    /// Shortens the step to the first event.
+    fn find_event(&mut self, train: &Train, outside: &Outside) {
+        let count = self.order;
+        let mut y = [0.0; crate::drives::shaft::train::MOST_STATES];
+        self.states.iter().zip(&mut y).for_each(|(state, y)| *y = state.hi);
+        let angles = train.angles(self.phi(outside, self.start, &y), &y);
+        let ways = train.ways(&self.modes, &angles);
+        for (which, [ahead, back]) in ways.into_iter().enumerate().filter(|(_, way)| way[0].is_finite()) {
+            let mut guard = [0.0; crate::numerics::tape::COEFFICIENTS];
+            for n in 1..count {
+                let shaft = if outside.motion.is_some() {
+                    self.recorded.tape.rows[record::PHI][n]
+                } else {
+                    self.recorded.tape.series(0)[n]
+                };
+                let twist =
+                    if which > 0 { self.recorded.tape.series(train.layout.followers[which - 1])[n] } else { 0.0 };
+                guard[n] = shaft + twist;
+            }
+            guard[0] = back;
+            self.watch(&guard[..count], Event::Border(which, false));
+            guard.iter_mut().for_each(|c| *c = -*c);
+            guard[0] = ahead;
+            self.watch(&guard[..count], Event::Border(which, true));
+        }
+        for j in 0..train.followers.len() {
+            let Joint::Backlash(p) = train.followers[j].joint else { continue };
+            let mut guard = [0.0; crate::numerics::tape::COEFFICIENTS];
+            match self.modes.contacts[j] {
+                Mode::Contact(_) if p.s == 0.0 => {}
+                Mode::Contact(flank) => {
+                    let force = self.recorded.tape.series(self.recorded.normals[j]);
+                    guard.iter_mut().zip(force).take(count).for_each(|(g, f)| *g = flank.sign() * f);
+                    self.watch(&guard[..count], Event::Release(j));
+                }
+                Mode::Free => {
+                    let z = self.recorded.tape.series(train.layout.followers[j]);
+                    let z: [f64; crate::numerics::tape::COEFFICIENTS] = std::array::from_fn(|n| z[n]);
+                    for flank in [Flank::A, Flank::B] {
+                        let place = flank.pick(0.0, p.s);
+                        if place.is_infinite() {
+                            continue;
+                        }
+                        guard.iter_mut().zip(z).take(count).for_each(|(g, z)| *g = flank.sign() * z);
+                        guard[0] = flank.sign() * (z[0] + (self.modes.home(j, p.s) - place));
+                        let zeros = if guard[0] == 0.0 { self.modes.zeros[j] } else { 0 };
+                        guard[..zeros].fill(0.0);
+                        let before = self.length;
+                        self.watch(&guard[..count], Event::Impact(j, flank));
+                        let most = guard.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+                        if zeros >= 2 && self.length < ARMING && guard[zeros] <= NOISE * most {
+                            self.length = ARMING.min(before);
+                        }
+                    }
+                }
+            }
+        }
+        if let Some(machine) = train.machine() {
+            let demand = self.recorded.tape.series(self.recorded.demand);
+            let demand: [f64; crate::numerics::tape::COEFFICIENTS] = std::array::from_fn(|n| demand[n]);
+            let side = |sign: f64, shift: f64| {
+                let mut guard = demand.map(|c| sign * c);
+                guard[0] += shift;
+                guard
+            };
+            if let Some(servo) = machine.motor.servo() {
+                // Behind a limit the guard begins with a zero.
+                let fresh = matches!(self.since, Some(Event::Limit(_)));
+                let side = |sign: f64, shift: f64| {
+                    let mut guard = side(sign, shift);
+                    guard[0] = if fresh && guard[0].abs() <= NEAR * servo.limit { 0.0 } else { guard[0] };
+                    guard
+                };
+                match self.modes.saturation {
+                    0 => {
+                        self.watch(&side(-1.0, servo.limit)[..count], Event::Limit(1));
+                        self.watch(&side(1.0, servo.limit)[..count], Event::Limit(-1));
+                    }
+                    sign => self.watch(&side(f64::from(sign), -servo.limit)[..count], Event::Limit(0)),
+                }
+            } else if let Some(table) = machine.motor.table() {
+                let [low, high] = table.ends(self.modes.piece);
+                let slack = SLACK * table.span();
+                if low.is_finite() {
+                    self.watch(&side(1.0, slack - low)[..count], Event::Knot(self.modes.piece - 1));
+                }
+                if high.is_finite() {
+                    self.watch(&side(-1.0, high + slack)[..count], Event::Knot(self.modes.piece + 1));
+                }
+            }
+        }
+    }
+
+    /// How far `time` is from the start of the step, in units.
+    fn theta(&self, time: Double) -> f64 {
+        (time - self.start).hi / self.unit
+    }
+
+    /// The end of the step (s).
+    fn end(&self) -> Double {
+        self.start + two_product(self.length, self.unit)
+    }
+
+    /// The states at the place `theta` of the step.
+    pub fn read(&self, theta: f64, y: &mut [f64]) {
+        for (k, (y, state)) in y.iter_mut().zip(&self.states).enumerate() {
+            let c = &self.recorded.tape.series(k)[1..=self.order];
+            *y = state.hi + (state.lo + theta * c.iter().rev().fold(0.0, |sum, c| sum * theta + c));
+        }
+    }
+
+    /// Takes up ∫F_K and ∫U′F_K of the step up to `theta`.
+    fn sum_up(&mut self, train: &Train, theta: f64) {
+        let integral =
+            |c: &[f64], x: f64| c.iter().enumerate().rev().fold(0.0, |sum, (n, c)| sum * x + c / (n + 1) as f64) * x;
+        for j in 0..train.followers.len() {
+            if self.modes.contacts[j] != Mode::Free {
+                for (i, place) in [self.recorded.normals[j], self.recorded.torques[j]].into_iter().enumerate() {
+                    let c = &self.recorded.tape.series(place)[..self.order];
+                    self.tallies[j].sums[i] += self.unit * (integral(c, theta) - integral(c, self.summed));
+                }
+            }
+        }
+        self.summed = theta;
+    }
+
+    /// Ends the step at `theta`, where the next begins.
+    fn leave(&mut self, train: &Train, theta: f64) {
+        self.sum_up(train, theta);
+        for (k, state) in self.states.iter_mut().enumerate() {
+            let c = &self.recorded.tape.series(k)[1..=self.order];
+            let change = theta * c.iter().rev().fold(0.0, |sum, c| sum * theta + c);
+            *state = two_sum(state.hi, change) + Double::from(state.lo);
+        }
+        self.start = self.start + two_product(theta, self.unit);
+        if train.machine().is_some() {
+            let turns = (self.states[0].hi / TAU).round();
+            if turns != 0.0 {
+                let angle = two_product(turns, WHOLE_TURN.hi) + two_product(turns, WHOLE_TURN.lo);
+                self.states[0] = self.states[0] - angle;
+                self.turns += turns;
+            }
+        }
+        // The next step is expected to be as long as this one might have been.
+        self.unit *= self.reach().clamp(0.1, 2.0);
+    }
+
+    /// A communication step begins: its sums begin.
+    pub fn begin_step(&mut self, train: &Train, time: f64) {
+        self.sum_up(train, self.theta(Double::from(time)).clamp(0.0, self.length));
+        self.tallies.iter_mut().for_each(|tally| tally.sums = [0.0; 2]);
+    }
+
+    /// The states begin anew at `time`, since what comes from outside has changed.
+    pub fn restart(&mut self, train: &Train, time: f64) {
+        self.leave(train, self.theta(Double::from(time)).clamp(0.0, self.length));
+        (self.length, self.event) = (0.0, None);
+    }
+
+    /// The first step.
+    pub fn first(&mut self, train: &Train, outside: &Outside, horizon: f64) -> Result<(), Fault> {
+        self.lay(train, outside, horizon)
+    }
+
+    /// Goes on up to the step that holds `end`; what comes from outside holds for so long as `horizon` says (s).
+    pub fn advance(
+        &mut self,
+        train: &Train,
+        outside: &Outside,
+        (end, horizon): (f64, f64),
+        log: &mut EventLog,
+    ) -> Result<(), Fault> {
+        let (mut work, begin, target) = (Work::default(), self.start, Double::from(end));
+        loop {
+            let left = (target - self.end()).hi;
+            if self.length > 0.0 && (left < 0.0 || (left == 0.0 && self.event.is_none())) {
+                return Ok(());
+            }
+            if self.length > 0.0 || self.event.is_some() {
+                let event = self.event;
+                self.leave(train, self.length);
+                self.since = event;
+                if let Some(event) = event {
+                    self.happen(train, outside, event, log);
+                }
+            }
+            let left = (Double::from(outside.time + horizon) - self.start).hi;
+            if work.draw(COST * (1 + train.followers.len()) as f64).is_err() {
+                let way = [outside.time, end];
+                let hint = "lower the speed, or choose softer springs, heavier masses or a smaller `e`";
+                let told = format!("the step has come to t = {} s", Rounded(self.start.hi));
+                let _ = begin;
+                return Err(step_too_much(way, self.start.hi, &told, hint));
+            }
+            if left <= 0.0 {
+                self.length = 0.0;
+                self.event = None;
+                self.expand(train, outside);
+                return Ok(());
+            }
+            self.lay(train, outside, if horizon.is_finite() { left } else { f64::INFINITY })?;
+        }
+    }
+
+    /// The states at `time`.
+    pub fn at(&self, time: f64, y: &mut [f64]) {
+        self.read(self.theta(Double::from(time)).clamp(0.0, self.length), y);
+    }
+
+    /// The sums of the communication step up to `time`.
+    pub fn sums(&self, train: &Train, time: f64, j: usize) -> [f64; 2] {
+        let mut copy = self.tallies[j].sums;
+        if self.modes.contacts[j] != Mode::Free && j < train.followers.len() {
+            let theta = self.theta(Double::from(time)).clamp(0.0, self.length);
+            let integral = |c: &[f64], x: f64| {
+                c.iter().enumerate().rev().fold(0.0, |sum, (n, c)| sum * x + c / (n + 1) as f64) * x
+            };
+            for (i, place) in [self.recorded.normals[j], self.recorded.torques[j]].into_iter().enumerate() {
+                let c = &self.recorded.tape.series(place)[..self.order];
+                copy[i] += self.unit * (integral(c, theta) - integral(c, self.summed));
+            }
+        }
+        copy
+    }
+}
