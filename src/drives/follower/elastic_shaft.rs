@@ -339,6 +339,24 @@ impl Twist {
         if self.linear { (u1 + angle.compose([d2, d3, d4]) * f.q) * f.w + u1 * f.v } else { u1 * f.cam_speed() }
     }
 
+    /// N = m ÿ − F_L (N), the force of the cam on the follower, where ψ̈ is so; 0 without a load.
+    ///
+    /// ÿ = U″ ψ̇² + U′ ψ̈, or (U″ + U‴ q) ω² + 2 U″ ω q̇ + (U′ + U″ q) α + U′ q̈.
+    pub fn contact_force<S: Scalar>(&self, cam: &Cam, f: &Flow<S>, acceleration: S) -> S {
+        let Some(load) = self.load.as_deref() else { return S::from(0.0) };
+        let [_, d1, d2, d3, d4, d5] = cam.0;
+        let angle = f.argument(!self.linear);
+        let (u1, u2) = (angle.compose([d1, d2, d3]), angle.compose([d2, d3, d4]));
+        let lift = if self.linear {
+            let bent = u2 + angle.compose([d3, d4, d5]) * f.q;
+            bent * f.w * f.w + u2 * f.w * f.v * 2.0 + u2 * f.q * f.a + u1 * acceleration
+        } else {
+            let speed = f.cam_speed();
+            u2 * speed * speed + u1 * acceleration
+        };
+        lift * self.parameters.m - self.force(load, cam, f, [self.lift(cam, f), self.lift_speed(cam, f)])
+    }
+
     /// tau = −(c q + b q̇) (N·m).
     pub fn torque<S: Scalar>(&self, q: S, v: S) -> S {
         -(q * self.parameters.c + v * self.parameters.b)

@@ -25,10 +25,17 @@ enum Output {
     Y,
     YDot,
     Tau,
+    /// Under a load only.
+    Contact,
 }
 
-/// How many there are.
+/// How many there are without a load.
 const OUTPUTS: usize = Output::Tau as usize + 1;
+
+/// How many there are.
+fn count(drive: &ElasticShaft) -> usize {
+    OUTPUTS + usize::from(drive.equation.load.is_some())
+}
 
 const STATES: [&str; 2] = ["psi", "der(psi)"];
 
@@ -40,7 +47,7 @@ pub(super) fn list(drive: &ElasticShaft) -> List<ElasticShaft> {
     declare_linear(&mut list);
     drive.declare_start(&mut list, &unit::ANGLE, &unit::ANGULAR_VELOCITY);
     declare_load(&mut list, drive, 0, "load", false);
-    drive.declare_solver(&mut list, OUTPUTS);
+    drive.declare_solver(&mut list, count(drive));
     declare_outputs(drive, &mut list);
     drive.declare_law(&mut list);
     list
@@ -87,21 +94,27 @@ fn declare_outputs(drive: &ElasticShaft, list: &mut List<ElasticShaft>) {
     output(Output::YDot, "der(y)", "Velocity of the follower", &unit::VELOCITY, all, &[&lift, W, &q_dot]);
     let text = "Torque from the drive into the cam unit, -(c q + b der(q)); a positive tau loads the drive";
     output(Output::Tau, "tau", text, &unit::TORQUE, all, &[&q, &q_dot, &["c", "b"]]);
+    if drive.equation.load.is_some() {
+        let text = "Force of the cam on the follower, positive in the sense of y: its inertia less its loads";
+        output(Output::Contact, "contact_force", text, &unit::FORCE, &known, initial);
+    }
 }
 
 /// The outputs, of numbers or of series, in the order of [`Output`].
-fn outputs<S: Scalar>(drive: &ElasticShaft, cam: &Cam, f: &Flow<S>) -> [S; OUTPUTS] {
+fn outputs<S: Scalar>(drive: &ElasticShaft, cam: &Cam, f: &Flow<S>) -> [S; OUTPUTS + 1] {
     let equation = &drive.equation;
     let acceleration = equation.acceleration(cam, f) + f.a;
     let (lift, lift_speed) = (equation.lift(cam, f), equation.lift_speed(cam, f));
     let tau = equation.torque(f.q, f.v);
-    [f.phi, f.w, f.phi + f.q, f.cam_speed(), acceleration, f.q, f.v, lift, lift_speed, tau]
+    let contact = equation.contact_force(cam, f, acceleration);
+    [f.phi, f.w, f.phi + f.q, f.cam_speed(), acceleration, f.q, f.v, lift, lift_speed, tau, contact]
 }
 
 pub(super) fn evaluate(drive: &ElasticShaft, places: &mut [f64]) {
     let (cam, f) = drive.now(Twist::at);
-    places[..OUTPUTS].copy_from_slice(&outputs(drive, &cam, &f));
-    places[OUTPUTS..].copy_from_slice(&drive.statistics());
+    let (places, statistics) = places.split_at_mut(count(drive));
+    places.copy_from_slice(&outputs(drive, &cam, &f)[..places.len()]);
+    statistics.copy_from_slice(&drive.statistics());
 }
 
 fn series(drive: &ElasticShaft, seed: Seed, which: usize) -> Series {
