@@ -15,6 +15,7 @@ use crate::drives::follower::member::Joint;
 use crate::drives::limits::step_too_much;
 use crate::drives::shaft::cam_drive::AngleMotion;
 use crate::drives::shaft::train::{Given, Inputs, MOST_FOLLOWERS, Modes, Train};
+use crate::drives::solver::step_control::RESERVE;
 use crate::drives::{EventLog, Fault, Rounded};
 use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::double_double::{Double, two_product, two_sum};
@@ -90,6 +91,8 @@ pub struct Run {
     pub steps: f64,
     /// Estimated relative error.
     pub error: f64,
+    /// Of it the parts of speeds and of the angle of a free shaft.
+    errors: [f64; 2],
     /// Relative.
     tolerance: f64,
     /// The period with which it began (s), and its largest multiplier; 0 where it began otherwise.
@@ -450,9 +453,29 @@ impl Run {
         self.summed = theta;
     }
 
+    /// Adds what the step up to `theta` leaves out and rounds. An error of the speed goes on as one of the angle.
+    fn count_error(&mut self, train: &Train, theta: f64) {
+        let mut local = 0.0_f64;
+        for k in 0..self.states.len() {
+            let c = self.recorded.tape.series(k);
+            let size = c[..5].iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+            let left = c[self.order].abs() * theta.powi(self.order as i32);
+            if size > 0.0 {
+                local = local.max(left / size);
+            }
+        }
+        let [speed, angle] = &mut self.errors;
+        *speed += local + f64::EPSILON;
+        if train.machine().is_some() {
+            *angle += *speed * (self.states[1].hi * theta * self.unit).abs();
+        }
+        self.error = RESERVE * (*speed + *angle);
+    }
+
     /// Ends the step at `theta`, where the next begins.
     fn leave(&mut self, train: &Train, theta: f64) {
         self.sum_up(train, theta);
+        self.count_error(train, theta);
         for (k, state) in self.states.iter_mut().enumerate() {
             let c = &self.recorded.tape.series(k)[1..=self.order];
             let change = theta * c.iter().rev().fold(0.0, |sum, c| sum * theta + c);
