@@ -101,23 +101,28 @@ fn declare_outputs(drive: &ElasticShaft, list: &mut List<ElasticShaft>) {
 }
 
 /// The outputs, of numbers or of series, in the order of [`Output`].
-fn outputs<S: Scalar>(drive: &ElasticShaft, cam: &Cam, f: &Flow<S>) -> [S; OUTPUTS + 1] {
+fn outputs<S: Scalar>(drive: &ElasticShaft, cam: &Cam, f: &Flow<S>) -> [S; OUTPUTS] {
     let equation = &drive.equation;
     let acceleration = equation.acceleration(cam, f) + f.a;
     let (lift, lift_speed) = (equation.lift(cam, f), equation.lift_speed(cam, f));
     let tau = equation.torque(f.q, f.v);
-    let contact = equation.contact_force(cam, f, acceleration);
-    [f.phi, f.w, f.phi + f.q, f.cam_speed(), acceleration, f.q, f.v, lift, lift_speed, tau, contact]
+    [f.phi, f.w, f.phi + f.q, f.cam_speed(), acceleration, f.q, f.v, lift, lift_speed, tau]
 }
 
 pub(super) fn evaluate(drive: &ElasticShaft, places: &mut [f64]) {
     let (cam, f) = drive.now(Twist::at);
-    let (places, statistics) = places.split_at_mut(count(drive));
-    places.copy_from_slice(&outputs(drive, &cam, &f)[..places.len()]);
-    statistics.copy_from_slice(&drive.statistics());
+    places[..OUTPUTS].copy_from_slice(&outputs(drive, &cam, &f));
+    if drive.equation.load.is_some() {
+        places[OUTPUTS] = drive.equation.contact_force(&cam, &f);
+    }
+    places[count(drive)..].copy_from_slice(&drive.statistics());
 }
 
 fn series(drive: &ElasticShaft, seed: Seed, which: usize) -> Series {
     let (cam, f) = drive.now(Twist::with_fifth);
-    outputs(drive, &cam, &drive.along(seed, STATES, &cam, &f))[which]
+    let along = drive.along(seed, STATES, &cam, &f);
+    if which == Output::Contact as usize {
+        return drive.equation.contact_force(&cam, &along);
+    }
+    outputs(drive, &cam, &along)[which]
 }
