@@ -9,14 +9,16 @@ mod variables;
 pub use crate::drives::follower::member::{Follower, Joint};
 pub use crate::drives::shaft::train::{MOST_FOLLOWERS, Machine, Shaft};
 
+use crate::drives::follower::contact;
 use crate::drives::limits::{no_state, refused_start};
 use crate::drives::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use crate::drives::shaft::cam_drive::{AngleMotion, CamDrive, DriveMode, MAX_INPUT_DERIVATIVE, field};
+use crate::drives::shaft::free::inertia::Inertia;
 use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::train::{Inputs, MOST_STATES, Modes, Train};
 use crate::drives::solver::train::periodic::periodic;
 use crate::drives::solver::train::{End, Outside, Run};
-use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
+use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Number, Text};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
@@ -336,6 +338,24 @@ impl DriveTrain {
             let named = |message| Fault::new(message).of(&format!("follower[{}].cam", j + 1));
             follower.rigid.cam.validate().map_err(named)?;
             follower.rigid.check_linkage(&format!("follower[{}].linkage", j + 1))?;
+            if let Joint::Backlash(contact::Parameters { s: 0.0, .. }) = follower.joint {
+                let message = " = 0: without clearance it is an elastic output with the mass m1 on the cam's side; use `elasticity` with `m_roller`";
+                return Err(Fault::named(&format!("follower[{}].s", j + 1), message));
+            }
+        }
+        let Some(machine) = self.machine() else { return Ok(()) };
+        let rigid = self.train.followers.iter().filter(|follower| follower.joint == Joint::Rigid);
+        let inertia = Inertia::new(machine.inertia.clone(), rigid.map(|follower| follower.rigid.clone()).collect());
+        inertia.validate()?;
+        let (low, _) = inertia.range();
+        if !(low + machine.motor.stiff_rotor() > 0.0) {
+            let message = format!(
+                "the moment of inertia that follows the shaft must be positive at every angle, but its lower bound is {} kg.m2; \
+                 choose a larger `J0` (now {} kg.m2)",
+                Number(low),
+                machine.inertia.constant
+            );
+            return Err(Fault::new(message).of("J0"));
         }
         Ok(())
     }

@@ -277,11 +277,15 @@ impl Run {
         let tolerance = SHARE * self.tolerance;
         let mut reach = 4.0_f64;
         let mut take = |c: &[f64], order: usize| {
-            let size = c[..5].iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+            let largest = |c: &[f64]| c.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+            // A motion that begins flat is judged by what follows.
+            let size = if largest(&c[..5]) > 0.0 { largest(&c[..5]) } else { largest(&c[..order]) };
             for n in [order - 1, order] {
                 let term = c[n].abs() / size;
                 if term > 0.0 {
                     reach = reach.min((tolerance / term).powf(1.0 / n as f64));
+                } else if c[n].is_nan() {
+                    reach = 0.0;
                 }
             }
         };
