@@ -101,7 +101,15 @@ impl Drive for Integrator {
         let events = if self.trouble == MANY_EVENTS { 40 } else { 1 };
         for _ in 0..events {
             let kind = "50 % of #way";
-            self.events.push(Event { time, kind, quantity: "u", value: self.u, unit: "m/s", follower: 0, solver: false });
+            self.events.push(Event {
+                time,
+                kind,
+                quantity: "u",
+                value: self.u,
+                unit: "m/s",
+                follower: 0,
+                solver: false,
+            });
         }
         self.x += self.g * (self.u + 0.5 * self.u_dot * step) * step;
         self.u_dot = 0.0;

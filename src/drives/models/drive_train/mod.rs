@@ -141,9 +141,13 @@ impl DriveTrain {
         let (motor, count) = (self.motor(), self.train.layout.count);
         let usual = motor.map_or(Some(self.course.mode.speed()), |motor| motor.usual_speed());
         let steady = motor.is_none_or(|motor| motor.is_steady());
-        let refused = |message| Err(refused_start(format!("start.mode = steady_state: {message}; choose at_rest or equilibrium")));
+        let refused = |message| {
+            Err(refused_start(format!("start.mode = steady_state: {message}; choose at_rest or equilibrium")))
+        };
         let Some(speed) = usual.filter(|w| *w != 0.0 && steady && !self.motion_is_input()) else {
-            return refused("no speed is known near which the shaft turns steadily, or what drives it changes with time");
+            return refused(
+                "no speed is known near which the shaft turns steadily, or what drives it changes with time",
+            );
         };
         if !self.inputs.are_constant() {
             return refused("an input changes with time");

@@ -242,7 +242,8 @@ fn reversal(shaft: &Shaft, state: &State, time: f64) -> Event {
         quantity: "acceleration",
         value: shaft.net_torque(state, 0.0) / shaft.inertia_at(state)[0],
         unit: "rad/s2",
-        follower: 0, solver: false,
+        follower: 0,
+        solver: false,
     }
 }
 
