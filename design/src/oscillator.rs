@@ -1,18 +1,23 @@
 //! The linear oscillation of a drive whose coefficients repeat themselves every turn.
 
 use crate::resource::Resource;
+use crate::search;
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
 use camdrive::drives::parametric::coefficients::Coefficients;
 use camdrive::drives::parametric::{self, ParametricDrive};
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::drives::{Drive as _, Fault};
+use camdrive::motion::MotionLaw;
 use std::f64::consts::TAU;
 
-/// m(φ) q̈ + [b(φ) + Ω b₁(φ)] q̇ + [c(φ) + Ω² c₂(φ)] q = f(φ) + Ω² f₂(φ) at φ = Ω t, one degree of freedom q.
+/// Breakpoints that lie closer together (rad) count as one: the piece between them would be lost in rounding.
+const SAME: f64 = 1e-12;
+
+/// m(φ) q̈ + [b(φ) + Ω b₁(φ)] q̇ + [c(φ) + Ω c₁(φ) + Ω² c₂(φ)] q = f(φ) + Ω f₁(φ) + Ω² f₂(φ) at φ = Ω t, one degree of freedom q.
 ///
 /// Either b₁ = c₂ = 0, or the inertia turns with the drive: b₁ = m′ and c₂ = m″/2, as the kinetic energy ½ m ψ̇²
-/// with m at ψ = φ + q has it.
+/// with m at ψ = φ + q has it. c₁ and f₁ are of dampers and grow with b.
 pub struct PeriodicOscillator {
     /// The coefficients at an angle (rad) in [−2π, 2π], continued smoothly from a segment.
     pub terms: Box<dyn Fn(usize, f64) -> Terms + Send + Sync>,
@@ -25,6 +30,8 @@ pub struct PeriodicOscillator {
     pub cost: f64,
     /// Whether b₁ = m′ and c₂ = m″/2.
     pub inertia_turns: bool,
+    /// b and c of the spring and the damper that the drive loads, where others act beside them.
+    pub own: Option<[f64; 2]>,
     /// The speed Ω of the scene (rad/s); None where the drive follows its inputs.
     pub speed: Option<f64>,
     /// The angle at which the scene starts (rad).
@@ -48,10 +55,14 @@ pub struct Terms {
     pub b1: f64,
     /// c (N/m or N·m/rad).
     pub c: f64,
+    /// c₁ (N·s/m/rad or N·m·s/rad²).
+    pub c1: f64,
     /// c₂ (kg/rad² or kg·m²/rad²).
     pub c2: f64,
     /// f (N or N·m).
     pub f: f64,
+    /// f₁ (N·s or N·m·s).
+    pub f1: f64,
     /// f₂ (kg·m or kg·m²).
     pub f2: f64,
 }
@@ -81,28 +92,67 @@ fn turning(drive: &DriveMode) -> (Option<f64>, f64) {
 
 /// J(φ) q̈ + (b + Ω J′) q̇ + (c + Ω² J″/2) q = −Ω² J′/2, J(φ) = J + m U′².
 ///
+/// Under a load, F = F_L(U, 0, φ) without an input: b += b_r U′², c += c_r U′² − U″F, c₁ = b_r (U′²)′, f = U′F, f₁ = −b_r U′².
+///
 /// Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.3 (1); J(φ) gathers its terms.
 fn of_shaft(scene: &elastic_shaft::Scene) -> PeriodicOscillator {
     let elastic_shaft::Parameters { m, inertia, c, b } = scene.parameters;
-    let (law, resolved) = (scene.cam.clone(), scene.cam.clone());
+    let (law, load, process) = (scene.cam.clone(), scene.load.clone(), scene.load.process.clone());
+    // The pieces of cam and process together, and the segments of both in each.
+    let mut breakpoints = [law.breakpoints(), process.as_ref().map_or(&[], MotionLaw::breakpoints)].concat();
+    breakpoints.sort_by(f64::total_cmp);
+    breakpoints.dedup_by(|b, a| *b - *a <= SAME);
+    let segments: Vec<[usize; 2]> = search::segments(&breakpoints)
+        .into_iter()
+        .map(|[low, high]| {
+            let middle = (0.5 * (low + high)).rem_euclid(TAU);
+            [law.segment(middle, true), process.as_ref().map_or(0, |process| process.segment(middle, true))]
+        })
+        .collect();
+    let resolution = |[own, of_process]: &[usize; 2]| {
+        let process = process.as_ref().map_or(1.0, |process| process.resolution_in(*of_process));
+        elastic_shaft::REACH / law.resolution_in(*own).max(process)
+    };
+    let reaches: Vec<f64> = segments.iter().map(resolution).collect();
+    let cost = law.cost() + process.as_ref().map_or(0.0, MotionLaw::cost);
     let terms = move |segment: usize, phi: f64| {
-        let [_, u1, u2, u3, _] = law.at_in(segment, phi).0;
+        let [own, of_process] = segments[segment];
+        let [u, u1, u2, u3, _] = law.at_in(own, phi).0;
         let (g, g1) = (m * u1 * u2, m * (u2 * u2 + u1 * u3));
-        Terms { m: inertia + m * u1 * u1, b, b1: 2.0 * g, c, c2: g1, f: 0.0, f2: -g }
+        let terms = Terms { m: inertia + m * u1 * u1, b, b1: 2.0 * g, c, c2: g1, f2: -g, ..Terms::default() };
+        if load.is_none() {
+            return terms;
+        }
+        let process = load.process.as_ref().map(|process| process.at_in(of_process, phi).0[0]);
+        let (force, damping) = (load.force(m, [u, 0.0], process, None), load.damping.unwrap_or(0.0));
+        let stiffness = load.stiffness() * u1 * u1 - u2 * force;
+        let [by_speed, slope] = [u1 * u1, 2.0 * u1 * u2].map(|x| damping * x);
+        Terms { b: b + by_speed, c: c + stiffness, c1: slope, f: u1 * force, f1: -by_speed, ..terms }
     };
     let (speed, start) = turning(&scene.drive);
     PeriodicOscillator {
         terms: Box::new(terms),
-        breakpoints: scene.cam.breakpoints().to_vec(),
-        reach: Box::new(move |segment| elastic_shaft::REACH / resolved.resolution_in(segment).max(1.0)),
-        cost: scene.cam.cost(),
+        breakpoints,
+        reach: Box::new(move |segment| reaches[segment]),
+        cost,
         inertia_turns: true,
+        own: (!scene.load.is_none()).then_some([b, c]),
         speed,
         start,
         coordinate: &unit::ANGLE,
         load: &unit::TORQUE,
-        note: (!scene.linear)
-            .then(|| "The drive of the scene is not linear; this is its linearisation about q = 0.".to_owned()),
+        note: match (scene.linear, scene.load.input) {
+            (true, false) => None,
+            (linear, input) => {
+                let linear = if linear {
+                    ""
+                } else {
+                    "The drive of the scene is not linear; this is its linearisation about q = 0."
+                };
+                let input = if input { "The input F is taken as 0." } else { "" };
+                Some(format!("{linear} {input}").trim().to_owned())
+            }
+        },
     }
 }
 
@@ -135,6 +185,7 @@ pub fn of_coefficients(scene: &parametric::Scene) -> PeriodicOscillator {
         reach: Box::new(move |segment| reaches.get(segment).copied().unwrap_or(least)),
         cost,
         inertia_turns: false,
+        own: None,
         speed,
         start,
         coordinate: parametric::quantities(coordinate)[0],

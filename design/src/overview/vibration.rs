@@ -29,6 +29,7 @@ pub fn behind_cam(law: &MotionLaw, [m, b, c]: [f64; 3], speed: Option<f64>) -> P
         reach: Box::new(move |segment| 1.0 / resolutions.resolution_in(segment).max(1.0)),
         cost: law.cost(),
         inertia_turns: false,
+        own: None,
         speed,
         start: 0.0,
         coordinate: &unit::LENGTH,
@@ -56,7 +57,7 @@ impl Overview {
             let segments = segments(&oscillator.breakpoints);
             let load_at = |segment: usize, phi: f64| {
                 let t = (oscillator.terms)(segment, reduce(phi.into()));
-                (t.f + speed * speed * t.f2).abs()
+                (t.f + speed * t.f1 + speed * speed * t.f2).abs()
             };
             let largest = greatest(&segments, load_at).value;
             if moved.is_none_or(|(_, twists)| twists) {
@@ -83,16 +84,16 @@ fn resonances(
     unit: &'static str,
 ) -> Vec<Resonance> {
     let w0 = (c / m).sqrt();
-    let mut waves = [[Complex::default(); 2]; HARMONICS + 1];
+    let mut waves = [[Complex::default(); 3]; HARMONICS + 1];
     for (phi, weight, t) in turn {
         let (step, mut wave) = (Complex::cis(-phi), Complex::from(2.0 * weight));
         for sums in &mut waves {
-            *sums = [sums[0] + wave * t.f, sums[1] + wave * t.f2];
+            *sums = [sums[0] + wave * t.f, sums[1] + wave * t.f1, sums[2] + wave * t.f2];
             wave *= step;
         }
     }
     // The amplitude of harmonic k of the load at the speed w.
-    let load = |k: usize, w: f64| (waves[k][0] + waves[k][1] * (w * w)).norm();
+    let load = |k: usize, w: f64| (waves[k][0] + waves[k][1] * w + waves[k][2] * (w * w)).norm();
     let at_resonance: Vec<f64> = (1..=HARMONICS).map(|k| load(k, w0 / k as f64)).collect();
     let least = OF_NO_ACCOUNT * at_resonance.iter().copied().fold(0.0, f64::max);
     let mut told: Vec<usize> = (1..=HARMONICS).filter(|k| at_resonance[k - 1] > least).collect();

@@ -348,7 +348,7 @@ pub fn study(
         let twice: Vec<usize> = known.iter().map(|(tongue, _)| tongue.n * parts.max(1)).collect();
         report.approximate_over_damping = map::approximate_over_damping(&classical, &twice, ranges[1][1]);
     }
-    if system.greatest(&|t| t.f.abs().max(t.f2.abs())) > 0.0 {
+    if system.greatest(&|t| t.f.abs().max(t.f1.abs()).max(t.f2.abs())) > 0.0 {
         report.add_motions(&system, &known, progress);
     }
     report.eigenproblem.incomplete = system.has_failed();
@@ -405,7 +405,7 @@ fn mirrored(oscillator: PeriodicOscillator) -> PeriodicOscillator {
     PeriodicOscillator {
         terms: Box::new(move |segment, phi| {
             let terms = terms(of(segment), -phi);
-            Terms { b1: -terms.b1, ..terms }
+            Terms { b1: -terms.b1, c1: -terms.c1, f1: -terms.f1, ..terms }
         }),
         breakpoints,
         reach: Box::new(move |segment| reach(of(segment))),

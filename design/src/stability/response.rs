@@ -6,6 +6,7 @@
 use super::BORDER;
 use super::system::System;
 use super::tongue::spectral_radius;
+use crate::oscillator::Terms;
 use crate::search;
 use camdrive::numerics::period_map::{PeriodMap, Trajectory};
 use serde::Serialize;
@@ -132,8 +133,9 @@ impl<'a> Turn<'a> {
     fn at(&self, trajectory: &Trajectory, tau: f64) -> [f64; 2] {
         let [q, slope] = trajectory.at(&self.map, tau);
         let t = self.system.at((self.system.start() + tau).rem_euclid(TAU));
-        let damping = self.system.damping(t.b, 1.0 / self.eta, 2.0 * self.theta / self.eta);
-        [q, t.c * q + self.eta * self.eta * damping * slope]
+        let ([b, c], inverse) = (self.system.own().unwrap_or([t.b, t.c]), 1.0 / self.eta);
+        let damping = self.system.damping(b, inverse, 2.0 * self.theta * inverse);
+        [q, c * q + self.eta * self.eta * damping * slope]
     }
 
     /// The modulus by which the slowest free motion changes in a turn.
@@ -157,7 +159,8 @@ fn motion_of(turn: &Turn) -> Option<PeriodicMotion> {
     let [amplitude, load] = turn.largest(turn.periodic()?, 1.0)?;
     let c = turn.system.mean.c;
     let square = turn.eta * turn.eta;
-    let kinetostatic = turn.system.greatest(&|t| t.f + square * t.f2);
+    let damped = 2.0 * turn.theta * turn.eta;
+    let kinetostatic = turn.system.greatest(&|t| t.f + damped * t.f1 + square * t.f2);
     Some(PeriodicMotion {
         eta: turn.eta,
         amplitude,
@@ -181,7 +184,8 @@ pub fn course(system: &System, eta: f64, theta: f64) -> Option<Vec<[f64; 3]>> {
         let phi = (system.start() + tau).rem_euclid(TAU);
         let t = system.at(phi);
         let load = if stable { turn.at(&trajectory, tau)[1] } else { f64::NAN };
-        points.push([phi, system.mean.c * load, system.mean.c * (t.f + eta * eta * t.f2)]);
+        let kinetostatic = t.f + 2.0 * theta * eta * t.f1 + eta * eta * t.f2;
+        points.push([phi, system.mean.c * load, system.mean.c * kinetostatic]);
     }
     points.sort_by(|a, b| a[0].total_cmp(&b[0]));
     // The turn ends as it begins.
@@ -207,8 +211,9 @@ pub fn transient(system: &System, eta: f64, theta: f64) -> Option<Transient> {
 /// of the strongest. `expected` is the η at which the free motion makes k vibrations in a turn, where that is known.
 pub fn resonances(system: &System, theta: f64, most: usize, expected: &dyn Fn(usize) -> Option<f64>) -> Vec<Resonance> {
     let most = most.min(system.highest_harmonic());
-    let (f, f2) = (system.coefficients(most, &|t| t.f), system.coefficients(most, &|t| t.f2));
-    let deflection = |k: usize, eta: f64| 2.0 * (f[k] + f2[k] * eta * eta).norm();
+    let terms: [fn(&Terms) -> f64; 3] = [|t| t.f, |t| t.f1, |t| t.f2];
+    let [f, f1, f2] = terms.map(|term| system.coefficients(most, &term));
+    let deflection = |k: usize, eta: f64| 2.0 * (f[k] + f1[k] * (2.0 * theta * eta) + f2[k] * eta * eta).norm();
     let at = |k: usize| expected(k).unwrap_or(1.0 / k as f64);
     let largest = (1..=most).map(|k| deflection(k, at(k))).fold(0.0, f64::max);
     let told = |k: &usize| deflection(*k, at(*k)) > 1e-4 * largest;

@@ -2,7 +2,7 @@
 //!
 //! With ′ = d/dφ, the means m₀, b₀, c₀ over a turn, ω₀² = c₀/m₀, η = Ω/ω₀ and θ = b₀/(2 m₀ ω₀):
 //!
-//! m̂ q″ + (d b̂ + b̂₁) q′ + (λ ĉ + ĉ₂) q = λ f/c₀ + f₂/m₀,  λ = 1/η², d = 2 θ/η.
+//! m̂ q″ + (d b̂ + b̂₁) q′ + (λ ĉ + d c₁/b₀ + ĉ₂) q = λ f/c₀ + d f₁/b₀ + f₂/m₀,  λ = 1/η², d = 2 θ/η.
 //!
 //! It is linear in λ and d, so that every question of stability is an eigenproblem in one of them. Where b = 0,
 //! b̂ = 1: damping is then what would have to be added. A modulation μ multiplies what varies of all coefficients of
@@ -232,7 +232,7 @@ impl<'a> System<'a> {
         TAU / self.parts.max(1) as f64
     }
 
-    /// The coefficients in dimensionless form; `f` is f/c₀ and `f2` f₂/m₀.
+    /// The coefficients in dimensionless form; `f` is f/c₀, `f1` f₁/b₀ and `f2` f₂/m₀.
     fn scaled(&self, t: &Terms) -> Terms {
         let Means { m, b, c } = self.mean;
         let varied = |value: f64, mean: f64| 1.0 + self.modulation * (value / mean - 1.0);
@@ -245,10 +245,17 @@ impl<'a> System<'a> {
             },
             b1: self.modulation * t.b1 / m,
             c: varied(t.c, c),
+            c1: if t.c1 == 0.0 { 0.0 } else { self.modulation * t.c1 / b },
             c2: self.modulation * t.c2 / m,
             f: t.f / c,
+            f1: if t.f1 == 0.0 { 0.0 } else { t.f1 / b },
             f2: t.f2 / m,
         }
+    }
+
+    /// What c₀ and b₀ times d/λ make of q and q′ in the load of the drive's own spring and damper, where others act beside them.
+    pub fn own(&self) -> Option<[f64; 2]> {
+        self.oscillator.own.map(|[b, c]| [if b == 0.0 { 0.0 } else { b / self.mean.b }, c / self.mean.c])
     }
 
     /// The damping term of q′ where b̂ is `b`, at η = 1/`inverse`.
@@ -481,8 +488,8 @@ impl Periodic for Turn<'_> {
         Coefficients {
             // No speed belongs to λ < 0.
             damping: (self.system.damping(t.b, self.lambda.max(0.0).sqrt(), self.d) + t.b1) / t.m,
-            stiffness: (self.lambda * t.c + t.c2) / t.m,
-            forcing: if self.loaded { (self.lambda * t.f + t.f2) / t.m } else { 0.0 },
+            stiffness: (self.lambda * t.c + self.d * t.c1 + t.c2) / t.m,
+            forcing: if self.loaded { (self.lambda * t.f + self.d * t.f1 + t.f2) / t.m } else { 0.0 },
         }
     }
 

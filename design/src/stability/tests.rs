@@ -4,6 +4,7 @@ mod active;
 mod approximations;
 mod backwards;
 mod extremes;
+mod loads;
 mod tables;
 
 use super::bounds::Harmonics;
@@ -29,6 +30,7 @@ fn oscillator(terms: Coefficients, reach: f64, inertia_turns: bool) -> PeriodicO
         reach: Box::new(move |_| reach),
         cost: 0.0,
         inertia_turns,
+        own: None,
         speed: None,
         start: 0.0,
         coordinate: &unit::ANGLE,
@@ -61,7 +63,7 @@ fn shaft(a: &[f64], ratio: f64) -> PeriodicOscillator {
     let terms = move |_: usize, phi: f64| {
         let [_, u1, u2, u3, _] = law.at(phi).0;
         let (g, g1) = (u1 * u2, u2 * u2 + u1 * u3);
-        Terms { m: ratio * mean + u1 * u1, b: 0.0, b1: 2.0 * g, c: 1.0, c2: g1, f: 0.0, f2: -g }
+        Terms { m: ratio * mean + u1 * u1, b: 0.0, b1: 2.0 * g, c: 1.0, c2: g1, f2: -g, ..Terms::default() }
     };
     oscillator(Box::new(terms), reach, true)
 }
@@ -270,7 +272,7 @@ fn manipulator(law: MotionLaw) -> PeriodicOscillator {
     let terms = move |segment: usize, phi: f64| {
         let [_, u1, u2, u3, _] = law.at_in(segment, phi).0;
         let (g, g1) = (m * u1 * u2, m * (u2 * u2 + u1 * u3));
-        Terms { m: inertia + m * u1 * u1, b: 17.85, b1: 2.0 * g, c: 2.4e4, c2: g1, f: 0.0, f2: -g }
+        Terms { m: inertia + m * u1 * u1, b: 17.85, b1: 2.0 * g, c: 2.4e4, c2: g1, f2: -g, ..Terms::default() }
     };
     let mut scene = oscillator(Box::new(terms), 1.0, true);
     scene.breakpoints = breakpoints;

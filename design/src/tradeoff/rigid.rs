@@ -3,7 +3,7 @@
 use crate::resource::Resource;
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::elastic_output::{self, ElasticOutput};
-use camdrive::drives::elastic_shaft::{self, ElasticShaft};
+use camdrive::drives::elastic_shaft::{self, ElasticShaft, Parameters};
 use camdrive::drives::parametric::{self, ParametricDrive, law::Law};
 use camdrive::drives::rigid_machine::{self, Inertia, Motor, Place, RigidMachine};
 use camdrive::drives::{Drive as _, Fault};
@@ -74,9 +74,13 @@ pub fn of(resource: &Resource) -> Result<Option<(&'static str, &'static str, For
             of(feature, instead, outputs, elastic_output(resource.read()?))
         }
         ElasticShaft::MODEL => {
-            let (feature, instead) = ("the elasticity of the shaft", "rigid: ψ = φ, y = U(φ), tau = J φ̈ + U′ m ÿ");
-            let outputs = "phi w psi der(psi) der(psi,2) q der(q) y der(y) tau";
-            of(feature, instead, outputs, elastic_shaft(resource.read()?))
+            let scene: elastic_shaft::Scene = resource.read()?;
+            let (instead, more) = match scene.load.is_none() {
+                true => ("rigid: ψ = φ, y = U(φ), tau = J φ̈ + U′ m ÿ", ""),
+                false => ("rigid: ψ = φ, y = U(φ), tau = J φ̈ + U′ (m ÿ − F_L)", " contact_force"),
+            };
+            let outputs = format!("phi w psi der(psi) der(psi,2) q der(q) y der(y) tau{more}");
+            of("the elasticity of the shaft", instead, &outputs, elastic_shaft(scene))
         }
         BacklashDrive::MODEL => {
             let (feature, instead) = ("clearance and elasticity", "rigid: x1 = y = U(φ), force = (m1 + m2) ÿ");
@@ -116,12 +120,17 @@ fn elastic_output(scene: elastic_output::Scene) -> Evaluation {
     })
 }
 
-/// q → 0 while tau = −(c q + b q̇) = (J + m U′²) α + m U′U″ ω² stays; the mass takes U′ times its force m ÿ of it.
+/// q → 0 while tau = −(c q + b q̇) = (J + m U′²) α + m U′U″ ω² − U′F_L stays; the mass takes U′ times its force m ÿ − F_L of
+/// it, F_L without an input.
 fn elastic_shaft(scene: elastic_shaft::Scene) -> Evaluation {
     Box::new(move |shaft, out| {
         let RigidFollower { y, y_dot, y_dot_dot, slope } = RigidFollower::of(&scene.cam, shaft);
-        let tau = scene.parameters.inertia * shaft.a + slope * scene.parameters.m * y_dot_dot;
+        let Parameters { m, inertia, .. } = scene.parameters;
+        let process = scene.load.process.as_ref().map(|process| process.at(reduced(shaft.phi)).0[0]);
+        let force = m * y_dot_dot - scene.load.force(m, [y, y_dot], process, None);
+        let tau = inertia * shaft.a + slope * force;
         out.extend([shaft.phi, shaft.w, shaft.phi, shaft.w, shaft.a, 0.0, 0.0, y, y_dot, tau]);
+        out.extend((!scene.load.is_none()).then_some(force));
     })
 }
 

@@ -7,11 +7,12 @@ use super::rigid::{self, Formula};
 use super::run::Interface;
 use crate::resource::Resource;
 use camdrive::drives::backlash::BacklashDrive;
+use camdrive::drives::follower::load::{Load, Spring};
 use camdrive::drives::rigid_machine::linkage::{Linkage, ParameterKind};
 use camdrive::drives::rigid_machine::{self, Inertia, InertiaFunction, Place, RigidMachine};
 use camdrive::drives::shaft::cam_turn::turns;
 use camdrive::drives::{Drive as _, Fault};
-use camdrive::motion::Fourier;
+use camdrive::motion::{Fourier, MotionLaw};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
@@ -85,6 +86,15 @@ pub fn of(resource: &Resource) -> Result<Vec<Simplification>, Fault> {
         if scene.pointer(place).is_some_and(|value| *value != neutral) {
             add(feature, instead, place, neutral);
         }
+    }
+    let load = scene.get("load").and_then(|load| serde_json::from_value::<Load>(load.clone()).ok());
+    if let Some(load) = load.filter(|load| !load.is_none()) {
+        // Zeros, so that the outputs stay.
+        let [gravity, constant, damping] = [load.gravity, load.constant, load.damping].map(|part| part.map(|_| 0.0));
+        let process = load.process.map(|_| MotionLaw::Fourier(Fourier::new(vec![0.0], Vec::new())));
+        let spring = load.spring.map(|_| Spring::default());
+        let without = Load { gravity, constant, damping, process, spring, ..load };
+        add("the loads", "none", "/load", json!(without));
     }
     if let Some(own) = scene.pointer("/law/crank/harmonics") {
         for (order, feature, instead) in HARMONICS {

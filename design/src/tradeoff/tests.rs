@@ -90,6 +90,22 @@ fn changes_are_those_of_the_closed_form() {
     assert!(report.advice[1].may_be_left_out.is_empty());
 }
 
+/// U = r sin φ under the constant force −F on a stiff shaft: contact_force is F and little beside it, tau = F r cos φ.
+#[test]
+fn loads_count_as_a_feature_and_on_the_rigid_drive() {
+    let mut scene: elastic_shaft::Scene = shaft().read().unwrap();
+    scene.load = Load { constant: Some(-5000.0), ..Load::default() };
+    (scene.parameters.m, scene.parameters.c, scene.linear) = (1e-3, 2e5, true);
+    scene.start.mode = StartMode::SteadyState;
+    let report = study(&resource::<elastic_shaft::ElasticShaft>(&scene), &quick(), &|_| ()).unwrap();
+    let largest = |name: &str| report.outputs.iter().find(|output| output.name == name).unwrap().largest;
+    assert!((largest("contact_force") - 5000.0).abs() < 1.0 && (largest("tau") - 250.0).abs() < 0.1);
+    let loads = feature(&report, "the loads");
+    assert!((loads.changes["tau"] - 1.0).abs() < 1e-3 && (loads.changes["contact_force"] - 1.0).abs() < 1e-3);
+    let rigid = feature(&report, "the elasticity");
+    assert!(rigid.changes["tau"] < 5e-3 && rigid.changes["contact_force"] < 5e-3, "{rigid:?}");
+}
+
 #[test]
 fn a_study_that_takes_too_much_work_ends_and_says_so() {
     let study = crate::work::within(1e6, "do less", &|_| (), |tell| study(&shaft(), &quick(), tell).is_ok());

@@ -103,6 +103,7 @@ impl Equation for Twist {
         [law.breakpoints(), self.process().map_or(&[], MotionLaw::breakpoints)]
     }
 
+    #[inline]
     fn at(&self, law: &MotionLaw, [segment, of_process]: Segments, f: &Flow<f64>) -> Cam {
         let [u0, u1, u2, u3, u4] = law.at_in(segment, self.angle(f)).0;
         let process = self.process().map_or([0.0; 3], |process| {
@@ -120,12 +121,12 @@ impl Equation for Twist {
     ///
     /// A load F_L adds the torque U′ F_L(U, U′ψ̇, φ, t); linear, with U, U′ω and φ and the stiffness c_r and the damping b_r of
     /// its spring and damper: U′ F_L + (U″ F_L − c_r U′² − b_r ω U′U″) q − b_r U′² q̇.
+    #[inline(always)]
     fn acceleration<S: Scalar>(&self, cam: &Cam, f: &Flow<S>) -> S {
         let Parameters { m, inertia, c, b } = self.parameters;
-        let [d0, d1, d2, d3, d4, d5] = cam.0;
+        let [_, d1, d2, d3, d4, d5] = cam.0;
         let angle = f.argument(!self.linear);
         let (u1, u2) = (angle.compose([d1, d2, d3]), angle.compose([d2, d3, d4]));
-        let loaded = |load: &Load, speed: S| self.force(load, cam, f, [angle.compose([d0, d1, d2]), u1 * speed]);
         let inertia = u1 * u1 * m + S::from(inertia);
         let g = u1 * u2 * m;
         if self.linear {
@@ -134,16 +135,12 @@ impl Equation for Twist {
             let stiffness = S::from(c) + w2 * g1 + f.a * g * 2.0;
             let damping = S::from(b) + f.w * g * 2.0;
             let torque = w2 * g + damping * f.v + stiffness * f.q;
-            let torque = self.load.as_deref().map_or(torque, |load| {
-                let (force, b) = (loaded(load, f.w), load.damping.unwrap_or(0.0));
-                let by_q = u1 * u1 * load.stiffness() + f.w * u1 * u2 * b - u2 * force;
-                torque + by_q * f.q + u1 * u1 * b * f.v - u1 * force
-            });
+            let torque = self.load.as_deref().map_or(torque, |load| torque - self.loaded(load, cam, f, [u1, u2]));
             -torque / inertia - f.a
         } else {
             let speed = f.cam_speed();
             let torque = g * speed * speed + f.v * b + f.q * c;
-            let torque = self.load.as_deref().map_or(torque, |load| torque - u1 * loaded(load, speed));
+            let torque = self.load.as_deref().map_or(torque, |load| torque - self.loaded(load, cam, f, [u1, u2]));
             -torque / inertia - f.a
         }
     }
@@ -312,6 +309,20 @@ impl Twist {
         load.force(self.parameters.m, y, process, load.input.then_some(f.force))
     }
 
+    /// The torque of a load on the cam (N·m).
+    #[inline(never)]
+    fn loaded<S: Scalar>(&self, load: &Load, cam: &Cam, f: &Flow<S>, [u1, u2]: [S; 2]) -> S {
+        let [d0, d1, d2, ..] = cam.0;
+        let speed = f.turning(!self.linear);
+        let force = self.force(load, cam, f, [f.argument(!self.linear).compose([d0, d1, d2]), u1 * speed]);
+        if !self.linear {
+            return u1 * force;
+        }
+        let b = load.damping.unwrap_or(0.0);
+        let by_q = u2 * force - u1 * u1 * load.stiffness() - speed * u1 * u2 * b;
+        u1 * force + by_q * f.q - u1 * u1 * b * f.v
+    }
+
     fn angle(&self, f: &Flow<f64>) -> f64 {
         angle::reduce(Double::from(f.argument(!self.linear)))
     }
@@ -324,6 +335,7 @@ impl Twist {
     }
 
     /// y = U(ψ), or U + U′ q where the equation is linearised (m).
+    #[inline(always)]
     pub fn lift<S: Scalar>(&self, cam: &Cam, f: &Flow<S>) -> S {
         let [d0, d1, d2, d3, ..] = cam.0;
         let angle = f.argument(!self.linear);
@@ -332,11 +344,32 @@ impl Twist {
     }
 
     /// ẏ = U′ ψ̇, or (U′ + U″ q) ω + U′ q̇ (m/s).
+    #[inline(always)]
     pub fn lift_speed<S: Scalar>(&self, cam: &Cam, f: &Flow<S>) -> S {
         let [_, d1, d2, d3, d4, _] = cam.0;
         let angle = f.argument(!self.linear);
         let u1 = angle.compose([d1, d2, d3]);
         if self.linear { (u1 + angle.compose([d2, d3, d4]) * f.q) * f.w + u1 * f.v } else { u1 * f.cam_speed() }
+    }
+
+    /// N = m ÿ − F_L (N), the force of the cam on the follower; 0 without a load.
+    ///
+    /// ÿ = U″ ψ̇² + U′ ψ̈, or (U″ + U‴ q) ω² + 2 U″ ω q̇ + (U′ + U″ q) α + U′ q̈.
+    #[inline(never)]
+    pub fn contact_force<S: Scalar>(&self, cam: &Cam, f: &Flow<S>) -> S {
+        let Some(load) = self.load.as_deref() else { return S::from(0.0) };
+        let acceleration = self.acceleration(cam, f) + f.a;
+        let [_, d1, d2, d3, d4, d5] = cam.0;
+        let angle = f.argument(!self.linear);
+        let (u1, u2) = (angle.compose([d1, d2, d3]), angle.compose([d2, d3, d4]));
+        let lift = if self.linear {
+            let bent = u2 + angle.compose([d3, d4, d5]) * f.q;
+            bent * f.w * f.w + u2 * f.w * f.v * 2.0 + u2 * f.q * f.a + u1 * acceleration
+        } else {
+            let speed = f.cam_speed();
+            u2 * speed * speed + u1 * acceleration
+        };
+        lift * self.parameters.m - self.force(load, cam, f, [self.lift(cam, f), self.lift_speed(cam, f)])
     }
 
     /// tau = −(c q + b q̇) (N·m).

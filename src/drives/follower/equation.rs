@@ -67,8 +67,12 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
     }
 
     /// The segments of both where drive and oscillator are so; on a breakpoint the one to which they turn.
+    #[inline]
     fn segments(&self, law: &Self::Law, f: &Flow<f64>) -> Segments {
         let (carried, breakpoints) = (self.carried(), self.breakpoints(law));
+        if let [[], []] = breakpoints {
+            return [0; 2];
+        }
         [0, 1].map(|i| match breakpoints[i] {
             [] => 0,
             list => {

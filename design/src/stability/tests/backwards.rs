@@ -67,7 +67,7 @@ impl Coefficients {
     }
 }
 
-fn quick(speeds: &[f64]) -> Options {
+pub(super) fn quick(speeds: &[f64]) -> Options {
     Options { speeds: speeds.to_vec(), quick: true, orders: Some(4), ..Options::default() }
 }
 
@@ -101,7 +101,7 @@ fn a_drive_that_turns_backwards_has_the_multipliers_of_its_own_motion() {
 }
 
 /// The numbers of a drive that turns backwards beside those of its mirror image, where q counts in this `sense`.
-fn assert_same(back: &Report, image: &Report, sense: f64) {
+pub(super) fn assert_same(back: &Report, image: &Report, sense: f64) {
     let same = |a: f64, b: f64| (a - b).abs() <= 1e-9 * (1.0 + a.abs());
     for (a, b) in back.speeds.iter().zip(&image.speeds) {
         assert!(same(a.speed, b.speed) && same(a.radius, b.radius), "{a:?} {b:?}");

@@ -9,14 +9,16 @@ mod variables;
 pub use crate::drives::follower::member::{Follower, Joint};
 pub use crate::drives::shaft::train::{MOST_FOLLOWERS, Machine, Shaft};
 
+use crate::drives::follower::contact;
 use crate::drives::limits::{no_state, refused_start};
 use crate::drives::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use crate::drives::shaft::cam_drive::{AngleMotion, CamDrive, DriveMode, MAX_INPUT_DERIVATIVE, field};
+use crate::drives::shaft::free::inertia::Inertia;
 use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::train::{Inputs, MOST_STATES, Modes, Train};
 use crate::drives::solver::train::periodic::periodic;
-use crate::drives::solver::train::{Outside, Run};
-use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
+use crate::drives::solver::train::{End, Outside, Run};
+use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Number, Text};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
@@ -64,6 +66,8 @@ pub struct DriveTrain {
     step: f64,
     /// The inputs for which the present internal step holds.
     laid: Inputs,
+    /// The end of the last step, before inputs jump, where the shaft is driven by them.
+    end: Option<Box<End>>,
     /// Whether a parameter has been changed since the last step.
     tuned: bool,
     log: EventLog,
@@ -89,6 +93,7 @@ impl DriveTrain {
             run: Run::default(),
             time: 0.0,
             step: 0.0,
+            end: None,
             tuned: false,
             log: EventLog::default(),
         }
@@ -133,6 +138,8 @@ impl DriveTrain {
         run.first(&self.train, &outside, self.horizon(0.0))?;
         self.run = run;
         self.laid = self.inputs.clone();
+        self.end = self.motion_is_input().then(Box::default);
+        self.keep_end();
         Ok(())
     }
 
@@ -167,10 +174,13 @@ impl DriveTrain {
         self.inputs.all().for_each(Signal::step_begins);
         let horizon = self.horizon(step);
         let input = self.motion_is_input();
-        if input {
-            self.motion = Some(self.course.motion(time));
+        if let (Some(end), Some(motion)) = (&self.end, self.motion.as_mut()) {
+            *motion = self.course.motion(time);
+            let outside = Outside { time, motion: Some(motion), inputs: &self.inputs };
+            self.run.jump(&self.train, &outside, (end, true), &mut self.log);
+        } else {
+            self.run.begin_step(&self.train, time);
         }
-        self.run.begin_step(&self.train, time);
         if input || horizon.is_finite() || self.laid != self.inputs {
             self.run.restart(&self.train, time);
             self.laid.clone_from(&self.inputs);
@@ -179,8 +189,16 @@ impl DriveTrain {
         self.run.advance(&self.train, &outside, (time + step, horizon), &mut self.log)?;
         (self.time, self.step) = (time + step, step);
         self.inputs.all().for_each(|signal| signal.step_ends(step));
+        self.keep_end();
         self.course.step_done();
         Ok(())
+    }
+
+    /// Keeps the end of the step where inputs may jump.
+    fn keep_end(&mut self) {
+        if let (Some(end), Some(motion)) = (&mut self.end, &self.motion) {
+            self.run.keep(&self.train, self.time, motion, end);
+        }
     }
 }
 
@@ -252,8 +270,11 @@ impl Drive for DriveTrain {
             self.tuned = false;
             self.laid = Inputs::default();
         }
-        if self.motion_is_input() {
-            self.motion = Some(self.course.motion(time));
+        if let (Some(end), Some(motion)) = (&self.end, self.motion.as_mut()) {
+            *motion = self.course.motion(time);
+            let outside = Outside { time, motion: Some(motion), inputs: &self.inputs };
+            // What happens is logged when the step is taken.
+            self.run.jump(&self.train, &outside, (end, false), &mut EventLog::counting());
         }
         Ok(())
     }
@@ -317,6 +338,24 @@ impl DriveTrain {
             let named = |message| Fault::new(message).of(&format!("follower[{}].cam", j + 1));
             follower.rigid.cam.validate().map_err(named)?;
             follower.rigid.check_linkage(&format!("follower[{}].linkage", j + 1))?;
+            if let Joint::Backlash(contact::Parameters { s: 0.0, .. }) = follower.joint {
+                let message = " = 0: without clearance it is an elastic output with the mass m1 on the cam's side; use `elasticity` with `m_roller`";
+                return Err(Fault::named(&format!("follower[{}].s", j + 1), message));
+            }
+        }
+        let Some(machine) = self.machine() else { return Ok(()) };
+        let rigid = self.train.followers.iter().filter(|follower| follower.joint == Joint::Rigid);
+        let inertia = Inertia::new(machine.inertia.clone(), rigid.map(|follower| follower.rigid.clone()).collect());
+        inertia.validate()?;
+        let (low, _) = inertia.range();
+        if !(low + machine.motor.stiff_rotor() > 0.0) {
+            let message = format!(
+                "the moment of inertia that follows the shaft must be positive at every angle, but its lower bound is {} kg.m2; \
+                 choose a larger `J0` (now {} kg.m2)",
+                Number(low),
+                machine.inertia.constant
+            );
+            return Err(Fault::new(message).of("J0"));
         }
         Ok(())
     }

@@ -12,12 +12,11 @@ use crate::drives::solver::response::Response;
 use crate::drives::solver::response::push::Push;
 use crate::drives::{Event, Fault};
 use crate::motion::MotionLaw;
-use crate::numerics::number::all_finite;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// The loads and what they make of q.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Loaded {
     /// On the mass, and on the mass on the cam's side.
     pub loads: Arc<[Load; 2]>,
@@ -48,37 +47,12 @@ pub(super) struct Process {
     end: Instant,
 }
 
-impl Process {
-    /// Tabulates the turn where that helps, unless it is `known`.
-    fn tabulate(&mut self, mode: &DriveMode, known: Option<&Process>) {
-        if let DriveMode::Constant { w, phi_start } = *mode {
-            self.response.tabulate(known.and_then(|process| process.response.table.clone()), &self.law, w, phi_start);
-        }
-    }
-
-    /// Lets the response go on from the communication point at constant speed.
-    fn restart(&mut self) -> Result<(), Fault> {
-        let motion = self.response.motion;
-        self.response.restart(&self.law, &motion, self.now.time, f64::INFINITY, self.now.q.array())
-    }
-}
-
 impl Loaded {
     pub(super) fn new(loads: [Load; 2], m_roller: f64) -> Result<Option<Box<Self>>, Fault> {
         if loads.iter().all(Load::is_none) && m_roller == 0.0 {
             return Ok(None);
         }
-        let loaded = Loaded {
-            loads: Arc::new(loads),
-            m_roller,
-            process: None,
-            push: Push::default(),
-            roller: Signal::default(),
-            tuned: false,
-            largest: 0.0,
-            pulls: false,
-            told: false,
-        };
+        let loaded = Loaded { loads: Arc::new(loads), m_roller, ..Loaded::default() };
         loaded.validate()?;
         Ok(Some(Box::new(loaded)))
     }
@@ -93,55 +67,19 @@ impl Loaded {
 
     /// What the process force on the mass makes, in front of its start.
     pub(super) fn make_process(&mut self, equation: &Equation, tolerance: f64, mode: &DriveMode) {
-        let known = self.process.take();
+        let known = self.process.take().and_then(|mut process| process.response.table.take());
         self.process = self.loads[0].process.as_ref().map(|law| {
-            let response = Response::new(equation.of_force(), law, tolerance);
-            let (law, now) = (Arc::new(law.clone()), Instant::default());
-            let mut process = Process { law, response, now, end: now };
-            process.tabulate(mode, known.as_ref());
-            process
+            let (mut response, law) = (Response::new(equation.of_force(), law, tolerance), Arc::new(law.clone()));
+            response.tabulate(known, &law, mode);
+            Process { law, response, now: Instant::default(), end: Instant::default() }
         });
     }
 
-    /// What constant loads make of the acceleration of the mass `m` (m/s²).
-    fn still(&self, m: f64) -> f64 {
-        self.loads[0].constant_part(m) / m
-    }
-
-    /// Whether there are constant loads or an input on the mass.
-    fn is_pushed(&self) -> bool {
-        let Load { gravity, constant, spring, input, .. } = &self.loads[0];
-        *input || gravity.is_some() || constant.is_some() || spring.is_some()
-    }
-
-    /// Computes how process, constant loads and input start in this mode.
-    pub(super) fn start(
-        &mut self,
-        equation: &Equation,
-        drive: (&DriveMode, &AngleMotion),
-        (start, tolerance, time): (StartMode, f64, f64),
-    ) -> Result<(), Fault> {
-        self.validate()?;
-        let (mode, motion) = drive;
-        (self.tuned, self.largest, self.pulls, self.told) = (false, 0.0, false, false);
-        let ([m, ..], oscillator) = (equation.parameters, &equation.oscillator);
-        let settled = matches!(start, StartMode::SteadyState | StartMode::Equilibrium);
-        let acceleration = self.still(m) + self.push.signal.set_value() / m;
-        self.push.begin([if settled { acceleration / oscillator.stiffness() } else { 0.0 }, 0.0]);
-        self.make_process(equation, tolerance, mode);
-        let Some(process) = &mut self.process else { return Ok(()) };
-        process.response.motion = *motion;
-        let q = match start {
-            StartMode::SteadyState => process.response.periodic(&process.law, motion, time)?,
-            StartMode::Equilibrium => process.response.at_rest(&process.law, motion, time),
-            _ => [0.0; 2],
-        };
-        process.now = Instant::on(motion, &process.law, time, q);
-        process.end = process.now;
-        if matches!(mode, DriveMode::Constant { .. }) {
-            process.restart()?;
-        }
-        Ok(())
+    /// q, q̇ with what the loads make of it.
+    #[inline(never)]
+    fn added_to(&self, q: [f64; 2]) -> [f64; 2] {
+        let process = self.process.as_ref().map_or([0.0; 2], |process| process.now.q.array());
+        [0, 1].map(|i| q[i] + self.push.now[i] + process[i])
     }
 
     /// Steps, evaluations, and the estimated error of q relative to its largest size, where the cam's motion makes these
@@ -156,13 +94,10 @@ impl Loaded {
     }
 
     /// Conditions of the text.
-    pub(super) fn conditions(loaded: Option<&Self>) -> [(&'static str, bool); 7] {
+    pub(super) fn conditions(loaded: Option<&Self>) -> [(&'static str, bool); 4] {
         let any = |has: fn(&Load) -> bool| loaded.is_some_and(|loaded| loaded.loads.iter().any(has));
         [
             ("load", loaded.is_some()),
-            ("load on mass", loaded.is_some_and(|loaded| !loaded.loads[0].is_none())),
-            ("roller", loaded.is_some_and(|loaded| loaded.m_roller > 0.0 || !loaded.loads[1].is_none())),
-            ("spring", any(|load| load.spring.is_some())),
             ("process", any(|load| load.process.is_some())),
             ("F", any(|load| load.input)),
             ("held", any(|load| load.spring.is_some() || load.gravity.is_some() || load.constant.is_some())),
@@ -171,11 +106,30 @@ impl Loaded {
 }
 
 impl ElasticOutput {
-    /// Computes how the loads start.
+    /// Computes how process, constant loads and input start.
     pub(super) fn start_loads(&mut self, time: f64) -> Result<(), Fault> {
         let (equation, tolerance, motion) = (*self.response.equation(), self.tolerance(), self.response.motion);
         let Some(loaded) = &mut self.loaded else { return Ok(()) };
-        loaded.start(&equation, (&self.cam.mode, &motion), (self.start.mode, tolerance, time))?;
+        loaded.validate()?;
+        (loaded.tuned, loaded.largest, loaded.pulls, loaded.told) = (false, 0.0, false, false);
+        let settled = matches!(self.start.mode, StartMode::SteadyState | StartMode::Equilibrium);
+        let force = loaded.loads[0].constant_part(self.parameters.m) + loaded.push.signal.set_value();
+        let deflection = force / self.parameters.m / equation.oscillator.stiffness();
+        loaded.push.begin([if settled { deflection } else { 0.0 }, 0.0]);
+        loaded.make_process(&equation, tolerance, &self.cam.mode);
+        if let Some(Process { law, response, now, end }) = &mut loaded.process {
+            response.motion = motion;
+            let q = match self.start.mode {
+                StartMode::SteadyState => response.periodic(law, &motion, time)?,
+                StartMode::Equilibrium => response.at_rest(law, &motion, time),
+                _ => [0.0; 2],
+            };
+            *now = Instant::on(&motion, law, time, q);
+            *end = *now;
+            if !self.cam.is_input() {
+                response.go_on(law, now)?;
+            }
+        }
         self.watch();
         Ok(())
     }
@@ -190,12 +144,11 @@ impl ElasticOutput {
     #[inline(always)]
     pub(super) fn deformation(&self) -> [f64; 2] {
         let q = self.now.q.array();
-        let Some(loaded) = &self.loaded else { return q };
-        let process = loaded.process.as_ref().map_or([0.0; 2], |process| process.now.q.array());
-        [0, 1].map(|i| q[i] + loaded.push.now[i] + process[i])
+        if let Some(loaded) = &self.loaded { loaded.added_to(q) } else { q }
     }
 
     /// Whether the parameters of the loads have changed since the last step; what they make of q then starts anew.
+    #[inline(never)]
     pub(super) fn retune_loads(&mut self, tuned: bool) -> Result<bool, Fault> {
         let (equation, tolerance) = (self.equation(), self.tolerance());
         let Some(loaded) = &mut self.loaded else { return Ok(tuned) };
@@ -205,43 +158,40 @@ impl ElasticOutput {
         loaded.validate()?;
         loaded.tuned = false;
         loaded.push.restart();
-        if let (Some(process), Some(law)) = (&mut loaded.process, &loaded.loads[0].process) {
-            if *law != *process.law {
-                let motion = process.response.motion;
-                process.law = Arc::new(law.clone());
-                process.response = Response::new(equation.of_force(), law, tolerance);
-                process.response.motion = motion;
-            }
-            process.response.set_equation(equation.of_force());
-            if !self.cam.is_input() {
-                process.restart()?;
-            }
+        let Some(Process { law, response, now, .. }) = &mut loaded.process else { return Ok(true) };
+        if let Some(changed) = loaded.loads[0].process.as_ref().filter(|changed| **changed != **law) {
+            let motion = response.motion;
+            (*law, *response) = (Arc::new(changed.clone()), Response::new(equation, changed, tolerance));
+            response.motion = motion;
+        }
+        response.set_equation(equation.of_force());
+        if !self.cam.is_input() {
+            response.go_on(law, now)?;
         }
         Ok(true)
     }
 
     /// The process goes on from `time` (s) as the inputs say.
+    #[inline(never)]
     pub(super) fn take_up_process(&mut self, motion: &AngleMotion, time: f64, goes_on: bool) {
-        if let Some(process) = self.loaded.as_mut().and_then(|loaded| loaded.process.as_mut()) {
-            let ([phi, w, a, ..], end) = (motion.coefficients, process.end);
-            process.now = Instant { time, shaft: [phi, w, a], ..end };
-            if !goes_on {
-                let force = ShaftState::at_angle([phi, w, a]).on(&process.law);
-                process.now = Instant::new(time, [phi, w, a], &force, end.q);
-            }
-            process.response.motion = *motion;
+        let Some(loaded) = &mut self.loaded else { return };
+        let Some(Process { law, response, now, end }) = &mut loaded.process else { return };
+        let [phi, w, a, ..] = motion.coefficients;
+        let shaft = [phi, w, a];
+        *now = Instant { time, shaft, ..*end };
+        if !goes_on {
+            *now = Instant::new(time, shaft, &ShaftState::at_angle(shaft).on(law), end.q);
         }
+        response.motion = *motion;
     }
 
     /// Brings what the loads make of q from one time to another (s); `goes_on` where the inputs did.
+    #[inline(never)]
     pub(super) fn advance_loads(&mut self, [time, end]: [f64; 2], goes_on: bool) -> Result<(), Fault> {
-        let (is_input, equation) = (self.cam.is_input(), *self.response.equation());
+        let (m, is_input) = (self.parameters.m, self.cam.is_input());
         let Some(loaded) = &mut self.loaded else { return Ok(()) };
-        let m = equation.parameters[0];
-        if loaded.is_pushed() {
-            let still = loaded.still(m);
-            loaded.push.advance(&equation.oscillator, m, still, [time, end]);
-        }
+        let still = loaded.loads[0].constant_part(m) / m;
+        loaded.push.advance(&self.response.equation().oscillator, m, still, [time, end]);
         loaded.roller.step_begins();
         loaded.roller.step_ends(end - time);
         if let Some(Process { law, response, now, end: last }) = &mut loaded.process {
@@ -263,7 +213,7 @@ impl ElasticOutput {
         let [load, roller] = &*loaded.loads;
         let held =
             load.constant_part(m) + roller.constant_part(loaded.m_roller) - x * (load.stiffness() + roller.stiffness());
-        let force = if held == 0.0 { 0.0 } else { super::variables::contact_force(self) };
+        let force = if held == 0.0 { 0.0 } else { self.contact_force() };
         let Some(loaded) = &mut self.loaded else { return };
         loaded.largest = loaded.largest.max(q.abs());
         let pulls = force * held > 0.0;
@@ -279,30 +229,17 @@ impl ElasticOutput {
 
     /// Called when the drive was read from bytes.
     pub(super) fn restore_loads(&mut self, made: &Self) -> bool {
-        let (tolerance, is_input, mode) = (self.tolerance(), self.cam.is_input(), self.cam.mode.clone());
+        let tolerance = self.tolerance();
         let (loaded, made) = match (&mut self.loaded, &made.loaded) {
             (Some(loaded), Some(made)) => (loaded, made),
             (None, None) => return true,
             _ => return false,
         };
         loaded.loads = made.loads.clone();
-        let Some(process) = &mut loaded.process else { return true };
-        let Some(law) = &loaded.loads[0].process else { return false };
-        if (*law != *process.law && !loaded.tuned) || !process.response.restored(&process.law, tolerance) {
-            return false;
-        }
-        if process.response.is_on_table() {
-            process.tabulate(&mode, made.process.as_ref());
-            if !process.response.has_its_table() && !is_input {
-                let _ = process.restart();
-            }
-        }
-        true
-    }
-
-    /// Whether the motion that the loads make is one.
-    pub(super) fn loads_are_finite(&self) -> bool {
-        self.loaded.is_none() || all_finite(self.deformation())
+        let Some(Process { law, response, now, .. }) = &mut loaded.process else { return true };
+        let made = made.process.as_ref().map(|process| &process.response);
+        let same = loaded.tuned || loaded.loads[0].process.as_ref() == Some(&**law);
+        same && response.restored(made, (law, &self.cam.mode), tolerance, now)
     }
 }
 

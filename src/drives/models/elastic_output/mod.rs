@@ -33,13 +33,12 @@ use crate::drives::shaft::cam_drive::{
 };
 use crate::drives::shaft::instant::Instant;
 use crate::drives::shaft::loads::HasLoads;
-use crate::drives::solver::response::{Response, Table};
+use crate::drives::solver::response::Response;
 use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::motion::MotionLaw;
 use crate::numerics::number::all_finite;
 use loaded::Loaded;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 parameters!(Parameters of ElasticOutput.parameters);
 
@@ -104,27 +103,23 @@ impl ElasticOutput {
         }
     }
 
-    /// Tabulates the turn of the cam where that helps, unless `known` is the table.
-    fn tabulate(&mut self, known: Option<Arc<Table>>) {
-        if let DriveMode::Constant { w, phi_start } = self.cam.mode {
-            self.response.tabulate(known, &self.cam.law, w, phi_start);
-        }
-    }
-
     /// The shaft at the communication point, with all derivatives.
     fn shaft(&self) -> ShaftState {
         self.response.motion.at(self.now.time)
     }
 
-    /// Lets the response go on from the communication point at constant speed.
-    fn restart(&mut self) -> Result<(), Fault> {
-        let motion = self.response.motion;
-        self.response.restart(&self.cam.law, &motion, self.now.time, f64::INFINITY, self.now.q.array())
+    /// The force of the cam on the follower under loads (N).
+    fn contact_force(&self) -> f64 {
+        variables::contact_force(self)
     }
 
     /// Whether there is a communication point.
     fn arrived(&self) -> Result<(), Fault> {
-        if self.now.is_finite() && self.loads_are_finite() { Ok(()) } else { Err(self.beyond_all_numbers()) }
+        if self.now.is_finite() && (self.loaded.is_none() || self.is_finite()) {
+            Ok(())
+        } else {
+            Err(self.beyond_all_numbers())
+        }
     }
 
     #[cold]
@@ -162,7 +157,7 @@ impl Drive for ElasticOutput {
             end: Instant::default(),
             log: EventLog::default(),
         };
-        drive.tabulate(None);
+        drive.response.tabulate(None, &drive.cam.law, &drive.cam.mode);
         Ok(drive)
     }
 
@@ -192,14 +187,14 @@ impl Drive for ElasticOutput {
         // The law's parameters may have changed, and with them what the response keeps of it.
         let table = self.response.table.take();
         self.response = Response::new(self.equation(), &self.cam.law, self.tolerance());
-        self.tabulate(table);
+        self.response.tabulate(table, &self.cam.law, &self.cam.mode);
         self.response.motion = self.cam.motion(time);
         let q = self.initial_state(time)?;
         self.now = Instant::on(&self.response.motion, &self.cam.law, time, q);
         self.end = self.now;
         self.start_loads(time)?;
         self.arrived()?;
-        if self.cam.is_input() { Ok(()) } else { self.restart() }
+        if self.cam.is_input() { Ok(()) } else { self.response.go_on(&self.cam.law, &self.now) }
     }
 
     fn apply(&mut self, time: f64) -> Result<(), Fault> {
@@ -214,7 +209,7 @@ impl Drive for ElasticOutput {
         if self.cam.is_input() {
             self.take_up_inputs(time);
         } else if tuned {
-            self.restart()?;
+            self.response.go_on(&self.cam.law, &self.now)?;
         }
         Ok(())
     }
@@ -238,19 +233,10 @@ impl Drive for ElasticOutput {
 
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
         self.cam.take(&made.cam);
-        let tolerance = self.tolerance();
-        if !self.response.restored(&self.cam.law, tolerance) || !self.restore_loads(made) {
-            return Err(no_state());
-        }
-        if !self.response.is_on_table() {
-            return Ok(());
-        }
-        self.tabulate(made.response.table.clone());
-        if !self.response.has_its_table() {
-            // As after any other change: on from here without a table.
-            let _ = self.restart();
-        }
-        Ok(())
+        let (tolerance, cam) = (self.tolerance(), (&self.cam.law, &self.cam.mode));
+        let is_one =
+            self.response.restored(Some(&made.response), cam, tolerance, &self.now) && self.restore_loads(made);
+        if is_one { Ok(()) } else { Err(no_state()) }
     }
 }
 

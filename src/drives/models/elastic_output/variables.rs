@@ -1,6 +1,6 @@
 //! The variables of the drive.
 
-use super::loaded::Process;
+use super::loaded::{Loaded, Process};
 use super::{ElasticOutput, Parameters};
 use crate::drives::follower::flow::Flow;
 use crate::drives::settings::HasSolver;
@@ -13,6 +13,7 @@ use crate::drives::variable::{Variability, real_within};
 use crate::drives::{List, Seed};
 use crate::motion::derivatives::lift;
 use crate::motion::{Kinematics, TransferFunctions};
+use crate::numerics::pair::Pair;
 use crate::numerics::taylor::{Scalar, Series};
 
 /// The names of the inputs on the mass and on the cam's side.
@@ -41,36 +42,33 @@ enum Output {
 const OUTPUTS: usize = Output::Tau as usize + 1;
 
 /// What the loads on the mass and on the cam's side depend on beside place and speed: process forces and inputs.
-struct Forces<S>([[Option<S>; 2]; 2]);
+struct Forces<'a, S> {
+    loaded: &'a Loaded,
+    given: [[Option<S>; 2]; 2],
+}
 
-impl<S: Scalar> Forces<S> {
-    /// At the angle `phi`, where `input` makes an input of its number and its place among the loads.
-    fn new(drive: &ElasticOutput, phi: S, input: impl Fn(&Signal, &'static str) -> S) -> Self {
-        let Some(loaded) = &drive.loaded else { return Forces([[None; 2]; 2]) };
+impl<'a, S: Scalar> Forces<'a, S> {
+    /// At the angle `phi`, where `input` makes an input of its number and its name; None without loads.
+    fn new(drive: &'a ElasticOutput, phi: S, input: impl Fn(&Signal, &'static str) -> S) -> Option<Self> {
+        let loaded = drive.loaded.as_deref()?;
+        let [load, roller] = &*loaded.loads;
         let on_mass = loaded.process.as_ref().map(|Process { now, .. }| {
             let [p, slope] = now.u.array();
             phi.compose([p, slope, now.curvature])
         });
-        let of_roller = |law| {
+        let on_roller = roller.process.as_ref().map(|law| {
             let [p, slope, curvature, ..] = drive.shaft().on(law).0;
             phi.compose([p, slope, curvature])
-        };
-        let [load, roller] = &*loaded.loads;
-        let inputs = [(load, &loaded.push.signal, F), (roller, &loaded.roller, ROLLER_F)];
-        let [f, roller_f] = inputs.map(|(load, signal, name)| load.input.then(|| input(signal, name)));
-        Forces([[on_mass, f], [roller.process.as_ref().map(of_roller), roller_f]])
+        });
+        let of_mass = load.input.then(|| input(&loaded.push.signal, F));
+        let of_roller = roller.input.then(|| input(&loaded.roller, ROLLER_F));
+        Some(Forces { loaded, given: [[on_mass, of_mass], [on_roller, of_roller]] })
     }
 
-    /// The load of this number at x, ẋ of its mass `m`; None without loads.
-    fn load(&self, drive: &ElasticOutput, which: usize, m: f64, place: [S; 2]) -> Option<S> {
-        let [process, input] = self.0[which];
-        drive.loaded.as_ref().map(|loaded| loaded.loads[which].force(m, place, process, input))
-    }
-
-    /// ÿ at q, q̇ where the cam has x, ẋ.
-    fn acceleration(&self, drive: &ElasticOutput, [q, v]: [S; 2], [x, x1]: [S; 2]) -> S {
-        let (force, m) = (drive.response.equation().force([q, v]), drive.parameters.m);
-        self.load(drive, 0, m, [x + q, x1 + v]).map_or(force, |load| force + load) * (1.0 / m)
+    /// The load of this number at the place and the speed of its mass `m`.
+    fn load(&self, which: usize, m: f64, place: [S; 2]) -> S {
+        let [process, input] = self.given[which];
+        self.loaded.loads[which].force(m, place, process, input)
     }
 }
 
@@ -154,39 +152,64 @@ fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
     output(Output::Contact, "contact_force", text, &unit::FORCE, &contact, initial);
 }
 
-/// The outputs, of numbers or of series, in the order of [`Output`]; u holds U … U⁗ at the communication point.
-fn outputs<S: Scalar>(drive: &ElasticOutput, u: &[f64; 5], f: &Flow<S>, forces: &Forces<S>) -> [S; OUTPUTS + 1] {
+/// The outputs, of numbers or of series, in the order of [`Output`], and the one under loads; u holds U … U⁗ at the
+/// communication point.
+#[inline(always)]
+fn outputs<S: Scalar>(
+    drive: &ElasticOutput,
+    u: &[f64; 5],
+    f: &Flow<S>,
+    forces: Option<&Forces<'_, S>>,
+) -> ([S; OUTPUTS], S) {
     let u = [[u[0], u[1], u[2]], [u[1], u[2], u[3]], [u[2], u[3], u[4]]].map(|u| f.phi.compose(u));
     let (equation, [x, x1, x2]) = (drive.response.equation(), lift(u, [f.w, f.a]));
     let force = equation.force([f.q, f.v]);
-    let y2 = forces.acceleration(drive, [f.q, f.v], [x, x1]);
-    let mut contact = force;
-    if let Some(m) = drive.loaded.as_ref().map(|loaded| loaded.m_roller)
-        && let Some(load) = forces.load(drive, 1, m, [x, x1])
-    {
-        contact = force + x2 * m - load;
+    let (mut accelerating, mut contact) = (force, force);
+    if let Some(forces) = forces {
+        let m_roller = forces.loaded.m_roller;
+        accelerating = force + forces.load(0, drive.parameters.m, [x + f.q, x1 + f.v]);
+        contact = force + x2 * m_roller - forces.load(1, m_roller, [x, x1]);
     }
-    [f.phi, f.w, x, x + f.q, x1 + f.v, y2, f.q, f.v, y2 - x2, force, u[1] * contact, contact]
+    let y2 = accelerating * (1.0 / drive.parameters.m);
+    ([f.phi, f.w, x, x + f.q, x1 + f.v, y2, f.q, f.v, y2 - x2, force, u[1] * contact], contact)
 }
 
 /// The outputs as numbers.
-fn numbers(drive: &ElasticOutput) -> [f64; OUTPUTS + 1] {
+#[inline(always)]
+fn numbers(drive: &ElasticOutput, q: Pair, forces: Option<&Forces<'_, f64>>) -> ([f64; OUTPUTS], f64) {
     let Instant { shaft: [phi, w, a], u, curvature, .. } = drive.now;
-    let ([x, slope], [q, v]) = (u.array(), drive.deformation());
+    let ([x, slope], [q, v]) = (u.array(), q.array());
     // phi is put out without reduction; U needs no angle any more, and numbers no derivative beyond U″.
     let u = [x, slope, curvature, 0.0, 0.0];
-    outputs(drive, &u, &Flow { phi, w, a, q, v, force: 0.0 }, &Forces::new(drive, phi, |signal, _| signal.now()))
+    outputs(drive, &u, &Flow { phi, w, a, q, v, force: 0.0 }, forces)
+}
+
+/// The same under loads.
+#[inline(never)]
+fn numbers_under(drive: &ElasticOutput) -> ([f64; OUTPUTS], f64) {
+    let forces = Forces::new(drive, drive.now.shaft[0], |signal, _| signal.now());
+    numbers(drive, drive.deformation().into(), forces.as_ref())
 }
 
 /// The force of the cam on the follower (N).
 pub(super) fn contact_force(drive: &ElasticOutput) -> f64 {
-    numbers(drive)[Output::Contact as usize]
+    numbers_under(drive).1
 }
 
 pub(super) fn evaluate(drive: &ElasticOutput, values: &mut [f64]) {
-    let (values, statistics) = values.split_at_mut(count(drive));
-    values.copy_from_slice(&numbers(drive)[..values.len()]);
-    statistics.copy_from_slice(&drive.statistics());
+    if drive.loaded.is_some() {
+        return evaluate_under(drive, values);
+    }
+    values[..OUTPUTS].copy_from_slice(&numbers(drive, drive.now.q, None).0);
+    values[OUTPUTS..].copy_from_slice(&drive.statistics());
+}
+
+#[inline(never)]
+fn evaluate_under(drive: &ElasticOutput, values: &mut [f64]) {
+    let (outputs, contact) = numbers_under(drive);
+    values[..OUTPUTS].copy_from_slice(&outputs);
+    values[OUTPUTS] = contact;
+    values[OUTPUTS + 1..].copy_from_slice(&drive.statistics());
 }
 
 fn series(drive: &ElasticOutput, seed: Seed, which: usize) -> Series {
@@ -200,32 +223,33 @@ fn series(drive: &ElasticOutput, seed: Seed, which: usize) -> Series {
             (flow, Forces::new(drive, flow.phi, input))
         }
     };
-    outputs(drive, &u.0, &flow, &forces)[which]
+    let (outputs, contact) = outputs(drive, &u.0, &flow, forces.as_ref());
+    outputs.get(which).copied().unwrap_or(contact)
 }
 
 /// Drive and mass as functions of time.
-fn along_time(drive: &ElasticOutput, shaft: &Kinematics, u: &TransferFunctions) -> (Flow<Series>, Forces<Series>) {
+fn along_time<'a>(
+    drive: &'a ElasticOutput,
+    shaft: &Kinematics,
+    u: &TransferFunctions,
+) -> (Flow<Series>, Option<Forces<'a, Series>>) {
     let ([phi, w, a, jerk, snap], [q, v]) = (shaft.0, drive.deformation());
+    let [phi, w, a] =
+        [[phi, w, a], [w, a, jerk], [a, jerk, snap]].map(|[d0, d1, d2]| Series::from_derivatives(d0, d1, d2));
+    let forces = Forces::new(drive, phi, |signal, _| signal.series());
     let x = u.along(shaft).0;
-    let angle = Series::from_derivatives(phi, w, a);
-    let forces = Forces::new(drive, angle, |signal, _| signal.series());
     let x = [0, 1, 2].map(|order| Series::from_derivatives(x[order], x[order + 1], 0.0));
-    let acceleration = |state: [Series; 2]| match drive.loaded {
-        None => drive.response.equation().acceleration(state, x),
-        Some(_) => forces.acceleration(drive, state, [x[0], x[1]]) - x[2],
+    let acceleration = |[q, v]: [Series; 2]| match &forces {
+        None => drive.response.equation().acceleration([q, v], x),
+        forces => {
+            outputs(drive, &u.0, &Flow { phi, w, a, q, v, force: 0.0.into() }, forces.as_ref()).0
+                [Output::QDotDot as usize]
+        }
     };
-    let q2 = acceleration([q, v].map(Series::from));
-    let q2 = acceleration([Series([q, v, 0.0]), Series([v, q2.value(), 0.0])]);
-    let (q2, q3) = (q2.derivative(0), q2.derivative(1));
-    let flow = Flow {
-        phi: angle,
-        w: Series::from_derivatives(w, a, jerk),
-        a: Series::from_derivatives(a, jerk, snap),
-        q: Series::from_derivatives(q, v, q2),
-        v: Series::from_derivatives(v, q2, q3),
-        force: 0.0.into(),
-    };
-    (flow, forces)
+    let q2 = acceleration([q, v].map(Series::from)).value();
+    let q3 = acceleration([Series([q, v, 0.0]), Series([v, q2, 0.0])]).derivative(1);
+    let [q, v] = [[q, v, q2], [v, q2, q3]].map(|[d0, d1, d2]| Series::from_derivatives(d0, d1, d2));
+    (Flow { phi, w, a, q, v, force: 0.0.into() }, forces)
 }
 
 /// Drive and mass as functions of one input or state, the others held: q = y − U(φ), q̇ = ẏ − U′(φ) ω.

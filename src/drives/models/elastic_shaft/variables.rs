@@ -25,10 +25,17 @@ enum Output {
     Y,
     YDot,
     Tau,
+    /// Under a load only.
+    Contact,
 }
 
-/// How many there are.
+/// How many there are without a load.
 const OUTPUTS: usize = Output::Tau as usize + 1;
+
+/// How many there are.
+fn count(drive: &ElasticShaft) -> usize {
+    OUTPUTS + usize::from(drive.equation.load.is_some())
+}
 
 const STATES: [&str; 2] = ["psi", "der(psi)"];
 
@@ -40,7 +47,7 @@ pub(super) fn list(drive: &ElasticShaft) -> List<ElasticShaft> {
     declare_linear(&mut list);
     drive.declare_start(&mut list, &unit::ANGLE, &unit::ANGULAR_VELOCITY);
     declare_load(&mut list, drive, 0, "load", false);
-    drive.declare_solver(&mut list, OUTPUTS);
+    drive.declare_solver(&mut list, count(drive));
     declare_outputs(drive, &mut list);
     drive.declare_law(&mut list);
     list
@@ -87,6 +94,10 @@ fn declare_outputs(drive: &ElasticShaft, list: &mut List<ElasticShaft>) {
     output(Output::YDot, "der(y)", "Velocity of the follower", &unit::VELOCITY, all, &[&lift, W, &q_dot]);
     let text = "Torque from the drive into the cam unit, -(c q + b der(q)); a positive tau loads the drive";
     output(Output::Tau, "tau", text, &unit::TORQUE, all, &[&q, &q_dot, &["c", "b"]]);
+    if drive.equation.load.is_some() {
+        let text = "Force of the cam on the follower, positive in the sense of y: its inertia less its loads";
+        output(Output::Contact, "contact_force", text, &unit::FORCE, &known, initial);
+    }
 }
 
 /// The outputs, of numbers or of series, in the order of [`Output`].
@@ -101,10 +112,17 @@ fn outputs<S: Scalar>(drive: &ElasticShaft, cam: &Cam, f: &Flow<S>) -> [S; OUTPU
 pub(super) fn evaluate(drive: &ElasticShaft, places: &mut [f64]) {
     let (cam, f) = drive.now(Twist::at);
     places[..OUTPUTS].copy_from_slice(&outputs(drive, &cam, &f));
-    places[OUTPUTS..].copy_from_slice(&drive.statistics());
+    if drive.equation.load.is_some() {
+        places[OUTPUTS] = drive.equation.contact_force(&cam, &f);
+    }
+    places[count(drive)..].copy_from_slice(&drive.statistics());
 }
 
 fn series(drive: &ElasticShaft, seed: Seed, which: usize) -> Series {
     let (cam, f) = drive.now(Twist::with_fifth);
-    outputs(drive, &cam, &drive.along(seed, STATES, &cam, &f))[which]
+    let along = drive.along(seed, STATES, &cam, &f);
+    if which == Output::Contact as usize {
+        return drive.equation.contact_force(&cam, &along);
+    }
+    outputs(drive, &cam, &along)[which]
 }

@@ -35,12 +35,14 @@ use super::motor::Motor;
 use crate::drives::follower::contact::Mode;
 use crate::drives::follower::load::Load;
 use crate::drives::follower::member::{Follower, Joint};
+use crate::drives::follower::place::ends;
 use crate::motion::MotionLaw;
 use crate::motion::turn;
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use crate::numerics::taylor::{Arithmetic, Scalar, Series};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// The most followers.
 pub const MOST_FOLLOWERS: usize = 16;
@@ -547,9 +549,11 @@ fn way_out(law: &MotionLaw, segment: usize, phi: f64) -> [f64; 2] {
     if breakpoints.is_empty() {
         return [f64::INFINITY; 2];
     }
-    let (low, high) = crate::drives::follower::place::ends(breakpoints, segment);
+    let (low, high) = ends(breakpoints, segment);
     let phi = turn::near(phi, 0.5 * (low + high));
-    [high - phi, phi - low].map(|way| if way <= ON_BREAKPOINT { 0.0 } else { way })
+    // The end of the only segment is its start.
+    let on = if breakpoints.len() == 1 { TAU } else { 0.0 };
+    [high - phi, phi - low].map(|way| if way <= ON_BREAKPOINT { on } else { way })
 }
 
 /// sum += f a b to `count` coefficients.

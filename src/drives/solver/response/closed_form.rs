@@ -65,7 +65,7 @@ pub struct Run {
     /// When the free motion has died away (s).
     free_until: f64,
     /// The largest |q| that was asked for (m).
-    largest: f64,
+    pub largest: f64,
 }
 
 /// Contribution of one harmonic to U, U′ and to q, q̇: of each pair, the first from cos kφ and the second from sin kφ
@@ -84,13 +84,6 @@ impl Harmonic {
         let nothing = Pair::default();
         let (straight, crossed) = ([Pair::new(a, -k * a), nothing], [Pair::new(b, k * b), nothing]);
         Harmonic { straight, crossed, curvature: Pair::new(-k * k * a, -k * k * b) }
-    }
-}
-
-impl Run {
-    /// The largest |q| that was asked for (m).
-    pub fn largest(&self) -> f64 {
-        self.largest
     }
 }
 
@@ -229,7 +222,7 @@ impl ClosedForm {
         (now.time, now.shaft, now.q) = (time, [phi, w, a], Pair::new(free[0] + run.mean, free[1]));
         self.drive(Pair::new(c, s), now);
         if run.push != 0.0 {
-            now.q = now.q + under_constant(oscillator, run.push, [0.0; 2], time - run.start).into();
+            add_push(run, oscillator, time, now);
         }
         if !self.resonant.is_empty() {
             self.add_resonant(oscillator, motion, [run.start, time], now);
@@ -264,6 +257,11 @@ impl ClosedForm {
             now.q = now.q + Pair::new(q, v);
         }
     }
+}
+
+#[cold]
+fn add_push(run: &Run, oscillator: &Oscillator, time: f64, now: &mut Instant) {
+    now.q = now.q + under_constant(oscillator, run.push, [0.0; 2], time - run.start).into();
 }
 
 /// How many harmonics of a law of this order can be resonant at once: ν/ω₀ lies within [√(63/65), √(65/63)], so that k

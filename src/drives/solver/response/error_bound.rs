@@ -48,7 +48,7 @@ pub struct ErrorBound {
     /// The time over which errors of q̇ add up to errors of q (s).
     elapsed: f64,
     /// The largest |q| and the largest estimated error of q so far (m).
-    largest: f64,
+    pub largest: f64,
     worst: f64,
     /// The largest relative error of a closed form so far.
     closed: f64,
@@ -124,11 +124,6 @@ impl ErrorBound {
     /// q is that far (m).
     pub fn reach(&mut self, q: f64) {
         self.largest = self.largest.max(q.abs());
-    }
-
-    /// The largest |q| so far (m).
-    pub fn largest(&self) -> f64 {
-        self.largest
     }
 
     /// Adds a closed form of a law of this order.

@@ -114,7 +114,7 @@ impl Hermite {
         let forced = if equation.weights.is_none() {
             self.forced::<2>(&after, p, bend)
         } else {
-            self.forced::<0>(&after, p, bend)
+            self.forced_under(&after, p, bend)
         };
         let state = Pair(apply(&self.free, now.q.array())) + forced;
         // The clock's rounding of the step: to first order.
@@ -161,6 +161,11 @@ impl Hermite {
             crossed = crossed + self.weights[n][1] * y.swapped();
         }
         straight + crossed
+    }
+
+    #[inline(never)]
+    fn forced_under(&self, after: &[Pair; PAIRS], p: Pair, bend: f64) -> Pair {
+        self.forced::<0>(after, p, bend)
     }
 
     #[cold]

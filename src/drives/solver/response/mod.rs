@@ -21,7 +21,7 @@ mod table;
 
 use crate::drives::follower::elastic_output::Equation;
 use crate::drives::limits::{refused_start, search_too_much, step_too_much};
-use crate::drives::shaft::cam_drive::AngleMotion;
+use crate::drives::shaft::cam_drive::{AngleMotion, DriveMode};
 use crate::drives::shaft::cam_turn::{OVERRUN, turns};
 use crate::drives::shaft::course::Course;
 use crate::drives::shaft::instant::Instant;
@@ -142,16 +142,35 @@ impl Response {
         }
     }
 
-    /// Called when it was read from bytes: rebuilds what the serialisation leaves out; whether it can be one of this law.
-    pub fn restored(&mut self, law: &MotionLaw, tolerance: f64) -> bool {
+    /// Called when it was read from bytes: rebuilds what the serialisation leaves out, or takes it from the response as it was
+    /// `made`; whether it can be one of this law that is where it is `now`.
+    pub fn restored(
+        &mut self,
+        made: Option<&Response>,
+        (law, mode): (&Arc<MotionLaw>, &DriveMode),
+        tolerance: f64,
+        now: &Instant,
+    ) -> bool {
         (self.tolerance, self.bounds, self.roundings) =
             (tolerance, [0, 1, 2].map(|order| law.bound(order)), law.roundings());
         self.closed_form.restored(&self.equation, law.series());
         match &self.method {
-            Method::Hermite(_) => law.series().is_some(),
-            Method::Pieces(piece) => piece.segment.max(piece.next) < law.breakpoints().len().max(1),
-            _ => true,
+            Method::Hermite(_) => return law.series().is_some(),
+            Method::Pieces(piece) => return piece.segment.max(piece.next) < law.breakpoints().len().max(1),
+            Method::Closed(_) => return true,
+            Method::Table(_) => self.tabulate(made.and_then(|made| made.table.clone()), law, mode),
         }
+        if !self.has_its_table() {
+            // As after any other change: on from here without a table.
+            let _ = self.go_on(law, now);
+        }
+        true
+    }
+
+    /// Goes on for ever from where it is `now`, at constant speed.
+    pub fn go_on(&mut self, law: &MotionLaw, now: &Instant) -> Result<(), Fault> {
+        let motion = self.motion;
+        self.restart(law, &motion, now.time, f64::INFINITY, now.q.array())
     }
 
     /// The equation that it follows.
@@ -168,9 +187,9 @@ impl Response {
         }
     }
 
-    /// Takes up the table of the cam's turn from `phi_start` (rad) at the constant speed `w` (rad/s), where one helps:
-    /// `known` if it is that, else a new one. Allocates.
-    pub fn tabulate(&mut self, known: Option<Arc<Table>>, law: &Arc<MotionLaw>, w: f64, phi_start: f64) {
+    /// Takes up the table of a turn in this mode, where one helps: `known` if it is that, else a new one. Allocates.
+    pub fn tabulate(&mut self, known: Option<Arc<Table>>, law: &Arc<MotionLaw>, mode: &DriveMode) {
+        let DriveMode::Constant { w, phi_start } = *mode else { return };
         let (equation, law, tolerance) = (self.equation, law.clone(), self.tolerance);
         // The closed form needs none.
         let wanted = law.series().is_none() && turns(w);
@@ -182,12 +201,13 @@ impl Response {
     }
 
     /// Whether the table is in use.
+    #[cfg(test)]
     pub fn is_on_table(&self) -> bool {
         matches!(self.method, Method::Table(_))
     }
 
     /// Whether the present cell is one of the table.
-    pub fn has_its_table(&self) -> bool {
+    fn has_its_table(&self) -> bool {
         match (&self.method, self.map()) {
             (Method::Table(trajectory), Some(map)) => trajectory.is_in(map),
             _ => false,
@@ -240,8 +260,7 @@ impl Response {
 
     /// The largest |q| so far (m).
     pub fn largest(&self) -> f64 {
-        let largest = self.bound.largest();
-        if let Method::Closed(run) = &self.method { run.largest().max(largest) } else { largest }
+        if let Method::Closed(run) = &self.method { run.largest.max(self.bound.largest) } else { self.bound.largest }
     }
 
     /// U of a cam that rests.

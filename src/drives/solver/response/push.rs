@@ -41,6 +41,10 @@ impl Push {
         self.signal.step_begins();
         let acceleration = |t: f64| still + self.signal.at(t) / m;
         let constant = self.signal.is_constant().then(|| acceleration(0.0));
+        if constant == Some(0.0) && self.now == [0.0; 2] {
+            self.restart();
+            return self.signal.step_ends(end - time);
+        }
         if constant.is_none() || constant != self.constant {
             (self.start, self.from, self.constant) = (time, self.now, constant);
             self.rounded[1] = self.rounded[0];

@@ -277,7 +277,7 @@ fn error_and_estimate(plan: CyclePlan, [w, phi, omega]: [f64; 3], table: bool, c
     let law = Arc::new(MotionLaw::Cycle(Cycle::new(plan)));
     let mut response = Response::new(Equation::new([1.0, omega * omega, 0.0]), &law, FINEST_TOLERANCE);
     if table {
-        response.tabulate(None, &law, w, phi);
+        response.tabulate(None, &law, &DriveMode::Constant { w, phi_start: phi });
     }
     response.restart(&law, &AngleMotion::uniform(0.0, phi, w), 0.0, f64::INFINITY, [0.0; 2]).unwrap();
     assert_eq!(response.is_on_table(), table);

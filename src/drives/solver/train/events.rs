@@ -1,10 +1,10 @@
 //! What happens at the end of a step.
 
-use super::{Event, Outside, Run};
+use super::{End, Event, Outside, Run};
 use crate::drives::follower::contact::{Flank, Mode};
 use crate::drives::follower::member::Joint;
 use crate::drives::shaft::train::switching::Strike;
-use crate::drives::shaft::train::{MOST_FOLLOWERS, MOST_STATES, Train};
+use crate::drives::shaft::train::{MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use crate::drives::{Event as Entry, EventLog, Fault};
 use crate::numerics::double_double::Double;
 
@@ -127,6 +127,70 @@ impl Run {
             }
         }
         self.settle(train, outside, None, log);
+    }
+
+    /// The shaft jumps from where it was at the `end` of the last step to where its inputs put it: masses keep place and velocity,
+    /// one in contact follows its flank, and the momentum that it takes up counts as impulse. Whether a step `begins` with it, whose
+    /// sums it begins, or outputs show it only.
+    pub fn jump(&mut self, train: &Train, outside: &Outside, (end, begins): (&End, bool), log: &mut EventLog) {
+        let Some(motion) = outside.motion else { return };
+        let [phi, w, ..] = motion.at(outside.time).kinematics.0;
+        (self.start, self.length, self.event, self.since) = (Double::from(end.time), 0.0, None, None);
+        self.summed = 0.0;
+        (self.modes, self.tallies) = (end.modes, end.tallies);
+        if begins {
+            self.tallies.iter_mut().for_each(|tally| tally.sums = [0.0; 2]);
+        }
+        let before = train.angles(Double::from(end.course[0]), &end.states);
+        let cams = |modes: &Modes, angles: &[f64]| {
+            let local = train.local::<5>(modes, angles, 5);
+            std::array::from_fn::<_, MOST_FOLLOWERS, _>(|j| [local.cams[j][0], local.cams[j][1]])
+        };
+        let old = cams(&self.modes, &before);
+        let mut y = [0.0; MOST_STATES];
+        y[..end.states.len()].copy_from_slice(&end.states);
+        let [turn, speed] = [phi - end.course[0], w - end.course[1]];
+        for (j, follower) in train.followers.iter().enumerate() {
+            if let Joint::Shaft(_) = follower.joint {
+                let at = train.layout.followers[j];
+                (y[at], y[at + 1]) = (y[at] - turn, y[at + 1] - speed);
+            }
+        }
+        let angles = train.angles(Double::from(phi), &y);
+        self.modes.segments = train.segments(&angles, w >= 0.0);
+        let new = cams(&self.modes, &angles);
+        for (j, follower) in train.followers.iter().enumerate() {
+            let at = train.layout.followers[j];
+            let moved = [new[j][0] - old[j][0], new[j][1] * w - old[j][1] * end.course[1]];
+            let mut follow = |at: usize| (y[at], y[at + 1]) = (y[at] - moved[0], y[at + 1] - moved[1]);
+            match (follower.joint, self.modes.contacts[j]) {
+                (Joint::Output(..), _) => follow(at),
+                (Joint::Backlash(p), Mode::Contact(_)) => {
+                    if p.m2 > 0.0 {
+                        follow(at + 2);
+                    }
+                    self.count(j, p.m1 * moved[1], new[j][1]);
+                }
+                (Joint::Backlash(_), Mode::Free) => {
+                    follow(at);
+                    self.modes.zeros[j] = 0;
+                }
+                _ => {}
+            }
+        }
+        self.states.iter_mut().zip(y).for_each(|(state, y)| *state = Double::from(y));
+        for (j, follower) in train.followers.iter().enumerate() {
+            let (Joint::Backlash(p), Mode::Free) = (follower.joint, self.modes.contacts[j]) else { continue };
+            let gap = y[train.layout.followers[j]] + self.modes.home(j, p.s);
+            if gap < 0.0 || gap > p.s {
+                self.hit(train, outside, (j, if gap < 0.0 { Flank::A } else { Flank::B }), log);
+            }
+        }
+        self.settle(train, outside, None, log);
+        if !begins {
+            self.tallies.iter_mut().zip(&end.tallies).for_each(|(tally, end)| tally.sums = end.sums);
+        }
+        self.rebuild(train, outside);
     }
 
     /// The followers at their flanks.

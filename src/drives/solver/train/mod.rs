@@ -15,6 +15,7 @@ use crate::drives::follower::member::Joint;
 use crate::drives::limits::step_too_much;
 use crate::drives::shaft::cam_drive::AngleMotion;
 use crate::drives::shaft::train::{Given, Inputs, MOST_FOLLOWERS, Modes, Train};
+use crate::drives::solver::step_control::RESERVE;
 use crate::drives::{EventLog, Fault, Rounded};
 use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::double_double::{Double, two_product, two_sum};
@@ -90,12 +91,25 @@ pub struct Run {
     pub steps: f64,
     /// Estimated relative error.
     pub error: f64,
+    /// Of it the parts of speeds and of the angle of a free shaft.
+    errors: [f64; 2],
     /// Relative.
     tolerance: f64,
     /// The period with which it began (s), and its largest multiplier; 0 where it began otherwise.
     pub period: [f64; 2],
     #[serde(skip)]
     recorded: Recorded,
+}
+
+/// The end of a step before inputs jump.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct End {
+    time: f64,
+    states: Vec<f64>,
+    modes: Modes,
+    tallies: [Tally; MOST_FOLLOWERS],
+    /// φ, φ̇ of the shaft.
+    course: [f64; 2],
 }
 
 /// The least order, the one of the finest tolerance.
@@ -263,11 +277,15 @@ impl Run {
         let tolerance = SHARE * self.tolerance;
         let mut reach = 4.0_f64;
         let mut take = |c: &[f64], order: usize| {
-            let size = c[..5].iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+            let largest = |c: &[f64]| c.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+            // A motion that begins flat is judged by what follows.
+            let size = if largest(&c[..5]) > 0.0 { largest(&c[..5]) } else { largest(&c[..order]) };
             for n in [order - 1, order] {
                 let term = c[n].abs() / size;
                 if term > 0.0 {
                     reach = reach.min((tolerance / term).powf(1.0 / n as f64));
+                } else if c[n].is_nan() {
+                    reach = 0.0;
                 }
             }
         };
@@ -439,9 +457,29 @@ impl Run {
         self.summed = theta;
     }
 
+    /// Adds what the step up to `theta` leaves out and rounds. An error of the speed goes on as one of the angle.
+    fn count_error(&mut self, train: &Train, theta: f64) {
+        let mut local = 0.0_f64;
+        for k in 0..self.states.len() {
+            let c = self.recorded.tape.series(k);
+            let size = c[..5].iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+            let left = c[self.order].abs() * theta.powi(self.order as i32);
+            if size > 0.0 {
+                local = local.max(left / size);
+            }
+        }
+        let [speed, angle] = &mut self.errors;
+        *speed += local + f64::EPSILON;
+        if train.machine().is_some() {
+            *angle += *speed * (self.states[1].hi * theta * self.unit).abs();
+        }
+        self.error = RESERVE * (*speed + *angle);
+    }
+
     /// Ends the step at `theta`, where the next begins.
     fn leave(&mut self, train: &Train, theta: f64) {
         self.sum_up(train, theta);
+        self.count_error(train, theta);
         for (k, state) in self.states.iter_mut().enumerate() {
             let c = &self.recorded.tape.series(k)[1..=self.order];
             let change = theta * c.iter().rev().fold(0.0, |sum, c| sum * theta + c);
@@ -515,6 +553,15 @@ impl Run {
             }
             self.lay(train, outside, if horizon.is_finite() { left } else { f64::INFINITY })?;
         }
+    }
+
+    /// Keeps the motion at `time` on this course of the shaft.
+    pub fn keep(&self, train: &Train, time: f64, motion: &AngleMotion, end: &mut End) {
+        let [phi, w, ..] = motion.at(time).kinematics.0;
+        end.states.resize(self.states.len(), 0.0);
+        self.at(time, &mut end.states);
+        (end.time, end.modes, end.tallies, end.course) = (time, self.modes, self.tallies, [phi, w]);
+        (0..train.followers.len()).for_each(|j| end.tallies[j].sums = self.sums(train, time, j));
     }
 
     /// The states at `time`.

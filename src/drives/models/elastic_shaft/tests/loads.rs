@@ -5,6 +5,8 @@ use super::*;
 use crate::drives::follower::equation::Equation;
 use crate::drives::follower::flow::Flow;
 use crate::drives::follower::load::Spring;
+use crate::motion::Polyline;
+use crate::motion::table::Points;
 use std::f64::consts::TAU;
 
 fn fourier(a: &[f64], b: &[f64]) -> MotionLaw {
@@ -44,6 +46,15 @@ fn cycle_of(stroke: f64, rise_start: f64, law: StandardLaw) -> MotionLaw {
         return_law: StandardLaw::SimpleSine,
         inflections: [None; 2],
     }))
+}
+
+/// Straight lines with two steps, one of them at `at` (rad).
+fn steps(at: f64, size: f64) -> MotionLaw {
+    let mut points =
+        [(at, 0.3), (at, 1.0), (at + 1.2, 1.4), (at + 2.5, -0.6), (at + 2.5, 0.2), (at + 4.0, -0.1), (at + 5.4, 0.5)];
+    points.iter_mut().for_each(|(phi, _)| *phi -= TAU * (at / TAU).floor());
+    let (angles, lifts) = points.iter().map(|(phi, value)| (*phi, size * value)).unzip();
+    MotionLaw::Polyline(Polyline::new(Points { angles, lifts }).unwrap())
 }
 
 fn variable(drive: &ElasticShaft, name: &str) -> usize {
@@ -184,7 +195,12 @@ fn the_loaded_press_meets_its_reference() {
         scene.solver.tolerance = 1e-13;
         let mut drive = started(scene);
         run(&mut drive, 0.9, steps);
-        for (name, expected) in [("psi", 12.5975089226534), ("der(psi)", 12.1665048428283), ("tau", 4.82278797313989)] {
+        for (name, expected) in [
+            ("psi", 12.5975089226534),
+            ("der(psi)", 12.1665048428283),
+            ("tau", 4.82278797313989),
+            ("contact_force", 339.200246064352),
+        ] {
             let value = get(&drive, name);
             assert!((value / expected - 1.0).abs() < 1e-11, "{steps} steps, {name}: {value}");
         }
@@ -210,7 +226,9 @@ fn random_loads_meet_lagranges_equation() {
             ..Load::default()
         };
         let at = r.between(0.0, TAU);
-        if case % 4 > 1 {
+        if case % 5 == 0 {
+            scene.load.process = Some(steps(at, r.between(-60.0, 60.0)));
+        } else if case % 4 > 1 {
             scene.load.process = Some(cycle_of(r.between(-90.0, 90.0), at, StandardLaw::Polynomial345));
         } else {
             scene.load.process = Some(fourier(&[r.between(-20.0, 20.0), 9.0, -20.0], &[r.between(-30.0, 30.0)]));
@@ -242,6 +260,33 @@ fn random_loads_meet_lagranges_equation() {
     }
 }
 
+/// A shaft on inputs that turns as at constant speed meets the breakpoints of its process between the communication points.
+#[test]
+fn a_load_on_inputs_is_that_at_constant_speed() {
+    for linear in [false, true] {
+        for process in [steps(0.5, 40.0), cycle_of(60.0, 0.9, StandardLaw::InclinedSine)] {
+            let mut scene = press(linear, -14.0, 0.2);
+            scene.load.process = Some(process);
+            let mut constant = started(scene.clone());
+            run(&mut constant, 1.3, 1);
+            let mut drive = ElasticShaft::new(Scene { drive: DriveMode::Input, ..scene }).unwrap();
+            for n in 0..60 {
+                let t = 1.3 * f64::from(n) / 60.0;
+                for (name, value) in [("phi", 0.2 - 14.0 * t), ("w", -14.0), ("a", 0.0)] {
+                    set(&mut drive, name, value);
+                }
+                if n == 0 {
+                    drive.start(0.0).unwrap();
+                }
+                drive.apply(t).unwrap();
+                drive.advance(t, 1.3 / 60.0).unwrap();
+            }
+            let error = error(&drive, constant.state, [0.05, 1.0]);
+            assert!(error < 1e-8, "linear {linear}: {error:e}");
+        }
+    }
+}
+
 /// F is a polynomial of time in each communication step.
 #[test]
 fn an_input_force_acts_between_communication_points() {
@@ -263,6 +308,9 @@ fn an_input_force_acts_between_communication_points() {
                     drive.set_input_derivative(reference, order, value);
                 }
                 drive.apply(t).unwrap();
+                if n % 50 == 8 {
+                    check_series(&drive, t);
+                }
                 drive.advance(t, h).unwrap();
             }
             let error = error(&drive, expected, [0.05, 1.0]);
@@ -272,6 +320,48 @@ fn an_input_force_acts_between_communication_points() {
         }
         let mut steady = ElasticShaft::new(Scene { start: start(StartMode::SteadyState), ..scene.clone() }).unwrap();
         assert!(steady.start(0.0).unwrap_err().message.contains("input F"));
+    }
+}
+
+/// The derivatives of the outputs in time and by F, ψ and ψ̇ are those of differences; F goes on as it was set at `t`.
+fn check_series(drive: &ElasticShaft, t: f64) {
+    let variables = drive.variables();
+    for name in ["der(psi,2)", "contact_force", "tau", "der(y)"] {
+        let by = |seed| {
+            let v = &variables.0[variable(drive, name)];
+            (v.series().unwrap())(drive, seed, v.index).derivative(1)
+        };
+        let h = 2e-4;
+        let after = |k: i32| {
+            let mut drive = drive.clone();
+            if k > 0 {
+                drive.advance(t, h * f64::from(k)).unwrap();
+            }
+            get(&drive, name)
+        };
+        let weights = [-25.0, 48.0, -36.0, 16.0, -3.0];
+        let slope: f64 = (0..5).map(|k| weights[k as usize] * after(k)).sum::<f64>() / (12.0 * h);
+        let size = get(drive, name).abs() * 200.0;
+        let own = by(Seed::Time);
+        assert!((own - slope).abs() < 1e-6 * size, "{name} in time: {own} {slope}");
+        for known in ["F", "psi", "der(psi)"] {
+            let moved = |by: f64| {
+                let mut drive = drive.clone();
+                match known {
+                    "F" => {
+                        let value = get(&drive, "F") + by;
+                        set(&mut drive, "F", value);
+                    }
+                    "psi" => drive.state[0] += by,
+                    _ => drive.state[1] += by,
+                }
+                get(&drive, name)
+            };
+            let d = |k: f64| moved(k * 1e-3) - moved(-k * 1e-3);
+            let slope = (8.0 * d(1.0) - d(2.0)) / 12e-3;
+            let own = by(Seed::Known(known));
+            assert!((own - slope).abs() < 1e-6 * (1.0 + slope.abs()), "{name} by {known}: {own} {slope}");
+        }
     }
 }
 
