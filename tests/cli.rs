@@ -1989,6 +1989,44 @@ fn forces_of_drives_without_rollers_and_joints() {
     assert!(run.code == 0 && run.out.contains("The force on the follower changes its sign"), "{}{}", run.out, run.err);
 }
 
+/// A press force that was measured every 5° has a step of 10 kN, which no spline rings around, or a peak of 50 kN, which is no lift.
+#[test]
+fn forces_over_the_turn_are_lines_of_any_size() {
+    let folder = folder("forces_lines");
+    let peak = |phi: u32| 25e3 * (1.0 - (9.0 * f64::from(phi - 140).to_radians()).cos());
+    type Force = Box<dyn Fn(u32) -> f64>;
+    let cases: [(u32, Force); 2] = [
+        (155, Box::new(|phi| if (155..=180).contains(&phi) { -10e3 } else { 0.0 })),
+        (160, Box::new(move |phi| if (140..=180).contains(&phi) { -peak(phi) } else { 0.0 })),
+    ];
+    for (highest, force) in cases {
+        let rows = (0..72).map(|i| format!("{};{:.6}\n", 5 * i, force(5 * i)));
+        std::fs::write(folder.join("force.csv"), rows.collect::<String>()).expect("a table");
+        let scene = "name = \"press\"\nmodel = \"ElasticCamDrive\"\ncam = { law = \"fourier\", a = [0.04, -0.04] }\n\
+            geometry = { follower = \"translating\", roller_radius = 0.03, base_radius = 0.08 }\n\
+            load.process = { law = \"table\", file = \"force.csv\", angle_unit = \"deg\", lift_unit = \"N\" }\n\
+            load.spring = { preload = 500, c = 1e4 }\ndrive = { speed = \"100 rpm\" }\n\
+            elasticity = { place = \"output\", m = 20, natural_frequency = \"100 Hz\" }\n";
+        let path = folder.join("press.toml");
+        std::fs::write(&path, scene).expect("a scene");
+        let run = camdrive(&["forces", text(&path), "-o", text(&folder.join("out")), "--json"]);
+        assert_eq!((run.code, run.err.as_str()), (0, ""));
+        let report: serde_json::Value = serde_json::from_str(&run.out).expect("JSON");
+        let roller = &report["drives"][0]["quantities"][0];
+        // N cos α = m ÿ + F_v + c (y − y₀) − P, tan α = U′/(r + U).
+        let expected = |deg: u32| {
+            let (s, c) = f64::from(deg).to_radians().sin_cos();
+            let (u, w) = (0.04 * (1.0 - c), 100.0 * std::f64::consts::TAU / 60.0);
+            (0.8 * c * w * w + 500.0 + 1e4 * u - force(deg)) * (1.0_f64).hypot(0.04 * s / (0.11 + u))
+        };
+        for (end, deg) in [("largest", highest), ("least", 0)] {
+            let found = roller[end]["value"].as_f64().expect("a force");
+            assert!((found / expected(deg) - 1.0).abs() < 1e-9, "{end}: {found} for {}", expected(deg));
+        }
+        assert_eq!(report["drives"][0]["sign_changes"], serde_json::json!([]));
+    }
+}
+
 #[test]
 fn what_of_forces_the_motion_leaves_out_is_said() {
     let folder = folder("left_out");

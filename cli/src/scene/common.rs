@@ -1,11 +1,16 @@
 //! Sections and keys that several drive models share.
 
+use super::motion_law;
 use super::section::{NOT_NEGATIVE, POSITIVE, Section, within};
 use camdrive::drives::limits::{FASTEST, LARGEST_ANGLE};
+use camdrive::drives::rigid_machine::InertiaFunction;
 use camdrive::drives::settings::{COARSEST_TOLERANCE, LONGEST_STEP_SIZE, Method, Settings};
 use camdrive::drives::shaft::cam_drive::{DriveMode, LARGEST_START, Start, StartMode};
 use camdrive::drives::unit;
+use camdrive::drives::{elastic_output, elastic_shaft};
+use camdrive::motion::MotionLaw;
 use serde_json::Value;
+use std::path::Path;
 
 /// The model and its resolved scene as JSON.
 pub type Drive = (&'static str, Value);
@@ -107,6 +112,48 @@ pub fn by_ratio(section: &Section<'_>, key: &str, on: Option<(f64, f64)>) -> Opt
         }
         _ => None,
     }
+}
+
+/// Where an elasticity is; whether it is in the shaft.
+pub const PLACES: &[(&[&str], bool)] = &[(&["output", "output_member"], false), (&["shaft", "input_shaft"], true)];
+
+/// An elastic member.
+pub enum Elastic {
+    /// Between cam and follower, and the mass on the cam's side (kg).
+    Output(elastic_output::Parameters, f64),
+    /// Before the cam, and whether its equation is linearised.
+    Shaft(elastic_shaft::Parameters, bool),
+}
+
+/// Reads the values of an elastic output.
+pub fn elastic_output(section: &Section<'_>) -> Option<Elastic> {
+    let parameters = section.parameters(|parameter, read: Option<&elastic_output::Parameters>| {
+        by_ratio(section, parameter.key, read.map(|read| (read.m, read.c)))
+    });
+    section.forbid(&["J", "linear"], "the elasticity is in the output member", "place = \"shaft\"");
+    let m_roller = section.real_or("m_roller", &unit::MASS, within(0.0, 1e12), 0.0);
+    parameters.zip(m_roller).map(|(parameters, m_roller)| Elastic::Output(parameters, m_roller))
+}
+
+/// Reads the values of an elastic shaft.
+pub fn elastic_shaft(section: &Section<'_>, cam: Option<&MotionLaw>) -> Option<Elastic> {
+    let square = cam.map(motion_law::mean_square_slope);
+    let parameters = section.parameters(|parameter, read: Option<&elastic_shaft::Parameters>| {
+        let on = read.zip(square).map(|(read, square)| (read.inertia + read.m * square, read.c));
+        by_ratio(section, parameter.key, on)
+    });
+    let linear = section.boolean_or("linear", false);
+    section.forbid(&["m_roller"], "the elasticity is in the input shaft", "place = \"output\"");
+    parameters.zip(linear).map(|(parameters, linear)| Elastic::Shaft(parameters, linear))
+}
+
+/// J0 and J_v of a machine.
+pub fn inertia(section: &Section<'_>, folder: &Path) -> Option<InertiaFunction> {
+    // An FMU may have J0 = 0 where J_v makes up for it.
+    let own: Option<InertiaFunction> =
+        section.parameters(|parameter, _| Some(section.real(parameter.key, parameter.quantity, POSITIVE)));
+    let varying = section.read("J", |section| motion_law::read(section, &unit::INERTIA, folder));
+    own.zip(varying).map(|(own, varying)| InertiaFunction { varying, ..own })
 }
 
 /// The model's name and its scene as JSON; numbers are written such that they are read back to the same bits.

@@ -1,16 +1,19 @@
 //! The drive that a scene describes: its sections → the `Scene` of one of the drive models.
 
-use super::common::{Drive, SYNONYMS, by_ratio, drive_mode, resolved, solver, start};
-use super::section::{Faults, POSITIVE, Section, within};
+use super::common::{
+    Drive, Elastic, PLACES, SYNONYMS, by_ratio, drive_mode, elastic_output, elastic_shaft, inertia, resolved,
+};
+use super::common::{solver, start};
+use super::section::{Faults, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
 use super::{follower, forces, geometry, load, motion_law, motor, parametric, train};
 use camdrive::drives::Fault;
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::drive_train::DriveTrain;
-use camdrive::drives::elastic_output::{self, ElasticOutput};
-use camdrive::drives::elastic_shaft::{self, ElasticShaft};
+use camdrive::drives::elastic_output::{self as output, ElasticOutput};
+use camdrive::drives::elastic_shaft::{self as shaft, ElasticShaft};
 use camdrive::drives::parameter::Parameters as _;
-use camdrive::drives::rigid_machine::{self, InertiaFunction, MachineStart, Motor, RigidMachine};
+use camdrive::drives::rigid_machine::{self, MachineStart, Motor, RigidMachine};
 use camdrive::drives::settings::Settings;
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start};
 use camdrive::drives::shaft::motor::Source;
@@ -65,9 +68,6 @@ fn cam_drive(root: &Section<'_>, cam: Option<MotionLaw>, angular: bool) -> Optio
     Some(CamDrive { cam: cam?, drive: drive?, start: start?, solver: solver? })
 }
 
-/// Where an elasticity is; whether it is in the shaft.
-pub const PLACES: &[(&[&str], bool)] = &[(&["output", "output_member"], false), (&["shaft", "input_shaft"], true)];
-
 fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     let section = root.required_section("elasticity");
     let place = section.as_ref().and_then(|s| s.choice("place", PLACES));
@@ -84,42 +84,12 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     match elastic {
         Elastic::Output(parameters, m_roller) => {
             let roller = (m_roller, roller);
-            resolved::<ElasticOutput>(&elastic_output::Scene { parameters, load, roller, cam, drive, start, solver })
+            resolved::<ElasticOutput>(&output::Scene { parameters, load, roller, cam, drive, start, solver })
         }
         Elastic::Shaft(parameters, linear) => {
-            resolved::<ElasticShaft>(&elastic_shaft::Scene { parameters, linear, load, cam, drive, start, solver })
+            resolved::<ElasticShaft>(&shaft::Scene { parameters, linear, load, cam, drive, start, solver })
         }
     }
-}
-
-/// An elastic member.
-pub enum Elastic {
-    /// Between cam and follower, and the mass on the cam's side (kg).
-    Output(elastic_output::Parameters, f64),
-    /// Before the cam, and whether its equation is linearised.
-    Shaft(elastic_shaft::Parameters, bool),
-}
-
-/// Reads the values of an elastic output.
-pub fn elastic_output(section: &Section<'_>) -> Option<Elastic> {
-    let parameters = section.parameters(|parameter, read: Option<&elastic_output::Parameters>| {
-        by_ratio(section, parameter.key, read.map(|read| (read.m, read.c)))
-    });
-    section.forbid(&["J", "linear"], "the elasticity is in the output member", "place = \"shaft\"");
-    let m_roller = section.real_or("m_roller", &unit::MASS, within(0.0, 1e12), 0.0);
-    parameters.zip(m_roller).map(|(parameters, m_roller)| Elastic::Output(parameters, m_roller))
-}
-
-/// Reads the values of an elastic shaft.
-pub fn elastic_shaft(section: &Section<'_>, cam: Option<&MotionLaw>) -> Option<Elastic> {
-    let square = cam.map(motion_law::mean_square_slope);
-    let parameters = section.parameters(|parameter, read: Option<&elastic_shaft::Parameters>| {
-        let on = read.zip(square).map(|(read, square)| (read.inertia + read.m * square, read.c));
-        by_ratio(section, parameter.key, on)
-    });
-    let linear = section.boolean_or("linear", false);
-    section.forbid(&["m_roller"], "the elasticity is in the input shaft", "place = \"output\"");
-    parameters.zip(linear).map(|(parameters, linear)| Elastic::Shaft(parameters, linear))
 }
 
 fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
@@ -133,15 +103,6 @@ fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     });
     let (CamDrive { cam, drive, start, solver }, parameters) = cam_drive(root, cam, false).zip(parameters)?;
     resolved::<BacklashDrive>(&backlash::Scene { parameters, cam, drive, start, solver })
-}
-
-/// J0 and J_v of a machine.
-pub fn inertia(section: &Section<'_>, folder: &Path) -> Option<InertiaFunction> {
-    // An FMU may have J0 = 0 where J_v makes up for it.
-    let own: Option<InertiaFunction> =
-        section.parameters(|parameter, _| Some(section.real(parameter.key, parameter.quantity, POSITIVE)));
-    let varying = section.read("J", |section| motion_law::read(section, &unit::INERTIA, folder));
-    own.zip(varying).map(|(own, varying)| InertiaFunction { varying, ..own })
 }
 
 fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<Drive> {

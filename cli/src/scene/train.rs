@@ -1,8 +1,7 @@
 //! The scene of a `DriveTrain`: a shaft with its motor or a prescribed motion, and all followers on it.
 
-use super::common::{self, by_ratio};
+use super::common::{self, Elastic, by_ratio};
 use super::load::{self, Carrier};
-use super::models::{self, Elastic};
 use super::section::{NOT_NEGATIVE, Section};
 use super::{follower, motion_law, motor};
 use camdrive::drives::backlash;
@@ -72,7 +71,7 @@ pub fn read(root: &Section<'_>, folder: &Path) -> Option<Scene> {
 /// `[machine]` and `[motor]`, with the start.
 fn machine(root: &Section<'_>, start: Option<(Start, f64, f64)>, folder: &Path) -> Option<Machine> {
     let machine = root.read("machine", |section| {
-        let inertia = models::inertia(section, folder);
+        let inertia = common::inertia(section, folder);
         let load = section.read(load::KEY, |part| {
             let torque = load::torque(part, "torque", &unit::TORQUE, folder);
             let friction = part.optional("friction", &unit::ROTATIONAL_DAMPING, NOT_NEGATIVE);
@@ -146,8 +145,8 @@ fn one(section: &Section<'_>, folder: &Path) -> Option<Follower> {
 }
 
 fn elasticity(section: &Section<'_>, cam: Option<&MotionLaw>) -> Option<Joint> {
-    let shaft = section.choice("place", models::PLACES)?;
-    let elastic = if shaft { models::elastic_shaft(section, cam) } else { models::elastic_output(section) };
+    let shaft = section.choice("place", common::PLACES)?;
+    let elastic = if shaft { common::elastic_shaft(section, cam) } else { common::elastic_output(section) };
     section.finish(common::SYNONYMS);
     match elastic? {
         Elastic::Output(parameters, m_roller) => Some(Joint::Output(parameters, m_roller)),
