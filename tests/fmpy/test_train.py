@@ -488,3 +488,24 @@ def test_the_periodic_motion_at_the_start(train):
         unit.initialise()
         for name, number in CASES["periodic"][1].items():
             assert abs(value(unit, scene, name) / number - 1) <= 1e-9, name
+
+
+@pytest.mark.parametrize(
+    ("speed", "on_the_cam", "force", "first"),
+    [(2000, 1.0, 703.4, None), (2100, 0.985, 749.6, 0.0058209364), (2400, 0.729, 4536.4, 0.0046392746)],
+)
+def test_the_valve_train_leaves_its_cam(tmp_path, speed, on_the_cam, force, first):
+    scene = ROOT / "examples" / "valve_train" / "scene.toml"
+    subprocess.run([CAMDRIVE, "export", scene, "-o", tmp_path], check=True, capture_output=True)
+    package = Package(tmp_path / "valve_train.fmu", tmp_path / "valve_train")
+    with package.unit() as unit:
+        unit.initialise(values={"drive.w": speed * math.pi / 30})
+        forces, contacts, count = [], 0, 3000
+        for i in range(count):
+            unit.step_to(180 / speed * (i + 1) / count)
+            forces.append(unit.get("follower[1].force"))
+            contacts += unit.get("follower[1].contact")
+        events = [m for m in (LINE.search(text) for _, category, text in unit.log if category == "logEvents") if m]
+    assert abs(max(forces) - force) < 0.1 and abs(contacts / count - on_the_cam) < 1e-3
+    impacts = [float(m.group(1)) for m in events if m.group(3) == "impact"]
+    assert impacts == [] if first is None else abs(impacts[0] - first) < 1e-9

@@ -2,6 +2,7 @@
 //!
 //! The equations are in [`crate::drives::shaft::train`], what integrates them in `solver::train`.
 
+mod dependencies;
 #[cfg(test)]
 mod tests;
 mod variables;
@@ -68,6 +69,8 @@ pub struct DriveTrain {
     laid: Inputs,
     /// The end of the last step, before inputs jump, where the shaft is driven by them.
     end: Option<Box<End>>,
+    /// The value references of the inputs.
+    references: Vec<usize>,
     /// Whether a parameter has been changed since the last step.
     tuned: bool,
     log: EventLog,
@@ -94,6 +97,7 @@ impl DriveTrain {
             time: 0.0,
             step: 0.0,
             end: None,
+            references: Vec::new(),
             tuned: false,
             log: EventLog::default(),
         }
@@ -215,8 +219,10 @@ impl Drive for DriveTrain {
     const INPUT_DERIVATIVES: usize = MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let train = DriveTrain::of(scene);
+        let mut train = DriveTrain::of(scene);
         train.check()?;
+        let list = train.declare();
+        train.references = train.input_names().iter().filter_map(|name| list.reference(name)).collect();
         Ok(train)
     }
 
@@ -307,9 +313,10 @@ impl Drive for DriveTrain {
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
         let driven = if self.motion_is_input() { 3 } else { 0 };
-        if reference < driven {
-            self.course.set_input_derivative(reference, order, value);
-        } else if let Some(signal) = self.signals().nth(reference - driven) {
+        let Some(number) = self.references.iter().position(|input| *input == reference) else { return };
+        if number < driven {
+            self.course.set_input_derivative(number, order, value);
+        } else if let Some(signal) = self.signals().nth(number - driven) {
             signal.set_derivative(order, value);
         }
     }

@@ -1,5 +1,6 @@
 //! The variables of the train and its output equations.
 
+use super::dependencies::Dependencies;
 use super::{DriveTrain, Follower, Joint, MOST_FOLLOWERS, Start};
 use crate::drives::follower::contact::Mode;
 use crate::drives::follower::load::Load;
@@ -16,7 +17,7 @@ use crate::drives::shaft::motor::{Servo, Source};
 use crate::drives::shaft::train::{Dynamics, Functions, Given, MOST_STATES};
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Enumeration, Kind, Variability, real, real_within};
-use crate::drives::{List, Seed};
+use crate::drives::{List, Seed, Variable};
 use crate::motion::MotionLaw;
 use crate::motion::parameter::ParameterKind;
 use crate::motion::plan::MOST_DERIVATIVE;
@@ -52,8 +53,17 @@ const MULTIPLIER: usize = 14;
 const STATE: usize = 15;
 const STATE_RATE: usize = 16;
 /// … and of each follower.
-const FOLLOWERS: usize = 17;
-const EACH: usize = 18;
+const ROTOR_ACCELERATION: usize = 17;
+const FOLLOWERS: usize = 18;
+const EACH: usize = 20;
+
+/// How many places there are for so many followers.
+pub(super) fn places(followers: usize) -> usize {
+    FOLLOWERS + EACH * followers
+}
+
+/// What the start depends on beside its inputs.
+const PARAMETERS: &[&str] = &["J0", "inertia", "load", "motor", "follower", "drive", "start", "phi_start", "w_start"];
 
 /// An output of a follower.
 #[derive(Clone, Copy)]
@@ -76,6 +86,8 @@ enum Of {
     Impacts,
     Loss,
     TauMean,
+    X1DotDot,
+    QDotDot,
 }
 
 fn place(j: usize, of: Of) -> usize {
@@ -106,6 +118,7 @@ fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, mut put: impl FnMut(usize, S
         put(ROTOR, motor.angle(&[&[*phi], &y[1..]].concat(), &train.layout));
         put(ROTOR_SPEED, motor.speed(y, &train.layout));
         put(DEMAND, motion.demand);
+        put(ROTOR_ACCELERATION, motion.rotor);
         if motor.states() > 0 {
             put(STATE, y[train.layout.motor]);
             put(STATE_RATE, motion.rates[train.layout.motor]);
@@ -115,6 +128,7 @@ fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, mut put: impl FnMut(usize, S
         let ([u, u1, u2], at) = (f.cams[j], train.layout.followers[j]);
         let mut put = |of: Of, value: S| put(place(j, of), value);
         let (rate, spring) = (motion.rates.get(at..).unwrap_or_default(), motion.spring[j]);
+        let [first, tool] = motion.accelerations[j];
         let x2 = u2 * *w * *w + u1 * motion.a;
         put(Of::U, u);
         let on_tool = |m: f64, place: [S; 2]| follower.load.force(m, place, Some(f.process[j]), Some(given.forces[j]));
@@ -137,22 +151,23 @@ fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, mut put: impl FnMut(usize, S
                 put(Of::Contact, normal);
                 put(Of::Tau, tau);
             }
-            Joint::Output(p, m_x) => {
+            Joint::Output(_, m_x) => {
                 let (place, speed) = (u + y[at], u1 * *w + y[at + 1]);
                 let normal = spring + x2 * m_x - follower.roller.force(m_x, [u, u1 * *w], None, None);
                 put(Of::Y, place);
                 put(Of::YDot, speed);
-                put(Of::YDotDot, (spring + on_tool(p.m, [place, speed])) * (1.0 / p.m));
+                put(Of::YDotDot, tool);
                 put(Of::Q, y[at]);
                 put(Of::QDot, y[at + 1]);
+                put(Of::QDotDot, rate[1]);
                 put(Of::Force, spring);
                 put(Of::Contact, normal);
                 put(Of::Tau, u1 * normal);
             }
             Joint::Shaft(p) => {
                 let speed = *w + y[at + 1];
-                let (velocity, a) = (u1 * speed, rate[1] + motion.a);
-                let acceleration = u2 * speed * speed + u1 * a;
+                let velocity = u1 * speed;
+                let acceleration = u2 * speed * speed + u1 * first;
                 let normal = acceleration * p.m - on_tool(p.m, [u, velocity]);
                 put(Of::Psi, *phi + y[at]);
                 put(Of::Y, u);
@@ -160,6 +175,7 @@ fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, mut put: impl FnMut(usize, S
                 put(Of::YDotDot, acceleration);
                 put(Of::Q, y[at]);
                 put(Of::QDot, y[at + 1]);
+                put(Of::QDotDot, rate[1]);
                 put(Of::Force, normal);
                 put(Of::Contact, normal);
                 put(Of::Tau, spring);
@@ -174,17 +190,23 @@ fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, mut put: impl FnMut(usize, S
                 put(Of::Force, motion.normal[j]);
                 put(Of::Contact, motion.normal[j]);
                 put(Of::Tau, u1 * motion.normal[j]);
-                let a1 = x2 + rate[1];
+                put(Of::X1DotDot, first);
+                // A jump of the inputs takes a mass in contact along.
+                if modes.contacts[j] != Mode::Free && d.motion_is_input() {
+                    let flank = u1 * *w;
+                    put(Of::Impulse, (flank - S::from(flank.value())) * p.m1 + S::from(d.run.tallies[j].impulse));
+                }
                 if p.m2 > 0.0 {
                     put(Of::Y, place + y[at + 2]);
                     put(Of::YDot, speed + y[at + 3]);
-                    put(Of::YDotDot, a1 + rate[3]);
+                    put(Of::YDotDot, tool);
                     put(Of::Q, y[at + 2]);
                     put(Of::QDot, y[at + 3]);
+                    put(Of::QDotDot, rate[3]);
                 } else {
                     put(Of::Y, place);
                     put(Of::YDot, speed);
-                    put(Of::YDotDot, a1);
+                    put(Of::YDotDot, first);
                 }
             }
         }
@@ -231,6 +253,11 @@ fn series(d: &DriveTrain, seed: Seed, which: usize) -> Series {
     let mut s = Series::from(0.0);
     outputs(d, &d.point_series(seed), |place, series| s = if place == which { series } else { s });
     s
+}
+
+/// The partial derivatives of the outputs.
+pub(super) fn slopes(d: &DriveTrain, seed: Seed, mut put: impl FnMut(usize, f64)) {
+    outputs(d, &d.point_series(seed), |place, series| put(place, series.0[1]));
 }
 
 impl DriveTrain {
@@ -411,15 +438,39 @@ impl DriveTrain {
         self.inputs.all().zip(takes).filter(|(_, takes)| *takes).map(|(signal, _)| signal)
     }
 
-    /// The list of variables.
+    /// The list of variables. The elements of an array follow one another (FMI 2.0, section 2.2.9): all of a follower, then the
+    /// derivatives of all followers.
     pub(super) fn declare(&self) -> List<Self> {
-        let mut list = List::default();
+        let (mut list, dependencies) = (List::default(), self.dependencies());
         self.declare_inputs(&mut list);
-        self.declare_shaft(&mut list);
-        for (j, follower) in self.train.followers.iter().enumerate() {
-            self.declare_follower(&mut list, j, follower);
-        }
+        self.declare_shaft(&mut list, &dependencies);
         self.declare_parameters(&mut list);
+        for (j, follower) in self.train.followers.iter().enumerate() {
+            declare_force(&mut list, self, 2 * j, &format!("follower[{}].F", j + 1), follower.rigid.turns);
+            self.declare_follower(&mut list, j, &dependencies);
+            self.declare_parameters_of(&mut list, j, follower);
+        }
+        for (name, order, of) in [
+            ("x1", 1, Of::X1Dot),
+            ("x1", 2, Of::X1DotDot),
+            ("y", 1, Of::YDot),
+            ("y", 2, Of::YDotDot),
+            ("q", 1, Of::QDot),
+            ("q", 2, Of::QDotDot),
+        ] {
+            for (j, follower) in self.train.followers.iter().enumerate() {
+                let Some((quantities, state)) = of_follower(follower, name) else { continue };
+                let of_j = format!("follower[{}].{name}", j + 1);
+                let name = if order == 1 { format!("der({of_j})") } else { format!("der({of_j},2)") };
+                let text = if order == 1 { "Velocity" } else { "Acceleration" };
+                let text = format!("{text} of {of_j}");
+                let variable = list.output(&name, &text, real(quantities[order]), series);
+                dependencies.declare(variable, place(j, of));
+                if order == 1 && state {
+                    variable.state();
+                }
+            }
+        }
         self.declare_solver(&mut list, STATISTICS);
         for (name, text, quantity, at) in [
             ("start.period", "Period of the steady state found at the start; 0 without one", &unit::TIME, PERIOD),
@@ -482,230 +533,118 @@ impl DriveTrain {
                 position
             );
         }
-        for (j, follower) in self.train.followers.iter().enumerate() {
-            declare_force(list, self, 2 * j, &format!("follower[{}].F", j + 1), follower.rigid.turns);
-        }
     }
 
-    /// What everything depends on: states, inputs, and at the start parameters.
-    fn known(&self) -> (Vec<String>, Vec<&'static str>) {
-        let mut known: Vec<String> = Vec::new();
-        if self.motion_is_input() || self.motion.is_none() && self.train.machine().is_some() {
-            known.extend(["phi", "w"].map(str::to_owned));
-        }
-        if self.motion_is_input() {
-            known.push("a".to_owned());
-        }
-        if let Some(machine) = self.train.machine() {
-            let motor = &machine.motor;
-            let named = [
-                (machine.input, "tau"),
-                (motor.takes_torque(), "M_an"),
-                (motor.takes_speed(), "w_ref"),
-                (motor.takes_position(), "phi_ref"),
-                (motor.transmission.coupling.is_some(), "motor.phi"),
-                (motor.transmission.coupling.is_some(), "motor.w"),
-            ];
-            known.extend(named.into_iter().filter(|(is, _)| *is).map(|(_, name)| name.to_owned()));
-            if motor.states() > 0 {
-                known.push(format!("motor.{}", motor.state_name()));
-            }
-        }
-        for (j, follower) in self.train.followers.iter().enumerate() {
-            let n = j + 1;
-            let mut of =
-                |name: &str| known.extend([format!("follower[{n}].{name}"), format!("der(follower[{n}].{name})")]);
-            match follower.joint {
-                Joint::Rigid => {}
-                Joint::Output(..) => of("y"),
-                Joint::Shaft(_) => of("q"),
-                Joint::Backlash(p) => {
-                    of("x1");
-                    if p.m2 > 0.0 {
-                        of("y");
-                    }
-                }
-            }
-            if follower.load.input {
-                known.push(format!("follower[{n}].F"));
-            }
-        }
-        let initial = vec![
-            "phi",
-            "w",
-            "a",
-            "tau",
-            "M_an",
-            "w_ref",
-            "phi_ref",
-            "J0",
-            "inertia",
-            "load",
-            "motor",
-            "follower",
-            "drive",
-            "start",
-            "phi_start",
-            "w_start",
-        ];
-        (known, initial)
-    }
-
-    fn declare_shaft(&self, list: &mut List<Self>) {
-        let (all, initial) = self.known();
-        let all: Vec<&str> = all.iter().map(String::as_str).collect();
+    fn declare_shaft(&self, list: &mut List<Self>, dependencies: &Dependencies) {
         let free = self.train.machine().is_some();
-        let mut output = |name: &str, text: &str, quantity, at: usize, known: &[&str], state: bool| {
-            let variable =
-                list.output(name, text, real(quantity), series).at(at).depends(known).depends_initially(&[&initial]);
+        let mut output = |name: &str, text: &str, quantity, at: usize, state: bool| {
+            let variable = list.output(name, text, real(quantity), series);
+            dependencies.declare(variable, at);
             if state {
                 variable.state();
             }
         };
         if !self.motion_is_input() {
-            output("phi", "Angle of the shaft", &unit::ANGLE, PHI, if free { &["phi"] } else { &[] }, free);
-            output(
-                "w",
-                "Angular velocity of the shaft",
-                &unit::ANGULAR_VELOCITY,
-                W,
-                if free { &["w"] } else { &[] },
-                free,
-            );
+            output("phi", "Angle of the shaft", &unit::ANGLE, PHI, free);
+            output("w", "Angular velocity of the shaft", &unit::ANGULAR_VELOCITY, W, free);
         }
         if let Some(machine) = self.train.machine() {
-            output("a", "Angular acceleration of the shaft", &unit::ANGULAR_ACCELERATION, A, &all, false);
+            output("a", "Angular acceleration of the shaft", &unit::ANGULAR_ACCELERATION, A, false);
             let motor = &machine.motor;
-            if !motor.takes_torque() || motor.transmission.coupling.is_some() {
-                let text = "Torque of the motor on the shaft; positive accelerates";
-                output(
-                    if motor.takes_torque() { "motor.tau" } else { "M_an" },
-                    text,
-                    &unit::TORQUE,
-                    TORQUE,
-                    &all,
-                    false,
-                );
+            let text = "Torque of the motor on the shaft; positive accelerates";
+            match (motor.takes_torque(), motor.transmission.coupling) {
+                (true, None) => {}
+                (true, Some(_)) => output("motor.tau", text, &unit::TORQUE, TORQUE, false),
+                (false, _) => output("M_an", text, &unit::TORQUE, TORQUE, false),
             }
-            output("J", "Inertia that follows the shaft without slip", &unit::INERTIA, INERTIA, &["phi"], false);
-            output("E", "Kinetic energy J w^2 / 2", &unit::ENERGY, ENERGY, &["phi", "w"], false);
+            output("J", "Inertia that follows the shaft without slip", &unit::INERTIA, INERTIA, false);
+            output("E", "Kinetic energy J w^2 / 2", &unit::ENERGY, ENERGY, false);
             if motor.transmission.coupling.is_some() {
-                output("motor.phi", "Angle of the rotor", &unit::ANGLE, ROTOR, &["motor.phi"], true);
-                output(
-                    "motor.w",
-                    "Angular velocity of the rotor",
-                    &unit::ANGULAR_VELOCITY,
-                    ROTOR_SPEED,
-                    &["motor.w"],
-                    true,
-                );
+                let quantities = [&unit::ANGLE, &unit::ANGULAR_VELOCITY, &unit::ANGULAR_ACCELERATION];
+                output("motor.phi", "Angle of the rotor", quantities[0], ROTOR, true);
+                output("motor.w", "Angular velocity of the rotor", quantities[1], ROTOR_SPEED, true);
+                output("motor.a", "Angular acceleration of the rotor", quantities[2], ROTOR_ACCELERATION, false);
             }
             if motor.states() > 0 {
                 let name = format!("motor.{}", motor.state_name());
                 let text = if motor.servo().is_some() { "Integrator of the servo" } else { "Torque of the rotor" };
-                output(&name, text, &unit::TORQUE, STATE, &[&name], true);
-                output(&format!("der({name})"), "Its rate", &TORQUE_RATE, STATE_RATE, &all, false);
+                output(&name, text, &unit::TORQUE, STATE, true);
+                output(&format!("der({name})"), "Its rate", &TORQUE_RATE, STATE_RATE, false);
             }
             if motor.servo().is_some() {
                 let text = "Torque that the servo demands, before its limit";
-                output("motor.u", text, &unit::TORQUE, DEMAND, &all, false);
+                output("motor.u", text, &unit::TORQUE, DEMAND, false);
                 let text = "Whether the torque of the servo is at its limit";
-                list.discrete_output("motor.saturated", text, Kind::Boolean)
-                    .at(SATURATED)
-                    .depends_initially(&[&initial]);
+                let saturated = list.discrete_output("motor.saturated", text, Kind::Boolean);
+                saturated.at(SATURATED).depends_initially(&[PARAMETERS]);
             }
         }
-        for name in list.0.iter_mut().map(|v| &mut v.description) {
-            match name.name.as_str() {
-                "w" if free => name.derivative_of = Some("phi".to_owned()),
-                "a" if free => name.derivative_of = Some("w".to_owned()),
-                "motor.w" => name.derivative_of = Some("motor.phi".to_owned()),
-                _ => {}
-            }
+        for description in list.0.iter_mut().map(|variable| &mut variable.description) {
+            let of = match description.name.as_str() {
+                "w" if free => "phi",
+                "a" if free => "w",
+                "motor.w" => "motor.phi",
+                "motor.a" => "motor.w",
+                _ => continue,
+            };
+            description.derivative_of = Some(of.to_owned());
         }
     }
 
-    fn declare_follower(&self, list: &mut List<Self>, j: usize, follower: &Follower) {
-        let (all, initial) = self.known();
-        let all: Vec<&str> = all.iter().map(String::as_str).collect();
-        let n = j + 1;
-        let turns = follower.rigid.turns;
-        let pick = |line: &'static Quantity, turn: &'static Quantity| if turns { turn } else { line };
-        let length = [
-            pick(&unit::LENGTH, &unit::ANGLE),
-            pick(&unit::VELOCITY, &unit::ANGULAR_VELOCITY),
-            pick(&unit::ACCELERATION, &unit::ANGULAR_ACCELERATION),
-        ];
-        let force = pick(&unit::FORCE, &unit::TORQUE);
-        let mut output = |name: &str, derivative: usize, text: &str, quantity, of: Of, state: bool| {
-            let base = format!("follower[{n}].{name}");
-            let name = match derivative {
-                0 => base,
-                1 => format!("der({base})"),
-                _ => format!("der({base},2)"),
-            };
-            // A mass in contact moves with its flank.
-            let known = match (of, state) {
-                (Of::X1, _) => vec![name.as_str(), "phi"],
-                (Of::X1Dot, _) => vec![name.as_str(), "phi", "w"],
-                (_, true) => vec![name.as_str()],
-                _ => all.clone(),
-            };
-            let driven = self.train.machine().is_none() && !self.motion_is_input();
-            let known: Vec<&str> = known.into_iter().filter(|name| !(driven && ["phi", "w"].contains(name))).collect();
-            let variable = list.output(&name, text, real(quantity), series).at(place(j, of));
-            variable.depends(&known).depends_initially(&[&initial]);
-            if state {
+    fn declare_follower(&self, list: &mut List<Self>, j: usize, dependencies: &Dependencies) {
+        let follower = &self.train.followers[j];
+        let (n, turns) = (j + 1, follower.rigid.turns);
+        let force = if turns { &unit::TORQUE } else { &unit::FORCE };
+        let clearance = if let Joint::Backlash(p) = follower.joint { Some(p) } else { None };
+        let length = if turns { &unit::ANGLE } else { &unit::LENGTH };
+        let mut output = |name: &str, text: &str, quantity, of: Of| {
+            let variable = list.output(&format!("follower[{n}].{name}"), text, real(quantity), series);
+            dependencies.declare(variable, place(j, of));
+            if of_follower(follower, name).is_some_and(|(_, state)| state) {
                 variable.state();
             }
         };
-        let shaft = matches!(follower.joint, Joint::Shaft(_));
-        let clearance = if let Joint::Backlash(p) = follower.joint { Some(p) } else { None };
-        let moves = matches!(follower.joint, Joint::Output(..)) || clearance.is_some_and(|p| p.m2 > 0.0);
-        output("U", 0, "Position function of the cam, or of the tool behind mechanisms", length[0], Of::U, false);
+        output("U", "Position function of the cam, or of the tool behind mechanisms", length, Of::U);
         if clearance.is_some() {
-            output("x1", 0, "Place of the mass at the cam", length[0], Of::X1, true);
-            output("x1", 1, "Velocity of the mass at the cam", length[1], Of::X1Dot, true);
+            output("x1", "Place of the mass at the cam", length, Of::X1);
+            output("gap", "Distance of the mass at the cam from flank A", length, Of::Gap);
         }
-        output("y", 0, "Place of the tool", length[0], Of::Y, moves);
-        output("y", 1, "Velocity of the tool", length[1], Of::YDot, moves);
-        output("y", 2, "Acceleration of the tool", length[2], Of::YDotDot, false);
-        let q = if shaft { [&unit::ANGLE, &unit::ANGULAR_VELOCITY] } else { [length[0], length[1]] };
-        if shaft || moves {
-            output("q", 0, "Deformation of the spring", q[0], Of::Q, shaft);
-            output("q", 1, "Rate of the deformation", q[1], Of::QDot, shaft);
+        output("y", "Place of the tool", length, Of::Y);
+        if let Some((quantities, _)) = of_follower(follower, "q") {
+            output("q", "Deformation of the spring", quantities[0], Of::Q);
         }
-        if shaft {
-            output("psi", 0, "Angle of the cam behind the elastic shaft", &unit::ANGLE, Of::Psi, false);
+        if let Joint::Shaft(_) = follower.joint {
+            output("psi", "Angle of the cam behind the elastic shaft", &unit::ANGLE, Of::Psi);
         }
-        let text = match follower.joint {
-            Joint::Output(..) => "Force of the spring on the tool, -(c q + b der(q)), positive in the sense of y",
-            _ => "Force of the cam on the follower, positive in the sense of y",
-        };
-        output("force", 0, text, force, Of::Force, false);
+        let of_cam = "Force of the cam on the follower, positive in the sense of y";
         if let Joint::Output(..) = follower.joint {
-            let text = "Force of the cam on the follower, positive in the sense of y";
-            output("contact_force", 0, text, force, Of::Contact, false);
+            let text = "Force of the spring on the tool, -(c q + b der(q)), positive in the sense of y";
+            output("force", text, force, Of::Force);
+            output("contact_force", of_cam, force, Of::Contact);
+        } else {
+            output("force", of_cam, force, Of::Force);
         }
-        let text = "Torque from the shaft into the follower; positive loads the drive";
-        output("tau", 0, text, &unit::TORQUE, Of::Tau, false);
-        if let Some(p) = clearance {
-            output("gap", 0, "Distance of the mass at the cam from flank A", length[0], Of::Gap, false);
-            let kind = Kind::Integer { min: if p.s.is_finite() { -1 } else { 0 }, max: 1 };
-            let text =
-                if p.s.is_finite() { "1 on flank A, 0 in flight, -1 on flank B" } else { "1 on the cam, 0 in flight" };
-            let mut discrete = |name: &str, text: &str, kind: Kind, of: Of| {
-                let variable = list.discrete_output(&format!("follower[{n}].{name}"), text, kind);
-                variable.at(place(j, of)).depends_initially(&[&initial]);
-            };
-            discrete("contact", text, kind, Of::Mode);
-            let impulse = if turns { &unit::IMPULSE } else { &unit::IMPULSE };
-            discrete("impulse", "Sum of the impulses of the cam since the start", real(impulse), Of::Impulse);
-            discrete("impacts", "Impacts since the start", Kind::Integer { min: 0, max: i32::MAX }, Of::Impacts);
-            discrete("energy_loss", "Energy lost in impacts since the start", real(&unit::ENERGY), Of::Loss);
-            let text = "Mean torque of the follower on the drive over the last communication step, impulses included";
-            discrete("tau_mean", text, real(&unit::TORQUE), Of::TauMean);
-        }
+        output("tau", "Torque from the shaft into the follower; positive loads the drive", &unit::TORQUE, Of::Tau);
+        let Some(p) = clearance else { return };
+        let two = p.s.is_finite();
+        let kind = Kind::Integer { min: if two { -1 } else { 0 }, max: 1 };
+        let text = if two { "1 on flank A, 0 in flight, -1 on flank B" } else { "1 on the cam, 0 in flight" };
+        let inputs: &[&str] = if self.motion_is_input() { &["phi", "w", "a"] } else { &[] };
+        let mut discrete = |name: &str, text: &str, kind: Kind, of: Of| {
+            let variable = list.discrete_output(&format!("follower[{n}].{name}"), text, kind);
+            dependencies.declare(variable, place(j, of));
+            // A jump of the inputs may open a contact, or close one.
+            if !inputs.is_empty() && !matches!(of, Of::TauMean) {
+                variable.depends(if matches!(of, Of::Impulse) { &inputs[..2] } else { inputs }).slopes(series);
+            }
+        };
+        let count = Kind::Integer { min: 0, max: i32::MAX };
+        discrete("contact", text, kind, Of::Mode);
+        discrete("impulse", "Sum of the impulses of the cam since the start", real(&unit::IMPULSE), Of::Impulse);
+        discrete("impacts", "Impacts since the start", count, Of::Impacts);
+        discrete("energy_loss", "Energy lost in impacts since the start", real(&unit::ENERGY), Of::Loss);
+        let text = "Mean torque of the follower on the drive over the last communication step, impulses included";
+        discrete("tau_mean", text, real(&unit::TORQUE), Of::TauMean);
     }
 
     fn declare_parameters(&self, list: &mut List<Self>) {
@@ -808,7 +747,10 @@ impl DriveTrain {
                 d.start = [Start::AtRest, Start::Equilibrium, Start::SteadyState][(value as usize).clamp(1, 3) - 1]
             },
         );
-        for (j, follower) in self.train.followers.iter().enumerate() {
+    }
+
+    fn declare_parameters_of(&self, list: &mut List<Self>, j: usize, follower: &Follower) {
+        {
             let name = format!("follower[{}]", j + 1);
             match follower.joint {
                 Joint::Rigid => {
@@ -853,6 +795,34 @@ impl DriveTrain {
             let law = if matches!(follower.rigid.cam, MotionLaw::Crank(_)) { "crank" } else { "cam" };
             declare_law(list, &follower.rigid.cam, j, &format!("{name}.{law}"), follower.rigid.cam_turns());
         }
+    }
+}
+
+/// Place, velocity and acceleration by name, `x1`, `y` or `q`, where the follower has it, and whether it is a state.
+fn of_follower(follower: &Follower, name: &str) -> Option<([&'static Quantity; 3], bool)> {
+    let angles = [&unit::ANGLE, &unit::ANGULAR_VELOCITY, &unit::ANGULAR_ACCELERATION];
+    let lengths = [&unit::LENGTH, &unit::VELOCITY, &unit::ACCELERATION];
+    let shaft = matches!(follower.joint, Joint::Shaft(_));
+    let quantities = if follower.rigid.turns || shaft && name == "q" { angles } else { lengths };
+    let (clearance, behind) = match follower.joint {
+        Joint::Backlash(p) => (true, p.m2 > 0.0),
+        joint => (false, matches!(joint, Joint::Output(..))),
+    };
+    match name {
+        "x1" => clearance.then_some((quantities, true)),
+        "y" => Some((quantities, behind)),
+        "q" => (behind || shaft).then_some((quantities, shaft)),
+        _ => None,
+    }
+}
+
+impl Dependencies {
+    /// Takes the place of an output and what it depends on.
+    fn declare(&self, variable: &mut Variable<DriveTrain>, place: usize) {
+        let names = |list: &[Vec<String>]| list[place].clone();
+        let [running, initial] = [names(&self.running), names(&self.initial)];
+        let [running, initial] = [&running, &initial].map(|list| list.iter().map(String::as_str).collect::<Vec<_>>());
+        variable.at(place).depends(&running).depends_initially(&[&initial, PARAMETERS]);
     }
 }
 

@@ -229,6 +229,10 @@ pub struct Dynamics<S> {
     pub spring: [S; MOST_FOLLOWERS],
     /// N of followers with backlash in contact.
     pub normal: [S; MOST_FOLLOWERS],
+    /// φ̈_m.
+    pub rotor: S,
+    /// Of each follower ẍ1 or ψ̈, and ÿ of the mass behind a spring.
+    pub accelerations: [[S; 2]; MOST_FOLLOWERS],
 }
 
 impl Train {
@@ -420,6 +424,8 @@ impl Train {
             rates: [zero; MOST_STATES],
             spring: [zero; MOST_FOLLOWERS],
             normal: [zero; MOST_FOLLOWERS],
+            rotor: zero,
+            accelerations: [[zero; 2]; MOST_FOLLOWERS],
         };
         let machine = self.machine();
         let w = if machine.is_some() { y[1] } else { given.course[0] };
@@ -479,13 +485,17 @@ impl Train {
                 let (q, v) = (y[at], y[at + 1]);
                 let x2 = u2 * w * w + u1 * d.a;
                 let force = d.spring[j] + on_tool(p.m, [u + q, u1 * w + v]);
-                (d.rates[at], d.rates[at + 1]) = (v, force * (1.0 / p.m) - x2);
+                let tool = force * (1.0 / p.m);
+                d.accelerations[j][1] = tool;
+                (d.rates[at], d.rates[at + 1]) = (v, tool - x2);
             }
             Joint::Shaft(p) => {
                 let speed = w + y[at + 1];
                 let force = on_tool(p.m, [u, u1 * speed]) - u2 * speed * speed * p.m;
                 let inertia = u1 * u1 * p.m + S::from(p.inertia);
-                (d.rates[at], d.rates[at + 1]) = (y[at + 1], (d.spring[j] + u1 * force) / inertia - d.a);
+                let cam = (d.spring[j] + u1 * force) / inertia;
+                d.accelerations[j][0] = cam;
+                (d.rates[at], d.rates[at + 1]) = (y[at + 1], cam - d.a);
             }
             Joint::Backlash(p) => {
                 let x2 = u2 * w * w + u1 * d.a;
@@ -502,10 +512,13 @@ impl Train {
                     d.normal[j] = x2 * p.m1 + d.spring[j] - own;
                     x2
                 };
+                d.accelerations[j][0] = a1;
                 if p.m2 > 0.0 {
                     let (q, v) = (y[at + 2], y[at + 3]);
                     let force = d.spring[j] + on_tool(p.m2, [place[0] + q, place[1] + v]);
-                    (d.rates[at + 2], d.rates[at + 3]) = (v, force * (1.0 / p.m2) - a1);
+                    let tool = force * (1.0 / p.m2);
+                    d.accelerations[j][1] = tool;
+                    (d.rates[at + 2], d.rates[at + 3]) = (v, tool - a1);
                 }
             }
         }

@@ -133,7 +133,8 @@ impl Motor {
                 let of_coupling = y[at] * c + y[at + 1] * b;
                 d.rates[at] = y[at + 1];
                 // φ̈_m/i; φ̈ is taken off when it is known.
-                d.rates[at + 1] = (torque - of_coupling * (1.0 / t.ratio)) * (1.0 / (t.rotor * t.ratio));
+                d.rotor = (torque - of_coupling * (1.0 / t.ratio)) * (1.0 / t.rotor);
+                d.rates[at + 1] = d.rotor * (1.0 / t.ratio);
                 of_coupling
             }
         };

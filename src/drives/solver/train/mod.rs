@@ -160,6 +160,12 @@ impl Run {
         self.states.iter().zip(y).for_each(|(state, y)| *y = state.hi);
     }
 
+    /// Other states and modes, as they are before the first step.
+    pub fn put(&mut self, y: &[f64], modes: Modes) {
+        self.states.iter_mut().zip(y).for_each(|(state, y)| *state = Double::from(*y));
+        (self.modes, self.length) = (modes, 0.0);
+    }
+
     /// It begins on this motion.
     pub fn with_period(self, found: &periodic::Periodic) -> Self {
         Run { period: [found.period, found.multiplier], ..self }
