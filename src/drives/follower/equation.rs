@@ -67,7 +67,7 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
     }
 
     /// The segments of both where drive and oscillator are so; on a breakpoint the one to which they turn.
-    #[inline]
+    #[inline(always)]
     fn segments(&self, law: &Self::Law, f: &Flow<f64>) -> Segments {
         let (carried, breakpoints) = (self.carried(), self.breakpoints(law));
         if let [[], []] = breakpoints {

@@ -181,9 +181,8 @@ impl DriveTrain {
         } else {
             self.run.begin_step(&self.train, time);
         }
-        if input || horizon.is_finite() || self.laid != self.inputs {
-            self.run.restart(&self.train, time);
-            self.laid.clone_from(&self.inputs);
+        if input || horizon.is_finite() || !self.inputs.are_like(&self.laid) {
+            self.restart(time);
         }
         let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
         self.run.advance(&self.train, &outside, (time + step, horizon), &mut self.log)?;
@@ -192,6 +191,14 @@ impl DriveTrain {
         self.keep_end();
         self.course.step_done();
         Ok(())
+    }
+
+    /// The equations hold anew from the communication point `time` (s) on.
+    fn restart(&mut self, time: f64) {
+        self.laid.clone_from(&self.inputs);
+        let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
+        self.run.restart(&self.train, time);
+        self.run.rebuild(&self.train, &outside);
     }
 
     /// Keeps the end of the step where inputs may jump.
@@ -266,9 +273,11 @@ impl Drive for DriveTrain {
     fn apply(&mut self, time: f64) -> Result<(), Fault> {
         if self.tuned {
             self.check()?;
-            self.run.forget(&self.train, time);
+            self.run.forget();
+        }
+        if self.tuned || !self.inputs.are_like(&self.laid) {
             self.tuned = false;
-            self.laid = Inputs::default();
+            self.restart(time);
         }
         if let (Some(end), Some(motion)) = (&self.end, self.motion.as_mut()) {
             *motion = self.course.motion(time);

@@ -644,7 +644,15 @@ impl DriveTrain {
                 1 => format!("der({base})"),
                 _ => format!("der({base},2)"),
             };
-            let known = if state { vec![name.as_str()] } else { all.clone() };
+            // A mass in contact moves with its flank.
+            let known = match (of, state) {
+                (Of::X1, _) => vec![name.as_str(), "phi"],
+                (Of::X1Dot, _) => vec![name.as_str(), "phi", "w"],
+                (_, true) => vec![name.as_str()],
+                _ => all.clone(),
+            };
+            let driven = self.train.machine().is_none() && !self.motion_is_input();
+            let known: Vec<&str> = known.into_iter().filter(|name| !(driven && ["phi", "w"].contains(name))).collect();
             let variable = list.output(&name, text, real(quantity), series).at(place(j, of));
             variable.depends(&known).depends_initially(&[&initial]);
             if state {

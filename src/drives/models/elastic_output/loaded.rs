@@ -26,8 +26,6 @@ pub(super) struct Loaded {
     pub process: Option<Process>,
     /// What constant loads and the input make.
     pub push: Push,
-    /// The input on the cam's side.
-    pub roller: Signal,
     /// Whether a parameter of the loads has changed since the last step.
     tuned: bool,
     /// The largest |q| at a communication point (m).
@@ -58,11 +56,12 @@ impl Loaded {
     }
 
     fn validate(&self) -> Result<(), Fault> {
-        for (load, place) in self.loads.iter().zip(["load.process", "load.roller.process"]) {
-            let process = load.process.as_ref().map_or(Ok(()), MotionLaw::validate);
-            process.map_err(|message| Fault::new(message).of(place))?;
+        let [load, roller] = &*self.loads;
+        if roller.process.is_some() || roller.input {
+            return Err(Fault::new("a process force or an input acts on the mass only").of("load.roller"));
         }
-        Ok(())
+        let process = load.process.as_ref().map_or(Ok(()), MotionLaw::validate);
+        process.map_err(|message| Fault::new(message).of("load.process"))
     }
 
     /// What the process force on the mass makes, in front of its start.
@@ -192,8 +191,6 @@ impl ElasticOutput {
         let Some(loaded) = &mut self.loaded else { return Ok(()) };
         let still = loaded.loads[0].constant_part(m) / m;
         loaded.push.advance(&self.response.equation().oscillator, m, still, [time, end]);
-        loaded.roller.step_begins();
-        loaded.roller.step_ends(end - time);
         if let Some(Process { law, response, now, end: last }) = &mut loaded.process {
             if is_input {
                 response.step(law, end, goes_on, now)?;
@@ -253,11 +250,9 @@ impl HasLoads for ElasticOutput {
         Arc::make_mut(&mut loaded.loads).get_mut(which)
     }
     fn signal(&self, which: usize) -> Option<&Signal> {
-        let loaded = self.loaded.as_ref()?;
-        [&loaded.push.signal, &loaded.roller].get(which).copied()
+        Some(&self.loaded.as_ref().filter(|_| which == 0)?.push.signal)
     }
     fn signal_mut(&mut self, which: usize) -> Option<&mut Signal> {
-        let loaded = self.loaded.as_mut()?;
-        Some(if which == 0 { &mut loaded.push.signal } else { &mut loaded.roller })
+        Some(&mut self.loaded.as_mut().filter(|_| which == 0)?.push.signal)
     }
 }

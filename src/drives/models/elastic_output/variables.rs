@@ -16,9 +16,8 @@ use crate::motion::{Kinematics, TransferFunctions};
 use crate::numerics::pair::Pair;
 use crate::numerics::taylor::{Scalar, Series};
 
-/// The names of the inputs on the mass and on the cam's side.
+/// The name of the input force.
 const F: &str = "F";
-const ROLLER_F: &str = "roller.F";
 
 /// The continuous quantities, in the order of their declaration.
 #[derive(Clone, Copy)]
@@ -41,43 +40,28 @@ enum Output {
 /// How many there are without loads.
 const OUTPUTS: usize = Output::Tau as usize + 1;
 
-/// What the loads on the mass and on the cam's side depend on beside place and speed: process forces and inputs.
+/// The loads, and what that on the mass depends on beside place and speed: process force and input.
 struct Forces<'a, S> {
     loaded: &'a Loaded,
-    given: [[Option<S>; 2]; 2],
+    given: [Option<S>; 2],
 }
 
 impl<'a, S: Scalar> Forces<'a, S> {
-    /// At the angle `phi`, where `input` makes an input of its number and its name; None without loads.
-    fn new(drive: &'a ElasticOutput, phi: S, input: impl Fn(&Signal, &'static str) -> S) -> Option<Self> {
+    /// At the angle `phi`, where `input` makes an input of its signal; None without loads.
+    fn new(drive: &'a ElasticOutput, phi: S, input: impl Fn(&Signal) -> S) -> Option<Self> {
         let loaded = drive.loaded.as_deref()?;
-        let [load, roller] = &*loaded.loads;
-        let on_mass = loaded.process.as_ref().map(|Process { now, .. }| {
+        let process = loaded.process.as_ref().map(|Process { now, .. }| {
             let [p, slope] = now.u.array();
             phi.compose([p, slope, now.curvature])
         });
-        let on_roller = roller.process.as_ref().map(|law| {
-            let [p, slope, curvature, ..] = drive.shaft().on(law).0;
-            phi.compose([p, slope, curvature])
-        });
-        let of_mass = load.input.then(|| input(&loaded.push.signal, F));
-        let of_roller = roller.input.then(|| input(&loaded.roller, ROLLER_F));
-        Some(Forces { loaded, given: [[on_mass, of_mass], [on_roller, of_roller]] })
-    }
-
-    /// The load of this number at the place and the speed of its mass `m`.
-    fn load(&self, which: usize, m: f64, place: [S; 2]) -> S {
-        let [process, input] = self.given[which];
-        self.loaded.loads[which].force(m, place, process, input)
+        Some(Forces { loaded, given: [process, loaded.loads[0].input.then(|| input(&loaded.push.signal))] })
     }
 }
 
 pub(super) fn list(drive: &ElasticOutput) -> List<ElasticOutput> {
     let mut list = List::default();
     drive.declare_drive(&mut list);
-    for (which, name) in [F, ROLLER_F].into_iter().enumerate() {
-        declare_force(&mut list, drive, which, name, false);
-    }
+    declare_force(&mut list, drive, 0, F, false);
     list.group::<Parameters>();
     if drive.loaded.as_ref().is_some_and(|loaded| loaded.m_roller > 0.0) {
         // It stays one, as large as that of the output member.
@@ -120,12 +104,11 @@ fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
     let q_dot = [&periodic[..], &["start.mode", "start.q_dot"]].concat();
     let force: &[&[&str]] = &[&q, &q_dot, &["c", "b"]];
     let all: &[&str] = &["phi", "w", "y", "der(y)"];
-    // What the inputs of the loads change.
-    let has = |which: usize| drive.load(which).is_some_and(|load| load.input);
-    let accelerated: &[&str] = if has(0) { &["phi", "w", "y", "der(y)", F] } else { all };
+    // What the input force changes.
+    let accelerated: &[&str] =
+        if drive.load(0).is_some_and(|load| load.input) { &["phi", "w", "y", "der(y)", F] } else { all };
     let mut contact = all.to_vec();
     contact.extend(drive.loaded.as_ref().filter(|loaded| loaded.m_roller > 0.0).map(|_| "a"));
-    contact.extend(has(1).then_some(ROLLER_F));
     let text = "Position of the cam's side of the spring, U(phi)";
     output(Output::X, "x", text, &unit::LENGTH, &["phi"], &[PHI, CAM]);
     output(Output::Y, "y", "Position of the mass, x + q", &unit::LENGTH, &["y"], &[PHI, CAM, &q]);
@@ -145,7 +128,7 @@ fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
         let text = "Torque from the drive into the cam unit, U' force; a positive tau loads the drive";
         return output(Output::Tau, "tau", text, &unit::TORQUE, all, &[PHI, CAM, &force.concat()]);
     }
-    let initial: &[&[&str]] = &[PHI, W, A, CAM, &["m_roller", "load", ROLLER_F], &force.concat()];
+    let initial: &[&[&str]] = &[PHI, W, A, CAM, &["m_roller", "load"], &force.concat()];
     let text = "Torque from the drive into the cam unit, U' contact_force; a positive tau loads the drive";
     output(Output::Tau, "tau", text, &unit::TORQUE, &contact, initial);
     let text = "Force of the cam on the follower, positive in the sense of y: force and the inertia of the cam's side less its loads";
@@ -167,8 +150,9 @@ fn outputs<S: Scalar>(
     let (mut accelerating, mut contact) = (force, force);
     if let Some(forces) = forces {
         let m_roller = forces.loaded.m_roller;
-        accelerating = force + forces.load(0, drive.parameters.m, [x + f.q, x1 + f.v]);
-        contact = force + x2 * m_roller - forces.load(1, m_roller, [x, x1]);
+        let ([load, roller], [process, input]) = (&*forces.loaded.loads, forces.given);
+        accelerating = force + load.force(drive.parameters.m, [x + f.q, x1 + f.v], process, input);
+        contact = force + x2 * m_roller - roller.force(m_roller, [x, x1], None, None);
     }
     let y2 = accelerating * (1.0 / drive.parameters.m);
     ([f.phi, f.w, x, x + f.q, x1 + f.v, y2, f.q, f.v, y2 - x2, force, u[1] * contact], contact)
@@ -187,7 +171,7 @@ fn numbers(drive: &ElasticOutput, q: Pair, forces: Option<&Forces<'_, f64>>) -> 
 /// The same under loads.
 #[inline(never)]
 fn numbers_under(drive: &ElasticOutput) -> ([f64; OUTPUTS], f64) {
-    let forces = Forces::new(drive, drive.now.shaft[0], |signal, _| signal.now());
+    let forces = Forces::new(drive, drive.now.shaft[0], |signal| signal.now());
     numbers(drive, drive.deformation().into(), forces.as_ref())
 }
 
@@ -219,7 +203,7 @@ fn series(drive: &ElasticOutput, seed: Seed, which: usize) -> Series {
         Seed::Time => along_time(drive, &shaft.kinematics, &u),
         known => {
             let flow = along_known(drive, &shaft.kinematics, &u, known);
-            let input = |signal: &Signal, name| Series([signal.now(), known.of(name), 0.0]);
+            let input = |signal: &Signal| Series([signal.now(), known.of(F), 0.0]);
             (flow, Forces::new(drive, flow.phi, input))
         }
     };
@@ -236,7 +220,7 @@ fn along_time<'a>(
     let ([phi, w, a, jerk, snap], [q, v]) = (shaft.0, drive.deformation());
     let [phi, w, a] =
         [[phi, w, a], [w, a, jerk], [a, jerk, snap]].map(|[d0, d1, d2]| Series::from_derivatives(d0, d1, d2));
-    let forces = Forces::new(drive, phi, |signal, _| signal.series());
+    let forces = Forces::new(drive, phi, |signal| signal.series());
     let x = u.along(shaft).0;
     let x = [0, 1, 2].map(|order| Series::from_derivatives(x[order], x[order + 1], 0.0));
     let acceleration = |[q, v]: [Series; 2]| match &forces {

@@ -73,6 +73,11 @@ impl Signal {
         }
     }
 
+    /// Whether it is set to the same course.
+    pub fn is_like(&self, other: &Self) -> bool {
+        (self.value, self.derivatives) == (other.value, other.derivatives)
+    }
+
     /// The time since t₀ (s).
     pub fn elapsed(&self) -> f64 {
         self.elapsed

@@ -183,12 +183,18 @@ impl Inputs {
         [&mut self.tau, &mut self.torque, &mut self.reference, &mut self.position].into_iter().chain(&mut self.forces)
     }
 
+    fn each(&self) -> impl Iterator<Item = &Signal> {
+        [&self.tau, &self.torque, &self.reference, &self.position].into_iter().chain(&self.forces)
+    }
+
     /// Whether none depends on time.
     pub fn are_constant(&self) -> bool {
-        [&self.tau, &self.torque, &self.reference, &self.position]
-            .into_iter()
-            .chain(&self.forces)
-            .all(Signal::is_constant)
+        self.each().all(Signal::is_constant)
+    }
+
+    /// Whether they are set to the same courses.
+    pub fn are_like(&self, other: &Self) -> bool {
+        self.each().zip(other.each()).all(|(one, other)| one.is_like(other))
     }
 }
 

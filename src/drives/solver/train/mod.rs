@@ -165,9 +165,8 @@ impl Run {
         Run { period: [found.period, found.multiplier], ..self }
     }
 
-    /// The equations change at `time`.
-    pub fn forget(&mut self, train: &Train, time: f64) {
-        self.restart(train, time);
+    /// The equations have changed.
+    pub fn forget(&mut self) {
         self.recorded.forget();
     }
 
@@ -512,7 +511,11 @@ impl Run {
 
     /// The first step.
     pub fn first(&mut self, train: &Train, outside: &Outside, horizon: f64) -> Result<(), Fault> {
-        self.lay(train, outside, horizon)
+        if horizon > 0.0 {
+            return self.lay(train, outside, horizon);
+        }
+        self.expand(train, outside);
+        Ok(())
     }
 
     /// Goes on up to the step that holds `end`; what comes from outside holds for so long as `horizon` says (s).
