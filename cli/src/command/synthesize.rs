@@ -109,7 +109,7 @@ fn machine(path: &Path, follower: Option<usize>, laws: usize) -> Result<(Documen
     let failure = |message: &str| Failure(format!("error: {}: {message}", path.display()));
     let followers = document.get("follower").and_then(|item| item.as_array_of_tables());
     let first = follower.unwrap_or(1);
-    let replaced = followers.iter().flat_map(|list| list.iter()).skip(first - 1).take(laws.max(1));
+    let replaced = followers.iter().flat_map(|list| list.iter()).skip(first.saturating_sub(1)).take(laws.max(1));
     if let Some(j) = replaced.enumerate().find_map(|(j, follower)| follower.contains_key("crank").then_some(first + j))
     {
         return Err(failure(&format!("follower {j} sits on the shaft without a cam")));

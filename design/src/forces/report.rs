@@ -399,7 +399,9 @@ impl Machine {
             let turn = self.turn()?;
             let of = |(j, drive): (usize, &Drive)| {
                 let name = drive.name.rsplit_once('.').map_or("the follower", |(_, follower)| follower);
-                let kept = drive.is_force_closed() && !drive.loads.may_leave;
+                // Where the scene names nothing that acts, nothing tells what holds the follower.
+                let acts = drive.loads.lever_inertia > 0.0 || drive.loads.on().iter().any(|load| !load.is_none());
+                let kept = acts && drive.is_force_closed() && !drive.loads.may_leave;
                 Some(format!("{name} would leave its cam {}", from(kept.then(|| turn.lift_off(j))??.value)))
             };
             Ok(self.drives.iter().enumerate().filter_map(of).collect::<Vec<_>>().join(", "))
