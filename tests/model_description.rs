@@ -202,8 +202,8 @@ const NAMES: [(&str, &str, &str, &str); 16] = [
         "",
         "phi w a M_an J E motor.phi motor.w follower[1].U follower[1].y der(follower[1].y) follower[1].q follower[1].force \
          follower[1].tau follower[2].psi",
-        "J0 motor.M_k motor.T_el motor.i motor.J motor.c motor.b load.M.a[1] load.b follower[1].m_roller follower[1].load.g \
-         follower[1].load.preload follower[1].load.b follower[2].J follower[3].m phi_start w_start",
+        "J0 motor.M_k motor.T_el motor.i motor.J motor.c motor.b load.M.a[1] load.b follower[1].m_roller follower[3].load.g \
+         follower[3].load.preload follower[3].load.b follower[2].J follower[3].m phi_start w_start",
     ),
     (
         "DriveTrain.servo",
@@ -213,7 +213,7 @@ const NAMES: [(&str, &str, &str, &str); 16] = [
     ),
     (
         "DriveTrain.input",
-        "phi w a follower[1].F",
+        "phi w a follower[3].F",
         "follower[1].y follower[2].x1 follower[2].gap follower[2].contact follower[2].impulse follower[2].impacts follower[2].tau_mean",
         "follower[1].m follower[1].c follower[2].m1 follower[2].s follower[2].cam.a[1]",
     ),

@@ -1,6 +1,7 @@
 //! What each output depends on, found by its own equations: the partial derivatives in a few random states, and what the start
 //! makes of other inputs.
 
+use super::variables::Dependencies;
 use super::{DriveTrain, Joint, Start, variables};
 use crate::drives::Seed;
 use crate::drives::follower::contact::{Flank, Mode};
@@ -10,17 +11,10 @@ use std::f64::consts::TAU;
 /// States in which the derivatives are taken: each way of contact three times.
 const STATES: usize = 6;
 /// Starts that are compared for each input and mode.
-const STARTS: usize = 3;
+const STARTS: usize = 16;
 
-/// The names of the inputs and states that the outputs, by place, depend on at communication points, and of the inputs at the
-/// start.
-#[derive(Default)]
-pub struct Dependencies {
-    /// At communication points.
-    pub running: Vec<Vec<String>>,
-    /// At the start.
-    pub initial: Vec<Vec<String>>,
-}
+/// Other values of each.
+const OTHERS: usize = 4;
 
 /// Numbers in [−1, 1), the same for every train (the generator of Knuth's MMIX).
 struct Random(u64);
@@ -129,12 +123,14 @@ impl DriveTrain {
             };
             let Some(before) = values(&mut probe) else { continue };
             for (i, name) in inputs.iter().enumerate() {
-                let mut other = probe.clone();
-                other.set_input(i, 10.0 * random.next());
-                let Some(after) = values(&mut other) else { continue };
-                for (place, (a, b)) in before.iter().zip(&after).enumerate() {
-                    if (a - b).abs() > 1e-9 * (a.abs() + b.abs()) && !initial[place].contains(name) {
-                        initial[place].push(name.clone());
+                for _ in 0..OTHERS {
+                    let mut other = probe.clone();
+                    other.set_input(i, 10.0 * random.next());
+                    let Some(after) = values(&mut other) else { continue };
+                    for (place, (a, b)) in before.iter().zip(&after).enumerate() {
+                        if (a - b).abs() > 1e-9 * (a.abs() + b.abs()) && !initial[place].contains(name) {
+                            initial[place].push(name.clone());
+                        }
                     }
                 }
             }
@@ -143,7 +139,7 @@ impl DriveTrain {
         if self.train.machine().is_some_and(|machine| machine.motor.usual_speed().is_some()) {
             initial.iter_mut().for_each(|names| names.clone_from(&inputs));
         }
-        Dependencies { running, initial }
+        Dependencies { running, initial, parameters: Vec::new() }
     }
 
     /// Moves the states at random; followers with backlash are on a flank and in flight by turns.

@@ -221,13 +221,13 @@ impl Drive for DriveTrain {
     fn new(scene: Scene) -> Result<Self, Fault> {
         let mut train = DriveTrain::of(scene);
         train.check()?;
-        let list = train.declare();
+        let list = train.variables();
         train.references = train.input_names().iter().filter_map(|name| list.reference(name)).collect();
         Ok(train)
     }
 
     fn variables(&self) -> List<Self> {
-        self.declare()
+        self.declare(self.dependencies())
     }
 
     fn text(&self) -> Text {

@@ -1,6 +1,5 @@
 //! The variables of the train and its output equations.
 
-use super::dependencies::Dependencies;
 use super::{DriveTrain, Follower, Joint, MOST_FOLLOWERS, Start};
 use crate::drives::follower::contact::Mode;
 use crate::drives::follower::load::Load;
@@ -63,7 +62,11 @@ pub(super) fn places(followers: usize) -> usize {
 }
 
 /// What the start depends on beside its inputs.
-const PARAMETERS: &[&str] = &["J0", "inertia", "load", "motor", "follower", "drive", "start", "phi_start", "w_start"];
+const PARAMETERS: &[&str] = &["J0", "inertia", "load", "motor", "drive", "start", "phi_start", "w_start"];
+
+/// The same of each follower, all but its input.
+const PARAMETERS_OF_FOLLOWER: &[&str] =
+    &["m", "J", "c", "b", "m1", "m2", "s", "e", "m_roller", "load", "cam", "crank", "linkage"];
 
 /// An output of a follower.
 #[derive(Clone, Copy)]
@@ -440,8 +443,12 @@ impl DriveTrain {
 
     /// The list of variables. The elements of an array follow one another (FMI 2.0, section 2.2.9): all of a follower, then the
     /// derivatives of all followers.
-    pub(super) fn declare(&self) -> List<Self> {
-        let (mut list, dependencies) = (List::default(), self.dependencies());
+    pub(super) fn declare(&self, mut dependencies: Dependencies) -> List<Self> {
+        let mut list = List::default();
+        for j in 1..=self.train.followers.len() {
+            let of_j = |key: &&str| format!("follower[{j}].{key}");
+            dependencies.parameters.extend(PARAMETERS_OF_FOLLOWER.iter().map(of_j));
+        }
         self.declare_inputs(&mut list);
         self.declare_shaft(&mut list, &dependencies);
         self.declare_parameters(&mut list);
@@ -450,24 +457,21 @@ impl DriveTrain {
             self.declare_follower(&mut list, j, &dependencies);
             self.declare_parameters_of(&mut list, j, follower);
         }
-        for (name, order, of) in [
-            ("x1", 1, Of::X1Dot),
-            ("x1", 2, Of::X1DotDot),
-            ("y", 1, Of::YDot),
-            ("y", 2, Of::YDotDot),
-            ("q", 1, Of::QDot),
-            ("q", 2, Of::QDotDot),
-        ] {
+        let names = ["x1", "y", "q"];
+        for (order, places) in [(1, [Of::X1Dot, Of::YDot, Of::QDot]), (2, [Of::X1DotDot, Of::YDotDot, Of::QDotDot])] {
             for (j, follower) in self.train.followers.iter().enumerate() {
-                let Some((quantities, state)) = of_follower(follower, name) else { continue };
-                let of_j = format!("follower[{}].{name}", j + 1);
-                let name = if order == 1 { format!("der({of_j})") } else { format!("der({of_j},2)") };
-                let text = if order == 1 { "Velocity" } else { "Acceleration" };
-                let text = format!("{text} of {of_j}");
-                let variable = list.output(&name, &text, real(quantities[order]), series);
-                dependencies.declare(variable, place(j, of));
-                if order == 1 && state {
-                    variable.state();
+                for (name, of) in names.into_iter().zip(places) {
+                    let Some((quantities, state)) = of_follower(follower, name) else { continue };
+                    let of_j = format!("follower[{}].{name}", j + 1);
+                    let (name, what) = match order {
+                        1 => (format!("der({of_j})"), "Velocity"),
+                        _ => (format!("der({of_j},2)"), "Acceleration"),
+                    };
+                    let variable = list.output(&name, &format!("{what} of {of_j}"), real(quantities[order]), series);
+                    dependencies.declare(variable, place(j, of));
+                    if order == 1 && state {
+                        variable.state();
+                    }
                 }
             }
         }
@@ -816,13 +820,24 @@ fn of_follower(follower: &Follower, name: &str) -> Option<([&'static Quantity; 3
     }
 }
 
+/// The names of the inputs and states that the outputs, by place, depend on at communication points, and of the inputs at the
+/// start.
+#[derive(Default)]
+pub struct Dependencies {
+    /// At communication points.
+    pub running: Vec<Vec<String>>,
+    /// At the start.
+    pub initial: Vec<Vec<String>>,
+    /// The parameters of the followers.
+    pub parameters: Vec<String>,
+}
+
 impl Dependencies {
     /// Takes the place of an output and what it depends on.
     fn declare(&self, variable: &mut Variable<DriveTrain>, place: usize) {
-        let names = |list: &[Vec<String>]| list[place].clone();
-        let [running, initial] = [names(&self.running), names(&self.initial)];
-        let [running, initial] = [&running, &initial].map(|list| list.iter().map(String::as_str).collect::<Vec<_>>());
-        variable.at(place).depends(&running).depends_initially(&[&initial, PARAMETERS]);
+        let [running, initial, followers] = [&self.running[place], &self.initial[place], &self.parameters]
+            .map(|list| list.iter().map(String::as_str).collect::<Vec<_>>());
+        variable.at(place).depends(&running).depends_initially(&[&initial, PARAMETERS, &followers]);
     }
 }
 

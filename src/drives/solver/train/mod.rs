@@ -136,8 +136,13 @@ const NOISE: f64 = 1e-9;
 /// The highest order of a zero with which a gap begins: after a release.
 const MOST_ZEROS: usize = 3;
 
-/// Nominal work of a step (µs).
-const COST: f64 = 4.0;
+/// Nominal work of a step, and of a follower in it (µs).
+const COST: [f64; 2] = [2.0, 1.0];
+
+/// Nominal work of a step of this train (µs).
+fn cost(train: &Train) -> f64 {
+    COST[0] + COST[1] * train.followers.len() as f64
+}
 
 /// The order of the series for a tolerance.
 fn order(tolerance: f64) -> usize {
@@ -547,7 +552,7 @@ impl Run {
                 }
             }
             let left = (Double::from(outside.time + horizon) - self.start).hi;
-            if work.draw(COST * (1 + train.followers.len()) as f64).is_err() {
+            if work.draw(cost(train)).is_err() {
                 let way = [outside.time, end];
                 let hint = "lower the speed, or choose softer springs, heavier masses or a smaller `e`";
                 let told = format!("the step has come to t = {} s", Rounded(self.start.hi));

@@ -150,7 +150,7 @@ fn turn(
             let time = (run.start - start).hi + theta * run.unit;
             return Ok(Turned { y: end, modes: run.modes, time });
         }
-        if work.draw(super::COST * (1 + train.followers.len()) as f64).is_err() {
+        if work.draw(super::cost(train)).is_err() {
             return Err(search_too_much("choose at_rest or equilibrium, stiffer contacts or a smaller restitution"));
         }
         let event = run.event;
