@@ -326,7 +326,7 @@ mod tests {
         tape.begin(N, 0);
         tape.reserve(16, 0);
         let tape = RefCell::new(tape);
-        f(std::array::from_fn(|k| Var::state(&tape, k))).map(|rate| rate.is_rate(&tape));
+        f(std::array::from_fn(|k| Var::state(&tape, k))).into_iter().for_each(|rate| rate.is_rate(&tape));
         let mut tape = tape.into_inner();
         start.iter().enumerate().for_each(|(k, y)| tape.set(k, *y));
         tape.expand(20, 0.5);

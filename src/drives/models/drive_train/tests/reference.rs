@@ -634,3 +634,118 @@ fn periodic_motion() {
     let printed = 0.0023514211761_f64.hypot(0.2407085147409);
     assert!((multiplier - printed).abs() < 1e-3 * printed, "{multiplier} {printed}");
 }
+
+fn lines(points: &[[f64; 2]]) -> MotionLaw {
+    let (angles, lifts) = points.iter().map(|[angle, value]| (angle.to_radians(), *value)).unzip();
+    MotionLaw::Polyline(Polyline::new(Points { angles, lifts }).unwrap())
+}
+
+#[test]
+fn press() {
+    let servo = Servo {
+        proportional: 3.0,
+        integral: 12.0,
+        anti_windup: 4.0,
+        limit: 60.0,
+        reference: Reference::Constant(96.0),
+        position: None,
+    };
+    let transmission = Transmission { ratio: 8.0, rotor: 0.03, coupling: None };
+    let motor = Motor { source: Source::Servo(servo), transmission };
+    let crank = SliderCrank {
+        crank: Link { length: 0.08, mass: 8.0, inertia: 0.05, centre: [0.02, 0.0] },
+        rod: Link { length: 0.5, mass: 12.0, inertia: 0.35, centre: [0.2, 0.01] },
+        offset: 0.01,
+        slider_mass: 0.0,
+        branch: Branch::Plus,
+    };
+    let mechanism = Mechanism { kind: Kind::SliderCrank(crank), input_offset: 0.0, output_offset: 0.0 };
+    let mut f = follower(MotionLaw::Crank(Crank { offset: 0.0 }), 40.0, Joint::Rigid);
+    f.rigid.linkage = Linkage(vec![mechanism]);
+    f.load.gravity = Some(9.81);
+    f.load.frames = vec![[9.81, 0.0]];
+    f.load.process =
+        Some(lines(&[[0.0, 0.0], [330.0, 0.0], [330.0, -20000.0], [345.0, -90000.0], [356.0, -90000.0], [360.0, 0.0]]));
+    let train = scene(Shaft::Free(machine(60.0, [3.0, 12.0], motor)), vec![f]);
+    check(
+        "press",
+        &train,
+        0.78,
+        &[
+            ("phi", 12.2031365166528, 1.0),
+            ("w", 12.0060868002694, 1.0),
+            ("motor", 15.0588944013349, 1.0),
+            ("a", -32.1190434213295, 100.0),
+        ],
+        &[],
+    );
+}
+
+#[test]
+fn four_bar() {
+    let mut motor = kloss(20.0, 0.2, 30.0, None);
+    motor.transmission = Transmission { ratio: 2.0, rotor: 0.004, coupling: None };
+    let link = |length, mass, inertia, centre| Link { length, mass, inertia, centre };
+    let four_bar = FourBar {
+        ground: 0.21,
+        input: link(0.04, 0.35, 0.0003, [0.02, 0.0]),
+        coupler: link(0.2, 0.55, 0.0024, [0.1, 0.006]),
+        output: link(0.12, 0.6, 0.0009, [0.06, 0.0]),
+        branch: Branch::Plus,
+    };
+    let mechanism = Mechanism { kind: Kind::FourBar(four_bar), input_offset: 0.0, output_offset: 0.0 };
+    let mut f = follower(MotionLaw::Crank(Crank { offset: 0.4 }), 0.03, Joint::Rigid);
+    f.rigid.turns = true;
+    f.rigid.linkage = Linkage(vec![mechanism]);
+    f.load.frames = vec![[0.0, -9.81]];
+    f.load.process = Some(lines(&[
+        [0.0, -2.0],
+        [90.0, -2.0],
+        [150.0, -14.0],
+        [200.0, -14.0],
+        [200.0, 3.0],
+        [300.0, 1.0],
+        [360.0, -2.0],
+    ]));
+    let shaft = Machine { friction: Some(0.05), ..machine(0.15, [0.0, 6.0], motor) };
+    check(
+        "four_bar",
+        &scene(Shaft::Free(shaft), vec![f]),
+        0.8,
+        &[("phi", 11.7260129350849, 1.0), ("w", 14.9649700303409, 1.0), ("a", 1.51610273279994, 10.0)],
+        &[],
+    );
+}
+
+#[test]
+fn equilibrium() {
+    let load = lines(&[[0.0, 5.0], [70.0, 5.0], [110.0, 25.0], [110.0, 8.0], [250.0, 2.0], [360.0, 5.0]]);
+    let shaft_of =
+        Machine { load: Some(load), friction: Some(0.3), ..machine(0.5, [0.7, 0.0], kloss(60.0, 0.2, 15.0, None)) };
+    let weight = || Load { gravity: Some(-9.81), ..Load::default() };
+    let mut f0 = output(hs(0.04), [3.0, 4000.0, 20.0], 0.0);
+    f0.load = Load { spring: Some(Spring { preload: 40.0, c: 3000.0, at: 0.01 }), ..weight() };
+    let mut f1 = shaft(hs(0.1), [40.0, 0.15, 900.0, 1.5]);
+    f1.load = weight();
+    let mut f2 = backlash(lift_cam(), [0.3, 1.5, 40000.0, 30.0, f64::INFINITY, 0.0]);
+    (f2.load, f2.roller) = (spring_and_weight(), weight());
+    let train = Scene { start: Start::Equilibrium, ..scene(Shaft::Free(shaft_of), vec![f0, f1, f2]) };
+    let begun = run(&train, 0.6, 0, 0.0);
+    for (what, value) in [("y0", 0.00551321179585351), ("psi1", 0.704616882879973), ("xb2", -0.00770772910839558)] {
+        assert!((begun.read(what) - value).abs() < 1e-15, "{what}: {}", begun.read(what));
+    }
+    check(
+        "equilibrium",
+        &train,
+        0.6,
+        &[
+            ("phi", 7.09468338889146, 1.0),
+            ("w", 14.560863727945, 1.0),
+            ("y0", 0.00772453385195597, 0.01),
+            ("psi1", 7.07066910703799, 1.0),
+            ("xb2", -0.00732996080974156, 0.01),
+            ("N2", 90.2940559076064, 100.0),
+        ],
+        &[],
+    );
+}
