@@ -192,7 +192,7 @@ fn convolution(a: &[f64], b: &[f64]) -> f64 {
 fn square(a: &[f64]) -> f64 {
     let n = a.len() - 1;
     let half = a.len() / 2;
-    let middle = if n % 2 == 0 { a[half] * a[half] } else { 0.0 };
+    let middle = if n.is_multiple_of(2) { a[half] * a[half] } else { 0.0 };
     2.0 * convolution(&a[..half], &a[a.len() - half..]) + middle
 }
 

@@ -156,7 +156,7 @@ impl DriveTrain {
         for (j, follower) in self.train.followers.iter().enumerate() {
             if let Joint::Backlash(_) = follower.joint {
                 let at = self.train.layout.followers[j];
-                let free = sample % 2 == 0;
+                let free = sample.is_multiple_of(2);
                 modes.contacts[j] = if free { Mode::Free } else { Mode::Contact(Flank::A) };
                 modes.beyond[j] = false;
                 if !free {

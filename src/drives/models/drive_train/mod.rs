@@ -351,12 +351,12 @@ impl DriveTrain {
     /// Refuses parameters that describe no train.
     fn check(&self) -> Result<(), Fault> {
         for (j, follower) in self.train.followers.iter().enumerate() {
-            let named = |message| Fault::new(message).of(&format!("follower[{}].cam", j + 1));
+            let named = |message| Fault::new(message).of(format!("follower[{}].cam", j + 1));
             follower.rigid.cam.validate().map_err(named)?;
             follower.rigid.check_linkage(&format!("follower[{}].linkage", j + 1))?;
             if let Joint::Backlash(contact::Parameters { s: 0.0, .. }) = follower.joint {
                 let message = " = 0: without clearance it is an elastic output with the mass m1 on the cam's side; use `elasticity` with `m_roller`";
-                return Err(Fault::named(&format!("follower[{}].s", j + 1), message));
+                return Err(Fault::named(format!("follower[{}].s", j + 1), message));
             }
         }
         let Some(machine) = self.machine() else { return Ok(()) };

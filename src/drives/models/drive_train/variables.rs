@@ -981,12 +981,12 @@ impl Has<Kloss> for DriveTrain {
 impl HasLoads for DriveTrain {
     fn load(&self, which: usize) -> Option<&Load> {
         let follower = self.train.followers.get(which / 2)?;
-        Some(if which % 2 == 0 { &follower.load } else { &follower.roller })
+        Some(if which.is_multiple_of(2) { &follower.load } else { &follower.roller })
     }
     fn load_mut(&mut self, which: usize) -> Option<&mut Load> {
         self.tuned = true;
         let follower = self.train.followers.get_mut(which / 2)?;
-        Some(if which % 2 == 0 { &mut follower.load } else { &mut follower.roller })
+        Some(if which.is_multiple_of(2) { &mut follower.load } else { &mut follower.roller })
     }
     fn signal(&self, which: usize) -> Option<&Signal> {
         self.inputs.forces.get(which / 2)

@@ -53,6 +53,7 @@ pub const MOST_STATES: usize = 6 + 4 * MOST_FOLLOWERS;
 /// The shaft.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[allow(clippy::large_enum_variant)] // One of them lives in a train.
 pub enum Shaft {
     /// Its motion is prescribed.
     Driven(DriveMode),
