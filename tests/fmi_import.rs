@@ -14,6 +14,7 @@ use fmi::traits::{FmiImport, FmiStatus};
 /// the copy one folder above is not renewed by `cargo test`.
 fn import() -> Fmi2Import {
     let scene = Scene {
+        load: Default::default(),
         parameters: Parameters { m: 2.0, inertia: 0.01, c: 2e3, b: 6.0 },
         linear: false,
         cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01, 0.002], vec![0.0, 0.001])),
