@@ -333,10 +333,6 @@ mod tests {
         tape
     }
 
-    fn sum(series: &[f64], upto: usize) -> f64 {
-        series[..=upto].iter().sum()
-    }
-
     #[test]
     fn the_series_of_known_solutions() {
         // y = 1/(1 + t): ẏ = −y²; z = √(1 + 2t) by ż = 1/z; v = (1 + t)² by v̇ = 2 √v, as 2 w, ẇ = 1.
@@ -379,6 +375,5 @@ mod tests {
         let energy = tape.series(energy);
         assert!((energy[0] - (0.245 - 1.0_f64.cos())).abs() < 1e-15);
         assert!(energy[1..24].iter().all(|c| c.abs() < 1e-15), "{energy:?}");
-        assert!((sum(tape.series(0), 24) - 1.173_123).abs() < 1e-3);
     }
 }

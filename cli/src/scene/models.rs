@@ -6,10 +6,9 @@ use super::common::{
 use super::common::{solver, start};
 use super::section::{Faults, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
-use super::{follower, forces, geometry, load, motion_law, motor, parametric, train};
+use super::{follower, forces, geometry, load, motion_law, motor, parametric};
 use camdrive::drives::Fault;
 use camdrive::drives::backlash::{self, BacklashDrive};
-use camdrive::drives::drive_train::DriveTrain;
 use camdrive::drives::elastic_output::{self as output, ElasticOutput};
 use camdrive::drives::elastic_shaft::{self as shaft, ElasticShaft};
 use camdrive::drives::parameter::Parameters as _;
@@ -30,7 +29,6 @@ const MODELS: &[(&[&str], Reader)] = &[
     (&["BacklashDrive"], backlash_drive),
     (&["RigidMachine"], rigid_machine),
     (&["ParametricDrive"], |root, _| parametric::read(root)),
-    (&["DriveTrain"], |root, folder| resolved::<DriveTrain>(&train::read(root, folder)?)),
 ];
 
 /// Reads the drive of a scene.
