@@ -217,11 +217,7 @@ fn names_are_those_that_importers_rely_on() {
         let closed = ["ElasticCamDrive.output.constant", "BacklashDrive.constant"];
         let tolerance = if closed.contains(&file) { "" } else { "solver.tolerance" };
         assert!(!tolerance.is_empty() || !of(Causality::Parameter).contains(&"solver.tolerance"), "{file}");
-        let cam = if file.starts_with("Rigid") {
-            "start.mode"
-        } else {
-            "start.mode start.q start.q_dot"
-        };
+        let cam = if file.starts_with("Rigid") { "start.mode" } else { "start.mode start.q start.q_dot" };
         for (causality, names) in [
             (Causality::Output, outputs),
             (Causality::Parameter, parameters),

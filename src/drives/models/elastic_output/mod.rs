@@ -48,8 +48,10 @@ pub struct Scene {
     /// m, c, b.
     pub parameters: Parameters,
     /// On the mass.
+    #[serde(default)]
     pub load: Load,
     /// m_x (kg) on the cam's side, and what acts on it.
+    #[serde(default)]
     pub roller: (f64, Load),
     /// U.
     pub cam: MotionLaw,

@@ -47,6 +47,7 @@ pub struct Scene {
     /// Whether the equation is linearised in the twist.
     pub linear: bool,
     /// Loads on the follower.
+    #[serde(default)]
     pub load: Load,
     /// U.
     pub cam: MotionLaw,
