@@ -28,7 +28,7 @@ impl Run {
                 self.settle(train, outside, None, log);
             }
             Event::Release(j) => {
-                self.open(train, j, 3);
+                self.open(j, 3);
                 self.log(log, ("release", j + 1), ("angle", phi.hi, "rad"));
                 self.settle(train, outside, Some(j), log);
             }
@@ -53,8 +53,7 @@ impl Run {
     }
 
     /// m1 of follower j leaves its flank; the gap begins with a zero of this order.
-    fn open(&mut self, train: &Train, j: usize, zeros: usize) {
-        let _ = train;
+    fn open(&mut self, j: usize, zeros: usize) {
         (self.modes.contacts[j], self.modes.zeros[j]) = (Mode::Free, zeros);
     }
 
@@ -84,8 +83,7 @@ impl Run {
             if let Some(table) = motor.table() {
                 self.modes.piece = table.piece(d.demand);
             }
-            if let Some(servo) = motor.servo().filter(|servo| d.demand.abs() > servo.limit) {
-                let _ = servo;
+            if motor.servo().is_some_and(|servo| d.demand.abs() > servo.limit) {
                 self.modes.saturation = d.demand.signum() as i8;
             }
         }
@@ -216,7 +214,7 @@ impl Run {
             let Some(flank) = flank else { continue };
             let Joint::Backlash(p) = train.followers[j].joint else { continue };
             if flank.sign() * forces[j] < 0.0 && p.s > 0.0 {
-                self.open(train, j, 2);
+                self.open(j, 2);
                 self.log(log, ("release", j + 1), ("force", forces[j], "N"));
             }
         }
@@ -274,7 +272,7 @@ impl Run {
             if strike.after[i] == 0.0 {
                 self.modes.contacts[i] = Mode::Contact(touched);
             } else {
-                self.open(train, i, 1);
+                self.open(i, 1);
                 if was_free {
                     self.close(train, outside, (i, touched, CLOSURE), &slopes, &mut y);
                 }

@@ -537,7 +537,7 @@ impl Run {
         (end, horizon): (f64, f64),
         log: &mut EventLog,
     ) -> Result<(), Fault> {
-        let (mut work, begin, target) = (Work::default(), self.start, Double::from(end));
+        let (mut work, target) = (Work::default(), Double::from(end));
         loop {
             let left = (target - self.end()).hi;
             if self.length > 0.0 && (left < 0.0 || (left == 0.0 && self.event.is_none())) {
@@ -556,7 +556,6 @@ impl Run {
                 let way = [outside.time, end];
                 let hint = "lower the speed, or choose softer springs, heavier masses or a smaller `e`";
                 let told = format!("the step has come to t = {} s", Rounded(self.start.hi));
-                let _ = begin;
                 return Err(step_too_much(way, self.start.hi, &told, hint));
             }
             if left <= 0.0 {

@@ -33,7 +33,7 @@ pub struct Recorded {
     pub tape: Tape,
     /// For which modes it was recorded; None before.
     modes: Option<Modes>,
-    /// Which rows of followers are in use.
+    /// u of a servo, else ω_m.
     pub demand: usize,
     /// N of followers with backlash in contact, and U′ N.
     pub normals: [usize; MOST_FOLLOWERS],
@@ -94,9 +94,8 @@ impl Recorded {
         let powers = if any_of_phi { phi.powers(tape) } else { 0 };
         let row =
             |powers: usize, wanted: bool, row: usize| if wanted { Var::function(tape, powers, row) } else { zero };
-        let constant = |train: &Train| train.constant_inertia();
         let mut f = Functions {
-            inertia: if varies.inertia { row(powers, true, INERTIA) } else { Var::from(constant(train)) },
+            inertia: if varies.inertia { row(powers, true, INERTIA) } else { Var::from(train.constant_inertia()) },
             half_slope: row(powers, varies.inertia, HALF_SLOPE),
             torque: row(powers, varies.torque, STATIC),
             viscous: if varies.viscous { row(powers, true, VISCOUS) } else { Var::from(train.constant_friction()) },
@@ -114,13 +113,8 @@ impl Recorded {
                 powers
             };
             let place = follower.load.spring.is_some() || follower.roller.spring.is_some();
-            f.cams[j] = [place && !rigid, true, !rigid].map(|wanted| wanted).into_iter().enumerate().fold(
-                [zero; 3],
-                |mut cams, (order, wanted)| {
-                    cams[order] = row(own, wanted, CAMS + 3 * j + order);
-                    cams
-                },
-            );
+            let wanted = [place && !rigid, true, !rigid];
+            f.cams[j] = [0, 1, 2].map(|order| row(own, wanted[order], CAMS + 3 * j + order));
             f.process[j] = row(powers, follower.load.process.is_some() && !rigid, PROCESS + j);
         }
         let d = train.dynamics(modes, &y, &f, &given);
@@ -164,8 +158,7 @@ impl Recorded {
         };
         put(TAU, &outside.inputs.tau);
         put(TORQUE, &outside.inputs.torque);
-        for (j, follower) in train.followers.iter().enumerate().filter(|(_, f)| f.load.input) {
-            let _ = follower;
+        for (j, _) in train.followers.iter().enumerate().filter(|(_, f)| f.load.input) {
             put(FORCES + j, &outside.inputs.forces[j]);
         }
         if let Some(machine) = train.machine() {
