@@ -411,7 +411,7 @@ impl Machine {
             if leaving.is_empty() { leaving } else { format!("contact holds at any speed; in the machine {leaving}") };
         match (&acting[..], leaving.is_empty()) {
             ([], true) => None,
-            ([], false) => Some(format!("in the motion of the FMU {leaving} (backlash with s = inf models that)")),
+            ([], false) => Some(format!("in the motion of the FMU {leaving}")),
             (names, alone) => {
                 let verb = if names.len() > 1 { "are" } else { "is" };
                 let rest = if alone { leaving } else { format!(", in which {leaving}") };

@@ -353,7 +353,7 @@ fn what_the_motion_leaves_out_is_told() {
     // A motion that has them is told of where it holds a contact that is none.
     let within = Loads { left_out: false, ..loads.clone() };
     let holds = format!(
-        "in the motion of the FMU contact holds at any speed; in the machine the follower would leave its cam from {rpm} rpm on (backlash with s = inf models that)"
+        "in the motion of the FMU contact holds at any speed; in the machine the follower would leave its cam from {rpm} rpm on"
     );
     assert_eq!(still(within.clone()), Some(holds));
     assert_eq!(still(Loads { may_leave: true, ..within }), None);

@@ -216,8 +216,8 @@ impl ElasticOutput {
         let pulls = force * held > 0.0;
         if pulls && !loaded.pulls && !loaded.told {
             loaded.told = true;
-            let kind = "the contact force changes its sign: a follower that nothing but its loads holds on the cam leaves it; \
-                        BacklashDrive with s = inf takes that over";
+            let kind =
+                "the contact force changes its sign: a follower that nothing but its loads holds on the cam leaves it";
             let (time, quantity, unit) = (self.now.time, "contact_force", "N");
             self.log.push(Event { time, kind, quantity, value: force, unit, follower: 0, solver: false });
         }
