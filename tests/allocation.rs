@@ -254,6 +254,9 @@ fn a_step_does_not_allocate() {
 /// of memory (bytes).
 const LARGEST_INSTANCE: isize = 4096;
 
+/// The same of a train: each operation of its equations has a power series of up to 25 terms, some of them twice (bytes).
+const LARGEST_TRAIN: isize = 64 << 10;
+
 #[test]
 fn a_further_instance_takes_little_memory() {
     let _alone = alone();
@@ -274,7 +277,8 @@ fn a_further_instance_takes_little_memory() {
             fmi2FreeInstance(second);
         });
         assert_eq!(alone + further + freed, 0, "{}: a leak", path.display());
-        if LARGEST_INSTANCE < further {
+        let most = if fmu.scene.model == "DriveTrain" { LARGEST_TRAIN } else { LARGEST_INSTANCE };
+        if most < further {
             excess += &format!("{}: {further} bytes\n", path.display());
         }
     }
@@ -344,6 +348,10 @@ fn no_step_calls_the_system() {
 
 /// What a call of the FMU takes of the stack of the thread that makes it (bytes): hosts give their threads little.
 const DEEPEST_CALL: usize = 32 << 10;
+
+/// The same of a train, whose sixteen followers have places on it: half of what threads of musl have (bytes).
+#[cfg(target_os = "linux")]
+const DEEPEST_OF_TRAIN: usize = 64 << 10;
 
 /// How deep the stack gets below `action` (bytes).
 #[cfg(target_os = "linux")]
@@ -480,7 +488,8 @@ fn no_call_takes_more_of_the_stack_than_small_threads_have() {
             }
             let (name, depth) = deepest;
             println!("{}, method {method}: {depth} bytes in {name}", fmu.scene.name);
-            if DEEPEST_CALL < depth {
+            let most = if fmu.scene.model == "DriveTrain" { DEEPEST_OF_TRAIN } else { DEEPEST_CALL };
+            if most < depth {
                 excess += &format!("{}, method {method}: {depth} bytes in {name}\n", path.display());
             }
         }

@@ -168,13 +168,14 @@ fn assert_well_formed(page: &str, place: &str) {
 
 /// The names that users and importers rely on, per golden file of a published model: inputs | outputs | parameters. There may
 /// be more outputs and parameters, but no further inputs.
-const NAMES: [(&str, &str, &str, &str); 13] = [
+const NAMES: [(&str, &str, &str, &str); 18] = [
     ("ElasticCamDrive.output.constant", "", "x y der(y) der(y,2) q der(q) force tau phi w", "m c b"),
     ("ElasticCamDrive.output.input", "phi w a", "x y der(y) der(y,2) q der(q) force tau", "m c b"),
     ("ElasticCamDrive.shaft.constant", "", "q der(q) psi y der(y) tau phi w", "m J c b shaft.linear"),
     ("ElasticCamDrive.shaft.input", "phi w a", "q der(q) psi y der(y) tau", "m J c b shaft.linear"),
     ("BacklashDrive.constant", "", BACKLASH, "m1 m2 c b s e"),
     ("BacklashDrive.input", "phi w a", BACKLASH, "m1 m2 c b s e"),
+    ("BacklashDrive.loads", "phi w a F", BACKLASH, "m1 m2 c b s e load.g load.b load.roller.F0 cam.a[1]"),
     (
         "ParametricDrive.crank.constant",
         "",
@@ -197,6 +198,32 @@ const NAMES: [(&str, &str, &str, &str); 13] = [
     ("RigidMachine.kloss", "tau", "phi w a M_an J E U[1] der(U[1]) der(U[1],2)", "motor.M_k motor.s_k motor.w_s J0"),
     ("RigidMachine.input", "tau M_an", "phi w a J E U[1] der(U[1]) der(U[1],2)", "J0 phi_start w_start"),
     ("RigidMachine.none", "tau", "phi w a J E U[1] der(U[1]) der(U[1],2)", "J0 follower[1].m follower[1].cam.a[0]"),
+    (
+        "RigidMachine.loads",
+        "tau follower[1].F",
+        "phi w a M_an J E U[1] der(U[1]) der(U[1],2) U[2] follower[1].force follower[1].tau",
+        "J0 load.b motor.i motor.J follower[1].m follower[2].cam.a[1] follower[1].load.c phi_start w_start",
+    ),
+    (
+        "DriveTrain.motor",
+        "",
+        "phi w a M_an J E motor.phi motor.w follower[1].U follower[1].y der(follower[1].y) follower[1].q follower[1].force \
+         follower[1].tau follower[2].psi",
+        "J0 motor.M_k motor.T_el motor.i motor.J motor.c motor.b load.M.a[1] load.b follower[1].m_roller follower[3].load.g \
+         follower[3].load.preload follower[3].load.b follower[2].J follower[3].m phi_start w_start",
+    ),
+    (
+        "DriveTrain.servo",
+        "tau w_ref phi_ref",
+        "phi w a M_an J E motor.saturated follower[1].U follower[1].tau",
+        "motor.K_p motor.K_i motor.K_aw motor.M_max motor.K_v follower[1].m follower[1].crank.offset",
+    ),
+    (
+        "DriveTrain.input",
+        "phi w a follower[3].F",
+        "follower[1].y follower[2].x1 follower[2].gap follower[2].contact follower[2].impulse follower[2].impacts follower[2].tau_mean",
+        "follower[1].m follower[1].c follower[2].m1 follower[2].s follower[2].cam.a[1]",
+    ),
 ];
 const BACKLASH: &str = "x1 der(x1) y der(y) q gap contact force force_mean impulse impacts energy_loss tau tau_mean";
 
@@ -217,7 +244,11 @@ fn names_are_those_that_importers_rely_on() {
         let closed = ["ElasticCamDrive.output.constant", "BacklashDrive.constant"];
         let tolerance = if closed.contains(&file) { "" } else { "solver.tolerance" };
         assert!(!tolerance.is_empty() || !of(Causality::Parameter).contains(&"solver.tolerance"), "{file}");
-        let cam = if file.starts_with("Rigid") { "start.mode" } else { "start.mode start.q start.q_dot" };
+        let cam = if file.starts_with("Rigid") || file.starts_with("DriveTrain") {
+            "start.mode"
+        } else {
+            "start.mode start.q start.q_dot"
+        };
         for (causality, names) in [
             (Causality::Output, outputs),
             (Causality::Parameter, parameters),

@@ -28,6 +28,7 @@ pub mod oscillator;
 pub mod overview;
 mod parallel;
 pub mod periodic_motions;
+pub mod periodic_train;
 pub mod plot;
 pub mod resource;
 pub mod search;

@@ -77,7 +77,7 @@ pub fn of(resource: &Resource) -> Result<PeriodicOscillator, Fault> {
         ParametricDrive::MODEL => Ok(of_coefficients(&resource.read()?)),
         model => Err(Fault::new(format!(
             "{model} is not an oscillator with periodic coefficients; ElasticCamDrive with an elastic input shaft \
-             and ParametricDrive are"
+             and ParametricDrive are; write a follower of a machine or a train as a scene of its own"
         ))),
     }
 }
@@ -95,7 +95,7 @@ fn turning(drive: &DriveMode) -> (Option<f64>, f64) {
 /// Under a load, F = F_L(U, 0, φ) without an input: b += b_r U′², c += c_r U′² − U″F, c₁ = b_r (U′²)′, f = U′F, f₁ = −b_r U′².
 ///
 /// Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.3 (1); J(φ) gathers its terms.
-fn of_shaft(scene: &elastic_shaft::Scene) -> PeriodicOscillator {
+pub fn of_shaft(scene: &elastic_shaft::Scene) -> PeriodicOscillator {
     let elastic_shaft::Parameters { m, inertia, c, b } = scene.parameters;
     let (law, load, process) = (scene.cam.clone(), scene.load.clone(), scene.load.process.clone());
     // The pieces of cam and process together, and the segments of both in each.

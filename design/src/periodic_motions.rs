@@ -13,7 +13,7 @@ use camdrive::numerics::gauss::Gauss;
 use std::f64::consts::TAU;
 
 /// A periodic motion in which the shaft turns all around.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PeriodicMotion {
     /// T (s).
     pub period: f64,

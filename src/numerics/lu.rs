@@ -27,49 +27,60 @@ impl<const CAPACITY: usize> Lu<CAPACITY> {
         &mut self.factors
     }
 
-    /// Factorises the leading `size` × `size` block of the matrix by elimination with partial pivoting; None where it is
-    /// singular or not finite.
+    /// [`factorise`]s the leading `size` × `size` block of the matrix; None where it is singular or not finite.
     pub fn factorise(&mut self, size: usize) -> Option<()> {
         self.size = size;
-        let matrix = &mut self.factors;
-        for k in 0..size {
-            let pivot = (k..size).max_by(|&i, &j| matrix[i][k].abs().total_cmp(&matrix[j][k].abs()))?;
-            let head = matrix[pivot][k];
-            if head == 0.0 || !head.is_finite() {
-                return None;
-            }
-            matrix.swap(k, pivot);
-            self.pivots[k] = pivot;
-            let (above, below) = matrix.split_at_mut(k + 1);
-            let row = &above[k];
-            for other in &mut below[..size - k - 1] {
-                let factor = other[k] / head;
-                other[k] = factor;
-                if factor != 0.0 {
-                    for (o, r) in other[k + 1..size].iter_mut().zip(&row[k + 1..size]) {
-                        *o -= factor * r;
-                    }
-                }
-            }
-        }
-        Some(())
+        factorise(&mut self.factors, &mut self.pivots[..size])
     }
 
     /// Replaces the right-hand side by the solution.
     pub fn solve(&self, x: &mut [f64; CAPACITY]) {
-        for k in 0..self.size {
-            x.swap(k, self.pivots[k]);
+        solve(&self.factors, &self.pivots[..self.size], x);
+    }
+}
+
+/// Factorises the leading block of the matrix, as large as there are pivots, by elimination with partial pivoting; None where it is
+/// singular or not finite.
+pub fn factorise<const N: usize>(matrix: &mut [[f64; N]], pivots: &mut [usize]) -> Option<()> {
+    let size = pivots.len();
+    for k in 0..size {
+        let pivot = (k..size).max_by(|&i, &j| matrix[i][k].abs().total_cmp(&matrix[j][k].abs()))?;
+        let head = matrix[pivot][k];
+        if head == 0.0 || !head.is_finite() {
+            return None;
         }
-        for k in 0..self.size {
-            for i in k + 1..self.size {
-                x[i] -= self.factors[i][k] * x[k];
+        matrix.swap(k, pivot);
+        pivots[k] = pivot;
+        let (above, below) = matrix.split_at_mut(k + 1);
+        let row = &above[k];
+        for other in &mut below[..size - k - 1] {
+            let factor = other[k] / head;
+            other[k] = factor;
+            if factor != 0.0 {
+                for (o, r) in other[k + 1..size].iter_mut().zip(&row[k + 1..size]) {
+                    *o -= factor * r;
+                }
             }
         }
-        for k in (0..self.size).rev() {
-            let row = &self.factors[k];
-            let sum: f64 = (k + 1..self.size).map(|j| row[j] * x[j]).sum();
-            x[k] = (x[k] - sum) / row[k];
+    }
+    Some(())
+}
+
+/// Replaces the right-hand side by the solution, with what [`factorise`] has made.
+pub fn solve<const N: usize>(factors: &[[f64; N]], pivots: &[usize], x: &mut [f64; N]) {
+    let size = pivots.len();
+    for k in 0..size {
+        x.swap(k, pivots[k]);
+    }
+    for k in 0..size {
+        for i in k + 1..size {
+            x[i] -= factors[i][k] * x[k];
         }
+    }
+    for k in (0..size).rev() {
+        let row = &factors[k];
+        let sum: f64 = (k + 1..size).map(|j| row[j] * x[j]).sum();
+        x[k] = (x[k] - sum) / row[k];
     }
 }
 

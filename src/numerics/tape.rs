@@ -1,12 +1,14 @@
 //! Differential equations recorded once as a list of operations, whose solution follows as a power series in time.
 //!
 //! ẏ = f(y, t) is written over [`Arithmetic`]; run on [`Var`], it leaves its operations on a [`Tape`]. From the values of the states
-//! the coefficients of all results then follow order by order: those of a product, a quotient or a root by the recurrences of
+//! the coefficients of all results then follow order by order: those of a product or a quotient by the recurrences of
 //! power series, those of a state from its rate, y⁽ⁿ⁺¹⁾ = rate⁽ⁿ⁾ h/(n + 1) with the unit of time h. A function of an angle φ,
 //! known by its own series in φ − φ(0), is the sum of its coefficients times the series of the powers of φ − φ(0), which
 //! all functions of this angle share.
 //!
-//! Operations with constants are done while recording: what is zero leaves nothing on the tape.
+//! A [`Var`] is a factor times a result plus a constant, so that scaling and shifting leave nothing on the tape; sums of sums are
+//! one operation, and what no rate and no result that is kept needs is left out. Convolutions are plain dot products: of what is a
+//! second factor the coefficients are kept in reverse order, too.
 //!
 //! Source: A. Griewank, A. Walther, *Evaluating Derivatives*, 2nd ed., SIAM 2008, section 13.2.
 
@@ -14,27 +16,23 @@ use super::taylor::Arithmetic;
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Coefficients of a series, at most.
-pub const COEFFICIENTS: usize = 32;
+/// No place.
+pub const NONE: usize = usize::MAX;
 
-/// Coefficients of a series.
-pub type Row = [f64; COEFFICIENTS];
+/// Dot products take so many terms at a time; behind each series as many zeros follow.
+const LANES: usize = 4;
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Op {
-    Constant(f64),
+    /// A constant and terms: the first of them and their number.
+    Sum(usize, usize, f64),
     /// A known function of time.
     Given(usize),
     /// The powers of an angle, no number itself.
     Powers(usize, usize),
-    /// A function of an angle: place of the powers, row of its coefficients.
+    /// A function of an angle: which powers, row of its coefficients.
     Function(usize, usize),
-    Sum(usize, usize),
-    Difference(usize, usize),
-    Shifted(usize, f64),
-    Scaled(usize, f64),
     Product(usize, usize),
-    Square(usize),
     Quotient(usize, usize),
 }
 
@@ -42,163 +40,299 @@ enum Op {
 #[derive(Clone, Debug, Default)]
 pub struct Tape {
     states: usize,
+    /// The highest order of the series of a state.
+    order: usize,
     /// The operations behind the states.
     ops: Vec<Op>,
+    /// Terms of the sums: place and factor.
+    terms: Vec<(usize, f64)>,
     /// The rate of each state.
     rates: Vec<usize>,
+    /// How many known series there are, and how many angles with powers.
+    counts: [usize; 2],
     /// By state and operation.
     series: Vec<f64>,
+    /// The place among the reversed series, of each place.
+    mirrors: Vec<usize>,
+    reversed: Vec<f64>,
     /// Known series: functions of time, in its unit, and of angles.
-    pub rows: Vec<Row>,
-    /// xᵏ by angle, order n and power k.
-    powers: Vec<[Row; COEFFICIENTS]>,
+    rows: Vec<f64>,
+    /// By angle the coefficients of the present order of the powers xᵏ, then the series of each power.
+    powers: Vec<f64>,
 }
 
-/// A number on a tape, or a constant.
+/// A factor times a number on a tape, plus a constant; without tape the constant alone.
 #[derive(Clone, Copy)]
 pub struct Var<'a> {
     tape: Option<&'a RefCell<Tape>>,
     place: usize,
+    factor: f64,
     constant: f64,
 }
 
+/// The next multiple of the lanes.
+fn whole(count: usize) -> usize {
+    count.next_multiple_of(LANES)
+}
+
 impl Tape {
-    /// Forgets all and begins anew with so many states and known series; room once taken is kept.
-    pub fn begin(&mut self, states: usize, rows: usize) {
-        self.states = states;
+    /// Forgets all and begins anew with so many states, for series up to this order; room once taken is kept.
+    pub fn begin(&mut self, states: usize, order: usize) {
+        (self.states, self.order, self.counts) = (states, order, [0; 2]);
         self.ops.clear();
+        self.terms.clear();
         self.rates.clear();
-        self.rows.resize(rows, [0.0; COEFFICIENTS]);
-        self.powers.clear();
     }
 
-    /// Makes room for operations and angles.
-    pub fn reserve(&mut self, ops: usize, angles: usize) {
-        self.ops.reserve(ops);
-        self.rates.reserve(self.states);
-        self.powers.reserve(angles);
-        self.series.resize((self.states + self.ops.capacity()) * COEFFICIENTS, 0.0);
-    }
-
-    fn push(&mut self, op: Op) -> usize {
-        self.ops.push(op);
-        let count = self.states + self.ops.len();
-        if self.series.len() < count * COEFFICIENTS {
-            self.series.resize(count * COEFFICIENTS, 0.0);
+    /// Makes room for as much again as there is now, so that another recording of about this size finds its place.
+    pub fn make_room(&mut self) {
+        self.ops.reserve_exact(self.ops.capacity());
+        self.terms.reserve_exact(self.terms.capacity());
+        self.mirrors.reserve_exact(self.mirrors.capacity());
+        for numbers in [&mut self.series, &mut self.reversed, &mut self.rows, &mut self.powers] {
+            numbers.reserve_exact(numbers.len());
         }
-        count - 1
     }
 
-    /// The series of a result.
+    /// From one series to the next: room for three coefficients more than the order, and for whole lanes from any place.
+    fn stride(&self) -> usize {
+        whole(self.order + 1) + LANES
+    }
+
+    /// Its place; what is there already is not done twice.
+    fn push(&mut self, op: Op) -> usize {
+        let known = self.ops.iter().rposition(|known| *known == op);
+        self.states
+            + known.unwrap_or_else(|| {
+                self.ops.push(op);
+                self.ops.len() - 1
+            })
+    }
+
+    /// A further known series.
+    pub fn new_row(&mut self) -> usize {
+        self.counts[0] += 1;
+        self.counts[0] - 1
+    }
+
+    /// So many coefficients of a known series, up to three more than the order.
+    pub fn row(&mut self, row: usize, count: usize) -> &mut [f64] {
+        let stride = self.stride();
+        &mut self.rows[row * stride..][..count]
+    }
+
+    /// The coefficients of a result, those of a state up to the order, of another to one less.
     pub fn series(&self, place: usize) -> &[f64] {
-        &self.series[place * COEFFICIENTS..][..COEFFICIENTS]
+        &self.series[place * self.stride()..][..=self.order]
     }
 
     /// Sets the value of a state.
     pub fn set(&mut self, state: usize, value: f64) {
-        self.series[state * COEFFICIENTS] = value;
+        let stride = self.stride();
+        self.series[state * stride] = value;
+    }
+
+    /// Ends the recording: leaves out what neither rates nor the results `kept` need, and tells the latter their new places.
+    pub fn finish(&mut self, kept: &mut [usize]) {
+        let (states, count) = (self.states, self.states + self.ops.len());
+        // For each place whether it is needed, then its new place.
+        let mut places = std::mem::take(&mut self.mirrors);
+        places.clear();
+        places.resize(count, NONE);
+        let needed = self.rates.iter().chain(kept.iter());
+        needed.filter(|place| **place != NONE).for_each(|place| places[*place] = 0);
+        for (i, op) in self.ops.iter().enumerate().rev() {
+            if places[states + i] == NONE {
+                continue;
+            }
+            match *op {
+                Op::Sum(first, count, _) => {
+                    self.terms[first..first + count].iter().for_each(|(place, _)| places[*place] = 0);
+                }
+                Op::Product(a, b) | Op::Quotient(a, b) => (places[a], places[b]) = (0, 0),
+                Op::Powers(a, _) => places[a] = 0,
+                Op::Function(powers, _) => places[powers] = 0,
+                Op::Given(_) => {}
+            }
+        }
+        (0..states).for_each(|state| places[state] = state);
+        let (mut used, mut terms) = (0, 0);
+        for i in 0..self.ops.len() {
+            if places[states + i] == NONE {
+                continue;
+            }
+            self.ops[used] = match self.ops[i] {
+                Op::Sum(first, count, constant) => {
+                    for k in 0..count {
+                        let (place, factor) = self.terms[first + k];
+                        self.terms[terms + k] = (places[place], factor);
+                    }
+                    terms += count;
+                    Op::Sum(terms - count, count, constant)
+                }
+                Op::Product(a, b) => Op::Product(places[a], places[b]),
+                Op::Quotient(a, b) => Op::Quotient(places[a], places[b]),
+                Op::Powers(a, which) => Op::Powers(places[a], which),
+                Op::Function(powers, row) => Op::Function(places[powers], row),
+                op @ Op::Given(_) => op,
+            };
+            places[states + i] = states + used;
+            used += 1;
+        }
+        self.ops.truncate(used);
+        self.terms.truncate(terms);
+        let moved = self.rates.iter_mut().chain(kept).filter(|place| **place != NONE);
+        moved.for_each(|place| *place = places[*place]);
+        self.lay_out(places);
+    }
+
+    /// Makes room for all series; operations then name where these begin instead of places, of a reversed one where it ends.
+    fn lay_out(&mut self, mut mirrors: Vec<usize>) {
+        let (stride, angle, last) = (self.stride(), (1 + self.order) * self.stride(), self.order);
+        mirrors.clear();
+        mirrors.resize(self.states + self.ops.len(), NONE);
+        let mut reversed = 0;
+        let mut mirror = |mirrors: &mut [usize], place: usize| {
+            if mirrors[place] == NONE {
+                mirrors[place] = reversed * stride + last;
+                reversed += 1;
+            }
+            mirrors[place]
+        };
+        for i in 0..self.ops.len() {
+            self.ops[i] = match self.ops[i] {
+                Op::Sum(first, count, constant) => {
+                    self.terms[first..first + count].iter_mut().for_each(|(place, _)| *place *= stride);
+                    Op::Sum(first, count, constant)
+                }
+                Op::Given(row) => Op::Given(row * stride),
+                Op::Powers(a, which) => Op::Powers(mirror(&mut mirrors, a), which * angle),
+                Op::Function(powers, row) => {
+                    let Op::Powers(_, powers) = self.ops[powers - self.states] else { continue };
+                    Op::Function(powers, row * stride)
+                }
+                Op::Product(a, b) => {
+                    let (a, b) = if mirrors[a] != NONE { (b, a) } else { (a, b) };
+                    Op::Product(a * stride, mirror(&mut mirrors, b))
+                }
+                Op::Quotient(a, b) => Op::Quotient(a * stride, mirror(&mut mirrors, b)),
+            };
+        }
+        self.mirrors = mirrors;
+        let [rows, angles] = self.counts;
+        let sizes = [self.states + self.ops.len(), reversed, rows, angles * (1 + self.order)];
+        let all = [&mut self.series, &mut self.reversed, &mut self.rows, &mut self.powers];
+        for (numbers, size) in all.into_iter().zip(sizes) {
+            numbers.clear();
+            numbers.resize(size * stride, 0.0);
+        }
     }
 
     /// Computes the coefficients of the states up to `order`, those of the rest to one order less, in the `unit` of time (s).
     pub fn expand(&mut self, order: usize, unit: f64) {
-        let Tape { states, ops, rates, series, rows, powers } = self;
+        let stride = self.stride();
+        let Tape { states, order: most, ops, terms, rates, series, mirrors, reversed, rows, powers, .. } = self;
+        let put = |reversed: &mut [f64], place: usize, n: usize, value: f64| {
+            let end = mirrors[place];
+            if end != NONE {
+                reversed[end - n] = value;
+            }
+        };
+        // Lanes that reach beyond what is known find zeros.
+        for (place, row) in series.chunks_exact_mut(stride).enumerate() {
+            row[1..].fill(0.0);
+            if place < *states {
+                put(reversed, place, 0, row[0]);
+            } else {
+                row[0] = 0.0;
+            }
+        }
         for n in 0..order {
-            for (i, op) in ops.iter().enumerate() {
-                let (known, rest) = series.split_at_mut((*states + i) * COEFFICIENTS);
-                let of = |place: usize| &known[place * COEFFICIENTS..][..=n];
+            let lanes = whole(n + 1);
+            let mut own = *states * stride;
+            for (op, end) in ops.iter().zip(&mirrors[*states..]) {
                 let value = match *op {
-                    Op::Constant(value) => {
-                        if n == 0 {
-                            value
-                        } else {
-                            0.0
-                        }
+                    Op::Sum(first, count, constant) => {
+                        let start = if n == 0 { constant } else { 0.0 };
+                        terms[first..first + count]
+                            .iter()
+                            .fold(start, |sum, (at, factor)| sum + factor * series[at + n])
                     }
-                    Op::Given(row) => rows[row][n],
-                    Op::Powers(angle, place) => {
-                        raise(&mut powers[place], of(angle), n);
+                    Op::Given(row) => rows[row + n],
+                    Op::Powers(angle, powers_of) => {
+                        let size = (1 + *most) * stride;
+                        raise(&mut powers[powers_of..][..size], stride, &reversed[angle - n..], n);
                         0.0
                     }
-                    Op::Function(place, row) if n > 0 => dot(&rows[row][1..=n], &powers[place][n][1..=n]),
-                    Op::Function(_, row) => rows[row][0],
-                    Op::Sum(a, b) => of(a)[n] + of(b)[n],
-                    Op::Difference(a, b) => of(a)[n] - of(b)[n],
-                    Op::Shifted(a, c) => of(a)[n] + if n == 0 { c } else { 0.0 },
-                    Op::Scaled(a, c) => c * of(a)[n],
-                    Op::Product(a, b) => convolution(of(a), of(b)),
-                    Op::Square(a) => square(of(a)),
+                    Op::Function(_, row) if n == 0 => rows[row],
+                    Op::Function(powers_of, row) => {
+                        let lanes = whole(n);
+                        dot(&rows[row + 1..][..lanes], &powers[powers_of + 1..][..lanes])
+                    }
+                    Op::Product(a, b) => dot(&series[a..][..lanes], &reversed[b - n..][..lanes]),
                     Op::Quotient(a, b) => {
-                        let (a, b) = (of(a), of(b));
-                        (a[n] - convolution(&rest[..n], &b[1..])) / b[0]
+                        let rest = dot(&series[own..][..lanes], &reversed[b - n..][..lanes]);
+                        (series[a + n] - rest) / reversed[b]
                     }
                 };
-                rest[n] = value;
+                series[own + n] = value;
+                if *end != NONE {
+                    reversed[*end - n] = value;
+                }
+                own += stride;
             }
             let factor = unit / (n + 1) as f64;
             for (state, &rate) in rates.iter().enumerate() {
-                series[state * COEFFICIENTS + n + 1] = factor * series[rate * COEFFICIENTS + n];
+                let value = factor * series[rate * stride + n];
+                series[state * stride + n + 1] = value;
+                put(reversed, state, n + 1, value);
             }
         }
     }
 }
 
-/// Row n of the powers of x − x(0): the coefficients of order n of its powers 1 … n.
-fn raise(powers: &mut [Row; COEFFICIENTS], x: &[f64], n: usize) {
+/// The coefficients of order n of the powers 1 … n of x − x(0), whose coefficients `x` holds from this order down.
+fn raise(powers: &mut [f64], stride: usize, x: &[f64], n: usize) {
     if n == 0 {
         return;
     }
-    let (below, row) = powers.split_at_mut(n);
-    let row = &mut row[0];
-    row[..=n].fill(0.0);
-    row[1] = x[n];
-    for (i, &x) in x.iter().enumerate().take(n).skip(1).filter(|(_, x)| **x != 0.0) {
-        let lower = &below[n - i][1..=n - i];
-        for (power, lower) in row[2..].iter_mut().zip(lower) {
-            *power += x * lower;
-        }
+    let (now, series) = powers.split_at_mut(stride);
+    now[1..n + LANES].fill(0.0);
+    let mut put = |series: &mut [f64], k: usize, value: f64| {
+        now[k] = value;
+        // Lanes that reach beyond find zeros.
+        series[(k - 1) * stride + n..][..LANES].copy_from_slice(&[value, 0.0, 0.0, 0.0]);
+    };
+    if x[..n - 1].iter().all(|x| *x == 0.0) {
+        // Of a straight course there is one.
+        let below = if n > 1 { series[(n - 2) * stride + n - 1] } else { 1.0 };
+        (1..n).for_each(|k| put(series, k, 0.0));
+        return put(series, n, x[n - 1] * below);
     }
+    // From the highest power down, since each multiplies the next lower one as it is up to the order before.
+    let lanes = whole(n);
+    for k in (2..=n).rev() {
+        let value = dot(&series[(k - 2) * stride..][..lanes], &x[..lanes]);
+        put(series, k, value);
+    }
+    put(series, 1, x[0]);
 }
 
-/// Σ aᵢ bᵢ.
+/// Σ aᵢ bᵢ of whole lanes.
 #[inline]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in a4.zip(b4) {
-        for k in 0..4 {
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
+        for k in 0..LANES {
             sums[k] += a[k] * b[k];
         }
     }
-    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
-}
-
-/// Σ aᵢ b₍ₙ₋ᵢ₎ of two lists of n + 1 numbers.
-#[inline]
-fn convolution(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (a4, b4) = (a.chunks_exact(4), b.rchunks_exact(4));
-    let rest: f64 = a4.remainder().iter().zip(b4.remainder().iter().rev()).map(|(a, b)| a * b).sum();
-    for (a, b) in a4.zip(b4) {
-        for k in 0..4 {
-            sums[k] += a[k] * b[3 - k];
-        }
-    }
-    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
-}
-
-/// Coefficient n of the square.
-#[inline]
-fn square(a: &[f64]) -> f64 {
-    let n = a.len() - 1;
-    let half = a.len() / 2;
-    let middle = if n.is_multiple_of(2) { a[half] * a[half] } else { 0.0 };
-    2.0 * convolution(&a[..half], &a[a.len() - half..]) + middle
+    (sums[0] + sums[2]) + (sums[1] + sums[3])
 }
 
 impl<'a> Var<'a> {
     fn on(tape: &'a RefCell<Tape>, place: usize) -> Self {
-        Var { tape: Some(tape), place, constant: 0.0 }
+        Var { tape: Some(tape), place, factor: 1.0, constant: 0.0 }
     }
 
     fn push(tape: &'a RefCell<Tape>, op: Op) -> Self {
@@ -218,10 +352,9 @@ impl<'a> Var<'a> {
     /// The powers of this angle, for [`Var::function`].
     pub fn powers(self, tape: &'a RefCell<Tape>) -> usize {
         let angle = self.place(tape);
-        let place = tape.borrow().powers.len();
-        tape.borrow_mut().powers.push([[0.0; COEFFICIENTS]; COEFFICIENTS]);
-        Var::push(tape, Op::Powers(angle, place));
-        place
+        let which = tape.borrow().counts[1];
+        tape.borrow_mut().counts[1] += 1;
+        tape.borrow_mut().push(Op::Powers(angle, which))
     }
 
     /// The function of an angle in this row.
@@ -229,11 +362,11 @@ impl<'a> Var<'a> {
         Var::push(tape, Op::Function(powers, row))
     }
 
-    /// Where it is on the tape; a constant is put there.
+    /// Where it is on the tape; what is more than a result is put there.
     pub fn place(self, tape: &'a RefCell<Tape>) -> usize {
         match self.tape {
-            Some(_) => self.place,
-            None => tape.borrow_mut().push(Op::Constant(self.constant)),
+            Some(_) if self.factor == 1.0 && self.constant == 0.0 => self.place,
+            _ => Var::sum(tape, [self, Var::from(0.0)]).place,
         }
     }
 
@@ -242,11 +375,53 @@ impl<'a> Var<'a> {
         let place = self.place(tape);
         tape.borrow_mut().rates.push(place);
     }
+
+    /// One operation for both; the terms of sums are taken over.
+    fn sum(tape: &'a RefCell<Tape>, parts: [Self; 2]) -> Self {
+        let mut on = tape.borrow_mut();
+        let (first, mut constant) = (on.terms.len(), 0.0);
+        for part in parts {
+            constant += part.constant;
+            if part.tape.is_none() {
+                continue;
+            }
+            let op = part.place.checked_sub(on.states).map(|i| on.ops[i]);
+            let (from, count) = match op {
+                Some(Op::Sum(from, count, own)) => {
+                    constant += part.factor * own;
+                    (from, count)
+                }
+                _ => (NONE, 1),
+            };
+            for k in 0..count {
+                let (place, factor) = if from == NONE { (part.place, 1.0) } else { on.terms[from + k] };
+                let factor = part.factor * factor;
+                match on.terms[first..].iter_mut().find(|(known, _)| *known == place) {
+                    Some((_, sum)) => *sum += factor,
+                    None => on.terms.push((place, factor)),
+                }
+            }
+        }
+        let count = on.terms.len() - first;
+        let known = on.ops.iter().rev().find_map(|op| match *op {
+            Op::Sum(from, size, c) if size == count && c == constant => {
+                (on.terms[from..from + size] == on.terms[first..]).then_some(from)
+            }
+            _ => None,
+        });
+        let first = known.inspect(|_| on.terms.truncate(first)).unwrap_or(first);
+        Var::on(tape, on.push(Op::Sum(first, count, constant)))
+    }
+
+    /// The place of a multiple, and the factor.
+    fn multiple(self, tape: &'a RefCell<Tape>) -> (usize, f64) {
+        if self.tape.is_some() && self.constant == 0.0 { (self.place, self.factor) } else { (self.place(tape), 1.0) }
+    }
 }
 
 impl From<f64> for Var<'_> {
     fn from(constant: f64) -> Self {
-        Var { tape: None, place: 0, constant }
+        Var { tape: None, place: NONE, factor: 0.0, constant }
     }
 }
 
@@ -256,11 +431,9 @@ impl Add for Var<'_> {
     type Output = Self;
     fn add(self, o: Self) -> Self {
         match (self.tape, o.tape) {
-            (None, None) => Var::from(self.constant + o.constant),
-            (None, Some(_)) => o + self,
-            (Some(_), None) if o.constant == 0.0 => self,
-            (Some(tape), None) => Var::push(tape, Op::Shifted(self.place, o.constant)),
-            (Some(tape), Some(_)) => Var::push(tape, Op::Sum(self.place, o.place)),
+            (_, None) => Var { constant: self.constant + o.constant, ..self },
+            (None, _) => Var { constant: self.constant + o.constant, ..o },
+            (Some(tape), Some(_)) => Var::sum(tape, [self, o]),
         }
     }
 }
@@ -268,10 +441,7 @@ impl Add for Var<'_> {
 impl Sub for Var<'_> {
     type Output = Self;
     fn sub(self, o: Self) -> Self {
-        match (self.tape, o.tape) {
-            (Some(tape), Some(_)) => Var::push(tape, Op::Difference(self.place, o.place)),
-            _ => self + -o,
-        }
+        self + -o
     }
 }
 
@@ -285,34 +455,31 @@ impl Neg for Var<'_> {
 impl Mul<f64> for Var<'_> {
     type Output = Self;
     fn mul(self, factor: f64) -> Self {
-        match self.tape {
-            None => Var::from(self.constant * factor),
-            Some(_) if factor == 0.0 => Var::from(0.0),
-            Some(_) if factor == 1.0 => self,
-            Some(tape) => Var::push(tape, Op::Scaled(self.place, factor)),
+        if factor == 0.0 {
+            return Var::from(0.0);
         }
+        Var { factor: self.factor * factor, constant: self.constant * factor, ..self }
     }
 }
 
 impl Mul for Var<'_> {
     type Output = Self;
     fn mul(self, o: Self) -> Self {
-        match (self.tape, o.tape) {
-            (_, None) => self * o.constant,
-            (None, _) => o * self.constant,
-            (Some(tape), Some(_)) if self.place == o.place => Var::push(tape, Op::Square(self.place)),
-            (Some(tape), Some(_)) => Var::push(tape, Op::Product(self.place, o.place)),
+        let Some(tape) = self.tape else { return o * self.constant };
+        if o.tape.is_none() {
+            return self * o.constant;
         }
+        let ((a, f), (b, g)) = (self.multiple(tape), o.multiple(tape));
+        Var { factor: f * g, ..Var::push(tape, Op::Product(a.min(b), a.max(b))) }
     }
 }
 
 impl Div for Var<'_> {
     type Output = Self;
     fn div(self, o: Self) -> Self {
-        match (self.tape, o.tape) {
-            (_, None) => self * (1.0 / o.constant),
-            (_, Some(tape)) => Var::push(tape, Op::Quotient(self.place(tape), o.place)),
-        }
+        let Some(tape) = o.tape else { return self * (1.0 / o.constant) };
+        let ((a, f), (b, g)) = (self.multiple(tape), o.multiple(tape));
+        Var { factor: f / g, ..Var::push(tape, Op::Quotient(a, b)) }
     }
 }
 
@@ -323,11 +490,11 @@ mod tests {
     /// Records ẏ = f(y) and expands it from `start`.
     fn expanded<const N: usize>(start: [f64; N], f: impl Fn([Var; N]) -> [Var; N]) -> Tape {
         let mut tape = Tape::default();
-        tape.begin(N, 0);
-        tape.reserve(16, 0);
+        tape.begin(N, 20);
         let tape = RefCell::new(tape);
         f(std::array::from_fn(|k| Var::state(&tape, k))).into_iter().for_each(|rate| rate.is_rate(&tape));
         let mut tape = tape.into_inner();
+        tape.finish(&mut []);
         start.iter().enumerate().for_each(|(k, y)| tape.set(k, *y));
         tape.expand(20, 0.5);
         tape
@@ -354,25 +521,27 @@ mod tests {
     fn functions_of_an_angle_are_those_of_its_series() {
         // φ̈ = −sin φ with the series of the sine about φ(0): the energy ½ φ̇² − cos φ stays.
         let mut tape = Tape::default();
-        tape.begin(2, 2);
+        tape.begin(2, 24);
+        let rows = [tape.new_row(), tape.new_row()];
         let tape = RefCell::new(tape);
         let [phi, w] = [0, 1].map(|k| Var::state(&tape, k));
         let powers = phi.powers(&tape);
-        let [sine, cosine] = [0, 1].map(|row| Var::function(&tape, powers, row));
+        let [sine, cosine] = rows.map(|row| Var::function(&tape, powers, row));
         w.is_rate(&tape);
         (-sine).is_rate(&tape);
-        let energy = (w * w * 0.5 - cosine).place(&tape);
+        let mut energy = [(w * w * 0.5 - cosine).place(&tape)];
         let mut tape = tape.into_inner();
+        tape.finish(&mut energy);
         let mut factorial = 1.0;
-        for n in 0..COEFFICIENTS {
+        for n in 0..=24 {
             factorial *= (n as f64).max(1.0);
             let (s, c) = (1.0 + n as f64 * std::f64::consts::FRAC_PI_2).sin_cos();
-            (tape.rows[0][n], tape.rows[1][n]) = (s / factorial, c / factorial);
+            (tape.row(0, 25)[n], tape.row(1, 25)[n]) = (s / factorial, c / factorial);
         }
         tape.set(0, 1.0);
         tape.set(1, 0.7);
         tape.expand(24, 0.3);
-        let energy = tape.series(energy);
+        let energy = tape.series(energy[0]);
         assert!((energy[0] - (0.245 - 1.0_f64.cos())).abs() < 1e-15);
         assert!(energy[1..24].iter().all(|c| c.abs() < 1e-15), "{energy:?}");
     }

@@ -61,6 +61,12 @@ fn mechanism() -> impl Strategy<Value = Mechanism> {
         })
 }
 
+/// A slider-crank of these two links.
+pub fn slider_crank([crank, rod]: [Link; 2], offset: f64, slider_mass: f64) -> Mechanism {
+    let kind = Kind::SliderCrank(SliderCrank { crank, rod, offset, slider_mass, branch: Branch::Plus });
+    Mechanism { kind, input_offset: 0.0, output_offset: 0.0 }
+}
+
 /// The mechanisms up to the first whose output moves along a line, with all outputs 0 where the lever is at 0.
 fn centred(list: impl Iterator<Item = Mechanism>) -> Linkage {
     let mut linkage = Linkage::default();

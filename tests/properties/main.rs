@@ -15,6 +15,7 @@ mod parametric;
 mod relations;
 mod run;
 mod scenes;
+mod train;
 
 use camdrive::drives::Fault;
 use proptest::prelude::*;

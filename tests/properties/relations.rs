@@ -68,6 +68,10 @@ pub trait Scene: Clone + Debug {
     fn period(&self, run: &mut Run) -> f64;
     /// Outputs whose value is a small difference, and the size of its terms, `of` being the largest values of outputs.
     fn terms(&self, of: &dyn Fn(&str) -> f64) -> Vec<(String, f64)>;
+    /// How much of an angle of the shaft an output has.
+    fn share_of_angle(&self, name: &str) -> f64 {
+        if is_shaft_angle(name) { 1.0 } else { 0.0 }
+    }
     /// The motion laws.
     fn laws(&mut self) -> Vec<&mut MotionLaw> {
         Vec::new()
@@ -282,7 +286,8 @@ impl Scene for MachineScene {
 const INSTANTS: usize = 16;
 
 /// All outputs of a run, from where it is, at equal distances.
-struct Course {
+#[derive(Debug)]
+pub struct Course {
     outputs: Vec<(String, &'static Quantity)>,
     instants: Vec<Vec<f64>>,
 }
@@ -291,7 +296,7 @@ struct Course {
 const SUMS: [&str; 3] = ["impulse", "energy_loss", "damping_loss"];
 
 impl Course {
-    fn of(run: &mut Run, span: f64) -> Result<Self, Fault> {
+    pub fn of(run: &mut Run, span: f64) -> Result<Self, Fault> {
         let (outputs, begin) = (run.outputs(), run.time);
         let first = run.values();
         let mut instants = vec![first.clone()];
@@ -300,7 +305,7 @@ impl Course {
             instants.push(run.values());
         }
         for (i, (name, _)) in outputs.iter().enumerate() {
-            if SUMS.contains(&name.as_str()) {
+            if SUMS.contains(&name.rsplit('.').next().unwrap_or(name)) {
                 instants.iter_mut().for_each(|values| values[i] -= first[i]);
             }
             if name.ends_with("_mean") {
@@ -312,8 +317,43 @@ impl Course {
     }
 
     /// The course of a whole run of the scene.
-    fn of_scene<S: Scene>(scene: &S) -> Result<Self, Fault> {
+    pub fn of_scene<S: Scene>(scene: &S) -> Result<Self, Fault> {
         Self::of(&mut scene.run()?, scene.span())
+    }
+
+    /// The same course, with steps to these shares of it, too.
+    pub fn through(run: &mut Run, span: f64, shares: &[f64]) -> Result<Self, Fault> {
+        let outputs = run.outputs();
+        let mut instants = vec![run.values()];
+        for i in 1..=INSTANTS {
+            let [from, to] = [i - 1, i].map(|i| i as f64 / INSTANTS as f64);
+            for share in shares.iter().filter(|share| (from..to).contains(*share)) {
+                run.to(span * share)?;
+            }
+            run.to(span * to)?;
+            instants.push(run.values());
+        }
+        Ok(Course { outputs, instants })
+    }
+
+    /// Without outputs that tell of a step.
+    pub fn without_means(mut self) -> Self {
+        let is_mean = |i: usize| self.outputs[i].0.ends_with("_mean");
+        let kept: Vec<usize> = (0..self.outputs.len()).filter(|i| !is_mean(*i)).collect();
+        self.outputs = kept.iter().map(|i| self.outputs[*i].clone()).collect();
+        self.instants.iter_mut().for_each(|values| *values = kept.iter().map(|i| values[*i]).collect());
+        self
+    }
+
+    /// With other names of its outputs.
+    pub fn renamed(mut self, name: &dyn Fn(&str) -> String) -> Self {
+        self.outputs.iter_mut().for_each(|(own, _)| *own = name(own));
+        self
+    }
+
+    /// How many outputs of the other one this one has.
+    pub fn shares(&self, other: &Course) -> usize {
+        other.outputs.iter().filter(|(name, _)| self.outputs.iter().any(|(own, _)| own == name)).count()
     }
 
     /// Seen by another one, who finds `change` of each output instead.
@@ -335,7 +375,7 @@ impl Course {
 
     /// Whether both are the same motion, as far as a change of `perturbed` leaves this one what it is. Outputs that the
     /// other one does not have are left out.
-    fn agrees<S: Scene>(&self, expected: &Course, perturbed: &[Course; 2], scene: &S) -> Result<(), TestCaseError> {
+    pub fn agrees<S: Scene>(&self, expected: &Course, perturbed: &[Course; 2], scene: &S) -> Result<(), TestCaseError> {
         self.agrees_within(expected, perturbed, scene, 0.0)
     }
 
@@ -379,7 +419,7 @@ impl Course {
 }
 
 fn is_shaft_angle(name: &str) -> bool {
-    ["phi", "psi"].contains(&name)
+    ["phi", "psi"].contains(&name.rsplit('.').next().unwrap_or(name))
 }
 
 /// Whether it belongs to the shaft, not to a tool that turns.
@@ -390,14 +430,14 @@ fn is_of_shaft(name: &str, quantity: &Quantity) -> bool {
 
 /// The courses of a scene that is a little different, and of one that starts 1e-10 rad further on: what both changes make of a
 /// vibration together passes through 0 where the rounding of an angle alone does not.
-fn perturbed<S: Scene>(scene: &S) -> Result<[Course; 2], TestCaseError> {
+pub fn perturbed<S: Scene>(scene: &S) -> Result<[Course; 2], TestCaseError> {
     let mut later = scene.clone();
     *later.phi_start() += 1e-10;
     Ok([admitted(Course::of_scene(&scene.perturbed()))?, admitted(Course::of_scene(&later))?])
 }
 
 /// The image of the scene, seen as `change` says, moves as the scene does.
-fn same<S: Scene>(
+pub fn same<S: Scene>(
     scene: &S,
     image: Result<Course, Fault>,
     change: impl Fn(&str, &Quantity, f64) -> f64,
@@ -408,7 +448,7 @@ fn same<S: Scene>(
 }
 
 /// An image of a scene that is admitted is admitted, unless its numbers are out of range.
-fn alike<T>(image: Result<T, Fault>) -> Result<T, TestCaseError> {
+pub fn alike<T>(image: Result<T, Fault>) -> Result<T, TestCaseError> {
     image.map_err(|fault| {
         let text = fault.to_string();
         if text.contains("is not admissible") {
@@ -422,11 +462,11 @@ fn alike<T>(image: Result<T, Fault>) -> Result<T, TestCaseError> {
 /// Where the angle is counted from does not matter, nor does a number of whole turns.
 ///
 /// Seen to find: an offset of 1e-7 rad of negative angles, and a periodic start of a machine with the energy of φ = 0 at negative angles.
-fn origin<S: Scene>(scene: &S, angle: f64, turns: i32) -> Result<(), TestCaseError> {
+pub fn origin<S: Scene>(scene: &S, angle: f64, turns: i32) -> Result<(), TestCaseError> {
     let (mut image, angle) = scene.turned(angle);
     let shift = angle + TAU * f64::from(turns);
     *image.phi_start() += TAU * f64::from(turns);
-    same(scene, Course::of_scene(&image), |name, _, value| if is_shaft_angle(name) { value - shift } else { value })
+    same(scene, Course::of_scene(&image), |name, _, value| value - scene.share_of_angle(name) * shift)
 }
 
 /// Seen from behind, φ → −φ, the drive turns the other way round.
@@ -441,6 +481,15 @@ fn sense<S: Scene>(scene: &S) -> Result<(), TestCaseError> {
 ///
 /// Seen to find: 1e-9 kg·m² more of J, an absolute number.
 fn units<S: Scene>(scene: &S, units: [f64; 3]) -> Result<(), TestCaseError> {
+    units_but(scene, units, &|_| None)
+}
+
+/// The same, where `known` says the powers of kg, m and s of parameters whose variable says nothing of them.
+pub fn units_but<S: Scene>(
+    scene: &S,
+    units: [f64; 3],
+    known: &dyn Fn(&str) -> Option<[i32; 3]>,
+) -> Result<(), TestCaseError> {
     let factor = |quantity: &Quantity| (0..3).map(|i| units[i].powi(quantity.base[i].into())).product::<f64>();
     let mut own = admitted(scene.run())?;
     let descriptions = own.drive.descriptions().to_vec();
@@ -458,12 +507,13 @@ fn units<S: Scene>(scene: &S, units: [f64; 3]) -> Result<(), TestCaseError> {
             continue;
         }
         let variable::Kind::Real { quantity, .. } = description.kind else { continue };
-        let by = match description.name.strip_suffix(".scale") {
+        let powers = known(&description.name).map(|powers| (0..3).map(|i| units[i].powi(powers[i])).product());
+        let by = powers.unwrap_or_else(|| match description.name.strip_suffix(".scale") {
             Some("inertia") => factor(&unit::INERTIA),
             Some(cam) if !turns(cam.trim_end_matches(".cam")) => factor(&unit::LENGTH),
             Some(_) => 1.0,
             None => factor(quantity),
-        };
+        });
         settings.push((description.name.as_str(), by * own.drive.get(i).expect("a value")));
     }
     let image = Run::new(scene.resolved(), &settings).and_then(|mut run| Course::of(&mut run, scene.span() * units[2]));
@@ -538,7 +588,7 @@ fn one_orbit<S: Scene>(scene: &S, share: f64) -> Result<(), TestCaseError> {
 /// A drive on its periodic motion returns after so many periods, its shaft turned by as many turns.
 ///
 /// Seen to find: q̇ of the periodic start 1e-6 too large.
-fn return_to_start<S: Scene>(scene: &S, periods: u32) -> Result<(), TestCaseError> {
+pub fn return_to_start<S: Scene>(scene: &S, periods: u32) -> Result<(), TestCaseError> {
     let mut run = admitted(scene.run())?;
     let period = scene.period(&mut run);
     let phi = run.get("phi");
@@ -547,7 +597,7 @@ fn return_to_start<S: Scene>(scene: &S, periods: u32) -> Result<(), TestCaseErro
     let mut run = admitted(scene.run())?;
     admitted(run.to(period * f64::from(periods)))?;
     let turns = f64::from(periods).copysign(run.get("phi") - phi);
-    let back = |name: &str, _: &Quantity, value: f64| if is_shaft_angle(name) { value - TAU * turns } else { value };
+    let back = |name: &str, _: &Quantity, value: f64| value - scene.share_of_angle(name) * TAU * turns;
     admitted(Course::of(&mut run, scene.span()))?.seen(back).agrees(&expected, &perturbed, scene)
 }
 
@@ -563,7 +613,7 @@ fn split(scene: &MachineScene) -> Result<(), TestCaseError> {
 }
 
 /// With all its masses times a factor.
-fn heavier(follower: &Follower, factor: f64) -> Follower {
+pub fn heavier(follower: &Follower, factor: f64) -> Follower {
     let mut other = follower.clone();
     other.m *= factor;
     for mechanism in &mut other.linkage.0 {

@@ -341,10 +341,10 @@ fn with_cam(
             path.display()
         )));
     }
-    if scene.model == "RigidMachine" {
+    let mut document = files::document(&path)?;
+    if !document.contains_key("cam") {
         return Err(failure(format!("--cam: {} is a machine, not a drive with one cam", path.display())));
     }
-    let mut document = files::document(&path)?;
     document["name"] = value(renamed(&scene.name, &cams[place..=place]));
     carry_over(document.as_table_mut(), path.parent().unwrap_or(Path::new("")));
     document["cam"] = Item::Table(cams[place].table.clone());

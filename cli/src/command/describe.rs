@@ -4,9 +4,12 @@ use super::output::Bar;
 use super::{Failure, Format, failure, print, read, show, width};
 use crate::export::{self, model_description::unit};
 use crate::scene::Resolved;
+use crate::scene::forces::machine;
 use crate::scene::units::short;
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{AnyDrive, Description, Fault};
+use camdrive_design::forces::Machine;
+use camdrive_design::forces::report::LiftOff;
 use camdrive_design::overview::{self, Jump, Motion};
 use camdrive_design::resource::Described;
 use camdrive_design::text::{self, Page, Table};
@@ -73,6 +76,7 @@ fn data(resolved: &Resolved, drive: &mut Described) -> Result<Value, Fault> {
         "name": resolved.name, "model": resolved.model, "description": resolved.description, "summary": documentation.summary,
         "equations": equations.collect::<Vec<Value>>(), "variables": variables, "accuracy": accuracy.collect::<Vec<Value>>(),
         "limits": documentation.limits, "motions": overview.motions, "jumps": overview.jumps,
+        "lift_offs": machine(resolved).and_then(Machine::lift_offs).unwrap_or_default(),
         "experiment": { "stop": e.stop, "step": e.step, "tolerance": e.tolerance },
     }))
 }
@@ -90,6 +94,10 @@ fn text(resolved: &Resolved, drive: &mut Described) -> Result<String, Fault> {
         .table("Variables", &variables(drive)?)
         .table("Motions", &Motion::table(&overview.motions))
         .section("Jumps", overview.jumps.iter().map(Jump::text))
+        .section(
+            "Contact",
+            machine(resolved).and_then(Machine::lift_offs).unwrap_or_default().iter().map(LiftOff::text),
+        )
         .section("Solver and accuracy", documentation.accuracy.iter().map(|(of, text)| format!("{of}: {text}")))
         .section("Limits", &documentation.limits)
         .section("Default experiment", [format!("stop time {stop} s, step {step} s, tolerance {tolerance}")])

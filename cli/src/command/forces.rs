@@ -5,20 +5,22 @@ use super::output::Bar;
 use super::{Failure, Format, failure, files, optional, read};
 use crate::scene::Resolved;
 use crate::scene::forces::machine;
-use camdrive::drives::Fault;
+use camdrive::drives::drive_train::DriveTrain;
 use camdrive::drives::rigid_machine::{self, Inertia};
 use camdrive::drives::shaft::cam_drive::DriveMode;
-use camdrive::drives::unit;
+use camdrive::drives::{Drive as _, Fault, unit};
 use camdrive_design::forces::report::{csv, shaft_csv};
 use camdrive_design::forces::{Machine, Report, figures};
 use camdrive_design::overview::running;
+use camdrive_design::periodic_train;
 use camdrive_design::text;
+use serde_json::Value;
 use std::path::PathBuf;
 
 /// Computes the loads on rollers, joints and shaft at constant speed.
 ///
 /// Goes from the tool back to the cam: masses, moments of inertia and lengths of the scene, with gravity, return spring and
-/// process force of [forces] or [follower.forces]. For cams with a [geometry] roller force, pressure angle, Hertzian
+/// process force of [load] or [follower.load]. For cams with a [geometry] roller force, pressure angle, Hertzian
 /// pressure, and what keeps the roller on the cam: changes of sign of its force, least preload, speed of lift-off; for
 /// mechanisms the forces in their joints; for all torque and power of the shaft. Rigid bodies without friction and clearance.
 ///
@@ -51,6 +53,11 @@ fn speed_of(scene: &Resolved) -> Result<Option<f64>, Fault> {
         let whole: rigid_machine::Scene = scene.resource().read()?;
         let inertia = Inertia::new(whole.inertia.clone(), whole.followers.clone());
         return Ok(running(&whole, &inertia).map(|(mean, _)| mean));
+    }
+    if scene.model == DriveTrain::MODEL {
+        let driven = scene.scene.pointer("/shaft/driven/constant/w").and_then(Value::as_f64);
+        let free = || periodic_train::of(&scene.resource()).ok().map(|turn| turn.mean_speed());
+        return Ok(driven.or_else(free));
     }
     let drive = serde_json::from_value(scene.scene["drive"].clone()).map_err(|e| Fault::new(e.to_string()))?;
     Ok(if let DriveMode::Constant { w, .. } = drive { Some(w) } else { None })

@@ -2,10 +2,16 @@
 
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, Format, NO_MOTION, driving, failure, files};
-use camdrive::drives::Fault;
+use super::{Failure, Format, NO_MOTION, driving, failure, files, read};
+use crate::scene::Resolved;
+use crate::scene::forces::machine;
+use camdrive::drives::drive_train::DriveTrain;
 use camdrive::drives::rigid_machine::{Inertia, Kloss, Motor, Scene};
+use camdrive::drives::{Drive as _, Fault};
+use camdrive_design::forces::Machine;
+use camdrive_design::forces::report::LiftOff;
 use camdrive_design::periodic_motions::{Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range};
+use camdrive_design::periodic_train::{self, Turn};
 use camdrive_design::plot::{Axis, Diagram, Series};
 use camdrive_design::text::{self, Table, number};
 use camdrive_design::transmission::{self, Transmission};
@@ -22,6 +28,9 @@ use std::process::ExitCode;
 /// the same period; without a motor it is all there is, and --period is needed. With a motor --period finds the
 /// synchronous speed with which the fastest stable motion has that period. The exit code is 3 where there is no periodic
 /// motion.
+///
+/// Of a DriveTrain the motion near the speed of its motor or its start: all multipliers, torque and power of the motor, what forces,
+/// deformations and impacts its followers have, and from which speed on they leave their cams.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -29,7 +38,7 @@ Examples:
   camdrive steady examples/rapier_loom/scene.toml --period \"120 ms\"
   camdrive steady examples/rapier_loom/scene.toml --load \"40 N.m\" --report study/")]
 pub struct Args {
-    /// Scene file (TOML) of a RigidMachine
+    /// Scene file (TOML) of a RigidMachine or a DriveTrain
     scene: PathBuf,
     /// Prescribed period, "120 ms" or in s
     #[arg(long, value_name = "TIME")]
@@ -58,6 +67,10 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         files::no_file(folder, "--report")?;
     }
     let place = args.scene.display();
+    let train = read(&args.scene)?;
+    if train.model == DriveTrain::MODEL {
+        return of_train(args, train);
+    }
     let (resolved, mut scene) = driving::machine(&args.scene, "steady")?;
     let (load, period) = driving::load(&place.to_string(), &scene.motor, &args.load, args.period.as_ref())?;
     let fault = |fault: Fault| failure(format!("{place}: {fault}"));
@@ -89,7 +102,33 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mechanisms = followers.flat_map(|(j, follower)| transmission::of(j + 1, follower)).collect();
     let verdict = verdict(&scene, &motions, load);
     let (inputs, name) = (resolved.files, resolved.name);
-    let found = Found { name, load, synchronous, verdict, motions, lost, free, mechanisms };
+    found(args, &inputs, Found { name, load, synchronous, verdict, motions, lost, free, mechanisms, train: None })
+}
+
+/// The periodic motion of a train.
+fn of_train(args: &Args, resolved: Resolved) -> Result<ExitCode, Failure> {
+    let place = args.scene.display();
+    if args.period.is_some() || args.load != "0" {
+        return Err(failure(format!(
+            "{place}: --load and --period are for a machine without elastic followers and loads\n  = hint: write the load as `machine.load.torque` into the scene, and choose the speed by its motor"
+        )));
+    }
+    let turn = Bar::beside(&resolved.name, |_| periodic_train::of(&resolved.resource()));
+    let mut turn = turn.map_err(|fault| failure(format!("{place}: {fault}")))?;
+    let motions = vec![std::mem::take(&mut turn.motion)];
+    let verdict = format!("The periodic motion is {}.", if motions[0].is_stable() { "stable" } else { "unstable" });
+    let lift_offs = machine(&resolved).and_then(Machine::lift_offs).unwrap_or_default();
+    let (train, inputs, name) = (Some((turn, lift_offs)), resolved.files, resolved.name);
+    let (lost, mechanisms) = (Vec::new(), Vec::new());
+    found(
+        args,
+        &inputs,
+        Found { name, load: 0.0, synchronous: None, verdict, motions, lost, free: None, mechanisms, train },
+    )
+}
+
+/// Tells and writes what was found.
+fn found(args: &Args, inputs: &[PathBuf], found: Found) -> Result<ExitCode, Failure> {
     let mut written = String::new();
     if let Some(folder) = &args.report {
         let title = format!("Periodic motions of {}", found.name);
@@ -98,7 +137,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         let courses = args.measured.lay_over([("steady", &mut diagram)])?;
         let parts = [("steady.csv", csv(motions, free)), ("steady.svg", Ok(diagram.svg()))];
         let parts = files::report(folder, &found.name, parts)?;
-        written = format!("\n{}", files::write(&parts, &[inputs, courses].concat())?);
+        written = format!("\n{}", files::write(&parts, &[inputs, &courses].concat())?);
     }
     args.format.print(|width| found.text(width) + &written, || text::json(&found.data()))?;
     Ok(if found.motions.is_empty() && found.free.is_none() { ExitCode::from(NO_MOTION) } else { ExitCode::SUCCESS })
@@ -117,6 +156,8 @@ struct Found {
     lost: Vec<f64>,
     free: Option<Free>,
     mechanisms: Vec<Transmission>,
+    /// Of a train, with the speeds at which its followers leave their cams.
+    train: Option<(Turn, Vec<LiftOff>)>,
 }
 
 impl Found {
@@ -140,6 +181,10 @@ impl Found {
         for mechanism in &self.mechanisms {
             let _ = writeln!(out, "{}", mechanism.sentence());
         }
+        if let Some((turn, lift_offs)) = &self.train {
+            out += &turn.text(width);
+            lift_offs.iter().for_each(|of| out += &(of.text() + "\n"));
+        }
         out
     }
 
@@ -156,7 +201,10 @@ impl Found {
             data["torque"] = motion.torque.into();
             data
         };
+        let (turn, lift_offs) = self.train.as_ref().map(|(turn, list)| (turn, list)).unzip();
         json!({
+            "train": turn,
+            "lift_offs": lift_offs,
             "name": self.name,
             "load": self.load,
             "synchronous_speed": self.synchronous.map(|(_, speed)| speed),
@@ -238,7 +286,12 @@ fn name(i: usize, motion: &PeriodicMotion) -> String {
 /// The multiplier, that of a steep motor as power of ten.
 fn multiplier(motion: &PeriodicMotion) -> String {
     let power = motion.growth / std::f64::consts::LN_10;
-    if power.abs() < 300.0 { number(motion.multiplier()) } else { format!("10^{power:.0}") }
+    // A mass that ends every turn on its flank forgets all of it.
+    if power.abs() < 300.0 || power == f64::NEG_INFINITY {
+        number(motion.multiplier())
+    } else {
+        format!("10^{power:.0}")
+    }
 }
 
 fn table(motions: &[PeriodicMotion], free: Option<&Free>) -> Table {

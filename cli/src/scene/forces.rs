@@ -3,7 +3,7 @@
 
 use super::geometry::{self, CamPlan};
 use super::section::{NOT_NEGATIVE, POSITIVE, Section, within};
-use super::{Resolved, load, units};
+use super::{Resolved, units};
 use camdrive::drives::Fault;
 use camdrive::drives::drive_train::{self, Joint, Shaft};
 use camdrive::drives::follower::load::Load;
@@ -13,7 +13,6 @@ use camdrive_design::cam_geometry::Carrier;
 use camdrive_design::forces::{Drive, Loads, Machine, Material, Teeth};
 use serde_json::Value;
 use std::f64::consts::{PI, TAU};
-use std::path::Path;
 
 /// The key of the table.
 pub const KEY: &str = "forces";
@@ -38,7 +37,7 @@ struct Known {
 }
 
 /// The loads of all cams of a scene, in its order, with its drive where that is right already.
-pub fn all(root: &Section<'_>, drive: Option<&Value>, cams: &[CamPlan], folder: &Path) -> Option<Vec<Loads>> {
+pub fn all(root: &Section<'_>, drive: Option<&Value>, cams: &[CamPlan]) -> Option<Vec<Loads>> {
     let known = |section: &Section<'_>, follower: Option<usize>, mechanisms: usize| {
         let geometry = section.has(geometry::KEY);
         // A geometry with faults is taken for one that fits.
@@ -48,35 +47,25 @@ pub fn all(root: &Section<'_>, drive: Option<&Value>, cams: &[CamPlan], folder: 
     };
     let mut list = Vec::new();
     if root.has("cam") {
-        let cam = drive.and_then(|drive| serde_json::from_value(drive["cam"].clone()).ok());
-        let loads = loads(drive, || load::beside_cam(root, cam.as_ref(), true, folder));
-        list.push(of(root, &known(root, None, 0), loads));
+        let own = drive.map(|drive| drive.pointer("/followers/0").unwrap_or(drive));
+        list.push(of(root, &known(root, None, 0), loads(own)));
     }
     for (j, section) in root.sections("follower")?.iter().enumerate() {
         let value = drive.and_then(|drive| drive.get("followers")?.get(j));
-        let follower: Option<Follower> =
-            value.and_then(|value| serde_json::from_value(value.get("rigid").unwrap_or(value).clone()).ok());
-        let turns = follower.as_ref().map_or(section.has("J"), |follower| follower.turns);
         let mechanisms = section.sections("linkage")?.len();
-        let carrier = load::Carrier { turns, mechanisms, follower: follower.as_ref(), roller: false };
-        let loads = loads(value, || load::read(section, carrier, folder));
-        list.push(of(section, &known(section, Some(j + 1), mechanisms), loads));
+        list.push(of(section, &known(section, Some(j + 1), mechanisms), loads(value)));
     }
     list.into_iter().collect()
 }
 
-/// The loads that the motion of the FMU has, or those that it leaves out.
-fn loads(value: Option<&Value>, read: impl Fn() -> Option<[Load; 2]>) -> Option<Loads> {
+/// The loads that the drive has.
+fn loads(value: Option<&Value>) -> Option<Loads> {
+    let load =
+        |value: Option<&Value>| value.map_or(Some(Load::default()), |load| serde_json::from_value(load.clone()).ok());
     let part = |key: &str| value?.get(key);
-    let Some(own) = part("load") else {
-        // Faults of a scene that is no drive yet are told by its model.
-        let [load, roller] = if value.is_some() { read()? } else { Default::default() };
-        return Some(Loads { load, roller: (0.0, roller), left_out: true, ..Loads::default() });
-    };
-    // Its mass may stand before it.
+    // The mass of a roller may stand before its load.
     let roller = part("roller").map(|roller| roller.get(1).unwrap_or(roller));
-    let load = |value: &Value| serde_json::from_value(value.clone()).ok();
-    Some(Loads { load: load(own)?, roller: (0.0, roller.map_or(Some(Load::default()), load)?), ..Loads::default() })
+    Some(Loads { load: load(part("load"))?, roller: (0.0, load(roller)?), ..Loads::default() })
 }
 
 /// The cams of a scene with what they move, at rest.
@@ -86,6 +75,7 @@ fn loads(value: Option<&Value>, read: impl Fn() -> Option<[Load; 2]>) -> Option<
 pub fn machine(scene: &Resolved) -> Result<Machine, Fault> {
     // With the mass on the cam's side, and whether the follower may leave its cam.
     let single = |follower: Follower| (follower, 0.0, false);
+    let beside_cam = scene.scene["names"].get("backlash").is_some();
     let (followers, inertia) = match scene.model {
         "RigidMachine" => {
             let whole: rigid_machine::Scene = scene.resource().read()?;
@@ -116,7 +106,7 @@ pub fn machine(scene: &Resolved) -> Result<Machine, Fault> {
     };
     let mut drives = Vec::new();
     for (j, ((follower, roller, may_leave), loads)) in Vec::into_iter(followers).zip(&scene.loads).enumerate() {
-        let number = scene.scene.get("followers").map(|_| j + 1);
+        let number = scene.scene.get("followers").filter(|_| !beside_cam).map(|_| j + 1);
         let name = number.map_or(scene.name.clone(), |j| format!("{}.follower{j}", scene.name));
         let plan = scene.cams.iter().find(|cam| cam.follower == number).map(|cam| cam.plan);
         let loads = Loads { roller: (roller, loads.roller.1.clone()), may_leave, ..loads.clone() };

@@ -54,7 +54,8 @@ pub fn all(root: &Section<'_>, drive: Option<&Value>) -> Option<Vec<CamPlan>> {
         Some(transmission::of(j, &serde_json::from_value::<Follower>(value?.clone()).ok()?))
     };
     // A machine has no [cam] that [geometry] could belong to.
-    let mut list = if root.has("cam") { vec![of(root, None, law(drive), false)] } else { Vec::new() };
+    let own = drive.map(|drive| drive.pointer("/followers/0/rigid").unwrap_or(drive));
+    let mut list = if root.has("cam") { vec![of(root, None, law(own), false)] } else { Vec::new() };
     for (j, follower) in root.sections("follower").unwrap_or_default().iter().enumerate() {
         let drive = drive.and_then(|drive| drive.get("followers")?.get(j));
         let drive = drive.map(|drive| drive.get("rigid").unwrap_or(drive));

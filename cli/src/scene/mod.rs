@@ -110,11 +110,20 @@ pub fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagno
             for sentence in resolved.smoothed.iter().map(|table| &table.sentence).chain(&left_out) {
                 let own = resolved.description.trim_end_matches('.');
                 let stop = if own.is_empty() { "" } else { ". " };
-                resolved.description = format!("{own}{stop}{sentence}.");
+                // What notes say in small letters begins a sentence here.
+                let (first, rest) = sentence.split_at(sentence.find(char::is_whitespace).unwrap_or(0));
+                let first = if first.contains('.') { first.to_owned() } else { capitalised(first) };
+                resolved.description = format!("{own}{stop}{first}{rest}.");
             }
         }
         Some(resolved)
     })
+}
+
+/// The word with a capital letter.
+fn capitalised(word: &str) -> String {
+    let mut letters = word.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// What `read` makes of the TOML document `text`, if it reports no fault.
@@ -163,7 +172,7 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
     let drive = models::drive(root, folder);
     let smoothed = root.faults.smoothed.take();
     let cams = geometry::all(root, drive.as_ref().map(|(_, scene)| scene));
-    let loads = forces::all(root, drive.as_ref().map(|(_, scene)| scene), cams.as_deref().unwrap_or_default(), folder);
+    let loads = forces::all(root, drive.as_ref().map(|(_, scene)| scene), cams.as_deref().unwrap_or_default());
     let (model, scene) = drive?;
     let (name, description, cams, loads) = (name?, description?, cams?, loads?);
     Some(Resolved {

@@ -1,21 +1,21 @@
 //! The drive that a scene describes: its sections → the `Scene` of one of the drive models.
 
-use super::common::{
-    Drive, Elastic, PLACES, SYNONYMS, by_ratio, drive_mode, elastic_output, elastic_shaft, inertia, resolved,
-};
+use super::common::{self, Drive, Elastic, PLACES, SYNONYMS, drive_mode, elastic_output, resolved};
 use super::common::{solver, start};
 use super::section::{Faults, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
-use super::{follower, forces, geometry, load, motion_law, motor, parametric};
+use super::{forces, geometry, load, motion_law, parametric, train};
 use camdrive::drives::Fault;
 use camdrive::drives::backlash::{self, BacklashDrive};
+use camdrive::drives::drive_train::{self, DriveTrain, Follower, Joint, Machine, Names, Shaft};
 use camdrive::drives::elastic_output::{self as output, ElasticOutput};
-use camdrive::drives::elastic_shaft::{self as shaft, ElasticShaft};
+use camdrive::drives::elastic_shaft::{self, ElasticShaft};
+use camdrive::drives::follower::rigid;
 use camdrive::drives::parameter::Parameters as _;
 use camdrive::drives::rigid_machine::{self, MachineStart, Motor, RigidMachine};
 use camdrive::drives::settings::Settings;
-use camdrive::drives::shaft::cam_drive::{DriveMode, Start};
-use camdrive::drives::shaft::motor::Source;
+use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
+use camdrive::drives::shaft::motor::{self, Source};
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive::motion::MotionLaw;
@@ -29,6 +29,7 @@ const MODELS: &[(&[&str], Reader)] = &[
     (&["BacklashDrive"], backlash_drive),
     (&["RigidMachine"], rigid_machine),
     (&["ParametricDrive"], |root, _| parametric::read(root)),
+    (&["DriveTrain"], |root, folder| resolved::<DriveTrain>(&train::read(root, folder)?)),
 ];
 
 /// Reads the drive of a scene.
@@ -71,7 +72,7 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     let place = section.as_ref().and_then(|s| s.choice("place", PLACES));
     let cam = cam(root, folder);
     let elastic = section.as_ref().zip(place).and_then(|(section, in_shaft)| {
-        let values = if in_shaft { elastic_shaft(section, cam.as_ref()) } else { elastic_output(section) };
+        let values = if in_shaft { common::elastic_shaft(section, cam.as_ref()) } else { elastic_output(section) };
         section.finish(SYNONYMS);
         values
     });
@@ -85,49 +86,85 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
             resolved::<ElasticOutput>(&output::Scene { parameters, load, roller, cam, drive, start, solver })
         }
         Elastic::Shaft(parameters, linear) => {
-            resolved::<ElasticShaft>(&shaft::Scene { parameters, linear, load, cam, drive, start, solver })
+            resolved::<ElasticShaft>(&elastic_shaft::Scene { parameters, linear, load, cam, drive, start, solver })
         }
     }
 }
 
 fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     let cam = cam(root, folder);
-    let parameters = root.required_section("backlash").and_then(|section| {
-        let parameters = section.parameters(|parameter, read: Option<&backlash::Parameters>| {
-            by_ratio(&section, parameter.key, read.map(|read| (read.m2, read.c)))
-        });
-        section.finish(SYNONYMS);
-        parameters
-    });
-    let (CamDrive { cam, drive, start, solver }, parameters) = cam_drive(root, cam, false).zip(parameters)?;
-    resolved::<BacklashDrive>(&backlash::Scene { parameters, cam, drive, start, solver })
+    let loads = load::beside_cam(root, cam.as_ref(), true, folder);
+    let parameters = root.required_section("backlash").and_then(|section| train::clearance(&section, loads.as_ref()));
+    let common = cam_drive(root, cam, false);
+    let (CamDrive { cam, drive, start, solver }, parameters, [load, roller]) = (common?, parameters?, loads?);
+    if load.is_none() && roller.is_none() && parameters.s.is_finite() {
+        return resolved::<BacklashDrive>(&backlash::Scene { parameters, cam, drive, start, solver });
+    }
+    let mode = match start.mode {
+        StartMode::Given if parameters.m2 == 0.0 => {
+            let fault = root.fault_at("start.mode", ": without `m2` there is no spring that q could belong to");
+            return root.refuse(fault.of("start.mode").admissible("at_rest, steady_state, equilibrium"));
+        }
+        StartMode::Given => drive_train::Start::Given,
+        StartMode::AtRest => drive_train::Start::AtRest,
+        StartMode::SteadyState => drive_train::Start::SteadyState,
+        StartMode::Equilibrium => drive_train::Start::Equilibrium,
+    };
+    let follower = Follower { rigid: rigid::Follower::new(0.0, cam), joint: Joint::Backlash(parameters), load, roller };
+    resolved::<DriveTrain>(&drive_train::Scene {
+        shaft: Shaft::Driven(drive),
+        followers: vec![follower],
+        start: mode,
+        solver: train::solver(root)?,
+        names: Names::Backlash([start.q, start.q_dot]),
+    })
 }
 
 fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<Drive> {
-    let inertia = root.required_section("machine").and_then(|section| {
-        let inertia = inertia(&section, folder);
-        section.finish(SYNONYMS);
-        inertia
-    });
-    let followers = root.each("follower", |section| follower::read(section, None, folder));
-    let motor = root.read("motor", |section| motor::of_machine(section, folder)).map(|motor| match motor {
-        Some(Source::Kloss(kloss)) => Motor::Kloss(kloss),
-        Some(Source::Input) => Motor::Input,
-        _ => Motor::None,
-    });
     let start = machine_start(root);
+    let machine = train::machine(root, start.map(|(_, phi, w)| [phi, w]), folder);
+    let followers = train::followers(root, |section| {
+        let because = "the followers of a RigidMachine are rigid";
+        section.forbid(&["elasticity", "backlash"], because, "model = \"DriveTrain\"");
+        train::one(section, folder)
+    });
+    for (key, said, hint) in [
+        ("motor.coupling", ": the rotor would not follow the shaft", "choose model = \"DriveTrain\""),
+        ("motor.belt", ": the rotor would not follow the shaft", "choose model = \"DriveTrain\""),
+        ("machine.load.input", ": a RigidMachine always has the input tau", "remove it"),
+    ] {
+        if let Some(place) = root.faults.place(key) {
+            root.faults.report(root.faults.at(place, said).of(key).hint(hint));
+        }
+    }
     let solver = solver(root);
-    let (mode, phi_start, w_start) = start?;
-    let scene = rigid_machine::Scene {
-        inertia: inertia?,
-        followers: followers?,
-        motor: motor?,
-        phi_start,
-        w_start,
-        start: mode,
-        solver: solver?,
+    let (machine, followers, (mode, phi_start, w_start)) = (machine?, followers?, start?);
+    let plain = match &machine.motor {
+        motor::Motor { transmission, .. } if *transmission != Default::default() => None,
+        _ if machine.load.is_some() || machine.friction.is_some() => None,
+        _ if followers.iter().any(|follower| !follower.load.is_none()) => None,
+        motor => match motor.source {
+            Source::None => Some(Motor::None),
+            Source::Input => Some(Motor::Input),
+            Source::Kloss(kloss) => Some(Motor::Kloss(kloss)),
+            _ => None,
+        },
     };
-    resolved::<rigid_machine::RigidMachine>(&scene)
+    if let Some(motor) = plain {
+        let followers = followers.into_iter().map(|follower| follower.rigid).collect();
+        let inertia = machine.inertia;
+        let scene =
+            rigid_machine::Scene { inertia, followers, motor, phi_start, w_start, start: mode, solver: solver? };
+        return resolved::<RigidMachine>(&scene);
+    }
+    let steady = mode == MachineStart::SteadyState;
+    resolved::<DriveTrain>(&drive_train::Scene {
+        shaft: Shaft::Free(Machine { input: true, ..machine }),
+        followers,
+        start: if steady { drive_train::Start::SteadyState } else { drive_train::Start::AtRest },
+        solver: train::solver(root)?,
+        names: Names::Machine(0.0),
+    })
 }
 
 fn machine_start(root: &Section<'_>) -> Option<(MachineStart, f64, f64)> {
@@ -181,3 +218,6 @@ pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

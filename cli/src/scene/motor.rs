@@ -44,27 +44,20 @@ const KINDS: &[(&[&str], (Reader, &[&str]))] = &[
     (&["servo"], (servo, &["K_p", "K_i", "K_aw", "K_v", "M_max", "w_ref"])),
 ];
 
-/// Reads `[motor]`; the first `kinds` of them, and without `transmission` none.
-fn source(section: &Section<'_>, kinds: usize, folder: &Path) -> Option<Source> {
-    let (read, own) = section.choice("kind", &KINDS[..kinds])?;
+/// Where the torque comes from.
+fn source(section: &Section<'_>, folder: &Path) -> Option<Source> {
+    let (read, own) = section.choice("kind", KINDS)?;
     let source = read(section, folder);
-    for (names, (_, keys)) in &KINDS[..kinds] {
+    for (names, (_, keys)) in KINDS {
         let others: Vec<_> = keys.iter().copied().filter(|key| !own.contains(key)).collect();
         section.forbid(&others, "the kind of motor has no such value", &format!("kind = \"{}\"", names[0]));
     }
     source
 }
 
-/// The motor of a RigidMachine.
-pub fn of_machine(section: &Section<'_>, folder: &Path) -> Option<Source> {
-    let source = source(section, 3, folder);
-    section.finish(SYNONYMS);
-    source
-}
-
-/// The motor of a train.
-pub fn of_train(section: &Section<'_>, folder: &Path) -> Option<Motor> {
-    let source = source(section, KINDS.len(), folder);
+/// A motor with its transmission.
+pub fn read(section: &Section<'_>, folder: &Path) -> Option<Motor> {
+    let source = source(section, folder);
     let ratio = section.real_or("ratio", &unit::NUMBER, within(-1e6, 1e6), 1.0);
     if ratio == Some(0.0) {
         let fault = section.fault_of("ratio", ": the motor would not turn");
@@ -121,7 +114,7 @@ fn constant(section: &Section<'_>, _: &Path) -> Option<Source> {
     section.real("torque", &unit::TORQUE, within(-1e12, 1e12)).map(Source::Constant)
 }
 
-/// The most points of a torque table; each is two parameters of the FMU.
+/// The most points of a torque table: a motor is measured at some ten.
 const MOST_POINTS: usize = 200;
 
 fn characteristic(section: &Section<'_>, folder: &Path) -> Option<Source> {
@@ -192,6 +185,7 @@ pub fn check_start(section: &Section<'_>, motor: &Motor, load: &MotionLaw) {
     let at_rest = match &motor.source {
         Source::Constant(torque) => *torque,
         Source::Kloss(kloss) => rigid_machine::Motor::Kloss(*kloss).characteristic(0.0)[0],
+        Source::Table(table) => table.torque(table.piece(0.0), 0.0),
         Source::Servo(servo) => servo.limit,
         _ => return,
     };

@@ -5,11 +5,11 @@ use super::load::{self, Carrier};
 use super::section::{NOT_NEGATIVE, Section};
 use super::{follower, motion_law, motor};
 use camdrive::drives::backlash;
-use camdrive::drives::drive_train::{Follower, Joint, MOST_FOLLOWERS, Machine, Scene, Shaft, Start};
+use camdrive::drives::drive_train::{Follower, Joint, MOST_FOLLOWERS, Machine, Names, Scene, Shaft, Start};
 use camdrive::drives::follower::load::Load;
 use camdrive::drives::parameter::Parameters as _;
 use camdrive::drives::rigid_machine::RigidMachine;
-use camdrive::drives::settings::Method;
+use camdrive::drives::settings::{Method, Settings};
 use camdrive::drives::unit;
 use camdrive::motion::MotionLaw;
 use std::path::Path;
@@ -44,9 +44,18 @@ pub fn read(root: &Section<'_>, folder: &Path) -> Option<Scene> {
     let shaft = if driven {
         root.forbid(&["motor"], "the drive prescribes the motion", "[machine] instead of [drive]");
         root.section("drive").and_then(|part| common::drive_mode(&part?)).map(Shaft::Driven)
+    } else if free {
+        machine(root, start.map(|(_, phi, w)| [phi, w]), folder).map(Shaft::Free)
     } else {
-        machine(root, start, folder).map(Shaft::Free)
+        None
     };
+    let followers = followers(root, |section| one(section, folder));
+    let solver = solver(root);
+    Some(Scene { shaft: shaft?, followers: followers?, start: start?.0, solver: solver?, names: Names::Train })
+}
+
+/// `[[follower]]`.
+pub fn followers(root: &Section<'_>, one: impl FnMut(&Section<'_>) -> Option<Follower>) -> Option<Vec<Follower>> {
     let list = root.sections("follower");
     if list.as_ref().is_some_and(|list| list.len() > MOST_FOLLOWERS) {
         let fault = root.fault_of("follower", format!(" has {} followers", list.map_or(0, |list| list.len())));
@@ -54,7 +63,11 @@ pub fn read(root: &Section<'_>, folder: &Path) -> Option<Scene> {
             fault.admissible(format!("at most {MOST_FOLLOWERS}")).hint("divide the machine into several scenes"),
         );
     }
-    let followers = root.each("follower", |section| one(section, folder));
+    root.each("follower", one)
+}
+
+/// `[solver]`.
+pub fn solver(root: &Section<'_>) -> Option<Settings> {
     let solver = common::solver(root);
     if let Some(method) =
         root.faults.place("solver.method").filter(|_| solver.is_none_or(|s| s.method != Method::Adaptive))
@@ -65,13 +78,13 @@ pub fn read(root: &Section<'_>, folder: &Path) -> Option<Scene> {
             .of("solver.method");
         root.faults.report(fault.admissible("adaptive").hint("remove it"));
     }
-    Some(Scene { shaft: shaft?, followers: followers?, start: start?.0, solver: solver? })
+    solver
 }
 
-/// `[machine]` and `[motor]`, with the start.
-fn machine(root: &Section<'_>, start: Option<(Start, f64, f64)>, folder: &Path) -> Option<Machine> {
-    let machine = root.read("machine", |section| {
-        let inertia = common::inertia(section, folder);
+/// `[machine]` and `[motor]`, with φ and φ̇ at the start.
+pub fn machine(root: &Section<'_>, start: Option<[f64; 2]>, folder: &Path) -> Option<Machine> {
+    let machine = root.required_section("machine").map(|section| {
+        let inertia = common::inertia(&section, folder);
         let load = section.read(load::KEY, |part| {
             let torque = load::torque(part, "torque", &unit::TORQUE, folder);
             let friction = part.optional("friction", &unit::ROTATIONAL_DAMPING, NOT_NEGATIVE);
@@ -83,9 +96,9 @@ fn machine(root: &Section<'_>, start: Option<(Start, f64, f64)>, folder: &Path) 
         inertia.zip(load)
     });
     let motor = root.section("motor").and_then(|section| match &section {
-        Some(section) => motor::of_train(section, folder).inspect(|motor| {
+        Some(section) => motor::read(section, folder).inspect(|motor| {
             let loaded = machine.as_ref().and_then(|m| m.as_ref()?.1.as_ref()?.0.as_ref());
-            if let (Some(load), Some((_, _, 0.0))) = (loaded, start) {
+            if let (Some(load), Some([_, 0.0])) = (loaded, start) {
                 motor::check_start(section, motor, load);
             }
         }),
@@ -93,7 +106,7 @@ fn machine(root: &Section<'_>, start: Option<(Start, f64, f64)>, folder: &Path) 
     });
     let (inertia, load) = machine??;
     let (load, friction, input) = load.unwrap_or_default();
-    let (_, phi_start, w_start) = start?;
+    let [phi_start, w_start] = start?;
     Some(Machine { inertia, load, friction, input, motor: motor?, phi_start, w_start })
 }
 
@@ -115,7 +128,7 @@ fn start(root: &Section<'_>, driven: bool) -> Option<(Start, f64, f64)> {
 }
 
 /// One of `[[follower]]`.
-fn one(section: &Section<'_>, folder: &Path) -> Option<Follower> {
+pub fn one(section: &Section<'_>, folder: &Path) -> Option<Follower> {
     let (elastic, backlash) = (section.section("elasticity"), section.section("backlash"));
     let joint = if section.has("elasticity") { "elasticity" } else { "backlash" };
     let joined = section.has(joint);
@@ -137,7 +150,7 @@ fn one(section: &Section<'_>, folder: &Path) -> Option<Follower> {
     let loads = load::read(section, Carrier { turns, mechanisms, follower: rigid.as_ref(), roller }, folder);
     let joint = match (&elastic, &backlash) {
         (Some(part), _) => elasticity(part, rigid.as_ref().map(|rigid| &rigid.cam)),
-        (None, Some(part)) => clearance(part, loads.as_ref()),
+        (None, Some(part)) => clearance(part, loads.as_ref()).map(Joint::Backlash),
         (None, None) => Some(Joint::Rigid),
     };
     let [load, roller] = loads?;
@@ -158,8 +171,8 @@ fn elasticity(section: &Section<'_>, cam: Option<&MotionLaw>) -> Option<Joint> {
     }
 }
 
-/// `[follower.backlash]`, with s = "inf" for a cam that its follower may leave.
-fn clearance(section: &Section<'_>, loads: Option<&[Load; 2]>) -> Option<Joint> {
+/// `[backlash]`, with s = "inf" for a cam that its follower may leave.
+pub fn clearance(section: &Section<'_>, loads: Option<&[Load; 2]>) -> Option<backlash::Parameters> {
     let word = section.word("s");
     if let Some(other) = word.filter(|word| *word != "inf") {
         section.unknown_word("s", other, "inf");
@@ -177,6 +190,12 @@ fn clearance(section: &Section<'_>, loads: Option<&[Load; 2]>) -> Option<Joint> 
     });
     section.finish(common::SYNONYMS);
     let parameters = parameters?;
+    if parameters.s == 0.0 {
+        let fault =
+            section.fault_of("s", ": without clearance it is an elastic output with the mass m1 on the cam's side");
+        return section
+            .refuse(fault.admissible("greater than 0 m, or \"inf\"").hint("use `elasticity` with `m_roller`"));
+    }
     if let Some([load, roller]) = loads.filter(|_| one_sided) {
         let springs = [load, roller].iter().any(|load| load.stiffness() > 0.0 || load.input);
         // Without a mass behind the spring all loads act on m1.
@@ -185,11 +204,14 @@ fn clearance(section: &Section<'_>, loads: Option<&[Load; 2]>) -> Option<Joint> 
         let process = load.process.as_ref().map_or(0.0, motion_law::least);
         if !springs && still + process >= 0.0 {
             let fault = section.fault_of("s", ": nothing brings the follower back to its cam");
-            let hint = "add a spring, gravity or a force towards the cam in [follower.load], for example spring = { preload = \"90 N\" }";
+            let place = section.path.replace("backlash", "load");
+            let hint = format!(
+                "add a spring, gravity or a force towards the cam in `{place}`, for example spring = {{ preload = \"90 N\" }}"
+            );
             return section.refuse(fault.hint(hint));
         }
     }
-    Some(Joint::Backlash(parameters))
+    Some(parameters)
 }
 
 #[cfg(test)]

@@ -216,10 +216,16 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
             };
             Scene { parameters: backlash::Parameters { m1, m2: m, c, b, s, e: 0.0 }, cam, drive, start, solver }
         }
+        "DriveTrain" => {
+            return Err(Fault::new(
+                "the study is for a single drive without loads that has both flanks: write a follower of a machine or a train as a scene of its own, \
+                 leave `load` out of it, and give `s` a value",
+            ));
+        }
         model => {
             return Err(Fault::new(format!(
                 "the model is {model}; the study is for a BacklashDrive, or for an ElasticCamDrive with \
-                 place = \"output\" together with --clearance and --m1"
+                 place = \"output\" together with --clearance and --m1; write a follower of a machine or a train as a scene of its own"
             )));
         }
     };

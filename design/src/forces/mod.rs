@@ -53,8 +53,6 @@ pub struct Loads {
     pub load: Load,
     /// Part of the mass (kg) that is on the cam's side of an elasticity or clearance, and loads on it.
     pub roller: (f64, Load),
-    /// Whether the motion of the FMU is without the loads.
-    pub left_out: bool,
     /// Whether in the motion of the FMU the follower may leave its cam.
     pub may_leave: bool,
     /// Teeth of its gears.

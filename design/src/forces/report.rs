@@ -1,7 +1,7 @@
 //! Forces on rollers, joints and shaft over a turn, as numbers, text and CSV.
 
 use super::turn::{Extreme, State, Turn};
-use super::{Contact, Drive, Forces, Loads, Machine};
+use super::{Contact, Drive, Forces, Machine};
 use crate::cam_geometry::{Cut, Follower as Carrier, Shape, Side, Tolerances, Verdict};
 use crate::text::{self, NONE, Page, Table, number, rpm};
 use camdrive::drives::Fault;
@@ -378,44 +378,78 @@ impl Report {
     }
 }
 
+/// From which speed on force no longer keeps a follower on its cam, whatever moves it.
+#[derive(Clone, Debug, Serialize)]
+pub struct LiftOff {
+    /// Its name: "follower1".
+    pub follower: String,
+    /// See [`Turn::lift_off`].
+    pub lift_off_speed: Option<Extreme>,
+    /// Whether the motion of the FMU knows the flight.
+    pub may_leave: bool,
+}
+
+impl LiftOff {
+    /// In a sentence.
+    pub fn text(&self) -> String {
+        let held = if self.may_leave { "" } else { "; the motion of the FMU keeps the contact" };
+        match self.lift_off_speed {
+            None => format!("{} stays on its cam at any speed.", self.follower),
+            Some(Extreme { phi, value }) => {
+                let at = in_turn(phi, 2);
+                format!("{} leaves its cam {}, first at φ = {at}°{held}.", self.follower, from(value))
+            }
+        }
+    }
+}
+
 impl Machine {
-    /// The loads that the motion of an FMU leaves out, and the speeds from which its followers would leave their cams though in that
-    /// motion they cannot, in a sentence; None without either.
-    pub fn left_out(mut self) -> Option<String> {
-        let named: [(&str, fn(&Loads) -> bool); 5] = [
-            ("load.spring", |loads| loads.left_out && loads.on().iter().any(|load| load.spring.is_some())),
-            ("load.gravity", |loads| {
-                loads.left_out && loads.on().iter().any(|load| load.gravity.is_some() || !load.frames.is_empty())
-            }),
-            ("load.force", |loads| loads.left_out && loads.on().iter().any(|load| load.constant.is_some())),
-            ("load.process", |loads| loads.left_out && loads.load.process.is_some()),
-            ("forces.lever_J", |loads| loads.lever_inertia > 0.0),
-        ];
-        let acting = named.iter().filter(|(_, acts)| self.drives.iter().any(|drive| acts(&drive.loads)));
-        let acting: Vec<&str> = acting.map(|(name, _)| *name).collect();
-        // Forces do without the pressure in the contact, which an undercut cam does not have.
+    /// The speeds of lift-off of all followers that nothing but their loads keeps on their cams.
+    ///
+    /// # Errors
+    /// Those of [`Drive::at`].
+    pub fn lift_offs(mut self) -> Result<Vec<LiftOff>, Fault> {
+        // They do without the pressure in the contact, which an undercut cam does not have.
         self.drives.iter_mut().for_each(|drive| drive.loads.material = None);
-        let leaving = || {
-            let turn = self.turn()?;
-            let of = |(j, drive): (usize, &Drive)| {
-                let name = drive.name.rsplit_once('.').map_or("the follower", |(_, follower)| follower);
-                // Where the scene names nothing that acts, nothing tells what holds the follower.
-                let acts = drive.loads.lever_inertia > 0.0 || drive.loads.on().iter().any(|load| !load.is_none());
-                let kept = acts && drive.is_force_closed() && !drive.loads.may_leave;
-                Some(format!("{name} would leave its cam {}", from(kept.then(|| turn.lift_off(j))??.value)))
-            };
-            Ok(self.drives.iter().enumerate().filter_map(of).collect::<Vec<_>>().join(", "))
+        let turn = self.turn()?;
+        let of = |(j, drive): (usize, &Drive)| {
+            // Where the scene names nothing that acts, nothing tells what holds the follower.
+            let acts = drive.loads.lever_inertia > 0.0 || drive.loads.on().iter().any(|load| !load.is_none());
+            let name = drive.name.rsplit_once('.').map_or("the follower", |(_, follower)| follower);
+            (acts && drive.is_force_closed()).then(|| LiftOff {
+                follower: name.to_owned(),
+                lift_off_speed: turn.lift_off(j),
+                may_leave: drive.loads.may_leave,
+            })
         };
-        let leaving = leaving().unwrap_or_else(|_: Fault| String::new());
+        Ok(self.drives.iter().enumerate().filter_map(of).collect())
+    }
+
+    /// What the motion of an FMU leaves out, and the speeds from which its followers would leave their cams though in that motion
+    /// they cannot, in a sentence; None without either.
+    pub fn left_out(self) -> Option<String> {
+        let lever = self.drives.iter().any(|drive| drive.loads.lever_inertia > 0.0);
+        let instead = if self.drives.iter().any(|drive| drive.name.contains('.')) {
+            "[follower.backlash] with s = \"inf\" in a DriveTrain"
+        } else {
+            "BacklashDrive with s = \"inf\""
+        };
         let leaving =
-            if leaving.is_empty() { leaving } else { format!("contact holds at any speed; in the machine {leaving}") };
-        match (&acting[..], leaving.is_empty()) {
-            ([], true) => None,
-            ([], false) => Some(format!("in the motion of the FMU {leaving}")),
-            (names, alone) => {
-                let verb = if names.len() > 1 { "are" } else { "is" };
+            self.lift_offs().unwrap_or_default().into_iter().filter(|of| !of.may_leave).filter_map(|of| {
+                Some(format!("{} would leave its cam {}", of.follower, from(of.lift_off_speed?.value)))
+            });
+        let leaving = leaving.collect::<Vec<_>>().join(", ");
+        let leaving = if leaving.is_empty() {
+            leaving
+        } else {
+            format!("contact holds at any speed; in the machine {leaving} ({instead} models that)")
+        };
+        match (lever, leaving.is_empty()) {
+            (false, true) => None,
+            (false, false) => Some(format!("in the motion of the FMU {leaving}")),
+            (true, alone) => {
                 let rest = if alone { leaving } else { format!(", in which {leaving}") };
-                Some(format!("{} {verb} not part of the motion of the FMU{rest}", names.join(", ")))
+                Some(format!("forces.lever_J is not part of the motion of the FMU{rest}"))
             }
         }
     }

@@ -43,7 +43,7 @@ fn machine(speed: f64, follower: Follower, plan: Option<Plan>, loads: Loads) -> 
 fn loaded([preload, c]: [f64; 2], gravity: f64, process: Option<MotionLaw>) -> Loads {
     let spring = (preload != 0.0 || c != 0.0).then_some(Spring { preload, c, at: 0.0 });
     let load = Load { gravity: (gravity != 0.0).then_some(-gravity), spring, process, ..Load::default() };
-    Loads { load, left_out: true, ..Loads::default() }
+    Loads { load, ..Loads::default() }
 }
 
 fn part(kind: Kind, input_offset: f64) -> Mechanism {
@@ -342,23 +342,29 @@ fn the_speed_of_lift_off_of_random_scenes() {
 fn what_the_motion_leaves_out_is_told() {
     let still = |loads: Loads| machine(0.0, Follower::new(2.0, series(&[0.01, -0.01], &[])), None, loads).left_out();
     assert_eq!(still(Loads { material: steel(0.01), ..Loads::default() }), None);
-    let told = "load.spring, load.gravity, load.process are not part of the motion of the FMU, in which contact holds at any speed; in the machine x";
     // m ω² h cos φ against F₀ + m g − P = 20 + 20 − 10 N.
     let rpm = text::digits(1500.0_f64.sqrt() * 60.0 / TAU, 5, -4);
     let mut loads = loaded([20.0, 0.0], 10.0, constant(10.0));
-    assert_eq!(
-        still(loads.clone()),
-        Some(told.replace('x', &format!("the follower would leave its cam from {rpm} rpm on")))
-    );
-    // A motion that has them is told of where it holds a contact that is none.
-    let within = Loads { left_out: false, ..loads.clone() };
-    let holds = format!(
-        "in the motion of the FMU contact holds at any speed; in the machine the follower would leave its cam from {rpm} rpm on"
-    );
-    assert_eq!(still(within.clone()), Some(holds));
-    assert_eq!(still(Loads { may_leave: true, ..within }), None);
+    let leaves =
+        format!("the follower would leave its cam from {rpm} rpm on (BacklashDrive with s = \"inf\" models that)");
+    // A motion is told of where it holds a contact that is none.
+    let holds = format!("in the motion of the FMU contact holds at any speed; in the machine {leaves}");
+    assert_eq!(still(loads.clone()), Some(holds.clone()));
+    assert_eq!(still(Loads { may_leave: true, ..loads.clone() }), None);
+    // Studies tell of both kinds, and which of them the motion knows.
+    for may_leave in [false, true] {
+        let loads = Loads { may_leave, ..loads.clone() };
+        let of = machine(0.0, Follower::new(2.0, series(&[0.01, -0.01], &[])), None, loads).lift_offs().unwrap();
+        let text = of[0].text();
+        assert!(text.starts_with(&format!("the follower leaves its cam from {rpm} rpm on")), "{text}");
+        assert_eq!(text.contains("keeps the contact"), !may_leave);
+    }
+    let levers = Loads { lever_inertia: 1e-9, ..loads.clone() };
+    let told =
+        holds.replace("in the motion of the FMU", "forces.lever_J is not part of the motion of the FMU, in which");
+    assert_eq!(still(levers), Some(told));
     loads.load.process = constant(50.0);
-    assert_eq!(still(loads), Some(told.replace('x', "the follower would leave its cam even at rest")));
+    assert!(still(loads).is_some_and(|told| told.contains("the follower would leave its cam even at rest")));
     let levers = Loads { lever_inertia: 0.1, ..Loads::default() };
     assert_eq!(still(levers), Some("forces.lever_J is not part of the motion of the FMU".to_owned()));
 }

@@ -3,36 +3,51 @@
 use super::Overview;
 use crate::periodic_motions::{free_motion, periodic_motions, range};
 use crate::search::{greatest, segments};
-use camdrive::drives::rigid_machine::{Inertia, Kloss, Motor, Place, Scene};
+use camdrive::drives::rigid_machine::{Follower, Inertia, Kloss, Motor, Place, Scene};
 use camdrive::numerics::angle;
 use camdrive::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
 pub fn tell(overview: &mut Overview, scene: &Scene) {
     let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
-    if let Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }) = scene.motor {
-        overview.speed("synchronous_speed", synchronous_speed);
-        overview.figure("breakdown_torque", breakdown_torque, "N.m");
-        overview.figure("breakdown_slip", breakdown_slip, "1");
+    if let Motor::Kloss(kloss) = &scene.motor {
+        overview.kloss(kloss);
     }
     let running = running(scene, &inertia);
     if let Some((mean, [low, high])) = running {
         overview.speed("mean_speed", mean);
         overview.share("speed_fluctuation", (high - low) / mean.abs());
     }
-    let value = |i: usize, phi: f64| inertia.value(inertia.place(i), phi);
-    let segments = segments(inertia.borders());
-    overview.figure("least_inertia", -greatest(&segments, |i, phi| -value(i, phi)).value, "kg.m2");
-    overview.figure("largest_inertia", greatest(&segments, value).value, "kg.m2");
+    overview.inertia(&inertia);
     if let Some(law) = &scene.inertia.varying {
         overview.roughness("machine.J", law, "kg.m2");
     }
     for (j, follower) in scene.followers.iter().enumerate() {
-        let prefix = format!("follower[{}].", j + 1);
+        overview.follower(&format!("follower[{}].", j + 1), follower, running.map(|(mean, _)| mean));
+    }
+}
+
+impl Overview {
+    /// An asynchronous motor.
+    pub(super) fn kloss(&mut self, kloss: &Kloss) {
+        self.speed("synchronous_speed", kloss.synchronous_speed);
+        self.figure("breakdown_torque", kloss.breakdown_torque, "N.m");
+        self.figure("breakdown_slip", kloss.breakdown_slip, "1");
+    }
+
+    /// The range of the inertia.
+    pub(super) fn inertia(&mut self, inertia: &Inertia) {
+        let value = |i: usize, phi: f64| inertia.value(inertia.place(i), phi);
+        let segments = segments(inertia.borders());
+        self.figure("least_inertia", -greatest(&segments, |i, phi| -value(i, phi)).value, "kg.m2");
+        self.figure("largest_inertia", greatest(&segments, value).value, "kg.m2");
+    }
+
+    /// Law and tool of a follower whose names begin with `prefix`, at this speed of the shaft.
+    pub(super) fn follower(&mut self, prefix: &str, follower: &Follower, speed: Option<f64>) {
         let lever = follower.turns || !follower.linkage.0.is_empty();
-        overview.law(&format!("{prefix}cam"), &follower.cam, if lever { "rad" } else { "m" });
-        let tool = |u| follower.tool(u);
-        overview.motion(&prefix, (&follower.cam, &tool), follower.m, running.map(|(mean, _)| mean), follower.turns);
+        self.law(&format!("{prefix}cam"), &follower.cam, if lever { "rad" } else { "m" });
+        self.motion(prefix, (&follower.cam, &|u| follower.tool(u)), follower.m, speed, follower.turns);
     }
 }
 

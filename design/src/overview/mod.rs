@@ -11,6 +11,7 @@ mod machine;
 mod roughness;
 #[cfg(test)]
 mod tests;
+mod train;
 mod vibration;
 
 pub use machine::running;
@@ -23,6 +24,7 @@ use crate::resource::{Resource, Tool};
 use crate::search::{greatest, segments};
 use crate::text;
 use camdrive::drives::backlash::{self, BacklashDrive};
+use camdrive::drives::drive_train::DriveTrain;
 use camdrive::drives::elastic_output::{self, ElasticOutput};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
 use camdrive::drives::parametric::law::{CrankLaw, Law};
@@ -117,11 +119,7 @@ pub fn of(resource: &Resource) -> Result<Overview, Fault> {
             let speed = overview.driven(&drive);
             overview.elastic(&vibration::behind_cam(&cam, [m2, b, c], speed), Some((&cam, false)));
             overview.speed("natural_frequency_in_flight", (c * (m1 + m2) / (m1 * m2)).sqrt());
-            overview.figure("clearance", s, "m");
-            let share = s / stroke(&cam, |u| u[0]);
-            if share.is_finite() {
-                overview.share("clearance_of_stroke", share);
-            }
+            overview.clearance(&cam, s);
             overview.cam(&cam, m1 + m2, speed);
         }
         ParametricDrive::MODEL => {
@@ -133,6 +131,7 @@ pub fn of(resource: &Resource) -> Result<Overview, Fault> {
             overview.elastic(&oscillator::of(resource)?, None);
         }
         RigidMachine::MODEL => machine::tell(&mut overview, &resource.read()?),
+        DriveTrain::MODEL => train::tell(&mut overview, resource)?,
         _ => {}
     }
     for Tool { section, law, unit } in &resource.tools {
@@ -168,6 +167,17 @@ impl Overview {
         let DriveMode::Constant { w, .. } = *drive else { return None };
         self.speed("speed", w);
         Some(w)
+    }
+
+    /// A clearance, where there is a second flank.
+    fn clearance(&mut self, cam: &MotionLaw, s: f64) {
+        if s.is_finite() {
+            self.figure("clearance", s, "m");
+        }
+        let share = s / stroke(cam, |u| u[0]);
+        if share.is_finite() {
+            self.share("clearance_of_stroke", share);
+        }
     }
 
     /// The law of a section of the scene.

@@ -506,3 +506,90 @@ fn jumps_and_overshoots_of_a_plan_are_told() {
     let said = warnings(vec![point(0.0, 0.0), fast, point(4.0, 0.05)]);
     assert!(said.iter().any(|said| said.starts_with("cam: the motion overshoots on the way to point[")), "{said:?}");
 }
+
+#[test]
+fn a_train_is_told_by_its_motor_its_shaft_and_its_followers() {
+    use camdrive::drives::drive_train::{self, Follower as OfTrain, Joint, Machine, Shaft};
+    use camdrive::drives::follower::load::Spring;
+    use camdrive::drives::shaft::motor::{self, Reference, Servo, Source, Transmission};
+    let (m, c, b, back, a, w) = (3.0, 12000.0, 24.0, 1000.0, 0.01, 20.0);
+    let of = |m: f64, joint: Joint, load: Load| OfTrain {
+        rigid: Follower::new(m, cosine(a)),
+        joint,
+        load,
+        roller: Load::default(),
+    };
+    let spring = Load { spring: Some(Spring { preload: 50.0, c: back, at: 0.0 }), ..Load::default() };
+    let followers = || {
+        let output = Joint::Output(elastic_output::Parameters { m, c, b }, 0.5);
+        let lifted = Joint::Backlash(backlash::Parameters { m1: 0.2, m2: 0.8, c, b, s: f64::INFINITY, e: 0.0 });
+        let shaft = Joint::Shaft(elastic_shaft::Parameters { m: 0.0, inertia: 0.2, c: 800.0, b: 0.0 });
+        vec![
+            of(0.0, output, spring.clone()),
+            of(2.0, Joint::Rigid, Load::default()),
+            of(0.0, lifted, spring.clone()),
+            of(0.0, shaft, Load::default()),
+        ]
+    };
+    let train = |shaft: Shaft| drive_train::Scene {
+        shaft,
+        followers: followers(),
+        start: drive_train::Start::AtRest,
+        solver: Settings::default(),
+        names: drive_train::Names::default(),
+    };
+    let driven = train(Shaft::Driven(DriveMode::Constant { w, phi_start: 0.0 }));
+    let w0 = ((c + back) / m).sqrt();
+    let of_followers = [
+        ("follower[1].natural_frequency", w0),
+        ("follower[1].damping_ratio", b / (2.0 * m * w0)),
+        ("follower[1].largest_force", (m + 0.5) * a * w * w),
+        ("follower[2].stroke", 2.0 * a),
+        ("follower[2].largest_force", 2.0 * a * w * w),
+        ("follower[3].natural_frequency", ((c + back) / 0.8_f64).sqrt()),
+        ("follower[3].natural_frequency_in_flight", (c / 0.16_f64).sqrt()),
+        ("follower[4].natural_frequency", (800.0_f64 / 0.2).sqrt()),
+    ];
+    let found = overview(DriveTrain::MODEL, &driven);
+    assert_figures(&found, &of_followers);
+    assert_figures(&found, &[("speed", w), ("follower[1].frequency_ratio", w / w0)]);
+    assert!(found.resonances.is_empty() && found.figures.iter().all(|figure| figure.name != "follower[3].clearance"));
+    // A servo behind a gear and a coupling; J = J0 + (m_x + m + m1) U'² between its bounds.
+    let servo = Servo {
+        proportional: 2.0,
+        integral: 30.0,
+        anti_windup: 15.0,
+        limit: 50.0,
+        reference: Reference::Constant(60.0),
+        position: None,
+    };
+    let transmission = Transmission { ratio: 3.0, rotor: 0.02, coupling: Some([500.0, 1.0]) };
+    let machine = Machine {
+        inertia: InertiaFunction { constant: 0.4, varying: None },
+        load: None,
+        friction: Some(0.05),
+        input: false,
+        motor: motor::Motor { source: Source::Servo(servo), transmission },
+        phi_start: 0.0,
+        w_start: 0.0,
+    };
+    let found = overview(DriveTrain::MODEL, &train(Shaft::Free(machine)));
+    let value = |name: &str| found.figures.iter().find(|figure| figure.name == name).map_or(f64::NAN, |f| f.value);
+    let near = |name: &str, right: f64| {
+        assert!((value(name) - right).abs() < 1e-3 * right, "{name}: {} for {right}", value(name));
+    };
+    let most = 0.4 + 2.7 * a * a;
+    near("least_inertia", 0.4);
+    near("largest_inertia", most);
+    let (mean, rotor) = (0.5 * (0.4 + most), 9.0 * 0.02);
+    near("coupling_frequency", (500.0 * (1.0 / mean + 1.0 / rotor)).sqrt());
+    near("control_frequency", (30.0 * 9.0 / (mean + rotor)).sqrt());
+    near("control_damping_ratio", 3.0 * 2.0 / (2.0 * (30.0 * (mean + rotor)).sqrt()));
+    near("torque_limit", 50.0);
+    near("mean_speed", 20.0);
+    // A damping ratio above 1 of the first follower is told with its name.
+    let mut stiff = driven;
+    stiff.followers[0].joint = Joint::Output(elastic_output::Parameters { m, c, b: 1e4 }, 0.5);
+    let warnings = overview(DriveTrain::MODEL, &stiff).warnings;
+    assert!(warnings.iter().any(|warning| warning.message.starts_with("follower[1].damping ratio")), "{warnings:?}");
+}

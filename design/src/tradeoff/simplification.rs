@@ -6,7 +6,9 @@
 use super::rigid::{self, Formula};
 use super::run::Interface;
 use crate::resource::Resource;
-use camdrive::drives::backlash::BacklashDrive;
+use camdrive::drives::backlash::{self, BacklashDrive};
+use camdrive::drives::drive_train::{self, DriveTrain, Follower, Joint, Machine, Shaft};
+use camdrive::drives::elastic_output;
 use camdrive::drives::follower::load::{Load, Spring};
 use camdrive::drives::rigid_machine::linkage::{Linkage, ParameterKind};
 use camdrive::drives::rigid_machine::{self, Inertia, InertiaFunction, Place, RigidMachine};
@@ -36,13 +38,14 @@ pub enum Simplified {
 
 /// The values of scenes that make a feature vanish: where a scene has the value, the neutral one, the feature and what takes its
 /// place.
-fn neutral_values() -> [(&'static str, Value, &'static str, &'static str); 7] {
+fn neutral_values() -> [(&'static str, Value, &'static str, &'static str); 8] {
     let no_damping = json!(Fourier::new(vec![0.0], Vec::new()));
     [
         ("/parameters/s", json!(0.0), "the clearance", "s = 0"),
         ("/parameters/e", json!(0.0), "restitution", "e = 0"),
         ("/linear", json!(true), "the nonlinearity of the shaft", "linear in the twist"),
         ("/motor/kloss/dynamics", Value::Null, "the lag of the motor", "quasi-static torque"),
+        ("/shaft/free/motor/source/kloss/dynamics", Value::Null, "the lag of the motor", "quasi-static torque"),
         ("/parameters/b", json!(0.0), "damping", "b = 0"),
         ("/law/crank/damping", json!(0.0), "damping", "b_T = 0"),
         ("/law/series/b", no_damping, "damping", "b = 0"),
@@ -77,8 +80,9 @@ pub fn of(resource: &Resource) -> Result<Vec<Simplification>, Fault> {
     });
     let mut list: Vec<Simplification> = rigid.into_iter().collect();
     let mut add = |feature: &str, instead: &str, place: &str, value: Value| {
+        let left_out = feature.strip_prefix("follower ").and_then(|number| number.parse().ok());
         let resource = Resource { scene: with(scene, place, value), ..resource.clone() };
-        let interface = Interface::of(&resource);
+        let interface = Interface::of(&resource).map(|interface| renumbered(interface, left_out));
         let model = Simplified::Scene(Box::new(resource), interface);
         list.push(Simplification { feature: feature.to_owned(), instead: instead.to_owned(), model });
     };
@@ -89,12 +93,7 @@ pub fn of(resource: &Resource) -> Result<Vec<Simplification>, Fault> {
     }
     let load = scene.get("load").and_then(|load| serde_json::from_value::<Load>(load.clone()).ok());
     if let Some(load) = load.filter(|load| !load.is_none()) {
-        // Zeros, so that the outputs stay.
-        let [gravity, constant, damping] = [load.gravity, load.constant, load.damping].map(|part| part.map(|_| 0.0));
-        let process = load.process.map(|_| MotionLaw::Fourier(Fourier::new(vec![0.0], Vec::new())));
-        let spring = load.spring.map(|_| Spring::default());
-        let without = Load { gravity, constant, damping, process, spring, ..load };
-        add("the loads", "none", "/load", json!(without));
+        add("the loads", "none", "/load", json!(unloaded(&load)));
     }
     if let Some(own) = scene.pointer("/law/crank/harmonics") {
         for (order, feature, instead) in HARMONICS {
@@ -106,15 +105,22 @@ pub fn of(resource: &Resource) -> Result<Vec<Simplification>, Fault> {
     // The periodic motion of a drive with backlash is one of permanent contact.
     let constant = scene.pointer("/drive/constant/w").and_then(Value::as_f64).is_some_and(turns);
     let steady = json!("steady_state");
+    if resource.model == DriveTrain::MODEL && scene["start"] != steady {
+        add("the transient", "start on the periodic motion", "/start", steady.clone());
+    }
     if constant && scene.pointer("/start/mode") != Some(&steady) && resource.model != BacklashDrive::MODEL {
         add("the transient", "start on the periodic motion", "/start/mode", steady);
     }
     if resource.model == RigidMachine::MODEL {
         of_machine(&resource.read()?, &mut add);
     }
+    if resource.model == DriveTrain::MODEL {
+        of_train(&resource.read()?, &mut add);
+    }
     let followers = scene["followers"].as_array().map_or(0, Vec::len);
+    let cam = if resource.model == DriveTrain::MODEL { "rigid/cam" } else { "cam" };
     let of_followers =
-        (0..followers).map(|j| (format!("/followers/{j}/cam/fourier"), format!(" of follower {}", j + 1)));
+        (0..followers).map(|j| (format!("/followers/{j}/{cam}/fourier"), format!(" of follower {}", j + 1)));
     for (place, of) in SERIES.map(|(place, of)| (place.to_owned(), of.to_owned())).into_iter().chain(of_followers) {
         let Some(value) = scene.pointer(&place) else { continue };
         let series: Fourier = serde_json::from_value(value.clone()).map_err(|e| Fault::new(e.to_string()))?;
@@ -127,6 +133,14 @@ pub fn of(resource: &Resource) -> Result<Vec<Simplification>, Fault> {
         }
     }
     Ok(list)
+}
+
+/// As many loads of nothing, so that the outputs stay.
+fn unloaded(load: &Load) -> Load {
+    let [gravity, constant, damping] = [load.gravity, load.constant, load.damping].map(|part| part.map(|_| 0.0));
+    let process = load.process.as_ref().map(|_| MotionLaw::Fourier(Fourier::new(vec![0.0], Vec::new())));
+    let frames = vec![[0.0; 2]; load.frames.len()];
+    Load { gravity, frames, constant, damping, process, spring: load.spring.map(|_| Spring::default()), ..load.clone() }
 }
 
 /// The scene with another value in this place.
@@ -152,6 +166,100 @@ fn of_machine(scene: &rigid_machine::Scene, add: &mut impl FnMut(&str, &str, &st
     }
     if followers != scene.followers {
         add("the inertia of the links", "massless links", "/followers", json!(followers));
+    }
+}
+
+/// Without follower `left_out` the ones behind it keep their numbers.
+fn renumbered(mut interface: Interface, left_out: Option<usize>) -> Interface {
+    for variable in interface.variables.iter_mut().filter(|_| left_out.is_some()) {
+        let Some((before, rest)) = variable.name.split_once("follower[") else { continue };
+        let Some((number, rest)) = rest.split_once(']') else { continue };
+        let number = number.parse().map_or(0, |number: usize| number + usize::from(Some(number) >= left_out));
+        variable.name = format!("{before}follower[{number}]{rest}");
+    }
+    interface
+}
+
+/// The follower without spring and clearance, its masses in one; the loads on both act on that.
+fn rigid_follower(follower: &Follower) -> Follower {
+    let Follower { rigid, joint, load, roller } = follower;
+    let [m, m_x] = match *joint {
+        Joint::Rigid => [rigid.m, 0.0],
+        Joint::Output(p, m_x) => [p.m, m_x],
+        Joint::Shaft(p) => [p.m, 0.0],
+        Joint::Backlash(p) => [p.m2, p.m1],
+    };
+    let known = |value: f64| (value != 0.0).then_some(value);
+    let sum = |of: fn(&Load) -> f64| of(load) + of(roller);
+    let load = Load {
+        gravity: None,
+        constant: known(load.constant_part(m) + roller.constant_part(m_x)),
+        spring: known(sum(Load::stiffness)).map(|c| Spring { c, ..Spring::default() }),
+        damping: known(sum(|load| load.damping.unwrap_or(0.0))),
+        ..load.clone()
+    };
+    let rigid = rigid_machine::Follower { m: m + m_x, ..rigid.clone() };
+    Follower { rigid, joint: Joint::Rigid, load, roller: Load::default() }
+}
+
+/// The train without each follower, its elasticity, its clearance, its loads; without loads and coupling of its shaft.
+fn of_train(scene: &drive_train::Scene, add: &mut impl FnMut(&str, &str, &str, Value)) {
+    for (j, follower) in scene.followers.iter().enumerate() {
+        let of = format!(" of follower {}", j + 1);
+        let mut fewer = scene.followers.clone();
+        fewer.remove(j);
+        add(&format!("follower {}", j + 1), "none", "/followers", json!(fewer));
+        let mut instead = |feature: &str, instead: &str, other: Follower| {
+            let mut simpler = scene.clone();
+            // A rigid shaft takes its cam along.
+            if let (Joint::Shaft(p), Joint::Rigid, Shaft::Free(machine)) =
+                (follower.joint, other.joint, &mut simpler.shaft)
+            {
+                machine.inertia.constant += p.inertia;
+            }
+            simpler.followers[j] = other;
+            add(&format!("{feature}{of}"), instead, "", json!(simpler));
+        };
+        let stiff = rigid_follower(follower);
+        match follower.joint {
+            Joint::Rigid => {}
+            Joint::Output(..) | Joint::Shaft(_) => instead("the elasticity", "rigid", stiff),
+            Joint::Backlash(p) => {
+                if p.m2 > 0.0 {
+                    let spring = elastic_output::Parameters { m: p.m2, c: p.c, b: p.b };
+                    let held = Follower { joint: Joint::Output(spring, p.m1), ..follower.clone() };
+                    instead("the clearance", "an elastic output that stays on its cam", held);
+                }
+                instead("clearance and elasticity", "rigid", stiff);
+                if p.e > 0.0 {
+                    let plastic = Joint::Backlash(backlash::Parameters { e: 0.0, ..p });
+                    instead("the restitution", "e = 0", Follower { joint: plastic, ..follower.clone() });
+                }
+            }
+        }
+        let returns = matches!(follower.joint, Joint::Backlash(p) if p.s.is_infinite());
+        let [load, roller] = [&follower.load, &follower.roller].map(unloaded);
+        if !(returns || follower.load.is_none() && follower.roller.is_none()) {
+            instead("the loads", "none", Follower { load, roller, ..follower.clone() });
+        }
+        let linkage = massless(&follower.rigid.linkage);
+        if linkage != follower.rigid.linkage {
+            let rigid = rigid_machine::Follower { linkage, ..follower.rigid.clone() };
+            instead("the inertia of the links", "massless links", Follower { rigid, ..follower.clone() });
+        }
+    }
+    let Shaft::Free(machine) = &scene.shaft else { return };
+    let mut shaft =
+        |feature: &str, instead: &str, other: Machine| add(feature, instead, "/shaft", json!(Shaft::Free(other)));
+    if machine.load.is_some() {
+        shaft("the load of the shaft", "none", Machine { load: None, ..machine.clone() });
+    }
+    if machine.friction.is_some() {
+        shaft("the friction of the shaft", "none", Machine { friction: Some(0.0), ..machine.clone() });
+    }
+    let mut motor = machine.motor.clone();
+    if motor.transmission.coupling.take().is_some() {
+        shaft("the elasticity before the shaft", "a stiff transmission", Machine { motor, ..machine.clone() });
     }
 }
 

@@ -233,6 +233,14 @@ impl Equation for Twist {
         Pace { frequency, angle, speed: if self.linear { 0.0 } else { v.abs() + frequency * q.abs() } }
     }
 
+    fn contact(&self, now: impl FnOnce() -> (Cam, Flow<f64>)) -> [f64; 2] {
+        let m = self.parameters.m;
+        let holds = |load: &&Load| load.hold(m, 0.0) != 0.0 || load.stiffness() > 0.0;
+        let Some(load) = self.load.as_deref().filter(holds) else { return [0.0; 2] };
+        let (cam, f) = now();
+        [load.hold(m, self.lift(&cam, &f)), self.contact_force(&cam, &f)]
+    }
+
     /// c q = U′ F_L, U at φ + q and q̇ = 0, as the load grows from nothing: with λ F_L the way there is λ = c q/(U′ F_L), and it is
     /// one of equilibria that hold as long as λ grows with q. Linear: c q = U′ F_L + (U″ F_L − c_r U′²) q.
     fn at_rest(&self, law: &MotionLaw, f: &Flow<f64>) -> Result<[f64; 2], Fault> {

@@ -118,6 +118,11 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
     /// What the internal step of fixed cost follows from where none is asked for.
     fn pace(&self, law: &Self::Law, state: [f64; 2]) -> Pace;
 
+    /// The force with which loads are to hold a follower on its cam, and that of the cam; zeros where they hold none.
+    fn contact(&self, _now: impl FnOnce() -> (Self::Local, Flow<f64>)) -> [f64; 2] {
+        [0.0; 2]
+    }
+
     /// The equilibrium where the shaft rests at the angle of `f`.
     fn at_rest(&self, _law: &Self::Law, _f: &Flow<f64>) -> Result<[f64; 2], Fault> {
         // The spring is relaxed.

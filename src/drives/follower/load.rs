@@ -61,6 +61,11 @@ impl Load {
         m * self.gravity.unwrap_or(0.0) + self.constant.unwrap_or(0.0) + spring
     }
 
+    /// What spring, gravity and constant force press with on the mass `m` at y, in the sense of y.
+    pub fn hold(&self, m: f64, y: f64) -> f64 {
+        self.constant_part(m) - self.stiffness() * y
+    }
+
     /// F_L on the mass `m` at y, ẏ, where P and F are `process` and `input`.
     pub fn force<S: Arithmetic>(&self, m: f64, [y, v]: [S; 2], process: Option<S>, input: Option<S>) -> S {
         let spring = self.spring.map(|spring| -((y - S::from(spring.at)) * spring.c));

@@ -17,6 +17,20 @@ pub struct Follower {
     pub roller: Load,
 }
 
+impl Follower {
+    /// What spring, gravity and constant force press with in the sense of y where a cam without clearance moves the tool to y; 0
+    /// behind mechanisms, and with clearance, whose motion knows the flight.
+    pub fn hold(&self, y: f64) -> f64 {
+        let [m, m_x] = match self.joint {
+            Joint::Rigid => [self.rigid.m, 0.0],
+            Joint::Output(p, m_x) => [p.m, m_x],
+            Joint::Shaft(p) => [p.m, 0.0],
+            Joint::Backlash(_) => return 0.0,
+        };
+        if self.rigid.linkage.is_empty() { self.load.hold(m, y) + self.roller.hold(m_x, y) } else { 0.0 }
+    }
+}
+
 /// What is between cam and tool.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

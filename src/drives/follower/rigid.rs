@@ -57,6 +57,11 @@ impl Follower {
         !matches!(self.cam, MotionLaw::Crank(_))
     }
 
+    /// Whether there is a lever between its cam and mechanisms.
+    pub fn has_lever(&self) -> bool {
+        self.has_cam() && !self.linkage.is_empty()
+    }
+
     /// Whether the cam's law is an angle: that of a lever, or of a tool that turns.
     pub fn cam_turns(&self) -> bool {
         self.turns || !self.linkage.is_empty()

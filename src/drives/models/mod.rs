@@ -22,6 +22,7 @@ macro_rules! all_drives {
             <$entry>::of::<$crate::drives::models::backlash::BacklashDrive>(),
             <$entry>::of::<$crate::drives::models::rigid_machine::RigidMachine>(),
             <$entry>::of::<$crate::drives::models::parametric::ParametricDrive>(),
+            <$entry>::of::<$crate::drives::models::drive_train::DriveTrain>(),
         ]
     };
 }

@@ -208,6 +208,7 @@ impl AngleMotion {
     }
 
     /// φ and its derivatives at `time` (s), φ as one number (rad).
+    #[inline]
     pub fn kinematics(&self, time: f64) -> [f64; 5] {
         let (c, tau) = (&self.coefficients, time - self.origin);
         if self.degree <= 2 {

@@ -5,7 +5,7 @@ use super::free::signal::Signal;
 use crate::drives::follower::load::Load;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Variability, real_within};
-use crate::drives::{List, Variable};
+use crate::drives::{Event, EventLog, List, Variable};
 use crate::motion::MotionLaw;
 use crate::motion::parameter::ParameterKind;
 use crate::motion::plan::{LARGEST, MAX_LENGTH, MOST_DERIVATIVE};
@@ -30,6 +30,26 @@ pub trait HasLoads {
         let which = loads.filter(|(_, input)| *input).map(|(which, _)| which).nth(number)?;
         self.signal_mut(which)
     }
+}
+
+/// Tells once that the contact force at `time` (s) changes its sign where loads are to hold the follower on its cam with the force
+/// `held`; the follower has a number in a train, else 0.
+pub fn tell_of_pull(told: &mut bool, [held, force]: [f64; 2], (time, follower): (f64, usize), log: &mut EventLog) {
+    if *told || !(held * force > 0.0) {
+        return;
+    }
+    *told = true;
+    let kind = match follower {
+        0 => {
+            "the contact force changes its sign: a follower that nothing but its loads holds on the cam leaves it; BacklashDrive \
+             with s = \"inf\" models that"
+        }
+        _ => {
+            "the contact force changes its sign: a follower that nothing but its loads holds on the cam leaves it; \
+             [follower.backlash] with s = \"inf\" models that"
+        }
+    };
+    log.push(Event { time, kind, quantity: "contact_force", value: force, unit: "N", follower, solver: false });
 }
 
 /// A parameter: key, text, quantity where the follower moves and where it turns, range.

@@ -6,6 +6,7 @@ pub(super) mod course;
 pub(super) mod flank;
 pub mod free;
 pub mod instant;
+pub mod laws;
 pub mod loads;
 pub mod motor;
 pub mod train;

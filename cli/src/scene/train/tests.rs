@@ -225,6 +225,10 @@ fn motors_with_their_transmission() {
             &["the motor cannot start", "5 N.m at rest", "load of 6 N.m", "start.w_start"],
         ),
         (
+            "kind = \"table\"\npoints = [[-2, 2], [2, 2], [10, 8]]\n[machine.load]\ntorque = 5",
+            &["the motor cannot start: 2 N.m at rest", "mean load of 5 N.m"],
+        ),
+        (
             "kind = \"kloss\"\nM_k = 60\ns_k = 0.2\nw_s = 15\nratio = 2\n[machine.load.torque]\npoints = [[0, 50], [3, 50], [3, 44], [\"360 deg\", 44]]",
             &["the motor cannot start: 46.15", "mean load of 46.8"],
         ),
@@ -255,6 +259,10 @@ fn what_contradicts_itself_is_refused() {
         ("machine = { J0 = 1 }\nsolver = { method = \"fixed_cost\" }", &["solver.method", "locates its events"]),
         (&follower(&format!("{elastic}m = 1")), &["follower[1].m", "the masses are those of `elasticity`"]),
         (&follower(""), &["follower[1].m", "is missing"]),
+        (
+            &follower("backlash = { m1 = 1, m2 = 2, c = 1e4, s = 0 }"),
+            &["`follower[1].backlash.s`: without clearance", "greater than 0 m, or \"inf\"", "m_roller"],
+        ),
         (
             &follower(&format!("{elastic}backlash = {{ m1 = 1, m2 = 2, c = 1e4, s = 0 }}")),
             &["follower[1].backlash", "has an elasticity already"],

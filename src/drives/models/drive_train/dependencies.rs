@@ -8,7 +8,7 @@ use crate::drives::follower::contact::{Flank, Mode};
 use crate::drives::shaft::train::MOST_STATES;
 use std::f64::consts::TAU;
 
-/// States in which the derivatives are taken: each way of contact three times.
+/// States in which the derivatives are taken: each way of contact with each of a servo.
 const STATES: usize = 6;
 /// Starts that are compared for each input and mode.
 const STARTS: usize = 16;
@@ -47,7 +47,7 @@ impl DriveTrain {
     }
 
     /// The states by name.
-    fn state_names(&self) -> Vec<String> {
+    pub(super) fn state_names(&self) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
         if let Some(machine) = self.train.machine() {
             names.extend(["phi", "w"].map(str::to_owned));
@@ -84,7 +84,7 @@ impl DriveTrain {
         let driven = if self.motion_is_input() { 3 } else { 0 };
         if number < driven {
             self.course.set_input(number, value);
-        } else if let Some(signal) = self.signals().nth(number - driven) {
+        } else if let Some(signal) = self.signal_at(number - driven) {
             signal.set(value);
         }
     }
@@ -96,7 +96,7 @@ impl DriveTrain {
         let (inputs, mut random) = (self.input_names(), Random(1));
         let known: Vec<String> = inputs.iter().cloned().chain(self.state_names()).collect();
         for sample in 0..STATES {
-            let mut probe = self.clone();
+            let mut probe = Box::new(self.clone());
             probe.start = Start::AtRest;
             probe.shake(&mut random);
             if probe.begin(0.0).is_err() {
@@ -112,7 +112,7 @@ impl DriveTrain {
             }
         }
         for sample in 0..2 * STARTS {
-            let mut probe = self.clone();
+            let mut probe = Box::new(self.clone());
             probe.start = if sample % 2 == 0 { Start::AtRest } else { Start::Equilibrium };
             probe.shake(&mut random);
             let values = |probe: &mut DriveTrain| {
@@ -124,7 +124,7 @@ impl DriveTrain {
             let Some(before) = values(&mut probe) else { continue };
             for (i, name) in inputs.iter().enumerate() {
                 for _ in 0..OTHERS {
-                    let mut other = probe.clone();
+                    let mut other = Box::new((*probe).clone());
                     other.set_input(i, 10.0 * random.next());
                     let Some(after) = values(&mut other) else { continue };
                     for (place, (a, b)) in before.iter().zip(&after).enumerate() {
@@ -135,10 +135,16 @@ impl DriveTrain {
                 }
             }
         }
-        // A periodic motion is that of all that acts on the shaft.
-        if self.train.machine().is_some_and(|machine| machine.motor.usual_speed().is_some()) {
-            initial.iter_mut().for_each(|names| names.clone_from(&inputs));
+        // A periodic motion, but for its angle, is that of all that acts on the shaft.
+        if self.train.machine().is_some_and(|machine| !machine.motor.takes_speed()) {
+            for (names, running) in initial.iter_mut().zip(&running) {
+                if running.iter().any(|name| name != "phi" && !inputs.contains(name)) {
+                    names.clone_from(&inputs);
+                }
+            }
         }
+        // Whether the demand is beyond the limit.
+        initial[variables::SATURATED] = initial[variables::DEMAND].clone();
         Dependencies { running, initial, parameters: Vec::new() }
     }
 
@@ -152,7 +158,7 @@ impl DriveTrain {
             (y[0], y[1]) = (0.5 * TAU * random.next(), 10.0 * random.next());
         }
         let mut modes = self.run.modes;
-        modes.saturation = 0;
+        modes.saturation = [0, 1, -1][sample % 3];
         for (j, follower) in self.train.followers.iter().enumerate() {
             if let Joint::Backlash(_) = follower.joint {
                 let at = self.train.layout.followers[j];

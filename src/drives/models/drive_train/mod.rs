@@ -3,12 +3,14 @@
 //! The equations are in [`crate::drives::shaft::train`], what integrates them in `solver::train`.
 
 mod dependencies;
+mod names;
 #[cfg(test)]
 mod tests;
 mod variables;
 
 pub use crate::drives::follower::member::{Follower, Joint};
 pub use crate::drives::shaft::train::{MOST_FOLLOWERS, Machine, Shaft};
+pub use names::Names;
 
 use crate::drives::follower::contact;
 use crate::drives::limits::{no_state, refused_start};
@@ -18,6 +20,7 @@ use crate::drives::shaft::free::inertia::Inertia;
 use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::train::{Inputs, MOST_STATES, Modes, Train};
 use crate::drives::solver::train::periodic::periodic;
+pub use crate::drives::solver::train::periodic::{Periodic, STABLE};
 use crate::drives::solver::train::{End, Outside, Run};
 use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Number, Text};
 use crate::numerics::angle;
@@ -36,6 +39,9 @@ pub struct Scene {
     pub start: Start,
     /// `solver.tolerance`; the method is the adaptive one.
     pub solver: Settings,
+    /// Whose names the variables have.
+    #[serde(default)]
+    pub names: Names,
 }
 
 /// How the followers begin.
@@ -49,6 +55,8 @@ pub enum Start {
     Equilibrium,
     /// On the periodic motion.
     SteadyState,
+    /// From q and q̇ of a BacklashDrive.
+    Given,
 }
 
 /// The train in operation.
@@ -56,6 +64,7 @@ pub enum Start {
 pub struct DriveTrain {
     train: Train,
     start: Start,
+    names: Names,
     solver: Solver,
     inputs: Inputs,
     /// The course of a driven shaft.
@@ -73,13 +82,15 @@ pub struct DriveTrain {
     references: Vec<usize>,
     /// Whether a parameter has been changed since the last step.
     tuned: bool,
+    /// Of which followers it has been told that their cams pull.
+    told: Vec<bool>,
     log: EventLog,
 }
 
 impl DriveTrain {
     /// The train of a scene.
     fn of(scene: Scene) -> Self {
-        let Scene { shaft, followers, start, solver } = scene;
+        let Scene { shaft, followers, start, solver, names } = scene;
         let mode = if let Shaft::Driven(mode) = &shaft {
             mode.clone()
         } else {
@@ -90,6 +101,7 @@ impl DriveTrain {
             laid: Inputs::of(followers.len()),
             train: Train::new(shaft, followers),
             start,
+            names,
             solver: Solver::new(solver),
             course: CamDrive::new((), mode),
             motion: None,
@@ -99,6 +111,7 @@ impl DriveTrain {
             end: None,
             references: Vec::new(),
             tuned: false,
+            told: Vec::new(),
             log: EventLog::default(),
         }
     }
@@ -117,16 +130,30 @@ impl DriveTrain {
     /// φ and the states at the start.
     fn first_states(&self) -> ([f64; MOST_STATES], f64) {
         let mut y = [0.0; MOST_STATES];
+        let layout = &self.train.layout;
+        if let (Names::Backlash(q), Start::Given) = (self.names, self.start) {
+            // Behind z and ż.
+            y[2..4].copy_from_slice(&q);
+        }
         let Some(machine) = self.train.machine() else { return (y, 0.0) };
         (y[0], y[1]) = (angle::reduce(Double::from(machine.phi_start)), machine.w_start);
-        machine.motor.begin(&mut y, &self.train.layout);
+        machine.motor.begin(&mut y, layout);
+        if let (Names::Machine(torque), true) = (self.names, self.lags()) {
+            y[layout.motor] = torque;
+        }
         (y, ((machine.phi_start - y[0]) / TAU).round())
     }
 
     /// Starts at `time` (s).
     fn begin(&mut self, time: f64) -> Result<(), Fault> {
+        self.begin_within(time, STABLE).map(drop)
+    }
+
+    /// Starts at `time` (s); a periodic motion with a larger multiplier is refused.
+    fn begin_within(&mut self, time: f64, most: f64) -> Result<Option<Periodic>, Fault> {
         self.solver.start();
         self.log.clear();
+        self.told = vec![false; self.train.followers.len()];
         self.course.start(time);
         self.motion = self.train.machine().is_none().then(|| self.course.motion(time));
         (self.time, self.step) = (time, 0.0);
@@ -136,42 +163,66 @@ impl DriveTrain {
         let mut run = Run::begin(&self.train, Double::from(time), (&y[..count], turns), Modes::default(), tolerance);
         let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
         run.choose_modes(&self.train, &outside, self.start == Start::Equilibrium, &mut self.log)?;
-        if self.start == Start::SteadyState {
-            run = self.periodic(&run, turns, &outside, tolerance)?;
+        let steady = self.start == Start::SteadyState;
+        let found = if steady { Some(self.periodic(&run, &outside)?) } else { None };
+        if let Some(found) = &found {
+            if found.multiplier > most {
+                let largest = found.multiplier;
+                let message = format!(
+                    "start.mode = steady_state: the periodic motion is not stable, its largest multiplier is {largest:.6}; \
+                     choose more damping, another speed or at_rest"
+                );
+                return Err(refused_start(message));
+            }
+            run = Run::begin(&self.train, Double::from(time), (&found.y[..count], turns), found.modes, tolerance);
+            run = run.with_period(found);
         }
         run.first(&self.train, &outside, self.horizon(0.0))?;
         self.run = run;
-        self.laid = self.inputs.clone();
+        self.laid.take(&self.inputs);
         self.end = self.motion_is_input().then(Box::default);
         self.keep_end();
-        Ok(())
+        Ok(found)
     }
 
-    /// On the periodic motion.
-    fn periodic(&self, run: &Run, turns: f64, outside: &Outside, tolerance: f64) -> Result<Run, Fault> {
-        let (motor, count) = (self.motor(), self.train.layout.count);
-        let usual = motor.map_or(Some(self.course.mode.speed()), |motor| motor.usual_speed());
+    /// The periodic motion near these states, stable or not.
+    ///
+    /// # Errors
+    /// Where nothing says at which speed, or none is found.
+    fn periodic(&self, run: &Run, outside: &Outside) -> Result<Periodic, Fault> {
+        let motor = self.motor();
+        // A servo whose speed is an input has none of its own.
+        let given = self.machine().filter(|m| !m.motor.takes_speed()).map_or(0.0, |machine| machine.w_start);
+        let usual = motor.map_or(self.course.mode.speed(), |motor| motor.usual_speed().unwrap_or(given));
         let steady = motor.is_none_or(|motor| motor.is_steady());
         let refused = |message| {
-            Err(refused_start(format!("start.mode = steady_state: {message}; choose at_rest or equilibrium")))
+            let others = if let Names::Machine(_) = self.names { "given" } else { "at_rest or equilibrium" };
+            Err(refused_start(format!("start.mode = steady_state: {message}; choose {others}")))
         };
-        let Some(speed) = usual.filter(|w| *w != 0.0 && steady && !self.motion_is_input()) else {
+        if usual == 0.0 || !steady || self.motion_is_input() {
             return refused(
-                "no speed is known near which the shaft turns steadily, or what drives it changes with time",
+                "no speed is known near which the shaft turns steadily (give start.w_start), or what drives it changes with time",
             );
-        };
+        }
         if !self.inputs.are_constant() {
             return refused("an input changes with time");
         }
         let mut y = [0.0; MOST_STATES];
         run.from(&mut y);
         if let Some(motor) = motor {
-            y[1] = speed;
+            y[1] = usual;
             motor.begin(&mut y, &self.train.layout);
         }
-        let found = periodic(&self.train, outside, (y, run.modes), speed.signum())?;
-        let time = Double::from(self.time);
-        Ok(Run::begin(&self.train, time, (&found.y[..count], turns), found.modes, tolerance).with_period(&found))
+        periodic(&self.train, outside, (y, run.modes), usual.signum())
+    }
+
+    /// Starts on the periodic motion, stable or not.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub fn periodic_motion(&mut self) -> Result<Periodic, Fault> {
+        self.start = Start::SteadyState;
+        self.begin_within(0.0, f64::INFINITY)?.ok_or_else(|| refused_start("there is no periodic motion"))
     }
 
     fn go_on(&mut self, time: f64, step: f64) -> Result<(), Fault> {
@@ -193,16 +244,16 @@ impl DriveTrain {
         (self.time, self.step) = (time + step, step);
         self.inputs.all().for_each(|signal| signal.step_ends(step));
         self.keep_end();
+        self.watch();
         self.course.step_done();
         Ok(())
     }
 
     /// The equations hold anew from the communication point `time` (s) on.
     fn restart(&mut self, time: f64) {
-        self.laid.clone_from(&self.inputs);
-        let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
-        self.run.restart(&self.train, time);
-        self.run.rebuild(&self.train, &outside);
+        let before = Outside { time: self.time - self.step, motion: self.motion.as_ref(), inputs: &self.laid };
+        self.run.restart(&self.train, &before, time);
+        self.laid.take(&self.inputs);
     }
 
     /// Keeps the end of the step where inputs may jump.
@@ -222,7 +273,7 @@ impl Drive for DriveTrain {
         let mut train = DriveTrain::of(scene);
         train.check()?;
         let list = train.variables();
-        train.references = train.input_names().iter().filter_map(|name| list.reference(name)).collect();
+        train.references = train.input_names().iter().filter_map(|name| list.reference(&train.name_of(name))).collect();
         Ok(train)
     }
 
@@ -235,6 +286,8 @@ impl Drive for DriveTrain {
         let motor = self.machine().map(|machine| &machine.motor);
         let conditions = [
             ("free", self.machine().is_some()),
+            ("of backlash", matches!(self.names, Names::Backlash(_))),
+            ("of machine", matches!(self.names, Names::Machine(_))),
             ("output", joints(|joint| matches!(joint, Joint::Output(..)))),
             ("shaft", joints(|joint| matches!(joint, Joint::Shaft(_)))),
             ("backlash", joints(|joint| matches!(joint, Joint::Backlash(_)))),
@@ -284,6 +337,8 @@ impl Drive for DriveTrain {
         if self.tuned || !self.inputs.are_like(&self.laid) {
             self.tuned = false;
             self.restart(time);
+            let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
+            self.run.rebuild(&self.train, &outside);
         }
         if let (Some(end), Some(motion)) = (&self.end, self.motion.as_mut()) {
             *motion = self.course.motion(time);
@@ -316,7 +371,7 @@ impl Drive for DriveTrain {
         let Some(number) = self.references.iter().position(|input| *input == reference) else { return };
         if number < driven {
             self.course.set_input_derivative(number, order, value);
-        } else if let Some(signal) = self.signals().nth(number - driven) {
+        } else if let Some(signal) = self.signal_at(number - driven) {
             signal.set_derivative(order, value);
         }
     }
@@ -350,6 +405,10 @@ impl HasSolver for DriveTrain {
 impl DriveTrain {
     /// Refuses parameters that describe no train.
     fn check(&self) -> Result<(), Fault> {
+        self.is_sound().map_err(|fault| self.told(fault))
+    }
+
+    fn is_sound(&self) -> Result<(), Fault> {
         for (j, follower) in self.train.followers.iter().enumerate() {
             let named = |message| Fault::new(message).of(format!("follower[{}].cam", j + 1));
             follower.rigid.cam.validate().map_err(named)?;

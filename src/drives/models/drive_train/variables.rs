@@ -1,36 +1,25 @@
 //! The variables of the train and its output equations.
 
-use super::{DriveTrain, Follower, Joint, MOST_FOLLOWERS, Start};
+use super::{DriveTrain, Follower, Joint, MOST_FOLLOWERS, Names};
 use crate::drives::follower::contact::Mode;
 use crate::drives::follower::load::Load;
-use crate::drives::follower::{contact, elastic_output, elastic_shaft};
+use crate::drives::follower::{contact, elastic_output, elastic_shaft, rigid};
 use crate::drives::limits::{FASTEST, INPUTS, LARGEST_ANGLE};
 use crate::drives::parameter::{Has, Parameters};
 use crate::drives::settings::HasSolver;
-use crate::drives::shaft::cam_drive::{DriveMode, law_parameter_kind};
+use crate::drives::shaft::cam_drive::DriveMode;
 use crate::drives::shaft::free::inertia::InertiaFunction;
 use crate::drives::shaft::free::motor::{Kloss, LAG};
 use crate::drives::shaft::free::signal::Signal;
-use crate::drives::shaft::loads::{HasLoads, declare_force, declare_load};
-use crate::drives::shaft::motor::{Servo, Source};
+use crate::drives::shaft::laws::{HasLaws, INERTIA_LAW, LOAD_LAW, declare_law, declare_mechanisms};
+use crate::drives::shaft::loads::{HasLoads, declare_force, declare_load, tell_of_pull};
+use crate::drives::shaft::motor::{Reference, Servo, Source};
 use crate::drives::shaft::train::{Dynamics, Functions, Given, MOST_STATES};
 use crate::drives::unit::{self, Quantity};
-use crate::drives::variable::{Enumeration, Kind, Variability, real, real_within};
+use crate::drives::variable::{Kind, Variability, real, real_within};
 use crate::drives::{List, Seed, Variable};
 use crate::motion::MotionLaw;
-use crate::motion::parameter::ParameterKind;
-use crate::motion::plan::MOST_DERIVATIVE;
 use crate::numerics::taylor::{Scalar, Series};
-
-/// The items of `start.mode`.
-static START_MODE: Enumeration = Enumeration {
-    name: "TrainStart",
-    items: &[
-        ("at_rest", "At rest relative to the cams: q = 0, der(q) = 0, contact"),
-        ("equilibrium", "Where the loads balance the springs at phi_start; der(q) = 0"),
-        ("steady_state", "On the periodic motion"),
-    ],
-};
 
 /// Rate of a torque (N·m/s).
 static TORQUE_RATE: Quantity = Quantity { name: "TorqueRate", unit: "N.m/s", base: [1, 2, -3, 0], display: None };
@@ -44,8 +33,8 @@ const INERTIA: usize = 4;
 const ENERGY: usize = 5;
 const ROTOR: usize = 6;
 const ROTOR_SPEED: usize = 7;
-const DEMAND: usize = 8;
-const SATURATED: usize = 9;
+pub(super) const DEMAND: usize = 8;
+pub(super) const SATURATED: usize = 9;
 const STATISTICS: usize = 10;
 const PERIOD: usize = 13;
 const MULTIPLIER: usize = 14;
@@ -54,7 +43,7 @@ const STATE_RATE: usize = 16;
 /// … and of each follower.
 const ROTOR_ACCELERATION: usize = 17;
 const FOLLOWERS: usize = 18;
-const EACH: usize = 20;
+const EACH: usize = 24;
 
 /// How many places there are for so many followers.
 pub(super) fn places(followers: usize) -> usize {
@@ -70,7 +59,7 @@ const PARAMETERS_OF_FOLLOWER: &[&str] =
 
 /// An output of a follower.
 #[derive(Clone, Copy)]
-enum Of {
+pub(super) enum Of {
     U,
     X1,
     X1Dot,
@@ -88,12 +77,16 @@ enum Of {
     Impulse,
     Impacts,
     Loss,
+    ForceMean,
     TauMean,
     X1DotDot,
     QDotDot,
+    Lever,
+    LeverDot,
+    LeverDotDot,
 }
 
-fn place(j: usize, of: Of) -> usize {
+pub(super) fn place(j: usize, of: Of) -> usize {
     FOLLOWERS + EACH * j + of as usize
 }
 
@@ -118,7 +111,7 @@ fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, mut put: impl FnMut(usize, S
     put(INERTIA, f.inertia);
     put(ENERGY, f.inertia * *w * *w * 0.5);
     if let Some(motor) = d.motor() {
-        put(ROTOR, motor.angle(&[&[*phi], &y[1..]].concat(), &train.layout));
+        put(ROTOR, motor.angle(*phi, y, &train.layout));
         put(ROTOR_SPEED, motor.speed(y, &train.layout));
         put(DEMAND, motion.demand);
         put(ROTOR_ACCELERATION, motion.rotor);
@@ -153,6 +146,13 @@ fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, mut put: impl FnMut(usize, S
                 put(Of::Force, normal);
                 put(Of::Contact, normal);
                 put(Of::Tau, tau);
+                if follower.rigid.has_lever() {
+                    let cam = follower.rigid.cam.at_in(modes.segments[1 + j][0], phi.value()).0;
+                    let [u, u1, u2] = [0, 1, 2].map(|n| phi.compose([cam[n], cam[n + 1], cam[n + 2]]));
+                    put(Of::Lever, u);
+                    put(Of::LeverDot, u1 * *w);
+                    put(Of::LeverDotDot, u2 * *w * *w + u1 * motion.a);
+                }
             }
             Joint::Output(_, m_x) => {
                 let (place, speed) = (u + y[at], u1 * *w + y[at + 1]);
@@ -244,15 +244,16 @@ pub(super) fn evaluate(d: &DriveTrain, values: &mut [f64]) {
                 Mode::Contact(flank) => flank.sign(),
                 Mode::Free => 0.0,
             };
-            let mean = if d.step > 0.0 { d.run.sums(&d.train, d.time, j)[1] / d.step } else { 0.0 };
+            let mean = if d.step > 0.0 { d.run.sums(&d.train, d.time, j).map(|sum| sum / d.step) } else { [0.0; 2] };
             let rest = [(Of::Mode, mode), (Of::Impulse, tally.impulse), (Of::Impacts, tally.impacts)];
-            let rest = rest.into_iter().chain([(Of::Loss, tally.loss), (Of::TauMean, mean)]);
+            let rest =
+                rest.into_iter().chain([(Of::Loss, tally.loss), (Of::ForceMean, mean[0]), (Of::TauMean, mean[1])]);
             rest.for_each(|(of, value)| values[place(j, of)] = value);
         }
     }
 }
 
-fn series(d: &DriveTrain, seed: Seed, which: usize) -> Series {
+pub(super) fn series(d: &DriveTrain, seed: Seed, which: usize) -> Series {
     let mut s = Series::from(0.0);
     outputs(d, &d.point_series(seed), |place, series| s = if place == which { series } else { s });
     s
@@ -264,6 +265,21 @@ pub(super) fn slopes(d: &DriveTrain, seed: Seed, mut put: impl FnMut(usize, f64)
 }
 
 impl DriveTrain {
+    /// Tells when the cam of a follower begins to pull.
+    pub(super) fn watch(&mut self) {
+        let followers = &self.train.followers;
+        let holds = |j: usize| !self.told[j] && [0.0, 1.0].iter().any(|y| followers[j].hold(*y) != 0.0);
+        if !(0..followers.len()).any(holds) {
+            return;
+        }
+        let mut values = [0.0; FOLLOWERS + EACH * MOST_FOLLOWERS];
+        outputs(self, &self.point(), |at, value| values[at] = value);
+        for j in 0..self.train.followers.len() {
+            let forces = [self.train.followers[j].hold(values[place(j, Of::U)]), values[place(j, Of::Contact)]];
+            tell_of_pull(&mut self.told[j], forces, (self.time, j + 1), &mut self.log);
+        }
+    }
+
     /// φ of the communication point within its turn.
     fn reduced(&self) -> f64 {
         match &self.motion {
@@ -283,7 +299,7 @@ impl DriveTrain {
         let given = self.given_now(&y);
         let phi = self.reduced();
         let angles = self.train.angles(crate::numerics::double_double::Double::from(phi), &y);
-        let f = Functions::at(&self.train, &self.train.local(&self.run.modes, &angles, 5), &angles);
+        let f = Functions::at(&self.train, &self.run.modes, &angles);
         let w = if self.motion.is_some() { given.course[0] } else { y[1] };
         Point { phi, w, y, given, f }
     }
@@ -328,7 +344,7 @@ impl DriveTrain {
             if motor.takes_position() {
                 ratio = motor.transmission.ratio;
                 let turns = ratio * self.run.turns * std::f64::consts::TAU;
-                given.lag = inputs.position.series() - Series::from(turns + motor.angle(y, &self.train.layout));
+                given.lag = inputs.position.series() - Series::from(turns + motor.angle(y[0], y, &self.train.layout));
             }
         }
         inputs.forces.iter().zip(&mut given.forces).for_each(|(signal, force)| *force = signal.series());
@@ -356,15 +372,16 @@ impl DriveTrain {
         } else {
             self.seed_known(seed, &now, (&mut y, &mut given), (&mut phi, &mut w));
         }
-        let mut angles = [Series::from(0.0); 1 + MOST_FOLLOWERS];
-        angles[0] = phi;
+        // The same numbers as without series, so that what cancels is zero.
         let numbers = self.train.angles(crate::numerics::double_double::Double::from(now.phi), &now.y);
+        let mut angles = numbers.map(|number| Series([number, phi.0[1], phi.0[2]]));
         for (j, follower) in self.train.followers.iter().enumerate() {
             if let Joint::Shaft(_) = follower.joint {
-                angles[1 + j] = phi + y[self.train.layout.followers[j]];
+                let Series([_, rate, bend]) = y[self.train.layout.followers[j]];
+                angles[1 + j] = angles[1 + j] + Series([0.0, rate, bend]);
             }
         }
-        let f = Functions::at(&self.train, &self.train.local(&self.run.modes, &numbers, 5), &angles);
+        let f = Functions::at(&self.train, &self.run.modes, &angles);
         Point { phi, w, y, given, f }
     }
 
@@ -427,18 +444,17 @@ impl DriveTrain {
         }
     }
 
-    /// The inputs beside those of a driven shaft, in the order of their value references.
-    pub(super) fn signals(&mut self) -> impl Iterator<Item = &mut Signal> {
-        let machine = self.train.machine();
+    /// The input with this number, beside those of a driven shaft, in the order of the value references.
+    pub(super) fn signal_at(&mut self, number: usize) -> Option<&mut Signal> {
+        let (machine, followers) = (self.train.machine(), &self.train.followers);
         let takes = [
             machine.is_some_and(|m| m.input),
             machine.is_some_and(|m| m.motor.takes_torque()),
             machine.is_some_and(|m| m.motor.takes_speed()),
             machine.is_some_and(|m| m.motor.takes_position()),
         ];
-        let forces = self.train.followers.iter().map(|follower| follower.load.input);
-        let takes: Vec<bool> = takes.into_iter().chain(forces).collect();
-        self.inputs.all().zip(takes).filter(|(_, takes)| *takes).map(|(signal, _)| signal)
+        let takes = takes.into_iter().chain(followers.iter().map(|follower| follower.load.input));
+        self.inputs.all().zip(takes).filter(|(_, takes)| *takes).map(|(signal, _)| signal).nth(number)
     }
 
     /// The list of variables. The elements of an array follow one another (FMI 2.0, section 2.2.9): all of a follower, then the
@@ -475,6 +491,7 @@ impl DriveTrain {
                 }
             }
         }
+        self.declare_levers(&mut list, &dependencies);
         self.declare_solver(&mut list, STATISTICS);
         for (name, text, quantity, at) in [
             ("start.period", "Period of the steady state found at the start; 0 without one", &unit::TIME, PERIOD),
@@ -482,6 +499,7 @@ impl DriveTrain {
         ] {
             list.local(name, text, real(quantity)).at(at);
         }
+        self.rename(&mut list);
         list
     }
 
@@ -579,8 +597,7 @@ impl DriveTrain {
                 let text = "Torque that the servo demands, before its limit";
                 output("motor.u", text, &unit::TORQUE, DEMAND, false);
                 let text = "Whether the torque of the servo is at its limit";
-                let saturated = list.discrete_output("motor.saturated", text, Kind::Boolean);
-                saturated.at(SATURATED).depends_initially(&[PARAMETERS]);
+                dependencies.declare(list.discrete_output("motor.saturated", text, Kind::Boolean), SATURATED);
             }
         }
         for description in list.0.iter_mut().map(|variable| &mut variable.description) {
@@ -638,7 +655,7 @@ impl DriveTrain {
             let variable = list.discrete_output(&format!("follower[{n}].{name}"), text, kind);
             dependencies.declare(variable, place(j, of));
             // A jump of the inputs may open a contact, or close one.
-            if !inputs.is_empty() && !matches!(of, Of::TauMean) {
+            if !inputs.is_empty() && !matches!(of, Of::ForceMean | Of::TauMean) {
                 variable.depends(if matches!(of, Of::Impulse) { &inputs[..2] } else { inputs }).slopes(series);
             }
         };
@@ -647,6 +664,10 @@ impl DriveTrain {
         discrete("impulse", "Sum of the impulses of the cam since the start", real(&unit::IMPULSE), Of::Impulse);
         discrete("impacts", "Impacts since the start", count, Of::Impacts);
         discrete("energy_loss", "Energy lost in impacts since the start", real(&unit::ENERGY), Of::Loss);
+        if let Names::Backlash(_) = self.names {
+            let text = "Mean force of the drive on m1 over the last communication step, impulses included";
+            discrete("force_mean", text, real(force), Of::ForceMean);
+        }
         let text = "Mean torque of the follower on the drive over the last communication step, impulses included";
         discrete("tau_mean", text, real(&unit::TORQUE), Of::TauMean);
     }
@@ -692,6 +713,17 @@ impl DriveTrain {
                 number!("motor.K_i", "Integral gain (N.m/rad)", gain(0.0), Tunable, servo, servo_mut, s => s.integral);
                 number!("motor.K_aw", "Gain of the back-calculation (1/s)", gain(0.0), Tunable, servo, servo_mut, s => s.anti_windup);
                 number!("motor.M_max", "Limit of the torque", torque, Tunable, servo, servo_mut, s => s.limit);
+                match servo.reference {
+                    Reference::Constant(_) => {
+                        let kind = real_within(&unit::ANGULAR_VELOCITY, -FASTEST, FASTEST);
+                        number!("motor.w_ref", "Speed that the rotor is to keep", kind, Tunable, reference, reference_mut, w => *w);
+                    }
+                    Reference::Ramp(_) => {
+                        let kind = real_within(&unit::ANGULAR_ACCELERATION, -1e12, 1e12);
+                        number!("motor.ramp", "Rise from rest of the speed that the rotor is to keep", kind, Fixed, reference, reference_mut, w => *w);
+                    }
+                    Reference::Series(..) | Reference::Input => {}
+                }
                 if servo.position.is_some() {
                     number!("motor.K_v", "Gain of the position loop (1/s)", gain(0.0), Tunable, position, position_mut, k => *k);
                 }
@@ -713,13 +745,8 @@ impl DriveTrain {
             number!("phi_start", "Angle at the start", angle, Fixed, machine, machine_mut, m => m.phi_start);
             let speed = real_within(&unit::ANGULAR_VELOCITY, -FASTEST, FASTEST);
             number!("w_start", "Angular velocity at the start", speed, Fixed, machine, machine_mut, m => m.w_start);
-            for (law, number, name) in
-                [(&machine.inertia.varying, INERTIA_LAW, "inertia"), (&machine.load, LOAD_LAW, "load.M")]
-            {
-                if let Some(law) = law {
-                    declare_law(list, law, number, name, false);
-                }
-            }
+            declare_law(list, self, INERTIA_LAW, "inertia");
+            declare_law(list, self, LOAD_LAW, "load.M");
         } else if !self.motion_is_input() {
             let speed = real_within(&unit::ANGULAR_VELOCITY, -FASTEST, FASTEST);
             let angle = real_within(&unit::ANGLE, -LARGEST_ANGLE, LARGEST_ANGLE);
@@ -742,15 +769,7 @@ impl DriveTrain {
                 }
             }
         }
-        list.parameter(
-            "start.mode",
-            "How the initial state is found",
-            Kind::Enumeration(&START_MODE),
-            |d, _| 1.0 + f64::from(d.start as u8),
-            |d, _, value| {
-                d.start = [Start::AtRest, Start::Equilibrium, Start::SteadyState][(value as usize).clamp(1, 3) - 1]
-            },
-        );
+        self.declare_start(list);
     }
 
     fn declare_parameters_of(&self, list: &mut List<Self>, j: usize, follower: &Follower) {
@@ -796,8 +815,8 @@ impl DriveTrain {
             for (which, part) in ["load", "load.roller"].into_iter().enumerate() {
                 declare_load(list, self, 2 * j + which, &format!("{name}.{part}"), follower.rigid.turns);
             }
-            let law = if matches!(follower.rigid.cam, MotionLaw::Crank(_)) { "crank" } else { "cam" };
-            declare_law(list, &follower.rigid.cam, j, &format!("{name}.{law}"), follower.rigid.cam_turns());
+            declare_law(list, self, j, &format!("{name}.{}", follower.rigid.mover()));
+            declare_mechanisms(list, self, j);
         }
     }
 }
@@ -834,39 +853,10 @@ pub struct Dependencies {
 
 impl Dependencies {
     /// Takes the place of an output and what it depends on.
-    fn declare(&self, variable: &mut Variable<DriveTrain>, place: usize) {
+    pub fn declare(&self, variable: &mut Variable<DriveTrain>, place: usize) {
         let [running, initial, followers] = [&self.running[place], &self.initial[place], &self.parameters]
             .map(|list| list.iter().map(String::as_str).collect::<Vec<_>>());
         variable.at(place).depends(&running).depends_initially(&[&initial, PARAMETERS, &followers]);
-    }
-}
-
-const INERTIA_LAW: usize = 0xfe;
-const LOAD_LAW: usize = 0xff;
-
-/// Declares the parameters of a law; the index holds the number of the parameter and, below, that of the law.
-fn declare_law(list: &mut List<DriveTrain>, law: &MotionLaw, number: usize, name: &str, turns: bool) {
-    for (k, parameter) in law.parameters().into_iter().enumerate() {
-        let kind = match parameter.kind {
-            ParameterKind::Length if number == INERTIA_LAW => real_within(&unit::INERTIA, -1e12, 1e12),
-            ParameterKind::Length if number == LOAD_LAW => real_within(&unit::TORQUE, -1e12, 1e12),
-            ParameterKind::Length if turns => real_within(&unit::ANGLE, -1e4, 1e4),
-            ParameterKind::Derivative(_) if turns || number >= INERTIA_LAW => {
-                real_within(&unit::NUMBER, -MOST_DERIVATIVE, MOST_DERIVATIVE)
-            }
-            kind => law_parameter_kind(kind),
-        };
-        list.parameter(
-            &format!("{name}.{}", parameter.name),
-            &parameter.text,
-            kind,
-            |d, index| d.law(index & 0xff).map_or(0.0, |law| law.parameter(index >> 8)),
-            |d, index, value| {
-                d.tuned = true;
-                d.law_mut(index & 0xff).into_iter().for_each(|law| law.set_parameter(index >> 8, value));
-            },
-        )
-        .at(k << 8 | number);
     }
 }
 
@@ -908,6 +898,7 @@ fn declare_joint<P: OfJoint>(list: &mut List<DriveTrain>, j: usize, wanted: impl
                     .for_each(|group| (P::TABLE[index >> 8].set)(group, value));
             },
         );
+        declared.key(&format!("follower[{}].{}.{}", j + 1, P::SECTION, p.key));
         declared.at(i << 8 | j).description.variability = p.variability;
         if let Some(nominal) = p.nominal {
             declared.nominal(nominal);
@@ -936,25 +927,34 @@ impl DriveTrain {
     part!(coupling, coupling_mut: [f64; 2], m => m.motor.transmission.coupling.as_ref(), m.motor.transmission.coupling.as_mut());
     part!(servo, servo_mut: Servo, m => m.motor.servo(), if let Source::Servo(servo) = &mut m.motor.source { Some(servo) } else { None });
     part!(position, position_mut: f64, m => m.motor.servo()?.position.as_ref(), if let Source::Servo(servo) = &mut m.motor.source { servo.position.as_mut() } else { None });
+    part!(reference, reference_mut: f64, m => if let Reference::Constant(w) | Reference::Ramp(w) = &m.motor.servo()?.reference { Some(w) } else { None }, if let Source::Servo(servo) = &mut m.motor.source { if let Reference::Constant(w) | Reference::Ramp(w) = &mut servo.reference { Some(w) } else { None } } else { None });
     part!(lag, lag_mut: f64, m => if let Source::Kloss(k) = &m.motor.source { k.dynamics.as_ref() } else { None }, if let Source::Kloss(k) = &mut m.motor.source { k.dynamics.as_mut() } else { None });
     part!(constant, constant_mut: f64, m => if let Source::Constant(t) = &m.motor.source { Some(t) } else { None }, if let Source::Constant(t) = &mut m.motor.source { Some(t) } else { None });
     part!(kloss, kloss_mut: Kloss, m => if let Source::Kloss(k) = &m.motor.source { Some(k) } else { None }, if let Source::Kloss(k) = &mut m.motor.source { Some(k) } else { None });
+}
 
-    /// The law with this number.
+impl HasLaws for DriveTrain {
     fn law(&self, number: usize) -> Option<&MotionLaw> {
         match number {
             INERTIA_LAW => self.machine()?.inertia.varying.as_ref(),
             LOAD_LAW => self.machine()?.load.as_ref(),
-            j => self.train.followers.get(j).map(|follower| &follower.rigid.cam),
+            j => self.follower(j).map(|follower| &follower.cam),
         }
     }
-
-    fn law_mut(&mut self, number: usize) -> Option<&mut MotionLaw> {
-        match number {
-            INERTIA_LAW => self.machine_mut()?.inertia.varying.as_mut(),
-            LOAD_LAW => self.machine_mut()?.load.as_mut(),
+    fn change_law(&mut self, number: usize, change: impl FnMut(&mut MotionLaw)) {
+        self.tuned = true;
+        let law = match number {
+            INERTIA_LAW => self.machine_mut().and_then(|machine| machine.inertia.varying.as_mut()),
+            LOAD_LAW => self.machine_mut().and_then(|machine| machine.load.as_mut()),
             j => self.train.followers.get_mut(j).map(|follower| &mut follower.rigid.cam),
-        }
+        };
+        law.into_iter().for_each(change);
+    }
+    fn follower(&self, number: usize) -> Option<&rigid::Follower> {
+        self.train.followers.get(number).map(|follower| &follower.rigid)
+    }
+    fn change_follower(&mut self, number: usize, mut change: impl FnMut(&mut rigid::Follower)) {
+        self.train.followers.get_mut(number).into_iter().for_each(|follower| change(&mut follower.rigid));
     }
 }
 

@@ -2,15 +2,15 @@
 //! those that the process force, and constant loads and input make, add up.
 
 use super::ElasticOutput;
+use crate::drives::Fault;
 use crate::drives::follower::elastic_output::Equation;
 use crate::drives::follower::load::Load;
 use crate::drives::shaft::cam_drive::{AngleMotion, DriveMode, ShaftState, StartMode};
 use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::instant::Instant;
-use crate::drives::shaft::loads::HasLoads;
+use crate::drives::shaft::loads::{HasLoads, tell_of_pull};
 use crate::drives::solver::response::Response;
 use crate::drives::solver::response::push::Push;
-use crate::drives::{Event, Fault};
 use crate::motion::MotionLaw;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -30,8 +30,7 @@ pub(super) struct Loaded {
     tuned: bool,
     /// The largest |q| at a communication point (m).
     pub largest: f64,
-    /// Whether the cam pulls, and whether that has been told.
-    pulls: bool,
+    /// Whether it has been told that the cam pulls.
     told: bool,
 }
 
@@ -110,7 +109,7 @@ impl ElasticOutput {
         let (equation, tolerance, motion) = (*self.response.equation(), self.tolerance(), self.response.motion);
         let Some(loaded) = &mut self.loaded else { return Ok(()) };
         loaded.validate()?;
-        (loaded.tuned, loaded.largest, loaded.pulls, loaded.told) = (false, 0.0, false, false);
+        (loaded.tuned, loaded.largest, loaded.told) = (false, 0.0, false);
         let settled = matches!(self.start.mode, StartMode::SteadyState | StartMode::Equilibrium);
         let force = loaded.loads[0].constant_part(self.parameters.m) + loaded.push.signal.set_value();
         let deflection = force / self.parameters.m / equation.oscillator.stiffness();
@@ -208,20 +207,11 @@ impl ElasticOutput {
         let (m, x, q) = (self.parameters.m, self.now.u.array()[0], self.deformation()[0]);
         let Some(loaded) = &self.loaded else { return };
         let [load, roller] = &*loaded.loads;
-        let held =
-            load.constant_part(m) + roller.constant_part(loaded.m_roller) - x * (load.stiffness() + roller.stiffness());
+        let held = load.hold(m, x) + roller.hold(loaded.m_roller, x);
         let force = if held == 0.0 { 0.0 } else { self.contact_force() };
         let Some(loaded) = &mut self.loaded else { return };
         loaded.largest = loaded.largest.max(q.abs());
-        let pulls = force * held > 0.0;
-        if pulls && !loaded.pulls && !loaded.told {
-            loaded.told = true;
-            let kind =
-                "the contact force changes its sign: a follower that nothing but its loads holds on the cam leaves it";
-            let (time, quantity, unit) = (self.now.time, "contact_force", "N");
-            self.log.push(Event { time, kind, quantity, value: force, unit, follower: 0, solver: false });
-        }
-        loaded.pulls = pulls;
+        tell_of_pull(&mut loaded.told, [held, force], (self.now.time, 0), &mut self.log);
     }
 
     /// Called when the drive was read from bytes.

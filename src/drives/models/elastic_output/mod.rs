@@ -77,6 +77,8 @@ pub struct ElasticOutput {
     now: Instant,
     /// The end of the last step, in front of that jump; kept only where there are inputs.
     end: Instant,
+    /// Whether the inputs, once taken up at the communication point, go on where the last step ended.
+    taken_up: Option<bool>,
     log: EventLog,
 }
 
@@ -157,6 +159,7 @@ impl Drive for ElasticOutput {
             loaded,
             now: Instant::default(),
             end: Instant::default(),
+            taken_up: None,
             log: EventLog::default(),
         };
         drive.response.tabulate(None, &drive.cam.law, &drive.cam.mode);
@@ -185,6 +188,7 @@ impl Drive for ElasticOutput {
     fn start(&mut self, time: f64) -> Result<(), Fault> {
         self.cam.law.validate().map_err(|message| Fault::new(message).of("cam"))?;
         self.cam.start(time);
+        self.taken_up = None;
         self.solver.start();
         // The law's parameters may have changed, and with them what the response keeps of it.
         let table = self.response.table.take();
@@ -209,7 +213,7 @@ impl Drive for ElasticOutput {
             self.response.set_equation(self.equation());
         }
         if self.cam.is_input() {
-            self.take_up_inputs(time);
+            self.taken_up = Some(self.take_up_inputs(time));
         } else if tuned {
             self.response.go_on(&self.cam.law, &self.now)?;
         }

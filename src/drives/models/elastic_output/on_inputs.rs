@@ -10,7 +10,7 @@ use crate::numerics::pair::Pair;
 impl ElasticOutput {
     /// A step on inputs.
     pub(super) fn advance_on_inputs(&mut self, [time, end]: [f64; 2]) -> Result<(), Fault> {
-        let goes_on = self.take_up_inputs(time);
+        let goes_on = self.taken_up.take().unwrap_or_else(|| self.take_up_inputs(time));
         self.cam.step_done();
         self.response.step(&self.cam.law, end, goes_on, &mut self.now)?;
         self.end = self.now;

@@ -28,6 +28,7 @@ pub use crate::drives::follower::place::Place;
 pub use crate::drives::follower::rigid::Follower;
 pub use crate::drives::shaft::free::inertia::{Inertia, InertiaFunction};
 pub use crate::drives::shaft::free::motor::{Kloss, LAG, Motor};
+pub use variables::START_MODE;
 
 use crate::drives::limits::{no_state, step_too_much};
 use crate::drives::settings::{HasSolver, Method, Settings, Solver};

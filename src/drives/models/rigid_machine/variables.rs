@@ -1,19 +1,18 @@
 //! The variables of the rigid machine and its output equations.
 
-mod laws;
-
 use super::linkage::Parameter;
 use super::{Follower, InertiaFunction, Kloss, LAG, MachineStart, Motor, RigidMachine, Shaft, State};
 use crate::drives::limits::{FASTEST, LARGEST_ANGLE};
 use crate::drives::parameter::{Has, parameters};
 use crate::drives::settings::HasSolver;
+use crate::drives::shaft::laws::{HasLaws, INERTIA_LAW, declare_law, declare_mechanisms};
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Enumeration, Kind, real, real_within};
 use crate::drives::{List, Seed};
+use crate::motion::MotionLaw;
 use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::taylor::{Scalar, Series};
-use laws::{INERTIA_LAW, declare_law, declare_mechanism};
 use std::sync::Arc;
 
 /// The value reference of the input `tau`.
@@ -87,11 +86,6 @@ fn statistics(followers: usize) -> usize {
     FOLLOWER + 6 * followers
 }
 
-/// Whether there is a lever between its cam and mechanisms.
-fn has_lever(follower: &Follower) -> bool {
-    follower.has_cam() && !follower.linkage.is_empty()
-}
-
 /// Gives the outputs, of numbers or of series, to `put`.
 fn outputs<S: Scalar>(machine: &RigidMachine, p: &Point<S>, mut put: impl FnMut(usize, S)) {
     let inertia = inertia(machine, p.phi);
@@ -119,7 +113,7 @@ fn outputs<S: Scalar>(machine: &RigidMachine, p: &Point<S>, mut put: impl FnMut(
         } else {
             members(0, follower.tool(cam));
         }
-        if has_lever(follower) {
+        if follower.has_lever() {
             members(1, cam);
         }
     }
@@ -201,9 +195,7 @@ impl RigidMachine {
         for j in 0..self.shaft.inertia.followers.len() {
             self.declare_follower(&mut list, j);
         }
-        if let Some(varying) = &self.shaft.inertia.function.varying {
-            declare_law(&mut list, varying, INERTIA_LAW, "inertia", false);
-        }
+        declare_law(&mut list, self, INERTIA_LAW, "inertia");
         list
     }
 
@@ -295,7 +287,7 @@ impl RigidMachine {
         for i in 0..6 {
             let (is_lever, order) = (i >= 3, i % 3);
             for (j, follower) in self.shaft.inertia.followers.iter().enumerate() {
-                if is_lever && !has_lever(follower) {
+                if is_lever && !follower.has_lever() {
                     continue;
                 }
                 let n = j + 1;
@@ -366,10 +358,8 @@ impl RigidMachine {
             |d, j, value| Arc::make_mut(&mut d.shaft.inertia).change(|_, followers| followers[j].m = value),
         )
         .at(j);
-        declare_law(list, &follower.cam, j, &format!("follower[{n}].{}", follower.mover()), follower.cam_turns());
-        for (i, mechanism) in follower.linkage.0.iter().enumerate() {
-            declare_mechanism(list, mechanism, [j, i]);
-        }
+        declare_law(list, self, j, &format!("follower[{n}].{}", follower.mover()));
+        declare_mechanisms(list, self, j);
     }
 }
 
@@ -379,6 +369,31 @@ parameters! {
         start.phi = "phi_start", "phi_start", ANGLE in [-LARGEST_ANGLE, LARGEST_ANGLE] or 0.0, Fixed;
         /// Angular velocity at the start, for start.mode = given
         start.w = "w_start", "w_start", ANGULAR_VELOCITY in [-FASTEST, FASTEST] or 0.0, Fixed;
+    }
+}
+
+impl HasLaws for RigidMachine {
+    fn law(&self, number: usize) -> Option<&MotionLaw> {
+        match number {
+            INERTIA_LAW => self.shaft.inertia.function.varying.as_ref(),
+            j => self.follower(j).map(|f| &f.cam),
+        }
+    }
+    fn change_law(&mut self, number: usize, change: impl FnMut(&mut MotionLaw)) {
+        Arc::make_mut(&mut self.shaft.inertia).change(|function, followers| {
+            let law = match number {
+                INERTIA_LAW => function.varying.as_mut(),
+                j => followers.get_mut(j).map(|f| &mut f.cam),
+            };
+            law.into_iter().for_each(change);
+        });
+    }
+    fn follower(&self, number: usize) -> Option<&Follower> {
+        self.shaft.inertia.followers.get(number)
+    }
+    fn change_follower(&mut self, number: usize, change: impl FnMut(&mut Follower)) {
+        Arc::make_mut(&mut self.shaft.inertia)
+            .change(|_, followers| followers.get_mut(number).into_iter().for_each(change));
     }
 }
 

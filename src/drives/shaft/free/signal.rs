@@ -66,7 +66,7 @@ impl Signal {
         row.fill(0.0);
         row[0] = self.at(t);
         let mut factor = 1.0;
-        for order in 1..=if self.varies { MAX_INPUT_DERIVATIVE } else { 0 } {
+        for order in 1..=if self.varies { MAX_INPUT_DERIVATIVE.min(row.len() - 1) } else { 0 } {
             factor *= unit / order as f64;
             let sum = |sum, j: usize| self.derivatives[j - 1] + sum * t / (j + 1 - order) as f64;
             row[order] = factor * (order..=MAX_INPUT_DERIVATIVE).rev().fold(0.0, sum);

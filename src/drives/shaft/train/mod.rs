@@ -128,21 +128,17 @@ impl Modes {
     }
 }
 
-/// Functions of the angle as power series about the present one: Σ cₙ xⁿ.
-pub struct Local<const N: usize> {
+/// What goes with the shaft without slip, as power series about the present angle: Σ cₙ xⁿ.
+pub struct Sums<const N: usize> {
     /// J.
     pub inertia: [f64; N],
     /// Static loads.
     pub torque: [f64; N],
     /// Damping.
     pub viscous: [f64; N],
-    /// U of each follower.
-    pub cams: [[f64; N]; MOST_FOLLOWERS],
-    /// P of each follower.
-    pub process: [[f64; N]; MOST_FOLLOWERS],
 }
 
-/// The same functions at an instant.
+/// Functions of the angle at an instant.
 pub struct Functions<S> {
     /// J.
     pub inertia: S,
@@ -186,6 +182,11 @@ impl Inputs {
 
     fn each(&self) -> impl Iterator<Item = &Signal> {
         [&self.tau, &self.torque, &self.reference, &self.position].into_iter().chain(&self.forces)
+    }
+
+    /// Takes over the courses of others of the same train, without taking memory.
+    pub fn take(&mut self, other: &Self) {
+        self.all().zip(other.each()).for_each(|(own, other)| own.clone_from(other));
     }
 
     /// Whether none depends on time.
@@ -264,6 +265,13 @@ impl Train {
         if let Shaft::Free(machine) = &mut self.shaft { Some(machine) } else { None }
     }
 
+    /// Whether other equations may hold after an event.
+    pub fn switches(&self) -> bool {
+        let motor = self.machine().map(|machine| &machine.motor);
+        let clearance = self.followers.iter().any(|follower| matches!(follower.joint, Joint::Backlash(_)));
+        clearance || motor.is_some_and(|motor| motor.servo().is_some() || motor.table().is_some())
+    }
+
     /// Whether a follower that is not rigid, or one with an input, is taken at φ.
     pub fn needs_cams_at_phi(&self) -> bool {
         self.followers.iter().any(|f| match f.joint {
@@ -306,87 +314,87 @@ impl Train {
         angles
     }
 
-    /// The functions of the angle to `count` coefficients of U, of J′ and U″ to three less.
-    pub fn local<const N: usize>(&self, modes: &Modes, angles: &[f64], count: usize) -> Local<N> {
+    /// The functions of the angle to `count` coefficients of U, of J′ and U″ to three less; U and P of each follower go to `take`.
+    pub fn functions<const N: usize>(
+        &self,
+        modes: &Modes,
+        angles: &[f64],
+        count: usize,
+        mut take: impl FnMut(usize, &[f64; N], &[f64; N]),
+    ) -> Sums<N> {
         let zero = [0.0; N];
-        let mut local = Local {
-            inertia: zero,
-            torque: zero,
-            viscous: zero,
-            cams: [zero; MOST_FOLLOWERS],
-            process: [zero; MOST_FOLLOWERS],
-        };
-        let about = |number: usize, law: &MotionLaw, angle: usize, into: &mut [f64; N]| {
-            let (segment, phi) = (modes.segments[number / 2][number % 2], angles[angle]);
+        let about = |number: usize, law: &MotionLaw, angle: usize| {
+            let (segment, phi, mut row) = (modes.segments[number / 2][number % 2], angles[angle], zero);
             if N <= 5 {
-                let derivatives = law.at_in(segment, phi).0;
-                into.copy_from_slice(&Series::of_derivatives(derivatives).0[..N]);
+                row.copy_from_slice(&Series::of_derivatives(law.at_in(segment, phi).0).0[..N]);
             } else {
-                law.expand(segment, phi, 1.0, &mut into[..count.max(6)]);
+                law.expand(segment, phi, 1.0, &mut row[..count.max(6)]);
             }
+            row
         };
-        for (number, law, angle) in self.laws() {
-            let mut row = zero;
-            about(number, law, angle, &mut row);
-            match number {
-                0 => local.inertia = row,
-                1 => local.torque = row.map(|c| -c),
-                _ if number % 2 == 0 => local.cams[number / 2 - 1] = row,
-                _ => local.process[number / 2 - 1] = row,
-            }
-        }
-        local.inertia[0] += self.constant_inertia();
-        local.viscous[0] += self.constant_friction();
+        let machine = self.machine();
+        let own = |number: usize, law: Option<&MotionLaw>| law.map_or(zero, |law| about(number, law, 0));
+        let mut sums = Sums {
+            inertia: own(0, machine.and_then(|m| m.inertia.varying.as_ref())),
+            torque: own(1, machine.and_then(|m| m.load.as_ref())).map(|c| -c),
+            viscous: zero,
+        };
+        sums.inertia[0] += self.constant_inertia();
+        sums.viscous[0] += self.constant_friction();
         for (j, follower) in self.followers.iter().enumerate() {
-            self.add_follower(&mut local, (j, follower), modes.contacts[j], count);
+            let angle = if let Joint::Shaft(_) = follower.joint { 1 + j } else { 0 };
+            let mut cam = about(2 + 2 * j, &follower.rigid.cam, angle);
+            let process = own(3 + 2 * j, follower.load.process.as_ref());
+            self.add_follower(&mut sums, follower, modes.contacts[j], count, (&mut cam, &process));
+            take(j, &cam, &process);
         }
-        local
+        sums
     }
 
     /// Adds what of a follower goes with the shaft without slip.
     fn add_follower<const N: usize>(
         &self,
-        local: &mut Local<N>,
-        (j, follower): (usize, &Follower),
+        sums: &mut Sums<N>,
+        follower: &Follower,
         contact: Mode,
         count: usize,
+        (cam, process): (&mut [f64; N], &[f64; N]),
     ) {
-        let (cam, process) = (local.cams[j], local.process[j]);
         // Inertia and weight of what moves by `path`, with its loads at `path` + `away`.
         let mut add = |[m, weight]: [f64; 2], load: &Load, away: f64, path: &[f64; N], process: &[f64; N]| {
             let mut slope = [0.0; N];
             (1..count).for_each(|n| slope[n - 1] = n as f64 * path[n]);
             if m != 0.0 {
-                accumulate(&mut local.inertia, m, &slope, &slope, count);
+                accumulate(&mut sums.inertia, m, &slope, &slope, count);
             }
             if !load.is_none() {
                 let mut force = *process;
                 (0..count).for_each(|n| force[n] -= load.stiffness() * path[n]);
                 force[0] += load.constant_part(weight) - load.stiffness() * away;
-                accumulate(&mut local.torque, 1.0, &force, &slope, count);
+                accumulate(&mut sums.torque, 1.0, &force, &slope, count);
                 if let Some(b) = load.damping {
-                    accumulate(&mut local.viscous, b, &slope, &slope, count);
+                    accumulate(&mut sums.viscous, b, &slope, &slope, count);
                 }
             }
         };
         let (own, none) = (follower.rigid.m, [0.0; N]);
         match follower.joint {
-            Joint::Rigid if follower.rigid.linkage.is_empty() => add([own; 2], &follower.load, 0.0, &cam, &process),
+            Joint::Rigid if follower.rigid.linkage.is_empty() => add([own; 2], &follower.load, 0.0, cam, process),
             Joint::Rigid => {
-                let moved = follower.rigid.linkage.moved(0.0, Series(cam), &follower.load.frames);
-                add([own; 2], &follower.load, 0.0, &moved.tool.0, &process);
-                local.inertia.iter_mut().zip(moved.inertia.0).for_each(|(sum, own)| *sum += own);
-                (1..count).for_each(|n| local.torque[n - 1] += n as f64 * moved.weight.0[n]);
-                local.cams[j] = moved.tool.0;
+                let moved = follower.rigid.linkage.moved(0.0, Series(*cam), &follower.load.frames);
+                add([own; 2], &follower.load, 0.0, &moved.tool.0, process);
+                sums.inertia.iter_mut().zip(moved.inertia.0).for_each(|(sum, own)| *sum += own);
+                (1..count).for_each(|n| sums.torque[n - 1] += n as f64 * moved.weight.0[n]);
+                *cam = moved.tool.0;
             }
-            Joint::Output(_, m_x) => add([m_x; 2], &follower.roller, 0.0, &cam, &none),
+            Joint::Output(_, m_x) => add([m_x; 2], &follower.roller, 0.0, cam, &none),
             Joint::Shaft(_) => {}
             Joint::Backlash(p) => {
                 if let Mode::Contact(flank) = contact {
                     let away = flank.pick(0.0, p.s);
-                    add([p.m1; 2], &follower.roller, away, &cam, &none);
+                    add([p.m1; 2], &follower.roller, away, cam, &none);
                     if p.m2 == 0.0 {
-                        add([0.0, p.m1], &follower.load, away, &cam, &process);
+                        add([0.0, p.m1], &follower.load, away, cam, process);
                     }
                 }
             }
@@ -430,7 +438,7 @@ impl Train {
         };
         let machine = self.machine();
         let w = if machine.is_some() { y[1] } else { given.course[0] };
-        let mut resistance = given.tau - f.torque + f.viscous * w + f.half_slope * w * w;
+        let mut resistance = given.tau - f.torque + f.viscous * w + f.half_slope * (w * w);
         for (j, follower) in self.followers.iter().enumerate() {
             let [_, u1, _] = f.cams[j];
             let spring = |[c, b]: [f64; 2], at: usize| -(y[at] * c + y[at + 1] * b);
@@ -484,7 +492,7 @@ impl Train {
             Joint::Rigid => {}
             Joint::Output(p, _) => {
                 let (q, v) = (y[at], y[at + 1]);
-                let x2 = u2 * w * w + u1 * d.a;
+                let x2 = u2 * (w * w) + u1 * d.a;
                 let force = d.spring[j] + on_tool(p.m, [u + q, u1 * w + v]);
                 let tool = force * (1.0 / p.m);
                 d.accelerations[j][1] = tool;
@@ -492,14 +500,14 @@ impl Train {
             }
             Joint::Shaft(p) => {
                 let speed = w + y[at + 1];
-                let force = on_tool(p.m, [u, u1 * speed]) - u2 * speed * speed * p.m;
+                let force = on_tool(p.m, [u, u1 * speed]) - u2 * (speed * speed) * p.m;
                 let inertia = u1 * u1 * p.m + S::from(p.inertia);
                 let cam = (d.spring[j] + u1 * force) / inertia;
                 d.accelerations[j][0] = cam;
                 (d.rates[at], d.rates[at + 1]) = (y[at + 1], cam - d.a);
             }
             Joint::Backlash(p) => {
-                let x2 = u2 * w * w + u1 * d.a;
+                let x2 = u2 * (w * w) + u1 * d.a;
                 let place = match modes.contacts[j] {
                     Mode::Contact(flank) => [u + S::from(flank.pick(0.0, p.s)), u1 * w],
                     Mode::Free => [u + y[at] + S::from(modes.home(j, p.s)), u1 * w + y[at + 1]],
@@ -588,25 +596,28 @@ fn accumulate<const N: usize>(sum: &mut [f64; N], f: f64, a: &[f64; N], b: &[f64
 
 impl<S: Scalar> Functions<S> {
     /// At these angles.
-    pub fn at(train: &Train, local: &Local<5>, angles: &[S]) -> Self {
+    pub fn at(train: &Train, modes: &Modes, angles: &[S]) -> Self {
         const FACTORIALS: [f64; 5] = [1.0, 1.0, 2.0, 6.0, 24.0];
         let of = |row: &[f64; 5], order: usize, angle: S| {
             angle.compose([0, 1, 2].map(|n| row.get(order + n).map_or(0.0, |c| FACTORIALS[order + n] * c)))
         };
-        let mut functions = Functions {
-            inertia: of(&local.inertia, 0, angles[0]),
-            half_slope: of(&local.inertia, 1, angles[0]) * 0.5,
-            torque: of(&local.torque, 0, angles[0]),
-            viscous: of(&local.viscous, 0, angles[0]),
-            cams: [[S::from(0.0); 3]; MOST_FOLLOWERS],
-            process: [S::from(0.0); MOST_FOLLOWERS],
-        };
-        for (j, follower) in train.followers.iter().enumerate() {
-            let angle = angles[if let Joint::Shaft(_) = follower.joint { 1 + j } else { 0 }];
-            functions.cams[j] = [0, 1, 2].map(|order| of(&local.cams[j], order, angle));
-            functions.process[j] = of(&local.process[j], 0, angles[0]);
+        let mut cams = [[S::from(0.0); 3]; MOST_FOLLOWERS];
+        let mut forces = [S::from(0.0); MOST_FOLLOWERS];
+        let mut numbers = [0.0; 1 + MOST_FOLLOWERS];
+        numbers.iter_mut().zip(angles).for_each(|(number, angle)| *number = angle.value());
+        let sums = train.functions(modes, &numbers, 5, |j, cam, process| {
+            let angle = angles[if let Joint::Shaft(_) = train.followers[j].joint { 1 + j } else { 0 }];
+            cams[j] = [0, 1, 2].map(|order| of(cam, order, angle));
+            forces[j] = of(process, 0, angles[0]);
+        });
+        Functions {
+            inertia: of(&sums.inertia, 0, angles[0]),
+            half_slope: of(&sums.inertia, 1, angles[0]) * 0.5,
+            torque: of(&sums.torque, 0, angles[0]),
+            viscous: of(&sums.viscous, 0, angles[0]),
+            cams,
+            process: forces,
         }
-        functions
     }
 }
 

@@ -77,9 +77,9 @@ impl Motor {
         self.servo().is_some_and(|servo| servo.position.is_some() && servo.reference == Reference::Input)
     }
 
-    /// φ_m, where φ is within its turn.
-    pub fn angle<S: Arithmetic>(&self, y: &[S], layout: &Layout) -> S {
-        let at_shaft = if self.transmission.coupling.is_some() { y[0] + y[layout.coupling] } else { y[0] };
+    /// φ_m at `phi`, where that is within its turn.
+    pub fn angle<S: Arithmetic>(&self, phi: S, y: &[S], layout: &Layout) -> S {
+        let at_shaft = if self.transmission.coupling.is_some() { phi + y[layout.coupling] } else { phi };
         at_shaft * self.transmission.ratio
     }
 
@@ -108,8 +108,10 @@ impl Motor {
             Source::Servo(servo) => {
                 let mut error = given.reference - w;
                 if let Some(k) = servo.position {
-                    let lag = if self.states() == 2 { y[at + 1] } else { given.lag };
-                    d.rates[at + 1] = error;
+                    let mut lag = given.lag;
+                    if self.states() == 2 {
+                        (lag, d.rates[at + 1]) = (y[at + 1], error);
+                    }
                     error = error + lag * k;
                 }
                 d.demand = error * servo.proportional + y[at];

@@ -23,7 +23,7 @@ impl Train {
     /// Where nothing holds a tool or m1, and where an elastic shaft snaps through.
     pub fn rest(&self, modes: &mut Modes, phi: Double, y: &mut [f64], given: &Given<f64>) -> Result<(), Fault> {
         let angles = self.angles(phi, y);
-        let f = Functions::at(self, &self.local(modes, &angles, 5), &angles);
+        let f = Functions::at(self, modes, &angles);
         for (j, follower) in self.followers.iter().enumerate() {
             let (at, load) = (self.layout.followers[j], &follower.load);
             let (place, push) = (f.cams[j][0], f.process[j] + given.forces[j]);

@@ -83,7 +83,7 @@ impl Train {
         given: &Given<f64>,
     ) -> (Functions<f64>, super::Dynamics<f64>) {
         let angles = self.angles(phi, y);
-        let functions = Functions::at(self, &self.local(modes, &angles, 5), &angles);
+        let functions = Functions::at(self, modes, &angles);
         let dynamics = self.dynamics(modes, y, &functions, given);
         (functions, dynamics)
     }

@@ -23,6 +23,7 @@ use crate::drives::shaft::cam_drive::{
     AngleMotion, CamDrive, HasCamDrive, Start, StartMode, field, goes_on, half_a_place, push_of_rounding,
 };
 use crate::drives::shaft::free::signal::Signal;
+use crate::drives::shaft::loads::tell_of_pull;
 use crate::drives::solver::step_control::{FAR, ROUNDINGS, StepControl};
 use crate::drives::{EventLog, Fault, Seed};
 use crate::numerics::collocation::Collocation;
@@ -67,6 +68,8 @@ pub struct Oscillation<E: Equation> {
     pub(in crate::drives) force: Option<Signal>,
     /// Whether a load has been changed since the last internal step.
     pub(in crate::drives) loaded_anew: bool,
+    /// Whether it has been told that the cam pulls.
+    told: bool,
     /// What the roundings of the law's coefficients make of q̈ at the speed 1 rad/s; see [`Equation::roundings`].
     roundings: f64,
     /// The largest errors of q and q̇ by the roundings of law and inputs, and the largest |q| and |q̇| so far.
@@ -94,7 +97,9 @@ macro_rules! as_every_oscillation {
         }
 
         fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
-            self.go_on(time, time + step)
+            self.go_on(time, time + step)?;
+            self.watch();
+            Ok(())
         }
 
         fn is_finite(&self) -> bool {
@@ -128,6 +133,7 @@ impl<E: Equation> Oscillation<E> {
             segments: [0; 2],
             force: None,
             loaded_anew: false,
+            told: false,
             roundings: 0.0,
             shaken: [0.0; 2],
             largest: [0.0; 2],
@@ -146,7 +152,7 @@ impl<E: Equation> Oscillation<E> {
     /// Computes the initial state at `time` (s).
     pub(in crate::drives) fn begin(&mut self, time: f64) -> Result<(), Fault> {
         self.equation.prepare(&self.cam.law)?;
-        self.time = time;
+        (self.time, self.told) = (time, false);
         self.cam.start(time);
         self.force.iter_mut().for_each(Signal::step_begins);
         self.solver.start();
@@ -220,6 +226,12 @@ impl<E: Equation> Oscillation<E> {
             return Ok(());
         }
         self.go_further(time, target)
+    }
+
+    /// Tells when the cam begins to pull.
+    pub(in crate::drives) fn watch(&mut self) {
+        let forces = self.equation.contact(|| self.now(E::at));
+        tell_of_pull(&mut self.told, forces, (self.time, 0), &mut self.log);
     }
 
     /// A step that leaves the present cell of the table, or goes without one.
@@ -383,12 +395,17 @@ impl<E: Equation> Oscillation<E> {
     }
 
     /// The law where drive and oscillator are so.
-    fn local(&self, at: At<E>, f: &Flow<f64>) -> E::Local {
+    #[inline]
+    fn local(&self, at: impl Fn(&E, &E::Law, Segments, &Flow<f64>) -> E::Local, f: &Flow<f64>) -> E::Local {
         at(&self.equation, &self.cam.law, self.equation.segments(&self.cam.law, f), f)
     }
 
     /// The law, and drive and oscillator at the communication point; φ is not reduced.
-    pub(in crate::drives) fn now(&self, at: At<E>) -> (E::Local, Flow<f64>) {
+    #[inline]
+    pub(in crate::drives) fn now(
+        &self,
+        at: impl Fn(&E, &E::Law, Segments, &Flow<f64>) -> E::Local,
+    ) -> (E::Local, Flow<f64>) {
         let (shaft, [q, v]) = (self.motion.at(self.time), self.state);
         let [phi, w, a, ..] = shaft.kinematics.0;
         let force = self.force.as_ref().map_or(0.0, Signal::now);
@@ -428,9 +445,6 @@ impl<E: Equation> Oscillation<E> {
         along
     }
 }
-
-/// How the law is taken at a place: [`Equation::at`], or with more derivatives.
-type At<E> = fn(&E, &<E as Equation>::Law, Segments, &Flow<f64>) -> <E as Equation>::Local;
 
 impl<E: Equation> HasCamDrive for Oscillation<E> {
     type Law = E::Law;

@@ -4,7 +4,7 @@ use super::{End, Event, Outside, Run};
 use crate::drives::follower::contact::{Flank, Mode};
 use crate::drives::follower::member::Joint;
 use crate::drives::shaft::train::switching::Strike;
-use crate::drives::shaft::train::{MOST_FOLLOWERS, MOST_STATES, Modes, Train};
+use crate::drives::shaft::train::{Functions, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use crate::drives::{Event as Entry, EventLog, Fault};
 use crate::numerics::double_double::Double;
 
@@ -21,6 +21,8 @@ impl Run {
         let mut y = [0.0; MOST_STATES];
         self.from(&mut y);
         let phi = self.phi(outside, self.start, &y);
+        let jumps = matches!(event, Event::Border(..) | Event::Impact(..)) && !self.errors.values.is_empty();
+        let before = jumps.then(|| self.rates(train, outside));
         match event {
             Event::Border(which, ahead) => {
                 let angles = train.angles(phi, &y);
@@ -40,6 +42,9 @@ impl Run {
                 self.log(log, (kind, 0), ("angle", phi.hi, "rad"));
             }
             Event::Knot(piece) => self.modes.piece = piece,
+        }
+        if let Some(before) = before {
+            self.carry_over(train, outside, event, before);
         }
     }
 
@@ -140,10 +145,7 @@ impl Run {
             self.tallies.iter_mut().for_each(|tally| tally.sums = [0.0; 2]);
         }
         let before = train.angles(Double::from(end.course[0]), &end.states);
-        let cams = |modes: &Modes, angles: &[f64]| {
-            let local = train.local::<5>(modes, angles, 5);
-            std::array::from_fn::<_, MOST_FOLLOWERS, _>(|j| [local.cams[j][0], local.cams[j][1]])
-        };
+        let cams = |modes: &Modes, angles: &[f64]| Functions::at(train, modes, angles).cams;
         let old = cams(&self.modes, &before);
         let mut y = [0.0; MOST_STATES];
         y[..end.states.len()].copy_from_slice(&end.states);
@@ -187,8 +189,8 @@ impl Run {
         self.settle(train, outside, None, log);
         if !begins {
             self.tallies.iter_mut().zip(&end.tallies).for_each(|(tally, end)| tally.sums = end.sums);
+            self.rebuild(train, outside);
         }
-        self.rebuild(train, outside);
     }
 
     /// The followers at their flanks.
@@ -210,10 +212,11 @@ impl Run {
         let phi = self.phi(outside, self.start, &y);
         let given = self.given(train, outside, self.start, &y);
         let (forces, _) = train.pressing(&self.modes, &at_flank, (phi, &y, &given));
+        let w = if train.machine().is_some() { y[1] } else { given.course[0] };
         for (j, flank) in at_flank.iter().enumerate().take(train.followers.len()) {
             let Some(flank) = flank else { continue };
             let Joint::Backlash(p) = train.followers[j].joint else { continue };
-            if flank.sign() * forces[j] < 0.0 && p.s > 0.0 {
+            if flank.sign() * forces[j] < -self.recorded.resolution(j, w) && p.s > 0.0 {
                 self.open(j, 2);
                 self.log(log, ("release", j + 1), ("force", forces[j], "N"));
             }

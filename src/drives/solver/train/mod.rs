@@ -6,6 +6,7 @@
 //!
 //! Source: À. Jorba, M. Zou, Experimental Mathematics 14 (2005) 99–117 (step size of Taylor's method).
 
+pub mod estimate;
 mod events;
 pub mod periodic;
 mod record;
@@ -14,14 +15,14 @@ use crate::drives::follower::contact::{Flank, Mode};
 use crate::drives::follower::member::Joint;
 use crate::drives::limits::step_too_much;
 use crate::drives::shaft::cam_drive::AngleMotion;
-use crate::drives::shaft::train::{Given, Inputs, MOST_FOLLOWERS, Modes, Train};
-use crate::drives::solver::step_control::RESERVE;
+use crate::drives::shaft::train::{Given, Inputs, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use crate::drives::{EventLog, Fault, Rounded};
 use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::first_root::first_root;
 use crate::numerics::taylor::Series;
 use crate::numerics::work::Work;
+use estimate::Errors;
 use record::Recorded;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -91,8 +92,8 @@ pub struct Run {
     pub steps: f64,
     /// Estimated relative error.
     pub error: f64,
-    /// Of it the parts of speeds and of the angle of a free shaft.
-    errors: [f64; 2],
+    /// What it comes from; without states while a periodic motion is searched for.
+    pub errors: Errors,
     /// Relative.
     tolerance: f64,
     /// The period with which it began (s), and its largest multiplier; 0 where it began otherwise.
@@ -147,7 +148,7 @@ fn cost(train: &Train) -> f64 {
 /// The order of the series for a tolerance.
 fn order(tolerance: f64) -> usize {
     let digits = -tolerance.log10();
-    (4.0 + 1.4 * digits).round().clamp(ORDERS[0] as f64, ORDERS[1] as f64) as usize
+    (9.0 + 1.45 * digits).round().clamp(ORDERS[0] as f64, ORDERS[1] as f64) as usize
 }
 
 impl Run {
@@ -188,7 +189,12 @@ impl Run {
         let bounded = self.modes.zeros.iter().all(|zeros| *zeros <= MOST_ZEROS);
         let piece = train.machine().and_then(|m| m.motor.table()).map_or(0, |table| table.speeds.len());
         let order = (ORDERS[0]..=ORDERS[1]).contains(&self.order);
-        self.states.len() == train.layout.count && right && bounded && order && self.modes.piece <= piece
+        self.states.len() == train.layout.count
+            && self.errors.fit(self.states.len())
+            && right
+            && bounded
+            && order
+            && self.modes.piece <= piece
     }
 
     /// Computes the series anew that saved states leave out.
@@ -261,7 +267,7 @@ impl Run {
             }
             if motor.takes_position() {
                 let turns = motor.transmission.ratio * self.turns * TAU;
-                given.lag = outside.inputs.position.at(since) - turns - motor.angle(y, &train.layout);
+                given.lag = outside.inputs.position.at(since) - turns - motor.angle(y[0], y, &train.layout);
             }
         }
         outside.inputs.forces.iter().zip(&mut given.forces).for_each(|(signal, force)| *force = signal.at(since));
@@ -270,8 +276,8 @@ impl Run {
 
     /// Computes the series about the start of the step.
     fn expand(&mut self, train: &Train, outside: &Outside) {
-        self.recorded.prepare(train, &self.modes);
-        let mut y = [0.0; crate::drives::shaft::train::MOST_STATES];
+        self.recorded.prepare(train, &self.modes, self.order);
+        let mut y = [0.0; MOST_STATES];
         for (k, state) in self.states.iter().enumerate() {
             y[k] = state.hi;
             self.recorded.tape.set(k, state.hi);
@@ -282,33 +288,38 @@ impl Run {
         self.recorded.tape.expand(self.order, self.unit);
     }
 
-    /// How far the series serves, in units: the last two terms of each state are below the tolerance of its first ones.
+    /// How far the series serves, in units: the last two terms of each state are below the tolerance of its first ones, or of the largest
+    /// that it has been.
     fn reach(&self) -> f64 {
         let tolerance = SHARE * self.tolerance;
         let mut reach = 4.0_f64;
-        let mut take = |c: &[f64], order: usize| {
+        let mut take = |c: &[f64], order: usize, so_far: f64| {
             let largest = |c: &[f64]| c.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
-            // A motion that begins flat is judged by what follows.
-            let size = if largest(&c[..5]) > 0.0 { largest(&c[..5]) } else { largest(&c[..order]) };
+            let size = largest(&c[..5]).max(so_far);
             for n in [order - 1, order] {
-                let term = c[n].abs() / size;
-                if term > 0.0 {
-                    reach = reach.min((tolerance / term).powf(1.0 / n as f64));
-                } else if c[n].is_nan() {
+                let below = |size: f64, powers: usize| (tolerance * size / c[n].abs()).powf(1.0 / powers as f64);
+                if c[n].is_nan() {
                     reach = 0.0;
+                } else if c[n] != 0.0 {
+                    // A motion that begins flat is judged by what its first terms have come to.
+                    let flat = || (5..n).fold(0.0_f64, |most, i| most.max(below(c[i].abs(), n - i)));
+                    reach = reach.min(if size > f64::MIN_POSITIVE { below(size, n) } else { flat() });
                 }
             }
         };
-        (0..self.states.len()).for_each(|k| take(self.recorded.tape.series(k), self.order));
+        for k in 0..self.states.len() {
+            take(self.recorded.tape.series(k), self.order, self.errors.sizes.get(k).copied().unwrap_or(0.0));
+        }
         // What events are found by is known to one order less.
-        let held = self.modes.contacts.iter().zip(self.recorded.normals).filter(|(mode, _)| **mode != Mode::Free);
-        held.for_each(|(_, place)| take(self.recorded.tape.series(place), self.order - 1));
+        let held = |j: &usize| self.modes.contacts[*j] != Mode::Free;
+        let of = |j| self.recorded.normal(j);
+        (0..MOST_FOLLOWERS).filter(held).flat_map(of).for_each(|c| take(c, self.order - 1, 0.0));
         reach
     }
 
     /// Lays the next step from where the last one has ended.
     fn lay(&mut self, train: &Train, outside: &Outside, horizon: f64) -> Result<(), Fault> {
-        self.unit = self.unit.min(horizon).min(LONGEST);
+        self.unit = self.unit.min(LONGEST);
         let mut reach = 0.0;
         for _ in 0..60 {
             self.expand(train, outside);
@@ -344,92 +355,89 @@ impl Run {
     /// Shortens the step to the first event.
     fn find_event(&mut self, train: &Train, outside: &Outside) {
         let count = self.order;
-        let mut y = [0.0; crate::drives::shaft::train::MOST_STATES];
+        // A guard: its value now, and the course of a series in one sense or the other.
+        let guard = |value: f64, sign: f64, c: &[f64]| {
+            let mut guard = [0.0; ORDERS[1]];
+            guard[0] = value;
+            guard[1..count].iter_mut().zip(&c[1..]).for_each(|(g, c)| *g = sign * c);
+            guard
+        };
+        let mut y = [0.0; MOST_STATES];
         self.from(&mut y);
         let angles = train.angles(self.phi(outside, self.start, &y), &y);
         let ways = train.ways(&self.modes, &angles);
+        let w = outside.motion.map_or(y[1], |motion| motion.at_instant(self.start).kinematics.0[1]);
         for (which, [ahead, back]) in ways.into_iter().enumerate().filter(|(_, way)| way[0].is_finite()) {
-            let mut guard = [0.0; crate::numerics::tape::COEFFICIENTS];
-            for n in 1..count {
-                let shaft = if outside.motion.is_some() {
-                    self.recorded.tape.rows[record::PHI][n]
-                } else {
-                    self.recorded.tape.series(0)[n]
-                };
-                let twist =
-                    if which > 0 { self.recorded.tape.series(train.layout.followers[which - 1])[n] } else { 0.0 };
-                guard[n] = shaft + twist;
+            let mut way = guard(back, 1.0, self.recorded.phi());
+            if which > 0 {
+                let twist = self.recorded.tape.series(train.layout.followers[which - 1]);
+                way[1..count].iter_mut().zip(&twist[1..]).for_each(|(way, twist)| *way += twist);
             }
-            guard[0] = back;
-            self.watch(&guard[..count], Event::Border(which, false));
-            guard.iter_mut().for_each(|c| *c = -*c);
-            guard[0] = ahead;
-            self.watch(&guard[..count], Event::Border(which, true));
+            self.watch(&way[..count], Event::Border(which, false));
+            let way = guard(ahead, -1.0, &way);
+            self.watch(&way[..count], Event::Border(which, true));
         }
         for j in 0..train.followers.len() {
             let Joint::Backlash(p) = train.followers[j].joint else { continue };
-            let mut guard = [0.0; crate::numerics::tape::COEFFICIENTS];
             match self.modes.contacts[j] {
                 Mode::Contact(_) if p.s == 0.0 => {}
                 Mode::Contact(flank) => {
-                    let force = self.recorded.tape.series(self.recorded.normals[j]);
-                    guard.iter_mut().zip(force).take(count).for_each(|(g, f)| *g = flank.sign() * f);
-                    self.watch(&guard[..count], Event::Release(j));
+                    let force = self.recorded.normal(j)[0];
+                    let mut force = guard(flank.sign() * force[0], flank.sign(), force);
+                    // Where nothing presses, roundings are no release.
+                    let resolution = self.recorded.resolution(j, w);
+                    force.iter_mut().take_while(|c| c.abs() <= resolution).for_each(|c| *c = 0.0);
+                    self.watch(&force[..count], Event::Release(j));
                 }
                 Mode::Free => {
-                    let z = self.recorded.tape.series(train.layout.followers[j]);
-                    let z: [f64; crate::numerics::tape::COEFFICIENTS] = std::array::from_fn(|n| z[n]);
                     for flank in [Flank::A, Flank::B] {
                         let place = flank.pick(0.0, p.s);
                         if place.is_infinite() {
                             continue;
                         }
-                        guard.iter_mut().zip(z).take(count).for_each(|(g, z)| *g = flank.sign() * z);
-                        guard[0] = flank.sign() * (z[0] + (self.modes.home(j, p.s) - place));
-                        let zeros = if guard[0] == 0.0 { self.modes.zeros[j] } else { 0 };
-                        guard[..zeros].fill(0.0);
+                        let z = self.recorded.tape.series(train.layout.followers[j]);
+                        let gap = flank.sign() * (z[0] + (self.modes.home(j, p.s) - place));
+                        let mut gap = guard(gap, flank.sign(), z);
+                        let zeros = if gap[0] == 0.0 { self.modes.zeros[j] } else { 0 };
+                        gap[..zeros].fill(0.0);
                         let before = self.length;
-                        self.watch(&guard[..count], Event::Impact(j, flank));
-                        let most = guard.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
-                        if zeros >= 2 && self.length < ARMING && guard[zeros] <= NOISE * most {
+                        self.watch(&gap[..count], Event::Impact(j, flank));
+                        let most = gap.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+                        if zeros >= 2 && self.length < ARMING && gap[zeros] <= NOISE * most {
                             self.length = ARMING.min(before);
                         }
                     }
                 }
             }
         }
-        if let Some(machine) = train.machine() {
-            let demand = self.recorded.tape.series(self.recorded.demand);
-            let demand: [f64; crate::numerics::tape::COEFFICIENTS] = std::array::from_fn(|n| demand[n]);
-            let side = |sign: f64, shift: f64| {
-                let mut guard = demand.map(|c| sign * c);
-                guard[0] += shift;
-                guard
+        let Some(motor) = train.machine().map(|machine| &machine.motor) else { return };
+        let side = |run: &Self, sign: f64, shift: f64| {
+            let demand = run.recorded.demand();
+            guard(sign * demand[0] + shift, sign, demand)
+        };
+        if let Some(servo) = motor.servo() {
+            // Behind a limit the guard begins with a zero.
+            let (fresh, saturation) = (matches!(self.since, Some(Event::Limit(_))), self.modes.saturation);
+            let mut limit = |sign: f64, shift: f64, event: Event| {
+                let mut guard = side(self, sign, shift);
+                guard[0] = if fresh && guard[0].abs() <= NEAR * servo.limit { 0.0 } else { guard[0] };
+                self.watch(&guard[..count], event);
             };
-            if let Some(servo) = machine.motor.servo() {
-                // Behind a limit the guard begins with a zero.
-                let fresh = matches!(self.since, Some(Event::Limit(_)));
-                let side = |sign: f64, shift: f64| {
-                    let mut guard = side(sign, shift);
-                    guard[0] = if fresh && guard[0].abs() <= NEAR * servo.limit { 0.0 } else { guard[0] };
-                    guard
-                };
-                match self.modes.saturation {
-                    0 => {
-                        self.watch(&side(-1.0, servo.limit)[..count], Event::Limit(1));
-                        self.watch(&side(1.0, servo.limit)[..count], Event::Limit(-1));
-                    }
-                    sign => self.watch(&side(f64::from(sign), -servo.limit)[..count], Event::Limit(0)),
+            match saturation {
+                0 => {
+                    limit(-1.0, servo.limit, Event::Limit(1));
+                    limit(1.0, servo.limit, Event::Limit(-1));
                 }
-            } else if let Some(table) = machine.motor.table() {
-                let [low, high] = table.ends(self.modes.piece);
-                let slack = SLACK * table.span();
-                if low.is_finite() {
-                    self.watch(&side(1.0, slack - low)[..count], Event::Knot(self.modes.piece - 1));
-                }
-                if high.is_finite() {
-                    self.watch(&side(-1.0, high + slack)[..count], Event::Knot(self.modes.piece + 1));
-                }
+                sign => limit(f64::from(sign), -servo.limit, Event::Limit(0)),
+            }
+        } else if let Some(table) = motor.table() {
+            let ([low, high], piece) = (table.ends(self.modes.piece), self.modes.piece);
+            let slack = SLACK * table.span();
+            if low.is_finite() {
+                self.watch(&side(self, 1.0, slack - low)[..count], Event::Knot(piece - 1));
+            }
+            if high.is_finite() {
+                self.watch(&side(self, -1.0, high + slack)[..count], Event::Knot(piece + 1));
             }
         }
     }
@@ -458,8 +466,8 @@ impl Run {
             |c: &[f64], x: f64| c.iter().enumerate().rev().fold(0.0, |sum, (n, c)| sum * x + c / (n + 1) as f64) * x;
         for j in 0..train.followers.len() {
             if self.modes.contacts[j] != Mode::Free {
-                for (i, place) in [self.recorded.normals[j], self.recorded.torques[j]].into_iter().enumerate() {
-                    let c = &self.recorded.tape.series(place)[..self.order];
+                for (i, c) in self.recorded.normal(j).into_iter().enumerate() {
+                    let c = &c[..self.order];
                     self.tallies[j].sums[i] += self.unit * (integral(c, theta) - integral(c, self.summed));
                 }
             }
@@ -467,35 +475,19 @@ impl Run {
         self.summed = theta;
     }
 
-    /// Adds what the step up to `theta` leaves out and rounds. An error of the speed goes on as one of the angle.
-    fn count_error(&mut self, train: &Train, theta: f64) {
-        let mut local = 0.0_f64;
-        for k in 0..self.states.len() {
-            let c = self.recorded.tape.series(k);
-            let size = c[..5].iter().fold(0.0_f64, |most, c| most.max(c.abs()));
-            let left = c[self.order].abs() * theta.powi(self.order as i32);
-            if size > 0.0 {
-                local = local.max(left / size);
-            }
-        }
-        let [speed, angle] = &mut self.errors;
-        *speed += local + f64::EPSILON;
-        if train.machine().is_some() {
-            *angle += *speed * (self.states[1].hi * theta * self.unit).abs();
-        }
-        self.error = RESERVE * (*speed + *angle);
-    }
-
     /// Ends the step at `theta`, where the next begins.
-    fn leave(&mut self, train: &Train, theta: f64) {
+    fn leave(&mut self, train: &Train, outside: &Outside, theta: f64) {
         self.sum_up(train, theta);
-        self.count_error(train, theta);
-        for (k, state) in self.states.iter_mut().enumerate() {
+        let (mut changes, reach) = ([0.0; MOST_STATES], self.reach());
+        for (k, change) in changes.iter_mut().enumerate().take(self.states.len()) {
             let c = &self.recorded.tape.series(k)[1..=self.order];
-            let change = theta * c.iter().rev().fold(0.0, |sum, c| sum * theta + c);
+            *change = theta * c.iter().rev().fold(0.0, |sum, c| sum * theta + c);
+        }
+        self.carry(train, outside, theta);
+        for (state, change) in self.states.iter_mut().zip(changes) {
             *state = two_sum(state.hi, change) + Double::from(state.lo);
         }
-        self.start = self.start + two_product(theta, self.unit);
+        (self.start, self.summed) = (self.start + two_product(theta, self.unit), 0.0);
         if train.machine().is_some() {
             let turns = (self.states[0].hi / TAU).round();
             if turns != 0.0 {
@@ -505,7 +497,7 @@ impl Run {
             }
         }
         // The next step is expected to be as long as this one might have been.
-        self.unit *= self.reach().clamp(0.1, 2.0);
+        self.unit *= reach.clamp(0.1, 2.0);
     }
 
     /// A communication step begins: its sums begin.
@@ -515,13 +507,16 @@ impl Run {
     }
 
     /// The states begin anew at `time`, since what comes from outside has changed.
-    pub fn restart(&mut self, train: &Train, time: f64) {
-        self.leave(train, self.theta(Double::from(time)).clamp(0.0, self.length));
+    pub fn restart(&mut self, train: &Train, outside: &Outside, time: f64) {
+        if self.length > 0.0 {
+            self.leave(train, outside, self.theta(Double::from(time)).clamp(0.0, self.length));
+        }
         (self.length, self.event) = (0.0, None);
     }
 
     /// The first step.
     pub fn first(&mut self, train: &Train, outside: &Outside, horizon: f64) -> Result<(), Fault> {
+        self.errors = Errors::none(self.states.len());
         if horizon > 0.0 {
             return self.lay(train, outside, horizon);
         }
@@ -545,7 +540,7 @@ impl Run {
             }
             if self.length > 0.0 || self.event.is_some() {
                 let event = self.event;
-                self.leave(train, self.length);
+                self.leave(train, outside, self.length);
                 self.since = event;
                 if let Some(event) = event {
                     self.happen(train, outside, event, log);
@@ -568,9 +563,10 @@ impl Run {
         }
     }
 
-    /// Keeps the motion at `time` on this course of the shaft.
-    pub fn keep(&self, train: &Train, time: f64, motion: &AngleMotion, end: &mut End) {
+    /// Keeps the motion at `time` on this course of the shaft, where the step ends.
+    pub fn keep(&mut self, train: &Train, time: f64, motion: &AngleMotion, end: &mut End) {
         let [phi, w, ..] = motion.at(time).kinematics.0;
+        self.end_on_inputs(train, self.theta(Double::from(time)).clamp(0.0, self.length), [phi, w]);
         end.states.resize(self.states.len(), 0.0);
         self.at(time, &mut end.states);
         (end.time, end.modes, end.tallies, end.course) = (time, self.modes, self.tallies, [phi, w]);
@@ -590,8 +586,8 @@ impl Run {
             let integral = |c: &[f64], x: f64| {
                 c.iter().enumerate().rev().fold(0.0, |sum, (n, c)| sum * x + c / (n + 1) as f64) * x
             };
-            for (i, place) in [self.recorded.normals[j], self.recorded.torques[j]].into_iter().enumerate() {
-                let c = &self.recorded.tape.series(place)[..self.order];
+            for (i, c) in self.recorded.normal(j).into_iter().enumerate() {
+                let c = &c[..self.order];
                 copy[i] += self.unit * (integral(c, theta) - integral(c, self.summed));
             }
         }

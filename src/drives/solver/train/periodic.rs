@@ -2,16 +2,18 @@
 //!
 //! The section is φ = φ(0) modulo 2π, the unknowns s are all states but φ, of a driven shaft all states. Some turns from a guess
 //! come near the motion; Newton's method then solves s = P(s), with the derivatives of the map P of a turn by differences. Its
-//! multipliers, the eigenvalues of ∂P/∂s, decide about stability.
+//! multipliers, the eigenvalues of ∂P/∂s, decide about stability; the gap of a mass that is in contact at the section is no unknown.
 //!
 //! Source: A. H. Nayfeh, B. Balachandran, *Applied Nonlinear Dynamics*, Wiley 1995, sections 6.1, 7.3.
 
 use super::{Outside, Run};
+use crate::drives::follower::contact::Mode;
+use crate::drives::follower::member::Joint;
 use crate::drives::limits::{refused_start, search_too_much};
-use crate::drives::shaft::train::{MOST_STATES, Modes, Train};
+use crate::drives::shaft::train::{MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use crate::drives::{EventLog, Fault};
 use crate::numerics::double_double::Double;
-use crate::numerics::lu::Lu;
+use crate::numerics::lu;
 use crate::numerics::work::Work;
 use std::f64::consts::TAU;
 
@@ -19,12 +21,13 @@ use std::f64::consts::TAU;
 const TURNS: usize = 16;
 /// Newton's method doubles the digits; from a good start a few do.
 const ITERATIONS: usize = 12;
-/// Of what differences change a state, as part of its largest value: half of the digits.
-const STEP: f64 = 1e-7;
+/// Of what differences change a state, as part of its largest value: half of the digits for Newton's method, and a third of them on
+/// both sides for the multipliers, where what is left out is about as small as what roundings make.
+const STEPS: [f64; 2] = [1e-7, 1e-4];
+/// Beyond this multiplier a motion counts as unstable, far above the roundings of the differences.
+pub const STABLE: f64 = 1.0 + 1e-6;
 /// A turn repeats itself to this part of the states.
 const CLOSED: f64 = 1e-11;
-/// Beyond this multiplier a motion counts as unstable: differences leave six digits.
-const STABLE: f64 = 1.0 + 1e-5;
 /// The motion is followed as finely as numbers allow, so that differences are right.
 const TOLERANCE: f64 = 1e-13;
 
@@ -32,24 +35,31 @@ const TOLERANCE: f64 = 1e-13;
 pub struct Periodic {
     /// The states at the section; φ first where the shaft is free.
     pub y: [f64; MOST_STATES],
+    /// What holds there.
     pub modes: Modes,
     /// T (s).
     pub period: f64,
     /// The largest magnitude of a multiplier.
     pub multiplier: f64,
+    /// The columns of ∂P/∂s, each state as part of its size.
+    pub map: Vec<[f64; MOST_STATES]>,
 }
 
 /// The states after a turn.
 struct Turned {
     y: [f64; MOST_STATES],
+    /// The largest size of each state on the way.
+    sizes: [f64; MOST_STATES],
     modes: Modes,
+    /// The segments of the laws at its start.
+    begun: [[usize; 2]; 1 + MOST_FOLLOWERS],
     time: f64,
 }
 
 /// The periodic motion near these states; the shaft turns in the sense `sense`.
 ///
 /// # Errors
-/// Where there is none, none that is stable, or too much work.
+/// Where there is none, or too much work.
 pub fn periodic(
     train: &Train,
     outside: &Outside,
@@ -57,53 +67,57 @@ pub fn periodic(
     sense: f64,
 ) -> Result<Periodic, Fault> {
     let (mut work, first) = (Work::default(), if train.machine().is_some() { 1 } else { 0 });
-    let count = train.layout.count - first;
-    let (mut y, mut at) = (guess, modes);
+    let (mut y, mut at, mut sizes) = (guess, modes, [0.0_f64; MOST_STATES]);
     for _ in 0..TURNS {
         let turned = turn(train, outside, (&y, at), sense, &mut work)?;
         (y, at) = (turned.y, turned.modes);
     }
-    let mut sizes = [0.0_f64; MOST_STATES];
     for _ in 0..ITERATIONS {
         let base = turn(train, outside, (&y, at), sense, &mut work)?;
-        sizes.iter_mut().zip(y.iter().zip(&base.y)).for_each(|(size, (a, b))| *size = size.max(a.abs()).max(b.abs()));
+        sizes.iter_mut().zip(base.sizes).for_each(|(size, own)| *size = size.max(own));
+        let held = |k: usize| {
+            let gaps = train.layout.followers.iter().zip(&train.followers).zip(&at.contacts);
+            gaps.into_iter().any(|((place, follower), contact)| {
+                let touches = matches!((follower.joint, contact), (Joint::Backlash(_), Mode::Contact(_)));
+                touches && (*place..place + 2).contains(&k)
+            })
+        };
+        let unknowns: Vec<usize> = (first..train.layout.count).filter(|k| !held(*k)).collect();
+        let count = unknowns.len();
         // A state that happens to be small is judged by the largest of its kind.
-        let least = 1e-6 * sizes[first..first + count].iter().fold(0.0_f64, |most, size| most.max(*size));
-        let size = |k: usize| sizes[k].max(least).max(f64::MIN_POSITIVE);
-        let closed = (first..first + count).all(|k| (base.y[k] - y[k]).abs() <= CLOSED * size(k));
-        let mut map = vec![[0.0; MOST_STATES]; count];
-        for k in 0..count {
+        let least = 1e-6 * unknowns.iter().fold(0.0_f64, |most, k| most.max(sizes[*k]));
+        let size = |k: usize| sizes[unknowns[k]].max(least).max(f64::MIN_POSITIVE);
+        let change = |from: &[f64; MOST_STATES], to: &[f64; MOST_STATES], k: usize| {
+            (to[unknowns[k]] - from[unknowns[k]]) / size(k)
+        };
+        let closed = base.modes.contacts == at.contacts && (0..count).all(|k| change(&y, &base.y, k).abs() <= CLOSED);
+        let mut after = |k: usize, step: f64| {
             let mut moved = y;
-            let step = STEP * size(first + k);
-            moved[first + k] += step;
-            let turned = turn(train, outside, (&moved, at), sense, &mut work)?;
-            (0..count).for_each(|i| map[k][i] = (turned.y[first + i] - base.y[first + i]) / step);
+            moved[unknowns[k]] += step * size(k);
+            turn(train, outside, (&moved, at), sense, &mut work).map(|turned| turned.y)
+        };
+        let mut map = vec![[0.0; MOST_STATES]; count];
+        for (k, column) in map.iter_mut().enumerate() {
+            let step = STEPS[usize::from(closed)];
+            let (ahead, back) = (after(k, step)?, if closed { after(k, -step)? } else { base.y });
+            let width = if closed { 2.0 * step } else { step };
+            (0..count).for_each(|i| column[i] = change(&back, &ahead, i) / width);
         }
-        if closed && base.modes.contacts == at.contacts {
-            let multiplier = radius(&map);
-            if multiplier > STABLE {
-                let message = format!(
-                    "start.mode = steady_state: the periodic motion is not stable, its largest multiplier is {multiplier:.6}; \
-                     choose more damping, another speed or at_rest"
-                );
-                return Err(refused_start(message));
-            }
-            return Ok(Periodic { y, modes: at, period: base.time, multiplier });
+        if closed {
+            let modes = Modes { segments: base.begun, ..at };
+            return Ok(Periodic { y, modes, period: base.time, multiplier: radius(&map), map });
         }
-        let mut lu = Lu::<MOST_STATES>::empty();
-        let matrix = lu.matrix();
-        for i in 0..count {
-            (0..count).for_each(|k| matrix[i][k] = if i == k { 1.0 } else { 0.0 } - map[k][i]);
+        let (mut matrix, mut pivots) = (vec![[0.0; MOST_STATES]; count], vec![0; count]);
+        for (i, row) in matrix.iter_mut().enumerate() {
+            (0..count).for_each(|k| row[k] = if i == k { 1.0 } else { 0.0 } - map[k][i]);
         }
-        let mut change = [0.0; MOST_STATES];
-        (0..count).for_each(|k| change[k] = base.y[first + k] - y[first + k]);
-        match lu.factorise(count) {
-            Some(()) => lu.solve(&mut change),
-            None => return Err(none()),
-        }
+        let mut x = [0.0; MOST_STATES];
+        (0..count).for_each(|k| x[k] = change(&y, &base.y, k));
+        lu::factorise(&mut matrix, &mut pivots).ok_or_else(none)?;
+        lu::solve(&matrix, &pivots, &mut x);
         // The contacts at the section are those of the turn before.
         at = Modes { segments: at.segments, ..base.modes };
-        (0..count).for_each(|k| y[first + k] += change[k]);
+        (0..count).for_each(|k| y[unknowns[k]] += x[k] * size(k));
     }
     Err(none())
 }
@@ -125,11 +139,14 @@ fn turn(
 ) -> Result<Turned, Fault> {
     let start = Double::from(outside.time);
     let mut run = Run::begin(train, start, (&y[..train.layout.count], 0.0), modes, TOLERANCE);
-    let mut log = EventLog::counting();
+    // Behind an elastic shaft the cam is elsewhere than where the search began.
+    run.modes.segments = train.segments(&train.angles(run.phi(outside, start, y), y), sense > 0.0);
+    let (begun, mut log, mut sizes) = (run.modes.segments, EventLog::counting(), [0.0_f64; MOST_STATES]);
     let free = train.machine().is_some();
     let period = outside.motion.map_or(f64::INFINITY, |motion| TAU / motion.coefficients[1].abs());
     run.lay(train, outside, f64::INFINITY)?;
     loop {
+        sizes.iter_mut().zip(&run.states).for_each(|(size, state)| *size = size.max(state.hi.abs()));
         let passed = |run: &Run, theta: f64| {
             let mut y = [0.0; MOST_STATES];
             run.read(theta, &mut y);
@@ -148,13 +165,13 @@ fn turn(
             run.read(theta, &mut end);
             end[0] = if free { y[0] } else { end[0] };
             let time = (run.start - start).hi + theta * run.unit;
-            return Ok(Turned { y: end, modes: run.modes, time });
+            return Ok(Turned { begun, y: end, sizes, modes: run.modes, time });
         }
         if work.draw(super::cost(train)).is_err() {
             return Err(search_too_much("choose at_rest or equilibrium, stiffer contacts or a smaller restitution"));
         }
         let event = run.event;
-        run.leave(train, run.length);
+        run.leave(train, outside, run.length);
         run.since = event;
         if let Some(event) = event {
             run.happen(train, outside, event, &mut log);
@@ -178,11 +195,11 @@ fn bisect(end: f64, g: impl Fn(f64) -> f64) -> f64 {
     high
 }
 
-/// The largest magnitude of an eigenvalue, as the growth of the 2²⁴th power of the matrix.
+/// The largest magnitude of an eigenvalue, as the growth of the 2⁴⁰th power of the matrix.
 fn radius(columns: &[[f64; MOST_STATES]]) -> f64 {
     let n = columns.len();
     let (mut power, mut logarithm, mut weight) = (columns.to_vec(), 0.0, 1.0);
-    for _ in 0..24 {
+    for _ in 0..40 {
         let size = power.iter().flat_map(|c| &c[..n]).fold(0.0_f64, |most, a| most.max(a.abs()));
         if size == 0.0 {
             return 0.0;

@@ -1,44 +1,57 @@
 //! The equations of a train on a tape, and the known series that they need about an instant.
 
 use super::Outside;
-use crate::drives::follower::contact::Mode;
+use crate::drives::follower::contact::{Flank, Mode};
 use crate::drives::follower::load::Load;
-use crate::drives::follower::member::Joint;
+use crate::drives::follower::member::{Follower, Joint};
+use crate::drives::shaft::cam_drive::DriveMode;
+use crate::drives::shaft::course::Course;
 use crate::drives::shaft::train::{Functions, Given, MOST_FOLLOWERS, MOST_STATES, Modes, Shaft, Train};
 use crate::numerics::double_double::Double;
-use crate::numerics::tape::{COEFFICIENTS, Row, Tape, Var};
+use crate::numerics::tape::{NONE, Tape, Var};
 use std::cell::RefCell;
+use std::f64::consts::TAU;
 
-/// Rows of the known series: functions of time …
-const TAU: usize = 0;
-const TORQUE: usize = 1;
-const REFERENCE: usize = 2;
-const LAG: usize = 3;
-pub(super) const PHI: usize = 4;
-const W: usize = 5;
-const A: usize = 6;
-const FORCES: usize = 7;
-/// … and of angles.
-const INERTIA: usize = FORCES + MOST_FOLLOWERS;
-const HALF_SLOPE: usize = INERTIA + 1;
-const STATIC: usize = INERTIA + 2;
-const VISCOUS: usize = INERTIA + 3;
-const CAMS: usize = INERTIA + 4;
-const PROCESS: usize = CAMS + 3 * MOST_FOLLOWERS;
-const ROWS: usize = PROCESS + MOST_FOLLOWERS;
+/// The most coefficients of a known series: three more than the highest order.
+const COEFFICIENTS: usize = super::ORDERS[1] + 3;
+
+/// What a known series is: a function of time …
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Known {
+    Tau,
+    Torque,
+    Reference,
+    Lag,
+    Phi,
+    W,
+    A,
+    Force(usize),
+    /// … or of an angle.
+    Inertia,
+    HalfSlope,
+    Static,
+    Viscous,
+    /// A derivative of U.
+    Cam(usize, usize),
+    Process(usize),
+}
 
 /// The tape, and where on it things are.
 #[derive(Clone, Debug, Default)]
 pub struct Recorded {
     pub tape: Tape,
+    /// What each of its known series is.
+    known: Vec<Known>,
     /// For which modes it was recorded; None before.
     modes: Option<Modes>,
-    /// u of a servo, else ω_m.
-    pub demand: usize,
-    /// N of followers with backlash in contact, and U′ N.
-    pub normals: [usize; MOST_FOLLOWERS],
-    pub torques: [usize; MOST_FOLLOWERS],
+    /// Places of results: of u of a servo, else ω_m; φ of a driven shaft; N and U′ N of each follower with backlash in contact.
+    kept: Vec<usize>,
+    /// The force of each contact at the speed 1 rad/s, as far as the law may accelerate it.
+    forces: Vec<f64>,
 }
+
+/// Contact forces below this part of the largest that the law may need are rounding errors: their terms cancel near a release.
+const RESOLUTION: f64 = 1e-12;
 
 impl Recorded {
     /// The equations have changed.
@@ -48,57 +61,107 @@ impl Recorded {
         }
     }
 
-    /// Records the equations unless it holds those of these modes.
-    pub fn prepare(&mut self, train: &Train, modes: &Modes) {
-        let plain = Modes { segments: Default::default(), zeros: Default::default(), ..*modes };
-        if self.modes == Some(plain) {
-            return;
-        }
-        let first = self.modes.is_none();
-        self.modes = Some(plain);
-        let mut tape = std::mem::take(&mut self.tape);
-        tape.begin(train.layout.count, ROWS);
-        if first {
-            tape.reserve(64 + 64 * train.followers.len(), 1 + train.followers.len());
-        }
-        let tape = RefCell::new(tape);
-        self.record(train, modes, &tape);
-        self.tape = tape.into_inner();
+    /// u of a servo, else ω_m, as a series.
+    pub fn demand(&self) -> &[f64] {
+        self.tape.series(self.kept[0])
     }
 
-    fn record(&mut self, train: &Train, modes: &Modes, tape: &RefCell<Tape>) {
+    /// φ as a series.
+    pub fn phi(&self) -> &[f64] {
+        self.tape.series(if self.kept[1] == NONE { 0 } else { self.kept[1] })
+    }
+
+    /// N of a follower with backlash in contact, and U′ N, as series.
+    pub fn normal(&self, j: usize) -> [&[f64]; 2] {
+        [2 + 2 * j, 3 + 2 * j].map(|place| self.tape.series(self.kept[place]))
+    }
+
+    /// The force below which N of a follower counts as zero (N), at the speed `w`; before a recording 0.
+    pub fn resolution(&self, j: usize, w: f64) -> f64 {
+        RESOLUTION * self.forces.get(j).map_or(0.0, |force| force * w * w)
+    }
+
+    /// Whether it holds the equations of these modes.
+    pub fn holds(&self, modes: &Modes) -> bool {
+        self.modes == Some(Modes { segments: Default::default(), zeros: Default::default(), ..*modes })
+    }
+
+    /// Records the equations for series up to this order, unless it holds those of these modes.
+    pub fn prepare(&mut self, train: &Train, modes: &Modes, order: usize) {
+        if self.holds(modes) {
+            return;
+        }
+        let plain = Modes { segments: Default::default(), zeros: Default::default(), ..*modes };
+        if self.modes.is_none() {
+            let force = |follower: &Follower| match follower.joint {
+                Joint::Backlash(p) => (p.m1 + p.m2) * follower.rigid.cam.bound(2),
+                _ => 0.0,
+            };
+            self.forces = train.followers.iter().map(force).collect();
+        }
+        // No step takes memory: the equations of both ways of contact show how much of it there may be.
+        if self.modes.is_none() && train.switches() {
+            let other = |mode: &Mode| if *mode == Mode::Free { Mode::Contact(Flank::A) } else { Mode::Free };
+            let contacts = std::array::from_fn(|j| other(&modes.contacts[j]));
+            self.record(train, &Modes { contacts, ..plain }, order);
+            self.record(train, &plain, order);
+            self.tape.make_room();
+            self.known.reserve_exact(self.known.capacity());
+        }
+        self.record(train, &plain, order);
+        self.modes = Some(plain);
+    }
+
+    fn record(&mut self, train: &Train, modes: &Modes, order: usize) {
+        let mut tape = std::mem::take(&mut self.tape);
+        tape.begin(train.layout.count, order);
+        self.known.clear();
+        let tape = RefCell::new(tape);
+        self.write(train, modes, &tape);
+        self.tape = tape.into_inner();
+        self.tape.finish(&mut self.kept);
+    }
+
+    // Many numbers: what follows a recording does not keep them.
+    #[inline(never)]
+    fn write(&mut self, train: &Train, modes: &Modes, tape: &RefCell<Tape>) {
         let zero = Var::from(0.0);
         let mut y = [zero; MOST_STATES];
         y.iter_mut().enumerate().take(train.layout.count).for_each(|(k, y)| *y = Var::state(tape, k));
         let machine = train.machine();
-        let given_if = |needed: bool, row: usize| if needed { Var::given(tape, row) } else { zero };
+        let mut row = |what: Known| {
+            self.known.push(what);
+            tape.borrow_mut().new_row()
+        };
+        let mut given_if = |needed: bool, what: Known| if needed { Var::given(tape, row(what)) } else { zero };
         let driven = machine.is_none();
-        let phi = if driven { Var::given(tape, PHI) } else { y[0] };
-        let accelerates = matches!(train.shaft, Shaft::Driven(crate::drives::shaft::cam_drive::DriveMode::Input));
+        let phi = if driven { given_if(true, Known::Phi) } else { y[0] };
+        let accelerates = matches!(train.shaft, Shaft::Driven(DriveMode::Input));
         let mut given = Given {
-            course: [given_if(driven, W), given_if(accelerates, A)],
-            tau: given_if(machine.is_some_and(|m| m.input), TAU),
-            torque: given_if(machine.is_some_and(|m| m.motor.takes_torque()), TORQUE),
-            reference: given_if(machine.is_some_and(|m| m.motor.servo().is_some()), REFERENCE),
+            course: [given_if(driven, Known::W), given_if(accelerates, Known::A)],
+            tau: given_if(machine.is_some_and(|m| m.input), Known::Tau),
+            torque: given_if(machine.is_some_and(|m| m.motor.takes_torque()), Known::Torque),
+            reference: given_if(machine.is_some_and(|m| m.motor.servo().is_some()), Known::Reference),
             lag: zero,
             forces: [zero; MOST_FOLLOWERS],
         };
         if let Some(machine) = machine.filter(|m| m.motor.takes_position()) {
-            given.lag = Var::given(tape, LAG) - machine.motor.angle(&y, &train.layout);
+            given.lag = given_if(true, Known::Lag) - machine.motor.angle(phi, &y, &train.layout);
         }
         for (j, follower) in train.followers.iter().enumerate() {
-            given.forces[j] = given_if(follower.load.input, FORCES + j);
+            given.forces[j] = given_if(follower.load.input, Known::Force(j));
         }
         let varies = Varying::of(train, modes);
         let any_of_phi = varies.inertia || varies.torque || train.needs_cams_at_phi();
         let powers = if any_of_phi { phi.powers(tape) } else { 0 };
-        let row =
-            |powers: usize, wanted: bool, row: usize| if wanted { Var::function(tape, powers, row) } else { zero };
+        let mut function = |powers: usize, wanted: bool, what: Known, otherwise: f64| {
+            if wanted { Var::function(tape, powers, row(what)) } else { Var::from(otherwise) }
+        };
         let mut f = Functions {
-            inertia: if varies.inertia { row(powers, true, INERTIA) } else { Var::from(train.constant_inertia()) },
-            half_slope: row(powers, varies.inertia, HALF_SLOPE),
-            torque: row(powers, varies.torque, STATIC),
-            viscous: if varies.viscous { row(powers, true, VISCOUS) } else { Var::from(train.constant_friction()) },
+            inertia: function(powers, varies.inertia, Known::Inertia, train.constant_inertia()),
+            half_slope: function(powers, varies.inertia, Known::HalfSlope, 0.0),
+            torque: function(powers, varies.torque, Known::Static, 0.0),
+            viscous: function(powers, varies.viscous, Known::Viscous, train.constant_friction()),
             cams: [[zero; 3]; MOST_FOLLOWERS],
             process: [zero; MOST_FOLLOWERS],
         };
@@ -114,21 +177,25 @@ impl Recorded {
             };
             let place = follower.load.spring.is_some() || follower.roller.spring.is_some();
             let wanted = [place && !rigid, true, !rigid];
-            f.cams[j] = [0, 1, 2].map(|order| row(own, wanted[order], CAMS + 3 * j + order));
-            f.process[j] = row(powers, follower.load.process.is_some() && !rigid, PROCESS + j);
+            f.cams[j] = [0, 1, 2].map(|order| function(own, wanted[order], Known::Cam(j, order), 0.0));
+            f.process[j] = function(powers, follower.load.process.is_some() && !rigid, Known::Process(j), 0.0);
         }
         let d = train.dynamics(modes, &y, &f, &given);
         d.rates[..train.layout.count].iter().for_each(|rate| rate.is_rate(tape));
-        self.demand = d.demand.place(tape);
+        self.kept.clear();
+        self.kept.resize(2 + 2 * train.followers.len(), NONE);
+        let events = machine.is_some_and(|m| m.motor.servo().is_some() || m.motor.table().is_some());
+        self.kept[0] = if events { d.demand.place(tape) } else { NONE };
+        self.kept[1] = if driven { phi.place(tape) } else { NONE };
         for (j, follower) in train.followers.iter().enumerate() {
             if let (Joint::Backlash(_), Mode::Contact(_)) = (follower.joint, modes.contacts[j]) {
-                self.normals[j] = d.normal[j].place(tape);
-                self.torques[j] = (d.normal[j] * f.cams[j][1]).place(tape);
+                self.kept[2 + 2 * j] = d.normal[j].place(tape);
+                self.kept[3 + 2 * j] = (d.normal[j] * f.cams[j][1]).place(tape);
             }
         }
     }
 
-    /// Fills the known series about the instant `time`, at which the angles are these, with `order` + 3 coefficients.
+    /// Fills the known series about the instant `time`, at which the angles are these.
     pub fn fill(
         &mut self,
         train: &Train,
@@ -137,50 +204,61 @@ impl Recorded {
         outside: &Outside,
         (order, unit): (usize, f64),
     ) {
-        let rows = &mut self.tape.rows;
-        let count = (order + 3).min(COEFFICIENTS);
-        let local = train.local::<COEFFICIENTS>(modes, angles, count);
-        let slope = |from: &Row, into: &mut Row, factor: f64| {
+        let Recorded { tape, known, .. } = self;
+        let count = order + 3;
+        let slope = |from: &[f64], into: &mut [f64], factor: f64| {
             (1..count).for_each(|n| into[n - 1] = factor * n as f64 * from[n]);
+            into[count - 1] = 0.0;
         };
-        (rows[INERTIA], rows[STATIC], rows[VISCOUS]) = (local.inertia, local.torque, local.viscous);
-        slope(&local.inertia, &mut rows[HALF_SLOPE], 0.5);
-        for j in 0..train.followers.len() {
-            rows[CAMS + 3 * j] = local.cams[j];
-            let (first, rest) = rows[CAMS + 3 * j + 1..].split_at_mut(1);
-            slope(&local.cams[j], &mut first[0], 1.0);
-            slope(&first[0], &mut rest[0], 1.0);
-            rows[PROCESS + j] = local.process[j];
-        }
-        let since = (time - Double::from(outside.time)).hi;
-        let mut put = |row: usize, signal: &crate::drives::shaft::free::signal::Signal| {
-            signal.expand(since, unit, &mut rows[row]);
-        };
-        put(TAU, &outside.inputs.tau);
-        put(TORQUE, &outside.inputs.torque);
-        for (j, _) in train.followers.iter().enumerate().filter(|(_, f)| f.load.input) {
-            put(FORCES + j, &outside.inputs.forces[j]);
-        }
-        if let Some(machine) = train.machine() {
-            if let Some(servo) = machine.motor.servo() {
-                servo.expand_reference(
-                    time.hi,
-                    unit,
-                    (&outside.inputs.reference, since),
-                    &mut rows[REFERENCE][..count],
-                );
-                if machine.motor.takes_position() {
-                    outside.inputs.position.expand(since, unit, &mut rows[LAG]);
-                    rows[LAG][0] -= machine.motor.transmission.ratio * turns * std::f64::consts::TAU;
+        let sums = train.functions::<COEFFICIENTS>(modes, angles, count, |j, cam, process| {
+            for (row, what) in known.iter().enumerate() {
+                match *what {
+                    Known::Cam(of, 0) if of == j => tape.row(row, count).copy_from_slice(&cam[..count]),
+                    Known::Cam(of, 1) if of == j => slope(cam, tape.row(row, count), 1.0),
+                    Known::Cam(of, _) if of == j => {
+                        let row = tape.row(row, count);
+                        (2..count).for_each(|n| row[n - 2] = (n * (n - 1)) as f64 * cam[n]);
+                        row[count - 2..].fill(0.0);
+                    }
+                    Known::Process(of) if of == j => tape.row(row, count).copy_from_slice(&process[..count]),
+                    _ => {}
                 }
             }
-        } else if let Some(motion) = outside.motion {
-            let course = crate::drives::shaft::course::Course::of(motion, time).scaled(unit);
-            rows[PHI][..course.len()].copy_from_slice(&course);
-            let (mut w, mut a) = ([0.0; COEFFICIENTS], [0.0; COEFFICIENTS]);
-            slope(&rows[PHI], &mut w, 1.0 / unit);
-            slope(&w, &mut a, 1.0 / unit);
-            (rows[W], rows[A]) = (w, a);
+        });
+        let since = (time - Double::from(outside.time)).hi;
+        let mut angle = [0.0; COEFFICIENTS];
+        if let Some(motion) = outside.motion {
+            let course = Course::of(motion, time).scaled(unit);
+            angle[..course.len()].copy_from_slice(&course);
+        }
+        let motor = train.machine().map(|machine| &machine.motor);
+        for (row, what) in known.iter().enumerate() {
+            let row = tape.row(row, count);
+            match *what {
+                Known::Inertia => row.copy_from_slice(&sums.inertia[..count]),
+                Known::HalfSlope => slope(&sums.inertia, row, 0.5),
+                Known::Static => row.copy_from_slice(&sums.torque[..count]),
+                Known::Viscous => row.copy_from_slice(&sums.viscous[..count]),
+                Known::Tau => outside.inputs.tau.expand(since, unit, row),
+                Known::Torque => outside.inputs.torque.expand(since, unit, row),
+                Known::Force(j) => outside.inputs.forces[j].expand(since, unit, row),
+                Known::Reference => {
+                    if let Some(servo) = motor.and_then(|motor| motor.servo()) {
+                        servo.expand_reference(time.hi, unit, (&outside.inputs.reference, since), row);
+                    }
+                }
+                Known::Lag => {
+                    outside.inputs.position.expand(since, unit, row);
+                    row[0] -= motor.map_or(0.0, |motor| motor.transmission.ratio) * turns * TAU;
+                }
+                Known::Phi => row.copy_from_slice(&angle[..count]),
+                Known::W => slope(&angle, row, 1.0 / unit),
+                Known::A => {
+                    (2..count).for_each(|n| row[n - 2] = (n * (n - 1)) as f64 * angle[n] / (unit * unit));
+                    row[count - 2..].fill(0.0);
+                }
+                Known::Cam(..) | Known::Process(_) => {}
+            }
         }
     }
 }

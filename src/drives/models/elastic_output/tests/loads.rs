@@ -671,7 +671,7 @@ fn the_log_tells_once_that_the_cam_begins_to_pull() {
         log
     };
     let told = of(30.0, Load::default());
-    assert!(told.len() == 1 && told[0].contains("changes its sign"), "{told:?}");
+    assert!(told.len() == 1 && told[0].contains("BacklashDrive with s = \"inf\""), "{told:?}");
     assert_eq!(of(3000.0, Load::default()).len(), 0);
     // Neither damping nor a process force holds a follower.
     assert_eq!(of(0.0, Load { spring: Some(Spring::default()), damping: Some(3.0), ..Load::default() }).len(), 0);

@@ -690,3 +690,19 @@ fn the_estimate_under_load_covers_the_error() {
     }
     assert_honest("loads", ratios, 1e3);
 }
+
+#[test]
+fn the_log_tells_once_that_the_cam_begins_to_pull() {
+    let told = |linear: bool, load: Load| {
+        let mut drive = ElasticShaft::new(Scene { load, ..press(linear, 14.0, 0.0) }).unwrap();
+        drive.log.keep(true);
+        drive.start(0.0).unwrap();
+        (0..200).for_each(|n| drive.advance(f64::from(n) * 1e-2, 1e-2).unwrap());
+        drive.log.iter().map(|e| e.kind).filter(|kind| kind.contains("BacklashDrive with s = \"inf\"")).count()
+    };
+    for linear in [false, true] {
+        let held_by = |preload: f64| Load { spring: Some(Spring { preload, c: 3e3, at: 0.0 }), ..Load::default() };
+        assert_eq!([10.0, 5e3].map(|preload| told(linear, held_by(preload))), [1, 0], "{linear}");
+        assert_eq!(told(linear, Load { damping: Some(3.0), ..Load::default() }), 0, "{linear}");
+    }
+}

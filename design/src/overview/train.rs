@@ -1,0 +1,107 @@
+//! A train: its motor and shaft, and each of its followers.
+
+use super::{Overview, vibration};
+use crate::oscillator::of_shaft;
+use crate::periodic_train;
+use crate::resource::Resource;
+use camdrive::drives::drive_train::{Joint, Scene, Shaft};
+use camdrive::drives::rigid_machine::{Follower, Inertia};
+use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
+use camdrive::drives::shaft::motor::{Servo, Source};
+use camdrive::drives::{Fault, elastic_shaft};
+
+/// How an elastic shaft alone would start.
+const REST: Start = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
+
+pub fn tell(overview: &mut Overview, resource: &Resource) -> Result<(), Fault> {
+    let scene: Scene = resource.read()?;
+    let speed = match &scene.shaft {
+        Shaft::Driven(mode) => overview.driven(mode),
+        Shaft::Free(_) => free(overview, resource, &scene),
+    };
+    for (j, follower) in scene.followers.iter().enumerate() {
+        let (prefix, cam, load) = (format!("follower[{}].", j + 1), &follower.rigid.cam, &follower.load);
+        let damping = load.damping.unwrap_or(0.0);
+        // Its springs and the return spring side by side.
+        let behind = |m: f64, b: f64, c: f64| vibration::behind_cam(cam, [m, b + damping, c + load.stiffness()], speed);
+        let mut own = Overview::default();
+        let m = match follower.joint {
+            Joint::Rigid => follower.rigid.m,
+            Joint::Output(p, m_x) => {
+                own.elastic(&behind(p.m, p.b, p.c), Some((cam, false)));
+                p.m + m_x
+            }
+            Joint::Shaft(parameters) => {
+                let drive = speed.map_or(DriveMode::Input, |w| DriveMode::Constant { w, phi_start: 0.0 });
+                let (cam, load, start, solver) = (cam.clone(), load.clone(), REST, scene.solver);
+                let alone = elastic_shaft::Scene { parameters, linear: false, load, cam, drive, start, solver };
+                own.elastic(&of_shaft(&alone), Some((&follower.rigid.cam, true)));
+                parameters.m
+            }
+            Joint::Backlash(p) => {
+                if p.m2 > 0.0 {
+                    own.elastic(&behind(p.m2, p.b, p.c), Some((cam, false)));
+                    own.speed("natural_frequency_in_flight", (p.c * (p.m1 + p.m2) / (p.m1 * p.m2)).sqrt());
+                }
+                own.clearance(cam, p.s);
+                p.m1 + p.m2
+            }
+        };
+        for mut figure in own.figures {
+            figure.name = prefix.clone() + &figure.name;
+            overview.figures.push(figure);
+        }
+        // Those of several followers would not say whose they are.
+        if scene.followers.len() == 1 {
+            overview.resonances = own.resonances;
+        }
+        overview.follower(&prefix, &Follower { m, ..follower.rigid.clone() }, speed);
+    }
+    Ok(())
+}
+
+/// Motor, speed and inertia of a free shaft; its mean speed, where it has a periodic motion.
+fn free(overview: &mut Overview, resource: &Resource, scene: &Scene) -> Option<f64> {
+    let Shaft::Free(machine) = &scene.shaft else { return None };
+    let transmission = machine.motor.transmission;
+    let followers = scene.followers.iter().filter_map(|follower| {
+        let m = match follower.joint {
+            Joint::Rigid => follower.rigid.m,
+            Joint::Output(_, m_x) => m_x,
+            Joint::Shaft(_) => return None,
+            Joint::Backlash(p) => p.m1,
+        };
+        Some(Follower { m, ..follower.rigid.clone() })
+    });
+    let mut function = machine.inertia.clone();
+    function.constant += machine.motor.stiff_rotor();
+    let inertia = Inertia::new(function, followers.collect());
+    let mean = 0.5 * (inertia.range().0 + inertia.range().1);
+    let square = transmission.ratio * transmission.ratio;
+    match &machine.motor.source {
+        Source::Kloss(kloss) => overview.kloss(kloss),
+        Source::Servo(Servo { proportional, integral, limit, .. }) => {
+            overview.figure("torque_limit", *limit, "N.m");
+            if *integral > 0.0 {
+                let all = if transmission.coupling.is_some() { mean + square * transmission.rotor } else { mean };
+                overview.speed("control_frequency", (integral * square / all).sqrt());
+                overview.figure("control_damping_ratio", proportional * (square / (4.0 * integral * all)).sqrt(), "1");
+            }
+        }
+        Source::Constant(torque) => overview.figure("motor_torque", *torque, "N.m"),
+        _ => {}
+    }
+    if let Some([c, _]) = transmission.coupling {
+        overview.speed("coupling_frequency", (c * (1.0 / mean + 1.0 / (square * transmission.rotor))).sqrt());
+    }
+    let turn = periodic_train::of(resource).ok().filter(|turn| turn.motion.is_stable());
+    let speed = turn.as_ref().map(periodic_train::Turn::mean_speed);
+    if let Some((turn, speed)) = turn.zip(speed) {
+        overview.speed("mean_speed", speed);
+        overview.share("speed_fluctuation", turn.fluctuation);
+        overview.figure("mean_torque", turn.mean_torque, "N.m");
+        overview.figure("mean_power", turn.mean_power, "W");
+    }
+    overview.inertia(&inertia);
+    speed
+}
