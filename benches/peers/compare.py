@@ -29,6 +29,8 @@ WORKS = [
     ("M3", "m3_backlash", "x1 y der(y)", "backlash, 50 turns (error: 5)"),
     ("M4", "m4_rigid_machine", "phi w a", "rigid machine, 10 s"),
     ("ramp", "ramp", "q der(q) tau", "ramped speed, 10 s"),
+    ("M5", "m5_train", "w follower[1].q follower[3].y", "train, 10 s"),
+    ("M6", "m6_train_backlash", "follower[3].x1 follower[3].y w", "train with backlash, 10 s"),
 ]
 RAMP = (50.26548245743669, 5.0)
 
@@ -37,6 +39,7 @@ DECADES = [10.0**-e for e in range(2, 15)]
 FIXED = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256]
 
 OURS = "camdrive FMU"
+WAYS = ("in process", "as an FMU")
 
 
 def blank(rows, columns):
@@ -46,6 +49,8 @@ def blank(rows, columns):
 
 class Peer:
     """A library with the interface of peer.hpp."""
+
+    way = WAYS[0]
 
     def __init__(self, file):
         self.library = ctypes.CDLL(str(file))
@@ -62,6 +67,8 @@ class Peer:
 
 
 class Scipy:
+    way = WAYS[0]
+
     def __init__(self):
         import scipy_peer
 
@@ -75,18 +82,40 @@ class Scipy:
         return self.peer.solve(method, work, setting, truth.STEPS[work])
 
 
-class Fmu:
-    """The exported FMUs through fmu.c. The CPU time is that of initialisation and all steps with their outputs."""
+class Host:
+    """FMUs through fmu.c. The CPU time is that of initialisation and all steps with their outputs."""
 
     class Times(ctypes.Structure):
         _fields_ = [(name, ctypes.c_double) for name in ("instantiate", "initialise", "steps")]
 
+    def __init__(self, library):
+        self.library = ctypes.CDLL(str(library))
+
+    def open(self, folder, outputs, work):
+        fmu = ctypes.create_string_buffer(4096)
+        assert self.library.fmu_open(fmu, str(folder).encode(), outputs.encode(), WORKS[work][1] == "ramp") == 0
+        return fmu
+
+    def run(self, fmu, work, tolerance):
+        count = truth.STEPS[work]
+        out, times, step = blank(count, 3), self.Times(), ctypes.c_double(1e-3)
+        settings = f"solver.tolerance={tolerance!r}".encode() if tolerance else None
+        ramp = (ctypes.c_double * 2)(*RAMP) if WORKS[work][1] == "ramp" else None
+        failed = self.library.fmu_run(
+            fmu, settings, ramp, step, ctypes.c_long(count), doubles(out), ctypes.byref(times)
+        )
+        return (None if failed else out[:, :2]), times.initialise + times.steps
+
+
+class Fmu:
+    """The exported FMUs."""
+
+    way = WAYS[1]
+
     def __init__(self, folder, host):
-        self.host, self.methods, self.fmus, self.has_tolerance, self.last = ctypes.CDLL(str(host)), [OURS], [], [], None
-        for _, scene, outputs, _ in WORKS:
-            fmu = ctypes.create_string_buffer(4096)
-            assert self.host.fmu_open(fmu, str(folder / scene).encode(), outputs.encode(), scene == "ramp") == 0
-            self.fmus.append(fmu)
+        self.host, self.methods, self.fmus, self.has_tolerance = host, [OURS], [], []
+        for work, (_, scene, outputs, _) in enumerate(WORKS):
+            self.fmus.append(host.open(folder / scene, outputs, work))
             self.has_tolerance.append('"solver.tolerance"' in (folder / scene / "modelDescription.xml").read_text())
 
     def ladder(self, method):
@@ -95,25 +124,45 @@ class Fmu:
     def solve(self, method, work, setting):
         if setting and not self.has_tolerance[work]:
             return None, 0.0
-        count = truth.STEPS[work]
-        out, times = blank(count, 3), self.Times()
-        settings = f"solver.tolerance={setting!r}".encode() if setting else None
-        ramp = (ctypes.c_double * 2)(*RAMP) if WORKS[work][1] == "ramp" else None
-        step = ctypes.c_double(1e-3)
-        failed = self.host.fmu_run(
-            self.fmus[work], settings, ramp, step, ctypes.c_long(count), doubles(out), ctypes.byref(times)
-        )
-        self.last = times
-        return (None if failed else out[:, :2]), times.initialise + times.steps
+        return self.host.run(self.fmus[work], work, setting)
 
 
-def error(outputs, values, rates, is_ours):
-    """The FMU answers for fl(fl(i h) + h), the others for fl((i + 1) h): half a unit in the last place of t, which is
+class PeerFmu:
+    """A peer behind the C interface of an FMU: the functions of peer.cpp, called as those of the exported FMUs."""
+
+    way = WAYS[1]
+    VARIABLES = ("first", "second", "third", "solver.tolerance", "phi", "w", "a")
+
+    def __init__(self, peer, file, folder, host):
+        self.file, self.folder, self.host, self.fmus = file, folder, host, {}
+        self.methods, self.ladder = peer.methods, peer.ladder
+
+    def solve(self, method, work, setting):
+        if (method, work) not in self.fmus:
+            name = f"{self.file.stem}_{method}_{work}"
+            library = self.folder / name / "binaries/linux64" / f"{name}.so"
+            library.parent.mkdir(parents=True, exist_ok=True)
+            library.unlink(missing_ok=True)
+            library.symlink_to(self.file.resolve())
+            variables = "".join(
+                f'<ScalarVariable name="{one}" valueReference="{k}"><Real/></ScalarVariable>'
+                for k, one in enumerate(self.VARIABLES)
+            )
+            (self.folder / name / "modelDescription.xml").write_text(
+                f'<fmiModelDescription guid="{method} {work}"><CoSimulation modelIdentifier="{name}"/>{variables}'
+                "</fmiModelDescription>"
+            )
+            self.fmus[method, work] = self.host.open(self.folder / name, "first second third", work)
+        return self.host.run(self.fmus[method, work], work, float(setting))
+
+
+def error(outputs, values, rates, is_fmu):
+    """An FMU answers for fl(fl(i h) + h), the others for fl((i + 1) h): half a unit in the last place of t, which is
     made good to first order."""
     n = len(values)
     if outputs is None or not np.all(np.isfinite(outputs[:n])):
         return np.inf
-    if is_ours:
+    if is_fmu:
         i = np.arange(n, dtype=np.longdouble)
         begin = np.arange(n) * 1e-3
         delta = begin.astype(np.longdouble) + np.longdouble(1e-3) - ((np.arange(n) + 1) * 1e-3).astype(np.longdouble)
@@ -129,7 +178,7 @@ def sweep(solver, method, work, facts):
         if runs[0][1] < 0.1:
             runs.append(solver.solve(method, work, setting))
         seconds = min(run[1] for run in runs)
-        rows.append((setting, error(runs[0][0], *facts, isinstance(solver, Fmu)), seconds))
+        rows.append((setting, error(runs[0][0], *facts, solver.way == WAYS[1]), seconds))
         if seconds > PATIENCE or (rows[-1][1] < 1e-13):
             break
     return rows
@@ -160,34 +209,39 @@ def short_number(ratio):
 def main():
     arguments = argparse.ArgumentParser()
     arguments.add_argument("folder", type=Path)
-    arguments.add_argument("--works", default="M1 M2 M3 M4 ramp")
+    arguments.add_argument("--works", default="M1 M2 M3 M4 ramp M5 M6")
     arguments.add_argument("--without-scipy", action="store_true")
     options = arguments.parse_args()
     folder, works = options.folder, options.works.split()
 
-    ours = Fmu(folder, folder / "libfmu.so")
-    solvers = [ours]
+    host = Host(folder / "libfmu.so")
+    solvers = [Fmu(folder, host)]
     for name in ("rk4", "odeint", "gsl", "cvode", "crates"):
         file = folder / f"libpeer_{name}.so"
-        solvers += [Peer(file)] if file.exists() else []
+        if file.exists():
+            peer = Peer(file)
+            solvers.append(peer)
+            # The crates integrate to an end that they are told at the start: they cannot be stepped.
+            if name != "crates":
+                solvers.append(PeerFmu(peer, file, folder / "peer_fmus", host))
     if not options.without_scipy:
         solvers.append(Scipy())
     reference = ctypes.CDLL(str(folder / "libreference.so"))
 
-    # Chosen settings by (work, label, target).
+    # Chosen settings by (work, label, target, way).
     picks, seconds, sweeps = {}, {}, []
     numbers = [w for w in range(len(WORKS)) if WORKS[w][0] in works]
     for work in numbers:
         facts = truth.truth(work, reference, folder)
         for solver in solvers:
             for method, label in enumerate(solver.methods):
-                print(f"\r\033[K{WORKS[work][0]}: {label}", end="", file=sys.stderr, flush=True)
+                print(f"\r\033[K{WORKS[work][0]}: {label}, {solver.way}", end="", file=sys.stderr, flush=True)
                 rows = sweep(solver, method, work, facts)
-                sweeps += [(WORKS[work][0], label, *row) for row in rows]
+                sweeps += [(WORKS[work][0], label, solver.way, *row) for row in rows]
                 for target in TARGETS:
                     row = cheapest(rows, target)
                     if row:
-                        picks[work, label, target] = (solver, method, work, row[0]), row[1]
+                        picks[work, label, target, solver.way] = (solver, method, work, row[0]), row[1]
                         seconds[solver, method, work, row[0]] = row[2]
     print("\r\033[Kmeasuring in turn", end="", file=sys.stderr, flush=True)
     medians = measure(seconds)
@@ -196,46 +250,47 @@ def main():
     report(picks, medians, numbers, solvers, folder)
     with open(folder / "work_precision.csv", "w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(["work", "solver", "setting", "relative error", "CPU seconds"])
+        writer.writerow(["work", "solver", "way", "setting", "relative error", "CPU seconds"])
         writer.writerows(sweeps)
 
 
 def report(picks, medians, numbers, solvers, folder):
     """Prints the tables and writes them as Markdown; every number as CSV."""
     lines, rows = [], []
-    head = "".join(f" {target:.0e} |" for target in TARGETS)
-    lines += ["CPU ms at the relative error that the column names; in brackets: times the FMU's.", ""]
+    ways = [(target, way) for target in TARGETS for way in WAYS]
+    head = "".join(f" {target:.0e} | as an FMU |" for target in TARGETS)
+    rule = "|---|" + "---|" * 2 * len(TARGETS)
+    lines += ["CPU ms at the relative error that the column names, then as an FMU; in brackets: times camdrive's FMU.", ""]
     summary = []
     for work in numbers:
         short, _, _, title = WORKS[work]
-        lines += [f"| {short}: {title} |{head}", "|---|" + "---|" * len(TARGETS)]
+        lines += [f"| {short}: {title} |{head}", rule]
         best = {}
-        for solver in solvers:
-            for label in solver.methods:
-                cells = []
-                for target in TARGETS:
-                    pick, mine = picks.get((work, label, target)), picks.get((work, OURS, target))
-                    if not pick:
-                        cells.append("–")
-                        continue
-                    ms = 1e3 * medians[pick[0]]
-                    ratio = ms / (1e3 * medians[mine[0]]) if mine else float("nan")
-                    rows.append([short, label, target, pick[0][3], pick[1], ms, ratio])
-                    cells.append(f"{ms:.2f}" if label == OURS else f"{ms:.2f} ({short_number(ratio)})")
-                    if label != OURS and (target not in best or ms < best[target][0]):
-                        best[target] = (ms, ratio, label)
-                if any(cell != "–" for cell in cells):
-                    lines.append(f"| {label} | " + " | ".join(cells) + " |")
+        for label in dict.fromkeys(label for solver in solvers for label in solver.methods):
+            cells = []
+            for target, way in ways:
+                pick, mine = picks.get((work, label, target, way)), picks.get((work, OURS, target, WAYS[1]))
+                if not pick:
+                    cells.append("–")
+                    continue
+                ms = 1e3 * medians[pick[0]]
+                ratio = ms / (1e3 * medians[mine[0]]) if mine else float("nan")
+                rows.append([short, label, way, target, pick[0][3], pick[1], ms, ratio])
+                cells.append(f"{ms:.2f}" if label == OURS else f"{ms:.2f} ({short_number(ratio)})")
+                if label != OURS and ((target, way) not in best or ms < best[target, way][0]):
+                    best[target, way] = (ms, ratio, label)
+            if any(cell != "–" for cell in cells):
+                lines.append(f"| {label} | " + " | ".join(cells) + " |")
         lines.append("")
-        cells = [f"{short_number(best[t][1])} ({best[t][2]})" if t in best else "nobody" for t in TARGETS]
+        cells = [f"{short_number(best[one][1])} ({best[one][2]})" if one in best else "nobody" for one in ways]
         summary.append(f"| {short} | " + " | ".join(cells) + " |")
-    lines += [f"| best peer / FMU |{head}", "|---|" + "---|" * len(TARGETS), *summary, ""]
+    lines += [f"| best peer / FMU |{head}", rule, *summary, ""]
     text = "\n".join(lines)
     print(text)
     (folder / "peers.md").write_text(text)
     with open(folder / "peers.csv", "w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(["work", "solver", "target", "setting", "relative error", "CPU ms", "ratio to FMU"])
+        writer.writerow(["work", "solver", "way", "target", "setting", "relative error", "CPU ms", "ratio to FMU"])
         writer.writerows(rows)
 
 

@@ -2,6 +2,7 @@
 // its own root finding.
 #include "peer.hpp"
 
+#include <array>
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
 #include <sunlinsol/sunlinsol_dense.h>
@@ -14,6 +15,8 @@ template <class System> int call(realtype t, N_Vector y, N_Vector f, void *syste
     (*static_cast<System *>(system))(NV_DATA_S(y), NV_DATA_S(f), t);
     return 0;
 }
+
+void quiet(int, const char *, const char *, char *, void *) {}
 
 // A memory of CVODE for `size` states.
 struct Solver {
@@ -34,6 +37,7 @@ struct Solver {
         check(CVodeSStolerances(memory, tolerance, tolerance));
         check(CVodeSetUserData(memory, system));
         check(CVodeSetMaxNumSteps(memory, 100000));
+        CVodeSetErrHandlerFn(memory, quiet, nullptr);
         if (method == 0) {
             nonlinear = SUNNonlinSol_FixedPoint(y, 0, context);
             check(CVodeSetNonlinearSolver(memory, nonlinear));
@@ -56,48 +60,60 @@ struct Solver {
     double *data() { return NV_DATA_S(y); }
 };
 
-void quiet(int, const char *, const char *, char *, void *) {}
-
-template <class System> int integrate(int method, double tolerance, System system, long steps, double *out) {
-    Solver solver(method, 2, tolerance, call<System>, &system, System::start);
-    CVodeSetErrHandlerFn(solver.memory, quiet, nullptr);
-    const long corner = std::lround(System::corner * 1e3);
-    if (corner) CVodeSetStopTime(solver.memory, System::corner);
-    double t = 0.0;
-    for (long i = 0; i < steps && solver.good; i++) {
-        solver.check(CVode(solver.memory, works::output_time(i + 1), solver.y, &t, CV_NORMAL));
-        peer::put<System>(out, i, solver.data());
-        if (corner && i + 1 == corner) {
-            solver.check(CVodeReInit(solver.memory, t, solver.y));
-            CVodeSetStopTime(solver.memory, works::output_time(steps));
-        }
-    }
-    return solver.good ? 0 : -1;
+// The states of a system or drive at its start.
+template <int N, class Work> std::array<double, N> first(const Work &work) {
+    std::array<double, N> y = {};
+    work.start(y.data());
+    return y;
 }
 
-// The drive with backlash; the guards are functions of CVODE's root finding.
-struct BacklashCvode {
-    works::Backlash drive;
-    int flank = 0, left = 0;
-    double armed = 0.0;
+template <class System> struct Smooth final : peer::Run {
+    System system;
+    Solver solver;
+    double t = 0.0;
+
+    Smooth(const System &s, int method, double tolerance)
+        : system(s), solver(method, System::N, tolerance, call<System>, &system, first<System::N>(s).data()) {
+        if (System::corner > 0.0) CVodeSetStopTime(solver.memory, System::corner);
+    }
+    bool advance(double end, double *out) override {
+        solver.check(CVode(solver.memory, end, solver.y, &t, CV_NORMAL));
+        peer::put<System>(out, solver.data());
+        if (peer::is_corner<System>(t)) {
+            solver.check(CVodeReInit(solver.memory, t, solver.y));
+            CVodeSetStopTime(solver.memory, 1e9);
+        }
+        return solver.good;
+    }
+};
+
+// A drive with backlash; the guards are functions of CVODE's root finding.
+template <class Drive> struct Backlash final : peer::Run {
+    static constexpr int BOUND = Drive::BOUND, LOOSE = Drive::LOOSE;
     static constexpr double ARMING = 1e-4;
+    static constexpr long TOO_MANY = 20000;
+    Drive drive;
+    int flank = 0, left = 0;
+    double armed = 0.0, t = 0.0;
+    long events = 0;
+    Solver bound, loose;
 
     static int contact(realtype t, N_Vector y, N_Vector f, void *self) {
-        auto *run = static_cast<BacklashCvode *>(self);
+        auto *run = static_cast<Backlash *>(self);
         run->drive.contact(NV_DATA_S(y), NV_DATA_S(f), t, run->flank);
         return 0;
     }
     static int free(realtype, N_Vector y, N_Vector f, void *self) {
-        static_cast<BacklashCvode *>(self)->drive.free(NV_DATA_S(y), NV_DATA_S(f));
+        static_cast<Backlash *>(self)->drive.free(NV_DATA_S(y), NV_DATA_S(f));
         return 0;
     }
     static int force(realtype t, N_Vector y, realtype *g, void *self) {
-        auto *run = static_cast<BacklashCvode *>(self);
+        auto *run = static_cast<Backlash *>(self);
         g[0] = run->drive.force(NV_DATA_S(y), t, run->flank);
         return 0;
     }
     static int gaps(realtype t, N_Vector y, realtype *g, void *self) {
-        auto *run = static_cast<BacklashCvode *>(self);
+        auto *run = static_cast<Backlash *>(self);
         for (int k = 0; k < 2; k++) {
             const int side = k == 0 ? 1 : -1;
             // A flight begins with a gap of zero that grows with the cube of time: its sign is noise at first.
@@ -106,73 +122,58 @@ struct BacklashCvode {
         return 0;
     }
 
-    int run(int method, double tolerance, double *out) {
-        using works::Backlash;
-        double state[4];
-        drive.start(state, &flank);
-        Solver bound(method, 2, tolerance, contact, this, state);
-        Solver loose(method, 4, tolerance, free, this, state);
+    Backlash(const Drive &d, int method, double tolerance)
+        : drive(d),
+          bound(method, BOUND, tolerance, contact, this, first<LOOSE>(d).data()),
+          loose(method, LOOSE, tolerance, free, this, first<LOOSE>(d).data()) {
+        flank = drive.start(loose.data());
         int down[2] = {-1, -1};
         for (Solver *solver : {&bound, &loose}) {
-            CVodeSetErrHandlerFn(solver->memory, quiet, nullptr);
             CVodeRootInit(solver->memory, solver == &bound ? 1 : 2, solver == &bound ? force : gaps);
             CVodeSetRootDirection(solver->memory, down);
             CVodeSetNoInactiveRootWarn(solver->memory);
         }
-        double t = 0.0;
-        long events = 0;
-        for (long i = 0; i < works::STEPS[works::M3]; i++) {
-            double end = works::output_time(i + 1);
-            while (t < end) {
-                Solver &now = flank ? bound : loose;
-                int flag = CVode(now.memory, end, now.y, &t, CV_NORMAL);
-                if (flag < 0 || events > 20000) return -1;
-                if (flag != CV_ROOT_RETURN) continue;
-                events++;
-                double *y = now.data();
-                if (flank) {
-                    left = flank;
-                    double *z = loose.data();
-                    std::copy(y, y + 2, z);
-                    z[2] = drive.flank_position(t, flank) / Backlash::X;
-                    z[3] = drive.flank_speed(t) / (Backlash::X * Backlash::W);
-                    flank = 0;
-                } else {
-                    int found[2];
-                    CVodeGetRootInfo(now.memory, found);
-                    int side = found[0] ? 1 : -1;
-                    double speed = drive.flank_speed(t) / (Backlash::X * Backlash::W);
-                    left = side;
-                    y[2] = drive.flank_position(t, side) / Backlash::X;
-                    y[3] = speed;
-                    if (drive.force(y, t, side) > 0.0) {
-                        std::copy(y, y + 2, bound.data());
-                        flank = side;
-                    }
-                }
-                armed = t + ARMING;
-                Solver &next = flank ? bound : loose;
-                if (CVodeReInit(next.memory, t, next.y) < 0) return -1;
-            }
-            out[2 * i] = flank ? drive.flank_position(t, flank) : loose.data()[2] * Backlash::X;
-            out[2 * i + 1] = (flank ? bound : loose).data()[0] * Backlash::X;
+    }
+    bool advance(double end, double *out) override {
+        while (t < end) {
+            Solver &now = flank ? bound : loose;
+            int flag = CVode(now.memory, end, now.y, &t, CV_NORMAL);
+            if (flag < 0 || events > TOO_MANY) return false;
+            if (flag == CV_ROOT_RETURN && !switch_over(now)) return false;
         }
-        return 0;
+        drive.outputs((flank ? bound : loose).data(), t, flank, out);
+        return true;
+    }
+    bool switch_over(Solver &now) {
+        events++;
+        if (flank) {
+            left = flank;
+            std::copy(now.data(), now.data() + BOUND, loose.data());
+            drive.on_flank(loose.data(), t, flank);
+            flank = 0;
+        } else {
+            int found[2];
+            CVodeGetRootInfo(now.memory, found);
+            left = found[0] ? 1 : -1;
+            if (drive.impact(loose.data(), t, left)) {
+                std::copy(loose.data(), loose.data() + BOUND, bound.data());
+                flank = left;
+            }
+        }
+        armed = t + ARMING;
+        Solver &next = flank ? bound : loose;
+        return CVodeReInit(next.memory, t, next.y) >= 0;
     }
 };
 
 }  // namespace
 
-const char *peer_methods() { return "CVODE Adams;CVODE BDF"; }
+const char *const peer::METHODS = "CVODE Adams;CVODE BDF";
 
-int peer_solve(int method, int work, double tolerance, double *out, double *cpu_seconds) {
-    peer::Clock clock;
-    int result;
-    if (work == works::M3)
-        result = BacklashCvode().run(method, tolerance, out);
-    else
-        result = peer::with_work(
-            work, [&](auto system) { return integrate(method, tolerance, system, works::STEPS[work], out); });
-    *cpu_seconds = clock.seconds();
-    return result;
+std::unique_ptr<peer::Run> peer::start(int method, int work, double tolerance) {
+    auto run = with_work(
+        work, [&](auto system) { return std::make_unique<Smooth<decltype(system)>>(system, method, tolerance); });
+    if (run) return run;
+    return with_drive(
+        work, [&](auto drive) { return std::make_unique<Backlash<decltype(drive)>>(drive, method, tolerance); });
 }

@@ -3,7 +3,6 @@
 
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_odeiv2.h>
-#include <memory>
 
 namespace {
 
@@ -36,19 +35,20 @@ struct Solver {
     }
 };
 
-// Prince-Dormand for the backlash.
-struct Method {
-    Solver two, four;
+// Prince-Dormand for the drives with backlash.
+template <class Drive> struct Method {
+    std::shared_ptr<Solver> bound, loose;
     double h = FIRST_STEP;
 
     explicit Method(double tolerance)
-        : two(gsl_odeiv2_step_rk8pd, 2, tolerance), four(gsl_odeiv2_step_rk8pd, 4, tolerance) {}
+        : bound(std::make_shared<Solver>(gsl_odeiv2_step_rk8pd, Drive::BOUND, tolerance)),
+          loose(std::make_shared<Solver>(gsl_odeiv2_step_rk8pd, Drive::LOOSE, tolerance)) {}
 
-    template <int N> Solver &solver() { return N == 2 ? two : four; }
+    template <int N> Solver &of() { return N == Drive::BOUND ? *bound : *loose; }
 
     template <int N, class System> double advance(System &system, double t, double *y, double limit) {
         gsl_odeiv2_system described = {call<System>, nullptr, N, &system};
-        Solver &s = solver<N>();
+        Solver &s = of<N>();
         double next = h;
         if (gsl_odeiv2_evolve_apply(s.evolve, s.control, s.step, &described, &t, limit, &next, y) != GSL_SUCCESS)
             return NAN;
@@ -60,47 +60,48 @@ struct Method {
         gsl_odeiv2_system described = {call<System>, nullptr, N, &system};
         double error[N];
         std::copy(y, y + N, into);
-        gsl_odeiv2_step_apply(solver<N>().step, t, h, into, error, nullptr, nullptr, &described);
+        gsl_odeiv2_step_apply(of<N>().step, t, h, into, error, nullptr, nullptr, &described);
     }
     void restart() {
-        two.reset();
-        four.reset();
+        bound->reset();
+        loose->reset();
         h = std::min(h, 1e-3);
     }
 };
 
-template <class System>
-int integrate(const gsl_odeiv2_step_type *type, double tolerance, System system, long steps, double *out) {
-    gsl_odeiv2_system described = {call<System>, nullptr, 2, &system};
-    std::unique_ptr<gsl_odeiv2_driver, void (*)(gsl_odeiv2_driver *)> driver(
-        gsl_odeiv2_driver_alloc_y_new(&described, type, FIRST_STEP, tolerance, tolerance), gsl_odeiv2_driver_free);
-    double t = 0.0, y[2] = {System::start[0], System::start[1]};
-    for (long i = 0; i < steps; i++) {
-        if (gsl_odeiv2_driver_apply(driver.get(), &t, works::output_time(i + 1), y) != GSL_SUCCESS) return -1;
-        peer::put<System>(out, i, y);
-        if (System::corner && i + 1 == std::lround(System::corner * 1e3)) gsl_odeiv2_driver_reset(driver.get());
+template <class System> struct Driver final : peer::Run {
+    System system;
+    gsl_odeiv2_system described = {call<System>, nullptr, System::N, &system};
+    gsl_odeiv2_driver *driver;
+    double t = 0.0, y[System::N];
+
+    Driver(const System &s, const gsl_odeiv2_step_type *type, double tolerance)
+        : system(s), driver(gsl_odeiv2_driver_alloc_y_new(&described, type, FIRST_STEP, tolerance, tolerance)) {
+        system.start(y);
     }
-    return 0;
-}
+    ~Driver() { gsl_odeiv2_driver_free(driver); }
+    bool advance(double end, double *out) override {
+        if (gsl_odeiv2_driver_apply(driver, &t, end, y) != GSL_SUCCESS) return false;
+        peer::put<System>(out, y);
+        if (peer::is_corner<System>(t)) gsl_odeiv2_driver_reset(driver);
+        return true;
+    }
+};
 
 }  // namespace
 
-const char *peer_methods() { return "GSL rk8pd;GSL msadams"; }
+const char *const peer::METHODS = "GSL rk8pd;GSL msadams";
 
-int peer_solve(int method, int work, double tolerance, double *out, double *cpu_seconds) {
+std::unique_ptr<peer::Run> peer::start(int method, int work, double tolerance) {
     gsl_set_error_handler_off();
-    peer::Clock clock;
-    int result;
-    if (work == works::M3) {
-        // The multistep method cannot take single steps of a given length.
-        if (method != 0) return 1;
-        Method one(tolerance);
-        result = peer::BacklashRun<Method>(one).run(out);
-    } else {
+    auto run = with_work(work, [&](auto system) {
         const gsl_odeiv2_step_type *type = method == 0 ? gsl_odeiv2_step_rk8pd : gsl_odeiv2_step_msadams;
-        result = peer::with_work(
-            work, [&](auto system) { return integrate(type, tolerance, system, works::STEPS[work], out); });
-    }
-    *cpu_seconds = clock.seconds();
-    return result;
+        return std::make_unique<Driver<decltype(system)>>(system, type, tolerance);
+    });
+    // The multistep method cannot take single steps of a given length.
+    if (run || method != 0) return run;
+    return with_drive(work, [&](auto drive) {
+        using Drive = decltype(drive);
+        return std::make_unique<BacklashRun<Drive, Method<Drive>>>(drive, Method<Drive>(tolerance));
+    });
 }

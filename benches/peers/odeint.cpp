@@ -20,31 +20,22 @@ template <class System> struct Adapter {
     template <class Y> void operator()(const Y &y, Y &f, double t) const { system(y.data(), f.data(), t); }
 };
 
-// The controlled stepper of either method for the backlash.
-template <template <int> class Stepper> struct Controlled {
-    double tolerance;
-    odeint::controlled_runge_kutta<Stepper<2>> two = odeint::make_controlled(tolerance, tolerance, Stepper<2>());
-    odeint::controlled_runge_kutta<Stepper<4>> four = odeint::make_controlled(tolerance, tolerance, Stepper<4>());
-    Stepper<2> one2;
-    Stepper<4> one4;
-    double h = FIRST_STEP;
+// The controlled stepper of either method for one number of states.
+template <template <int> class Stepper, int N> struct Controlled {
+    odeint::controlled_runge_kutta<Stepper<N>> controlled;
+    Stepper<N> plain;
 
-    template <int N> auto &controlled() {
-        if constexpr (N == 2) return two;
-        else return four;
-    }
-    template <int N> auto &plain() {
-        if constexpr (N == 2) return one2;
-        else return one4;
-    }
-    template <int N, class System> double advance(System &system, double t, double *y, double limit) {
+    explicit Controlled(double tolerance) : controlled(odeint::make_controlled(tolerance, tolerance, Stepper<N>())) {}
+
+    // One step of about `h`, which becomes that of the next; the time reached.
+    template <class System> double advance(System &system, double t, double *y, double limit, double &h) {
         State<N> z;
         std::copy(y, y + N, z.begin());
         Adapter<System> adapter{system};
         for (int i = 0; i < 100; i++) {
             const bool cut = t + h > limit - 1e-3 * h;
             double try_h = cut ? limit - t : h, before = t;
-            if (controlled<N>().try_step(adapter, z, t, try_h) == odeint::success) {
+            if (controlled.try_step(adapter, z, t, try_h) == odeint::success) {
                 // A step cut by the output says nothing against a longer one.
                 h = cut ? std::max(h, try_h) : try_h;
                 std::copy(z.begin(), z.end(), y);
@@ -55,67 +46,110 @@ template <template <int> class Stepper> struct Controlled {
         }
         return t;
     }
-    template <int N, class System> void single(System &system, double t, const double *y, double h, double *into) {
+    template <class System> void single(System &system, double t, const double *y, double h, double *into) {
         State<N> z;
         std::copy(y, y + N, z.begin());
         // The first stage of Dormand-Prince is the last of the step before; here there is none.
-        if constexpr (requires { plain<N>().reset(); }) plain<N>().reset();
-        plain<N>().do_step(Adapter<System>{system}, z, t, h);
+        if constexpr (requires { plain.reset(); }) plain.reset();
+        plain.do_step(Adapter<System>{system}, z, t, h);
         std::copy(z.begin(), z.end(), into);
     }
+    void reset() {
+        if constexpr (requires { controlled.reset(); }) controlled.reset();
+    }
+};
+
+// For the drives with backlash.
+template <template <int> class Stepper, class Drive> struct Both {
+    Controlled<Stepper, Drive::BOUND> bound;
+    Controlled<Stepper, Drive::LOOSE> loose;
+    double h = FIRST_STEP;
+
+    explicit Both(double tolerance) : bound(tolerance), loose(tolerance) {}
+
+    template <int N> auto &of() {
+        if constexpr (N == Drive::BOUND) return bound;
+        else return loose;
+    }
+    template <int N, class System> double advance(System &system, double t, double *y, double limit) {
+        return of<N>().advance(system, t, y, limit, h);
+    }
+    template <int N, class System> void single(System &system, double t, const double *y, double h, double *into) {
+        of<N>().single(system, t, y, h, into);
+    }
     void restart() {
-        if constexpr (requires { two.reset(); }) two.reset(), four.reset();
+        bound.reset();
+        loose.reset();
         h = std::min(h, 1e-3);
     }
 };
 
-template <class Stepper, class System> void integrate(Stepper stepper, System system, long steps, double *out) {
-    using Work = System;
-    State<2> y = {Work::start[0], Work::start[1]};
-    // The outputs from `first` to `last`; a corner of the motion is an end of one integration.
-    auto piece = [&](long first, long last) {
-        std::vector<double> times;
-        for (long i = first; i <= last; i++) times.push_back(works::output_time(i));
-        long i = first;
-        State<2> at = y;
-        odeint::integrate_times(stepper, Adapter<System>{system}, at, times.begin(), times.end(), FIRST_STEP,
-                                [&](const State<2> &z, double) {
-                                    if (i > first) peer::put<Work>(out, i - 1, z);
-                                    if (i == last) y = z;
-                                    i++;
-                                });
-    };
-    const long corner = std::lround(Work::corner * 1e3);
-    if (corner) piece(0, corner);
-    piece(corner, steps);
+// Dormand-Prince with its dense output; a corner of the motion is an end of one integration.
+template <class System> struct Dense final : peer::Run {
+    System system;
+    decltype(odeint::make_dense_output(0.0, 0.0, Dopri5<System::N>())) stepper;
+    double limit = System::corner > 0.0 ? System::corner : std::numeric_limits<double>::infinity();
+
+    Dense(const System &s, double tolerance)
+        : system(s), stepper(odeint::make_dense_output(tolerance, tolerance, Dopri5<System::N>())) {
+        State<System::N> y;
+        system.start(y.data());
+        stepper.initialize(y, 0.0, FIRST_STEP);
+    }
+    bool advance(double t, double *out) override {
+        // Nothing is a step that only rounding leaves.
+        while (stepper.current_time() < t - 1e-12) {
+            if (stepper.current_time() + stepper.current_time_step() > limit)
+                stepper.initialize(stepper.current_state(), stepper.current_time(), limit - stepper.current_time());
+            stepper.do_step(Adapter<System>{system});
+        }
+        State<System::N> y;
+        stepper.calc_state(t, y);
+        if (peer::is_corner<System>(t)) {
+            stepper.initialize(y, t, FIRST_STEP);
+            limit = std::numeric_limits<double>::infinity();
+        }
+        peer::put<System>(out, y.data());
+        return true;
+    }
+};
+
+// Runge-Kutta-Fehlberg 7(8) from output to output.
+template <class System> struct ToOutputs final : peer::Run {
+    System system;
+    Controlled<Rkf78, System::N> stepper;
+    double t = 0.0, h = FIRST_STEP, y[System::N];
+
+    ToOutputs(const System &s, double tolerance) : system(s), stepper(tolerance) { system.start(y); }
+    bool advance(double end, double *out) override {
+        while (t < end) {
+            const double begin = t;
+            t = stepper.advance(system, t, y, end, h);
+            if (!(t > begin)) return false;
+        }
+        if (peer::is_corner<System>(t)) h = FIRST_STEP;
+        peer::put<System>(out, y);
+        return true;
+    }
+};
+
+template <template <int> class Stepper> std::unique_ptr<peer::Run> backlash(int work, double tolerance) {
+    return peer::with_drive(work, [&](auto drive) {
+        using Drive = decltype(drive);
+        using Method = Both<Stepper, Drive>;
+        return std::make_unique<peer::BacklashRun<Drive, Method>>(drive, Method(tolerance));
+    });
 }
 
 }  // namespace
 
-const char *peer_methods() { return "Boost odeint dopri5;Boost odeint rkf78"; }
+const char *const peer::METHODS = "Boost odeint dopri5;Boost odeint rkf78";
 
-int peer_solve(int method, int work, double tolerance, double *out, double *cpu_seconds) try {
-    peer::Clock clock;
-    int result;
-    if (work == works::M3) {
-        if (method == 0) {
-            Controlled<Dopri5> controlled{tolerance};
-            result = peer::BacklashRun<Controlled<Dopri5>>(controlled).run(out);
-        } else {
-            Controlled<Rkf78> controlled{tolerance};
-            result = peer::BacklashRun<Controlled<Rkf78>>(controlled).run(out);
-        }
-    } else {
-        result = peer::with_work(work, [&](auto system) {
-            if (method == 0)
-                integrate(odeint::make_dense_output(tolerance, tolerance, Dopri5<2>()), system, works::STEPS[work], out);
-            else
-                integrate(odeint::make_controlled(tolerance, tolerance, Rkf78<2>()), system, works::STEPS[work], out);
-            return 0;
-        });
-    }
-    *cpu_seconds = clock.seconds();
-    return result;
-} catch (const std::exception &) {
-    return -1;
+std::unique_ptr<peer::Run> peer::start(int method, int work, double tolerance) {
+    if (auto run = method == 0 ? backlash<Dopri5>(work, tolerance) : backlash<Rkf78>(work, tolerance)) return run;
+    return with_work(work, [&](auto system) -> std::unique_ptr<Run> {
+        using System = decltype(system);
+        if (method == 0) return std::make_unique<Dense<System>>(system, tolerance);
+        return std::make_unique<ToOutputs<System>>(system, tolerance);
+    });
 }

@@ -29,30 +29,30 @@ struct Fixed {
     void restart() {}
 };
 
+template <class System> struct Smooth final : peer::Run {
+    System system;
+    long n;
+    double t = 0.0, y[System::N];
+
+    Smooth(const System &s, long steps) : system(s), n(steps) { system.start(y); }
+    bool advance(double end, double *out) override {
+        const double begin = t, h = (end - t) / double(n);
+        for (long k = 0; k < n; k++) step<System::N>(system, begin + double(k) * h, y, h, y);
+        t = end;
+        peer::put<System>(out, y);
+        return true;
+    }
+};
+
 }  // namespace
 
-const char *peer_methods() { return "RK4, fixed step"; }
+const char *const peer::METHODS = "RK4, fixed step";
 
-int peer_solve(int, int work, double setting, double *out, double *cpu_seconds) {
+std::unique_ptr<peer::Run> peer::start(int, int work, double setting) {
     const long n = long(setting);
-    peer::Clock clock;
-    int result;
-    if (work == works::M3) {
-        Fixed method{1e-3 / double(n)};
-        result = peer::BacklashRun<Fixed>(method).run(out);
-    } else {
-        result = peer::with_work(work, [&](auto system) {
-            using Work = decltype(system);
-            double y[2] = {Work::start[0], Work::start[1]};
-            const double h = 1e-3 / double(n);
-            for (long i = 0; i < works::STEPS[work]; i++) {
-                const double begin = works::output_time(i);
-                for (long k = 0; k < n; k++) step<2>(system, begin + double(k) * h, y, h, y);
-                peer::put<Work>(out, i, y);
-            }
-            return 0;
-        });
-    }
-    *cpu_seconds = clock.seconds();
-    return result;
+    auto run = with_work(work, [&](auto system) { return std::make_unique<Smooth<decltype(system)>>(system, n); });
+    if (run) return run;
+    return with_drive(work, [&](auto drive) {
+        return std::make_unique<BacklashRun<decltype(drive), Fixed>>(drive, Fixed{1e-3 / double(n)});
+    });
 }

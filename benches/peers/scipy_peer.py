@@ -75,13 +75,64 @@ def rigid_machine(t, y):
     return np.array([w, (torque - (30.0 * p1 * p2 + 15.0 * q1 * q2) * w * w) / inertia])
 
 
-# Right-hand side, scale, start, corner of the motion [ms].
+# The train: y = (phi, phi' / SHAFT, M / TORQUE, then q / TRAIN_Q, q' / (TRAIN_Q TRAIN_W0) of each follower).
+SHAFT, TORQUE, TRAIN_Q, TRAIN_W0, J0 = 60.0, 10.0, 1e-3, 300.0, 0.08
+MASSES = (3.0, 5.0, 1.5)
+STIFFNESSES = (426366.91012706014, 399718.978244119, 378992.80900183134)
+DAMPINGS = (45.238934211693014, 84.82300164692441, 30.159289474462014)
+STROKES = (0.06, 0.04, -0.08)
+
+
+@njit
+def kloss(w):
+    slip = (62.83185307179586 - w) / 62.83185307179586
+    return 2 * 12.0 * 0.15 * slip / (slip * slip + 0.15 * 0.15)
+
+
+@njit
+def pull(y, j):
+    return STIFFNESSES[j] * TRAIN_Q * y[3 + 2 * j] + DAMPINGS[j] * TRAIN_Q * TRAIN_W0 * y[4 + 2 * j]
+
+
+@njit
+def shaft_torque(y, followers, s, c):
+    """The torque of the motor and of elastic outputs."""
+    torque = TORQUE * y[2]
+    for j in range(followers):
+        torque += u1(-c if j == 1 else s, STROKES[j]) * pull(y, j)
+    return torque
+
+
+@njit
+def train_rates(y, f, followers, s, c, acceleration):
+    w = SHAFT * y[1]
+    f[0], f[1], f[2] = w, acceleration / SHAFT, (kloss(w) / TORQUE - y[2]) / 0.01
+    for j in range(followers):
+        x2 = u2(s if j == 1 else c, STROKES[j]) * w * w + u1(-c if j == 1 else s, STROKES[j]) * acceleration
+        f[3 + 2 * j] = TRAIN_W0 * y[4 + 2 * j]
+        f[4 + 2 * j] = -(pull(y, j) / MASSES[j] + x2) / (TRAIN_Q * TRAIN_W0)
+
+
+@njit
+def train(t, y):
+    s, c, f = math.sin(y[0]), math.cos(y[0]), np.empty(9)
+    train_rates(y, f, 3, s, c, shaft_torque(y, 3, s, c) / J0)
+    return f
+
+
+def train_start(states):
+    return [0.0, 0.5 / SHAFT, kloss(0.5) / TORQUE] + [0.0] * (states - 3)
+
+
+# Right-hand side, compared states, their scale, start, corner of the motion [ms].
 SMOOTH = {
-    0: (elastic_output, [Q, Q * W0], [0.0, 0.0], 0),
-    1: (elastic_shaft, [0.1, 20.0], [0.0, 0.0], 0),
-    3: (rigid_machine, [1.0, 1.0], [0.0, 0.5], 0),
-    4: (ramp, [Q, Q * W0], [0.0, 0.0], 5000),
+    0: (elastic_output, [0, 1], [Q, Q * W0], [0.0, 0.0], 0),
+    1: (elastic_shaft, [0, 1], [0.1, 20.0], [0.0, 0.0], 0),
+    3: (rigid_machine, [0, 1], [1.0, 1.0], [0.0, 0.5], 0),
+    4: (ramp, [0, 1], [Q, Q * W0], [0.0, 0.0], 5000),
+    5: (train, [1, 3], [SHAFT, TRAIN_Q], train_start(9), 0),
 }
+
 
 X, W, S = 0.01, 251.32741228718345, 1e-4
 C, M1, M2, W5 = 505323.74533577514, 2.0, 8.0, 31.41592653589793
@@ -113,11 +164,132 @@ def gap(t, y, side):
     return side * (y[2] * X - flank(t, side))
 
 
-def backlash(method, tolerance, count, times):
+class Backlash:
+    """y = (x2, v2 / W, x1, v1 / W) / X, in contact without x1, v1."""
+
+    bound = 2
+    contact_rate, free_rate = staticmethod(contact_rate), staticmethod(free_rate)
+    force, gap = staticmethod(force), staticmethod(gap)
+
+    @staticmethod
+    def start():
+        side = -1 if u2(1.0, 0.02) < 0 else 1
+        return np.array([flank(0.0, side) / X, 0.0]), side
+
+    @staticmethod
+    def on_flank(t, y, side):
+        """The state with m1 on the flank."""
+        return np.array([y[0], y[1], flank(t, side) / X, u1(math.sin(W5 * t), 0.02) * W5 / (X * W)])
+
+    @staticmethod
+    def impact(t, y, side):
+        return Backlash.on_flank(t, y, side)
+
+    @staticmethod
+    def outputs(t, y, side):
+        """(x1, x2) over columns of y."""
+        return [[flank(s, side) for s in t] if side else y[2] * X, y[0] * X]
+
+
+TRAIN_X, TRAIN_V, TRAIN_S = 0.04, 20.0, 1e-4
+TRAIN_C, TRAIN_D, TRAIN_M1, TRAIN_M2 = 378992.80900183134, 75.39822368615505, 0.5, 1.5
+
+
+@njit
+def train_flank(c, side):
+    return u0(c, -0.08) + (0.0 if side > 0 else TRAIN_S)
+
+
+@njit
+def train_spring(y, x1, v1):
+    """The force of m1 on m2."""
+    return TRAIN_C * (x1 - TRAIN_X * y[7]) + TRAIN_D * (v1 - TRAIN_V * y[8])
+
+
+@njit
+def train_with_spring(y, f, s, c, acceleration, spring):
+    train_rates(y, f, 2, s, c, acceleration)
+    f[7], f[8] = TRAIN_V / TRAIN_X * y[8], spring / (TRAIN_M2 * TRAIN_V)
+
+
+@njit
+def train_contact_rate(t, y, side):
+    s, c, w, f = math.sin(y[0]), math.cos(y[0]), SHAFT * y[1], np.empty(9)
+    d1, d2 = u1(s, -0.08), u2(c, -0.08)
+    spring = train_spring(y, train_flank(c, side), d1 * w)
+    torque = shaft_torque(y, 2, s, c) - d1 * (spring + TRAIN_M1 * d2 * w * w)
+    train_with_spring(y, f, s, c, torque / (J0 + TRAIN_M1 * d1 * d1), spring)
+    return f
+
+
+@njit
+def train_free_rate(t, y):
+    s, c, f = math.sin(y[0]), math.cos(y[0]), np.empty(11)
+    spring = train_spring(y, TRAIN_X * y[9], TRAIN_V * y[10])
+    train_with_spring(y, f, s, c, shaft_torque(y, 2, s, c) / J0, spring)
+    f[9], f[10] = TRAIN_V / TRAIN_X * y[10], -spring / (TRAIN_M1 * TRAIN_V)
+    return f
+
+
+@njit
+def train_force(t, y, side):
+    s, c, w = math.sin(y[0]), math.cos(y[0]), SHAFT * y[1]
+    d1, d2 = u1(s, -0.08), u2(c, -0.08)
+    spring = train_spring(y, train_flank(c, side), d1 * w)
+    alone = shaft_torque(y, 2, s, c) / J0
+    return side * (TRAIN_M1 * (d2 * w * w + d1 * alone) + spring) / (1 + TRAIN_M1 * d1 * d1 / J0)
+
+
+@njit
+def train_gap(t, y, side):
+    return side * (TRAIN_X * y[9] - train_flank(math.cos(y[0]), side))
+
+
+class TrainBacklash:
+    """y = (the shaft and two outputs, x2 / TRAIN_X, v2 / TRAIN_V), between the flanks x1 / TRAIN_X, v1 / TRAIN_V, too."""
+
+    bound = 9
+    contact_rate, free_rate = staticmethod(train_contact_rate), staticmethod(train_free_rate)
+    force, gap = staticmethod(train_force), staticmethod(train_gap)
+
+    @staticmethod
+    def start():
+        y = TrainBacklash.on_flank(0.0, np.array(train_start(9)), 1)
+        for side in (1, -1):
+            y = TrainBacklash.on_flank(0.0, y, side)
+            y[7:9] = y[9:11]
+            if train_force(0.0, y, side) > 0:
+                return y[:9], side
+        return y, 0
+
+    @staticmethod
+    def on_flank(t, y, side):
+        speed = u1(math.sin(y[0]), -0.08) * SHAFT * y[1]
+        return np.concatenate([y[:9], [train_flank(math.cos(y[0]), side) / TRAIN_X, speed / TRAIN_V]])
+
+    @staticmethod
+    def impact(t, y, side):
+        s, c = math.sin(y[0]), math.cos(y[0])
+        d1, y = u1(s, -0.08), y.copy()
+        approach = TRAIN_V * y[10] - d1 * SHAFT * y[1]
+        jump = d1 * approach / (1 / TRAIN_M1 + d1 * d1 / J0) / J0
+        y[1] += jump / SHAFT
+        for j in range(2):
+            y[4 + 2 * j] -= u1(-c if j == 1 else s, STROKES[j]) * jump / (TRAIN_Q * TRAIN_W0)
+        return TrainBacklash.on_flank(t, y, side)
+
+    @staticmethod
+    def outputs(t, y, side):
+        return [[train_flank(math.cos(phi), side) for phi in y[0]] if side else y[9] * TRAIN_X, y[7] * TRAIN_X]
+
+
+DRIVES = {2: Backlash, 6: TrainBacklash}
+
+
+def backlash(drive, method, tolerance, count, times):
     out = np.zeros((count, 2))
-    side = -1 if u2(1.0, 0.02) < 0 else 1
-    t, y, done, left, armed = 0.0, np.array([flank(0.0, side) / X, 0.0]), 0, 0, 0.0
-    end = times[-1]
+    y, side = drive.start()
+    t, done, left, armed, end = 0.0, 0, 0, 0.0, times[-1]
 
     def event(function):
         function.terminal, function.direction = True, -1
@@ -127,36 +299,33 @@ def backlash(method, tolerance, count, times):
         if done >= count or t >= end:
             return out
         if side:
-            rate, guards = (lambda t, y: contact_rate(t, y, side)), [event(lambda t, y: force(t, y, side))]
+            rate, guards = (lambda t, y: drive.contact_rate(t, y, side)), [event(lambda t, y: drive.force(t, y, side))]
         else:
             # A flight begins with a gap of zero that grows with the cube of time: its sign is noise at first.
             def guard(s):
-                return event(lambda t, y: 1.0 if s == left and t < armed else gap(t, y, s))
+                return event(lambda t, y: 1.0 if s == left and t < armed else drive.gap(t, y, s))
 
-            rate, guards = free_rate, [guard(1), guard(-1)]
+            rate, guards = drive.free_rate, [guard(1), guard(-1)]
         ahead = times[done:]
         solution = solve_ivp(
             rate, (t, end), y, method, ahead, events=guards, rtol=tolerance, atol=tolerance, dense_output=False
         )
         n = len(solution.t)
         if n:
-            at = solution.t
-            out[done : done + n, 1] = solution.y[0] * X
-            out[done : done + n, 0] = [flank(s, side) for s in at] if side else solution.y[2] * X
+            out[done : done + n] = np.transpose(drive.outputs(solution.t, solution.y, side))
         done += n
         if solution.status != 1:
             return out if solution.status == 0 else None
         hit = [k for k, e in enumerate(solution.t_events) if e.size][0]
         t, y = solution.t_events[hit][0], solution.y_events[hit][0]
-        speed = u1(math.sin(W5 * t), 0.02) * W5 / (X * W)
+        armed = t + 1e-4
         if side:
-            left, armed, y, side = side, t + 1e-4, np.array([y[0], y[1], flank(t, side) / X, speed]), 0
+            left, y, side = side, drive.on_flank(t, y, side), 0
         else:
-            reached = 1 if hit == 0 else -1
-            left, armed = reached, t + 1e-4
-            y = np.array([y[0], y[1], flank(t, reached) / X, speed])
-            if force(t, y, reached) > 0:
-                side, y = reached, y[:2]
+            left = 1 if hit == 0 else -1
+            y = drive.impact(t, y, left)
+            if drive.force(t, y, left) > 0:
+                side, y = left, y[: drive.bound]
     return None
 
 
@@ -167,10 +336,10 @@ def solve(method, work, tolerance, count):
     tolerance = max(tolerance, 2.3e-14)
     times = np.arange(1, count + 1) * 1e-3
     start = time.process_time()
-    if work == 2:
-        out = backlash(name, tolerance, count, times)
+    if work in DRIVES:
+        out = backlash(DRIVES[work], name, tolerance, count, times)
         return out, time.process_time() - start
-    rate, scale, y, corner = SMOOTH[work]
+    rate, outputs, scale, y, corner = SMOOTH[work]
     pieces = [(0, corner), (corner, count)] if corner else [(0, count)]
     parts = []
     for first, last in pieces:
@@ -178,7 +347,7 @@ def solve(method, work, tolerance, count):
         solution = solve_ivp(rate, span, y, name, times[first:last], rtol=tolerance, atol=tolerance)
         if solution.status != 0 or len(solution.t) != last - first:
             return None, time.process_time() - start
-        parts.append(solution.y.T)
+        parts.append(solution.y[outputs].T)
         y = solution.y[:, -1]
     out = np.vstack(parts) * scale
     return out, time.process_time() - start
@@ -186,7 +355,10 @@ def solve(method, work, tolerance, count):
 
 def compile_all():
     """numba compiles at the first call, which is not counted."""
-    for rate, _, y, _ in SMOOTH.values():
+    for rate, _, _, y, _ in SMOOTH.values():
         rate(0.0, np.array(y))
-    y = np.array([0.0, 0.0, 0.0, 0.0])
-    contact_rate(0.0, y, 1), free_rate(0.0, y), force(0.0, y, 1), gap(0.0, y, 1)
+    for drive in DRIVES.values():
+        y, _ = drive.start()
+        y = drive.impact(0.0, drive.on_flank(0.0, y, 1), 1)
+        drive.contact_rate(0.0, y[: drive.bound], 1), drive.free_rate(0.0, y), drive.gap(0.0, y, 1)
+        drive.force(0.0, y, 1)
