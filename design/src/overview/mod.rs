@@ -207,7 +207,10 @@ impl Overview {
         let acceleration = curvature * speed * speed;
         tell("largest_velocity", slope * speed.abs(), ["m/s", "rad/s"]);
         tell("largest_acceleration", acceleration, ["m/s2", "rad/s2"]);
-        tell(if turns { "largest_torque" } else { "largest_force" }, mass * acceleration, ["N", "N.m"]);
+        // Where mechanisms carry all masses, this is no figure of theirs.
+        if mass > 0.0 {
+            tell(if turns { "largest_torque" } else { "largest_force" }, mass * acceleration, ["N", "N.m"]);
+        }
     }
 
     /// The overview for a terminal.
