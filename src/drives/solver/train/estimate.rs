@@ -22,6 +22,8 @@ use serde::{Deserialize, Serialize};
 const CARRIED: f64 = 1e-3;
 /// They have this order at least; a stiff part at rest shows only in the difference, which is not taken before it converges.
 const LEAST: usize = 4;
+/// A difference whose last term is a larger part of the disturbance than this does not converge; errors then stay as they are.
+const CONVERGED: f64 = 0.1;
 /// Of what a state is disturbed for it, as part of its size: a third of the digits.
 const DISTURBED: f64 = 1e-5;
 
@@ -32,7 +34,7 @@ pub struct Errors {
     most: Vec<f64>,
     pub sizes: Vec<f64>,
     /// The order that the last difference asks for.
-    pub order: usize,
+    order: usize,
 }
 
 impl Errors {
@@ -121,7 +123,7 @@ impl Run {
             rest = rest.max((c[low] - tops[k]).abs() * powers[low] / sizes[k]);
             sums[k] = (partial(c, low) - sums[k]) / scale;
         }
-        if rest < 0.1 * DISTURBED {
+        if rest < CONVERGED * DISTURBED {
             self.errors.values.iter_mut().zip(sums).for_each(|(e, change)| *e += change);
         }
         self.errors.order = if rest < CARRIED * DISTURBED { low - 1 } else { low + 2 };

@@ -113,7 +113,7 @@ pub struct End {
     course: [f64; 2],
 }
 
-/// The least order, the one of the finest tolerance.
+/// The least order, and the one of the finest tolerance.
 const ORDERS: [usize; 2] = [8, 24];
 
 /// The terms left out are below this part of the tolerance in each step, so that those of many steps stay below it.
@@ -145,7 +145,8 @@ fn cost(train: &Train) -> f64 {
     COST[0] + COST[1] * train.followers.len() as f64
 }
 
-/// The order of the series for a tolerance.
+/// The order of the series for a tolerance. Longer series make longer steps: of a motor with three elastic outputs 4 + 1.4 digits needs
+/// half as many steps again in the same time.
 fn order(tolerance: f64) -> usize {
     let digits = -tolerance.log10();
     (9.0 + 1.45 * digits).round().clamp(ORDERS[0] as f64, ORDERS[1] as f64) as usize

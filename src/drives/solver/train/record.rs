@@ -210,16 +210,16 @@ impl Recorded {
             (1..count).for_each(|n| into[n - 1] = factor * n as f64 * from[n]);
             into[count - 1] = 0.0;
         };
+        let bend = |from: &[f64], into: &mut [f64], factor: f64| {
+            (2..count).for_each(|n| into[n - 2] = factor * (n * (n - 1)) as f64 * from[n]);
+            into[count - 2..].fill(0.0);
+        };
         let sums = train.functions::<COEFFICIENTS>(modes, angles, count, |j, cam, process| {
             for (row, what) in known.iter().enumerate() {
                 match *what {
                     Known::Cam(of, 0) if of == j => tape.row(row, count).copy_from_slice(&cam[..count]),
                     Known::Cam(of, 1) if of == j => slope(cam, tape.row(row, count), 1.0),
-                    Known::Cam(of, _) if of == j => {
-                        let row = tape.row(row, count);
-                        (2..count).for_each(|n| row[n - 2] = (n * (n - 1)) as f64 * cam[n]);
-                        row[count - 2..].fill(0.0);
-                    }
+                    Known::Cam(of, _) if of == j => bend(cam, tape.row(row, count), 1.0),
                     Known::Process(of) if of == j => tape.row(row, count).copy_from_slice(&process[..count]),
                     _ => {}
                 }
@@ -253,10 +253,7 @@ impl Recorded {
                 }
                 Known::Phi => row.copy_from_slice(&angle[..count]),
                 Known::W => slope(&angle, row, 1.0 / unit),
-                Known::A => {
-                    (2..count).for_each(|n| row[n - 2] = (n * (n - 1)) as f64 * angle[n] / (unit * unit));
-                    row[count - 2..].fill(0.0);
-                }
+                Known::A => bend(&angle, row, 1.0 / (unit * unit)),
                 Known::Cam(..) | Known::Process(_) => {}
             }
         }
