@@ -142,6 +142,9 @@ fn without_arguments_it_prints_its_help() {
 #[test]
 fn every_help_has_an_example() {
     let commands = [
+        "new",
+        "schema",
+        "help",
         "export",
         "check",
         "describe",
@@ -387,7 +390,7 @@ fn keys(value: &serde_json::Value, into: &mut BTreeSet<String>) {
 
 /// The section of this command documents every field.
 fn assert_documented(command: &str, value: &serde_json::Value) {
-    let page = std::fs::read_to_string(root().join("cli/src/command/JSON.md")).expect("the page");
+    let page = std::fs::read_to_string(root().join("docs/json.md")).expect("the page");
     let section = page.split("\n## ").find(|part| part.starts_with(&format!("`{command}`")));
     let section = section.unwrap_or_else(|| panic!("{command} has no section"));
     let mut fields = BTreeSet::new();
@@ -845,6 +848,46 @@ fn a_file_without_end_is_not_read_to_its_end() {
     }
     let run = camdrive(&["export", SCENE, "-o", text(&folder), "--runtime", "linux64=/dev/zero"]);
     assert!(run.code == 1 && run.err.contains("/dev/zero is not a file"), "{}", run.err);
+}
+
+#[test]
+fn help_prints_commands_and_sections() {
+    let run = camdrive(&["help", "export"]);
+    assert!(run.code == 0 && run.out.contains("Usage: camdrive export"), "{}{}", run.out, run.err);
+    assert_eq!(camdrive(&["help"]).out, camdrive(&[]).out);
+    let run = camdrive(&["help", "scene"]);
+    assert!(run.out.contains("\nmodel\n") && run.out.contains("elasticity, backlash"), "{}", run.out);
+    let run = camdrive(&["help", "scene", "backlash"]);
+    assert!(run.out.contains("coefficient of restitution (0 to 1; default 0)"), "{}", run.out);
+    let run = camdrive(&["help", "task", "bound"]);
+    assert!(run.out.contains("[[bound]]") && run.out.contains("limit"), "{}", run.out);
+    for (args, said) in [(["help", "scene", "cams"], "no section cams"), (["help", "exprot", ""], "no command exprot")]
+    {
+        let run = camdrive(&args);
+        assert!(run.code == 1 && run.err.contains(said), "{}", run.err);
+    }
+}
+
+#[test]
+fn a_new_scene_replaces_nothing_of_others() {
+    let folder = folder("new");
+    let scene = folder.join("scene.toml");
+    for args in [&["new", "DriveTrain", "-o", text(&scene)], &["new", "RigidMachine", "-o", text(&scene)]] {
+        let run = camdrive(args);
+        assert_eq!((run.code, run.err.as_str()), (0, ""));
+    }
+    let run = camdrive(&["check", text(&scene)]);
+    assert!(run.code == 0 && run.out.contains("RigidMachine ok"), "{}{}", run.out, run.err);
+    std::fs::write(&scene, "name = \"mine\"\n").unwrap();
+    let run = camdrive(&["new", "DriveTrain", "-o", text(&scene)]);
+    assert!(run.code == 1 && run.err.contains("--force"), "{}", run.err);
+    assert_eq!(std::fs::read_to_string(&scene).unwrap(), "name = \"mine\"\n");
+    let run = camdrive(&["new", "Press"]);
+    assert!(run.code == 2 && run.err.contains("BacklashDrive"), "{}", run.err);
+    assert_eq!(
+        camdrive(&["schema", "task"]).out,
+        std::fs::read_to_string(root().join("docs/task.schema.json")).unwrap()
+    );
 }
 
 #[test]

@@ -49,6 +49,34 @@ fn wrong_scenes_and_tasks_get_the_stored_messages() {
 }
 
 #[test]
+fn references_and_schemas_are_those_of_the_declared_keys() {
+    use camdrive_cli::scene::input::Kind;
+    use camdrive_cli::scene::{reference, schema};
+    let bless = std::env::var_os("BLESS").is_some_and(|v| v == "1");
+    files("docs", "md");
+    let schema = |kind| format!("{:#}\n", schema::schema(kind));
+    let page = |name: &str| std::fs::read_to_string(name).expect("the page").replace("\r\n", "\n");
+    let renewed =
+        |name: &str| reference::renewed(&page(name)).unwrap_or_else(|| panic!("{name} has a title of no table"));
+    for (name, right) in [
+        ("docs/scene.md", renewed("docs/scene.md")),
+        ("docs/task.md", renewed("docs/task.md")),
+        ("docs/scene.schema.json", schema(Kind::Scene)),
+        ("docs/task.schema.json", schema(Kind::Task)),
+    ] {
+        if bless {
+            std::fs::write(name, right).expect("the page can be written");
+        } else {
+            assert!(page(name) == right, "{name}: renew it with BLESS=1 cargo test -p camdrive-cli --test scenes");
+        }
+    }
+    let pages = page("docs/scene.md") + &page("docs/task.md");
+    for table in [Kind::Scene, Kind::Task].into_iter().flat_map(reference::tables) {
+        assert!(pages.contains(&table.markdown()), "{} is in neither reference", table.title);
+    }
+}
+
+#[test]
 fn every_stored_message_has_its_scene() {
     for message in FOLDERS.iter().flat_map(|(folder, _)| files(folder, "txt")) {
         assert!(message.with_extension("toml").exists(), "{} is left over", message.display());

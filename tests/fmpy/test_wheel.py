@@ -53,7 +53,7 @@ def test_the_wheel_has_the_documentation(home):
     readme = (doc / "README.md").read_text()
     assert readme == (ROOT / "README.md").read_text()
     # What its links name of the scene is there, too.
-    for place in ["cli/src/scene/README.md", "cli/src/scene/SYNTHESIS.md", "cli/src/command/JSON.md"]:
+    for place in ["docs/scene.md", "docs/task.md", "docs/json.md"]:
         assert f"({place})" in readme and (doc / place).read_text() == (ROOT / place).read_text()
     code = "from importlib.metadata import metadata; print(metadata('camdrive').get_payload())"
     assert "[scene reference]" in output(home, "python", "-c", code)

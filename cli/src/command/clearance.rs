@@ -4,6 +4,7 @@ use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, Format, failure, files, optional, read};
 use crate::scene::Resolved;
+use crate::scene::keys::LAW;
 use crate::scene::plan::STANDARD_LAWS;
 use camdrive::drives::unit;
 use camdrive::motion::fourier::HIGHEST_HARMONIC;
@@ -159,7 +160,8 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw, f64)
         return Ok(vec![(name.to_owned(), MotionLaw::Fourier(analysis.series), noise(scene))]);
     }
     let short = SHORT_NAMES.iter().find(|(short, _)| *short == name).map(|(_, law)| *law);
-    let named = || STANDARD_LAWS.iter().find(|(names, _)| names.contains(&name)).map(|(_, law)| *law);
+    let usual = LAW.key("rise_law").choices().iter().find(|names| names.contains(&name)).map(|names| names[0]);
+    let named = || STANDARD_LAWS.iter().find(|(name, _)| Some(*name) == usual).map(|(_, law)| *law);
     let laws = match short.or_else(named) {
         Some(law) => vec![law],
         None if name == "all" => StandardLaw::ALL.to_vec(),

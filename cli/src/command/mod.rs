@@ -4,7 +4,7 @@
 //! scene or in the export, or a follower that leaves its cam in `forces`; 2: a wrong command line; 3: `steady` found no
 //! periodic motion.
 //!
-#![doc = include_str!("JSON.md")]
+#![doc = include_str!("../../../docs/json.md")]
 
 mod cam;
 mod check;
@@ -16,10 +16,13 @@ mod driving;
 mod export;
 mod files;
 mod forces;
+mod help;
 mod measured;
+mod new;
 mod output;
 #[cfg_attr(not(feature = "import"), path = "no_run.rs")]
 mod run;
+mod schema;
 mod stability;
 mod steady;
 mod synthesize;
@@ -38,7 +41,7 @@ use std::process::ExitCode;
 
 /// Exports cam drives, drives with backlash and rigid machines as FMI 2.0 Co-Simulation FMUs.
 #[derive(Debug, Parser)]
-#[command(name = "camdrive", version, after_help = AFTER_HELP)]
+#[command(name = "camdrive", version, after_help = AFTER_HELP, disable_help_subcommand = true)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -56,6 +59,7 @@ Exit codes: 0 done, 1 a fault in a scene or in the export, or a follower that le
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    New(new::Args),
     Export(export::Args),
     Check(check::Args),
     Describe(describe::Args),
@@ -68,7 +72,9 @@ enum Command {
     Stability(stability::Args),
     Clearance(clearance::Args),
     Run(run::Args),
+    Schema(schema::Args),
     Completions(completions::Args),
+    Help(help::Args),
 }
 
 /// The exit code of a machine that has no periodic motion.
@@ -77,7 +83,7 @@ const NO_MOTION: u8 = 3;
 /// How a command prints its result.
 #[derive(Clone, Copy, Debug, clap::Args)]
 struct Format {
-    /// Print the result as one JSON document; cli/src/command/JSON.md says what its fields are
+    /// Print the result as one JSON document; docs/json.md says what its fields are
     #[arg(long)]
     json: bool,
 }
@@ -124,6 +130,7 @@ pub fn main() -> ExitCode {
     let mut ending = ExitCode::SUCCESS;
     let outcome = match cli.command {
         None => print(&Cli::command().render_long_help().to_string()),
+        Some(Command::New(args)) => new::run(&args),
         Some(Command::Export(args)) => export::run(&args),
         Some(Command::Check(args)) => check::run(&args).map(|code| ending = code),
         Some(Command::Describe(args)) => describe::run(&args),
@@ -137,6 +144,8 @@ pub fn main() -> ExitCode {
         Some(Command::Clearance(args)) => clearance::run(&args),
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Completions(args)) => completions::run(&args),
+        Some(Command::Schema(args)) => schema::run(&args),
+        Some(Command::Help(args)) => help::run(&args),
     };
     match outcome {
         Ok(()) => ending,

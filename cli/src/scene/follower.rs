@@ -1,40 +1,25 @@
 //! The follower of a cam of a machine: `[[follower]]` and `[[follower.linkage]]`.
 
-use super::section::{Limits, NOT_NEGATIVE, POSITIVE, Section, within};
+use super::section::Section;
 use super::{forces, geometry, load, motion_law};
 use camdrive::drives::rigid_machine::Follower;
 use camdrive::drives::rigid_machine::linkage::{
-    Branch, FourBar, Gear, Kind, Linkage, Mechanism, Parameter, ParameterKind, SliderCrank,
+    Branch, FourBar, Gear, Kind, Linkage, Mechanism, Parameter, SliderCrank,
 };
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::{Crank, MotionLaw};
 use camdrive_design::lever_law::lever_law;
 use camdrive_design::resource::Tool;
-use std::f64::consts::TAU;
 use std::path::Path;
 
 /// The longest chain of mechanisms.
 const MOST_MECHANISMS: usize = 16;
 
-/// Synonyms of the keys.
-const SYNONYMS: &[(&str, &str)] = &[
-    ("mass", "m"),
-    ("inertia", "J"),
-    ("links", "linkage"),
-    ("mechanism", "linkage"),
-    ("mechanisms", "linkage"),
-    ("type", "kind"),
-    ("frame", "ground"),
-    ("g", "ground"),
-    ("a", "input"),
-    ("b", "coupler"),
-    ("c", "output"),
-    ("rocker", "output"),
-    ("connecting_rod", "rod"),
-    ("r", "crank"),
-    ("l", "rod"),
-    ("e", "offset"),
-    ("mode", "branch"),
+/// The kinds of mechanisms.
+pub const KINDS: &[(&str, fn() -> Kind)] = &[
+    ("four_bar", || Kind::FourBar(FourBar::default())),
+    ("slider_crank", || Kind::SliderCrank(SliderCrank::default())),
+    ("gear", || Kind::Gear(Gear::default())),
 ];
 
 /// Reads one of `[[follower]]`, whose masses are those of the `joint` between cam and tool where it has one.
@@ -45,7 +30,7 @@ pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option
         Some(last) => last.output_turns(),
         None => joint.is_none() && section.has("J") && !section.has("m"),
     };
-    let Parameter { key: own, kind, .. } = Parameter::mass(turns);
+    let Parameter { key: own, kind: _, .. } = Parameter::mass(turns);
     let (other, because) = match turns {
         true => ("m", "the tool turns, its coordinate is an angle"),
         false => ("J", "the tool moves along a line"),
@@ -60,12 +45,8 @@ pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option
         Some(0.0)
     } else if linkage.is_some() {
         section.forbid(&[other], because, &format!("`{own}`"));
-        if linked {
-            // The links may be all that moves.
-            section.real_or(own, kind.quantity(), NOT_NEGATIVE, 0.0)
-        } else {
-            section.real(own, kind.quantity(), POSITIVE)
-        }
+        // With mechanisms the links may be all that moves.
+        if linked { section.real_or(own, 0.0) } else { section.positive(own) }
     } else {
         section.has("m");
         section.has("J");
@@ -89,7 +70,7 @@ pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option
         let quantity = if linked { &unit::ANGLE } else { tool_quantity };
         section.required_section("cam").and_then(|s| motion_law::read(&s, quantity, folder))
     };
-    section.finish(SYNONYMS);
+    section.finish();
     Some(Follower { m: m?, turns, cam: cam?, linkage: linkage? })
 }
 
@@ -102,15 +83,15 @@ fn crank(section: &Section<'_>) -> Option<MotionLaw> {
     let because = "the mechanism sits on the shaft without a cam (`[follower.crank]`)";
     section.forbid(&["cam", "tool", "lever_start", geometry::KEY], because, "a cam instead of `crank`");
     section.read("crank", |part| {
-        let offset = part.real_or("offset", &unit::ANGLE, within(-TAU, TAU), 0.0);
-        part.finish(SYNONYMS);
+        let offset = part.real("offset");
+        part.finish();
         Some(MotionLaw::Crank(Crank { offset: offset? }))
     })?
 }
 
 /// The law of the lever with which the tool moves as `[follower.tool]` says.
 fn lever(section: &Section<'_>, linkage: &Linkage, quantity: &'static Quantity, folder: &Path) -> Option<MotionLaw> {
-    let start = section.real_or("lever_start", &unit::ANGLE, limits(ParameterKind::Angle), 0.0);
+    let start = section.real("lever_start");
     let part = section.required_section("tool")?;
     let tool = motion_law::read(&part, quantity, folder)?;
     match lever_law(linkage, &tool, start?) {
@@ -154,25 +135,15 @@ fn linkage(section: &Section<'_>) -> Option<Linkage> {
     mechanisms.into_iter().collect::<Option<Vec<_>>>().map(Linkage)
 }
 
-const BRANCHES: &[(&[&str], Branch)] = &[(&["plus", "+"], Branch::Plus), (&["minus", "-"], Branch::Minus)];
-
-/// The range of a parameter in the FMU.
-fn limits(kind: ParameterKind) -> Limits {
-    let [least, greatest] = kind.range();
-    within(least, greatest)
-}
+/// The signs of a root.
+pub const BRANCHES: &[(&str, Branch)] = &[("plus", Branch::Plus), ("minus", Branch::Minus)];
 
 fn mechanism(section: &Section<'_>) -> Option<Mechanism> {
-    let kinds: &[(&[&str], Kind)] = &[
-        (&["four_bar", "four-bar", "fourbar"], Kind::FourBar(FourBar::default())),
-        (&["slider_crank", "slider-crank", "crank_slider"], Kind::SliderCrank(SliderCrank::default())),
-        (&["gear", "belt", "rack"], Kind::Gear(Gear::default())),
-    ];
-    let mut kind = section.choice("kind", kinds)?;
+    let mut kind = section.choice("kind", KINDS)?();
     let mut right = true;
     match &mut kind {
         Kind::FourBar(FourBar { branch, .. }) | Kind::SliderCrank(SliderCrank { branch, .. }) => {
-            match section.choice_or("branch", BRANCHES, Branch::Plus) {
+            match section.choice("branch", BRANCHES) {
                 Some(read) => *branch = read,
                 None => right = false,
             }
@@ -180,6 +151,7 @@ fn mechanism(section: &Section<'_>) -> Option<Mechanism> {
         Kind::Gear(gear) => gear.output_turns = !section.has("radius"),
     }
     let mut mechanism = Mechanism { kind, input_offset: 0.0, output_offset: 0.0 };
+    section.turning(mechanism.output_turns());
     if matches!(kind, Kind::Gear(Gear { output_turns: false, .. })) {
         section.forbid(&["ratio"], "the radius says how far the output moves", "a gear pair without `radius`");
     }
@@ -191,13 +163,13 @@ fn mechanism(section: &Section<'_>) -> Option<Mechanism> {
             None => right &= values(section, &mut mechanism, group, first),
             Some(Some(part)) => {
                 right &= values(part, &mut mechanism, group, first);
-                part.finish(SYNONYMS);
+                part.finish();
             }
             Some(None) => right = false,
         }
         first += group.len();
     }
-    section.finish(SYNONYMS);
+    section.finish();
     right.then_some(mechanism)
 }
 
@@ -212,11 +184,7 @@ fn values(section: &Section<'_>, mechanism: &mut Mechanism, parameters: &[Parame
             (Some(_), "x") => 0.5 * before(0),
             _ => 0.0,
         };
-        let value = if kind.is_required() {
-            section.real(key, kind.quantity(), limits(kind))
-        } else {
-            section.real_or(key, kind.quantity(), limits(kind), default)
-        };
+        let value = if kind.is_required() { section.real(key) } else { section.real_or(key, default) };
         if kind.is_ratio() && value == Some(0.0) {
             let fault = section.fault_of(key, ": the output would not move");
             section.faults.report(fault.admissible("a value other than 0"));

@@ -1,30 +1,19 @@
 //! What the analysis of forces needs beside masses and loads: `[forces]` beside `[cam]`, `[follower.forces]`. The motion of the FMU
 //! is without it.
 
+use super::Resolved;
 use super::geometry::{self, CamPlan};
-use super::section::{NOT_NEGATIVE, POSITIVE, Section, within};
-use super::{Resolved, units};
+use super::section::Section;
 use camdrive::drives::Fault;
 use camdrive::drives::drive_train::{self, Joint, Shaft};
 use camdrive::drives::follower::load::Load;
 use camdrive::drives::rigid_machine::{self, Follower};
-use camdrive::drives::unit;
 use camdrive_design::cam_geometry::Carrier;
 use camdrive_design::forces::{Drive, Loads, Machine, Material, Teeth};
 use serde_json::Value;
-use std::f64::consts::{PI, TAU};
 
 /// The key of the table.
 pub const KEY: &str = "forces";
-
-/// Young's modulus (Pa) and Poisson's ratio of steel.
-const STEEL: [f64; 2] = [210e9, 0.3];
-
-/// α of teeth (rad), DIN 867.
-const TOOTH_ANGLE: f64 = PI / 9.0;
-
-/// Synonyms of the keys.
-const SYNONYMS: &[(&str, &str)] = &[("width", "roller_width"), ("E", "E_cam"), ("nu", "nu_cam"), ("J", "lever_J")];
 
 /// The keys that [`load`] has instead.
 const MOVED: [&str; 4] = ["gravity", "gravity_angle", "spring", "process"];
@@ -128,14 +117,14 @@ fn of(parent: &Section<'_>, known: &Known, loads: Option<Loads>) -> Option<Loads
     if !known.lever {
         section.forbid(&["lever_J"], "no lever is known", "geometry with follower = \"lever\"");
     }
-    let lever_inertia = section.real_or("lever_J", &unit::INERTIA, NOT_NEGATIVE, 0.0);
+    let lever_inertia = section.real("lever_J");
     if known.mechanisms == 0 {
         section.forbid(&["tooth_radius", "tooth_angle"], "there is no gear", "[[follower.linkage]] with a gear");
     }
-    let radius = section.optional("tooth_radius", &unit::LENGTH, POSITIVE);
-    let angle = section.real_or("tooth_angle", &unit::ANGLE, within(0.0, 0.25 * TAU - 0.01), TOOTH_ANGLE);
+    let radius = section.optional("tooth_radius");
+    let angle = section.real("tooth_angle");
     let material = material(&section, known);
-    section.finish(SYNONYMS);
+    section.finish();
     Some(Loads {
         lever_inertia: lever_inertia?,
         teeth: Teeth { radius: radius?, angle: angle? },
@@ -153,9 +142,9 @@ fn material(section: &Section<'_>, known: &Known) -> Option<Option<Material>> {
         section.forbid(&keys, "without its width the contact has no pressure", "roller_width");
         return Some(None);
     }
-    let width = section.real("roller_width", &unit::LENGTH, POSITIVE);
-    let elasticity = ["E_cam", "E_roller"].map(|key| section.real_or(key, &units::PRESSURE, POSITIVE, STEEL[0]));
-    let poisson = ["nu_cam", "nu_roller"].map(|key| section.real_or(key, &unit::NUMBER, within(0.0, 0.5), STEEL[1]));
+    let width = section.real("roller_width");
+    let elasticity = ["E_cam", "E_roller"].map(|key| section.real(key));
+    let poisson = ["nu_cam", "nu_roller"].map(|key| section.real(key));
     let ([e1, e2], [nu1, nu2]) = (elasticity, poisson);
     Some(Some(Material { width: width?, elasticity: [e1?, e2?], poisson: [nu1?, nu2?] }))
 }

@@ -1,8 +1,7 @@
 //! The geometry of a cam: `[geometry]` beside `[cam]`, `[follower.geometry]`. The FMU knows nothing of it.
 
-use super::section::{ANY, NOT_NEGATIVE, POSITIVE, Section, within};
+use super::section::Section;
 use camdrive::drives::rigid_machine::Follower;
-use camdrive::drives::unit;
 use camdrive::motion::MotionLaw;
 use camdrive_design::cam_geometry::{Carrier, Cut, Limits, Plan, Second, Start};
 use camdrive_design::transmission::{self, Transmission};
@@ -27,25 +26,6 @@ pub struct CamPlan {
 
 /// Admissible pressure angles (rad): 45° of a lever and 30° of a translating follower, after VDI 2142.
 const PRESSURE_ANGLES: [f64; 2] = [PI / 4.0, PI / 6.0];
-
-/// Synonyms of the keys.
-const SYNONYMS: &[(&str, &str)] = &[
-    ("roller", "roller_radius"),
-    ("type", "follower"),
-    ("kind", "follower"),
-    ("cut", "contour"),
-    ("eccentricity", "offset"),
-    ("arm", "arm_length"),
-    ("lever_length", "arm_length"),
-    ("pivot", "pivot_distance"),
-    ("centre_distance", "pivot_distance"),
-    ("center_distance", "pivot_distance"),
-    ("base_circle", "base_radius"),
-    ("prime_circle", "prime_radius"),
-    ("pressure_angle", "max_pressure_angle"),
-    ("sense", "rotation"),
-    ("direction", "rotation"),
-];
 
 /// All geometries of a scene, with the laws of its drive where that is right already.
 pub fn all(root: &Section<'_>, drive: Option<&Value>) -> Option<Vec<CamPlan>> {
@@ -80,33 +60,41 @@ fn of(parent: &Section<'_>, follower: Option<usize>, law: Option<MotionLaw>, ang
     Some(Some(CamPlan { follower, law, plan, mechanisms: Vec::new() }))
 }
 
+/// How a follower moves.
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+pub enum Kind {
+    /// On a lever that swings.
     Lever,
+    /// Along a line.
     Translating,
 }
 
+/// Which contours a cam has.
 #[derive(Clone, Copy, PartialEq)]
-enum Contour {
+pub enum Contour {
+    /// A disc.
     Inner,
+    /// A ring.
     Outer,
+    /// Both.
     Groove,
+    /// Two discs.
     Conjugate,
 }
 
-const KINDS: &[(&[&str], Kind)] = &[
-    (&["lever", "roller_lever", "oscillating", "rocker"], Kind::Lever),
-    (&["translating", "slider"], Kind::Translating),
+/// Kinds of followers.
+pub const KINDS: &[(&str, Kind)] = &[("lever", Kind::Lever), ("translating", Kind::Translating)];
+/// Kinds of cams.
+pub const CONTOURS: &[(&str, Contour)] = &[
+    ("inner", Contour::Inner),
+    ("outer", Contour::Outer),
+    ("groove", Contour::Groove),
+    ("conjugate", Contour::Conjugate),
 ];
-const CONTOURS: &[(&[&str], Contour)] = &[
-    (&["inner", "disc"], Contour::Inner),
-    (&["outer", "ring"], Contour::Outer),
-    (&["groove"], Contour::Groove),
-    (&["conjugate", "double"], Contour::Conjugate),
-];
-const ROTATIONS: &[(&[&str], f64)] =
-    &[(&["counterclockwise", "ccw", "left"], 1.0), (&["clockwise", "cw", "right"], -1.0)];
-const SIDES: &[(&[&str], f64)] = &[(&["left"], 1.0), (&["right"], -1.0)];
+/// Senses of rotation.
+pub const ROTATIONS: &[(&str, f64)] = &[("counterclockwise", 1.0), ("clockwise", -1.0)];
+/// Sides of a lever.
+pub const SIDES: &[(&str, f64)] = &[("left", 1.0), ("right", -1.0)];
 
 fn read(section: &Section<'_>, angular: bool) -> Option<Plan> {
     let kind = section.choice("follower", KINDS);
@@ -114,16 +102,16 @@ fn read(section: &Section<'_>, angular: bool) -> Option<Plan> {
         let message = ": the law of this cam is the angle of a lever";
         section.faults.report(section.fault_of("follower", message).admissible("lever"));
     }
-    let contour = section.choice_or("contour", CONTOURS, Contour::Inner);
-    let sense = section.choice_or("rotation", ROTATIONS, 1.0);
-    let roller = section.real("roller_radius", &unit::LENGTH, POSITIVE);
+    let contour = section.choice("contour", CONTOURS);
+    let sense = section.choice("rotation", ROTATIONS);
+    let roller = section.real("roller_radius");
     let carrier = kind.and_then(|kind| carrier(section, kind, angular));
     let start = kind.zip(contour).and_then(|(kind, contour)| start(section, kind, contour));
     let cut = kind.zip(contour).and_then(|(kind, contour)| cut(section, kind, contour, roller));
     let limits = limits(section, kind, contour, roller);
     // Which keys belong here is not known before the kind of follower is.
     if kind.is_some() && contour.is_some() {
-        section.finish(SYNONYMS);
+        section.finish();
     }
     Some(Plan { carrier: carrier?, angular, start: start?, sense: sense?, roller: roller?, cut: cut?, limits: limits? })
 }
@@ -134,15 +122,16 @@ const OF_A_SLIDE: &str = "the follower is a lever";
 fn carrier(section: &Section<'_>, kind: Kind, angular: bool) -> Option<Carrier> {
     match kind {
         Kind::Lever => {
-            let pivot = section.real("pivot_distance", &unit::LENGTH, POSITIVE);
-            let length = section.real("arm_length", &unit::LENGTH, POSITIVE);
-            let (quantity, words) = if angular {
-                (&unit::NUMBER, "a number other than 0: angle of the law per angle of the arm")
+            let pivot = section.real("pivot_distance");
+            let length = section.real("arm_length");
+            section.turning(angular);
+            let words = if angular {
+                "a number other than 0: angle of the law per angle of the arm"
             } else {
-                (&unit::LENGTH, "a length other than 0: travel of the tool per radian of the lever")
+                "a length other than 0: travel of the tool per radian of the lever"
             };
-            let transmission = section.optional("transmission", quantity, ANY);
-            let side = section.choice_or("side", SIDES, 1.0);
+            let transmission = section.optional("transmission");
+            let side = section.choice("side", SIDES);
             if transmission == Some(Some(0.0)) {
                 let fault = section.fault_of("transmission", ": 0 would turn the lever infinitely far");
                 section.faults.report(fault.admissible(words));
@@ -153,7 +142,7 @@ fn carrier(section: &Section<'_>, kind: Kind, angular: bool) -> Option<Carrier> 
             Some(Carrier::Lever { pivot, length, transmission: transmission.unwrap_or(usual), side: side? })
         }
         Kind::Translating => {
-            let eccentricity = section.real_or("offset", &unit::LENGTH, ANY, 0.0);
+            let eccentricity = section.real("offset");
             let keys = ["pivot_distance", "arm_length", "transmission", "side"];
             section.forbid(&keys, OF_A_LEVER, "follower = \"lever\"");
             Some(Carrier::Translating { eccentricity: eccentricity? })
@@ -169,11 +158,11 @@ fn start(section: &Section<'_>, kind: Kind, contour: Contour) -> Option<Start> {
         Kind::Translating => section.forbid(&["start_angle"], OF_A_LEVER, "follower = \"lever\""),
     }
     let coordinate = match kind {
-        Kind::Lever => section.optional("start_angle", &unit::ANGLE, within(0.0, PI)),
-        Kind::Translating => section.optional("start_height", &unit::LENGTH, ANY),
+        Kind::Lever => section.optional("start_angle"),
+        Kind::Translating => section.optional("start_height"),
     };
-    let prime = section.optional("prime_radius", &unit::LENGTH, POSITIVE);
-    let base = section.optional("base_radius", &unit::LENGTH, POSITIVE);
+    let prime = section.optional("prime_radius");
+    let base = section.optional("base_radius");
     if contour == Contour::Outer {
         section.forbid(&["base_radius"], "a ring has no inner contour", "contour = \"inner\"");
     }
@@ -200,19 +189,19 @@ fn cut(section: &Section<'_>, kind: Kind, contour: Contour, roller: Option<f64>)
     const KEYS: [&str; 4] = ["second_roller_radius", "second_arm_length", "second_arm_angle", "roller_distance"];
     match contour {
         Contour::Conjugate => {
-            let second = section.optional("second_roller_radius", &unit::LENGTH, POSITIVE);
+            let second = section.optional("second_roller_radius");
             let (place, length) = match kind {
                 Kind::Lever => {
                     section.forbid(&["roller_distance"], OF_A_SLIDE, "follower = \"translating\"");
-                    let angle = section.real("second_arm_angle", &unit::ANGLE, within(0.0, 2.0 * PI));
-                    let length = section.optional("second_arm_length", &unit::LENGTH, POSITIVE);
-                    let own = section.optional("arm_length", &unit::LENGTH, POSITIVE).flatten();
+                    let angle = section.real("second_arm_angle");
+                    let length = section.optional("second_arm_length");
+                    let own = section.optional("arm_length").flatten();
                     (angle, length.and_then(|length| length.or(own)))
                 }
                 Kind::Translating => {
                     let keys = ["second_arm_length", "second_arm_angle"];
                     section.forbid(&keys, OF_A_LEVER, "follower = \"lever\"");
-                    (section.real("roller_distance", &unit::LENGTH, POSITIVE), Some(0.0))
+                    (section.real("roller_distance"), Some(0.0))
                 }
             };
             Some(Cut::Conjugate(Second { place: place?, length: length?, roller: second?.or(roller)? }))
@@ -230,14 +219,14 @@ fn cut(section: &Section<'_>, kind: Kind, contour: Contour, roller: Option<f64>)
 
 fn limits(section: &Section<'_>, kind: Option<Kind>, contour: Option<Contour>, roller: Option<f64>) -> Option<Limits> {
     let usual = if kind == Some(Kind::Translating) { PRESSURE_ANGLES[1] } else { PRESSURE_ANGLES[0] };
-    let pressure = section.real_or("max_pressure_angle", &unit::ANGLE, within(0.0, PI / 2.0), usual);
-    let cutter = section.optional("cutter_radius", &unit::LENGTH, NOT_NEGATIVE);
+    let pressure = section.real_or("max_pressure_angle", usual);
+    let cutter = section.optional("cutter_radius");
     let hub = match contour {
         Some(Contour::Outer) => {
             section.forbid(&["hub_radius"], "a ring has no inner contour", "contour = \"inner\"");
             Some(0.0)
         }
-        _ => section.real_or("hub_radius", &unit::LENGTH, NOT_NEGATIVE, 0.0),
+        _ => section.real("hub_radius"),
     };
     Some(Limits { pressure: pressure?, cutter: cutter?.or(roller)?, hub: hub? })
 }

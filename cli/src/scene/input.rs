@@ -1,6 +1,7 @@
 //! The files that users give: read up to a limit, and told from files of another kind.
 
 use super::diagnostics::{Diagnostic, Diagnostics};
+use super::keys::{self, Table};
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read as _};
 use std::path::Path;
@@ -14,7 +15,7 @@ pub(super) const BYTE_ORDER_MARK: char = '\u{feff}';
 const LARGEST: u64 = 16_000_000;
 
 /// Kind of a TOML file.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
 pub enum Kind {
     /// Of a drive.
     Scene,
@@ -27,6 +28,14 @@ impl Kind {
         match self {
             Kind::Scene => "scene",
             Kind::Task => "task",
+        }
+    }
+
+    /// What its keys mean.
+    pub(super) fn keys(self) -> &'static Table {
+        match self {
+            Kind::Scene => &keys::SCENE,
+            Kind::Task => &keys::TASK,
         }
     }
 

@@ -1,33 +1,17 @@
 //! Loads on the mass that a cam moves: `[load]` beside `[cam]`, `[follower.load]`, with `roller` for a mass on the cam's side.
 
 use super::motion_law;
-use super::section::{ANY, NOT_NEGATIVE, Node, Section, within};
+use super::section::{Node, Section};
 use camdrive::drives::follower::load::{Load, Spring};
 use camdrive::drives::follower::rigid::Follower;
-use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::{Fourier, MotionLaw};
 use camdrive_design::forces::least_place;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;
 use toml::de::DeValue;
 
 /// The key of the table.
 pub const KEY: &str = "load";
-
-/// Synonyms of the keys.
-const SYNONYMS: &[(&str, &str)] = &[
-    ("g", "gravity"),
-    ("F0", "force"),
-    ("constant", "force"),
-    ("load", "process"),
-    ("b", "damping"),
-    ("d", "damping"),
-    ("c", "spring"),
-    ("stiffness", "c"),
-    ("F_v", "preload"),
-    ("y0", "at"),
-    ("mass", "roller"),
-];
 
 /// What loads depend on.
 #[derive(Clone, Copy)]
@@ -56,9 +40,9 @@ pub fn read(parent: &Section<'_>, carrier: Carrier<'_>, folder: &Path) -> Option
         Some(part) => one(&part, carrier),
         None => Some(Load::default()),
     });
-    let force = quantities(carrier)[0];
-    let process = torque(&section, "process", force, folder);
-    let input = section.boolean_or("input", false);
+    section.turning(carrier.turns);
+    let process = torque(&section, "process", folder);
+    let input = section.flag("input");
     let tool = one(&section, carrier);
     Some([Load { process: process?, input: input?, ..tool? }, roller?])
 }
@@ -69,24 +53,16 @@ pub fn beside_cam(root: &Section<'_>, cam: Option<&MotionLaw>, roller: bool, fol
     read(root, Carrier { turns: false, mechanisms: 0, follower: follower.as_ref(), roller }, folder)
 }
 
-/// Quantities of a force, a stiffness, a damping, a place.
-fn quantities(carrier: Carrier<'_>) -> [&'static Quantity; 4] {
-    match carrier.turns {
-        true => [&unit::TORQUE, &unit::ROTATIONAL_STIFFNESS, &unit::ROTATIONAL_DAMPING, &unit::ANGLE],
-        false => [&unit::FORCE, &unit::STIFFNESS, &unit::DAMPING, &unit::LENGTH],
-    }
-}
-
 /// What acts on one mass.
 fn one(section: &Section<'_>, carrier: Carrier<'_>) -> Option<Load> {
-    let [force, stiffness, damping, place] = quantities(carrier);
+    section.turning(carrier.turns);
     let gravity = gravity(section, carrier);
-    let constant = section.optional("force", force, ANY);
+    let constant = section.optional("force");
     let spring = section.read("spring", |part| {
-        let preload = part.real_or("preload", force, NOT_NEGATIVE, 0.0);
-        let c = part.real_or("c", stiffness, NOT_NEGATIVE, 0.0);
-        let at = part.optional("at", place, ANY);
-        part.finish(SYNONYMS);
+        let preload = part.real("preload");
+        let c = part.real("c");
+        let at = part.optional("at");
+        part.finish();
         let at = match (at?, carrier.follower) {
             (Some(at), _) => at,
             (None, Some(follower)) => least_place(follower)
@@ -96,8 +72,8 @@ fn one(section: &Section<'_>, carrier: Carrier<'_>) -> Option<Load> {
         };
         Some(Spring { preload: preload?, c: c?, at })
     });
-    let damping = section.optional("damping", damping, NOT_NEGATIVE);
-    section.finish(SYNONYMS);
+    let damping = section.optional("damping");
+    section.finish();
     let (gravity, frames) = gravity?;
     let (constant, spring, damping) = (constant?, spring?, damping?);
     Some(Load { gravity, frames, constant, spring, damping, process: None, input: false })
@@ -111,14 +87,14 @@ fn gravity(section: &Section<'_>, carrier: Carrier<'_>) -> Option<(Option<f64>, 
         section.forbid(&["gravity", "gravity_angle"], because, "`process` for the torque of its weight");
         return Some((None, Vec::new()));
     }
-    let size = section.optional("gravity", &unit::ACCELERATION, NOT_NEGATIVE);
+    let size = section.optional("gravity");
     if !section.has("gravity") {
         section.forbid(&["gravity_angle"], "there is no gravity", "gravity = \"9.81 m/s2\"");
     }
     let angles = match section.node("gravity_angle").map(|node| node.value) {
         None => Some(vec![if carrier.mechanisms > 0 { -FRAC_PI_2 } else { PI }; places]),
-        Some(DeValue::Array(_)) => section.reals("gravity_angle", &unit::ANGLE),
-        Some(_) => section.real("gravity_angle", &unit::ANGLE, within(-TAU, TAU)).map(|angle| vec![angle]),
+        Some(DeValue::Array(_)) => section.reals("gravity_angle"),
+        Some(_) => section.real("gravity_angle").map(|angle| vec![angle]),
     };
     let angles = angles?;
     if angles.len() != places {
@@ -135,15 +111,10 @@ fn gravity(section: &Section<'_>, carrier: Carrier<'_>) -> Option<(Option<f64>, 
 }
 
 /// A force or a torque over the turn: a value, or a law.
-pub fn torque(
-    section: &Section<'_>,
-    key: &'static str,
-    of: &'static Quantity,
-    folder: &Path,
-) -> Option<Option<MotionLaw>> {
+pub fn torque(section: &Section<'_>, key: &'static str, folder: &Path) -> Option<Option<MotionLaw>> {
     if let Some(Node { value: DeValue::Table(_), .. }) = section.node(key) {
-        return section.read(key, |part| motion_law::read(part, of, folder));
+        return section.read(key, |part| motion_law::read(part, section.quantity_of(key), folder));
     }
-    let value = section.optional(key, of, ANY)?;
+    let value = section.optional(key)?;
     Some(value.map(|value| MotionLaw::Fourier(Fourier::new(vec![value], Vec::new()))))
 }

@@ -1,7 +1,7 @@
 //! Scene files: TOML → validated SI parameters. All faults of a file are collected in one run, see [`diagnostics`];
 //! the units of a value are those of [`units`].
 //!
-#![doc = include_str!("README.md")]
+#![doc = include_str!("../../../docs/scene.md")]
 
 mod common;
 pub mod diagnostics;
@@ -9,12 +9,16 @@ mod follower;
 pub mod forces;
 pub mod geometry;
 pub mod input;
+pub mod keys;
+mod limits;
 mod load;
 mod models;
 pub mod motion_law;
 mod motor;
 mod parametric;
 pub mod plan;
+pub mod reference;
+pub mod schema;
 mod section;
 pub mod synthesis;
 mod table;
@@ -159,7 +163,7 @@ fn with_document<T>(
     }
     kind.mistaken(file, document.get_ref())?;
     faults.broken = !errors.is_empty();
-    match read(&Section::root(&faults, document.get_ref())) {
+    match read(&Section::root(&faults, document.get_ref(), kind.keys())) {
         Some(value) if faults.is_empty() => Ok(value),
         _ => Err(faults.into_diagnostics()),
     }

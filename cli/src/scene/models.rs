@@ -1,8 +1,9 @@
 //! The drive that a scene describes: its sections → the `Scene` of one of the drive models.
 
-use super::common::{self, Drive, Elastic, PLACES, SYNONYMS, drive_mode, elastic_output, resolved};
+use super::common::{self, Drive, Elastic, PLACES, drive_mode, elastic_output, resolved};
 use super::common::{solver, start};
-use super::section::{Faults, Section, within};
+use super::limits::within;
+use super::section::{Faults, Section};
 use super::{Resolved, diagnostics::Diagnostic, units};
 use super::{forces, geometry, load, motion_law, parametric, train};
 use camdrive::drives::Fault;
@@ -11,7 +12,6 @@ use camdrive::drives::drive_train::{self, DriveTrain, Follower, Joint, Machine, 
 use camdrive::drives::elastic_output::{self as output, ElasticOutput};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
 use camdrive::drives::follower::rigid;
-use camdrive::drives::parameter::Parameters as _;
 use camdrive::drives::rigid_machine::{self, MachineStart, Motor, RigidMachine};
 use camdrive::drives::settings::Settings;
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
@@ -22,14 +22,15 @@ use camdrive::motion::MotionLaw;
 use std::path::Path;
 
 /// Reads the sections of a model.
-type Reader = fn(&Section<'_>, &Path) -> Option<Drive>;
+pub type Reader = fn(&Section<'_>, &Path) -> Option<Drive>;
 
-const MODELS: &[(&[&str], Reader)] = &[
-    (&["ElasticCamDrive"], elastic_cam_drive),
-    (&["BacklashDrive"], backlash_drive),
-    (&["RigidMachine"], rigid_machine),
-    (&["ParametricDrive"], |root, _| parametric::read(root)),
-    (&["DriveTrain"], |root, folder| resolved::<DriveTrain>(&train::read(root, folder)?)),
+/// The models with their readers.
+pub const MODELS: &[(&str, Reader)] = &[
+    ("ElasticCamDrive", elastic_cam_drive),
+    ("BacklashDrive", backlash_drive),
+    ("RigidMachine", rigid_machine),
+    ("ParametricDrive", |root, _| parametric::read(root)),
+    ("DriveTrain", |root, folder| resolved::<DriveTrain>(&train::read(root, folder)?)),
 ];
 
 /// Reads the drive of a scene.
@@ -37,7 +38,7 @@ pub fn drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     let drive = root.choice("model", MODELS).map(|read| read(root, folder));
     // Which sections belong here is not known before the model is.
     if drive.is_some() {
-        root.finish(SYNONYMS);
+        root.finish();
     }
     drive?
 }
@@ -73,7 +74,7 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     let cam = cam(root, folder);
     let elastic = section.as_ref().zip(place).and_then(|(section, in_shaft)| {
         let values = if in_shaft { common::elastic_shaft(section, cam.as_ref()) } else { elastic_output(section) };
-        section.finish(SYNONYMS);
+        section.finish();
         values
     });
     let roller = section.is_some_and(|section| section.has("m_roller"));
@@ -169,11 +170,10 @@ fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<Drive> {
 
 fn machine_start(root: &Section<'_>) -> Option<(MachineStart, f64, f64)> {
     let Some(section) = root.section("start")? else { return Some((MachineStart::Given, 0.0, 0.0)) };
-    let modes: &[(&[&str], MachineStart)] =
-        &[(&["given"], MachineStart::Given), (&["steady_state", "periodic"], MachineStart::SteadyState)];
+    let modes: &[(&str, MachineStart)] = &[("given", MachineStart::Given), ("steady_state", MachineStart::SteadyState)];
     let mode = section.choice_or("mode", modes, MachineStart::Given);
-    let [phi, w] = [0, 1].map(|i| section.parameter(&RigidMachine::TABLE[i]));
-    section.finish(&[("phi", "phi_start"), ("w", "w_start"), ("speed", "w_start")]);
+    let [phi, w] = ["phi_start", "w_start"].map(|key| section.real(key));
+    section.finish();
     Some((mode?, phi?, w?))
 }
 

@@ -1,24 +1,25 @@
 //! The motion law of a cam: `[cam]` and `[follower.cam]`.
 
-use super::plan::{self, STANDARD_LAWS, SYNONYMS};
-use super::section::{ANY, Section, within};
+use super::plan::{self, STANDARD_LAWS};
+use super::section::Section;
 use super::{table, table::Part, units};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::fourier::HIGHEST_HARMONIC;
-use camdrive::motion::plan::{INFLECTION, LEAST_MOTION};
+use camdrive::motion::plan::LEAST_MOTION;
 use camdrive::motion::table::CLOSING;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
 use std::f64::consts::TAU;
 use std::path::Path;
 
 /// Reads a kind of law.
-type Reader = fn(&Section<'_>, &'static Quantity, &Path) -> Option<Result<MotionLaw, Part>>;
+pub type Reader = fn(&Section<'_>, &'static Quantity, &Path) -> Option<Result<MotionLaw, Part>>;
 
-const LAWS: &[(&[&str], Reader)] = &[
-    (&["fourier", "hs", "harmonic_series"], |section, of, _| Some(Ok(MotionLaw::Fourier(fourier(section, of)?)))),
-    (&["cycle", "standard_laws"], |section, of, _| Some(Ok(MotionLaw::Cycle(cycle(section, of)?)))),
-    (&["table", "points", "linear"], table::read),
-    (&["plan"], |section, of, _| plan::read(section, of).map(Ok)),
+/// The kinds of laws.
+pub const LAWS: &[(&str, Reader)] = &[
+    ("fourier", |section, of, _| Some(Ok(MotionLaw::Fourier(fourier(section, of)?)))),
+    ("cycle", |section, _, _| Some(Ok(MotionLaw::Cycle(cycle(section)?)))),
+    ("table", table::read),
+    ("plan", |section, _, _| plan::read(section).map(Ok)),
 ];
 
 /// The law of this section; `quantity` is that of U, a length where a cam moves a follower.
@@ -28,23 +29,24 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
 
 /// The law of this section, or the part of one that a table gives.
 pub fn read_part(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<Result<MotionLaw, Part>> {
+    section.of(quantity, 0);
     let table: Reader = table::read;
     let read =
         if table::is_load(quantity) { section.choice_or("law", LAWS, table) } else { section.choice("law", LAWS) };
     let law = read.map(|read| read(section, quantity, folder));
     // Which keys belong here is not known before the kind of law is.
     if law.is_some() {
-        section.finish(SYNONYMS);
+        section.finish();
     }
     law?
 }
 
 /// U = a₀ + Σ aₖ cos kφ + bₖ sin kφ.
 pub fn fourier(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fourier> {
-    let scale = section.optional("scale", quantity, ANY);
-    let scaled = section.has("scale");
-    let coefficients = if scaled { &unit::NUMBER } else { quantity };
-    let (a, b) = (section.reals("a", coefficients), section.reals("b", coefficients));
+    section.of(quantity, 0);
+    let scale = section.optional("scale");
+    section.of(if section.has("scale") { &unit::NUMBER } else { quantity }, 0);
+    let (a, b) = (section.reals("a"), section.reals("b"));
     if !section.has("a") {
         let fault = section.fault_of("a", " is missing");
         return section
@@ -66,18 +68,14 @@ pub fn fourier(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fou
 }
 
 /// Rise, upper dwell, return, lower dwell.
-fn cycle(section: &Section<'_>, quantity: &'static Quantity) -> Option<Cycle> {
-    let length = within(-table::largest(quantity), table::largest(quantity));
-    let stroke = section.real("stroke", quantity, length);
-    let lower = section.real_or("lower", quantity, length, 0.0);
-    let rise_start = section.real_or("rise_start", &unit::ANGLE, within(-TAU, TAU), 0.0);
+fn cycle(section: &Section<'_>) -> Option<Cycle> {
+    let [stroke, lower, rise_start] = ["stroke", "lower", "rise_start"].map(|key| section.real(key));
     let angles = angles(section);
     // Asked for first, lest it be taken for a misspelt `rise_law`.
     section.has("return_law");
     let rise_law = section.choice("rise_law", STANDARD_LAWS);
     let return_law = section.choice_or("return_law", STANDARD_LAWS, rise_law.unwrap_or(StandardLaw::SimpleSine));
-    let inflections = ["rise_inflection", "return_inflection"]
-        .map(|key| section.optional(key, &unit::NUMBER, within(INFLECTION[0], INFLECTION[1])));
+    let inflections = ["rise_inflection", "return_inflection"].map(|key| section.optional(key));
     let [rise_angle, upper_dwell, return_angle, _] = angles?;
     let plan = CyclePlan {
         stroke: stroke?,
@@ -100,7 +98,7 @@ fn cycle(section: &Section<'_>, quantity: &'static Quantity) -> Option<Cycle> {
 fn angles(section: &Section<'_>) -> Option<[f64; 4]> {
     const KEYS: [(&str, f64); 4] =
         [("rise", LEAST_MOTION), ("upper_dwell", 0.0), ("return", LEAST_MOTION), ("lower_dwell", 0.0)];
-    let given = KEYS.map(|(key, least)| section.optional(key, &unit::ANGLE, within(least, TAU)));
+    let given = KEYS.map(|(key, _)| section.optional(key));
     let missing: Vec<usize> = (0..4).filter(|&i| given[i] == Some(None)).collect();
     if let [_, second, ..] = missing[..] {
         let names: Vec<String> = missing.iter().map(|&i| format!("`{}`", KEYS[i].0)).collect();

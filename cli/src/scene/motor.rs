@@ -1,56 +1,35 @@
 //! Motors with their transmission: `[motor]`.
 
-use super::section::{NOT_NEGATIVE, Node, POSITIVE, Section, within};
+use super::section::{Node, Section};
 use super::{motion_law, table, units};
 use camdrive::drives::limits::FASTEST;
-use camdrive::drives::rigid_machine::{self, Kloss, LAG};
+use camdrive::drives::rigid_machine::{self, Kloss};
 use camdrive::drives::shaft::motor::{Motor, Reference, Servo, Source, TorqueTable, Transmission};
 use camdrive::drives::unit;
 use camdrive::motion::MotionLaw;
 use std::path::Path;
 use toml::de::DeValue;
 
-/// Synonyms of the keys.
-const SYNONYMS: &[(&str, &str)] = &[
-    ("type", "kind"),
-    ("speed", "w_s"),
-    ("time_constant", "lag"),
-    ("dynamics", "lag"),
-    ("i", "ratio"),
-    ("M", "torque"),
-    ("limit", "M_max"),
-    ("reference", "w_ref"),
-    ("inertia", "J"),
-    ("stiffness", "c"),
-    ("damping", "b"),
-    ("F_v", "preload"),
-    ("r", "radius"),
-    ("L", "length"),
-];
-
 /// Reads what a kind of motor has.
-type Reader = fn(&Section<'_>, &Path) -> Option<Source>;
+pub type Reader = fn(&Section<'_>, &Path) -> Option<Source>;
 
 /// The kinds with the keys that are theirs alone.
-const KINDS: &[(&[&str], (Reader, &[&str]))] = &[
-    (&["none"], (|_, _| Some(Source::None), &[])),
-    (
-        &["kloss", "asynchronous", "induction"],
-        (|section, _| asynchronous(section).map(Source::Kloss), &["M_k", "s_k", "w_s", "lag"]),
-    ),
-    (&["input", "torque"], (|_, _| Some(Source::Input), &[])),
-    (&["constant"], (constant, &["torque"])),
-    (&["table"], (characteristic, &["points", "file", "speed_unit", "torque_unit", "speed_column", "torque_column"])),
-    (&["servo"], (servo, &["K_p", "K_i", "K_aw", "K_v", "M_max", "w_ref"])),
+pub const KINDS: &[(&str, (Reader, &[&str]))] = &[
+    ("none", (|_, _| Some(Source::None), &[])),
+    ("kloss", (|section, _| asynchronous(section).map(Source::Kloss), &["M_k", "s_k", "w_s", "lag"])),
+    ("input", (|_, _| Some(Source::Input), &[])),
+    ("constant", (constant, &["torque"])),
+    ("table", (characteristic, &["points", "file", "speed_unit", "torque_unit", "speed_column", "torque_column"])),
+    ("servo", (servo, &["K_p", "K_i", "K_aw", "K_v", "M_max", "w_ref"])),
 ];
 
 /// Where the torque comes from.
 fn source(section: &Section<'_>, folder: &Path) -> Option<Source> {
     let (read, own) = section.choice("kind", KINDS)?;
     let source = read(section, folder);
-    for (names, (_, keys)) in KINDS {
+    for (name, (_, keys)) in KINDS {
         let others: Vec<_> = keys.iter().copied().filter(|key| !own.contains(key)).collect();
-        section.forbid(&others, "the kind of motor has no such value", &format!("kind = \"{}\"", names[0]));
+        section.forbid(&others, "the kind of motor has no such value", &format!("kind = \"{name}\""));
     }
     source
 }
@@ -58,34 +37,32 @@ fn source(section: &Section<'_>, folder: &Path) -> Option<Source> {
 /// A motor with its transmission.
 pub fn read(section: &Section<'_>, folder: &Path) -> Option<Motor> {
     let source = source(section, folder);
-    let ratio = section.real_or("ratio", &unit::NUMBER, within(-1e6, 1e6), 1.0);
+    let ratio = section.real("ratio");
     if ratio == Some(0.0) {
         let fault = section.fault_of("ratio", ": the motor would not turn");
         section.faults.report(fault.admissible("a value other than 0, negative where the rotor turns the other way"));
     }
-    let rotor = section.real_or("J", &unit::INERTIA, NOT_NEGATIVE, 0.0);
+    let rotor = section.real("J");
     let coupling = if section.either("coupling", "belt") { coupling(section) } else { None };
     if rotor == Some(0.0) && matches!(coupling, Some(Some(_))) {
         let fault = section.fault_of("J", ": a rotor behind a coupling or belt needs its own inertia");
         section.faults.report(fault.admissible("greater than 0 kg.m2").hint("add for example J = \"0.02 kg.m2\""));
     }
-    section.finish(SYNONYMS);
+    section.finish();
     Some(Motor { source: source?, transmission: Transmission { ratio: ratio?, rotor: rotor?, coupling: coupling? } })
 }
 
 /// c and b at the shaft.
 fn coupling(section: &Section<'_>) -> Option<Option<[f64; 2]>> {
-    let damping = |part: &Section<'_>| part.real_or("b", &unit::ROTATIONAL_DAMPING, NOT_NEGATIVE, 0.0);
     let given = section.read("coupling", |part| {
-        let (c, b) = (part.real("c", &unit::ROTATIONAL_STIFFNESS, POSITIVE), damping(part));
-        part.finish(SYNONYMS);
+        let (c, b) = (part.real("c"), part.real("b"));
+        part.finish();
         Some([c?, b?])
     })?;
     let belt = section.read("belt", |part| {
-        let [stiffness, preload] = ["EA", "preload"].map(|key| part.real(key, &unit::FORCE, POSITIVE));
-        let [length, radius] = ["length", "radius"].map(|key| part.real(key, &unit::LENGTH, POSITIVE));
-        let b = damping(part);
-        part.finish(SYNONYMS);
+        let [stiffness, preload, length, radius, b] =
+            ["EA", "preload", "length", "radius", "b"].map(|key| part.real(key));
+        part.finish();
         let (radius, slack) = (radius?, 2.0 * preload? * radius?);
         part.faults.note(format!(
             "`{}`: both strands stay taut up to {} N.m at the shaft",
@@ -99,19 +76,19 @@ fn coupling(section: &Section<'_>) -> Option<Option<[f64; 2]>> {
 
 fn asynchronous(section: &Section<'_>) -> Option<Kloss> {
     let kloss: Option<Kloss> = section.parameters(|parameter, _| {
-        let value = section.parameter(parameter);
+        let value = section.real(parameter.key);
         if parameter.key == "w_s" && value == Some(0.0) {
             let fault = section.fault_of("w_s", ": 0 is not a synchronous speed: the slip is not defined");
             section.faults.report(fault.hint("choose kind = \"none\" for a motor that is off"));
         }
         Some(value)
     });
-    let lag = section.optional("lag", &unit::TIME, within(LAG[0], LAG[1]));
+    let lag = section.optional("lag");
     kloss.zip(lag).map(|(kloss, dynamics)| Kloss { dynamics, ..kloss })
 }
 
 fn constant(section: &Section<'_>, _: &Path) -> Option<Source> {
-    section.real("torque", &unit::TORQUE, within(-1e12, 1e12)).map(Source::Constant)
+    section.real("torque").map(Source::Constant)
 }
 
 /// The most points of a torque table: a motor is measured at some ten.
@@ -138,12 +115,12 @@ fn characteristic(section: &Section<'_>, folder: &Path) -> Option<Source> {
 }
 
 fn servo(section: &Section<'_>, _: &Path) -> Option<Source> {
-    let proportional = section.real("K_p", &unit::ROTATIONAL_DAMPING, POSITIVE);
-    let integral = section.real_or("K_i", &unit::ROTATIONAL_STIFFNESS, NOT_NEGATIVE, 0.0);
+    let proportional = section.real("K_p");
+    let integral = section.real("K_i");
     let usual = integral.zip(proportional).map_or(0.0, |(integral, proportional)| integral / proportional);
-    let anti_windup = section.real_or("K_aw", &units::RATE, NOT_NEGATIVE, usual);
-    let position = section.optional("K_v", &units::RATE, POSITIVE);
-    let limit = section.real("M_max", &unit::TORQUE, POSITIVE);
+    let anti_windup = section.real_or("K_aw", usual);
+    let position = section.optional("K_v");
+    let limit = section.real("M_max");
     let reference = reference(section);
     Some(Source::Servo(Servo {
         proportional: proportional?,
@@ -161,13 +138,13 @@ fn reference(section: &Section<'_>) -> Option<Reference> {
         let part = section.section("w_ref")??;
         let read = if part.has("ramp") {
             part.forbid(&["frequency", "a", "b", "scale"], "a ramp has one slope", "a series without `ramp`");
-            part.real("ramp", &unit::ANGULAR_ACCELERATION, within(-1e12, 1e12)).map(Reference::Ramp)
+            part.real("ramp").map(Reference::Ramp)
         } else {
-            let frequency = part.real("frequency", &unit::ANGULAR_VELOCITY, POSITIVE);
+            let frequency = part.real("frequency");
             let series = motion_law::fourier(&part, &unit::ANGULAR_VELOCITY);
             frequency.zip(series).map(|(frequency, series)| Reference::Series(frequency, series))
         };
-        part.finish(&[("w", "frequency"), ("nu", "frequency")]);
+        part.finish();
         return read;
     }
     match section.word("w_ref") {
@@ -176,7 +153,7 @@ fn reference(section: &Section<'_>) -> Option<Reference> {
             section.unknown_word("w_ref", other, "input");
             None
         }
-        None => section.real("w_ref", &unit::ANGULAR_VELOCITY, within(-FASTEST, FASTEST)).map(Reference::Constant),
+        None => section.real("w_ref").map(Reference::Constant),
     }
 }
 

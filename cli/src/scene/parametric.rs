@@ -1,19 +1,16 @@
 //! The scene of a `ParametricDrive`: `[crank]` with `[load]`, or `[coefficients]`.
 
-use super::common::{self, Drive, SYNONYMS};
-use super::section::{NOT_NEGATIVE, Node, Section, within};
-use super::{motion_law, plan};
+use super::common::{self, Drive};
+use super::keys::SERIES;
+use super::motion_law;
+use super::section::{Node, Section};
 use camdrive::drives::parametric::coefficients::Stiffness;
 use camdrive::drives::parametric::crank::{ParallelCrank, SecondCrank};
 use camdrive::drives::parametric::law::{Coordinate, CrankLaw, Law, SeriesLaw};
 use camdrive::drives::parametric::{ParametricDrive, Scene};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::Fourier;
-use std::f64::consts::{FRAC_PI_2, TAU};
 use toml::de::DeValue;
-
-/// The highest harmonic of the stiffness that a scene may ask for; beyond it the whole function is cheaper.
-const HIGHEST_HARMONIC: u32 = 256;
 
 /// The model and its resolved scene as JSON.
 pub fn read(root: &Section<'_>) -> Option<Drive> {
@@ -28,7 +25,7 @@ pub fn read(root: &Section<'_>) -> Option<Drive> {
 
 fn law(root: &Section<'_>) -> Option<Law> {
     let (crank, series) = (root.section("crank"), root.section("coefficients"));
-    let load = root.section("load");
+    let load = root.section_of("load", &SERIES);
     match (crank?, series?) {
         (Some(section), None) => crank_law(&section, load?).map(Law::Crank),
         (None, Some(section)) => {
@@ -59,74 +56,60 @@ fn crank_law(section: &Section<'_>, load: Option<Section<'_>>) -> Option<CrankLa
     // The damping ratio needs the stiffness.
     let law: Option<CrankLaw> = section.parameters(|parameter, _| (parameter.key == "b_T").then_some(Some(0.0)));
     let second = second_crank(section);
-    let harmonics =
-        if section.has("harmonics") { section.count("harmonics", 0, HIGHEST_HARMONIC).map(Some) } else { Some(None) };
+    let harmonics = if section.has("harmonics") { section.count("harmonics").map(Some) } else { Some(None) };
     let load = match load {
         Some(load) => series_of(&load, &unit::TORQUE).map(Some),
         None => Some(None),
     };
-    let damping = damping(section, "b_T", &unit::ROTATIONAL_DAMPING, || {
+    let damping = damping(section, "b_T", || {
         let CrankLaw { crank, inertia, .. } = law.as_ref()?;
         // The means of both, with the second crank.
         Some((*inertia, Stiffness::of_crank(&ParallelCrank { second: second?, ..*crank }).mean()))
     });
-    section.finish(&[
-        ("b", "b_T"),
-        ("c", "c_T1"),
-        ("r", "R"),
-        ("D", "damping_ratio"),
-        ("inertia", "J"),
-        ("offset", "angle"),
-        ("second_crank", "second"),
-    ]);
+    section.finish();
     let law = law?;
     let crank = ParallelCrank { second: second?, ..law.crank };
     Some(CrankLaw { crank, damping: damping?.a[0], load: load?, harmonics: harmonics?, ..law })
 }
 
+/// A second crank at an angle.
+type SecondAt = Option<fn(f64) -> SecondCrank>;
+
+/// What a second crank hangs on.
+pub const SECOND_CRANKS: &[(&str, SecondAt)] =
+    &[("none", None), ("own_shafts", Some(SecondCrank::OwnShafts)), ("shared_shafts", Some(SecondCrank::SharedShafts))];
+
+/// What q is.
+pub const COORDINATES: &[(&str, Coordinate)] =
+    &[("rotation", Coordinate::Rotation), ("translation", Coordinate::Translation)];
+
 fn second_crank(section: &Section<'_>) -> Option<SecondCrank> {
-    let kinds: &[(&[&str], Option<fn(f64) -> SecondCrank>)] = &[
-        (&["none"], None),
-        (&["own_shafts"], Some(SecondCrank::OwnShafts)),
-        (&["shared_shafts"], Some(SecondCrank::SharedShafts)),
-    ];
-    let Some(at) = section.choice_or("second", kinds, None)? else {
+    let Some(at) = section.choice("second", SECOND_CRANKS)? else {
         let needed = "second = \"own_shafts\" or second = \"shared_shafts\"";
         section.forbid(&["angle"], "there is no second crank", needed);
         return Some(SecondCrank::None);
     };
-    section.real_or("angle", &unit::ANGLE, within(-TAU, TAU), FRAC_PI_2).map(at)
+    section.real("angle").map(at)
 }
 
 fn series_law(section: &Section<'_>) -> Option<SeriesLaw> {
-    let coordinates: &[(&[&str], Coordinate)] =
-        &[(&["rotation", "angle"], Coordinate::Rotation), (&["translation", "length"], Coordinate::Translation)];
-    let coordinate = section.choice_or("coordinate", coordinates, Coordinate::Rotation);
-    let [mass, damping_unit, stiffness, force] = match coordinate.unwrap_or(Coordinate::Rotation) {
-        Coordinate::Rotation => [&unit::INERTIA, &unit::ROTATIONAL_DAMPING, &unit::ROTATIONAL_STIFFNESS, &unit::TORQUE],
-        Coordinate::Translation => [&unit::MASS, &unit::DAMPING, &unit::STIFFNESS, &unit::FORCE],
-    };
-    let m = coefficient(section, "m", mass);
-    let c = coefficient(section, "c", stiffness);
-    let b = damping(section, "b", damping_unit, || Some((m.as_ref()?.a[0], c.as_ref()?.a[0])));
-    let f = if section.has("f") { coefficient(section, "f", force).map(Some) } else { Some(None) };
-    section.finish(SYNONYMS);
+    let coordinate = section.choice("coordinate", COORDINATES);
+    section.turning(coordinate != Some(Coordinate::Translation));
+    let [m, c] = ["m", "c"].map(|key| coefficient(section, key));
+    let b = damping(section, "b", || Some((m.as_ref()?.a[0], c.as_ref()?.a[0])));
+    let f = if section.has("f") { coefficient(section, "f").map(Some) } else { Some(None) };
+    section.finish();
     Some(SeriesLaw { coordinate: coordinate?, m: m?, b: b?, c: c?, f: f? })
 }
 
 /// The damping `key`, a value, a series or none, or `damping_ratio` D: b = 2 D √(m c) with the means of m and c.
-fn damping(
-    section: &Section<'_>,
-    key: &'static str,
-    quantity: &'static Quantity,
-    means: impl FnOnce() -> Option<(f64, f64)>,
-) -> Option<Fourier> {
+fn damping(section: &Section<'_>, key: &'static str, means: impl FnOnce() -> Option<(f64, f64)>) -> Option<Fourier> {
     let constant = |value: f64| Fourier::new(vec![value], Vec::new());
     if !section.either(key, "damping_ratio") {
         return None;
     }
     if section.has("damping_ratio") {
-        let ratio = section.real("damping_ratio", &unit::NUMBER, NOT_NEGATIVE)?;
+        let ratio = section.real("damping_ratio")?;
         let (m, c) = means()?;
         if m * c < 0.0 {
             let fault = section.fault_of("damping_ratio", ": the mean stiffness is below 0");
@@ -137,19 +120,19 @@ fn damping(
     if !section.has(key) {
         return Some(constant(0.0));
     }
-    coefficient(section, key, quantity)
+    coefficient(section, key)
 }
 
 /// A constant, or a table with the coefficients of a series.
-fn coefficient(section: &Section<'_>, key: &'static str, quantity: &'static Quantity) -> Option<Fourier> {
+fn coefficient(section: &Section<'_>, key: &'static str) -> Option<Fourier> {
     if let Some(Node { value: DeValue::Table(_), .. }) = section.node(key) {
-        return series_of(&section.section(key)??, quantity);
+        return series_of(&section.section(key)??, section.quantity_of(key));
     }
-    section.real(key, quantity, super::section::ANY).map(|value| Fourier::new(vec![value], Vec::new()))
+    section.real(key).map(|value| Fourier::new(vec![value], Vec::new()))
 }
 
 fn series_of(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fourier> {
     let series = motion_law::fourier(section, quantity);
-    section.finish(plan::SYNONYMS);
+    section.finish();
     series
 }

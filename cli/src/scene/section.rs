@@ -4,9 +4,11 @@
 //! together last.
 
 use super::diagnostics::{Diagnostic, Diagnostics, nearest};
+use super::keys::{Of, Table, Usual, Value};
+use super::limits::{ANY, LIFT, Limits, POSITIVE, largest, within};
 use super::units;
 use camdrive::drives::parameter::{Parameter, Parameters};
-use camdrive::drives::unit::Quantity;
+use camdrive::drives::unit::{self, Quantity};
 use camdrive_design::resource::Tool;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -144,49 +146,6 @@ impl<'a> Faults<'a> {
     }
 }
 
-/// The admissible range of a number.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
-    min: f64,
-    max: f64,
-    /// Whether `min` itself is excluded.
-    open: bool,
-}
-
-/// Any finite number.
-pub const ANY: Limits = Limits { min: f64::NEG_INFINITY, max: f64::INFINITY, open: true };
-/// Greater than zero.
-pub const POSITIVE: Limits = Limits { min: 0.0, max: f64::INFINITY, open: true };
-/// Zero or greater.
-pub const NOT_NEGATIVE: Limits = Limits { min: 0.0, max: f64::INFINITY, open: false };
-
-/// Between the two, borders included.
-pub const fn within(min: f64, max: f64) -> Limits {
-    Limits { min, max, open: false }
-}
-
-impl Limits {
-    fn hold(&self, value: f64) -> bool {
-        value.is_finite() && value <= self.max && if self.open { value > self.min } else { value >= self.min }
-    }
-
-    /// "greater than 0 kg"
-    pub fn words(&self, unit: &str) -> String {
-        let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-        let low = if self.open { "greater than" } else { "at least" };
-        let (min, max) = (units::short(self.min), units::short(self.max));
-        match (self.min.is_finite(), self.max.is_finite()) {
-            (false, false) => {
-                format!("any finite number{}", if unit.is_empty() { "".into() } else { format!(" [{}]", unit.trim()) })
-            }
-            (true, false) => format!("{low} {min}{unit}"),
-            (false, true) => format!("at most {max}{unit}"),
-            (true, true) if self.open => format!("{low} {min}{unit}, at most {max}{unit}"),
-            (true, true) => format!("{min} to {max}{unit}"),
-        }
-    }
-}
-
 /// A value with its place.
 #[derive(Clone)]
 pub struct Node<'a> {
@@ -207,6 +166,12 @@ pub struct Section<'a> {
     /// The header of the table.
     pub span: Span,
     table: &'a DeTable<'a>,
+    /// What its keys mean.
+    keys: &'static Table,
+    /// The quantity of its law, and the order of the derivative by the angle that it is.
+    own: Cell<(&'static Quantity, i32)>,
+    /// Whether what it describes turns.
+    turns: Cell<bool>,
     /// The keys that were asked for: all others are unknown.
     known: RefCell<Vec<&'static str>>,
     /// The unknown keys that were reported already.
@@ -235,12 +200,56 @@ impl<'a> Section<'a> {
     }
 
     /// The whole file.
-    pub fn root(faults: &'a Faults<'a>, table: &'a DeTable<'a>) -> Self {
-        Section { faults, path: String::new(), span: 0..0, table, known: RefCell::default(), told: RefCell::default() }
+    pub fn root(faults: &'a Faults<'a>, table: &'a DeTable<'a>, keys: &'static Table) -> Self {
+        let (known, told) = Default::default();
+        let own = Cell::new((&unit::LENGTH, 0));
+        Section { faults, path: String::new(), span: 0..0, table, keys, own, turns: Cell::new(false), known, told }
     }
 
-    fn sub(&self, path: String, span: Span, table: &'a DeTable<'a>) -> Self {
-        Section { faults: self.faults, path, span, table, known: RefCell::default(), told: RefCell::default() }
+    fn sub(&self, path: String, span: Span, table: &'a DeTable<'a>, keys: &'static Table) -> Self {
+        let (own, turns) = (self.own.clone(), self.turns.clone());
+        Section { path, span, keys, own, turns, ..Section::root(self.faults, table, keys) }
+    }
+
+    /// Says of what quantity the section's own numbers are, and which derivative by the angle of it.
+    pub fn of(&self, quantity: &'static Quantity, order: i32) {
+        self.own.set((quantity, order));
+    }
+
+    /// Says whether what the section describes turns.
+    pub fn turning(&self, turns: bool) {
+        self.turns.set(turns);
+    }
+
+    /// What `find` takes of the kinds of values that the key admits.
+    fn kind<T>(&self, key: &str, find: impl FnMut(Value) -> Option<T>) -> T {
+        let values = self.keys.key(key).values;
+        values.into_iter().find_map(find).unwrap_or_else(|| panic!("{} has another kind of {key}", self.keys.title))
+    }
+
+    /// Quantity of a number, with the order of the derivative by the angle that it is.
+    fn quantity(&self, of: Of) -> (&'static Quantity, i32) {
+        match of {
+            Of::Fixed(quantity) => (quantity, 0),
+            Of::Motion(_, turn) if self.turns.get() => (turn, 0),
+            Of::Motion(line, _) => (line, 0),
+            Of::Own(n) => (self.own.get().0, self.own.get().1 + n),
+            Of::Other => self.own.get(),
+        }
+    }
+
+    /// The quantity of a number.
+    pub fn quantity_of(&self, key: &str) -> &'static Quantity {
+        self.declared(key).0
+    }
+
+    /// Quantity, order and range of the key of a number.
+    fn declared(&self, key: &str) -> (&'static Quantity, i32, Limits) {
+        let (of, limits) =
+            self.kind(key, |value| if let Value::Real(of, limits) = value { Some((of, limits)) } else { None });
+        let (quantity, n) = self.quantity(of);
+        let most = largest(quantity);
+        (quantity, n, if limits.is(LIFT) { within(-most, most) } else { limits })
     }
 
     /// The path of a key in this table.
@@ -323,35 +332,57 @@ impl<'a> Section<'a> {
         self.of_node(node, format!(": {expected} is expected, {} is {found}", self.faults.excerpt(&node.span)))
     }
 
-    /// A real number, if the key is there: a plain number is SI, a string has its unit.
-    pub fn optional(&self, key: &'static str, quantity: &'static Quantity, limits: Limits) -> Option<Option<f64>> {
+    /// A number, if the key is there: a plain one is SI, a string has its unit, which may leave out the angle of a derivative.
+    pub fn optional(&self, key: &'static str) -> Option<Option<f64>> {
+        let (quantity, n, limits) = self.declared(key);
         match self.node(key) {
             None => Some(None),
-            Some(node) => self.number(&node, quantity, limits).map(Some),
+            Some(node) => self.per_angle(&node, quantity, n, limits).map(Some),
         }
     }
 
-    /// A real number that must be there.
-    pub fn real(&self, key: &'static str, quantity: &'static Quantity, limits: Limits) -> Option<f64> {
-        if !self.has(key) {
-            let hint = format!("add for example {key} = {}", units::example(quantity));
-            self.missing(key, Some(limits.words(quantity.unit)), hint);
-            return None;
+    /// A number that must be there, or has a default.
+    pub fn real(&self, key: &'static str) -> Option<f64> {
+        match self.keys.key(key).usual {
+            Usual::Number(default) => self.real_or(key, default),
+            _ => {
+                let (quantity, n, limits) = self.declared(key);
+                self.must(key, if n == 0 { quantity } else { units::per_angle(quantity, n) }, limits)?;
+                self.optional(key)?
+            }
         }
-        self.optional(key, quantity, limits)?
     }
 
-    /// A real number with a default.
-    pub fn real_or(&self, key: &'static str, quantity: &'static Quantity, limits: Limits, default: f64) -> Option<f64> {
-        self.optional(key, quantity, limits).map(|value| value.unwrap_or(default))
+    /// A number with a default that the declaration only describes.
+    pub fn real_or(&self, key: &'static str, default: f64) -> Option<f64> {
+        self.optional(key).map(|value| value.unwrap_or(default))
+    }
+
+    /// A number above zero, which the declaration admits, too, that must be there.
+    pub fn positive(&self, key: &'static str) -> Option<f64> {
+        let quantity = self.quantity_of(key);
+        self.must(key, quantity, POSITIVE)?;
+        self.number(&self.node(key)?, quantity, POSITIVE)
+    }
+
+    /// Reports a number that is missing.
+    fn must(&self, key: &'static str, quantity: &'static Quantity, limits: Limits) -> Option<()> {
+        if self.has(key) {
+            return Some(());
+        }
+        let hint = format!("add for example {key} = {}", units::example(quantity));
+        self.missing(key, Some(limits.words(quantity.unit)), hint);
+        None
     }
 
     /// A parameter of a drive.
-    pub fn parameter<P>(&self, parameter: &Parameter<P>) -> Option<f64> {
+    fn parameter<P>(&self, parameter: &Parameter<P>) -> Option<f64> {
         let &Parameter { key, quantity, range: [min, max], default, .. } = parameter;
-        match default {
-            None => self.real(key, quantity, within(min, max)),
-            Some(default) => self.real_or(key, quantity, within(min, max), default),
+        let limits = within(min, max);
+        match (self.node(key), default) {
+            (None, Some(default)) => Some(default),
+            (None, None) => self.must(key, quantity, limits).and(None),
+            (Some(node), _) => self.number(&node, quantity, limits),
         }
     }
 
@@ -407,27 +438,25 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// A derivative of U by the angle, of the quantity per radⁿ; a unit may leave the angle out.
-    pub fn derivative(&self, key: &'static str, of: &'static Quantity, n: i32, limits: Limits) -> Option<Option<f64>> {
-        match self.node(key) {
-            None => Some(None),
-            Some(node) => self.per_angle(&node, of, n, limits).map(Some),
-        }
-    }
-
     fn per_angle(&self, node: &Node<'_>, quantity: &'static Quantity, n: i32, limits: Limits) -> Option<f64> {
-        let without = matches!(node.value, DeValue::String(text) if units::parse(text, quantity).is_ok());
+        let without = n == 0 || matches!(node.value, DeValue::String(text) if units::parse(text, quantity).is_ok());
         self.number(node, if without { quantity } else { units::per_angle(quantity, n) }, limits)
     }
 
-    /// A list of real numbers; empty where the key is not there.
-    pub fn reals(&self, key: &'static str, quantity: &'static Quantity) -> Option<Vec<f64>> {
-        self.list(key, |_, node| self.number(node, quantity, ANY))
+    /// A list of numbers; empty where the key is not there.
+    pub fn reals(&self, key: &'static str) -> Option<Vec<f64>> {
+        let (quantity, n) = self.listed(key);
+        self.list(key, |_, node| self.per_angle(node, quantity, n, ANY))
     }
 
-    /// The coefficients of a polynomial in an angle, whose value is a derivative as of [`Section::derivative`].
-    pub fn polynomial(&self, key: &'static str, quantity: &'static Quantity, n: i32) -> Option<Vec<f64>> {
+    /// The coefficients of a polynomial in an angle, whose value is the derivative that the key is.
+    pub fn polynomial(&self, key: &'static str) -> Option<Vec<f64>> {
+        let (quantity, n) = self.listed(key);
         self.list(key, |j, node| self.per_angle(node, quantity, n + j as i32, ANY))
+    }
+
+    fn listed(&self, key: &str) -> (&'static Quantity, i32) {
+        self.quantity(self.kind(key, |value| if let Value::Reals(of) = value { Some(of) } else { None }))
     }
 
     /// A list of pairs with their places; empty where the key is not there.
@@ -467,8 +496,19 @@ impl<'a> Section<'a> {
     }
 
     /// A whole number that must be there.
-    pub fn count(&self, key: &'static str, min: u32, max: u32) -> Option<usize> {
+    pub fn count(&self, key: &'static str) -> Option<usize> {
+        self.count_to(key, u32::MAX)
+    }
+
+    /// A whole number that must be there and is at most `most`.
+    pub fn count_to(&self, key: &'static str, most: u32) -> Option<usize> {
+        let (min, max) =
+            self.kind(key, |value| if let Value::Count(min, max) = value { Some((min, max)) } else { None });
+        let max = max.min(most);
         let admissible = format!("a whole number, {min} to {max}");
+        if let (Usual::Number(default), false) = (self.keys.key(key).usual, self.has(key)) {
+            return Some(default as usize);
+        }
         let Some(node) = self.node(key) else {
             self.missing(key, Some(admissible), format!("add for example {key} = {}", 16.clamp(min, max)));
             return None;
@@ -488,10 +528,10 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// true or false.
-    pub fn boolean_or(&self, key: &'static str, default: bool) -> Option<bool> {
+    /// true or false, which it is where it is left out.
+    pub fn flag(&self, key: &'static str) -> Option<bool> {
         match self.node(key) {
-            None => Some(default),
+            None => Some(false),
             Some(Node { value: DeValue::Boolean(value), .. }) => Some(*value),
             Some(node) => {
                 self.wrong_type(&node, "true or false");
@@ -534,41 +574,53 @@ impl<'a> Section<'a> {
         self.text(key)?
     }
 
-    /// One of several names; the first of each list is the usual one, the others are synonyms.
-    pub fn choice<T: Copy>(&self, key: &'static str, items: &[(&[&'static str], T)]) -> Option<T> {
-        let usual: Vec<&str> = items.iter().map(|(names, _)| names[0]).collect();
+    /// One of the names of the key, of which `items` admits those that it lists, by the usual one of their names.
+    pub fn choice<T: Copy>(&self, key: &'static str, items: &[(&'static str, T)]) -> Option<T> {
+        let names = self.kind(key, |value| if let Value::Choice(names) = value { Some(names) } else { None });
+        let item = |usual: &str| items.iter().find(|(name, _)| *name == usual).map(|(_, item)| *item);
+        if let (Usual::Name(usual), false) = (self.keys.key(key).usual, self.has(key)) {
+            return item(usual);
+        }
+        let names: Vec<_> = names.iter().filter(|names| item(names[0]).is_some()).collect();
+        let usual: Vec<&str> = names.iter().map(|names| names[0]).collect();
         // A misspelt key counts as the right one, so that what depends on the choice is checked all the same.
         let meant = if self.has(key) { None } else { self.misspelt(key) };
         let text = match meant {
             Some(text) => text,
             None => self.required_text(key, &usual.join(", "), usual[0])?,
         };
-        if let Some((_, item)) = items.iter().find(|(names, _)| names.contains(&text)) {
-            return Some(*item);
+        if let Some(names) = names.iter().find(|names| names.contains(&text)) {
+            return item(names[0]);
         }
-        let known: Vec<&str> = items.iter().flat_map(|(names, _)| names.iter().copied()).collect();
+        let known: Vec<&str> = names.iter().flat_map(|names| names.iter().copied()).collect();
         let fault = self.fault_of(key, format!(": \"{text}\" is not known"));
         let mut fault = fault.admissible(usual.join(", "));
-        let guess = nearest(text, &known).and_then(|guess| items.iter().find(|(names, _)| names.contains(&guess)));
-        fault.hint = guess.map(|(names, _)| format!("did you mean `{}`?", names[0]));
+        let guess = nearest(text, &known).and_then(|guess| names.iter().find(|names| names.contains(&guess)));
+        fault.hint = guess.map(|names| format!("did you mean `{}`?", names[0]));
         self.faults.report(fault);
         // What depends on the choice is checked as if the name were the one suggested.
-        guess.map(|(_, item)| *item)
+        guess.and_then(|names| item(names[0]))
     }
 
-    /// One of several names, with a default.
-    pub fn choice_or<T: Copy>(&self, key: &'static str, items: &[(&[&'static str], T)], default: T) -> Option<T> {
+    /// One of several names, with a default that the declaration only describes.
+    pub fn choice_or<T: Copy>(&self, key: &'static str, items: &[(&'static str, T)], default: T) -> Option<T> {
         if self.has(key) { self.choice(key, items) } else { Some(default) }
     }
 
     /// The table under this key, if it is there.
     pub fn section(&self, key: &'static str) -> Option<Option<Section<'a>>> {
+        let keys = self.kind(key, |value| if let Value::Table(keys) = value { Some(keys) } else { None });
+        self.section_of(key, keys)
+    }
+
+    /// The table under this key, if it is there, with other keys than the usual ones.
+    pub fn section_of(&self, key: &'static str, keys: &'static Table) -> Option<Option<Section<'a>>> {
         let Some(node) = self.node(key) else { return Some(None) };
         let DeValue::Table(table) = node.value else {
             self.wrong_type(&node, &format!("a table [{}]", node.path));
             return None;
         };
-        Some(Some(self.sub(node.path, node.span, table)))
+        Some(Some(self.sub(node.path, node.span, table, keys)))
     }
 
     /// What `read` makes of the table under this key, if it is there.
@@ -591,6 +643,7 @@ impl<'a> Section<'a> {
 
     /// The tables [[key]]; none where the key is not there. Their paths count from 1, as the FMU's variables do.
     pub fn sections(&self, key: &'static str) -> Option<Vec<Section<'a>>> {
+        let keys = self.kind(key, |value| if let Value::Tables(keys) = value { Some(keys) } else { None });
         let Some(node) = self.node(key) else { return Some(Vec::new()) };
         let DeValue::Array(items) = node.value else {
             self.wrong_type(&node, &format!("a list of tables [[{}]]", node.path));
@@ -601,7 +654,7 @@ impl<'a> Section<'a> {
             let path = format!("{}[{}]", node.path, i + 1);
             self.faults.read.borrow_mut().insert(path.clone(), item.span());
             match item.get_ref() {
-                DeValue::Table(table) => list.push(self.sub(path, item.span(), table)),
+                DeValue::Table(table) => list.push(self.sub(path, item.span(), table, keys)),
                 value => {
                     self.wrong_type(&Node { path, span: item.span(), value }, "a table");
                     return None;
@@ -617,8 +670,8 @@ impl<'a> Section<'a> {
         read.into_iter().collect()
     }
 
-    /// Reports the keys that nobody asked for. `synonyms` are pairs (what people write, what it is called here).
-    pub fn finish(&self, synonyms: &[(&str, &str)]) {
+    /// Reports the keys that nobody asked for.
+    pub fn finish(&self) {
         if self.faults.broken {
             return;
         }
@@ -629,8 +682,8 @@ impl<'a> Section<'a> {
             let place =
                 if self.path.is_empty() { format!("in {}", self.faults.kind) } else { format!("in [{}]", self.path) };
             let fault = self.faults.at(key.span(), format!(" is not known {place}")).of(self.path_of(name));
-            let meant = synonyms.iter().find(|(wrong, right)| *wrong == name && known.contains(right));
-            let meant = meant.map(|(_, right)| *right).or_else(|| nearest(name, &known));
+            let meant = self.keys.all().find(|key| key.also.contains(&name) && known.contains(&key.key));
+            let meant = meant.map(|meant| meant.key).or_else(|| nearest(name, &known));
             let mut fault = fault.admissible(known.join(", "));
             fault.hint = meant.map(|right| format!("did you mean `{right}`?"));
             self.faults.report(fault);

@@ -1,12 +1,12 @@
 //! Task files of `camdrive synthesize`: TOML → a motion task in SI. The keys are described below.
 //!
-#![doc = include_str!("SYNTHESIS.md")]
+#![doc = include_str!("../../../docs/task.md")]
 
 use super::common::by_ratio;
 use super::diagnostics::Diagnostics;
 use super::input;
 use super::motion_law;
-use super::section::{ANY, Limits, NOT_NEGATIVE, POSITIVE, Section, within};
+use super::section::Section;
 use super::units;
 use camdrive::drives::elastic_shaft::Parameters;
 use camdrive::drives::unit::{self, Quantity};
@@ -22,68 +22,47 @@ use camdrive_design::synthesis::{Basis, Bound, Curve, Norm, Objective, Point, Ra
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-/// The most harmonics of a profile: the source advises against more than nine, and cams of sixty-four can be made.
-const MOST_HARMONICS: u32 = 64;
-
-/// The most points in a range of the discrete objectives.
-const MOST_POINTS: u32 = 10_000;
-
-/// Synonyms of the keys.
-const SYNONYMS: &[(&str, &str)] = &[
-    ("title", "name"),
-    ("stroke", "scale"),
-    ("ranges", "range"),
-    ("dwells", "dwell"),
-    ("bounds", "bound"),
-    ("point_condition", "point"),
-    ("K", "harmonics"),
-    ("goal", "objective"),
-    ("criterion", "objective"),
-    ("start", "from"),
-    ("end", "to"),
-    ("center", "centre"),
-    ("u", "U"),
-    ("U1", "dU"),
-    ("U2", "ddU"),
-    ("U3", "dddU"),
-    ("tol", "tolerance"),
-    ("D", "damping_ratio"),
-    ("w0", "natural_frequency"),
-    ("speed", "fastest"),
-    ("laws", "law"),
-    ("restrictions", "restriction"),
-    ("clearances", "clearance"),
-];
-
 /// The most laws of a task.
 const MOST_LAWS: usize = 5;
 
 /// The objective, before its points are known; None for the torque of a shaft, which has values of its own.
-type Kind = Option<Objective>;
+pub type Kind = Option<Objective>;
 
-const OBJECTIVES: &[(&[&str], Kind)] = &[
-    (&["least_squares", "S1"], Some(LeastSquares)),
-    (&["discrete_least_squares", "S2"], Some(DiscreteLeastSquares { points: 0 })),
-    (&["chebyshev", "S3", "minimax"], Some(Chebyshev)),
-    (&["discrete_chebyshev", "S4"], Some(DiscreteChebyshev { points: 0 })),
-    (&["chebyshev_sum", "S5"], Some(ChebyshevSum)),
-    (&["peak_acceleration"], Some(PeakAcceleration)),
-    (&["mean_square_acceleration"], Some(MeanSquareAcceleration)),
-    (&["longest_dwell"], Some(LongestDwell { tolerance: 0.0, dwells: [0, 0] })),
-    (&["fewest_harmonics"], Some(FewestHarmonics { tolerance: 0.0 })),
-    (&["peak_torque", "torque"], Some(PeakTorque)),
-    (&["shaft_torque"], None),
+/// The objectives.
+pub const OBJECTIVES: &[(&str, Kind)] = &[
+    ("least_squares", Some(LeastSquares)),
+    ("discrete_least_squares", Some(DiscreteLeastSquares { points: 0 })),
+    ("chebyshev", Some(Chebyshev)),
+    ("discrete_chebyshev", Some(DiscreteChebyshev { points: 0 })),
+    ("chebyshev_sum", Some(ChebyshevSum)),
+    ("peak_acceleration", Some(PeakAcceleration)),
+    ("mean_square_acceleration", Some(MeanSquareAcceleration)),
+    ("longest_dwell", Some(LongestDwell { tolerance: 0.0, dwells: [0, 0] })),
+    ("fewest_harmonics", Some(FewestHarmonics { tolerance: 0.0 })),
+    ("peak_torque", Some(PeakTorque)),
+    ("shaft_torque", None),
 ];
 
-const SYMMETRIES: &[(&[&str], Symmetry)] = &[
-    (&["none"], Symmetry { even: false, half_wave: false }),
-    (&["even"], Symmetry { even: true, half_wave: false }),
-    (&["half_wave"], Symmetry { even: false, half_wave: true }),
-    (&["even_half_wave"], Symmetry { even: true, half_wave: true }),
+/// The symmetries.
+pub const SYMMETRIES: &[(&str, Symmetry)] = &[
+    ("none", Symmetry { even: false, half_wave: false }),
+    ("even", Symmetry { even: true, half_wave: false }),
+    ("half_wave", Symmetry { even: false, half_wave: true }),
+    ("even_half_wave", Symmetry { even: true, half_wave: true }),
 ];
 
-const METHODS: &[(&[&str], Method)] =
-    &[(&["robust"], Method::Robust), (&["recipe"], Method::Recipe), (&["none"], Method::None)];
+/// What an elasticity does to the profile.
+pub const METHODS: &[(&str, Method)] =
+    &[("robust", Method::Robust), ("recipe", Method::Recipe), ("none", Method::None)];
+
+/// What a bound bounds: U or a derivative.
+pub const BOUNDED: &[(&str, usize)] = &[("U", 0), ("dU", 1), ("ddU", 2), ("dddU", 3)];
+
+/// What of a torque is made least.
+pub const NORMS: &[(&str, Norm)] = &[("peak", Norm::Peak), ("rms", Norm::Rms)];
+
+/// Whether a torque counts over the square of the speed.
+pub const WEIGHTS: &[(&str, bool)] = &[("over_speed_squared", true), ("absolute", false)];
 
 /// The keys of U and its derivatives.
 const ORDERS: [&str; 4] = ["U", "dU", "ddU", "dddU"];
@@ -109,22 +88,23 @@ impl Lengths {
     /// Of the task; a scale that is wrong is told, and reading goes on.
     fn of(root: &Section<'_>, folder: &Path) -> Self {
         let quantity = if root.has("scale") { &unit::NUMBER } else { &unit::LENGTH };
-        let scale = root.optional("scale", &unit::LENGTH, POSITIVE).flatten();
+        let scale = root.optional("scale").flatten();
+        root.of(quantity, 0);
         Lengths { scale: scale.unwrap_or(1.0), quantity, folder: folder.to_owned() }
     }
 
-    /// A value of U⁽ⁿ⁾, n = `order`.
-    fn optional(&self, section: &Section<'_>, key: &'static str, order: usize, limits: Limits) -> Option<Option<f64>> {
-        Some(section.derivative(key, self.quantity, order as i32, limits)?.map(|value| value * self.scale))
+    /// A value of U or a derivative.
+    fn optional(&self, section: &Section<'_>, key: &'static str) -> Option<Option<f64>> {
+        Some(section.optional(key)?.map(|value| value * self.scale))
     }
 
     /// A value of U⁽ⁿ⁾, or the list of the coefficients of a polynomial.
-    fn curve(&self, section: &Section<'_>, key: &'static str, order: usize) -> Option<Option<Curve>> {
+    fn curve(&self, section: &Section<'_>, key: &'static str) -> Option<Option<Curve>> {
         let Some(node) = section.node(key) else { return Some(None) };
         if !matches!(node.value, toml::de::DeValue::Array(_)) {
-            return Some(self.optional(section, key, order, ANY)?.map(|value| Curve::polynomial(vec![value])));
+            return Some(self.optional(section, key)?.map(|value| Curve::polynomial(vec![value])));
         }
-        let list = section.polynomial(key, self.quantity, order as i32)?;
+        let list = section.polynomial(key)?;
         Some(Some(Curve::polynomial(list.into_iter().map(|c| c * self.scale).collect())))
     }
 
@@ -132,7 +112,7 @@ impl Lengths {
     /// reaches from one to the other.
     fn target(&self, section: &Section<'_>, ends: Option<(f64, f64)>) -> Option<Option<Curve>> {
         section.read("target", |target| {
-            let period = target.optional("period", &unit::ANGLE, within(1e-6, TAU));
+            let period = target.optional("period");
             let law = motion_law::read_part(target, self.quantity, &self.folder);
             let ((from, to), period) = (ends?, period?);
             let (phase, turn) = period.map_or((from, TAU), |period| (0.0, period));
@@ -164,8 +144,11 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     let kind = root.choice("objective", OBJECTIVES);
     // Sums of squares weigh squares.
     let power = if matches!(kind, Some(Some(LeastSquares | DiscreteLeastSquares { .. }))) { -2 } else { -1 };
-    let weights = [("dU_weight", power), ("ddU_weight", 2 * power)]
-        .map(|(key, n)| root.derivative(key, &unit::NUMBER, n, NOT_NEGATIVE));
+    let weights = [("dU_weight", power), ("ddU_weight", 2 * power)].map(|(key, n)| {
+        root.of(&unit::NUMBER, n);
+        root.optional(key)
+    });
+    root.of(lengths.quantity, 0);
     let points = discrete_points(root, kind);
     let search = search(root, kind);
     let scene = root.text("scene").map(|path| path.map(|path| folder.join(path)));
@@ -177,7 +160,7 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     let (restrictions, clearances) = (restrictions(root, &lengths, several), clearances(root, &lengths, several));
     let elasticity = elasticity(root, &lengths, kind);
     let shaft = shaft(root, kind);
-    root.finish(SYNONYMS);
+    root.finish();
     let (laws, kind, integral, restrictions) = (laws?, kind?, integral?, restrictions?);
     check_purpose(root, kind, integral, &laws)?;
     // A level refers to the tightest tolerance.
@@ -272,7 +255,7 @@ fn laws(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<Ve
     let read = |(i, section): (usize, &Section<'_>)| {
         let name = super::name(section);
         let law = law(section, i, name, lengths, weighted);
-        section.finish(SYNONYMS);
+        section.finish();
         law
     };
     let laws: Vec<Option<Law>> = sections.iter().enumerate().map(read).collect();
@@ -293,10 +276,9 @@ fn law(
     lengths: &Lengths,
     weighted: [bool; 2],
 ) -> Option<Law> {
-    let harmonics = section.count("harmonics", 1, MOST_HARMONICS);
-    let symmetry = section.choice_or("symmetry", SYMMETRIES, Symmetry::default());
-    let weight =
-        if index > 0 || name.is_some() { section.real_or("weight", &unit::NUMBER, POSITIVE, 1.0) } else { Some(1.0) };
+    let harmonics = section.count("harmonics");
+    let symmetry = section.choice("symmetry", SYMMETRIES);
+    let weight = if index > 0 || name.is_some() { section.real("weight") } else { Some(1.0) };
     let ranges = ranges(section, lengths, weighted);
     let points = points(section, lengths);
     let bounds = bounds(section, lengths, index);
@@ -325,8 +307,10 @@ fn integral(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Option
         );
         return Some(None);
     }
-    let quantity = if root.has("scale") { &unit::NUMBER } else { &units::AREA };
-    let given = root.derivative("integral_tolerance", quantity, -1, POSITIVE)?;
+    root.of(if root.has("scale") { &unit::NUMBER } else { &units::AREA }, -1);
+    let given = root.optional("integral_tolerance");
+    root.of(lengths.quantity, 0);
+    let given = given?;
     Some(given.map(|limit| limit * lengths.scale * lengths.scale))
 }
 
@@ -341,14 +325,14 @@ fn longest(root: &Section<'_>, kind: Option<Kind>, laws: usize) -> Option<Option
         let fault = root.fault_of("objective", ": the longest dwell needs one law with at least one [[dwell]]");
         return root.refuse(fault.hint("add a [[dwell]] with centre, width, U and tolerance"));
     }
-    if root.has("longest") { root.count("longest", 1, dwells as u32).map(Some) } else { Some(None) }
+    if root.has("longest") { root.count_to("longest", dwells as u32).map(Some) } else { Some(None) }
 }
 
 /// The [[restriction]]: bounds of Σ αⱼ Uⱼ⁽ⁿ⁾.
 fn restrictions(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<(String, Bound)>> {
     let of = |section: &Section<'_>| {
         several(section, laws, "a restriction is of several", "write a [[bound]], or add a [[law]] for each tool")?;
-        let factors = section.reals("factors", &unit::NUMBER);
+        let factors = section.reals("factors");
         let bounds = bounds_of(section, lengths, Vec::new());
         let factors = factors?;
         if factors.len() != laws || factors.iter().all(|factor| *factor == 0.0) {
@@ -377,13 +361,11 @@ fn several(section: &Section<'_>, laws: usize, what: &str, hint: &str) -> Option
 fn clearances(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<Clearance>> {
     let of = |section: &Section<'_>| {
         several(section, laws, "a clearance is between two", "add a [[law]] for each tool")?;
-        let which = [("a", 1), ("b", 2)]
-            .map(|(key, usual)| if section.has(key) { section.count(key, 1, laws as u32) } else { Some(usual) });
-        let offset = section.reals("offset", lengths.quantity);
-        let turned = |key, usual| section.real_or(key, &unit::ANGLE, within(-TAU, TAU), usual);
-        let directions = [turned("direction_a", 0.0), turned("direction_b", 0.25 * TAU)];
-        let distance = section.real("distance", lengths.quantity, POSITIVE);
-        section.finish(SYNONYMS);
+        let which = ["a", "b"].map(|key| section.count_to(key, laws as u32));
+        let offset = section.reals("offset");
+        let directions = ["direction_a", "direction_b"].map(|key| section.real(key));
+        let distance = section.real("distance");
+        section.finish();
         let offset = offset?;
         let [x, y] = offset[..] else {
             let message = format!(": {} numbers are not a point in the plane", offset.len());
@@ -405,7 +387,7 @@ fn clearances(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<
 /// The points in a range of the discrete objectives; 0 for the default.
 fn discrete_points(root: &Section<'_>, kind: Option<Kind>) -> Option<usize> {
     if matches!(kind, Some(Some(DiscreteLeastSquares { .. } | DiscreteChebyshev { .. }))) && root.has("points") {
-        return root.count("points", 2, MOST_POINTS);
+        return root.count("points");
     }
     root.forbid(&["points"], "the objective looks at all angles", "objective = \"discrete_chebyshev\"");
     Some(0)
@@ -418,15 +400,13 @@ fn search(root: &Section<'_>, kind: Option<Kind>) -> Option<Search> {
         root.forbid(&["starts", "seed"], "this objective has one optimum", "objective = \"peak_torque\"");
         return Some(usual);
     }
-    let starts = if root.has("starts") { root.count("starts", 1, 1000)? } else { usual.starts };
-    let seed = if root.has("seed") { root.count("seed", 0, u32::MAX)? as u64 } else { usual.seed };
-    Some(Search { starts, seed })
+    let [starts, seed] = ["starts", "seed"].map(|key| root.count(key));
+    Some(Search { starts: starts?, seed: seed? as u64 })
 }
 
 /// First and last angle of a range.
 fn angles(section: &Section<'_>) -> Option<(f64, f64)> {
-    let from = section.real("from", &unit::ANGLE, within(-2.0 * TAU, 2.0 * TAU));
-    let to = section.real("to", &unit::ANGLE, within(-2.0 * TAU, 2.0 * TAU));
+    let [from, to] = ["from", "to"].map(|key| section.real(key));
     ordered(section, "to", from?, to?)
 }
 
@@ -507,20 +487,20 @@ fn agrees(section: &Section<'_>, range: &Range, other: &Given) -> bool {
 }
 
 fn tolerances(section: &Section<'_>, lengths: &Lengths) -> Option<[Option<f64>; 3]> {
-    let [a, b, c] = [0, 1, 2].map(|order| lengths.optional(section, TOLERANCES[order], order, POSITIVE));
+    let [a, b, c] = [0, 1, 2].map(|order| lengths.optional(section, TOLERANCES[order]));
     Some([a?, b?, c?])
 }
 
 fn range(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<(Range, [Option<f64>; 3])> {
     let ends = angles(section);
-    let targets = [0, 1, 2].map(|order| lengths.curve(section, ORDERS[order], order));
+    let targets = [0, 1, 2].map(|order| lengths.curve(section, ORDERS[order]));
     let curve = lengths.target(section, ends);
     if section.has("target") {
         section.forbid(&["U"], "`target` is U", "either of them");
     }
-    let weight = section.real_or("weight", &unit::NUMBER, POSITIVE, 1.0);
+    let weight = section.real("weight");
     let tolerances = tolerances(section, lengths);
-    section.finish(SYNONYMS);
+    section.finish();
     let [u, first, second] = targets;
     let (mut prescribed, tolerances) = ([curve?.or(u?), first?, second?], tolerances?);
     if prescribed.iter().all(Option::is_none) {
@@ -547,17 +527,16 @@ fn dwell(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Optio
     let ends = if section.has("centre") || section.has("width") {
         let because = "centre and width give it already";
         section.forbid(&["from", "to"], because, "`from` and `to` without `centre` and `width`");
-        let centre = section.real("centre", &unit::ANGLE, within(-2.0 * TAU, 2.0 * TAU));
-        let width = section.real("width", &unit::ANGLE, within(1e-6, TAU));
+        let centre = section.real("centre");
+        let width = section.real("width");
         centre.zip(width).map(|(centre, width)| (centre - 0.5 * width, centre + 0.5 * width))
     } else {
         angles(section)
     };
-    let quantity = lengths.quantity;
-    let u = section.real("U", quantity, ANY).map(|u| Curve::polynomial(vec![u * lengths.scale]));
-    let weight = section.real_or("weight", &unit::NUMBER, POSITIVE, 1.0);
+    let u = section.real("U").map(|u| Curve::polynomial(vec![u * lengths.scale]));
+    let weight = section.real("weight");
     let tolerances = tolerances(section, lengths);
-    section.finish(SYNONYMS);
+    section.finish();
     let tolerances = tolerances?;
     // A dwell has U′ = U″ = 0; they count where they have a weight or a tolerance.
     let still = |order: usize| (weighted[order - 1] || tolerances[order].is_some()).then(Curve::default);
@@ -571,10 +550,10 @@ type Points = (Vec<Given>, Vec<(String, Point)>);
 /// The [[point]]: each value is a condition, or a range of no width.
 fn points(root: &Section<'_>, lengths: &Lengths) -> Option<Points> {
     let of = |section: &Section<'_>| {
-        let phi = section.real("phi", &unit::ANGLE, within(-2.0 * TAU, 2.0 * TAU));
-        let values = [0, 1, 2, 3].map(|order| lengths.optional(section, ORDERS[order], order, ANY));
-        let weight = section.optional("weight", &unit::NUMBER, POSITIVE);
-        section.finish(SYNONYMS);
+        let phi = section.real("phi");
+        let values = [0, 1, 2, 3].map(|order| lengths.optional(section, ORDERS[order]));
+        let weight = section.optional("weight");
+        section.finish();
         let [u, first, second, third] = [values[0]?, values[1]?, values[2]?, values[3]?];
         let (phi, weight, values) = (phi?, weight?, [u, first, second, third]);
         if values.iter().all(Option::is_none) {
@@ -607,13 +586,13 @@ fn bounds(root: &Section<'_>, lengths: &Lengths, law: usize) -> Option<Vec<(Stri
 
 /// One bound of constants, or one for each side where they vary with the angle.
 fn bounds_of(section: &Section<'_>, lengths: &Lengths, of: Vec<(usize, f64)>) -> Option<Vec<(String, Bound)>> {
-    let orders: Vec<(&[&str], usize)> = vec![(&["U"], 0), (&["dU"], 1), (&["ddU"], 2), (&["dddU"], 3)];
     let ends = if section.has("from") || section.has("to") { angles(section) } else { Some((0.0, TAU)) };
-    let order = section.choice("of", &orders);
-    let sides = ["min", "max"].map(|key| lengths.curve(section, key, order.unwrap_or(0)));
-    let limit = lengths.optional(section, "limit", order.unwrap_or(0), POSITIVE);
+    let order = section.choice("of", BOUNDED);
+    section.of(lengths.quantity, order.unwrap_or(0) as i32);
+    let sides = ["min", "max"].map(|key| lengths.curve(section, key));
+    let limit = lengths.optional(section, "limit");
     let target = lengths.target(section, ends);
-    section.finish(SYNONYMS);
+    section.finish();
     let [min, max] = sides;
     let (min, max, limit, target) = (min?, max?, limit?, target?);
     if limit.is_some() {
@@ -712,14 +691,14 @@ fn rising(section: &Section<'_>, slowest: f64, fastest: f64) -> Option<()> {
 
 fn elasticity(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Option<Option<Elasticity>> {
     let Some(section) = root.section("elasticity")? else { return Some(None) };
-    let w0 = section.real("natural_frequency", &unit::ANGULAR_VELOCITY, POSITIVE);
-    let damping = section.real_or("damping_ratio", &unit::NUMBER, within(0.0, 10.0), 0.0);
-    let slowest = section.real_or("slowest", &unit::ANGULAR_VELOCITY, NOT_NEGATIVE, 0.0);
-    let fastest = section.optional("fastest", &unit::ANGULAR_VELOCITY, POSITIVE);
-    let tolerance = lengths.optional(&section, "tolerance", 0, POSITIVE);
-    let amplitude = lengths.optional(&section, "admissible_amplitude", 0, POSITIVE);
-    let method = section.choice_or("method", METHODS, Method::Robust);
-    section.finish(SYNONYMS);
+    let w0 = section.real("natural_frequency");
+    let damping = section.real("damping_ratio");
+    let slowest = section.real("slowest");
+    let fastest = section.optional("fastest");
+    let tolerance = lengths.optional(&section, "tolerance");
+    let amplitude = lengths.optional(&section, "admissible_amplitude");
+    let method = section.choice("method", METHODS);
+    section.finish();
     let (slowest, fastest, tolerance) = (slowest?, fastest?, tolerance?);
     if fastest.is_none() && tolerance.is_none() {
         let fault = section.fault(": neither `fastest` nor `tolerance` is given");
@@ -742,22 +721,21 @@ fn shaft(root: &Section<'_>, kind: Option<Kind>) -> Option<Option<ShaftGoal>> {
     let wanted = if kind == Some(None) { root.required_section("shaft").map(Some) } else { root.section("shaft") };
     let Some(section) = wanted? else { return Some(None) };
     let parameters = section.parameters(|parameter, read: Option<&Parameters>| match parameter.key {
-        "m" => Some(section.real("m", &unit::MASS, POSITIVE)),
+        "m" => Some(section.real("m")),
         // The profile is not known yet; where the follower rests, the cam alone vibrates.
         key => by_ratio(&section, key, read.map(|read| (read.inertia, read.c))),
     });
     if parameters.is_some_and(|parameters| parameters.b == 0.0) {
         // No vibration dies out.
         match section.has("damping_ratio") {
-            true => section.real("damping_ratio", &unit::NUMBER, POSITIVE),
-            false => section.real("b", &unit::ROTATIONAL_DAMPING, POSITIVE),
+            true => section.real("damping_ratio"),
+            false => section.real("b"),
         };
     }
-    let slowest = section.real("slowest", &unit::ANGULAR_VELOCITY, POSITIVE);
-    let fastest = section.real("fastest", &unit::ANGULAR_VELOCITY, POSITIVE);
-    let norm = section.choice_or("norm", &[(&["peak"], Norm::Peak), (&["rms"], Norm::Rms)], Norm::Peak);
-    let relative = section.choice_or("torque", &[(&["over_speed_squared"], true), (&["absolute"], false)], true);
-    section.finish(SYNONYMS);
+    let [slowest, fastest] = ["slowest", "fastest"].map(|key| section.real(key));
+    let norm = section.choice("norm", NORMS);
+    let relative = section.choice("torque", WEIGHTS);
+    section.finish();
     let (slowest, fastest) = (slowest?, fastest?);
     rising(&section, slowest, fastest)?;
     let Parameters { m, inertia, c, b } = parameters?;

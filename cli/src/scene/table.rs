@@ -5,11 +5,10 @@
 //! line of headings before the first point.
 
 use super::diagnostics::{Diagnostic, Diagnostics};
-use super::section::{ANY, POSITIVE, Section, Span};
+use super::limits::largest;
+use super::section::{Section, Span};
 use super::units;
 use camdrive::drives::unit::{self, Quantity};
-use camdrive::motion::fourier::HIGHEST_HARMONIC;
-use camdrive::motion::plan::{LARGEST, MAX_LENGTH};
 use camdrive::motion::table::{Bend, LEAST_DISTANCE, MOST_POINTS, Points, TableError};
 use camdrive::motion::{MotionLaw, Polyline, Table};
 use camdrive_design::harmonic_analysis;
@@ -24,7 +23,7 @@ const MOST_FAULTS: usize = 8;
 
 /// How U is made of the points.
 #[derive(Clone, Copy, PartialEq)]
-enum Interpolation {
+pub enum Interpolation {
     Spline,
     /// Pieces of degree 5 with U′ and U″ that the three columns behind the lift give.
     Derivatives,
@@ -32,6 +31,14 @@ enum Interpolation {
     /// Straight lines, and steps where two points have one angle.
     Linear,
 }
+
+/// The kinds of interpolation with their names.
+pub const INTERPOLATIONS: &[(&str, Interpolation)] = &[
+    ("spline", Interpolation::Spline),
+    ("derivatives", Interpolation::Derivatives),
+    ("fourier", Interpolation::Fourier),
+    ("linear", Interpolation::Linear),
+];
 
 /// What the points are of, and the keys of its unit and its column.
 pub type Axis = (&'static Quantity, &'static str, &'static str);
@@ -84,25 +91,19 @@ pub struct Part {
 
 /// The law of a section with `law = "table"`, or the part of one that it gives.
 pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<Result<MotionLaw, Part>> {
-    let scale = section.optional("scale", quantity, ANY);
+    let scale = section.optional("scale");
     let lift = if section.has("scale") { &unit::NUMBER } else { quantity };
-    let kinds: &[(&[&str], Interpolation)] = &[
-        (&["spline", "quintic_spline"], Interpolation::Spline),
-        (&["derivatives"], Interpolation::Derivatives),
-        (&["fourier"], Interpolation::Fourier),
-        (&["linear"], Interpolation::Linear),
-    ];
     let lines = is_load(quantity) || section.text("law") == Some(Some("linear"));
     let usual = if lines { Interpolation::Linear } else { Interpolation::Spline };
-    let interpolation = section.choice_or("interpolation", kinds, usual);
+    let interpolation = section.choice_or("interpolation", INTERPOLATIONS, usual);
     let harmonics = match interpolation {
-        Some(Interpolation::Fourier) => section.count("harmonics", 1, HIGHEST_HARMONIC as u32).map(Some),
+        Some(Interpolation::Fourier) => section.count("harmonics").map(Some),
         _ => {
             section.forbid(&["harmonics"], "a spline has none", "interpolation = \"fourier\"");
             Some(None)
         }
     };
-    let noise = noise(section, quantity);
+    let noise = noise(section);
     let kind = interpolation.unwrap_or(usual);
     if kind == Interpolation::Linear && !is_load(quantity) {
         let key = if section.has("interpolation") { "interpolation" } else { "law" };
@@ -194,14 +195,14 @@ fn checked(
 }
 
 /// The value of `noise`: the standard deviation that the lifts are to lose, which is None where they tell it themselves.
-fn noise(section: &Section<'_>, quantity: &'static Quantity) -> Option<Option<Option<f64>>> {
+fn noise(section: &Section<'_>) -> Option<Option<Option<f64>>> {
     match section.word("noise") {
         Some(ESTIMATE) => Some(Some(None)),
         Some(other) => {
             section.unknown_word("noise", other, ESTIMATE);
             None
         }
-        None => section.optional("noise", quantity, POSITIVE).map(|sigma| sigma.map(Some)),
+        None => section.optional("noise").map(|sigma| sigma.map(Some)),
     }
 }
 
@@ -331,7 +332,7 @@ fn column<'a>(section: &Section<'a>, key: &'static str, default: usize) -> Optio
     if let toml::de::DeValue::String(heading) = node.value {
         return Some(Column::Heading(heading.trim()));
     }
-    section.count(key, 1, 1000).map(|number| Column::Number(number - 1))
+    section.count(key).map(|number| Column::Number(number - 1))
 }
 
 /// The points of the lines, and what is wrong with them: at most [`MOST_FAULTS`] one by one, and how many more there are;
@@ -526,11 +527,6 @@ fn law(
 /// Whether a law of this quantity moves nothing.
 pub fn is_load(quantity: &Quantity) -> bool {
     [&unit::FORCE, &unit::TORQUE].contains(&quantity)
-}
-
-/// The largest value of a law of this quantity; lifts and angles are those of cams.
-pub fn largest(quantity: &Quantity) -> f64 {
-    if [&unit::LENGTH, &unit::ANGLE].contains(&quantity) { MAX_LENGTH } else { LARGEST }
 }
 
 /// The fault, in the units of engineers.

@@ -2,7 +2,6 @@
 
 use super::diagnostics::Position;
 use super::*;
-use camdrive::drives::parameter::Parameters;
 use camdrive::motion::{MotionLaw, StandardLaw};
 use serde_json::Value;
 use std::f64::consts::{PI, TAU};
@@ -12,7 +11,7 @@ fn resolved(text: &str) -> (&'static str, Value) {
     let faults = Faults::new("scene.toml", text);
     let (document, errors) = DeTable::parse_recoverable(text);
     assert!(errors.is_empty(), "{errors:?}");
-    let scene = whole_scene(&Section::root(&faults, document.get_ref()), Path::new("../tests/scenes"));
+    let scene = whole_scene(&Section::root(&faults, document.get_ref(), &keys::SCENE), Path::new("../tests/scenes"));
     match scene {
         Some(scene) if faults.is_empty() => (scene.model, scene.scene),
         _ => panic!("{}", faults.into_diagnostics()),
@@ -153,57 +152,6 @@ fn a_machine_with_followers_and_motor() {
     close(number(motor, "synchronous_speed"), 500.0 * TAU / 60.0);
     assert_eq!(number(motor, "dynamics"), 2e-3);
     assert_eq!(scene["start"], "steady_state");
-}
-
-#[test]
-fn the_references_list_every_name_that_is_accepted() {
-    let references = concat!(include_str!("README.md"), include_str!("SYNTHESIS.md"));
-    let mut names = Vec::new();
-    let files = std::fs::read_dir("src/scene").unwrap().map(|entry| entry.unwrap().path());
-    for path in files.filter(|path| path.is_file()) {
-        // Keys that a choice forbids stand in the tables of the references.
-        let text = std::fs::read_to_string(path).unwrap().replace("forbid(&[", "");
-        // A choice is a list of names in front of what they stand for: (&["inner", "disc"], Contour::Inner).
-        for list in text.split("(&[\"").skip(1) {
-            if let Some((list, _)) = list.split_once("\"], ").filter(|(list, _)| !list.contains(']')) {
-                names.extend(list.split("\", \"").map(str::to_owned));
-            }
-        }
-    }
-    assert!(names.len() > 90, "the names were not found: {names:?}");
-    let listed = |name: &String| [format!("`{name}`"), format!("`\"{name}\"`")].iter().any(|n| references.contains(n));
-    let missing: Vec<String> = names.into_iter().filter(|name| !listed(name)).collect();
-    assert!(missing.is_empty(), "{missing:?}");
-}
-
-#[test]
-fn the_reference_tells_ranges_and_defaults_of_the_parameters() {
-    fn check<P: Parameters>(start: &str) {
-        let reference = include_str!("README.md");
-        let (_, section) = reference.split_once(start).expect(start);
-        let section = section.split("\n## ").next().unwrap_or_default();
-        for p in P::TABLE {
-            let row = section.lines().find(|row| {
-                let key = row.split(" | ").next().unwrap_or_default();
-                key.contains(&format!("`{}`", p.key)) || key.contains(&format!("`{}.{}`", P::SECTION, p.key))
-            });
-            let [min, max] = p.range.map(units::short);
-            let range = format!("{min} to {max}");
-            assert!(row.is_some_and(|row| row.contains(&range)), "{start} {}: {range} in {row:?}", p.key);
-            let default = row.and_then(|row| row.trim_end_matches([' ', '|']).rsplit(" | ").next());
-            let right = match p.default {
-                Some(value) => default == Some(&units::short(value)),
-                None => default.is_some_and(|text| text == "required" || text.starts_with("this or ")),
-            };
-            assert!(right, "{start} {}: the default {:?} in {row:?}", p.key, p.default);
-        }
-    }
-    check::<camdrive::drives::elastic_output::Parameters>("`[elasticity]`");
-    check::<camdrive::drives::elastic_shaft::Parameters>("`[elasticity]`");
-    check::<camdrive::drives::backlash::Parameters>("`[backlash]`");
-    check::<camdrive::drives::rigid_machine::Kloss>("## `[motor]`");
-    check::<camdrive::drives::rigid_machine::RigidMachine>("## `RigidMachine`");
-    check::<camdrive::drives::parametric::law::CrankLaw>("`[crank]`:");
 }
 
 #[test]

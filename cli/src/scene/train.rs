@@ -2,27 +2,14 @@
 
 use super::common::{self, Elastic, by_ratio};
 use super::load::{self, Carrier};
-use super::section::{NOT_NEGATIVE, Section};
+use super::section::Section;
 use super::{follower, motion_law, motor};
 use camdrive::drives::backlash;
 use camdrive::drives::drive_train::{Follower, Joint, MOST_FOLLOWERS, Machine, Names, Scene, Shaft, Start};
 use camdrive::drives::follower::load::Load;
-use camdrive::drives::parameter::Parameters as _;
-use camdrive::drives::rigid_machine::RigidMachine;
 use camdrive::drives::settings::{Method, Settings};
-use camdrive::drives::unit;
 use camdrive::motion::MotionLaw;
 use std::path::Path;
-
-/// Synonyms of the keys.
-const SYNONYMS: &[(&str, &str)] = &[
-    ("phi", "phi_start"),
-    ("w", "w_start"),
-    ("speed", "w_start"),
-    ("b", "friction"),
-    ("damping", "friction"),
-    ("M", "torque"),
-];
 
 /// The scene.
 pub fn read(root: &Section<'_>, folder: &Path) -> Option<Scene> {
@@ -86,13 +73,13 @@ pub fn machine(root: &Section<'_>, start: Option<[f64; 2]>, folder: &Path) -> Op
     let machine = root.required_section("machine").map(|section| {
         let inertia = common::inertia(&section, folder);
         let load = section.read(load::KEY, |part| {
-            let torque = load::torque(part, "torque", &unit::TORQUE, folder);
-            let friction = part.optional("friction", &unit::ROTATIONAL_DAMPING, NOT_NEGATIVE);
-            let input = part.boolean_or("input", false);
-            part.finish(SYNONYMS);
+            let torque = load::torque(part, "torque", folder);
+            let friction = part.optional("friction");
+            let input = part.flag("input");
+            part.finish();
             Some((torque?, friction?, input?))
         });
-        section.finish(common::SYNONYMS);
+        section.finish();
         inertia.zip(load)
     });
     let motor = root.section("motor").and_then(|section| match &section {
@@ -113,17 +100,14 @@ pub fn machine(root: &Section<'_>, start: Option<[f64; 2]>, folder: &Path) -> Op
 /// `[start]`.
 fn start(root: &Section<'_>, driven: bool) -> Option<(Start, f64, f64)> {
     let Some(section) = root.section("start")? else { return Some((Start::AtRest, 0.0, 0.0)) };
-    let modes: &[(&[&str], Start)] = &[
-        (&["at_rest"], Start::AtRest),
-        (&["equilibrium"], Start::Equilibrium),
-        (&["steady_state", "periodic"], Start::SteadyState),
-    ];
+    let modes: &[(&str, Start)] =
+        &[("at_rest", Start::AtRest), ("equilibrium", Start::Equilibrium), ("steady_state", Start::SteadyState)];
     let mode = section.choice_or("mode", modes, Start::AtRest);
     if driven {
         section.forbid(&["phi_start", "w_start"], "[drive] prescribes the motion", "[machine] instead of [drive]");
     }
-    let [phi, w] = [0, 1].map(|i| section.parameter(&RigidMachine::TABLE[i]));
-    section.finish(SYNONYMS);
+    let [phi, w] = ["phi_start", "w_start"].map(|key| section.real(key));
+    section.finish();
     Some((mode?, phi?, w?))
 }
 
@@ -160,7 +144,7 @@ pub fn one(section: &Section<'_>, folder: &Path) -> Option<Follower> {
 fn elasticity(section: &Section<'_>, cam: Option<&MotionLaw>) -> Option<Joint> {
     let shaft = section.choice("place", common::PLACES)?;
     let elastic = if shaft { common::elastic_shaft(section, cam) } else { common::elastic_output(section) };
-    section.finish(common::SYNONYMS);
+    section.finish();
     match elastic? {
         Elastic::Output(parameters, m_roller) => Some(Joint::Output(parameters, m_roller)),
         Elastic::Shaft(_, true) => {
@@ -178,7 +162,7 @@ pub fn clearance(section: &Section<'_>, loads: Option<&[Load; 2]>) -> Option<bac
         section.unknown_word("s", other, "inf");
     }
     let one_sided = word == Some("inf");
-    let stiff = one_sided && section.real_or("m2", &unit::MASS, NOT_NEGATIVE, 0.0) == Some(0.0);
+    let stiff = one_sided && section.real_or("m2", 0.0) == Some(0.0);
     if stiff {
         let because = "without `m2` there is no mass behind the spring";
         section.forbid(&["c", "b", "natural_frequency", "damping_ratio"], because, "an `m2` above 0");
@@ -188,7 +172,7 @@ pub fn clearance(section: &Section<'_>, loads: Option<&[Load; 2]>) -> Option<bac
         "m2" | "c" | "b" if stiff => Some(Some(0.0)),
         key => by_ratio(section, key, read.map(|read| (read.m2, read.c))),
     });
-    section.finish(common::SYNONYMS);
+    section.finish();
     let parameters = parameters?;
     if parameters.s == 0.0 {
         let fault =

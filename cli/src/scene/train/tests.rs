@@ -12,7 +12,7 @@ fn read_text(text: &str, notes: &mut Vec<String>) -> Result<Scene, String> {
             root.has(key);
         }
         let scene = read(root, "".as_ref());
-        root.finish(common::SYNONYMS);
+        root.finish();
         notes.extend(root.faults.notes());
         scene
     };
@@ -255,7 +255,7 @@ fn what_contradicts_itself_is_refused() {
         ("drive = { speed = 1 }\nmotor = { kind = \"none\" }", &["`motor` has no meaning here: the drive prescribes"]),
         ("drive = { speed = 1 }\nstart = { w_start = 1 }", &["start.w_start", "[drive] prescribes the motion"]),
         ("machine = { J0 = 1 }\nstart = { w = 1 }", &["did you mean `w_start`?"]),
-        ("machine = { J0 = 1 }\nstart = { mode = \"given\" }", &["at_rest, equilibrium, steady_state"]),
+        ("machine = { J0 = 1 }\nstart = { mode = \"given\" }", &["at_rest, steady_state, equilibrium"]),
         ("machine = { J0 = 1 }\nsolver = { method = \"fixed_cost\" }", &["solver.method", "locates its events"]),
         (&follower(&format!("{elastic}m = 1")), &["follower[1].m", "the masses are those of `elasticity`"]),
         (&follower(""), &["follower[1].m", "is missing"]),

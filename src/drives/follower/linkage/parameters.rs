@@ -33,7 +33,7 @@ pub const HEAVIEST: f64 = 1e9;
 
 impl ParameterKind {
     /// The least and the greatest value.
-    pub fn range(self) -> [f64; 2] {
+    pub const fn range(self) -> [f64; 2] {
         match self {
             ParameterKind::Length => [SHORTEST, LONGEST],
             ParameterKind::Coordinate | ParameterKind::Radius => [-LONGEST, LONGEST],
@@ -43,7 +43,7 @@ impl ParameterKind {
     }
 
     /// The quantity in which it is measured.
-    pub fn quantity(self) -> &'static Quantity {
+    pub const fn quantity(self) -> &'static Quantity {
         match self {
             ParameterKind::Angle => &unit::ANGLE,
             ParameterKind::Mass => &unit::MASS,

@@ -1,0 +1,52 @@
+//! `camdrive help [COMMAND | scene | task] [SECTION]`
+
+use super::output::show;
+use super::{Cli, Failure, failure};
+use crate::scene::input::Kind;
+use crate::scene::reference::tables;
+use clap::{CommandFactory, ValueEnum};
+
+/// Explains a command, or the keys of a section of scenes or tasks.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  camdrive help export
+  camdrive help scene
+  camdrive help scene elasticity")]
+pub struct Args {
+    /// A command, or `scene` or `task`
+    subject: Option<String>,
+    /// A section of them
+    section: Option<String>,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let mut commands = Cli::command();
+    commands.build();
+    let Some(subject) = &args.subject else { return show(&commands.render_long_help().to_string()) };
+    let Ok(kind) = Kind::from_str(subject, false) else {
+        let command = commands.find_subcommand_mut(subject);
+        let unknown = || {
+            failure(format!(
+                "there is no command {subject}\n  = hint: `camdrive help` lists them, and `scene` and `task`"
+            ))
+        };
+        return show(&command.ok_or_else(unknown)?.render_long_help().to_string());
+    };
+    let all = tables(kind);
+    let name = |title: &str| title.replace(['`', '[', ']'], "");
+    let Some(section) = &args.section else {
+        let names: Vec<String> = all[1..].iter().map(|table| name(table.title)).collect();
+        return show(&format!("{}\nsections: {}\n", all[0].text(), names.join(", ")));
+    };
+    let asked = all.iter().filter(|table| {
+        name(table.title).split([' ', ',', '.']).any(|word| word == section) || name(table.title) == *section
+    });
+    let text: Vec<String> = asked.map(|table| table.text()).collect();
+    if text.is_empty() {
+        return Err(failure(format!(
+            "{subject}s have no section {section}\n  = hint: `camdrive help {subject}` lists them"
+        )));
+    }
+    show(&text.join("\n"))
+}

@@ -1,0 +1,25 @@
+//! `camdrive schema scene|task`
+
+use super::{Failure, print};
+use crate::scene::input::Kind;
+use crate::scene::schema::schema;
+
+/// Prints the JSON Schema of scenes or tasks, for editors.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Example:
+  camdrive schema scene > scene.schema.json
+The first line `#:schema ./scene.schema.json` of a scene lets editors complete and explain its keys.")]
+pub struct Args {
+    /// Kind of file
+    kind: Kind,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    print(&text(args.kind))
+}
+
+/// The schema as a file holds it.
+pub fn text(kind: Kind) -> String {
+    format!("{:#}\n", schema(kind))
+}

@@ -1,0 +1,157 @@
+//! The tables of the scene and task reference, from the [declarations](super::keys) of the keys.
+
+use super::input::Kind;
+use super::keys::{Key, Of, Table, Usual, Value};
+use super::limits::Limits;
+use super::units;
+use camdrive::drives::unit::Quantity;
+
+impl Table {
+    /// The rows of the reference.
+    pub fn markdown(&self) -> String {
+        let rows = self.keys.iter().map(|key| {
+            let [unit, range, usual] = [key.unit(), key.range(), key.default()];
+            format!(
+                "| `{}` | {} | {unit} | {range} | {usual} |\n",
+                key.key,
+                key.meaning.trim_start().replace('|', "\\|")
+            )
+        });
+        format!("| key | meaning | unit | range | default |\n|---|---|---|---|---|\n{}", rows.collect::<String>())
+    }
+
+    /// The other names of its choices, as rows of the reference.
+    pub fn other_names(&self) -> String {
+        let rows = self.keys.iter().flat_map(|key| {
+            let names = key.choices().iter().filter(|names| names.len() > 1);
+            names.map(move |names| {
+                let section = self.title.replace(['`', '[', ']'], "");
+                let key =
+                    if self.title.starts_with('`') { format!("{section}.{}", key.key) } else { key.key.to_owned() };
+                format!("| `{key}` | `{}` | `{}` |\n", names[0], names[1..].join("`, `"))
+            })
+        });
+        rows.collect()
+    }
+
+    /// For the terminal.
+    pub fn text(&self) -> String {
+        let keys = self.keys.iter().map(|key| format!("\n{}\n    {}\n", key.key, key.described()));
+        format!("{}\n{}", self.title.replace('`', ""), keys.collect::<String>())
+    }
+}
+
+/// The reference with its tables written anew, each between a comment `<!-- keys: TITLE -->` and `<!-- end -->`; None where a
+/// title is unknown.
+pub fn renewed(page: &str) -> Option<String> {
+    let all = [tables(Kind::Scene), tables(Kind::Task)].concat();
+    let mut parts = page.split("<!-- keys: ");
+    let mut text = parts.next()?.to_owned();
+    for part in parts {
+        let (title, (_, rest)) =
+            part.split_once(" -->").and_then(|(title, rest)| Some((title, rest.split_once("<!-- end -->")?)))?;
+        let rows = if title == "other names" {
+            let rows: String = tables(Kind::Scene).iter().map(|table| table.other_names()).collect();
+            format!("| key | name | accepted as well |\n|---|---|---|\n{rows}")
+        } else {
+            all.iter().find(|table| table.title.replace('`', "") == title)?.markdown()
+        };
+        text += &format!("<!-- keys: {title} -->\n{rows}<!-- end -->{rest}");
+    }
+    Some(text)
+}
+
+/// All tables of scenes or tasks, each once, the whole file first.
+pub fn tables(kind: Kind) -> Vec<&'static Table> {
+    let mut found = vec![kind.keys()];
+    let mut next = 0;
+    while let Some(table) = found.get(next).copied() {
+        let inside = table.keys.iter().flat_map(|key| key.values).filter_map(|value| match value {
+            Value::Table(table) | Value::Tables(table) => Some(table),
+            _ => None,
+        });
+        for table in inside.chain(table.with) {
+            if !found.iter().any(|known| std::ptr::eq(*known, table)) {
+                found.push(table);
+            }
+        }
+        next += 1;
+    }
+    found
+}
+
+impl Key {
+    /// Meaning, unit, range and default in one sentence.
+    pub fn described(&self) -> String {
+        let said = [("unit ", self.unit()), ("", self.range()), ("default ", self.default())];
+        let said = said.into_iter().filter(|(_, text)| !text.is_empty());
+        let said: Vec<String> = said
+            .map(|(what, text)| if text.starts_with("required") { text } else { format!("{what}{text}") })
+            .collect();
+        let meaning = self.meaning.trim_start();
+        if said.is_empty() { meaning.to_owned() } else { format!("{meaning} ({})", said.join("; ")) }
+    }
+
+    fn numbers(&self) -> impl Iterator<Item = (Of, Limits)> {
+        self.values
+            .into_iter()
+            .filter_map(|value| if let Value::Real(of, limits) = value { Some((of, limits)) } else { None })
+    }
+
+    /// The unit, or that of what moves along a line and of what turns.
+    fn unit(&self) -> String {
+        let of = |of: Of| match of {
+            Of::Fixed(quantity) if quantity.unit == "1" => String::new(),
+            Of::Fixed(quantity) => shown(quantity),
+            Of::Motion(line, turn) => format!("{} or {}", shown(line), shown(turn)),
+            Of::Other => String::new(),
+            Of::Own(0) => "that of U".to_owned(),
+            Of::Own(1) => "U per rad".to_owned(),
+            Of::Own(n) => format!("U per rad{}", if n == 2 { '²' } else { '³' }),
+        };
+        let listed =
+            self.values.into_iter().filter_map(|value| if let Value::Reals(of) = value { Some(of) } else { None });
+        let mut units: Vec<String> = self.numbers().map(|(of, _)| of).chain(listed).map(of).collect();
+        units.retain(|unit| !unit.is_empty());
+        units.dedup();
+        units.join(" or ")
+    }
+
+    fn range(&self) -> String {
+        let counts = self.values.into_iter().filter_map(|value| match value {
+            Value::Count(min, max) => Some(format!("{min} to {max}")),
+            Value::Real(_, limits) => Some(limits.range()),
+            Value::Word(word) => Some(format!("`\"{word}\"`")),
+            _ => None,
+        });
+        let names: Vec<String> = self.choices().iter().map(|names| format!("`{}`", names[0])).collect();
+        let mut all: Vec<String> = counts.chain((!names.is_empty()).then(|| names.join(", "))).collect();
+        all.retain(|range| !range.is_empty());
+        all.dedup();
+        all.join(" or ")
+    }
+
+    fn default(&self) -> String {
+        match self.usual {
+            Usual::Nothing if matches!(self.values[0], Value::Flag) => "`false`".to_owned(),
+            Usual::Nothing => String::new(),
+            Usual::Required => "required".to_owned(),
+            Usual::Number(number) => units::short(number),
+            Usual::Name(name) => format!("`{name}`"),
+            Usual::Said(text) => text.to_owned(),
+        }
+    }
+
+    /// The names of a choice.
+    pub fn choices(&self) -> &'static [&'static [&'static str]] {
+        match self.values[0] {
+            Value::Choice(names) => names,
+            _ => &[],
+        }
+    }
+}
+
+/// A unit with its signs.
+fn shown(quantity: &Quantity) -> String {
+    quantity.unit.replace('.', "·").replace('2', "²").replace('3', "³")
+}
