@@ -2,7 +2,10 @@
 
 use super::output::Bar;
 use super::{Failure, Format, failure, print, read_all, show, tell, tell_notes};
+use crate::scene::forces::machine;
 use crate::scene::{self, Diagnostic, Diagnostics, Resolved};
+use camdrive_design::forces::Machine;
+use camdrive_design::forces::report::LiftOff;
 use camdrive_design::overview::{self, Overview, Warning};
 use camdrive_design::text;
 use serde_json::{Value, json};
@@ -35,11 +38,18 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     for (path, scene) in args.scenes.iter().zip(&scenes) {
         let (place, overview) = (text::in_one_line(path.display()), overview_of(path, scene)?);
         let _ = write!(out, "{place}: {} ok\n{}", scene.model, overview.text());
+        lift_offs(scene).iter().for_each(|of| out += &format!("  {}\n", of.text()));
         for Warning { message, hint } in &overview.warnings {
             tell(&format!("warning: {place}: {message}\n  = hint: {hint}\n"));
         }
     }
     show(&out).map(|()| ExitCode::SUCCESS)
+}
+
+/// The speeds of lift-off of followers that may leave their cams; a note has those of others.
+fn lift_offs(scene: &Resolved) -> Vec<LiftOff> {
+    let all = machine(scene).and_then(Machine::lift_offs).unwrap_or_default();
+    all.into_iter().filter(|of| of.may_leave).collect()
 }
 
 fn overview_of(path: &Path, scene: &Resolved) -> Result<Overview, Failure> {
@@ -56,11 +66,16 @@ fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
             Ok(scene) => {
                 let overview = serde_json::to_value(overview_of(path, &scene)?).map_err(failure)?;
                 let own = json!({ "ok": true, "name": scene.name, "model": scene.model, "notes": scene.notes });
-                [own, overview]
+                let leaving = json!({ "lift_offs": lift_offs(&scene) });
+                [own, overview, leaving]
             }
             Err(Diagnostics(faults)) => {
                 ending = ExitCode::FAILURE;
-                [json!({ "ok": false }), json!({ "faults": faults.iter().map(fault).collect::<Vec<Value>>() })]
+                [
+                    json!({ "ok": false }),
+                    json!({ "faults": faults.iter().map(fault).collect::<Vec<Value>>() }),
+                    json!({}),
+                ]
             }
         };
         if let Some(entry) = entry.as_object_mut() {

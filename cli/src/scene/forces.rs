@@ -8,6 +8,8 @@ use camdrive::drives::Fault;
 use camdrive::drives::drive_train::{self, Joint, Shaft};
 use camdrive::drives::follower::load::Load;
 use camdrive::drives::rigid_machine::{self, Follower};
+use camdrive::drives::shaft::cam_drive::DriveMode;
+use camdrive::drives::shaft::motor::{Reference, Source};
 use camdrive_design::cam_geometry::Carrier;
 use camdrive_design::forces::{Drive, Loads, Machine, Material, Teeth};
 use serde_json::Value;
@@ -57,18 +59,36 @@ fn loads(value: Option<&Value>) -> Option<Loads> {
     Some(Loads { load: load(part("load"))?, roller: (0.0, load(roller)?), ..Loads::default() })
 }
 
-/// The cams of a scene with what they move, at rest.
+/// Something with the sign of the speed to which a motor drives its rotor; 0 where an input decides it.
+fn sense(motor: &Source) -> f64 {
+    match motor {
+        Source::None | Source::Input => 0.0,
+        Source::Constant(torque) => *torque,
+        Source::Table(table) => table.torque(table.piece(0.0), 0.0),
+        Source::Kloss(kloss) => kloss.synchronous_speed,
+        Source::Servo(servo) => match servo.reference {
+            Reference::Constant(speed) | Reference::Ramp(speed) => speed,
+            Reference::Series(..) | Reference::Input => 0.0,
+        },
+    }
+}
+
+/// The cams of a scene with what they move, and a speed in the sense in which it turns.
 ///
 /// # Errors
 /// Where the model has no cam.
 pub fn machine(scene: &Resolved) -> Result<Machine, Fault> {
     // With the mass on the cam's side, and whether the follower may leave its cam.
     let single = |follower: Follower| (follower, 0.0, false);
+    let motor_or = |w_start: f64, motor: f64| if w_start == 0.0 { motor } else { w_start };
     let beside_cam = scene.scene["names"].get("backlash").is_some();
-    let (followers, inertia) = match scene.model {
+    let (followers, inertia, speed) = match scene.model {
         "RigidMachine" => {
             let whole: rigid_machine::Scene = scene.resource().read()?;
-            (whole.followers.into_iter().map(single).collect(), whole.inertia.varying)
+            let motor =
+                if let rigid_machine::Motor::Kloss(kloss) = whole.motor { kloss.synchronous_speed } else { 0.0 };
+            let speed = motor_or(whole.w_start, motor);
+            (whole.followers.into_iter().map(single).collect(), whole.inertia.varying, speed)
         }
         "DriveTrain" => {
             let drive_train::Scene { followers, shaft, .. } = scene.resource().read()?;
@@ -81,8 +101,15 @@ pub fn machine(scene: &Resolved) -> Result<Machine, Fault> {
                 };
                 (Follower { m: m + roller, ..train.rigid }, roller, leaves)
             };
-            let inertia = if let Shaft::Free(machine) = shaft { machine.inertia.varying } else { None };
-            (followers.into_iter().map(follower).collect(), inertia)
+            let (inertia, speed) = match shaft {
+                Shaft::Free(machine) => {
+                    let motor = sense(&machine.motor.source) * machine.motor.transmission.ratio;
+                    (machine.inertia.varying, motor_or(machine.w_start, motor))
+                }
+                Shaft::Driven(DriveMode::Constant { w, .. }) => (None, w),
+                Shaft::Driven(DriveMode::Input) => (None, 0.0),
+            };
+            (followers.into_iter().map(follower).collect(), inertia, speed)
         }
         model => {
             let cam = serde_json::from_value(scene.scene["cam"].clone());
@@ -90,7 +117,8 @@ pub fn machine(scene: &Resolved) -> Result<Machine, Fault> {
             let number = |key: &str| scene.scene["parameters"].get(key).and_then(Value::as_f64);
             let roller = number("m1").or(scene.scene["roller"][0].as_f64()).unwrap_or(0.0);
             let m = number("m").or(number("m2")).unwrap_or(0.0);
-            (vec![(Follower::new(m + roller, cam), roller, number("m1").is_some())], None)
+            let speed = scene.scene["drive"]["constant"]["w"].as_f64().unwrap_or(0.0);
+            (vec![(Follower::new(m + roller, cam), roller, number("m1").is_some())], None, speed)
         }
     };
     let mut drives = Vec::new();
@@ -101,7 +129,7 @@ pub fn machine(scene: &Resolved) -> Result<Machine, Fault> {
         let loads = Loads { roller: (roller, loads.roller.1.clone()), may_leave, ..loads.clone() };
         drives.push(Drive::new(name, follower, plan, loads)?);
     }
-    Ok(Machine { name: scene.name.clone(), speed: 0.0, inertia, drives })
+    Ok(Machine { name: scene.name.clone(), speed, inertia, drives })
 }
 
 fn of(parent: &Section<'_>, known: &Known, loads: Option<Loads>) -> Option<Loads> {

@@ -665,14 +665,14 @@ tables! {
         /// of `servo`: torque per integral of the deviation
         "K_i": real(&unit::ROTATIONAL_STIFFNESS, NOT_NEGATIVE).or(0.0);
         /// of `servo`: rate by which the integral follows a limited torque
-        "K_aw": real(&units::RATE, NOT_NEGATIVE).said("`K_i`/`K_p`");
+        "K_aw": real(&unit::RATE, NOT_NEGATIVE).said("`K_i`/`K_p`");
         /// of `servo`: largest torque
         "M_max": real(&unit::TORQUE, POSITIVE).said("required").also(&["limit"]);
         /// of `servo`: speed to keep: a value, `"input"`, or a table
         "w_ref": real(&unit::ANGULAR_VELOCITY, within(-FASTEST, FASTEST)).and(Value::Word("input")).and(Value::Table(&REFERENCE))
             .said("required").also(&["reference"]);
         /// of `servo`: gain of a position loop on top, for which w_ref is integrated, or φ_ref is an input too
-        "K_v": real(&units::RATE, POSITIVE);
+        "K_v": real(&unit::RATE, POSITIVE);
         /// speed of the rotor over that of the shaft; negative where it turns the other way; not 0
         "ratio": real(&unit::NUMBER, within(-1e6, 1e6)).or(1.0).also(&["i"]);
         /// moment of inertia of the rotor, above 0 before a coupling or belt

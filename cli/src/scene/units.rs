@@ -110,9 +110,6 @@ pub fn per_angle(quantity: &'static Quantity, n: i32) -> &'static Quantity {
 pub static PRESSURE: Quantity =
     Quantity { name: "Pressure", unit: "Pa", base: [1, -1, -2, 0], display: Some(("MPa", 1e-6)) };
 
-/// What happens by the time (1/s).
-pub static RATE: Quantity = Quantity { name: "Rate", unit: "1/s", base: [0, 0, -1, 0], display: None };
-
 /// An example of each quantity, for hints.
 const EXAMPLES: &[(&Quantity, &str)] = &[
     (&unit::NUMBER, "0.5"),
@@ -134,7 +131,7 @@ const EXAMPLES: &[(&Quantity, &str)] = &[
     (&unit::ENERGY, "\"3 J\""),
     (&unit::TIME, "\"5 ms\""),
     (&PRESSURE, "\"210 GPa\""),
-    (&RATE, "\"15 1/s\""),
+    (&unit::RATE, "\"15 1/s\""),
     (&LENGTHS[0], "\"25 mm/rad\" or \"25 mm\""),
     (&LENGTHS[1], "\"25 mm/rad2\" or \"25 mm\""),
     (&LENGTHS[2], "\"25 mm/rad3\" or \"25 mm\""),

@@ -397,7 +397,7 @@ impl LiftOff {
             None => format!("{} stays on its cam at any speed.", self.follower),
             Some(Extreme { phi, value }) => {
                 let at = in_turn(phi, 2);
-                format!("{} leaves its cam {}, first at φ = {at}°{held}.", self.follower, from(value))
+                format!("{} leaves its cam {}, first at φ = {at}°, as a rigid body{held}.", self.follower, from(value))
             }
         }
     }

@@ -324,3 +324,21 @@ fn what_the_single_models_do_not_have_is_refused() {
         refused(&text, said);
     }
 }
+
+#[test]
+fn a_shaft_that_turns_backwards_has_its_own_speed_of_lift_off() {
+    // 523.08 rpm minimised over the turn; damping presses where the cam falls, so that +40 rad/s would give 578.42 rpm.
+    let scene = |speed: f64| {
+        let text = format!(
+            "name = \"neg\"\nmodel = \"DriveTrain\"\ndrive = {{ speed = {speed} }}\n[[follower]]\ncam = {{ law = \"fourier\", a = \
+             [0, 0.02, 0.005], b = [0.01] }}\nbacklash = {{ m1 = 1, s = \"inf\" }}\nload = {{ spring = {{ preload = 50, c = 2000 }}, \
+             damping = 30 }}\n"
+        );
+        crate::scene::resolve("neg.toml", &text, "".as_ref()).expect("a scene")
+    };
+    for (speed, rpm) in [(-40.0, 523.08), (40.0, 578.42)] {
+        let of = crate::scene::forces::machine(&scene(speed)).and_then(|machine| machine.lift_offs()).expect("speeds");
+        let found = of[0].lift_off_speed.expect("a speed").value * 30.0 / std::f64::consts::PI;
+        assert!((found - rpm).abs() < 0.01, "{speed} rad/s: {found} rpm");
+    }
+}

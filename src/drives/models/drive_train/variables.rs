@@ -707,11 +707,11 @@ impl DriveTrain {
                 number!("motor.torque", "Torque of the rotor", kind, Tunable, constant, constant_mut, torque => *torque);
             }
             if let Some(servo) = machine.motor.servo() {
-                let gain = |least: f64| real_within(&unit::NUMBER, least, 1e12);
+                let gain = |quantity| real_within(quantity, 0.0, 1e12);
                 let torque = real_within(&unit::TORQUE, 0.0, 1e12);
-                number!("motor.K_p", "Gain of the speed control (N.m.s/rad)", gain(0.0), Tunable, servo, servo_mut, s => s.proportional);
-                number!("motor.K_i", "Integral gain (N.m/rad)", gain(0.0), Tunable, servo, servo_mut, s => s.integral);
-                number!("motor.K_aw", "Gain of the back-calculation (1/s)", gain(0.0), Tunable, servo, servo_mut, s => s.anti_windup);
+                number!("motor.K_p", "Gain of the speed control", gain(&unit::ROTATIONAL_DAMPING), Tunable, servo, servo_mut, s => s.proportional);
+                number!("motor.K_i", "Integral gain", gain(&unit::ROTATIONAL_STIFFNESS), Tunable, servo, servo_mut, s => s.integral);
+                number!("motor.K_aw", "Gain of the back-calculation", gain(&unit::RATE), Tunable, servo, servo_mut, s => s.anti_windup);
                 number!("motor.M_max", "Limit of the torque", torque, Tunable, servo, servo_mut, s => s.limit);
                 match servo.reference {
                     Reference::Constant(_) => {
@@ -725,7 +725,7 @@ impl DriveTrain {
                     Reference::Series(..) | Reference::Input => {}
                 }
                 if servo.position.is_some() {
-                    number!("motor.K_v", "Gain of the position loop (1/s)", gain(0.0), Tunable, position, position_mut, k => *k);
+                    number!("motor.K_v", "Gain of the position loop", gain(&unit::RATE), Tunable, position, position_mut, k => *k);
                 }
             }
             let t = machine.motor.transmission;

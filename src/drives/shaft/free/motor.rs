@@ -36,11 +36,11 @@ pub struct Kloss {
 
 parameters! {
     for Kloss, "motor" {
-        /// Breakdown torque at the shaft
+        /// Breakdown torque, at the shaft where there is no gear
         breakdown_torque = "motor.M_k", "M_k", TORQUE in [0.0, 1e12], Fixed;
         /// Breakdown slip
         breakdown_slip = "motor.s_k", "s_k", NUMBER in [1e-9, 1e3], Fixed;
-        /// Synchronous speed at the shaft, not zero; negative turns the machine backwards
+        /// Synchronous speed, at the shaft where there is no gear, not zero; negative turns the machine backwards
         synchronous_speed = "motor.w_s", "w_s", ANGULAR_VELOCITY in [-FASTEST, FASTEST], Fixed;
     }
 }
