@@ -51,7 +51,7 @@ quantities! {
     /// The third one (m/rad³).
     LENGTH_PER_ANGLE3 = "LengthPerAngle3", "m/rad3", [0, 1, 0, -3], None;
     /// A rate (1/s).
-    RATE = "", "1/s", [0, 0, -1, 0], None;
+    RATE = "Rate", "1/s", [0, 0, -1, 0], None;
     /// Velocity (m/s).
     VELOCITY = "Velocity", "m/s", [0, 1, -1, 0], None;
     /// Acceleration (m/s²).
