@@ -45,6 +45,11 @@ impl Limits {
         value.is_finite() && value <= self.max && if self.open { value > self.min } else { value >= self.min }
     }
 
+    /// In a unit that is this much of the coherent one.
+    pub fn over(self, unit: f64) -> Self {
+        Limits { min: self.min / unit, max: self.max / unit, ..self }
+    }
+
     /// The least and the greatest value.
     pub fn ends(self) -> [f64; 2] {
         [self.min, self.max]

@@ -424,16 +424,11 @@ impl<'a> Section<'a> {
             _ => {
                 let text = self.faults.excerpt(&node.span);
                 let what = if value.is_some_and(f64::is_finite) { "out of range" } else { "not a finite number" };
-                // A value with a unit is repeated in the unit of the range.
-                let si = match (node.value, value) {
-                    (DeValue::String(_), Some(v)) => match format!("{} {}", units::short(v), quantity.unit) {
-                        si if text.contains(&si) => String::new(),
-                        si => format!(" ({})", si.trim_end_matches(" 1")),
-                    },
-                    _ => String::new(),
-                };
-                let fault = self.of_node(node, format!(": {text}{si} is {what}"));
-                self.refuse(fault.admissible(limits.words(quantity.unit)))
+                let fault = self.of_node(node, format!(": {text} is {what}"));
+                // The range is in the unit of the file.
+                let own = if let DeValue::String(text) = node.value { units::written(text, quantity) } else { None };
+                let (unit, factor) = own.unwrap_or((quantity.unit, 1.0));
+                self.refuse(fault.admissible(limits.over(factor).words(unit)))
             }
         }
     }

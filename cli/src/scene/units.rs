@@ -2,7 +2,7 @@
 //!
 //! A unit is a product of factors joined by `.`, `·`, `*` or a blank; factors after a `/` divide, up to the next
 //! `/`. A factor is a unit name with an optional prefix (n, u or µ, m, c, k, M, G) and an optional whole exponent
-//! (`m2`, `m^2`, `m²`, `s^-1`). Known names: m, g, t, N, s, min, h, rad, deg or °, rev, J, W, Pa, Hz, rpm, %.
+//! (`m2`, `m^2`, `m²`, `s^-1`). Known names: m, g, t, N, s, min, h, rad, deg or °, rev, J, W, Pa, Hz, rpm, %, in, lb, lbf.
 //!
 //! Angles count as a dimension of their own, so that a torsional stiffness (N.m/rad) is not taken for a torque.
 //! `rpm`, `1/min` and `U/min` are revolutions per minute, `Hz` is one revolution (cycle) per second, 2π rad/s.
@@ -43,6 +43,10 @@ const PLAIN: &[(&str, Unit)] = &[
     ("1", one([0, 0, 0, 0])),
     ("%", Unit { numerator: 1.0, denominator: 100.0, base: [0, 0, 0, 0] }),
     ("t", Unit { numerator: 1e3, denominator: 1.0, base: [1, 0, 0, 0] }),
+    ("in", Unit { numerator: 254.0, denominator: 1e4, base: [0, 1, 0, 0] }),
+    ("lb", Unit { numerator: 45_359_237.0, denominator: 1e8, base: [1, 0, 0, 0] }),
+    // A pound in the standard gravity of 9.80665 m/s².
+    ("lbf", Unit { numerator: 44_482_216_152_605.0, denominator: 1e13, base: [1, 1, -2, 0] }),
     ("min", Unit { numerator: 60.0, denominator: 1.0, base: [0, 0, 1, 0] }),
     ("h", Unit { numerator: 3600.0, denominator: 1.0, base: [0, 0, 1, 0] }),
     ("deg", Unit { numerator: PI, denominator: 180.0, base: [0, 0, 0, 1] }),
@@ -190,6 +194,13 @@ pub fn parse(text: &str, quantity: &'static Quantity) -> Result<f64, UnitFault> 
             hint: hint(),
         }
     })
+}
+
+/// The unit that a text with a value of the quantity has, and how much of the coherent one it is; None for one without unit.
+pub fn written<'a>(text: &'a str, quantity: &Quantity) -> Option<(&'a str, f64)> {
+    let (_, unit_text) = split(text.trim());
+    let unit = parse_unit(unit_text).ok().filter(|unit| !unit_text.is_empty() && unit.base == quantity.base)?;
+    Some((unit_text, unit.numerator / unit.denominator))
 }
 
 /// A factor that turns a value in this unit into coherent SI: (numerator, denominator).
@@ -391,6 +402,11 @@ mod tests {
             ("250 µm", &unit::LENGTH, 250e-6),
             ("10 m.s^-2", &unit::ACCELERATION, 10.0),
             ("2 ms", &unit::TIME, 2e-3),
+            ("3 in", &unit::LENGTH, 0.0762),
+            ("2 lb", &unit::MASS, 0.90718474),
+            ("10 lbf/in", &unit::STIFFNESS, 1751.2683524647636),
+            ("40 lbf.in", &unit::TORQUE, 4.519393158114437),
+            ("1 min", &unit::TIME, 60.0),
         ];
         for (text, quantity, si) in cases {
             let value = parse(text, quantity).unwrap_or_else(|e| panic!("{text}: {}", e.message));
