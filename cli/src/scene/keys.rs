@@ -658,7 +658,8 @@ tables! {
         "s_k": parameter::<Kloss>(1).said("required");
         /// of `kloss`: synchronous speed, at least 1e-100 in size
         "w_s": parameter::<Kloss>(2).said("required").also(&["speed"]);
-        /// of `kloss`: electrical time constant of the torque
+        /// of `kloss`: electrical time constant of the torque; a DriveTrain starts with the torque of its speed, a RigidMachine with
+        /// 0, or `motor.M_start` of its FMU
         "lag": real(&unit::TIME, within(LAG[0], LAG[1])).said("none: the torque follows at once").also(&["time_constant", "dynamics"]);
         /// of `servo`: torque per deviation of the speed
         "K_p": real(&unit::ROTATIONAL_DAMPING, POSITIVE).said("required");

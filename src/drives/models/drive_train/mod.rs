@@ -254,6 +254,11 @@ impl DriveTrain {
         let before = Outside { time: self.time - self.step, motion: self.motion.as_ref(), inputs: &self.laid };
         self.run.restart(&self.train, &before, time);
         self.laid.take(&self.inputs);
+        // Where inputs drive the shaft, it has jumped or is about to.
+        if self.end.is_none() {
+            let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
+            self.run.decide(&self.train, &outside, &mut self.log);
+        }
     }
 
     /// Keeps the end of the step where inputs may jump.

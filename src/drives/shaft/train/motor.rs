@@ -35,6 +35,11 @@ impl Motor {
         if let Source::Servo(servo) = &self.source { Some(servo) } else { None }
     }
 
+    /// Whether a servo whose demand this is is at its limit, and which.
+    pub fn saturation(&self, demand: f64) -> i8 {
+        self.servo().filter(|servo| demand.abs() > servo.limit).map_or(0, |_| demand.signum() as i8)
+    }
+
     /// The table.
     pub fn table(&self) -> Option<&TorqueTable> {
         if let Source::Table(table) = &self.source { Some(table) } else { None }

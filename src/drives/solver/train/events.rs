@@ -3,16 +3,18 @@
 use super::{End, Event, Outside, Run};
 use crate::drives::follower::contact::{Flank, Mode};
 use crate::drives::follower::member::Joint;
+use crate::drives::shaft::cam_drive::goes_on;
 use crate::drives::shaft::train::switching::Strike;
 use crate::drives::shaft::train::{Functions, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use crate::drives::{Event as Entry, EventLog, Fault};
 use crate::numerics::double_double::Double;
 
-/// Bounces end in contact when all that are to come take less than this part of the unit of time, in which the pressing force
-/// hardly changes; their impulse is summed.
+/// Bounces end in contact when all that are to come take less than this part of the time in which the pressing force changes; their
+/// impulse is summed. Those of one follower may open the contact of another: with 1e-7, enough for one alone, the impulses of two that
+/// chatter at once are off by 2e-10.
 const CLOSURE: f64 = 1e-10;
 
-/// Impacts that would bounce for less than this part of the unit of time are none: m1 stays.
+/// Impacts that would bounce for less than this part of that time are none: m1 stays.
 const FAINT: f64 = 1e-14;
 
 impl Run {
@@ -88,9 +90,7 @@ impl Run {
             if let Some(table) = motor.table() {
                 self.modes.piece = table.piece(d.demand);
             }
-            if motor.servo().is_some_and(|servo| d.demand.abs() > servo.limit) {
-                self.modes.saturation = d.demand.signum() as i8;
-            }
+            self.modes.saturation = motor.saturation(d.demand);
         }
         if balanced {
             train.rest(&mut self.modes, phi, &mut y, &given)?;
@@ -100,6 +100,22 @@ impl Run {
             self.press(train, outside, log);
         }
         Ok(())
+    }
+
+    /// What the present inputs and parameters decide: the limit of a servo, and who stays on its flank.
+    pub fn decide(&mut self, train: &Train, outside: &Outside, log: &mut EventLog) {
+        if let Some(motor) = train.machine().map(|machine| &machine.motor) {
+            let mut y = [0.0; MOST_STATES];
+            self.from(&mut y);
+            let given = self.given(train, outside, self.start, &y);
+            let (_, d) = train.instant(&self.modes, self.phi(outside, self.start, &y), &y, &given);
+            let sign = motor.saturation(d.demand);
+            // At the limit itself roundings would decide.
+            if sign != self.modes.saturation && !matches!(self.since, Some(Event::Limit(_))) {
+                self.happen(train, outside, Event::Limit(sign), log);
+            }
+        }
+        self.settle(train, outside, None, log);
     }
 
     /// Places followers with backlash on the flanks that press them; one that nothing presses flies.
@@ -133,11 +149,13 @@ impl Run {
     }
 
     /// The shaft jumps from where it was at the `end` of the last step to where its inputs put it: masses keep place and velocity,
-    /// one in contact follows its flank, and the momentum that it takes up counts as impulse. Whether a step `begins` with it, whose
-    /// sums it begins, or outputs show it only.
+    /// one in contact follows its flank, and the momentum that it takes up counts as impulse; a cam without flank B, which cannot pull,
+    /// leaves it its velocity. A free mass that the jump puts beyond a flank is set on it, and hits it if it moves towards it. Whether
+    /// a step `begins` with it, whose sums it begins, or outputs show it only.
     pub fn jump(&mut self, train: &Train, outside: &Outside, (end, begins): (&End, bool), log: &mut EventLog) {
         let Some(motion) = outside.motion else { return };
-        let [phi, w, ..] = motion.at(outside.time).kinematics.0;
+        let [phi, w, a, ..] = motion.at(outside.time).kinematics.0;
+        let jumps = !goes_on([end.course[0], end.course[1], a], [phi, w], outside.time);
         (self.start, self.length, self.event, self.since) = (Double::from(end.time), 0.0, None, None);
         self.summed = 0.0;
         (self.modes, self.tallies) = (end.modes, end.tallies);
@@ -159,32 +177,56 @@ impl Run {
         let angles = train.angles(Double::from(phi), &y);
         self.modes.segments = train.segments(&angles, w >= 0.0);
         let new = cams(&self.modes, &angles);
+        let mut struck = [None; MOST_FOLLOWERS];
         for (j, follower) in train.followers.iter().enumerate() {
             let at = train.layout.followers[j];
-            let moved = [new[j][0] - old[j][0], new[j][1] * w - old[j][1] * end.course[1]];
+            let [from, to] = [[old[j][0], old[j][1] * end.course[1]], [new[j][0], new[j][1] * w]];
+            let moved = [to[0] - from[0], to[1] - from[1]];
+            // What these differences round to.
+            let rounding = [0, 1].map(|n| 8.0 * f64::EPSILON * (from[n].abs() + to[n].abs()));
             let mut follow = |at: usize| (y[at], y[at + 1]) = (y[at] - moved[0], y[at + 1] - moved[1]);
             match (follower.joint, self.modes.contacts[j]) {
                 (Joint::Output(..), _) => follow(at),
                 (Joint::Backlash(p), Mode::Contact(_)) => {
+                    let pulls = jumps && p.s.is_infinite() && moved[1] < 0.0;
                     if p.m2 > 0.0 {
-                        follow(at + 2);
+                        y[at + 2] -= moved[0];
+                        y[at + 3] -= if pulls { 0.0 } else { moved[1] };
                     }
-                    self.count(j, p.m1 * moved[1], new[j][1]);
+                    if pulls {
+                        y[at + 1] = -moved[1];
+                        self.open(j, 1);
+                        self.log(log, ("release", j + 1), ("impulse", p.m1 * moved[1], "N.s"));
+                    } else {
+                        self.count(j, p.m1 * moved[1], new[j][1]);
+                    }
                 }
-                (Joint::Backlash(_), Mode::Free) => {
+                (Joint::Backlash(p), Mode::Free) => {
                     follow(at);
-                    self.modes.zeros[j] = 0;
+                    for flank in [Flank::A, Flank::B] {
+                        let sign = flank.sign();
+                        let beyond = flank.pick(0.0, p.s) - self.modes.home(j, p.s) - y[at];
+                        let rests = beyond.abs() <= rounding[0] && y[at + 1].abs() <= rounding[1];
+                        if rests || sign * beyond > 0.0 {
+                            (y[at], self.modes.beyond[j]) = (0.0, flank == Flank::B);
+                            y[at + 1] *= if rests { 0.0 } else { 1.0 };
+                            if p.m2 > 0.0 {
+                                y[at + 2] -= beyond;
+                            }
+                            struck[j] = (sign * y[at + 1] < 0.0).then_some(flank);
+                            break;
+                        }
+                    }
+                    if y[at + 1] != 0.0 {
+                        self.modes.zeros[j] = 0;
+                    }
                 }
                 _ => {}
             }
         }
         self.states.iter_mut().zip(y).for_each(|(state, y)| *state = Double::from(y));
-        for (j, follower) in train.followers.iter().enumerate() {
-            let (Joint::Backlash(p), Mode::Free) = (follower.joint, self.modes.contacts[j]) else { continue };
-            let gap = y[train.layout.followers[j]] + self.modes.home(j, p.s);
-            if gap < 0.0 || gap > p.s {
-                self.hit(train, outside, (j, if gap < 0.0 { Flank::A } else { Flank::B }), log);
-            }
+        for (j, flank) in struck.into_iter().enumerate().filter_map(|(j, flank)| Some((j, flank?))) {
+            self.hit(train, outside, (j, flank), log);
         }
         self.settle(train, outside, None, log);
         if !begins {
@@ -201,9 +243,17 @@ impl Run {
         })
     }
 
-    /// Which of the followers in contact stay there.
+    /// Which of the followers that touch a flank without velocity stay there.
     fn settle(&mut self, train: &Train, outside: &Outside, but: Option<usize>, log: &mut EventLog) {
-        let at_flank = self.at_flanks(but);
+        let mut at_flank = self.at_flanks(but);
+        for (j, follower) in train.followers.iter().enumerate().filter(|(j, _)| but != Some(*j)) {
+            let at = train.layout.followers[j];
+            if let (Joint::Backlash(_), Mode::Free) = (follower.joint, self.modes.contacts[j])
+                && self.states[at..at + 2].iter().all(|state| state.hi == 0.0)
+            {
+                at_flank[j] = Some(if self.modes.beyond[j] { Flank::B } else { Flank::A });
+            }
+        }
         if at_flank.iter().all(Option::is_none) {
             return;
         }
@@ -216,9 +266,15 @@ impl Run {
         for (j, flank) in at_flank.iter().enumerate().take(train.followers.len()) {
             let Some(flank) = flank else { continue };
             let Joint::Backlash(p) = train.followers[j].joint else { continue };
-            if flank.sign() * forces[j] < -self.recorded.resolution(j, w) && p.s > 0.0 {
+            let (pressed, resolution) = (flank.sign() * forces[j], self.recorded.resolution(j, w));
+            let touched = self.modes.contacts[j] == Mode::Free;
+            if pressed < -resolution && p.s > 0.0 {
                 self.open(j, 2);
-                self.log(log, ("release", j + 1), ("force", forces[j], "N"));
+                if !touched {
+                    self.log(log, ("release", j + 1), ("force", forces[j], "N"));
+                }
+            } else if pressed > resolution && touched {
+                self.modes.contacts[j] = Mode::Contact(*flank);
             }
         }
     }
@@ -318,7 +374,10 @@ impl Run {
         let inverse = 1.0 / p.m1 + if train.machine().is_some() { slopes[j] * slopes[j] / f.inertia } else { 0.0 };
         let mass = 1.0 / inverse;
         let last = 1.0 - p.e;
-        if !(force > 0.0 && last > 0.0 && 2.0 * rebound.abs() * mass <= part * self.unit * force * last) {
+        let w = if train.machine().is_some() { y[1] } else { given.course[0] };
+        // Where nothing changes, the unit of time grows without limit.
+        let time = part * self.unit.min(self.pace(train)).min(1.0 / w.abs());
+        if !(force > 0.0 && last > 0.0 && 2.0 * rebound.abs() * mass <= time * force * last) {
             return false;
         }
         // The velocity that the bounces to come take from m1 and the shaft.

@@ -292,10 +292,20 @@ impl Run {
     /// How far the series serves, in units: the last two terms of each state are below the tolerance of its first ones, or of the largest
     /// that it has been.
     fn reach(&self) -> f64 {
+        let (mut at, mut reach) = (1.0, self.reach_by(1.0));
+        // Behind half of the place the first terms are at most sixteen times as large, which [`SHARE`] outweighs.
+        while 0.0 < reach && reach < 0.5 * at {
+            (at, reach) = (reach, self.reach_by(reach));
+        }
+        reach
+    }
+
+    /// The same by the first terms as they are at the place `at`.
+    fn reach_by(&self, at: f64) -> f64 {
         let tolerance = SHARE * self.tolerance;
         let mut reach = 4.0_f64;
         let mut take = |c: &[f64], order: usize, so_far: f64| {
-            let largest = |c: &[f64]| c.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+            let largest = |c: &[f64]| c.iter().rev().fold(0.0_f64, |most, c| (at * most).max(c.abs()));
             let size = largest(&c[..5]).max(so_far);
             for n in [order - 1, order] {
                 let below = |size: f64, powers: usize| (tolerance * size / c[n].abs()).powf(1.0 / powers as f64);
@@ -509,10 +519,12 @@ impl Run {
 
     /// The states begin anew at `time`, since what comes from outside has changed.
     pub fn restart(&mut self, train: &Train, outside: &Outside, time: f64) {
+        let theta = self.theta(Double::from(time)).clamp(0.0, self.length);
         if self.length > 0.0 {
-            self.leave(train, outside, self.theta(Double::from(time)).clamp(0.0, self.length));
+            self.leave(train, outside, theta);
         }
-        (self.length, self.event) = (0.0, None);
+        // What happened at the start of the step that is left holds there only.
+        (self.length, self.event, self.since) = (0.0, None, self.since.filter(|_| theta == 0.0));
     }
 
     /// The first step.

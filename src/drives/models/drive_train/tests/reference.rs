@@ -11,7 +11,7 @@ use crate::drives::shaft::motor::{Motor, Reference, Servo, Source, TorqueTable, 
 use crate::motion::table::Points;
 use crate::motion::{Crank, Cycle, CyclePlan, Fourier, MotionLaw, Polyline, StandardLaw};
 
-fn series(a: &[f64], b: &[f64]) -> MotionLaw {
+pub(super) fn series(a: &[f64], b: &[f64]) -> MotionLaw {
     MotionLaw::Fourier(Fourier::new(a.to_vec(), [&[0.0], b].concat()))
 }
 
@@ -23,7 +23,7 @@ fn follower(cam: MotionLaw, m: f64, joint: Joint) -> Follower {
     Follower { rigid: rigid::Follower::new(m, cam), joint, load: Load::default(), roller: Load::default() }
 }
 
-fn output(cam: MotionLaw, [m, c, b]: [f64; 3], m_x: f64) -> Follower {
+pub(super) fn output(cam: MotionLaw, [m, c, b]: [f64; 3], m_x: f64) -> Follower {
     follower(cam, 0.0, Joint::Output(elastic_output::Parameters { m, c, b }, m_x))
 }
 
@@ -31,7 +31,7 @@ fn shaft(cam: MotionLaw, [m, inertia, c, b]: [f64; 4]) -> Follower {
     follower(cam, 0.0, Joint::Shaft(elastic_shaft::Parameters { m, inertia, c, b }))
 }
 
-fn backlash(cam: MotionLaw, [m1, m2, c, b, s, e]: [f64; 6]) -> Follower {
+pub(super) fn backlash(cam: MotionLaw, [m1, m2, c, b, s, e]: [f64; 6]) -> Follower {
     follower(cam, 0.0, Joint::Backlash(contact::Parameters { m1, m2, c, b, s, e }))
 }
 
@@ -39,12 +39,12 @@ fn bl(e: f64) -> Follower {
     backlash(series(&[0.0, -0.05, 0.006], &[0.004]), [2.0, 8.0, 2000.0, 20.0, 0.002, e])
 }
 
-fn kloss(m: f64, s: f64, w: f64, lag: Option<f64>) -> Motor {
+pub(super) fn kloss(m: f64, s: f64, w: f64, lag: Option<f64>) -> Motor {
     let source = Source::Kloss(Kloss { breakdown_torque: m, breakdown_slip: s, synchronous_speed: w, dynamics: lag });
     Motor { source, transmission: Transmission::default() }
 }
 
-fn machine(j0: f64, [phi, w]: [f64; 2], motor: Motor) -> Machine {
+pub(super) fn machine(j0: f64, [phi, w]: [f64; 2], motor: Motor) -> Machine {
     Machine {
         inertia: InertiaFunction { constant: j0, varying: None },
         load: None,
@@ -60,12 +60,12 @@ fn loaded(machine: Machine) -> Machine {
     Machine { load: Some(series(&[4.0, 1.5], &[0.8])), friction: Some(0.1), ..machine }
 }
 
-fn scene(shaft: Shaft, followers: Vec<Follower>) -> Scene {
+pub(super) fn scene(shaft: Shaft, followers: Vec<Follower>) -> Scene {
     Scene { shaft, followers, start: Start::AtRest, solver: Settings::default(), names: Names::Train }
 }
 
 /// Runs to the end in so many communication steps.
-fn run(scene: &Scene, end: f64, steps: usize, tolerance: f64) -> DriveTrain {
+pub(super) fn run(scene: &Scene, end: f64, steps: usize, tolerance: f64) -> DriveTrain {
     let mut scene = scene.clone();
     scene.solver.tolerance = tolerance;
     let mut train = DriveTrain::of(scene);
@@ -80,7 +80,7 @@ fn run(scene: &Scene, end: f64, steps: usize, tolerance: f64) -> DriveTrain {
 
 impl DriveTrain {
     /// φ, φ̇, the other states, ΣP … as the sheet prints them.
-    fn read(&self, name: &str) -> f64 {
+    pub(super) fn read(&self, name: &str) -> f64 {
         let mut y = [0.0; MOST_STATES];
         self.run.at(self.time, &mut y);
         let outside = Outside { time: self.time, motion: self.motion.as_ref(), inputs: &self.inputs };
@@ -307,11 +307,11 @@ fn servo_and_rigid_follower() {
     );
 }
 
-fn spring_and_weight() -> Load {
+pub(super) fn spring_and_weight() -> Load {
     Load { gravity: Some(-9.81), spring: Some(Spring { preload: 90.0, c: 2500.0, at: 0.0 }), ..Load::default() }
 }
 
-fn lift_cam() -> MotionLaw {
+pub(super) fn lift_cam() -> MotionLaw {
     series(&[0.0, -0.008, 0.0009], &[0.0, 0.0004])
 }
 
