@@ -1228,6 +1228,30 @@ fn cam_says_which_key_keeps_the_second_arm_off() {
     }
 }
 
+/// A machine with loads on its tools and on its shaft, and a constant motor behind a gear.
+const LOADED: &str = "tests/fmpy/scenes/machine_loads.toml";
+
+#[test]
+fn compensate_knows_loads_and_every_motor() {
+    let folder = folder("compensate_loads");
+    let scene = folder.join("loads.toml");
+    let run = camdrive(&["compensate", LOADED, "-o", text(&scene), "--report", text(&folder)]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let report = std::fs::read_to_string(folder.join("machine_loads.compensation.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    let run = camdrive(&["steady", text(&scene), "--json"]);
+    let steady: serde_json::Value = serde_json::from_str(&run.out).unwrap_or_else(|_| panic!("{}{}", run.out, run.err));
+    let [period, own] = [&report["period"], &steady["motions"][0]["period"]].map(|period| period.as_f64().unwrap());
+    assert!((period / own - 1.0).abs() < 1e-9, "{period} {own}");
+    for (cam, round) in report["cams"].as_array().unwrap().iter().zip(report["rounds"][0]["tools"].as_array().unwrap())
+    {
+        assert!(cam["truncation"].as_f64().unwrap() <= 1e-6 && round["deviation"].as_f64().unwrap() > 0.01, "{report}");
+    }
+    // The laws are of the scene that has the loads still.
+    let written = std::fs::read_to_string(&scene).unwrap();
+    assert!(written.contains("process") && written.contains("spring") && written.contains("loads.follower1.csv"));
+}
+
 #[test]
 fn compensate_says_what_it_cannot_do() {
     let folder = folder("compensate_refuses");
@@ -1238,9 +1262,27 @@ fn compensate_says_what_it_cannot_do() {
     let free = folder.join("free.toml");
     let (head, _) = text_of_loom.split_once("[motor]").unwrap();
     std::fs::write(&free, format!("{head}[motor]\nkind = \"none\"\n")).unwrap();
+    let trains = [
+        "kind = \"servo\"\nK_p = 9\nM_max = 22\nw_ref = 50\nK_v = 3",
+        "kind = \"servo\"\nK_p = 9\nM_max = 22\nw_ref = { frequency = \"2 Hz\", a = [50, 2] }",
+        "kind = \"constant\"\ntorque = 5\nJ = 0.1\ncoupling = { c = 1e5 }",
+        "kind = \"none\"",
+    ];
+    let trains = trains.map(|motor| {
+        let path = folder.join(format!("train{}.toml", motor.len()));
+        let head = head.replace("RigidMachine", "DriveTrain").replace("steady_state", "at_rest");
+        std::fs::write(&path, format!("{head}[motor]\n{motor}\n")).unwrap();
+        text(&path).to_owned()
+    });
     for (args, parts) in [
         (&[SCENE][..], &["RigidMachine", "ElasticCamDrive"][..]),
-        (&["examples/valve_train/scene.toml"], &["is a train", "hint: write a RigidMachine"]),
+        (&["modelDescription/DriveTrain.motor.toml"], &["elasticities", "hint: leave out [follower.elasticity]"]),
+        (&["modelDescription/DriveTrain.input.toml"], &["the shaft is prescribed", "hint: give [machine]"]),
+        (&[&trains[0]], &["position loop", "hint: leave out K_v"]),
+        (&[&trains[1]], &["changes with time", "hint: give w_ref a value"]),
+        (&[&trains[2]], &["coupling", "hint: leave it out"]),
+        (&[&trains[3]], &["come to rest", "hint: add a [motor]"]),
+        (&[LOADED, "--period", "120 ms"], &["--period", "hint: change its torque"]),
         (&[text(&light)], &["0.2 kg.m2", "0.317728", "with this motor about 0.325"]),
         (&[loom, "--load", "300 N.m"], &["300 N.m", "breakdown torque 220"]),
         (&[loom, "--keep", "3"], &["no follower 3", "has 2"]),

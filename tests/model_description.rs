@@ -168,7 +168,7 @@ fn assert_well_formed(page: &str, place: &str) {
 
 /// The names that users and importers rely on, per golden file of a published model: inputs | outputs | parameters. There may
 /// be more outputs and parameters, but no further inputs.
-const NAMES: [(&str, &str, &str, &str); 18] = [
+const NAMES: [(&str, &str, &str, &str); 19] = [
     ("ElasticCamDrive.output.constant", "", "x y der(y) der(y,2) q der(q) force tau phi w", "m c b"),
     ("ElasticCamDrive.output.input", "phi w a", "x y der(y) der(y,2) q der(q) force tau", "m c b"),
     ("ElasticCamDrive.shaft.constant", "", "q der(q) psi y der(y) tau phi w", "m J c b shaft.linear"),
@@ -193,6 +193,12 @@ const NAMES: [(&str, &str, &str, &str); 18] = [
         "",
         "phi w q der(q) der(q,2) tau stiffness growth",
         "m.a[0] m.b[2] b.a[1] c.a[3] f.b[1]",
+    ),
+    (
+        "ParametricDrive.loads",
+        "phi w a F",
+        "q der(q) der(q,2) force stiffness",
+        "m.a[0] load.g load.F0 load.preload load.c load.at load.b load.process.scale",
     ),
     ("ParametricDrive.series.input", "phi w a", "q der(q) der(q,2) force stiffness", "m.a[0] b.a[0] c.a[2]"),
     ("RigidMachine.kloss", "tau", "phi w a M_an J E U[1] der(U[1]) der(U[1],2)", "motor.M_k motor.s_k motor.w_s J0"),

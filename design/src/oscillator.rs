@@ -8,11 +8,14 @@ use camdrive::drives::parametric::{self, ParametricDrive};
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::drives::{Drive as _, Fault};
-use camdrive::motion::MotionLaw;
+use camdrive::motion::{MotionLaw, turn};
 use std::f64::consts::TAU;
 
 /// Breakpoints that lie closer together (rad) count as one: the piece between them would be lost in rounding.
 const SAME: f64 = 1e-12;
+
+/// What is said of an input.
+const INPUT: &str = "The input F is taken as 0.";
 
 /// m(φ) q̈ + [b(φ) + Ω b₁(φ)] q̇ + [c(φ) + Ω c₁(φ) + Ω² c₂(φ)] q = f(φ) + Ω f₁(φ) + Ω² f₂(φ) at φ = Ω t, one degree of freedom q.
 ///
@@ -30,8 +33,8 @@ pub struct PeriodicOscillator {
     pub cost: f64,
     /// Whether b₁ = m′ and c₂ = m″/2.
     pub inertia_turns: bool,
-    /// b and c of the spring and the damper that the drive loads, where others act beside them.
-    pub own: Option<[f64; 2]>,
+    /// b and c of the spring and the damper that the drive loads at an angle (rad), where others act beside them.
+    pub own: Option<Angular>,
     /// The speed Ω of the scene (rad/s); None where the drive follows its inputs.
     pub speed: Option<f64>,
     /// The angle at which the scene starts (rad).
@@ -43,6 +46,9 @@ pub struct PeriodicOscillator {
     /// How the equation comes from that of the scene where it is not the same: "linearised about q = 0".
     pub note: Option<String>,
 }
+
+/// Two values over the angle (rad).
+type Angular = Box<dyn Fn(f64) -> [f64; 2] + Send + Sync>;
 
 /// The coefficients of [`PeriodicOscillator`] at an angle, coherent SI.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -90,6 +96,18 @@ fn turning(drive: &DriveMode) -> (Option<f64>, f64) {
     }
 }
 
+/// The breakpoints of a law and of a process force together, and the segments of both in each piece.
+fn joined(own: &[f64], process: Option<&MotionLaw>) -> (Vec<f64>, Vec<[usize; 2]>) {
+    let process = process.map_or(&[][..], MotionLaw::breakpoints);
+    let mut breakpoints = [own, process].concat();
+    breakpoints.sort_by(f64::total_cmp);
+    breakpoints.dedup_by(|b, a| *b - *a <= SAME);
+    let pieces = search::segments(&breakpoints).into_iter();
+    let middles = pieces.map(|[low, high]| (0.5 * (low + high)).rem_euclid(TAU));
+    let segments = middles.map(|middle| [own, process].map(|list| turn::segment(list, middle, true))).collect();
+    (breakpoints, segments)
+}
+
 /// J(φ) q̈ + (b + Ω J′) q̇ + (c + Ω² J″/2) q = −Ω² J′/2, J(φ) = J + m U′².
 ///
 /// Under a load, F = F_L(U, 0, φ) without an input: b += b_r U′², c += c_r U′² − U″F, c₁ = b_r (U′²)′, f = U′F, f₁ = −b_r U′².
@@ -98,17 +116,7 @@ fn turning(drive: &DriveMode) -> (Option<f64>, f64) {
 pub fn of_shaft(scene: &elastic_shaft::Scene) -> PeriodicOscillator {
     let elastic_shaft::Parameters { m, inertia, c, b } = scene.parameters;
     let (law, load, process) = (scene.cam.clone(), scene.load.clone(), scene.load.process.clone());
-    // The pieces of cam and process together, and the segments of both in each.
-    let mut breakpoints = [law.breakpoints(), process.as_ref().map_or(&[], MotionLaw::breakpoints)].concat();
-    breakpoints.sort_by(f64::total_cmp);
-    breakpoints.dedup_by(|b, a| *b - *a <= SAME);
-    let segments: Vec<[usize; 2]> = search::segments(&breakpoints)
-        .into_iter()
-        .map(|[low, high]| {
-            let middle = (0.5 * (low + high)).rem_euclid(TAU);
-            [law.segment(middle, true), process.as_ref().map_or(0, |process| process.segment(middle, true))]
-        })
-        .collect();
+    let (breakpoints, segments) = joined(law.breakpoints(), process.as_ref());
     let resolution = |[own, of_process]: &[usize; 2]| {
         let process = process.as_ref().map_or(1.0, |process| process.resolution_in(*of_process));
         elastic_shaft::REACH / law.resolution_in(*own).max(process)
@@ -136,7 +144,7 @@ pub fn of_shaft(scene: &elastic_shaft::Scene) -> PeriodicOscillator {
         reach: Box::new(move |segment| reaches[segment]),
         cost,
         inertia_turns: true,
-        own: (!scene.load.is_none()).then_some([b, c]),
+        own: (!scene.load.is_none()).then(|| Box::new(move |_| [b, c]) as Angular),
         speed,
         start,
         coordinate: &unit::ANGLE,
@@ -149,7 +157,7 @@ pub fn of_shaft(scene: &elastic_shaft::Scene) -> PeriodicOscillator {
                 } else {
                     "The drive of the scene is not linear; this is its linearisation about q = 0."
                 };
-                let input = if input { "The input F is taken as 0." } else { "" };
+                let input = if input { INPUT } else { "" };
                 Some(format!("{linear} {input}").trim().to_owned())
             }
         },
@@ -170,27 +178,52 @@ fn pieces(coefficients: &Coefficients) -> Vec<(f64, f64)> {
 }
 
 /// m(φ) q̈ + b(φ) q̇ + c(φ) q = f(φ).
+///
+/// Under a load, F = F_L without an input where q = q̇ = 0: b += b_r, c += c_r, f += F; where q counts from the drive,
+/// f₁ = −b_r.
 pub fn of_coefficients(scene: &parametric::Scene) -> PeriodicOscillator {
     let coefficients = scene.law.coefficients();
-    let (least, cost) = (coefficients.least_reach(), coefficients.cost());
-    let (breakpoints, reaches) = pieces(&coefficients).into_iter().unzip::<f64, f64, Vec<f64>, Vec<f64>>();
+    let (load, process, relative) = (scene.load.clone(), scene.load.process.clone(), scene.law.is_relative());
+    let least = coefficients.least_reach();
+    let cost = coefficients.cost() + process.as_ref().map_or(0.0, MotionLaw::cost);
+    let (starts, reaches) = pieces(&coefficients).into_iter().unzip::<f64, f64, Vec<f64>, Vec<f64>>();
+    let (breakpoints, segments) = joined(&starts, process.as_ref());
+    let reach = |[own, of_process]: &[usize; 2]| {
+        let process =
+            process.as_ref().map_or(f64::INFINITY, |law| elastic_shaft::REACH / law.resolution_in(*of_process));
+        reaches.get(*own).copied().unwrap_or(least).min(process)
+    };
+    let reaches: Vec<f64> = segments.iter().map(reach).collect();
     let (speed, start) = turning(&scene.drive);
     let coordinate = scene.law.coordinate();
+    let own = coefficients.clone();
     PeriodicOscillator {
-        terms: Box::new(move |_, phi| {
+        terms: Box::new(move |segment, phi| {
             let values = coefficients.at(phi);
-            Terms { m: values.m[0], b: values.b[0], c: values.c[0], f: values.f[0], ..Terms::default() }
+            let terms = Terms { m: values.m[0], b: values.b[0], c: values.c[0], f: values.f[0], ..Terms::default() };
+            if load.is_none() {
+                return terms;
+            }
+            let process = load.process.as_ref().map(|law| law.at_in(segments[segment][1], phi).0[0]);
+            let (force, damping) = (load.force(terms.m, [0.0; 2], process, None), load.damping.unwrap_or(0.0));
+            let f1 = if relative { -damping } else { 0.0 };
+            Terms { b: terms.b + damping, c: terms.c + load.stiffness(), f: terms.f + force, f1, ..terms }
         }),
         breakpoints,
-        reach: Box::new(move |segment| reaches.get(segment).copied().unwrap_or(least)),
+        reach: Box::new(move |segment| reaches[segment]),
         cost,
         inertia_turns: false,
-        own: None,
+        own: (!scene.load.is_none()).then(|| {
+            Box::new(move |phi| {
+                let values = own.at(phi);
+                [values.b[0], values.c[0]]
+            }) as Angular
+        }),
         speed,
         start,
         coordinate: parametric::quantities(coordinate)[0],
         load: parametric::of_coefficients(coordinate)[3],
-        note: None,
+        note: scene.load.input.then(|| INPUT.to_owned()),
     }
 }
 

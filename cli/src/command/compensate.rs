@@ -2,10 +2,14 @@
 
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, driving, failure, files, read, show, width};
-use crate::scene;
-use camdrive::drives::rigid_machine::{Inertia, Motor};
+use super::{Failure, driving, failure, files, quantity, read, show, width};
+use crate::scene::{self, Resolved};
+use camdrive::drives::drive_train::{self, DriveTrain, Follower, Joint, Shaft};
+use camdrive::drives::rigid_machine::{self, Inertia, InertiaFunction, Motor, Scene};
+use camdrive::drives::shaft::motor::{Reference, Source};
+use camdrive::drives::{Drive as _, unit};
 use camdrive::motion::MotionLaw;
+use camdrive_design::compensation::loaded::Loaded;
 use camdrive_design::compensation::periodic_motion::Driving;
 use camdrive_design::compensation::report::{Options, Report, study};
 use camdrive_design::compensation::{Form, Restrictions, Task, Tool};
@@ -36,7 +40,7 @@ Examples:
   camdrive compensate examples/rapier_loom/scene.toml --period \"120 ms\" --report study/
   camdrive export compensated.toml")]
 pub struct Args {
-    /// Scene file (TOML) of a RigidMachine
+    /// Scene file (TOML) of a RigidMachine, or of a DriveTrain with rigid followers; their loads and their motor count
     scene: PathBuf,
     /// The scene with the compensated cams [default: NAME.compensated.toml]
     #[arg(short, long, value_name = "FILE")]
@@ -94,20 +98,80 @@ struct Machine {
     phi_start: f64,
 }
 
+/// The machine and the followers of a train, where the compensation knows them, and its motor as a RigidMachine has it.
+fn train(args: &Args, resolved: &Resolved) -> Result<(drive_train::Machine, Vec<Follower>, Motor), Failure> {
+    let drive_train::Scene { shaft, followers, .. } =
+        serde_json::from_value(resolved.scene.clone()).map_err(failure)?;
+    let refused = |why: &str, hint: &str| failure(format!("{}: {why}\n  = hint: {hint}", args.scene.display()));
+    let Shaft::Free(machine) = shaft else {
+        return Err(refused("the motion of the shaft is prescribed", "give [machine] and [motor] instead of [drive]"));
+    };
+    let elastic = followers.iter().position(|follower| follower.joint != Joint::Rigid);
+    let (source, coupling) = (&machine.motor.source, machine.motor.transmission.coupling);
+    let (position, varies) = match source {
+        Source::Servo(servo) => (servo.position.is_some(), !matches!(servo.reference, Reference::Constant(_))),
+        _ => (false, false),
+    };
+    for (wrong, why, hint) in [
+        (
+            elastic.is_some(),
+            "tools on elasticities or with clearance do not move as their cams say",
+            "leave out [follower.elasticity] and [follower.backlash]",
+        ),
+        (coupling.is_some(), "behind a coupling or a belt the rotor vibrates against the shaft", "leave it out"),
+        (position, "with a position loop the servo has two states, of which this knows one", "leave out K_v"),
+        (varies, "the speed that the servo keeps changes with time or is an input", "give w_ref a value"),
+        (
+            *source == Source::None,
+            "without a motor loads let the machine come to rest",
+            "add a [motor], or leave out the loads",
+        ),
+    ] {
+        if wrong {
+            return Err(refused(why, hint));
+        }
+    }
+    let motor = if let Source::Kloss(kloss) = source { Motor::Kloss(*kloss) } else { Motor::Input };
+    Ok((machine, followers, motor))
+}
+
 fn machine(args: &Args) -> Result<Machine, Failure> {
-    let place = args.scene.display();
-    let (resolved, scene) = driving::machine(&args.scene, "compensation")?;
-    let (load, period) = driving::load(&place.to_string(), &scene.motor, &args.load, args.period.as_ref())?;
-    let count = scene.followers.len();
+    let place = args.scene.display().to_string();
+    let mut resolved = read(&args.scene)?;
+    let mut loaded = None;
+    let (inertia, followers, motor, phi_start);
+    if resolved.model == DriveTrain::MODEL {
+        let (machine, all, kind) = train(args, &resolved)?;
+        (motor, phi_start, followers) =
+            (kind, machine.phi_start, all.iter().map(|follower| follower.rigid.clone()).collect());
+        let constant = machine.inertia.constant + machine.motor.stiff_rotor();
+        inertia = InertiaFunction { constant, ..machine.inertia.clone() };
+        loaded = Some((machine, all));
+    } else {
+        let scene: Scene;
+        (resolved, scene) = driving::machine(&args.scene, "compensation")?;
+        (inertia, followers, motor, phi_start) = (scene.inertia, scene.followers, scene.motor, scene.phi_start);
+    }
+    let own_torque = loaded.as_ref().is_some_and(|(machine, _)| machine.motor.source != Source::Input);
+    let (load, period) = match (motor, &args.period) {
+        (Motor::Input, None) if own_torque => (quantity("load", &args.load, &unit::TORQUE)?, None),
+        (Motor::Input, Some(_)) if own_torque => {
+            let hint =
+                "change its torque, its table or w_ref; with --period a motor of kind \"kloss\" gets another w_s";
+            return Err(failure(format!("--period: which motor yields it is not known\n  = hint: {hint}")));
+        }
+        _ => driving::load(&place, &motor, &args.load, args.period.as_ref())?,
+    };
+    let followers: Vec<rigid_machine::Follower> = followers;
+    let count = followers.len();
     if let Some(wrong) = args.keep.iter().find(|j| !(1..=count).contains(j)) {
         return Err(failure(format!("--keep: there is no follower {wrong}; the scene has {count}, counted from 1")));
     }
     if !(args.tolerance > 0.0 && args.tolerance < 1.0) {
         return Err(failure(format!("--tolerance: {} is not between 0 and 1", args.tolerance)));
     }
-    let phi_start = scene.phi_start;
     let (mut tools, mut kept, mut moved, mut turning) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for (j, follower) in scene.followers.into_iter().enumerate() {
+    for (j, follower) in followers.into_iter().enumerate() {
         if args.keep.contains(&(j + 1)) || !follower.has_cam() {
             kept.push(follower);
             continue;
@@ -123,11 +187,17 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
     let mut files = resolved.files;
     let restrictions =
         args.task.as_ref().map(|path| restrictions(path, &tools, args.tolerance, &mut files)).transpose()?;
+    let loaded = loaded.map(|(machine, followers)| {
+        let (tools, kept): (Vec<_>, Vec<_>) = followers.into_iter().enumerate().partition(|(j, _)| moved.contains(j));
+        let [kept, tools] = [kept, tools].map(|list| list.into_iter().map(|(_, follower)| follower).collect());
+        Loaded { machine, kept, tools }
+    });
     let task = Task {
-        own: Inertia::new(scene.inertia, kept),
+        own: Inertia::new(inertia, kept),
         tools,
-        driving: Driving { motor: scene.motor, load, period },
+        driving: Driving { motor, load, period },
         restrictions: restrictions.unwrap_or_default(),
+        loaded,
     };
     Ok(Machine { name: resolved.name, files, task, tools: moved, turning, phi_start })
 }

@@ -20,14 +20,8 @@ pub fn machine(path: &Path, purpose: &str) -> Result<(Resolved, Scene), Failure>
     let resolved = read(path)?;
     if resolved.model != "RigidMachine" {
         let (place, model) = (path.display(), resolved.model.split('.').next().unwrap_or_default());
-        let why = match model {
-            "DriveTrain" => {
-                "is a train (a RigidMachine with loads or with another motor is one, too), whose loads, springs and motors it does not know"
-            }
-            _ => "has a prescribed motion of the drive",
-        };
         return Err(failure(format!(
-            "{place}: `model` = \"{model}\" {why}; {purpose} is for the model RigidMachine\n  = hint: write a RigidMachine with the rigid followers, without their loads, with a motor of kind \"kloss\" or \"none\""
+            "{place}: `model` = \"{model}\" has a prescribed motion of the drive; {purpose} is for the models RigidMachine and DriveTrain\n  = hint: write a RigidMachine with the rigid followers, with a motor of kind \"kloss\" or \"none\""
         )));
     }
     let scene = serde_json::from_value(resolved.scene.clone()).map_err(failure)?;

@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn commented(scene: &str) -> String {
     let mut text =
         format!("# Scene by camdrive new. Plain numbers are SI, a text carries its unit.\n#:schema ./{SCHEMA}\n");
-    let mut table: &Table = &SCENE;
+    let mut table: &'static Table = &SCENE;
     let mut used: Vec<&str> = Vec::new();
     for line in scene.lines() {
         if let Some(header) = line.strip_prefix('[') {
@@ -76,7 +76,7 @@ fn inner(table: &'static Table, key: &str) -> &'static Table {
 }
 
 /// Keys of a table that may be added, with their defaults; laws have too many of them.
-fn left_out(table: &Table, used: &[&str]) -> String {
+fn left_out(table: &'static Table, used: &[&str]) -> String {
     let more = table.all().filter(|key| !used.contains(&key.key)).filter_map(|key| {
         let usual = match key.usual {
             Usual::Number(number) => number.to_string(),

@@ -100,13 +100,12 @@ pub enum Usual {
 
 impl Table {
     /// All keys, with those of the table behind it.
-    pub fn all(&self) -> impl Iterator<Item = &'static Key> {
-        let with: &'static [Key] = self.with.map_or(&[], |table| table.keys);
-        self.keys.iter().chain(with)
+    pub fn all(&'static self) -> impl Iterator<Item = &'static Key> {
+        std::iter::successors(Some(self), |table| table.with).flat_map(|table| table.keys)
     }
 
     /// The declaration of a key; the reader asks for declared ones only.
-    pub fn key(&self, key: &str) -> &'static Key {
+    pub fn key(&'static self, key: &str) -> &'static Key {
         self.all().find(|known| known.key == key).unwrap_or_else(|| panic!("{} has no key {key}", self.title))
     }
 }
@@ -242,8 +241,8 @@ tables! {
         "cam": value(Value::Table(&LAW)).required().of(&[ELASTIC, BACKLASH]);
         /// the cam as a body, for `camdrive cam`
         "geometry": value(Value::Table(&GEOMETRY)).of(&[ELASTIC, BACKLASH]);
-        /// what acts on the follower; f(φ) of a crank
-        "load": value(Value::Table(&LOAD)).and(Value::Table(&SERIES)).of(&[ELASTIC, BACKLASH, PARAMETRIC]);
+        /// what acts on the follower, of a ParametricDrive on the mass
+        "load": value(Value::Table(&LOAD)).and(Value::Table(&PARAMETRIC_LOAD)).of(&[ELASTIC, BACKLASH, PARAMETRIC]);
         /// what bears the loads, for `camdrive forces`
         "forces": value(Value::Table(&FORCES)).of(&[ELASTIC, BACKLASH]);
         /// the motion of the cam shaft
@@ -479,6 +478,16 @@ tables! {
         "input": value(Value::Flag);
         /// the same but `process` and `input` for the mass on the cam's side: m1 of a backlash, `m_roller` of an elasticity
         "roller": value(Value::Table(&ROLLER)).also(&["mass"]);
+    }
+
+    /// `[load]` of a ParametricDrive.
+    PARAMETRIC_LOAD "`[load]` of a ParametricDrive" with LOAD {
+        /// of a crank: the list [a₀, a₁, a₂ …] of f(φ), the torque on the driven side, positive in the sense of φ
+        "a": value(Value::Reals(Of::Own(0)));
+        /// of a crank: the list [b₁, b₂ …]
+        "b": value(Value::Reals(Of::Own(0)));
+        /// of a crank: by which all coefficients, then pure numbers, are multiplied; not 0
+        "scale": own(0, ANY);
     }
 
     /// `[load.roller]`.

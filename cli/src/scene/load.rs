@@ -29,6 +29,11 @@ pub struct Carrier<'a> {
 /// The loads on the tool and on the mass on the cam's side.
 pub fn read(parent: &Section<'_>, carrier: Carrier<'_>, folder: &Path) -> Option<[Load; 2]> {
     let Some(section) = parent.section(KEY)? else { return Some([Load::default(), Load::default()]) };
+    of(&section, carrier, folder)
+}
+
+/// Those of the table.
+pub fn of(section: &Section<'_>, carrier: Carrier<'_>, folder: &Path) -> Option<[Load; 2]> {
     if !carrier.roller {
         section.forbid(
             &["roller"],
@@ -41,9 +46,9 @@ pub fn read(parent: &Section<'_>, carrier: Carrier<'_>, folder: &Path) -> Option
         None => Some(Load::default()),
     });
     section.turning(carrier.turns);
-    let process = torque(&section, "process", folder);
+    let process = torque(section, "process", folder);
     let input = section.flag("input");
-    let tool = one(&section, carrier);
+    let tool = one(section, carrier);
     Some([Load { process: process?, input: input?, ..tool? }, roller?])
 }
 

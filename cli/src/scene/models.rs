@@ -29,7 +29,7 @@ pub const MODELS: &[(&str, Reader)] = &[
     ("ElasticCamDrive", elastic_cam_drive),
     ("BacklashDrive", backlash_drive),
     ("RigidMachine", rigid_machine),
-    ("ParametricDrive", |root, _| parametric::read(root)),
+    ("ParametricDrive", parametric::read),
     ("DriveTrain", |root, folder| resolved::<DriveTrain>(&train::read(root, folder)?)),
 ];
 

@@ -1,43 +1,69 @@
 //! The scene of a `ParametricDrive`: `[crank]` with `[load]`, or `[coefficients]`.
 
 use super::common::{self, Drive};
-use super::keys::SERIES;
+use super::keys::PARAMETRIC_LOAD;
+use super::load::{self, Carrier};
 use super::motion_law;
 use super::section::{Node, Section};
+use camdrive::drives::follower::load::Load;
 use camdrive::drives::parametric::coefficients::Stiffness;
 use camdrive::drives::parametric::crank::{ParallelCrank, SecondCrank};
 use camdrive::drives::parametric::law::{Coordinate, CrankLaw, Law, SeriesLaw};
 use camdrive::drives::parametric::{ParametricDrive, Scene};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::Fourier;
+use std::path::Path;
 use toml::de::DeValue;
 
 /// The model and its resolved scene as JSON.
-pub fn read(root: &Section<'_>) -> Option<Drive> {
-    let law = law(root);
+pub fn read(root: &Section<'_>, folder: &Path) -> Option<Drive> {
+    let section = root.section_of(load::KEY, &PARAMETRIC_LOAD);
+    let table = section.as_ref().and_then(Option::as_ref);
+    let law = law(root, table);
+    let load = match table {
+        Some(section) => loads(root, section, law.as_ref(), folder),
+        None => section.as_ref().map(|_| Load::default()),
+    };
     let coordinate = law.as_ref().map_or(Coordinate::Rotation, Law::coordinate);
     let drive = root.required_section("drive").and_then(|s| common::drive_mode(&s));
     let start = common::start(root, coordinate == Coordinate::Rotation);
     let solver = common::solver(root);
-    let scene = Scene { law: law?, drive: drive?, start: start?, solver: solver? };
+    let scene = Scene { law: law?, drive: drive?, load: load?, start: start?, solver: solver? };
     common::resolved::<ParametricDrive>(&scene)
 }
 
-fn law(root: &Section<'_>) -> Option<Law> {
+/// The loads on the mass.
+fn loads(root: &Section<'_>, section: &Section<'_>, law: Option<&Law>, folder: &Path) -> Option<Load> {
+    let coordinate = root.section("coefficients")?.and_then(|section| coordinate(&section));
+    if root.has("crank") {
+        let because = "the driven side turns on with the drive, which would wind up a spring to the ground";
+        section.forbid(&["spring"], because, "`crank.c_T1` and `crank.c_T2` for a spring between both sides");
+    }
+    if matches!(law, Some(Law::Series(series)) if series.m.order() > 0) {
+        let because = "m varies, so that the weight need not be m g";
+        section.forbid(&["gravity", "gravity_angle"], because, "`process` for the force of the weight");
+    }
+    let turns = coordinate != Some(Coordinate::Translation);
+    load::of(section, Carrier { turns, mechanisms: 0, follower: None, roller: false }, folder).map(|[load, _]| load)
+}
+
+fn law(root: &Section<'_>, load: Option<&Section<'_>>) -> Option<Law> {
     let (crank, series) = (root.section("crank"), root.section("coefficients"));
-    let load = root.section_of("load", &SERIES);
     match (crank?, series?) {
-        (Some(section), None) => crank_law(&section, load?).map(Law::Crank),
+        (Some(section), None) => crank_law(&section, load).map(Law::Crank),
         (None, Some(section)) => {
-            if root.has("load") {
-                let fault = root.fault_of("load", " has no meaning here: the coefficients have their own");
-                root.faults.report(fault.hint("write it as f in [coefficients]"));
+            if let Some(load) = load {
+                load.forbid(
+                    &["scale", "a"],
+                    "the coefficients have their own load",
+                    "f in [coefficients], or `process`",
+                );
             }
             series_law(&section).map(Law::Series)
         }
         (Some(crank), Some(series)) => {
             // What is wrong within them is told all the same.
-            let _ = (load.and_then(|load| crank_law(&crank, load)), series_law(&series));
+            let _ = (crank_law(&crank, load), series_law(&series));
             let fault = root.fault_of("coefficients", ": the crank has its own");
             root.refuse(fault.hint("give [crank] or [coefficients], not both"))
         }
@@ -52,15 +78,14 @@ fn law(root: &Section<'_>) -> Option<Law> {
     }
 }
 
-fn crank_law(section: &Section<'_>, load: Option<Section<'_>>) -> Option<CrankLaw> {
+fn crank_law(section: &Section<'_>, load: Option<&Section<'_>>) -> Option<CrankLaw> {
     // The damping ratio needs the stiffness.
     let law: Option<CrankLaw> = section.parameters(|parameter, _| (parameter.key == "b_T").then_some(Some(0.0)));
     let second = second_crank(section);
     let harmonics = if section.has("harmonics") { section.count("harmonics").map(Some) } else { Some(None) };
-    let load = match load {
-        Some(load) => series_of(&load, &unit::TORQUE).map(Some),
-        None => Some(None),
-    };
+    // What else is in the table is told with the loads.
+    let given = load.filter(|load| ["scale", "a", "b"].map(|key| load.has(key)).contains(&true));
+    let load = given.map_or(Some(None), |load| motion_law::fourier(load, &unit::TORQUE).map(Some));
     let damping = damping(section, "b_T", || {
         let CrankLaw { crank, inertia, .. } = law.as_ref()?;
         // The means of both, with the second crank.
@@ -92,8 +117,12 @@ fn second_crank(section: &Section<'_>) -> Option<SecondCrank> {
     section.real("angle").map(at)
 }
 
+fn coordinate(section: &Section<'_>) -> Option<Coordinate> {
+    section.choice("coordinate", COORDINATES)
+}
+
 fn series_law(section: &Section<'_>) -> Option<SeriesLaw> {
-    let coordinate = section.choice("coordinate", COORDINATES);
+    let coordinate = coordinate(section);
     section.turning(coordinate != Some(Coordinate::Translation));
     let [m, c] = ["m", "c"].map(|key| coefficient(section, key));
     let b = damping(section, "b", || Some((m.as_ref()?.a[0], c.as_ref()?.a[0])));

@@ -23,7 +23,7 @@ pub fn schema(kind: Kind) -> Json {
 }
 
 /// The tables that a model has, and those that it needs.
-fn of_model(table: &Table, model: &str) -> Json {
+fn of_model(table: &'static Table, model: &str) -> Json {
     let limited = || table.all().filter(|key| !key.models.is_empty());
     let foreign = limited().filter(|key| !key.models.contains(&model)).map(|key| (key.key.to_owned(), json!(false)));
     // A train has a machine or a drive.

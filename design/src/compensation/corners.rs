@@ -50,6 +50,53 @@ pub fn divided(knots: &[f64], parts: impl Fn(usize) -> usize) -> Vec<f64> {
     knots.windows(2).enumerate().flat_map(between).collect()
 }
 
+/// A turn of the wanted motion, from corner to corner.
+pub trait Turn: std::fmt::Debug + Send + Sync {
+    /// Ω (rad/s).
+    fn mean_speed(&self) -> f64;
+
+    /// ψ of the corners, from 0 to 2π.
+    fn angles(&self) -> &[f64];
+
+    /// Where the machine is at ψ, 0 ≤ ψ ≤ 2π, ω̇ behind (`forward`) a corner or before it.
+    fn instant(&self, psi: f64, forward: bool) -> Instant;
+
+    /// φ(ψ) (rad), 0 ≤ ψ ≤ 2π.
+    fn angle(&self, psi: f64) -> f64 {
+        self.instant(psi, true).angle
+    }
+
+    /// The turn in parts of at most `widest` (rad) that end at the corners; without 2π.
+    fn parts(&self, widest: f64) -> Vec<f64> {
+        let angles = self.angles();
+        divided(angles, |i| ((angles[i + 1] - angles[i]) / widest).ceil() as usize)
+    }
+
+    /// U_cam′ and U_cam″ on either side of ψ.
+    fn bend(&self, tool: &Tool, psi: f64) -> Bend {
+        let side = |forward: bool| {
+            // Before the beginning of the turn is the end of the last one.
+            let psi = if !forward && psi == 0.0 { TAU } else { psi };
+            let Instant { speed, change, .. } = self.instant(psi, forward);
+            let [_, u1, u2, ..] = tool.driven_beside(psi, forward);
+            let slope = u1 * self.mean_speed() / speed;
+            [slope, (u2 * self.mean_speed() * self.mean_speed() - slope * change) / (speed * speed)]
+        };
+        let ([slope, behind], [_, before]) = (side(true), side(false));
+        Bend { slope, before, behind }
+    }
+}
+
+/// The corners in their order from 0 to 2π, each once.
+pub fn merged(angles: &mut Vec<f64>) {
+    angles.extend([0.0, TAU]);
+    angles.sort_by(f64::total_cmp);
+    angles.dedup_by(|next, before| *next - *before < SAME);
+    if let Some(last) = angles.last_mut() {
+        *last = TAU;
+    }
+}
+
 /// The motion of a machine whose tools have such laws.
 #[derive(Clone, Debug)]
 pub struct Corners {
@@ -64,7 +111,7 @@ pub struct Corners {
     /// φ(ψ) as the mesh has it, which J depends on.
     near: Angle,
     /// ψ of the corners, from 0 to 2π.
-    pub angles: Vec<f64>,
+    angles: Vec<f64>,
     /// ψ and φ at the ends of the panels.
     panels: Vec<[f64; 2]>,
 }
@@ -80,12 +127,7 @@ impl Corners {
         };
         let sums: Vec<f64> = periodic.speed.iter().enumerate().map(sum).collect();
         let mut angles: Vec<f64> = task.tools.iter().flat_map(|tool| tool.motion.breakpoints()).copied().collect();
-        angles.extend([0.0, TAU]);
-        angles.sort_by(f64::total_cmp);
-        angles.dedup_by(|next, before| *next - *before < SAME);
-        if let Some(last) = angles.last_mut() {
-            *last = TAU;
-        }
+        merged(&mut angles);
         let mut corners = Corners {
             task: task.clone(),
             motor: periodic.motor,
@@ -107,11 +149,6 @@ impl Corners {
         corners
     }
 
-    /// The turn in parts of at most `widest` (rad) that end at the corners; without 2π.
-    pub fn parts(&self, widest: f64) -> Vec<f64> {
-        divided(&self.angles, |i| ((self.angles[i + 1] - self.angles[i]) / widest).ceil() as usize)
-    }
-
     /// ω(ψ) (rad/s).
     fn speed(&self, psi: f64) -> f64 {
         let (phi, omega) = (self.near.at(psi), self.mean_speed);
@@ -119,17 +156,25 @@ impl Corners {
         let square = (2.0 * self.sum.at(psi).0[0] - omega * omega * tools) / self.task.own.at(Place::at(phi), phi)[0];
         square.max(0.0).sqrt().copysign(omega)
     }
+}
 
-    /// φ(ψ) (rad), 0 ≤ ψ ≤ 2π.
-    pub fn angle(&self, psi: f64) -> f64 {
+impl Turn for Corners {
+    fn mean_speed(&self) -> f64 {
+        self.mean_speed
+    }
+
+    fn angles(&self) -> &[f64] {
+        &self.angles
+    }
+
+    fn angle(&self, psi: f64) -> f64 {
         let last = self.panels.partition_point(|[start, _]| *start <= psi).max(1) - 1;
         let [start, phi] = self.panels[last];
         let [more] = Gauss::with(8).integrate(psi - start, |s| [self.speed(start + s) / self.mean_speed]);
         phi + more
     }
 
-    /// Where the machine is at ψ, 0 ≤ ψ ≤ 2π, ω̇ behind (`forward`) a corner or before it.
-    pub fn instant(&self, psi: f64, forward: bool) -> Instant {
+    fn instant(&self, psi: f64, forward: bool) -> Instant {
         let (angle, w, omega) = (self.angle(psi), self.speed(psi), self.mean_speed);
         let [j, slope, ..] = self.task.own.at(Place::at(angle), angle);
         let torque =
@@ -137,19 +182,5 @@ impl Corners {
         let tools: f64 = self.task.tools.iter().map(|tool| tool.inertia_beside(psi, forward)[1]).sum();
         let change = (torque - self.task.driving.load - 0.5 * slope * w * w - 0.5 * omega.powi(3) * tools / w) / j;
         Instant { angle, speed: w, change, phase: psi }
-    }
-
-    /// U_cam′ and U_cam″ on either side of ψ.
-    pub fn bend(&self, tool: &Tool, psi: f64) -> Bend {
-        let side = |forward: bool| {
-            // Before the beginning of the turn is the end of the last one.
-            let psi = if !forward && psi == 0.0 { TAU } else { psi };
-            let Instant { speed, change, .. } = self.instant(psi, forward);
-            let [_, u1, u2, ..] = tool.driven_beside(psi, forward);
-            let slope = u1 * self.mean_speed / speed;
-            [slope, (u2 * self.mean_speed * self.mean_speed - slope * change) / (speed * speed)]
-        };
-        let ([slope, behind], [_, before]) = (side(true), side(false));
-        Bend { slope, before, behind }
     }
 }

@@ -6,8 +6,9 @@
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 3, steps 1 to 8, and its
 //! tables. (6) there holds with φ̇₀ = 2π/T, T the period that belongs to the motion.
 
-use super::corners::Instant;
+use super::corners::{Instant, Turn as _};
 use super::laws::places;
+use super::loaded::Course;
 use super::periodic_motion::{self, Driving, Inertia, PeriodicMotion};
 use super::restrictions::Kept;
 use super::spectral::{Mesh, amplitude, largest, largest_between, mean};
@@ -89,6 +90,8 @@ pub struct Machine<'a> {
     angles: Vec<f64>,
     /// dφ/dχ there.
     rate: Vec<f64>,
+    /// ω̇ there (rad/s²), where loads make it.
+    changes: Option<Vec<f64>>,
     task: &'a Task,
 }
 
@@ -100,7 +103,7 @@ impl<'a> Machine<'a> {
     pub fn new(task: &'a Task, order: usize) -> Self {
         let mesh = Mesh::new(order);
         let angles = (0..mesh.len()).map(|i| mesh.point(i)).collect();
-        Machine { rate: vec![1.0; mesh.len()], angles, mesh, task }
+        Machine { rate: vec![1.0; mesh.len()], angles, changes: None, mesh, task }
     }
 
     /// The machine on a mesh of this order in the phase of time of a design.
@@ -109,7 +112,18 @@ impl<'a> Machine<'a> {
         let at = |i: usize| mesh.point(i);
         let angles = (0..mesh.len()).map(|i| angle.at(at(i)).clamp(0.0, TAU)).collect();
         let rate = (0..mesh.len()).map(|i| design.speed.at(at(i)).0[0] / design.mean_speed()).collect();
-        Machine { angles, rate, mesh, task }
+        Machine { angles, rate, changes: None, mesh, task }
+    }
+
+    /// The machine on a mesh of this order in the phase of time of its own motion, and that motion.
+    pub fn on(task: &'a Task, order: usize, course: &Course) -> (Self, PeriodicMotion) {
+        let mesh = Mesh::new(order);
+        let instants: Vec<Instant> = (0..mesh.len()).map(|i| course.instant(mesh.point(i), true)).collect();
+        let angles = instants.iter().map(|at| at.angle).collect();
+        let rate = instants.iter().map(|at| at.speed / course.mean_speed()).collect();
+        let changes = Some(instants.iter().map(|at| at.change).collect());
+        let periodic = course.periodic(&mesh, task.driving.motor);
+        (Machine { angles, rate, changes, mesh, task }, periodic)
     }
 
     /// The cam with which a tool moves as U(ψ) where the phases and their derivatives are ψ, ψ′ and ψ″.
@@ -157,6 +171,9 @@ impl<'a> Machine<'a> {
 
     /// ω̇ (rad/s²) at the points, J ω̇ = M − τ − ½ J′ ω².
     fn changes(&self, periodic: &PeriodicMotion, cams: &[Cam]) -> Vec<f64> {
+        if let Some(changes) = &self.changes {
+            return changes.clone();
+        }
         let at = |(i, (w, torque)): (usize, (&f64, &f64))| {
             let [j, slope] = self.inertia(cams, i);
             (torque - self.task.driving.load - 0.5 * slope * w * w) / j

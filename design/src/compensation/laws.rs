@@ -7,7 +7,7 @@
 //! ÿ = f(U(φ))¨, U̇ = U′ω, Ü = U″ω² + U′ω̇ against y = f(U(ψ)): both sides in closed form, the maximum found between the
 //! places at which they are compared.
 
-use super::corners::{Corners, Instant, divided};
+use super::corners::{Instant, Turn, divided};
 use super::spectral::{Mesh, amplitude, largest, largest_between};
 use super::{Angle, Solution, Tool};
 use camdrive::drives::Fault;
@@ -155,7 +155,7 @@ impl Wanted<'_> {
 
     /// The table with points where the tolerance needs them; the least error where they are too many.
     fn table(&self, tool: &Tool) -> Result<Law, f64> {
-        let corners = self.solution.corners.as_ref();
+        let corners = self.solution.corners.as_deref();
         let omega = self.solution.mean_speed();
         let peak = tool.acceleration(omega)[1];
         let order = tool.motion.series().map_or(0, Fourier::order).max(tool.wanted.order()).max(4);
@@ -171,7 +171,7 @@ impl Wanted<'_> {
                 angles: open.iter().map(angle).collect(),
                 lifts: open.iter().map(|psi| tool.driven(*psi)[0]).collect(),
             };
-            let bent = |corners: &Corners| open.iter().map(|psi| corners.bend(tool, *psi)).collect();
+            let bent = |corners: &dyn Turn| open.iter().map(|psi| corners.bend(tool, *psi)).collect();
             let table = match corners {
                 Some(corners) => Table::bent(points, bent(corners)),
                 None => Table::new(points),
@@ -223,7 +223,7 @@ impl Solution {
         let wanted = Wanted { solution: self, angle: self.angle(), fastest, tolerance };
         let form = match (&self.corners, form) {
             (Some(_), Form::Series) => {
-                let what = "motions that cycles, plans or tables prescribe leave corners in the laws of all cams, which no series has";
+                let what = "motions that cycles, plans or tables prescribe, and loads and motors that do not change smoothly, leave corners in the laws of all cams, which no series has";
                 return Err(Fault::new(format!("{what}; choose --laws table")));
             }
             (Some(_), _) => Form::Table,

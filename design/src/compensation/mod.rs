@@ -16,7 +16,7 @@
 //!
 //! The cams' laws are Fourier series in φ, as long as the wanted accuracy demands, or tables where that is too long (`laws`).
 //! Where the motions are no series (cycles, plans, tables) all cams are tables that end their pieces at the corners
-//! (`corners`).
+//! (`corners`). Loads, and motors other than those, have the motion over time by shooting ([`loaded`]).
 //!
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 3; factor and bound are
 //! derived here.
@@ -25,6 +25,7 @@ mod corners;
 mod figures;
 pub mod iteration;
 mod laws;
+pub mod loaded;
 pub mod periodic_motion;
 pub mod report;
 pub mod restrictions;
@@ -42,10 +43,12 @@ use crate::{Progress, work};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::{self, Kloss, Motor, Place};
 use camdrive::motion::Fourier;
-use corners::Corners;
+use corners::{Corners, Turn};
+use loaded::Loaded;
 use periodic_motion::{Driving, Inertia, PeriodicMotion};
 use spectral::{Mesh, largest, mean, tail};
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// The coarsest and the finest mesh, by its order. A machine near the bound of feasibility, which almost comes to rest,
 /// needs more; its solution then says how far it is resolved.
@@ -60,6 +63,10 @@ const COARSE: usize = 96;
 
 /// The motion is resolved when its last harmonics are below this part of the largest: roundings of a Newton step.
 const RESOLVED: f64 = 1e-14;
+
+/// A motion whose last harmonics are above this part of the largest has corners, as a table of torques and the limit of a servo
+/// make them.
+const SMOOTH: f64 = 1e-10;
 
 /// The share of the tools' inertia grows by this much at first where Newton's method needs to be led to the solution, and
 /// by this much at least.
@@ -79,6 +86,9 @@ pub struct Task {
     pub driving: Driving,
     /// Restrictions of the tools.
     pub restrictions: Restrictions,
+    /// The machine under its loads and with its motor, where these are others than those of `driving`, which then has the period
+    /// and the constant load.
+    pub loaded: Option<Loaded>,
 }
 
 /// The solution.
@@ -93,7 +103,9 @@ pub struct Solution {
     /// ρ, the factor by which an iteration of the source reduces the error.
     pub factor: f64,
     /// The motion from corner to corner, where laws have some.
-    corners: Option<Corners>,
+    corners: Option<Arc<dyn Turn>>,
+    /// A machine under loads, with ω and the motor's state at ψ = 0, and Ω.
+    loaded: Option<(Loaded, [f64; 3])>,
 }
 
 /// The tools' inertia in the phase of time, and the rest in the angle.
@@ -140,9 +152,10 @@ impl Task {
         }
     }
 
-    /// Whether a law of a tool is no series.
+    /// Whether a law of a tool is no series, or one of a load has breakpoints.
     fn has_corners(&self) -> bool {
-        self.tools.iter().any(|tool| tool.motion.series().is_none())
+        self.loaded.as_ref().is_some_and(Loaded::has_corners)
+            || self.tools.iter().any(|tool| tool.motion.series().is_none())
     }
 
     /// The order of the coarsest mesh for the motion: six points for each harmonic of the tools, of many harmonics two, as
@@ -223,19 +236,29 @@ impl Task {
         if self.is_free() && self.own.function.constant <= self.least_inertia_without_motor() {
             return Err(self.refusal(1.0));
         }
-        if self.has_corners() {
+        let Driving { load, period, motor } = self.driving;
+        let course = self.loaded.as_ref().map(|loaded| loaded.motion(load, period, None)).transpose()?;
+        if self.has_corners() && course.is_none() {
             self.solve_on(&self.rough_mesh(), progress).map_err(|share| self.refusal(share))?;
         }
         let mut order = self.coarsest();
         loop {
             let mesh = Mesh::new(order);
-            let periodic = self.solve_on(&mesh, progress).map_err(|share| self.refusal(share))?;
+            let periodic = match &course {
+                Some(course) => course.periodic(&mesh, motor),
+                None => self.solve_on(&mesh, progress).map_err(|share| self.refusal(share))?,
+            };
             let speed = mesh.series(&periodic.speed);
             let resolution = tail(&speed);
             if resolution <= RESOLVED || 2 * order > self.finest() {
                 let factor = self.factor(&periodic, &speed);
-                let corners = self.has_corners().then(|| Corners::new(self, &mesh, &periodic, &speed));
-                return Ok(Solution { periodic, speed, resolution, factor, corners });
+                let loaded = course.as_ref().map(|course| (course.machine.clone(), course.start));
+                let corners: Option<Arc<dyn Turn>> = match course {
+                    Some(course) if self.has_corners() || resolution > SMOOTH => Some(Arc::new(course)),
+                    None if self.has_corners() => Some(Arc::new(Corners::new(self, &mesh, &periodic, &speed))),
+                    _ => None,
+                };
+                return Ok(Solution { periodic, speed, resolution, factor, corners, loaded });
             }
             order *= 2;
         }

@@ -1,6 +1,7 @@
 //! The result of a compensation, as tables and diagrams.
 
 use super::iteration::{Cam, Machine, Quality, Round, rounds};
+use super::loaded::Loaded;
 use super::periodic_motion::Driving;
 use super::restrictions::{Kept, Restrictions};
 use super::{Form, Law, Solution, Task, Tool};
@@ -130,7 +131,7 @@ fn looked_at(scene: &str, task: &Task, options: Options, progress: &dyn Fn(Progr
         finish(task, &solution, &driving, options).map_err(|fault| beside_least_inertia(task, fault))?;
     stage("other speeds");
     let wanted: Vec<Fourier> = task.tools.iter().map(|tool| tool.wanted.clone()).collect();
-    let other_speeds = OTHER_SPEEDS.map(|part| {
+    let other_speeds = OTHER_SPEEDS.iter().filter(|_| task.loaded.is_none()).map(|&part| {
         let mut driving = driving;
         match &mut driving.motor {
             Motor::Kloss(Kloss { synchronous_speed, .. }) => *synchronous_speed *= part,
@@ -149,7 +150,14 @@ fn looked_at(scene: &str, task: &Task, options: Options, progress: &dyn Fn(Progr
         least_inertia_without_motor: (!task.own.varies()).then(|| task.least_inertia_without_motor()),
         factor: solution.factor,
         resolution: solution.resolution,
-        rounds: rounds(task, ORDER.max(solution.speed.order()), options.rounds),
+        rounds: match &solution.loaded {
+            None => rounds(task, ORDER.max(solution.speed.order()), options.rounds),
+            // That with cams for uniform speed.
+            Some(found) => {
+                let laws: Vec<&MotionLaw> = task.tools.iter().map(|tool| &tool.motion).collect();
+                on_loaded(task, found, &laws, solution.speed.order()).map(|(.., round)| round).into_iter().collect()
+            }
+        },
         cams: laws.iter().zip(&round.tools).map(cut).collect(),
         finished: round,
         other_motion: other_motion(task, &laws, &driving, solution.periodic.period())?,
@@ -157,7 +165,7 @@ fn looked_at(scene: &str, task: &Task, options: Options, progress: &dyn Fn(Progr
             .flat_map(|(tool, law)| transmission::of(tool.number, &tool.with_law(&law.law)))
             .collect(),
         numbers: task.tools.iter().map(|tool| tool.number).collect(),
-        other_speeds: other_speeds.into(),
+        other_speeds: other_speeds.collect(),
         prescribed: task.restrictions.kept(&wanted),
         wanted,
         restrictions: task.restrictions.clone(),
@@ -191,6 +199,13 @@ struct Finished<'a> {
 fn finish<'a>(task: &'a Task, solution: &Solution, driving: &Driving, options: Options) -> Result<Finished<'a>, Fault> {
     let with = |share: f64| -> Result<Finished<'a>, Fault> {
         let laws = solution.laws(&task.tools, share * options.tolerance, options.form)?;
+        if let Some(found) = &solution.loaded {
+            let of_laws: Vec<&MotionLaw> = laws.iter().map(|law| &law.law).collect();
+            let (machine, cams, mut round) = on_loaded(task, found, &of_laws, solution.speed.order())?;
+            let tools = round.tools.iter_mut().zip(&laws);
+            tools.for_each(|(quality, law)| quality.deviation = quality.deviation.max(law.truncation));
+            return Ok(Finished { laws, machine, cams, round });
+        }
         let machine = Machine::along(task, ORDER.max(2 * task.order()).max(solution.speed.order()), solution);
         let cams: Vec<Cam> = pairs(task, &laws).map(|(tool, law)| machine.cam_of_law(tool, &law.law)).collect();
         let periodic = machine.periodic_motion(&cams, driving).ok_or_else(|| {
@@ -218,10 +233,28 @@ fn finish<'a>(task: &'a Task, solution: &Solution, driving: &Driving, options: O
     Ok(best)
 }
 
+/// The machine under loads with these laws of its cams, near the motion that was found.
+fn on_loaded<'a>(
+    task: &'a Task,
+    (loaded, near): &(Loaded, [f64; 3]),
+    laws: &[&MotionLaw],
+    order: usize,
+) -> Result<(Machine<'a>, Vec<Cam>, Round), Fault> {
+    let mut finished = loaded.clone();
+    finished.kept.append(&mut finished.tools);
+    let first = finished.kept.len() - laws.len();
+    finished.kept[first..].iter_mut().zip(laws).for_each(|(tool, law)| tool.rigid.cam = (*law).clone());
+    let course = finished.motion(task.driving.load, None, Some(*near))?;
+    let (machine, periodic) = Machine::on(task, ORDER.max(2 * task.order()).max(order), &course);
+    let cams: Vec<Cam> = task.tools.iter().zip(laws).map(|(tool, law)| machine.cam_of_law(tool, law)).collect();
+    let round = machine.judge(&periodic, &cams);
+    Ok((machine, cams, round))
+}
+
 /// A motor that starts the finished machine leads it to its fastest stable motion: the period of that, where it is not the
 /// compensated one.
 fn other_motion(task: &Task, laws: &[Law], driving: &Driving, period: f64) -> Result<Option<f64>, Fault> {
-    if !matches!(driving.motor, Motor::Kloss(_)) {
+    if !matches!(driving.motor, Motor::Kloss(_)) || task.loaded.is_some() {
         return Ok(None);
     }
     let tools = pairs(task, laws).map(|(tool, law)| tool.with_law(&law.law));

@@ -1,5 +1,7 @@
 //! The loom of the source's kind, with numbers computed independently to 50 digits.
 
+mod loaded;
+
 use super::iteration::{Cam, Machine, Round, rounds};
 use super::*;
 use crate::synthesis::clearance::Clearance;
@@ -34,6 +36,7 @@ fn loom(constant: f64) -> Task {
         tools: vec![direct(1, 1.6, gripper), direct(2, 60.0, sley)],
         driving: Driving { motor, load: 0.0, period: None },
         restrictions: Restrictions::default(),
+        loaded: None,
     }
 }
 

@@ -132,8 +132,9 @@ impl<'a> Turn<'a> {
     /// q and M/c₀ at the angle `tau` after the start, of the trajectory that has been followed to there.
     fn at(&self, trajectory: &Trajectory, tau: f64) -> [f64; 2] {
         let [q, slope] = trajectory.at(&self.map, tau);
-        let t = self.system.at((self.system.start() + tau).rem_euclid(TAU));
-        let ([b, c], inverse) = (self.system.own().unwrap_or([t.b, t.c]), 1.0 / self.eta);
+        let phi = (self.system.start() + tau).rem_euclid(TAU);
+        let t = self.system.at(phi);
+        let ([b, c], inverse) = (self.system.own(phi).unwrap_or([t.b, t.c]), 1.0 / self.eta);
         let damping = self.system.damping(b, inverse, 2.0 * self.theta * inverse);
         [q, c * q + self.eta * self.eta * damping * slope]
     }

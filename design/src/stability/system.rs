@@ -253,9 +253,14 @@ impl<'a> System<'a> {
         }
     }
 
-    /// What c₀ and b₀ times d/λ make of q and q′ in the load of the drive's own spring and damper, where others act beside them.
-    pub fn own(&self) -> Option<[f64; 2]> {
-        self.oscillator.own.map(|[b, c]| [if b == 0.0 { 0.0 } else { b / self.mean.b }, c / self.mean.c])
+    /// What c₀ and b₀ times d/λ make of q and q′ in the load of the drive's own spring and damper at φ, where others act beside
+    /// them.
+    pub fn own(&self, phi: f64) -> Option<[f64; 2]> {
+        self.oscillator
+            .own
+            .as_ref()
+            .map(|own| own(phi))
+            .map(|[b, c]| [if b == 0.0 { 0.0 } else { b / self.mean.b }, c / self.mean.c])
     }
 
     /// The damping term of q′ where b̂ is `b`, at η = 1/`inverse`.

@@ -4,6 +4,7 @@ use crate::resource::Resource;
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::elastic_output::{self, ElasticOutput};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft, Parameters};
+use camdrive::drives::follower::load::Load;
 use camdrive::drives::parametric::{self, ParametricDrive, law::Law};
 use camdrive::drives::rigid_machine::{self, Inertia, Motor, Place, RigidMachine};
 use camdrive::drives::{Drive as _, Fault};
@@ -90,8 +91,13 @@ pub fn of(resource: &Resource) -> Result<Option<(&'static str, &'static str, For
         ParametricDrive::MODEL => {
             let scene: parametric::Scene = resource.read()?;
             let outputs = "phi w psi der(psi) der(psi,2) q der(q) tau tau_parametric stiffness";
-            let rigid = matches!(scene.law, Law::Crank(_)).then(|| crank(&scene.law));
-            rigid.and_then(|rigid| of("the elasticity", "rigid: ψ = φ, tau = J α − f", outputs, rigid))
+            let instead = if scene.load.is_none() {
+                "rigid: ψ = φ, tau = J α − f"
+            } else {
+                "rigid: ψ = φ, tau = J α − f − F_L"
+            };
+            let rigid = matches!(scene.law, Law::Crank(_)).then(|| crank(&scene.law, scene.load.clone()));
+            rigid.and_then(|rigid| of("the elasticity", instead, outputs, rigid))
         }
         RigidMachine::MODEL => {
             let scene: rigid_machine::Scene = resource.read()?;
@@ -144,12 +150,14 @@ fn backlash(scene: backlash::Scene) -> Evaluation {
     })
 }
 
-/// ψ = φ, while tau = J α − f stays, as for c_T → ∞ in the equation of motion.
-fn crank(law: &Law) -> Evaluation {
+/// ψ = φ, while tau = J α − f − F_L stays, as for c_T → ∞ in the equation of motion; F_L without an input.
+fn crank(law: &Law, load: Load) -> Evaluation {
     let coefficients = law.coefficients();
     Box::new(move |&Shaft { phi, w, a }, out| {
         let values = coefficients.at(reduced(phi));
-        out.extend([phi, w, phi, w, a, 0.0, 0.0, values.m[0] * a - values.f[0], 0.0, values.c[0]]);
+        let process = load.process.as_ref().map(|process| process.at(reduced(phi)).0[0]);
+        let tau = values.m[0] * a - values.f[0] - load.force(values.m[0], [phi, w], process, None);
+        out.extend([phi, w, phi, w, a, 0.0, 0.0, tau, 0.0, values.c[0]]);
     })
 }
 

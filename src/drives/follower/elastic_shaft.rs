@@ -95,8 +95,12 @@ impl Equation for Twist {
         }
     }
 
-    fn has_input(&self) -> bool {
-        self.load.as_ref().is_some_and(|load| load.input)
+    fn load(&self) -> &Option<Arc<Load>> {
+        &self.load
+    }
+
+    fn load_mut(&mut self) -> &mut Option<Arc<Load>> {
+        &mut self.load
     }
 
     fn breakpoints<'a>(&'a self, law: &'a MotionLaw) -> [&'a [f64]; 2] {
@@ -306,11 +310,6 @@ fn harmonics(series: &Fourier) -> impl Iterator<Item = usize> {
 }
 
 impl Twist {
-    /// P(φ).
-    fn process(&self) -> Option<&MotionLaw> {
-        self.load.as_ref()?.process.as_ref()
-    }
-
     /// F_L (N) where the follower is at `y` with this speed.
     fn force<S: Scalar>(&self, load: &Load, cam: &Cam, f: &Flow<S>, y: [S; 2]) -> S {
         let process = load.process.is_some().then(|| f.phi.compose(cam.1));

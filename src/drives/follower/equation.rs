@@ -2,12 +2,14 @@
 
 use crate::drives::Fault;
 use crate::drives::follower::flow::Flow;
-use crate::motion::turn;
+use crate::drives::follower::load::Load;
+use crate::motion::{MotionLaw, turn};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use crate::numerics::taylor::Scalar;
 use serde::{Serialize, de::DeserializeOwned};
 use std::fmt::Debug;
+use std::sync::Arc;
 
 /// q̈ = f(φ, ω, α, q, q̇) of one oscillator on a shaft whose motion φ(t) is given. Its coefficients follow from a law over an
 /// angle.
@@ -49,9 +51,20 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
     /// The names of its quantities in messages.
     fn words(&self) -> Words;
 
+    /// The loads on the mass.
+    fn load(&self) -> &Option<Arc<Load>>;
+
+    /// The same, to change them.
+    fn load_mut(&mut self) -> &mut Option<Arc<Load>>;
+
+    /// The process force P(φ) among them.
+    fn process(&self) -> Option<&MotionLaw> {
+        self.load().as_ref()?.process.as_ref()
+    }
+
     /// Whether a force acts that depends on time, an input.
     fn has_input(&self) -> bool {
-        false
+        self.load().as_ref().is_some_and(|load| load.input)
     }
 
     /// The angles in [0, 2π), ascending, at which a derivative of a coefficient jumps: of the law, and of what depends on the

@@ -450,8 +450,13 @@ fn parametric(crank: bool) -> Rows {
         let course = Course::new(r, number % 3, [phi, w], span);
         let kind = KINDS[number % 3];
         let size = r.scale(1e-6, 0.1);
-        let scene =
-            Scene { law, drive: mode(&course, w, phi), start: start(r, size, frequency), solver: settings(FINEST) };
+        let scene = Scene {
+            law,
+            drive: mode(&course, w, phi),
+            load: Default::default(),
+            start: start(r, size, frequency),
+            solver: settings(FINEST),
+        };
         let turned = if crank { 0.0 } else { TURNED };
         let same = Scene { law: same, drive: mode(&course, w, phi + turned), ..scene.clone() };
         let kick = |drive: &mut ParametricDrive, [phi, w]: [f64; 2], _: [f64; 3], _: f64| {

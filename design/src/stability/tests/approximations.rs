@@ -16,7 +16,7 @@ fn rods(second: SecondCrank) -> Scene {
     let law = CrankLaw { crank, inertia: 900.0, ..CrankLaw::default() };
     let (drive, start) =
         (DriveMode::Constant { w: 24.0, phi_start: 0.0 }, Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 });
-    Scene { law: Law::Crank(law), drive, start, solver: Default::default() }
+    Scene { law: Law::Crank(law), drive, load: Default::default(), start, solver: Default::default() }
 }
 
 #[test]

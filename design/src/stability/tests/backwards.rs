@@ -34,6 +34,7 @@ impl Coefficients {
         let Coefficients { m, b, c, f } = self;
         let [m, b, c, f] = [m, b, c, f].map(Fourier::clone);
         let scene = parametric::Scene {
+            load: Default::default(),
             law: Law::Series(SeriesLaw { coordinate: Coordinate::Translation, m, b, c, f: Some(f) }),
             drive: DriveMode::Constant { w, phi_start: 0.4 * w.signum() },
             start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },

@@ -1,4 +1,4 @@
-//! Loads on an elastic shaft: stiffness, damping and torque that vary with the angle.
+//! Loads on an elastic shaft, where stiffness, damping and torque vary with the angle, and on a parametric drive.
 
 use super::super::{Report, study_scene};
 use super::backwards::{assert_same, quick};
@@ -6,11 +6,13 @@ use crate::resource::Resource;
 use camdrive::drives::Drive;
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
 use camdrive::drives::follower::load::{Load, Spring};
-use camdrive::drives::parametric::law::{Coordinate, Law, SeriesLaw};
+use camdrive::drives::parametric::crank::{ParallelCrank, SecondCrank};
+use camdrive::drives::parametric::law::{Coordinate, CrankLaw, Law, SeriesLaw};
 use camdrive::drives::parametric::{self, ParametricDrive};
 use camdrive::drives::settings::Settings;
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
-use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
+use camdrive::motion::table::Points;
+use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, Polyline, StandardLaw};
 use std::f64::consts::TAU;
 
 const AT_REST: Start = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
@@ -43,7 +45,8 @@ fn a_static_load_excites_parametrically() {
         let [m, b, c] = [series(&[inertia], &[]), series(&[b], &[]), series(&[c, r * force], &[])];
         let f = Some(series(&[], &[-r * force]));
         let law = Law::Series(SeriesLaw { coordinate: Coordinate::Rotation, m, b, c, f });
-        let same = parametric::Scene { law, drive, start: AT_REST, solver: Settings::default() };
+        let (load, solver) = (Load::default(), Settings::default());
+        let same = parametric::Scene { law, drive, load, start: AT_REST, solver };
         let [loaded, same] = [report::<ElasticShaft>(&loaded), report::<ParametricDrive>(&same)];
         assert_eq!(w.abs() == 30.2, loaded.speeds[0].radius > 1.0, "{w}: {:?}", loaded.speeds[0]);
         // The torque on the shaft is that of its own spring.
@@ -102,6 +105,55 @@ fn the_study_of_a_loaded_shaft_is_that_of_its_motion() {
             let time = ((phi - 0.4) / w).rem_euclid(turn);
             let [_, _, tau] = moved(StartMode::SteadyState, [0.0; 2], time);
             assert!((torque + tau).abs() < 1e-6, "{w} at {phi}: {torque} {tau}");
+        }
+    }
+}
+
+/// Loads on a parametric drive are coefficients, but for the force on its own spring; a crank turns against its damper.
+#[test]
+fn the_study_of_a_loaded_parametric_drive_is_that_of_its_coefficients() {
+    let [m, f] = [series(&[2.0, 0.3], &[0.2]), series(&[1.0, 0.0, 3.0], &[2.0])];
+    let process = series(&[0.0, 5.0], &[0.0, -2.0]);
+    let spring = Some(Spring { preload: 4.0, c: 15.0, at: 0.3 });
+    let process_law = Some(MotionLaw::Fourier(process));
+    let load = Load { constant: Some(7.0), spring, damping: Some(0.4), process: process_law, ..Load::default() };
+    let scene = |b: f64, c: f64, f: Fourier, load: Load| {
+        let (b, c) = (series(&[b, 0.05], &[]), series(&[c, 5.0, 0.0, 8.0], &[]));
+        let law = Law::Series(SeriesLaw { coordinate: Coordinate::Rotation, m: m.clone(), b, c, f: Some(f) });
+        let drive = DriveMode::Constant { w: 5.0, phi_start: 0.0 };
+        report::<ParametricDrive>(&parametric::Scene { law, drive, load, start: AT_REST, solver: Settings::default() })
+    };
+    let loaded = scene(0.3, 40.0, f.clone(), load);
+    let force = series(&[f.a[0] + 7.0 - 4.0 + 15.0 * 0.3, 5.0, 3.0], &[2.0, -2.0]);
+    let same = scene(0.7, 55.0, force, Load::default());
+    assert!(loaded.courses[0].iter().zip(&same.courses[0]).any(|(a, b)| (a[1] - b[1]).abs() > 0.1));
+    let without = |report: Report| Report { courses: Vec::new(), ..report };
+    assert_same(&without(loaded), &without(same), 1.0);
+}
+
+/// The force over the turn is that of the drive in motion, on a crank against a damper and a force with steps.
+#[test]
+fn the_force_on_the_shafts_of_a_loaded_crank_is_that_of_its_motion() {
+    let points = Points { angles: vec![0.5, 2.0, 2.0, 4.0], lifts: vec![0.0, 2e3, -3e3, 1e3] };
+    let process = Some(MotionLaw::Polyline(Polyline::new(points).unwrap()));
+    let load = Load { constant: Some(-800.0), damping: Some(90.0), process, ..Load::default() };
+    let crank = ParallelCrank { c_t1: 3.0e6, c_t2: 6.0e6, c_ab: 5e7, r: 0.3, second: SecondCrank::None };
+    let law = Law::Crank(CrankLaw { crank, inertia: 300.0, damping: 2000.0, load: None, harmonics: None });
+    for w in [23.0, -23.0] {
+        let drive = DriveMode::Constant { w, phi_start: 0.4 };
+        let (load, start) = (load.clone(), Start { mode: StartMode::SteadyState, ..AT_REST });
+        let scene = parametric::Scene { law: law.clone(), drive, load, start, solver: Settings::default() };
+        let report = report::<ParametricDrive>(&scene);
+        for [phi, torque, _] in report.courses[0].iter().step_by(37) {
+            let time = ((phi - 0.4) / w).rem_euclid(TAU / w.abs());
+            let mut drive = ParametricDrive::new(scene.clone()).unwrap();
+            drive.start(0.0).unwrap();
+            drive.advance(0.0, time).unwrap();
+            let list = drive.variables();
+            let mut values = list.places();
+            drive.evaluate(&mut values);
+            let tau = values[list.0[list.reference("tau").unwrap()].index];
+            assert!((torque + tau).abs() < 1e-8 * 1e4, "{w} at {phi}: {torque} {tau}");
         }
     }
 }

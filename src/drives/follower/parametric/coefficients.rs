@@ -216,7 +216,8 @@ fn highest(series: &Fourier) -> usize {
     orders(series).next_back().unwrap_or(0)
 }
 
-fn symmetry(series: &Fourier) -> usize {
+/// The greatest common divisor of the orders of the harmonics; 0 without any.
+pub(super) fn symmetry(series: &Fourier) -> usize {
     orders(series).fold(0, greatest_common_divisor)
 }
 

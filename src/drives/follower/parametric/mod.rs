@@ -4,14 +4,21 @@ pub mod coefficients;
 pub mod crank;
 pub mod law;
 
+use crate::drives::follower::elastic_shaft::REACH;
 use crate::drives::follower::equation::{Equation, Pace, Segments, Words};
 use crate::drives::follower::flow::Flow;
+use crate::drives::follower::load::Load;
 use crate::drives::limits::refused_start;
 use crate::drives::{Fault, Number};
+use crate::motion::MotionLaw;
+use crate::numerics::angle;
+use crate::numerics::divisor::greatest_common_divisor;
+use crate::numerics::double_double::Double;
 use crate::numerics::taylor::Scalar;
-use coefficients::{Coefficients, Values};
+use coefficients::{Coefficients, Values, symmetry};
 use law::Law;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 impl Values {
@@ -46,18 +53,36 @@ pub struct Vibration {
     pub coefficients: Arc<Coefficients>,
     /// Whether q counts from the drive.
     pub relative: bool,
+    /// The loads on the mass, whose place y is q, or φ + q where q counts from the drive.
+    pub load: Option<Arc<Load>>,
+    /// min m (kg·m² or kg).
+    least_mass: f64,
     /// √(max c/min m), and half a radian of the highest harmonic of the coefficients (near a dip of the crank's stiffness an
     /// eighth of its width).
     pace: Pace,
 }
 
 impl Vibration {
-    /// That of this law.
-    pub fn of(law: &Law) -> Self {
+    /// That of this law under these loads.
+    pub fn of(law: &Law, load: Option<Arc<Load>>) -> Self {
         let coefficients = law.coefficients();
         let (frequency, angle) = (coefficients.highest_frequency(), 0.25 * coefficients.least_reach());
-        let pace = Pace { frequency, angle, speed: 0.0 };
-        Vibration { coefficients: Arc::new(coefficients), relative: law.is_relative(), pace }
+        let (pace, least_mass) = (Pace { frequency, angle, speed: 0.0 }, coefficients.least_mass().1);
+        Vibration { coefficients: Arc::new(coefficients), relative: law.is_relative(), load, least_mass, pace }
+    }
+
+    /// f + F_L − b q̇ − c q (N·m or N).
+    fn force<S: Scalar>(&self, values: &Values, flow: &Flow<S>) -> S {
+        let Values { m, b, c, f } = values;
+        let force = of(flow, f) - of(flow, b) * flow.v - of(flow, c) * flow.q;
+        let Some(load) = &self.load else { return force };
+        let [place, speed] = self.base(values, flow);
+        force + load.force(m[0], [place + flow.q, speed + flow.v], None, load.input.then_some(flow.force))
+    }
+
+    /// c and b of return spring and damper to the ground.
+    fn ground(&self) -> [f64; 2] {
+        self.load.as_ref().map_or([0.0; 2], |load| [load.stiffness(), load.damping.unwrap_or(0.0)])
     }
 }
 
@@ -73,15 +98,28 @@ impl Equation for Vibration {
     }
 
     fn prepare(&mut self, law: &Law) -> Result<(), Fault> {
-        let anew = Vibration::of(law);
+        let anew = Vibration::of(law, self.load.clone());
         if *self != anew {
             *self = anew;
         }
-        law.validate()
+        law.validate()?;
+        self.process().map_or(Ok(()), MotionLaw::validate).map_err(|message| Fault::new(message).of("load.process"))
     }
 
     fn is_undamped(&self) -> bool {
-        self.coefficients.b.bound(0) == 0.0
+        self.coefficients.b.bound(0) == 0.0 && self.ground()[1] == 0.0
+    }
+
+    fn load(&self) -> &Option<Arc<Load>> {
+        &self.load
+    }
+
+    fn load_mut(&mut self) -> &mut Option<Arc<Load>> {
+        &mut self.load
+    }
+
+    fn breakpoints<'a>(&'a self, _: &'a Law) -> [&'a [f64]; 2] {
+        [&[], self.process().map_or(&[], MotionLaw::breakpoints)]
     }
 
     fn words(&self) -> Words {
@@ -95,53 +133,68 @@ impl Equation for Vibration {
         }
     }
 
-    fn at(&self, _: &Law, _: Segments, f: &Flow<f64>) -> Values {
-        self.coefficients.at(f.phi)
+    /// A process force counts as part of f.
+    fn at(&self, _: &Law, [_, segment]: Segments, f: &Flow<f64>) -> Values {
+        let mut values = self.coefficients.at(f.phi);
+        if let Some(process) = self.process() {
+            let more = process.at_in(segment, angle::reduce(Double::from(f.phi))).0;
+            values.f.iter_mut().zip(more).for_each(|(f, more)| *f += more);
+        }
+        values
     }
 
     fn base<S: Scalar>(&self, _: &Values, f: &Flow<S>) -> [S; 2] {
         if self.relative { [f.phi, f.w] } else { [S::from(0.0); 2] }
     }
 
-    /// q̈ = (f − b q̇ − c q)/m, less α where q counts from the drive.
+    /// q̈ = (f + F_L − b q̇ − c q)/m, less α where q counts from the drive.
     fn acceleration<S: Scalar>(&self, values: &Values, flow: &Flow<S>) -> S {
-        let Values { m, b, c, f } = values;
-        let acceleration = (of(flow, f) - of(flow, b) * flow.v - of(flow, c) * flow.q) / of(flow, m);
+        let acceleration = self.force(values, flow) / of(flow, &values.m);
         if self.relative { acceleration - flow.a } else { acceleration }
     }
 
     fn jacobian(&self, Values { m, b, c, .. }: &Values, _: &Flow<f64>) -> [f64; 2] {
-        [-c[0] / m[0], -b[0] / m[0]]
+        let ground = self.ground();
+        [-(c[0] + ground[0]) / m[0], -(b[0] + ground[1]) / m[0]]
     }
 
-    fn reach(&self, _: &Law, _: Segments, phi: f64) -> f64 {
-        self.coefficients.reach(phi)
+    fn reach(&self, _: &Law, [_, segment]: Segments, phi: f64) -> f64 {
+        let of_process = self.process().map_or(f64::INFINITY, |process| REACH / process.resolution_in(segment));
+        self.coefficients.reach(phi).min(of_process)
     }
 
     fn symmetry(&self, _: &Law) -> usize {
-        self.coefficients.symmetry()
+        let (own, process) = (self.coefficients.symmetry(), self.process());
+        process.map_or(own, |law| law.series().map_or(1, |series| greatest_common_divisor(own, symmetry(series))))
     }
 
     fn cost(&self, _: &Law) -> f64 {
-        self.coefficients.cost()
+        self.coefficients.cost() + self.process().map_or(0.0, MotionLaw::cost)
     }
 
-    fn pace(&self, _: &Law, _: [f64; 2]) -> Pace {
-        self.pace
+    fn pace(&self, law: &Law, _: [f64; 2]) -> Pace {
+        let Pace { frequency, angle, speed } = self.pace;
+        let Some(load) = &self.load else { return self.pace };
+        let breakpoints = self.breakpoints(law)[1].len().max(1) as f64;
+        let of_process = load.process.as_ref().map_or(angle, |process| 0.25 * REACH / process.resolution());
+        let frequency = (frequency * frequency + load.stiffness() / self.least_mass).sqrt();
+        Pace { frequency, angle: angle.min(of_process).min(TAU / breakpoints), speed }
     }
 
-    /// q = f/c.
-    fn at_rest(&self, _: &Law, flow: &Flow<f64>) -> Result<[f64; 2], Fault> {
-        let Values { b, c, f, .. } = self.coefficients.at(flow.phi);
-        if b[0] > 0.0 && c[0] > 0.0 {
-            return Ok([f[0] / c[0], 0.0]);
+    /// q = (f + F_L)/(c + c_r), F_L where q = 0 and nothing moves.
+    fn at_rest(&self, law: &Law, flow: &Flow<f64>) -> Result<[f64; 2], Fault> {
+        let values = self.at(law, self.segments(law, flow), flow);
+        let ground = self.ground();
+        let [b, c] = [values.b[0] + ground[1], values.c[0] + ground[0]];
+        if b > 0.0 && c > 0.0 {
+            return Ok([self.force(&values, &Flow { w: 0.0, q: 0.0, v: 0.0, ..*flow }) / c, 0.0]);
         }
         Err(refused_start(format!(
-            "start.mode = steady_state is refused at drive.w = {} rad/s: with a stiffness of {} and a damping of {} at \
+            "start.mode = equilibrium, and steady_state at rest, is refused at drive.w = {} rad/s: with a stiffness of {} and a damping of {} at \
              drive.phi_start no motion comes to rest; both must be above 0",
             Number(flow.w),
-            Number(c[0]),
-            Number(b[0])
+            Number(c),
+            Number(b)
         )))
     }
 }

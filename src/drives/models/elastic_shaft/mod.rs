@@ -29,8 +29,6 @@ use crate::drives::follower::load::Load;
 use crate::drives::parameter::parameters;
 use crate::drives::settings::{HasSolver, Settings};
 use crate::drives::shaft::cam_drive::{CamDrive, DriveMode, Start};
-use crate::drives::shaft::free::signal::Signal;
-use crate::drives::shaft::loads::HasLoads;
 use crate::drives::solver::oscillation::{Oscillation, as_every_oscillation};
 use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::motion::MotionLaw;
@@ -61,25 +59,6 @@ pub struct Scene {
 
 /// The drive in operation.
 pub type ElasticShaft = Oscillation<Twist>;
-
-impl HasLoads for ElasticShaft {
-    fn load(&self, which: usize) -> Option<&Load> {
-        self.equation.load.as_deref().filter(|_| which == 0)
-    }
-
-    fn load_mut(&mut self, which: usize) -> Option<&mut Load> {
-        self.loaded_anew = true;
-        self.equation.load.as_mut().filter(|_| which == 0).map(Arc::make_mut)
-    }
-
-    fn signal(&self, _: usize) -> Option<&Signal> {
-        self.force.as_ref()
-    }
-
-    fn signal_mut(&mut self, _: usize) -> Option<&mut Signal> {
-        self.force.as_mut()
-    }
-}
 
 impl Drive for ElasticShaft {
     type Scene = Scene;

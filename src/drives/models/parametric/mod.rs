@@ -7,6 +7,9 @@
 //! on the mass, positive in the sense of q, q angle (rad) or length (m); φ drive angle (rad). Signs: φ, ψ and torques are positive in the same
 //! sense; tau = −(c q + b q̇) is the torque from the drive into the unit and loads the drive where it is positive.
 //!
+//! Loads on the mass add F_L(y, ẏ, φ, t) to f, y = q or ψ, see [`load`](crate::drives::follower::load); what a return spring and a
+//! damper of theirs bear goes to the ground and is no part of tau.
+//!
 //! Energy: d/dt (½ m q̇² + ½ c q²) = f q̇ − b q̇² + ω ½ (m′ q̇² + c′ q²); the last term, `tau_parametric` times ω, is
 //! what the drive feeds into the vibration because m and c vary. It is of second order in q.
 //!
@@ -21,6 +24,7 @@
 mod tests;
 mod variables;
 
+use crate::drives::follower::load::Load;
 use crate::drives::follower::parametric::Vibration;
 pub use crate::drives::follower::parametric::{coefficients, crank, law};
 use crate::drives::settings::{HasSolver, Settings};
@@ -31,6 +35,7 @@ use coefficients::Coefficients;
 use crank::SecondCrank;
 use law::{Coordinate, Law};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 pub use variables::{of_coefficients, quantities};
 
 /// The drive as a scene describes it, coherent SI.
@@ -40,6 +45,9 @@ pub struct Scene {
     pub law: Law,
     /// φ.
     pub drive: DriveMode,
+    /// Loads on the mass.
+    #[serde(default)]
+    pub load: Load,
     /// Initial state.
     pub start: Start,
     /// `solver.tolerance` and, on inputs, `solver.method`, `solver.step_size`.
@@ -55,9 +63,10 @@ impl Drive for ParametricDrive {
     const MODEL: &'static str = "ParametricDrive";
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let Scene { law, drive, start, solver } = scene;
+        let Scene { law, drive, load, start, solver } = scene;
         law.validate()?;
-        Ok(Oscillation::of(Vibration::of(&law), CamDrive::new(law, drive), start, solver))
+        let load = (!load.is_none()).then(|| Arc::new(load));
+        Ok(Oscillation::of(Vibration::of(&law, load), CamDrive::new(law, drive), start, solver))
     }
 
     fn variables(&self) -> List<Self> {
@@ -77,6 +86,7 @@ impl Drive for ParametricDrive {
             ("own shafts", second(|second| matches!(second, SecondCrank::OwnShafts(_)))),
             ("shared shafts", second(|second| matches!(second, SecondCrank::SharedShafts(_)))),
             ("harmonics", crank.is_some_and(|crank| crank.harmonics.is_some())),
+            ("load", self.equation.load.is_some()),
             ("inputs", self.cam.is_input()),
             ("method", self.has_method()),
         ];

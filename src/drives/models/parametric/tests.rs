@@ -2,6 +2,7 @@
 
 mod estimate;
 mod interface;
+mod loads;
 mod tongues;
 
 use super::*;
@@ -23,6 +24,7 @@ fn scene(law: Law, w: f64) -> Scene {
     let q = if law.is_relative() { 0.01 } else { 1.0 };
     Scene {
         law,
+        load: Load::default(),
         drive: DriveMode::Constant { w, phi_start: 0.3 },
         start: Start { mode: StartMode::Given, q, q_dot: 0.0 },
         solver: Settings::default(),
@@ -90,7 +92,8 @@ fn run(drive: &mut ParametricDrive, end: f64, steps: usize) -> Result<Vec<[f64; 
 /// The same from an integrator at the finest tolerance, which knows no table.
 fn truth(scene: &Scene, end: f64, steps: usize) -> Option<Vec<[f64; 2]>> {
     let DriveMode::Constant { w, phi_start } = scene.drive else { unreachable!("a constant speed") };
-    let (vibration, motion, mut segment) = (Vibration::of(&scene.law), AngleMotion::uniform(0.0, phi_start, w), [0; 2]);
+    let (vibration, motion, mut segment) =
+        (Vibration::of(&scene.law, None), AngleMotion::uniform(0.0, phi_start, w), [0; 2]);
     let moving = Moving::new(&vibration, &scene.law, &motion, &mut segment);
     let mut integrator = Collocation::new(Double::default(), [scene.start.q, scene.start.q_dot]);
     let mut states = Vec::new();
@@ -314,7 +317,7 @@ fn a_harmonic_oscillation_in_disguise() {
 fn the_truth_satisfies_the_equation() {
     // The reference of these tests is the equation itself: its right-hand side by the coefficients as the source prints them.
     let law = Law::Crank(locomotive());
-    let (vibration, motion, mut segment) = (Vibration::of(&law), AngleMotion::uniform(0.0, 0.3, 40.0), [0; 2]);
+    let (vibration, motion, mut segment) = (Vibration::of(&law, None), AngleMotion::uniform(0.0, 0.3, 40.0), [0; 2]);
     let moving = Moving::new(&vibration, &law, &motion, &mut segment);
     let (q, v, t) = (0.01, -0.3, 0.02);
     let phi: f64 = 0.3 + 40.0 * t;

@@ -10,6 +10,7 @@ use crate::drives::follower::parametric::law::{Coordinate, CrankLaw, Law, Series
 use crate::drives::parameter::Has;
 use crate::drives::settings::HasSolver;
 use crate::drives::shaft::cam_drive::{HasCamDrive, PHI, W};
+use crate::drives::shaft::loads::{declare_force, declare_load};
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{real, real_within};
 use crate::drives::{List, Seed};
@@ -41,11 +42,14 @@ pub(super) fn list(drive: &ParametricDrive) -> List<ParametricDrive> {
     let mut list = List::default();
     let law = &drive.cam.law;
     drive.declare_drive(&mut list);
+    let turns = law.coordinate() == Coordinate::Rotation;
+    declare_force(&mut list, drive, 0, "F", turns);
     if let Law::Crank(crank) = &**law {
         declare_crank(crank, &mut list);
     }
     let [q, q_dot, _] = quantities(law.coordinate());
     drive.declare_start(&mut list, q, q_dot);
+    declare_load(&mut list, drive, 0, "load", turns);
     drive.declare_solver(&mut list, OUTPUTS + 1);
     declare_outputs(drive, &mut list);
     if !drive.cam.is_input() {
@@ -53,7 +57,7 @@ pub(super) fn list(drive: &ParametricDrive) -> List<ParametricDrive> {
                     positive where the drive is parametrically unstable";
         let [m, b, c, _] = names(law);
         list.discrete_output("growth", text, real(&unit::NUMBER)).at(OUTPUTS).depends_initially(&[
-            &["drive.w", "solver.tolerance"],
+            &["drive.w", "load", "solver.tolerance"],
             m,
             b,
             c,
@@ -141,11 +145,11 @@ macro_rules! series {
 series!(series_of);
 series!(series_mut, mut);
 
-/// The first parts of the names of the parameters that make m, b, c and f.
+/// The first parts of the names of the parameters and of the input that make m, b, c, and f with the loads.
 fn names(law: &Law) -> [&'static [&'static str]; 4] {
     match law {
-        Law::Series(_) => [&["m"], &["b"], &["c"], &["f"]],
-        Law::Crank(_) => [&["J"], &["b_T"], &["c_T1", "c_T2", "c_AB", "R", "second"], &["f"]],
+        Law::Series(_) => [&["m"], &["b"], &["c"], &["f", "load", "F"]],
+        Law::Crank(_) => [&["J"], &["b_T"], &["c_T1", "c_T2", "c_AB", "R", "second"], &["f", "load", "F"]],
     }
 }
 
@@ -197,11 +201,17 @@ fn declare_outputs(drive: &ParametricDrive, list: &mut List<ParametricDrive>) {
     let Coefficients { m, b, c, f } = &*drive.equation.coefficients;
     let [m, b, f] = [m, b, f].map(|series| 0 < series.order());
     let c = c.varies();
+    let process = drive.equation.process();
+    let f = f || process.is_some_and(|process| process.series().is_none_or(|series| 0 < series.order()));
+    let input: &[&str] = if drive.force.is_some() { &["F"] } else { &[] };
     let with_states = |varies: bool| [&states[..], if varies { &["phi"] } else { &[] }].concat();
     let starts = |varies: bool| if varies { PHI } else { &[] };
     let [of_m, of_b, of_c, of_f] = names(&drive.cam.law);
     let periodic = drive.periodic_start(&[of_m, of_b, of_c, of_f, &["solver.tolerance"]].concat());
-    let q_start = [&periodic[..], &["start.mode", "start.q"]].concat();
+    // An equilibrium is one of f and of loads, and also on inputs.
+    let acts = drive.equation.load.is_some() || series_of(&drive.cam.law, 3).is_some();
+    let balanced = if acts { [PHI, of_m, of_c, of_f].concat() } else { Vec::new() };
+    let q_start = [&periodic[..], &balanced, &["start.mode", "start.q"]].concat();
     let v_start = [&periodic[..], &["start.mode", "start.q_dot"]].concat();
     if relative {
         let all_known: &[&str] = &["phi", "w", "psi", "der(psi)"];
@@ -210,7 +220,7 @@ fn declare_outputs(drive: &ParametricDrive, list: &mut List<ParametricDrive>) {
         output(Output::PsiDot, "der(psi)", text, q_dot, &["der(psi)"], &[W, &v_start]);
         let text = "Angular acceleration of the driven side";
         let all: &[&[&str]] = &[PHI, &q_start, &v_start, of_m, of_b, of_c, of_f];
-        output(Output::PsiDotDot, "der(psi,2)", text, q_dot_dot, all_known, all);
+        output(Output::PsiDotDot, "der(psi,2)", text, q_dot_dot, &[all_known, input].concat(), all);
         output(Output::Q, "q", "Twist between both sides, psi - phi", q, &["phi", "psi"], &[&q_start]);
         output(Output::QDot, "der(q)", "Rate of the twist", q_dot, &["w", "der(psi)"], &[&v_start]);
         let text = "Torque from the drive into the driven side, -(c_T q + b_T der(q)); a positive tau loads the drive";
@@ -226,7 +236,8 @@ fn declare_outputs(drive: &ParametricDrive, list: &mut List<ParametricDrive>) {
         output(Output::QDot, "der(q)", "Rate of q", q_dot, &["der(q)"], &[&v_start]);
         let any = m || b || c || f;
         let all: &[&[&str]] = &[starts(any), &q_start, &v_start, of_m, of_b, of_c, of_f];
-        output(Output::QDotDot, "der(q,2)", "Second derivative of q", q_dot_dot, &with_states(any), all);
+        let known = [&with_states(any)[..], input].concat();
+        output(Output::QDotDot, "der(q,2)", "Second derivative of q", q_dot_dot, &known, all);
         let spring: &[&[&str]] = &[starts(b || c), &q_start, &v_start, of_b, of_c];
         let (name, text) = match coordinate {
             Coordinate::Rotation => ("tau", "Torque of spring and damper on the mass, -(c q + b der(q))"),

@@ -17,13 +17,14 @@ mod turn;
 
 use crate::drives::follower::equation::{Equation, Pace, Segments};
 use crate::drives::follower::flow::Flow;
+use crate::drives::follower::load::Load;
 use crate::drives::limits::{no_state, refused_start};
 use crate::drives::settings::{HasSolver, Method, Settings, Solver};
 use crate::drives::shaft::cam_drive::{
     AngleMotion, CamDrive, HasCamDrive, Start, StartMode, field, goes_on, half_a_place, push_of_rounding,
 };
 use crate::drives::shaft::free::signal::Signal;
-use crate::drives::shaft::loads::tell_of_pull;
+use crate::drives::shaft::loads::{HasLoads, tell_of_pull};
 use crate::drives::solver::step_control::{FAR, ROUNDINGS, StepControl};
 use crate::drives::{EventLog, Fault, Seed};
 use crate::numerics::collocation::Collocation;
@@ -454,6 +455,25 @@ impl<E: Equation> HasCamDrive for Oscillation<E> {
 
     fn set_force_derivative(&mut self, _: usize, order: usize, value: f64) {
         self.force.iter_mut().for_each(|force| force.set_derivative(order, value));
+    }
+}
+
+impl<E: Equation> HasLoads for Oscillation<E> {
+    fn load(&self, which: usize) -> Option<&Load> {
+        self.equation.load().as_deref().filter(|_| which == 0)
+    }
+
+    fn load_mut(&mut self, which: usize) -> Option<&mut Load> {
+        self.loaded_anew = true;
+        self.equation.load_mut().as_mut().filter(|_| which == 0).map(Arc::make_mut)
+    }
+
+    fn signal(&self, _: usize) -> Option<&Signal> {
+        self.force.as_ref()
+    }
+
+    fn signal_mut(&mut self, _: usize) -> Option<&mut Signal> {
+        self.force.as_mut()
     }
 }
 

@@ -51,12 +51,13 @@ fn random_law(r: &mut Random) -> Law {
 }
 
 /// A drive with between a third and 30 vibrations a turn, and what it is driven through, one to twenty turns.
-fn random_scene(r: &mut Random) -> (Scene, f64) {
+pub(super) fn random_scene(r: &mut Random) -> (Scene, f64) {
     let law = random_law(r);
     let coefficients = law.coefficients();
     let frequency = (coefficients.c.mean() / coefficients.m.a[0]).sqrt();
     let w = frequency / r.scale(1.0 / 3.0, 30.0) * if r.next() < 0.3 { -1.0 } else { 1.0 };
     let scene = Scene {
+        load: Load::default(),
         law,
         drive: DriveMode::Constant { w, phi_start: r.between(-10.0, 10.0) },
         start: Start { mode: StartMode::Given, q: r.between(-0.1, 0.1), q_dot: frequency * r.between(-0.1, 0.1) },

@@ -1,11 +1,14 @@
 //! What users and importers rely on: parameters, inputs, saved states, messages.
 
 use super::*;
+use crate::drives::follower::load::Spring;
 use crate::drives::follower::parametric::coefficients::Values;
 use crate::drives::{AnyDrive, Model, Seed};
+use crate::motion::table::Points;
+use crate::motion::{MotionLaw, Polyline};
 use crate::numerics::gauss::Gauss;
 
-fn set(drive: &mut ParametricDrive, name: &str, value: f64) {
+pub(super) fn set(drive: &mut ParametricDrive, name: &str, value: f64) {
     let list = drive.variables();
     let v = &list.0[list.reference(name).unwrap_or_else(|| panic!("no `{name}`"))];
     v.set(drive, value);
@@ -143,9 +146,33 @@ fn a_restored_drive_goes_on_bit_by_bit() {
 
 #[test]
 fn derivatives_of_the_outputs_by_time_states_and_inputs() {
-    for law in [Law::Series(general()), Law::Crank(locomotive())] {
+    // Beside a step of the process force.
+    let points = Points { angles: vec![0.0, 0.8, 0.8, 3.0], lifts: vec![0.0, 3.0, -6.0, 40.0] };
+    let spring = Some(Spring { preload: 2.0, c: 30.0, at: 0.3 });
+    let (constant, process) = (Some(7.0), Some(MotionLaw::Polyline(Polyline::new(points).unwrap())));
+    let load = Load { constant, spring, damping: Some(0.2), process, input: true, ..Load::default() };
+    let on_crank = Load { spring: None, ..load.clone() };
+    for (law, load) in [
+        (Law::Series(general()), Load::default()),
+        (Law::Crank(locomotive()), Load::default()),
+        (Law::Series(general()), load),
+        (Law::Crank(locomotive()), on_crank),
+    ] {
         let relative = law.is_relative();
         let mut drive = on_inputs(law, [0.7, 20.0, 30.0]);
+        if !load.is_none() {
+            drive = ParametricDrive::new(Scene {
+                load,
+                drive: DriveMode::Input,
+                ..scene(drive.cam.law.as_ref().clone(), 0.0)
+            })
+            .unwrap();
+            for (name, value) in [("phi", 0.7), ("w", 20.0), ("a", 30.0), ("F", -11.0)] {
+                set(&mut drive, name, value);
+            }
+            drive.start(0.0).unwrap();
+        }
+        let force = drive.force.is_some();
         drive.advance(0.0, 0.01).unwrap();
         set(&mut drive, "phi", 0.7 + 0.2 + 0.0015);
         set(&mut drive, "w", 20.3);
@@ -170,10 +197,12 @@ fn derivatives_of_the_outputs_by_time_states_and_inputs() {
             let size = y0.abs().max(along.derivative(1).abs() * 1e-2).max(along.derivative(2).abs() * 1e-4);
             assert!((slope - along.derivative(1)).abs() < 1e-4 * size / 1e-2, "{name}: {slope} {along:?}");
             // By a state or an input, the others held.
-            for (known, names) in [(first, 0), (first + 1, 1), (0, 2), (1, 3)] {
+            let knowns = [(first, 0), (first + 1, 1), (0, 2), (1, 3), (3, 4)];
+            for (known, names) in knowns.into_iter().take(if force { 5 } else { 4 }) {
                 let moved = |by: f64| {
                     let mut d = drive.clone();
                     match names {
+                        4 => set(&mut d, "F", -11.0 + by),
                         0 | 1 => d.state[names] += by,
                         2 => {
                             d.motion.coefficients[0] += by;
