@@ -267,6 +267,19 @@ fn check_tells_right_from_wrong() {
     assert!(wrong.err.contains("no_such_scene.toml"), "faults of all scenes are told: {}", wrong.err);
 }
 
+#[test]
+fn what_is_solved_as_a_train_has_the_name_that_the_scene_gives_it() {
+    for (scene, model) in
+        [("backlash_lift", "BacklashDrive"), ("machine_loads", "RigidMachine"), ("train_motor", "DriveTrain")]
+    {
+        let path = format!("tests/fmpy/scenes/{scene}.toml");
+        let checked = camdrive(&["check", &path]);
+        assert!(checked.out.starts_with(&format!("{path}: {model} ok\n")), "{}", checked.out);
+        assert!(camdrive(&["check", "--json", &path]).out.contains(&format!("\"model\": \"{model}\"")));
+        assert!(camdrive(&["describe", &path]).out.contains(&format!("{scene} ({model})")));
+    }
+}
+
 /// All scenes of the repository that are right.
 fn right_scenes() -> Vec<String> {
     let folders =

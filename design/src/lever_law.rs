@@ -11,6 +11,7 @@ pub mod inverse;
 
 use crate::harmonic_analysis::analyse;
 use crate::table_error::told;
+use crate::text::counted;
 use camdrive::drives::rigid_machine::linkage::{Linkage, Mechanism, decimals, in_turn};
 use camdrive::motion::fourier::HIGHEST_HARMONIC;
 use camdrive::motion::table::{Bend, MOST_POINTS, Points, within};
@@ -56,8 +57,8 @@ impl LeverLaw {
     /// Its parts.
     pub fn parts(&self) -> String {
         match &self.law {
-            MotionLaw::Fourier(series) => format!("{} harmonics", series.order()),
-            law => format!("{} pieces of degree 5", law.breakpoints().len()),
+            MotionLaw::Fourier(series) => counted(series.order(), "harmonic"),
+            law => format!("{} of degree 5", counted(law.breakpoints().len(), "piece")),
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::periodic_motions::{PeriodicMotion, range};
 use crate::resource::Resource;
 use crate::search::summit;
-use crate::text::{self, Table, number};
+use crate::text::{self, Table, counted, number};
 use camdrive::drives::drive_train::{DriveTrain, Scene, Shaft};
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::variable::{Causality, Kind};
@@ -197,7 +197,7 @@ impl Turn {
         });
         let impacts = self.impacts.iter().enumerate().filter_map(|(j, impacts)| Some((j + 1, (*impacts)?)));
         let impacts: String =
-            impacts.map(|(j, impacts)| format!("follower[{j}]: {impacts} impacts in a turn\n")).collect();
+            impacts.map(|(j, impacts)| format!("follower[{j}]: {} in a turn\n", counted(impacts, "impact"))).collect();
         format!(
             "\nmultipliers: {}\ncoefficient of fluctuation: {}\nmean torque: {} N·m, mean power: {} W\n\n{}{impacts}",
             upper.join(", "),

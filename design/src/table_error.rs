@@ -1,5 +1,6 @@
 //! Why points are no table, for people.
 
+use crate::text::counted;
 use camdrive::drives::{Number, Rounded};
 use camdrive::motion::plan::{LARGEST, MAX_LENGTH};
 use camdrive::motion::table::{LEAST_DISTANCE, LEAST_POINTS, TableError};
@@ -8,10 +9,11 @@ use camdrive::motion::table::{LEAST_DISTANCE, LEAST_POINTS, TableError};
 pub fn told(error: &TableError) -> String {
     match error {
         TableError::Lengths { angles, lifts } => {
-            format!("{angles} angles and {lifts} lifts; a table needs as many lifts as angles")
+            let (angles, lifts) = (counted(angles, "angle"), counted(lifts, "lift"));
+            format!("{angles} and {lifts}; a table needs as many lifts as angles")
         }
         TableError::TooFew { points } => {
-            format!("{points} points within the turn; a table needs at least {LEAST_POINTS}")
+            format!("{} within the turn; a table needs at least {LEAST_POINTS}", counted(points, "point"))
         }
         TableError::OutOfRange { index, value } => {
             format!(
@@ -50,7 +52,7 @@ pub fn told(error: &TableError) -> String {
             Rounded(*distance)
         ),
         TableError::TooManyHarmonics { harmonics, most } => {
-            format!("{harmonics} harmonics; the points determine at most {most}")
+            format!("{}; the points determine at most {most}", counted(harmonics, "harmonic"))
         }
     }
 }

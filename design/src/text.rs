@@ -37,6 +37,13 @@ fn rounded(value: f64, count: usize) -> f64 {
     as_number(as_number(value, count.max(12)), count) + 0.0
 }
 
+/// "1 point", "3 points".
+pub fn counted(count: impl Display, noun: &str) -> String {
+    let count = count.to_string();
+    let end = if count == "1" { "" } else { "s" };
+    format!("{count} {noun}{end}")
+}
+
 /// So many significant digits, in powers of ten outside of 10^`low` … 1e6.
 pub fn digits(value: f64, count: usize, low: i32) -> String {
     let rounded = rounded(value, count);

@@ -3,7 +3,7 @@ clear error comes out. The cases are in the folder `extremes`, the table of what
 
 import pytest
 
-from extremes import backlash, elastic_output, elastic_shaft, parametric, rigid_machine, suite  # noqa: F401, they declare cases
+from extremes import backlash, elastic_output, elastic_shaft, parametric, rigid_machine, suite, train  # noqa: F401, they declare cases
 
 
 @pytest.fixture(scope="module")

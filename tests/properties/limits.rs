@@ -97,6 +97,16 @@ const CASES: &[Case] = &[
     case("machine_motor", &[], 1e13, TOO_MUCH),
     case("machine_lag", &[], 1e13, TOO_MUCH),
     case("machine_motor", &[("solver.method", 2.0)], 1e13, TOO_MUCH),
+    // Trains.
+    case("train", &[], 1e12, TOO_MUCH),
+    case("train", &[], 1e30, ANGLE),
+    case("train_lift", &[], 1e12, TOO_MUCH),
+    case("train_sixteen", &[], 1e4, TOO_MUCH),
+    case("train", &[("w_start", 1e6)], 1.0, TOO_MUCH),
+    case("train", &[("follower[1].c", 1e24)], 1.0, TOO_MUCH),
+    case("train_lift", &[("w_start", 1e6)], 1e-3, ""),
+    case("train_lift", &[("follower[1].e", 1.0), ("follower[2].e", 1.0), ("follower[2].s", 1e-9)], 1.0, TOO_MUCH),
+    case("train_sixteen", &[("J0", 1e-20)], 1e-3, ""),
     // Inertias that change by any amount.
     case("machine", &[("J0", 1e-20)], 1.0, ""),
     case("machine", &[("J0", 1e-20), ("phi_start", 1.0)], 1.0, RUNS_AWAY),

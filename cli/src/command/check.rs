@@ -37,7 +37,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut out = String::new();
     for (path, scene) in args.scenes.iter().zip(&scenes) {
         let (place, overview) = (text::in_one_line(path.display()), overview_of(path, scene)?);
-        let _ = write!(out, "{place}: {} ok\n{}", scene.model, overview.text());
+        let _ = write!(out, "{place}: {} ok\n{}", scene.said(), overview.text());
         lift_offs(scene).iter().for_each(|of| out += &format!("  {}\n", of.text()));
         for Warning { message, hint } in &overview.warnings {
             tell(&format!("warning: {place}: {message}\n  = hint: {hint}\n"));
@@ -65,7 +65,7 @@ fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
         let more = match scene::read(path) {
             Ok(scene) => {
                 let overview = serde_json::to_value(overview_of(path, &scene)?).map_err(failure)?;
-                let own = json!({ "ok": true, "name": scene.name, "model": scene.model, "notes": scene.notes });
+                let own = json!({ "ok": true, "name": scene.name, "model": scene.said(), "notes": scene.notes });
                 let leaving = json!({ "lift_offs": lift_offs(&scene) });
                 [own, overview, leaving]
             }

@@ -293,7 +293,7 @@ tables! {
     /// `[start]`, of all models together.
     START "`[start]`" {
         /// of cam drives `at_rest` relative to the cam, `given`, `steady_state`, or `equilibrium`, where the loads balance the
-        /// spring; of a RigidMachine `given` or `steady_state`; of a DriveTrain all but `given`
+        /// spring, with a clearance only where they press m1 to a flank; of a RigidMachine `given` or `steady_state`; of a DriveTrain all but `given`
         "mode": choice(&[&["at_rest"], &["given"], &["steady_state", "periodic"], &["equilibrium"]]).said("`at_rest`, of a RigidMachine `given`");
         /// q at the start, for `given`
         "q": moved(&unit::LENGTH, &unit::ANGLE, within(-LARGEST_START[0], LARGEST_START[0])).or(0.0);

@@ -6,6 +6,7 @@ use camdrive::drives::follower::load::{Load, Spring};
 use camdrive::drives::follower::rigid::Follower;
 use camdrive::motion::{Fourier, MotionLaw};
 use camdrive_design::forces::least_place;
+use camdrive_design::text::counted;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;
 use toml::de::DeValue;
@@ -103,7 +104,7 @@ fn gravity(section: &Section<'_>, carrier: Carrier<'_>) -> Option<(Option<f64>, 
     };
     let angles = angles?;
     if angles.len() != places {
-        let fault = section.fault_of("gravity_angle", format!(" has {} angles", angles.len()));
+        let fault = section.fault_of("gravity_angle", format!(" has {}", counted(angles.len(), "angle")));
         return section.refuse(
             fault.admissible(format!("{places}, one for each mechanism; without mechanisms, one for the tool")),
         );

@@ -20,6 +20,7 @@ pub mod plan;
 pub mod reference;
 pub mod schema;
 mod section;
+mod standstill;
 pub mod synthesis;
 mod table;
 #[cfg(test)]
@@ -31,6 +32,8 @@ pub use table::{Smoothed, course};
 
 pub use diagnostics::{Diagnostic, Diagnostics};
 
+use camdrive::drives::Drive as _;
+use camdrive::drives::drive_train::DriveTrain;
 use camdrive_design::forces::{Loads, Machine};
 pub use camdrive_design::resource::LONGEST_NAME;
 use camdrive_design::resource::{Resource, Tool, is_name};
@@ -65,6 +68,13 @@ pub struct Resolved {
 }
 
 impl Resolved {
+    /// The model that the scene names; what is solved as a train may have the names of a single model.
+    pub fn said(&self) -> &str {
+        let names = &self.scene["names"];
+        let single = [("backlash", "BacklashDrive"), ("machine", "RigidMachine")];
+        single.into_iter().find(|(key, _)| names.get(key).is_some()).map_or(self.model, |(_, model)| model)
+    }
+
     /// As an FMU carries it, with an empty guid.
     pub fn resource(&self) -> Resource {
         Resource {
@@ -109,6 +119,10 @@ pub fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagno
         let mut resolved = whole_scene(root, folder)?;
         if root.faults.is_empty() {
             models::try_out(&resolved, root.faults);
+            if resolved.model == DriveTrain::MODEL && root.faults.is_empty() {
+                let scene = serde_json::from_value(resolved.scene.clone()).ok()?;
+                resolved.notes.extend(standstill::check(root, &scene));
+            }
             let left_out = forces::machine(&resolved).ok().and_then(Machine::left_out);
             resolved.notes.extend(left_out.clone());
             for sentence in resolved.smoothed.iter().map(|table| &table.sentence).chain(&left_out) {

@@ -151,11 +151,6 @@ pub fn mean_square_slope(law: &MotionLaw) -> f64 {
     samples(law, 1).map(|slope| slope.powi(2)).sum::<f64>() / SAMPLES as f64
 }
 
-/// The mean of a law over the turn.
-pub fn mean(law: &MotionLaw) -> f64 {
-    samples(law, 0).sum::<f64>() / SAMPLES as f64
-}
-
 /// The least value of a law, of which the ends of pieces hold that of lines.
 pub fn least(law: &MotionLaw) -> f64 {
     let ends = law

@@ -3,10 +3,10 @@
 use super::section::{Node, Section};
 use super::{motion_law, table, units};
 use camdrive::drives::limits::FASTEST;
-use camdrive::drives::rigid_machine::{self, Kloss};
+use camdrive::drives::rigid_machine::Kloss;
 use camdrive::drives::shaft::motor::{Motor, Reference, Servo, Source, TorqueTable, Transmission};
 use camdrive::drives::unit;
-use camdrive::motion::MotionLaw;
+use camdrive_design::text::counted;
 use std::path::Path;
 use toml::de::DeValue;
 
@@ -100,7 +100,7 @@ fn characteristic(section: &Section<'_>, folder: &Path) -> Option<Source> {
     let points = table::pairs(section, axes, folder)?;
     let key = if section.has("points") { "points" } else { "file" };
     if !(2..=MOST_POINTS).contains(&points.len()) {
-        let fault = section.fault_of(key, format!(" has {} points", points.len()));
+        let fault = section.fault_of(key, format!(" has {}", counted(points.len(), "point")));
         return section.refuse(fault.admissible(format!("2 to {MOST_POINTS}, by ascending speed")));
     }
     if let Some([w, torque]) = points.iter().find(|[w, torque]| !(w.abs() <= FASTEST && torque.abs() <= 1e12)) {
@@ -154,26 +154,5 @@ fn reference(section: &Section<'_>) -> Option<Reference> {
             None
         }
         None => section.real("w_ref").map(Reference::Constant),
-    }
-}
-
-/// Refuses a motor that does less work in a turn from rest than its load takes.
-pub fn check_start(section: &Section<'_>, motor: &Motor, load: &MotionLaw) {
-    let at_rest = match &motor.source {
-        Source::Constant(torque) => *torque,
-        Source::Kloss(kloss) => rigid_machine::Motor::Kloss(*kloss).characteristic(0.0)[0],
-        Source::Table(table) => table.torque(table.piece(0.0), 0.0),
-        Source::Servo(servo) => servo.limit,
-        _ => return,
-    };
-    let (ratio, resists) = (motor.transmission.ratio, motion_law::mean(load));
-    let torque = if matches!(motor.source, Source::Servo(_)) { at_rest * ratio.abs() } else { at_rest * ratio };
-    // A load drives a motor that turns the other way.
-    if resists != 0.0 && torque * resists >= 0.0 && torque.abs() <= resists.abs() {
-        let [torque, resists] = [torque, resists].map(units::short);
-        let fault = section.fault(format!(
-            ": the motor cannot start: {torque} N.m at rest on the shaft against a mean load of {resists} N.m"
-        ));
-        section.faults.report(fault.hint("choose a stronger motor, a higher `ratio`, a smaller `machine.load.torque` or a start at speed (`start.w_start`)"));
     }
 }

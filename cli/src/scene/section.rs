@@ -10,6 +10,7 @@ use super::units;
 use camdrive::drives::parameter::{Parameter, Parameters};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive_design::resource::Tool;
+use camdrive_design::text::counted;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -131,7 +132,8 @@ impl<'a> Faults<'a> {
         let column = |d: &Diagnostic| d.position.as_ref().filter(|_| d.file == file).map_or(0, |p| p.column);
         list.sort_by_key(|(line, fault)| (*line, column(fault)));
         let more = self.more.get();
-        let more = (more > 0).then(|| Diagnostic::new(file, format!("there are {more} more faults")));
+        let verb = if more == 1 { "is" } else { "are" };
+        let more = (more > 0).then(|| Diagnostic::new(file, format!("there {verb} {}", counted(more, "more fault"))));
         Diagnostics(list.into_iter().map(|(_, fault)| fault).chain(more).collect())
     }
 

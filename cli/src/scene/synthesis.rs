@@ -19,6 +19,7 @@ use camdrive_design::synthesis::clearance::Clearance;
 use camdrive_design::synthesis::shaft::{Shaft, ShaftGoal};
 use camdrive_design::synthesis::study::{Assignment, Elasticity, Method, Names};
 use camdrive_design::synthesis::{Basis, Bound, Curve, Norm, Objective, Point, Range, Search, Symmetry, Task};
+use camdrive_design::text::counted;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
@@ -336,7 +337,7 @@ fn restrictions(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Ve
         let bounds = bounds_of(section, lengths, Vec::new());
         let factors = factors?;
         if factors.len() != laws || factors.iter().all(|factor| *factor == 0.0) {
-            let message = format!(": {} for {laws} laws", factors.len());
+            let message = format!(": {} for {laws} laws", counted(factors.len(), "number"));
             let fault = section.fault_of("factors", message).admissible("one number for each [[law]], not all 0");
             return section.refuse(
                 fault.hint("write for example factors = [1, -1] for U of the first minus U of the second law"),
@@ -368,7 +369,7 @@ fn clearances(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<
         section.finish();
         let offset = offset?;
         let [x, y] = offset[..] else {
-            let message = format!(": {} numbers are not a point in the plane", offset.len());
+            let message = format!(": {}, which is no point in the plane", counted(offset.len(), "number"));
             let fault = section.fault_of("offset", message).admissible("two lengths, x and y");
             return section.refuse(fault.hint("give the vector from tool b to tool a with both U at 0"));
         };

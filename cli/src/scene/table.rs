@@ -14,7 +14,7 @@ use camdrive::motion::{MotionLaw, Polyline, Table};
 use camdrive_design::harmonic_analysis;
 use camdrive_design::smoothing::{SmoothingError, smooth};
 use camdrive_design::table_error::told;
-use camdrive_design::text;
+use camdrive_design::text::{self, counted};
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -295,7 +295,7 @@ pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Re
     );
     let angles = &reading.points.angles;
     if faults.is_empty() && angles.len() < 2 {
-        let few = Diagnostic::new(&name, format!("a curve of {} points", angles.len()));
+        let few = Diagnostic::new(&name, format!("a curve of {}", counted(angles.len(), "point")));
         faults.push(few.admissible("at least 2").hint("one angle and one value per line"));
     }
     // A course that is closed repeats its first angle one turn later.
@@ -392,7 +392,8 @@ fn rows(
         let fault = fault(file, span, message);
         if let Some(hint) = hint { fault.hint(hint) } else { fault }
     });
-    let count = (more > 0).then(|| Diagnostic::new(&file.name, format!("the table has {more} more faults like these")));
+    let count = (more > 0)
+        .then(|| Diagnostic::new(&file.name, format!("the table has {} like these", counted(more, "more fault"))));
     let faults = told.chain(count).collect();
     (reading, faults)
 }
@@ -493,7 +494,7 @@ fn law(
         None => Table::bent(reading.points.clone(), reading.bends).map(MotionLaw::Table),
         Some(harmonics) => harmonic_analysis::analyse(reading.points.clone(), harmonics).map(|analysis| {
             let residual = format!("{} {}", text::number(analysis.largest_residual), quantity.unit);
-            let of = format!("{harmonics} harmonics of {}", file.name);
+            let of = format!("{} of {}", counted(harmonics, "harmonic"), file.name);
             section.faults.note(format!("`{}`: {of} meet its points to {residual}", section.path));
             MotionLaw::Fourier(analysis.series)
         }),
@@ -541,7 +542,7 @@ fn words(error: &TableError, kind: Interpolation, quantity: &Quantity) -> String
             unit = quantity.unit
         ),
         TableError::TooFew { points } if kind == Interpolation::Linear => {
-            format!("{points} points; lines need at least 2")
+            format!("{}; lines need at least 2", counted(points, "point"))
         }
         TableError::NotClosed { gap, distance, .. } => format!(
             "the table ends here, {} deg before its turn does, with points at most {} deg apart",

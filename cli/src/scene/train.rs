@@ -45,7 +45,7 @@ pub fn read(root: &Section<'_>, folder: &Path) -> Option<Scene> {
 pub fn followers(root: &Section<'_>, one: impl FnMut(&Section<'_>) -> Option<Follower>) -> Option<Vec<Follower>> {
     let list = root.sections("follower");
     if list.as_ref().is_some_and(|list| list.len() > MOST_FOLLOWERS) {
-        let fault = root.fault_of("follower", format!(" has {} followers", list.map_or(0, |list| list.len())));
+        let fault = root.fault_of("follower", format!(": there are {} of them", list.map_or(0, |list| list.len())));
         root.faults.report(
             fault.admissible(format!("at most {MOST_FOLLOWERS}")).hint("divide the machine into several scenes"),
         );
@@ -83,12 +83,7 @@ pub fn machine(root: &Section<'_>, start: Option<[f64; 2]>, folder: &Path) -> Op
         inertia.zip(load)
     });
     let motor = root.section("motor").and_then(|section| match &section {
-        Some(section) => motor::read(section, folder).inspect(|motor| {
-            let loaded = machine.as_ref().and_then(|m| m.as_ref()?.1.as_ref()?.0.as_ref());
-            if let (Some(load), Some([_, 0.0])) = (loaded, start) {
-                motor::check_start(section, motor, load);
-            }
-        }),
+        Some(section) => motor::read(section, folder),
         None => Some(Default::default()),
     });
     let (inertia, load) = machine??;

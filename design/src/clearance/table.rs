@@ -5,7 +5,7 @@ use super::by_model::ByModel;
 use super::passage::{Clearance, Figures};
 use super::tuning::{Intervals, SOURCE_BOUND, Tuning, nearest};
 use super::{Parameters, Report, Study};
-use crate::text::{NONE, time};
+use crate::text::{NONE, counted, time};
 pub use crate::text::{Table, number};
 use std::f64::consts::TAU;
 
@@ -242,8 +242,7 @@ fn verdict(study: &Study) -> String {
     let word = |calm: bool| if calm { "no further impact follows" } else { "further impacts follow" };
     let of = |model: bool, count: usize| match counts(&sequels_by(study, model)) {
         _ if count == 0 => "no passage".to_owned(),
-        counts if count == 1 => format!("1 passage ({counts})"),
-        counts => format!("{count} passages ({counts})"),
+        counts => format!("{} ({counts})", counted(count, "passage")),
     };
     let formulas = of(false, study.crossings);
     let Some((model, count)) = calm.by_model.zip(study.releases) else {
@@ -428,9 +427,9 @@ pub fn of_motion(study: &Study) -> Vec<String> {
     if let Some(settled) = &study.settled {
         let repeats = if settled.repeats { "each turn like the one before" } else { "not repeating from turn to turn" };
         lines.push(format!(
-            "Settled motion, {} turns, {repeats}: {} impacts and {} J lost in a turn; the largest impulse is {} N·s.",
-            settled.turns,
-            number(settled.impacts),
+            "Settled motion, {}, {repeats}: {} and {} J lost in a turn; the largest impulse is {} N·s.",
+            counted(settled.turns, "turn"),
+            counted(number(settled.impacts), "impact"),
             number(settled.loss),
             number(settled.largest_impulse)
         ));

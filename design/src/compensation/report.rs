@@ -7,7 +7,7 @@ use super::restrictions::{Kept, Restrictions};
 use super::{Form, Law, Solution, Task, Tool};
 use crate::periodic_motions::periodic_motions;
 use crate::synthesis::{KEPT, UNITS};
-use crate::text::{self, Table, number};
+use crate::text::{self, Table, counted, number};
 use crate::transmission::{self, Transmission};
 use crate::{Progress, work};
 use camdrive::drives::Fault;
@@ -374,7 +374,7 @@ impl Report {
         }
         for (j, cut) in self.numbers.iter().zip(&self.cams) {
             let law = match (cut.harmonics, cut.points) {
-                (Some(harmonics), _) => format!("{harmonics} harmonics"),
+                (Some(harmonics), _) => counted(harmonics, "harmonic"),
                 (None, points) => format!("a table of {} points", points.unwrap_or_default()),
             };
             lines.push(format!(

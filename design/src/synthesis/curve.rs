@@ -1,6 +1,7 @@
 //! Prescribed curve over a range: a polynomial and motion laws, as functions of the angle from its beginning.
 
 use super::remarks::degrees;
+use crate::text::counted;
 use camdrive::motion::MotionLaw;
 use camdrive::motion::table::{CLOSING, Points, Table};
 use camdrive::numerics::double_double::Double;
@@ -121,7 +122,7 @@ impl Curve {
     pub fn table(angles: &[f64], lifts: &[f64], turn: f64, [from, to]: [f64; 2]) -> Result<Self, String> {
         let n = angles.len();
         if n < LEAST {
-            return Err(format!("{n} points; a part of a turn has at least {LEAST}"));
+            return Err(format!("{}; a part of a turn has at least {LEAST}", counted(n, "point")));
         }
         // The part begins behind the hole.
         let hole = hole(&gaps(angles, turn)).unwrap_or(n - 1);

@@ -6,6 +6,7 @@
 use super::rigid::{self, Formula};
 use super::run::Interface;
 use crate::resource::Resource;
+use crate::text::counted;
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::drive_train::{self, DriveTrain, Follower, Joint, Machine, Shaft};
 use camdrive::drives::elastic_output;
@@ -322,10 +323,9 @@ pub fn fewer_harmonics(series: &Fourier) -> Vec<FewerHarmonics> {
         let order = (1..rest.a.len()).rev().find(|k| rest.a[*k] != 0.0 || rest.b[*k] != 0.0).unwrap_or(0);
         rest.a.truncate(order + 1);
         rest.b.truncate(order + 1);
-        let plural = if dropped.len() == 1 { "" } else { "s" };
         FewerHarmonics {
-            feature: format!("harmonic{plural} k = {}", listed(&dropped)),
-            instead: format!("{} of {} harmonics", harmonics.len() - dropped.len(), harmonics.len()),
+            feature: format!("{} k = {}", if dropped.len() == 1 { "harmonic" } else { "harmonics" }, listed(&dropped)),
+            instead: format!("{} of {}", harmonics.len() - dropped.len(), counted(harmonics.len(), "harmonic")),
             series: Fourier::new(rest.a, rest.b),
         }
     };

@@ -1,7 +1,7 @@
 //! The report as tables: cells for terminal and page, CSV, JSON.
 
 use super::{Cost, Feature, Report, Row, bounded};
-use crate::text::{self, NONE, Table, number, time};
+use crate::text::{self, NONE, Table, counted, number, time};
 use camdrive::drives::Fault;
 use std::collections::BTreeMap;
 
@@ -100,7 +100,7 @@ pub fn about(report: &Report) -> Vec<String> {
     let (e, r) = (&report.experiment, &report.reference);
     // The mean speed of a run-up is half of its last.
     let at_speed = e.stop - e.run_up.map_or(0.0, |[_, ramp]| 0.5 * ramp);
-    let turns = e.turn.map_or(String::new(), |turn| format!(", {} turns", number(at_speed / turn)));
+    let turns = e.turn.map_or(String::new(), |turn| format!(", {}", counted(number(at_speed / turn), "turn")));
     let mut lines = vec![format!("Runs of {}{turns}; default communication step {}.", time(e.stop), time(e.step))];
     if let Some([speed, ramp]) = e.run_up {
         lines.push(format!(

@@ -173,8 +173,8 @@ fn without_force_a_loaded_backlash_drive_moves_as_the_plain_one() {
             if mode == "given" { ", " } else { "" },
             if mode == "given" { &given } else { "" },
         );
-        let names = ["x1", "der(x1)", "y", "der(y)", "q", "der(q)", "gap", "contact", "impulse", "energy_loss"];
-        let own = ["force", "force_mean", "tau", "tau_mean", "impacts", "phi", "w", "der(x1,2)", "der(y,2)"];
+        let names = ["x1", "der(x1)", "y", "der(y)", "q", "gap", "contact", "impulse", "energy_loss", "damping_loss"];
+        let own = ["der(q)", "force", "force_mean", "tau", "tau_mean", "impacts", "phi", "w", "der(x1,2)", "der(y,2)"];
         for names in [&names[..], &own[..]] {
             for name in names {
                 alike(&plain, &format!("{plain}load.spring.c = 0\n"), 0.5, [name]);
@@ -253,7 +253,7 @@ fn the_variables_are_those_of_the_single_model() {
         let loaded = of(&format!("{plain}{load}"));
         for variable in of(&plain) {
             // What only the other solver has.
-            let own = ["solver.method", "solver.step_size", "damping_loss", "der(M_an)"];
+            let own = ["solver.method", "solver.step_size", "der(M_an)"];
             assert!(loaded.contains(&variable) || own.contains(&&*variable.0), "{variable:?}");
         }
         let of_trains =
@@ -315,7 +315,7 @@ fn what_the_single_models_do_not_have_is_refused() {
             &["`motor.coupling`: the rotor would not", "DriveTrain"],
         ),
         (machine("[machine]\nJ0 = 1\nload.input = true"), &["machine.load.input", "always has the input tau"]),
-        (machine(&format!("{motor}[machine.load]\ntorque = 6")), &["the motor cannot start: 5 N.m at rest"]),
+        (machine(&format!("{motor}[machine.load]\ntorque = 6")), &["the motor cannot start: 5 N.m on the shaft"]),
         (machine(&format!("{motor}[solver]\nmethod = \"fixed_cost\"")), &["solver.method", "locates its events"]),
         (machine(&format!("{motor}[start]\nmode = \"equilibrium\"")), &["given, steady_state"]),
         (machine(&format!("{motor}[start]\nmode = \"steady_state\"")), &["no speed is known", "choose given"]),
@@ -341,4 +341,122 @@ fn a_shaft_that_turns_backwards_has_its_own_speed_of_lift_off() {
         let found = of[0].lift_off_speed.expect("a speed").value * 30.0 / std::f64::consts::PI;
         assert!((found - rpm).abs() < 0.01, "{speed} rad/s: {found} rpm");
     }
+}
+
+const TRAIN: &str = "name = \"x\"\nmodel = \"DriveTrain\"\n";
+
+/// What is told beside the scene.
+fn notes(text: &str) -> Vec<String> {
+    scene::resolve("x.toml", text, Path::new("")).unwrap_or_else(|faults| panic!("{text}\n{faults}")).notes
+}
+
+#[test]
+fn a_motor_that_its_load_holds_is_refused() {
+    // The crank lifts m: ∫ m g dU, with the rod much longer than the crank m g r (1 − cos φ).
+    let lift =
+        "[machine]\nJ0 = 1\n[[follower]]\nm = 2\ncam = { law = \"fourier\", a = [0, -0.1] }\nload = { gravity = 10 }\n";
+    let spring = "[machine]\nJ0 = 1\n[[follower]]\ncam = { law = \"fourier\", a = [0, -0.1] }\n\
+                  backlash = { m1 = 1, s = \"inf\" }\nload = { spring = { preload = 20, c = 0, at = 0 } }\n";
+    let soft = "[machine]\nJ0 = 1\n[[follower]]\ncam = { law = \"fourier\", a = [0, -0.1] }\n\
+                elasticity = { place = \"output\", m = 2, c = 1e6 }\nload = { gravity = 10 }\n";
+    let constant = |torque: f64| format!("[motor]\nkind = \"constant\"\ntorque = {torque}\n");
+    let servo = |more: &str| format!("[motor]\nkind = \"servo\"\nM_max = 3\nK_p = 0.2\n{more}\n");
+    let machine = |load: f64| format!("[machine]\nJ0 = 1\nload.torque = {load}\n");
+    let (step, kloss) = (
+        "[machine]\nJ0 = 1\nload.torque.points = [[0, 50], [3, 50], [3, 44], [\"360 deg\", 44]]\n",
+        "[motor]\nkind = \"kloss\"\nM_k = 60\ns_k = 0.2\nw_s = 15\nratio = 2\n",
+    );
+    // 2 sin(φ) at φ = 90°; the mean over the way to φ, 2 (1 − cos φ)/φ, is 1.449 at 133.56°.
+    let from = |phi: f64| format!("start.phi_start = \"{phi} deg\"\n");
+    for load in [lift, spring, soft] {
+        let said = [
+            "the motor cannot start: 1.4 N.m on the shaft",
+            "takes 1.449",
+            "over the first 134 deg",
+            "more than 1.449",
+        ];
+        refused(&format!("{TRAIN}{}{load}", constant(1.4)), &said);
+        let said = ["`motor`: the motor cannot start: 1.9 N.m on the shaft", "takes 2 N.m at the start", "greater"];
+        refused(&format!("{TRAIN}{}{}{load}", from(90.0), constant(1.9)), &said[..2]);
+        // The other way it is the same hill.
+        refused(&format!("{TRAIN}{}{load}", constant(-1.4)), &["1.4 N.m on the shaft", "takes 1.449"]);
+        refused(&format!("{TRAIN}{}{}{load}", from(-90.0), constant(-1.9)), &["takes 2 N.m at the start"]);
+        for torque in [1.5, -1.5] {
+            notes(&format!("{TRAIN}{}{load}", constant(torque)));
+        }
+        // From above it falls, and its work is 2 π M over the turn.
+        notes(&format!("{TRAIN}{}{}{load}", from(180.0), constant(0.1)));
+        notes(&format!("{TRAIN}{}{load}", servo("w_ref = 10\nK_i = 1")));
+    }
+    for (text, said) in [
+        (machine(6.0) + &constant(5.0), &["5 N.m on the shaft", "takes 6 N.m at the start", "start.w_start"][..]),
+        (machine(-6.0) + &constant(-5.0), &["takes 6 N.m at the start"]),
+        (machine(6.0) + &servo("w_ref = 10"), &["2 N.m on the shaft", "takes 6 N.m"]),
+        (machine(6.0) + &servo("w_ref = 10\nK_i = 1"), &["3 N.m on the shaft"]),
+        (machine(6.0) + &servo("w_ref = 10\nK_i = 1\nratio = 2"), &["6 N.m on the shaft", "more than 6 N.m"]),
+        (machine(-6.0) + &servo("w_ref = { ramp = 10 }\nratio = -1"), &["3 N.m on the shaft", "takes 6 N.m"]),
+        (
+            machine(5.0) + "[motor]\nkind = \"table\"\npoints = [[-2, 2], [2, 2], [10, 8]]",
+            &["2 N.m on the shaft", "takes 5"],
+        ),
+        (format!("{step}{kloss}"), &["46.15", "takes 50 N.m at the start"]),
+    ] {
+        refused(&format!("{TRAIN}{text}"), said);
+    }
+    // Behind the step the speed is there that the higher torque needs.
+    notes(&format!("{TRAIN}start.phi_start = \"180 deg\"\n{step}{kloss}"));
+    // A load that drives needs no motor, and a shaft that nothing loads no torque.
+    for text in [machine(-6.0) + &constant(5.0), machine(6.0) + &constant(-5.0), machine(0.0) + &constant(0.0)] {
+        assert!(notes(&format!("{TRAIN}{text}")).is_empty());
+    }
+    // At speed it may run, though not for long.
+    let running = notes(&format!("{TRAIN}start.w_start = 1\n{}{}", machine(6.0), constant(5.0)));
+    assert!(running.len() == 1 && running[0].contains("cannot keep the speed: at most 5 N.m"), "{running:?}");
+    assert!(notes(&format!("{TRAIN}start.w_start = 1\n{lift}{}", constant(0.1))).is_empty());
+}
+
+#[test]
+fn a_position_loop_that_grows_is_told() {
+    // K_p (K_p K_v + K_i) > J K_i K_v with J = 1 + 1 of the shaft at i = 2, 0.5 at the rotor, and its own 0.5: K_v < 2·30/(30 − 4).
+    let of = |gain: f64, more: &str| {
+        let motor =
+            format!("kind = \"servo\"\nK_p = 2\nK_i = 30\nM_max = 50\nw_ref = 10\nratio = 2\nJ = 0.5\nK_v = {gain}\n");
+        let follower = "[[follower]]\nm = 2\ncam = { law = \"fourier\", a = [0, 1] }\n";
+        notes(&format!("{TRAIN}[motor]\n{motor}[machine]\nJ0 = 1\n{more}{follower}"))
+    };
+    let unstable = of(2.4, "");
+    assert!(unstable.len() == 1 && unstable[0].contains("below 2.307"), "{unstable:?}");
+    assert!(
+        unstable[0].starts_with("`motor.K_v`: 2.4 1/s makes the position loop unstable: with 1 kg.m2"),
+        "{unstable:?}"
+    );
+    assert!(of(2.3, "").is_empty() && of(2.4, "load.friction = 1\n").is_empty());
+    assert_eq!(
+        of(2.4, "[motor.coupling]\nc = 800\n[machine]\nJ0 = 1\n".trim_end_matches("[machine]\nJ0 = 1\n")).len(),
+        1
+    );
+}
+
+#[test]
+fn nothing_balances_where_no_load_presses() {
+    let equilibrium = "start.mode = \"equilibrium\"\n";
+    let plain = format!("{BACKLASH}{LOADED}").split("[load]").next().unwrap().to_owned();
+    refused(&format!("{equilibrium}{plain}"), &["x.toml:1", "without loads m1 may be anywhere", "at_rest"]);
+    let slow = plain.replace("speed = 20", "speed = 0.1");
+    // A spring whose force is zero within the clearance: 1 mm above flank A, which is at −0.05 cos 0.3 + ….
+    let held = |at: f64| format!("{equilibrium}{slow}[load]\nroller.spring = {{ c = 500, at = {at} }}\n");
+    let a = -0.05 * 0.3_f64.cos() + 0.006 * 0.6_f64.cos() + 0.004 * 0.3_f64.sin();
+    refused(&held(a + 0.001), &["nothing holds follower 1", "at a flank of its clearance"]);
+    for (at, contact) in [(a - 0.001, 1.0), (a + 0.003, -1.0)] {
+        let (_, mut drive) = built(&held(at));
+        drive.start().unwrap();
+        assert_eq!(drive.get(reference(&drive, "contact")).unwrap(), contact);
+    }
+    refused(&format!("{equilibrium}{plain}load.spring.c = 0"), &["at a flank of its clearance", "a force"]);
+    // Relaxed just where the flank is, it holds m1 there.
+    let cam = "cam = { law = \"fourier\", a = [0.0, -0.5] }\ndrive = { speed = 0.1 }\nbacklash = { m1 = 2, m2 = 8, c = 2000, s = 0.002 }\n";
+    let (_, mut drive) =
+        built(&format!("{BACKLASH}{equilibrium}{cam}[load]\nroller.spring = {{ c = 500, at = -0.5 }}\n"));
+    drive.start().unwrap();
+    assert_eq!(drive.get(reference(&drive, "contact")).unwrap(), 1.0);
 }

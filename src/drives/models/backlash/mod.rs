@@ -24,7 +24,7 @@ mod variables;
 pub use crate::drives::follower::contact::Parameters;
 use crate::drives::follower::contact::{Beginning, Bodies, Flank, Mode, Phase, State};
 use crate::drives::follower::flank::FlankMotion;
-use crate::drives::limits::no_state;
+use crate::drives::limits::{no_state, refused_start};
 use crate::drives::parameter::parameters;
 use crate::drives::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use crate::drives::shaft::cam_drive::{
@@ -266,7 +266,11 @@ impl Drive for BacklashDrive {
         self.motion = self.cam.motion(time);
         self.prepare_bodies();
         match self.start.mode {
-            // Without a load the spring is relaxed.
+            StartMode::Equilibrium if self.parameters.s > 0.0 => {
+                let message =
+                    "start.mode = equilibrium: without loads m1 may be anywhere in its clearance; choose at_rest";
+                return Err(refused_start(message));
+            }
             StartMode::AtRest | StartMode::Equilibrium => self.begin(time, [0.0; 2]),
             StartMode::Given => self.begin(time, [self.start.q, self.start.q_dot]),
             StartMode::SteadyState => self.begin_steady(time)?,

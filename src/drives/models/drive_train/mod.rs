@@ -177,6 +177,11 @@ impl DriveTrain {
             run = Run::begin(&self.train, Double::from(time), (&found.y[..count], turns), found.modes, tolerance);
             run = run.with_period(found);
         }
+        // As a BacklashDrive tells it.
+        let behind = |follower: &Follower| matches!(follower.joint, Joint::Backlash(p) if p.m2 > 0.0);
+        if matches!(self.names, Names::Backlash(_)) && self.train.followers.iter().all(behind) {
+            run.tallies[0].damped = Some(0.0);
+        }
         run.first(&self.train, &outside, self.horizon(0.0))?;
         self.run = run;
         self.laid.take(&self.inputs);

@@ -43,7 +43,7 @@ const STATE_RATE: usize = 16;
 /// … and of each follower.
 const ROTOR_ACCELERATION: usize = 17;
 const FOLLOWERS: usize = 18;
-const EACH: usize = 24;
+const EACH: usize = 25;
 
 /// How many places there are for so many followers.
 pub(super) fn places(followers: usize) -> usize {
@@ -84,6 +84,7 @@ pub(super) enum Of {
     Lever,
     LeverDot,
     LeverDotDot,
+    Damped,
 }
 
 pub(super) fn place(j: usize, of: Of) -> usize {
@@ -231,7 +232,7 @@ pub(super) fn evaluate(d: &DriveTrain, values: &mut [f64]) {
     let mut statistics = d.statistics();
     statistics[0] = d.run.steps;
     statistics[1] = d.run.steps * d.run.terms();
-    statistics[2] = d.run.error.min(1.0);
+    statistics[2] = (d.run.error + d.run.ahead).min(1.0);
     values[STATISTICS..][..3].copy_from_slice(&statistics);
     [values[PERIOD], values[MULTIPLIER]] = d.run.period;
     for (j, follower) in d.train.followers.iter().enumerate() {
@@ -249,6 +250,9 @@ pub(super) fn evaluate(d: &DriveTrain, values: &mut [f64]) {
             let rest =
                 rest.into_iter().chain([(Of::Loss, tally.loss), (Of::ForceMean, mean[0]), (Of::TauMean, mean[1])]);
             rest.for_each(|(of, value)| values[place(j, of)] = value);
+            if let Some(loss) = d.run.damping_loss(&d.train, d.time, j) {
+                values[place(j, Of::Damped)] = loss;
+            }
         }
     }
 }
@@ -670,6 +674,10 @@ impl DriveTrain {
         }
         let text = "Mean torque of the follower on the drive over the last communication step, impulses included";
         discrete("tau_mean", text, real(&unit::TORQUE), Of::TauMean);
+        if let (Names::Backlash(_), true) = (self.names, p.m2 > 0.0) {
+            let name = format!("follower[{n}].damping_loss");
+            list.local(&name, "Energy dissipated by the damper", real(&unit::ENERGY)).at(place(j, Of::Damped));
+        }
     }
 
     fn declare_parameters(&self, list: &mut List<Self>) {

@@ -2,7 +2,8 @@
 //!
 //! * elastic output, and m2 behind its spring: c q = F_L(x + q), hence q = (m g + F₀ − F_v + P + F − c_r (x − y₀))/(c + c_r);
 //! * elastic shaft: c q = U′(ψ) F_L(U(ψ)), ψ = φ + q, followed from F_L = 0 on, as long as c > d(U′F_L)/dψ: beyond, it snaps through;
-//! * clearance: m1 lies on flank A where N = −c q − F_L1 ≥ 0, else on flank B.
+//! * clearance: m1 lies on flank A where N = −c q − F_L1 ≥ 0, on flank B where N ≤ 0 there. Without loads it may be anywhere, and
+//!   a spring may hold it between them: neither is a start.
 //!
 //! Source: derived here; the stability condition is that of a conservative system (second derivative of the potential).
 
@@ -20,7 +21,7 @@ impl Train {
     /// Puts the springs to where they balance the loads.
     ///
     /// # Errors
-    /// Where nothing holds a tool or m1, and where an elastic shaft snaps through.
+    /// Where nothing holds a tool, or m1 at a flank, and where an elastic shaft snaps through.
     pub fn rest(&self, modes: &mut Modes, phi: Double, y: &mut [f64], given: &Given<f64>) -> Result<(), Fault> {
         let angles = self.angles(phi, y);
         let f = Functions::at(self, modes, &angles);
@@ -47,11 +48,19 @@ impl Train {
                         (modes.contacts[j], modes.beyond[j]) = (Mode::Contact(flank), flank == Flank::B);
                         Ok(force)
                     };
-                    if lie(Flank::A)? < 0.0 {
-                        if p.s.is_infinite() {
-                            return Err(nothing_holds(j, "it on its cam"));
+                    let on_a = lie(Flank::A)?;
+                    if on_a < 0.0 && p.s.is_infinite() {
+                        return Err(nothing_holds(j, "it on its cam"));
+                    }
+                    if on_a <= 0.0 && p.s.is_finite() {
+                        let on_b = lie(Flank::B)?;
+                        if on_a < 0.0 && on_b > 0.0 || on_a == 0.0 && on_b == 0.0 {
+                            return Err(nothing_holds(j, "it at a flank of its clearance"));
                         }
-                        lie(Flank::B)?;
+                        // A spring that is relaxed just there holds it.
+                        if on_a == 0.0 {
+                            lie(Flank::A)?;
+                        }
                     }
                 }
             }
@@ -91,7 +100,7 @@ impl Train {
 fn nothing_holds(j: usize, what: &str) -> Fault {
     refused_start(format!(
         "start.mode = equilibrium: nothing holds follower {} where it is: neither spring nor load holds {what}; choose at_rest, \
-         or give the follower a spring",
+         or give the follower a spring or a force",
         j + 1
     ))
 }

@@ -66,18 +66,32 @@ impl Run {
     fn left_out(&mut self, theta: f64, free: bool) -> [f64; MOST_STATES] {
         let mut left_out = [0.0; MOST_STATES];
         for k in 0..self.states.len() {
-            let c = self.recorded.tape.series(k);
-            let change = theta * c[1..=self.order].iter().rev().fold(0.0, |sum, c| sum * theta + c);
-            let size = c[0].abs().max((c[0] + change).abs());
-            let size = if k == 0 && free { 1.0 } else { size };
-            self.errors.sizes[k] = self.errors.sizes[k].max(size);
-            let last = [self.order - 1, self.order].map(|n| c[n] * theta.powi(n as i32));
-            // Terms fall by half at least from one to the next.
-            let left = 0.5 * last[1].abs().max(0.5 * last[0].abs());
-            let rounded = 0.5 * f64::EPSILON * c[0].abs().max(change.abs());
-            left_out[k] = left.copysign(last[1]) + rounded.copysign(self.errors.values[k]);
+            let [left, rounded, size] = self.term(k, theta, free);
+            self.errors.sizes[k] = size;
+            left_out[k] = left + rounded.copysign(self.errors.values[k]);
         }
         left_out
+    }
+
+    /// What the step up to `theta` leaves out of a state, what it rounds, and the largest size of the state.
+    fn term(&self, k: usize, theta: f64, free: bool) -> [f64; 3] {
+        let c = self.recorded.tape.series(k);
+        let change = theta * c[1..=self.order].iter().rev().fold(0.0, |sum, c| sum * theta + c);
+        let size = if k == 0 && free { 1.0 } else { c[0].abs().max((c[0] + change).abs()) };
+        let last = [self.order - 1, self.order].map(|n| c[n] * theta.powi(n as i32));
+        // Terms fall by half at least from one to the next.
+        let left = 0.5 * last[1].abs().max(0.5 * last[0].abs());
+        let rounded = 0.5 * f64::EPSILON * c[0].abs().max(change.abs());
+        [left.copysign(last[1]), rounded, self.errors.sizes[k].max(size)]
+    }
+
+    /// What the present step up to its end, which may be all of a run, adds to the estimate.
+    pub(super) fn look_ahead(&mut self, train: &Train) {
+        let part = |k: usize| {
+            let [left, _, size] = self.term(k, self.length, train.machine().is_some());
+            left.abs() / size
+        };
+        self.ahead = RESERVE * (0..self.errors.values.len()).map(part).fold(0.0, f64::max);
     }
 
     /// Carries the errors over the step up to `theta`. The series are those of another motion afterwards.

@@ -20,6 +20,7 @@ use crate::drives::{EventLog, Fault, Rounded};
 use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::first_root::first_root;
+use crate::numerics::gauss::Gauss;
 use crate::numerics::taylor::Series;
 use crate::numerics::work::Work;
 use estimate::Errors;
@@ -59,6 +60,8 @@ pub struct Tally {
     pub impacts: f64,
     /// Energy lost (J).
     pub loss: f64,
+    /// ∫ b q̇² dt up to the current step (J), where it is counted.
+    pub damped: Option<f64>,
     /// ∫F_K dt + ΣP and ∫U′F_K dt + ΣU′P of the communication step up to the current step.
     pub sums: [f64; 2],
 }
@@ -90,8 +93,9 @@ pub struct Run {
     pub tallies: [Tally; MOST_FOLLOWERS],
     /// Steps since the start.
     pub steps: f64,
-    /// Estimated relative error.
+    /// Estimated relative error up to the present step, and what that adds.
     pub error: f64,
+    pub ahead: f64,
     /// What it comes from; without states while a periodic motion is searched for.
     pub errors: Errors,
     /// Relative.
@@ -349,6 +353,7 @@ impl Run {
         }
         (self.length, self.event, self.summed) = (reach.min(1.0).min(horizon / self.unit), None, 0.0);
         self.find_event(train, outside);
+        self.look_ahead(train);
         self.steps += 1.0;
         Ok(())
     }
@@ -471,8 +476,27 @@ impl Run {
         }
     }
 
+    /// ∫ b q̇² dt of a follower with backlash since the start (J), up to the place `theta` of the step, where it is counted.
+    fn damped(&self, train: &Train, j: usize, theta: f64) -> Option<f64> {
+        let (before, Joint::Backlash(p)) = (self.tallies[j].damped?, train.followers.get(j)?.joint) else {
+            return None;
+        };
+        let rate = &self.recorded.tape.series(train.layout.followers[j] + 3)[..=self.order];
+        let [square] = Gauss::with(16).integrate(theta - self.summed, |x| {
+            let v = rate.iter().rev().fold(0.0, |sum, c| sum * (self.summed + x) + c);
+            [v * v]
+        });
+        Some(before + p.b * self.unit * square)
+    }
+
+    /// The same up to `time`.
+    pub fn damping_loss(&self, train: &Train, time: f64, j: usize) -> Option<f64> {
+        self.damped(train, j, self.theta(Double::from(time)).clamp(0.0, self.length))
+    }
+
     /// Takes up ∫F_K and ∫U′F_K of the step up to `theta`.
     fn sum_up(&mut self, train: &Train, theta: f64) {
+        (0..train.followers.len()).for_each(|j| self.tallies[j].damped = self.damped(train, j, theta));
         let integral =
             |c: &[f64], x: f64| c.iter().enumerate().rev().fold(0.0, |sum, (n, c)| sum * x + c / (n + 1) as f64) * x;
         for j in 0..train.followers.len() {
@@ -583,7 +607,10 @@ impl Run {
         end.states.resize(self.states.len(), 0.0);
         self.at(time, &mut end.states);
         (end.time, end.modes, end.tallies, end.course) = (time, self.modes, self.tallies, [phi, w]);
-        (0..train.followers.len()).for_each(|j| end.tallies[j].sums = self.sums(train, time, j));
+        for j in 0..train.followers.len() {
+            (end.tallies[j].sums, end.tallies[j].damped) =
+                (self.sums(train, time, j), self.damping_loss(train, time, j));
+        }
     }
 
     /// The states at `time`.

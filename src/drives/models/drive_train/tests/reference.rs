@@ -885,3 +885,14 @@ fn a_stiff_output_is_rigid() {
         assert!(difference < 1e-9, "{name}: {difference:e}");
     }
 }
+
+#[test]
+fn the_estimate_counts_the_step_that_is_not_yet_left() {
+    let f0 = output(hs(0.04), [3.0, 12000.0, 20.0], 0.0);
+    let of = scene(Shaft::Free(machine(0.9, [0.0, 8.0], kloss(60.0, 0.2, 15.0, Some(0.02)))), vec![f0]);
+    let train = run(&of, 1e-4, 1, 1e-3);
+    assert!(train.run.error == 0.0 && train.run.ahead > 0.0, "{:e} {:e}", train.run.error, train.run.ahead);
+    let mut values = vec![0.0; 200];
+    train.evaluate(&mut values);
+    assert!(values.contains(&train.run.ahead));
+}
