@@ -27,18 +27,26 @@ pub struct HarmonicAnalysis {
 ///
 /// Equidistant points: their discrete Fourier series, aₖ = 2/n Σ uᵢ cos kφᵢ, bₖ = 2/n Σ uᵢ sin kφᵢ. Others: least
 /// squares, each point weighted by the angle it stands for, by QR. K ≤ (n − 1)/2 of n points, a closing one not
-/// counted.
+/// counted; of those at unequal distances K ≤ π/gap besides, since a shorter wave may swing unseen in the widest gap.
 pub fn analyse(points: Points, harmonics: usize) -> Result<HarmonicAnalysis, TableError> {
     let points = points.open()?;
     let n = points.angles.len();
     let most = (n - 1) / 2;
+    let too_many = |most: usize, gap: Option<f64>| TableError::TooManyHarmonics { harmonics, most, gap };
     if harmonics > most {
-        return Err(TableError::TooManyHarmonics { harmonics, most });
+        return Err(too_many(most, None));
     }
     let series = if is_equidistant(&points.angles, EQUIDISTANT) {
         discrete_series(points.angles[0], &points.lifts, harmonics)
     } else {
-        least_squares(&points, harmonics).ok_or(TableError::TooManyHarmonics { harmonics, most: harmonics - 1 })?
+        let around = points.angles[0] + TAU - points.angles[n - 1];
+        let gap = points.angles.windows(2).fold(around, |gap, pair| gap.max(pair[1] - pair[0]));
+        // Angles of five digits make a gap of 15° a little wider.
+        let carried = (0.5 * TAU / gap + 1e-3).floor() as usize;
+        if harmonics > carried {
+            return Err(too_many(carried, Some(gap)));
+        }
+        least_squares(&points, harmonics).ok_or(too_many(harmonics - 1, None))?
     };
     let residual =
         |i: usize| series.at(points.angles[i] - TAU * (points.angles[i] / TAU).round()).0[0] - points.lifts[i];
@@ -138,6 +146,19 @@ mod tests {
     }
 
     #[test]
+    fn a_gap_carries_no_wave_shorter_than_twice_its_width() {
+        // 5° on a flank and 15° elsewhere: 12 harmonics at most, though 40 points would determine 19.
+        let even = [(0..24).map(|i| 5 * i).collect::<Vec<_>>(), (0..16).map(|i| 120 + 15 * i).collect()].concat();
+        let angles: Vec<f64> = even.into_iter().map(|deg| f64::from(deg).to_radians()).collect();
+        assert!(analyse(sample(&series(), angles.clone()), 12).unwrap().largest_residual < 1e-14);
+        let error = analyse(sample(&series(), angles), 13).unwrap_err();
+        assert!(
+            matches!(error, TableError::TooManyHarmonics { most: 12, gap: Some(gap), .. } if (gap - TAU / 24.0).abs() < 1e-12),
+            "{error:?}"
+        );
+    }
+
+    #[test]
     fn the_residual_is_what_the_left_out_harmonics_carry() {
         // cos 5φ is orthogonal to the lower harmonics on 16 points, so it stays whole.
         let given = Fourier::new(vec![0.0, 1.0, 0.0, 0.0, 0.0, 0.25], vec![]);
@@ -151,6 +172,6 @@ mod tests {
     fn too_many_harmonics_are_refused() {
         let angles = (0..12).map(|i| TAU * f64::from(i) / 12.0).collect();
         let error = analyse(sample(&series(), angles), 6).unwrap_err();
-        assert_eq!(error, TableError::TooManyHarmonics { harmonics: 6, most: 5 });
+        assert_eq!(error, TableError::TooManyHarmonics { harmonics: 6, most: 5, gap: None });
     }
 }

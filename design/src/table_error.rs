@@ -51,8 +51,12 @@ pub fn told(error: &TableError) -> String {
             Rounded(gap.to_degrees()),
             Rounded(*distance)
         ),
-        TableError::TooManyHarmonics { harmonics, most } => {
+        TableError::TooManyHarmonics { harmonics, most, gap: None } => {
             format!("{}; the points determine at most {most}", counted(harmonics, "harmonic"))
         }
+        TableError::TooManyHarmonics { harmonics, most, gap: Some(gap) } => format!(
+            "{harmonics} harmonics; the widest gap between neighbouring points, {} deg, carries at most {most}",
+            Rounded(gap.to_degrees())
+        ),
     }
 }

@@ -57,7 +57,7 @@ pub enum MotionLaw {
     Plan(MotionPlan),
     /// The angle of the shaft, for a mechanism that sits on it.
     Crank(Crank),
-    /// Straight lines and steps: no motion, but a force or a torque.
+    /// Straight lines or monotone curves, with steps.
     Polyline(Polyline),
 }
 
@@ -117,7 +117,7 @@ impl MotionLaw {
     }
 
     /// The angles in [0, 2π), ascending, at which a derivative jumps: in a cycle or a plan one of order ≤ 4, in a
-    /// table that of order 5, or of order 2 where its derivatives are given, of lines U or U′. Segment i reaches from breakpoint i to breakpoint
+    /// table that of order 5, or of order 2 where its derivatives are given, of lines and monotone curves U, U′ or U″. Segment i reaches from breakpoint i to breakpoint
     /// i + 1, the last one around the turn. Empty where U is smooth all around.
     pub fn breakpoints(&self) -> &[f64] {
         match self {
@@ -156,18 +156,20 @@ impl MotionLaw {
     pub fn resolution(&self) -> f64 {
         match self {
             MotionLaw::Fourier(series) => series.order().max(1) as f64,
-            pieces!(pieces) => {
+            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
                 (0..pieces.breakpoints().len()).map(|segment| pieces.resolution_in(segment)).fold(1.0, f64::max)
             }
-            // Each segment is a polynomial of degree 5 itself.
-            MotionLaw::Table(_) | MotionLaw::Crank(_) => 1.0,
+            // Each segment is a polynomial of degree 5 at most itself.
+            MotionLaw::Table(_) | MotionLaw::Crank(_) | MotionLaw::Polyline(_) => 1.0,
         }
     }
 
     /// The harmonic order that resolves one segment.
     pub fn resolution_in(&self, segment: usize) -> f64 {
         match self {
-            pieces!(pieces) => pieces.resolution_in(segment),
+            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
+                pieces.resolution_in(segment)
+            }
             _ => self.resolution(),
         }
     }
@@ -176,6 +178,7 @@ impl MotionLaw {
     /// at the distance 1/R by ε (|U| + 2π |U′|) Rⁿ; a polynomial of degree 7 sums up coefficients sixteen times as large.
     pub fn roundings(&self) -> [f64; 2] {
         let (finest, sums) = match self {
+            MotionLaw::Polyline(lines) if lines.is_monotone() => (lines.finest(), 1.0),
             MotionLaw::Fourier(_) | MotionLaw::Cycle(_) | MotionLaw::Crank(_) | MotionLaw::Polyline(_) => {
                 return [0.0; 2];
             }
@@ -245,7 +248,11 @@ mod tests {
             MotionLaw::Table(Table::new(Points { angles, lifts }).unwrap()),
         ];
         let (angles, lifts) = (vec![0.5, 1.0, 1.0, 3.0, 5.0], vec![0.0, 0.0, -0.02, 0.01, 0.03]);
-        laws.push(MotionLaw::Polyline(Polyline::new(Points { angles, lifts }).unwrap()));
+        let points = Points { angles, lifts };
+        laws.extend(
+            [Polyline::new(points.clone()), Polyline::monotone(points)]
+                .map(|lines| MotionLaw::Polyline(lines.unwrap())),
+        );
         laws.extend(StandardLaw::ALL.map(|law| MotionLaw::Cycle(Cycle::new(plan(law)))));
         let shifted = |law| CyclePlan { inflections: [Some(0.3), Some(0.62)], ..plan(law) };
         laws.extend(StandardLaw::ALL.map(|law| MotionLaw::Cycle(Cycle::new(shifted(law)))));
@@ -381,10 +388,12 @@ mod tests {
         assert!(laws[0].validate().unwrap_err().contains("Fourier"));
         laws[1].set_parameter(0, f64::INFINITY);
         assert!(laws[1].validate().unwrap_err().contains("cam.scale"));
-        laws[2].set_parameter(0, f64::INFINITY);
-        assert!(laws[2].validate().unwrap_err().contains("scale"));
-        laws[3].set_parameter(3, 5.0);
-        let message = laws[3].validate().unwrap_err();
+        for lines in &mut laws[2..4] {
+            lines.set_parameter(0, f64::INFINITY);
+            assert!(lines.validate().unwrap_err().contains("scale"));
+        }
+        laws[4].set_parameter(3, 5.0);
+        let message = laws[4].validate().unwrap_err();
         assert!(message.contains("rise = 5 rad") && message.contains("2π"), "{message}");
     }
 }

@@ -105,6 +105,8 @@ pub enum TableError {
         harmonics: usize,
         /// The most that the points determine.
         most: usize,
+        /// The angle between two neighbours that carries no more of them (rad); None where it is their number.
+        gap: Option<f64>,
     },
 }
 
@@ -144,7 +146,7 @@ impl Points {
     }
 
     /// Checks the points, of which two may have one angle where the lift may `step`; whether the last one closes the turn.
-    pub(super) fn check(&self, step: bool) -> Result<bool, TableError> {
+    pub fn check(&self, step: bool) -> Result<bool, TableError> {
         let (angles, lifts) = (&self.angles, &self.lifts);
         if angles.len() != lifts.len() {
             return Err(TableError::Lengths { angles: angles.len(), lifts: lifts.len() });

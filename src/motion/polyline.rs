@@ -1,7 +1,12 @@
-//! Points joined by straight lines, with steps: a force or a torque over the turn, which no cam follows.
+//! Points joined by straight lines or by monotone curves, with steps: a force, a torque, an inertia over the turn.
 //!
-//! Between neighbouring points U is linear. Two points at one angle are a step; so is a closing point, one turn after the first,
-//! with another value. Every point is a breakpoint, at which U′ or, in a step, U jumps; U″ and what follows is zero.
+//! Between neighbouring points U is linear, or a cubic that does not leave their range: its slope at a point is the weighted
+//! harmonic mean of those of the lines on both sides, and zero where these have not the same sign (PCHIP). Two points at one angle
+//! are a step; so is a closing point, one turn after the first, with another value; a cubic begins beside it with the slope of its
+//! line. Every point is a breakpoint: of lines U′ jumps there, of cubics U″, in a step U.
+//!
+//! Source: F. N. Fritsch, J. Butland, A method for constructing local monotone piecewise cubic interpolants, SIAM J. Sci. Stat.
+//! Comput. 5 (1984), 300–304.
 
 use super::pieces::{Form, Pieces};
 use super::points::{CLOSING, Points, TableError};
@@ -14,6 +19,7 @@ use std::f64::consts::{PI, TAU};
 pub struct Polyline {
     points: Points,
     scale: f64,
+    monotone: bool,
     pub(super) pieces: Pieces,
 }
 
@@ -22,30 +28,45 @@ pub struct Polyline {
 struct Data {
     points: Points,
     scale: f64,
+    monotone: bool,
 }
 
 impl TryFrom<Data> for Polyline {
     type Error = TableError;
     fn try_from(data: Data) -> Result<Self, TableError> {
-        let mut polyline = Polyline::new(data.points)?;
+        let mut polyline = Polyline::through(data.points, data.monotone)?;
         polyline.set_scale(data.scale);
         Ok(polyline)
     }
 }
 
 impl From<Polyline> for Data {
-    fn from(Polyline { points, scale, .. }: Polyline) -> Self {
-        Data { points, scale }
+    fn from(Polyline { points, scale, monotone, .. }: Polyline) -> Self {
+        Data { points, scale, monotone }
     }
 }
 
 impl Polyline {
     /// The lines through `points`, at least two of them, scale 1.
     pub fn new(points: Points) -> Result<Self, TableError> {
+        Polyline::through(points, false)
+    }
+
+    /// The monotone curves through `points`, at least two of them, scale 1.
+    pub fn monotone(points: Points) -> Result<Self, TableError> {
+        Polyline::through(points, true)
+    }
+
+    fn through(points: Points, monotone: bool) -> Result<Self, TableError> {
         points.check(true)?;
-        let mut polyline = Polyline { points, scale: 1.0, pieces: Pieces::at_rest(0.0) };
+        let mut polyline = Polyline { points, scale: 1.0, monotone, pieces: Pieces::at_rest(0.0) };
         polyline.set_scale(1.0);
         Ok(polyline)
+    }
+
+    /// Whether cubics join the points, not lines.
+    pub fn is_monotone(&self) -> bool {
+        self.monotone
     }
 
     /// The points as they were given, without `scale`.
@@ -58,6 +79,12 @@ impl Polyline {
         self.scale
     }
 
+    /// 1 over the least distance of neighbouring points (1/rad), steps not counted.
+    pub(super) fn finest(&self) -> f64 {
+        let widths = self.points.angles.windows(2).map(|pair| pair[1] - pair[0]);
+        widths.filter(|width| *width > 0.0).fold(0.0, |finest, width| f64::max(finest, 1.0 / width))
+    }
+
     /// Changes the factor.
     pub fn set_scale(&mut self, scale: f64) {
         let Points { angles, lifts } = &self.points;
@@ -66,15 +93,42 @@ impl Polyline {
         let place = |angle: f64| if angle == last && end - last <= CLOSING { end } else { angle };
         let mut ends: Vec<_> = angles.iter().zip(lifts).map(|(&angle, &value)| [place(angle), scale * value]).collect();
         ends.push([end, scale * lifts[0]]);
-        let line = |ends: &[[f64; 2]]| {
-            let [[from, low], [to, high]] = [ends[0], ends[1]];
-            let form = Form::straight(from, low, (high - low) / (to - from));
+        let lines: Vec<[[f64; 2]; 2]> =
+            ends.windows(2).map(|ends| [ends[0], ends[1]]).filter(|[from, to]| to[0] > from[0]).collect();
+        let n = lines.len();
+        let form = |(i, &[[from, low], [to, high]]): (usize, &[[f64; 2]; 2])| {
+            let width = to - from;
+            let form = if self.monotone {
+                let [start, stop] =
+                    [slope(&lines[(i + n - 1) % n], &lines[i], 1), slope(&lines[i], &lines[(i + 1) % n], 0)];
+                let (rise, start, stop) = (high - low, width * start, width * stop);
+                let c = [low, start, 3.0 * rise - 2.0 * start - stop, start + stop - 2.0 * rise, 0.0, 0.0, 0.0, 0.0];
+                Form::polynomial(from, width, &c)
+            } else {
+                Form::straight(from, low, (high - low) / width)
+            };
             // The angles within half a turn of the middle of a piece are its own: a whole turn would leave its ends to roundings.
-            let middle = if to - from > PI { 0.5 * (from + to) } else { to };
+            let middle = if width > PI { 0.5 * (from + to) } else { to };
             [([from, middle], form), ([middle, to], form)].into_iter().filter(|([from, to], _)| to > from)
         };
-        (self.scale, self.pieces) = (scale, Pieces::new(ends.windows(2).flat_map(line).collect()));
+        let pieces = Pieces::new(lines.iter().enumerate().flat_map(form).collect());
+        (self.scale, self.pieces) = (scale, pieces);
     }
+}
+
+/// U′ where two neighbouring lines meet, or that of line `own` of the two beside a step.
+fn slope(before: &[[f64; 2]; 2], behind: &[[f64; 2]; 2], own: usize) -> f64 {
+    let lines = [before, behind];
+    let widths = lines.map(|[from, to]| to[0] - from[0]);
+    let [first, second] = [0, 1].map(|i| (lines[i][1][1] - lines[i][0][1]) / widths[i]);
+    if before[1][1] != behind[0][1] {
+        return [first, second][own];
+    }
+    if first * second <= 0.0 {
+        return 0.0;
+    }
+    let weights = [widths[0] + 2.0 * widths[1], 2.0 * widths[0] + widths[1]];
+    (weights[0] + weights[1]) / (weights[0] / first + weights[1] / second)
 }
 
 #[cfg(test)]
@@ -125,6 +179,43 @@ mod tests {
         let work: f64 = (0..36000).map(|i| at(0.01 * (f64::from(i) + 0.5))[0] * 0.01_f64.to_radians()).sum();
         let exact = -(5.5e4 * 15.0 + 9e4 * 11.0 + 4.5e4 * 4.0_f64) * 1.0_f64.to_radians();
         assert!((work / exact - 1.0).abs() < 1e-12, "{work} {exact}");
+    }
+
+    #[test]
+    fn monotone_curves_are_those_of_fritsch_and_butland_and_never_leave_the_range_of_their_points() {
+        // Slopes of scipy.interpolate.PchipInterpolator at the inner points of x = 0, 1, 1.5, 3, 4, y = 0, 2, 2.5, 8, 8.
+        let points =
+            |values: [f64; 5]| law_of(&[0.5, 1.5, 2.0, 3.5, 4.5, 0.5 + TAU], &[&values[..], &[values[0]]].concat());
+        let curve = MotionLaw::Polyline(points([0.0, 2.0, 2.5, 8.0, 8.0]));
+        for (phi, slope) in [(1.5, 9.0 / 7.0), (2.0, 1.434_782_608_695_652), (3.5, 0.0), (4.5, 0.0), (0.5, 0.0)] {
+            for forward in [false, true] {
+                let [_, found, ..] = curve.at_in(curve.segment(phi, forward), phi).0;
+                assert!((found - slope).abs() < 1e-13, "{phi}: {found}");
+            }
+        }
+        // The least lift of the curve is that of its least point, wherever it is looked at.
+        for k in 0..2000 {
+            let (phi, knots) = (0.5 + TAU * f64::from(k) / 2000.0, [0.5, 1.5, 2.0, 3.5, 4.5, 0.5 + TAU]);
+            let i = knots.partition_point(|knot| *knot <= phi).clamp(1, 5);
+            let ends: [f64; 6] = [0.0, 2.0, 2.5, 8.0, 8.0, 0.0];
+            let (low, high) = (ends[i - 1].min(ends[i]), ends[i - 1].max(ends[i]));
+            let [u, ..] = curve.at(phi).0;
+            assert!(u >= low - 1e-13 && u <= high + 1e-13, "{phi}: {u}");
+        }
+        // Beside a step the slope is that of the line, and a line it is where another step follows.
+        let press = Polyline::monotone(press().points).unwrap();
+        let stepped = MotionLaw::Polyline(press);
+        let step = 330.0_f64.to_radians();
+        let behind = stepped.at_in(stepped.segment(step, true), step).0;
+        assert!((behind[0] + 2e4).abs() < 1e-8 && (behind[1] + 7e4 / 15.0_f64.to_radians()).abs() < 1e-6);
+        assert_eq!(stepped.at_in(stepped.segment(step, false), step).0[..2], [0.0, 0.0]);
+        let saw =
+            MotionLaw::Polyline(Polyline::monotone(Points { angles: vec![0.0, TAU], lifts: vec![0.0, 3.0] }).unwrap());
+        assert!((saw.at(1.0).0[0] - 3.0 / TAU).abs() < 1e-15);
+    }
+
+    fn law_of(angles: &[f64], values: &[f64]) -> Polyline {
+        Polyline::monotone(Points { angles: angles.to_vec(), lifts: values.to_vec() }).unwrap()
     }
 
     #[test]

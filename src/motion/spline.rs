@@ -39,7 +39,7 @@ impl Spline {
         let lifts: Vec<f64> = (0..n).map(|i| points.lifts[(lead + i) % n]).collect();
         let widths: Vec<f64> =
             (0..n).map(|i| if i + 1 < n { knots[i + 1] - knots[i] } else { knots[0] + TAU - knots[i] }).collect();
-        let slopes = if bends.is_empty() { slopes(&widths, &lifts) } else { Vec::new() };
+        let slopes = if bends.is_empty() { slopes(&widths, &lifts, &[]) } else { Vec::new() };
         // U′ and U″ at the ends of piece i.
         let ends = |i: usize, j: usize| match slopes.is_empty() {
             true => {
@@ -61,6 +61,15 @@ impl Spline {
             .collect();
         let bounds = std::array::from_fn(|order| pieces.iter().fold(0.0, |bound: f64, p| bound.max(p.bound(order))));
         Spline { points, bends, knots, pieces, bounds }
+    }
+
+    /// The derivatives at points that [`Points::open`] has checked, of which those with these indices are `at_rest`, U′ = U″ = 0.
+    pub fn resting(points: &Points, at_rest: &[usize]) -> Vec<Bend> {
+        let Points { angles, lifts } = points;
+        let next = |i: usize| angles.get(i + 1).copied().unwrap_or(angles[0] + TAU);
+        let widths: Vec<f64> = (0..angles.len()).map(|i| next(i) - angles[i]).collect();
+        let bend = |[slope, bend]: Slopes| Bend { slope, before: bend, behind: bend };
+        slopes(&widths, lifts, at_rest).into_iter().map(bend).collect()
     }
 
     /// 1 over the least width of a piece (1/rad).
@@ -122,8 +131,9 @@ struct Row {
 /// The slopes at the points, from the continuity of U‴ and U⁗ there.
 ///
 /// These are the conditions for the least ∫U‴² dφ with given U at the points: a symmetric, positive definite system
-/// of 2×2 blocks, cyclically tridiagonal, which is eliminated in order without pivoting, the last point at the end.
-fn slopes(widths: &[f64], lifts: &[f64]) -> Vec<Slopes> {
+/// of 2×2 blocks, cyclically tridiagonal, which is eliminated in order without pivoting, the last point at the end. The points
+/// `at_rest` have none, and so no part in the equations of their neighbours.
+fn slopes(widths: &[f64], lifts: &[f64], at_rest: &[usize]) -> Vec<Slopes> {
     let n = widths.len();
     let rise = |i: usize| lifts[(i + 1) % n] - lifts[i];
     // The blocks of the equations of point i: on the diagonal, coupling with point i + 1, and the right-hand side.
@@ -139,8 +149,14 @@ fn slopes(widths: &[f64], lifts: &[f64]) -> Vec<Slopes> {
             60.0 * (rise(i) / h.powi(3) - rise(before) / g.powi(3)),
         ]);
     }
+    for &i in at_rest {
+        (diagonal[i], right[i]) = (Block([[1.0, 0.0], [0.0, 1.0]]), [0.0; 2]);
+    }
     let coupling = |i: usize| {
         let h = widths[i];
+        if at_rest.contains(&i) || at_rest.contains(&((i + 1) % n)) {
+            return Block([[0.0; 2]; 2]);
+        }
         Block([[168.0 / h.powi(3), -24.0 / (h * h)], [24.0 / (h * h), -3.0 / h]])
     };
 

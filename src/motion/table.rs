@@ -80,6 +80,14 @@ impl Table {
         Ok(Table { spline: Arc::new(Spline::new(points, bends)), scale: 1.0 })
     }
 
+    /// The spline through `points`, which rests, U′ = U″ = 0, at those with these indices: between two of them with one lift it is
+    /// constant. Scale 1.
+    pub fn resting(points: Points, at_rest: &[usize]) -> Result<Self, TableError> {
+        let points = points.open()?;
+        let bends = Spline::resting(&points, at_rest);
+        Ok(Table { spline: Arc::new(Spline::new(points, bends)), scale: 1.0 })
+    }
+
     /// The points, without a closing one and without `scale`.
     pub fn points(&self) -> &Points {
         &self.spline.points

@@ -28,6 +28,8 @@ pub fn archive(files: &[File], date: Option<Date>) -> Result<Vec<u8>, ZipError> 
     let stamp = date.and_then(time_stamp).unwrap_or_default();
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
+        // The libraries of all platforms take 3 % less than by the usual level 6, for a tenth of a second.
+        .compression_level(Some(9))
         .last_modified_time(stamp)
         .system(System::Unix)
         .unix_permissions(0o644);

@@ -352,7 +352,7 @@ tables! {
     /// A motion law.
     LAW "`[cam]`, and all other laws" {
         /// the kind of law
-        "law": choice(&[&["fourier", "hs", "harmonic_series"], &["cycle", "standard_laws"], &["table", "points", "linear"], &["plan"]]).said("required; of forces and torques `table`").also(&["type", "kind"]);
+        "law": choice(&[&["fourier", "hs", "harmonic_series"], &["cycle", "standard_laws"], &["table", "points", "linear"], &["plan"]]).said("required; of loads `table`").also(&["type", "kind"]);
         /// `fourier`: the list [a₀, a₁, a₂ …] of at most 257
         "a": value(Value::Reals(Of::Own(0))).said("required").also(&["cos"]);
         /// `fourier`: the list [b₁, b₂ …] of at most 256: there is no b₀
@@ -389,18 +389,26 @@ tables! {
         /// `table`: the points themselves, `[["0 deg", 0], ["90 deg", "20 mm"], …]`
         "points": value(Value::Pairs);
         /// `table`: unit of the angles
-        "angle_unit": value(Value::Text).said("`rad`");
+        "angle_unit": value(Value::Text).said("`rad`, or that of `turn`");
         /// `table`: unit of the values
         "lift_unit": value(Value::Text).said("the coherent SI unit");
         /// `table`: column of the angles, its number from 1 or its heading
         "angle_column": value(Value::Count(1, 1000)).and(Value::Text).said("1");
         /// `table`: column of the values
         "lift_column": value(Value::Count(1, 1000)).and(Value::Text).said("2");
-        /// `table`: `spline`: periodic, degree 5; `fourier`: the discrete Fourier series; `derivatives`: pieces of degree 5 between
-        /// the points, with U′, U″ before and U″ behind each point in the three columns after the lift; `linear`: straight lines,
-        /// for forces and torques only
-        "interpolation": choice(&[&["spline", "quintic_spline"], &["derivatives"], &["fourier"], &["linear"]]).said("`spline`, of forces and torques `linear`");
-        /// `table`, `fourier`: the highest harmonic
+        /// `table`: what one turn of the cam is in the column of the angles: `"720 deg"` of a crank, `4096` steps (a number without
+        /// unit counts in the column as it stands), `"0.25 s"`, `"314 mm"`
+        "turn": other(POSITIVE).said("2π rad");
+        /// `table`: the part of the turn, as `turn` in the column of the angles, after which the law repeats: the table has one of
+        /// several equal lobes; a whole part of the turn
+        "period": other(POSITIVE).said("the turn");
+        /// `table`: outside of the table the cam rests at the level of its first and last row
+        "outside": choice(&[&["rest"]]).said("the table covers the turn or `period`");
+        /// `table`: U between the points, see below
+        "interpolation": choice(&[&["spline", "quintic_spline"], &["derivatives"], &["fourier"], &["linear"], &["monotone", "pchip"]])
+            .said("`spline`; of forces, torques, inertia and coefficients `monotone`");
+        /// `table`, `fourier`: the highest harmonic, at most half the number of points, and of points at unequal distances half a turn
+        /// over the widest gap
         "harmonics": value(Value::Count(1, HIGHEST_HARMONIC as u32)).said("required");
         /// `table`: standard deviation of the noise to remove from the lifts (of errors within ±δ it is δ/√3), or `"estimate"`
         "noise": own(0, POSITIVE).and(Value::Word("estimate"));
@@ -728,16 +736,16 @@ tables! {
     COEFFICIENTS "`[coefficients]`" {
         /// what q is: `rotation` (an angle) or `translation` (a length); it decides the units below
         "coordinate": choice(&[&["rotation", "angle"], &["translation", "length"]]).usually("rotation");
-        /// m(φ), a number or a series, above 0 at every φ
-        "m": moved(&unit::MASS, &unit::INERTIA, ANY).and(Value::Table(&SERIES)).required().also(&["mass"]);
+        /// m(φ): a number, a series `{ scale, a, b }` or another law, above 0 at every φ
+        "m": moved(&unit::MASS, &unit::INERTIA, ANY).and(Value::Table(&LAW)).required().also(&["mass"]);
         /// c(φ)
-        "c": moved(&unit::STIFFNESS, &unit::ROTATIONAL_STIFFNESS, ANY).and(Value::Table(&SERIES)).required().also(&["stiffness", "k"]);
+        "c": moved(&unit::STIFFNESS, &unit::ROTATIONAL_STIFFNESS, ANY).and(Value::Table(&LAW)).required().also(&["stiffness", "k"]);
         /// b(φ)
-        "b": moved(&unit::DAMPING, &unit::ROTATIONAL_DAMPING, ANY).and(Value::Table(&SERIES)).said("0").also(&["damping", "d"]);
+        "b": moved(&unit::DAMPING, &unit::ROTATIONAL_DAMPING, ANY).and(Value::Table(&LAW)).said("0").also(&["damping", "d"]);
         /// D = b / (2 √(m c)) with the means of m and c, instead of `b`
         "damping_ratio": real(&unit::NUMBER, NOT_NEGATIVE).also(&["D"]);
         /// f(φ)
-        "f": moved(&unit::FORCE, &unit::TORQUE, ANY).and(Value::Table(&SERIES));
+        "f": moved(&unit::FORCE, &unit::TORQUE, ANY).and(Value::Table(&LAW));
     }
 
     /// A series.

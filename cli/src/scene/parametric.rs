@@ -12,14 +12,24 @@ use camdrive::drives::parametric::law::{Coordinate, CrankLaw, Law, SeriesLaw};
 use camdrive::drives::parametric::{ParametricDrive, Scene};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::Fourier;
+use camdrive::motion::fourier::HIGHEST_HARMONIC;
+use camdrive_design::harmonic_analysis::discrete_series;
+use camdrive_design::text::{self, counted};
+use std::f64::consts::TAU;
 use std::path::Path;
 use toml::de::DeValue;
+
+/// The part of its range to which a series has to meet a law; measured coefficients are known to some thousandths.
+const MET: f64 = 1e-3;
+
+/// Angles of the turn at which a law is taken for its series, sixteen in the shortest wave.
+const SAMPLES: usize = 4096;
 
 /// The model and its resolved scene as JSON.
 pub fn read(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     let section = root.section_of(load::KEY, &PARAMETRIC_LOAD);
     let table = section.as_ref().and_then(Option::as_ref);
-    let law = law(root, table);
+    let law = law(root, table, folder);
     let load = match table {
         Some(section) => loads(root, section, law.as_ref(), folder),
         None => section.as_ref().map(|_| Load::default()),
@@ -47,7 +57,7 @@ fn loads(root: &Section<'_>, section: &Section<'_>, law: Option<&Law>, folder: &
     load::of(section, Carrier { turns, mechanisms: 0, follower: None, roller: false }, folder).map(|[load, _]| load)
 }
 
-fn law(root: &Section<'_>, load: Option<&Section<'_>>) -> Option<Law> {
+fn law(root: &Section<'_>, load: Option<&Section<'_>>, folder: &Path) -> Option<Law> {
     let (crank, series) = (root.section("crank"), root.section("coefficients"));
     match (crank?, series?) {
         (Some(section), None) => crank_law(&section, load).map(Law::Crank),
@@ -59,11 +69,11 @@ fn law(root: &Section<'_>, load: Option<&Section<'_>>) -> Option<Law> {
                     "f in [coefficients], or `process`",
                 );
             }
-            series_law(&section).map(Law::Series)
+            series_law(&section, folder).map(Law::Series)
         }
         (Some(crank), Some(series)) => {
             // What is wrong within them is told all the same.
-            let _ = (crank_law(&crank, load), series_law(&series));
+            let _ = (crank_law(&crank, load), series_law(&series, folder));
             let fault = root.fault_of("coefficients", ": the crank has its own");
             root.refuse(fault.hint("give [crank] or [coefficients], not both"))
         }
@@ -86,7 +96,7 @@ fn crank_law(section: &Section<'_>, load: Option<&Section<'_>>) -> Option<CrankL
     // What else is in the table is told with the loads.
     let given = load.filter(|load| ["scale", "a", "b"].map(|key| load.has(key)).contains(&true));
     let load = given.map_or(Some(None), |load| motion_law::fourier(load, &unit::TORQUE).map(Some));
-    let damping = damping(section, "b_T", || {
+    let damping = damping(section, "b_T", Path::new(""), || {
         let CrankLaw { crank, inertia, .. } = law.as_ref()?;
         // The means of both, with the second crank.
         Some((*inertia, Stiffness::of_crank(&ParallelCrank { second: second?, ..*crank }).mean()))
@@ -121,18 +131,23 @@ fn coordinate(section: &Section<'_>) -> Option<Coordinate> {
     section.choice("coordinate", COORDINATES)
 }
 
-fn series_law(section: &Section<'_>) -> Option<SeriesLaw> {
+fn series_law(section: &Section<'_>, folder: &Path) -> Option<SeriesLaw> {
     let coordinate = coordinate(section);
     section.turning(coordinate != Some(Coordinate::Translation));
-    let [m, c] = ["m", "c"].map(|key| coefficient(section, key));
-    let b = damping(section, "b", || Some((m.as_ref()?.a[0], c.as_ref()?.a[0])));
-    let f = if section.has("f") { coefficient(section, "f").map(Some) } else { Some(None) };
+    let [m, c] = ["m", "c"].map(|key| coefficient(section, key, folder));
+    let b = damping(section, "b", folder, || Some((m.as_ref()?.a[0], c.as_ref()?.a[0])));
+    let f = if section.has("f") { coefficient(section, "f", folder).map(Some) } else { Some(None) };
     section.finish();
     Some(SeriesLaw { coordinate: coordinate?, m: m?, b: b?, c: c?, f: f? })
 }
 
 /// The damping `key`, a value, a series or none, or `damping_ratio` D: b = 2 D √(m c) with the means of m and c.
-fn damping(section: &Section<'_>, key: &'static str, means: impl FnOnce() -> Option<(f64, f64)>) -> Option<Fourier> {
+fn damping(
+    section: &Section<'_>,
+    key: &'static str,
+    folder: &Path,
+    means: impl FnOnce() -> Option<(f64, f64)>,
+) -> Option<Fourier> {
     let constant = |value: f64| Fourier::new(vec![value], Vec::new());
     if !section.either(key, "damping_ratio") {
         return None;
@@ -149,18 +164,46 @@ fn damping(section: &Section<'_>, key: &'static str, means: impl FnOnce() -> Opt
     if !section.has(key) {
         return Some(constant(0.0));
     }
-    coefficient(section, key)
+    coefficient(section, key, folder)
 }
 
 /// A constant, or a table with the coefficients of a series.
-fn coefficient(section: &Section<'_>, key: &'static str) -> Option<Fourier> {
+fn coefficient(section: &Section<'_>, key: &'static str, folder: &Path) -> Option<Fourier> {
     if let Some(Node { value: DeValue::Table(_), .. }) = section.node(key) {
-        return series_of(&section.section(key)??, section.quantity_of(key));
+        return series_of(&section.section(key)??, section.quantity_of(key), folder);
     }
     section.real(key).map(|value| Fourier::new(vec![value], Vec::new()))
 }
 
-fn series_of(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fourier> {
+/// A series, or that of a law over the turn: of as many harmonics as meet it to [`MET`].
+fn series_of(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<Fourier> {
+    if ["law", "file", "points"].into_iter().any(|key| section.has(key)) {
+        let law = motion_law::read(section, quantity, folder)?;
+        if let Some(series) = law.series() {
+            return Some(series.clone());
+        }
+        let values: Vec<f64> = (0..SAMPLES).map(|i| law.at(TAU * i as f64 / SAMPLES as f64).0[0]).collect();
+        let range = values.iter().fold(0.0_f64, |range, value| range.max((value - values[0]).abs()));
+        let whole = discrete_series(0.0, &values, HIGHEST_HARMONIC);
+        let first = |count: usize| Fourier::new(whole.a[..=count].to_vec(), whole.b[..=count].to_vec());
+        let missed = |series: &Fourier| {
+            let at = |i: usize| series.at(TAU * i as f64 / SAMPLES as f64).0[0];
+            values.iter().enumerate().fold(0.0_f64, |most, (i, value)| most.max((at(i) - value).abs()))
+        };
+        let counts = (2..).map(|power| 1_usize << power).take_while(|count| *count <= HIGHEST_HARMONIC);
+        let tried = counts.map(first).map(|series| (missed(&series), series));
+        let (error, series) = tried.fold(None, |best: Option<(f64, Fourier)>, next| {
+            best.filter(|best| best.0 <= MET * range).or(Some(next))
+        })?;
+        section.faults.note(format!(
+            "`{}`: {} meet the law to {} {}",
+            section.path,
+            counted(series.order(), "harmonic"),
+            text::number(error),
+            quantity.unit
+        ));
+        return Some(series);
+    }
     let series = motion_law::fourier(section, quantity);
     section.finish();
     series

@@ -11,11 +11,9 @@ impl Table {
     pub fn markdown(&self) -> String {
         let rows = self.keys.iter().map(|key| {
             let [unit, range, usual] = [key.unit(), key.range(), key.default()];
-            format!(
-                "| `{}` | {} | {unit} | {range} | {usual} |\n",
-                key.key,
-                key.meaning.trim_start().replace('|', "\\|")
-            )
+            let meaning = key.meaning.trim_start().replace('|', "\\|");
+            let models = if key.models.is_empty() { String::new() } else { format!(" ({})", key.models.join(", ")) };
+            format!("| `{}` | {meaning}{models} | {unit} | {range} | {usual} |\n", key.key)
         });
         format!("| key | meaning | unit | range | default |\n|---|---|---|---|---|\n{}", rows.collect::<String>())
     }

@@ -213,9 +213,9 @@ impl<'a> Section<'a> {
         Section { path, span, keys, own, turns, ..Section::root(self.faults, table, keys) }
     }
 
-    /// Says of what quantity the section's own numbers are, and which derivative by the angle of it.
-    pub fn of(&self, quantity: &'static Quantity, order: i32) {
-        self.own.set((quantity, order));
+    /// Says of what quantity the section's own numbers are, and which derivative by the angle of it; what they were before.
+    pub fn of(&self, quantity: &'static Quantity, order: i32) -> (&'static Quantity, i32) {
+        self.own.replace((quantity, order))
     }
 
     /// Says whether what the section describes turns.

@@ -1,17 +1,19 @@
-//! Tables of angles and lifts: a text file with one point per line.
-//!
-//! Columns are separated by `;`, `,`, tabs or blanks, whichever of them the line has first in this order; between
-//! `;` a decimal comma is read as a point. Empty lines and lines that start with `#` are skipped, and so is one
-//! line of headings before the first point.
+//! Tables of angles and lifts: a text file with one point per line, in one of the dialects of [`dialect`].
 
+mod dialect;
+mod turn;
+
+use self::dialect::{Column, Sheet, Wrong};
+use self::turn::Turn;
 use super::diagnostics::{Diagnostic, Diagnostics};
 use super::limits::largest;
 use super::section::{Section, Span};
 use super::units;
 use camdrive::drives::unit::{self, Quantity};
-use camdrive::motion::table::{Bend, LEAST_DISTANCE, MOST_POINTS, Points, TableError};
+use camdrive::motion::table::{Bend, CLOSING, LEAST_DISTANCE, MOST_POINTS, Points, TableError};
 use camdrive::motion::{MotionLaw, Polyline, Table};
 use camdrive_design::harmonic_analysis;
+use camdrive_design::overview::scatter;
 use camdrive_design::smoothing::{SmoothingError, smooth};
 use camdrive_design::table_error::told;
 use camdrive_design::text::{self, counted};
@@ -30,14 +32,36 @@ pub enum Interpolation {
     Fourier,
     /// Straight lines, and steps where two points have one angle.
     Linear,
+    /// Cubics that keep to the range of their points, and steps likewise.
+    Monotone,
 }
 
+impl Interpolation {
+    /// Whether two points at one angle are a step.
+    fn steps(self) -> bool {
+        matches!(self, Interpolation::Linear | Interpolation::Monotone)
+    }
+}
+
+/// Two values differ by less than so many times the standard deviation of their noise but once in 40,000.
+const NOISE: f64 = 6.0;
+
+/// A spline is told that leaves the range of its neighbours by more than this part of the range of all.
+const OVERSHOOT: f64 = 0.01;
+
+/// Given slopes make at least this part of the differences of the lifts, and the reciprocal at most: 57 degrees are a radian.
+const SLOPES: f64 = 0.25;
+
+/// Rounded values at both ends differ by at most this part of the range.
+const ROUNDED: f64 = 2e-3;
+
 /// The kinds of interpolation with their names.
-pub const INTERPOLATIONS: &[(&str, Interpolation)] = &[
+const INTERPOLATIONS: &[(&str, Interpolation)] = &[
     ("spline", Interpolation::Spline),
     ("derivatives", Interpolation::Derivatives),
     ("fourier", Interpolation::Fourier),
     ("linear", Interpolation::Linear),
+    ("monotone", Interpolation::Monotone),
 ];
 
 /// What the points are of, and the keys of its unit and its column.
@@ -45,16 +69,6 @@ pub type Axis = (&'static Quantity, &'static str, &'static str);
 
 /// The value of `noise` that asks for an estimate.
 const ESTIMATE: &str = "estimate";
-
-/// What is wrong in a line: where, what, and a remedy.
-type Wrong<'a> = (Span, String, Option<&'a str>);
-
-/// Which column of the file.
-enum Column<'a> {
-    /// Counts from 0.
-    Number(usize),
-    Heading(&'a str),
-}
 
 /// The file of a table.
 struct File {
@@ -68,6 +82,28 @@ struct Reading {
     /// Empty where the file does not give them.
     bends: Vec<Bend>,
     places: Vec<Span>,
+    /// The last digit of the lifts.
+    digit: f64,
+    /// The points between which the cam rests.
+    at_rest: Vec<usize>,
+}
+
+impl Reading {
+    fn new(points: Points, places: Vec<Span>) -> Self {
+        Reading { points, places, bends: Vec::new(), digit: 0.0, at_rest: Vec::new() }
+    }
+
+    /// The turn of equal periods, of which the first `count` points are one that is stretched to a turn.
+    fn repeat(&mut self, turn: &Turn<'_>, count: usize) {
+        let angles = std::mem::take(&mut self.points.angles);
+        let place = |k: usize, angle: f64| (angle + k as f64 * TAU) / turn.lobes as f64;
+        self.points.angles =
+            (0..turn.lobes).flat_map(|k| angles[..count].iter().map(move |angle| place(k, *angle))).collect();
+        self.points.lifts = self.points.lifts[..count].repeat(turn.lobes);
+        self.bends = self.bends[..count.min(self.bends.len())].repeat(turn.lobes);
+        self.places = (0..turn.lobes).flat_map(|_| self.places[..count].to_vec()).collect();
+        self.at_rest = (0..turn.lobes).flat_map(|k| self.at_rest.iter().map(move |i| k * count + i)).collect();
+    }
 }
 
 /// A table without its noise.
@@ -93,8 +129,13 @@ pub struct Part {
 pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<Result<MotionLaw, Part>> {
     let scale = section.optional("scale");
     let lift = if section.has("scale") { &unit::NUMBER } else { quantity };
-    let lines = is_load(quantity) || section.text("law") == Some(Some("linear"));
-    let usual = if lines { Interpolation::Linear } else { Interpolation::Spline };
+    let usual = match () {
+        // Where a load has no `law`, its points are corners.
+        () if is_load(quantity) && !section.has("law") => Interpolation::Linear,
+        () if section.text("law") == Some(Some("linear")) => Interpolation::Linear,
+        () if is_motion(quantity) => Interpolation::Spline,
+        () => Interpolation::Monotone,
+    };
     let interpolation = section.choice_or("interpolation", INTERPOLATIONS, usual);
     let harmonics = match interpolation {
         Some(Interpolation::Fourier) => section.count("harmonics").map(Some),
@@ -105,61 +146,106 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     };
     let noise = noise(section);
     let kind = interpolation.unwrap_or(usual);
-    if kind == Interpolation::Linear && !is_load(quantity) {
+    if kind == Interpolation::Linear && is_motion(quantity) {
         let key = if section.has("interpolation") { "interpolation" } else { "law" };
         let fault = section.fault_of(key, ": lines have corners, at which the acceleration would be infinite");
         section.faults.report(fault.hint("choose law = \"table\" without `interpolation`, a spline"));
     }
-    if matches!(kind, Interpolation::Derivatives | Interpolation::Linear) {
+    if kind.steps() || kind == Interpolation::Derivatives {
         section.forbid(&["noise"], "it is removed for the derivatives of a spline", "interpolation = \"spline\"");
     }
-    let axes = [(&unit::ANGLE, "angle_unit", "angle_column"), (lift, "lift_unit", "lift_column")];
-    let (file, mut reading) = points(section, axes, kind, folder)?;
+    if kind == Interpolation::Derivatives {
+        section.forbid(&["outside"], "the derivatives tell where the cam rests", "interpolation = \"spline\"");
+    }
+    let turn = Turn::read(section);
+    let angle = turn.as_ref().map_or(&unit::ANGLE, |turn| turn.quantity);
+    let axes = [(angle, "angle_unit", "angle_column"), (lift, "lift_unit", "lift_column")];
+    let (file, mut reading) = points(section, axes, kind, turn.as_ref(), folder)?;
+    let (scale, turn, noise) = (scale?.unwrap_or(1.0), turn?, noise?);
     interpolation?;
-    let scale = scale?.unwrap_or(1.0);
     reading.points.lifts.iter_mut().for_each(|lift| *lift *= scale);
+    reading.digit *= scale.abs();
     reading.bends.iter_mut().for_each(|bend| {
         let Bend { slope, before, behind } = *bend;
         *bend = Bend { slope: scale * slope, before: scale * before, behind: scale * behind };
     });
-    let reading = match noise? {
+    if reading.places.len().saturating_mul(turn.lobes) > MOST_POINTS {
+        let fault = section.fault_of("period", format!(": {} times {} points", turn.lobes, reading.places.len()));
+        return section.refuse(fault.admissible(format!("at most {MOST_POINTS} points over the turn")));
+    }
+    // One period is handled as a turn, and repeated at the end.
+    reading.points.angles.iter_mut().for_each(|angle| *angle *= turn.lobes as f64);
+    let reading = closed(section, &file, reading, noise.flatten(), (kind, &turn, quantity))?;
+    let mut reading = match noise {
         None => reading,
-        Some(sigma) => smoothed(section, &file, reading, sigma, quantity)?,
+        Some(sigma) => smoothed(section, &file, reading, sigma, &turn, quantity)?,
     };
-    law(section, &file, reading, (kind, harmonics?), quantity)
+    let as_told = (kind, &turn, quantity);
+    if turn.lobes > 1 {
+        // What repeats has to be one whole period, without a step where two of them meet.
+        let lifts = &reading.points.lifts;
+        let error = match (reading.points.check(kind.steps()), &lifts[..]) {
+            (Ok(true), &[first, .., last]) if kind.steps() && last != first => {
+                Err(TableError::NotPeriodic { index: lifts.len() - 1, first, last })
+            }
+            (Ok(_), [] | [_]) => Err(TableError::TooFew { points: lifts.len() }),
+            (checked, _) => checked,
+        };
+        match error {
+            Ok(closes) => reading.repeat(&turn, lifts.len() - usize::from(closes)),
+            Err(error) => return section.refuse(faulty(section, &file, &reading.places, &error, as_told)),
+        }
+    }
+    law(section, &file, reading, harmonics?, as_told)
 }
 
 /// Values over values that ascend: the list `points` of a section, or the columns of its file.
 pub fn pairs(section: &Section<'_>, axes: [Axis; 2], folder: &Path) -> Option<Vec<[f64; 2]>> {
-    let (_, Reading { points, .. }) = points(section, axes, Interpolation::Spline, folder)?;
+    let (_, Reading { points, .. }) = points(section, axes, Interpolation::Spline, None, folder)?;
     Some(points.angles.into_iter().zip(points.lifts).map(|(x, y)| [x, y]).collect())
 }
 
-/// The points of a section with the file in which they stand.
-fn points(section: &Section<'_>, axes: [Axis; 2], kind: Interpolation, folder: &Path) -> Option<(File, Reading)> {
+/// The points of a section with the file in which they stand; where they are over a `turn`, the angles in rad.
+fn points<'a>(
+    section: &Section<'a>,
+    axes: [Axis; 2],
+    kind: Interpolation,
+    turn: Option<&Turn<'a>>,
+    folder: &Path,
+) -> Option<(File, Reading)> {
     section.either("points", "file");
     let columns = axes.iter().enumerate().map(|(i, axis)| column(section, axis.2, i)).collect::<Vec<_>>();
+    let per_rad = turn.map_or(1.0, |turn| turn.per_rad);
+    let told = |first: f64| match turn {
+        Some(turn) => turn.shown(first),
+        None => format!("{} {}", units::short(first), axes[0].0.unit),
+    };
+    let name = if turn.is_some() || *axes[0].0 == unit::ANGLE { "angle" } else { "value" };
     if section.has("points") {
         let keys = axes.map(|(_, unit, column)| [unit, column]);
         section.forbid(&keys.concat(), "every point has its own unit", "a file");
         let list = section.pairs("points", axes.map(|axis| axis.0))?;
         let file = File { name: section.faults.file.to_owned(), text: section.faults.text.to_owned() };
         let (values, places): (Vec<_>, Vec<_>) = list.into_iter().unzip();
-        let (angles, lifts) = values.into_iter().map(|[angle, lift]| (angle, lift)).unzip();
-        let reading = Reading { points: Points { angles, lifts }, bends: Vec::new(), places };
-        let faults = descents(&reading, kind, axes[0].0).into_iter().map(|(span, message, hint)| {
-            let fault = fault(&file, span, message);
-            if let Some(hint) = hint { fault.hint(hint) } else { fault }
-        });
-        let faults: Vec<_> = faults.take(MOST_FAULTS).collect();
-        return checked(section, file, "points", reading, faults);
+        let (angles, lifts) = values.into_iter().map(|[angle, lift]| (angle / per_rad, lift)).unzip();
+        let reading = Reading::new(Points { angles, lifts }, places);
+        let wrong = descents(&reading, kind, name, &told);
+        return checked(section, file, "points", reading, wrong);
     }
-    let units = axes.map(|(quantity, key, _)| unit(section, key, quantity));
-    let name = section.required_text("file", "a file with one point per line, or a list `points`", "lift.csv")?;
-    let path = folder.join(name);
+    let units = [
+        unit(section, axes[0].1, axes[0].0, turn.and_then(|turn| turn.unit)),
+        unit(section, axes[1].1, axes[1].0, None),
+    ];
+    let name_of_file =
+        section.required_text("file", "a file with one point per line, or a list `points`", "lift.csv")?;
+    let path = folder.join(name_of_file);
     section.faults.files.borrow_mut().push(path.clone());
     let text = match contents(&path) {
-        Ok(text) => text,
+        Ok((text, note)) => {
+            let note = note.map(|note| format!("`{}`: {} {note}", section.path, shown(&path)));
+            note.into_iter().for_each(|note| section.faults.note(note));
+            text
+        }
         Err(reason) => {
             let fault = section.fault_of("file", format!(": {} {reason}", shown(&path)));
             let hint = if reason == NO_TEXT { SAVE_AS_TEXT } else { "the path is relative to the folder of the scene" };
@@ -169,12 +255,49 @@ fn points(section: &Section<'_>, axes: [Axis; 2], kind: Interpolation, folder: &
     let file = File { name: shown(&path), text };
     let [first, second] = units;
     let (first, second) = (first?, second?);
-    let convert = |a: f64, l: f64| (a * first.0 / first.1, l * second.0 / second.1);
     let mut columns = columns.into_iter();
-    let columns = (columns.next()??, columns.next()??);
+    let columns = [columns.next()??, columns.next()??];
     let hint = "write plain numbers; their unit is that of the scene";
-    let (reading, faults) = rows(&file, &columns, (kind, axes[0].0), hint, convert);
-    checked(section, file, "file", reading, faults)
+    let more = if kind == Interpolation::Derivatives { 3 } else { 0 };
+    let sheet = Sheet::new(&file.text).map_err(|wrong| vec![wrong]);
+    let (reading, wrong) = match sheet.and_then(|sheet| Ok((sheet.rows(&columns, more, hint)?, sheet))) {
+        Err(wrong) => (Reading::new(Points { angles: Vec::new(), lifts: Vec::new() }, Vec::new()), wrong),
+        Ok((rows, sheet)) => {
+            for span in rows.doubtful.into_iter().take(MOST_FAULTS) {
+                let line = file.text[..span.start].matches('\n').count() + 1;
+                // The beginning says which line is meant.
+                let text = text::in_one_line(file.text[span].chars().take(40).collect::<String>());
+                let message = format!("line {line} of {}, \"{text}\", is taken as a heading", file.name);
+                section.faults.note(format!("`{}`: {message}", section.path));
+            }
+            // Derivatives are by the angle in rad, or by that of the column where the unit of their heading says so.
+            let per = [1, 2, 2].into_iter().zip(1..).map(|(order, column)| {
+                let unit = sheet.unit(rows.columns[1] + column).map(|unit| unit.1);
+                let own = unit.and_then(|unit| units::per(&unit, axes[1].0, axes[0].0, order));
+                let (numerator, denominator) = own.unwrap_or(second);
+                numerator / denominator * per_rad.powi(order.into())
+            });
+            let per: Vec<f64> = per.collect();
+            let angle = |row: &[f64]| row[0] * first.0 / first.1 / per_rad;
+            let lift = |row: &[f64]| row[1] * second.0 / second.1;
+            let bend = |row: &[f64]| {
+                let [_, _, slope, before, ref behind @ ..] = *row else { return None };
+                let behind = behind.first().map_or(per[1] * before, |behind| per[2] * behind);
+                Some(Bend { slope: per[0] * slope, before: per[1] * before, behind })
+            };
+            let (angles, lifts) = rows.rows.iter().map(|(row, _)| (angle(row), lift(row))).unzip();
+            let bends = rows.rows.iter().filter_map(|(row, _)| bend(row)).collect();
+            let places = rows.rows.into_iter().map(|(_, span)| span).collect();
+            let digit = rows.digit * second.0 / second.1;
+            let reading = Reading { bends, digit, ..Reading::new(Points { angles, lifts }, places) };
+            let mut wrong = descents(&reading, kind, name, &told);
+            if wrong.is_empty() {
+                wrong.extend(slopes(&reading));
+            }
+            (reading, wrong)
+        }
+    };
+    checked(section, file, "file", reading, wrong)
 }
 
 /// The points if they have no faults and are not too many.
@@ -183,8 +306,9 @@ fn checked(
     file: File,
     key: &'static str,
     reading: Reading,
-    mut faults: Vec<Diagnostic>,
+    wrong: Vec<Wrong>,
 ) -> Option<(File, Reading)> {
+    let mut faults = faults(&file, wrong);
     if reading.places.len() > MOST_POINTS {
         let message = format!(" has {} points", reading.places.len());
         faults.push(section.fault_of(key, message).admissible(format!("at most {MOST_POINTS}")));
@@ -212,8 +336,10 @@ fn smoothed(
     file: &File,
     reading: Reading,
     sigma: Option<f64>,
+    turn: &Turn<'_>,
     quantity: &'static Quantity,
 ) -> Option<Reading> {
+    let lobes = turn.lobes as f64;
     let said = |value: f64| format!("{} {}", text::number(value), quantity.unit);
     let fault = match smooth(reading.points.clone(), sigma) {
         Ok(smooth) => {
@@ -222,14 +348,19 @@ fn smoothed(
             let origin = if sigma.is_some() { "given" } else { "estimated" };
             let sentence =
                 format!("The table of {path} is smoothed: noise {noise} ({origin}), largest change {largest}");
-            section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left: smooth.left, sentence });
-            let [half, other] = smooth.half.map(|order| format!("{order:.0}"));
+            let left = lobes * lobes * smooth.left;
+            section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left, sentence });
+            let [half, other] = smooth.half.map(|order| format!("{:.0}", lobes * order));
             section.faults.note(format!(
                 "`{}`: {} without its noise of {}: the lifts change by {mean} (root mean square), {largest} at most; harmonic \
                  {half} is halved (harmonic {other}, if all of the noise were taken out)",
                 section.path, file.name, noise
             ));
-            return Some(Reading { points: smooth.points, ..reading });
+            let mut points = smooth.points;
+            // Points at other distances are resampled.
+            let at_rest = if points.angles == reading.points.angles { reading.at_rest } else { Vec::new() };
+            at_rest.iter().for_each(|&i| points.lifts[i] = reading.points.lifts[i]);
+            return Some(Reading { points, at_rest, ..reading });
         }
         // The law tells what is wrong with the points themselves.
         Err(SmoothingError::Table(_)) => return Some(reading),
@@ -247,11 +378,10 @@ fn smoothed(
 const NO_TEXT: &str = "is not a text file";
 const SAVE_AS_TEXT: &str = "save the table as CSV in UTF-8";
 
-/// The text of a table, or why there is none.
-fn contents(path: &Path) -> Result<String, String> {
+/// The text of a table and what is to be said of its bytes, or why there is none.
+fn contents(path: &Path) -> Result<(String, Option<&'static str>), String> {
     match super::input::bytes(path) {
-        Ok(bytes) if bytes.contains(&0) => Err(NO_TEXT.to_owned()),
-        Ok(bytes) => Ok(String::from_utf8_lossy(&bytes).trim_start_matches(super::input::BYTE_ORDER_MARK).to_owned()),
+        Ok(bytes) => dialect::decode(&bytes).ok_or_else(|| NO_TEXT.to_owned()),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err("does not exist".to_owned()),
         Err(e) => Err(format!("cannot be read: {e}")),
     }
@@ -265,37 +395,34 @@ fn contents(path: &Path) -> Result<String, String> {
 pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Result<Points, Diagnostics> {
     let name = shown(path);
     let unreadable = |reason: String| Diagnostic::new(&name, reason).hint("name a table of angles and measured values");
-    let text = contents(path).map_err(|reason| Diagnostics(vec![unreadable(format!("the curve {reason}"))]))?;
-    let file = File { name: name.clone(), text: text.clone() };
-    let headings = lines(&text).next().map(|line| cells(&text, line)).unwrap_or_default();
+    let (text, _) = contents(path).map_err(|reason| Diagnostics(vec![unreadable(format!("the curve {reason}"))]))?;
+    let file = File { name: name.clone(), text };
+    let told = |wrong: Vec<Wrong>| Diagnostics(faults(&file, wrong));
+    let sheet = Sheet::new(&file.text).map_err(|wrong| told(vec![wrong]))?;
     let scale = |column: usize, quantity: Option<&'static Quantity>, usual: (f64, f64)| {
-        let Some(cell) = headings.get(column) else { return Ok(usual) };
-        let Some((_, told)) = text[cell.clone()].rsplit_once('[') else { return Ok(usual) };
-        let told = told.trim_matches(['"', ' ', ']']);
+        let Some((cell, unit)) = sheet.unit(column) else { return Ok(usual) };
         let wrong = |message: String, hint: String| Diagnostics(vec![fault(&file, cell.clone(), message).hint(hint)]);
         match quantity {
-            Some(quantity) => units::factor(told, quantity).map_err(|fault| wrong(fault.message, fault.hint)),
-            None if told == own => Ok(usual),
+            Some(quantity) => units::factor(&unit, quantity).map_err(|fault| wrong(fault.message, fault.hint)),
+            None if unit == own => Ok(usual),
             None => {
-                Err(wrong(format!("the unit {told} is not that of the diagram"), format!("give the values in {own}")))
+                Err(wrong(format!("the unit {unit} is not that of the diagram"), format!("give the values in {own}")))
             }
         }
     };
     let degree = std::f64::consts::PI / 180.0;
     let usual = if quantity == Some(&unit::ANGLE) { (degree, 1.0) } else { (1.0, 1.0) };
     let (angle, value) = (scale(0, Some(&unit::ANGLE), (degree, 1.0))?, scale(1, quantity, usual)?);
-    let columns = (Column::Number(0), Column::Number(1));
-    let convert = |a: f64, v: f64| (a * angle.0 / angle.1, v * value.0 / value.1);
-    let (reading, mut faults) = rows(
-        &file,
-        &columns,
-        (Interpolation::Spline, &unit::ANGLE),
-        "write plain numbers; headings give their units",
-        convert,
-    );
+    let columns = [Column::Number(0), Column::Number(1)];
+    let rows = sheet.rows(&columns, 0, "write plain numbers; headings give their units").map_err(told)?.rows;
+    let converted = |row: &[f64]| (row[0] * angle.0 / angle.1, row[1] * value.0 / value.1);
+    let (angles, lifts) = rows.iter().map(|(row, _)| converted(row)).unzip();
+    let reading = Reading::new(Points { angles, lifts }, rows.into_iter().map(|(_, span)| span).collect());
+    let in_degrees = |angle: f64| format!("{} deg", units::short(angle.to_degrees()));
+    let mut faults = faults(&file, descents(&reading, Interpolation::Spline, "angle", &in_degrees));
     let angles = &reading.points.angles;
     if faults.is_empty() && angles.len() < 2 {
-        let few = Diagnostic::new(&name, format!("a curve of {}", counted(angles.len(), "point")));
+        let few = Diagnostic::new(&name, format!("a curve of {} points", angles.len()));
         faults.push(few.admissible("at least 2").hint("one angle and one value per line"));
     }
     // A course that is closed repeats its first angle one turn later.
@@ -316,9 +443,18 @@ fn shown(path: &Path) -> String {
     text::in_one_line(path.display()).replace('\\', "/")
 }
 
-/// The factor of the unit under `key`; SI where there is none.
-fn unit(section: &Section<'_>, key: &'static str, quantity: &'static Quantity) -> Option<(f64, f64)> {
-    let Some(text) = section.text(key)? else { return Some((1.0, 1.0)) };
+/// The factor of the unit under `key`; where there is none, of that of `own`, or SI.
+fn unit(
+    section: &Section<'_>,
+    key: &'static str,
+    quantity: &'static Quantity,
+    own: Option<&str>,
+) -> Option<(f64, f64)> {
+    let Some(text) = section.text(key)?.or(own) else { return Some((1.0, 1.0)) };
+    // Steps of an encoder have any unit.
+    if own.is_none() && *quantity == unit::NUMBER && key == "angle_unit" {
+        return Some((1.0, 1.0));
+    }
     units::factor(text, quantity)
         .map_err(|fault| {
             section.faults.report(section.fault_of(key, format!(": {}", fault.message)).hint(fault.hint));
@@ -335,164 +471,142 @@ fn column<'a>(section: &Section<'a>, key: &'static str, default: usize) -> Optio
     section.count(key).map(|number| Column::Number(number - 1))
 }
 
-/// The points of the lines, and what is wrong with them: at most [`MOST_FAULTS`] one by one, and how many more there are;
-/// `hint` says what a number looks like.
-fn rows(
-    file: &File,
-    columns: &(Column<'_>, Column<'_>),
-    (kind, first): (Interpolation, &'static Quantity),
-    hint: &str,
-    convert: impl Fn(f64, f64) -> (f64, f64),
-) -> (Reading, Vec<Diagnostic>) {
-    let mut wrong = Vec::new();
-    let points = Points { angles: Vec::new(), lifts: Vec::new() };
-    let mut reading = Reading { points, bends: Vec::new(), places: Vec::new() };
-    let text = &file.text;
-    let mut rows = lines(text).map(|line| (cells(text, line.clone()), line)).peekable();
-    let headings = rows.next_if(|(cells, _)| cells.iter().all(|cell| number(text, cell).is_none()));
-    let headings = headings.map(|(cells, _)| cells);
-    let index = |column: &Column<'_>| index(file, column, headings.as_deref());
-    let (angle_column, lift_column) = match (index(&columns.0), index(&columns.1)) {
-        (Ok(angle), Ok(lift)) => (angle, lift),
-        (angle, lift) => return (reading, [angle.err(), lift.err()].into_iter().flatten().collect()),
-    };
-    for (cells, line) in rows {
-        let value = |index: usize| {
-            let cell = cells.get(index).ok_or_else(|| {
-                let message = format!("column {} is missing: this line has {}", index + 1, cells.len());
-                (line.clone(), message, None)
-            })?;
-            number(text, cell).ok_or_else(|| {
-                let message = format!("\"{}\" is not a finite number", &text[cell.clone()]);
-                (cell.clone(), message, Some(hint))
-            })
-        };
-        let derivatives: Vec<_> =
-            (1..=if kind == Interpolation::Derivatives { 3 } else { 0 }).map(|n| value(lift_column + n)).collect();
-        let derivatives: Result<Vec<f64>, Wrong<'_>> = derivatives.into_iter().collect();
-        match (value(angle_column), value(lift_column), derivatives) {
-            (Ok(angle), Ok(lift), Ok(derivatives)) => {
-                // They are by the angle in rad.
-                let per_rad = |derivative: &f64| convert(angle, *derivative).1;
-                if let [slope, before, behind] = derivatives.iter().map(per_rad).collect::<Vec<_>>()[..] {
-                    reading.bends.push(Bend { slope, before, behind });
-                }
-                let (angle, lift) = convert(angle, lift);
-                reading.points.angles.push(angle);
-                reading.points.lifts.push(lift);
-                reading.places.push(line);
-            }
-            (angle, lift, more) => wrong.extend([angle.err(), lift.err(), more.err()].into_iter().flatten()),
-        }
-    }
-    wrong.extend(descents(&reading, kind, first));
+/// What is wrong in a file: at most [`MOST_FAULTS`] one by one, and how many more there are.
+fn faults(file: &File, wrong: Vec<Wrong>) -> Vec<Diagnostic> {
     let more = wrong.len().saturating_sub(MOST_FAULTS);
     // Only of these: the number of a line takes a look at all lines before it.
-    let told = wrong.into_iter().take(MOST_FAULTS).map(|(span, message, hint)| {
-        let fault = fault(file, span, message);
+    let told = wrong.into_iter().take(MOST_FAULTS).map(|Wrong { span, message, admissible, hint }| {
+        let fault = match span {
+            Some(span) => fault(file, span, message),
+            None => Diagnostic::new(&file.name, message),
+        };
+        let fault = if let Some(names) = admissible { fault.admissible(names) } else { fault };
         if let Some(hint) = hint { fault.hint(hint) } else { fault }
     });
-    let count = (more > 0)
-        .then(|| Diagnostic::new(&file.name, format!("the table has {} like these", counted(more, "more fault"))));
-    let faults = told.chain(count).collect();
-    (reading, faults)
-}
-
-/// The lines with content.
-fn lines(text: &str) -> impl Iterator<Item = Span> + '_ {
-    let mut start = 0;
-    text.split_inclusive('\n').filter_map(move |line| {
-        let begin = start;
-        start += line.len();
-        let content = line.trim();
-        let offset = begin + (line.len() - line.trim_start().len());
-        (!content.is_empty() && !content.starts_with('#')).then(|| offset..offset + content.len())
-    })
-}
-
-/// The cells of a line, without the blanks around them.
-fn cells(text: &str, line: Span) -> Vec<Span> {
-    let content = &text[line.clone()];
-    let separator = [';', ',', '\t', ' '].into_iter().find(|c| content.contains(*c)).unwrap_or(';');
-    let mut start = line.start;
-    let mut cells = Vec::new();
-    for piece in content.split(separator) {
-        let cell = piece.trim();
-        let offset = start + (piece.len() - piece.trim_start().len());
-        // Several blanks are one separator.
-        if separator != ' ' || !cell.is_empty() {
-            cells.push(offset..offset + cell.len());
-        }
-        start += piece.len() + separator.len_utf8();
-    }
-    cells
-}
-
-fn number(text: &str, cell: &Span) -> Option<f64> {
-    let cell = &text[cell.clone()];
-    // A cell can hold a comma only where `;` or blanks separate; there it is a decimal comma.
-    cell.replacen(',', ".", 1).parse().ok().filter(|value: &f64| value.is_finite())
+    let count = (more > 0).then(|| Diagnostic::new(&file.name, format!("the table has {more} more faults like these")));
+    told.chain(count).collect()
 }
 
 fn fault(file: &File, span: Span, message: impl Into<String>) -> Diagnostic {
     Diagnostic::new(&file.name, message).at(&file.text, span)
 }
 
-/// The number of a column, from 0.
-fn index(file: &File, column: &Column<'_>, headings: Option<&[Span]>) -> Result<usize, Diagnostic> {
-    let heading = match *column {
-        Column::Number(number) => return Ok(number),
-        Column::Heading(heading) => heading,
-    };
-    let Some(cells) = headings else {
-        let message = format!("the table has no headings to find the column \"{heading}\" by");
-        return Err(Diagnostic::new(&file.name, message).hint("give the number of the column, from 1"));
-    };
-    let names: Vec<&str> = cells.iter().map(|cell| file.text[cell.clone()].trim_matches('"')).collect();
-    names.iter().position(|name| *name == heading).ok_or_else(|| {
-        let line = cells.first().map_or(0, |c| c.start)..cells.last().map_or(0, |c| c.end);
-        fault(file, line, format!("there is no column \"{heading}\"")).admissible(names.join(", "))
-    })
-}
-
-/// The points whose angle, or whatever comes first, does not exceed the one before; lines may step at one angle.
-fn descents(reading: &Reading, kind: Interpolation, first: &'static Quantity) -> Vec<Wrong<'static>> {
-    let angles = &reading.points.angles;
-    let (steps, turn) = (kind == Interpolation::Linear, *first == unit::ANGLE);
-    let (name, unit, factor) = if turn { ("angle", "deg", 360.0 / TAU) } else { ("value", first.unit, 1.0) };
-    let hint = match (steps, turn) {
+/// The points whose angle, or whatever comes first, does not exceed the one before; there may be a step at one angle.
+fn descents(reading: &Reading, kind: Interpolation, name: &str, told: &dyn Fn(f64) -> String) -> Vec<Wrong> {
+    let (angles, steps) = (&reading.points.angles, kind.steps());
+    let hint = match (steps, name) {
         (true, _) => "sort the points by ascending angle; two with one angle are a step",
-        (_, true) => "sort the points by ascending angle, each once",
+        (_, "angle") => "sort the points by ascending angle, each once",
         _ => "sort the points, each once",
     };
     let wrong = (1..angles.len()).filter(|&i| angles[i] - angles[i - 1] < LEAST_DISTANCE);
     let wrong = wrong.filter(|&i| !steps || angles[i] != angles[i - 1] || i > 1 && angles[i] == angles[i - 2]);
     wrong
         .map(|i| {
-            let [before, here] = [i - 1, i].map(|i| units::short(factor * angles[i]));
-            let message = format!("the {name} {here} {unit} does not exceed the one before, {before} {unit}");
-            (reading.places[i].clone(), message, Some(hint))
+            let [before, here] = [i - 1, i].map(|i| told(angles[i]));
+            Wrong::at(&reading.places[i], format!("the {name} {here} does not exceed the one before, {before}"), hint)
         })
         .collect()
 }
+
+/// The fault of given derivatives that are not those of the points: by another angle, or other quantities.
+fn slopes(reading: &Reading) -> Option<Wrong> {
+    let (Points { angles, lifts }, bends) = (&reading.points, &reading.bends);
+    let pieces = || 0..bends.len().saturating_sub(1);
+    let sum = |of: &dyn Fn(usize) -> f64| pieces().map(of).sum::<f64>();
+    let over = |of: &dyn Fn(usize) -> f64| sum(&|i| of(i) * (angles[i + 1] - angles[i]));
+    let rises = sum(&|i| (lifts[i + 1] - lifts[i]).abs());
+    let turns = sum(&|i| (bends[i + 1].slope - bends[i].slope).abs());
+    let by_slopes = over(&|i| 0.5 * (bends[i].slope.abs() + bends[i + 1].slope.abs()));
+    let by_bends = over(&|i| 0.5 * (bends[i].behind.abs() + bends[i + 1].before.abs()));
+    // Of both sums zero the part is no number.
+    let parts = [("U′", "lifts", by_slopes / rises), ("U″", "U′", by_bends / turns)];
+    let (of, what, part) = parts.into_iter().find(|(_, _, part)| *part < SLOPES || *part > 1.0 / SLOPES)?;
+    let message =
+        format!("with {of} of this table its {what} would change by {} times as much as they do", units::short(part));
+    let hint = "they are by the angle in rad, or in the unit that the heading of their column gives, \"V [mm/deg]\"";
+    Some(Wrong::at(&reading.places[0], message, hint))
+}
+
+/// One period with ends that fit: a closing row that differs from the first within the noise has the mean of both, as have the ends
+/// of a lobe, which points at rest follow.
+fn closed(
+    section: &Section<'_>,
+    file: &File,
+    mut reading: Reading,
+    noise: Option<f64>,
+    (kind, turn, quantity): Told<'_>,
+) -> Option<Reading> {
+    let Reading { points: Points { angles, lifts }, places, digit, at_rest, .. } = &mut reading;
+    let [first, .., last] = angles[..] else { return Some(reading) };
+    let (n, gap) = (angles.len(), first + TAU - last);
+    if turn.rests && gap <= CLOSING {
+        let fault = section.fault_of("outside", format!(": {} covers the whole turn", file.name));
+        return section.refuse(fault.hint("leave out `outside`, or give the lobe alone"));
+    }
+    let (start, end) = (lifts[0], lifts[n - 1]);
+    if start != end && (turn.rests || gap.abs() <= CLOSING) {
+        let open = Points { angles: angles[..n - 1].to_vec(), lifts: lifts[..n - 1].to_vec() };
+        let range = lifts.iter().fold(0.0_f64, |range, lift| range.max((lift - start).abs()));
+        let noise = NOISE * noise.or_else(|| scatter(&open)).unwrap_or(0.0);
+        let of = |value: f64| format!("{} {}", units::short(value), quantity.unit);
+        let values = format!("{} and {}", of(start), of(end));
+        if (end - start).abs() <= noise.max((1.5 * *digit).min(ROUNDED * range)) {
+            (lifts[0], lifts[n - 1]) = (0.5 * (start + end), 0.5 * (start + end));
+            section.faults.note(format!(
+                "`{}`: the first and the last row of {}, {values}, differ within the noise: both have their mean, {}",
+                section.path,
+                file.name,
+                of(lifts[0])
+            ));
+        } else if turn.rests {
+            let fault = fault(
+                file,
+                places[n - 1].clone(),
+                format!("the ends of the lobe, {values}, are not one level of rest"),
+            );
+            return section.refuse(fault.hint("give the whole turn, or with `noise` that of the values"));
+        }
+    }
+    if turn.rests {
+        // A spline without noise rests from its ends on; its noise is removed, and a series found, with rows at the same distances.
+        let even = section.has("noise") || kind == Interpolation::Fourier;
+        let wanted = if even { gap * (n - 1) as f64 / (last - first) } else { 2.0 };
+        let parts = (wanted.round() as usize).clamp(2, (MOST_POINTS / turn.lobes).saturating_sub(n).max(2));
+        angles.extend((1..parts).map(|k| last + gap * k as f64 / parts as f64));
+        lifts.resize(n + parts - 1, lifts[n - 1]);
+        places.resize(n + parts - 1, places[n - 1].clone());
+        at_rest.extend((n..n + parts - 1).chain((!even).then_some(0)).chain((!even).then_some(n - 1)));
+    }
+    Some(reading)
+}
+
+/// How and over what the points are, and of what, for messages.
+type Told<'a> = (Interpolation, &'a Turn<'a>, &'static Quantity);
 
 /// The law through the points, or the series that meets them best.
 fn law(
     section: &Section<'_>,
     file: &File,
     reading: Reading,
-    (kind, harmonics): (Interpolation, Option<usize>),
-    quantity: &'static Quantity,
+    harmonics: Option<usize>,
+    (kind, turn, quantity): Told<'_>,
 ) -> Option<Result<MotionLaw, Part>> {
     let bends = reading.bends.len();
     let most = largest(quantity);
     let beyond = reading.points.lifts.iter().position(|lift| !(lift.abs() <= most));
+    let points = reading.points.clone();
+    // Masses move and turn without jumps.
+    let jump = if kind.steps() && !is_load(quantity) { points.check(false).err() } else { None };
     let law = match harmonics {
         _ if let Some(index) = beyond => Err(TableError::OutOfRange { index, value: reading.points.lifts[index] }),
-        None if kind == Interpolation::Linear => Polyline::new(reading.points.clone()).map(MotionLaw::Polyline),
-        None if reading.bends.is_empty() => Table::new(reading.points.clone()).map(MotionLaw::Table),
-        None => Table::bent(reading.points.clone(), reading.bends).map(MotionLaw::Table),
-        Some(harmonics) => harmonic_analysis::analyse(reading.points.clone(), harmonics).map(|analysis| {
+        _ if let Some(jump) = jump => Err(jump),
+        None if kind == Interpolation::Linear => Polyline::new(points).map(MotionLaw::Polyline),
+        None if kind == Interpolation::Monotone => Polyline::monotone(points).map(MotionLaw::Polyline),
+        None if bends > 0 => Table::bent(points, reading.bends).map(MotionLaw::Table),
+        None if reading.at_rest.is_empty() => Table::new(points).map(MotionLaw::Table),
+        None => Table::resting(points, &reading.at_rest).map(MotionLaw::Table),
+        Some(harmonics) => harmonic_analysis::analyse(points, harmonics).map(|analysis| {
             let residual = format!("{} {}", text::number(analysis.largest_residual), quantity.unit);
             let of = format!("{} of {}", counted(harmonics, "harmonic"), file.name);
             section.faults.note(format!("`{}`: {of} meet its points to {residual}", section.path));
@@ -500,21 +614,15 @@ fn law(
         }),
     };
     let error = match law {
-        Ok(law) => return Some(Ok(law)),
+        Ok(law) => {
+            if kind == Interpolation::Spline {
+                overshoot(section, file, &law, turn);
+            }
+            return Some(Ok(law));
+        }
         Err(error) => error,
     };
-    let fault = match error.index() {
-        Some(index) => fault(file, reading.places[index].clone(), words(&error, kind, quantity)),
-        None => {
-            let key = match error {
-                TableError::TooManyHarmonics { .. } => "harmonics",
-                _ if section.has("points") => "points",
-                _ => "file",
-            };
-            section.fault_of(key, format!(": {}: {}", file.name, words(&error, kind, quantity)))
-        }
-    };
-    let fault = fault.hint(advice(&error));
+    let fault = faulty(section, file, &reading.places, &error, (kind, turn, quantity));
     // Series and the loss of noise are of the whole turn.
     let interpolated = kind == Interpolation::Spline && bends == 0 && !section.has("noise");
     match error {
@@ -525,32 +633,84 @@ fn law(
     }
 }
 
+/// A note on the piece of a spline that leaves the range of its ends by the most.
+fn overshoot(section: &Section<'_>, file: &File, law: &MotionLaw, turn: &Turn<'_>) {
+    /// Places within a piece of degree 5, whose extremes are no narrower than some of their distances.
+    const PLACES: usize = 16;
+    let knots = law.breakpoints();
+    let value = |i: usize| law.at(knots[i % knots.len()]).0[0];
+    let (mut most, mut low, mut high) = ((0.0, 0.0), f64::INFINITY, f64::NEG_INFINITY);
+    for (i, &from) in knots.iter().enumerate() {
+        let (ends, to) = ([value(i), value(i + 1)], knots.get(i + 1).copied().unwrap_or(knots[0] + TAU));
+        let [least, greatest] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+        (low, high) = (least.min(low), greatest.max(high));
+        for phi in (1..PLACES).map(|k| from + (to - from) * k as f64 / PLACES as f64) {
+            let [u, ..] = law.at_in(i, phi).0;
+            let beyond = (least - u).max(u - greatest);
+            most = if beyond > most.0 { (beyond, phi) } else { most };
+        }
+    }
+    if most.0 > OVERSHOOT * (high - low) {
+        let percent = 100.0 * most.0 / (high - low);
+        section.faults.note(format!(
+            "`{}`: at {} the spline leaves the range of the points of {} beside it by {percent:.1} % of the range of all; \
+             interpolation = \"monotone\" keeps to it",
+            section.path,
+            turn.shown(most.1),
+            file.name
+        ));
+    }
+}
+
+/// What is wrong with the points of a file.
+fn faulty(section: &Section<'_>, file: &File, places: &[Span], error: &TableError, told: Told<'_>) -> Diagnostic {
+    let fault = match error.index() {
+        Some(index) => fault(file, places[index].clone(), words(error, told)),
+        None => {
+            let key = match error {
+                TableError::TooManyHarmonics { .. } => "harmonics",
+                _ if section.has("points") => "points",
+                _ => "file",
+            };
+            section.fault_of(key, format!(": {}: {}", file.name, words(error, told)))
+        }
+    };
+    fault.hint(advice(error, told.1))
+}
+
+/// Whether a law of this quantity moves a mass.
+fn is_motion(quantity: &Quantity) -> bool {
+    [&unit::LENGTH, &unit::ANGLE].contains(&quantity)
+}
+
 /// Whether a law of this quantity moves nothing.
 pub fn is_load(quantity: &Quantity) -> bool {
     [&unit::FORCE, &unit::TORQUE].contains(&quantity)
 }
 
 /// The fault, in the units of engineers.
-fn words(error: &TableError, kind: Interpolation, quantity: &Quantity) -> String {
-    let deg = |angle: f64| units::short(angle.to_degrees());
+fn words(error: &TableError, (kind, turn, quantity): Told<'_>) -> String {
+    // One period stands for a turn.
+    let shown = |angle: f64| turn.shown(angle / turn.lobes as f64);
+    let of_turn = if turn.lobes > 1 { "period" } else { "turn" };
     match *error {
         TableError::NotPeriodic { first, last, .. } => format!(
-            "the table is not periodic: the {of} {} {unit} one turn after the first point is not its {of} {} {unit}",
+            "the table is not periodic: the {of} {} {unit} one {of_turn} after the first point is not its {of} {} {unit}",
             units::short(last),
             units::short(first),
-            of = if is_load(quantity) { "value" } else { "lift" },
+            of = if is_motion(quantity) { "lift" } else { "value" },
             unit = quantity.unit
         ),
-        TableError::TooFew { points } if kind == Interpolation::Linear => {
+        TableError::TooFew { points } if kind.steps() => {
             format!("{}; lines need at least 2", counted(points, "point"))
         }
         TableError::NotClosed { gap, distance, .. } => format!(
-            "the table ends here, {} deg before its turn does, with points at most {} deg apart",
-            deg(gap),
-            deg(distance)
+            "the table ends here, {} before its {of_turn} does, with points at most {} apart",
+            shown(gap),
+            shown(distance)
         ),
         TableError::TooLong { span, .. } => {
-            format!("this point is {} deg after the first one; a table covers one turn", deg(span))
+            format!("this point is {} after the first one; a table covers one {of_turn}, {}", shown(span), shown(TAU))
         }
         TableError::OutOfRange { value, .. } => {
             format!(
@@ -564,13 +724,23 @@ fn words(error: &TableError, kind: Interpolation, quantity: &Quantity) -> String
     }
 }
 
-fn advice(error: &TableError) -> &'static str {
+fn advice(error: &TableError, turn: &Turn<'_>) -> &'static str {
+    let plain = turn.is_plain();
     match error {
         TableError::NotPeriodic { .. } => "the motion repeats after a turn: both points must have the same lift",
-        TableError::NotClosed { .. } => "a table covers the whole turn, 360 deg; is `angle_unit` right?",
-        TableError::TooLong { .. } => "leave out what is beyond 360 deg; is `angle_unit` right?",
+        TableError::NotClosed { .. } if plain => {
+            "a table covers the whole turn, 360 deg; is `angle_unit` right? `outside = \"rest\"` is for a lobe, `period` for one of several, `turn` for other angles than those of the cam"
+        }
+        TableError::NotClosed { .. } => "is the unit of the angles right, and what they count in a turn?",
+        TableError::TooLong { .. } if plain => {
+            "is `angle_unit` right? turn = \"720 deg\" is for angles of a crank that turns twice; else leave out what is beyond 360 deg"
+        }
+        TableError::TooLong { .. } => "is `turn` right, and the unit of the angles? else leave out what is beyond",
         TableError::TooFew { .. } => "measure more points of the turn",
         TableError::TooManyHarmonics { .. } => "ask for fewer harmonics or give more points",
         _ => "check the point and the units of the table",
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -217,6 +217,13 @@ pub fn factor(text: &str, quantity: &'static Quantity) -> Result<(f64, f64), Uni
     }
 }
 
+/// As [`factor`], of the derivative of this order by an angle or whatever else `by` is; None where the text is no such unit.
+pub fn per(text: &str, quantity: &Quantity, by: &Quantity, order: i8) -> Option<(f64, f64)> {
+    let unit = parse_unit(text.trim()).ok()?;
+    let base: [i8; 4] = std::array::from_fn(|i| quantity.base[i] - order * by.base[i]);
+    (unit.base == base).then_some((unit.numerator, unit.denominator))
+}
+
 /// An example of the quantity as a scene writes it.
 pub fn example(quantity: &Quantity) -> &'static str {
     EXAMPLES.iter().find(|(q, _)| q.name == quantity.name).map_or("1", |(_, text)| text)
@@ -235,7 +242,7 @@ pub fn short(value: f64) -> String {
 }
 
 /// The number and the unit of "24 kN/m"; a unit may follow without a blank.
-fn split(text: &str) -> (&str, &str) {
+pub fn split(text: &str) -> (&str, &str) {
     let end = (0..=text.len())
         .rev()
         .filter(|&i| text.is_char_boundary(i))
@@ -405,7 +412,7 @@ mod tests {
             ("3 in", &unit::LENGTH, 0.0762),
             ("2 lb", &unit::MASS, 0.90718474),
             ("10 lbf/in", &unit::STIFFNESS, 1751.2683524647636),
-            ("40 lbf.in", &unit::TORQUE, 4.519393158114437),
+            ("40 lbf.in", &unit::TORQUE, 4.519393161104668),
             ("1 min", &unit::TIME, 60.0),
         ];
         for (text, quantity, si) in cases {

@@ -8,7 +8,7 @@
 //! itself makes.
 
 use super::{Overview, Warning, greatest_of, shown};
-use camdrive::motion::table::Points;
+use camdrive::motion::table::{Bend, Points};
 use camdrive::motion::{MotionLaw, Table};
 use std::f64::consts::TAU;
 
@@ -35,7 +35,11 @@ const TOLERATED_OF_SAMPLING: f64 = 0.05;
 pub fn scatter_and_error(table: &Table) -> Option<[f64; 2]> {
     let points = table.points();
     let n = points.angles.len();
-    let sigma = table.scale.abs() * (ORDER < n && !table.is_bent()).then(|| deviation(points, 1))?;
+    // A spline beside a rest has derivatives as if they were given.
+    let bends = table.bends();
+    let spline =
+        bends.iter().all(|bend| bend.before == bend.behind) && (bends.is_empty() || bends.contains(&Bend::default()));
+    let sigma = table.scale.abs() * (ORDER < n && spline).then(|| deviation(points, 1))?;
     let around = |i: usize| points.angles[i % n] + TAU * (i / n) as f64;
     // Half the way between the neighbours of point i.
     let distance = |i: usize| 0.5 * (around(i + 2) - around(i));

@@ -180,7 +180,9 @@ fn machine(scene: rigid_machine::Scene) -> Evaluation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use camdrive::drives::parametric::law::CrankLaw;
     use camdrive::motion::Fourier;
+    use std::f64::consts::TAU;
 
     #[test]
     fn a_rigid_follower_moves_with_its_law() {
@@ -190,5 +192,17 @@ mod tests {
         let (s, c) = 1.0_f64.sin_cos();
         assert!((rigid.y - 2.0 * s).abs() < 1e-13 && (rigid.y_dot - 6.0 * c).abs() < 1e-13);
         assert!((rigid.y_dot_dot - (-18.0 * s + 10.0 * c)).abs() < 1e-12 && (rigid.slope - 2.0 * c).abs() < 1e-13);
+    }
+
+    #[test]
+    fn a_rigid_crank_bears_its_loads() {
+        let series = |a: &[f64]| Fourier::new(a.to_vec(), Vec::new());
+        let law = CrankLaw { inertia: 3.0, load: Some(series(&[5.0, 1.0])), ..CrankLaw::default() };
+        let process = Some(MotionLaw::Fourier(series(&[0.0, 0.0, 40.0])));
+        let load = Load { constant: Some(-7.0), damping: Some(0.5), process, ..Load::default() };
+        let mut values = Vec::new();
+        crank(&Law::Crank(law), load)(&Shaft { phi: 1.0 - TAU, w: 4.0, a: 6.0 }, &mut values);
+        let expected = 3.0 * 6.0 - (5.0 + 1.0_f64.cos()) - (-7.0 - 0.5 * 4.0 + 40.0 * 2.0_f64.cos());
+        assert!((values[7] - expected).abs() < 1e-12, "{values:?} {expected}");
     }
 }

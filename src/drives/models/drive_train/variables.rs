@@ -601,7 +601,14 @@ impl DriveTrain {
                 let text = "Torque that the servo demands, before its limit";
                 output("motor.u", text, &unit::TORQUE, DEMAND, false);
                 let text = "Whether the torque of the servo is at its limit";
-                dependencies.declare(list.discrete_output("motor.saturated", text, Kind::Boolean), SATURATED);
+                let variable = list.discrete_output("motor.saturated", text, Kind::Boolean);
+                dependencies.declare(variable, SATURATED);
+                let names = self.input_names();
+                let of_motor: Vec<&str> =
+                    names.iter().map(String::as_str).filter(|name| name.ends_with("_ref")).collect();
+                if !of_motor.is_empty() {
+                    variable.depends(&of_motor).slopes(series);
+                }
             }
         }
         for description in list.0.iter_mut().map(|variable| &mut variable.description) {
@@ -655,12 +662,18 @@ impl DriveTrain {
         let kind = Kind::Integer { min: if two { -1 } else { 0 }, max: 1 };
         let text = if two { "1 on flank A, 0 in flight, -1 on flank B" } else { "1 on the cam, 0 in flight" };
         let inputs: &[&str] = if self.motion_is_input() { &["phi", "w", "a"] } else { &[] };
+        let names = self.input_names();
+        let all: Vec<&str> = names.iter().map(String::as_str).collect();
         let mut discrete = |name: &str, text: &str, kind: Kind, of: Of| {
             let variable = list.discrete_output(&format!("follower[{n}].{name}"), text, kind);
             dependencies.declare(variable, place(j, of));
             // A jump of the inputs may open a contact, or close one.
             if !inputs.is_empty() && !matches!(of, Of::ForceMean | Of::TauMean) {
                 variable.depends(if matches!(of, Of::Impulse) { &inputs[..2] } else { inputs }).slopes(series);
+            }
+            // So may one of a force or a torque.
+            if matches!(of, Of::Mode) && !all.is_empty() {
+                variable.depends(&all).slopes(series);
             }
         };
         let count = Kind::Integer { min: 0, max: i32::MAX };

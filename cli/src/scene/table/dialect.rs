@@ -1,0 +1,367 @@
+//! The dialects of tables as text: from the bytes of a file to its headings and to its rows of cells.
+//!
+//! One separator holds for the whole file: that of a line `sep=`, else `;`, a tab, blanks or `,`, whichever the rows of numbers
+//! have first in this order. Beside the first three a comma is a decimal mark, as it is within quotes. Lines before the first row
+//! of numbers are headings, lines that begin with `#`, `//` or `%` comments, as is what follows `//` or `#` in a row.
+
+use super::super::input::BYTE_ORDER_MARK;
+use super::super::section::Span;
+
+/// What is wrong in a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wrong {
+    /// Where; None where it is the table itself.
+    pub span: Option<Span>,
+    /// What.
+    pub message: String,
+    /// What would be right.
+    pub admissible: Option<String>,
+    /// A remedy.
+    pub hint: Option<&'static str>,
+}
+
+impl Wrong {
+    /// A fault at these bytes, with a remedy where there is one.
+    pub fn at(span: &Span, message: impl Into<String>, hint: impl Into<Option<&'static str>>) -> Self {
+        Wrong { span: Some(span.clone()), ..Wrong::new(message, hint) }
+    }
+
+    /// A fault of the table itself.
+    fn new(message: impl Into<String>, hint: impl Into<Option<&'static str>>) -> Self {
+        Wrong { span: None, message: message.into(), admissible: None, hint: hint.into() }
+    }
+}
+
+/// The marks that begin a comment.
+const COMMENTS: [&str; 3] = ["#", "//", "%"];
+
+/// The text of a file, and how its bytes were read where they are not Unicode; None where they are no text.
+pub fn decode(bytes: &[u8]) -> Option<(String, Option<&'static str>)> {
+    let utf16 = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
+        String::from_utf16(&units).ok().filter(|text| !text.contains('\0')).map(|text| (text, None))
+    };
+    match bytes {
+        [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes),
+        [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes),
+        // Without a mark: the first two characters are ASCII.
+        [1..=127, 0, 1..=127, 0, ..] => utf16(bytes, u16::from_le_bytes),
+        [0, 1..=127, 0, 1..=127, ..] => utf16(bytes, u16::from_be_bytes),
+        _ if bytes.contains(&0) => None,
+        _ => Some(match std::str::from_utf8(bytes) {
+            Ok(text) => (text.trim_start_matches(BYTE_ORDER_MARK).to_owned(), None),
+            Err(_) => {
+                (bytes.iter().map(|byte| char::from(*byte)).collect(), Some("is not UTF-8; it is read as Latin-1"))
+            }
+        }),
+    }
+}
+
+/// A line with content.
+struct Line {
+    cells: Vec<Span>,
+    span: Span,
+    comment: bool,
+}
+
+/// Which column of the file.
+pub enum Column<'a> {
+    /// Counts from 0.
+    Number(usize),
+    /// As a line of headings has it.
+    Heading(&'a str),
+}
+
+/// A table as text.
+pub struct Sheet<'a> {
+    text: &'a str,
+    lines: Vec<Line>,
+}
+
+/// The rows of numbers, and what else is to be known of them.
+#[derive(Debug)]
+pub struct Rows {
+    /// The columns that were asked for, from 0.
+    pub columns: Vec<usize>,
+    /// The values in these columns, and where the row stands.
+    pub rows: Vec<(Vec<f64>, Span)>,
+    /// Lines before the first row which might have been meant as one.
+    pub doubtful: Vec<Span>,
+    /// The last digit of the second column.
+    pub digit: f64,
+}
+
+impl<'a> Sheet<'a> {
+    /// The lines of the text with their cells.
+    ///
+    /// # Errors
+    /// Commas that may separate cells or decimals.
+    pub fn new(text: &'a str) -> Result<Self, Wrong> {
+        let mut spans = lines(text).peekable();
+        let prefix = |span: &Span| text[span.clone()].trim_matches('"').to_ascii_lowercase().starts_with("sep=");
+        // A tab at the end of the line is none of its content.
+        let told = spans.next_if(prefix).map(|span| text[span].trim_matches('"').chars().nth(4).unwrap_or('\t'));
+        let spans: Vec<Span> = spans.collect();
+        let content = |span: &Span| &text[without_comment(text, span)];
+        // Rows of nothing but numbers tell the separator; where columns of words stand beside them, what begins like a number.
+        let plain = |line: &&str| line.chars().all(|c| c.is_ascii_digit() || " \t+-\u{2212}.,;eE\"".contains(c));
+        let begins = |line: &&str| line.starts_with(|c: char| c.is_ascii_digit() || "+-\u{2212}.,\"".contains(c));
+        let mut sample: Vec<&str> = spans.iter().map(content).collect();
+        for kind in [&begins as &dyn Fn(&&str) -> bool, &plain] {
+            if sample.iter().any(kind) {
+                sample.retain(kind);
+            }
+        }
+        let any = |c: char| sample.iter().any(|line| line.contains(c));
+        let separator = told.unwrap_or_else(|| match () {
+            () if any(';') => ';',
+            () if any('\t') => '\t',
+            () if sample.iter().any(|line| blank_between_numbers(line)) => ' ',
+            () if any(',') => ',',
+            () => ';',
+        });
+        let mut all = Vec::new();
+        for span in &spans {
+            let mark = COMMENTS.iter().find(|mark| text[span.clone()].starts_with(**mark));
+            let (comment, start) = (mark.is_some(), span.start + mark.map_or(0, |mark| mark.len()));
+            let end = if comment { span.end } else { without_comment(text, span).end };
+            let cells = cells(text, start..end, separator);
+            // Spreadsheets leave lines of separators.
+            if !cells.is_empty() {
+                all.push(Line { cells, span: span.clone(), comment });
+            }
+        }
+        let sheet = Sheet { text, lines: all };
+        match (separator, told) {
+            (',', None) if !any('.') && !any('"') => sheet.one_reading().map(|()| sheet),
+            _ => Ok(sheet),
+        }
+    }
+
+    /// Refuses whole numbers between commas that may as well be decimals: three or more in a row, of which some column but the
+    /// first has nothing but digits, unless as many headings or blanks behind the commas tell that they are cells.
+    fn one_reading(&self) -> Result<(), Wrong> {
+        let numbers = |line: &&Line| !line.comment && line.cells.iter().all(|cell| self.number(cell).is_some());
+        let rows: Vec<&Line> = self.lines.iter().filter(numbers).collect();
+        let Some(longest) = rows.iter().rev().max_by_key(|line| line.cells.len()).filter(|line| line.cells.len() > 2)
+        else {
+            return Ok(());
+        };
+        let digits = |cell: &Span| self.text[cell.clone()].bytes().all(|b| b.is_ascii_digit());
+        let count = longest.cells.len();
+        let fraction = |j: usize| rows.iter().all(|line| line.cells.get(j).is_none_or(digits));
+        let headed = |line: &Line| {
+            let names = line.cells.iter().filter(|cell| self.number(cell).is_none() && !cell.is_empty()).count();
+            names == line.cells.len() && names >= count
+        };
+        let spaced = rows.iter().any(|line| self.text[line.span.clone()].contains(", "));
+        if spaced || self.lines.iter().any(headed) || !(1..count).any(fraction) {
+            return Ok(());
+        }
+        let words: Vec<&str> = longest.cells.iter().map(|cell| &self.text[cell.clone()]).collect();
+        let (mut merged, mut end) = (Vec::new(), count);
+        while end > 0 {
+            let start = if end > 1 && digits(&longest.cells[end - 1]) { end - 2 } else { end - 1 };
+            merged.push(words[start..end].join("."));
+            end = start;
+        }
+        merged.reverse();
+        let (cells, decimals) = (words.join(" | "), merged.join(" | "));
+        let message = format!("this line can be read two ways: as {cells}, or with decimal commas as {decimals}");
+        let hint = "separate the columns by `;`, or begin the file with the line `sep=,` if no comma is a decimal one";
+        Err(Wrong::at(&longest.span, message, hint))
+    }
+
+    fn number(&self, cell: &Span) -> Option<f64> {
+        let plain = self.text[cell.clone()].replacen(',', ".", 1).replace('\u{2212}', "-");
+        plain.parse().ok().filter(|value: &f64| value.is_finite())
+    }
+
+    /// The unit that a line of headings gives to a column, in brackets or, of derivatives, as in `dU_m_per_rad`.
+    pub fn unit(&self, column: usize) -> Option<(Span, String)> {
+        let unit = |cell: &Span| match self.text[cell.clone()].rsplit_once('[') {
+            Some((_, unit)) => Some(unit.trim_end_matches([']', ' ']).to_owned()),
+            None => Some(self.text[cell.clone()].split_once('_')?.1)
+                .filter(|unit| unit.contains("_per_"))
+                .map(|unit| unit.replace("_per_", "/")),
+        };
+        let cells = self.lines.iter().filter_map(|line| line.cells.get(column));
+        cells.filter_map(|cell| Some((cell.clone(), unit(cell)?))).next()
+    }
+
+    /// The number of a column, from 0, and that of the line which names it.
+    fn index(&self, column: &Column<'_>) -> Result<(usize, Option<usize>), Wrong> {
+        let heading = match *column {
+            Column::Number(number) => return Ok((number, None)),
+            Column::Heading(heading) => heading,
+        };
+        let is_it = |cell: &Span| &self.text[cell.clone()] == heading;
+        if let Some((i, line)) = self.lines.iter().enumerate().find(|(_, line)| line.cells.iter().any(is_it)) {
+            let mut found = (0..line.cells.len()).filter(|&j| is_it(&line.cells[j]));
+            return match (found.next(), found.next()) {
+                (Some(first), None) => Ok((first, Some(i))),
+                _ => {
+                    let message = format!("two columns have the heading \"{heading}\"");
+                    Err(Wrong::at(&line.span, message, "give the number of the column, from 1"))
+                }
+            };
+        }
+        let is_head = |line: &&Line| line.cells.iter().all(|cell| self.number(cell).is_none());
+        let heads = || self.lines.iter().filter(is_head);
+        Err(match heads().find(|line| !line.comment).or_else(|| heads().next()) {
+            Some(line) => {
+                let names: Vec<&str> = line.cells.iter().map(|cell| &self.text[cell.clone()]).collect();
+                let wrong = Wrong::at(&line.span, format!("there is no column \"{heading}\""), None);
+                Wrong { admissible: Some(names.join(", ")), ..wrong }
+            }
+            None => {
+                let message = format!("the table has no headings to find the column \"{heading}\" by");
+                Wrong::new(message, "give the number of the column, from 1")
+            }
+        })
+    }
+
+    /// The numbers in two columns and, where `more` of them are wanted, in as many behind the second one; without the last of three
+    /// where its unit is not that of the one before, or where it is not there. `hint` says what a number looks like.
+    ///
+    /// # Errors
+    /// Whatever else stands there.
+    pub fn rows(&self, of: &[Column<'_>; 2], more: usize, hint: &'static str) -> Result<Rows, Vec<Wrong>> {
+        let (first, named) = match [self.index(&of[0]), self.index(&of[1])] {
+            [Ok((first, line)), Ok((second, other))] => ([first, second], line.max(other)),
+            all => return Err(all.into_iter().filter_map(Result::err).collect()),
+        };
+        if first[0] == first[1] {
+            let message = format!("column {} is asked for twice", first[0] + 1);
+            return Err(vec![Wrong::new(message, "give each column its own number or heading")]);
+        }
+        let widest = self.lines.iter().map(|line| line.cells.len()).max().unwrap_or(0);
+        // Two of three derivatives, unless the heading of the last one makes it another of their kind; without headings or a unit
+        // they are not two that lost the third.
+        let two = |last: usize| {
+            let [own, before] = [last, last - 1].map(|column| self.unit(column).map(|unit| unit.1));
+            let is_word = |line: &Line| line.cells.get(last - 1).is_some_and(|cell| self.number(cell).is_none());
+            if widest > last { own != before } else { before.is_some() || !self.lines.iter().any(is_word) }
+        };
+        let more = more - usize::from(more == 3 && two(first[1] + 3));
+        let columns: Vec<usize> = first.into_iter().chain((1..=more).map(|n| first[1] + n)).collect();
+        let value = |line: &Line, column: usize| self.number(line.cells.get(column)?);
+        let text = |cell: &Span| &self.text[cell.clone()];
+        let lines: Vec<&Line> =
+            self.lines.iter().skip(named.map_or(0, |i| i + 1)).filter(|line| !line.comment).collect();
+        // A row is wrong whose first number has no second one beside it; what has no first number is a heading.
+        let like = |line: &&Line| line.cells.len() > 1 && value(line, first[0]).is_some();
+        let any = |line: &&Line| line.cells.iter().any(|cell| self.number(cell).is_some());
+        let start = lines.iter().position(like).or_else(|| lines.iter().position(any)).unwrap_or(0);
+        let (headings, lines) = lines.split_at(start);
+        let (mut rows, mut doubtful, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
+        for line in lines {
+            let cell = |&column: &usize| {
+                let cell = line.cells.get(column).ok_or_else(|| {
+                    let message = format!("column {} is missing: this line has {}", column + 1, line.cells.len());
+                    Wrong::at(&line.span, message, None)
+                })?;
+                let message = || format!("\"{}\" is not a finite number", text(cell));
+                self.number(cell).ok_or_else(|| Wrong::at(cell, message(), hint))
+            };
+            let values: Vec<Result<f64, Wrong>> = columns.iter().map(cell).collect();
+            if values.iter().all(Result::is_ok) {
+                rows.push((values.into_iter().flatten().collect(), line.span.clone()));
+            } else {
+                wrong.extend(values.into_iter().filter_map(Result::err));
+            }
+        }
+        let used = || lines.iter().flat_map(|line| columns.iter().filter_map(|column| line.cells.get(*column)));
+        let with = |mark: char| used().any(|cell| text(cell).contains(mark) && self.number(cell).is_some());
+        // Three digits behind a mark may be decimals or the end of thousands, which the other mark leaves open.
+        let thousands = |cell: &&Span| {
+            text(cell).trim_start_matches(['+', '-', '\u{2212}']).split_once([',', '.']).is_some_and(|(whole, part)| {
+                let digits = [whole, part].iter().all(|part| part.bytes().all(|b| b.is_ascii_digit()));
+                digits && part.len() == 3 && (1..=3).contains(&whole.len()) && !whole.starts_with('0')
+            })
+        };
+        if with(',')
+            && with('.')
+            && let Some(cell) = used().find(thousands)
+        {
+            let [decimal, whole] = [".", ""].map(|mark| text(cell).replace([',', '.'], mark));
+            let message =
+                format!("with both `,` and `.` in the numbers of a table {} may be {decimal} or {whole}", text(cell));
+            wrong.push(Wrong::at(cell, message, "write all numbers with one decimal mark, and none of thousands"));
+        }
+        for line in headings {
+            let count = if let [only] = &line.cells[..] { self.number(only) } else { None };
+            if count.is_some_and(|count| count != lines.len() as f64) {
+                let rows = lines.len();
+                let message = format!("a number alone in its line is that of the rows, of which there are {rows}");
+                wrong.push(Wrong::at(&line.span, message, "correct it, or begin the line with # if it is no count"));
+            } else if count.is_none() && value(line, first[1]).is_some() {
+                doubtful.push(line.span.clone());
+            }
+        }
+        let decimals = |line: &&Line| {
+            let (_, digits) = line.cells.get(first[1]).map(text)?.split_once(['.', ','])?;
+            Some(digits.bytes().take_while(u8::is_ascii_digit).count() as i32)
+        };
+        let digit = 0.1_f64.powi(lines.iter().filter_map(decimals).max().unwrap_or(0));
+        if wrong.is_empty() { Ok(Rows { columns, rows, doubtful, digit }) } else { Err(wrong) }
+    }
+}
+
+/// The lines with content, without the blanks around it.
+fn lines(text: &str) -> impl Iterator<Item = Span> + '_ {
+    let mut start = 0;
+    text.split_inclusive('\n').filter_map(move |line| {
+        let begin = start;
+        start += line.len();
+        let content = line.trim();
+        let offset = begin + (line.len() - line.trim_start().len());
+        (!content.is_empty()).then(|| offset..offset + content.len())
+    })
+}
+
+/// What stands before a comment at the end of a row.
+fn without_comment(text: &str, span: &Span) -> Span {
+    let content = &text[span.clone()];
+    let end = ["//", "#"].iter().filter_map(|mark| content.find(mark)).min().unwrap_or(content.len());
+    // A heading such as "Point #" has no comment.
+    let row = content.starts_with(|c: char| c.is_ascii_digit() || "+-\u{2212}.\"".contains(c));
+    span.start..span.start + if row { content[..end].trim_end().len() } else { content.len() }
+}
+
+/// Whether blanks alone separate two numbers.
+fn blank_between_numbers(line: &str) -> bool {
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let end = |word: &str| word.ends_with(|c: char| c.is_ascii_digit() || c == '.');
+    words
+        .windows(2)
+        .any(|pair| end(pair[0]) && pair[1].starts_with(|c: char| c.is_ascii_digit() || "+-\u{2212}.".contains(c)))
+}
+
+/// The cells of a line, without blanks and quotes around them; those that are empty at its end are none.
+fn cells(text: &str, line: Span, separator: char) -> Vec<Span> {
+    let (mut cells, mut start, mut quoted) = (Vec::new(), line.start, false);
+    let ends = text[line.clone()].char_indices().filter(|&(_, c)| {
+        quoted ^= c == '"';
+        !quoted && (c == separator || separator == ' ' && c.is_whitespace())
+    });
+    let ends: Vec<Span> = ends.map(|(i, c)| line.start + i..line.start + i + c.len_utf8()).collect();
+    for end in ends.into_iter().chain(std::iter::once(line.end..line.end)) {
+        let piece = &text[start..end.start];
+        let open = |c: char| c.is_whitespace() || c == '"';
+        let cell = piece.trim_matches(open);
+        let offset = start + (piece.len() - piece.trim_start_matches(open).len());
+        // Several blanks are one separator.
+        if separator != ' ' || !cell.is_empty() {
+            cells.push(if cell.is_empty() { start..start } else { offset..offset + cell.len() });
+        }
+        start = end.end;
+    }
+    while cells.last().is_some_and(|cell| cell.is_empty()) {
+        cells.pop();
+    }
+    cells
+}
+
+#[cfg(test)]
+mod tests;

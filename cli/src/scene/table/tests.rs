@@ -1,0 +1,316 @@
+//! Tables as designers have them, against the laws that they were taken from.
+
+use crate::scene::resolve;
+use camdrive::motion::{Fourier, MotionLaw};
+use camdrive_design::cam_geometry::cam_table::CamTable;
+use std::f64::consts::{PI, TAU};
+use std::path::Path;
+
+/// The law of a drive with these keys of `[cam]` beside `law` and `angle_unit` or what stands for it, and the notes on it.
+fn cam(folder: &Path, keys: &str) -> Result<(MotionLaw, String), String> {
+    let text = format!(
+        "name = \"x\"\nmodel = \"ElasticCamDrive\"\ncam = {{ law = \"table\", {keys} }}\ndrive = {{ mode = \"input\" }}\n\
+         elasticity = {{ place = \"output\", m = 1, c = 1 }}"
+    );
+    let scene = resolve("scene.toml", &text, folder).map_err(|faults| faults.to_string())?;
+    Ok((serde_json::from_value(scene.scene["cam"].clone()).expect("a law"), scene.notes.join("\n")))
+}
+
+fn stored(keys: &str) -> MotionLaw {
+    cam(Path::new("../tests/tables"), keys).unwrap_or_else(|faults| panic!("{keys}: {faults}")).0
+}
+
+/// The law, or the faults, of a file with this content.
+fn of(content: &str, keys: &str) -> Result<(MotionLaw, String), String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("t.csv"), content).expect("a file");
+    cam(folder.path(), &format!("file = \"t.csv\", {keys}"))
+}
+
+/// The largest |U − expected| at 3600 angles.
+fn error(law: &MotionLaw, expected: impl Fn(f64) -> f64) -> f64 {
+    let angle = |i: u32| TAU * f64::from(i) / 3600.0 - PI;
+    (0..3600).map(|i| (law.at(angle(i)).0[0] - expected(angle(i))).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn crank_degrees_are_those_of_a_cam_that_turns_half_as_fast() {
+    // A simple sine over 260 degrees of crank, rounded to a thousandth of the lift; its acceleration jumps at both ends.
+    let lift = |phi: f64| {
+        let z = (2.0 * phi.to_degrees() + 30.0).rem_euclid(720.0) / 260.0;
+        if z < 1.0 { 5.775e-3 * (1.0 - (TAU * z).cos()) } else { 0.0 }
+    };
+    let file = "file = \"crank_degrees.csv\", scale = \"0.1155 mm\"";
+    let law = stored(&format!("{file}, angle_unit = \"deg\", turn = \"720 deg\""));
+    assert!(error(&law, lift) < 3e-5, "{}", error(&law, lift));
+    assert!((law.at(50.0_f64.to_radians()).0[0] - 11.55e-3).abs() < 1e-12);
+    for keys in [
+        "turn = \"720 deg\"",
+        "turn = \"2 rev\", angle_unit = \"deg\"",
+        "turn = 720",
+        "turn = 720, angle_unit = \"deg\"",
+    ] {
+        let other = stored(&format!("{file}, {keys}, angle_column = \"Crank angle [deg]\", lift_column = 2"));
+        assert!(error(&other, |phi| law.at(phi).0[0]) < 1e-15, "{keys}");
+    }
+    let told = cam(Path::new("../tests/tables"), &format!("{file}, angle_unit = \"deg\"")).unwrap_err();
+    assert!(told.contains("370 deg after the first one") && told.contains("turn = \"720 deg\""), "{told}");
+}
+
+#[test]
+fn the_turn_may_be_counted_timed_or_measured_and_begin_anywhere() {
+    let lift = |phi: f64| 5e-3 * (1.0 - phi.cos());
+    let rows = |first: f64, turn: f64, n: u32| {
+        let row = |i: u32| {
+            (
+                first + turn * f64::from(i) / f64::from(n),
+                5.0 * (1.0 - (TAU * (first / turn + f64::from(i) / f64::from(n))).cos()),
+            )
+        };
+        (0..=n).map(row).map(|(x, u)| format!("{x};{u}\n")).collect::<String>()
+    };
+    for (first, turn, keys) in [
+        (0.0, 4096.0, "turn = 4096"),
+        (0.0, 0.25, "turn = \"0.25 s\""),
+        (0.0, 250.0, "turn = \"250 ms\""),
+        (0.0, 250.0, "turn = \"0.25 s\", angle_unit = \"ms\""),
+        (10.0, 314.0, "turn = \"314 mm\""),
+        (-360.0, 360.0, "angle_unit = \"deg\""),
+        (90.0, 720.0, "turn = \"720 deg\""),
+        (-0.5, 1.0, "angle_unit = \"rev\""),
+    ] {
+        let (law, _) = of(&rows(first, turn, 64), &format!("lift_unit = \"mm\", {keys}")).unwrap();
+        assert!(error(&law, lift) < 1e-10, "{keys}: {}", error(&law, lift));
+    }
+    let points =
+        "points = [[\"0 ms\", 0], [\"125 ms\", 0.01], [\"62.5 ms\", 0.005], [0.1875, 0.005]], turn = \"0.25 s\"";
+    let told = cam(Path::new(""), points).unwrap_err();
+    assert!(told.contains("the angle 0.0625 s does not exceed the one before, 0.125 s"), "{told}");
+    for (keys, part) in [
+        ("turn = \"720 N\"", "an angle is expected"),
+        ("turn = 0", "greater than 0"),
+        ("turn = \"720 deg\", angle_unit = \"ms\"", "an angle is expected"),
+        ("turn = \"0.25 s\", period = \"90 deg\"", "a time is expected"),
+        ("angle_unit = \"deg\", period = \"100 deg\"", "the turn is 3.6 periods"),
+        ("angle_unit = \"deg\", period = \"0.001 deg\"", "360000 times 65 points"),
+        ("turn = 4096, period = 2048", "2112 counts after the first one; a table covers one period, 2048 counts"),
+        ("angle_unit = \"deg\", period = \"720 deg\"", "a whole part of the turn"),
+        ("angle_unit = \"deg\", outside = \"linear\"", "\"linear\" is not known"),
+        ("turn = 4096, lift_column = 1", "column 1 is asked for twice"),
+        ("turn = 2048", "this point is 2112 counts after the first one; a table covers one turn, 2048 counts"),
+        ("turn = 8192", "4096 counts before its turn does"),
+    ] {
+        let told = of(&rows(0.0, 4096.0, 64), keys).unwrap_err();
+        assert!(told.contains(part), "{keys}: {told}");
+    }
+    for content in ["", "phi;U\n", "0;0\n", "0;0\n10;1\n"] {
+        for keys in [
+            "period = \"90 deg\"",
+            "outside = \"rest\"",
+            "interpolation = \"monotone\", period = \"90 deg\"",
+            "interpolation = \"derivatives\"",
+        ] {
+            assert!(of(content, &format!("angle_unit = \"deg\", {keys}")).is_err(), "{content:?} {keys}");
+        }
+    }
+}
+
+#[test]
+fn decimal_commas_and_several_headings_are_the_same_table() {
+    let lift = |phi: f64| 5e-3 * (1.0 - phi.cos());
+    for file in ["tab.txt", "blank.txt", "two_headings.csv"] {
+        let law = stored(&format!("file = \"{file}\", angle_unit = \"deg\", lift_unit = \"mm\""));
+        assert!(error(&law, lift) < 2e-7, "{file}: {}", error(&law, lift));
+    }
+    let (_, notes) = of("Points;4\n0;0\n90;1\n180;2\n270;1\n", "angle_unit = \"deg\"").unwrap();
+    assert!(notes.contains("line 1 of") && notes.contains("\"Points;4\", is taken as a heading"), "{notes}");
+}
+
+#[test]
+fn headings_in_latin_1_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = [&b"Winkel [\xb0];Hub\n"[..], b"0;0\n90;1\n180;2\n270;1\n"].concat();
+    std::fs::write(folder.path().join("t.csv"), bytes).unwrap();
+    let (law, notes) = cam(
+        folder.path(),
+        "file = \"t.csv\", angle_column = \"Winkel [°]\", lift_column = \"Hub\", angle_unit = \"deg\"",
+    )
+    .unwrap();
+    assert!(notes.contains("it is read as Latin-1") && (law.at(PI).0[0] - 2.0).abs() < 1e-12, "{notes}");
+}
+
+#[test]
+fn an_open_lobe_rests_outside_and_one_of_four_is_repeated() {
+    let lobe = |phi: f64| if phi.abs() < 7.0 * PI / 18.0 { 0.01 * (phi * 9.0 / 7.0).cos().powi(4) } else { 0.0 };
+    let keys = "angle_unit = \"deg\", lift_unit = \"mm\"";
+    let file = format!("file = \"lobe.csv\", {keys}");
+    let law = stored(&format!("{file}, outside = \"rest\""));
+    // Its lifts are rounded to a ten thousandth of a millimetre.
+    assert!(error(&law, lobe) < 2e-7, "{}", error(&law, lobe));
+    for phi in [1.4, 2.0, 3.1, -2.5, -1.4] {
+        assert_eq!(law.at(phi).0, [0.0; 5]);
+    }
+    let series = stored(&format!("{file}, outside = \"rest\", interpolation = \"fourier\", harmonics = 18"));
+    assert!(error(&series, lobe) < 3e-6, "{}", error(&series, lobe));
+    let monotone = stored(&format!("{file}, outside = \"rest\", interpolation = \"monotone\""));
+    assert!(error(&monotone, lobe) < 1e-4 && monotone.at(2.0).0 == [0.0; 5], "{}", error(&monotone, lobe));
+    let told = cam(Path::new("../tests/tables"), &file).unwrap_err();
+    assert!(
+        told.contains("210 deg before its turn does") && told.contains("`outside = \"rest\"` is for a lobe"),
+        "{told}"
+    );
+
+    let four = |phi: f64| 3e-3 * (1.0 - (4.0 * phi).cos());
+    let file = format!("file = \"one_of_four.csv\", {keys}");
+    for (more, accuracy) in
+        [("", 2e-7), (", interpolation = \"monotone\"", 3e-5), (", interpolation = \"fourier\", harmonics = 8", 1e-7)]
+    {
+        let law = stored(&format!("{file}, period = \"90 deg\"{more}"));
+        assert!(error(&law, four) < accuracy, "{more}: {}", error(&law, four));
+    }
+    // In degrees of a crank that turns twice as often.
+    let twice = stored(&format!("{file}, period = \"90 deg\", turn = \"720 deg\""));
+    assert!(error(&twice, |phi| 3e-3 * (1.0 - (8.0 * phi).cos())) < 2e-7);
+    let told = cam(Path::new("../tests/tables"), &format!("{file}, period = \"72 deg\"")).unwrap_err();
+    assert!(told.contains("75 deg after the first one; a table covers one period, 72 deg"), "{told}");
+    let told = cam(Path::new("../tests/tables"), &format!("{file}, period = \"120 deg\"")).unwrap_err();
+    assert!(told.contains("30 deg before its period does"), "{told}");
+}
+
+#[test]
+fn ends_that_differ_within_the_noise_have_their_mean() {
+    // Lifts that scatter by some 3 µm.
+    let scatter = |i: u32| 3e-3 * (f64::from(i) * f64::from(i) * 1.7).sin() * 1.4;
+    let rows = |last: f64| {
+        let row = |i: u32| (f64::from(3 * i), 5.0 * (1.0 - f64::from(3 * i).to_radians().cos()) + scatter(i));
+        (0..120).map(row).chain([(360.0, last)]).map(|(x, u)| format!("{x};{u:.6}\n")).collect::<String>()
+    };
+    let keys = "angle_unit = \"deg\", lift_unit = \"mm\"";
+    let (law, notes) = of(&rows(0.008), keys).unwrap();
+    assert!(notes.contains("0 m and 8e-6 m, differ within the noise: both have their mean, 4e-6 m"), "{notes}");
+    assert!((law.at(0.0).0[0] - 4e-6).abs() < 1e-15);
+    let told = of(&rows(0.2), keys).unwrap_err();
+    assert!(told.contains("the lift 0.0002 m one turn after the first point is not its lift 0 m"), "{told}");
+    assert!(of(&rows(0.2), &format!("{keys}, noise = \"0.05 mm\"")).is_ok());
+    // The last digit of rounded lifts.
+    let lobe = |last: &str| format!("0;0.000\n10;0.5\n20;1.5\n30;2.000\n40;1.5\n50;0.5\n60;{last}\n");
+    let (law, notes) = of(&lobe("0.001"), &format!("{keys}, outside = \"rest\"")).unwrap();
+    assert!(notes.contains("their mean, 5e-7 m") && (law.at(3.0).0[0] - 5e-7).abs() < 1e-15, "{notes}");
+    let told = of(&lobe("0.30"), &format!("{keys}, outside = \"rest\"")).unwrap_err();
+    assert!(told.contains("the ends of the lobe, 0 m and 0.0003 m, are not one level of rest"), "{told}");
+    let told = of(&rows(0.0), &format!("{keys}, outside = \"rest\"")).unwrap_err();
+    assert!(told.contains("covers the whole turn"), "{told}");
+}
+
+#[test]
+fn a_spline_that_overshoots_is_told_and_a_monotone_curve_does_not() {
+    let step: String = (0..36).map(|i| format!("{};{}\n", 10 * i, if (10..20).contains(&i) { 4 } else { 0 })).collect();
+    let keys = "angle_unit = \"deg\", lift_unit = \"mm\"";
+    let (spline, notes) = of(&step, keys).unwrap();
+    let place = notes.split("`cam`: at ").nth(1).and_then(|rest| rest.split(" deg the spline").next()).expect(&notes);
+    let u = spline.at(place.parse::<f64>().expect("an angle").to_radians()).0[0];
+    let beyond = 100.0 * (u - 4e-3).max(-u) / 4e-3;
+    assert!(beyond > 5.0 && notes.contains(&format!("by {beyond:.1} % of the range")), "{beyond}: {notes}");
+    let (curve, notes) = of(&step, &format!("{keys}, interpolation = \"monotone\"")).unwrap();
+    assert!(notes.is_empty() && error(&curve, |_| 2e-3) <= 2e-3 * (1.0 + 1e-12), "{notes}");
+    assert!(of(&step.replace(";4", ";0.001"), keys).unwrap().1.contains("the spline leaves"));
+    let smooth: String = (0..36).map(|i| format!("{};{}\n", 10 * i, f64::from(10 * i).to_radians().sin())).collect();
+    assert_eq!(of(&smooth, keys).unwrap().1, "");
+}
+
+#[test]
+fn tables_for_controllers_are_read_again_to_the_digit() {
+    let lift = MotionLaw::Fourier(Fourier::new(vec![0.02, -0.015, 0.004], vec![0.0, 0.001, -0.002]));
+    let table = CamTable::new(&lift, false, 1e-6);
+    let keys = "angle_unit = \"deg\", lift_unit = \"mm\"";
+    let (law, notes) = of(&table.plcopen(), &format!("{keys}, interpolation = \"derivatives\"")).unwrap();
+    assert_eq!(notes, "");
+    let (plain, _) = of(&table.two_columns(), keys).unwrap();
+    for [phi, u, u1, u2] in &table.rows {
+        let found = law.at(*phi % TAU).0;
+        // Half of the last digits of lift, velocity and acceleration, and of the angle.
+        let degree = TAU / 360.0;
+        assert!((found[0] - u).abs() < 0.51e-10 + u1.abs() * 1e-8, "{phi}");
+        assert!((found[1] - u1).abs() < 0.51e-12 / degree + u2.abs() * 1e-8, "{phi}: {} {u1}", found[1]);
+        assert!((found[2] - u2).abs() < 0.51e-14 / degree / degree + 1e-9, "{phi}: {} {u2}", found[2]);
+        assert!((plain.at(*phi % TAU).0[0] - u).abs() < 0.51e-10 + u1.abs() * 1e-8);
+    }
+}
+
+#[test]
+fn x_y_v_a_have_the_units_of_their_headings_or_are_by_the_radian() {
+    let rows = |head: &str, by: f64, more: &str| {
+        let row = |i: u32| {
+            let (s, c) = (TAU * f64::from(i) / 72.0).sin_cos();
+            format!("{} {} {} {}{more}\n", 5 * i, 10.0 * s, 10.0 * c * by, -10.0 * s * by * by)
+        };
+        format!("{head}{}", (0..=72).map(row).collect::<String>())
+    };
+    let keys = "lift_unit = \"mm\", interpolation = \"derivatives\"";
+    let (degree, lift) = (TAU / 360.0, |phi: f64| 0.01 * phi.sin());
+    for (table, keys) in [
+        (rows("X[deg] Y[mm] V[mm/deg] A[mm/deg2]\n", degree, ""), "angle_unit = \"deg\""),
+        (rows("X Y V[mm/deg] A[mm/deg2] J[mm/deg3]\n", degree, " 7"), "angle_unit = \"deg\""),
+        (rows("phi_deg U_mm dU_mm_per_rad ddU_mm_per_rad2 dddU_mm_per_rad3\n", 1.0, " 7"), "angle_unit = \"deg\""),
+        (rows("", 1.0, ""), "angle_unit = \"deg\""),
+        (rows("X Y V[mm/s] A[mm/s2]\n", TAU / 360.0, ""), "turn = \"360 s\""),
+    ] {
+        let (law, _) = of(&table, &format!("{keys}, lift_unit = \"mm\", interpolation = \"derivatives\"")).unwrap();
+        assert!(error(&law, lift) < 1e-9, "{keys}: {}", error(&law, lift));
+    }
+    // The jerk is no U″ behind the points.
+    let told = of(&rows("", 1.0, " 2000"), &format!("angle_unit = \"deg\", {keys}")).unwrap_err();
+    assert!(told.contains("with U″ of this table its U′ would change by"), "{told}");
+    // Degrees without a word of it.
+    let told = of(&rows("", degree, ""), &format!("angle_unit = \"deg\", {keys}")).unwrap_err();
+    assert!(told.contains("its lifts would change by 0.017") && told.contains("V [mm/deg]"), "{told}");
+}
+
+#[test]
+fn inertia_and_coefficients_are_monotone_and_have_no_steps() {
+    let scene = |text: &str| resolve("scene.toml", text, Path::new("")).map_err(|faults| faults.to_string());
+    let points = "[[\"0 deg\", 0.2], [\"60 deg\", 0.2], [\"90 deg\", 0.5], [\"200 deg\", 0.5], [\"300 deg\", 0.3]]";
+    let machine = |keys: &str| {
+        scene(&format!(
+            "name = \"x\"\nmodel = \"RigidMachine\"\n[machine]\nJ0 = 1\nJ = {{ law = \"table\", {keys} }}\n"
+        ))
+    };
+    let law = |keys: &str| -> MotionLaw {
+        serde_json::from_value(machine(keys).unwrap().scene["inertia"]["varying"].clone()).expect("a law")
+    };
+    let (curve, lines) =
+        (law(&format!("points = {points}")), law(&format!("points = {points}, interpolation = \"linear\"")));
+    let deg = |law: &MotionLaw, deg: f64| law.at(deg.to_radians()).0[0];
+    assert!((deg(&lines, 75.0) - 0.35).abs() < 1e-14 && (deg(&curve, 75.0) - 0.35).abs() < 1e-14);
+    assert!((deg(&lines, 67.5) - 0.275).abs() < 1e-14 && (deg(&curve, 67.5) - 0.246_875).abs() < 1e-14);
+    let stepped = points.replace("\"90 deg\"", "\"60 deg\"");
+    let told = machine(&format!("points = {stepped}")).unwrap_err();
+    assert!(told.contains("60 deg does not exceed the one before"), "{told}");
+    let told = machine("points = [[0, 0.1], [1, 0.2], [3, 0.4], [5, 0.2], [\"360 deg\", 0.3]]").unwrap_err();
+    assert!(told.contains("the table is not periodic: the value 0.3 kg.m2"), "{told}");
+
+    // 6 + cos φ + … in kN·m/rad every 5°.
+    let stiffness = |phi: f64| 6e3 + 1e3 * phi.cos() - 2e2 * (3.0 * phi).sin();
+    let rows = (0..72).map(|i| format!("[\"{} deg\", {}]", 5 * i, stiffness(f64::from(5 * i).to_radians())));
+    let rows = rows.collect::<Vec<_>>().join(", ");
+    let drive = |more: &str| {
+        let c = format!("c = {{ law = \"table\", points = [{rows}]{more} }}");
+        let scene = scene(&format!(
+            "name = \"x\"\nmodel = \"ParametricDrive\"\ndrive = {{ speed = 1 }}\n[coefficients]\nm = 1\n{c}\n"
+        ))
+        .unwrap();
+        let series: Fourier = serde_json::from_value(scene.scene["law"]["series"]["c"].clone()).expect("a series");
+        let error = error(&MotionLaw::Fourier(series.clone()), stiffness);
+        (error, series.order(), scene.notes.join("\n"))
+    };
+    let (error, order, notes) = drive(", interpolation = \"spline\"");
+    assert!(
+        error < 1.0 && order == 4 && notes.contains("`coefficients.c`: 4 harmonics meet the law to"),
+        "{error} {order} {notes}"
+    );
+    // PCHIP flattens the summits by h²/8 U″.
+    let (error, order, _) = drive("");
+    assert!(error < 4.0 && order <= 64, "{error} {order}");
+    let (error, order, _) = drive(", interpolation = \"fourier\", harmonics = 3");
+    assert!(error < 1e-9 && order == 3, "{error} {order}");
+}

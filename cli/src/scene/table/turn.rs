@@ -1,0 +1,80 @@
+//! What the angles of a table mean: `turn`, `period` and `outside`.
+
+use super::super::section::Section;
+use super::super::units;
+use camdrive::drives::unit::{self, Quantity};
+use camdrive::motion::table::CLOSING;
+use std::f64::consts::TAU;
+use toml::de::DeValue;
+
+/// What a column may count over which the cam turns evenly.
+const QUANTITIES: [&Quantity; 3] = [&unit::ANGLE, &unit::TIME, &unit::LENGTH];
+
+/// The turn in the column of the angles.
+pub struct Turn<'a> {
+    /// What the column counts; numbers are steps of an encoder.
+    pub quantity: &'static Quantity,
+    /// Its unit where `angle_unit` does not tell it.
+    pub unit: Option<&'a str>,
+    /// So many SI units of the column are one radian of the cam.
+    pub per_rad: f64,
+    /// The equal lobes of the turn, of which the table has one.
+    pub lobes: usize,
+    /// Whether the cam rests outside of the table.
+    pub rests: bool,
+    /// The unit of messages, and how many of it are one radian of the cam.
+    shown: (f64, &'a str),
+}
+
+impl<'a> Turn<'a> {
+    /// The keys of a section with `law = "table"`.
+    pub fn read(section: &Section<'a>) -> Option<Self> {
+        let text = section.node("turn").map(|node| match node.value {
+            DeValue::String(text) => Some(&**text),
+            _ => None,
+        });
+        let (quantity, own) = match text {
+            None => (&unit::ANGLE, None),
+            Some(None) => (&unit::NUMBER, None),
+            Some(Some(text)) => {
+                let fits = |of: &&'static Quantity| units::parse(text, of).is_ok();
+                (QUANTITIES.into_iter().find(fits).unwrap_or(&unit::ANGLE), Some(units::split(text.trim()).1))
+            }
+        };
+        let unit = own.filter(|unit| !unit.is_empty());
+        let (of, order) = section.of(quantity, 0);
+        let turn = section.real_or("turn", TAU);
+        // The period of a prescribed motion is that of the task.
+        let period = if section.path.ends_with("target") { Some(None) } else { section.optional("period") };
+        section.of(of, order);
+        let rests = section.choice_or("outside", &[("rest", true)], false);
+        let (turn, period) = (turn?, period?.unwrap_or(turn?));
+        let lobes = (turn / period).round();
+        // An angle such as a seventh of the turn is written with some five digits.
+        if !(lobes >= 1.0 && (lobes * period / turn - 1.0).abs() <= CLOSING / TAU) {
+            let fault = section.fault_of("period", format!(": the turn is {} periods", units::short(turn / period)));
+            return section.refuse(
+                fault.admissible("a whole part of the turn").hint("a table of the whole turn needs no `period`"),
+            );
+        }
+        let per_rad = turn / TAU;
+        // Steps may be called degrees.
+        let named = section.text("angle_unit").flatten().filter(|unit| units::factor(unit, &unit::ANGLE).is_ok());
+        let shown = match unit.and_then(|unit| Some((unit, units::factor(unit, quantity).ok()?))) {
+            Some((unit, (numerator, denominator))) => (per_rad * denominator / numerator, unit),
+            None if text == Some(None) => (per_rad, named.unwrap_or("counts")),
+            None => (per_rad.to_degrees(), "deg"),
+        };
+        Some(Turn { quantity, unit, per_rad, lobes: lobes as usize, rests: rests?, shown })
+    }
+
+    /// Whether the column has the angles of the whole turn.
+    pub fn is_plain(&self) -> bool {
+        self.per_rad == 1.0 && self.lobes == 1
+    }
+
+    /// An angle of the cam (rad) as the column has it.
+    pub fn shown(&self, angle: f64) -> String {
+        format!("{} {}", units::short(self.shown.0 * angle), self.shown.1)
+    }
+}
