@@ -77,7 +77,9 @@ fn inner(table: &'static Table, key: &str) -> &'static Table {
 
 /// Keys of a table that may be added, with their defaults; laws have too many of them.
 fn left_out(table: &'static Table, used: &[&str]) -> String {
-    let more = table.all().filter(|key| !used.contains(&key.key)).filter_map(|key| {
+    // What belongs to another kind of motor says so first.
+    let free = table.all().filter(|key| !used.contains(&key.key) && !key.meaning.trim_start().starts_with("of `"));
+    let more = free.filter_map(|key| {
         let usual = match key.usual {
             Usual::Number(number) => number.to_string(),
             Usual::Name(name) => format!("\"{name}\""),

@@ -39,26 +39,16 @@ fn kloss(task: &Task) -> Kloss {
     kloss
 }
 
-const UNLOADED: [Load; 2] = [
-    Load {
-        gravity: None,
-        frames: Vec::new(),
-        constant: None,
-        spring: None,
-        damping: None,
-        process: None,
-        input: false,
-    },
-    Load {
-        gravity: None,
-        frames: Vec::new(),
-        constant: None,
-        spring: None,
-        damping: None,
-        process: None,
-        input: false,
-    },
-];
+const NONE: Load = Load {
+    gravity: None,
+    frames: Vec::new(),
+    constant: None,
+    spring: None,
+    damping: None,
+    process: None,
+    input: false,
+};
+const UNLOADED: [Load; 2] = [NONE, NONE];
 
 /// The largest differences of both machines' laws, as parts of the largest lift and curvature, and of their periods.
 fn apart(one: &Task, other: &Task) -> [f64; 3] {
