@@ -244,7 +244,7 @@ fn a_step_does_not_allocate() {
             }
             // The drive with backlash is here for its events.
             let told = EVENTS.get() - events;
-            assert!(if logging { 0 < told || !fmu.scene.model.starts_with("Backlash") } else { told == 0 });
+            assert!(if logging { 0 < told || !fmu.scene.scene.model().starts_with("Backlash") } else { told == 0 });
             unsafe { fmi2FreeInstance(c) };
         }
     }
@@ -277,7 +277,7 @@ fn a_further_instance_takes_little_memory() {
             fmi2FreeInstance(second);
         });
         assert_eq!(alone + further + freed, 0, "{}: a leak", path.display());
-        let most = if fmu.scene.model == "DriveTrain" { LARGEST_TRAIN } else { LARGEST_INSTANCE };
+        let most = if fmu.scene.scene.model() == "DriveTrain" { LARGEST_TRAIN } else { LARGEST_INSTANCE };
         if most < further {
             excess += &format!("{}: {further} bytes\n", path.display());
         }
@@ -488,7 +488,7 @@ fn no_call_takes_more_of_the_stack_than_small_threads_have() {
             }
             let (name, depth) = deepest;
             println!("{}, method {method}: {depth} bytes in {name}", fmu.scene.name);
-            let most = if fmu.scene.model == "DriveTrain" { DEEPEST_OF_TRAIN } else { DEEPEST_CALL };
+            let most = if fmu.scene.scene.model() == "DriveTrain" { DEEPEST_OF_TRAIN } else { DEEPEST_CALL };
             if most < depth {
                 excess += &format!("{}, method {method}: {depth} bytes in {name}\n", path.display());
             }

@@ -26,13 +26,7 @@ fn resource() -> Resource {
         start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
         solver: Settings::default(),
     };
-    Resource {
-        name: "careless".to_owned(),
-        model: "ElasticCamDrive.shaft".to_owned(),
-        guid: GUID.to_str().unwrap().to_owned(),
-        scene: serde_json::to_value(scene).unwrap(),
-        ..Resource::default()
-    }
+    Resource { guid: GUID.to_str().unwrap().to_owned(), ..Resource::new("careless", scene) }
 }
 
 /// The value reference of a variable.

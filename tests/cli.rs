@@ -374,10 +374,10 @@ fn tables_that_commands_write_are_read_again() {
         let scene =
             camdrive_cli::scene::read(&folder.join("again.toml")).unwrap_or_else(|faults| panic!("{name}: {faults}"));
         assert_eq!(scene.notes, [""; 0], "{name}");
-        serde_json::from_value::<camdrive::motion::MotionLaw>(scene.scene["cam"].clone()).expect("a law")
+        scene.scene.cam().expect("a law").clone()
     };
-    let given = camdrive_cli::scene::read(&root().join(TAPPET)).expect("a scene").scene["cam"].clone();
-    let given: camdrive::motion::MotionLaw = serde_json::from_value(given).expect("a law");
+    let given = camdrive_cli::scene::read(&root().join(TAPPET)).expect("a scene").scene;
+    let given = given.cam().expect("a law");
     assert_eq!(camdrive(&["cam", TAPPET, "-o", text(&folder)]).code, 0);
     let written =
         [("tappet.csv", ""), ("tappet.plcopen.csv", ", interpolation = \"derivatives\""), ("tappet.plc.txt", "")];
@@ -398,8 +398,8 @@ fn tables_that_commands_write_are_read_again() {
     let series = std::fs::read_to_string(&profile).expect("the profile")
         + "[drive]\nspeed = 1\n[elasticity]\nplace = \"output\"\nm = 1\nc = 1e4\n";
     std::fs::write(&profile, format!("name = \"small\"\nmodel = \"ElasticCamDrive\"\n{series}")).expect("a scene");
-    let given = camdrive_cli::scene::read(&profile).expect("a scene").scene["cam"].clone();
-    let given: camdrive::motion::MotionLaw = serde_json::from_value(given).expect("a law");
+    let given = camdrive_cli::scene::read(&profile).expect("a scene").scene;
+    let given = given.cam().expect("a law");
     let again = law("small.profile.csv", "interpolation = \"derivatives\"");
     for &phi in again.breakpoints() {
         let (found, expected) = (again.at(phi).0, given.at(phi).0);

@@ -22,13 +22,7 @@ fn import() -> Fmi2Import {
         start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
         solver: Default::default(),
     };
-    let resource = Resource {
-        name: "imported".to_owned(),
-        model: "ElasticCamDrive.shaft".to_owned(),
-
-        scene: serde_json::to_value(scene).unwrap(),
-        ..Resource::default()
-    };
+    let resource = Resource::new("imported", scene);
     let executable = std::env::current_exe().unwrap();
     let name = format!("{}camdrive{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
     let library = RuntimeLibrary::read("linux64", &executable.with_file_name(name)).unwrap();

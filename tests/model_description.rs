@@ -69,7 +69,7 @@ fn every_model_describes_itself_where_the_scene_does_not() {
 fn every_model_has_a_golden_file() {
     let scenes = scenes();
     for model in MODELS {
-        assert!(scenes.iter().any(|(_, scene)| scene.model == model.name), "{}", model.name);
+        assert!(scenes.iter().any(|(_, scene)| scene.scene.model() == model.name), "{}", model.name);
     }
 }
 

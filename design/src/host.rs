@@ -178,7 +178,13 @@ impl Drop for Host {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use camdrive::drives::follower::load::Load;
+    use camdrive::drives::parametric;
+    use camdrive::drives::parametric::law::{Coordinate, Law, SeriesLaw};
     use camdrive::drives::rigid_machine::{InertiaFunction, MachineStart, Motor, Scene};
+    use camdrive::drives::settings::Settings;
+    use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
+    use camdrive::motion::Fourier;
 
     fn flywheel(speed: f64) -> Resource {
         let scene = Scene {
@@ -188,10 +194,9 @@ mod tests {
             phi_start: 0.0,
             w_start: speed,
             start: MachineStart::Given,
-            solver: camdrive::drives::settings::Settings::default(),
+            solver: Settings::default(),
         };
-        let scene = serde_json::to_value(scene).unwrap();
-        Resource { name: "flywheel".into(), model: "RigidMachine".into(), guid: "{1}".into(), scene, tools: Vec::new() }
+        Resource { guid: "{1}".into(), ..Resource::new("flywheel", scene) }
     }
 
     fn reference(name: &str) -> u32 {
@@ -220,10 +225,17 @@ mod tests {
 
     #[test]
     fn refusals_come_with_the_words_of_the_library() {
-        let mut wrong = flywheel(0.0);
-        wrong.model = "Perpetuum".into();
-        let refusal = Host::instantiate(&wrong).err().unwrap();
-        assert!(refusal.to_string().contains("unknown model `Perpetuum`"), "{refusal}");
+        let constant = |value: f64| Fourier::new(vec![value], Vec::new());
+        let (coordinate, m, b, c) = (Coordinate::Rotation, constant(-1.0), constant(0.0), constant(1.0));
+        let massless = parametric::Scene {
+            law: Law::Series(SeriesLaw { coordinate, m, b, c, f: None }),
+            load: Load::default(),
+            drive: DriveMode::Input,
+            start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
+            solver: Settings::default(),
+        };
+        let refusal = Host::instantiate(&Resource::new("massless", massless)).err().unwrap();
+        assert!(refusal.to_string().contains("the equation has no acceleration"), "{refusal}");
         let mut host = Host::instantiate(&flywheel(0.0)).unwrap();
         let refusal = host.do_step(0.0, 0.1).unwrap_err();
         assert!(refusal.to_string().contains("fmi2DoStep"), "{refusal}");

@@ -1,13 +1,13 @@
 //! The linear oscillation of a drive whose coefficients repeat themselves every turn.
 
-use crate::resource::Resource;
+use crate::resource::Scene;
 use crate::search;
-use camdrive::drives::elastic_shaft::{self, ElasticShaft};
+use camdrive::drives::Fault;
+use camdrive::drives::elastic_shaft;
+use camdrive::drives::parametric;
 use camdrive::drives::parametric::coefficients::Coefficients;
-use camdrive::drives::parametric::{self, ParametricDrive};
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::unit::{self, Quantity};
-use camdrive::drives::{Drive as _, Fault};
 use camdrive::motion::{MotionLaw, turn};
 use std::f64::consts::TAU;
 
@@ -77,13 +77,14 @@ pub struct Terms {
 ///
 /// # Errors
 /// Where the model is none.
-pub fn of(resource: &Resource) -> Result<PeriodicOscillator, Fault> {
-    match &*resource.model {
-        ElasticShaft::MODEL => Ok(of_shaft(&resource.read()?)),
-        ParametricDrive::MODEL => Ok(of_coefficients(&resource.read()?)),
-        model => Err(Fault::new(format!(
-            "{model} is not an oscillator with periodic coefficients; ElasticCamDrive with an elastic input shaft \
-             and ParametricDrive are; write a follower of a machine or a train as a scene of its own"
+pub fn of(scene: &Scene) -> Result<PeriodicOscillator, Fault> {
+    match scene {
+        Scene::ElasticShaft(scene) => Ok(of_shaft(scene)),
+        Scene::ParametricDrive(scene) => Ok(of_coefficients(scene)),
+        other => Err(Fault::new(format!(
+            "{} is not an oscillator with periodic coefficients; ElasticCamDrive with an elastic input shaft \
+             and ParametricDrive are; write a follower of a machine or a train as a scene of its own",
+            other.model()
         ))),
     }
 }

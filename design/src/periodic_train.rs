@@ -1,7 +1,6 @@
 //! The periodic motion of a train: what shaft and followers do in a turn from φ = 0 on, and whether disturbances decay.
 
 use crate::periodic_motions::{PeriodicMotion, range};
-use crate::resource::Resource;
 use crate::search::summit;
 use crate::text::{self, Table, counted, number};
 use camdrive::drives::drive_train::{DriveTrain, Scene, Shaft};
@@ -61,8 +60,8 @@ pub struct Turn {
 ///
 /// # Errors
 /// Where there is none.
-pub fn of(resource: &Resource) -> Result<Turn, Fault> {
-    let mut scene: Scene = resource.read()?;
+pub fn of(scene: &Scene) -> Result<Turn, Fault> {
+    let mut scene = scene.clone();
     match &mut scene.shaft {
         Shaft::Free(machine) => machine.phi_start = 0.0,
         Shaft::Driven(DriveMode::Constant { phi_start, .. }) => *phi_start = 0.0,

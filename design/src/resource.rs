@@ -2,18 +2,20 @@
 
 use crate::documentation::Documentation;
 use crate::transmission;
-use camdrive::all_drives;
-use camdrive::drives::resource::{Content, unknown};
-use camdrive::drives::rigid_machine::RigidMachine;
+use camdrive::drives::backlash::{self, BacklashDrive};
+use camdrive::drives::drive_train::{self, DriveTrain, Names};
+use camdrive::drives::elastic_output::{self, ElasticOutput};
+use camdrive::drives::elastic_shaft::{self, ElasticShaft};
+use camdrive::drives::follower::load::Load;
+use camdrive::drives::parametric::{self, ParametricDrive};
+use camdrive::drives::resource::Content;
+use camdrive::drives::rigid_machine::{self, RigidMachine};
+use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::{AnyDrive, Curve, Drive, Fault};
 use camdrive::motion::MotionLaw;
-use serde::de::DeserializeOwned;
-use serde_json::Value;
+use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::ops::{Deref, DerefMut};
-
-/// All drive models.
-pub const TEMPLATES: &[Template] = all_drives!(Template);
 
 /// The longest name of a scene: importers use it as a file name and as a prefix of C functions.
 pub const LONGEST_NAME: usize = 24;
@@ -34,17 +36,128 @@ pub fn is_name(name: &str) -> bool {
     is_identifier && !is_device(name) && name.len() <= LONGEST_NAME
 }
 
+/// Declares [`Scene`] and what holds for each of its models.
+macro_rules! scenes {
+    ($($model:ident: $scene:ty,)*) => {
+        /// The [`Drive::Scene`] of one of the models: coherent SI.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        pub enum Scene {
+            $(#[doc = concat!("Of a `", stringify!($model), "`.")] $model($scene),)*
+        }
+
+        $(impl From<$scene> for Scene {
+            fn from(scene: $scene) -> Self {
+                Scene::$model(scene)
+            }
+        })*
+
+        impl Scene {
+            /// The name of the model, one of [`camdrive::drives::MODELS`].
+            pub fn model(&self) -> &'static str {
+                match self {
+                    $(Scene::$model(_) => $model::MODEL,)*
+                }
+            }
+
+            /// Builds the drive.
+            pub fn build(&self) -> Result<Described, Fault> {
+                match self {
+                    $(Scene::$model(scene) => $model::new(scene.clone()).map(Described::of),)*
+                }
+            }
+
+            /// The scene as the runtime library reads it.
+            pub fn encoded(&self) -> Result<Vec<u8>, Fault> {
+                let bytes = match self {
+                    $(Scene::$model(scene) => postcard::to_stdvec(scene),)*
+                };
+                bytes.map_err(|e| Fault::new(format!("the scene of {} cannot be encoded: {e}", self.model())))
+            }
+        }
+    };
+}
+
+scenes! {
+    ElasticOutput: elastic_output::Scene,
+    ElasticShaft: elastic_shaft::Scene,
+    BacklashDrive: backlash::Scene,
+    RigidMachine: rigid_machine::Scene,
+    ParametricDrive: parametric::Scene,
+    DriveTrain: drive_train::Scene,
+}
+
+impl Scene {
+    /// The model that the file names; what is solved as a train may have the names of a single model.
+    pub fn said(&self) -> &'static str {
+        match self {
+            Scene::DriveTrain(drive_train::Scene { names: Names::Backlash(_), .. }) => BacklashDrive::MODEL,
+            Scene::DriveTrain(drive_train::Scene { names: Names::Machine(_), .. }) => RigidMachine::MODEL,
+            _ => self.model(),
+        }
+    }
+
+    /// The law of the only cam of a cam drive.
+    pub fn cam(&self) -> Option<&MotionLaw> {
+        match self {
+            Scene::ElasticOutput(scene) => Some(&scene.cam),
+            Scene::ElasticShaft(scene) => Some(&scene.cam),
+            Scene::BacklashDrive(scene) => Some(&scene.cam),
+            _ => None,
+        }
+    }
+
+    /// Law, mechanisms and masses of follower j, counted from 0, of a machine or train.
+    pub fn follower(&self, j: usize) -> Option<&rigid_machine::Follower> {
+        match self {
+            Scene::RigidMachine(scene) => scene.followers.get(j),
+            Scene::DriveTrain(scene) => scene.followers.get(j).map(|follower| &follower.rigid),
+            _ => None,
+        }
+    }
+
+    /// The number of followers of a machine or train.
+    pub fn followers(&self) -> usize {
+        match self {
+            Scene::RigidMachine(scene) => scene.followers.len(),
+            Scene::DriveTrain(scene) => scene.followers.len(),
+            _ => 0,
+        }
+    }
+
+    /// The loads on tool and roller of follower j, counted from 0; of a cam drive those beside its cam.
+    pub fn loads(&self, j: usize) -> [Load; 2] {
+        match self {
+            Scene::ElasticOutput(scene) => [scene.load.clone(), scene.roller.1.clone()],
+            Scene::ElasticShaft(scene) => [scene.load.clone(), Load::default()],
+            Scene::DriveTrain(drive_train::Scene { followers, .. }) => {
+                followers.get(j).map(|follower| [follower.load.clone(), follower.roller.clone()]).unwrap_or_default()
+            }
+            _ => Default::default(),
+        }
+    }
+
+    /// The prescribed motion of the shaft.
+    pub fn drive(&self) -> Option<&DriveMode> {
+        match self {
+            Scene::ElasticOutput(scene) => Some(&scene.drive),
+            Scene::ElasticShaft(scene) => Some(&scene.drive),
+            Scene::BacklashDrive(scene) => Some(&scene.drive),
+            Scene::ParametricDrive(scene) => Some(&scene.drive),
+            Scene::DriveTrain(drive_train::Scene { shaft: drive_train::Shaft::Driven(drive), .. }) => Some(drive),
+            Scene::RigidMachine(_) | Scene::DriveTrain(_) => None,
+        }
+    }
+}
+
 /// A resolved scene: coherent SI, validated by the exporter.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Resource {
     /// The name of the scene, which is the FMU's modelName and modelIdentifier.
     pub name: String,
-    /// One of [`TEMPLATES`].
-    pub model: String,
     /// The guid of the model description.
     pub guid: String,
-    /// The [`camdrive::drives::Drive::Scene`] of the model as JSON.
-    pub scene: Value,
+    /// Model and values.
+    pub scene: Scene,
     /// The tools behind mechanisms whose motion is prescribed; the scene has the laws of their levers instead.
     pub tools: Vec<Tool>,
 }
@@ -61,33 +174,24 @@ pub struct Tool {
 }
 
 impl Resource {
-    fn template(&self) -> Result<&'static Template, Fault> {
-        let known = || TEMPLATES.iter().map(|m| m.name);
-        TEMPLATES.iter().find(|m| m.name == self.model).ok_or_else(|| unknown(&self.model, known()))
+    /// Of a scene without tools behind mechanisms, with an empty guid.
+    pub fn new(name: &str, scene: impl Into<Scene>) -> Self {
+        Resource { name: name.to_owned(), guid: String::new(), scene: scene.into(), tools: Vec::new() }
+    }
+
+    /// The name of the model.
+    pub fn model(&self) -> &'static str {
+        self.scene.model()
     }
 
     /// Builds the drive.
     pub fn build(&self) -> Result<Described, Fault> {
-        (self.template()?.build)(&self.scene)
-    }
-
-    /// The scene of a model.
-    ///
-    /// # Errors
-    /// Where it is none of this model.
-    pub fn read<S: DeserializeOwned>(&self) -> Result<S, Fault> {
-        serde_json::from_value(self.scene.clone())
-            .map_err(|e| Fault::new(format!("the resolved scene of {} cannot be read: {e}", self.model)))
-    }
-
-    /// The scene as the runtime library reads them.
-    pub fn encoded_scene(&self) -> Result<Vec<u8>, Fault> {
-        (self.template()?.encode)(&self.scene)
+        self.scene.build()
     }
 
     /// The bytes of `resources/drive.bin`.
     pub fn to_bytes(&self) -> Result<Vec<u8>, Fault> {
-        Content { model: &self.model, guid: &self.guid, scene: &self.encoded_scene()? }.to_bytes()
+        Content { model: self.model(), guid: &self.guid, scene: &self.scene.encoded()? }.to_bytes()
     }
 }
 
@@ -118,6 +222,11 @@ impl<D: Drive> Said for D {
 }
 
 impl Described {
+    /// Of this drive.
+    pub fn of<D: Drive>(drive: D) -> Self {
+        Described { said: Box::new(drive.clone()), drive: AnyDrive::new(drive) }
+    }
+
     /// Documentation of the drive.
     ///
     /// # Errors
@@ -143,38 +252,4 @@ impl DerefMut for Described {
     fn deref_mut(&mut self) -> &mut AnyDrive {
         &mut self.drive
     }
-}
-
-/// A drive model as the command line knows it; resolved scenes are JSON.
-pub struct Template {
-    /// The name that scenes use.
-    pub name: &'static str,
-    /// Builds a drive from the resolved scene.
-    pub build: fn(&Value) -> Result<Described, Fault>,
-    /// The resolved scene as the runtime library reads them.
-    pub encode: fn(&Value) -> Result<Vec<u8>, Fault>,
-}
-
-impl Template {
-    /// The entry of the drive type `D`.
-    pub const fn of<D: Drive>() -> Self {
-        Template { name: D::MODEL, build: build::<D>, encode: encode::<D> }
-    }
-}
-
-fn fault<D: Drive>(reason: &dyn std::fmt::Display) -> Fault {
-    Fault::new(format!("the resolved scene of {} cannot be read: {reason}", D::MODEL))
-}
-
-fn scene<D: Drive>(scene: &Value) -> Result<D::Scene, Fault> {
-    serde_json::from_value(scene.clone()).map_err(|e| fault::<D>(&e))
-}
-
-fn build<D: Drive>(json: &Value) -> Result<Described, Fault> {
-    let drive = D::new(scene::<D>(json)?)?;
-    Ok(Described { said: Box::new(drive.clone()), drive: AnyDrive::new(drive) })
-}
-
-fn encode<D: Drive>(json: &Value) -> Result<Vec<u8>, Fault> {
-    postcard::to_stdvec(&scene::<D>(json)?).map_err(|e| fault::<D>(&e))
 }

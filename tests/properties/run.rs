@@ -3,8 +3,8 @@
 use camdrive::drives::Fault;
 use camdrive::drives::unit::Quantity;
 use camdrive::drives::variable::{Causality, Kind};
-use camdrive_design::resource::{Described, Resource};
-use serde_json::Value;
+use camdrive_design::resource::{Described, Scene};
+use serde_json::{Value, json};
 
 pub struct Run {
     pub drive: Described,
@@ -16,9 +16,13 @@ pub struct Run {
 impl Run {
     /// The drive at its start at t = 0, with these inputs and parameters.
     pub fn new((model, scene): (&str, Value), inputs: &[(&str, f64)]) -> Result<Self, Fault> {
-        let resource =
-            Resource { name: "random".into(), model: model.into(), guid: "{0}".into(), scene, ..Resource::default() };
-        let mut drive = resource.build()?;
+        let variant = match model {
+            "ElasticCamDrive.output" => "ElasticOutput",
+            "ElasticCamDrive.shaft" => "ElasticShaft",
+            other => other,
+        };
+        let scene: Scene = serde_json::from_value(json!({ variant: scene })).expect("a scene");
+        let mut drive = scene.build()?;
         let list = drive.descriptions();
         let names: Vec<String> = list.iter().map(|d| d.name.clone()).collect();
         let real = |i: &usize| matches!(list[*i].kind, Kind::Real { .. });

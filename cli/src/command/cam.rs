@@ -7,6 +7,7 @@ use crate::scene::geometry::CamPlan;
 use crate::scene::units;
 use camdrive::drives::{Fault, unit};
 use camdrive_design::cam_geometry::{Finding, Shape, Tolerances, Verdict};
+use camdrive_design::resource::Scene;
 use camdrive_design::text;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -90,12 +91,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let scene = read(&args.scene)?;
     let folder = files::folder(args.output.as_deref(), "cam", &scene.name)?;
-    let followers = scene.scene.get("followers").and_then(|list| list.as_array()).map_or(0, Vec::len);
+    let followers = scene.scene.followers();
     let cams = chosen(args, &scene.cams, followers)?;
     if cams.is_empty() {
         let table = if followers > 0 { "[follower.geometry]" } else { "[geometry]" };
-        return Err(failure(match scene.model.split('.').next().unwrap_or_default() {
-            "ParametricDrive" => format!("{}: a ParametricDrive has no cam", args.scene.display()),
+        return Err(failure(match scene.scene {
+            Scene::ParametricDrive(_) => format!("{}: a ParametricDrive has no cam", args.scene.display()),
             _ => format!(
                 "{}: the scene does not give the geometry of a cam\n  = hint: add {table} beside the law, with follower, roller_radius and base_radius",
                 args.scene.display()

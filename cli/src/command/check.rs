@@ -10,7 +10,7 @@ use camdrive_design::overview::{self, Overview, Warning};
 use camdrive_design::text;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Validates scenes and prints the characteristic values of the design, without writing anything.
@@ -36,8 +36,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     tell_notes(&args.scenes, &scenes);
     let mut out = String::new();
     for (path, scene) in args.scenes.iter().zip(&scenes) {
-        let (place, overview) = (text::in_one_line(path.display()), overview_of(path, scene)?);
-        let _ = write!(out, "{place}: {} ok\n{}", scene.said(), overview.text());
+        let (place, overview) = (text::in_one_line(path.display()), overview_of(scene));
+        let _ = write!(out, "{place}: {} ok\n{}", scene.scene.said(), overview.text());
         lift_offs(scene).iter().for_each(|of| out += &format!("  {}\n", of.text()));
         for Warning { message, hint } in &overview.warnings {
             tell(&format!("warning: {place}: {message}\n  = hint: {hint}\n"));
@@ -52,9 +52,8 @@ fn lift_offs(scene: &Resolved) -> Vec<LiftOff> {
     all.into_iter().filter(|of| of.may_leave).collect()
 }
 
-fn overview_of(path: &Path, scene: &Resolved) -> Result<Overview, Failure> {
+fn overview_of(scene: &Resolved) -> Overview {
     Bar::beside(&scene.name, |_| overview::of(&scene.resource()))
-        .map_err(|fault| failure(format!("{}: {fault}", path.display())))
 }
 
 /// The result as a list with an entry for each scene, faults included.
@@ -64,8 +63,8 @@ fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
         let mut entry = json!({ "file": path.display().to_string() });
         let more = match scene::read(path) {
             Ok(scene) => {
-                let overview = serde_json::to_value(overview_of(path, &scene)?).map_err(failure)?;
-                let own = json!({ "ok": true, "name": scene.name, "model": scene.said(), "notes": scene.notes });
+                let overview = serde_json::to_value(overview_of(&scene)).map_err(failure)?;
+                let own = json!({ "ok": true, "name": scene.name, "model": scene.scene.said(), "notes": scene.notes });
                 let leaving = json!({ "lift_offs": lift_offs(&scene) });
                 [own, overview, leaving]
             }

@@ -128,10 +128,8 @@ impl Args {
 
 /// The cam of a scene.
 fn cam(scene: &Resolved) -> Result<MotionLaw, Failure> {
-    let cam = scene.scene.get("cam").cloned().unwrap_or_default();
-    let law = serde_json::from_value(cam);
-    law.map_err(|_| {
-        let text = format!("error: --compare: the scene {} ({}) has no cam", scene.name, scene.model);
+    scene.scene.cam().cloned().ok_or_else(|| {
+        let text = format!("error: --compare: the scene {} ({}) has no cam", scene.name, scene.scene.model());
         Failure(text + "\n  = hint: name a scene with [cam]")
     })
 }

@@ -3,16 +3,17 @@
 use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, driving, failure, files, quantity, read, show, width};
-use crate::scene::{self, Resolved};
-use camdrive::drives::drive_train::{self, DriveTrain, Follower, Joint, Shaft};
+use crate::scene;
+use camdrive::drives::drive_train::{self, Follower, Joint, Shaft};
 use camdrive::drives::rigid_machine::{self, Inertia, InertiaFunction, Motor, Scene};
 use camdrive::drives::shaft::motor::{Reference, Source};
-use camdrive::drives::{Drive as _, unit};
+use camdrive::drives::unit;
 use camdrive::motion::MotionLaw;
 use camdrive_design::compensation::loaded::Loaded;
 use camdrive_design::compensation::periodic_motion::Driving;
 use camdrive_design::compensation::report::{Options, Report, study};
 use camdrive_design::compensation::{Form, Restrictions, Task, Tool};
+use camdrive_design::resource;
 use camdrive_design::text;
 use clap::builder::PossibleValuesParser;
 use std::fmt::Write as _;
@@ -99,9 +100,8 @@ struct Machine {
 }
 
 /// The machine and the followers of a train, where the compensation knows them, and its motor as a RigidMachine has it.
-fn train(args: &Args, resolved: &Resolved) -> Result<(drive_train::Machine, Vec<Follower>, Motor), Failure> {
-    let drive_train::Scene { shaft, followers, .. } =
-        serde_json::from_value(resolved.scene.clone()).map_err(failure)?;
+fn train(args: &Args, scene: &drive_train::Scene) -> Result<(drive_train::Machine, Vec<Follower>, Motor), Failure> {
+    let drive_train::Scene { shaft, followers, .. } = scene.clone();
     let refused = |why: &str, hint: &str| failure(format!("{}: {why}\n  = hint: {hint}", args.scene.display()));
     let Shaft::Free(machine) = shaft else {
         return Err(refused("the motion of the shaft is prescribed", "give [machine] and [motor] instead of [drive]"));
@@ -140,8 +140,8 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
     let mut resolved = read(&args.scene)?;
     let mut loaded = None;
     let (inertia, followers, motor, phi_start);
-    if resolved.model == DriveTrain::MODEL {
-        let (machine, all, kind) = train(args, &resolved)?;
+    if let resource::Scene::DriveTrain(scene) = &resolved.scene {
+        let (machine, all, kind) = train(args, scene)?;
         (motor, phi_start, followers) =
             (kind, machine.phi_start, all.iter().map(|follower| follower.rigid.clone()).collect());
         let constant = machine.inertia.constant + machine.motor.stiff_rotor();

@@ -71,9 +71,9 @@ fn data(resolved: &Resolved, drive: &mut Described) -> Result<Value, Fault> {
     let equations = documentation.equations.iter().map(|e| json!({ "title": e.title, "text": e.text }));
     let accuracy = documentation.accuracy.iter().map(|(quantity, text)| json!({ "quantity": quantity, "text": text }));
     let e = drive.experiment();
-    let overview = overview::of(&resolved.resource())?;
+    let overview = overview::of(&resolved.resource());
     Ok(json!({
-        "name": resolved.name, "model": resolved.said(), "description": resolved.description, "summary": documentation.summary,
+        "name": resolved.name, "model": resolved.scene.said(), "description": resolved.description, "summary": documentation.summary,
         "equations": equations.collect::<Vec<Value>>(), "variables": variables, "accuracy": accuracy.collect::<Vec<Value>>(),
         "limits": documentation.limits, "motions": overview.motions, "jumps": overview.jumps,
         "lift_offs": machine(resolved).and_then(Machine::lift_offs).unwrap_or_default(),
@@ -84,10 +84,10 @@ fn data(resolved: &Resolved, drive: &mut Described) -> Result<Value, Fault> {
 /// The description of a drive that is set up.
 fn text(resolved: &Resolved, drive: &mut Described) -> Result<String, Fault> {
     let documentation = drive.documentation()?;
-    let overview = overview::of(&resolved.resource())?;
+    let overview = overview::of(&resolved.resource());
     let e = drive.experiment();
     let [stop, step, tolerance] = [e.stop, e.step, e.tolerance].map(short);
-    let text = Page::new(format!("{} ({})", resolved.name, resolved.said()), width())
+    let text = Page::new(format!("{} ({})", resolved.name, resolved.scene.said()), width())
         .lines(Some(&resolved.description).filter(|text| !text.is_empty()))
         .lines(["", &documentation.summary])
         .section("Equations", documentation.equations.iter().map(|e| format!("{}: {}", e.title, e.text)))

@@ -4,6 +4,7 @@ use super::{Failure, failure, quantity, read};
 use crate::scene::Resolved;
 use camdrive::drives::rigid_machine::{Kloss, Motor, Scene};
 use camdrive::drives::unit;
+use camdrive_design::resource;
 use camdrive_design::text::rpm;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -18,13 +19,13 @@ const OF_THE_MOTOR: f64 = 100.0;
 /// The scene of a machine whose speed fluctuates, for what `purpose` says.
 pub fn machine(path: &Path, purpose: &str) -> Result<(Resolved, Scene), Failure> {
     let resolved = read(path)?;
-    if resolved.model != "RigidMachine" {
-        let (place, model) = (path.display(), resolved.model.split('.').next().unwrap_or_default());
+    let resource::Scene::RigidMachine(scene) = &resolved.scene else {
+        let (place, model) = (path.display(), resolved.scene.model().split('.').next().unwrap_or_default());
         return Err(failure(format!(
             "{place}: `model` = \"{model}\" has a prescribed motion of the drive; {purpose} is for the models RigidMachine and DriveTrain\n  = hint: write a RigidMachine with the rigid followers, with a motor of kind \"kloss\" or \"none\""
         )));
-    }
-    let scene = serde_json::from_value(resolved.scene.clone()).map_err(failure)?;
+    };
+    let scene = scene.clone();
     Ok((resolved, scene))
 }
 

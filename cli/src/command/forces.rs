@@ -3,18 +3,16 @@
 use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, Format, failure, files, optional, read};
-use crate::scene::Resolved;
 use crate::scene::forces::machine;
-use camdrive::drives::drive_train::DriveTrain;
-use camdrive::drives::rigid_machine::{self, Inertia};
+use camdrive::drives::rigid_machine::Inertia;
 use camdrive::drives::shaft::cam_drive::DriveMode;
-use camdrive::drives::{Drive as _, Fault, unit};
+use camdrive::drives::{Fault, unit};
 use camdrive_design::forces::report::{csv, shaft_csv};
 use camdrive_design::forces::{Machine, Report, figures};
 use camdrive_design::overview::running;
 use camdrive_design::periodic_train;
+use camdrive_design::resource::Scene;
 use camdrive_design::text;
-use serde_json::Value;
 use std::path::PathBuf;
 
 /// Computes the loads on rollers, joints and shaft at constant speed.
@@ -48,19 +46,16 @@ pub struct Args {
 }
 
 /// The speed that follows from the scene, if one does.
-fn speed_of(scene: &Resolved) -> Result<Option<f64>, Fault> {
-    if scene.model == "RigidMachine" {
-        let whole: rigid_machine::Scene = scene.resource().read()?;
-        let inertia = Inertia::new(whole.inertia.clone(), whole.followers.clone());
-        return Ok(running(&whole, &inertia).map(|(mean, _)| mean));
+fn speed_of(scene: &Scene) -> Option<f64> {
+    match (scene, scene.drive()) {
+        (_, Some(DriveMode::Constant { w, .. })) => Some(*w),
+        (Scene::RigidMachine(machine), _) => {
+            let inertia = Inertia::new(machine.inertia.clone(), machine.followers.clone());
+            running(machine, &inertia).map(|(mean, _)| mean)
+        }
+        (Scene::DriveTrain(train), _) => periodic_train::of(train).ok().map(|turn| turn.mean_speed()),
+        _ => None,
     }
-    if scene.model == DriveTrain::MODEL {
-        let driven = scene.scene.pointer("/shaft/driven/constant/w").and_then(Value::as_f64);
-        let free = || periodic_train::of(&scene.resource()).ok().map(|turn| turn.mean_speed());
-        return Ok(driven.or_else(free));
-    }
-    let drive = serde_json::from_value(scene.scene["drive"].clone()).map_err(|e| Fault::new(e.to_string()))?;
-    Ok(if let DriveMode::Constant { w, .. } = drive { Some(w) } else { None })
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -70,7 +65,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let place = args.scene.display();
     let fault = |fault: Fault| failure(format!("{place}: {fault}"));
     let machine = machine(&scene).map_err(fault)?;
-    let Some(speed) = speed.map_or_else(|| speed_of(&scene), |speed| Ok(Some(speed))).map_err(fault)? else {
+    let Some(speed) = speed.or_else(|| speed_of(&scene.scene)) else {
         return Err(failure(format!(
             "{place}: the scene gives no speed\n  = hint: give it, for example --speed \"300 rpm\""
         )));

@@ -5,14 +5,15 @@ use super::output::Bar;
 use super::{Failure, Format, NO_MOTION, driving, failure, files, read};
 use crate::scene::Resolved;
 use crate::scene::forces::machine;
-use camdrive::drives::drive_train::DriveTrain;
+use camdrive::drives::Fault;
+use camdrive::drives::drive_train;
 use camdrive::drives::rigid_machine::{Inertia, Kloss, Motor, Scene};
-use camdrive::drives::{Drive as _, Fault};
 use camdrive_design::forces::Machine;
 use camdrive_design::forces::report::LiftOff;
 use camdrive_design::periodic_motions::{Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range};
 use camdrive_design::periodic_train::{self, Turn};
 use camdrive_design::plot::{Axis, Diagram, Series};
+use camdrive_design::resource;
 use camdrive_design::text::{self, Table, number};
 use camdrive_design::transmission::{self, Transmission};
 use serde_json::{Value, json};
@@ -68,8 +69,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     }
     let place = args.scene.display();
     let train = read(&args.scene)?;
-    if train.model == DriveTrain::MODEL {
-        return of_train(args, train);
+    if let resource::Scene::DriveTrain(scene) = &train.scene {
+        return of_train(args, &train, scene);
     }
     let (resolved, mut scene) = driving::machine(&args.scene, "steady")?;
     let (load, period) = driving::load(&place.to_string(), &scene.motor, &args.load, args.period.as_ref())?;
@@ -106,19 +107,19 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 }
 
 /// The periodic motion of a train.
-fn of_train(args: &Args, resolved: Resolved) -> Result<ExitCode, Failure> {
+fn of_train(args: &Args, resolved: &Resolved, scene: &drive_train::Scene) -> Result<ExitCode, Failure> {
     let place = args.scene.display();
     if args.period.is_some() || args.load != "0" {
         return Err(failure(format!(
             "{place}: --load and --period are for a machine without elastic followers and loads\n  = hint: write the load as `machine.load.torque` into the scene, and choose the speed by its motor"
         )));
     }
-    let turn = Bar::beside(&resolved.name, |_| periodic_train::of(&resolved.resource()));
+    let turn = Bar::beside(&resolved.name, |_| periodic_train::of(scene));
     let mut turn = turn.map_err(|fault| failure(format!("{place}: {fault}")))?;
     let motions = vec![std::mem::take(&mut turn.motion)];
     let verdict = format!("The periodic motion is {}.", if motions[0].is_stable() { "stable" } else { "unstable" });
-    let lift_offs = machine(&resolved).and_then(Machine::lift_offs).unwrap_or_default();
-    let (train, inputs, name) = (Some((turn, lift_offs)), resolved.files, resolved.name);
+    let lift_offs = machine(resolved).and_then(Machine::lift_offs).unwrap_or_default();
+    let (train, inputs, name) = (Some((turn, lift_offs)), resolved.files.clone(), resolved.name.clone());
     let (lost, mechanisms) = (Vec::new(), Vec::new());
     found(
         args,

@@ -4,6 +4,7 @@ use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, Format, files, read};
 use crate::scene;
+use camdrive_design::resource::Scene;
 use camdrive_design::synthesis::Infeasible;
 use camdrive_design::synthesis::study::Study;
 use camdrive_design::synthesis::together::Together;
@@ -133,8 +134,8 @@ fn machine(path: &Path, follower: Option<usize>, laws: usize) -> Result<(Documen
         (Some(_), None) => {
             Err(failure("a machine has several cams\n  = hint: say with --follower which of them the profile replaces"))
         }
-        (None, Some(_)) => Err(failure(match resolved.model {
-            "RigidMachine" => "the machine has no tables [[follower]]",
+        (None, Some(_)) => Err(failure(match resolved.scene {
+            Scene::RigidMachine(_) => "the machine has no tables [[follower]]",
             _ => "this is not a machine with followers\n  = hint: leave --follower out",
         })),
         (None, None) if !document.contains_key("cam") => {

@@ -40,8 +40,8 @@ pub fn html_with(
 ) -> Result<String, Fault> {
     let study = study.map(Section::of).transpose()?;
     let variables = variables(drive)?;
-    let motions = overview::of(resource)?.motions;
-    let model = &resource.model;
+    let motions = overview::of(resource).motions;
+    let model = resource.model();
     let documentation = drive.documentation()?;
     let mut xml = Xml::html();
     let root = [("xmlns", "http://www.w3.org/1999/xhtml".to_owned()), ("lang", "en".to_owned())];
@@ -298,13 +298,12 @@ fn short(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::test_drive::lag;
+    use crate::export::test_drive::{lag, resource};
     use quick_xml::events::Event;
 
     fn page() -> String {
         let identity = Identity { name: "Lag", description: "a < b & c", guid: "", date: None };
-        let resource = Resource { model: "Lag".to_owned(), ..Resource::default() };
-        html(&identity, &resource, &mut lag()).unwrap()
+        html(&identity, &resource("Lag"), &mut lag()).unwrap()
     }
 
     #[test]

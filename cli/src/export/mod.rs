@@ -102,7 +102,7 @@ pub fn pack_with(
     date: Option<Date>,
     extras: Extras,
 ) -> Result<Packed, Fault> {
-    pack_drive((&mut resource.build()?, &resource.encoded_scene()?), resource, description, runtimes, date, extras)
+    pack_drive((&mut resource.build()?, &resource.scene.encoded()?), resource, description, runtimes, date, extras)
 }
 
 fn pack_drive(
@@ -163,7 +163,7 @@ fn with_guid(
     let description = &stated(description, drive)?;
     let identity = Identity { name: &resource.name, description, guid, date: date.as_deref() };
     let xml = model_description::xml(&identity, drive)?;
-    let content = Content { model: &resource.model, guid, scene };
+    let content = Content { model: resource.model(), guid, scene };
     Ok(vec![
         File::new("modelDescription.xml", xml),
         File::new(format!("resources/{}", resource::FILE_NAME), content.to_bytes()?),
@@ -176,7 +176,7 @@ fn for_people(drive: &mut Described, resource: &Resource, description: &str) -> 
     let curves = drive.curves();
     let mut files = Vec::new();
     if !curves.is_empty() {
-        files.push(File::new("model.png", png::png(&picture::of_curves(&resource.name, &resource.model, &curves))?));
+        files.push(File::new("model.png", png::png(&picture::of_curves(&resource.name, resource.model(), &curves))?));
     }
     files.push(File::new(DOCUMENTATION, documentation::html(&identity, resource, drive)?));
     let linked = licenses::linked()?;
@@ -212,11 +212,7 @@ fn check_platforms(runtimes: &[RuntimeLibrary]) -> Result<(), Fault> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use test_drive::lag;
-
-    fn resource(name: &str) -> Resource {
-        Resource { name: name.to_owned(), model: "Lag".to_owned(), scene: 2.0.into(), ..Resource::default() }
-    }
+    use test_drive::{lag, resource};
 
     fn library(content: &[u8]) -> RuntimeLibrary {
         RuntimeLibrary { platform: "linux64", path: "lib.so".into(), bytes: content.to_vec() }

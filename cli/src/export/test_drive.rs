@@ -1,10 +1,12 @@
 //! A drive to test the export with: a first-order lag T ẋ = u − x, with one variable of every kind.
 
 use camdrive::drives::parameter::parameters;
+use camdrive::drives::rigid_machine;
+use camdrive::drives::settings::Settings;
 use camdrive::drives::variable::{Enumeration, Kind, real};
 use camdrive::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Seed, Text, unit};
 use camdrive::numerics::taylor::Series;
-use camdrive_design::resource::{Described, Template};
+use camdrive_design::resource::{Described, Resource};
 use serde::{Deserialize, Serialize};
 
 pub static COLOUR: Enumeration =
@@ -30,7 +32,21 @@ pub struct Lag {
 
 /// The lag as the exporter sees it.
 pub fn lag() -> Described {
-    (Template::of::<Lag>().build)(&serde_json::json!({ "t": 2.0 })).unwrap()
+    Described::of(Lag::new(Parameters { t: 2.0 }).unwrap())
+}
+
+/// A name and a scene beside it, which is that of a flywheel, since files know no lag.
+pub fn resource(name: &str) -> Resource {
+    let flywheel = rigid_machine::Scene {
+        inertia: rigid_machine::InertiaFunction { constant: 1.0, varying: None },
+        followers: Vec::new(),
+        motor: rigid_machine::Motor::None,
+        phi_start: 0.0,
+        w_start: 0.0,
+        start: rigid_machine::MachineStart::Given,
+        solver: Settings::default(),
+    };
+    Resource::new(name, flywheel)
 }
 
 impl Drive for Lag {

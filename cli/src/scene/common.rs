@@ -8,11 +8,7 @@ use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::unit;
 use camdrive::drives::{elastic_output, elastic_shaft};
 use camdrive::motion::MotionLaw;
-use serde_json::Value;
 use std::path::Path;
-
-/// The model and its resolved scene as JSON.
-pub type Drive = (&'static str, Value);
 
 /// Whether the motion is an input.
 pub const DRIVE_MODES: &[(&str, bool)] = &[("constant", false), ("input", true)];
@@ -132,9 +128,4 @@ pub fn inertia(section: &Section<'_>, folder: &Path) -> Option<InertiaFunction> 
     let own: Option<InertiaFunction> = section.parameters(|parameter, _| Some(section.real(parameter.key)));
     let varying = section.read("J", |section| motion_law::read(section, &unit::INERTIA, folder));
     own.zip(varying).map(|(own, varying)| InertiaFunction { varying, ..own })
-}
-
-/// The model's name and its scene as JSON; numbers are written such that they are read back to the same bits.
-pub fn resolved<D: camdrive::drives::Drive>(scene: &D::Scene) -> Option<Drive> {
-    Some((D::MODEL, serde_json::to_value(scene).ok()?))
 }

@@ -4,15 +4,16 @@
 use super::Resolved;
 use super::geometry::{self, CamPlan};
 use super::section::Section;
-use camdrive::drives::Fault;
+use camdrive::drives::backlash::BacklashDrive;
 use camdrive::drives::drive_train::{self, Joint, Shaft};
-use camdrive::drives::follower::load::Load;
 use camdrive::drives::rigid_machine::{self, Follower};
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::shaft::motor::{Reference, Source};
+use camdrive::drives::{Drive as _, Fault};
+use camdrive::motion::MotionLaw;
 use camdrive_design::cam_geometry::Carrier;
 use camdrive_design::forces::{Drive, Loads, Machine, Material, Teeth};
-use serde_json::Value;
+use camdrive_design::resource::Scene;
 
 /// The key of the table.
 pub const KEY: &str = "forces";
@@ -28,7 +29,7 @@ struct Known {
 }
 
 /// The loads of all cams of a scene, in its order, with its drive where that is right already.
-pub fn all(root: &Section<'_>, drive: Option<&Value>, cams: &[CamPlan]) -> Option<Vec<Loads>> {
+pub fn all(root: &Section<'_>, drive: Option<&Scene>, cams: &[CamPlan]) -> Option<Vec<Loads>> {
     let known = |section: &Section<'_>, follower: Option<usize>, mechanisms: usize| {
         let geometry = section.has(geometry::KEY);
         // A geometry with faults is taken for one that fits.
@@ -36,27 +37,19 @@ pub fn all(root: &Section<'_>, drive: Option<&Value>, cams: &[CamPlan]) -> Optio
         let lever = plan.map_or(geometry || mechanisms > 0, |plan| matches!(plan.carrier, Carrier::Lever { .. }));
         Known { mechanisms, geometry, lever }
     };
+    let loads = |j: usize| {
+        let [load, roller] = drive.map_or_else(Default::default, |drive| drive.loads(j));
+        Loads { load, roller: (0.0, roller), ..Loads::default() }
+    };
     let mut list = Vec::new();
     if root.has("cam") {
-        let own = drive.map(|drive| drive.pointer("/followers/0").unwrap_or(drive));
-        list.push(of(root, &known(root, None, 0), loads(own)));
+        list.push(of(root, &known(root, None, 0), loads(0)));
     }
     for (j, section) in root.sections("follower")?.iter().enumerate() {
-        let value = drive.and_then(|drive| drive.get("followers")?.get(j));
         let mechanisms = section.sections("linkage")?.len();
-        list.push(of(section, &known(section, Some(j + 1), mechanisms), loads(value)));
+        list.push(of(section, &known(section, Some(j + 1), mechanisms), loads(j)));
     }
     list.into_iter().collect()
-}
-
-/// The loads that the drive has.
-fn loads(value: Option<&Value>) -> Option<Loads> {
-    let load =
-        |value: Option<&Value>| value.map_or(Some(Load::default()), |load| serde_json::from_value(load.clone()).ok());
-    let part = |key: &str| value?.get(key);
-    // The mass of a roller may stand before its load.
-    let roller = part("roller").map(|roller| roller.get(1).unwrap_or(roller));
-    Some(Loads { load: load(part("load"))?, roller: (0.0, load(roller)?), ..Loads::default() })
 }
 
 /// Something with the sign of the speed to which a motor drives its rotor; 0 where an input decides it.
@@ -78,52 +71,47 @@ fn sense(motor: &Source) -> f64 {
 /// # Errors
 /// Where the model has no cam.
 pub fn machine(scene: &Resolved) -> Result<Machine, Fault> {
-    // With the mass on the cam's side, and whether the follower may leave its cam.
-    let single = |follower: Follower| (follower, 0.0, false);
     let motor_or = |w_start: f64, motor: f64| if w_start == 0.0 { motor } else { w_start };
-    let beside_cam = scene.scene["names"].get("backlash").is_some();
-    let (followers, inertia, speed) = match scene.model {
-        "RigidMachine" => {
-            let whole: rigid_machine::Scene = scene.resource().read()?;
+    let prescribed = |drive: &DriveMode| if let DriveMode::Constant { w, .. } = *drive { w } else { 0.0 };
+    // With the mass on the cam's side, and whether the follower may leave its cam.
+    let beside_cam = |cam: &MotionLaw, [m, roller]: [f64; 2], leaves, drive| {
+        (vec![(Follower::new(m + roller, cam.clone()), roller, leaves)], None, prescribed(drive))
+    };
+    let (followers, inertia, speed) = match &scene.scene {
+        Scene::RigidMachine(machine) => {
             let motor =
-                if let rigid_machine::Motor::Kloss(kloss) = whole.motor { kloss.synchronous_speed } else { 0.0 };
-            let speed = motor_or(whole.w_start, motor);
-            (whole.followers.into_iter().map(single).collect(), whole.inertia.varying, speed)
+                if let rigid_machine::Motor::Kloss(kloss) = machine.motor { kloss.synchronous_speed } else { 0.0 };
+            let followers = machine.followers.iter().map(|follower| (follower.clone(), 0.0, false)).collect();
+            (followers, machine.inertia.varying.clone(), motor_or(machine.w_start, motor))
         }
-        "DriveTrain" => {
-            let drive_train::Scene { followers, shaft, .. } = scene.resource().read()?;
-            let follower = |train: drive_train::Follower| {
+        Scene::DriveTrain(drive_train::Scene { followers, shaft, .. }) => {
+            let follower = |train: &drive_train::Follower| {
                 let (m, roller, leaves) = match train.joint {
                     Joint::Rigid => (train.rigid.m, 0.0, false),
                     Joint::Output(parameters, roller) => (parameters.m, roller, false),
                     Joint::Shaft(parameters) => (parameters.m, 0.0, false),
                     Joint::Backlash(parameters) => (parameters.m2, parameters.m1, true),
                 };
-                (Follower { m: m + roller, ..train.rigid }, roller, leaves)
+                (Follower { m: m + roller, ..train.rigid.clone() }, roller, leaves)
             };
             let (inertia, speed) = match shaft {
                 Shaft::Free(machine) => {
                     let motor = sense(&machine.motor.source) * machine.motor.transmission.ratio;
-                    (machine.inertia.varying, motor_or(machine.w_start, motor))
+                    (machine.inertia.varying.clone(), motor_or(machine.w_start, motor))
                 }
-                Shaft::Driven(DriveMode::Constant { w, .. }) => (None, w),
-                Shaft::Driven(DriveMode::Input) => (None, 0.0),
+                Shaft::Driven(drive) => (None, prescribed(drive)),
             };
-            (followers.into_iter().map(follower).collect(), inertia, speed)
+            (followers.iter().map(follower).collect(), inertia, speed)
         }
-        model => {
-            let cam = serde_json::from_value(scene.scene["cam"].clone());
-            let cam = cam.map_err(|_| Fault::new(format!("a {model} has no cam")))?;
-            let number = |key: &str| scene.scene["parameters"].get(key).and_then(Value::as_f64);
-            let roller = number("m1").or(scene.scene["roller"][0].as_f64()).unwrap_or(0.0);
-            let m = number("m").or(number("m2")).unwrap_or(0.0);
-            let speed = scene.scene["drive"]["constant"]["w"].as_f64().unwrap_or(0.0);
-            (vec![(Follower::new(m + roller, cam), roller, number("m1").is_some())], None, speed)
-        }
+        Scene::ElasticOutput(own) => beside_cam(&own.cam, [own.parameters.m, own.roller.0], false, &own.drive),
+        Scene::ElasticShaft(own) => beside_cam(&own.cam, [own.parameters.m, 0.0], false, &own.drive),
+        Scene::BacklashDrive(own) => beside_cam(&own.cam, [own.parameters.m2, own.parameters.m1], true, &own.drive),
+        Scene::ParametricDrive(_) => return Err(Fault::new(format!("a {} has no cam", scene.scene.model()))),
     };
+    let numbered = scene.scene.followers() > 0 && scene.scene.said() != BacklashDrive::MODEL;
     let mut drives = Vec::new();
     for (j, ((follower, roller, may_leave), loads)) in Vec::into_iter(followers).zip(&scene.loads).enumerate() {
-        let number = scene.scene.get("followers").filter(|_| !beside_cam).map(|_| j + 1);
+        let number = numbered.then_some(j + 1);
         let name = number.map_or(scene.name.clone(), |j| format!("{}.follower{j}", scene.name));
         let plan = scene.cams.iter().find(|cam| cam.follower == number).map(|cam| cam.plan);
         let loads = Loads { roller: (roller, loads.roller.1.clone()), may_leave, ..loads.clone() };
@@ -132,8 +120,8 @@ pub fn machine(scene: &Resolved) -> Result<Machine, Fault> {
     Ok(Machine { name: scene.name.clone(), speed, inertia, drives })
 }
 
-fn of(parent: &Section<'_>, known: &Known, loads: Option<Loads>) -> Option<Loads> {
-    let Some(section) = parent.section(KEY)? else { return loads };
+fn of(parent: &Section<'_>, known: &Known, loads: Loads) -> Option<Loads> {
+    let Some(section) = parent.section(KEY)? else { return Some(loads) };
     for key in MOVED {
         if let Some(node) = section.node(key) {
             let place = if parent.path.is_empty() { "load" } else { "follower.load" };
@@ -157,7 +145,7 @@ fn of(parent: &Section<'_>, known: &Known, loads: Option<Loads>) -> Option<Loads
         lever_inertia: lever_inertia?,
         teeth: Teeth { radius: radius?, angle: angle? },
         material: material?,
-        ..loads?
+        ..loads
     })
 }
 

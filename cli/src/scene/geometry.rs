@@ -1,11 +1,10 @@
 //! The geometry of a cam: `[geometry]` beside `[cam]`, `[follower.geometry]`. The FMU knows nothing of it.
 
 use super::section::Section;
-use camdrive::drives::rigid_machine::Follower;
 use camdrive::motion::MotionLaw;
 use camdrive_design::cam_geometry::{Carrier, Cut, Limits, Plan, Second, Start};
+use camdrive_design::resource::Scene;
 use camdrive_design::transmission::{self, Transmission};
-use serde_json::Value;
 use std::f64::consts::PI;
 
 /// The key of the table.
@@ -28,20 +27,15 @@ pub struct CamPlan {
 const PRESSURE_ANGLES: [f64; 2] = [PI / 4.0, PI / 6.0];
 
 /// All geometries of a scene, with the laws of its drive where that is right already.
-pub fn all(root: &Section<'_>, drive: Option<&Value>) -> Option<Vec<CamPlan>> {
-    let law = |value: Option<&Value>| -> Option<MotionLaw> { serde_json::from_value(value?.get("cam")?.clone()).ok() };
-    let mechanisms = |j: usize, value: Option<&Value>| -> Option<Vec<Transmission>> {
-        Some(transmission::of(j, &serde_json::from_value::<Follower>(value?.clone()).ok()?))
-    };
+pub fn all(root: &Section<'_>, drive: Option<&Scene>) -> Option<Vec<CamPlan>> {
+    let known = |j: usize| drive.and_then(|drive| drive.follower(j));
     // A machine has no [cam] that [geometry] could belong to.
-    let own = drive.map(|drive| drive.pointer("/followers/0/rigid").unwrap_or(drive));
-    let mut list = if root.has("cam") { vec![of(root, None, law(own), false)] } else { Vec::new() };
+    let own = drive.and_then(|drive| drive.cam().or(drive.follower(0).map(|follower| &follower.cam)));
+    let mut list = if root.has("cam") { vec![of(root, None, own, false)] } else { Vec::new() };
     for (j, follower) in root.sections("follower").unwrap_or_default().iter().enumerate() {
-        let drive = drive.and_then(|drive| drive.get("followers")?.get(j));
-        let drive = drive.map(|drive| drive.get("rigid").unwrap_or(drive));
         let angular = follower.has("linkage") || (follower.has("J") && !follower.has("m"));
-        let plan = of(follower, Some(j + 1), law(drive), angular);
-        let behind = || mechanisms(j + 1, drive).unwrap_or_default();
+        let plan = of(follower, Some(j + 1), known(j).map(|known| &known.cam), angular);
+        let behind = || known(j).map(|known| transmission::of(j + 1, known)).unwrap_or_default();
         list.push(plan.map(|plan| plan.map(|plan| CamPlan { mechanisms: behind(), ..plan })));
     }
     let all: Option<Vec<Option<CamPlan>>> = list.into_iter().collect();
@@ -49,15 +43,20 @@ pub fn all(root: &Section<'_>, drive: Option<&Value>) -> Option<Vec<CamPlan>> {
 }
 
 /// The geometry in this table, if there is one, for a law that is a length or an angle.
-fn of(parent: &Section<'_>, follower: Option<usize>, law: Option<MotionLaw>, angular: bool) -> Option<Option<CamPlan>> {
+fn of(
+    parent: &Section<'_>,
+    follower: Option<usize>,
+    law: Option<&MotionLaw>,
+    angular: bool,
+) -> Option<Option<CamPlan>> {
     let Some(section) = parent.section(KEY)? else { return Some(None) };
     let plan = read(&section, angular)?;
     let law = law?;
-    if let Err(fault) = plan.cams(&law) {
+    if let Err(fault) = plan.cams(law) {
         let fault = section.fault(format!(": {fault}"));
         return section.refuse(fault.hint("choose other lengths, or another base or prime circle"));
     }
-    Some(Some(CamPlan { follower, law, plan, mechanisms: Vec::new() }))
+    Some(Some(CamPlan { follower, law: law.clone(), plan, mechanisms: Vec::new() }))
 }
 
 /// How a follower moves.

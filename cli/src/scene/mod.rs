@@ -32,11 +32,9 @@ pub use table::{Smoothed, course};
 
 pub use diagnostics::{Diagnostic, Diagnostics};
 
-use camdrive::drives::Drive as _;
-use camdrive::drives::drive_train::DriveTrain;
 use camdrive_design::forces::{Loads, Machine};
 pub use camdrive_design::resource::LONGEST_NAME;
-use camdrive_design::resource::{Resource, Tool, is_name};
+use camdrive_design::resource::{Resource, Scene, Tool, is_name};
 use input::Kind;
 use section::{Faults, Section};
 use std::path::{Path, PathBuf};
@@ -49,10 +47,8 @@ pub struct Resolved {
     pub name: String,
     /// What the user says of it, that tables are smoothed, and which loads its motion leaves out.
     pub description: String,
-    /// One of [`camdrive::drives::MODELS`].
-    pub model: &'static str,
-    /// The [`camdrive::drives::Drive::Scene`] of that model.
-    pub scene: serde_json::Value,
+    /// Model and values.
+    pub scene: Scene,
     /// The tools behind mechanisms whose motion it prescribes.
     pub tools: Vec<Tool>,
     /// Its smoothed tables.
@@ -68,22 +64,9 @@ pub struct Resolved {
 }
 
 impl Resolved {
-    /// The model that the scene names; what is solved as a train may have the names of a single model.
-    pub fn said(&self) -> &str {
-        let names = &self.scene["names"];
-        let single = [("backlash", "BacklashDrive"), ("machine", "RigidMachine")];
-        single.into_iter().find(|(key, _)| names.get(key).is_some()).map_or(self.model, |(_, model)| model)
-    }
-
     /// As an FMU carries it, with an empty guid.
     pub fn resource(&self) -> Resource {
-        Resource {
-            name: self.name.clone(),
-            model: self.model.to_owned(),
-            guid: String::new(),
-            scene: self.scene.clone(),
-            tools: self.tools.clone(),
-        }
+        Resource { name: self.name.clone(), guid: String::new(), scene: self.scene.clone(), tools: self.tools.clone() }
     }
 }
 
@@ -119,9 +102,10 @@ pub fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagno
         let mut resolved = whole_scene(root, folder)?;
         if root.faults.is_empty() {
             models::try_out(&resolved, root.faults);
-            if resolved.model == DriveTrain::MODEL && root.faults.is_empty() {
-                let scene = serde_json::from_value(resolved.scene.clone()).ok()?;
-                resolved.notes.extend(standstill::check(root, &scene));
+            if let Scene::DriveTrain(scene) = &resolved.scene
+                && root.faults.is_empty()
+            {
+                resolved.notes.extend(standstill::check(root, scene));
             }
             let left_out = forces::machine(&resolved).ok().and_then(Machine::left_out);
             resolved.notes.extend(left_out.clone());
@@ -189,14 +173,12 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
     let description = root.text("description").map(|text| text.unwrap_or_default().trim().to_owned());
     let drive = models::drive(root, folder);
     let smoothed = root.faults.smoothed.take();
-    let cams = geometry::all(root, drive.as_ref().map(|(_, scene)| scene));
-    let loads = forces::all(root, drive.as_ref().map(|(_, scene)| scene), cams.as_deref().unwrap_or_default());
-    let (model, scene) = drive?;
-    let (name, description, cams, loads) = (name?, description?, cams?, loads?);
+    let cams = geometry::all(root, drive.as_ref());
+    let loads = forces::all(root, drive.as_ref(), cams.as_deref().unwrap_or_default());
+    let (scene, name, description, cams, loads) = (drive?, name?, description?, cams?, loads?);
     Some(Resolved {
         name,
         description,
-        model,
         scene,
         tools: root.faults.tools.take(),
         smoothed,

@@ -1,40 +1,40 @@
 //! The drive that a scene describes: its sections → the `Scene` of one of the drive models.
 
-use super::common::{self, Drive, Elastic, PLACES, drive_mode, elastic_output, resolved};
-use super::common::{solver, start};
+use super::common::{self, Elastic, PLACES, drive_mode, elastic_output, solver, start};
 use super::limits::within;
 use super::section::{Faults, Section};
 use super::{Resolved, diagnostics::Diagnostic, units};
 use super::{forces, geometry, load, motion_law, parametric, train};
 use camdrive::drives::Fault;
-use camdrive::drives::backlash::{self, BacklashDrive};
-use camdrive::drives::drive_train::{self, DriveTrain, Follower, Joint, Machine, Names, Shaft};
-use camdrive::drives::elastic_output::{self as output, ElasticOutput};
-use camdrive::drives::elastic_shaft::{self, ElasticShaft};
+use camdrive::drives::backlash;
+use camdrive::drives::drive_train::{self, Follower, Joint, Machine, Names, Shaft};
+use camdrive::drives::elastic_output as output;
+use camdrive::drives::elastic_shaft;
 use camdrive::drives::follower::rigid;
-use camdrive::drives::rigid_machine::{self, MachineStart, Motor, RigidMachine};
+use camdrive::drives::rigid_machine::{self, MachineStart, Motor};
 use camdrive::drives::settings::Settings;
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::shaft::motor::{self, Source};
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive::motion::MotionLaw;
+use camdrive_design::resource::Scene;
 use std::path::Path;
 
 /// Reads the sections of a model.
-pub type Reader = fn(&Section<'_>, &Path) -> Option<Drive>;
+pub type Reader = fn(&Section<'_>, &Path) -> Option<Scene>;
 
 /// The models with their readers.
 pub const MODELS: &[(&str, Reader)] = &[
     ("ElasticCamDrive", elastic_cam_drive),
     ("BacklashDrive", backlash_drive),
     ("RigidMachine", rigid_machine),
-    ("ParametricDrive", parametric::read),
-    ("DriveTrain", |root, folder| resolved::<DriveTrain>(&train::read(root, folder)?)),
+    ("ParametricDrive", |root, folder| parametric::read(root, folder).map(Scene::from)),
+    ("DriveTrain", |root, folder| train::read(root, folder).map(Scene::from)),
 ];
 
 /// Reads the drive of a scene.
-pub fn drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
+pub fn drive(root: &Section<'_>, folder: &Path) -> Option<Scene> {
     let drive = root.choice("model", MODELS).map(|read| read(root, folder));
     // Which sections belong here is not known before the model is.
     if drive.is_some() {
@@ -68,7 +68,7 @@ fn cam_drive(root: &Section<'_>, cam: Option<MotionLaw>, angular: bool) -> Optio
     Some(CamDrive { cam: cam?, drive: drive?, start: start?, solver: solver? })
 }
 
-fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
+fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Scene> {
     let section = root.required_section("elasticity");
     let place = section.as_ref().and_then(|s| s.choice("place", PLACES));
     let cam = cam(root, folder);
@@ -84,22 +84,22 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     match elastic {
         Elastic::Output(parameters, m_roller) => {
             let roller = (m_roller, roller);
-            resolved::<ElasticOutput>(&output::Scene { parameters, load, roller, cam, drive, start, solver })
+            Some(output::Scene { parameters, load, roller, cam, drive, start, solver }.into())
         }
         Elastic::Shaft(parameters, linear) => {
-            resolved::<ElasticShaft>(&elastic_shaft::Scene { parameters, linear, load, cam, drive, start, solver })
+            Some(elastic_shaft::Scene { parameters, linear, load, cam, drive, start, solver }.into())
         }
     }
 }
 
-fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
+fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<Scene> {
     let cam = cam(root, folder);
     let loads = load::beside_cam(root, cam.as_ref(), true, folder);
     let parameters = root.required_section("backlash").and_then(|section| train::clearance(&section, loads.as_ref()));
     let common = cam_drive(root, cam, false);
     let (CamDrive { cam, drive, start, solver }, parameters, [load, roller]) = (common?, parameters?, loads?);
     if load.is_none() && roller.is_none() && parameters.s.is_finite() {
-        return resolved::<BacklashDrive>(&backlash::Scene { parameters, cam, drive, start, solver });
+        return Some(backlash::Scene { parameters, cam, drive, start, solver }.into());
     }
     let mode = match start.mode {
         StartMode::Given if parameters.m2 == 0.0 => {
@@ -112,16 +112,17 @@ fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
         StartMode::Equilibrium => drive_train::Start::Equilibrium,
     };
     let follower = Follower { rigid: rigid::Follower::new(0.0, cam), joint: Joint::Backlash(parameters), load, roller };
-    resolved::<DriveTrain>(&drive_train::Scene {
+    let scene = drive_train::Scene {
         shaft: Shaft::Driven(drive),
         followers: vec![follower],
         start: mode,
         solver: train::solver(root)?,
         names: Names::Backlash([start.q, start.q_dot]),
-    })
+    };
+    Some(scene.into())
 }
 
-fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<Drive> {
+fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<Scene> {
     let start = machine_start(root);
     let machine = train::machine(root, start.map(|(_, phi, w)| [phi, w]), folder);
     let followers = train::followers(root, |section| {
@@ -156,16 +157,17 @@ fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<Drive> {
         let inertia = machine.inertia;
         let scene =
             rigid_machine::Scene { inertia, followers, motor, phi_start, w_start, start: mode, solver: solver? };
-        return resolved::<RigidMachine>(&scene);
+        return Some(scene.into());
     }
     let steady = mode == MachineStart::SteadyState;
-    resolved::<DriveTrain>(&drive_train::Scene {
+    let scene = drive_train::Scene {
         shaft: Shaft::Free(Machine { input: true, ..machine }),
         followers,
         start: if steady { drive_train::Start::SteadyState } else { drive_train::Start::AtRest },
         solver: train::solver(root)?,
         names: Names::Machine(0.0),
-    })
+    };
+    Some(scene.into())
 }
 
 fn machine_start(root: &Section<'_>) -> Option<(MachineStart, f64, f64)> {

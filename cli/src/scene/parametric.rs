@@ -1,15 +1,15 @@
 //! The scene of a `ParametricDrive`: `[crank]` with `[load]`, or `[coefficients]`.
 
-use super::common::{self, Drive};
+use super::common;
 use super::keys::PARAMETRIC_LOAD;
 use super::load::{self, Carrier};
 use super::motion_law;
 use super::section::{Node, Section};
 use camdrive::drives::follower::load::Load;
+use camdrive::drives::parametric::Scene;
 use camdrive::drives::parametric::coefficients::Stiffness;
 use camdrive::drives::parametric::crank::{ParallelCrank, SecondCrank};
 use camdrive::drives::parametric::law::{Coordinate, CrankLaw, Law, SeriesLaw};
-use camdrive::drives::parametric::{ParametricDrive, Scene};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::Fourier;
 use camdrive::motion::fourier::HIGHEST_HARMONIC;
@@ -25,8 +25,8 @@ const MET: f64 = 1e-3;
 /// Angles of the turn at which a law is taken for its series, sixteen in the shortest wave.
 const SAMPLES: usize = 4096;
 
-/// The model and its resolved scene as JSON.
-pub fn read(root: &Section<'_>, folder: &Path) -> Option<Drive> {
+/// The scene.
+pub fn read(root: &Section<'_>, folder: &Path) -> Option<Scene> {
     let section = root.section_of(load::KEY, &PARAMETRIC_LOAD);
     let table = section.as_ref().and_then(Option::as_ref);
     let law = law(root, table, folder);
@@ -38,8 +38,7 @@ pub fn read(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     let drive = root.required_section("drive").and_then(|s| common::drive_mode(&s));
     let start = common::start(root, coordinate == Coordinate::Rotation);
     let solver = common::solver(root);
-    let scene = Scene { law: law?, drive: drive?, load: load?, start: start?, solver: solver? };
-    common::resolved::<ParametricDrive>(&scene)
+    Some(Scene { law: law?, drive: drive?, load: load?, start: start?, solver: solver? })
 }
 
 /// The loads on the mass.

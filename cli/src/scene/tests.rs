@@ -13,7 +13,10 @@ fn resolved(text: &str) -> (&'static str, Value) {
     assert!(errors.is_empty(), "{errors:?}");
     let scene = whole_scene(&Section::root(&faults, document.get_ref(), &keys::SCENE), Path::new("../tests/scenes"));
     match scene {
-        Some(scene) if faults.is_empty() => (scene.model, scene.scene),
+        Some(scene) if faults.is_empty() => {
+            let values = serde_json::to_value(&scene.scene).expect("values");
+            (scene.scene.model(), values.as_object().expect("a model").values().next().expect("its values").clone())
+        }
         _ => panic!("{}", faults.into_diagnostics()),
     }
 }

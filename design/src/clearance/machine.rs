@@ -1,10 +1,9 @@
 //! The event-driven model in the hands of the study: the drive with backlash of `drives`, started where a passage begins.
 
 use super::MOST_STEPS;
-use crate::resource::{Described, Resource};
 use camdrive::drives::backlash::{BacklashDrive, Scene};
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
-use camdrive::drives::{Drive, Event, Fault};
+use camdrive::drives::{AnyDrive, Drive, Event, Fault};
 use std::f64::consts::TAU;
 
 /// The outputs that the study reads.
@@ -25,7 +24,7 @@ struct References {
 
 /// A drive with backlash at constant speed.
 pub struct Machine {
-    drive: Described,
+    drive: AnyDrive,
     at: References,
     /// Angular velocity (rad/s), not 0.
     pub w: f64,
@@ -63,10 +62,7 @@ impl Machine {
         let start = Start { mode: StartMode::Given, q: 0.0, q_dot: 0.0 };
         let scene = Scene { drive: DriveMode::Constant { w, phi_start: 0.0 }, start, ..scene.clone() };
         let clearance = scene.parameters.s;
-        let json =
-            serde_json::to_value(&scene).map_err(|e| Fault::new(format!("the scene cannot be passed on: {e}")))?;
-        let resource = Resource { model: BacklashDrive::MODEL.to_owned(), scene: json, ..Resource::default() };
-        let drive = resource.build()?;
+        let drive = AnyDrive::new(BacklashDrive::new(scene)?);
         let find = |name: &str| {
             let list = drive.descriptions();
             list.iter().position(|d| d.name == name).ok_or_else(|| Fault::new(format!("the drive has no `{name}`")))

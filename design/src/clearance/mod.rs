@@ -24,13 +24,12 @@ pub mod tuning;
 
 use crate::Progress;
 use crate::overview::{greatest_of, stroke};
-use crate::resource::Resource;
+use crate::resource::{self, Resource};
 use borders::Sequel;
 use by_model::ByModel;
-use camdrive::drives::backlash::{self, BacklashDrive, Scene};
-use camdrive::drives::elastic_output::ElasticOutput;
+use camdrive::drives::backlash::{self, Scene};
 use camdrive::drives::shaft::cam_drive::DriveMode;
-use camdrive::drives::{Drive, Fault, Number, elastic_output, shaft::cam_turn::turns};
+use camdrive::drives::{Fault, Number, elastic_output, shaft::cam_turn::turns};
 use camdrive::motion::MotionLaw;
 use contact_motion::{ContactMotion, Release};
 use formulas::Passage;
@@ -197,17 +196,11 @@ pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)
 
 /// The drive with backlash that is meant.
 fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
-    let mut scene: Scene = match resource.model.as_str() {
-        BacklashDrive::MODEL => resource.read()?,
-        ElasticOutput::MODEL => {
-            let elastic_output::Scene {
-                parameters: elastic_output::Parameters { m, c, b },
-                cam,
-                drive,
-                start,
-                solver,
-                ..
-            } = resource.read()?;
+    let mut scene: Scene = match resource.scene.clone() {
+        resource::Scene::BacklashDrive(scene) => scene,
+        resource::Scene::ElasticOutput(elastic) => {
+            let elastic_output::Scene { parameters, cam, drive, start, solver, .. } = elastic;
+            let elastic_output::Parameters { m, c, b } = parameters;
             let (Some(s), Some(m1)) = (options.clearance, options.m1) else {
                 return Err(Fault::new(
                     "an ElasticCamDrive with an elastic output has no clearance of its own: give --clearance and --m1, \
@@ -216,13 +209,14 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
             };
             Scene { parameters: backlash::Parameters { m1, m2: m, c, b, s, e: 0.0 }, cam, drive, start, solver }
         }
-        "DriveTrain" => {
+        resource::Scene::DriveTrain(_) => {
             return Err(Fault::new(
                 "the study is for a single drive without loads that has both flanks: write a follower of a machine or a train as a scene of its own, \
                  leave `load` out of it, and give `s` a value",
             ));
         }
-        model => {
+        other => {
+            let model = other.model();
             return Err(Fault::new(format!(
                 "the model is {model}; the study is for a BacklashDrive, or for an ElasticCamDrive with \
                  place = \"output\" together with --clearance and --m1; write a follower of a machine or a train as a scene of its own"

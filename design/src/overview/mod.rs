@@ -20,18 +20,13 @@ pub use characteristic::{Jump, Motion};
 pub use roughness::scatter;
 
 use crate::oscillator;
-use crate::resource::{Resource, Tool};
+use crate::resource::{Resource, Scene, Tool};
 use crate::search::{greatest, segments};
 use crate::text;
-use camdrive::drives::backlash::{self, BacklashDrive};
-use camdrive::drives::drive_train::DriveTrain;
-use camdrive::drives::elastic_output::{self, ElasticOutput};
-use camdrive::drives::elastic_shaft::{self, ElasticShaft};
+use camdrive::drives::backlash;
+use camdrive::drives::elastic_output;
 use camdrive::drives::parametric::law::{CrankLaw, Law};
-use camdrive::drives::parametric::{self, ParametricDrive};
-use camdrive::drives::rigid_machine::RigidMachine;
 use camdrive::drives::shaft::cam_drive::DriveMode;
-use camdrive::drives::{Drive as _, Fault};
 use camdrive::motion::MotionLaw;
 use camdrive::numerics::angle::reduce;
 use serde::Serialize;
@@ -93,52 +88,44 @@ pub struct Warning {
 /// A law, and position and transfer functions of the tool that it moves by those of its own.
 type Moved<'a> = (&'a MotionLaw, &'a dyn Fn([f64; 5]) -> [f64; 5]);
 
-/// The overview of a scene. A model that is not known here has an empty one.
-///
-/// # Errors
-/// Where the scene is none of its model.
-pub fn of(resource: &Resource) -> Result<Overview, Fault> {
+/// The overview of a scene.
+pub fn of(resource: &Resource) -> Overview {
     let mut overview = Overview::default();
-    match resource.model.as_str() {
-        ElasticOutput::MODEL => {
-            let elastic_output::Scene { parameters: elastic_output::Parameters { m, c, b }, cam, drive, .. } =
-                resource.read()?;
-            let speed = overview.driven(&drive);
-            overview.elastic(&vibration::behind_cam(&cam, [m, b, c], speed), Some((&cam, false)));
-            overview.cam(&cam, m, speed);
+    match &resource.scene {
+        Scene::ElasticOutput(elastic_output::Scene { parameters, cam, drive, .. }) => {
+            let elastic_output::Parameters { m, c, b } = *parameters;
+            let speed = overview.driven(drive);
+            overview.elastic(&vibration::behind_cam(cam, [m, b, c], speed), Some((cam, false)));
+            overview.cam(cam, m, speed);
         }
-        ElasticShaft::MODEL => {
-            let elastic_shaft::Scene { parameters, cam, drive, .. } = resource.read()?;
-            let speed = overview.driven(&drive);
-            overview.elastic(&oscillator::of(resource)?, Some((&cam, true)));
-            overview.cam(&cam, parameters.m, speed);
+        Scene::ElasticShaft(scene) => {
+            let speed = overview.driven(&scene.drive);
+            overview.elastic(&oscillator::of_shaft(scene), Some((&scene.cam, true)));
+            overview.cam(&scene.cam, scene.parameters.m, speed);
         }
-        BacklashDrive::MODEL => {
-            let backlash::Scene { parameters, cam, drive, .. } = resource.read()?;
-            let backlash::Parameters { m1, m2, c, b, s, .. } = parameters;
-            let speed = overview.driven(&drive);
-            overview.elastic(&vibration::behind_cam(&cam, [m2, b, c], speed), Some((&cam, false)));
+        Scene::BacklashDrive(backlash::Scene { parameters, cam, drive, .. }) => {
+            let backlash::Parameters { m1, m2, c, b, s, .. } = *parameters;
+            let speed = overview.driven(drive);
+            overview.elastic(&vibration::behind_cam(cam, [m2, b, c], speed), Some((cam, false)));
             overview.speed("natural_frequency_in_flight", (c * (m1 + m2) / (m1 * m2)).sqrt());
-            overview.clearance(&cam, s);
-            overview.cam(&cam, m1 + m2, speed);
+            overview.clearance(cam, s);
+            overview.cam(cam, m1 + m2, speed);
         }
-        ParametricDrive::MODEL => {
-            let parametric::Scene { law, drive, .. } = resource.read()?;
-            overview.driven(&drive);
-            if let Law::Crank(CrankLaw { crank, .. }) = law {
+        Scene::ParametricDrive(scene) => {
+            overview.driven(&scene.drive);
+            if let Law::Crank(CrankLaw { crank, .. }) = &scene.law {
                 overview.figure("crank_radius", crank.r, "m");
             }
-            overview.elastic(&oscillator::of(resource)?, None);
+            overview.elastic(&oscillator::of_coefficients(scene), None);
         }
-        RigidMachine::MODEL => machine::tell(&mut overview, &resource.read()?),
-        DriveTrain::MODEL => train::tell(&mut overview, resource)?,
-        _ => {}
+        Scene::RigidMachine(scene) => machine::tell(&mut overview, scene),
+        Scene::DriveTrain(scene) => train::tell(&mut overview, scene),
     }
     for Tool { section, law, unit } in &resource.tools {
         overview.law(section, law, unit);
     }
     implausible::warn(&mut overview);
-    Ok(overview)
+    overview
 }
 
 impl Overview {

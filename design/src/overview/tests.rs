@@ -8,15 +8,14 @@ use camdrive::drives::follower::load::Load;
 use camdrive::drives::rigid_machine::{Follower, InertiaFunction, MachineStart, Motor};
 use camdrive::drives::settings::Settings;
 use camdrive::drives::shaft::cam_drive::{Start, StartMode};
-use camdrive::drives::{backlash, rigid_machine};
+use camdrive::drives::{backlash, elastic_shaft, rigid_machine};
 use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, StandardLaw, Table};
 
 const REST: Start = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
 
-fn overview(model: &str, scene: &impl Serialize) -> Overview {
-    let scene = serde_json::to_value(scene).unwrap();
-    of(&Resource { name: "x".into(), model: model.into(), scene, ..Resource::default() }).unwrap()
+fn overview(scene: impl Into<Scene>) -> Overview {
+    of(&Resource::new("x", scene))
 }
 
 fn assert_figures(overview: &Overview, expected: &[(&str, f64)]) {
@@ -46,7 +45,7 @@ fn the_figures_of_an_elastic_output_on_a_cosine_are_those_of_the_closed_form() {
         start: REST,
         solver: Settings::default(),
     };
-    let overview = overview(ElasticOutput::MODEL, &scene);
+    let overview = overview(scene);
     let eta = w / w0;
     assert_figures(
         &overview,
@@ -92,7 +91,7 @@ fn the_figures_of_an_elastic_shaft_are_those_of_its_mean_inertia() {
     // J = J₀ + m a² sin² φ, and ½ J′ Ω² is the torque of a rigid shaft.
     let (mean, torque) = (inertia + 0.5 * m * a * a, 0.5 * m * a * a * w * w);
     assert_figures(
-        &overview(ElasticShaft::MODEL, &scene),
+        &overview(scene),
         &[
             ("natural_frequency", (c / mean).sqrt()),
             ("damping_ratio", 18.0 / (2.0 * (c * mean).sqrt())),
@@ -114,7 +113,7 @@ fn a_drive_with_backlash_has_two_natural_frequencies_and_one_on_inputs_no_speed(
         start: REST,
         solver,
     };
-    let overview = overview(BacklashDrive::MODEL, &scene);
+    let overview = overview(scene);
     let expected = [
         ("natural_frequency", 500.0),
         // Both masses swing against each other: 1/m = 1/m1 + 1/m2.
@@ -153,7 +152,7 @@ fn a_machine_without_motor_keeps_its_energy() {
         let period = (0..count).map(|i| root(TAU * i as f64 / count as f64)).sum::<f64>() / count as f64;
         let momentum = root(phi_start) * w;
         let mean = momentum / period;
-        let overview = overview(RigidMachine::MODEL, &scene);
+        let overview = overview(scene);
         assert_figures(
             &overview,
             &[
@@ -277,14 +276,16 @@ fn a_table_has_the_motions_of_its_law() {
 #[test]
 fn a_tool_behind_mechanisms_is_told_under_its_own_name() {
     let tool = Tool { section: "follower[1].tool".to_owned(), law: cosine(0.02), unit: "m" };
-    let resource = Resource {
-        name: String::new(),
-        model: String::new(),
-        guid: String::new(),
-        scene: ().into(),
-        tools: vec![tool],
+    let machine = rigid_machine::Scene {
+        inertia: InertiaFunction { constant: 1.0, varying: None },
+        followers: Vec::new(),
+        motor: Motor::None,
+        phi_start: 0.0,
+        w_start: 1.0,
+        start: MachineStart::Given,
+        solver: Settings::default(),
     };
-    let motions = of(&resource).unwrap().motions;
+    let motions = of(&Resource { tools: vec![tool], ..Resource::new("x", machine) }).motions;
     assert!(motions.len() == 2 && motions.iter().all(|motion| motion.law == "follower[1].tool"), "{motions:?}");
     assert!((motions[0].velocity - StandardLaw::SimpleSine.peak(1)).abs() < 1e-9);
 }
@@ -430,7 +431,7 @@ fn figures_do_not_depend_on_the_origin_of_the_angle() {
             solver: Settings::default(),
         }
     };
-    let own = overview(BacklashDrive::MODEL, &scene(0.0));
+    let own = overview(scene(0.0));
     // The harmonics of U″ by Simpson's rule over each smooth part.
     let law = scene(0.0).cam;
     let mut sums = [[0.0; 2]; 8];
@@ -455,7 +456,7 @@ fn figures_do_not_depend_on_the_origin_of_the_angle() {
         assert!((resonance.amplitude.unwrap() / amplitude - 1.0).abs() < 1e-10, "{resonance:?} for {amplitude}");
     }
     for i in 0..40 {
-        let other = overview(BacklashDrive::MODEL, &scene(between(-1.4, 1.4, i)));
+        let other = overview(scene(between(-1.4, 1.4, i)));
         for (figure, own) in other.figures.iter().zip(&own.figures) {
             assert!((figure.value / own.value - 1.0).abs() < 1e-12, "{figure:?} and {own:?}");
         }
@@ -550,7 +551,7 @@ fn a_train_is_told_by_its_motor_its_shaft_and_its_followers() {
         ("follower[3].natural_frequency_in_flight", (c / 0.16_f64).sqrt()),
         ("follower[4].natural_frequency", (800.0_f64 / 0.2).sqrt()),
     ];
-    let found = overview(DriveTrain::MODEL, &driven);
+    let found = overview(driven.clone());
     assert_figures(&found, &of_followers);
     assert_figures(&found, &[("speed", w), ("follower[1].frequency_ratio", w / w0)]);
     assert!(found.resonances.is_empty() && found.figures.iter().all(|figure| figure.name != "follower[3].clearance"));
@@ -573,7 +574,7 @@ fn a_train_is_told_by_its_motor_its_shaft_and_its_followers() {
         phi_start: 0.0,
         w_start: 0.0,
     };
-    let found = overview(DriveTrain::MODEL, &train(Shaft::Free(machine)));
+    let found = overview(train(Shaft::Free(machine)));
     let value = |name: &str| found.figures.iter().find(|figure| figure.name == name).map_or(f64::NAN, |f| f.value);
     let near = |name: &str, right: f64| {
         assert!((value(name) - right).abs() < 1e-3 * right, "{name}: {} for {right}", value(name));
@@ -590,6 +591,6 @@ fn a_train_is_told_by_its_motor_its_shaft_and_its_followers() {
     // A damping ratio above 1 of the first follower is told with its name.
     let mut stiff = driven;
     stiff.followers[0].joint = Joint::Output(elastic_output::Parameters { m, c, b: 1e4 }, 0.5);
-    let warnings = overview(DriveTrain::MODEL, &stiff).warnings;
+    let warnings = overview(stiff).warnings;
     assert!(warnings.iter().any(|warning| warning.message.starts_with("follower[1].damping ratio")), "{warnings:?}");
 }

@@ -3,21 +3,19 @@
 use super::{Overview, vibration};
 use crate::oscillator::of_shaft;
 use crate::periodic_train;
-use crate::resource::Resource;
 use camdrive::drives::drive_train::{Joint, Scene, Shaft};
+use camdrive::drives::elastic_shaft;
 use camdrive::drives::rigid_machine::{Follower, Inertia};
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::shaft::motor::{Servo, Source};
-use camdrive::drives::{Fault, elastic_shaft};
 
 /// How an elastic shaft alone would start.
 const REST: Start = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
 
-pub fn tell(overview: &mut Overview, resource: &Resource) -> Result<(), Fault> {
-    let scene: Scene = resource.read()?;
+pub fn tell(overview: &mut Overview, scene: &Scene) {
     let speed = match &scene.shaft {
         Shaft::Driven(mode) => overview.driven(mode),
-        Shaft::Free(_) => free(overview, resource, &scene),
+        Shaft::Free(_) => free(overview, scene),
     };
     for (j, follower) in scene.followers.iter().enumerate() {
         let (prefix, cam, load) = (format!("follower[{}].", j + 1), &follower.rigid.cam, &follower.load);
@@ -57,11 +55,10 @@ pub fn tell(overview: &mut Overview, resource: &Resource) -> Result<(), Fault> {
         }
         overview.follower(&prefix, &Follower { m, ..follower.rigid.clone() }, speed);
     }
-    Ok(())
 }
 
 /// Motor, speed and inertia of a free shaft; its mean speed, where it has a periodic motion.
-fn free(overview: &mut Overview, resource: &Resource, scene: &Scene) -> Option<f64> {
+fn free(overview: &mut Overview, scene: &Scene) -> Option<f64> {
     let Shaft::Free(machine) = &scene.shaft else { return None };
     let transmission = machine.motor.transmission;
     let followers = scene.followers.iter().filter_map(|follower| {
@@ -94,7 +91,7 @@ fn free(overview: &mut Overview, resource: &Resource, scene: &Scene) -> Option<f
     if let Some([c, _]) = transmission.coupling {
         overview.speed("coupling_frequency", (c * (1.0 / mean + 1.0 / (square * transmission.rotor))).sqrt());
     }
-    let turn = periodic_train::of(resource).ok().filter(|turn| turn.motion.is_stable());
+    let turn = periodic_train::of(scene).ok().filter(|turn| turn.motion.is_stable());
     let speed = turn.as_ref().map(periodic_train::Turn::mean_speed);
     if let Some((turn, speed)) = turn.zip(speed) {
         overview.speed("mean_speed", speed);

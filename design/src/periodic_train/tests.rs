@@ -1,6 +1,7 @@
 //! The turn of a train against printed numbers, closed forms and balances of power; the study that leaves out its parts.
 
 use super::*;
+use crate::resource::Resource;
 use crate::tradeoff::Options;
 use camdrive::drives::drive_train::{Follower, Joint, Machine, Start};
 use camdrive::drives::elastic_output::Parameters;
@@ -41,16 +42,14 @@ fn kloss() -> Source {
     Source::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, dynamics })
 }
 
-fn resource(shaft: Shaft, followers: Vec<Follower>) -> Resource {
-    let scene = Scene {
+fn scene(shaft: Shaft, followers: Vec<Follower>) -> Scene {
+    Scene {
         shaft,
         followers,
         start: Start::AtRest,
         solver: Settings::default(),
         names: camdrive::drives::drive_train::Names::default(),
-    };
-    let scene = serde_json::to_value(scene).unwrap();
-    Resource { name: "train".into(), model: DriveTrain::MODEL.into(), scene, ..Resource::default() }
+    }
 }
 
 fn output() -> Follower {
@@ -73,7 +72,7 @@ fn near(value: f64, right: f64, part: f64) {
 
 #[test]
 fn the_printed_motion_with_its_multipliers_and_its_balance() {
-    let turn = of(&resource(Shaft::Free(machine(kloss())), vec![output()])).unwrap();
+    let turn = of(&scene(Shaft::Free(machine(kloss())), vec![output()])).unwrap();
     let PeriodicMotion { period, course, .. } = &turn.motion;
     near(*period, 0.422775956727908, 1e-13);
     near(course[0][1], 14.834951322737, 1e-12);
@@ -102,7 +101,7 @@ fn extremes_are_right_to_many_digits() {
     // At constant speed the output has a closed form: |q| of harmonic k is m k² Ω² X/|c − m k² Ω² + i k Ω b|.
     let drive = Shaft::Driven(DriveMode::Constant { w: 14.0, phi_start: 0.5 });
     let joint = Joint::Output(Parameters { m: 3.0, c: 12000.0, b: 20.0 }, 0.0);
-    let turn = of(&resource(drive, vec![follower(series(&[0.0, 0.0, 0.01], &[]), joint)])).unwrap();
+    let turn = of(&scene(drive, vec![follower(series(&[0.0, 0.0, 0.01], &[]), joint)])).unwrap();
     let kw = 28.0_f64;
     let amplitude = 0.01 * 3.0 * kw * kw / (12000.0 - 3.0 * kw * kw).hypot(20.0 * kw);
     let q = turn.outputs.iter().find(|range| range.output == "follower[1].q").unwrap();
@@ -121,14 +120,14 @@ fn impacts_are_counted_and_their_momentum_is_part_of_the_torque() {
         let mut lifted = follower(series(&[0.0, -0.008, 0.0009], &[0.0, 0.0, 0.0004]), Joint::Backlash(parameters));
         lifted.load.gravity = Some(-9.81);
         lifted.load.spring = Some(Spring { preload: 90.0, c: 2500.0, at: 0.0 });
-        resource(Shaft::Driven(DriveMode::Constant { w, phi_start: 0.0 }), vec![lifted])
+        scene(Shaft::Driven(DriveMode::Constant { w, phi_start: 0.0 }), vec![lifted])
     };
     let calm = of(&scene(128.9)).unwrap();
     assert!(calm.impacts == [Some(0.0)] && calm.mean_power.abs() < 1e-9, "{:?} {}", calm.impacts, calm.mean_power);
     let turn = of(&scene(150.0)).unwrap();
     assert!(turn.impacts[0].unwrap() >= 1.0, "{:?}", turn.impacts);
     // The drive gives what the impacts take.
-    let mut train = DriveTrain::new(scene(150.0).read().unwrap()).unwrap();
+    let mut train = DriveTrain::new(scene(150.0)).unwrap();
     train.start(0.0).unwrap();
     let list = train.variables();
     let loss = &list.0[list.reference("follower[1].energy_loss").unwrap()];
@@ -143,11 +142,11 @@ fn impacts_are_counted_and_their_momentum_is_part_of_the_torque() {
 
 #[test]
 fn without_a_speed_there_is_no_motion() {
-    let fault = of(&resource(Shaft::Free(machine(Source::Input)), vec![output()])).unwrap_err().to_string();
+    let fault = of(&scene(Shaft::Free(machine(Source::Input)), vec![output()])).unwrap_err().to_string();
     assert!(fault.contains("w_start"), "{fault}");
     // A constant torque that balances load and friction at some speed, near which it starts.
     let started = Machine { w_start: 20.0, ..machine(Source::Constant(5.5)) };
-    let turn = of(&resource(Shaft::Free(started), vec![])).unwrap();
+    let turn = of(&scene(Shaft::Free(started), vec![])).unwrap();
     near(turn.mean_torque, 5.5, 1e-12);
     // b ω on the mean over the angle.
     let PeriodicMotion { course, .. } = &turn.motion;
@@ -157,9 +156,9 @@ fn without_a_speed_there_is_no_motion() {
 
 #[test]
 fn the_study_leaves_out_followers_springs_clearances_and_loads() {
-    let scene = resource(Shaft::Free(machine(kloss())), vec![output(), valve()]);
+    let scene = scene(Shaft::Free(machine(kloss())), vec![output(), valve()]);
     let options = Options { quick: true, turns: Some(3.0), ..Options::default() };
-    let report = crate::tradeoff::study(&scene, &options, &|_| {}).unwrap();
+    let report = crate::tradeoff::study(&Resource::new("train", scene), &options, &|_| {}).unwrap();
     let feature = |name: &str| report.features.iter().find(|f| f.feature == name).unwrap_or_else(|| panic!("{name}"));
     for name in [
         "follower 1",

@@ -15,10 +15,9 @@ use super::system::System;
 use super::tongue::Tongue;
 use crate::oscillator::of_coefficients;
 use crate::parallel;
-use crate::resource::Resource;
+use crate::resource;
+use camdrive::drives::parametric::Scene;
 use camdrive::drives::parametric::law::Law;
-use camdrive::drives::parametric::{ParametricDrive, Scene};
-use camdrive::drives::{Drive, Fault};
 use serde::Serialize;
 
 /// Orders of the source's diagram.
@@ -61,26 +60,20 @@ pub struct Point {
 }
 
 /// The curves of a scene with a parallel crank; None of another one, and where the stiffness is constant.
-///
-/// # Errors
-/// A scene that cannot be read.
-pub fn curves(resource: &Resource, done: &(dyn Fn() + Sync)) -> Result<Option<Crank>, Fault> {
-    if resource.model != ParametricDrive::MODEL {
-        return Ok(None);
-    }
-    let scene: Scene = resource.read()?;
-    let Law::Crank(law) = &scene.law else { return Ok(None) };
+pub fn curves(scene: &resource::Scene, done: &(dyn Fn() + Sync)) -> Option<Crank> {
+    let resource::Scene::ParametricDrive(scene) = scene else { return None };
+    let Law::Crank(law) = &scene.law else { return None };
     let sigma = law.crank.sigma();
     let low = (0.5 * sigma).clamp(WIDEST[0], RANGE[0]);
     let high = (2.0 * sigma).clamp(RANGE[1], WIDEST[1]);
     let places: Vec<f64> = (0..POINTS).map(|i| low * (high / low).powf(i as f64 / (POINTS - 1) as f64)).collect();
-    let rows = parallel::map(&places, |sigma| row(&scene, *sigma), done);
+    let rows = parallel::map(&places, |sigma| row(scene, *sigma), done);
     let curve = |n: usize| {
         let of_order: Vec<(f64, Point)> = rows.iter().filter_map(|row| row.get(n).copied()).collect();
         Some(Curve { j: of_order.first()?.0, points: of_order.into_iter().map(|(_, point)| point).collect() })
     };
     let curves: Vec<Curve> = (0..ORDERS).filter_map(curve).collect();
-    Ok((!curves.is_empty()).then_some(Crank { sigma, curves }))
+    (!curves.is_empty()).then_some(Crank { sigma, curves })
 }
 
 /// j and θ* of the first orders of the scene with the σ of another rod.

@@ -245,7 +245,7 @@ pub fn study_scene(
 
 /// See [`study_scene`].
 fn studied(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) + Sync)) -> Result<Report, Fault> {
-    let mut oscillator = oscillator::of(resource)?;
+    let mut oscillator = oscillator::of(&resource.scene)?;
     let own = oscillator.speed.filter(|_| options.speeds.is_empty());
     let turns: Vec<f64> = options.speeds.iter().chain(options.range.iter().flatten()).copied().chain(own).collect();
     let backwards = turns.iter().any(|w| *w < 0.0);
@@ -264,7 +264,7 @@ fn studied(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) 
     if backwards {
         oscillator = mirrored(oscillator);
     }
-    let mut report = study([&resource.name, &resource.model], &oscillator, options, progress)?;
+    let mut report = study([&resource.name, resource.model()], &oscillator, options, progress)?;
     if backwards {
         report.note = Some([report.note.as_deref().unwrap_or_default(), table::BACKWARDS].join(" ").trim().to_owned());
         for course in &mut report.courses {
@@ -273,7 +273,7 @@ fn studied(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) 
         }
     }
     let counter = Counter::new(progress, "crank", crank::POINTS);
-    let crank = if options.quick { None } else { crank::curves(resource, &|| counter.step())? };
+    let crank = if options.quick { None } else { crank::curves(&resource.scene, &|| counter.step()) };
     Ok(Report { crank, ..report })
 }
 

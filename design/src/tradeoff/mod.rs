@@ -333,7 +333,7 @@ fn studied(resource: &Resource, options: &Options, progress: &dyn Fn(Progress)) 
     let reference = reference::compute(resource, &bench.interface, bench.grid, &bench.run_up)?;
     let turn = bench.turn.unwrap_or(bench.stop());
     let mut settings = sweep::settings(&bench.interface, bench.grid, turn, options.quick);
-    let (simpler, shaft) = (simplification::of(resource)?, fidelity::shaft(&bench, &reference));
+    let (simpler, shaft) = (simplification::of(resource), fidelity::shaft(&bench, &reference));
     let names: Vec<String> = bench.interface.names().into_iter().map(|(name, _)| name).collect();
 
     // Once for the errors, then again and again for the times, one setting after the other, so that all of them meet
@@ -387,7 +387,7 @@ fn studied(resource: &Resource, options: &Options, progress: &dyn Fn(Progress)) 
     let outputs = bench.interface.names().into_iter().zip(&reference.largest);
     let mut report = Report {
         scene: resource.name.clone(),
-        model: resource.model.clone(),
+        model: resource.model().to_owned(),
         experiment: Experiment {
             stop: bench.stop(),
             step: bench.grid.step,

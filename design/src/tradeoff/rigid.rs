@@ -1,13 +1,12 @@
 //! The drive in its rigid limit, c → ∞, by formulas for its outputs; of a machine, the one whose speed does not fluctuate.
 
-use crate::resource::Resource;
-use camdrive::drives::backlash::{self, BacklashDrive};
-use camdrive::drives::elastic_output::{self, ElasticOutput};
-use camdrive::drives::elastic_shaft::{self, ElasticShaft, Parameters};
+use crate::resource::Scene;
+use camdrive::drives::backlash;
+use camdrive::drives::elastic_output;
+use camdrive::drives::elastic_shaft::{self, Parameters};
 use camdrive::drives::follower::load::Load;
-use camdrive::drives::parametric::{self, ParametricDrive, law::Law};
-use camdrive::drives::rigid_machine::{self, Inertia, Motor, Place, RigidMachine};
-use camdrive::drives::{Drive as _, Fault};
+use camdrive::drives::parametric::law::Law;
+use camdrive::drives::rigid_machine::{self, Inertia, Motor, Place};
 use camdrive::motion::MotionLaw;
 use camdrive::numerics::angle;
 use camdrive::numerics::double_double::Double;
@@ -60,22 +59,18 @@ fn reduced(phi: f64) -> f64 {
 
 /// The rigid drive, or the machine at its mean speed, with the feature left out and its replacement; None for coefficients that
 /// are series and for a motor whose torque is an input.
-///
-/// # Errors
-/// A scene that is none of its model.
-pub fn of(resource: &Resource) -> Result<Option<(&'static str, &'static str, Formula)>, Fault> {
+pub fn of(scene: &Scene) -> Option<(&'static str, &'static str, Formula)> {
     let of = |feature: &'static str, instead: &'static str, outputs: &str, evaluate: Evaluation| {
         let outputs = outputs.split(' ').map(str::to_owned).collect();
         Some((feature, instead, Formula { outputs, evaluate }))
     };
-    Ok(match resource.model.as_str() {
-        ElasticOutput::MODEL => {
+    match scene.clone() {
+        Scene::ElasticOutput(scene) => {
             let (feature, instead) = ("the elasticity of the output member", "rigid: y = U(φ), force = m ÿ");
             let outputs = "phi w x y der(y) der(y,2) q der(q) der(q,2) force tau";
-            of(feature, instead, outputs, elastic_output(resource.read()?))
+            of(feature, instead, outputs, elastic_output(scene))
         }
-        ElasticShaft::MODEL => {
-            let scene: elastic_shaft::Scene = resource.read()?;
+        Scene::ElasticShaft(scene) => {
             let (instead, more) = match scene.load.is_none() {
                 true => ("rigid: ψ = φ, y = U(φ), tau = J φ̈ + U′ m ÿ", ""),
                 false => ("rigid: ψ = φ, y = U(φ), tau = J φ̈ + U′ (m ÿ − F_L)", " contact_force"),
@@ -83,13 +78,12 @@ pub fn of(resource: &Resource) -> Result<Option<(&'static str, &'static str, For
             let outputs = format!("phi w psi der(psi) der(psi,2) q der(q) y der(y) tau{more}");
             of("the elasticity of the shaft", instead, &outputs, elastic_shaft(scene))
         }
-        BacklashDrive::MODEL => {
+        Scene::BacklashDrive(scene) => {
             let (feature, instead) = ("clearance and elasticity", "rigid: x1 = y = U(φ), force = (m1 + m2) ÿ");
             let outputs = "phi w x1 der(x1) der(x1,2) y der(y) der(y,2) q der(q) gap force tau";
-            of(feature, instead, outputs, backlash(resource.read()?))
+            of(feature, instead, outputs, backlash(scene))
         }
-        ParametricDrive::MODEL => {
-            let scene: parametric::Scene = resource.read()?;
+        Scene::ParametricDrive(scene) => {
             let outputs = "phi w psi der(psi) der(psi,2) q der(q) tau tau_parametric stiffness";
             let instead = if scene.load.is_none() {
                 "rigid: ψ = φ, tau = J α − f"
@@ -99,11 +93,8 @@ pub fn of(resource: &Resource) -> Result<Option<(&'static str, &'static str, For
             let rigid = matches!(scene.law, Law::Crank(_)).then(|| crank(&scene.law, scene.load.clone()));
             rigid.and_then(|rigid| of("the elasticity", instead, outputs, rigid))
         }
-        RigidMachine::MODEL => {
-            let scene: rigid_machine::Scene = resource.read()?;
-            if scene.motor == Motor::Input {
-                return Ok(None);
-            }
+        Scene::RigidMachine(scene) if scene.motor == Motor::Input => None,
+        Scene::RigidMachine(scene) => {
             let mut outputs = "phi w a J E".to_owned();
             if scene.motor != Motor::None {
                 outputs += " M_an";
@@ -113,8 +104,8 @@ pub fn of(resource: &Resource) -> Result<Option<(&'static str, &'static str, For
             }
             of("the speed fluctuation", "constant mean speed", &outputs, machine(scene))
         }
-        _ => None,
-    })
+        Scene::DriveTrain(_) => None,
+    }
 }
 
 /// q → 0 while force = −(c q + b q̇) = m ÿ stays, as for c → ∞ in the equation of motion.

@@ -5,18 +5,20 @@
 
 use super::rigid::{self, Formula};
 use super::run::Interface;
-use crate::resource::Resource;
+use crate::resource::{Resource, Scene};
 use crate::text::counted;
-use camdrive::drives::backlash::{self, BacklashDrive};
-use camdrive::drives::drive_train::{self, DriveTrain, Follower, Joint, Machine, Shaft};
+use camdrive::drives::Fault;
+use camdrive::drives::backlash;
+use camdrive::drives::drive_train::{self, Follower, Joint, Machine, Shaft};
 use camdrive::drives::elastic_output;
 use camdrive::drives::follower::load::{Load, Spring};
+use camdrive::drives::parametric::{self, law::CrankLaw, law::Law};
 use camdrive::drives::rigid_machine::linkage::{Linkage, ParameterKind};
-use camdrive::drives::rigid_machine::{self, Inertia, InertiaFunction, Place, RigidMachine};
+use camdrive::drives::rigid_machine::{self, Inertia, InertiaFunction, Motor, Place};
+use camdrive::drives::shaft::cam_drive::{DriveMode, StartMode};
 use camdrive::drives::shaft::cam_turn::turns;
-use camdrive::drives::{Drive as _, Fault};
+use camdrive::drives::shaft::motor::Source;
 use camdrive::motion::{Fourier, MotionLaw};
-use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
 /// A feature and the drive without it.
@@ -37,29 +39,81 @@ pub enum Simplified {
     Formula(Formula),
 }
 
-/// The values of scenes that make a feature vanish: where a scene has the value, the neutral one, the feature and what takes its
-/// place.
-fn neutral_values() -> [(&'static str, Value, &'static str, &'static str); 8] {
-    let no_damping = json!(Fourier::new(vec![0.0], Vec::new()));
-    [
-        ("/parameters/s", json!(0.0), "the clearance", "s = 0"),
-        ("/parameters/e", json!(0.0), "restitution", "e = 0"),
-        ("/linear", json!(true), "the nonlinearity of the shaft", "linear in the twist"),
-        ("/motor/kloss/dynamics", Value::Null, "the lag of the motor", "quasi-static torque"),
-        ("/shaft/free/motor/source/kloss/dynamics", Value::Null, "the lag of the motor", "quasi-static torque"),
-        ("/parameters/b", json!(0.0), "damping", "b = 0"),
-        ("/law/crank/damping", json!(0.0), "damping", "b_T = 0"),
-        ("/law/series/b", no_damping, "damping", "b = 0"),
-    ]
-}
+/// Feature, its replacement, and the change of a scene that leaves it out; a scene without the feature stays as it is.
+type Neutral = (&'static str, &'static str, fn(&mut Scene));
 
-/// Where scenes have series, and what the harmonics are of.
-const SERIES: [(&str, &str); 4] = [
-    ("/cam/fourier", ""),
-    ("/law/series/m", " of the mass"),
-    ("/law/series/b", " of the damping"),
-    ("/law/series/c", " of the stiffness"),
+/// Features that the change of a value leaves out.
+const NEUTRAL: [Neutral; 7] = [
+    ("the clearance", "s = 0", |scene| {
+        if let Scene::BacklashDrive(scene) = scene {
+            scene.parameters.s = 0.0;
+        }
+    }),
+    ("restitution", "e = 0", |scene| {
+        if let Scene::BacklashDrive(scene) = scene {
+            scene.parameters.e = 0.0;
+        }
+    }),
+    ("the nonlinearity of the shaft", "linear in the twist", |scene| {
+        if let Scene::ElasticShaft(scene) = scene {
+            scene.linear = true;
+        }
+    }),
+    ("the lag of the motor", "quasi-static torque", |scene| match scene {
+        Scene::RigidMachine(rigid_machine::Scene { motor: Motor::Kloss(kloss), .. }) => kloss.dynamics = None,
+        Scene::DriveTrain(drive_train::Scene { shaft: Shaft::Free(machine), .. }) => {
+            if let Source::Kloss(kloss) = &mut machine.motor.source {
+                kloss.dynamics = None;
+            }
+        }
+        _ => {}
+    }),
+    ("damping", "b = 0", |scene| match scene {
+        Scene::ElasticOutput(scene) => scene.parameters.b = 0.0,
+        Scene::ElasticShaft(scene) => scene.parameters.b = 0.0,
+        Scene::BacklashDrive(scene) => scene.parameters.b = 0.0,
+        Scene::ParametricDrive(parametric::Scene { law: Law::Series(law), .. }) => {
+            law.b = Fourier::new(vec![0.0], Vec::new());
+        }
+        _ => {}
+    }),
+    ("damping", "b_T = 0", |scene| {
+        if let Scene::ParametricDrive(parametric::Scene { law: Law::Crank(law), .. }) = scene {
+            law.damping = 0.0;
+        }
+    }),
+    ("the loads", "none", |scene| match scene {
+        Scene::ElasticOutput(scene) => scene.load = unloaded(&scene.load),
+        Scene::ElasticShaft(scene) => scene.load = unloaded(&scene.load),
+        Scene::ParametricDrive(scene) => scene.load = unloaded(&scene.load),
+        _ => {}
+    }),
 ];
+
+/// The series of a scene, and what the harmonics are of.
+fn series(scene: &mut Scene) -> Vec<(String, &mut Fourier)> {
+    let of = |j: usize| format!(" of follower {}", j + 1);
+    let cams: Vec<(String, &mut MotionLaw)> = match scene {
+        Scene::ElasticOutput(scene) => vec![(String::new(), &mut scene.cam)],
+        Scene::ElasticShaft(scene) => vec![(String::new(), &mut scene.cam)],
+        Scene::BacklashDrive(scene) => vec![(String::new(), &mut scene.cam)],
+        Scene::ParametricDrive(parametric::Scene { law: Law::Series(law), .. }) => {
+            let all =
+                [(" of the mass", &mut law.m), (" of the damping", &mut law.b), (" of the stiffness", &mut law.c)];
+            return all.map(|(of, series)| (of.to_owned(), series)).into();
+        }
+        Scene::ParametricDrive(_) => Vec::new(),
+        Scene::RigidMachine(scene) => {
+            scene.followers.iter_mut().enumerate().map(|(j, follower)| (of(j), &mut follower.cam)).collect()
+        }
+        Scene::DriveTrain(scene) => {
+            scene.followers.iter_mut().enumerate().map(|(j, follower)| (of(j), &mut follower.rigid.cam)).collect()
+        }
+    };
+    cams.into_iter()
+        .filter_map(|(of, cam)| if let MotionLaw::Fourier(series) = cam { Some((of, series)) } else { None })
+        .collect()
+}
 
 /// The harmonics of c_T that a simpler crank keeps: its mean alone, the first one, the first two.
 const HARMONICS: [(usize, &str, &str); 3] = [
@@ -69,71 +123,73 @@ const HARMONICS: [(usize, &str, &str); 3] = [
 ];
 
 /// The scene without each of its features; the names of the outputs stay.
-///
-/// # Errors
-/// A scene that is none of its model.
-pub fn of(resource: &Resource) -> Result<Vec<Simplification>, Fault> {
+pub fn of(resource: &Resource) -> Vec<Simplification> {
     let scene = &resource.scene;
-    let rigid = rigid::of(resource)?.map(|(feature, instead, formula)| Simplification {
+    let rigid = rigid::of(scene).map(|(feature, instead, formula)| Simplification {
         feature: feature.to_owned(),
         instead: instead.to_owned(),
         model: Simplified::Formula(formula),
     });
     let mut list: Vec<Simplification> = rigid.into_iter().collect();
-    let mut add = |feature: &str, instead: &str, place: &str, value: Value| {
+    let mut add = |feature: &str, instead: &str, simpler: Scene| {
         let left_out = feature.strip_prefix("follower ").and_then(|number| number.parse().ok());
-        let resource = Resource { scene: with(scene, place, value), ..resource.clone() };
+        let resource = Resource { scene: simpler, ..resource.clone() };
         let interface = Interface::of(&resource).map(|interface| renumbered(interface, left_out));
         let model = Simplified::Scene(Box::new(resource), interface);
         list.push(Simplification { feature: feature.to_owned(), instead: instead.to_owned(), model });
     };
-    for (place, neutral, feature, instead) in neutral_values() {
-        if scene.pointer(place).is_some_and(|value| *value != neutral) {
-            add(feature, instead, place, neutral);
+    for (feature, instead, leave_out) in NEUTRAL {
+        let mut simpler = scene.clone();
+        leave_out(&mut simpler);
+        if simpler != *scene {
+            add(feature, instead, simpler);
         }
     }
-    let load = scene.get("load").and_then(|load| serde_json::from_value::<Load>(load.clone()).ok());
-    if let Some(load) = load.filter(|load| !load.is_none()) {
-        add("the loads", "none", "/load", json!(unloaded(&load)));
-    }
-    if let Some(own) = scene.pointer("/law/crank/harmonics") {
+    if let Scene::ParametricDrive(own @ parametric::Scene { law: Law::Crank(law), .. }) = scene {
         for (order, feature, instead) in HARMONICS {
-            if own.as_u64().is_none_or(|own| (order as u64) < own) {
-                add(feature, instead, "/law/crank/harmonics", json!(order));
+            if law.harmonics.is_none_or(|own| order < own) {
+                let law = Law::Crank(CrankLaw { harmonics: Some(order), ..law.clone() });
+                add(feature, instead, parametric::Scene { law, ..own.clone() }.into());
             }
         }
     }
-    // The periodic motion of a drive with backlash is one of permanent contact.
-    let constant = scene.pointer("/drive/constant/w").and_then(Value::as_f64).is_some_and(turns);
-    let steady = json!("steady_state");
-    if resource.model == DriveTrain::MODEL && scene["start"] != steady {
-        add("the transient", "start on the periodic motion", "/start", steady.clone());
+    if let Some(steady) = steady(scene) {
+        add("the transient", "start on the periodic motion", steady);
     }
-    if constant && scene.pointer("/start/mode") != Some(&steady) && resource.model != BacklashDrive::MODEL {
-        add("the transient", "start on the periodic motion", "/start/mode", steady);
+    match scene {
+        Scene::RigidMachine(scene) => of_machine(scene, &mut add),
+        Scene::DriveTrain(scene) => of_train(scene, &mut add),
+        _ => {}
     }
-    if resource.model == RigidMachine::MODEL {
-        of_machine(&resource.read()?, &mut add);
-    }
-    if resource.model == DriveTrain::MODEL {
-        of_train(&resource.read()?, &mut add);
-    }
-    let followers = scene["followers"].as_array().map_or(0, Vec::len);
-    let cam = if resource.model == DriveTrain::MODEL { "rigid/cam" } else { "cam" };
-    let of_followers =
-        (0..followers).map(|j| (format!("/followers/{j}/{cam}/fourier"), format!(" of follower {}", j + 1)));
-    for (place, of) in SERIES.map(|(place, of)| (place.to_owned(), of.to_owned())).into_iter().chain(of_followers) {
-        let Some(value) = scene.pointer(&place) else { continue };
-        let series: Fourier = serde_json::from_value(value.clone()).map_err(|e| Fault::new(e.to_string()))?;
-        if place.starts_with("/law") && series.bound(1) > 0.0 {
-            let mean = Fourier::new(vec![series.a[0]], Vec::new());
-            add(&format!("the variation{of}"), "its mean", &place, json!(mean));
+    for (i, (of, own)) in series(&mut scene.clone()).into_iter().enumerate() {
+        let mut with = |feature: &str, instead: &str, other: Fourier| {
+            let mut simpler = scene.clone();
+            *series(&mut simpler)[i].1 = other;
+            add(&format!("{feature}{of}"), instead, simpler);
+        };
+        if matches!(scene, Scene::ParametricDrive(_)) && own.bound(1) > 0.0 {
+            with("the variation", "its mean", Fourier::new(vec![own.a[0]], Vec::new()));
         }
-        for fewer in fewer_harmonics(&series) {
-            add(&(fewer.feature + &of), &fewer.instead, &place, json!(fewer.series));
+        for fewer in fewer_harmonics(own) {
+            with(&fewer.feature, &fewer.instead, fewer.series);
         }
     }
-    Ok(list)
+    list
+}
+
+/// The scene on its periodic motion, where it has one and does not start there. That of a drive with backlash is one of permanent
+/// contact.
+fn steady(scene: &Scene) -> Option<Scene> {
+    let mut steady = scene.clone();
+    let constant = |drive: &DriveMode| matches!(drive, DriveMode::Constant { w, .. } if turns(*w));
+    match &mut steady {
+        Scene::ElasticOutput(scene) if constant(&scene.drive) => scene.start.mode = StartMode::SteadyState,
+        Scene::ElasticShaft(scene) if constant(&scene.drive) => scene.start.mode = StartMode::SteadyState,
+        Scene::ParametricDrive(scene) if constant(&scene.drive) => scene.start.mode = StartMode::SteadyState,
+        Scene::DriveTrain(scene) => scene.start = drive_train::Start::SteadyState,
+        _ => {}
+    }
+    (steady != *scene).then_some(steady)
 }
 
 /// As many loads of nothing, so that the outputs stay.
@@ -144,29 +200,20 @@ fn unloaded(load: &Load) -> Load {
     Load { gravity, frames, constant, damping, process, spring: load.spring.map(|_| Spring::default()), ..load.clone() }
 }
 
-/// The scene with another value in this place.
-fn with(scene: &Value, place: &str, value: Value) -> Value {
-    let mut scene = scene.clone();
-    if let Some(own) = scene.pointer_mut(place) {
-        *own = value;
-    }
-    scene
-}
-
 /// The machine with its mean inertia, and with massless links.
-fn of_machine(scene: &rigid_machine::Scene, add: &mut impl FnMut(&str, &str, &str, Value)) {
+fn of_machine(scene: &rigid_machine::Scene, add: &mut impl FnMut(&str, &str, Scene)) {
     let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
     if inertia.varies() {
         let constant = InertiaFunction { constant: mean(&inertia), varying: None };
         let scene = rigid_machine::Scene { inertia: constant, followers: Vec::new(), ..scene.clone() };
-        add("the variation of the inertia", "constant mean J, no followers", "", json!(scene));
+        add("the variation of the inertia", "constant mean J, no followers", scene.into());
     }
     let mut followers = scene.followers.clone();
     for follower in &mut followers {
         follower.linkage = massless(&follower.linkage);
     }
     if followers != scene.followers {
-        add("the inertia of the links", "massless links", "/followers", json!(followers));
+        add("the inertia of the links", "massless links", rigid_machine::Scene { followers, ..scene.clone() }.into());
     }
 }
 
@@ -204,12 +251,12 @@ fn rigid_follower(follower: &Follower) -> Follower {
 }
 
 /// The train without each follower, its elasticity, its clearance, its loads; without loads and coupling of its shaft.
-fn of_train(scene: &drive_train::Scene, add: &mut impl FnMut(&str, &str, &str, Value)) {
+fn of_train(scene: &drive_train::Scene, add: &mut impl FnMut(&str, &str, Scene)) {
     for (j, follower) in scene.followers.iter().enumerate() {
         let of = format!(" of follower {}", j + 1);
         let mut fewer = scene.followers.clone();
         fewer.remove(j);
-        add(&format!("follower {}", j + 1), "none", "/followers", json!(fewer));
+        add(&format!("follower {}", j + 1), "none", drive_train::Scene { followers: fewer, ..scene.clone() }.into());
         let mut instead = |feature: &str, instead: &str, other: Follower| {
             let mut simpler = scene.clone();
             // A rigid shaft takes its cam along.
@@ -219,7 +266,7 @@ fn of_train(scene: &drive_train::Scene, add: &mut impl FnMut(&str, &str, &str, V
                 machine.inertia.constant += p.inertia;
             }
             simpler.followers[j] = other;
-            add(&format!("{feature}{of}"), instead, "", json!(simpler));
+            add(&format!("{feature}{of}"), instead, simpler.into());
         };
         let stiff = rigid_follower(follower);
         match follower.joint {
@@ -250,8 +297,9 @@ fn of_train(scene: &drive_train::Scene, add: &mut impl FnMut(&str, &str, &str, V
         }
     }
     let Shaft::Free(machine) = &scene.shaft else { return };
-    let mut shaft =
-        |feature: &str, instead: &str, other: Machine| add(feature, instead, "/shaft", json!(Shaft::Free(other)));
+    let mut shaft = |feature: &str, instead: &str, other: Machine| {
+        add(feature, instead, drive_train::Scene { shaft: Shaft::Free(other), ..scene.clone() }.into());
+    };
     if machine.load.is_some() {
         shaft("the load of the shaft", "none", Machine { load: None, ..machine.clone() });
     }

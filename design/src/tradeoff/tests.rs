@@ -2,10 +2,11 @@
 
 use super::*;
 use crate::plot::Rule;
+use crate::resource::Scene;
 use camdrive::drives::follower::load::Load;
 use camdrive::drives::settings::Settings;
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
-use camdrive::drives::{Drive, elastic_output, elastic_shaft};
+use camdrive::drives::{elastic_output, elastic_shaft};
 use camdrive::motion::{Fourier, MotionLaw};
 
 const AT_REST: Start = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
@@ -14,9 +15,8 @@ fn law() -> MotionLaw {
     MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01, 0.0, 0.001], vec![]))
 }
 
-fn resource<D: Drive>(scene: &D::Scene) -> Resource {
-    let scene = serde_json::to_value(scene).unwrap();
-    Resource { name: "study".into(), model: D::MODEL.into(), guid: "{1}".into(), scene, ..Resource::default() }
+fn resource(scene: impl Into<Scene>) -> Resource {
+    Resource { guid: "{1}".into(), ..Resource::new("study", scene) }
 }
 
 /// ω₀ = 100 rad/s, on the periodic motion, so that every change has a closed form.
@@ -26,7 +26,7 @@ fn output(drive: DriveMode) -> Resource {
         DriveMode::Input => AT_REST,
     };
     let settings = Settings::default();
-    resource::<elastic_output::ElasticOutput>(&elastic_output::Scene {
+    resource(elastic_output::Scene {
         parameters: elastic_output::Parameters { m: 2.0, c: 2e4, b: 0.0 },
         load: Load::default(),
         roller: (0.0, Load::default()),
@@ -42,8 +42,8 @@ fn quick() -> Options {
 }
 
 /// A drive that is integrated step by step.
-fn shaft() -> Resource {
-    resource::<elastic_shaft::ElasticShaft>(&elastic_shaft::Scene {
+fn shaft() -> elastic_shaft::Scene {
+    elastic_shaft::Scene {
         load: Default::default(),
         parameters: elastic_shaft::Parameters { m: 20.0, inertia: 0.05, c: 2000.0, b: 1.0 },
         linear: false,
@@ -51,7 +51,7 @@ fn shaft() -> Resource {
         drive: DriveMode::Constant { w: 20.0, phi_start: 0.0 },
         start: AT_REST,
         solver: Settings::default(),
-    })
+    }
 }
 
 fn feature<'a>(report: &'a Report, start: &str) -> &'a Feature {
@@ -93,11 +93,11 @@ fn changes_are_those_of_the_closed_form() {
 /// U = r sin φ under the constant force −F on a stiff shaft: contact_force is F and little beside it, tau = F r cos φ.
 #[test]
 fn loads_count_as_a_feature_and_on_the_rigid_drive() {
-    let mut scene: elastic_shaft::Scene = shaft().read().unwrap();
+    let mut scene = shaft();
     scene.load = Load { constant: Some(-5000.0), ..Load::default() };
     (scene.parameters.m, scene.parameters.c, scene.linear) = (1e-3, 2e5, true);
     scene.start.mode = StartMode::SteadyState;
-    let report = study(&resource::<elastic_shaft::ElasticShaft>(&scene), &quick(), &|_| ()).unwrap();
+    let report = study(&resource(scene), &quick(), &|_| ()).unwrap();
     let largest = |name: &str| report.outputs.iter().find(|output| output.name == name).unwrap().largest;
     assert!((largest("contact_force") - 5000.0).abs() < 1.0 && (largest("tau") - 250.0).abs() < 0.1);
     let loads = feature(&report, "the loads");
@@ -108,7 +108,7 @@ fn loads_count_as_a_feature_and_on_the_rigid_drive() {
 
 #[test]
 fn a_study_that_takes_too_much_work_ends_and_says_so() {
-    let study = crate::work::within(1e6, "do less", &|_| (), |tell| study(&shaft(), &quick(), tell).is_ok());
+    let study = crate::work::within(1e6, "do less", &|_| (), |tell| study(&resource(shaft()), &quick(), tell).is_ok());
     let message = study.unwrap_err();
     assert!(message.contains("1.0e6 operations") && message.contains("reached: reference, 0 of 1"), "{message}");
 }
@@ -151,7 +151,7 @@ fn nothing_is_told_below_the_floor(report: &Report) {
 
 #[test]
 fn a_tolerance_buys_accuracy_and_the_advice_knows() {
-    let report = study(&shaft(), &quick(), &|_| ()).unwrap();
+    let report = study(&resource(shaft()), &quick(), &|_| ()).unwrap();
     assert!(report.reference.floor < 1e-10, "{:?}", report.reference);
     let at = |tolerance: f64| {
         let usual = |row: &&Row| row.tolerance == Some(tolerance) && row.communication_step == report.experiment.step;

@@ -14,7 +14,7 @@ fn built(text: &str) -> (&'static str, AnyDrive) {
     let described = scene.resource().build().unwrap();
     let mut drive = described.plan().instance();
     drive.set_up(0.0, None);
-    (scene.model, drive)
+    (scene.scene.model(), drive)
 }
 
 fn reference(drive: &AnyDrive, name: &str) -> usize {

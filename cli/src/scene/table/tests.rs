@@ -1,8 +1,10 @@
 //! Tables as designers have them, against the laws that they were taken from.
 
 use crate::scene::resolve;
+use camdrive::drives::parametric::{self, law::Law};
 use camdrive::motion::{Fourier, MotionLaw};
 use camdrive_design::cam_geometry::cam_table::CamTable;
+use camdrive_design::resource::Scene;
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
@@ -13,7 +15,7 @@ fn cam(folder: &Path, keys: &str) -> Result<(MotionLaw, String), String> {
          elasticity = {{ place = \"output\", m = 1, c = 1 }}"
     );
     let scene = resolve("scene.toml", &text, folder).map_err(|faults| faults.to_string())?;
-    Ok((serde_json::from_value(scene.scene["cam"].clone()).expect("a law"), scene.notes.join("\n")))
+    Ok((scene.scene.cam().expect("a law").clone(), scene.notes.join("\n")))
 }
 
 fn stored(keys: &str) -> MotionLaw {
@@ -276,7 +278,8 @@ fn inertia_and_coefficients_are_monotone_and_have_no_steps() {
         ))
     };
     let law = |keys: &str| -> MotionLaw {
-        serde_json::from_value(machine(keys).unwrap().scene["inertia"]["varying"].clone()).expect("a law")
+        let Scene::RigidMachine(machine) = machine(keys).unwrap().scene else { panic!("no machine") };
+        machine.inertia.varying.expect("a law")
     };
     let (curve, lines) =
         (law(&format!("points = {points}")), law(&format!("points = {points}, interpolation = \"linear\"")));
@@ -299,7 +302,10 @@ fn inertia_and_coefficients_are_monotone_and_have_no_steps() {
             "name = \"x\"\nmodel = \"ParametricDrive\"\ndrive = {{ speed = 1 }}\n[coefficients]\nm = 1\n{c}\n"
         ))
         .unwrap();
-        let series: Fourier = serde_json::from_value(scene.scene["law"]["series"]["c"].clone()).expect("a series");
+        let Scene::ParametricDrive(parametric::Scene { law: Law::Series(law), .. }) = &scene.scene else {
+            panic!("no series")
+        };
+        let series = &law.c;
         let error = error(&MotionLaw::Fourier(series.clone()), stiffness);
         (error, series.order(), scene.notes.join("\n"))
     };

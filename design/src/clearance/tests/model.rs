@@ -3,10 +3,10 @@
 use crate::clearance::borders::Sequel;
 use crate::clearance::{Options, Report, lists, study, table};
 use crate::resource::Resource;
-use camdrive::drives::backlash::{BacklashDrive, Parameters, Scene};
+use camdrive::drives::Fault;
+use camdrive::drives::backlash::{Parameters, Scene};
 use camdrive::drives::settings::Settings;
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
-use camdrive::drives::{Drive, Fault};
 use camdrive::motion::plan::SegmentLaw;
 use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, MotionPlan, PlanPoint, StandardLaw, Table};
@@ -37,14 +37,7 @@ fn scene(cam: MotionLaw, eta: f64, s: f64) -> Scene {
 }
 
 fn run(scene: &Scene, options: &Options) -> Result<Report, Fault> {
-    let resource = Resource {
-        name: "test".to_owned(),
-        model: BacklashDrive::MODEL.to_owned(),
-
-        scene: serde_json::to_value(scene).unwrap(),
-        ..Resource::default()
-    };
-    study(&resource, options, |_| ())
+    study(&Resource::new("test", scene.clone()), options, |_| ())
 }
 
 fn report(scene: &Scene) -> Report {

@@ -3,12 +3,12 @@
 use super::super::{Options, Report, study_scene};
 use super::series;
 use crate::resource::Resource;
-use camdrive::drives::elastic_shaft::{self, ElasticShaft};
+use camdrive::drives::Fault;
+use camdrive::drives::elastic_shaft;
+use camdrive::drives::parametric;
 use camdrive::drives::parametric::law::{Coordinate, Law, SeriesLaw};
-use camdrive::drives::parametric::{self, ParametricDrive};
 use camdrive::drives::settings::Settings;
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
-use camdrive::drives::{Drive, Fault};
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
 use std::f64::consts::TAU;
 
@@ -40,8 +40,7 @@ impl Coefficients {
             start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
             solver: Settings::default(),
         };
-        let (model, scene) = (ParametricDrive::MODEL.to_owned(), serde_json::to_value(scene).unwrap());
-        study_scene(&Resource { name: "x".to_owned(), model, scene, ..Resource::default() }, options, &|_| ())
+        study_scene(&Resource::new("x", scene), options, &|_| ())
     }
 
     /// The product and the sum of the multipliers at φ = w t, by the classical Runge-Kutta method.
@@ -149,10 +148,7 @@ fn a_shaft_on_a_cycle_that_turns_backwards_is_its_mirror_image() {
                 start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
                 solver: Settings::default(),
             };
-            let scene = serde_json::to_value(scene).unwrap();
-            let resource =
-                Resource { name: "x".to_owned(), model: ElasticShaft::MODEL.to_owned(), scene, ..Resource::default() };
-            study_scene(&resource, &quick(&[]), &|_| ()).unwrap()
+            study_scene(&Resource::new("x", scene), &quick(&[]), &|_| ()).unwrap()
         };
         // The angle q of the shaft is mirrored, too.
         assert_same(&run(cycle(false), -9.0), &run(cycle(true), 9.0), -1.0);

@@ -2,8 +2,8 @@
 
 use super::super::{Report, study_scene};
 use super::backwards::{assert_same, quick};
-use crate::resource::Resource;
-use camdrive::drives::Drive;
+use crate::resource::{Resource, Scene};
+use camdrive::drives::Drive as _;
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
 use camdrive::drives::follower::load::{Load, Spring};
 use camdrive::drives::parametric::crank::{ParallelCrank, SecondCrank};
@@ -17,9 +17,8 @@ use std::f64::consts::TAU;
 
 const AT_REST: Start = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
 
-fn report<D: Drive>(scene: &D::Scene) -> Report {
-    let (model, scene) = (D::MODEL.to_owned(), serde_json::to_value(scene).unwrap());
-    study_scene(&Resource { name: "x".to_owned(), model, scene, ..Resource::default() }, &quick(&[]), &|_| ()).unwrap()
+fn report(scene: impl Into<Scene>) -> Report {
+    study_scene(&Resource::new("x", scene), &quick(&[]), &|_| ()).unwrap()
 }
 
 fn series(a: &[f64], b: &[f64]) -> Fourier {
@@ -47,7 +46,7 @@ fn a_static_load_excites_parametrically() {
         let law = Law::Series(SeriesLaw { coordinate: Coordinate::Rotation, m, b, c, f });
         let (load, solver) = (Load::default(), Settings::default());
         let same = parametric::Scene { law, drive, load, start: AT_REST, solver };
-        let [loaded, same] = [report::<ElasticShaft>(&loaded), report::<ParametricDrive>(&same)];
+        let [loaded, same] = [report(loaded), report(same)];
         assert_eq!(w.abs() == 30.2, loaded.speeds[0].radius > 1.0, "{w}: {:?}", loaded.speeds[0]);
         // The torque on the shaft is that of its own spring.
         let without = |report: Report| Report { courses: Vec::new(), ..report };
@@ -98,7 +97,7 @@ fn the_study_of_a_loaded_shaft_is_that_of_its_motion() {
             [[0.0; 2], [1.0, 0.0], [0.0, 1.0]].map(|start| moved(StartMode::Given, start, turn));
         let [a, c] = [0, 1].map(|i| by_q[i] - start[i]);
         let [b, d] = [0, 1].map(|i| by_speed[i] - start[i]);
-        let report = report::<ElasticShaft>(&scene);
+        let report = report(scene.clone());
         let [[re, im], [re2, im2]] = report.speeds[0].multipliers;
         assert!((re + re2 - (a + d)).abs() < 1e-9 && (re * re2 - im * im2 - (a * d - b * c)).abs() < 1e-9, "{w}");
         for [phi, torque, _] in report.courses[0].iter().step_by(37) {
@@ -121,7 +120,7 @@ fn the_study_of_a_loaded_parametric_drive_is_that_of_its_coefficients() {
         let (b, c) = (series(&[b, 0.05], &[]), series(&[c, 5.0, 0.0, 8.0], &[]));
         let law = Law::Series(SeriesLaw { coordinate: Coordinate::Rotation, m: m.clone(), b, c, f: Some(f) });
         let drive = DriveMode::Constant { w: 5.0, phi_start: 0.0 };
-        report::<ParametricDrive>(&parametric::Scene { law, drive, load, start: AT_REST, solver: Settings::default() })
+        report(parametric::Scene { law, drive, load, start: AT_REST, solver: Settings::default() })
     };
     let loaded = scene(0.3, 40.0, f.clone(), load);
     let force = series(&[f.a[0] + 7.0 - 4.0 + 15.0 * 0.3, 5.0, 3.0], &[2.0, -2.0]);
@@ -143,7 +142,7 @@ fn the_force_on_the_shafts_of_a_loaded_crank_is_that_of_its_motion() {
         let drive = DriveMode::Constant { w, phi_start: 0.4 };
         let (load, start) = (load.clone(), Start { mode: StartMode::SteadyState, ..AT_REST });
         let scene = parametric::Scene { law: law.clone(), drive, load, start, solver: Settings::default() };
-        let report = report::<ParametricDrive>(&scene);
+        let report = report(scene.clone());
         for [phi, torque, _] in report.courses[0].iter().step_by(37) {
             let time = ((phi - 0.4) / w).rem_euclid(TAU / w.abs());
             let mut drive = ParametricDrive::new(scene.clone()).unwrap();

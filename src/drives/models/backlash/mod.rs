@@ -43,7 +43,7 @@ use serde::{Deserialize, Serialize};
 parameters!(Parameters of BacklashDrive.parameters);
 
 /// A drive with backlash as a resolved scene describes it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
     /// m1, m2, c, b, s, e.
     pub parameters: Parameters,
