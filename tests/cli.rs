@@ -948,9 +948,21 @@ fn help_prints_commands_and_sections() {
 fn a_new_scene_replaces_nothing_of_others() {
     let folder = folder("new");
     let scene = folder.join("scene.toml");
-    for args in [&["new", "DriveTrain", "-o", text(&scene)], &["new", "RigidMachine", "-o", text(&scene)]] {
-        let run = camdrive(args);
-        assert_eq!((run.code, run.err.as_str()), (0, ""));
+    let run = camdrive(&["new", "DriveTrain", "-o", text(&scene)]);
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    // What a user has edited since then.
+    let run = camdrive(&["new", "RigidMachine", "-o", text(&scene)]);
+    assert!(run.code == 1 && run.err.contains("this file exists; it is kept"), "{}", run.err);
+    let run = camdrive(&["new", "RigidMachine", "-o", text(&scene), "--force"]);
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    // Every key that is left out may be put in, alone or with others.
+    let commented = std::fs::read_to_string(&scene).unwrap();
+    for line in
+        commented.lines().filter(|line| line.starts_with('#') && line.contains(" = ") && !line.starts_with("# "))
+    {
+        std::fs::write(&scene, commented.replace(line, &line[1..])).unwrap();
+        let run = camdrive(&["check", text(&scene)]);
+        assert_eq!(run.code, 0, "{line}: {}", run.err);
     }
     let run = camdrive(&["check", text(&scene)]);
     assert!(run.code == 0 && run.out.contains("RigidMachine ok"), "{}{}", run.out, run.err);

@@ -69,6 +69,11 @@ impl Polyline {
         self.monotone
     }
 
+    /// The least value of its points, which no piece between them falls below.
+    pub fn least(&self) -> f64 {
+        self.points.lifts.iter().map(|lift| self.scale * lift).fold(f64::INFINITY, f64::min)
+    }
+
     /// The points as they were given, without `scale`.
     pub fn points(&self) -> &Points {
         &self.points

@@ -90,6 +90,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         table: length("table-error", &args.table_error)?,
     };
     let scene = read(&args.scene)?;
+    // Nobody cuts a cam whose table was changed without knowing.
+    for table in &scene.smoothed {
+        tell(&format!("note: {}: {}\n", text::in_one_line(args.scene.display()), table.sentence));
+    }
     let folder = files::folder(args.output.as_deref(), "cam", &scene.name)?;
     let followers = scene.scene.followers();
     let cams = chosen(args, &scene.cams, followers)?;

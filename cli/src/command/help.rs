@@ -39,10 +39,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let names: Vec<String> = all[1..].iter().map(|table| name(table.title)).collect();
         return show(&format!("{}\nsections: {}\n", all[0].text(), names.join(", ")));
     };
-    let asked = all.iter().filter(|table| {
-        name(table.title).split([' ', ',', '.']).any(|word| word == section) || name(table.title) == *section
-    });
-    let text: Vec<String> = asked.map(|table| table.text()).collect();
+    let asked = |section: &str| -> Vec<String> {
+        let is_it = |title: &str| title.split([' ', ',', '.']).any(|word| word == section) || title == section;
+        all.iter().filter(|table| is_it(&name(table.title))).map(|table| table.text()).collect()
+    };
+    // A section may be written as scenes have it, [follower.load].
+    let section = section.trim_matches(['[', ']']);
+    let whole = asked(section);
+    let text = if whole.is_empty() { asked(section.rsplit('.').next().unwrap_or_default()) } else { whole };
     if text.is_empty() {
         return Err(failure(format!(
             "{subject}s have no section {section}\n  = hint: `camdrive help {subject}` lists them"

@@ -3,8 +3,9 @@
 use super::{Failure, failure, files, schema};
 use crate::scene::input::Kind;
 use crate::scene::keys::{LAW, SCENE, Table, Usual, Value};
+use crate::scene::resolve;
 use camdrive_design::text;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A scene of each model that exports as it is.
 const SCENES: &[(&str, &str)] = &[
@@ -30,7 +31,7 @@ pub struct Args {
     /// The scene; scene.schema.json is written beside it
     #[arg(short, long, default_value = "scene.toml")]
     output: PathBuf,
-    /// Replace a file that camdrive did not write
+    /// Replace files that exist
     #[arg(long)]
     force: bool,
 }
@@ -38,6 +39,15 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     files::no_foreign(&args.output, &[], args.force)?;
     let folder = args.output.parent().unwrap_or("".as_ref());
+    let of_another = |path: &Path| std::fs::read_to_string(path).is_ok_and(|text| !text.contains("camdrive"));
+    for (path, kept) in
+        [(args.output.clone(), args.output.exists()), (folder.join(SCHEMA), of_another(&folder.join(SCHEMA)))]
+    {
+        if kept && !args.force {
+            let message = "this file exists; it is kept\n  = hint: choose another -o, or replace it with --force";
+            return Err(failure(format!("{}: {message}", path.display())));
+        }
+    }
     let scene = SCENES.iter().find(|(model, _)| *model == args.model);
     let (_, scene) = scene.ok_or_else(|| failure("there is no such model"))?;
     let parts = [(args.output.clone(), commented(scene)), (folder.join(SCHEMA), schema::text(Kind::Scene))];
@@ -50,10 +60,12 @@ fn commented(scene: &str) -> String {
         format!("# Scene by camdrive new. Plain numbers are SI, a text carries its unit.\n#:schema ./{SCHEMA}\n");
     let mut table: &'static Table = &SCENE;
     let mut used: Vec<&str> = Vec::new();
+    let mut header_of = "";
     for line in scene.lines() {
         if let Some(header) = line.strip_prefix('[') {
-            text += &left_out(table, &used);
+            text += &left_out(table, &used, &|key| admits(scene, header_of, key));
             used.clear();
+            header_of = line;
             table = header.trim_matches(['[', ']']).split('.').fold(&SCENE, inner);
             text += &format!("\n{line}\n");
         } else if let Some((key, _)) = line.split_once(" = ") {
@@ -61,7 +73,16 @@ fn commented(scene: &str) -> String {
             text += &format!("{}{line}\n", comment(&table.key(key).described()));
         }
     }
-    text + &left_out(table, &used)
+    text + &left_out(table, &used, &|key| admits(scene, header_of, key))
+}
+
+/// Whether the scene is right with this line in the table under this header.
+fn admits(scene: &str, header: &str, line: &str) -> bool {
+    let with = match header {
+        "" => format!("{line}\n{scene}"),
+        header => scene.replacen(&format!("{header}\n"), &format!("{header}\n{line}\n"), 1),
+    };
+    resolve("scene.toml", &with, "".as_ref()).is_ok()
 }
 
 /// A comment of several lines.
@@ -76,16 +97,16 @@ fn inner(table: &'static Table, key: &str) -> &'static Table {
 }
 
 /// Keys of a table that may be added, with their defaults; laws have too many of them.
-fn left_out(table: &'static Table, used: &[&str]) -> String {
-    // What belongs to another kind of motor says so first.
-    let free = table.all().filter(|key| !used.contains(&key.key) && !key.meaning.trim_start().starts_with("of `"));
+fn left_out(table: &'static Table, used: &[&str], admits: &dyn Fn(&str) -> bool) -> String {
+    let free = table.all().filter(|key| !used.contains(&key.key));
     let more = free.filter_map(|key| {
         let usual = match key.usual {
             Usual::Number(number) => number.to_string(),
             Usual::Name(name) => format!("\"{name}\""),
             _ => return None,
         };
-        Some(format!("{}#{} = {usual}\n", comment(&key.described()), key.key))
+        let line = format!("{} = {usual}", key.key);
+        admits(&line).then(|| format!("{}#{line}\n", comment(&key.described())))
     });
     if table.title == LAW.title { "# other laws: camdrive help scene cam\n".to_owned() } else { more.collect() }
 }

@@ -81,11 +81,12 @@ pub fn tables(kind: Kind) -> Vec<&'static Table> {
 impl Key {
     /// Meaning, unit, range and default in one sentence.
     pub fn described(&self) -> String {
-        let said = [("unit ", self.unit()), ("", self.range()), ("default ", self.default())];
+        let models = if self.models.is_empty() { String::new() } else { format!("only {}", self.models.join(", ")) };
+        // A rule for what is left out is no value.
+        let default = if matches!(self.usual, Usual::Number(_) | Usual::Name(_)) { "default " } else { "" };
+        let said = [("unit ", self.unit()), ("", self.range()), (default, self.default()), ("", models)];
         let said = said.into_iter().filter(|(_, text)| !text.is_empty());
-        let said: Vec<String> = said
-            .map(|(what, text)| if text.starts_with("required") { text } else { format!("{what}{text}") })
-            .collect();
+        let said: Vec<String> = said.map(|(what, text)| format!("{what}{text}")).collect();
         let meaning = self.meaning.trim_start();
         if said.is_empty() { meaning.to_owned() } else { format!("{meaning} ({})", said.join("; ")) }
     }

@@ -682,7 +682,14 @@ impl<'a> Section<'a> {
             let meant = self.keys.all().find(|key| key.also.contains(&name) && known.contains(&key.key));
             let meant = meant.map(|meant| meant.key).or_else(|| nearest(name, &known));
             let mut fault = fault.admissible(known.join(", "));
-            fault.hint = meant.map(|right| format!("did you mean `{right}`?"));
+            // What another choice has is no slip of the pen.
+            let other =
+                self.keys.all().find(|key| key.key == name).map(|key| match key.meaning.trim().split_once(": ") {
+                    Some((of, _)) if of.starts_with('`') => format!("it belongs to {of}"),
+                    _ if !key.models.is_empty() => format!("it belongs to the model {}", key.models.join(", ")),
+                    _ => "it belongs to another choice in this section".to_owned(),
+                });
+            fault.hint = other.or_else(|| meant.map(|right| format!("did you mean `{right}`?")));
             self.faults.report(fault);
         }
     }

@@ -163,6 +163,10 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     let (file, mut reading) = points(section, axes, kind, turn.as_ref(), folder)?;
     let (scale, turn, noise) = (scale?.unwrap_or(1.0), turn?, noise?);
     interpolation?;
+    if scale == 0.0 {
+        let fault = section.fault_of("scale", ": nothing would be left");
+        return section.refuse(fault.admissible("a value other than 0"));
+    }
     reading.points.lifts.iter_mut().for_each(|lift| *lift *= scale);
     reading.digit *= scale.abs();
     reading.bends.iter_mut().for_each(|bend| {
@@ -257,7 +261,7 @@ fn points<'a>(
     let (first, second) = (first?, second?);
     let mut columns = columns.into_iter();
     let columns = [columns.next()??, columns.next()??];
-    let hint = "write plain numbers; their unit is that of the scene";
+    let hint = "write plain numbers, without units and marks of thousands; their unit is that of the scene";
     let more = if kind == Interpolation::Derivatives { 3 } else { 0 };
     let sheet = Sheet::new(&file.text).map_err(|wrong| vec![wrong]);
     let (reading, wrong) = match sheet.and_then(|sheet| Ok((sheet.rows(&columns, more, hint)?, sheet))) {
@@ -548,7 +552,8 @@ fn closed(
     if start != end && (turn.rests || gap.abs() <= CLOSING) {
         let open = Points { angles: angles[..n - 1].to_vec(), lifts: lifts[..n - 1].to_vec() };
         let range = lifts.iter().fold(0.0_f64, |range, lift| range.max((lift - start).abs()));
-        let noise = NOISE * noise.or_else(|| scatter(&open)).unwrap_or(0.0);
+        // Where points may be steps, so is a closing one.
+        let noise = NOISE * noise.or_else(|| if kind.steps() { None } else { scatter(&open) }).unwrap_or(0.0);
         let of = |value: f64| format!("{} {}", units::short(value), quantity.unit);
         let values = format!("{} and {}", of(start), of(end));
         if (end - start).abs() <= noise.max((1.5 * *digit).min(ROUNDED * range)) {
@@ -678,9 +683,9 @@ fn faulty(section: &Section<'_>, file: &File, places: &[Span], error: &TableErro
     fault.hint(advice(error, told.1))
 }
 
-/// Whether a law of this quantity moves a mass.
+/// Whether a law of this quantity moves a mass; the numbers of a task count in its scale.
 fn is_motion(quantity: &Quantity) -> bool {
-    [&unit::LENGTH, &unit::ANGLE].contains(&quantity)
+    [&unit::LENGTH, &unit::ANGLE, &unit::NUMBER].contains(&quantity)
 }
 
 /// Whether a law of this quantity moves nothing.

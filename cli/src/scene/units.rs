@@ -161,15 +161,27 @@ pub struct UnitFault {
 /// The value of `text` ("1800 rpm") in the coherent SI unit of `quantity`; a text without unit is SI.
 pub fn parse(text: &str, quantity: &'static Quantity) -> Result<f64, UnitFault> {
     let hint = || format!("write for example {}", example(quantity));
+    let text = &*text.replace('\u{2212}', "-");
     let (number, unit_text) = split(text.trim());
     let number: f64 = number.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| UnitFault {
         message: format!("\"{text}\" does not start with a finite number"),
         hint: hint(),
     })?;
-    if unit_text.starts_with(',') {
-        return Err(UnitFault {
-            message: format!("\"{text}\" has a decimal comma"),
-            hint: format!("write the decimal point: \"{}\"", text.replacen(',', ".", 1)),
+    if let Some(rest) = unit_text.strip_prefix(',') {
+        let point = format!("\"{}\"", text.replacen(',', ".", 1));
+        let of_thousand = rest.len() >= 3
+            && rest[..rest.len().min(3)].bytes().all(|b| b.is_ascii_digit())
+            && !rest[3..].starts_with(|c: char| c.is_ascii_digit());
+        return Err(if of_thousand {
+            UnitFault {
+                message: format!("the comma of \"{text}\" may be one of decimals or of thousands"),
+                hint: format!("write {point} or \"{}\"", text.replacen(',', "", 1)),
+            }
+        } else {
+            UnitFault {
+                message: format!("\"{text}\" has a decimal comma"),
+                hint: format!("write the decimal point: {point}"),
+            }
         });
     }
     if unit_text.is_empty() {

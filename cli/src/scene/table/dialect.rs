@@ -6,6 +6,8 @@
 
 use super::super::input::BYTE_ORDER_MARK;
 use super::super::section::Span;
+use camdrive_design::text::counted;
+use std::collections::BTreeMap;
 
 /// What is wrong in a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,9 +39,11 @@ const COMMENTS: [&str; 3] = ["#", "//", "%"];
 
 /// The text of a file, and how its bytes were read where they are not Unicode; None where they are no text.
 pub fn decode(bytes: &[u8]) -> Option<(String, Option<&'static str>)> {
+    // Lines of old computers end with a carriage return alone.
+    let ended = |text: String| if text.contains('\n') { text } else { text.replace('\r', "\n") };
     let utf16 = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
-        String::from_utf16(&units).ok().filter(|text| !text.contains('\0')).map(|text| (text, None))
+        String::from_utf16(&units).ok().filter(|text| !text.contains('\0')).map(|text| (ended(text), None))
     };
     match bytes {
         [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes),
@@ -49,9 +53,10 @@ pub fn decode(bytes: &[u8]) -> Option<(String, Option<&'static str>)> {
         [0, 1..=127, 0, 1..=127, ..] => utf16(bytes, u16::from_be_bytes),
         _ if bytes.contains(&0) => None,
         _ => Some(match std::str::from_utf8(bytes) {
-            Ok(text) => (text.trim_start_matches(BYTE_ORDER_MARK).to_owned(), None),
+            Ok(text) => (ended(text.trim_start_matches(BYTE_ORDER_MARK).to_owned()), None),
             Err(_) => {
-                (bytes.iter().map(|byte| char::from(*byte)).collect(), Some("is not UTF-8; it is read as Latin-1"))
+                let text = bytes.iter().map(|byte| char::from(*byte)).collect();
+                (ended(text), Some("is not UTF-8; it is read as Latin-1"))
             }
         }),
     }
@@ -60,6 +65,8 @@ pub fn decode(bytes: &[u8]) -> Option<(String, Option<&'static str>)> {
 /// A line with content.
 struct Line {
     cells: Vec<Span>,
+    /// The number of cells with those that are empty at its end.
+    width: usize,
     span: Span,
     comment: bool,
 }
@@ -75,6 +82,7 @@ pub enum Column<'a> {
 /// A table as text.
 pub struct Sheet<'a> {
     text: &'a str,
+    separator: char,
     lines: Vec<Line>,
 }
 
@@ -99,8 +107,11 @@ impl<'a> Sheet<'a> {
     pub fn new(text: &'a str) -> Result<Self, Wrong> {
         let mut spans = lines(text).peekable();
         let prefix = |span: &Span| text[span.clone()].trim_matches('"').to_ascii_lowercase().starts_with("sep=");
-        // A tab at the end of the line is none of its content.
-        let told = spans.next_if(prefix).map(|span| text[span].trim_matches('"').chars().nth(4).unwrap_or('\t'));
+        // A blank or a tab at the end of the line is none of its content.
+        let told = spans.next_if(prefix).map(|span| {
+            let rest = text[span.start..].lines().next().and_then(|line| line.split_once('='));
+            rest.and_then(|(_, rest)| rest.chars().next()).filter(|mark| *mark != '"').unwrap_or('\t')
+        });
         let spans: Vec<Span> = spans.collect();
         let content = |span: &Span| &text[without_comment(text, span)];
         // Rows of nothing but numbers tell the separator; where columns of words stand beside them, what begins like a number.
@@ -114,7 +125,8 @@ impl<'a> Sheet<'a> {
         }
         let any = |c: char| sample.iter().any(|line| line.contains(c));
         let separator = told.unwrap_or_else(|| match () {
-            () if any(';') => ';',
+            // One at the end of every row separates nothing.
+            () if sample.iter().any(|line| line.trim_end_matches(';').contains(';')) => ';',
             () if any('\t') => '\t',
             () if sample.iter().any(|line| blank_between_numbers(line)) => ' ',
             () if any(',') => ',',
@@ -125,21 +137,27 @@ impl<'a> Sheet<'a> {
             let mark = COMMENTS.iter().find(|mark| text[span.clone()].starts_with(**mark));
             let (comment, start) = (mark.is_some(), span.start + mark.map_or(0, |mark| mark.len()));
             let end = if comment { span.end } else { without_comment(text, span).end };
-            let cells = cells(text, start..end, separator);
+            let row = text[start..end].trim_end_matches(if separator == ' ' { ';' } else { ' ' });
+            let mut cells = cells(text, start..start + row.len(), separator);
+            let width = cells.len();
+            while cells.last().is_some_and(|cell| cell.is_empty()) {
+                cells.pop();
+            }
             // Spreadsheets leave lines of separators.
             if !cells.is_empty() {
-                all.push(Line { cells, span: span.clone(), comment });
+                all.push(Line { cells, width, span: span.clone(), comment });
             }
         }
-        let sheet = Sheet { text, lines: all };
+        let sheet = Sheet { text, separator, lines: all };
         match (separator, told) {
-            (',', None) if !any('.') && !any('"') => sheet.one_reading().map(|()| sheet),
+            (',', None) if !any('"') => sheet.one_reading().map(|()| sheet),
             _ => Ok(sheet),
         }
     }
 
-    /// Refuses whole numbers between commas that may as well be decimals: three or more in a row, of which some column but the
-    /// first has nothing but digits, unless as many headings or blanks behind the commas tell that they are cells.
+    /// Refuses numbers between commas that may as well be decimals, or the ends of thousands where decimals have points: three or
+    /// more in a row, of which some column but the first has nothing but digits, or three before the point, unless as many
+    /// headings, or a blank behind every comma, tell that they are cells. What begins like 05 is no number of its own.
     fn one_reading(&self) -> Result<(), Wrong> {
         let numbers = |line: &&Line| !line.comment && line.cells.iter().all(|cell| self.number(cell).is_some());
         let rows: Vec<&Line> = self.lines.iter().filter(numbers).collect();
@@ -149,25 +167,49 @@ impl<'a> Sheet<'a> {
         };
         let digits = |cell: &Span| self.text[cell.clone()].bytes().all(|b| b.is_ascii_digit());
         let count = longest.cells.len();
-        let fraction = |j: usize| rows.iter().all(|line| line.cells.get(j).is_none_or(digits));
+        let points = rows.iter().any(|line| self.text[line.span.clone()].contains('.'));
+        let of_thousand = |j: usize| {
+            rows.iter().any(|line| line.cells.len() > j)
+                && rows.iter().filter(|line| line.cells.len() > j).all(|line| {
+                    let [before, own] = [j - 1, j].map(|j| &self.text[line.cells[j].clone()]);
+                    let whole = own.split('.').next().unwrap_or_default();
+                    let begins = before.trim_start_matches(['+', '-', '\u{2212}']);
+                    let three = whole.len() == 3 && whole.bytes().all(|b| b.is_ascii_digit());
+                    three
+                        && (1..=3).contains(&begins.len())
+                        && begins.bytes().all(|b| b.is_ascii_digit())
+                        && !begins.starts_with('0')
+                })
+        };
+        let fraction = |j: usize| {
+            if points { of_thousand(j) } else { rows.iter().all(|line| line.cells.get(j).is_none_or(digits)) }
+        };
+        let leading = |cell: &Span| digits(cell) && cell.len() > 1 && self.text[cell.clone()].starts_with('0');
+        let broken = rows.iter().any(|line| line.cells[1..].iter().any(leading));
         let headed = |line: &Line| {
             let names = line.cells.iter().filter(|cell| self.number(cell).is_none() && !cell.is_empty()).count();
             names == line.cells.len() && names >= count
         };
-        let spaced = rows.iter().any(|line| self.text[line.span.clone()].contains(", "));
-        if spaced || self.lines.iter().any(headed) || !(1..count).any(fraction) {
+        let spaced = rows.iter().all(|line| {
+            let line = &self.text[line.span.clone()];
+            line.matches(", ").count() == line.matches(',').count()
+        });
+        let headed = !broken && self.lines.iter().any(headed);
+        if spaced || headed || !(1..count).any(fraction) {
             return Ok(());
         }
         let words: Vec<&str> = longest.cells.iter().map(|cell| &self.text[cell.clone()]).collect();
         let (mut merged, mut end) = (Vec::new(), count);
         while end > 0 {
-            let start = if end > 1 && digits(&longest.cells[end - 1]) { end - 2 } else { end - 1 };
-            merged.push(words[start..end].join("."));
+            let joins = end > 1 && if points { of_thousand(end - 1) } else { digits(&longest.cells[end - 1]) };
+            let start = if joins { end - 2 } else { end - 1 };
+            merged.push(words[start..end].join(if points { "" } else { "." }));
             end = start;
         }
         merged.reverse();
-        let (cells, decimals) = (words.join(" | "), merged.join(" | "));
-        let message = format!("this line can be read two ways: as {cells}, or with decimal commas as {decimals}");
+        let (cells, others) = (words.join(" | "), merged.join(" | "));
+        let marks = if points { "commas of thousands" } else { "decimal commas" };
+        let message = format!("this line can be read two ways: as {cells}, or with {marks} as {others}");
         let hint = "separate the columns by `;`, or begin the file with the line `sep=,` if no comma is a decimal one";
         Err(Wrong::at(&longest.span, message, hint))
     }
@@ -179,8 +221,8 @@ impl<'a> Sheet<'a> {
 
     /// The unit that a line of headings gives to a column, in brackets or, of derivatives, as in `dU_m_per_rad`.
     pub fn unit(&self, column: usize) -> Option<(Span, String)> {
-        let unit = |cell: &Span| match self.text[cell.clone()].rsplit_once('[') {
-            Some((_, unit)) => Some(unit.trim_end_matches([']', ' ']).to_owned()),
+        let unit = |cell: &Span| match self.text[cell.clone()].rsplit_once(['[', '(']) {
+            Some((_, unit)) => Some(unit.trim_end_matches([']', ')', ' ']).to_owned()),
             None => Some(self.text[cell.clone()].split_once('_')?.1)
                 .filter(|unit| unit.contains("_per_"))
                 .map(|unit| unit.replace("_per_", "/")),
@@ -236,12 +278,10 @@ impl<'a> Sheet<'a> {
             return Err(vec![Wrong::new(message, "give each column its own number or heading")]);
         }
         let widest = self.lines.iter().map(|line| line.cells.len()).max().unwrap_or(0);
-        // Two of three derivatives, unless the heading of the last one makes it another of their kind; without headings or a unit
-        // they are not two that lost the third.
+        // Two of three derivatives, unless the heading of the last one makes it another of their kind.
         let two = |last: usize| {
             let [own, before] = [last, last - 1].map(|column| self.unit(column).map(|unit| unit.1));
-            let is_word = |line: &Line| line.cells.get(last - 1).is_some_and(|cell| self.number(cell).is_none());
-            if widest > last { own != before } else { before.is_some() || !self.lines.iter().any(is_word) }
+            widest <= last || own != before
         };
         let more = more - usize::from(more == 3 && two(first[1] + 3));
         let columns: Vec<usize> = first.into_iter().chain((1..=more).map(|n| first[1] + n)).collect();
@@ -252,10 +292,24 @@ impl<'a> Sheet<'a> {
         // A row is wrong whose first number has no second one beside it; what has no first number is a heading.
         let like = |line: &&Line| line.cells.len() > 1 && value(line, first[0]).is_some();
         let any = |line: &&Line| line.cells.iter().any(|cell| self.number(cell).is_some());
-        let start = lines.iter().position(like).or_else(|| lines.iter().position(any)).unwrap_or(0);
+        // Words alone are headings, what begins like a number is a row.
+        let begins = |line: &Line| line.cells.iter().any(|cell| text(cell).starts_with(|c: char| c.is_ascii_digit()));
+        let none = if lines.iter().any(|line| begins(line)) { 0 } else { lines.len() };
+        let start = lines.iter().position(like).or_else(|| lines.iter().position(any)).unwrap_or(none);
         let (headings, lines) = lines.split_at(start);
         let (mut rows, mut doubtful, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
+        // Where blanks or commas separate, what is missing in a row moves the cells behind it.
+        let mut counts = BTreeMap::new();
+        lines.iter().for_each(|line| *counts.entry(line.width).or_insert(0) += 1);
+        let usual = counts.iter().rev().max_by_key(|(_, lines)| **lines).map_or(0, |(cells, _)| *cells);
         for line in lines {
+            let cells = line.cells.len();
+            if matches!(self.separator, ' ' | ',') && (cells > usual || line.width < usual) {
+                let message = format!("this line has {}, most have {usual}", counted(cells, "cell"));
+                let hint = "write a cell for each column in every row, and numbers without marks of thousands";
+                wrong.push(Wrong::at(&line.span, message, hint));
+                continue;
+            }
             let cell = |&column: &usize| {
                 let cell = line.cells.get(column).ok_or_else(|| {
                     let message = format!("column {} is missing: this line has {}", column + 1, line.cells.len());
@@ -271,6 +325,10 @@ impl<'a> Sheet<'a> {
                 wrong.extend(values.into_iter().filter_map(Result::err));
             }
         }
+        if lines.is_empty() {
+            let message = "there is no row with numbers";
+            wrong.push(Wrong::new(message, "a row has an angle and a value, between them `;`, a tab, blanks or `,`"));
+        }
         let used = || lines.iter().flat_map(|line| columns.iter().filter_map(|column| line.cells.get(*column)));
         let with = |mark: char| used().any(|cell| text(cell).contains(mark) && self.number(cell).is_some());
         // Three digits behind a mark may be decimals or the end of thousands, which the other mark leaves open.
@@ -280,18 +338,29 @@ impl<'a> Sheet<'a> {
                 digits && part.len() == 3 && (1..=3).contains(&whole.len()) && !whole.starts_with('0')
             })
         };
-        if with(',')
-            && with('.')
-            && let Some(cell) = used().find(thousands)
-        {
+        // A number of another form shows what a mark is; numbers without one beside it that it is none of decimals.
+        let marked = |mark: char| used().filter(move |cell| text(cell).contains(mark));
+        let shown = |mark: char| marked(mark).any(|cell| self.number(cell).is_some() && !thousands(&cell));
+        let plain = |cell: &Span| text(cell).trim_start_matches(['-', '0']).bytes().all(|b| b.is_ascii_digit());
+        let mixed = |column: usize| {
+            let column = || lines.iter().filter_map(|line| line.cells.get(column));
+            column().any(|cell| plain(cell) && !text(cell).trim_start_matches(['-', '0']).is_empty())
+                && column().any(|cell| text(cell).contains('.'))
+        };
+        let both = with(',') && with('.');
+        let open = both || with(',') && !shown(',') || with('.') && !shown('.') && columns.iter().any(|i| mixed(*i));
+        if let Some(cell) = used().find(thousands).filter(|_| open) {
             let [decimal, whole] = [".", ""].map(|mark| text(cell).replace([',', '.'], mark));
-            let message =
-                format!("with both `,` and `.` in the numbers of a table {} may be {decimal} or {whole}", text(cell));
+            let why = if both { "with both `,` and `.` in the numbers of a table " } else { "" };
+            let message = format!("{why}{} may be {decimal} or {whole}", text(cell));
             wrong.push(Wrong::at(cell, message, "write all numbers with one decimal mark, and none of thousands"));
         }
         for line in headings {
             let count = if let [only] = &line.cells[..] { self.number(only) } else { None };
-            if count.is_some_and(|count| count != lines.len() as f64) {
+            if count.is_some() && self.text[line.span.clone()].ends_with([';', ',']) {
+                let message = format!("column {} is missing: this line has 1", first[1] + 1);
+                wrong.push(Wrong::at(&line.span, message, hint));
+            } else if count.is_some_and(|count| count != lines.len() as f64) {
                 let rows = lines.len();
                 let message = format!("a number alone in its line is that of the rows, of which there are {rows}");
                 wrong.push(Wrong::at(&line.span, message, "correct it, or begin the line with # if it is no count"));
@@ -323,7 +392,12 @@ fn lines(text: &str) -> impl Iterator<Item = Span> + '_ {
 /// What stands before a comment at the end of a row.
 fn without_comment(text: &str, span: &Span) -> Span {
     let content = &text[span.clone()];
-    let end = ["//", "#"].iter().filter_map(|mark| content.find(mark)).min().unwrap_or(content.len());
+    // A spreadsheet writes #N/A into a cell.
+    let begins = |mark: &&str| {
+        let mut places = content.match_indices(*mark).map(|(place, _)| place);
+        places.find(|place| !content[..*place].ends_with([';', ',', '\t']))
+    };
+    let end = ["//", "#"].iter().filter_map(begins).min().unwrap_or(content.len());
     // A heading such as "Point #" has no comment.
     let row = content.starts_with(|c: char| c.is_ascii_digit() || "+-\u{2212}.\"".contains(c));
     span.start..span.start + if row { content[..end].trim_end().len() } else { content.len() }
@@ -338,7 +412,7 @@ fn blank_between_numbers(line: &str) -> bool {
         .any(|pair| end(pair[0]) && pair[1].starts_with(|c: char| c.is_ascii_digit() || "+-\u{2212}.".contains(c)))
 }
 
-/// The cells of a line, without blanks and quotes around them; those that are empty at its end are none.
+/// The cells of a line, without blanks and quotes around them.
 fn cells(text: &str, line: Span, separator: char) -> Vec<Span> {
     let (mut cells, mut start, mut quoted) = (Vec::new(), line.start, false);
     let ends = text[line.clone()].char_indices().filter(|&(_, c)| {
@@ -356,9 +430,6 @@ fn cells(text: &str, line: Span, separator: char) -> Vec<Span> {
             cells.push(if cell.is_empty() { start..start } else { offset..offset + cell.len() });
         }
         start = end.end;
-    }
-    while cells.last().is_some_and(|cell| cell.is_empty()) {
-        cells.pop();
     }
     cells
 }

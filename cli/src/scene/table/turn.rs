@@ -1,6 +1,6 @@
 //! What the angles of a table mean: `turn`, `period` and `outside`.
 
-use super::super::section::Section;
+use super::super::section::{Node, Section};
 use super::super::units;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::table::CLOSING;
@@ -47,14 +47,28 @@ impl<'a> Turn<'a> {
         // The period of a prescribed motion is that of the task.
         let period = if section.path.ends_with("target") { Some(None) } else { section.optional("period") };
         section.of(of, order);
+        let named = section.text("angle_unit").flatten().and_then(|unit| units::factor(unit, &unit::ANGLE).ok());
+        let is_plain = |node: &Node<'_>| !matches!(node.value, DeValue::String(_));
+        let period = match (named, section.node("period").filter(is_plain)) {
+            // A plain number counts like the angles.
+            (Some((numerator, denominator)), Some(_)) if *quantity == unit::ANGLE => {
+                period.map(|period| period.map(|period| period * numerator / denominator))
+            }
+            _ => period,
+        };
         let rests = section.choice_or("outside", &[("rest", true)], false);
         let (turn, period) = (turn?, period?.unwrap_or(turn?));
         let lobes = (turn / period).round();
         // An angle such as a seventh of the turn is written with some five digits.
         if !(lobes >= 1.0 && (lobes * period / turn - 1.0).abs() <= CLOSING / TAU) {
             let fault = section.fault_of("period", format!(": the turn is {} periods", units::short(turn / period)));
+            let unit = section.text("period").flatten().and_then(|text| units::written(text, quantity));
+            let (unit, factor) = unit.unwrap_or((quantity.unit, 1.0));
+            let nearest = units::short(turn / lobes.max(1.0) / factor);
             return section.refuse(
-                fault.admissible("a whole part of the turn").hint("a table of the whole turn needs no `period`"),
+                fault
+                    .admissible(format!("a whole part of the turn, for example {nearest} {unit}"))
+                    .hint("a table of the whole turn needs no `period`"),
             );
         }
         let per_rad = turn / TAU;

@@ -256,8 +256,13 @@ impl Inertia {
             curvature = curvature.max(j[2].abs());
         }
         let dip = curvature * step * step / 8.0;
-        // Followers add nothing negative, so that a constant J0 alone is a strict bound.
-        let strict = if self.function.varying.is_none() { self.function.constant } else { f64::NEG_INFINITY };
+        // Followers add nothing negative, so that J0 alone is a strict bound, as is the least point of a table that keeps to the
+        // range of its points.
+        let strict = match &self.function.varying {
+            None => self.function.constant,
+            Some(MotionLaw::Polyline(lines)) => self.function.constant + lines.least(),
+            Some(_) => f64::NEG_INFINITY,
+        };
         ((low - dip).max(strict), high)
     }
 }

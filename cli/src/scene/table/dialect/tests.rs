@@ -43,6 +43,9 @@ fn separators_and_decimal_marks() {
         "0,0 0,5 // point 0\n10,0 -1,25 // point 1; the last\n",
         "0;0.5 # a, b\n10;-1.25",
         "0;0.5;\n10;-1.25;;\n",
+        "0 0.5;\n10 -1.25;\n",
+        "0,0.5\n10,-1.25,\n",
+        "0;0.5\r10;-1.25\r",
         "\"0\";\"0,5\"\n\"10\";\"-1,25\"\n",
         "\"0\",\"0,5\"\n\"10\",\"-1,25\"\n",
         "0;\u{2212}\u{2212}\n0;0.5\n10;\u{2212}1.25".split_once('\n').unwrap().1,
@@ -63,6 +66,8 @@ fn headings_comments_counts_and_separators_may_come_first() {
         ("sep=;\n0;0,5\n10;-1,25", 2),
         ("sep=,\n0,0.5\n10,-1.25", 2),
         ("SEP=\t\n0\t0.5\n10\t-1.25", 2),
+        ("sep= \n0 0.5\n10 -1.25", 2),
+        ("\"sep=;\"\n0;0,5\n10;-1,25", 2),
         ("2\n0 0.5\n10 -1.25", 2),
         ("\u{feff}phi;U\n2\n0;0.5\n10;-1.25", 3),
         ("12.03.2026;14:05;3\n1. Versuch\n0;0,5\n10;-1,25\n;;\n", 3),
@@ -87,7 +92,26 @@ fn what_can_be_read_two_ways_is_refused_with_both() {
     for text in ["sep=,\n0,1,2,3\n1,2,3,4", "x,y,v,a\n0,1,2,3\n1,2,3,4", "0, 1, 2, 3\n1, 2, 3, 4"] {
         assert!(read(text.as_bytes(), &FIRST_TWO).is_ok(), "{text}");
     }
+    // Commas of thousands beside decimal points, blanks behind some of the commas, a title with as many.
+    refused("phi,s\n0,1,300.0\n3,1,304.5", 2, &["0 | 1 | 300.0", "commas of thousands as 0 | 1300.0"]);
+    refused("0,0, 0,000\n1,5, 0,107", 1, &["0 | 0 | 0 | 000", "0.0 | 0.000"]);
+    refused(
+        "Kurve A, Abtrieb links, Messung im Mai, Maier\n0,0,2,000\n3,0,2,223",
+        2,
+        &["0 | 0 | 2 | 000", "0.0 | 2.000"],
+    );
+    // What is missing in a row, or one more, moves its cells.
+    refused("45,999.0\n48,1,006.0\n51,998.0", 2, &["48 | 1 | 006.0", "48 | 1006.0"]);
+    refused("45,999.0\n48,1,06.0\n51,998.0", 2, &["this line has 3 cells, most have 2"]);
+    refused("phi lift vel\n0 1 2\n3 40\n6 1 2", 3, &["this line has 2 cells, most have 3"]);
+    refused("0\u{a0}1\n48\u{a0}1\u{a0}006.0\n51 1", 2, &["this line has 3 cells"]);
     // Thousands or decimals.
+    refused("0,\"500\"\n3,\"1,200\"", 2, &["1,200 may be 1.200 or 1200"]);
+    refused("0\t1,500\n3\t1,200", 1, &["1,500 may be 1.500 or 1500"]);
+    refused("0;990\n3;1.010", 2, &["1.010 may be 1.010 or 1010"]);
+    assert_eq!(read(b"0;16.123\n3;17.123", &FIRST_TWO).unwrap()[1].0, [3.0, 17.123]);
+    assert_eq!(read(b"0;0,500\n3;17,123", &FIRST_TWO).unwrap()[1].0, [3.0, 17.123]);
+    assert_eq!(read(b"0;0\n3;1.010\n6;0.5", &FIRST_TWO).unwrap()[1].0, [3.0, 1.01]);
     refused("0;0.5\n10;1,234\n20;7", 2, &["1,234 may be 1.234 or 1234"]);
     refused("0 0,5\n10 1.234,5", 2, &["\"1.234,5\" is not"]);
     refused("0;1,234,567\n10;5", 1, &["\"1,234,567\" is not"]);
@@ -101,6 +125,10 @@ fn wrong_rows_are_never_taken_for_headings() {
     refused("0;nan\n10;1", 1, &["\"nan\""]);
     refused("0 deg;1 mm\n10 deg;2 mm", 1, &["\"0 deg\""]);
     refused("one;1\ntwo;2", 1, &["\"one\""]);
+    refused("0;\n10;1\n20;2", 1, &["column 2 is missing"]);
+    refused("", 0, &["no row with numbers"]);
+    refused("phi;U\n#0;1\n", 0, &["no row with numbers"]);
+    refused("0;1\n10;#N/A\n20;2", 2, &["\"#N/A\" is not a finite number"]);
 }
 
 #[test]
