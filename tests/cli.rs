@@ -408,6 +408,48 @@ fn tables_that_commands_write_are_read_again() {
 }
 
 #[test]
+fn a_contour_that_cam_writes_gives_its_law_back() {
+    let folder = folder("contour");
+    let write = |name: &str, cam: &str, geometry: &str| {
+        let scene = format!(
+            "name = \"{name}\"\nmodel = \"ElasticCamDrive\"\ncam = {{ {cam} }}\ngeometry = {{ {geometry} }}\n\
+             drive = {{ speed = 1 }}\nelasticity = {{ place = \"output\", m = 1, c = 1e4 }}\nload.spring.preload = 1000\n"
+        );
+        let path = folder.join(format!("{name}.toml"));
+        std::fs::write(&path, scene).expect("a scene");
+        path
+    };
+    let law = |path: &Path| camdrive_cli::scene::read(path).unwrap_or_else(|e| panic!("{e}")).cams[0].law.clone();
+    let cycle = "law = \"cycle\", stroke = \"10 mm\", rise_law = \"polynomial_4567\", rise_start = \"-20.3 deg\", \
+                 rise = \"80 deg\", upper_dwell = \"40 deg\", return = \"70 deg\"";
+    let lever = "follower = \"lever\", roller_radius = \"9 mm\", pivot_distance = \"60 mm\", arm_length = \"45 mm\"";
+    for (i, geometry) in [
+        "follower = \"translating\", roller_radius = \"9 mm\", offset = \"4 mm\", base_radius = \"20 mm\"".to_owned(),
+        "follower = \"flat\", base_radius = \"45 mm\", cutter_radius = \"30 mm\", rotation = \"clockwise\"".to_owned(),
+        format!("{lever}, start_angle = \"40 deg\", contour = \"groove\""),
+        format!("{lever}, prime_radius = \"30 mm\", contour = \"outer\", side = \"right\", transmission = \"60 mm\""),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let given = write("given", cycle, &geometry);
+        let run = camdrive(&["cam", text(&given), "-o", text(&folder)]);
+        assert!(run.code == 0, "{geometry}: {}", run.err);
+        let again = write("again", "law = \"contour\", file = \"given.csv\"", &geometry);
+        let (given, found) = (law(&given), law(&again));
+        let off = |i: u32| (given.at(f64::from(i) / 573.0).0[0] - found.at(f64::from(i) / 573.0).0[0]).abs();
+        let off = (0..3600).map(off).fold(0.0, f64::max);
+        assert!(off < 1e-8, "{geometry}: {off:e}");
+        let run = camdrive(&["describe", text(&again)]);
+        assert!(run.out.contains("The law of cam comes from the contour"), "{}", run.out);
+        let run = camdrive(&["forces", text(&again), "--speed", "600 rpm", "-o", text(&folder.join("forces"))]);
+        // The spring presses away from a ring.
+        assert!(run.code == 0 || geometry.contains("outer"), "{geometry}: {}", run.err);
+        assert_eq!(run.out.contains("tilting moment on the follower"), i == 1, "{}", run.out);
+    }
+}
+
+#[test]
 fn check_warns_of_a_rough_table() {
     let scene = folder("check_rough").join("scene.toml");
     let table = std::fs::canonicalize(root().join("tests/scenes/table_rough.csv")).expect("the table");

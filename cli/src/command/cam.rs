@@ -20,7 +20,7 @@ use std::path::PathBuf;
 /// machined or does not move the follower as prescribed.
 ///
 /// Writes NAME.csv (path and contours, with curvatures that are positive where a curve bulges away from the axis), NAME.dxf
-/// and NAME.svg (true size, mm), NAME.pressure_angle.svg, NAME.curvature.svg, cam tables for motion controllers
+/// and NAME.svg (true size, mm), NAME.pressure_angle.svg (of a flat face NAME.contact.svg), NAME.curvature.svg, cam tables for motion controllers
 /// NAME.plcopen.csv and NAME.plc.txt, and the findings as NAME.json. Cams of a machine are called NAME.follower1 …, those of a
 /// conjugate pair F and P.
 #[derive(Debug, clap::Args)]

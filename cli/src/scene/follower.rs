@@ -68,7 +68,7 @@ pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option
         }
         section.forbid(&["lever_start"], "the law of the lever is given", "`[follower.tool]` instead of the cam");
         let quantity = if linked { &unit::ANGLE } else { tool_quantity };
-        section.required_section("cam").and_then(|s| motion_law::read(&s, quantity, folder))
+        motion_law::of_cam(section, quantity, folder)
     };
     section.finish();
     Some(Follower { m: m?, turns, cam: cam?, linkage: linkage? })

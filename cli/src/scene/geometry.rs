@@ -66,6 +66,8 @@ pub enum Kind {
     Lever,
     /// Along a line.
     Translating,
+    /// Along a line, with a flat face.
+    Flat,
 }
 
 /// Which contours a cam has.
@@ -82,7 +84,7 @@ pub enum Contour {
 }
 
 /// Kinds of followers.
-pub const KINDS: &[(&str, Kind)] = &[("lever", Kind::Lever), ("translating", Kind::Translating)];
+pub const KINDS: &[(&str, Kind)] = &[("lever", Kind::Lever), ("translating", Kind::Translating), ("flat", Kind::Flat)];
 /// Kinds of cams.
 pub const CONTOURS: &[(&str, Contour)] = &[
     ("inner", Contour::Inner),
@@ -95,15 +97,26 @@ pub const ROTATIONS: &[(&str, f64)] = &[("counterclockwise", 1.0), ("clockwise",
 /// Sides of a lever.
 pub const SIDES: &[(&str, f64)] = &[("left", 1.0), ("right", -1.0)];
 
-fn read(section: &Section<'_>, angular: bool) -> Option<Plan> {
+/// The geometry of a cam whose law is a length or an angle.
+pub fn read(section: &Section<'_>, angular: bool) -> Option<Plan> {
     let kind = section.choice("follower", KINDS);
-    if angular && kind == Some(Kind::Translating) {
+    let flat = kind == Some(Kind::Flat);
+    if angular && (flat || kind == Some(Kind::Translating)) {
         let message = ": the law of this cam is the angle of a lever";
         section.faults.report(section.fault_of("follower", message).admissible("lever"));
     }
     let contour = section.choice("contour", CONTOURS);
     let sense = section.choice("rotation", ROTATIONS);
-    let roller = section.real("roller_radius");
+    if flat && contour.is_some_and(|contour| contour != Contour::Inner) {
+        let fault = section.fault_of("contour", ": a flat face runs on a disc");
+        section.faults.report(fault.admissible("inner"));
+    }
+    let roller = if flat {
+        section.forbid(&["roller_radius"], OF_A_FACE, "another follower");
+        section.optional("cutter_radius").map(|radius| radius.unwrap_or(0.0))
+    } else {
+        section.real("roller_radius")
+    };
     let carrier = kind.and_then(|kind| carrier(section, kind, angular));
     let start = kind.zip(contour).and_then(|(kind, contour)| start(section, kind, contour));
     let cut = kind.zip(contour).and_then(|(kind, contour)| cut(section, kind, contour, roller));
@@ -117,6 +130,7 @@ fn read(section: &Section<'_>, angular: bool) -> Option<Plan> {
 
 const OF_A_LEVER: &str = "the follower is translating";
 const OF_A_SLIDE: &str = "the follower is a lever";
+const OF_A_FACE: &str = "the follower has a flat face";
 
 fn carrier(section: &Section<'_>, kind: Kind, angular: bool) -> Option<Carrier> {
     match kind {
@@ -146,6 +160,11 @@ fn carrier(section: &Section<'_>, kind: Kind, angular: bool) -> Option<Carrier> 
             section.forbid(&keys, OF_A_LEVER, "follower = \"lever\"");
             Some(Carrier::Translating { eccentricity: eccentricity? })
         }
+        Kind::Flat => {
+            let keys = ["pivot_distance", "arm_length", "transmission", "side", "offset", "max_pressure_angle"];
+            section.forbid(&keys, OF_A_FACE, "another follower");
+            Some(Carrier::Flat)
+        }
     }
 }
 
@@ -155,10 +174,11 @@ fn start(section: &Section<'_>, kind: Kind, contour: Contour) -> Option<Start> {
     match kind {
         Kind::Lever => section.forbid(&["start_height"], OF_A_SLIDE, "follower = \"translating\""),
         Kind::Translating => section.forbid(&["start_angle"], OF_A_LEVER, "follower = \"lever\""),
+        Kind::Flat => section.forbid(&["start_angle", "prime_radius"], OF_A_FACE, "another follower"),
     }
     let coordinate = match kind {
         Kind::Lever => section.optional("start_angle"),
-        Kind::Translating => section.optional("start_height"),
+        Kind::Translating | Kind::Flat => section.optional("start_height"),
     };
     let prime = section.optional("prime_radius");
     let base = section.optional("base_radius");
@@ -197,7 +217,7 @@ fn cut(section: &Section<'_>, kind: Kind, contour: Contour, roller: Option<f64>)
                     let own = section.optional("arm_length").flatten();
                     (angle, length.and_then(|length| length.or(own)))
                 }
-                Kind::Translating => {
+                Kind::Translating | Kind::Flat => {
                     let keys = ["second_arm_length", "second_arm_angle"];
                     section.forbid(&keys, OF_A_LEVER, "follower = \"lever\"");
                     (section.real("roller_distance"), Some(0.0))
@@ -217,7 +237,7 @@ fn cut(section: &Section<'_>, kind: Kind, contour: Contour, roller: Option<f64>)
 }
 
 fn limits(section: &Section<'_>, kind: Option<Kind>, contour: Option<Contour>, roller: Option<f64>) -> Option<Limits> {
-    let usual = if kind == Some(Kind::Translating) { PRESSURE_ANGLES[1] } else { PRESSURE_ANGLES[0] };
+    let usual = if kind == Some(Kind::Lever) { PRESSURE_ANGLES[0] } else { PRESSURE_ANGLES[1] };
     let pressure = section.real_or("max_pressure_angle", usual);
     let cutter = section.optional("cutter_radius");
     let hub = match contour {

@@ -352,7 +352,7 @@ tables! {
     /// A motion law.
     LAW "`[cam]`, and all other laws" {
         /// the kind of law
-        "law": choice(&[&["fourier", "hs", "harmonic_series"], &["cycle", "standard_laws"], &["table", "points", "linear"], &["plan"]]).said("required; of loads `table`").also(&["type", "kind"]);
+        "law": choice(&[&["fourier", "hs", "harmonic_series"], &["cycle", "standard_laws"], &["table", "points", "linear"], &["plan"], &["contour"]]).said("required; of loads `table`").also(&["type", "kind"]);
         /// `fourier`: the list [a₀, a₁, a₂ …] of at most 257
         "a": value(Value::Reals(Of::Own(0))).said("required").also(&["cos"]);
         /// `fourier`: the list [b₁, b₂ …] of at most 256: there is no b₀
@@ -384,18 +384,26 @@ tables! {
         "return_inflection": real(&unit::NUMBER, within(INFLECTION[0], INFLECTION[1])).said("0.5");
         /// `plan`: 2 to 100 points, ascending within one turn; the last may repeat the first one turn later
         "point": value(Value::Tables(&POINT)).said("required");
-        /// `table`: path from the folder of the scene
+        /// `table`, `contour`: path from the folder of the scene
         "file": value(Value::Text).said("this or `points`").also(&["path", "csv"]);
         /// `table`: the points themselves, `[["0 deg", 0], ["90 deg", "20 mm"], …]`
         "points": value(Value::Pairs);
-        /// `table`: unit of the angles
-        "angle_unit": value(Value::Text).said("`rad`, or that of `turn`");
+        /// `table`, `contour`: unit of the angles
+        "angle_unit": value(Value::Text).said("`rad`, or that of `turn`; of a contour that of the heading");
         /// `table`: unit of the values
         "lift_unit": value(Value::Text).said("the coherent SI unit");
-        /// `table`: column of the angles, its number from 1 or its heading
-        "angle_column": value(Value::Count(1, 1000)).and(Value::Text).said("1");
+        /// `table`, `contour`: column of the angles, its number from 1 or its heading
+        "angle_column": value(Value::Count(1, 1000)).and(Value::Text).said("1; of a contour 2");
         /// `table`: column of the values
         "lift_column": value(Value::Count(1, 1000)).and(Value::Text).said("2");
+        /// `contour`: unit of x and y, or of r
+        "length_unit": value(Value::Text).said("that of the heading, or m").also(&["unit"]);
+        /// `contour`: column of x, its number from 1 or its heading
+        "x_column": value(Value::Count(1, 1000)).and(Value::Text).said("with the heading x, or 1");
+        /// `contour`: column of y
+        "y_column": value(Value::Count(1, 1000)).and(Value::Text).said("with the heading y, or 2");
+        /// `contour`: instead of x and y the column of the distance from the centre of the cam, with that of the angle
+        "r_column": value(Value::Count(1, 1000)).and(Value::Text).said("with the heading r, or 1");
         /// `table`: what one turn of the cam is in the column of the angles: `"720 deg"` of a crank, `4096` steps (a number without
         /// unit counts in the column as it stands), `"0.25 s"`, `"314 mm"`
         "turn": other(POSITIVE).said("2π rad");
@@ -410,7 +418,8 @@ tables! {
         /// `table`, `fourier`: the highest harmonic, at most half the number of points, and of points at unequal distances half a turn
         /// over the widest gap
         "harmonics": value(Value::Count(1, HIGHEST_HARMONIC as u32)).said("required");
-        /// `table`: standard deviation of the noise to remove from the lifts (of errors within ±δ it is δ/√3), or `"estimate"`
+        /// `table`, `contour`: standard deviation of the noise to remove from the lifts, or, as a length, from the points of the contour (of errors
+        /// within ±δ it is δ/√3), or `"estimate"`
         "noise": own(0, POSITIVE).and(Value::Word("estimate"));
     }
 
@@ -434,22 +443,22 @@ tables! {
 
     /// `[geometry]`.
     GEOMETRY "`[geometry]`" {
-        /// `lever`: oscillating roller lever; `translating`
-        "follower": choice(&[&["lever", "roller_lever", "oscillating", "rocker"], &["translating", "slider"]]).required().also(&["type", "kind"]);
+        /// `lever`: oscillating roller lever; `translating`: roller on a slide; `flat`: flat-faced tappet on a slide
+        "follower": choice(&[&["lever", "roller_lever", "oscillating", "rocker"], &["translating", "slider"], &["flat", "flat_faced"]]).required().also(&["type", "kind"]);
         /// radius of the roller
-        "roller_radius": real(&unit::LENGTH, POSITIVE).required().also(&["roller"]);
+        "roller_radius": real(&unit::LENGTH, POSITIVE).said("required but of a flat face").also(&["roller"]);
         /// `inner`: disc, the roller runs on it; `outer`: ring, the roller runs in it; `groove`: both; `conjugate`: two discs F and
         /// P with a roller each
         "contour": choice(&[&["inner", "disc"], &["outer", "ring"], &["groove"], &["conjugate", "double"]]).usually("inner").also(&["cut"]);
         /// sense in which the cam turns while φ grows
         "rotation": choice(&[&["counterclockwise", "ccw", "left"], &["clockwise", "cw", "right"]]).usually("counterclockwise").also(&["sense", "direction"]);
-        /// least radius of the inner contour
+        /// least radius of the inner contour, of a flat face its least height
         "base_radius": real(&unit::LENGTH, POSITIVE).said(SIZE).also(&["base_circle"]);
         /// least distance of the roller's centre from the cam's
         "prime_radius": real(&unit::LENGTH, POSITIVE).said(SIZE).also(&["prime_circle"]);
         /// of a lever: between arm and line pivot–cam centre where U = 0
         "start_angle": real(&unit::ANGLE, within(0.0, PI)).said(SIZE);
-        /// of a translating follower: y of the roller's centre where U = 0
+        /// of a translating follower: y of the roller's centre, or of the flat face, where U = 0
         "start_height": real(&unit::LENGTH, ANY).said(SIZE);
         /// of a lever: pivot to cam centre
         "pivot_distance": real(&unit::LENGTH, POSITIVE).said("required").also(&["pivot", "centre_distance", "center_distance"]);
@@ -472,8 +481,8 @@ tables! {
         "roller_distance": real(&unit::LENGTH, POSITIVE).said("required");
         /// admissible pressure angle
         "max_pressure_angle": real(&unit::ANGLE, within(0.0, PI / 2.0)).said("45°, translating 30°").also(&["pressure_angle"]);
-        /// of the tool that cuts or grinds concave parts
-        "cutter_radius": real(&unit::LENGTH, NOT_NEGATIVE).said("`roller_radius`");
+        /// of the tool that cuts or grinds concave parts; for a flat face that whose path is drawn
+        "cutter_radius": real(&unit::LENGTH, NOT_NEGATIVE).said("`roller_radius`; of a flat face no path");
         /// of shaft and hub, into which a disc must not be cut
         "hub_radius": real(&unit::LENGTH, NOT_NEGATIVE).or(0.0);
     }

@@ -58,7 +58,7 @@ fn cam(root: &Section<'_>, folder: &Path) -> Option<MotionLaw> {
     root.has(geometry::KEY);
     root.has(forces::KEY);
     root.has(load::KEY);
-    root.required_section("cam").and_then(|s| motion_law::read(&s, &unit::LENGTH, folder))
+    motion_law::of_cam(root, &unit::LENGTH, folder)
 }
 
 fn cam_drive(root: &Section<'_>, cam: Option<MotionLaw>, angular: bool) -> Option<CamDrive> {

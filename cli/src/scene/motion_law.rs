@@ -20,7 +20,23 @@ pub const LAWS: &[(&str, Reader)] = &[
     ("cycle", |section, _, _| Some(Ok(MotionLaw::Cycle(cycle(section)?)))),
     ("table", table::read),
     ("plan", |section, _, _| plan::read(section).map(Ok)),
+    ("contour", |section, _, _| {
+        let fault =
+            section.fault_of("law", ": a contour is the law of `[cam]` beside the `[geometry]` of its follower");
+        section.refuse(fault.admissible("fourier, cycle, table, plan"))
+    }),
 ];
+
+/// The law in the `[cam]` of this section, beside which `[geometry]` may stand.
+pub fn of_cam(parent: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<MotionLaw> {
+    let section = parent.required_section("cam")?;
+    if section.text("law") != Some(Some("contour")) {
+        return read(&section, quantity, folder);
+    }
+    let law = table::contour::read(&section, parent, quantity, folder);
+    section.finish();
+    law
+}
 
 /// The law of this section; `quantity` is that of U, a length where a cam moves a follower.
 pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<MotionLaw> {
@@ -35,7 +51,7 @@ pub fn read_part(section: &Section<'_>, quantity: &'static Quantity, folder: &Pa
         if table::is_load(quantity) { section.choice_or("law", LAWS, table) } else { section.choice("law", LAWS) };
     let law = read.map(|read| read(section, quantity, folder));
     // Which keys belong here is not known before the kind of law is.
-    if law.is_some() {
+    if law.is_some() && section.text("law") != Some(Some("contour")) {
         section.finish();
     }
     law?

@@ -1,5 +1,6 @@
 //! Tables of angles and lifts: a text file with one point per line, in one of the dialects of [`dialect`].
 
+pub mod contour;
 mod dialect;
 mod turn;
 
@@ -106,14 +107,14 @@ impl Reading {
     }
 }
 
-/// A table without its noise.
+/// What users of the FMU should know of a table without its noise, or of a contour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Smoothed {
     /// Its section, `cam`.
     pub section: String,
     /// Lobes of U″ up to this height (per rad²) are noise that is left or swings of the smoothing.
     pub left: f64,
-    /// Noise and largest change, for the users of the FMU, without a full stop.
+    /// Noise and largest change, or how well the points fit, without a full stop.
     pub sentence: String,
 }
 
@@ -240,23 +241,7 @@ fn points<'a>(
         unit(section, axes[0].1, axes[0].0, turn.and_then(|turn| turn.unit)),
         unit(section, axes[1].1, axes[1].0, None),
     ];
-    let name_of_file =
-        section.required_text("file", "a file with one point per line, or a list `points`", "lift.csv")?;
-    let path = folder.join(name_of_file);
-    section.faults.files.borrow_mut().push(path.clone());
-    let text = match contents(&path) {
-        Ok((text, note)) => {
-            let note = note.map(|note| format!("`{}`: {} {note}", section.path, shown(&path)));
-            note.into_iter().for_each(|note| section.faults.note(note));
-            text
-        }
-        Err(reason) => {
-            let fault = section.fault_of("file", format!(": {} {reason}", shown(&path)));
-            let hint = if reason == NO_TEXT { SAVE_AS_TEXT } else { "the path is relative to the folder of the scene" };
-            return section.refuse(fault.hint(hint));
-        }
-    };
-    let file = File { name: shown(&path), text };
+    let file = open(section, "a file with one point per line, or a list `points`", folder)?;
     let [first, second] = units;
     let (first, second) = (first?, second?);
     let mut columns = columns.into_iter();
@@ -267,13 +252,7 @@ fn points<'a>(
     let (reading, wrong) = match sheet.and_then(|sheet| Ok((sheet.rows(&columns, more, hint)?, sheet))) {
         Err(wrong) => (Reading::new(Points { angles: Vec::new(), lifts: Vec::new() }, Vec::new()), wrong),
         Ok((rows, sheet)) => {
-            for span in rows.doubtful.into_iter().take(MOST_FAULTS) {
-                let line = file.text[..span.start].matches('\n').count() + 1;
-                // The beginning says which line is meant.
-                let text = text::in_one_line(file.text[span].chars().take(40).collect::<String>());
-                let message = format!("line {line} of {}, \"{text}\", is taken as a heading", file.name);
-                section.faults.note(format!("`{}`: {message}", section.path));
-            }
+            doubtful(section, &file, rows.doubtful);
             // Derivatives are by the angle in rad, or by that of the column where the unit of their heading says so.
             let per = [1, 2, 2].into_iter().zip(1..).map(|(order, column)| {
                 let unit = sheet.unit(rows.columns[1] + column).map(|unit| unit.1);
@@ -302,6 +281,36 @@ fn points<'a>(
         }
     };
     checked(section, file, "file", reading, wrong)
+}
+
+/// The file of a section.
+fn open(section: &Section<'_>, admissible: &str, folder: &Path) -> Option<File> {
+    let path = folder.join(section.required_text("file", admissible, "lift.csv")?);
+    section.faults.files.borrow_mut().push(path.clone());
+    let text = match contents(&path) {
+        Ok((text, note)) => {
+            let note = note.map(|note| format!("`{}`: {} {note}", section.path, shown(&path)));
+            note.into_iter().for_each(|note| section.faults.note(note));
+            text
+        }
+        Err(reason) => {
+            let fault = section.fault_of("file", format!(": {} {reason}", shown(&path)));
+            let hint = if reason == NO_TEXT { SAVE_AS_TEXT } else { "the path is relative to the folder of the scene" };
+            return section.refuse(fault.hint(hint));
+        }
+    };
+    Some(File { name: shown(&path), text })
+}
+
+/// Notes on lines that are taken as headings and might be meant as points.
+fn doubtful(section: &Section<'_>, file: &File, lines: Vec<Span>) {
+    for span in lines.into_iter().take(MOST_FAULTS) {
+        let line = file.text[..span.start].matches('\n').count() + 1;
+        // The beginning says which line is meant.
+        let text = text::in_one_line(file.text[span].chars().take(40).collect::<String>());
+        let message = format!("line {line} of {}, \"{text}\", is taken as a heading", file.name);
+        section.faults.note(format!("`{}`: {message}", section.path));
+    }
 }
 
 /// The points if they have no faults and are not too many.

@@ -131,7 +131,14 @@ fn millimetres(length: f64) -> String {
 /// # Errors
 /// Where the roller's centre stands still on the cam.
 pub fn findings(cam: &Cam, plan: &Plan, outlines: &[Outline]) -> Result<Vec<Finding>, Standstill> {
-    let mut list = vec![pressure(cam, plan.limits.pressure)?];
+    let mut list = Vec::new();
+    if matches!(cam.follower, Follower::Flat { .. }) {
+        list.extend(face(cam)?);
+        list.extend(size(cam, plan)?);
+        list.extend(crossings(outlines));
+        return Ok(list);
+    }
+    list.push(pressure(cam, plan.limits.pressure)?);
     list.extend(reach(cam, plan)?);
     list.extend(size(cam, plan)?);
     list.push(sharpest_of_path(cam)?);
@@ -151,6 +158,33 @@ fn pressure(cam: &Cam, limit: f64) -> Result<Finding, Standstill> {
     }))
 }
 
+/// How wide a flat face has to be, and the least radius of curvature h + U″ of its contour.
+fn face(cam: &Cam) -> Result<[Finding; 2], Standstill> {
+    let contact = |sign: f64| worst(cam, |segment, phi| Ok(sign * cam.at_in(segment, phi)?.place.re));
+    let ((left_at, left), (right_at, right)) = (contact(-1.0)?, contact(1.0)?);
+    let side = |at: f64, x: f64| format!("{} (φ = {:.3}°)", millimetres(x), degrees(at));
+    let remark = format!("the contact is between x = {} and {}", side(left_at, -left), side(right_at, right));
+    let farthest = if left > right { left_at } else { right_at };
+    let radius = |segment: usize, phi: f64| {
+        let [u, _, u2, ..] = cam.law.at_in(segment, phi).0;
+        Ok(-cam.follower.coordinate(u) - u2)
+    };
+    let ((phi, radius), (_, low)) =
+        (worst(cam, radius)?, worst(cam, |segment, phi| Ok(-cam.law.at_in(segment, phi).0[0]))?);
+    let (radius, base) = (-radius, cam.follower.coordinate(-low));
+    let what = "undercut of the inner contour: least radius of curvature";
+    Ok([
+        Finding::new("least width of the face", farthest, left + right, "m").remark(remark),
+        Finding::new(what, phi, radius, "m").unless(radius > 0.0, Verdict::Fault, || {
+            format!(
+                "there the contour would have to be hollow, which a flat face does not reach: the base circle, with a radius of {}, must be larger than {}",
+                millimetres(base),
+                millimetres(base - radius)
+            )
+        }),
+    ])
+}
+
 /// The range of the follower's coordinate: a lever must not reach the line pivot–cam centre, a translating roller not the
 /// height of the cam's centre (the second one of a pair is below it), where no contour moves it.
 fn reach(cam: &Cam, plan: &Plan) -> Result<[Finding; 2], Standstill> {
@@ -160,7 +194,7 @@ fn reach(cam: &Cam, plan: &Plan) -> Result<[Finding; 2], Standstill> {
     let low = -low;
     let (what, unit, good) = match cam.follower {
         Follower::Lever { .. } => ("angle of the lever to the line pivot–cam centre", "rad", [low > 0.0, high < PI]),
-        Follower::Translating { .. } => {
+        Follower::Translating { .. } | Follower::Flat { .. } => {
             let good = low > 0.0 || high < 0.0;
             ("height of the roller above the cam's centre", "m", [good, good])
         }
@@ -192,12 +226,12 @@ fn out_of_reach(cam: &Cam, plan: &Plan, [low, high]: [f64; 2]) -> String {
             format!("the arm turns through the line pivot–cam centre, where a cam cannot move it: a {more} `start_angle`, `prime_radius` or `base_radius` keeps it away")
         }
         // h₂ = h − D has to stay below the cam's centre.
-        (Follower::Translating { .. }, Some(second)) => format!(
+        (_, Some(second)) => format!(
             "the second roller passes the cam's centre, where a cam cannot move it: `roller_distance`, {}, must be above {}, the largest height of the first one",
             millimetres(second.place),
             millimetres(second.place + high)
         ),
-        (Follower::Translating { .. }, None) => {
+        (_, None) => {
             "the roller passes the cam's centre, where a cam cannot move it: a larger `start_height`, `prime_radius` or `base_radius` keeps it away".to_owned()
         }
     }
@@ -209,7 +243,10 @@ fn size(cam: &Cam, plan: &Plan) -> Result<Vec<Finding>, Standstill> {
     // the radius of the roller.
     let (low_at, nearest) = worst(cam, |segment, phi| Ok(-cam.at_in(segment, phi)?.centre.norm()))?;
     let (high_at, farthest) = worst(cam, |segment, phi| Ok(cam.at_in(segment, phi)?.centre.norm()))?;
-    let mut list = vec![Finding::new("prime circle: least radius of the path", low_at, -nearest, "m")];
+    let mut list = Vec::new();
+    if !matches!(cam.follower, Follower::Flat { .. }) {
+        list.push(Finding::new("prime circle: least radius of the path", low_at, -nearest, "m"));
+    }
     if plan.cut.sides().contains(&Side::Inner) {
         let (least, most, hub) = (-nearest - cam.roller, farthest - cam.roller, plan.limits.hub);
         list.push(Finding::new("base circle: least radius of the inner contour", low_at, least, "m").unless(
@@ -303,7 +340,7 @@ fn crossings(outlines: &[Outline]) -> Vec<Finding> {
             _ => format!("the {} crosses the {}", first.side.name(), second.side.name()),
         };
         let remark = format!(
-            "at φ = {:.3}° and {:.3}°, ({}, {}) of the cam: what one passage of the roller needs, the other cuts away",
+            "at φ = {:.3}° and {:.3}°, ({}, {}) of the cam: what one passage needs, the other cuts away",
             degrees(one),
             degrees(other),
             millimetres(place.re),

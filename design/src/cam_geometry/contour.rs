@@ -1,6 +1,6 @@
 //! Contours as polygons, as fine as a chord error demands.
 
-use super::{At, Cam, Point, Standstill};
+use super::{At, Cam, Follower, Point, Standstill};
 use camdrive::drives::Fault;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -73,6 +73,14 @@ impl Side {
     /// 1 − (±ϱ) κ: the contour moves along with the path where it is positive; elsewhere it is undercut.
     pub fn growth(self, cam: &Cam, at: &At) -> f64 {
         1.0 - self.sign(cam.sense) * cam.roller * at.curvature
+    }
+
+    /// The radius of a cylinder that touches a plane as closely as roller or face the contour; negative where that is undercut.
+    pub fn closeness(self, cam: &Cam, at: &At) -> f64 {
+        match cam.follower {
+            Follower::Flat { .. } => -cam.sense / self.curvature(cam, at),
+            _ => cam.roller * self.growth(cam, at),
+        }
     }
 
     /// The signed curvature of the contour (1/m), positive to the left in the sense of its path.

@@ -1,6 +1,6 @@
 //! Pressure angle and curvature over the turn as diagrams.
 
-use super::{Cam, Shape, Side};
+use super::{Cam, Carrier, Disc, Shape, Side};
 use crate::plot::{Axis, Diagram, Rule, Series};
 use std::f64::consts::TAU;
 
@@ -23,8 +23,13 @@ fn named(what: &str, cam: &str) -> String {
     if cam.is_empty() { what.to_owned() } else { format!("{what} {cam}") }
 }
 
-/// The pressure angle over the turn with what is admissible.
+/// The pressure angle over the turn with what is admissible; of a flat face where it touches.
 pub fn pressure(shape: &Shape) -> Diagram {
+    if shape.plan.carrier == Carrier::Flat {
+        let curves = shape.cams.iter().map(|c| curve("contact".to_owned(), &c.cam, |at| at.place.re)).collect();
+        let axes = [angle(), Axis::linear("Contact beside the cam's centre [m]")];
+        return Diagram::new(format!("Contact on the face of {}", shape.name), axes, curves, Vec::new());
+    }
     let limit = shape.plan.limits.pressure;
     let curves = shape.cams.iter().map(|c| curve(named("cam", c.name), &c.cam, |at| at.pressure));
     let limit = Rule::Horizontal(limit, format!("admissible {}°", (1e6 * limit.to_degrees()).round() / 1e6));
@@ -32,8 +37,15 @@ pub fn pressure(shape: &Shape) -> Diagram {
     Diagram::new(format!("Pressure angle of {}", shape.name), axes, curves.collect(), vec![limit])
 }
 
-/// The curvature of the path of the roller's centre, positive where it bulges, with that at which the contour is undercut.
+/// The curvature of the path of the roller's centre, positive where it bulges, with that at which the contour is undercut; of a
+/// flat face the radius of curvature of the contour.
 pub fn curvature(shape: &Shape) -> Diagram {
+    if shape.plan.carrier == Carrier::Flat {
+        let radius = |c: &Disc| curve("contour".to_owned(), &c.cam, |at| Side::Inner.closeness(&c.cam, at));
+        let axes = [angle(), Axis::linear("Radius of curvature [m]")];
+        let title = format!("Radius of curvature of the contour, {}", shape.name);
+        return Diagram::new(title, axes, shape.cams.iter().map(radius).collect(), Vec::new());
+    }
     let same = shape.cams.iter().all(|c| Some(c.cam.roller) == shape.cams.first().map(|first| first.cam.roller));
     let rules = shape.cams.iter().take(if same { 1 } else { shape.cams.len() }).flat_map(|c| {
         shape.plan.cut.sides().iter().map(move |side| {

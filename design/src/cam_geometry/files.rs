@@ -25,9 +25,17 @@ pub struct Drawn<'a> {
 }
 
 impl Drawn<'_> {
-    /// The path of the roller's centre and the contours.
+    /// The path of the centre of roller or cutter, where there is one, and the contours.
     fn curves(&self) -> impl Iterator<Item = Side> {
-        [Side::Path].into_iter().chain(self.sides.iter().copied())
+        (self.cam.roller > 0.0).then_some(Side::Path).into_iter().chain(self.sides.iter().copied())
+    }
+
+    /// A flat face at φ = 0, as wide as it has to be (mm).
+    fn face(&self) -> Option<[Point; 2]> {
+        let first = self.mesh.at.first().filter(|_| matches!(self.cam.follower, Follower::Flat { .. }))?;
+        let x = || self.mesh.at.iter().map(|at| at.place.re);
+        let end = |x: f64| Point::new(x, first.coordinate) * MILLIMETRES;
+        Some([end(x().fold(0.0, f64::min)), end(x().fold(0.0, f64::max))])
     }
 
     /// The points of a curve (mm).
@@ -44,21 +52,22 @@ impl Drawn<'_> {
     fn pivot(&self) -> Option<Point> {
         match self.cam.follower {
             Follower::Lever { pivot, .. } => Some(Point::from(pivot * MILLIMETRES)),
-            Follower::Translating { .. } => None,
+            _ => None,
+        }
+    }
+
+    fn layer_of(&self, side: Side) -> &'static str {
+        match side {
+            Side::Path if self.face().is_some() => "CUTTER_PATH",
+            Side::Path => "ROLLER_PATH",
+            Side::Inner => "INNER_CONTOUR",
+            Side::Outer => "OUTER_CONTOUR",
         }
     }
 
     /// The layer of a curve.
     fn layer(&self, what: &str) -> String {
         if self.name.is_empty() { what.to_owned() } else { format!("{}_{what}", self.name) }
-    }
-}
-
-fn layer_of(side: Side) -> &'static str {
-    match side {
-        Side::Path => "ROLLER_PATH",
-        Side::Inner => "INNER_CONTOUR",
-        Side::Outer => "OUTER_CONTOUR",
     }
 }
 
@@ -87,7 +96,7 @@ pub fn dxf(title: &str, drawn: &[Drawn<'_>]) -> String {
     };
     for cam in drawn {
         for side in cam.curves() {
-            let layer = cam.layer(layer_of(side));
+            let layer = cam.layer(cam.layer_of(side));
             let _ = write!(entities, "0\nPOLYLINE\n8\n{layer}\n66\n1\n70\n1\n10\n0.0\n20\n0.0\n30\n0.0\n");
             for p in cam.points(side) {
                 let (x, y) = (decimal(p.re), decimal(p.im));
@@ -95,6 +104,14 @@ pub fn dxf(title: &str, drawn: &[Drawn<'_>]) -> String {
             }
             let _ = write!(entities, "0\nSEQEND\n8\n{layer}\n");
             layers.push(layer);
+        }
+        if let Some([from, to]) = cam.face() {
+            let ([x, y], [x1, y1]) = ([from.re, from.im].map(decimal), [to.re, to.im].map(decimal));
+            let layer = cam.layer("FACE");
+            let _ = write!(entities, "0\nLINE\n8\n{layer}\n10\n{x}\n20\n{y}\n30\n0.0\n11\n{x1}\n21\n{y1}\n31\n0.0\n");
+            layers.push(layer);
+            entities += &point(&mut layers, "CENTRE", Point::from(0.0));
+            continue;
         }
         let (layer, p) = (cam.layer("ROLLER"), cam.roller());
         let (x, y, radius) = (decimal(p.re), decimal(p.im), decimal(cam.cam.roller * MILLIMETRES));
@@ -129,7 +146,10 @@ pub fn svg(title: &str, drawn: &[Drawn<'_>]) -> String {
     };
     for cam in drawn {
         cam.curves().flat_map(|side| cam.points(side)).for_each(|p| take(p, 0.0));
-        take(cam.roller(), cam.cam.roller * MILLIMETRES);
+        match cam.face() {
+            Some(face) => face.into_iter().for_each(|p| take(p, 0.0)),
+            None => take(cam.roller(), cam.cam.roller * MILLIMETRES),
+        }
         cam.pivot().into_iter().for_each(|p| take(p, 0.0));
     }
     let letter = LETTERS[0].max(LETTERS[1] * (high.re - low.re));
@@ -153,7 +173,7 @@ pub fn svg(title: &str, drawn: &[Drawn<'_>]) -> String {
                 _ if i == 0 => "stroke=\"#000\" stroke-width=\"0.6\"",
                 _ => "stroke=\"#000\" stroke-width=\"0.6\" stroke-dasharray=\"6 1.5\"",
             };
-            let id = cam.layer(layer_of(side)).to_lowercase();
+            let id = cam.layer(cam.layer_of(side)).to_lowercase();
             let _ = write!(text, "<path id=\"{id}\" fill=\"none\" {style} d=\"");
             for (i, p) in cam.points(side).enumerate() {
                 let _ = write!(text, "{}{:.4} {:.4}", if i == 0 { "M" } else { "L" }, p.re, -p.im);
@@ -162,7 +182,14 @@ pub fn svg(title: &str, drawn: &[Drawn<'_>]) -> String {
         }
         let (p, radius) = (cam.roller(), cam.cam.roller * MILLIMETRES);
         let thin = "fill=\"none\" stroke=\"#555\" stroke-width=\"0.35\"";
-        let _ = writeln!(text, "<circle cx=\"{:.4}\" cy=\"{:.4}\" r=\"{radius:.4}\" {thin}/>", p.re, -p.im);
+        match cam.face() {
+            Some([a, b]) => {
+                let _ = writeln!(text, "<path {thin} d=\"M{:.4} {:.4}L{:.4} {:.4}\"/>", a.re, -a.im, b.re, -b.im);
+            }
+            None => {
+                let _ = writeln!(text, "<circle cx=\"{:.4}\" cy=\"{:.4}\" r=\"{radius:.4}\" {thin}/>", p.re, -p.im);
+            }
+        }
         if let Some(pivot) = cam.pivot() {
             let _ = writeln!(text, "<path {thin} d=\"M{:.4} {:.4}L{:.4} {:.4}\"/>", pivot.re, -pivot.im, p.re, -p.im);
             let _ = writeln!(text, "<circle cx=\"{:.4}\" cy=\"{:.4}\" r=\"1.5\" {thin}/>", pivot.re, -pivot.im);
@@ -223,7 +250,7 @@ fn label(cam: &Drawn<'_>, drawn: &[Drawn<'_>], letter: f64, others: &[Point]) ->
     best.0
 }
 
-/// A cam as CSV: one line for each of its angles, with the roller's centre also in polar coordinates r(β) of the cam.
+/// A cam as CSV: one line for each of its angles, with the centre of roller or cutter also in polar coordinates r(β) of the cam.
 ///
 /// # Errors
 /// None in practice: the writer fills memory.
@@ -231,8 +258,10 @@ pub fn csv(drawn: &Drawn<'_>) -> Result<String, Fault> {
     let lever = matches!(drawn.cam.follower, Follower::Lever { .. });
     let lift = if drawn.angular { "lift_deg" } else { "lift_mm" };
     let coordinate = if lever { "lever_deg" } else { "height_mm" };
+    let flat = drawn.face().is_some();
+    let contact = if flat { "contact_x_mm" } else { "pressure_angle_deg" };
     let mut head = format!(
-        "phi_deg,{lift},{coordinate},centre_x_mm,centre_y_mm,centre_r_mm,centre_beta_deg,pressure_angle_deg,curvature_1_m"
+        "phi_deg,{lift},{coordinate},centre_x_mm,centre_y_mm,centre_r_mm,centre_beta_deg,{contact},curvature_1_m"
     );
     for side in drawn.sides {
         head += match side {
@@ -251,7 +280,7 @@ pub fn csv(drawn: &Drawn<'_>) -> Result<String, Fault> {
             MILLIMETRES * at.centre.im,
             MILLIMETRES * at.centre.norm(),
             at.centre.arg().to_degrees(),
-            at.pressure.to_degrees(),
+            if flat { MILLIMETRES * at.place.re } else { at.pressure.to_degrees() },
             bulge * at.curvature,
         ];
         for side in drawn.sides {

@@ -10,14 +10,19 @@
 //! angle of the drive (rad); p, z positions (m); ϱ radius of the roller (m); κ curvature (1/m), positive to the left; ′ =
 //! d/dφ.
 //!
-//! Source: VDI 2142 and VDI 2143 (cam mechanisms: roller lever, translating follower, pressure angle, undercut); the
-//! complex forms are derived here.
+//! A flat face at right angles to its line, at the height h = h₀ + U, touches the contour at σU′ beside the cam's centre: h is the
+//! support function of the contour, whose radius of curvature is h + U″, and the pressure angle is 0. Instead of the roller's
+//! centre p = σU′ + i (h + ϱ) is that of a cutter of the radius ϱ on the other side of the face.
+//!
+//! Source: VDI 2142 and VDI 2143 (cam mechanisms: roller lever, translating follower, pressure angle, undercut); Norton, *Cam
+//! Design and Manufacturing Handbook*, section 7.4 (flat-faced follower); the complex forms are derived here.
 
 pub mod cam_table;
 mod checks;
 mod contour;
 mod figures;
 pub mod files;
+pub mod inverse;
 mod plan;
 pub mod report;
 mod shape;
@@ -63,6 +68,11 @@ pub enum Follower {
         /// h₀ (m), at U = 0.
         start: f64,
     },
+    /// A follower that touches the cam with a flat face at the height h₀ + U.
+    Flat {
+        /// h₀ (m), at U = 0.
+        start: f64,
+    },
 }
 
 /// A cam.
@@ -74,7 +84,7 @@ pub struct Cam {
     pub follower: Follower,
     /// σ: 1 where the cam turns counter-clockwise, −1 clockwise.
     pub sense: f64,
-    /// ϱ (m).
+    /// ϱ (m); of a flat face that of the cutter, which may be 0.
     pub roller: f64,
 }
 
@@ -85,7 +95,7 @@ pub struct At {
     pub phi: f64,
     /// U (m or rad).
     pub lift: f64,
-    /// ψ of a lever (rad), h₀ + U of a translating follower (m).
+    /// ψ of a lever (rad), h₀ + U of other followers (m).
     pub coordinate: f64,
     /// z (m).
     pub centre: Point,
@@ -133,11 +143,11 @@ impl Follower {
     pub fn coordinate(&self, u: f64) -> f64 {
         match *self {
             Follower::Lever { start, transmission, .. } => start + u / transmission,
-            Follower::Translating { start, .. } => start + u,
+            Follower::Translating { start, .. } | Follower::Flat { start } => start + u,
         }
     }
 
-    /// p, p′, p″ and dp/dU, where U, U′, U″ are `u`.
+    /// p, p′, p″ of a roller and dp/dU, where U, U′, U″ are `u`.
     fn position(&self, [u, u1, u2]: [f64; 3]) -> ([Point; 3], Point) {
         match *self {
             Follower::Lever { pivot, length, start, transmission, side } => {
@@ -148,6 +158,7 @@ impl Follower {
                 ([Point::from(pivot) - arm, p1, p2], I * side * arm / transmission)
             }
             Follower::Translating { eccentricity, start } => ([Point::new(eccentricity, start + u), I * u1, I * u2], I),
+            Follower::Flat { start } => ([Point::new(0.0, start + u), I * u1, I * u2], I),
         }
     }
 }
@@ -159,6 +170,25 @@ impl Cam {
     /// Where the roller's centre stands still on the cam.
     pub fn at_in(&self, segment: usize, phi: f64) -> Result<At, Standstill> {
         let [u, u1, u2, ..] = self.law.at_in(segment, phi).0;
+        // Turned back into the frame of the cam; angles stay.
+        let back = Point::from_polar(1.0, -self.sense * phi);
+        if let Follower::Flat { start } = self.follower {
+            let (coordinate, radius) = (start + u, start + u + u2 + self.roller);
+            let place = Point::new(self.sense * u1, coordinate + self.roller);
+            return Ok(At {
+                phi,
+                lift: u,
+                coordinate,
+                centre: back * place,
+                tangent: back * self.sense,
+                speed: radius.abs(),
+                curvature: -self.sense / radius,
+                pressure: 0.0,
+                place,
+                normal: I,
+                gain: 1.0,
+            });
+        }
         let ([p, p1, p2], by_lift) = self.follower.position([u, u1, u2]);
         let turn = I * self.sense;
         let v = p1 - turn * p;
@@ -167,8 +197,6 @@ impl Cam {
         if speed <= STANDSTILL * p.norm() || speed.is_nan() {
             return Err(Standstill(phi));
         }
-        // Both turned back into the frame of the cam; the angle between them stays.
-        let back = Point::from_polar(1.0, -self.sense * phi);
         let along = (v.conj() * by_lift).re.abs();
         let across = (v.conj() * by_lift).im.abs();
         let normal = turn * v / speed;
@@ -213,6 +241,8 @@ impl Cam {
             Follower::Translating { eccentricity, start } => {
                 Follower::Translating { eccentricity, start: start - second.place }
             }
+            // It has no second face.
+            Follower::Flat { .. } => self.follower,
         };
         Cam { law: self.law.clone(), follower, sense: self.sense, roller: second.roller }
     }

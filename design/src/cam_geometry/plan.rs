@@ -24,6 +24,8 @@ pub enum Carrier {
         /// e (m).
         eccentricity: f64,
     },
+    /// As [`Follower::Flat`].
+    Flat,
 }
 
 /// The value that fixes the size of the cam.
@@ -33,7 +35,7 @@ pub enum Start {
     Coordinate(f64),
     /// The radius of the prime circle, the least distance of the roller's centre from the cam's centre (m).
     Prime(f64),
-    /// The radius of the base circle, that of the prime circle less the roller's (m).
+    /// The radius of the base circle, that of the prime circle less the roller's (m); of a flat face its least height.
     Base(f64),
 }
 
@@ -72,7 +74,7 @@ pub struct Plan {
     pub start: Start,
     /// σ.
     pub sense: f64,
-    /// ϱ (m).
+    /// ϱ (m); of a flat face that of the cutter.
     pub roller: f64,
     /// The flanks.
     pub cut: Cut,
@@ -114,7 +116,7 @@ impl Plan {
             (Carrier::Translating { .. }, Follower::Translating { start, .. }, Cut::Conjugate(second)) => {
                 self.first(&cam.law).is_ok_and(|first| match first.follower {
                     Follower::Translating { start: own, .. } => (start - own).abs() < 0.5 * second.place,
-                    Follower::Lever { .. } => false,
+                    _ => false,
                 })
             }
             _ => true,
@@ -122,16 +124,8 @@ impl Plan {
     }
 
     fn first(&self, law: &MotionLaw) -> Result<Cam, Fault> {
-        let with = |start: f64| {
-            let follower = match self.carrier {
-                Carrier::Lever { pivot, length, transmission, side } => {
-                    Follower::Lever { pivot, length, start, transmission, side }
-                }
-                Carrier::Translating { eccentricity } => Follower::Translating { eccentricity, start },
-            };
-            Cam { law: law.clone(), follower, sense: self.sense, roller: self.roller }
-        };
-        let prime = match self.start {
+        let with = |start: f64| self.with(law.clone(), start);
+        let radius = match self.start {
             Start::Coordinate(start) => return Ok(with(start)),
             Start::Prime(radius) => radius,
             Start::Base(radius) => radius + self.roller,
@@ -140,11 +134,27 @@ impl Plan {
         let unplaced = with(0.0);
         let lowest = |segment: usize, phi: f64| Ok(-unplaced.follower.coordinate(law.at_in(segment, phi).0[0]));
         let (_, depth) = worst(&unplaced, lowest).map_err(Fault::from)?;
-        Ok(with(self.coordinate_at(prime)? + depth))
+        Ok(with(self.coordinate_at(radius)? + depth))
     }
 
-    /// ψ or h where the roller's centre is at this distance from the cam's centre.
-    fn coordinate_at(&self, distance: f64) -> Result<f64, Fault> {
+    /// The cam, or the first one of a pair, whose follower has the coordinate `start` at U = 0.
+    pub(super) fn with(&self, law: MotionLaw, start: f64) -> Cam {
+        Cam { law, follower: self.follower(start), sense: self.sense, roller: self.roller }
+    }
+
+    /// The follower with this coordinate at U = 0.
+    pub(super) fn follower(&self, start: f64) -> Follower {
+        match self.carrier {
+            Carrier::Lever { pivot, length, transmission, side } => {
+                Follower::Lever { pivot, length, start, transmission, side }
+            }
+            Carrier::Translating { eccentricity } => Follower::Translating { eccentricity, start },
+            Carrier::Flat => Follower::Flat { start },
+        }
+    }
+
+    /// ψ or h where the roller's centre is at this distance from the cam's centre, and at rest there with a flat face.
+    pub(super) fn coordinate_at(&self, distance: f64) -> Result<f64, Fault> {
         let millimetres = |length: f64| format!("{} mm", (1e9 * length).round() / 1e6);
         match self.carrier {
             Carrier::Lever { pivot, length, .. } => {
@@ -174,6 +184,7 @@ impl Plan {
                 }
                 Ok(((distance - e) * (distance + e)).sqrt())
             }
+            Carrier::Flat => Ok(distance - self.roller),
         }
     }
 }

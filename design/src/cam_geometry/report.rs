@@ -1,7 +1,7 @@
 //! The report of a cam: files, text.
 
 use super::files::{self, Drawn};
-use super::{Cut, Disc, Finding, Shape, Verdict, degrees, figures};
+use super::{Carrier, Cut, Disc, Finding, Shape, Verdict, degrees, figures};
 use crate::plot::Diagram;
 use crate::text::{Table, number};
 use camdrive::drives::Fault;
@@ -14,6 +14,7 @@ impl Shape {
     /// The cam in a line.
     fn about(&self) -> String {
         let cut = match self.plan.cut {
+            _ if self.plan.carrier == Carrier::Flat => "disc cam of a flat face",
             Cut::Inner => "disc cam (inner contour)",
             Cut::Outer => "ring cam (outer contour)",
             Cut::Groove => "groove cam (inner and outer contour)",
@@ -59,7 +60,8 @@ impl Shape {
 
     /// The diagrams over the turn, with the endings of their files.
     pub fn diagrams(&self) -> [(&'static str, Diagram); 2] {
-        [("pressure_angle", figures::pressure(self)), ("curvature", figures::curvature(self))]
+        let first = if self.plan.carrier == Carrier::Flat { "contact" } else { "pressure_angle" };
+        [(first, figures::pressure(self)), ("curvature", figures::curvature(self))]
     }
 
     /// All other files; the endings tell them apart.

@@ -44,6 +44,7 @@ fn plan(cam: &Cam, cut: Cut) -> Plan {
             (Carrier::Lever { pivot, length, transmission, side }, start)
         }
         Follower::Translating { eccentricity, start } => (Carrier::Translating { eccentricity }, start),
+        Follower::Flat { start } => (Carrier::Flat, start),
     };
     let limits = Limits { pressure: 0.785, cutter: 0.005, hub: 0.0 };
     Plan { carrier, angular: false, start: Start::Coordinate(start), sense: cam.sense, roller: cam.roller, cut, limits }
@@ -328,7 +329,9 @@ fn places_where_no_cam_can_move_the_follower_are_faults() {
     let with = |start: f64, cam: &Cam| {
         let mut cam = cam.clone();
         match &mut cam.follower {
-            Follower::Lever { start: s, .. } | Follower::Translating { start: s, .. } => *s = start,
+            Follower::Lever { start: s, .. } | Follower::Translating { start: s, .. } | Follower::Flat { start: s } => {
+                *s = start
+            }
         }
         findings(&cam, &plan(&cam, Cut::Inner), &outlines(&cam, Cut::Inner, 1e-5)).unwrap()
     };
@@ -511,3 +514,6 @@ fn the_highest_summit_need_not_have_the_highest_sample() {
         assert!((depth - 1.0 - 1e-7).abs() < 1e-14, "{delta}: {depth}");
     }
 }
+
+mod flat;
+mod inverse;

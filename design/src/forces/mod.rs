@@ -6,7 +6,7 @@
 //!
 //! p_H = √(N E*/(π L R)),  1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂,  R = ϱ (1 ∓ ϱκ),
 //!
-//! the roller's radius times what is left of it in the curvature of the contour. Symbols: y coordinate of the tool (m or
+//! the roller's radius times what is left of it in the curvature of the contour, of a flat face the radius of the contour. Symbols: y coordinate of the tool (m or
 //! rad), m its mass (kg) or moment of inertia (kg·m²); n normal of the path of the roller's centre p that points
 //! away from the inner contour; N > 0 presses on the inner contour, N < 0 on the outer one; L width of the contact (m).
 //!
@@ -23,7 +23,7 @@ mod turn;
 pub use report::Report;
 pub use turn::{Turn, least_place};
 
-use crate::cam_geometry::{Cam, Follower as Carrier, Plan, Point, Side};
+use crate::cam_geometry::{self, Cam, Follower as Carrier, Plan, Point, Side};
 use camdrive::drives::Fault;
 use camdrive::drives::follower::load::Load;
 use camdrive::drives::rigid_machine::Follower;
@@ -103,7 +103,8 @@ pub struct Contact {
     pub pressure_angle: f64,
     /// p_H (Pa), 0 where nothing presses.
     pub hertzian: f64,
-    /// Its part along x (N), with which a translating follower presses against its guide.
+    /// Its part along x (N), with which a translating follower presses against its guide; of a flat face its moment about the line of
+    /// the follower (N·m).
     pub side: f64,
 }
 
@@ -181,6 +182,11 @@ impl Drive {
             || self.plan.is_none()
                 && self.loads.on().iter().any(|load| load.spring.is_some())
                 && self.follower.has_cam()
+    }
+
+    /// Whether the follower has a flat face.
+    fn is_flat(&self) -> bool {
+        self.plan.is_some_and(|plan| plan.carrier == cam_geometry::Carrier::Flat)
     }
 
     /// What the torque of a law that is an angle acts on.
@@ -273,23 +279,23 @@ impl Drive {
                 "at φ = {place}° the pressure angle of {name} is 90°: no force of the roller moves it"
             )));
         }
-        let (force, growth) = (gain * load, side.growth(cam, &at));
-        if force > 0.0 && growth <= 0.0 && self.loads.material.is_some() {
+        let (force, radius) = (gain * load, side.closeness(cam, &at));
+        if force > 0.0 && radius <= 0.0 && self.loads.material.is_some() {
             return Err(Fault::new(format!(
-                "at φ = {}° the {} of {}{} is undercut, so there is no contact pressure; camdrive cam says which roller fits",
+                "at φ = {}° the {} of {}{} is undercut, so there is no contact pressure; camdrive cam says what fits",
                 in_turn(phi, 3),
                 side.name(),
                 self.name,
                 bearing.suffix()
             )));
         }
-        let pressure = |material: Material| material.hertzian(force, cam.roller * growth);
+        let pressure = |material: Material| material.hertzian(force, radius);
         Ok(Contact {
             force,
             gain,
             pressure_angle: at.pressure,
             hertzian: self.loads.material.map_or(0.0, pressure),
-            side: load / at.gain * at.normal.re,
+            side: load / at.gain * if self.is_flat() { at.place.re } else { at.normal.re },
         })
     }
 }

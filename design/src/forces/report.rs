@@ -110,6 +110,7 @@ impl Drive {
             let (key, name) = (key.replace(['–', ' '], "_"), name.to_owned());
             list.push(Quantity { key, name, unit, part, of });
         };
+        let flat = self.is_flat();
         for (i, bearing) in self.contacts.iter().enumerate() {
             let (key, name) = match (self.plan.map(|plan| plan.cut), bearing.side) {
                 (Some(Cut::Conjugate(_)), _) => (format!("_{}", bearing.name), format!(", cam {}", bearing.name)),
@@ -121,18 +122,24 @@ impl Drive {
                 let value = Box::new(move |forces: &Forces| of(&forces.contacts[i]));
                 add(&format!("{what}{key}"), &format!("{words}{name}"), unit, false, value);
             };
-            if self.is_force_closed() {
+            if flat {
+                of("contact_force", "force on the face", NEWTON, |contact| contact.force);
+            } else if self.is_force_closed() {
                 of("roller_force", "roller force", NEWTON, |contact| contact.force);
             } else {
                 of("roller_force", "roller force", NEWTON, |contact| contact.force.max(0.0));
             }
             // Both flanks of a groove have the same.
-            if i == 0 || !bearing.name.is_empty() {
+            if !flat && (i == 0 || !bearing.name.is_empty()) {
                 of("pressure_angle", "pressure angle", ANGLE, |contact| contact.pressure_angle);
             }
             if self.loads.material.is_some() {
                 of("hertzian_pressure", "Hertzian pressure", PRESSURE, |contact| contact.hertzian);
             }
+        }
+        if flat {
+            let moment = |forces: &Forces| forces.contacts[0].side;
+            add("tilting_moment", "tilting moment on the follower", TORQUE, false, Box::new(moment));
         }
         if self.contacts.iter().any(|bearing| matches!(bearing.cam.follower, Carrier::Translating { .. })) {
             let bearing = |forces: &Forces| {
@@ -247,6 +254,7 @@ impl OfDrive {
         let (mut known, mut mind) = (Vec::new(), Vec::new());
         let unit = if drive.follower.turns { "N·m" } else { "N" };
         let what = match drive.plan {
+            Some(_) if drive.is_flat() => "force on the face",
             Some(_) => "force of the roller",
             None if drive.follower.cam_turns() => drive.turned(),
             None => "force on the follower",

@@ -584,3 +584,31 @@ fn the_highest_summit_need_not_have_the_highest_sample() {
         assert!((depth - 1.0 - 1e-7).abs() < 1e-14, "{delta}: {depth}");
     }
 }
+
+#[test]
+fn a_flat_face_bears_the_force_beside_the_line_of_its_follower() {
+    let law = series(&[0.010, -0.0085, -0.0015], &[0.0, 0.0004]);
+    for (sense, cutter) in [(1.0, 0.0), (-1.0, 0.02)] {
+        let plan = plan(Held::Flat, false, 0.05, sense, cutter, Cut::Inner);
+        let loads = Loads { material: steel(0.01), ..loaded([800.0, 9e3], 0.0, None) };
+        let drive = Drive::new("tappet".to_owned(), Follower::new(0.4, law.clone()), plan, loads).expect("a cam");
+        assert!(drive.is_force_closed());
+        for k in 0..12 {
+            let phi = f64::from(k) * TAU / 12.0;
+            let [u, u1, u2, ..] = law.at(phi).0;
+            let forces = drive.at(phi, phi, 50.0).expect("forces");
+            let (contact, load) = (&forces.contacts[0], 0.4 * u2 * 2500.0 + 800.0 + 9e3 * u);
+            close(contact.force, load);
+            assert_eq!(contact.pressure_angle, 0.0);
+            // The force beside the cam's centre is the torque on the shaft, and tilts the follower by as much.
+            assert!(
+                (contact.side - sense * load * u1).abs() < 1e-12 * load
+                    && (forces.torque - load * u1).abs() < 1e-12 * load
+            );
+            let compliance = 2.0 * (1.0 - 0.09) / 210e9;
+            close(contact.hertzian, (load / (compliance * PI * 0.01 * (0.05 + u + u2))).sqrt());
+        }
+        let keys: Vec<String> = drive.quantities().into_iter().map(|quantity| quantity.key).collect();
+        assert_eq!(keys, ["contact_force", "hertzian_pressure", "tilting_moment", "follower_force", "torque"]);
+    }
+}

@@ -231,6 +231,18 @@ impl<'a> Sheet<'a> {
         cells.filter_map(|cell| Some((cell.clone(), unit(cell)?))).next()
     }
 
+    /// The first column with a heading of this kind.
+    pub fn headed(&self, is: impl Fn(&str) -> bool) -> Option<usize> {
+        self.lines.iter().find_map(|line| line.cells.iter().position(|cell| is(&self.text[cell.clone()])))
+    }
+
+    /// The first heading of a column.
+    pub fn heading(&self, column: usize) -> Option<&'a str> {
+        let cells = self.lines.iter().filter_map(|line| line.cells.get(column));
+        let mut words = cells.filter(|cell| self.number(cell).is_none()).map(|cell| &self.text[cell.clone()]);
+        words.find(|word| !word.is_empty())
+    }
+
     /// The number of a column, from 0, and that of the line which names it.
     fn index(&self, column: &Column<'_>) -> Result<(usize, Option<usize>), Wrong> {
         let heading = match *column {

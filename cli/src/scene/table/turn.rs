@@ -27,6 +27,12 @@ pub struct Turn<'a> {
 }
 
 impl<'a> Turn<'a> {
+    /// The turn of the cam itself.
+    pub fn plain() -> Self {
+        let shown = (1_f64.to_degrees(), "deg");
+        Turn { quantity: &unit::ANGLE, unit: None, per_rad: 1.0, lobes: 1, rests: false, shown }
+    }
+
     /// The keys of a section with `law = "table"`.
     pub fn read(section: &Section<'a>) -> Option<Self> {
         let text = section.node("turn").map(|node| match node.value {

@@ -1,0 +1,165 @@
+//! The law of a measured contour: `law = "contour"` of `[cam]` with the follower of `[geometry]`.
+
+use super::super::geometry;
+use super::super::section::Section;
+use super::super::units;
+use super::dialect::{Column, Rows, Sheet};
+use super::turn::Turn;
+use super::{
+    File, Interpolation, Reading, Smoothed, checked, column, doubtful, fault, faults, law, noise, open, smoothed, unit,
+};
+use camdrive::drives::unit::{ANGLE, LENGTH, Quantity};
+use camdrive::motion::MotionLaw;
+use camdrive::motion::table::Points;
+use camdrive_design::cam_geometry::inverse::{Refusal, trace};
+use camdrive_design::cam_geometry::{Point, Side};
+use camdrive_design::text::{counted, number};
+use std::path::Path;
+
+/// The keys of a pair of columns, with the quantities and the headings of both.
+type Pair = [(&'static str, &'static Quantity, &'static [&'static str]); 2];
+
+const CARTESIAN: Pair = [("x_column", &LENGTH, &["x"]), ("y_column", &LENGTH, &["y"])];
+const POLAR: Pair =
+    [("r_column", &LENGTH, &["r", "radius"]), ("angle_column", &ANGLE, &["angle", "phi", "beta", "theta"])];
+
+/// The law of the contour in this section, whose follower stands in `parent`.
+pub fn read(
+    section: &Section<'_>,
+    parent: &Section<'_>,
+    quantity: &'static Quantity,
+    folder: &Path,
+) -> Option<MotionLaw> {
+    section.of(&LENGTH, 0);
+    let noise = noise(section);
+    let plan = match parent.section(geometry::KEY)? {
+        Some(geometry) => geometry::read(&geometry, *quantity == ANGLE),
+        None => {
+            let message = ": a contour gives a law only together with the follower that runs on it";
+            let hint = format!("add a section [{}]", parent.path_of(geometry::KEY));
+            section.refuse(section.fault_of("law", message).hint(hint))
+        }
+    };
+    let file = open(section, "a file with one point per line", folder)?;
+    let side = plan.as_ref().and_then(|plan| plan.cut.sides().first().copied()).unwrap_or(Side::Inner);
+    let (contour, rows, digit) = points(section, &file, side)?;
+    let places = rows.rows.into_iter().map(|(_, span)| span).collect();
+    let none = Points { angles: Vec::new(), lifts: Vec::new() };
+    let (file, Reading { places, .. }) = checked(section, file, "file", Reading::new(none, places), Vec::new())?;
+    let (plan, noise) = (plan?, noise?);
+    let traced = match trace(&plan, &contour, noise) {
+        Ok(traced) => traced,
+        Err(Refusal { index, message, hint }) => {
+            let fault = match index {
+                Some(index) => fault(&file, places[index].clone(), message),
+                None => section.fault_of("file", format!(": {}: {message}", file.name)),
+            };
+            return section.refuse(fault.hint(hint));
+        }
+    };
+    let own = traced.rows.iter().map(|row| places[*row].clone()).collect();
+    let reading = Reading { bends: traced.bends.clone(), digit, ..Reading::new(traced.points.clone(), own) };
+    let turn = Turn::plain();
+    let reading = match noise {
+        None => reading,
+        Some(sigma) => {
+            let sigma = sigma.map(|sigma| sigma * traced.noise);
+            smoothed(section, &file, reading, sigma, &turn, quantity)?
+        }
+    };
+    let law = match law(section, &file, reading, None, (Interpolation::Spline, &turn, quantity))? {
+        Ok(law) => law,
+        Err(part) => return section.refuse(part.fault),
+    };
+    told(section, &file, traced.misfit(&plan, &law, &contour), contour.len());
+    Some(law)
+}
+
+/// Says where the law comes from and how far the points are off its contour.
+fn told(section: &Section<'_>, file: &File, misfit: [f64; 2], count: usize) {
+    let path = section.path.clone();
+    let [mean, largest] = misfit.map(|off| format!("{} µm", number(1e6 * off)));
+    let of = format!("the contour {}: its {}", file.name, counted(count, "point"));
+    let off = format!("off the contour of this law by {mean} (root mean square), {largest} at most");
+    section.faults.note(format!("`{path}`: the law comes from {of} are {off}"));
+    let sentence = format!("The law of {path} comes from {of} are {off}");
+    section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left: 0.0, sentence });
+}
+
+/// The name in a heading such as "x_mm" or "r [mm]", and its unit.
+fn named(heading: &str) -> (String, Option<&str>) {
+    let is_unit = |text: &str| [&LENGTH, &ANGLE].iter().any(|of| units::factor(text, of).is_ok());
+    let (name, unit) = match (heading.split_once(['[', '(']), heading.rsplit_once(['_', ' '])) {
+        (Some((name, unit)), _) => (name, Some(unit.trim_end_matches([']', ')', ' ']))),
+        (None, Some((name, unit))) if is_unit(unit) => (name, Some(unit)),
+        _ => (heading, None),
+    };
+    (name.trim().to_lowercase(), unit)
+}
+
+/// The points of the file, its rows and the last digit of a length.
+fn points(section: &Section<'_>, file: &File, side: Side) -> Option<(Vec<Point>, Rows, f64)> {
+    let refuse = |wrong| {
+        faults(file, wrong).into_iter().for_each(|fault| section.faults.report(fault));
+        None
+    };
+    let sheet = match Sheet::new(&file.text) {
+        Ok(sheet) => sheet,
+        Err(wrong) => return refuse(vec![wrong]),
+    };
+    // `camdrive cam` writes both contours of a groove.
+    let prefix = if side == Side::Outer { "outer_" } else { "inner_" };
+    let headed = |names: &[&str]| {
+        let is = |heading: &str| {
+            let (name, _) = named(heading);
+            names.contains(&name.strip_prefix(prefix).unwrap_or(&name))
+        };
+        sheet.headed(is)
+    };
+    let all = |pair: Pair| pair.iter().all(|(_, _, names)| headed(names).is_some());
+    let asked = |pair: Pair| pair.map(|(key, ..)| section.has(key)).contains(&true);
+    let (cartesian, polar, angles) = (asked(CARTESIAN), asked(POLAR), section.has("angle_unit"));
+    let polar = !cartesian && (polar || if all(CARTESIAN) { angles && all(POLAR) } else { angles || all(POLAR) });
+    if !polar {
+        section.forbid(&["r_column", "angle_column", "angle_unit"], "the points are x and y", "`r_column`");
+    }
+    let pair = if polar { POLAR } else { CARTESIAN };
+    let mut columns = Vec::new();
+    for (i, (key, _, names)) in pair.into_iter().enumerate() {
+        columns.push(match section.has(key) {
+            true => column(section, key, i)?,
+            false => Column::Number(headed(names).unwrap_or(i)),
+        });
+    }
+    let columns = [columns.remove(0), columns.remove(0)];
+    let mut rows =
+        match sheet.rows(&columns, 0, "write plain numbers; their unit is that of the heading or of the scene") {
+            Ok(rows) => rows,
+            Err(wrong) => return refuse(wrong),
+        };
+    doubtful(section, file, std::mem::take(&mut rows.doubtful));
+    let mut scales = [1.0; 2];
+    for (i, (_, of, _)) in pair.into_iter().enumerate() {
+        let key = if *of == ANGLE { "angle_unit" } else { "length_unit" };
+        let own = sheet.heading(rows.columns[i]).and_then(|heading| named(heading).1);
+        let (above, below) = unit(section, key, of, own)?;
+        scales[i] = above / below;
+        let said = own.and_then(|own| Some((own, units::factor(own, of).ok()?)));
+        if let Some((own, (a, b))) = said
+            && a * below != b * above
+        {
+            let message = format!(": the heading of its column says {own}");
+            return section.refuse(section.fault_of(key, message).hint("leave it out, or correct the heading"));
+        }
+    }
+    let point = |row: &[f64]| {
+        let [a, b] = [row[0] * scales[0], row[1] * scales[1]];
+        if polar { Point::from_polar(a, b) } else { Point::new(a, b) }
+    };
+    let contour = rows.rows.iter().map(|(row, _)| point(row)).collect();
+    let digit = if polar { 0.0 } else { rows.digit * scales[1] };
+    Some((contour, rows, digit))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,420 @@
+//! From the contour of a cam to its motion law: U(φ) of the follower that runs on it.
+//!
+//! A periodic spline through the points, over the sum of the chords, gives the normal n in each of them. A roller that touches
+//! there has its centre at z = c ± ϱ n; its distance from the cam's centre gives the follower's coordinate, and with it p, and
+//! φ = σ arg(p/z). A flat face that touches at c has h = Re(c n̄) and φ = σ arg(i/n). An error δ of the direction of n moves the
+//! pair (φ, U) along the law and changes it by ϱδ²/2 only, so that the pairs are as accurate as the points; the law gives normals for
+//! better pairs. It is the periodic quintic spline through them; where U″ jumps by J the spline is that of U − J b(φ), b periodic
+//! with b″ = ½ − φ/2π behind the jump.
+//!
+//! Symbols: c point of the contour seen from the cam (m), others as in [`super`]. The contour has to go around the cam's centre
+//! once, with each point in contact at an angle of its own: hollows narrower than the roller, hollows at all below a flat face
+//! and parts without points are refused. Source: derived here; the forward equations are those of [`super`].
+
+use super::contour::Side;
+use super::{Carrier, I, Plan, Point, Start, degrees};
+use crate::smoothing::{SmoothingError, smooth};
+use camdrive::drives::Fault;
+use camdrive::motion::table::{Bend, Points};
+use camdrive::motion::{MotionLaw, Table};
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
+
+/// The law that a contour gives, as points of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Traced {
+    /// Angles and lifts.
+    pub points: Points,
+    /// U′ and U″ of the points; empty where U″ does not jump.
+    pub bends: Vec<Bend>,
+    /// The point of the contour to which each belongs.
+    pub rows: Vec<usize>,
+    /// The standard deviation of the lifts over that of the points.
+    pub noise: f64,
+    /// The coordinate of the follower at U = 0.
+    start: f64,
+}
+
+/// A point of the contour in contact: angle, coordinate of the follower, curvature of the contour (1/m), positive where it bulges.
+#[derive(Clone, Copy)]
+struct Contact {
+    phi: f64,
+    coordinate: f64,
+    curvature: f64,
+}
+
+/// Why a contour gives no law.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refusal {
+    /// The point at fault; None where it is the contour.
+    pub index: Option<usize>,
+    /// What is wrong.
+    pub message: String,
+    /// A remedy.
+    pub hint: String,
+}
+
+impl Refusal {
+    fn at(index: impl Into<Option<usize>>, message: impl Into<String>, hint: impl Into<String>) -> Self {
+        Refusal { index: index.into(), message: message.into(), hint: hint.into() }
+    }
+}
+
+/// The fewest points of a contour.
+const LEAST: usize = 8;
+
+/// A gap is wider than this (rad) and than so many times both of its neighbours: rests are measured every two degrees. Steps of 45°
+/// are gaps anyway.
+const GAP: (f64, f64) = (PI / 72.0, 3.0);
+
+/// The least radius may differ from the given one by this part of the stroke, the tolerance of a finished cam.
+const SIZE: f64 = 0.01;
+
+/// An angle (rad) by which a correction of a normal cannot be meant.
+const FAR: f64 = 0.02;
+
+fn millimetres(length: f64) -> String {
+    format!("{:.4} mm", 1e3 * length)
+}
+
+/// The law of `plan` with this contour, seen from the cam at φ = 0: the inner one of a groove, that of the first cam of a pair.
+/// `noise` is the standard deviation of its points, None in it where they tell it themselves.
+///
+/// # Errors
+/// Where the contour does not determine the law.
+pub fn trace(plan: &Plan, contour: &[Point], noise: Option<Option<f64>>) -> Result<Traced, Refusal> {
+    let (rows, angles) = around(contour)?;
+    let points: Vec<Point> = rows.iter().map(|&row| contour[row]).collect();
+    let n = points.len();
+    let seen = steps((0..n).map(|i| (points[(i + 1) % n] / points[i]).arg()));
+    let winding = seen.iter().sum::<f64>();
+    if !((winding.abs() - TAU).abs() < 1.0) {
+        let hint = "the origin is the cam's centre; are columns and units right?";
+        return Err(Refusal::at(None, "the contour does not go around the cam's centre once", hint));
+    }
+    let missing = |steps: &[f64], k: usize, i: usize, of: &str| {
+        let message = format!("before this point the contour has none over {:.3}° {of}", steps[k].abs().to_degrees());
+        let hint = "measure the whole turn; where nothing is missing the contour has a corner there, by undercut; are columns and units right?";
+        Refusal::at(rows[i], message, hint)
+    };
+    if let Some(k) = gap(&seen) {
+        return Err(missing(&seen, k, (k + 1) % n, "around the cam's centre"));
+    }
+    let left = winding.signum();
+    let [x, y] = [|p: &Point| p.re, |p: &Point| p.im].map(|part| smoothed(&angles, points.iter().map(part), noise));
+    let (x, y) = (x?, y?);
+    let outwards = if plan.cut.sides()[0] == Side::Outer { -plan.roller } else { plan.roller };
+    let flat = plan.carrier == Carrier::Flat;
+    let below = matches!(plan.start, Start::Coordinate(start) if start < 0.0);
+    let place = |i: usize, c: Point, normal: Point| {
+        if flat {
+            return Ok((plan.sense * (I * normal.conj()).arg(), (c * normal.conj()).re, 1.0));
+        }
+        let centre = c + outwards * normal;
+        let coordinate = plan.coordinate_at(centre.norm()).map_err(|fault: Fault| {
+            let message = format!("no roller of this follower touches the contour here: {fault}");
+            Refusal::at(rows[i], message, "are the lengths of the follower and the unit of the points right?")
+        })?;
+        let coordinate =
+            if below && matches!(plan.carrier, Carrier::Translating { .. }) { -coordinate } else { coordinate };
+        let ([held, ..], by_lift) = plan.follower(coordinate).position([0.0; 3]);
+        let turned = held * centre.conj() / (held * centre).norm();
+        Ok((plan.sense * turned.arg(), coordinate, 1.0 / (turned * normal * by_lift.conj()).re))
+    };
+    let (mut found, mut noise_of_lift) = (Vec::new(), 0.0);
+    let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY];
+    for i in 0..n {
+        let [curve, slope, bend] =
+            [0, 1, 2].map(|order| Point::new(x.at(angles[i]).0[order], y.at(angles[i]).0[order]));
+        let normal = -I * left * slope / slope.norm();
+        // What moves a point along the contour does not change it.
+        let off = ((points[i] - curve) * normal.conj()).re;
+        let (phi, coordinate, per) = place(i, curve + normal * off, normal)?;
+        noise_of_lift += per * per / n as f64;
+        let even = place(i, curve, normal)?.1;
+        (low, high) = (low.min(even), high.max(even));
+        let curvature = left * (slope.conj() * bend).im / slope.norm().powi(3);
+        found.push(Contact { phi, coordinate, curvature });
+    }
+    // A cam that turns counter-clockwise sees its follower run around it clockwise.
+    let mut order: Vec<usize> = (0..n).collect();
+    if left * plan.sense > 0.0 {
+        order.reverse();
+    }
+    let next = |k: usize| order[(k + 1) % n];
+    let steps = steps((0..n).map(|k| found[next(k)].phi - found[order[k]].phi));
+    if let Some(k) = gap(&steps) {
+        return Err(missing(&steps, k, next(k), &format!("of φ, up to {:.3}°", degrees(found[next(k)].phi))));
+    }
+    if let Some(k) = (0..n).find(|&k| !(steps[k] > 0.0)) {
+        let beside: Vec<usize> = (n + k - 2..=n + k + 3).map(|j| order[j % n]).collect();
+        let (i, message) = backwards(plan, outwards, &found, &beside);
+        let place = format!("{} and {} in x and y", millimetres(points[i].re), millimetres(points[i].im));
+        let message = format!("at φ = {:.3}°, {place}, {message}", degrees(found[i].phi));
+        let hint = "are the follower, its `roller_radius` and the order of the points right? points with noise need `noise`, for example \"estimate\"";
+        return Err(Refusal::at(rows[i], message, hint));
+    }
+    let mut start = match plan.start {
+        Start::Coordinate(start) => start,
+        Start::Prime(radius) => known(plan, radius)?,
+        Start::Base(radius) => known(plan, radius + plan.roller)?,
+    };
+    let per = if let Carrier::Lever { transmission, .. } = plan.carrier { transmission } else { 1.0 };
+    if !matches!(plan.start, Start::Coordinate(_)) {
+        if !((low - start).abs() <= SIZE * (high - low)) {
+            let nearest = points.iter().map(|c| c.norm()).fold(f64::INFINITY, f64::min);
+            let message = format!(
+                "the least radius of the contour is {}, which `base_radius` or `prime_radius` does not fit",
+                millimetres(nearest)
+            );
+            return Err(Refusal::at(
+                None,
+                message,
+                "correct one of them, the unit of the points or the radius of the roller",
+            ));
+        }
+        // Where the tool moves against the arm its least U belongs to the largest coordinate.
+        start = if per < 0.0 { high } else { start };
+    }
+    // It begins between points that are neither near enough to be taken for one nor so far apart that some may be missing.
+    let mut by_width: Vec<usize> = (0..n).collect();
+    by_width.sort_by(|a, b| steps[*a].total_cmp(&steps[*b]));
+    let seam = by_width[n / 2];
+    let first = (found[next(seam)].phi - 0.5 * steps[seam]).rem_euclid(TAU);
+    let law = |found: &[Contact]| {
+        let pair =
+            |i: usize| (first + (found[i].phi - first).rem_euclid(TAU), per * (found[i].coordinate - start), rows[i]);
+        let mut pairs: Vec<(f64, f64, usize)> = (0..n).map(pair).collect();
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (angles, lifts) = pairs.iter().map(|(angle, lift, _)| (*angle, *lift)).unzip();
+        let rows = pairs.iter().map(|(.., row)| *row).collect();
+        Traced { points: Points { angles, lifts }, bends: Vec::new(), rows, noise: noise_of_lift.sqrt(), start }
+    };
+    let mut traced = law(&found);
+    if noise.is_none() {
+        traced = traced.cornered();
+        // The law gives better normals where the curvature jumps between points far apart.
+        for _ in 0..2 {
+            let Some(motion) = traced.law() else { break };
+            let cam = plan.with(motion, start);
+            for i in 0..n {
+                let turned = |phi: f64| Point::from_polar(1.0, plan.sense * phi);
+                let Ok(at) = cam.at(found[i].phi.rem_euclid(TAU)) else { continue };
+                let mut phi = at.phi;
+                if flat {
+                    // Where the face would touch at this point.
+                    let off = (turned(phi) * points[i]).re - at.place.re;
+                    phi += (plan.sense * off / (at.coordinate + cam.law.at(at.phi).0[2])).clamp(-FAR, FAR);
+                }
+                if let Ok((phi, coordinate, _)) = place(i, points[i], turned(phi).conj() * at.normal) {
+                    found[i] = Contact { phi, coordinate, ..found[i] };
+                }
+            }
+            traced = law(&found).cornered();
+        }
+    }
+    Ok(traced)
+}
+
+/// Where the follower would have to turn back at one of these points, and why.
+fn backwards(plan: &Plan, outwards: f64, found: &[Contact], beside: &[usize]) -> (usize, String) {
+    let sign = if outwards < 0.0 { -1.0 } else { 1.0 };
+    let bend = |i: usize| sign * found[i].curvature;
+    let sharpest = beside.iter().copied().min_by(|a, b| bend(*a).total_cmp(&bend(*b))).unwrap_or(0);
+    let (flat, curvature) = (plan.carrier == Carrier::Flat, found[sharpest].curvature);
+    if !(if flat { curvature < 0.0 } else { outwards * curvature < -0.5 }) {
+        return (beside[beside.len() / 2], "the points do not follow each other around the cam".to_owned());
+    }
+    let radius = millimetres(1.0 / curvature.abs());
+    let what = match flat {
+        true => "a flat face".to_owned(),
+        false => format!("a roller with a radius of {}", millimetres(plan.roller)),
+    };
+    (sharpest, format!("the contour is undercut: it bends with a radius of {radius}, which {what} does not follow"))
+}
+
+/// The steps of an angle around the turn, one of which may be wider than half of it.
+fn steps(differences: impl Iterator<Item = f64>) -> Vec<f64> {
+    /// What is left of the turn beside the widest gap (rad), at least.
+    const REST: f64 = 0.3;
+    let mut steps: Vec<f64> = differences.map(|step| (step + PI).rem_euclid(TAU) - PI).collect();
+    let sum = steps.iter().sum::<f64>();
+    if let Some(widest) = steps.iter_mut().max_by(|a, b| a.abs().total_cmp(&b.abs()))
+        && sum.abs() < 1.0
+        && widest.abs() > REST
+    {
+        *widest -= TAU * widest.signum();
+    }
+    steps
+}
+
+/// The step that leaves out a part of the turn.
+fn gap(steps: &[f64]) -> Option<usize> {
+    let (n, width) = (steps.len(), |k: usize| steps[k % steps.len()].abs());
+    (0..n)
+        .find(|&k| width(k) > GAP.0 && (width(k) > FRAC_PI_4 || width(k) > GAP.1 * width(k + 1).max(width(k + n - 1))))
+}
+
+fn known(plan: &Plan, distance: f64) -> Result<f64, Refusal> {
+    plan.coordinate_at(distance).map_err(|fault| Refusal::at(None, fault.to_string(), "choose other lengths"))
+}
+
+/// The points without those that repeat the one before, as a closing one does, and the angles 2π (sum of chords)/(length).
+fn around(contour: &[Point]) -> Result<(Vec<usize>, Vec<f64>), Refusal> {
+    let n = contour.len();
+    let few = |n: usize| {
+        Refusal::at(
+            None,
+            format!("a contour of {n} points"),
+            format!("measure at least {LEAST} points of the whole turn"),
+        )
+    };
+    if n < LEAST {
+        return Err(few(n));
+    }
+    let chord = |i: usize| (contour[(i + 1) % n] - contour[i]).norm();
+    let length: f64 = (0..n).map(chord).sum();
+    let mut chords: Vec<f64> = (0..n).map(chord).collect();
+    chords.sort_by(f64::total_cmp);
+    let closed = chord(n - 1) < 0.25 * chords[n / 2];
+    let rows: Vec<usize> = (0..n - usize::from(closed)).filter(|&i| i == 0 || chord(i - 1) > 1e-6 * length).collect();
+    if rows.len() < LEAST {
+        return Err(few(rows.len()));
+    }
+    let ends = rows.iter().zip(rows.iter().skip(1).chain([&rows[0]]));
+    let chords: Vec<f64> = ends.map(|(a, b)| (contour[*b] - contour[*a]).norm()).collect();
+    let length: f64 = chords.iter().sum();
+    let sums = chords.iter().scan(0.0, |sum, chord| Some(std::mem::replace(sum, *sum + TAU * chord / length)));
+    Ok((rows, sums.collect()))
+}
+
+/// A coordinate of the contour over the sum of its chords, without noise: of what is left of it the normals are accurate enough.
+fn smoothed(
+    angles: &[f64],
+    values: impl Iterator<Item = f64>,
+    noise: Option<Option<f64>>,
+) -> Result<MotionLaw, Refusal> {
+    let mut points = Points { angles: angles.to_vec(), lifts: values.collect() };
+    points.angles.push(TAU);
+    points.lifts.push(points.lifts[0]);
+    let refuse = |message: String| Refusal::at(None, message, "are the unit of the points and `noise` right?");
+    if let Some(sigma) = noise {
+        match smooth(points.clone(), sigma) {
+            Ok(smooth) => points = smooth.points,
+            Err(SmoothingError::NoNoise) => {}
+            Err(_) => return Err(refuse("this noise leaves nothing of the contour".to_owned())),
+        }
+    }
+    Table::new(points).map(MotionLaw::Table).map_err(|fault| refuse(fault.to_string()))
+}
+
+impl Traced {
+    /// The distances of the points from the contour that the follower of `plan` with this law has: the root of their mean square
+    /// and the largest (m).
+    pub fn misfit(&self, plan: &Plan, law: &MotionLaw, contour: &[Point]) -> [f64; 2] {
+        let (cam, side) = (plan.with(law.clone(), self.start), plan.cut.sides()[0]);
+        let off = self.rows.iter().zip(&self.points.angles).filter_map(|(row, phi)| {
+            let at = cam.at(*phi).ok()?;
+            Some(((contour[*row] - side.point(&cam, &at)) * (I * at.tangent).conj()).re.abs())
+        });
+        let (sum, largest) =
+            off.fold((0.0, 0.0), |(sum, largest): (f64, f64), off| (sum + off * off, largest.max(off)));
+        [(sum / self.rows.len() as f64).sqrt(), largest]
+    }
+
+    /// The law through the points; None where they are no table.
+    pub fn law(&self) -> Option<MotionLaw> {
+        let (points, bends) = (self.points.clone(), self.bends.clone());
+        let table = if bends.is_empty() { Table::new(points) } else { Table::bent(points, bends) };
+        table.ok().map(MotionLaw::Table)
+    }
+
+    /// With the places where U″ jumps as corners.
+    fn cornered(mut self) -> Self {
+        let corners = corners(&self.points);
+        // b, b′, b″ behind the corner, and in it b″ before it.
+        let of = |phi: f64, at: f64| {
+            let x = (phi - at).rem_euclid(TAU) / TAU;
+            [TAU * TAU * x * (x / 4.0 - x * x / 6.0 - 1.0 / 12.0), TAU * (0.5 * x * (1.0 - x) - 1.0 / 12.0), 0.5 - x]
+        };
+        let sum = |phi: f64, order: usize| corners.iter().map(|(at, jump)| jump * of(phi, *at)[order]).sum::<f64>();
+        let mut rest = self.points.clone();
+        rest.angles.iter().zip(&mut rest.lifts).for_each(|(phi, lift)| *lift -= sum(*phi, 0));
+        let Ok(rest) = Table::new(rest).map(MotionLaw::Table) else { return self };
+        if corners.is_empty() {
+            return self;
+        }
+        for &(at, _) in &corners {
+            let i = self.points.angles.partition_point(|phi| *phi < at);
+            if self.points.angles.get(i) != Some(&at) {
+                self.points.angles.insert(i, at);
+                self.points.lifts.insert(i, rest.at(at).0[0] + sum(at, 0));
+                self.rows.insert(i, self.rows[i.min(self.rows.len() - 1)]);
+            }
+        }
+        let bend = |phi: &f64| {
+            let ([_, slope, bend, ..], jump) = (rest.at(*phi).0, corners.iter().find(|(at, _)| at == phi));
+            let behind = bend + sum(*phi, 2);
+            Bend { slope: slope + sum(*phi, 1), before: behind - jump.map_or(0.0, |(_, jump)| *jump), behind }
+        };
+        self.bends = self.points.angles.iter().map(bend).collect();
+        self
+    }
+}
+
+/// Third differences across a jump of U″ are so many times those on both sides of it.
+const JUMP: f64 = 6.0;
+
+/// A jump by this part of the stroke per square of the points' distance is none: the spline across it is accurate to 1e-7.
+const SMALL: f64 = 5e-6;
+
+/// The angles where U″ jumps, with the jumps: where the polynomials of degree 4 through the points on both sides touch.
+fn corners(points: &Points) -> Vec<(f64, f64)> {
+    let n = points.angles.len();
+    let angle = |i: usize| points.angles[i % n] + TAU * (i / n) as f64;
+    // The Taylor coefficients up to order 2 about φ of the polynomial through these points, and the highest divided difference.
+    let polynomial = |first: usize, count: usize, phi: f64| {
+        let mut d: Vec<f64> = (first..first + count).map(|i| points.lifts[i % n]).collect();
+        for k in 1..count {
+            (k..count).rev().for_each(|j| d[j] = (d[j] - d[j - 1]) / (angle(first + j) - angle(first + j - k)));
+        }
+        let newton = |[a, b, c]: [f64; 3], j: usize| {
+            let x = phi - angle(first + j);
+            [a * x + d[j], b * x + a, c * x + b]
+        };
+        ((0..count).rev().fold([0.0; 3], newton), d[count - 1])
+    };
+    let stroke = [f64::max, f64::min].map(|of| points.lifts.iter().copied().reduce(of).unwrap_or(0.0));
+    let stroke = stroke[0] - stroke[1];
+    let third: Vec<f64> = (0..n).map(|i| polynomial(i, 4, angle(i)).1.abs()).collect();
+    let beside = |i: usize| {
+        [3, 4, 5, 6].into_iter().flat_map(move |k| [i + k, i + n - k]).map(|j| third[j % n]).fold(0.0, f64::max)
+    };
+    let high: Vec<bool> = (0..n).map(|i| third[i] > JUMP * beside(i)).collect();
+    let mut list = Vec::new();
+    for first in (n..2 * n).filter(|i| high[i % n] && !high[(i - 1) % n]) {
+        let last = (first..first + n).take_while(|i| high[i % n]).last().unwrap_or(first);
+        let ends = [angle(first + 1), angle(last + 2)];
+        // A jump near a point leaves little in one of three differences; the point may be on either side.
+        let near = usize::from(last < first + 2);
+        let between = |phi: f64| {
+            let [left, right] = [first - 2 - near, last + 1 + near].map(|first| polynomial(first, 5, phi).0);
+            [0, 1, 2].map(|k| right[k] - left[k])
+        };
+        let mut at = 0.5 * (ends[0] + ends[1]);
+        for _ in 0..8 {
+            let [_, slope, bend] = between(at);
+            at = (at - 0.5 * slope / bend).clamp(ends[0], ends[1]);
+        }
+        let nearest = (first..=last + 3).min_by(|a, b| (angle(*a) - at).abs().total_cmp(&(angle(*b) - at).abs()));
+        let width = (ends[1] - ends[0]) / (last + 1 - first) as f64;
+        // A corner as near to a point is in it.
+        let near = nearest.filter(|&i| (angle(i) - at).abs() < 0.02 * width);
+        at = near.map_or(at, angle);
+        let [apart, _, bend] = between(at);
+        if apart.abs() < 0.1 * bend.abs() * width * width && bend.abs() * width * width > SMALL * stroke {
+            let first = points.angles[0];
+            list.push((near.map_or(first + (at - first).rem_euclid(TAU), |i| points.angles[i % n]), 2.0 * bend));
+        }
+    }
+    list
+}

@@ -1,0 +1,225 @@
+//! Contours of random cams, as a machine measures them, and the laws that they give back.
+
+use super::*;
+use crate::cam_geometry::inverse::{Refusal, trace};
+use camdrive::motion::Table;
+
+/// Random numbers with a fixed seed.
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.unit() * n as f64) as usize
+    }
+
+    /// A value of the standard normal distribution.
+    fn normal(&mut self) -> f64 {
+        (-2.0 * (1.0 - self.unit()).ln()).sqrt() * (TAU * self.unit()).cos()
+    }
+}
+
+/// The points of the contour at n angles, in any order.
+fn measured(cam: &Cam, cut: Cut, n: usize, random: &mut Random) -> Vec<Point> {
+    let first = random.between(0.0, TAU);
+    let (side, even) = (cut.sides()[0], random.below(2) == 0);
+    let at = |i: usize| if even { TAU * i as f64 / n as f64 } else { first + TAU * i as f64 / n as f64 };
+    let mut points: Vec<Point> = (0..n).map(|i| side.point(cam, &cam.at(at(i).rem_euclid(TAU)).unwrap())).collect();
+    points.rotate_left(random.below(n));
+    if random.below(2) == 0 {
+        points.reverse();
+    }
+    if random.below(2) == 0 {
+        points.push(points[0]);
+    }
+    points
+}
+
+/// A cycle over angles as in machines.
+fn random_cycle(law: StandardLaw, random: &mut Random) -> MotionLaw {
+    let [rise, back] = [(); 2].map(|()| random.between(65f64.to_radians(), 120f64.to_radians()));
+    let rest = TAU - rise - back;
+    let plan = CyclePlan {
+        stroke: 0.01,
+        lower: 0.0,
+        rise_start: random.between(0.0, TAU),
+        rise_angle: rise,
+        upper_dwell: rest * random.between(0.2, 0.5),
+        return_angle: back,
+        rise_law: law,
+        return_law: law,
+        inflections: [None; 2],
+    };
+    MotionLaw::Cycle(Cycle::new(plan))
+}
+
+/// A cam of every kind of follower.
+fn random_cams(law: &MotionLaw, random: &mut Random) -> Vec<(Cam, Cut)> {
+    let sign = |random: &mut Random| if random.below(2) == 0 { 1.0 } else { -1.0 };
+    let sense = sign(random);
+    let roller = random.between(0.004, 0.012);
+    let side = sign(random);
+    let lever = |start, transmission| Follower::Lever { pivot: 0.06, length: 0.045, start, transmission, side };
+    let slide =
+        Follower::Translating { eccentricity: random.between(-0.008, 0.008), start: random.between(0.025, 0.04) };
+    let followers = [
+        (slide, Cut::Inner),
+        (slide, Cut::Outer),
+        (lever(random.between(0.6, 0.8), random.between(0.04, 0.06)), Cut::Inner),
+        (lever(random.between(0.9, 1.0), -random.between(0.04, 0.06)), Cut::Groove),
+        (Follower::Flat { start: random.between(0.05, 0.06) }, Cut::Inner),
+    ];
+    followers.map(|(follower, cut)| (Cam { law: law.clone(), follower, sense, roller }, cut)).into()
+}
+
+/// The largest error of the law that the contour of `cam` gives, as part of the stroke.
+fn error(cam: &Cam, cut: Cut, points: &[Point], noise: Option<Option<f64>>) -> Result<f64, Refusal> {
+    let found = trace(&plan(cam, cut), points, noise)?;
+    let law = match noise {
+        Some(sigma) => {
+            let sigma = sigma.map(|sigma| sigma * found.noise);
+            let smooth = crate::smoothing::smooth(found.points.clone(), sigma).unwrap();
+            MotionLaw::Table(Table::new(smooth.points).unwrap())
+        }
+        None => found.law().unwrap(),
+    };
+    let values = |law: &MotionLaw| (0..5000).map(|i| law.at(TAU * f64::from(i) / 5000.0).0[0]).collect::<Vec<f64>>();
+    let (own, found) = (values(&cam.law), values(&law));
+    let apart = own.iter().zip(&found).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    Ok(apart / stroke(&cam.law))
+}
+
+fn stroke(law: &MotionLaw) -> f64 {
+    let values = (0..5000).map(|i| law.at(TAU * f64::from(i) / 5000.0).0[0]);
+    let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], u| [a.min(u), b.max(u)]);
+    high - low
+}
+
+#[test]
+fn a_contour_gives_its_law_back() {
+    let mut random = Random(34);
+    for law in StandardLaw::ALL.into_iter().map(Some).chain([None]) {
+        let bars = match law {
+            None | Some(StandardLaw::Polynomial4567) => [1e-6, 1e-6],
+            Some(_) => [5e-6, 1e-6],
+        };
+        for (n, bar) in [360, 720].into_iter().zip(bars) {
+            for _ in 0..8 {
+                let motion = match law {
+                    Some(law) => random_cycle(law, &mut random),
+                    None => fourier(vec![0.007, -0.005, 0.0008], vec![0.0, 0.001]),
+                };
+                for (cam, cut) in random_cams(&motion, &mut random) {
+                    let points = measured(&cam, cut, n, &mut random);
+                    let error = |points: &[Point]| {
+                        error(&cam, cut, points, None).unwrap_or_else(|e| panic!("{cam:?} {cut:?}: {e:?}"))
+                    };
+                    let even = error(&points);
+                    assert!(even < bar, "{law:?} with {n} points: {even:.2e}, {cam:?} {cut:?}");
+                    // As the contours are written: every two degrees at rest, where it bends more finely; some 500 points.
+                    let mesh = Mesh::new(&cam, cut.sides(), 1e-6).unwrap();
+                    let points: Vec<Point> =
+                        mesh.outline(&cam, cut.sides()[0]).points.into_iter().map(|(_, point)| point).collect();
+                    let graded = error(&points);
+                    assert!(graded < bars[0], "{law:?}, {} points: {graded:.2e}, {cam:?} {cut:?}", points.len());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn noise_is_taken_out() {
+    // 3 µm in x and in y; the lifts have as much, behind a lever as much more as the tool moves farther than the roller.
+    let mut random = Random(9);
+    for law in [Some(StandardLaw::Polynomial4567), None] {
+        for noise in [Some(3e-6), None] {
+            for _ in 0..8 {
+                let motion = match law {
+                    Some(law) => random_cycle(law, &mut random),
+                    None => fourier(vec![0.007, -0.005, 0.0008], vec![0.0, 0.001]),
+                };
+                for (cam, cut) in random_cams(&motion, &mut random) {
+                    let mut points = measured(&cam, cut, 360, &mut random);
+                    points.iter_mut().for_each(|p| *p += 3e-6 * Point::new(random.normal(), random.normal()));
+                    let traced =
+                        trace(&plan(&cam, cut), &points, Some(noise)).unwrap_or_else(|e| panic!("{cam:?}: {e:?}"));
+                    let error =
+                        stroke(&cam.law) * error(&cam, cut, &points, Some(noise)).unwrap() / (3e-6 * traced.noise);
+                    // Points at unequal angles are resampled before they are smoothed; 3.02 at most here.
+                    assert!(error < 3.5, "{law:?}: {error:.2} σ, {cam:?} {cut:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn undercut_gaps_and_wrong_sizes_are_named_with_their_place() {
+    let cam = translating(cycle(StandardLaw::Polynomial4567, 0.0), 0.0, 1.0);
+    let right = plan(&cam, Cut::Inner);
+    let contour: Vec<Point> =
+        (0..360).map(|i| Side::Inner.point(&cam, &cam.at(TAU * f64::from(i) / 360.0).unwrap())).collect();
+    let told = |plan: &Plan, points: &[Point]| trace(plan, points, None).unwrap_err();
+    // Twenty points, and a part wider than half of the turn.
+    for missing in [100..120, 90..330] {
+        let rest: Vec<Point> = (0..360).filter(|i| !missing.contains(i)).map(|i| contour[i]).collect();
+        let refusal = told(&right, &rest);
+        assert!(refusal.index == Some(missing.start) && refusal.message.contains("none over"), "{refusal:?}");
+    }
+    // A roller that is wider than the sharpest hollow, and a flat face on a hollow.
+    let list = findings(&cam, &right, &outlines(&cam, Cut::Inner, 1e-6)).unwrap();
+    let hollow = find(&list, "sharpest hollow");
+    for (plan, what) in [
+        (Plan { roller: 1.05 * hollow.value, ..right }, "a roller with a radius of"),
+        (Plan { carrier: Carrier::Flat, start: Start::Coordinate(0.03), ..right }, "a flat face"),
+    ] {
+        let refusal = told(&plan, &contour);
+        assert!(refusal.message.contains("undercut") && refusal.message.contains(what), "{refusal:?}");
+        if plan.carrier != Carrier::Flat {
+            let place = refusal.index.unwrap() as f64;
+            assert!((place - hollow.phi.to_degrees()).abs() < 4.0, "{refusal:?} {hollow:?}");
+        }
+    }
+    // Contours of the wrong size, about another point, of another follower.
+    let based = Plan { start: Start::Base(0.046), ..right };
+    assert!(told(&based, &contour).message.contains("least radius of the contour is 45.0000 mm"));
+    let beside: Vec<Point> = contour.iter().map(|p| p + 0.2).collect();
+    assert!(told(&right, &beside).message.contains("does not go around"));
+    let short = Carrier::Lever { pivot: 0.1, length: 0.02, transmission: 0.02, side: 1.0 };
+    let refusal = told(&Plan { carrier: short, ..right }, &contour);
+    assert!(refusal.index.is_some() && refusal.message.contains("no roller of this follower"), "{refusal:?}");
+    // The path of an undercut cam turns back.
+    let narrow = Cam { follower: Follower::Translating { eccentricity: 0.0, start: 0.02 }, ..cam.clone() };
+    let undercut: Vec<Point> =
+        (0..360).map(|i| Side::Inner.point(&narrow, &narrow.at(TAU * f64::from(i) / 360.0).unwrap())).collect();
+    assert!(trace(&plan(&narrow, Cut::Inner), &undercut, None).is_err());
+}
+
+#[test]
+fn the_points_are_as_near_to_the_contour_of_the_law_as_is_told() {
+    let mut random = Random(5);
+    let motion = random_cycle(StandardLaw::Polynomial4567, &mut random);
+    for (cam, cut) in random_cams(&motion, &mut random) {
+        let (plan, mut points) = (plan(&cam, cut), measured(&cam, cut, 360, &mut random));
+        let misfit = |points: &[Point]| {
+            let traced = trace(&plan, points, None).unwrap();
+            traced.misfit(&plan, &cam.law, points)
+        };
+        let [_, largest] = misfit(&points);
+        assert!(largest < 1e-10, "{largest:e}");
+        // Against the law itself a point that is 1 µm outside is told as such.
+        let outwards = points[180] / points[180].norm();
+        points[180] += 1e-6 * outwards;
+        let [mean, largest] = misfit(&points);
+        assert!(largest < 1.05e-6 && largest > 0.7e-6 && mean < 1e-7, "{mean:e} {largest:e}");
+    }
+}
