@@ -414,6 +414,14 @@ fn prepare(drive: &mut AnyDrive, list: &[Description], sample: usize, random: &m
         if d.name == "start.q" || d.name == "start.q_dot" {
             drive.set(reference, 1e-3).unwrap();
         }
+        // Where w alone is an input, φ is as random as it is among inputs, and what the speed presses as large as what springs do.
+        if list[0].name == "w" {
+            match &*d.name {
+                "drive.phi_start" => drive.set(reference, 10.0 * random.next()).unwrap(),
+                "start.q" if sample % 8 < 4 => drive.set(reference, 1e-6).unwrap(),
+                _ => {}
+            }
+        }
     }
     set_inputs(drive, &positions(list, |d| d.causality == Causality::Input), random);
 }

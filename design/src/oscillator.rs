@@ -93,7 +93,7 @@ pub fn of(scene: &Scene) -> Result<PeriodicOscillator, Fault> {
 fn turning(drive: &DriveMode) -> (Option<f64>, f64) {
     match *drive {
         DriveMode::Constant { w, phi_start } => (Some(w), phi_start),
-        DriveMode::Input => (None, 0.0),
+        DriveMode::Input | DriveMode::Speed { .. } => (None, 0.0),
     }
 }
 

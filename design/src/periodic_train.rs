@@ -65,7 +65,7 @@ pub fn of(scene: &Scene) -> Result<Turn, Fault> {
     match &mut scene.shaft {
         Shaft::Free(machine) => machine.phi_start = 0.0,
         Shaft::Driven(DriveMode::Constant { phi_start, .. }) => *phi_start = 0.0,
-        Shaft::Driven(DriveMode::Input) => {}
+        Shaft::Driven(DriveMode::Input | DriveMode::Speed { .. }) => {}
     }
     // Finer than any digit that is shown.
     scene.solver.tolerance = TOLERANCE;

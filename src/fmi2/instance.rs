@@ -4,8 +4,9 @@ use super::abi::{self, fmi2Status};
 use super::call_sequence::{Function, Mode};
 use super::log::{Category, Logger};
 use super::saved_state::{self, Clock, SavedState};
+use crate::drives::event::{self, About};
 use crate::drives::variable::Type;
-use crate::drives::{AnyDrive, Fault, Number, event};
+use crate::drives::{AnyDrive, Fault, Number};
 use std::any::Any;
 use std::ffi::CStr;
 use std::mem::MaybeUninit;
@@ -36,6 +37,8 @@ pub struct Instance {
     fingerprint: u64,
     clock: Clock,
     logger: Logger,
+    /// Whether the log wants to know of events.
+    listens: bool,
 }
 
 /// The clock after fmi2Instantiate and fmi2Reset.
@@ -47,20 +50,17 @@ const NO_STOP: f64 = f64::MAX;
 impl Instance {
     /// An instance of the FMU with this guid.
     pub fn new(drive: AnyDrive, guid: &str, logger: Logger) -> Self {
-        let mut instance = Instance { drive, fingerprint: saved_state::fingerprint(guid), clock: BEGINNING, logger };
+        let mut instance =
+            Instance { drive, fingerprint: saved_state::fingerprint(guid), clock: BEGINNING, logger, listens: false };
         instance.listen();
         instance
     }
 
     /// Keeps events as long as the log wants to know of them.
     fn listen(&mut self) {
-        let wanted = self.is_listening();
-        self.drive.events().keep(wanted);
-    }
-
-    /// Whether the log wants to know of events.
-    fn is_listening(&self) -> bool {
-        self.logger.wants(Category::Events) || self.logger.wants(Category::Solver)
+        let told = [Category::Warning, Category::Events, Category::Solver];
+        self.listens = told.iter().any(|category| self.logger.wants(*category));
+        self.drive.events().keep(self.listens);
     }
 
     /// Carries out a call: looks it up in the call sequence, catches a panic, logs the reason of an error.
@@ -201,12 +201,16 @@ impl Instance {
 
     /// Passes the drive's events on to the log.
     fn log_events(&mut self) {
-        if !self.is_listening() {
+        if !self.listens {
             return;
         }
         let events = self.drive.events();
         for e in events.iter() {
-            let category = if e.solver { Category::Solver } else { Category::Events };
+            let category = match e.about {
+                About::Machine => Category::Events,
+                About::Solver => Category::Solver,
+                About::Inputs => Category::Warning,
+            };
             let (time, value) = (Number(e.time), Number(e.value));
             let separator = if e.unit.is_empty() { "" } else { " " };
             let told = format_args!("{}, {} = {value}{separator}{}", e.kind, e.quantity, e.unit);

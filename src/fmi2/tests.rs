@@ -5,7 +5,7 @@ use super::call_sequence::{self as table, Mode};
 use super::instance::{Instance, Refusal};
 use super::log::Logger;
 use crate::drives::variable::{Kind, Type, Variability, real, real_within};
-use crate::drives::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Model, Seed, Text, unit};
+use crate::drives::{About, Curve, Drive, Event, EventLog, Experiment, Fault, List, Model, Seed, Text, unit};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 use std::ffi::CStr;
@@ -108,7 +108,7 @@ impl Drive for Integrator {
                 value: self.u,
                 unit: "m/s",
                 follower: 0,
-                solver: false,
+                about: About::Machine,
             });
         }
         self.x += self.g * (self.u + 0.5 * self.u_dot * step) * step;

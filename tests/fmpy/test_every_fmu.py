@@ -25,11 +25,14 @@ def stimulate(unit, time):
 
 
 def move(unit, time):
-    """Gives the inputs phi, w and a, where the FMU has them, a motion that is the same polynomial in every step."""
-    variables = unit.package.variables
-    if "phi" in variables and variables["phi"].causality == "input":
-        w0, ramp = 6.0, 0.8
+    """Gives the inputs phi, w and a, or w alone, where the FMU has them, a motion that is the same polynomial in every step."""
+    inputs = {name for name, variable in unit.package.variables.items() if variable.causality == "input"}
+    w0, ramp = 6.0, 0.8
+    if "phi" in inputs:
         unit.set(phi=w0 * time + ramp * time * time / 2, w=w0 + ramp * time, a=ramp)
+    elif "w" in inputs:
+        unit.set(w=w0 + ramp * time)
+        unit.slave.setRealInputDerivatives([unit.package.variables["w"].valueReference], [1], [ramp])
 
 
 def started(package, name="unit"):
@@ -71,6 +74,16 @@ def test_names_units_and_identifiers_keep_the_rules(fmu, name):
     assert (float(experiment.stopTime) - 0.0) / float(experiment.stepSize) <= 1000.0 * (1 + 1e-12)
     nanoseconds = float(experiment.stepSize) * 1e9
     assert abs(nanoseconds - round(nanoseconds)) < 1e-6
+
+
+def test_what_is_named_a_derivative_is_marked_as_one(fmu, name):
+    """der(x) is that of x, der(x,2) that of der(x)."""
+    package = fmu(name)
+    for v in package.description.modelVariables:
+        if v.name.startswith("der("):
+            base = v.name[4:-1]
+            base = f"der({base[:-2]})" if base.endswith(",2") else base
+            assert v.derivative is not None and v.derivative.name == base, v.name
 
 
 def test_fmpy_simulates_it_as_it_is(name):

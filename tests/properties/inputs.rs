@@ -1,9 +1,10 @@
 //! What a cam drive owes on inputs that turn it with constant acceleration: one step or many are the same motion, so are
 //! those of a slower and of a mirrored drive and that after a restored state, and without acceleration it is that of
-//! constant speed.
+//! constant speed. On its speed alone it is the same motion again, however the shaft is split into steps, saved, mirrored or
+//! its angle counted.
 
 use super::run::Run;
-use super::scenes::{CamScene, Model, backlash, output, shaft};
+use super::scenes::{CamScene, Model, backlash, output, shaft, turned};
 use super::{admitted, agree, config, even, mirror_of, names, restoring_on_inputs, splits, time_scaling_of};
 use camdrive::drives::Fault;
 use proptest::prelude::*;
@@ -52,6 +53,50 @@ fn states(scene: &CamScene, acceleration: f64, shares: &[f64]) -> Result<(Vec<f6
 /// The motion of a drive that is a little stiffer and whose inputs are rounded otherwise.
 fn perturbed(scene: &CamScene, acceleration: f64) -> Result<Vec<f64>, TestCaseError> {
     admitted(moved(&scene.perturbed(), acceleration, &even(), 1.0)).map(|(end, _)| end)
+}
+
+/// The drive at its start on the input w alone; the flank on which a mass starts depends on the acceleration.
+fn on_speed(scene: &CamScene, acceleration: f64) -> Result<Run, Fault> {
+    let (model, mut resolved) = scene.resolved();
+    resolved["drive"] = json!({"speed": {"phi_start": scene.phi_start}});
+    Run::moving((model, resolved), &[("w", scene.w)], &[("w", acceleration)])
+}
+
+/// Sets w and its derivative for the step ahead.
+fn set_speed(run: &mut Run, scene: &CamScene, acceleration: f64) -> Result<(), Fault> {
+    run.set(&[("w", scene.w + acceleration * run.time)])?;
+    run.set_derivative("w", acceleration)
+}
+
+/// [`states`] on the input w alone.
+fn states_on_speed(scene: &CamScene, acceleration: f64, shares: &[f64]) -> Result<(Vec<f64>, Vec<f64>), Fault> {
+    let mut run = on_speed(scene, acceleration)?;
+    let of = |run: &mut Run| -> Vec<f64> { names(scene).iter().map(|name| run.get(name)).collect() };
+    let mut largest: Vec<f64> = of(&mut run).iter().map(|value| value.abs()).collect();
+    for share in shares.iter().chain(&[1.0]) {
+        set_speed(&mut run, scene, acceleration)?;
+        run.to(scene.span * share)?;
+        largest.iter_mut().zip(of(&mut run)).for_each(|(l, value)| *l = l.max(value.abs()));
+    }
+    let [(_, phi), (_, w), _] = turning(scene, acceleration, run.time);
+    // The shares are rounded, and with each step its way.
+    let rounding = 1e-15 * (scene.phi_start.abs() + (scene.w.abs() + (acceleration * run.time).abs()) * run.time);
+    let [angle, speed] = run.all(["phi", "der(phi)"]);
+    assert!((angle - phi).abs() <= rounding * (shares.len() + 2) as f64, "phi = {angle}, right is {phi}");
+    assert!((speed - w).abs() <= 1e-15 * (scene.w.abs() + 4.0 * (acceleration * run.time).abs()), "{speed} {w}");
+    Ok((of(&mut run), largest))
+}
+
+fn on_speed_alone(scene: &CamScene, change: f64, shares: &[f64], angle: f64) -> Result<(), TestCaseError> {
+    let acceleration = acceleration(scene, change);
+    let (expected, largest) = admitted(states(scene, acceleration, &even()))?;
+    let perturbed = perturbed(scene, acceleration)?;
+    agree(&admitted(states_on_speed(scene, acceleration, shares))?.0, &expected, &largest, &perturbed)?;
+    let moved = CamScene { law: turned(&scene.law, angle), phi_start: scene.phi_start + angle, ..scene.clone() };
+    agree(&admitted(states_on_speed(&moved, acceleration, shares))?.0, &expected, &largest, &perturbed)?;
+    mirror_of(scene, &|s, shares| states_on_speed(s, self::acceleration(s, change), shares), &perturbed)?;
+    let run = || admitted(on_speed(scene, acceleration));
+    restoring_on_inputs(run()?, run()?, scene.span, shares, |run| set_speed(run, scene, acceleration))
 }
 
 fn acceleration(scene: &CamScene, change: f64) -> f64 {
@@ -111,6 +156,13 @@ macro_rules! of_cam_drives {
                 #[test]
                 fn restored_at_any_instant(scene in $scene, change in -3.0..3.0_f64, shares in splits()) {
                     restored(&scene, change, &shares)?;
+                }
+
+                #[test]
+                fn on_its_speed_alone(
+                    scene in $scene, change in -3.0..3.0_f64, shares in splits(), angle in -7.0..7.0_f64
+                ) {
+                    on_speed_alone(&scene, change, &shares, angle)?;
                 }
 
                 #[test]

@@ -15,7 +15,16 @@ pub struct Run {
 
 impl Run {
     /// The drive at its start at t = 0, with these inputs and parameters.
-    pub fn new((model, scene): (&str, Value), inputs: &[(&str, f64)]) -> Result<Self, Fault> {
+    pub fn new(scene: (&str, Value), inputs: &[(&str, f64)]) -> Result<Self, Fault> {
+        Run::moving(scene, inputs, &[])
+    }
+
+    /// The same, with these first derivatives of inputs.
+    pub fn moving(
+        (model, scene): (&str, Value),
+        inputs: &[(&str, f64)],
+        derivatives: &[(&str, f64)],
+    ) -> Result<Self, Fault> {
         let variant = match model {
             "ElasticCamDrive.output" => "ElasticOutput",
             "ElasticCamDrive.shaft" => "ElasticShaft",
@@ -30,6 +39,7 @@ impl Run {
         drive.set_up(0.0, None);
         let mut run = Run { drive, names, outputs, time: 0.0 };
         run.set(inputs)?;
+        derivatives.iter().try_for_each(|(name, value)| run.set_derivative(name, *value))?;
         run.drive.start()?;
         Ok(run)
     }
@@ -39,6 +49,11 @@ impl Run {
             self.drive.set(self.names.iter().position(|n| n == name).expect("an input"), *value)?;
         }
         Ok(())
+    }
+
+    /// Sets the first derivative of an input for the step ahead.
+    pub fn set_derivative(&mut self, name: &str, value: f64) -> Result<(), Fault> {
+        self.drive.set_input_derivative(self.names.iter().position(|n| n == name).expect("an input"), 1, value)
     }
 
     pub fn get(&mut self, name: &str) -> f64 {

@@ -109,7 +109,7 @@ impl TrainScene {
         }
         match &mut self.shaft {
             Shaft::Driven(DriveMode::Constant { w, .. }) => *w *= by,
-            Shaft::Driven(DriveMode::Input) => unreachable!("at constant speed"),
+            Shaft::Driven(DriveMode::Input | DriveMode::Speed { .. }) => unreachable!("at constant speed"),
             Shaft::Free(machine) => {
                 machine.w_start *= by;
                 machine.load.iter_mut().for_each(|load| *load = times(load, square));
@@ -201,7 +201,7 @@ impl AnyScene for TrainScene {
     fn phi_start(&mut self) -> &mut f64 {
         match &mut self.shaft {
             Shaft::Driven(DriveMode::Constant { phi_start, .. }) => phi_start,
-            Shaft::Driven(DriveMode::Input) => unreachable!("at constant speed"),
+            Shaft::Driven(DriveMode::Input | DriveMode::Speed { .. }) => unreachable!("at constant speed"),
             Shaft::Free(machine) => &mut machine.phi_start,
         }
     }
@@ -252,7 +252,7 @@ impl AnyScene for TrainScene {
         let mut scene = self.clone().with_laws(crank, backwards);
         match &mut scene.shaft {
             Shaft::Driven(DriveMode::Constant { w, phi_start }) => (*w, *phi_start) = (-*w, -*phi_start),
-            Shaft::Driven(DriveMode::Input) => unreachable!("at constant speed"),
+            Shaft::Driven(DriveMode::Input | DriveMode::Speed { .. }) => unreachable!("at constant speed"),
             Shaft::Free(machine) => {
                 machine.motor.transmission.ratio *= -1.0;
                 (machine.phi_start, machine.w_start) = (-machine.phi_start, -machine.w_start);

@@ -10,16 +10,25 @@ use camdrive::drives::{elastic_output, elastic_shaft};
 use camdrive::motion::MotionLaw;
 use std::path::Path;
 
-/// Whether the motion is an input.
-pub const DRIVE_MODES: &[(&str, bool)] = &[("constant", false), ("input", true)];
+/// Whether an input is the motion, or the speed alone.
+pub const DRIVE_MODES: &[(&str, [bool; 2])] =
+    &[("constant", [false; 2]), ("input", [true, false]), ("speed", [false, true])];
 
 /// Reads `[drive]`.
 pub fn drive_mode(section: &Section<'_>) -> Option<DriveMode> {
-    let drive = if section.choice("mode", DRIVE_MODES)? {
-        section.forbid(&["speed", "phi_start"], "the inputs phi, w and a drive the cam", "mode = \"constant\"");
-        Some(DriveMode::Input)
-    } else {
-        section.real("speed").zip(section.real("phi_start")).map(|(w, phi_start)| DriveMode::Constant { w, phi_start })
+    let drive = match section.choice("mode", DRIVE_MODES)? {
+        [true, _] => {
+            section.forbid(&["speed", "phi_start"], "the inputs phi, w and a drive the cam", "mode = \"constant\"");
+            Some(DriveMode::Input)
+        }
+        [_, true] => {
+            section.forbid(&["speed"], "the input w is the speed", "mode = \"constant\"");
+            section.real("phi_start").map(|phi_start| DriveMode::Speed { phi_start })
+        }
+        _ => section
+            .real("speed")
+            .zip(section.real("phi_start"))
+            .map(|(w, phi_start)| DriveMode::Constant { w, phi_start }),
     };
     section.finish();
     drive

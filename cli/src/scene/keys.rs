@@ -282,11 +282,11 @@ tables! {
 
     /// `[drive]`.
     DRIVE "`[drive]`" {
-        /// `constant` speed, or `input`: the FMU has the inputs phi, w, a
-        "mode": choice(&[&["constant", "constant_speed"], &["input", "inputs"]]).usually("constant");
+        /// `constant` speed; `input`: the FMU has the inputs phi, w, a; `speed`: it has the input w alone and integrates phi
+        "mode": choice(&[&["constant", "constant_speed"], &["input", "inputs"], &["speed"]]).usually("constant");
         /// angular velocity, for `constant`
         "speed": real(&unit::ANGULAR_VELOCITY, within(-FASTEST, FASTEST)).said("required").also(&["w", "rpm", "n"]);
-        /// angle at the start, for `constant`
+        /// angle at the start, for `constant` and `speed`
         "phi_start": real(&unit::ANGLE, within(-LARGEST_ANGLE, LARGEST_ANGLE)).or(0.0).also(&["phi"]);
     }
 

@@ -258,7 +258,7 @@ fn speed(scene: &Scene, options: &Options) -> Result<f64, Fault> {
     let w = match (options.speed, &scene.drive) {
         (Some(w), _) => w,
         (None, DriveMode::Constant { w, .. }) => *w,
-        (None, DriveMode::Input) => {
+        (None, DriveMode::Input | DriveMode::Speed { .. }) => {
             return Err(Fault::new("the inputs move the drive of this scene; give the speed of the study, --speed"));
         }
     };

@@ -173,6 +173,7 @@ impl<'a> Feed<'a> {
         let highest = if plan.inputs == Inputs::Derivatives { plan.interface.derivatives } else { 0 };
         let derivatives: Vec<(u32, i32, Signal)> = driven()
             .filter(|(_, signal)| signal.derivative(plan.run_up, 1.0, 0.0, 1).is_some())
+            .filter(|(_, signal)| *signal != Signal::Speed || driven().all(|(_, other)| *other != Signal::Acceleration))
             .flat_map(|(reference, signal)| (1..=highest).map(|order| (*reference, order as i32, *signal)))
             .collect();
         Feed {

@@ -65,7 +65,7 @@ pub enum Signal {
     Angle,
     /// `w`.
     Speed,
-    /// `a`; the only motion input that gets derivatives: those of the others follow.
+    /// `a`; where it is there, the only motion input that gets derivatives: those of the others follow.
     Acceleration,
     /// `M_an`: the inertia at the start times the acceleration.
     Torque,
@@ -99,6 +99,7 @@ impl Signal {
     /// The derivative of order ≥ 1 that the host sets; None for an input that gets none.
     pub fn derivative(self, run_up: &RunUp, inertia: f64, t: f64, order: usize) -> Option<f64> {
         match self {
+            Signal::Speed => Some(run_up.acceleration(t, order - 1)),
             Signal::Acceleration => Some(run_up.acceleration(t, order)),
             Signal::Torque => Some(inertia * run_up.acceleration(t, order)),
             _ => None,

@@ -23,7 +23,7 @@ fn resource(scene: impl Into<Scene>) -> Resource {
 fn output(drive: DriveMode) -> Resource {
     let start = match drive {
         DriveMode::Constant { .. } => Start { mode: StartMode::SteadyState, ..AT_REST },
-        DriveMode::Input => AT_REST,
+        DriveMode::Input | DriveMode::Speed { .. } => AT_REST,
     };
     let settings = Settings::default();
     resource(elastic_output::Scene {

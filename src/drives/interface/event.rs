@@ -28,8 +28,19 @@ pub struct Event {
     pub unit: &'static str,
     /// Of which follower, counted from 1; 0 where there is but one or none.
     pub follower: usize,
-    /// Whether the entry speaks of the solver (`logSolver`) rather than of the machine (`logEvents`).
-    pub solver: bool,
+    /// What the entry speaks of.
+    pub about: About,
+}
+
+/// What an entry of the log speaks of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum About {
+    /// The machine (`logEvents`).
+    Machine,
+    /// The solver (`logSolver`).
+    Solver,
+    /// Inputs that contradict each other (`logStatusWarning`).
+    Inputs,
 }
 
 /// How many events of one step are kept; a chattering contact yields more, and their number is told.
@@ -122,7 +133,7 @@ mod tests {
                 value: 1.0,
                 unit: "N.s",
                 follower: 0,
-                solver: false,
+                about: About::Machine,
             });
         }
         log

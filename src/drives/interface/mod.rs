@@ -19,7 +19,7 @@ pub use crate::numerics::number::{Number, Rounded};
 pub use any::{AnyDrive, Plan, Snapshot};
 pub use curve::Curve;
 pub use drive::{Drive, Seed};
-pub use event::{Event, EventLog};
+pub use event::{About, Event, EventLog};
 pub use experiment::Experiment;
 pub use fault::Fault;
 pub use model::Model;

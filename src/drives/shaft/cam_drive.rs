@@ -1,8 +1,11 @@
 //! The driven cam that all cam drives share: the motion law U(φ), or what else depends on the angle, and the motion φ(t)
 //! of its shaft.
 
+use super::led::Led;
+pub use super::led::roundings;
 use crate::drives::limits::{FASTEST, INPUTS, LARGEST_ANGLE};
-use crate::drives::{List, Rounded, Seed, Variable, unit, variable};
+use crate::drives::variable::{Get, Set};
+use crate::drives::{EventLog, List, Rounded, Seed, Variable, unit, variable};
 use crate::motion::parameter::ParameterKind;
 use crate::motion::plan::MAX_LENGTH;
 use crate::motion::plan::{INFLECTION, MOST_DERIVATIVE};
@@ -13,6 +16,7 @@ use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// The highest order of input derivatives that enters the motion within a step; importers extrapolate with one to
@@ -47,6 +51,11 @@ pub enum DriveMode {
     },
     /// Inputs `phi`, `w`, `a`.
     Input,
+    /// φ = `phi_start` + ∫ w dt of the input `w` alone.
+    Speed {
+        /// Angle at the start of the simulation (rad).
+        phi_start: f64,
+    },
 }
 
 impl DriveMode {
@@ -54,8 +63,22 @@ impl DriveMode {
     pub fn speed(&self) -> f64 {
         match *self {
             DriveMode::Constant { w, .. } => w,
-            DriveMode::Input => 0.0,
+            DriveMode::Input | DriveMode::Speed { .. } => 0.0,
         }
+    }
+
+    /// Parameter 0, ω (rad/s), or 1, φ at the start (rad), to change it; None of what an input gives.
+    pub fn parameter_mut(&mut self, which: usize) -> Option<&mut f64> {
+        match (self, which) {
+            (DriveMode::Constant { w, .. }, 0) => Some(w),
+            (DriveMode::Constant { phi_start, .. } | DriveMode::Speed { phi_start }, 1) => Some(phi_start),
+            _ => None,
+        }
+    }
+
+    /// The same, to read it.
+    pub fn parameter(&self, which: usize) -> Option<f64> {
+        self.clone().parameter_mut(which).copied()
     }
 }
 
@@ -174,16 +197,20 @@ impl AngleMotion {
             let phi = Double::from(phi) + two_product(w, tau.hi) + Double::from(w * tau.lo);
             return ShaftState { reduced: angle::reduce(phi), kinematics: Kinematics([phi.hi, w, 0.0, 0.0, 0.0]) };
         }
-        let mut d = self.derivatives(tau.hi);
+        let (mut d, phi) = (self.derivatives(tau.hi), self.angle_from(Double::from(c[0]), tau));
+        d[0] = phi.hi;
+        ShaftState { reduced: angle::reduce(phi), kinematics: Kinematics(d) }
+    }
+
+    /// φ(t₀ + τ) where φ(t₀) is `phi`.
+    fn angle_from(&self, phi: Double, tau: Double) -> Double {
+        let c = &self.coefficients;
         let mut above = 0.0;
         for j in (2..=self.degree).rev() {
             above = (c[j] + above) * tau.hi / j as f64;
         }
         // φ = c₀ + (c₁ + above) τ; only the first two terms grow large, so they alone are summed with care.
-        let phi =
-            Double::from(c[0]) + two_product(c[1], tau.hi) + two_product(above, tau.hi) + Double::from(c[1] * tau.lo);
-        d[0] = phi.hi;
-        ShaftState { reduced: angle::reduce(phi), kinematics: Kinematics(d) }
+        phi + two_product(c[1], tau.hi) + two_product(above, tau.hi) + Double::from(c[1] * tau.lo)
     }
 
     /// The derivatives of φ of the orders 1 to N − 1 at `tau` (s) after the origin, in their places, by Horner's rule.
@@ -241,11 +268,6 @@ pub fn goes_on(from: [f64; 3], [phi, w]: [f64; 2], time: f64) -> bool {
     (phi - from[0]).abs() <= of_phi && (w - from[1]).abs() <= of_w
 }
 
-/// The rounding of inputs φ and ω at `time` (s), of which the time itself has its part.
-pub fn roundings([phi, w, a]: [f64; 3], time: f64) -> [f64; 2] {
-    [phi.abs() + (w * time).abs(), w.abs() + (a * time).abs()].map(|size| 4.0 * f64::EPSILON * size)
-}
-
 /// Effect of the rounding of φ, an input, on a state that it accelerates by `slope` · φ within a communication step: the
 /// angle is off by half a last place, and that for as long as the step is or the acceleration keeps its sign, `time` (s).
 pub fn push_of_rounding(inputs: [f64; 3], at: f64, slope: f64, time: f64) -> f64 {
@@ -266,8 +288,12 @@ pub struct CamDrive<Law = MotionLaw> {
     pub mode: DriveMode,
     /// The time at which φ = `phi_start` (s).
     start_time: f64,
-    /// φ, w, a as the importer set them.
+    /// φ, w, a as the importer set them; where w alone is an input, φ as it has become, and the a that its derivative gives.
     input: [f64; 3],
+    /// What φ, integrated from w, is more than the nearest number.
+    below: f64,
+    /// Whether φ and w belong together.
+    led: Led,
     /// The coefficients of the motion beyond them that derivatives of the inputs give, valid for the next step; and which
     /// input each is from, counted from 1, 0 for none.
     beyond: [f64; MAX_INPUT_DERIVATIVE],
@@ -282,6 +308,8 @@ impl<Law> CamDrive<Law> {
             mode,
             start_time: 0.0,
             input: [0.0; 3],
+            below: 0.0,
+            led: Led::default(),
             beyond: [0.0; MAX_INPUT_DERIVATIVE],
             from: [0; MAX_INPUT_DERIVATIVE],
         }
@@ -295,16 +323,22 @@ impl<Law> CamDrive<Law> {
     /// The simulation starts at `time` (s).
     pub fn start(&mut self, time: f64) {
         self.start_time = time;
+        if let DriveMode::Speed { phi_start } = self.mode {
+            (self.input[0], self.below) = (phi_start, 0.0);
+        }
+        let [phi, w, _] = self.input;
+        self.led = Led::begin([phi, w], time);
     }
 
     /// The motion of the shaft over the communication step that starts at `time` (s).
     ///
     /// Inputs: φ, w and a are the first three coefficients. The higher ones come from the derivatives of `a`,
-    /// else of `w`, else of `phi`, whichever the importer has set.
+    /// else of `w`, else of `phi`, whichever the importer has set. Where w alone is an input, φ has been integrated, and a is
+    /// its first derivative; w without derivatives is held over the step.
     pub fn motion(&self, time: f64) -> AngleMotion {
         match self.mode {
             DriveMode::Constant { w, phi_start } => AngleMotion::uniform(self.start_time, phi_start, w),
-            DriveMode::Input => {
+            DriveMode::Input | DriveMode::Speed { .. } => {
                 let [phi, w, a] = self.input;
                 let mut motion = AngleMotion::uniform(time, phi, w);
                 (motion.coefficients[2], motion.degree) = (a, if a == 0.0 { 1 } else { 2 });
@@ -323,10 +357,12 @@ impl<Law> CamDrive<Law> {
     /// φ at the `end` of the communication step that starts at `time` (s).
     #[inline(always)]
     pub fn angle(&self, time: f64, end: f64) -> f64 {
-        match (&self.mode, self.plain_inputs()) {
-            (DriveMode::Constant { w, phi_start }, _) => phi_start + w * (end - self.start_time),
-            (DriveMode::Input, Some([phi, w, a])) => phi + (w + 0.5 * a * (end - time)) * (end - time),
-            (DriveMode::Input, None) => self.motion(time).angle(end),
+        if let DriveMode::Constant { w, phi_start } = self.mode {
+            return phi_start + w * (end - self.start_time);
+        }
+        match self.plain_inputs() {
+            Some([phi, w, a]) => phi + (w + 0.5 * a * (end - time)) * (end - time),
+            None => self.motion(time).angle(end),
         }
     }
 
@@ -342,15 +378,33 @@ impl<Law> CamDrive<Law> {
         self.input = inputs;
     }
 
-    /// How many inputs the motion of the shaft has; they come first among all inputs.
-    pub fn inputs(&self) -> usize {
-        if self.is_input() { 3 } else { 0 }
+    /// Which of φ, w, a are inputs; they come first among all inputs.
+    pub fn inputs(&self) -> Range<usize> {
+        match self.mode {
+            DriveMode::Constant { .. } => 0..0,
+            DriveMode::Input => 0..3,
+            DriveMode::Speed { .. } => 1..2,
+        }
+    }
+
+    /// Which of φ, w, a are inputs or states, by name.
+    pub fn known(&self) -> &'static [&'static str] {
+        match self.mode {
+            DriveMode::Constant { .. } => &[],
+            DriveMode::Input => &["phi", "w", "a"],
+            DriveMode::Speed { .. } => &["phi", "w"],
+        }
+    }
+
+    /// Whether φ is integrated from w.
+    pub fn integrates(&self) -> bool {
+        matches!(self.mode, DriveMode::Speed { .. })
     }
 
     /// Whether the shaft moves as the inputs say.
     #[inline(always)]
     pub fn is_input(&self) -> bool {
-        matches!(self.mode, DriveMode::Input)
+        !matches!(self.mode, DriveMode::Constant { .. })
     }
 
     /// Input `which` (0: phi, 1: w, 2: a) as it was set.
@@ -361,6 +415,9 @@ impl<Law> CamDrive<Law> {
     /// Sets input `which`; derivatives belong to the value that they were set for.
     pub fn set_input(&mut self, which: usize, value: f64) {
         self.input[which] = value;
+        if self.integrates() {
+            self.input[2] = 0.0;
+        }
         if self.from != [0; MAX_INPUT_DERIVATIVE] {
             self.forget(which);
         }
@@ -368,6 +425,9 @@ impl<Law> CamDrive<Law> {
 
     /// Sets the derivative of order ≥ 1 of input `which` (0: phi, 1: w, 2: a).
     pub fn set_input_derivative(&mut self, which: usize, order: usize, value: f64) {
+        if self.integrates() && order == 1 {
+            self.input[2] = value;
+        }
         // That of `a` tells more than that of w, and that more than that of phi.
         let rank = which as u8 + 1;
         if let Some(j) = (which + order).checked_sub(3)
@@ -385,10 +445,31 @@ impl<Law> CamDrive<Law> {
         }
     }
 
-    /// Forgets the input derivatives: they hold for one communication step only.
-    pub fn step_done(&mut self) {
+    /// The step on `motion` ends at `end` (s). The input derivatives hold for one communication step only.
+    #[inline]
+    pub fn step_done(&mut self, motion: &AngleMotion, end: f64) {
+        if !self.is_input() {
+            return;
+        }
         if self.from != [0; MAX_INPUT_DERIVATIVE] {
             (self.beyond, self.from) = ([0.0; MAX_INPUT_DERIVATIVE], [0; MAX_INPUT_DERIVATIVE]);
+        }
+        let [phi, w, _] = self.input;
+        if self.integrates() {
+            let from = Double { hi: phi, lo: self.below };
+            let phi = motion.angle_from(from, Double::from(end) + Double::from(-motion.origin));
+            (self.input, self.below) = ([phi.hi, w, 0.0], phi.lo);
+        } else {
+            (self.led.from, self.led.time) = ([phi, w], motion.origin);
+        }
+    }
+
+    /// The inputs at `time` (s) do not go on where the step before led, φ and ω; tells it where they contradict each other.
+    #[cold]
+    pub fn jumps(&mut self, led: [f64; 2], time: f64, log: &mut EventLog) {
+        if !self.integrates() {
+            let [phi, w, _] = self.input;
+            self.led.compare([phi, w], led, time, log);
         }
     }
 }
@@ -427,8 +508,9 @@ macro_rules! as_every_cam_drive {
         }
 
         fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
-            match reference.checked_sub(self.cam.inputs()) {
-                None => self.cam.set_input_derivative(reference, order, value),
+            let inputs = self.cam.inputs();
+            match reference.checked_sub(inputs.len()) {
+                None => self.cam.set_input_derivative(inputs.start + reference, order, value),
                 Some(number) => {
                     $crate::drives::shaft::cam_drive::HasCamDrive::set_force_derivative(self, number, order, value)
                 }
@@ -449,7 +531,8 @@ pub(in crate::drives) use as_every_cam_drive;
 /// The outputs of a cam drive while they are declared.
 pub struct Outputs<'a, D> {
     list: &'a mut List<D>,
-    is_input: bool,
+    /// φ, w, a as far as they are inputs or states.
+    shaft: &'static [&'static str],
     states: &'static [&'static str],
     series: fn(&D, Seed, usize) -> Series,
 }
@@ -485,16 +568,56 @@ impl<D> Outputs<'_, D> {
 
     /// φ and ω, which are outputs where they are no inputs.
     pub fn add_shaft(&mut self, [phi, w]: [usize; 2]) {
-        if !self.is_input {
-            self.add(phi, "phi", "Drive angle", &unit::ANGLE, &[]).depends_initially(&[PHI]);
-            let text = "Angular velocity of the drive";
-            self.add(w, "w", text, &unit::ANGULAR_VELOCITY, &[]).depends_initially(&[W]);
+        if self.shaft.contains(&"a") {
+            return;
         }
+        let integrates = !self.shaft.is_empty();
+        let angle = self.add(phi, "phi", "Drive angle", &unit::ANGLE, &["phi"]).depends_initially(&[PHI]);
+        angle.description.state = integrates;
+        let (name, text) =
+            if integrates { ("der(phi)", "Its rate, the input w") } else { ("w", "Angular velocity of the drive") };
+        self.add(w, name, text, &unit::ANGULAR_VELOCITY, &["w"]).depends_initially(&[W]);
     }
 
     fn of_known<'b>(&self, names: &[&'b str]) -> Vec<&'b str> {
-        let inputs = ["phi", "w", "a"];
-        names.iter().copied().filter(|name| self.is_input || !inputs.contains(name)).collect()
+        let shaft = ["phi", "w", "a"];
+        names.iter().copied().filter(|name| self.shaft.contains(name) || !shaft.contains(name)).collect()
+    }
+}
+
+/// Declares the inputs of the motion, those of φ, w, a that are `inputs`.
+pub fn declare_inputs<D>(list: &mut List<D>, inputs: Range<usize>, get: Get<D>, set: Set<D>) {
+    let speed = match inputs.len() {
+        1 => "Angular velocity of the drive; without derivatives held over the communication step",
+        _ => "Angular velocity of the drive, der(phi)",
+    };
+    let all = [
+        ("phi", "Drive angle", &unit::ANGLE),
+        ("w", speed, &unit::ANGULAR_VELOCITY),
+        ("a", "Angular acceleration of the drive, der(phi,2)", &unit::ANGULAR_ACCELERATION),
+    ];
+    for i in inputs {
+        let (name, text, quantity) = all[i];
+        list.input(name, text, variable::real_within(quantity, -INPUTS[i], INPUTS[i]), get, set).at(i);
+    }
+}
+
+/// Declares the parameters of the motion; their access takes the numbers of [`DriveMode::parameter`].
+pub fn declare_parameters<D>(list: &mut List<D>, mode: &DriveMode, get: Get<D>, set: Set<D>) {
+    let all = [
+        ("drive.w", "Angular velocity of the drive", &unit::ANGULAR_VELOCITY, FASTEST, "drive.speed"),
+        (
+            "drive.phi_start",
+            "Drive angle at the start of the simulation",
+            &unit::ANGLE,
+            LARGEST_ANGLE,
+            "drive.phi_start",
+        ),
+    ];
+    for (i, (name, text, quantity, most, key)) in all.into_iter().enumerate() {
+        if mode.parameter(i).is_some() {
+            list.parameter(name, text, variable::real_within(quantity, -most, most), get, set).key(key).at(i);
+        }
     }
 }
 
@@ -511,50 +634,14 @@ pub trait HasCamDrive: Sized {
     /// Sets the derivative of order ≥ 1 of an input force; `number` counts the inputs behind those of the shaft.
     fn set_force_derivative(&mut self, _number: usize, _order: usize, _value: f64) {}
 
-    /// Declares the drive parameters (constant speed) or the inputs `phi`, `w`, `a`; in the list of a cam drive
-    /// they come first, so that the value references of the inputs are 0, 1, 2.
+    /// Declares the inputs `phi`, `w`, `a`, or those of them that there are, and the drive parameters; in the list of a cam
+    /// drive they come first, so that the value references of the inputs count from 0.
     fn declare_drive(&self, list: &mut List<Self>) {
-        match self.cam().mode {
-            DriveMode::Constant { .. } => {
-                let speed = variable::real_within(&unit::ANGULAR_VELOCITY, -FASTEST, FASTEST);
-                list.parameter(
-                    "drive.w",
-                    "Angular velocity of the drive",
-                    speed,
-                    |d, _| d.cam().mode.speed(),
-                    |d, _, value| {
-                        if let DriveMode::Constant { w, .. } = &mut d.cam_mut().mode {
-                            *w = value;
-                        }
-                    },
-                )
-                .key("drive.speed");
-                let angle = variable::real_within(&unit::ANGLE, -LARGEST_ANGLE, LARGEST_ANGLE);
-                list.parameter(
-                    "drive.phi_start",
-                    "Drive angle at the start of the simulation",
-                    angle,
-                    |d, _| if let DriveMode::Constant { phi_start, .. } = d.cam().mode { phi_start } else { 0.0 },
-                    |d, _, value| {
-                        if let DriveMode::Constant { phi_start, .. } = &mut d.cam_mut().mode {
-                            *phi_start = value;
-                        }
-                    },
-                );
-            }
-            DriveMode::Input => {
-                let inputs = [
-                    ("phi", "Drive angle", &unit::ANGLE),
-                    ("w", "Angular velocity of the drive, der(phi)", &unit::ANGULAR_VELOCITY),
-                    ("a", "Angular acceleration of the drive, der(phi,2)", &unit::ANGULAR_ACCELERATION),
-                ];
-                for (i, (name, text, quantity)) in inputs.into_iter().enumerate() {
-                    let within = variable::real_within(quantity, -INPUTS[i], INPUTS[i]);
-                    let set = |d: &mut Self, i: usize, value| d.cam_mut().set_input(i, value);
-                    list.input(name, text, within, |d, i| d.cam().input(i), set).at(i);
-                }
-            }
-        }
+        let set = |d: &mut Self, i: usize, value| d.cam_mut().set_input(i, value);
+        declare_inputs(list, self.cam().inputs(), |d, i| d.cam().input(i), set);
+        let set =
+            |d: &mut Self, i: usize, value| d.cam_mut().mode.parameter_mut(i).into_iter().for_each(|p| *p = value);
+        declare_parameters(list, &self.cam().mode, |d, i| d.cam().mode.parameter(i).unwrap_or(0.0), set);
     }
 
     /// Begins to declare the outputs, all with this `series`; `states` are the names of those that are states.
@@ -564,7 +651,7 @@ pub trait HasCamDrive: Sized {
         states: &'static [&'static str],
         series: fn(&Self, Seed, usize) -> Series,
     ) -> Outputs<'a, Self> {
-        Outputs { list, is_input: self.cam().is_input(), states, series }
+        Outputs { list, shaft: self.cam().known(), states, series }
     }
 
     /// Where the drive starts.

@@ -5,7 +5,7 @@ use super::free::signal::Signal;
 use crate::drives::follower::load::Load;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Variability, real_within};
-use crate::drives::{Event, EventLog, List, Variable};
+use crate::drives::{About, Event, EventLog, List, Variable};
 use crate::motion::MotionLaw;
 use crate::motion::parameter::ParameterKind;
 use crate::motion::plan::{LARGEST, MAX_LENGTH, MOST_DERIVATIVE};
@@ -49,7 +49,7 @@ pub fn tell_of_pull(told: &mut bool, [held, force]: [f64; 2], (time, follower): 
              [follower.backlash] with s = \"inf\" models that"
         }
     };
-    log.push(Event { time, kind, quantity: "contact_force", value: force, unit: "N", follower, solver: false });
+    log.push(Event { time, kind, quantity: "contact_force", value: force, unit: "N", follower, about: About::Machine });
 }
 
 /// A parameter: key, text, quantity where the follower moves and where it turns, range.

@@ -7,6 +7,7 @@ pub(super) mod flank;
 pub mod free;
 pub mod instant;
 pub mod laws;
+mod led;
 pub mod loads;
 pub mod motor;
 pub mod train;

@@ -29,6 +29,7 @@ use crate::drives::parameter::parameters;
 use crate::drives::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use crate::drives::shaft::cam_drive::{
     AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, as_every_cam_drive, field,
+    goes_on,
 };
 use crate::drives::shaft::flank::CamFlank;
 use crate::drives::solver::contact::panel::Point;
@@ -84,8 +85,9 @@ pub struct BacklashDrive {
     /// The motion of the shaft around the communication point.
     motion: AngleMotion,
     run: Option<Box<Run>>,
-    /// The end of the last step, before inputs jump.
+    /// The end of the last step, before inputs jump, and φ and ω there.
     end: Now,
+    led: [f64; 2],
     /// The communication point as the outputs show it.
     now: Now,
     /// The length of the last communication step (s); 0 before the first.
@@ -175,6 +177,10 @@ impl BacklashDrive {
         let input = self.cam.is_input();
         if input {
             self.motion = self.cam.motion(time);
+            let ([phi, w, a, ..], [led, speed]) = (self.motion.coefficients, self.led);
+            if !goes_on([led, speed, a], [phi, w], time) {
+                self.cam.jumps(self.led, time, &mut self.log);
+            }
         }
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
         let Some(run) = self.run.as_deref_mut() else { return Err(Fault::new("the drive has not been started")) };
@@ -205,13 +211,15 @@ impl BacklashDrive {
         if input {
             run.sum_up(&flank, end);
             self.end = self.now;
+            let [phi, w, ..] = self.motion.kinematics(end);
+            self.led = [phi, w];
         }
         if self.solver.steps != run.tally.panels {
             self.solver.steps = run.tally.panels;
             self.solver.evaluations = run.tally.panels * run.terms() as f64;
             self.solver.error_estimate = run.error_estimate(&self.bodies, flank.sizes(end));
         }
-        self.cam.step_done();
+        self.cam.step_done(&self.motion, end);
         Ok(())
     }
 }
@@ -236,6 +244,7 @@ impl Drive for BacklashDrive {
             bounds: [0.0; 3],
             run: None,
             end: now,
+            led: [0.0; 2],
             now,
             step: 0.0,
             log: EventLog::default(),
@@ -264,6 +273,7 @@ impl Drive for BacklashDrive {
         self.step = 0.0;
         self.cam.start(time);
         self.motion = self.cam.motion(time);
+        self.led = [self.motion.coefficients[0], self.motion.coefficients[1]];
         self.prepare_bodies();
         match self.start.mode {
             StartMode::Equilibrium if self.parameters.s > 0.0 => {

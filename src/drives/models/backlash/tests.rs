@@ -7,7 +7,7 @@ use crate::drives::settings::Settings;
 use crate::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 use crate::drives::solver::contact::series::MOST_TERMS;
 use crate::drives::solver::contact::{Run, Stretch};
-use crate::drives::{Drive, Event, EventLog};
+use crate::drives::{About, Drive, Event, EventLog};
 use crate::motion::{Fourier, Kinematics, MotionLaw};
 use crate::numerics::double_double::Double;
 use crate::numerics::work::Work;

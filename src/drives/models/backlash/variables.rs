@@ -73,12 +73,12 @@ impl BacklashDrive {
         }
     }
 
-    /// φ (order 0) or φ̇ (order 1) at constant speed.
+    /// φ (order 0) or φ̇ (order 1).
     fn shaft_series(&self, seed: Seed, order: usize) -> Series {
-        let [phi, w, ..] = self.motion.at(self.now.time).kinematics.0;
-        match (seed, order) {
-            (Seed::Time, 0) => Series::from_derivatives(phi, w, 0.0),
-            _ => Series::from([phi, w][order]),
+        let d = self.motion.at(self.now.time).kinematics.0;
+        match seed {
+            Seed::Time => Series::from_derivatives(d[order], d[order + 1], d[order + 2]),
+            known => Series([d[order], known.of(["phi", "w"][order]), 0.0]),
         }
     }
 
@@ -235,9 +235,9 @@ fn continuous<S: Scalar>(d: &BacklashDrive, known: &Known<S>, gap: S, shaft: [S;
 }
 
 pub(super) fn evaluate(d: &BacklashDrive, values: &mut [f64]) {
-    let shaft = [d.motion.angle(d.now.time), d.motion.coefficients[1]];
+    let [phi, w, ..] = d.motion.kinematics(d.now.time);
     let known = d.values();
-    let outputs = continuous(d, &known, d.gap()[0], shaft, d.slope());
+    let outputs = continuous(d, &known, d.gap()[0], [phi, w], d.slope());
     values[..=TAU].copy_from_slice(&outputs);
     values[CONTACT] = d.contact_number(outputs[FORCE]);
     values[MEANS..IMPULSE].copy_from_slice(&d.mean());

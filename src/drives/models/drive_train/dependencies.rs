@@ -5,6 +5,7 @@ use super::variables::Dependencies;
 use super::{DriveTrain, Joint, Start, variables};
 use crate::drives::Seed;
 use crate::drives::follower::contact::{Flank, Mode};
+use crate::drives::shaft::cam_drive::DriveMode;
 use crate::drives::shaft::train::MOST_STATES;
 use std::f64::consts::TAU;
 
@@ -29,8 +30,8 @@ impl Random {
 impl DriveTrain {
     /// The inputs by name, those of a driven shaft first.
     pub(super) fn input_names(&self) -> Vec<String> {
-        let driven = if self.motion_is_input() { &["phi", "w", "a"][..] } else { &[] };
-        let mut names: Vec<String> = driven.iter().map(|name| (*name).to_owned()).collect();
+        let driven = self.course.inputs().map(|i| ["phi", "w", "a"][i]);
+        let mut names: Vec<String> = driven.map(str::to_owned).collect();
         if let Some(machine) = self.train.machine() {
             let motor = &machine.motor;
             let named = [
@@ -49,6 +50,9 @@ impl DriveTrain {
     /// The states by name.
     pub(super) fn state_names(&self) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
+        if self.course.integrates() {
+            names.push("phi".to_owned());
+        }
         if let Some(machine) = self.train.machine() {
             names.extend(["phi", "w"].map(str::to_owned));
             if machine.motor.transmission.coupling.is_some() {
@@ -78,13 +82,16 @@ impl DriveTrain {
         for i in 0..self.input_names().len() {
             self.set_input(i, 10.0 * random.next());
         }
+        if let DriveMode::Speed { phi_start } = &mut self.course.mode {
+            *phi_start = 10.0 * random.next();
+        }
     }
 
     fn set_input(&mut self, number: usize, value: f64) {
-        let driven = if self.motion_is_input() { 3 } else { 0 };
-        if number < driven {
-            self.course.set_input(number, value);
-        } else if let Some(signal) = self.signal_at(number - driven) {
+        let driven = self.course.inputs();
+        if number < driven.len() {
+            self.course.set_input(driven.start + number, value);
+        } else if let Some(signal) = self.signal_at(number - driven.len()) {
             signal.set(value);
         }
     }

@@ -237,7 +237,9 @@ impl DriveTrain {
         if let (Some(end), Some(motion)) = (&self.end, self.motion.as_mut()) {
             *motion = self.course.motion(time);
             let outside = Outside { time, motion: Some(motion), inputs: &self.inputs };
-            self.run.jump(&self.train, &outside, (end, true), &mut self.log);
+            if self.run.jump(&self.train, &outside, (end, true), &mut self.log) {
+                self.course.jumps(end.course, time, &mut self.log);
+            }
         } else {
             self.run.begin_step(&self.train, time);
         }
@@ -250,7 +252,9 @@ impl DriveTrain {
         self.inputs.all().for_each(|signal| signal.step_ends(step));
         self.keep_end();
         self.watch();
-        self.course.step_done();
+        if let Some(motion) = &self.motion {
+            self.course.step_done(motion, time + step);
+        }
         Ok(())
     }
 
@@ -377,11 +381,11 @@ impl Drive for DriveTrain {
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
-        let driven = if self.motion_is_input() { 3 } else { 0 };
+        let driven = self.course.inputs();
         let Some(number) = self.references.iter().position(|input| *input == reference) else { return };
-        if number < driven {
-            self.course.set_input_derivative(number, order, value);
-        } else if let Some(signal) = self.signal_at(number - driven) {
+        if number < driven.len() {
+            self.course.set_input_derivative(driven.start + number, order, value);
+        } else if let Some(signal) = self.signal_at(number - driven.len()) {
             signal.set_derivative(order, value);
         }
     }

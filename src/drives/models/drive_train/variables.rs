@@ -4,10 +4,10 @@ use super::{DriveTrain, Follower, Joint, MOST_FOLLOWERS, Names};
 use crate::drives::follower::contact::Mode;
 use crate::drives::follower::load::Load;
 use crate::drives::follower::{contact, elastic_output, elastic_shaft, rigid};
-use crate::drives::limits::{FASTEST, INPUTS, LARGEST_ANGLE};
+use crate::drives::limits::{FASTEST, LARGEST_ANGLE};
 use crate::drives::parameter::{Has, Parameters};
 use crate::drives::settings::HasSolver;
-use crate::drives::shaft::cam_drive::DriveMode;
+use crate::drives::shaft::cam_drive::{declare_inputs, declare_parameters};
 use crate::drives::shaft::free::inertia::InertiaFunction;
 use crate::drives::shaft::free::motor::{Kloss, LAG};
 use crate::drives::shaft::free::signal::Signal;
@@ -508,18 +508,8 @@ impl DriveTrain {
     }
 
     fn declare_inputs(&self, list: &mut List<Self>) {
-        if self.motion_is_input() {
-            let inputs = [
-                ("phi", "Drive angle", &unit::ANGLE),
-                ("w", "Angular velocity of the drive, der(phi)", &unit::ANGULAR_VELOCITY),
-                ("a", "Angular acceleration of the drive, der(phi,2)", &unit::ANGULAR_ACCELERATION),
-            ];
-            for (i, (name, text, quantity)) in inputs.into_iter().enumerate() {
-                let kind = real_within(quantity, -INPUTS[i], INPUTS[i]);
-                list.input(name, text, kind, |d, i| d.course.input(i), |d, i, value| d.course.set_input(i, value))
-                    .at(i);
-            }
-        }
+        let set = |d: &mut Self, i: usize, value| d.course.set_input(i, value);
+        declare_inputs(list, self.course.inputs(), |d, i| d.course.input(i), set);
         macro_rules! input {
             ($if:expr, $name:literal, $text:literal, $quantity:expr, $signal:ident) => {
                 if $if {
@@ -570,9 +560,11 @@ impl DriveTrain {
                 variable.state();
             }
         };
-        if !self.motion_is_input() {
-            output("phi", "Angle of the shaft", &unit::ANGLE, PHI, free);
-            output("w", "Angular velocity of the shaft", &unit::ANGULAR_VELOCITY, W, free);
+        let integrates = self.course.integrates();
+        if integrates || !self.motion_is_input() {
+            let name = if integrates { "der(phi)" } else { "w" };
+            output("phi", "Angle of the shaft", &unit::ANGLE, PHI, free || integrates);
+            output(name, "Angular velocity of the shaft", &unit::ANGULAR_VELOCITY, W, free);
         }
         if let Some(machine) = self.train.machine() {
             output("a", "Angular acceleration of the shaft", &unit::ANGULAR_ACCELERATION, A, false);
@@ -661,7 +653,7 @@ impl DriveTrain {
         let two = p.s.is_finite();
         let kind = Kind::Integer { min: if two { -1 } else { 0 }, max: 1 };
         let text = if two { "1 on flank A, 0 in flight, -1 on flank B" } else { "1 on the cam, 0 in flight" };
-        let inputs: &[&str] = if self.motion_is_input() { &["phi", "w", "a"] } else { &[] };
+        let inputs = self.course.known();
         let names = self.input_names();
         let all: Vec<&str> = names.iter().map(String::as_str).collect();
         let mut discrete = |name: &str, text: &str, kind: Kind, of: Of| {
@@ -768,27 +760,10 @@ impl DriveTrain {
             number!("w_start", "Angular velocity at the start", speed, Fixed, machine, machine_mut, m => m.w_start);
             declare_law(list, self, INERTIA_LAW, "inertia");
             declare_law(list, self, LOAD_LAW, "load.M");
-        } else if !self.motion_is_input() {
-            let speed = real_within(&unit::ANGULAR_VELOCITY, -FASTEST, FASTEST);
-            let angle = real_within(&unit::ANGLE, -LARGEST_ANGLE, LARGEST_ANGLE);
-            let kinds = [
-                ("drive.w", "Angular velocity of the drive", speed),
-                ("drive.phi_start", "Drive angle at the start of the simulation", angle),
-            ];
-            for (i, (name, text, kind)) in kinds.into_iter().enumerate() {
-                let get = |d: &Self, i| {
-                    if let DriveMode::Constant { w, phi_start } = d.course.mode { [w, phi_start][i] } else { 0.0 }
-                };
-                let set = |d: &mut Self, i: usize, value| {
-                    if let DriveMode::Constant { w, phi_start } = &mut d.course.mode {
-                        *[w, phi_start][i] = value;
-                    }
-                };
-                let declared = list.parameter(name, text, kind, get, set).at(i);
-                if i == 0 {
-                    declared.key("drive.speed");
-                }
-            }
+        } else {
+            let set =
+                |d: &mut Self, i: usize, value| d.course.mode.parameter_mut(i).into_iter().for_each(|p| *p = value);
+            declare_parameters(list, &self.course.mode, |d, i| d.course.mode.parameter(i).unwrap_or(0.0), set);
         }
         self.declare_start(list);
     }

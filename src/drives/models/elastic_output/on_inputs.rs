@@ -11,7 +11,11 @@ impl ElasticOutput {
     /// A step on inputs.
     pub(super) fn advance_on_inputs(&mut self, [time, end]: [f64; 2]) -> Result<(), Fault> {
         let goes_on = self.taken_up.take().unwrap_or_else(|| self.take_up_inputs(time));
-        self.cam.step_done();
+        if !goes_on {
+            let [phi, w, _] = self.end.shaft;
+            self.cam.jumps([phi, w], time, &mut self.log);
+        }
+        self.cam.step_done(&self.response.motion, end);
         self.response.step(&self.cam.law, end, goes_on, &mut self.now)?;
         self.end = self.now;
         if self.loaded.is_some() {

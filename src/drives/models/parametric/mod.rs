@@ -30,7 +30,7 @@ pub use crate::drives::follower::parametric::{coefficients, crank, law};
 use crate::drives::settings::{HasSolver, Settings};
 use crate::drives::shaft::cam_drive::{CamDrive, DriveMode, Start};
 use crate::drives::solver::oscillation::{Oscillation, as_every_oscillation};
-use crate::drives::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Text};
+use crate::drives::{About, Curve, Drive, Event, EventLog, Experiment, Fault, List, Text};
 use coefficients::Coefficients;
 use crank::SecondCrank;
 use law::{Coordinate, Law};
@@ -119,7 +119,15 @@ impl Drive for ParametricDrive {
         self.begin(time)?;
         if self.growth > 0.0 {
             let (kind, quantity) = ("parametrically unstable", "growth per turn");
-            self.log.push(Event { time, kind, quantity, value: self.growth, unit: "1", follower: 0, solver: true });
+            self.log.push(Event {
+                time,
+                kind,
+                quantity,
+                value: self.growth,
+                unit: "1",
+                follower: 0,
+                about: About::Solver,
+            });
         }
         Ok(())
     }

@@ -43,7 +43,7 @@ use crate::drives::solver::free_shaft::in_time::InTime;
 use crate::drives::solver::free_shaft::mesh::Mesh;
 use crate::drives::solver::free_shaft::steady;
 use crate::drives::solver::step_control::ROUNDINGS;
-use crate::drives::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Rounded, Text};
+use crate::drives::{About, Curve, Drive, Event, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::number::{Number, all_finite};
 use crate::numerics::work::Work;
@@ -244,7 +244,7 @@ fn reversal(shaft: &Shaft, state: &State, time: f64) -> Event {
         value: shaft.net_torque(state, 0.0) / shaft.inertia_at(state)[0],
         unit: "rad/s2",
         follower: 0,
-        solver: false,
+        about: About::Machine,
     }
 }
 

@@ -85,3 +85,67 @@ fn the_plan_of_a_cycle_is_set_through_its_variables() {
     assert!(changed.at(3.5).0[0] == 0.05 && law.at(3.5).0[0] != 0.05 && changed.validate() == Ok(()));
     assert!(set("cam.upper_dwell", 2.0).validate().unwrap_err().contains("upper_dwell = 2 rad"));
 }
+
+/// A cam that integrates its speed, from φ = 0.25 at `time` (s).
+fn integrating(time: f64) -> CamDrive {
+    let law = MotionLaw::Fourier(Fourier::new(vec![0.0, 1.0], vec![]));
+    let mut cam = CamDrive::new(law, DriveMode::Speed { phi_start: 0.25 });
+    cam.start(time);
+    cam
+}
+
+/// Steps to these instants with w and its derivatives as they are there, from the polynomial w = Σ cⱼ tʲ/j!.
+fn speed_steps(cam: &mut CamDrive, c: &[f64], mut time: f64, ends: impl IntoIterator<Item = f64>) -> f64 {
+    let derivative =
+        |order: usize, t: f64| (order..c.len()).rev().fold(0.0, |sum, j| c[j] + sum * t / (j + 1 - order) as f64);
+    for end in ends {
+        cam.set_input(1, derivative(0, time));
+        (1..c.len()).for_each(|order| cam.set_input_derivative(1, order, derivative(order, time)));
+        let motion = cam.motion(time);
+        cam.step_done(&motion, end);
+        time = end;
+    }
+    cam.motion(time).at(time).kinematics.0[0]
+}
+
+#[test]
+fn the_angle_is_the_integral_of_the_speed_however_the_steps_are() {
+    // w = 3 + 2 t − 7 t²/2 + 5 t⁸/8!: up to the highest derivative that counts, and turning back on the way.
+    let c = [3.0, 2.0, -7.0, 0.0, 0.0, 0.0, 0.0, 0.0, 5.0];
+    let factorial: f64 = (1..=9).map(f64::from).product();
+    let phi = |t: f64| 0.25 + 3.0 * t + t * t - 7.0 * t.powi(3) / 6.0 + 5.0 * t.powi(9) / factorial;
+    for ends in [vec![2.5], (1..=1000).map(|n| 2.5e-3 * f64::from(n)).collect(), vec![1e-9, 0.3, 2.2, 2.5]] {
+        let count = ends.len();
+        let end = speed_steps(&mut integrating(0.0), &c, 0.0, ends);
+        assert!((end - phi(2.5)).abs() < 4e-15, "{count} steps: {end} {}", phi(2.5));
+    }
+}
+
+#[test]
+fn a_million_steps_lose_no_angle() {
+    // 16,000 turns at a speed that is no round number; rounded at each step φ would be off by some 1e-9.
+    let (w, time) = (100.1, 1e6);
+    let mut cam = integrating(time);
+    let end = speed_steps(&mut cam, &[w], time, (1..=1_000_000).map(|n| time + 1e-3 * f64::from(n)));
+    let exact = Double::from(0.25) + two_product(w, 1e3);
+    assert_eq!(end, exact.hi);
+    assert!((cam.below - exact.lo).abs() < 1e-15, "{} {}", cam.below, exact.lo);
+}
+
+#[test]
+fn a_speed_without_derivatives_is_held() {
+    let mut cam = integrating(0.0);
+    cam.set_input(1, 4.0);
+    cam.set_input_derivative(1, 1, 100.0);
+    // The value that it was set for is gone.
+    cam.set_input(1, 2.0);
+    assert_eq!((cam.motion(0.0).coefficients[..3].to_vec(), cam.angle(0.0, 0.5)), (vec![0.25, 2.0, 0.0], 1.25));
+    cam.set_input_derivative(1, 1, 4.0);
+    assert_eq!((cam.motion(0.0).degree, cam.angle(0.0, 0.5)), (2, 1.75));
+    let motion = cam.motion(0.0);
+    cam.step_done(&motion, 0.5);
+    // The speed stays, the derivative held for its step.
+    assert_eq!(cam.motion(0.5).coefficients[..3], [1.75, 2.0, 0.0]);
+    cam.start(0.0);
+    assert_eq!(cam.motion(0.0).coefficients[..3], [0.25, 2.0, 0.0]);
+}

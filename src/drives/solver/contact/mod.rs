@@ -13,7 +13,7 @@ mod switching;
 
 use crate::drives::follower::flank::FlankMotion;
 use crate::drives::limits::step_too_much;
-use crate::drives::{Event, EventLog, Fault, Rounded};
+use crate::drives::{About, Event, EventLog, Fault, Rounded};
 use crate::numerics::double_double::Double;
 use crate::numerics::pair::Pair;
 use crate::numerics::work::Work;
@@ -251,10 +251,26 @@ impl Run {
         self.tally.damping_loss += impact.damped;
         let kind = hit.pick("impact on flank A", "impact on flank B");
         let (quantity, unit) = ("impulse", "N.s");
-        log.push(Event { time: time.hi, kind, quantity, value: impact.impulse, unit, follower: 0, solver: false });
+        log.push(Event {
+            time: time.hi,
+            kind,
+            quantity,
+            value: impact.impulse,
+            unit,
+            follower: 0,
+            about: About::Machine,
+        });
         if impact.bounces != 0.0 {
             let kind = "bounces summed";
-            log.push(Event { time: time.hi, kind, quantity, value: impact.bounces, unit, follower: 0, solver: true });
+            log.push(Event {
+                time: time.hi,
+                kind,
+                quantity,
+                value: impact.bounces,
+                unit,
+                follower: 0,
+                about: About::Solver,
+            });
         }
         if impact.after == Mode::Free && impact.zeros > 1 {
             // Without a rebound m1 rests on the flank for no time at all: the force there would pull.
@@ -284,7 +300,7 @@ impl Stretch<'_> {
 /// The release from `flank` at `time`, with the name, value and unit of what tells that the flank would pull.
 pub fn release(flank: Flank, time: Double, (quantity, value, unit): (&'static str, f64, &'static str)) -> Event {
     let kind = flank.pick("release from flank A", "release from flank B");
-    Event { time: time.hi, kind, quantity, value, unit, follower: 0, solver: false }
+    Event { time: time.hi, kind, quantity, value, unit, follower: 0, about: About::Machine }
 }
 
 /// The state with ζ exactly on the flank that m1 was on.

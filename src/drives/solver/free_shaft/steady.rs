@@ -17,7 +17,7 @@ use crate::drives::limits::search_too_much;
 use crate::drives::shaft::free::motor::{Kloss, Motor};
 use crate::drives::shaft::free::torques::Torques;
 use crate::drives::shaft::free::{Shaft, State};
-use crate::drives::{Event, Fault, Number};
+use crate::drives::{About, Event, Fault, Number};
 use crate::numerics::double_double::Double;
 use crate::numerics::work::Work;
 use std::cell::Cell;
@@ -44,7 +44,7 @@ impl PeriodicMotion {
         } else {
             "periodic motion found"
         };
-        Event { time, kind, quantity: "period", value: self.period, unit: "s", follower: 0, solver: true }
+        Event { time, kind, quantity: "period", value: self.period, unit: "s", follower: 0, about: About::Solver }
     }
 }
 

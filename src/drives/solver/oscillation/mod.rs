@@ -197,8 +197,8 @@ impl<E: Equation> Oscillation<E> {
         Ok(())
     }
 
-    /// Takes up parameters and inputs at the communication point `time` (s).
-    pub(in crate::drives) fn take_up(&mut self, time: f64) {
+    /// Takes up parameters and inputs at the communication point `time` (s); whether the shaft jumps there.
+    pub(in crate::drives) fn take_up(&mut self, time: f64) -> bool {
         self.time = time;
         self.tuned = self.loaded_anew || self.used != self.equation.parameters();
         if self.cam.is_input() {
@@ -212,8 +212,10 @@ impl<E: Equation> Oscillation<E> {
                     self.equation.base(&self.local(E::at, &f), &f)
                 });
                 self.state = [q - (now[0] - before[0]), v - (now[1] - before[1])];
+                return true;
             }
         }
+        false
     }
 
     /// From the communication point `time` to `target` (s).
@@ -257,7 +259,10 @@ impl<E: Equation> Oscillation<E> {
 
     /// A step with the integrator.
     fn integrate(&mut self, time: f64, target: f64) -> Result<(), Fault> {
-        self.take_up(time);
+        if self.take_up(time) {
+            let [phi, w, ..] = self.before;
+            self.cam.jumps([phi, w], time, &mut self.log);
+        }
         self.force.iter_mut().for_each(Signal::step_begins);
         let (on_inputs, on_shaft) = (self.is_on_inputs(), self.cam.is_input());
         let usual = if on_inputs { self.usual_step(target) } else { self.usual_step };
@@ -287,7 +292,7 @@ impl<E: Equation> Oscillation<E> {
         self.time = target;
         self.state = self.integrator.at(Double::from(target));
         self.remember();
-        self.cam.step_done();
+        self.cam.step_done(&self.motion, target);
         self.force.iter_mut().for_each(|force| force.step_ends(target - time));
         let statistics = self.integrator.statistics;
         let shaken = self.integrator.shaken();

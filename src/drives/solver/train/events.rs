@@ -6,7 +6,7 @@ use crate::drives::follower::member::Joint;
 use crate::drives::shaft::cam_drive::goes_on;
 use crate::drives::shaft::train::switching::Strike;
 use crate::drives::shaft::train::{Functions, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
-use crate::drives::{Event as Entry, EventLog, Fault};
+use crate::drives::{About, Event as Entry, EventLog, Fault};
 use crate::numerics::double_double::Double;
 
 /// Bounces end in contact when all that are to come take less than this part of the time in which the pressing force changes; their
@@ -56,7 +56,7 @@ impl Run {
         (kind, follower): (&'static str, usize),
         (quantity, value, unit): (&'static str, f64, &'static str),
     ) {
-        log.push(Entry { time: self.start.hi, kind, quantity, value, unit, follower, solver: false });
+        log.push(Entry { time: self.start.hi, kind, quantity, value, unit, follower, about: About::Machine });
     }
 
     /// m1 of follower j leaves its flank; the gap begins with a zero of this order.
@@ -151,9 +151,9 @@ impl Run {
     /// The shaft jumps from where it was at the `end` of the last step to where its inputs put it: masses keep place and velocity,
     /// one in contact follows its flank, and the momentum that it takes up counts as impulse; a cam without flank B, which cannot pull,
     /// leaves it its velocity. A free mass that the jump puts beyond a flank is set on it, and hits it if it moves towards it. Whether
-    /// a step `begins` with it, whose sums it begins, or outputs show it only.
-    pub fn jump(&mut self, train: &Train, outside: &Outside, (end, begins): (&End, bool), log: &mut EventLog) {
-        let Some(motion) = outside.motion else { return };
+    /// a step `begins` with it, whose sums it begins, or outputs show it only. False where the shaft does not jump, but goes on.
+    pub fn jump(&mut self, train: &Train, outside: &Outside, (end, begins): (&End, bool), log: &mut EventLog) -> bool {
+        let Some(motion) = outside.motion else { return false };
         let [phi, w, a, ..] = motion.at(outside.time).kinematics.0;
         let jumps = !goes_on([end.course[0], end.course[1], a], [phi, w], outside.time);
         (self.start, self.length, self.event, self.since) = (Double::from(end.time), 0.0, None, None);
@@ -233,6 +233,7 @@ impl Run {
             self.tallies.iter_mut().zip(&end.tallies).for_each(|(tally, end)| tally.sums = end.sums);
             self.rebuild(train, outside);
         }
+        jumps
     }
 
     /// The followers at their flanks.

@@ -114,7 +114,7 @@ pub struct End {
     modes: Modes,
     tallies: [Tally; MOST_FOLLOWERS],
     /// φ, φ̇ of the shaft.
-    course: [f64; 2],
+    pub course: [f64; 2],
 }
 
 /// The least order, and the one of the finest tolerance.

@@ -136,7 +136,7 @@ impl Recorded {
         let mut given_if = |needed: bool, what: Known| if needed { Var::given(tape, row(what)) } else { zero };
         let driven = machine.is_none();
         let phi = if driven { given_if(true, Known::Phi) } else { y[0] };
-        let accelerates = matches!(train.shaft, Shaft::Driven(DriveMode::Input));
+        let accelerates = matches!(train.shaft, Shaft::Driven(DriveMode::Input | DriveMode::Speed { .. }));
         let mut given = Given {
             course: [given_if(driven, Known::W), given_if(accelerates, Known::A)],
             tau: given_if(machine.is_some_and(|m| m.input), Known::Tau),

@@ -76,7 +76,7 @@ fn impulses_are_what_the_contact_force_leaves_of_the_momentum() {
         let mut drive = started(scene.clone());
         let mut events = Vec::new();
         let received = observe(&mut drive, 0.0, end, &mut events);
-        let switching: Vec<&Event> = events.iter().filter(|event| !event.solver).collect();
+        let switching: Vec<&Event> = events.iter().filter(|event| event.about == About::Machine).collect();
         let (mut contacts, mut accumulated) = (vec![[0.0, switching[0].time]], 0);
         for (n, impact) in switching.iter().enumerate().filter(|(_, event)| event.kind.starts_with("impact")) {
             let next = switching.get(n + 1);
@@ -191,7 +191,10 @@ fn mirrored_drives_move_alike() {
             one.kind.replace("flank A", "flank X").replace("flank B", "flank A").replace("flank X", "flank B");
         assert_eq!(swapped, other.kind);
         assert!((one.time - other.time).abs() < 1e-13, "{one:?} {other:?}");
-        assert!(one.unit != "N.s" || one.solver || (one.value + other.value).abs() < 1e-11, "{one:?} {other:?}");
+        assert!(
+            one.unit != "N.s" || one.about == About::Solver || (one.value + other.value).abs() < 1e-11,
+            "{one:?} {other:?}"
+        );
     }
     assert!((drive.now.point.state.q[0] + mirrored.now.point.state.q[0]).abs() < 1e-14);
 }

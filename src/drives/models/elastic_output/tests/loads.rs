@@ -262,7 +262,7 @@ fn run_under(scene: &Scene, [phi, w, a]: [f64; 3], end: f64, steps: u32, size: f
         let [f, derivatives @ ..] = input(t, size);
         set(drive, "F", f);
         for (i, derivative) in derivatives.into_iter().enumerate() {
-            drive.set_input_derivative(drive.cam.inputs(), i + 1, derivative);
+            drive.set_input_derivative(drive.cam.inputs().len(), i + 1, derivative);
         }
     };
     enter(&mut drive, 0.0);
