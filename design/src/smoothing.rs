@@ -1,27 +1,20 @@
-//! Measured lifts without their noise, which interpolation would enlarge in U″.
+//! Measured lifts without their noise, which interpolation would enlarge in U″, and rows of a table that are wrong.
 //!
-//! Of all periodic s the one with the least Σ (sᵢ − yᵢ)² + λ ∫ s‴² dφ keeps the part tₖ = 1/(1 + μ k⁶) of harmonic k of
-//! equidistant lifts y. With μ on which the mean square of s − y is σ² all of the noise is taken out, and some of the motion
-//! (discrepancy principle); generalised cross-validation, the least mean (s − y)²/(1 − mean tₖ)², keeps more of it. The latter is
-//! taken, and no more than the former; of points at unequal distances, which are resampled, the former.
-//!
-//! Source: G. Wahba, *Spline Models for Observational Data*, SIAM 1990, sections 4.4 and 4.7.
+//! Of all periodic s the one with the least Σ (s(φᵢ) − yᵢ)² + λ ∫ s‴² dφ keeps the part 1/(1 + (k/K)⁶) of harmonic k of rows at equal
+//! distances ([`penalised`]); where σ is known λ is chosen by Mallows' criterion, else by robust cross-validation ([`wrong_rows`]).
+//! The periodic quintic spline through its values at the rows is s itself.
 
+mod penalised;
 #[cfg(test)]
 mod tests;
+mod wrong_rows;
 
-use crate::harmonic_analysis::{discrete_series, is_equidistant};
-use crate::overview::scatter;
-use crate::search::{maximum, zero};
+pub use wrong_rows::WrongRow;
+
 use camdrive::motion::table::{Points, TableError};
 use camdrive::motion::{MotionLaw, Table};
-use std::f64::consts::TAU;
-
-/// Harmonics beyond are noise: waves of a third of a degree.
-const MOST_HARMONICS: usize = 1000;
-
-/// Tolerance of the angles of equidistant points, as part of their distance: roundings of a third of a degree.
-const EVEN: f64 = 0.01;
+use penalised::Rows;
+use std::f64::consts::{PI, TAU};
 
 /// Lobes of U″ up to so many times σ of the noise left in it are noise: of a hundred of them none is higher by chance.
 const NOISE: f64 = 4.0;
@@ -30,19 +23,28 @@ const NOISE: f64 = 4.0;
 /// by this part of |U‴|/K. Beside a jump of U‴ it swings by half as much.
 const SWING: f64 = 0.2;
 
+/// A curve with more than this many freedoms per row goes through the rows: they tell no noise.
+const NO_NOISE: f64 = 0.9;
+
 /// Lifts without their noise, and what that changes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Smoothed {
-    /// The points.
+    /// The points, with a closing one; rows at nearly one angle are one point.
     pub points: Points,
+    /// The point of each row.
+    pub point: Vec<usize>,
     /// σ of the noise.
     pub noise: f64,
     /// The root of the mean square of the changes, and the largest of them.
     pub changes: [f64; 2],
-    /// The order of which half is kept, and what it would be if all of the noise were taken out.
-    pub half: [f64; 2],
+    /// The largest change as part of the stroke.
+    pub part: f64,
+    /// The order of which half is kept.
+    pub half: f64,
     /// Lobes of U″ up to this height (per rad²) are noise that is left or swings of the smoothing.
     pub left: f64,
+    /// Rows that are left out.
+    pub dropped: Vec<WrongRow>,
 }
 
 /// Why lifts cannot be smoothed.
@@ -50,73 +52,68 @@ pub struct Smoothed {
 pub enum SmoothingError {
     /// The points are no table.
     Table(TableError),
+    /// Rows that are wrong.
+    Wrong(Vec<WrongRow>),
     /// σ is no less than the root mean square of the motion, which is this.
     NothingLeft(f64),
-    /// No noise is found: every second lift has the differences of a law.
+    /// No noise is found: the best curve goes through the points.
     NoNoise,
 }
 
-/// The lifts without noise of the standard deviation `noise`, or of one that their own differences tell. Points at other
-/// distances are replaced by as many equidistant ones of the spline through them.
+/// The lifts without noise of the standard deviation `noise`, or of one that they tell themselves; two rows may have one angle.
+/// Wrong rows are left out or refused.
 ///
 /// # Errors
-/// Where the points are no table, or have no such noise.
-pub fn smooth(points: Points, noise: Option<f64>) -> Result<Smoothed, SmoothingError> {
-    let mut points = points.open().map_err(SmoothingError::Table)?;
-    let n = points.angles.len();
-    let noise = noise.or_else(|| scatter(&points)).ok_or(SmoothingError::NoNoise)?;
-    let even = is_equidistant(&points.angles, EVEN * TAU / n as f64);
-    if !even {
-        let (first, law) = (points.angles[0], MotionLaw::Table(Table::new(points).map_err(SmoothingError::Table)?));
-        let angles: Vec<f64> = (0..n).map(|i| first + TAU * i as f64 / n as f64).collect();
-        points = Points { lifts: angles.iter().map(|phi| law.at(*phi).0[0]).collect(), angles };
+/// Where the points are no table, have wrong rows, or no such noise.
+pub fn smooth(points: Points, noise: Option<f64>, drop: bool) -> Result<Smoothed, SmoothingError> {
+    let mut rows = Rows::new(points).map_err(SmoothingError::Table)?;
+    let dropped = rows.leave_out_wrong(noise);
+    if !drop && !dropped.is_empty() {
+        return Err(SmoothingError::Wrong(dropped));
     }
-    let order = (n / 2).min(MOST_HARMONICS);
-    let mut series = discrete_series(points.angles[0], &points.lifts, order);
-    // The last harmonic of an even number of points has one phase only, and its sums count twice.
-    let freedom = |k: usize| if 2 * k == n { 1.0 } else { 2.0 };
-    series.a[order] *= 0.5 * freedom(order);
-    series.b[order] *= 0.5 * freedom(order);
-    let power: Vec<f64> = (1..=order).map(|k| (series.a[k].powi(2) + series.b[k].powi(2)) / freedom(k)).collect();
-    let whole = points.lifts.iter().map(|lift| (lift - series.a[0]).powi(2)).sum::<f64>() / n as f64;
-    if noise * noise >= whole {
-        return Err(SmoothingError::NothingLeft(whole.sqrt()));
+    let n = rows.weights.iter().sum::<f64>();
+    let sum = |f: &dyn Fn(usize) -> f64| (0..rows.lifts.len()).map(|i| rows.weights[i] * f(i)).sum::<f64>() / n;
+    let mean = sum(&|i| rows.lifts[i]);
+    let whole = sum(&|i| (rows.lifts[i] - mean).powi(2)).sqrt();
+    if noise.is_some_and(|noise| noise >= whole) {
+        return Err(SmoothingError::NothingLeft(whole));
     }
-    let kept = |log: f64, k: usize| 1.0 / (1.0 + log.exp() * (k as f64).powi(6));
-    // The mean square of s − y, with what lies beyond the harmonics.
-    let beyond = (whole - power.iter().sum::<f64>()).max(0.0);
-    let missed =
-        |log: f64| beyond + (1..).zip(&power).map(|(k, power)| power * (1.0 - kept(log, k)).powi(2)).sum::<f64>();
-    let mean_kept = |log: f64| (1.0 + (1..=order).map(|k| freedom(k) * kept(log, k)).sum::<f64>()) / n as f64;
-    // From a thousandth off the highest harmonic to a thousandth left of the first.
-    let ends = [1e-3 / (order as f64).powi(6), 1e3].map(f64::ln);
-    let mut too_much = |log: f64| missed(log) / (noise * noise) - 1.0;
-    let values = ends.map(&mut too_much);
-    let discrepancy = match values {
-        [low, _] if low >= 0.0 => ends[0],
-        [_, high] if high <= 0.0 => ends[1],
-        // To a thousandth of μ: noise is not known better.
-        _ => zero(&mut too_much, ends, values, 1e-3),
+    let look = rows.look(noise);
+    // Rows that share a knot tell the noise between them.
+    let apart = rows.knots.len() == rows.lifts.len();
+    let fit = rows.fit(&rows.lifts, look.order);
+    let range = fit.states.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [a.min(s[0]), b.max(s[0])]);
+    let change = |i: usize| rows.weights[i] * fit.residuals[i].abs();
+    let largest = (0..rows.lifts.len()).map(change).fold(0.0, f64::max);
+    let part = largest / (range[1] - range[0]);
+    let noise = match noise {
+        None if !(look.noise > 0.0) || apart && look.freedom > NO_NOISE * n => return Err(SmoothingError::NoNoise),
+        noise => noise.unwrap_or(look.noise),
     };
-    let mut validation = |log: f64| -missed(log) / (1.0 - mean_kept(log)).powi(2);
-    // Between points farther apart than others the noise of a spline is not white, as the latter takes it to be.
-    let log = if even { maximum(&mut validation, [ends[0], discrepancy], 1e-3).0 } else { discrepancy };
-    let (mut changes, mut third) = ([0.0_f64; 2], 0.0_f64);
-    let mut smooth = series;
-    for k in 1..=smooth.order() {
-        smooth.a[k] *= kept(log, k);
-        smooth.b[k] *= kept(log, k);
-    }
-    for (angle, lift) in points.angles.iter().zip(&mut points.lifts) {
-        let [u, .., u3, _] = smooth.at(*angle).0;
-        let change = u - *lift;
-        third = third.max(u3.abs());
-        *lift += change;
-        changes = [changes[0] + change * change / n as f64, changes[1].max(change.abs())];
-    }
-    let half = [log, discrepancy].map(|log| (-log / 6.0).exp());
-    // White noise has the same share σ²/n in every harmonic of either phase, of which U″ has k² times the kept part.
-    let left = (1..=order).map(|k| freedom(k) * ((k * k) as f64 * kept(log, k)).powi(2)).sum::<f64>();
-    let left = NOISE * noise * (left / n as f64).sqrt() + SWING * third / half[0].min(order as f64);
-    Ok(Smoothed { points, noise, changes: [changes[0].sqrt(), changes[1]], half, left })
+    let close = |mut values: Vec<f64>, turn: f64| {
+        values.push(values[0] + turn);
+        values
+    };
+    let lifts = close(fit.states.iter().map(|state| state[0]).collect(), 0.0);
+    let points = Points { angles: close(rows.knots.clone(), TAU), lifts };
+    let law = MotionLaw::Table(Table::new(points.clone()).map_err(SmoothingError::Table)?);
+    let third = rows.knots.iter().map(|angle| law.at(*angle).0[3].abs()).fold(0.0, f64::max);
+    // White noise has the share σ²/n in every harmonic of either phase, of which U″ has k² times the kept part; the sum over k of
+    // 2 k⁴/(1 + (k/K)⁶)² is π K⁵/9.
+    let left = noise * (PI * look.order.powi(5) / (9.0 * n)).sqrt();
+    let left = NOISE * left + SWING * third / look.order;
+    let changes = [sum(&|i| change(i).powi(2)).sqrt(), largest];
+    Ok(Smoothed { points, point: rows.knot, noise, changes, part, half: look.order, left, dropped })
+}
+
+/// σ of the noise that the lifts tell themselves; None where they tell none or are no table.
+pub fn noise(points: Points) -> Option<f64> {
+    let rows = Rows::new(points).ok()?;
+    let look = rows.look(None);
+    (look.noise > 0.0 && look.freedom <= NO_NOISE * rows.lifts.len() as f64).then_some(look.noise)
+}
+
+/// Rows that are wrong; none where the points are no table.
+pub fn wrong_rows(points: Points) -> Vec<WrongRow> {
+    Rows::new(points).map(|mut rows| rows.leave_out_wrong(None)).unwrap_or_default()
 }

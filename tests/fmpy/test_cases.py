@@ -97,9 +97,11 @@ def test_a_machine_starts_with_the_energy_of_its_angle(tmp_path):
             assert unit.get("E") == pytest.approx(before, rel=1e-11) and unit.get("phi") == pytest.approx(math.radians(degrees) + math.tau)
 
 
-def test_backwards_the_drive_is_the_mirrored_one():
+def test_backwards_the_drive_is_the_mirrored_one(tmp_path):
     """Free motions at −2 rad/s grow by e^0.312 in a turn."""
-    studied = lambda name, *more: told("stability", "--json", "--quick", CASES / f"turns_backwards/{name}.toml", *more)["speeds"][0]
+    studied = lambda name, *more: told(
+        "stability", "--json", "--quick", "-o", tmp_path / name, CASES / f"turns_backwards/{name}.toml", *more
+    )["speeds"][0]
     own, image = studied("scene"), studied("mirrored")
     assert math.log(own["radius"]) == pytest.approx(0.312, abs=5e-4)
     assert numbers(own["multipliers"]) == pytest.approx(numbers(image["multipliers"]), rel=1e-9)

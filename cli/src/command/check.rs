@@ -53,7 +53,9 @@ fn lift_offs(scene: &Resolved) -> Vec<LiftOff> {
 }
 
 fn overview_of(scene: &Resolved) -> Overview {
-    Bar::beside(&scene.name, |_| overview::of(&scene.resource()))
+    let mut overview = Bar::beside(&scene.name, |_| overview::of(&scene.resource()));
+    overview.warnings.extend(scene.smoothed.iter().filter_map(|table| table.warning.clone()));
+    overview
 }
 
 /// The result as a list with an entry for each scene, faults included.

@@ -421,6 +421,8 @@ tables! {
         /// `table`, `contour`: standard deviation of the noise to remove from the lifts, or, as a length, from the points of the contour (of errors
         /// within ±δ it is δ/√3), or `"estimate"`
         "noise": own(0, POSITIVE).and(Value::Word("estimate"));
+        /// `table`: wrong rows are left out, and a note names them
+        "outliers": choice(&[&["drop"]]).said("wrong rows are refused");
     }
 
     /// `[[cam.point]]`.

@@ -14,8 +14,8 @@ use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::table::{Bend, CLOSING, LEAST_DISTANCE, MOST_POINTS, Points, TableError};
 use camdrive::motion::{MotionLaw, Polyline, Table};
 use camdrive_design::harmonic_analysis;
-use camdrive_design::overview::scatter;
-use camdrive_design::smoothing::{SmoothingError, smooth};
+use camdrive_design::overview::Warning;
+use camdrive_design::smoothing::{self, SmoothingError, WrongRow, smooth, wrong_rows};
 use camdrive_design::table_error::told;
 use camdrive_design::text::{self, counted};
 use std::f64::consts::TAU;
@@ -42,6 +42,16 @@ impl Interpolation {
     fn steps(self) -> bool {
         matches!(self, Interpolation::Linear | Interpolation::Monotone)
     }
+}
+
+/// Whether two points may have one angle.
+#[derive(Clone, Copy, PartialEq)]
+enum Twice {
+    Never,
+    /// At a step.
+    Step,
+    /// Where noise is removed, an angle may be measured more than once.
+    Measured,
 }
 
 /// Two values differ by less than so many times the standard deviation of their noise but once in 40,000.
@@ -71,6 +81,9 @@ pub type Axis = (&'static Quantity, &'static str, &'static str);
 /// The value of `noise` that asks for an estimate.
 const ESTIMATE: &str = "estimate";
 
+/// The part of the stroke by which smoothing may change a lift without a warning: noise of a probe is a tenth of it.
+const LARGEST_CHANGE: f64 = 5e-3;
+
 /// The file of a table.
 struct File {
     name: String,
@@ -92,6 +105,19 @@ struct Reading {
 impl Reading {
     fn new(points: Points, places: Vec<Span>) -> Self {
         Reading { points, places, bends: Vec::new(), digit: 0.0, at_rest: Vec::new() }
+    }
+
+    /// Without rows that are wrong; a row that closes the turn is the first one.
+    fn without(mut self, wrong: &[WrongRow]) -> Self {
+        let (first, count) = (self.points.angles.first(), self.places.len());
+        let closes = first.zip(self.points.angles.last()).is_some_and(|(first, last)| last - first >= TAU - CLOSING);
+        let left_out = |i: usize| wrong.iter().any(|row| row.index == i || closes && row.index + count == i + 1);
+        let kept: Vec<usize> = (0..count).filter(|i| !left_out(*i)).collect();
+        self.points.angles = kept.iter().map(|i| self.points.angles[*i]).collect();
+        self.points.lifts = kept.iter().map(|i| self.points.lifts[*i]).collect();
+        self.places = kept.iter().map(|i| self.places[*i].clone()).collect();
+        self.at_rest = self.at_rest.iter().filter_map(|i| kept.binary_search(i).ok()).collect();
+        self
     }
 
     /// The turn of equal periods, of which the first `count` points are one that is stretched to a turn.
@@ -116,6 +142,8 @@ pub struct Smoothed {
     pub left: f64,
     /// Noise and largest change, or how well the points fit, without a full stop.
     pub sentence: String,
+    /// That the largest change is more than noise.
+    pub warning: Option<Warning>,
 }
 
 /// A table that ends before its turn does.
@@ -145,7 +173,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
             Some(None)
         }
     };
-    let noise = noise(section);
+    let (noise, drop) = (noise(section), section.choice_or("outliers", &[("drop", true)], false));
     let kind = interpolation.unwrap_or(usual);
     if kind == Interpolation::Linear && is_motion(quantity) {
         let key = if section.has("interpolation") { "interpolation" } else { "law" };
@@ -154,6 +182,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     }
     if kind.steps() || kind == Interpolation::Derivatives {
         section.forbid(&["noise"], "it is removed for the derivatives of a spline", "interpolation = \"spline\"");
+        section.forbid(&["outliers"], "they are sought about a spline", "interpolation = \"spline\"");
     }
     if kind == Interpolation::Derivatives {
         section.forbid(&["outside"], "the derivatives tell where the cam rests", "interpolation = \"spline\"");
@@ -161,8 +190,13 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     let turn = Turn::read(section);
     let angle = turn.as_ref().map_or(&unit::ANGLE, |turn| turn.quantity);
     let axes = [(angle, "angle_unit", "angle_column"), (lift, "lift_unit", "lift_column")];
-    let (file, mut reading) = points(section, axes, kind, turn.as_ref(), folder)?;
-    let (scale, turn, noise) = (scale?.unwrap_or(1.0), turn?, noise?);
+    let twice = match () {
+        () if kind.steps() => Twice::Step,
+        () if section.has("noise") => Twice::Measured,
+        () => Twice::Never,
+    };
+    let (file, mut reading) = points(section, axes, (kind, twice), turn.as_ref(), folder)?;
+    let (scale, turn, noise, drop) = (scale?.unwrap_or(1.0), turn?, noise?, drop?);
     interpolation?;
     if scale == 0.0 {
         let fault = section.fault_of("scale", ": nothing would be left");
@@ -181,11 +215,14 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     // One period is handled as a turn, and repeated at the end.
     reading.points.angles.iter_mut().for_each(|angle| *angle *= turn.lobes as f64);
     let reading = closed(section, &file, reading, noise.flatten(), (kind, &turn, quantity))?;
-    let mut reading = match noise {
-        None => reading,
-        Some(sigma) => smoothed(section, &file, reading, sigma, &turn, quantity)?,
-    };
     let as_told = (kind, &turn, quantity);
+    let mut reading = match noise {
+        Some(sigma) => smoothed(section, &file, reading, (sigma, drop), as_told)?,
+        None if matches!(kind, Interpolation::Spline | Interpolation::Fourier) && !is_load(quantity) => {
+            right(section, &file, reading, drop, as_told)?
+        }
+        None => reading,
+    };
     if turn.lobes > 1 {
         // What repeats has to be one whole period, without a step where two of them meet.
         let lifts = &reading.points.lifts;
@@ -206,7 +243,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
 
 /// Values over values that ascend: the list `points` of a section, or the columns of its file.
 pub fn pairs(section: &Section<'_>, axes: [Axis; 2], folder: &Path) -> Option<Vec<[f64; 2]>> {
-    let (_, Reading { points, .. }) = points(section, axes, Interpolation::Spline, None, folder)?;
+    let (_, Reading { points, .. }) = points(section, axes, (Interpolation::Spline, Twice::Never), None, folder)?;
     Some(points.angles.into_iter().zip(points.lifts).map(|(x, y)| [x, y]).collect())
 }
 
@@ -214,7 +251,7 @@ pub fn pairs(section: &Section<'_>, axes: [Axis; 2], folder: &Path) -> Option<Ve
 fn points<'a>(
     section: &Section<'a>,
     axes: [Axis; 2],
-    kind: Interpolation,
+    (kind, twice): (Interpolation, Twice),
     turn: Option<&Turn<'a>>,
     folder: &Path,
 ) -> Option<(File, Reading)> {
@@ -234,16 +271,15 @@ fn points<'a>(
         let (values, places): (Vec<_>, Vec<_>) = list.into_iter().unzip();
         let (angles, lifts) = values.into_iter().map(|[angle, lift]| (angle / per_rad, lift)).unzip();
         let reading = Reading::new(Points { angles, lifts }, places);
-        let wrong = descents(&reading, kind, name, &told);
+        let wrong = descents(&reading, twice, name, &told);
         return checked(section, file, "points", reading, wrong);
     }
-    let units = [
-        unit(section, axes[0].1, axes[0].0, turn.and_then(|turn| turn.unit)),
-        unit(section, axes[1].1, axes[1].0, None),
-    ];
-    let file = open(section, "a file with one point per line, or a list `points`", folder)?;
-    let [first, second] = units;
-    let (first, second) = (first?, second?);
+    let of_turn = turn.and_then(|turn| turn.unit);
+    let file = open(section, "a file with one point per line, or a list `points`", folder);
+    // Wrong units are told beside a file that is not there.
+    let [angle_unit, lift_unit] = [(0, of_turn), (1, None)].map(|(i, own)| unit(section, axes[i].1, axes[i].0, own));
+    let file = file?;
+    angle_unit.and(lift_unit)?;
     let mut columns = columns.into_iter();
     let columns = [columns.next()??, columns.next()??];
     let hint = "write plain numbers, without units and marks of thousands; their unit is that of the scene";
@@ -253,14 +289,30 @@ fn points<'a>(
         Err(wrong) => (Reading::new(Points { angles: Vec::new(), lifts: Vec::new() }, Vec::new()), wrong),
         Ok((rows, sheet)) => {
             doubtful(section, &file, rows.doubtful);
+            let [first, second] = [(0, of_turn), (1, None)]
+                .map(|(i, own)| unit_of(section, axes[i].1, axes[i].0, &sheet, rows.columns[i], own));
+            let (first, second) = (first?, second?);
             // Derivatives are by the angle in rad, or by that of the column where the unit of their heading says so.
             let per = [1, 2, 2].into_iter().zip(1..).map(|(order, column)| {
-                let unit = sheet.unit(rows.columns[1] + column).map(|unit| unit.1);
-                let own = unit.and_then(|unit| units::per(&unit, axes[1].0, axes[0].0, order));
-                let (numerator, denominator) = own.unwrap_or(second);
-                numerator / denominator * per_rad.powi(order.into())
+                let unit = sheet.unit(rows.columns[1] + column).filter(|_| column < rows.columns.len() - 1);
+                let Some((span, unit)) = unit else { return Ok(second.0 / second.1 * per_rad.powi(order.into())) };
+                let (numerator, denominator) = units::per(&unit, axes[1].0, axes[0].0, order).ok_or_else(|| {
+                    let message = format!("\"{unit}\" is no unit of a derivative of U by the angle");
+                    Wrong::at(
+                        &span,
+                        message,
+                        "write for example \"V [mm/deg]\" and \"A [mm/deg2]\", or leave the unit out",
+                    )
+                })?;
+                Ok(numerator / denominator * per_rad.powi(order.into()))
             });
-            let per: Vec<f64> = per.collect();
+            let per: Vec<f64> = match per.collect() {
+                Ok(per) => per,
+                Err(wrong) => {
+                    faults(&file, vec![wrong]).into_iter().for_each(|fault| section.faults.report(fault));
+                    return None;
+                }
+            };
             let angle = |row: &[f64]| row[0] * first.0 / first.1 / per_rad;
             let lift = |row: &[f64]| row[1] * second.0 / second.1;
             let bend = |row: &[f64]| {
@@ -273,7 +325,7 @@ fn points<'a>(
             let places = rows.rows.into_iter().map(|(_, span)| span).collect();
             let digit = rows.digit * second.0 / second.1;
             let reading = Reading { bends, digit, ..Reading::new(Points { angles, lifts }, places) };
-            let mut wrong = descents(&reading, kind, name, &told);
+            let mut wrong = descents(&reading, twice, name, &told);
             if wrong.is_empty() {
                 wrong.extend(slopes(&reading));
             }
@@ -348,44 +400,98 @@ fn smoothed(
     section: &Section<'_>,
     file: &File,
     reading: Reading,
-    sigma: Option<f64>,
-    turn: &Turn<'_>,
-    quantity: &'static Quantity,
+    (sigma, drop): (Option<f64>, bool),
+    as_told: Told<'_>,
 ) -> Option<Reading> {
+    let (_, turn, quantity) = as_told;
     let lobes = turn.lobes as f64;
     let said = |value: f64| format!("{} {}", text::number(value), quantity.unit);
-    let fault = match smooth(reading.points.clone(), sigma) {
+    let fault = match smooth(reading.points.clone(), sigma, drop) {
         Ok(smooth) => {
+            told_wrong(section, file, &reading, (&smooth.dropped, drop), as_told)?;
             let [mean, largest] = smooth.changes.map(said);
             let (path, noise) = (section.path.clone(), said(smooth.noise));
-            let origin = if sigma.is_some() { "given" } else { "estimated" };
-            let sentence =
-                format!("The table of {path} is smoothed: noise {noise} ({origin}), largest change {largest}");
-            let left = lobes * lobes * smooth.left;
-            section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left, sentence });
-            let [half, other] = smooth.half.map(|order| format!("{:.0}", lobes * order));
+            let percent = format!("{} % of the stroke", text::number(100.0 * smooth.part));
             section.faults.note(format!(
-                "`{}`: {} without its noise of {}: the lifts change by {mean} (root mean square), {largest} at most; harmonic \
-                 {half} is halved (harmonic {other}, if all of the noise were taken out)",
-                section.path, file.name, noise
+                "`{path}`: {} without its noise of {noise}: the lifts change by {mean} (root mean square), {largest} at most \
+                 ({percent}); harmonic {:.0} is halved",
+                file.name,
+                lobes * smooth.half
             ));
-            let mut points = smooth.points;
-            // Points at other distances are resampled.
-            let at_rest = if points.angles == reading.points.angles { reading.at_rest } else { Vec::new() };
-            at_rest.iter().for_each(|&i| points.lifts[i] = reading.points.lifts[i]);
-            return Some(Reading { points, at_rest, ..reading });
+            let origin = if sigma.is_some() { "given" } else { "estimated" };
+            let mut sentence =
+                format!("The table of {path} is smoothed: noise {noise} ({origin}), largest change {largest}");
+            if !smooth.dropped.is_empty() {
+                sentence += &format!(", {} left out", counted(smooth.dropped.len(), "wrong row"));
+            }
+            let warning = (smooth.part > LARGEST_CHANGE).then(|| Warning {
+                message: format!("{path}: smoothing changes a lift of {} by {largest}, {percent}", file.name),
+                hint: "give a smaller `noise`, or measure more points where the motion is fast".to_owned(),
+            });
+            let left = lobes * lobes * smooth.left;
+            section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left, sentence, warning });
+            let (mut points, mut places) = (smooth.points, Vec::new());
+            for (point, place) in smooth.point.iter().zip(&reading.places) {
+                if *point == places.len() {
+                    places.push(place.clone());
+                }
+            }
+            places.extend(reading.places.last().cloned());
+            let at_rest: Vec<usize> = reading.at_rest.iter().map(|i| smooth.point[*i]).collect();
+            at_rest.iter().zip(&reading.at_rest).for_each(|(at, i)| points.lifts[*at] = reading.points.lifts[*i]);
+            return Some(Reading { points, places, at_rest, ..reading });
         }
-        // The law tells what is wrong with the points themselves.
-        Err(SmoothingError::Table(_)) => return Some(reading),
+        Err(SmoothingError::Wrong(wrong)) => {
+            told_wrong(section, file, &reading, (&wrong, false), as_told)?;
+            return None;
+        }
+        Err(SmoothingError::Table(error)) => faulty(section, file, &reading.places, &error, as_told),
         Err(SmoothingError::NoNoise) => {
             section.faults.note(format!("`{}`: {} has no noise; its lifts are unchanged", section.path, file.name));
-            return Some(reading);
+            return right(section, file, reading, drop, as_told);
         }
         Err(SmoothingError::NothingLeft(motion)) => section
             .fault_of("noise", ": nothing of the motion would be left")
             .admissible(format!("less than {}, its root mean square", said(motion))),
     };
     section.refuse(fault)
+}
+
+/// The rows that are not wrong, if the others may be left out.
+fn right(section: &Section<'_>, file: &File, reading: Reading, drop: bool, as_told: Told<'_>) -> Option<Reading> {
+    let wrong = wrong_rows(reading.points.clone());
+    told_wrong(section, file, &reading, (&wrong, drop), as_told)?;
+    Some(reading.without(&wrong))
+}
+
+/// Refuses wrong rows, or notes that they are left out.
+fn told_wrong(
+    section: &Section<'_>,
+    file: &File,
+    reading: &Reading,
+    (wrong, drop): (&[WrongRow], bool),
+    (_, turn, quantity): Told<'_>,
+) -> Option<()> {
+    let unit = section.text("lift_unit").flatten().filter(|_| !section.has("scale"));
+    let factor = unit.and_then(|unit| Some((unit, units::factor(unit, quantity).ok()?)));
+    let (unit, (numerator, denominator)) = factor.unwrap_or((quantity.unit, (1.0, 1.0)));
+    for WrongRow { index, by, times } in wrong {
+        let message = format!(
+            "the {} at {} is {} {unit} off a smooth law through the other rows, {times:.0} times the noise",
+            if is_motion(quantity) { "lift" } else { "value" },
+            turn.shown(reading.points.angles[*index] / turn.lobes as f64),
+            text::number(by * denominator / numerator)
+        );
+        let fault = fault(file, reading.places[*index].clone(), message);
+        if drop {
+            let line = fault.position.as_ref().map_or(0, |at| at.line);
+            let message = format!("line {line} of {} is left out: {}", file.name, fault.message);
+            section.faults.note(format!("`{}`: {message}", section.path));
+        } else {
+            section.faults.report(fault.hint("mend the row, or leave it out by `outliers = \"drop\"`"));
+        }
+    }
+    (drop || wrong.is_empty()).then_some(())
 }
 
 const NO_TEXT: &str = "is not a text file";
@@ -432,7 +538,7 @@ pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Re
     let (angles, lifts) = rows.iter().map(|(row, _)| converted(row)).unzip();
     let reading = Reading::new(Points { angles, lifts }, rows.into_iter().map(|(_, span)| span).collect());
     let in_degrees = |angle: f64| format!("{} deg", units::short(angle.to_degrees()));
-    let mut faults = faults(&file, descents(&reading, Interpolation::Spline, "angle", &in_degrees));
+    let mut faults = faults(&file, descents(&reading, Twice::Never, "angle", &in_degrees));
     let angles = &reading.points.angles;
     if faults.is_empty() && angles.len() < 2 {
         let few = Diagnostic::new(&name, format!("a curve of {} points", angles.len()));
@@ -475,6 +581,44 @@ fn unit(
         .ok()
 }
 
+/// The name in a heading such as "x_mm" or "r [mm]", and its unit.
+fn named(heading: &str) -> (String, Option<&str>) {
+    let is_unit = |text: &str| {
+        [&unit::LENGTH, &unit::ANGLE, &unit::FORCE, &unit::TORQUE].iter().any(|of| units::factor(text, of).is_ok())
+    };
+    let (name, unit) = match (heading.split_once(['[', '(']), heading.rsplit_once(['_', ' '])) {
+        (Some((name, unit)), _) => (name, Some(unit.trim_end_matches([']', ')', ' ']))),
+        (None, Some((name, unit))) if is_unit(unit) => (name, Some(unit)),
+        _ => (heading, None),
+    };
+    (name.trim().to_lowercase(), unit)
+}
+
+/// The factor of the unit under `key`; where there is none, of that of `own`, of the heading of this column, or SI.
+fn unit_of(
+    section: &Section<'_>,
+    key: &'static str,
+    quantity: &'static Quantity,
+    sheet: &Sheet<'_>,
+    column: usize,
+    own: Option<&str>,
+) -> Option<(f64, f64)> {
+    // Numbers in a scale and steps of an encoder may be called anything.
+    let told = sheet.headings(column).filter(|_| *quantity != unit::NUMBER).find_map(|heading| {
+        let unit = named(heading).1?;
+        Some((unit, units::factor(unit, quantity).ok()?))
+    });
+    let given = section.has(key) || own.is_some();
+    let (above, below) = unit(section, key, quantity, own.or(told.map(|(unit, _)| unit).filter(|_| !given)))?;
+    match told {
+        Some((told, (a, b))) if given && a * below != b * above => {
+            let message = format!(": the heading of its column says {told}");
+            section.refuse(section.fault_of(key, message).hint("leave it out, or correct the heading"))
+        }
+        _ => Some((above, below)),
+    }
+}
+
 /// A column by its number from 1 or its heading.
 fn column<'a>(section: &Section<'a>, key: &'static str, default: usize) -> Option<Column<'a>> {
     let Some(node) = section.node(key) else { return Some(Column::Number(default)) };
@@ -505,14 +649,16 @@ fn fault(file: &File, span: Span, message: impl Into<String>) -> Diagnostic {
 }
 
 /// The points whose angle, or whatever comes first, does not exceed the one before; there may be a step at one angle.
-fn descents(reading: &Reading, kind: Interpolation, name: &str, told: &dyn Fn(f64) -> String) -> Vec<Wrong> {
-    let (angles, steps) = (&reading.points.angles, kind.steps());
-    let hint = match (steps, name) {
-        (true, _) => "sort the points by ascending angle; two with one angle are a step",
+fn descents(reading: &Reading, twice: Twice, name: &str, told: &dyn Fn(f64) -> String) -> Vec<Wrong> {
+    let (angles, steps) = (&reading.points.angles, twice == Twice::Step);
+    let hint = match (twice, name) {
+        (Twice::Step, _) => "sort the points by ascending angle; two with one angle are a step",
+        (Twice::Measured, _) => "sort the points by ascending angle",
         (_, "angle") => "sort the points by ascending angle, each once",
         _ => "sort the points, each once",
     };
-    let wrong = (1..angles.len()).filter(|&i| angles[i] - angles[i - 1] < LEAST_DISTANCE);
+    let least = if twice == Twice::Measured { 0.0 } else { LEAST_DISTANCE };
+    let wrong = (1..angles.len()).filter(|&i| angles[i] - angles[i - 1] < least);
     let wrong = wrong.filter(|&i| !steps || angles[i] != angles[i - 1] || i > 1 && angles[i] == angles[i - 2]);
     wrong
         .map(|i| {
@@ -562,7 +708,7 @@ fn closed(
         let open = Points { angles: angles[..n - 1].to_vec(), lifts: lifts[..n - 1].to_vec() };
         let range = lifts.iter().fold(0.0_f64, |range, lift| range.max((lift - start).abs()));
         // Where points may be steps, so is a closing one.
-        let noise = NOISE * noise.or_else(|| if kind.steps() { None } else { scatter(&open) }).unwrap_or(0.0);
+        let noise = NOISE * noise.or_else(|| if kind.steps() { None } else { smoothing::noise(open) }).unwrap_or(0.0);
         let of = |value: f64| format!("{} {}", units::short(value), quantity.unit);
         let values = format!("{} and {}", of(start), of(end));
         if (end - start).abs() <= noise.max((1.5 * *digit).min(ROUNDED * range)) {

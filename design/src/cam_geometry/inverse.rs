@@ -298,7 +298,7 @@ fn smoothed(
     points.lifts.push(points.lifts[0]);
     let refuse = |message: String| Refusal::at(None, message, "are the unit of the points and `noise` right?");
     if let Some(sigma) = noise {
-        match smooth(points.clone(), sigma) {
+        match smooth(points.clone(), sigma, true) {
             Ok(smooth) => points = smooth.points,
             Err(SmoothingError::NoNoise) => {}
             Err(_) => return Err(refuse("this noise leaves nothing of the contour".to_owned())),

@@ -17,7 +17,6 @@ mod vibration;
 pub use machine::running;
 
 pub use characteristic::{Jump, Motion};
-pub use roughness::scatter;
 
 use crate::oscillator;
 use crate::resource::{Resource, Scene, Tool};

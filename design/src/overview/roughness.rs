@@ -4,8 +4,8 @@
 //! noise of the standard deviation σ has σ̂ = σ, from all points and from every second one. What a law adds grows with the
 //! distance of the points: every second one has 4.7 times as much of it where U″ jumps, and more where it does not. So the
 //! table is noisy where that factor is below 3.5, and σ̂ is the noise. At points h apart the quintic spline makes of it errors
-//! of U″ whose root mean square over the turn is 3.89 σ̂/h². Without noise that is the size of the errors that the sampling
-//! itself makes.
+//! of U″ whose root mean square over the turn is 3.89 σ̂/h², h that of each difference. Without noise that is the size of the
+//! errors that the sampling itself makes.
 
 use super::{Overview, Warning, greatest_of, shown};
 use camdrive::motion::table::{Bend, Points};
@@ -39,23 +39,21 @@ pub fn scatter_and_error(table: &Table) -> Option<[f64; 2]> {
     let bends = table.bends();
     let spline =
         bends.iter().all(|bend| bend.before == bend.behind) && (bends.is_empty() || bends.contains(&Bend::default()));
-    let sigma = table.scale.abs() * (ORDER < n && spline).then(|| deviation(points, 1))?;
-    let around = |i: usize| points.angles[i % n] + TAU * (i / n) as f64;
-    // Half the way between the neighbours of point i.
-    let distance = |i: usize| 0.5 * (around(i + 2) - around(i));
-    let inverse = ((0..n).map(|i| distance(i).powi(-4)).sum::<f64>() / n as f64).sqrt();
-    Some([sigma, AMPLIFICATION * sigma * inverse])
+    (ORDER < n && spline).then(|| {
+        let size = |weight: fn(f64) -> f64| table.scale.abs() * deviation(points, 1, weight);
+        [size(|_| 1.0), AMPLIFICATION * size(|distance| distance.powi(-4))]
+    })
 }
 
 /// σ̂, the standard deviation of the noise of lifts; None where they are not noisy.
-pub fn scatter(points: &Points) -> Option<f64> {
+pub(super) fn scatter(points: &Points) -> Option<f64> {
     let enough = points.angles.len() >= LEAST_POINTS;
-    let sigma = enough.then(|| deviation(points, 1))?;
-    (deviation(points, 2) < NOISY * sigma).then_some(sigma)
+    let sigma = enough.then(|| deviation(points, 1, |_| 1.0))?;
+    (deviation(points, 2, |_| 1.0) < NOISY * sigma).then_some(sigma)
 }
 
-/// σ̂ of points that are `step` points apart.
-fn deviation(points: &Points, step: usize) -> f64 {
+/// σ̂ of points that are `step` points apart; the mean of squares is weighted by their distance (rad).
+fn deviation(points: &Points, step: usize, weight: fn(f64) -> f64) -> f64 {
     let n = points.angles.len();
     // In mean distances, so that products of eight of them stay near 1.
     let place = |i: usize| (points.angles[i % n] + TAU * (i / n) as f64) * n as f64 / (TAU * step as f64);
@@ -67,7 +65,8 @@ fn deviation(points: &Points, step: usize) -> f64 {
             sum += weight * points.lifts[j % n];
             weights += weight * weight;
         }
-        sum * sum / weights
+        let distance = (place(first + ORDER * step) - place(first)) * TAU / (n * ORDER) as f64;
+        sum * sum / weights * weight(distance * step as f64)
     };
     ((0..n).map(square).sum::<f64>() / n as f64).sqrt()
 }

@@ -2,11 +2,11 @@
 
 use super::super::geometry;
 use super::super::section::Section;
-use super::super::units;
 use super::dialect::{Column, Rows, Sheet};
 use super::turn::Turn;
 use super::{
-    File, Interpolation, Reading, Smoothed, checked, column, doubtful, fault, faults, law, noise, open, smoothed, unit,
+    File, Interpolation, Reading, Smoothed, checked, column, doubtful, fault, faults, law, named, noise, open,
+    smoothed, unit_of,
 };
 use camdrive::drives::unit::{ANGLE, LENGTH, Quantity};
 use camdrive::motion::MotionLaw;
@@ -64,7 +64,7 @@ pub fn read(
         None => reading,
         Some(sigma) => {
             let sigma = sigma.map(|sigma| sigma * traced.noise);
-            smoothed(section, &file, reading, sigma, &turn, quantity)?
+            smoothed(section, &file, reading, (sigma, false), (Interpolation::Spline, &turn, quantity))?
         }
     };
     let law = match law(section, &file, reading, None, (Interpolation::Spline, &turn, quantity))? {
@@ -83,18 +83,7 @@ fn told(section: &Section<'_>, file: &File, misfit: [f64; 2], count: usize) {
     let off = format!("off the contour of this law by {mean} (root mean square), {largest} at most");
     section.faults.note(format!("`{path}`: the law comes from {of} are {off}"));
     let sentence = format!("The law of {path} comes from {of} are {off}");
-    section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left: 0.0, sentence });
-}
-
-/// The name in a heading such as "x_mm" or "r [mm]", and its unit.
-fn named(heading: &str) -> (String, Option<&str>) {
-    let is_unit = |text: &str| [&LENGTH, &ANGLE].iter().any(|of| units::factor(text, of).is_ok());
-    let (name, unit) = match (heading.split_once(['[', '(']), heading.rsplit_once(['_', ' '])) {
-        (Some((name, unit)), _) => (name, Some(unit.trim_end_matches([']', ')', ' ']))),
-        (None, Some((name, unit))) if is_unit(unit) => (name, Some(unit)),
-        _ => (heading, None),
-    };
-    (name.trim().to_lowercase(), unit)
+    section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left: 0.0, sentence, warning: None });
 }
 
 /// The points of the file, its rows and the last digit of a length.
@@ -141,16 +130,8 @@ fn points(section: &Section<'_>, file: &File, side: Side) -> Option<(Vec<Point>,
     let mut scales = [1.0; 2];
     for (i, (_, of, _)) in pair.into_iter().enumerate() {
         let key = if *of == ANGLE { "angle_unit" } else { "length_unit" };
-        let own = sheet.heading(rows.columns[i]).and_then(|heading| named(heading).1);
-        let (above, below) = unit(section, key, of, own)?;
+        let (above, below) = unit_of(section, key, of, &sheet, rows.columns[i], None)?;
         scales[i] = above / below;
-        let said = own.and_then(|own| Some((own, units::factor(own, of).ok()?)));
-        if let Some((own, (a, b))) = said
-            && a * below != b * above
-        {
-            let message = format!(": the heading of its column says {own}");
-            return section.refuse(section.fault_of(key, message).hint("leave it out, or correct the heading"));
-        }
     }
     let point = |row: &[f64]| {
         let [a, b] = [row[0] * scales[0], row[1] * scales[1]];

@@ -236,11 +236,10 @@ impl<'a> Sheet<'a> {
         self.lines.iter().find_map(|line| line.cells.iter().position(|cell| is(&self.text[cell.clone()])))
     }
 
-    /// The first heading of a column.
-    pub fn heading(&self, column: usize) -> Option<&'a str> {
-        let cells = self.lines.iter().filter_map(|line| line.cells.get(column));
-        let mut words = cells.filter(|cell| self.number(cell).is_none()).map(|cell| &self.text[cell.clone()]);
-        words.find(|word| !word.is_empty())
+    /// The words in a column.
+    pub fn headings(&self, column: usize) -> impl Iterator<Item = &'a str> {
+        let cells = self.lines.iter().filter_map(move |line| line.cells.get(column));
+        cells.filter(|cell| self.number(cell).is_none()).map(|cell| &self.text[cell.clone()])
     }
 
     /// The number of a column, from 0, and that of the line which names it.

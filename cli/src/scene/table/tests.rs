@@ -180,6 +180,43 @@ fn an_open_lobe_rests_outside_and_one_of_four_is_repeated() {
 }
 
 #[test]
+fn a_smoothed_rest_of_few_rows_rests() {
+    let keys = "angle_unit = \"deg\", lift_unit = \"mm\", noise = \"estimate\"";
+    let law = stored(&format!("file = \"fine_and_coarse.csv\", {keys}"));
+    for i in 300..720 {
+        let u = law.at(TAU * f64::from(i) / 720.0).0[0];
+        // Three times the noise of 3 µm.
+        assert!(u.abs() < 9e-6, "{}°: {u:e}", f64::from(i) / 2.0);
+    }
+    // Rows beside the lobe that are not measured keep its level, and one that is wrong is left out.
+    let lobe = |wrong: f64| {
+        let row = |i: i32| {
+            let lift = 10.0 * (f64::from(i) * PI / 140.0).cos().powi(4) + 3e-3 * (f64::from(i * i) * 1.7).sin();
+            format!("{i};{:.4}\n", lift + if i == 20 { wrong } else { 0.0 })
+        };
+        (-70..=70).map(row).collect::<String>()
+    };
+    for noise in ["", ", noise = \"estimate\"", ", noise = 2e-6"] {
+        let keys = format!("angle_unit = \"deg\", lift_unit = \"mm\", outside = \"rest\"{noise}");
+        let told = of(&lobe(0.1), &keys).unwrap_err();
+        let by = told.split_once("the lift at 20 deg is ").and_then(|(_, rest)| rest.split(' ').next());
+        let by: f64 = by.and_then(|by| by.parse().ok()).expect(&told);
+        assert!((by - 0.1).abs() < 0.01 && told.contains(" mm off") && told.contains(":91:1"), "{told}");
+        let (law, notes) = of(&lobe(0.1), &format!("{keys}, outliers = \"drop\"")).unwrap();
+        let (right, _) = of(&lobe(0.0), &keys).unwrap();
+        assert!(notes.contains("line 91 of"), "{notes}");
+        for i in 0..720 {
+            let phi = TAU * f64::from(i) / 720.0;
+            let [found, right] = [&law, &right].map(|law| law.at(phi).0[0]);
+            assert!((found - right).abs() < 1e-5, "{noise} {}°: {found:e} {right:e}", f64::from(i) / 2.0);
+        }
+        // Well away from its ends the rest is one level.
+        let level = law.at(PI).0[0];
+        assert!([2.0, 2.5, 4.0].iter().all(|phi| (law.at(*phi).0[0] - level).abs() < 1e-8), "{noise}");
+    }
+}
+
+#[test]
 fn ends_that_differ_within_the_noise_have_their_mean() {
     // Lifts that scatter by some 3 µm.
     let scatter = |i: u32| 3e-3 * (f64::from(i) * f64::from(i) * 1.7).sin() * 1.4;

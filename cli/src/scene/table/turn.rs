@@ -78,11 +78,13 @@ impl<'a> Turn<'a> {
             );
         }
         let per_rad = turn / TAU;
-        // Steps may be called degrees.
-        let named = section.text("angle_unit").flatten().filter(|unit| units::factor(unit, &unit::ANGLE).is_ok());
-        let shown = match unit.and_then(|unit| Some((unit, units::factor(unit, quantity).ok()?))) {
+        let known = |unit: Option<&'a str>, of| unit.and_then(|unit| Some((unit, units::factor(unit, of).ok()?)));
+        let named = known(section.text("angle_unit").flatten(), &unit::ANGLE);
+        let shown = match known(unit, quantity) {
             Some((unit, (numerator, denominator))) => (per_rad * denominator / numerator, unit),
-            None if text == Some(None) => (per_rad, named.unwrap_or("counts")),
+            // Steps may be called degrees.
+            None if text == Some(None) => (per_rad, named.map_or("counts", |(unit, _)| unit)),
+            None if let Some((unit, (numerator, denominator))) = named => (per_rad * denominator / numerator, unit),
             None => (per_rad.to_degrees(), "deg"),
         };
         Some(Turn { quantity, unit, per_rad, lobes: lobes as usize, rests: rests?, shown })

@@ -1,0 +1,229 @@
+//! The choice of λ, and rows that a smooth law cannot have.
+//!
+//! λ has the least robust cross-validation, V (γ + (1 − γ) tr H²/n) of V = n Σ r²/(n − tr H)², whose second factor keeps it from
+//! following the noise, or, where σ is known, the least of Mallows' Σ r² + 2 σ² tr H. Since ∂H/∂ ln λ = −H (I − H), tr H² follows from
+//! the traces of neighbouring λ.
+//!
+//! A row is suspected by likelihood: of the curve as a process of white jerk −2 ln L = (n − 1) ln P − ln det₊(I − H), P the
+//! minimum, which without row i is P − rᵢ²/(1 − hᵢ), the determinant divided by 1 − hᵢ; the most likely pair of λ and row is
+//! taken out, and the next one looked for.
+//!
+//! Source: M. A. Lukas, *Robust generalized cross-validation for choosing the regularization parameter*, Inverse Problems
+//! 22 (2006) 1883–1902; G. Wahba, *Spline Models for Observational Data*, SIAM 1990, sections 4.7 and 4.8.
+
+use super::penalised::Rows;
+use std::f64::consts::TAU;
+
+/// Step of the logarithm of the order: the errors are so flat about their least that a tenth does not matter.
+const STEP: f64 = 0.2;
+
+/// The order is so much above the best one, by which the largest errors, those beside jumps of U″, fall by a tenth and the mean
+/// ones rise by a fiftieth.
+const MARGIN: f64 = 1.05;
+
+/// γ of the robust cross-validation.
+const ROBUST: f64 = 0.4;
+
+/// Suspects are taken out from so many σ on; of a few hundred clean rows the largest has as much.
+const SUSPECT: f64 = 3.5;
+
+/// A jump of U′ or U″ explains the distance of a row where it explains this much more than leaving the row out: of wrong rows
+/// it explains up to 1.2 times as much, where they are few.
+const JUMP: f64 = 1.2;
+
+/// Rows so near to one beside a jump of U′ or U″ are not wrong, either.
+const NEAR: usize = 4;
+
+/// The most suspects.
+const MOST_SUSPECTS: usize = 8;
+
+/// A row is wrong from so many σ on: clean tables have at most 5, a row that is wrong by 10 σ has 6 … 10.
+pub const WRONG: f64 = 5.5;
+
+/// It is also so many σ from the best law whose U″ jumps nearby. Beside a jump clean rows have up to 9 without it, 3 with it;
+/// the second value is that of an estimated σ where the rows are few for their motion, of which clean ones have up to 6.
+const WRONG_AT_JUMP: [f64; 2] = [3.5, 6.5];
+
+/// Rows are few where the others tell the lift with a variance above σ² times this,
+const MOST_VARIANCE: f64 = 1.5;
+
+/// or where the curve has more than this many freedoms per row.
+const MOST_FREEDOM: f64 = 0.6;
+
+/// Errors below this part of the stroke are none: a table of exact lifts has no noise to measure them by.
+const LEAST_PART: f64 = 1e-4;
+
+/// Where rows are few, one that is off by more than this part of the stroke may be all that there is of a short motion.
+const MOTION: f64 = 0.03;
+
+/// Rows that are few do not tell σ where the curve goes through them. There a row is wrong that is off by so many times as much
+/// as the rows around it are from the curve without each of them; in 2400 exact tables a row of a short motion has up to 22.
+const CLEAR: f64 = 30.0;
+
+/// It is also off by more than so many of the last digits, as rounded lifts of a rest are equal but for one digit.
+const DIGITS: f64 = 3.0;
+
+/// A given σ is taken for that of the rows where the estimated one is at most so many times as large.
+const TRUSTED: f64 = 1.5;
+
+/// Lifts that differ by less than this part of the stroke are the same.
+const LEAST_STEP: f64 = 1e-9;
+
+/// A wrong row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WrongRow {
+    /// Its index in the table.
+    pub index: usize,
+    /// Its lift minus that of the law through the others.
+    pub by: f64,
+    /// The same in units of σ.
+    pub times: f64,
+}
+
+/// What the curves of all λ say.
+pub struct Look {
+    /// The best order.
+    pub order: f64,
+    /// σ of the noise about its curve.
+    pub noise: f64,
+    /// tr H.
+    pub freedom: f64,
+    suspect: Suspect,
+}
+
+/// The row that most likely is wrong.
+#[derive(Clone, Copy)]
+struct Suspect {
+    index: usize,
+    /// Its distance in σ from the curve without it, σ and the order of that.
+    times: f64,
+    sigma: f64,
+    order: f64,
+}
+
+impl Rows {
+    /// The best order, of noise that is known or not, and the most suspicious row.
+    pub fn look(&self, noise: Option<f64>) -> Look {
+        let n: f64 = self.weights.iter().sum();
+        let last = ((2 * self.knots.len()) as f64).ln() / STEP;
+        let orders: Vec<f64> = (0..=last as usize).map(|i| (STEP * i as f64).exp()).collect();
+        let (mut likely, mut suspect) = (f64::INFINITY, Suspect { index: 0, times: 0.0, sigma: 0.0, order: 1.0 });
+        let mut sums = Vec::new();
+        for order in &orders {
+            let fit = self.fit(&self.lifts, *order);
+            let (mut squares, mut trace) = (0.0, 0.0);
+            for i in (0..self.lifts.len()).filter(|i| self.weights[*i] > 0.0) {
+                let (residual, rest) = (fit.residuals[i], 1.0 - fit.leverages[i]);
+                squares += residual * residual;
+                trace += fit.leverages[i];
+                let least = fit.least - residual * residual / rest;
+                let value = (n - 2.0) * least.ln() - fit.log + rest.ln();
+                if value < likely {
+                    let sigma = (least / (n - 2.0)).sqrt();
+                    let times = residual.abs() / rest.sqrt() / sigma;
+                    (likely, suspect) = (value, Suspect { index: i, times, sigma, order: *order });
+                }
+            }
+            sums.push([squares, trace]);
+        }
+        let criterion = |i: usize| {
+            let [squares, trace] = sums[i];
+            if let Some(noise) = noise {
+                return squares + 2.0 * noise * noise * trace;
+            }
+            let (low, high) = (i.saturating_sub(1), (i + 1).min(sums.len() - 1));
+            let product = (sums[high][1] - sums[low][1]) / (6.0 * STEP * (high - low) as f64);
+            squares / (n - trace).powi(2) * (ROBUST + (1.0 - ROBUST) * (trace - product).max(0.0) / n)
+        };
+        let finite = (0..sums.len()).filter(|i| criterion(*i).is_finite());
+        let best = finite.min_by(|i, j| criterion(*i).total_cmp(&criterion(*j))).unwrap_or(0);
+        // The least of the parabola through it and its neighbours.
+        let [low, high] = [best.saturating_sub(1), (best + 1).min(sums.len() - 1)].map(&criterion);
+        let shift = 0.5 * (low - high) / (low - 2.0 * criterion(best) + high);
+        let shift = if shift.abs() <= 1.0 { STEP * shift } else { 0.0 };
+        let [squares, freedom] = sums[best];
+        Look { order: MARGIN * orders[best] * shift.exp(), noise: (squares / (n - freedom)).sqrt(), freedom, suspect }
+    }
+
+    /// Leaves wrong rows out, and names them; of noise that is known or not.
+    pub fn leave_out_wrong(&mut self, noise: Option<f64>) -> Vec<WrongRow> {
+        let n = self.lifts.len();
+        let (mut suspects, mut bends): (Vec<usize>, Vec<usize>) = Default::default();
+        let mut look = self.look(None);
+        while look.suspect.times >= SUSPECT && suspects.len() + bends.len() < MOST_SUSPECTS.min(n / 16) {
+            let Suspect { index, order, .. } = look.suspect;
+            let beside = |bend: &usize| (index + n - bend + NEAR) % n <= 2 * NEAR;
+            let bend = bends.iter().any(beside) || self.beside_jump(index, order)[1] >= JUMP;
+            if bend { &mut bends } else { &mut suspects }.push(index);
+            self.weights[index] = 0.0;
+            look = self.look(None);
+        }
+        bends.iter().for_each(|index| self.weights[*index] = 1.0);
+        let mut sorted = self.lifts.clone();
+        sorted.sort_by(f64::total_cmp);
+        let range = sorted[n - 1] - sorted[0];
+        let steps = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > LEAST_STEP * range);
+        let digit = steps.fold(range, f64::min);
+        // Lifts that equal their neighbours are those of a rest that was not measured, or rounded.
+        let same = |i: &usize| [1, n - 1].iter().all(|to| self.lifts[(i + to) % n] == self.lifts[*i]);
+        let told = n - (0..n).filter(same).count();
+        let mut sigma = look.noise.max(look.suspect.sigma) * (n as f64 / told as f64).sqrt();
+        let few = |look: &Look| look.freedom > MOST_FREEDOM * n as f64;
+        let known = noise.filter(|noise| sigma <= TRUSTED * noise);
+        if let Some(noise) = known {
+            (look, sigma) = (self.look(known), noise);
+        }
+        let fit = self.fit(&self.lifts, look.order);
+        let off = |i: usize| fit.residuals[i].abs() / (1.0 - fit.leverages[i]).sqrt();
+        let mut wrong = Vec::new();
+        for index in suspects {
+            let (by, variance) = (fit.residuals[index], fit.leverages[index]);
+            let distance = by.abs() / (1.0 + variance).sqrt();
+            let near = (1..=NEAR).flat_map(|d| [(index + d) % n, (index + n - d) % n]);
+            let most = near.filter(|i| self.weights[*i] > 0.0).map(off).fold(0.0, f64::max);
+            self.weights[index] = 1.0;
+            let few = few(&look) || variance > MOST_VARIANCE;
+            let clear = few && distance >= CLEAR * most && by.abs() > DIGITS * digit;
+            let far = distance >= WRONG * sigma && !(few && by.abs() > MOTION * range);
+            let at_jump = WRONG_AT_JUMP[usize::from(few && known.is_none())];
+            if by.abs() > LEAST_PART * range
+                && (clear || far && self.beside_jump(index, look.order)[0] >= at_jump * sigma)
+            {
+                wrong.push(WrongRow { index, by, times: by.abs() / sigma });
+            }
+        }
+        wrong.iter().for_each(|row| self.weights[row.index] = 0.0);
+        wrong.sort_by_key(|row| row.index);
+        wrong
+    }
+
+    /// The least distance of row `index`, over its standard deviation by σ, from a law whose U″ jumps near its knot; and the
+    /// part by which a jump of U″ or U′ lowers the minimum of what it is lowered by without the row.
+    ///
+    /// x³ − 3x²/2 + x/2, continued periodically, is a law whose U″ jumps once; x² − x one whose U′ does. With the residuals r of
+    /// its values b, h = Σ w b r, and p = Σ w b rᵧ for the residuals rᵧ of the lifts, those of lifts and jump are rᵧ − r p/h, and
+    /// their minimum is lower by p²/h.
+    fn beside_jump(&self, index: usize, order: f64) -> [f64; 2] {
+        let (m, fit) = (self.knots.len() as i64, self.fit(&self.lifts, order));
+        let own = fit.residuals[index].powi(2) / (1.0 - fit.leverages[index]);
+        let knot = |half: i64| self.knots[(self.knot[index] as i64 + half.div_euclid(2)).rem_euclid(m) as usize];
+        let mut found = [f64::INFINITY, 0.0_f64];
+        for half in -3..=3 {
+            let place = knot(half) + 0.5 * (knot(half + 1) - knot(half)).rem_euclid(TAU);
+            for second in [false, true] {
+                let law = |x: f64| x * (x - 1.0) * if second { x - 0.5 } else { 1.0 };
+                let jump: Vec<f64> =
+                    self.angles.iter().map(|angle| law(((angle - place) / TAU).rem_euclid(1.0))).collect();
+                let other = self.fit(&jump, order);
+                let product: f64 = (0..jump.len()).map(|i| self.weights[i] * jump[i] * fit.residuals[i]).sum();
+                found[1] = found[1].max(product * product / other.least / own);
+                if second {
+                    let residual = fit.residuals[index] - product / other.least * other.residuals[index];
+                    let rest = 1.0 - fit.leverages[index] - other.residuals[index].powi(2) / other.least;
+                    found[0] = found[0].min(residual.abs() / rest.sqrt());
+                }
+            }
+        }
+        found
+    }
+}
