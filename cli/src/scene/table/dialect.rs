@@ -288,16 +288,18 @@ impl<'a> Sheet<'a> {
             let message = format!("column {} is asked for twice", first[0] + 1);
             return Err(vec![Wrong::new(message, "give each column its own number or heading")]);
         }
+        let text = |cell: &Span| &self.text[cell.clone()];
         let widest = self.lines.iter().map(|line| line.cells.len()).max().unwrap_or(0);
-        // Two of three derivatives, unless the heading of the last one makes it another of their kind.
+        // Two of three derivatives, unless the heading of the last one makes it another of their kind, or the one before it
+        // says so: U″ before each point is not without that behind it.
         let two = |last: usize| {
             let [own, before] = [last, last - 1].map(|column| self.unit(column).map(|unit| unit.1));
-            widest <= last || own != before
+            let before_point = |line: &Line| line.cells.get(last - 1).is_some_and(|cell| text(cell).contains("before"));
+            if widest > last { own != before } else { !self.lines.iter().any(before_point) }
         };
         let more = more - usize::from(more == 3 && two(first[1] + 3));
         let columns: Vec<usize> = first.into_iter().chain((1..=more).map(|n| first[1] + n)).collect();
         let value = |line: &Line, column: usize| self.number(line.cells.get(column)?);
-        let text = |cell: &Span| &self.text[cell.clone()];
         let lines: Vec<&Line> =
             self.lines.iter().skip(named.map_or(0, |i| i + 1)).filter(|line| !line.comment).collect();
         // A row is wrong whose first number has no second one beside it; what has no first number is a heading.

@@ -146,7 +146,13 @@ fn columns_are_found_by_their_heading() {
     // As numpy.savetxt writes it.
     let found = read(b"# U phi\n0.5 0\n-1.25 10", &[Column::Heading("phi"), Column::Heading("U")]);
     assert_eq!(found, Ok(vec![(vec![0.0, 0.5], 2), (vec![10.0, -1.25], 3)]));
-    let sheet = Sheet::new("X [deg];Y [mm];V [mm/deg]\n0;1.25;2").unwrap();
+    let of = |text: &str| Sheet::new(text).unwrap().rows(&FIRST_TWO, 3, "").map(|rows| rows.columns.len());
+    assert_eq!(
+        (of("X;Y;V;A\n0;1;2;3").ok(), of("0;1;2;3").ok(), of("X;Y;V;A;B\n0;1;2;3;4").ok()),
+        (Some(4), Some(4), Some(5))
+    );
+    assert!(of("phi;U;dU;ddU_before\n0;1;2;3").is_err());
+    let sheet = Sheet::new("X [deg];Y [mm];V (mm/deg)\n0;1.25;2").unwrap();
     assert_eq!((sheet.unit(2).map(|unit| unit.1), sheet.unit(7)), (Some("mm/deg".to_owned()), None));
     assert!((sheet.rows(&FIRST_TWO, 0, "").unwrap().digit - 0.01).abs() < 1e-17);
 }
