@@ -39,7 +39,8 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     files::no_foreign(&args.output, &[], args.force)?;
     let folder = args.output.parent().unwrap_or("".as_ref());
-    let of_another = |path: &Path| std::fs::read_to_string(path).is_ok_and(|text| !text.contains("camdrive"));
+    let of_another =
+        |path: &Path| std::fs::read_to_string(path).is_ok_and(|text| !text.contains("\"title\": \"camdrive"));
     for (path, kept) in
         [(args.output.clone(), args.output.exists()), (folder.join(SCHEMA), of_another(&folder.join(SCHEMA)))]
     {

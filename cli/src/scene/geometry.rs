@@ -180,6 +180,10 @@ fn start(section: &Section<'_>, kind: Kind, contour: Contour) -> Option<Start> {
         Kind::Lever => section.optional("start_angle"),
         Kind::Translating | Kind::Flat => section.optional("start_height"),
     };
+    if kind == Kind::Flat && coordinate.flatten().is_some_and(|height| !(height > 0.0)) {
+        let fault = section.fault_of("start_height", ": the face would run through the centre of the cam or below it");
+        section.faults.report(fault.admissible("> 0 m"));
+    }
     let prime = section.optional("prime_radius");
     let base = section.optional("base_radius");
     if contour == Contour::Outer {

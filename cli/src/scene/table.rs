@@ -18,7 +18,7 @@ use camdrive_design::overview::Warning;
 use camdrive_design::smoothing::{self, SmoothingError, WrongRow, smooth, wrong_rows};
 use camdrive_design::table_error::told;
 use camdrive_design::text::{self, counted};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 /// The most faults of one table that are told one by one.
@@ -56,6 +56,9 @@ enum Twice {
 
 /// Two values differ by less than so many times the standard deviation of their noise but once in 40,000.
 const NOISE: f64 = 6.0;
+
+/// A lobe of fewer rows tells nothing of its noise: with its image they are the thirty of a short table.
+const LEAST_OF_LOBE: usize = 16;
 
 /// A spline is told that leaves the range of its neighbours by more than this part of the range of all.
 const OVERSHOOT: f64 = 0.01;
@@ -461,6 +464,13 @@ fn smoothed(
 fn right(section: &Section<'_>, file: &File, reading: Reading, drop: bool, as_told: Told<'_>) -> Option<Reading> {
     let wrong = wrong_rows(reading.points.clone());
     told_wrong(section, file, &reading, (&wrong, drop), as_told)?;
+    if !wrong.is_empty() {
+        let (section_of, rows) = (section.path.clone(), counted(wrong.len(), "wrong row"));
+        let sentence =
+            format!("Of the table of {section_of} {rows} {} left out", if wrong.len() == 1 { "is" } else { "are" });
+        let smoothed = Smoothed { section: section_of, left: 0.0, sentence, warning: None };
+        section.faults.smoothed.borrow_mut().push(smoothed);
+    }
     Some(reading.without(&wrong))
 }
 
@@ -581,20 +591,25 @@ fn unit(
         .ok()
 }
 
+/// Units that headings have without brackets, "s_mm" or "Hub in mm"; others such as m, N or in may as well be letters or words.
+const PLAIN: [&str; 9] = ["mm", "um", "µm", "μm", "deg", "°", "rad", "kN", "kN.m"];
+
 /// The name in a heading such as "x_mm" or "r [mm]", and its unit.
 fn named(heading: &str) -> (String, Option<&str>) {
-    let is_unit = |text: &str| {
-        [&unit::LENGTH, &unit::ANGLE, &unit::FORCE, &unit::TORQUE].iter().any(|of| units::factor(text, of).is_ok())
-    };
-    let (name, unit) = match (heading.split_once(['[', '(']), heading.rsplit_once(['_', ' '])) {
+    let (name, unit) = match (heading.rsplit_once(['[', '(']), heading.rsplit_once(['_', ' '])) {
         (Some((name, unit)), _) => (name, Some(unit.trim_end_matches([']', ')', ' ']))),
-        (None, Some((name, unit))) if is_unit(unit) => (name, Some(unit)),
+        // A number before it makes a value of it, "probe 3 mm".
+        (None, Some((name, unit))) if PLAIN.contains(&unit) && !name.ends_with(|c: char| c.is_ascii_digit()) => {
+            (name, Some(unit))
+        }
+        _ if PLAIN.contains(&heading) => ("", Some(heading)),
         _ => (heading, None),
     };
-    (name.trim().to_lowercase(), unit)
+    // Degrees of a German heading are no giga-radians.
+    (name.trim().to_lowercase(), unit.filter(|unit| !unit.eq_ignore_ascii_case("grad")))
 }
 
-/// The factor of the unit under `key`; where there is none, of that of `own`, of the heading of this column, or SI.
+/// The factor of the unit under `key`; where there is none, of that of the heading of this column, of `own`, or SI.
 fn unit_of(
     section: &Section<'_>,
     key: &'static str,
@@ -604,14 +619,22 @@ fn unit_of(
     own: Option<&str>,
 ) -> Option<(f64, f64)> {
     // Numbers in a scale and steps of an encoder may be called anything.
-    let told = sheet.headings(column).filter(|_| *quantity != unit::NUMBER).find_map(|heading| {
-        let unit = named(heading).1?;
-        Some((unit, units::factor(unit, quantity).ok()?))
-    });
-    let given = section.has(key) || own.is_some();
-    let (above, below) = unit(section, key, quantity, own.or(told.map(|(unit, _)| unit).filter(|_| !given)))?;
+    let units = || sheet.headings(column).filter(|_| *quantity != unit::NUMBER).filter_map(|heading| named(heading).1);
+    let told = units().find_map(|unit| Some((unit, units::factor(unit, quantity).ok()?)));
+    let other = units().find(|unit| !["", "-", "%", "1"].contains(unit)).filter(|_| told.is_none());
+    let given = section.has(key);
+    if let Some(other) = other {
+        let holds = if given { format!("`{key}` holds") } else { format!("taken in {}", own.unwrap_or(quantity.unit)) };
+        let message =
+            format!("\"{other}\" in the heading of column {} is not the unit of {}", column + 1, units::name(quantity));
+        section.faults.note(format!("`{}`: {message}; {holds}", section.path));
+    }
+    let (above, below) = match told {
+        Some((_, factor)) if !given => factor,
+        _ => unit(section, key, quantity, own)?,
+    };
     match told {
-        Some((told, (a, b))) if given && a * below != b * above => {
+        Some((told, (a, b))) if a * below != b * above => {
             let message = format!(": the heading of its column says {told}");
             section.refuse(section.fault_of(key, message).hint("leave it out, or correct the heading"))
         }
@@ -705,10 +728,17 @@ fn closed(
     }
     let (start, end) = (lifts[0], lifts[n - 1]);
     if start != end && (turn.rests || gap.abs() <= CLOSING) {
-        let open = Points { angles: angles[..n - 1].to_vec(), lifts: lifts[..n - 1].to_vec() };
+        let count = if turn.rests { n } else { n - 1 };
+        let open = Points { angles: angles[..count].to_vec(), lifts: lifts[..count].to_vec() };
         let range = lifts.iter().fold(0.0_f64, |range, lift| range.max((lift - start).abs()));
         // Where points may be steps, so is a closing one.
-        let noise = NOISE * noise.or_else(|| if kind.steps() { None } else { smoothing::noise(open) }).unwrap_or(0.0);
+        let own = || match () {
+            () if kind.steps() => None,
+            () if turn.rests && n < LEAST_OF_LOBE => None,
+            () if turn.rests => smoothing::noise(mirrored(&open)),
+            () => smoothing::noise(open),
+        };
+        let noise = NOISE * noise.or_else(own).unwrap_or(0.0);
         let of = |value: f64| format!("{} {}", units::short(value), quantity.unit);
         let values = format!("{} and {}", of(start), of(end));
         if (end - start).abs() <= noise.max((1.5 * *digit).min(ROUNDED * range)) {
@@ -739,6 +769,18 @@ fn closed(
         at_rest.extend((n..n + parts - 1).chain((!even).then_some(0)).chain((!even).then_some(n - 1)));
     }
     Some(reading)
+}
+
+/// A lobe and its image one behind the other, a turn without a rest.
+fn mirrored(lobe: &Points) -> Points {
+    let Points { angles, lifts } = lobe;
+    let [first, .., last] = angles[..] else { return lobe.clone() };
+    let place = |angle: f64| PI * (angle - first) / (last - first);
+    let back = angles.iter().rev().skip(1).map(|angle| TAU - place(*angle));
+    Points {
+        angles: angles.iter().map(|angle| place(*angle)).chain(back).collect(),
+        lifts: lifts.iter().chain(lifts.iter().rev().skip(1)).copied().collect(),
+    }
 }
 
 /// How and over what the points are, and of what, for messages.

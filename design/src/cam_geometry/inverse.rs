@@ -14,6 +14,7 @@
 use super::contour::Side;
 use super::{Carrier, I, Plan, Point, Start, degrees};
 use crate::smoothing::{SmoothingError, smooth};
+use crate::table_error::told;
 use camdrive::drives::Fault;
 use camdrive::motion::table::{Bend, Points};
 use camdrive::motion::{MotionLaw, Table};
@@ -304,7 +305,7 @@ fn smoothed(
             Err(_) => return Err(refuse("this noise leaves nothing of the contour".to_owned())),
         }
     }
-    Table::new(points).map(MotionLaw::Table).map_err(|fault| refuse(fault.to_string()))
+    Table::new(points).map(MotionLaw::Table).map_err(|fault| refuse(told(&fault)))
 }
 
 impl Traced {

@@ -31,6 +31,10 @@ pub fn read(
     folder: &Path,
 ) -> Option<MotionLaw> {
     section.of(&LENGTH, 0);
+    // Known even where a fault ends the reading before them.
+    for key in ["file", "length_unit", "angle_unit", "x_column", "y_column", "r_column", "angle_column"] {
+        section.has(key);
+    }
     let noise = noise(section);
     let plan = match parent.section(geometry::KEY)? {
         Some(geometry) => geometry::read(&geometry, *quantity == ANGLE),

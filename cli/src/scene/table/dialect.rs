@@ -227,7 +227,8 @@ impl<'a> Sheet<'a> {
                 .filter(|unit| unit.contains("_per_"))
                 .map(|unit| unit.replace("_per_", "/")),
         };
-        let cells = self.lines.iter().filter_map(|line| line.cells.get(column));
+        let of = |comment: bool| self.lines.iter().rev().filter(move |line| line.comment == comment);
+        let cells = of(false).chain(of(true)).filter_map(|line| line.cells.get(column));
         cells.filter_map(|cell| Some((cell.clone(), unit(cell)?))).next()
     }
 
@@ -236,9 +237,10 @@ impl<'a> Sheet<'a> {
         self.lines.iter().find_map(|line| line.cells.iter().position(|cell| is(&self.text[cell.clone()])))
     }
 
-    /// The words in a column.
+    /// The words in a column, the nearest to the rows first; comments are none.
     pub fn headings(&self, column: usize) -> impl Iterator<Item = &'a str> {
-        let cells = self.lines.iter().filter_map(move |line| line.cells.get(column));
+        let lines = self.lines.iter().rev().filter(|line| !line.comment);
+        let cells = lines.filter_map(move |line| line.cells.get(column));
         cells.filter(|cell| self.number(cell).is_none()).map(|cell| &self.text[cell.clone()])
     }
 
@@ -427,7 +429,7 @@ fn blank_between_numbers(line: &str) -> bool {
 
 /// The cells of a line, without blanks and quotes around them.
 fn cells(text: &str, line: Span, separator: char) -> Vec<Span> {
-    let (mut cells, mut start, mut quoted) = (Vec::new(), line.start, false);
+    let (mut cells, mut start, mut quoted) = (Vec::<Span>::new(), line.start, false);
     let ends = text[line.clone()].char_indices().filter(|&(_, c)| {
         quoted ^= c == '"';
         !quoted && (c == separator || separator == ' ' && c.is_whitespace())
@@ -438,8 +440,11 @@ fn cells(text: &str, line: Span, separator: char) -> Vec<Span> {
         let open = |c: char| c.is_whitespace() || c == '"';
         let cell = piece.trim_matches(open);
         let offset = start + (piece.len() - piece.trim_start_matches(open).len());
-        // Several blanks are one separator.
-        if separator != ' ' || !cell.is_empty() {
+        // Several blanks are one separator, and a unit in brackets belongs to the word before it.
+        let belongs = separator == ' ' && cell.starts_with(['[', '(']);
+        if let Some(before) = cells.last_mut().filter(|_| belongs) {
+            before.end = offset + cell.len();
+        } else if separator != ' ' || !cell.is_empty() {
             cells.push(if cell.is_empty() { start..start } else { offset..offset + cell.len() });
         }
         start = end.end;

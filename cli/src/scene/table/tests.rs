@@ -357,3 +357,67 @@ fn inertia_and_coefficients_are_monotone_and_have_no_steps() {
     let (error, order, _) = drive(", interpolation = \"fourier\", harmonics = 3");
     assert!(error < 1e-9 && order == 3, "{error} {order}");
 }
+
+#[test]
+fn headings_have_units_where_they_are_clear() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |headings: &str, keys: &str| {
+        let rows: String =
+            (0..72).map(|i| format!("{};{:.6}\n", 5 * i, 5.0 * (1.0 - f64::from(5 * i).to_radians().cos()))).collect();
+        std::fs::write(folder.path().join("t.csv"), format!("{headings}\n{rows}")).unwrap();
+        cam(folder.path(), &format!("file = \"t.csv\", {keys}")).map(|(law, notes)| (law.at(PI).0[0], notes))
+    };
+    for headings in
+        ["phi [deg];s [mm]", "phi_deg;s_mm", "# probe 3 um\nphi [deg];s (probe) [mm]", "Probe;3 um\nphi;s\ndeg;mm"]
+    {
+        let (lift, notes) =
+            read(headings, "angle_unit = \"deg\"").unwrap_or_else(|faults| panic!("{headings}: {faults}"));
+        assert!((lift - 0.01).abs() < 1e-9 && notes.is_empty(), "{headings}: {lift} {notes}");
+        assert!(read(headings, "").is_ok() && read(headings, "angle_unit = \"deg\", lift_unit = \"mm\"").is_ok());
+        let told = read(headings, "lift_unit = \"um\"").unwrap_err();
+        assert!(told.contains("`cam.lift_unit`: the heading of its column says mm"), "{told}");
+    }
+    // Letters and words that are no units, and units of something else.
+    for (headings, note) in [
+        ("phi_in;s_m", ""),
+        ("Winkel in Grad;Hub", ""),
+        ("Probe;20 um\nphi;s", ""),
+        ("phi [Grad];s [-]", ""),
+        ("phi;s [1/100 mm]", "\"1/100 mm\" in the heading of column 2 is not the unit of a length; `lift_unit` holds"),
+        ("time [s];s", "\"s\" in the heading of column 1 is not the unit of an angle; `angle_unit` holds"),
+    ] {
+        let (lift, notes) =
+            read(headings, "angle_unit = \"deg\", lift_unit = \"mm\"").unwrap_or_else(|e| panic!("{headings}: {e}"));
+        assert!((lift - 0.01).abs() < 1e-9 && notes.contains(note), "{headings}: {lift} {notes}");
+        assert_eq!(notes.is_empty(), note.is_empty(), "{headings}: {notes}");
+    }
+    // Noise at both ends of a lobe.
+    let noisy: String = (0..71)
+        .map(|i: u32| {
+            let noise = 3e-3 * (f64::from(i * i) * 1.7 + 0.9).sin() * 1.4;
+            format!(
+                "{};{:.4}\n",
+                2 * i,
+                5.0 * (1.0 - (f64::from(i) / 35.0 * PI).cos()) + noise + if i == 70 { -3e-3 } else { 0.0 }
+            )
+        })
+        .collect();
+    std::fs::write(folder.path().join("lobe.csv"), noisy).unwrap();
+    let keys = "file = \"lobe.csv\", angle_unit = \"deg\", lift_unit = \"mm\", outside = \"rest\"";
+    for noise in ["", ", noise = \"estimate\"", ", noise = \"3 um\""] {
+        let (law, _) =
+            cam(folder.path(), &format!("{keys}{noise}")).unwrap_or_else(|faults| panic!("{noise}: {faults}"));
+        assert!((law.at(70_f64.to_radians()).0[0] - 0.01).abs() < 1e-5, "{noise}");
+    }
+    // A row that is left out is told with the law.
+    let exact: String = (0..360)
+        .map(|i| {
+            format!("{i};{:.7}\n", 5.0 * (1.0 - f64::from(i).to_radians().cos()) + if i == 70 { 0.1 } else { 0.0 })
+        })
+        .collect();
+    std::fs::write(folder.path().join("wrong.csv"), exact).unwrap();
+    let text = "name = \"x\"\nmodel = \"ElasticCamDrive\"\ncam = { law = \"table\", file = \"wrong.csv\", angle_unit = \"deg\", lift_unit = \"mm\", \
+                outliers = \"drop\" }\ndrive = { mode = \"input\" }\nelasticity = { place = \"output\", m = 1, c = 1 }";
+    let scene = resolve("scene.toml", text, folder.path()).unwrap_or_else(|faults| panic!("{faults}"));
+    assert!(scene.description.contains("Of the table of cam 1 wrong row is left out."), "{}", scene.description);
+}

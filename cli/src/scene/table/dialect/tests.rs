@@ -152,6 +152,10 @@ fn columns_are_found_by_their_heading() {
         (Some(4), Some(4), Some(5))
     );
     assert!(of("phi;U;dU;ddU_before\n0;1;2;3").is_err());
+    let sheet = Sheet::new("# probe 3 mm\nCam;probe 3 mm\nphi [deg] s (mm)\n0;1").unwrap();
+    assert_eq!(sheet.headings(1).collect::<Vec<_>>(), ["probe 3 mm"]);
+    let sheet = Sheet::new("phi [deg] s (mm)\n0 1.25\n1 2").unwrap();
+    assert_eq!(sheet.headings(1).collect::<Vec<_>>(), ["s (mm)"]);
     let sheet = Sheet::new("X [deg];Y [mm];V (mm/deg)\n0;1.25;2").unwrap();
     assert_eq!((sheet.unit(2).map(|unit| unit.1), sheet.unit(7)), (Some("mm/deg".to_owned()), None));
     assert!((sheet.rows(&FIRST_TWO, 0, "").unwrap().digit - 0.01).abs() < 1e-17);
