@@ -474,6 +474,17 @@ fn right(section: &Section<'_>, file: &File, reading: Reading, drop: bool, as_to
     Some(reading.without(&wrong))
 }
 
+/// A value as the file has it.
+fn shown_in<'a>(
+    section: &Section<'a>,
+    quantity: &'static Quantity,
+) -> impl Fn(&dyn Fn(f64) -> String, f64) -> String + use<'a> {
+    let unit = section.text("lift_unit").flatten().filter(|_| !section.has("scale"));
+    let factor = unit.and_then(|unit| Some((unit, units::factor(unit, quantity).ok()?)));
+    let (unit, (numerator, denominator)) = factor.unwrap_or((quantity.unit, (1.0, 1.0)));
+    move |digits, value| format!("{} {unit}", digits(value * denominator / numerator))
+}
+
 /// Refuses wrong rows, or notes that they are left out.
 fn told_wrong(
     section: &Section<'_>,
@@ -482,15 +493,13 @@ fn told_wrong(
     (wrong, drop): (&[WrongRow], bool),
     (_, turn, quantity): Told<'_>,
 ) -> Option<()> {
-    let unit = section.text("lift_unit").flatten().filter(|_| !section.has("scale"));
-    let factor = unit.and_then(|unit| Some((unit, units::factor(unit, quantity).ok()?)));
-    let (unit, (numerator, denominator)) = factor.unwrap_or((quantity.unit, (1.0, 1.0)));
+    let shown = shown_in(section, quantity);
     for WrongRow { index, by, times } in wrong {
         let message = format!(
-            "the {} at {} is {} {unit} off a smooth law through the other rows, {times:.0} times the noise",
+            "the {} at {} is {} off a smooth law through the other rows, {times:.0} times the noise",
             if is_motion(quantity) { "lift" } else { "value" },
             turn.shown(reading.points.angles[*index] / turn.lobes as f64),
-            text::number(by * denominator / numerator)
+            shown(&text::number, *by)
         );
         let fault = fault(file, reading.places[*index].clone(), message);
         if drop {
@@ -739,7 +748,8 @@ fn closed(
             () => smoothing::noise(open),
         };
         let noise = NOISE * noise.or_else(own).unwrap_or(0.0);
-        let of = |value: f64| format!("{} {}", units::short(value), quantity.unit);
+        let shown = shown_in(section, quantity);
+        let of = |value: f64| shown(&units::short, value);
         let values = format!("{} and {}", of(start), of(end));
         if (end - start).abs() <= noise.max((1.5 * *digit).min(ROUNDED * range)) {
             (lifts[0], lifts[n - 1]) = (0.5 * (start + end), 0.5 * (start + end));
@@ -867,14 +877,14 @@ fn overshoot(section: &Section<'_>, file: &File, law: &MotionLaw, turn: &Turn<'_
 /// What is wrong with the points of a file.
 fn faulty(section: &Section<'_>, file: &File, places: &[Span], error: &TableError, told: Told<'_>) -> Diagnostic {
     let fault = match error.index() {
-        Some(index) => fault(file, places[index].clone(), words(error, told)),
+        Some(index) => fault(file, places[index].clone(), words(section, error, told)),
         None => {
             let key = match error {
                 TableError::TooManyHarmonics { .. } => "harmonics",
                 _ if section.has("points") => "points",
                 _ => "file",
             };
-            section.fault_of(key, format!(": {}: {}", file.name, words(error, told)))
+            section.fault_of(key, format!(": {}: {}", file.name, words(section, error, told)))
         }
     };
     fault.hint(advice(error, told.1))
@@ -891,17 +901,17 @@ pub fn is_load(quantity: &Quantity) -> bool {
 }
 
 /// The fault, in the units of engineers.
-fn words(error: &TableError, (kind, turn, quantity): Told<'_>) -> String {
+fn words(section: &Section<'_>, error: &TableError, (kind, turn, quantity): Told<'_>) -> String {
+    let value = |value: f64| shown_in(section, quantity)(&units::short, value);
     // One period stands for a turn.
     let shown = |angle: f64| turn.shown(angle / turn.lobes as f64);
     let of_turn = if turn.lobes > 1 { "period" } else { "turn" };
     match *error {
         TableError::NotPeriodic { first, last, .. } => format!(
-            "the table is not periodic: the {of} {} {unit} one {of_turn} after the first point is not its {of} {} {unit}",
-            units::short(last),
-            units::short(first),
-            of = if is_motion(quantity) { "lift" } else { "value" },
-            unit = quantity.unit
+            "the table is not periodic: the {of} {} one {of_turn} after the first point is not its {of} {}",
+            value(last),
+            value(first),
+            of = if is_motion(quantity) { "lift" } else { "value" }
         ),
         TableError::TooFew { points } if kind.steps() => {
             format!("{}; lines need at least 2", counted(points, "point"))
@@ -914,13 +924,8 @@ fn words(error: &TableError, (kind, turn, quantity): Told<'_>) -> String {
         TableError::TooLong { span, .. } => {
             format!("this point is {} after the first one; a table covers one {of_turn}, {}", shown(span), shown(TAU))
         }
-        TableError::OutOfRange { value, .. } => {
-            format!(
-                "{} is out of range: at most {:e} {} is admissible",
-                units::short(value),
-                largest(quantity),
-                quantity.unit
-            )
+        TableError::OutOfRange { value: wrong, .. } => {
+            format!("{} is out of range: at most {} is admissible", value(wrong), value(largest(quantity)))
         }
         ref other => told(other),
     }

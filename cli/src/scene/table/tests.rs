@@ -226,17 +226,17 @@ fn ends_that_differ_within_the_noise_have_their_mean() {
     };
     let keys = "angle_unit = \"deg\", lift_unit = \"mm\"";
     let (law, notes) = of(&rows(0.008), keys).unwrap();
-    assert!(notes.contains("0 m and 8e-6 m, differ within the noise: both have their mean, 4e-6 m"), "{notes}");
+    assert!(notes.contains("0 mm and 0.008 mm, differ within the noise: both have their mean, 0.004 mm"), "{notes}");
     assert!((law.at(0.0).0[0] - 4e-6).abs() < 1e-15);
     let told = of(&rows(0.2), keys).unwrap_err();
-    assert!(told.contains("the lift 0.0002 m one turn after the first point is not its lift 0 m"), "{told}");
+    assert!(told.contains("the lift 0.2 mm one turn after the first point is not its lift 0 mm"), "{told}");
     assert!(of(&rows(0.2), &format!("{keys}, noise = \"0.05 mm\"")).is_ok());
     // The last digit of rounded lifts.
     let lobe = |last: &str| format!("0;0.000\n10;0.5\n20;1.5\n30;2.000\n40;1.5\n50;0.5\n60;{last}\n");
     let (law, notes) = of(&lobe("0.001"), &format!("{keys}, outside = \"rest\"")).unwrap();
-    assert!(notes.contains("their mean, 5e-7 m") && (law.at(3.0).0[0] - 5e-7).abs() < 1e-15, "{notes}");
+    assert!(notes.contains("their mean, 0.0005 mm") && (law.at(3.0).0[0] - 5e-7).abs() < 1e-15, "{notes}");
     let told = of(&lobe("0.30"), &format!("{keys}, outside = \"rest\"")).unwrap_err();
-    assert!(told.contains("the ends of the lobe, 0 m and 0.0003 m, are not one level of rest"), "{told}");
+    assert!(told.contains("the ends of the lobe, 0 mm and 0.3 mm, are not one level of rest"), "{told}");
     let told = of(&rows(0.0), &format!("{keys}, outside = \"rest\"")).unwrap_err();
     assert!(told.contains("covers the whole turn"), "{told}");
 }
