@@ -10,6 +10,7 @@ from conftest import CAMDRIVE, ROOT, Package
 
 CASES = ROOT / "tests/fmpy/cases"
 RUNS = sorted((CASES / "numbers").glob("*.json"))
+assert RUNS
 
 
 def told(*arguments):

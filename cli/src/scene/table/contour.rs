@@ -40,7 +40,8 @@ pub fn read(
         Some(geometry) => geometry::read(&geometry, *quantity == ANGLE),
         None => {
             let message = ": a contour gives a law only together with the follower that runs on it";
-            let hint = format!("add a section [{}]", parent.path_of(geometry::KEY));
+            let place = if parent.path.is_empty() { "" } else { "follower." };
+            let hint = format!("add a section [{place}{}]", geometry::KEY);
             section.refuse(section.fault_of("law", message).hint(hint))
         }
     };

@@ -116,6 +116,9 @@ fn what_gives_no_law_is_told_with_its_place() {
         let text = told(content, keys, geometry);
         assert!(parts.iter().all(|part| text.contains(part)), "{parts:?}: {text}");
     }
+    let text = "name = \"x\"\nmodel = \"RigidMachine\"\nmachine.J0 = 1\n[[follower]]\nm = 1\ncam = { law = \"contour\", file = \"t.csv\" }";
+    let told = resolve("scene.toml", text, Path::new("")).unwrap_err().to_string();
+    assert!(told.contains("add a section [follower.geometry]"), "{told}");
     let load =
         "cam = { law = \"fourier\", a = [0, 0.01] }\nload = { process = { law = \"contour\", file = \"t.csv\" } }";
     let text = scene(load, Path::new("")).unwrap_err();
