@@ -1009,18 +1009,19 @@ fn files_of_another_kind_are_called_by_their_names() {
         std::fs::write(&path, content).expect("the folder can be written to");
         text(&path).to_owned()
     };
-    let (table, fmu) = (file("lift.csv", b"phi;U\n0;0\n90;5\n"), file("x.fmu", b"PK\x03\x04 and so on"));
+    let (table, archive) = (file("lift.csv", b"phi;U\n0;0\n90;5\n"), file("x.zip", b"PK\x03\x04 and so on"));
     let (xml, json) = (file("x.svg", b"<?xml version=\"1.0\"?>\n<svg/>\n"), file("x.json", b"{\n  \"a\": 1\n}\n"));
     let profile = file("profile.toml", b"[cam]\nlaw = \"fourier\"\na = [0.0, 0.1]\n");
     let synthesize = format!("camdrive synthesize {TASK}");
     let check = format!("`camdrive check {SCENE}`");
-    for command in ["check", "describe", "export", "steady", "cam", "compensate", "tradeoff", "stability", "clearance"]
+    for command in
+        ["check", "describe", "run", "export", "steady", "cam", "compensate", "tradeoff", "stability", "clearance"]
     {
         for (path, parts) in [
             (TASK, ["this is a motion task, not a scene", &synthesize]),
             (&profile, ["this is a cam profile, not a scene", "append"]),
             (&table, ["this is a table", "law = \"table\""]),
-            (&fmu, ["this is an FMU", "camdrive run"]),
+            (&archive, ["this is an FMU", "camdrive run"]),
             (&xml, ["this is XML, not a scene", "name a scene file"]),
             (&json, ["this is JSON, not a scene", "name a scene file"]),
             (text(&folder), ["this is a folder, not a scene", "name a scene file"]),
@@ -1031,12 +1032,12 @@ fn files_of_another_kind_are_called_by_their_names() {
             assert!(!run.err.contains("is not known"), "{command} {path}: {}", run.err);
         }
     }
-    for (path, parts) in [(SCENE, ["this is a scene, not a task", &*check]), (&fmu, ["this is an FMU", "not a task"])] {
+    for (path, parts) in
+        [(SCENE, ["this is a scene, not a task", &*check]), (&archive, ["this is an FMU", "not a task"])]
+    {
         let run = camdrive(&["synthesize", path]);
         assert!(run.code == 1 && parts.iter().all(|part| run.err.contains(part)), "{path}: {}", run.err);
     }
-    #[cfg(feature = "import")]
-    assert!(camdrive(&["run", SCENE]).err.contains("`camdrive export` makes one"));
 }
 
 #[cfg(target_os = "linux")]
@@ -1107,15 +1108,219 @@ fn a_new_scene_replaces_nothing_of_others() {
 }
 
 #[test]
-fn help_of_run_says_what_the_command_needs() {
+fn run_says_what_an_fmu_needs() {
     let run = camdrive(&["help", "run"]);
     assert!(run.code == 0 && run.out.contains("Usage: camdrive run"), "{}", run.err);
+    assert!(run.out.contains("cargo build --release --features import"), "{}", run.out);
+    let run = camdrive(&["run", "x.fmu", "--input", "x.csv"]);
+    assert!(run.code == 1 && run.err.contains("only scenes take a table"), "{}", run.err);
     #[cfg(not(feature = "import"))]
     {
-        assert!(run.out.contains("cargo build --release --features import"), "{}", run.out);
-        let run = camdrive(&["run", "x.fmu", "--stop", "1"]);
-        assert!(run.code == 1 && run.err.contains("--features import"), "{}", run.err);
+        let run = camdrive(&["run", "x.FMU", "--stop", "1"]);
+        assert!(
+            run.code == 1 && run.err.contains("--features import") && run.err.contains("SCENE.toml"),
+            "{}",
+            run.err
+        );
     }
+}
+
+/// Headings and rows of CSV without quotes.
+fn table(csv: &str) -> (Vec<&str>, Vec<Vec<f64>>) {
+    let mut lines = csv.lines();
+    let headings = lines.next().expect("headings").split(',').collect();
+    (headings, lines.map(|line| line.split(',').map(|cell| cell.parse().expect("a number")).collect()).collect())
+}
+
+#[test]
+fn run_of_a_scene_has_the_values_of_its_drive() {
+    let guide_bar = "examples/guide_bar/scene.toml";
+    let mut drive = camdrive_cli::scene::read(&root().join(guide_bar)).unwrap().resource().build().unwrap();
+    let reference = |drive: &camdrive::drives::AnyDrive, name: &str| {
+        drive.descriptions().iter().position(|d| d.name == name).expect("the variable is there")
+    };
+    let (experiment, w, mode) = (drive.experiment(), reference(&drive, "drive.w"), reference(&drive, "start.mode"));
+    let outputs = ["y", "q"].map(|name| reference(&drive, name));
+    drive.set_up(0.0, Some(experiment.tolerance));
+    drive.set(w, 2000.0 * std::f64::consts::TAU / 60.0).unwrap();
+    drive.set(mode, 1.0).unwrap();
+    drive.start().unwrap();
+    let args = ["--output", "y,q", "--start", "drive.w=2000 rpm", "--start", "start.mode=at_rest"];
+    let run = camdrive(&[&["run", guide_bar], &args[..]].concat());
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    let (headings, rows) = table(&run.out);
+    assert_eq!(headings, ["time", "y", "q"]);
+    assert_eq!(rows.len() as f64, (experiment.stop / experiment.step).round() + 1.0);
+    let mut time = 0.0;
+    for row in &rows {
+        if row[0] > time {
+            drive.advance(time, row[0] - time).unwrap();
+            time = row[0];
+        }
+        assert_eq!(row[1..], outputs.map(|output| drive.get(output).unwrap()), "t = {time} s");
+    }
+    assert!((time, true) == (experiment.stop, rows.iter().any(|row| row[2].abs() > 1e-5)));
+
+    // All outputs; the last step is shortened: 0, 4, 8 and 10 ms.
+    let run = camdrive(&["run", guide_bar, "--stop", "10 ms", "--step", "0.004"]);
+    let times: Vec<&str> = run.out.lines().skip(1).filter_map(|line| line.split(',').next()).collect();
+    assert_eq!(times, ["0.0", "0.004", "0.008", "0.01"], "{}", run.err);
+    let folder = folder("run_scene");
+    let [csv, json] = ["bar.csv", "bar.json"].map(|name| folder.join(name));
+    let run_to = |file: &Path, more: &[&str]| {
+        let run =
+            camdrive(&[&["run", guide_bar, "--stop", "10 ms", "--step", "4 ms", "-o", text(file)], more].concat());
+        assert_eq!((run.code, run.out.as_str(), run.err.as_str()), (0, "", ""));
+        std::fs::read_to_string(file).expect("the result is there")
+    };
+    assert_eq!(run_to(&csv, &[]), run.out);
+    // The same as a document, with what `describe` says of the variables.
+    let document: serde_json::Value = serde_json::from_str(&run_to(&json, &["--json"])).unwrap();
+    let describe: serde_json::Value = serde_json::from_str(&camdrive(&["describe", guide_bar, "--json"]).out).unwrap();
+    assert_eq!(["name", "model"].map(|key| &document[key]), ["name", "model"].map(|key| &describe[key]));
+    let mut described = describe["variables"].as_array().unwrap().iter().filter(|v| v["causality"] == "output");
+    let columns = document["columns"].as_array().unwrap();
+    let (headings, rows) = (run.out.lines().next().unwrap(), run.out.lines().skip(1));
+    let rows: Vec<Vec<f64>> = rows.map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    assert_eq!((columns[0]["name"].as_str(), columns[0]["unit"].as_str()), (Some("time"), Some("s")));
+    for (i, column) in columns.iter().enumerate() {
+        if i > 0 {
+            let variable = described.next().expect("an output");
+            for key in ["name", "unit", "description"] {
+                assert_eq!(column[key], variable[key], "{key}");
+            }
+        }
+        let name = column["name"].as_str().unwrap();
+        assert!(headings.contains(name), "{name}");
+        let values: Vec<f64> = column["values"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+        assert_eq!(values, rows.iter().map(|row| row[i]).collect::<Vec<_>>(), "{name}");
+    }
+    assert!(described.next().is_none());
+}
+
+#[test]
+fn inputs_of_a_run_are_linear_between_the_rows_of_their_table() {
+    let folder = folder("run_input");
+    let file = |name: &str, content: &str| {
+        let path = folder.join(name);
+        std::fs::write(&path, content).expect("the folder can be written to");
+        path
+    };
+    let scene = std::fs::read_to_string(root().join("examples/guide_bar/run_up.toml")).unwrap();
+    let speed = file("speed.toml", &scene.replace("mode = \"input\"", "mode = \"speed\""));
+    // From 600 to 1800 rpm between 50 and 250 ms, held outside.
+    let ramp = file("ramp.csv", "time [ms];w [rpm]\n50;600\n250;1800\n");
+    let end = |scene: &Path, input: &Path, step: &str, output: &str| -> Vec<f64> {
+        let args = ["run", text(scene), "--input", text(input), "--stop", "0.3", "--step", step, "--output", output];
+        let run = camdrive(&args);
+        assert_eq!((run.code, run.err.as_str()), (0, ""), "{step}");
+        let (_, rows) = table(&run.out);
+        rows.last().unwrap().clone()
+    };
+    let (low, high) = (20.0 * std::f64::consts::PI, 60.0 * std::f64::consts::PI);
+    let phi = 0.05 * low + 0.2 * (low + high) / 2.0 + 0.05 * high;
+    let stroke = 0.94e-3;
+    let coarse = end(&speed, &ramp, "0.3", "phi,q,y");
+    assert!((coarse[1] - phi).abs() < 1e-13 * phi, "{} instead of {phi}", coarse[1]);
+    assert!(coarse[2].abs() > 1e-8, "{coarse:?}");
+    // Steps that divide the rows, and that do not: the inputs at a communication point are those of the table.
+    for step in ["10 ms", "7 ms", "0.1234 ms"] {
+        let fine = end(&speed, &ramp, step, "phi,q,y");
+        for (i, size) in [(1, phi), (2, stroke), (3, stroke)] {
+            assert!((fine[i] - coarse[i]).abs() < 1e-12 * size, "{step}: {fine:?} and {coarse:?}");
+        }
+    }
+    // The same motion by angle and speed, and by the acceleration, too: of them the last one is linear.
+    let [at, behind] = [0.05 * low, 0.05 * low + 0.1 * (low + high)];
+    let slope = (high - low) / 0.2;
+    let both = format!("time,phi,w\n0,0,{low}\n0.05,{at},{low}\n0.25,{behind},{high}\n0.3,{phi},{high}\n");
+    let all = format!(
+        "time,w,a,phi\n0,{low},0,0\n0.05,{low},0,{at}\n0.0500001,{},{slope},{}\n0.25,{high},{slope},{behind}\n\
+         0.2500001,{high},0,{}\n",
+        low + 1e-7 * slope,
+        at + 1e-7 * low,
+        behind + 1e-7 * high
+    );
+    let inputs = root().join("examples/guide_bar/run_up.toml");
+    for (name, content, bound) in [("both.csv", &both, 1e-9), ("all.csv", &all, 1e-4)] {
+        let input = file(name, content);
+        let first = end(&inputs, &input, "0.3", "q,y");
+        for step in ["10 ms", "0.777 ms"] {
+            let other = end(&inputs, &input, step, "q,y");
+            assert!((1..3).all(|i| (first[i] - other[i]).abs() < 1e-12 * stroke), "{name} {step}: {first:?} {other:?}");
+        }
+        assert!((1..3).all(|i| (first[i] - coarse[i + 1]).abs() < bound * stroke), "{name}: {first:?} {coarse:?}");
+    }
+}
+
+#[test]
+fn a_run_refuses_what_it_cannot_do_and_writes_nothing() {
+    let folder = folder("run_wrong");
+    let result = folder.join("result.csv");
+    std::fs::write(&result, "as it was").unwrap();
+    let guide_bar = "examples/guide_bar/scene.toml";
+    let run_up = "examples/guide_bar/run_up.toml";
+    let cases: [(&[&str], &[&str]); 15] = [
+        (
+            &["--start", "drive.w=1e9 rpm"],
+            &["`drive.w`: 1.0471975511965977e8 rad/s", "expected -1000000 to 1000000 rad/s"],
+        ),
+        (&["--start", "drive.w=3 mm"], &["`drive.w`", "an angular velocity is expected"]),
+        (&["--start", "drive.v=3"], &["no variable `drive.v`", "did you mean `drive.w`?"]),
+        (&["--start", "start.mode=steady"], &["not one of at_rest", "steady_state"]),
+        (&["--start", "m"], &["NAME=VALUE"]),
+        (&["--start", "m=1", "--start", "m=2"], &["`m` is given twice"]),
+        (&["--start", "q=1"], &["`q` is computed"]),
+        (&["--output", "y,qq"], &["--output", "no variable `qq`"]),
+        (&["--step", "0"], &["--step", "at least"]),
+        (&["--step", "-1 ms"], &["--step", "at least"]),
+        (&["--step", "1 mm"], &["--step", "a time is expected"]),
+        (&["--step", "1 ns"], &["--step", "numbers", "hint"]),
+        (&["--stop", "0"], &["--stop", "does not exceed"]),
+        (&["--stop", "nan"], &["--stop", "finite number"]),
+        (&["--input", "x.csv"], &["the scene has no inputs"]),
+    ];
+    for (args, parts) in cases {
+        let run = camdrive(&[&["run", guide_bar, "-o", text(&result)], args].concat());
+        assert_eq!((run.code, run.out.as_str()), (1, ""), "{args:?}");
+        assert!(
+            run.err.starts_with("error: ") && parts.iter().all(|part| run.err.contains(part)),
+            "{args:?}: {}",
+            run.err
+        );
+    }
+    let input = folder.join("input.csv");
+    let cases: [(&str, &[&str]); 11] = [
+        ("time,w\n0,1\n1,2\n", &["`w` has a column, but not `phi`", "mode = \"speed\""]),
+        ("time,phi,v\n0,1,1\n1,2,1\n", &["column 3, \"v\"", "time, phi, w, a"]),
+        ("time,phi [mm]\n0,1\n", &["column 2", "is the unit of length"]),
+        ("time,phi,phi\n0,1,2\n", &["`phi` has two columns"]),
+        ("phi,w\n0,1\n", &["no column `time`"]),
+        ("time\n0\n", &["no column of an input"]),
+        ("time,phi\n", &["no row with numbers"]),
+        ("time,phi\n0,1\n1,x\n", &["input.csv:3:3", "\"x\" is not a finite number"]),
+        ("time,phi\n0,1\n1,2\n1,3\n", &["input.csv:4:1", "1 s does not follow 1 s"]),
+        ("time,phi\n0,1\n1,1e300\n", &["input.csv:3:1", "`phi`: 1e300 rad is not admissible"]),
+        ("time,phi\n0,1\nx,3\n2,3\n", &["input.csv:3:1", "\"x\" is not a finite number"]),
+    ];
+    for (content, parts) in cases {
+        std::fs::write(&input, content).unwrap();
+        let run = camdrive(&["run", run_up, "--input", text(&input), "-o", text(&result)]);
+        assert_eq!((run.code, run.out.as_str()), (1, ""), "{content}");
+        assert!(parts.iter().all(|part| run.err.contains(part)), "{content}: {}", run.err);
+    }
+    // An input by table and by value, and a result in the place of its input.
+    std::fs::write(&input, "time,phi\n0,0\n1,2\n").unwrap();
+    let run = camdrive(&["run", run_up, "--input", text(&input), "--start", "phi=1"]);
+    assert!(run.code == 1 && run.err.contains("--input gives `phi`"), "{}", run.err);
+    let run = camdrive(&["run", run_up, "--input", text(&input), "-o", text(&input)]);
+    assert!(run.code == 1 && run.err.contains("would overwrite an input"), "{}", run.err);
+    // The angle leaves its range in the middle.
+    std::fs::write(&input, "time,phi,w\n0,0,0\n1e-2,0.9e15,1e6\n").unwrap();
+    let run =
+        camdrive(&["run", run_up, "--input", text(&input), "--stop", "1e9", "--step", "5e8", "-o", text(&result)]);
+    assert!(run.code == 1 && run.err.contains("from t = "), "{}", run.err);
+    assert_eq!(std::fs::read_to_string(&result).unwrap(), "as it was");
 }
 
 #[cfg(unix)]

@@ -20,13 +20,13 @@ mod help;
 mod measured;
 mod new;
 mod output;
-#[cfg_attr(not(feature = "import"), path = "no_run.rs")]
 mod run;
 mod schema;
 mod stability;
 mod steady;
 mod synthesize;
 mod tradeoff;
+mod variable;
 
 use crate::export::{RuntimeLibrary, TOOL};
 use crate::scene::{self, Resolved, units};

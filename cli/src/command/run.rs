@@ -1,160 +1,249 @@
-//! `camdrive run FMU` (feature `import`)
+//! `camdrive run SCENE` and `camdrive run FMU`
 
-use super::{Failure, failure, files, print, tell};
-use fmi::fmi2::import::Fmi2Import;
-use fmi::fmi2::instance::{CoSimulation, Common, InstanceCS};
-use fmi::fmi2::schema::{Causality, ScalarVariable, ScalarVariableElement as Element};
-use fmi::traits::FmiImport;
+#[cfg(feature = "import")]
+mod import;
+mod native;
+mod signals;
+
+use super::output::print;
+use super::{Failure, Format, failure, files, optional};
+use camdrive::drives::{Experiment, Number, unit};
+use camdrive_design::text;
+use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;
 
-/// Simulates an FMU 2.0 over its default experiment and writes its outputs as CSV.
+/// Simulates a scene, or an FMU 2.0, over its default experiment and writes its outputs as CSV or JSON.
 ///
-/// One line per communication point, the start included; the last step is shortened where the step does not divide
-/// the time. Inputs keep their start values.
+/// A scene is simulated by the drive in this tool, the same as in its FMU. One line per communication point, the start
+/// included; the last step is shortened where the step does not divide the time. Inputs keep their start values, or
+/// follow the table of --input. An FMU takes a build with the feature `import`:
+/// cargo build --release --features import
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
+  camdrive run guide_bar.toml -o result.csv
+  camdrive run guide_bar.toml --stop 0.5 --step \"1 ms\" --output y,q
+  camdrive run guide_bar.toml --start \"drive.w=2000 rpm\" --start start.mode=steady_state
+  camdrive run run_up.toml --input speed.csv --json
   camdrive run guide_bar.fmu -o result.csv
-  camdrive run guide_bar.fmu --stop 0.5 --step 1e-3 --output y,q
-  camdrive run guide_bar.fmu --start drive.w=200 --start start.mode=3
 
-Enumerations are numbers from 1, Booleans true or false.")]
+The table of --input has the headings time and names of inputs, with units where they are not SI:
+\"time [ms],w [rpm]\". Between its rows inputs are linear, outside of them they are held; steps end at
+its times, too. Of phi, w, a the last one in the table is linear, and from row to row the others
+follow from it.
+In an FMU values have the units of its variables, and enumerations are numbers from 1.")]
 pub struct Args {
-    /// The FMU (2.0, Co-Simulation)
-    fmu: PathBuf,
-    /// Stop time in s [default: that of the FMU]
-    #[arg(long, value_name = "TIME")]
-    stop: Option<f64>,
-    /// Communication step in s [default: that of the FMU]
-    #[arg(long, value_name = "TIME")]
-    step: Option<f64>,
+    /// The scene (TOML), or an FMU (2.0, Co-Simulation), whose name ends in .fmu
+    #[arg(value_name = "SCENE|FMU")]
+    file: PathBuf,
+    /// Stop time in s, or with a unit [default: that of the default experiment]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    stop: Option<String>,
+    /// Communication step in s, or with a unit [default: that of the default experiment]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    step: Option<String>,
     /// Variables to write, separated by commas outside of parentheses and brackets [default: all outputs]
     #[arg(long, value_name = "NAMES")]
     output: Option<String>,
-    /// Start value of a parameter or an input, in the unit of the variable; repeatable
+    /// Start value of a parameter or an input: a number in SI, a value with a unit, true, false or an item of an
+    /// enumeration; repeatable
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
     start: Vec<String>,
+    /// Table of the inputs of a scene over time
+    #[arg(long, value_name = "FILE.csv")]
+    input: Option<PathBuf>,
     /// File to write [default: the standard output]
     #[arg(short = 'o', long = "file", value_name = "FILE")]
-    file: Option<PathBuf>,
+    result: Option<PathBuf>,
+    #[command(flatten)]
+    format: Format,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    // A second call finds the messages shown already.
-    if log::set_logger(&Messages).is_ok() {
-        log::set_max_level(log::LevelFilter::Warn);
+    if let Some(file) = &args.result {
+        files::no_stream(file, "-o", "a file; without it the result goes to the standard output")?;
     }
-    if let Some(file) = &args.file {
-        files::no_stream(file, "-o", "a file; without it the table goes to the standard output")?;
+    if !args.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("fmu")) {
+        return native::run(args);
     }
-    let fmu: Fmi2Import = fmi::import::from_path(&args.fmu).map_err(|e| {
-        let hint = "run takes an FMU 2.0; `camdrive export` makes one of a scene";
-        failure(format!("{} cannot be imported: {e}\n  = hint: {hint}", args.fmu.display()))
-    })?;
-    let run = Run::new(&fmu, args)?;
-    match &args.file {
-        None => {
-            let mut out = std::io::BufWriter::new(std::io::stdout().lock());
-            let mut open = true;
-            // A closed pipe ends the writing, which `print` treats as success too.
-            let lines = run.drive(&fmu, |line| {
-                match out.write_all(line.as_bytes()) {
-                    Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => open = false,
-                    other => other?,
-                }
-                Ok(open)
-            });
-            lines?;
-            drop(out);
-            print("")
-        }
-        Some(path) => {
-            let unwritten = |e: std::io::Error| failure(format!("{} cannot be written: {e}", path.display()));
-            let mut out = std::io::BufWriter::new(std::fs::File::create(path).map_err(unwritten)?);
-            run.drive(&fmu, |line| out.write_all(line.as_bytes()).map(|()| true))?;
-            out.flush().map_err(unwritten)
-        }
+    if let Some(table) = &args.input {
+        let hint = "run the scene, camdrive run SCENE.toml --input …";
+        return Err(failure(format!("--input {}: only scenes take a table\n  = hint: {hint}", table.display())));
     }
+    #[cfg(feature = "import")]
+    return import::run(args);
+    #[cfg(not(feature = "import"))]
+    Err(failure(
+        "this build has no importer for FMUs\n  = hint: run the scene itself, camdrive run SCENE.toml, or install libclang \
+         and build with `cargo build --release --features import`",
+    ))
 }
 
-/// What is to be done with an FMU.
-struct Run<'a> {
+/// The most numbers of a result that is kept until it is whole: some hundred megabytes.
+const MOST_NUMBERS: f64 = 2e7;
+
+/// The most communication points: further ones are not told apart.
+const MOST_POINTS: f64 = 1e15;
+
+/// What is driven.
+trait Machine {
+    /// Initialises it.
+    fn start(&mut self) -> Result<(), Failure>;
+    /// Appends the values of the columns behind the time to a line.
+    fn read(&mut self, line: &mut Vec<f64>) -> Result<(), Failure>;
+    /// From a communication point to the next (s).
+    fn advance(&mut self, from: f64, to: f64) -> Result<(), Failure>;
+}
+
+/// A column of the result.
+struct Column {
+    name: String,
+    /// None where it is not known.
+    unit: Option<&'static str>,
+    description: String,
+}
+
+/// A run over `start` … `stop`, and what is recorded of it.
+struct Run {
+    name: String,
+    model: Option<&'static str>,
+    columns: Vec<Column>,
     start: f64,
     stop: f64,
     step: f64,
-    tolerance: Option<f64>,
-    outputs: Vec<&'a ScalarVariable>,
-    starts: Vec<(&'a ScalarVariable, f64)>,
+    /// The files that it was read from.
+    files: Vec<PathBuf>,
 }
 
-impl<'a> Run<'a> {
-    fn new(fmu: &'a Fmi2Import, args: &Args) -> Result<Self, Failure> {
-        let description = fmu.model_description();
-        let variables = &description.model_variables.variables;
-        let experiment = description.default_experiment.as_ref();
-        let start = experiment.map_or(0.0, |e| e.start_time());
-        let stop = args.stop.or(experiment.and_then(|e| e.stop_time)).unwrap_or(start + 1.0);
-        let step = args.step.or(experiment.and_then(|e| e.step_size)).unwrap_or((stop - start) / 1000.0);
-        if !(stop.is_finite() && stop > start) {
-            return Err(Failure(format!("error: --stop {stop} does not exceed the start time {start} s")));
+impl Run {
+    /// Of a machine with this name over the times of the options, or those of the experiment.
+    fn new(args: &Args, name: &str, start: f64, experiment: &Experiment) -> Result<Self, Failure> {
+        let stop = optional("stop", &args.stop, &unit::TIME)?.unwrap_or(experiment.stop);
+        let step = optional("step", &args.step, &unit::TIME)?.unwrap_or(experiment.step);
+        if stop <= start {
+            let (stop, start) = (Number(stop), Number(start));
+            return Err(failure(format!("--stop: {stop} s does not exceed the start time {start} s")));
         }
-        if !(step.is_finite() && step > 0.0) {
-            return Err(Failure(format!("error: --step {step} is not greater than 0 s")));
+        let least = (stop - start) / MOST_POINTS;
+        if step < least || step == 0.0 {
+            let (step, least) = (Number(step), Number(least));
+            return Err(failure(format!("--step: {step} s is not admissible; expected at least {least} s")));
         }
-        let outputs = match &args.output {
-            None => variables.iter().filter(|v| v.causality == Causality::Output).collect(),
-            Some(names) => names_of(names).iter().map(|name| find(variables, name)).collect::<Result<_, _>>()?,
-        };
-        let starts = args.start.iter().map(|text| start_value(variables, text)).collect::<Result<_, _>>()?;
-        Ok(Run { start, stop, step, tolerance: experiment.and_then(|e| e.tolerance), outputs, starts })
+        let column = Column { name: "time".to_owned(), unit: Some("s"), description: "Time".to_owned() };
+        let (name, files) = (name.to_owned(), vec![args.file.clone()]);
+        Ok(Run { name, model: None, columns: vec![column], start, stop, step, files })
     }
 
-    /// Gives each line of the table to `write`, until that says false.
-    fn drive(&self, fmu: &Fmi2Import, mut write: impl FnMut(&str) -> std::io::Result<bool>) -> Result<(), Failure> {
-        let mut write =
-            |line: String| write(&line).map_err(|e| Failure(format!("error: the result cannot be written: {e}")));
-        let mut instance =
-            fmu.instantiate_cs("camdrive run", false, true).map_err(|e| Failure(format!("error: {e}")))?;
-        for (variable, value) in &self.starts {
-            set(&mut instance, variable, *value)?;
+    /// Runs it, and writes the result as the options say.
+    fn record(&self, args: &Args, machine: &mut dyn Machine) -> Result<(), Failure> {
+        let text = if args.format.json {
+            self.document(machine)?
+        } else if args.result.is_some() {
+            self.may_be_kept()?;
+            let mut table = self.headings();
+            self.drive(machine, |line| {
+                append(&mut table, line);
+                Ok(true)
+            })?;
+            table
+        } else {
+            return self.stream(machine);
+        };
+        match &args.result {
+            None => print(&text),
+            Some(path) => files::write(&[(path.clone(), text)], &self.files).map(|_| ()),
         }
-        instance
-            .setup_experiment(self.tolerance, self.start, Some(self.stop))
-            .map_err(failed("fmi2SetupExperiment"))?;
-        instance.enter_initialization_mode().map_err(failed("fmi2EnterInitializationMode"))?;
-        instance.exit_initialization_mode().map_err(failed("fmi2ExitInitializationMode"))?;
-        let names = self.outputs.iter().map(|v| quoted(&v.name));
-        let mut open = write(std::iter::once("time".to_owned()).chain(names).collect::<Vec<_>>().join(",") + "\n")?;
-        let mut time = self.start;
-        let mut count = 0.0;
-        open &= write(self.line(&mut instance, time)?)?;
-        while open && time < self.stop {
+    }
+
+    /// Writes the lines to the standard output as they come.
+    fn stream(&self, machine: &mut dyn Machine) -> Result<(), Failure> {
+        let mut out = std::io::BufWriter::new(std::io::stdout().lock());
+        // A reader that has seen enough ends the run.
+        let open = |result: std::io::Result<()>| match result {
+            Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(false),
+            Err(e) => Err(failure(format!("the result cannot be written: {e}"))),
+            Ok(()) => Ok(true),
+        };
+        let mut text = self.headings();
+        self.drive(machine, |line| {
+            append(&mut text, line);
+            let written = open(out.write_all(text.as_bytes()));
+            text.clear();
+            written
+        })?;
+        open(out.flush()).map(|_| ())
+    }
+
+    fn headings(&self) -> String {
+        // A name with a comma in it is quoted, as CSV has it.
+        let quoted = |name: &str| if name.contains(',') { format!("\"{name}\"") } else { name.to_owned() };
+        self.columns.iter().map(|column| quoted(&column.name)).collect::<Vec<_>>().join(",") + "\n"
+    }
+
+    /// The result as JSON.
+    fn document(&self, machine: &mut dyn Machine) -> Result<String, Failure> {
+        self.may_be_kept()?;
+        let mut values = vec![Vec::new(); self.columns.len()];
+        self.drive(machine, |line| {
+            values.iter_mut().zip(line).for_each(|(column, value)| column.push(*value));
+            Ok(true)
+        })?;
+        let column = |(column, values): (&Column, Vec<f64>)| {
+            let Column { name, unit, description } = column;
+            json!({ "name": name, "unit": unit, "description": description, "values": values })
+        };
+        let columns: Vec<Value> = self.columns.iter().zip(values).map(column).collect();
+        text::json(&json!({ "name": self.name, "model": self.model, "columns": columns })).map_err(failure)
+    }
+
+    /// Refuses a result that would fill the memory before it is written.
+    fn may_be_kept(&self) -> Result<(), Failure> {
+        let numbers = (self.stop - self.start) / self.step * self.columns.len() as f64;
+        if numbers <= MOST_NUMBERS {
+            return Ok(());
+        }
+        let hint =
+            "take a longer --step, fewer columns by --output, or CSV on the standard output, which may have any length";
+        let step = Number(self.step);
+        Err(failure(format!(
+            "--step: {step} s yields {numbers:.1e} numbers; expected at most {MOST_NUMBERS:.0e}\n  = hint: {hint}"
+        )))
+    }
+
+    /// Gives each line, the time and the values, to `write`, until that says false.
+    fn drive(
+        &self,
+        machine: &mut dyn Machine,
+        mut write: impl FnMut(&[f64]) -> Result<bool, Failure>,
+    ) -> Result<(), Failure> {
+        machine.start()?;
+        let (mut time, mut count, mut line) = (self.start, 0.0, Vec::new());
+        loop {
+            line.clear();
+            line.push(time);
+            machine.read(&mut line)?;
+            if !write(&line)? || time >= self.stop {
+                return Ok(());
+            }
             count += 1.0;
             // Within a millionth of a step of the end, the end is meant.
             let next = self.start + count * self.step;
             let next = if next > self.stop - 1e-6 * self.step { self.stop } else { next };
-            instance.do_step(time, next - time, true).map_err(failed(&format!("fmi2DoStep from {time} s")))?;
+            machine.advance(time, next)?;
             time = next;
-            open = write(self.line(&mut instance, time)?)?;
         }
-        instance.terminate().map_err(failed("fmi2Terminate")).map(|_| ())
-    }
-
-    fn line(&self, instance: &mut InstanceCS, time: f64) -> Result<String, Failure> {
-        let mut line = format!("{time:?}");
-        for variable in &self.outputs {
-            // Writing to a String cannot fail. `{:?}` has all digits, and an exponent where that is shorter.
-            let _ = write!(line, ",{:?}", get(instance, variable)?);
-        }
-        line.push('\n');
-        Ok(line)
     }
 }
 
-fn failed(what: &str) -> impl Fn(fmi::fmi2::Fmi2Error) -> Failure {
-    move |e| Failure(format!("error: {what}: the FMU returns {e}"))
+/// Appends a line of CSV; `{:?}` has all digits, and an exponent where that is shorter.
+fn append(table: &mut String, line: &[f64]) {
+    for (i, value) in line.iter().enumerate() {
+        // Writing to a String cannot fail.
+        let _ = write!(table, "{}{value:?}", if i == 0 { "" } else { "," });
+    }
+    table.push('\n');
 }
 
 /// Splits "y,der(y,2),q" at the commas that belong to no name.
@@ -168,74 +257,10 @@ fn names_of(text: &str) -> Vec<&str> {
     .collect()
 }
 
-/// A name with a comma in it is quoted, as CSV has it.
-fn quoted(name: &str) -> String {
-    if name.contains(',') { format!("\"{name}\"") } else { name.to_owned() }
-}
-
-fn find<'a>(variables: &'a [ScalarVariable], name: &str) -> Result<&'a ScalarVariable, Failure> {
-    variables.iter().find(|v| v.name == name).ok_or_else(|| {
-        let names: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
-        let guess = crate::scene::diagnostics::nearest(name, &names);
-        let hint = guess.map_or(String::new(), |guess| format!("; did you mean `{guess}`?"));
-        Failure(format!("error: the FMU has no variable `{name}`{hint}"))
-    })
-}
-
-fn start_value<'a>(variables: &'a [ScalarVariable], text: &str) -> Result<(&'a ScalarVariable, f64), Failure> {
-    let expected = || Failure(format!("error: --start `{text}`: expected NAME=VALUE with a number, true or false"));
-    let (name, value) = text.split_once('=').ok_or_else(expected)?;
-    let variable = find(variables, name.trim())?;
-    let value = match value.trim() {
-        "true" => 1.0,
-        "false" => 0.0,
-        number => number.parse().map_err(|_| expected())?,
-    };
-    Ok((variable, value))
-}
-
-fn set(instance: &mut InstanceCS, variable: &ScalarVariable, value: f64) -> Result<(), Failure> {
-    let (r, whole) = ([variable.value_reference], value as i32);
-    if !matches!(variable.elem, Element::Real(_)) && f64::from(whole) != value {
-        return Err(Failure(format!("error: --start {}={value}: a whole number is expected", variable.name)));
-    }
-    let result = match variable.elem {
-        Element::Real(_) => instance.set_real(&r, &[value]),
-        Element::Integer(_) | Element::Enumeration => instance.set_integer(&r, &[whole]),
-        Element::Boolean(_) => instance.set_boolean(&r, &[whole]),
-        Element::String => return Err(Failure(format!("error: `{}` is a string", variable.name))),
-    };
-    result.map_err(failed(&format!("--start {}={value}", variable.name))).map(|_| ())
-}
-
-fn get(instance: &mut InstanceCS, variable: &ScalarVariable) -> Result<f64, Failure> {
-    let r = [variable.value_reference];
-    let (mut real, mut whole) = ([0.0], [0]);
-    match variable.elem {
-        Element::Real(_) => instance.get_real(&r, &mut real),
-        Element::Integer(_) | Element::Enumeration => instance.get_integer(&r, &mut whole),
-        Element::Boolean(_) => instance.get_boolean(&r, &mut whole),
-        Element::String => return Err(Failure(format!("error: `{}` is a string", variable.name))),
-    }
-    .map_err(failed(&variable.name))?;
-    Ok(if matches!(variable.elem, Element::Real(_)) { real[0] } else { f64::from(whole[0]) })
-}
-
-/// Warnings and errors of the FMU on the standard error.
-struct Messages;
-
-impl log::Log for Messages {
-    fn enabled(&self, metadata: &log::Metadata<'_>) -> bool {
-        metadata.level() <= log::Level::Warn
-    }
-
-    fn log(&self, record: &log::Record<'_>) {
-        if self.enabled(record.metadata()) {
-            tell(&format!("{}: {}\n", record.level().as_str().to_lowercase(), record.args()));
-        }
-    }
-
-    fn flush(&self) {}
+/// Name and text of the value of `--start`.
+fn name_and_value(text: &str) -> Result<(&str, &str), Failure> {
+    let (name, value) = text.split_once('=').ok_or_else(|| failure(format!("--start {text}: expected NAME=VALUE")))?;
+    Ok((name.trim(), value.trim()))
 }
 
 #[cfg(test)]
@@ -245,6 +270,5 @@ mod tests {
     #[test]
     fn names_may_hold_commas() {
         assert_eq!(names_of("y, der(y,2),follower[1].m"), ["y", "der(y,2)", "follower[1].m"]);
-        assert_eq!((quoted("der(y,2)").as_str(), quoted("y").as_str()), ("\"der(y,2)\"", "y"));
     }
 }

@@ -103,7 +103,7 @@ pub fn text(path: &Path, kind: Kind) -> Result<(String, String), Diagnostics> {
     let whole = |message: String| Diagnostics(vec![Diagnostic::new(&file, message).hint(name_one.clone())]);
     let bytes = bytes(path).map_err(|e| whole(format!("the {word} cannot be read: {e}")))?;
     if bytes.starts_with(b"PK\x03\x04") {
-        let hint = "an FMU is made from a scene; `camdrive run` drives it";
+        let hint = "an FMU is made from a scene; `camdrive run NAME.fmu` drives it";
         return Err(kind.other(&file, "an FMU or another zip archive", hint));
     }
     if bytes.contains(&0) {

@@ -28,7 +28,7 @@ mod tests;
 pub mod train;
 pub mod units;
 
-pub use table::{Smoothed, course};
+pub use table::{Courses, Smoothed, course, courses};
 
 pub use diagnostics::{Diagnostic, Diagnostics};
 

@@ -1,9 +1,11 @@
 //! Tables of angles and lifts: a text file with one point per line, in one of the dialects of [`dialect`].
 
 pub mod contour;
+mod courses;
 mod dialect;
 mod turn;
 
+pub use self::courses::{Courses, courses};
 use self::dialect::{Column, Sheet, Wrong};
 use self::turn::Turn;
 use super::diagnostics::{Diagnostic, Diagnostics};

@@ -232,6 +232,11 @@ impl<'a> Sheet<'a> {
         cells.filter_map(|cell| Some((cell.clone(), unit(cell)?))).next()
     }
 
+    /// The number of columns.
+    pub fn width(&self) -> usize {
+        self.lines.iter().filter(|line| !line.comment).map(|line| line.cells.len()).max().unwrap_or(0)
+    }
+
     /// The first column with a heading of this kind.
     pub fn headed(&self, is: impl Fn(&str) -> bool) -> Option<usize> {
         self.lines.iter().find_map(|line| line.cells.iter().position(|cell| is(&self.text[cell.clone()])))
@@ -342,7 +347,7 @@ impl<'a> Sheet<'a> {
         }
         if lines.is_empty() {
             let message = "there is no row with numbers";
-            wrong.push(Wrong::new(message, "a row has an angle and a value, between them `;`, a tab, blanks or `,`"));
+            wrong.push(Wrong::new(message, "a row has two numbers or more, between them `;`, a tab, blanks or `,`"));
         }
         let used = || lines.iter().flat_map(|line| columns.iter().filter_map(|column| line.cells.get(*column)));
         let with = |mark: char| used().any(|cell| text(cell).contains(mark) && self.number(cell).is_some());

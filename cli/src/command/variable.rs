@@ -1,0 +1,104 @@
+//! Variables of a drive as people name them, and their values as people write them.
+
+use crate::scene::diagnostics::nearest;
+use crate::scene::units;
+use camdrive::drives::Description;
+use camdrive::drives::variable::Kind;
+
+/// The place in the list, which is the value reference, of the variable with this name.
+///
+/// # Errors
+/// There is none: with the name that it is most like.
+pub fn find(all: &[Description], name: &str) -> Result<usize, String> {
+    all.iter().position(|d| d.name == name).ok_or_else(|| unknown(name, all.iter().map(|d| d.name.as_str())))
+}
+
+/// Says that none of `all` has this name.
+pub fn unknown<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> String {
+    let remedy = match nearest(name, &all.collect::<Vec<_>>()) {
+        Some(guess) => format!("; did you mean `{guess}`?"),
+        None => "\n  = hint: `camdrive describe SCENE` lists the variables".to_owned(),
+    };
+    format!("there is no variable `{name}`{remedy}")
+}
+
+/// The value that `text` gives a variable: a number in SI, a text with a unit of its quantity ("2000 rpm"), true or false,
+/// or the name of an item of an enumeration.
+///
+/// # Errors
+/// Anything else, and values out of the range of the variable.
+pub fn value(of: &Description, text: &str) -> Result<f64, String> {
+    let (name, text) = (&of.name, text.trim());
+    let number = |expected: &str| text.parse().map_err(|_| format!("`{name}`: \"{text}\" is not {expected}"));
+    let value = match (&of.kind, text) {
+        (Kind::Real { quantity, .. }, _) => {
+            units::parse(text, quantity).map_err(|e| format!("`{name}`: {}\n  = hint: {}", e.message, e.hint))?
+        }
+        (Kind::Integer { .. }, _) => number("a whole number")?,
+        (Kind::Boolean, "true") => 1.0,
+        (Kind::Boolean, "false") => 0.0,
+        (Kind::Boolean, _) => number("true or false")?,
+        (Kind::Enumeration(e), _) => {
+            let items: Vec<&str> = e.items.iter().map(|(item, _)| *item).collect();
+            match items.iter().position(|item| *item == text) {
+                Some(place) => (place + 1) as f64,
+                None => number(&format!("one of {}", items.join(", ")))?,
+            }
+        }
+    };
+    of.check(value).map_err(|fault| fault.to_string())?;
+    Ok(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    /// The variables of an example.
+    fn variables(scene: &str) -> Vec<Description> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(scene);
+        crate::scene::read(&path).unwrap().resource().build().unwrap().descriptions().to_vec()
+    }
+
+    #[test]
+    fn texts_are_values_of_the_variable_or_refused() {
+        let all = variables("guide_bar/scene.toml");
+        let of = |name: &str, text: &str| value(&all[find(&all, name)?], text);
+        for (name, text, expected) in [
+            ("drive.w", "200", 200.0),
+            ("drive.w", " 30 rpm ", std::f64::consts::PI),
+            ("m", "12000 g", 12.0),
+            ("start.mode", "steady_state", 3.0),
+            ("start.mode", "1", 1.0),
+        ] {
+            let value = of(name, text).unwrap();
+            assert!((value - expected).abs() < 1e-15 * expected, "{name} = {text}: {value}");
+        }
+        for (name, text, parts) in [
+            ("drive.w", "30 mm", ["`drive.w`", "an angular velocity is expected"]),
+            ("drive.w", "1e9 rpm", ["`drive.w`: 1.0471975511965977e8 rad/s", "expected -1000000 to 1000000 rad/s"]),
+            ("drive.w", "fast", ["`drive.w`", "finite number"]),
+            ("start.mode", "steady", ["\"steady\" is not one of at_rest, given", "steady_state"]),
+            ("start.mode", "1.5", ["1.5 is not admissible", "3 (steady_state)"]),
+            ("drive.v", "1", ["no variable `drive.v`", "did you mean `drive.w`?"]),
+            ("zzz", "1", ["no variable `zzz`", "describe"]),
+        ] {
+            let message = of(name, text).unwrap_err();
+            assert!(parts.iter().all(|part| message.contains(part)), "{name} = {text}: {message}");
+        }
+    }
+
+    #[test]
+    fn true_and_false_are_values_of_booleans_only() {
+        let all = variables("guide_bar/scene.toml");
+        let boolean = Description { kind: Kind::Boolean, ..all[0].clone() };
+        assert_eq!(["true", "false", "1"].map(|text| value(&boolean, text).unwrap()), [1.0, 0.0, 1.0]);
+        assert!(value(&boolean, "yes").unwrap_err().contains("\"yes\" is not true or false"));
+        let integer = Description { kind: Kind::Integer { min: 0, max: 3 }, ..boolean };
+        assert_eq!(value(&integer, "3"), Ok(3.0));
+        for (text, part) in [("true", "not a whole number"), ("2.5", "expected 0 to 3"), ("nan", "NaN")] {
+            assert!(value(&integer, text).unwrap_err().contains(part), "{text}");
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Tables of inputs over time: a column `time`, and one for each input by its name.
+
+use super::dialect::{Column, Sheet, Wrong};
+use super::{File, contents, fault, faults, shown};
+use crate::scene::diagnostics::{Diagnostic, Diagnostics, nearest};
+use crate::scene::section::Span;
+use crate::scene::units;
+use camdrive::drives::Description;
+use camdrive::drives::unit::{self, Quantity};
+use camdrive::drives::variable::Kind;
+use std::path::Path;
+
+/// Courses over time.
+pub struct Courses {
+    /// The times of the rows (s), rising.
+    pub times: Vec<f64>,
+    /// Which input, as a place in the list of all, and its values (SI).
+    pub columns: Vec<(usize, Vec<f64>)>,
+}
+
+/// What a column has.
+#[derive(Clone, Copy, PartialEq)]
+enum Content {
+    Time,
+    Input(usize),
+}
+
+/// The courses of some of these inputs, in SI units or in those of the headings, "w [rpm]".
+///
+/// # Errors
+/// A file that cannot be read, headings that name no input, rows that are none, times that do not rise, values out of
+/// range.
+pub fn courses(path: &Path, inputs: &[&Description]) -> Result<Courses, Diagnostics> {
+    let name = shown(path);
+    let names: Vec<&str> = std::iter::once("time").chain(inputs.iter().map(|input| input.name.as_str())).collect();
+    let example = "a table has the headings time and names of inputs, and below them numbers";
+    let whole = |message: String| Diagnostics(vec![Diagnostic::new(&name, message).hint(example)]);
+    if inputs.is_empty() {
+        let message = "the scene has no inputs".to_owned();
+        return Err(Diagnostics(vec![
+            Diagnostic::new(&name, message).hint("`camdrive describe SCENE` lists its variables"),
+        ]));
+    }
+    let (text, _) = contents(path).map_err(|reason| whole(format!("the table {reason}")))?;
+    let file = File { name: name.clone(), text };
+    let told = |wrong: Vec<Wrong>| Diagnostics(faults(&file, wrong));
+    let sheet = Sheet::new(&file.text).map_err(|wrong| told(vec![wrong]))?;
+    let mut contents = Vec::new();
+    for column in 0..sheet.width() {
+        let known = sheet.headings(column).find_map(|heading| content(heading, inputs));
+        let Some((content, unit)) = known else {
+            let (heading, guess) = match sheet.headings(column).last() {
+                Some(heading) => (format!("\"{heading}\" is"), nearest(heading, &names)),
+                None => ("without heading is".to_owned(), None),
+            };
+            let fault = Diagnostic::new(&name, format!("column {}, {heading} neither time nor an input", column + 1));
+            let hint = guess.map_or(example.to_owned(), |guess| format!("did you mean `{guess}`?"));
+            return Err(Diagnostics(vec![fault.admissible(names.join(", ")).hint(hint)]));
+        };
+        if contents.iter().any(|(other, _)| *other == content) {
+            return Err(whole(format!("`{}` has two columns", names[place(content)])));
+        }
+        let quantity = quantity(content, inputs);
+        let factor = unit.map_or(Ok((1.0, 1.0)), |unit| units::factor(unit, quantity)).map_err(|fault| {
+            let message = format!("column {}: {}", column + 1, fault.message);
+            Diagnostics(vec![Diagnostic::new(&name, message).hint(fault.hint)])
+        })?;
+        contents.push((content, factor));
+    }
+    let Some(time) = contents.iter().position(|(content, _)| *content == Content::Time) else {
+        return Err(whole("there is no column `time`".to_owned()));
+    };
+    if contents.len() == 1 {
+        return Err(Diagnostics(vec![
+            Diagnostic::new(&name, "there is no column of an input").admissible(names.join(", ")),
+        ]));
+    }
+    let (mut times, mut columns) = (Vec::new(), Vec::new());
+    for (column, (content, factor)) in contents.iter().enumerate() {
+        let Content::Input(input) = *content else { continue };
+        let of = [Column::Number(time), Column::Number(column)];
+        let rows = sheet.rows(&of, 0, "write plain numbers; headings give their units").map_err(told)?;
+        if let Some(span) = rows.doubtful.first() {
+            return Err(Diagnostics(vec![fault(&file, span.clone(), "this line has no time")]));
+        }
+        let si = |value: f64, (above, below): (f64, f64)| value * above / below;
+        let values: Vec<f64> = rows.rows.iter().map(|(row, _)| si(row[1], *factor)).collect();
+        for (value, (_, span)) in values.iter().zip(&rows.rows) {
+            inputs[input].check(*value).map_err(|e| Diagnostics(vec![fault(&file, span.clone(), e.to_string())]))?;
+        }
+        if columns.is_empty() {
+            times = rows.rows.iter().map(|(row, _)| si(row[0], contents[time].1)).collect();
+            let spans: Vec<&Span> = rows.rows.iter().map(|(_, span)| span).collect();
+            // Nearer to each other they would be one time.
+            if let Some(i) = times.windows(2).position(|pair| pair[1] - pair[0] <= 1e-9 * pair[1].abs()) {
+                let [before, here] = [times[i], times[i + 1]].map(units::short);
+                let fault = fault(&file, spans[i + 1].clone(), format!("the time {here} s does not follow {before} s"));
+                return Err(Diagnostics(vec![fault.hint("times rise; a jump takes a short time, such as 1e-6 s")]));
+            }
+        }
+        columns.push((input, values));
+    }
+    Ok(Courses { times, columns })
+}
+
+/// The place among the names: the time, then the inputs.
+fn place(content: Content) -> usize {
+    match content {
+        Content::Time => 0,
+        Content::Input(input) => input + 1,
+    }
+}
+
+fn quantity(content: Content, inputs: &[&Description]) -> &'static Quantity {
+    match content {
+        Content::Time => &unit::TIME,
+        Content::Input(input) => match inputs[input].kind {
+            Kind::Real { quantity, .. } => quantity,
+            _ => &unit::NUMBER,
+        },
+    }
+}
+
+/// What a heading such as "time", "w [rpm]" or "follower[1].load" names, and its unit.
+fn content<'a>(heading: &'a str, inputs: &[&Description]) -> Option<(Content, Option<&'a str>)> {
+    let named = |name: &str| match name {
+        "time" => Some(Content::Time),
+        _ => inputs.iter().position(|input| input.name == name).map(Content::Input),
+    };
+    let with_unit = || {
+        let (name, unit) = heading.rsplit_once(['[', '('])?;
+        Some((named(name.trim())?, Some(unit.trim_end_matches([']', ')', ' ']))))
+    };
+    named(heading).map(|content| (content, None)).or_else(with_unit)
+}
