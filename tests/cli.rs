@@ -611,6 +611,7 @@ fn results_are_printed_as_json_whose_fields_are_documented() {
     for (arguments, code, file) in [
         (&["check", SCENE, WRONG, "tests/fmpy/scenes/output_input.toml"][..], 1, None),
         (&["describe", SCENE], 0, None),
+        (&["run", SCENE, "--stop", "1", "--step", "0.5"], 0, None),
         (&["steady", "examples/sealing_machine/scene.toml"], 0, None),
         (&["steady", "examples/rapier_loom/scene.toml", "--load", "250 N.m"], 3, None),
         (&["stability", SCENE, "--orders", "2", "--quick", "-o", &output], 0, Some("transfer_manipulator.json")),
@@ -1254,6 +1255,33 @@ fn inputs_of_a_run_are_linear_between_the_rows_of_their_table() {
 }
 
 #[test]
+fn a_wheel_turns_as_the_torques_of_a_table_say() {
+    let folder = folder("run_torques");
+    let [scene, input] = ["wheel.toml", "torques.csv"].map(|name| folder.join(name));
+    // 2 kg·m² at 5 rad/s; a brake that rises to 4 N·m within a second, a drive of 1 N·m that rises to 3 N·m in the next one.
+    let wheel = "name = \"wheel\"\nmodel = \"RigidMachine\"\nmachine.J0 = 2\nmotor.kind = \"input\"\nstart.w_start = 5\n\
+                 [[follower]]\nm = 1\ncam = { law = \"fourier\", a = [0.01] }\n";
+    std::fs::write(&scene, wheel).unwrap();
+    std::fs::write(&input, "tau [kN.m];time;M_an\n0,0;0;1\n0,004;1;1\n0,004;2;3\n").unwrap();
+    for step in ["0.5", "0.7", "3"] {
+        let args = ["run", text(&scene), "--input", text(&input), "--stop", "3", "--step", step, "--output", "w,phi,a"];
+        let run = camdrive(&args);
+        assert_eq!((run.code, run.err.as_str()), (0, ""));
+        let (_, rows) = table(&run.out);
+        // w = 5 + ∫ (M - τ) dt / 2, φ = 15 + ∫ (3 - t) (M - τ) dt / 2.
+        for (value, expected) in rows.last().unwrap().iter().zip([3.0, 3.0, 145.0 / 12.0, -0.5]) {
+            assert!((value - expected).abs() < 1e-12, "{step}: {value} instead of {expected}");
+        }
+        // The torques of a communication point count in what is read there.
+        for row in &rows {
+            let [t, a] = [row[0], row[3]];
+            let balance = (1.0 + 2.0 * (t - 1.0).clamp(0.0, 1.0) - 4.0 * t.min(1.0)) / 2.0;
+            assert!((a - balance).abs() < 1e-12, "{step}: {a} instead of {balance} at {t} s");
+        }
+    }
+}
+
+#[test]
 fn a_run_refuses_what_it_cannot_do_and_writes_nothing() {
     let folder = folder("run_wrong");
     let result = folder.join("result.csv");
@@ -1481,7 +1509,19 @@ fn run_writes_the_outputs_of_an_fmu() {
         assert_eq!((run.code, run.out.as_str()), (1, ""), "{args:?}");
         assert!(run.err.contains("error: ") && run.err.contains(message), "{args:?}: {}", run.err);
     }
-    assert!(camdrive(&["run", "Cargo.toml"]).err.contains("cannot be imported"));
+    // The scene itself has the same values, and of the FMU the document has no units.
+    assert_eq!(camdrive(&["run", SCENE]).out, table);
+    let run = camdrive(&["run", text(&fmu), "--stop", "1 s", "--step", "0.5", "--output", "phi", "--json"]);
+    let document: serde_json::Value = serde_json::from_str(&run.out).expect("one document");
+    assert_eq!(
+        (&document["model"], &document["columns"][1]["unit"]),
+        (&serde_json::Value::Null, &serde_json::Value::Null)
+    );
+    let times: Vec<f64> = serde_json::from_value(document["columns"][0]["values"].clone()).unwrap();
+    assert_eq!((times, document["name"].as_str()), (vec![0.0, 0.5, 1.0], Some("transfer_manipulator")));
+    let wrong = folder.join("wrong.fmu");
+    std::fs::copy(root().join("Cargo.toml"), &wrong).unwrap();
+    assert!(camdrive(&["run", text(&wrong)]).err.contains("cannot be imported"));
 }
 
 #[test]

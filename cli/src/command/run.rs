@@ -9,7 +9,7 @@ use super::output::print;
 use super::{Failure, Format, failure, files, optional};
 use camdrive::drives::{Experiment, Number, unit};
 use camdrive_design::text;
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -82,7 +82,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// The most numbers of a result that is kept until it is whole: some hundred megabytes.
-const MOST_NUMBERS: f64 = 2e7;
+const MOST_NUMBERS: f64 = 1e7;
 
 /// The most communication points: further ones are not told apart.
 const MOST_POINTS: f64 = 1e15;
@@ -98,11 +98,28 @@ trait Machine {
 }
 
 /// A column of the result.
+#[derive(Serialize)]
 struct Column {
     name: String,
     /// None where it is not known.
     unit: Option<&'static str>,
     description: String,
+}
+
+/// The result as one document.
+#[derive(Serialize)]
+struct Document<'a> {
+    name: &'a str,
+    model: Option<&'static str>,
+    columns: Vec<Recorded<'a>>,
+}
+
+/// A column with its values.
+#[derive(Serialize)]
+struct Recorded<'a> {
+    #[serde(flatten)]
+    column: &'a Column,
+    values: Vec<f64>,
 }
 
 /// A run over `start` … `stop`, and what is recorded of it.
@@ -185,17 +202,13 @@ impl Run {
     /// The result as JSON.
     fn document(&self, machine: &mut dyn Machine) -> Result<String, Failure> {
         self.may_be_kept()?;
-        let mut values = vec![Vec::new(); self.columns.len()];
+        let mut columns: Vec<Recorded<'_>> =
+            self.columns.iter().map(|column| Recorded { column, values: Vec::new() }).collect();
         self.drive(machine, |line| {
-            values.iter_mut().zip(line).for_each(|(column, value)| column.push(*value));
+            columns.iter_mut().zip(line).for_each(|(column, value)| column.values.push(*value));
             Ok(true)
         })?;
-        let column = |(column, values): (&Column, Vec<f64>)| {
-            let Column { name, unit, description } = column;
-            json!({ "name": name, "unit": unit, "description": description, "values": values })
-        };
-        let columns: Vec<Value> = self.columns.iter().zip(values).map(column).collect();
-        text::json(&json!({ "name": self.name, "model": self.model, "columns": columns })).map_err(failure)
+        text::json(&Document { name: &self.name, model: self.model, columns }).map_err(failure)
     }
 
     /// Refuses a result that would fill the memory before it is written.
