@@ -5,9 +5,10 @@
 SCENE: guide_bar, rapier_loom, backlash_drive; default: all. CAMDRIVE names another tool than that of this tree.
 
 A run is a start as the scene says with one parameter set, and the default experiment with the largest absolute value of
-one output. `steps` reads the output after each communication step by fmpy's functions of the C interface, straight into
-an array that is made once; `simulate_fmu` is the function of fmpy with the instance given. Both unpack and instantiate
-once, and reset the instance before each run. Rounds go in turn through all of them; the best of each counts.
+one output, which is read after each communication step: `getReal` by the methods doStep and getReal of fmpy, `pointers`
+by its functions of the C interface with arguments that are made once, straight into an array of numpy; `simulate_fmu` is
+the function of fmpy with the instance given. All unpack and instantiate once, and reset the instance before each run.
+Rounds go in turn through all of them; the best of each counts.
 """
 
 import argparse
@@ -75,24 +76,36 @@ class Fmu:
         )
         self.count = round(self.stop / self.step)
         references = {v.name: v.valueReference for v in self.description.modelVariables}
-        self.parameter = [references[work.name]]
-        self.output = (ctypes.c_uint * 1)(references[work.output])
+        self.parameter, self.output = [references[work.name]], [references[work.output]]
         self.slave = fmpy.instantiate_fmu(str(self.folder), self.description, "CoSimulation")
         # Results go where numpy reads them.
         self.results = (ctypes.c_double * (self.count + 1))()
         self.array = np.frombuffer(self.results)
+        self.reference = (ctypes.c_uint * 1)(*self.output)
         start, real = ctypes.addressof(self.results), ctypes.POINTER(ctypes.c_double)
         self.places = [ctypes.cast(start + 8 * i, real) for i in range(self.count + 1)]
         self.times = [i * self.step for i in range(self.count)]
 
-    def steps(self, value):
-        slave, get, do, step = self.slave, self.slave.fmi2GetReal, self.slave.fmi2DoStep, self.step
-        component, output, places = slave.component, self.output, self.places
-        slave.reset()
-        slave.setReal(self.parameter, [value])
-        slave.setupExperiment(tolerance=self.tolerance, startTime=0.0, stopTime=self.stop)
-        slave.enterInitializationMode()
-        slave.exitInitializationMode()
+    def start(self, value):
+        self.slave.reset()
+        self.slave.setReal(self.parameter, [value])
+        self.slave.setupExperiment(tolerance=self.tolerance, startTime=0.0, stopTime=self.stop)
+        self.slave.enterInitializationMode()
+        self.slave.exitInitializationMode()
+
+    def get_real(self, value):
+        slave, step, output, array = self.slave, self.step, self.output, self.array
+        self.start(value)
+        array[0] = slave.getReal(output)[0]
+        for i, now in enumerate(self.times, 1):
+            slave.doStep(now, step)
+            array[i] = slave.getReal(output)[0]
+        return np.abs(array).max()
+
+    def pointers(self, value):
+        get, do, step = self.slave.fmi2GetReal, self.slave.fmi2DoStep, self.step
+        component, output, places = self.slave.component, self.reference, self.places
+        self.start(value)
         get(component, output, 1, places[0])
         for i, now in enumerate(self.times, 1):
             do(component, now, step, 1)
@@ -148,14 +161,16 @@ def measured(work, rounds):
     """The line of the table."""
     fmu = Fmu(work)
     kinds = {
-        "steps": lambda: rate(fmu.steps, work.values())[0],
+        "getReal": lambda: rate(fmu.get_real, work.values())[0],
+        "pointers": lambda: rate(fmu.pointers, work.values())[0],
         "simulate_fmu": lambda: rate(fmu.simulate, work.values()[::10])[0],
         "one": lambda: study(work, fmu.stop, 1),
         "two": lambda: study(work, fmu.stop, 2),
     }
-    # The same numbers both ways but for rounded times, or the work is not the same.
+    # The same numbers in all ways but for rounded times, or the work is not the same.
     sample = work.values()[:: work.runs // 5]
-    assert np.allclose(rate(fmu.steps, sample)[1], rate(fmu.simulate, sample)[1], rtol=1e-9, atol=0.0), work.scene
+    results = [rate(run, sample)[1] for run in (fmu.get_real, fmu.pointers, fmu.simulate)]
+    assert np.allclose(results, results[0], rtol=1e-9, atol=0.0), work.scene
     best = dict.fromkeys(kinds)
     for _ in range(rounds):
         for kind, run in kinds.items():
@@ -163,10 +178,11 @@ def measured(work, rounds):
             if best[kind] != 0.0:
                 best[kind] = max(best[kind] or 0.0, run() or 0.0)
     fmu.free()
-    steps, simulate, one, two = best.values()
-    shown = [f"{x:,.0f}" if x else "none" for x in (steps, simulate, one, two)]
-    ratio, speed_up = (f"{a / b:.{digits}f}" if a and b else "" for a, b, digits in ((one, steps, 1), (two, one, 2)))
-    return [work.scene, str(fmu.count), *shown[:3], ratio, shown[3], speed_up]
+    get_real, pointers, simulate, one, two = best.values()
+    rates = [f"{x:,.0f}" if x else "none" for x in best.values()]
+    pairs = ((one, get_real, 1), (one, pointers, 1), (one, simulate, 1), (two, one, 2))
+    ratios = [f"{a / b:.{digits}f}" if a and b else "" for a, b, digits in pairs]
+    return [work.scene, str(fmu.count), *rates, *ratios]
 
 
 def processor():
@@ -185,7 +201,8 @@ def main():
     OUT.mkdir(parents=True, exist_ok=True)
     version = subprocess.run([CAMDRIVE, "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
     print(f"Runs per second on {processor()}, {os.cpu_count()} processors; {version}, fmpy {fmpy.__version__}\n")
-    head = ["scene", "steps", "fmpy, steps", "simulate_fmu", "study", "study / steps", "two threads", "two / one"]
+    head = ["scene", "steps", "getReal", "pointers", "simulate_fmu", "study", "two threads"]
+    head += ["study / getReal", "study / pointers", "study / simulate_fmu", "two threads / one"]
     print(f"| {' | '.join(head)} |\n|{'---|' * len(head)}")
     for work in WORKS:
         if not options.scenes or work.scene in options.scenes:
