@@ -2682,3 +2682,177 @@ fn forces_says_what_it_cannot_do() {
     }
     assert_eq!(camdrive(&["forces", text(&inputs), "--speed", "0", "-o", text(&folder.join("rest"))]).code, 0);
 }
+
+/// A study of the guide bar over speed and natural frequency, 40 runs in three parts, and a store of it.
+fn study(name: &str, more: &str) -> (PathBuf, String) {
+    let folder = folder(name);
+    let scene = root().join("examples/guide_bar/scene.toml");
+    let text = format!(
+        r#"
+scene = {scene:?}
+turns = 3
+measures = ["max |q|", "last y"]
+
+[[vary]]
+name = "elasticity.natural_frequency"
+values = ["270 Hz", "300 Hz"]
+
+[[vary]]
+name = "drive.w"
+from = "600 rpm"
+to = "2400 rpm"
+count = 20
+{more}"#
+    );
+    let file = folder.join("study.toml");
+    std::fs::write(&file, text).unwrap();
+    (folder, file.to_str().unwrap().to_owned())
+}
+
+/// The files of the parts of a store.
+fn parts(store: &Path) -> BTreeMap<String, Vec<u8>> {
+    let files = std::fs::read_dir(store.join("runs")).expect("the parts");
+    let file =
+        |path: PathBuf| (path.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(&path).unwrap());
+    files.map(|entry| file(entry.unwrap().path())).collect()
+}
+
+#[test]
+fn a_study_has_the_same_bits_for_any_number_of_threads_and_jobs() {
+    let (folder, file) = study("study", "");
+    let store = |name: &str| folder.join(name);
+    let run = |name: &str, more: &[&str]| camdrive(&[&["study", &file, "-o", text(&store(name))], more].concat());
+    let whole = run("one", &["--threads", "1", "--json"]);
+    assert_eq!((whole.code, whole.err.as_str()), (0, ""));
+    let said: serde_json::Value = serde_json::from_str(&whole.out).unwrap();
+    assert_eq!((&said["rows"], &said["ok"], &said["missing_parts"]), (&40.into(), &40.into(), &0.into()));
+    let column =
+        |i: usize| ["name", "role", "unit"].map(|field| said["columns"][i][field].as_str().unwrap().to_owned());
+    assert_eq!(column(1), ["elasticity.natural_frequency", "varied", "Hz"]);
+    assert_eq!(column(2), ["drive.w", "varied", "rad/s"]);
+    assert_eq!(column(3), ["max |q|", "measured", "m"]);
+    let one = parts(&store("one"));
+    assert_eq!(one.keys().collect::<Vec<_>>(), ["part-00000.parquet", "part-00001.parquet", "part-00002.parquet"]);
+    assert!(one.values().all(|part| part.starts_with(b"PAR1") && part.ends_with(b"PAR1")));
+    assert_eq!(run("many", &["--threads", "5"]).code, 0);
+    assert_eq!(parts(&store("many")), one);
+    for (part, missing) in [("2/3", "2 parts"), ("3/3", "1 part"), ("1/3", "")] {
+        let run = run("jobs", &["--part", part]);
+        assert!(run.code == 0 && run.out.contains("ok") && run.out.contains(missing), "{}{}", run.out, run.err);
+    }
+    assert_eq!(parts(&store("jobs")), one);
+    // A part that is lost is computed anew, and nothing else.
+    std::fs::remove_file(store("many").join("runs/part-00001.parquet")).unwrap();
+    let there = run("many", &[]);
+    assert!(there.code == 1 && there.err.contains("--resume computes what it lacks"), "{}", there.err);
+    let resumed = run("many", &["--resume"]);
+    assert!(
+        resumed.code == 0 && resumed.out.contains("16 runs") && resumed.out.contains("24 runs in other parts"),
+        "{}",
+        resumed.out
+    );
+    assert_eq!(parts(&store("many")), one);
+    let kept = std::fs::read(store("one").join("study.json")).unwrap();
+    std::fs::write(&file, std::fs::read_to_string(&file).unwrap().replace("turns = 3", "turns = 4")).unwrap();
+    let other = run("one", &["--resume"]);
+    assert!(
+        other.code == 1 && other.err.contains("store is of another study; they differ in `study`"),
+        "{}",
+        other.err
+    );
+    assert!(parts(&store("one")) == one && std::fs::read(store("one").join("study.json")).unwrap() == kept);
+}
+
+#[test]
+fn runs_that_are_refused_or_fail_are_rows_with_a_message() {
+    let (folder, file) =
+        study("study_refused", "\n[[vary]]\nname = \"elasticity.damping_ratio\"\nvalues = [0.03, -1]\n");
+    let run = camdrive(&["study", &file, "-o", text(&folder.join("store"))]);
+    assert!(
+        run.code == 0 && run.out.contains("80 runs") && run.out.contains("40 ok, 40 refused, 0 failed"),
+        "{}{}",
+        run.out,
+        run.err
+    );
+    assert!(run.out.contains("first refused: run 1: `elasticity.damping_ratio`: -1 is out of range"), "{}", run.out);
+    let explained = camdrive(&["study", &file, "--explain", "--json"]);
+    let said: serde_json::Value = serde_json::from_str(&explained.out).unwrap();
+    assert_eq!((&said["rows"], &said["parts"]), (&80.into(), &5.into()));
+    assert!(said["seconds"].as_f64().unwrap() > 0.0 && said["bytes"].as_f64().unwrap() > 80.0 * 8.0 * 5.0, "{said}");
+    assert!(!root().join("study-study").exists());
+}
+
+#[test]
+fn rows_of_a_file_and_samples_are_variants() {
+    let (folder, file) = study("study_file", "");
+    let text_of = |vary: &str| {
+        let scene = root().join("examples/guide_bar/scene.toml");
+        format!("scene = {scene:?}\ntime = \"20 ms\"\nmeasures = [\"last y\"]\n{vary}")
+    };
+    std::fs::write(
+        folder.join("rows.csv"),
+        "# speeds\ndrive.w [rpm],m,start.mode\n1800,12,at_rest\n900,13,steady_state\n",
+    )
+    .unwrap();
+    std::fs::write(&file, text_of("vary = [{ file = \"rows.csv\" }]\n")).unwrap();
+    let run = camdrive(&["study", &file, "-o", text(&folder.join("a")), "--json"]);
+    let said: serde_json::Value = serde_json::from_str(&run.out).unwrap_or_else(|_| panic!("{}", run.err));
+    assert_eq!((&said["rows"], &said["columns"][1]["unit"]), (&2.into(), &"rad/s".into()));
+    std::fs::write(folder.join("rows.csv"), "drive.w [rpm],m\n1800,12 m\n").unwrap();
+    let run = camdrive(&["study", &file, "-o", text(&folder.join("b"))]);
+    assert!(
+        run.code == 1 && run.err.contains("rows.csv, line 2, `m`") && run.err.contains("is a length"),
+        "{}",
+        run.err
+    );
+    let samples = "runs = 50\nvary = [{ name = \"m\", deviation = \"100 g\" }, { name = \"c\", from = 3e7, to = 4e7, scale = \"log\" }]\n";
+    for (name, seed) in [("c", ""), ("d", ""), ("e", "seed = 2\n")] {
+        std::fs::write(&file, text_of(&format!("{seed}{samples}"))).unwrap();
+        let run = camdrive(&["study", &file, "-o", text(&folder.join(name))]);
+        assert!(run.code == 0 && run.out.contains("50 ok"), "{}{}", run.out, run.err);
+    }
+    assert!(
+        parts(&folder.join("c")) == parts(&folder.join("d")) && parts(&folder.join("c")) != parts(&folder.join("e"))
+    );
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_keeps_the_parts_before() {
+    let (folder, file) = study("study_full", "");
+    let store = folder.join("store");
+    assert_eq!(camdrive(&["study", &file, "-o", text(&store), "--part", "1/3"]).code, 0);
+    let before = parts(&store);
+    // Nothing larger than a kibibyte can be written.
+    let command = format!("ulimit -f 1; exec \"$0\" study '{file}' -o '{}' --resume", text(&store));
+    let output =
+        Command::new("bash").args(["-c", &command, env!("CARGO_BIN_EXE_camdrive")]).output().expect("bash starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.code() == Some(1) && said.contains("cannot be written") && said.contains("--resume"),
+        "{said}"
+    );
+    assert_eq!(parts(&store), before);
+    assert_eq!(camdrive(&["study", &file, "-o", text(&store), "--resume"]).code, 0);
+    assert_eq!(parts(&store).len(), 3);
+}
+
+#[test]
+fn turns_of_a_driven_train_and_loads_that_do_not_hold_are_measured() {
+    let folder = folder("study_train");
+    let (file, store) = (folder.join("study.toml"), folder.join("store"));
+    let run = |scene: &str, measures: &str, vary: &str| {
+        let scene = root().join("examples").join(scene).join("scene.toml");
+        let content = format!("scene = {scene:?}\nturns = 2.5\nmeasures = {measures}\nvary = [{vary}]\n");
+        std::fs::write(&file, content).unwrap();
+        let _ = std::fs::remove_dir_all(&store);
+        let run = camdrive(&["study", text(&file), "-o", text(&store)]);
+        assert!(run.code == 0 && run.out.contains(" 0 refused, 0 failed"), "{}{}", run.out, run.err);
+        run.out
+    };
+    // 5π, and half of it.
+    let out = run("valve_train", r#"["max phi", "mean phi"]"#, r#"{ name = "drive.w", values = ["1600 rpm"] }"#);
+    assert!(out.contains("15.708") && out.contains("7.854"), "{out}");
+    // The contact force of the tappet changes its sign at this speed, which its drive tells at every communication point.
+    run("tappet", r#"["max force"]"#, r#"{ name = "drive.w", values = [200] }"#);
+}

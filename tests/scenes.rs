@@ -1,4 +1,5 @@
-//! Wrong scenes and what is said of them: `tests/scenes/x.toml` ↔ `tests/scenes/x.txt`; tasks in `tests/tasks`.
+//! Wrong scenes and what is said of them: `tests/scenes/x.toml` ↔ `tests/scenes/x.txt`; tasks in `tests/tasks`, studies in
+//! `tests/studies`.
 //!
 //! `BLESS=1 cargo test -p camdrive-cli --test scenes` writes the messages anew; look at the difference before keeping it.
 
@@ -19,9 +20,10 @@ fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
 type Read = fn(&Path) -> Option<String>;
 
 /// Each folder with what reads its files.
-const FOLDERS: [(&str, Read); 2] = [
+const FOLDERS: [(&str, Read); 3] = [
     ("tests/scenes", |path| camdrive_cli::scene::read(path).err().map(|faults| faults.to_string())),
     ("tests/tasks", |path| camdrive_cli::scene::synthesis::read(path).err().map(|faults| faults.to_string())),
+    ("tests/studies", |path| camdrive_cli::scene::study::read(path).err().map(|faults| faults.to_string())),
 ];
 
 #[test]
@@ -61,8 +63,10 @@ fn references_and_schemas_are_those_of_the_declared_keys() {
     for (name, right) in [
         ("docs/scene.md", renewed("docs/scene.md")),
         ("docs/task.md", renewed("docs/task.md")),
+        ("docs/study.md", renewed("docs/study.md")),
         ("docs/scene.schema.json", schema(Kind::Scene)),
         ("docs/task.schema.json", schema(Kind::Task)),
+        ("docs/study.schema.json", schema(Kind::Study)),
     ] {
         if bless {
             std::fs::write(name, right).expect("the page can be written");
@@ -70,9 +74,9 @@ fn references_and_schemas_are_those_of_the_declared_keys() {
             assert!(page(name) == right, "{name}: renew it with BLESS=1 cargo test -p camdrive-cli --test scenes");
         }
     }
-    let pages = page("docs/scene.md") + &page("docs/task.md");
-    for table in [Kind::Scene, Kind::Task].into_iter().flat_map(reference::tables) {
-        assert!(pages.contains(&table.markdown()), "{} is in neither reference", table.title);
+    let pages = page("docs/scene.md") + &page("docs/task.md") + &page("docs/study.md");
+    for table in [Kind::Scene, Kind::Task, Kind::Study].into_iter().flat_map(reference::tables) {
+        assert!(pages.contains(&table.markdown()), "{} is in no reference", table.title);
     }
 }
 

@@ -34,6 +34,7 @@ pub mod resource;
 pub mod search;
 pub mod smoothing;
 pub mod stability;
+pub mod study;
 pub mod synthesis;
 pub mod table_error;
 pub mod text;

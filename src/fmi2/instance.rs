@@ -207,7 +207,7 @@ impl Instance {
         let events = self.drive.events();
         for e in events.iter() {
             let category = match e.about {
-                About::Machine => Category::Events,
+                About::Machine | About::Loads => Category::Events,
                 About::Solver => Category::Solver,
                 About::Inputs => Category::Warning,
             };

@@ -24,9 +24,9 @@ mod run;
 mod schema;
 mod stability;
 mod steady;
+mod study;
 mod synthesize;
 mod tradeoff;
-mod variable;
 
 use crate::export::{RuntimeLibrary, TOOL};
 use crate::scene::{self, Resolved, units};
@@ -72,6 +72,7 @@ enum Command {
     Stability(stability::Args),
     Clearance(clearance::Args),
     Run(run::Args),
+    Study(study::Args),
     Schema(schema::Args),
     Completions(completions::Args),
     Help(help::Args),
@@ -143,6 +144,7 @@ pub fn main() -> ExitCode {
         Some(Command::Stability(args)) => stability::run(&args),
         Some(Command::Clearance(args)) => clearance::run(&args),
         Some(Command::Run(args)) => run::run(&args),
+        Some(Command::Study(args)) => study::run(&args),
         Some(Command::Completions(args)) => completions::run(&args),
         Some(Command::Schema(args)) => schema::run(&args),
         Some(Command::Help(args)) => help::run(&args),

@@ -115,6 +115,15 @@ impl Bar {
     }
 }
 
+/// A bar for so many parts of one kind, with their rate and the time that is left.
+pub fn counter(name: &str, total: u64) -> ProgressBar {
+    let target =
+        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let style = ProgressStyle::with_template("{prefix} {human_pos} of {human_len} {wide_bar} {per_sec}, {eta} left");
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::with_draw_target(Some(total), target).with_style(style).with_prefix(name.to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

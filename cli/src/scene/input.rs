@@ -21,6 +21,8 @@ pub enum Kind {
     Scene,
     /// Of `camdrive synthesize`.
     Task,
+    /// Of `camdrive study`.
+    Study,
 }
 
 impl Kind {
@@ -28,6 +30,7 @@ impl Kind {
         match self {
             Kind::Scene => "scene",
             Kind::Task => "task",
+            Kind::Study => "study",
         }
     }
 
@@ -36,6 +39,7 @@ impl Kind {
         match self {
             Kind::Scene => &keys::SCENE,
             Kind::Task => &keys::TASK,
+            Kind::Study => &keys::STUDY,
         }
     }
 
@@ -44,13 +48,21 @@ impl Kind {
         match self {
             Kind::Scene => "a scene of this kind",
             Kind::Task => "a task",
+            Kind::Study => "a study",
         }
     }
 
     /// A fault of the whole file where it holds something else, which its keys betray.
     pub(super) fn mistaken(self, file: &str, document: &DeTable<'_>) -> Result<(), Diagnostics> {
         let has = |key: &str| document.get(key).is_some();
+        let study = has("vary") || has("measures");
         let found = match self {
+            Kind::Scene | Kind::Task if study && !has("model") && !has("objective") => {
+                Some(("a study", format!("`camdrive study {file}` runs it")))
+            }
+            Kind::Study if !study && has("model") => {
+                Some(("a scene", "a study names it: scene = \"scene.toml\"".to_owned()))
+            }
             Kind::Scene if !has("model") && (has("objective") || has("harmonics")) => {
                 Some(("a motion task", format!("`camdrive synthesize {file}` makes a cam profile from it")))
             }

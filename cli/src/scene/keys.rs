@@ -60,6 +60,10 @@ pub enum Value {
     Count(u32, u32),
     /// Any text.
     Text,
+    /// A list of texts.
+    Texts,
+    /// A list of whatever the named variables take.
+    Values,
     /// true or false.
     Flag,
     /// One of several names, the first of each list the usual one.
@@ -219,6 +223,8 @@ const MOST_HARMONICS: u32 = 64;
 const MOST_POINTS: u32 = 10_000;
 /// The highest harmonic of the stiffness that a scene may ask for; beyond it the whole function is cheaper.
 const HIGHEST_OF_CRANK: u32 = 256;
+/// The most samples of a study, and values of a series.
+const MOST_RUNS: u32 = camdrive_design::study::plan::MOST_ROWS as u32;
 /// The value of `ddU` where the laws beside a turning point decide it.
 pub const FREE: &str = "free";
 
@@ -791,6 +797,55 @@ tables! {
         "angle": real(&unit::ANGLE, within(-TAU, TAU)).or(FRAC_PI_2).also(&["offset"]);
         /// highest harmonic of c_T
         "harmonics": value(Value::Count(0, HIGHEST_OF_CRANK)).said("all: the closed form of c_T");
+    }
+
+    /// A study.
+    STUDY "a study" {
+        /// the scene of which it has variants; path from the folder of the study
+        "scene": value(Value::Text).required();
+        /// what is measured of outputs, as below
+        "measures": value(Value::Texts).required().also(&["measure"]);
+        /// how long it is measured
+        "time": real(&unit::TIME, POSITIVE).said("this or `turns`");
+        /// how many turns of the shaft it is measured
+        "turns": real(&unit::NUMBER, POSITIVE).said("this or `time`");
+        /// how long the drive runs before: a time, or with `turns` a number of turns
+        "settle": other(NOT_NEGATIVE).or(0.0);
+        /// error of an output between two points of the motion, relative to its largest magnitude
+        "accuracy": real(&unit::NUMBER, within(1e-12, 1e-2)).or(1e-6).also(&["tolerance"]);
+        /// a quantity that varies, or several; all listed ones are combined with each other
+        "vary": value(Value::Tables(&VARY)).required();
+        /// number of samples of all quantities that have a distribution
+        "runs": value(Value::Count(1, MOST_RUNS)).also(&["samples"]);
+        /// how they are drawn
+        "design": choice(&[&["latin_hypercube", "lhs"], &["random", "monte_carlo"]]).usually("latin_hypercube");
+        /// seed of the random numbers
+        "seed": value(Value::Count(0, u32::MAX)).or(1.0);
+    }
+
+    /// `[[vary]]`.
+    VARY "`[[vary]]`" {
+        /// a variable of the FMU (`drive.w`, `cam.a[3]`), or a key of the scene (`elasticity.natural_frequency`,
+        /// `follower[1].m`)
+        "name": value(Value::Text).said("this, `names` or `file`");
+        /// several: with `values` they vary together, with a distribution each by itself
+        "names": value(Value::Texts);
+        /// a CSV file whose headings are such names, with a unit in brackets where cells have it: `drive.w [rpm]`
+        "file": value(Value::Text);
+        /// the values, each as it is written in a scene; with `names` a list for each run
+        "values": value(Value::Values).also(&["value"]);
+        /// first value of a series, or the lower end of an even distribution
+        "from": value(Value::Real(Of::Other, ANY)).also(&["min"]);
+        /// last value, or the upper end
+        "to": value(Value::Real(Of::Other, ANY)).also(&["max"]);
+        /// number of values from `from` to `to`; without it the quantity is sampled
+        "count": value(Value::Count(1, MOST_RUNS)).also(&["n", "points"]);
+        /// equal distances, or equal ratios
+        "scale": choice(&[&["linear"], &["log", "logarithmic"]]).usually("linear");
+        /// mean of a normal distribution
+        "mean": value(Value::Real(Of::Other, ANY));
+        /// its standard deviation
+        "deviation": value(Value::Real(Of::Other, POSITIVE)).also(&["sigma", "std"]);
     }
 
     /// A task.

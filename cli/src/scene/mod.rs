@@ -21,12 +21,14 @@ pub mod reference;
 pub mod schema;
 mod section;
 mod standstill;
+pub mod study;
 pub mod synthesis;
 mod table;
 #[cfg(test)]
 mod tests;
 pub mod train;
 pub mod units;
+pub mod variable;
 
 pub use table::{Courses, Smoothed, course, courses};
 

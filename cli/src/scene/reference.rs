@@ -42,7 +42,7 @@ impl Table {
 /// The reference with its tables written anew, each between a comment `<!-- keys: TITLE -->` and `<!-- end -->`; None where a
 /// title is unknown.
 pub fn renewed(page: &str) -> Option<String> {
-    let all = [tables(Kind::Scene), tables(Kind::Task)].concat();
+    let all = [tables(Kind::Scene), tables(Kind::Task), tables(Kind::Study)].concat();
     let mut parts = page.split("<!-- keys: ");
     let mut text = parts.next()?.to_owned();
     for part in parts {

@@ -501,6 +501,16 @@ impl AnyDrive {
         self.derivative(reference, Seed::Time, order)
     }
 
+    /// The value of a continuous output with its first and second time derivative.
+    pub fn jet(&mut self, reference: usize) -> Result<[f64; 3], Fault> {
+        self.refresh()?;
+        let Some(series) = self.drive.series(reference, Seed::Time) else {
+            return self.derivative(reference, Seed::Time, 1).map(|_| [0.0; 3]);
+        };
+        let jet = series.derivatives();
+        if jet.iter().all(|value| value.is_finite()) { Ok(jet) } else { Err(self.no_derivative(reference)) }
+    }
+
     /// Σ ∂unknown/∂known · component over a direction at the communication point, of each unknown; during initialisation those of
     /// the start values.
     pub fn directional_derivatives(

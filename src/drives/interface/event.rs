@@ -37,6 +37,8 @@ pub struct Event {
 pub enum About {
     /// The machine (`logEvents`).
     Machine,
+    /// Loads that do not hold what they are to hold: no switching instant (`logEvents`).
+    Loads,
     /// The solver (`logSolver`).
     Solver,
     /// Inputs that contradict each other (`logStatusWarning`).

@@ -49,7 +49,7 @@ pub fn tell_of_pull(told: &mut bool, [held, force]: [f64; 2], (time, follower): 
              [follower.backlash] with s = \"inf\" models that"
         }
     };
-    log.push(Event { time, kind, quantity: "contact_force", value: force, unit: "N", follower, about: About::Machine });
+    log.push(Event { time, kind, quantity: "contact_force", value: force, unit: "N", follower, about: About::Loads });
 }
 
 /// A parameter: key, text, quantity where the follower moves and where it turns, range.

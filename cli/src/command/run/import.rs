@@ -1,8 +1,8 @@
 //! An FMU, driven through fmi-rs (feature `import`).
 
 use super::{Args, Column, Machine, Run, name_and_value, names_of};
-use crate::command::variable::unknown;
 use crate::command::{Failure, failure, tell};
+use crate::scene::variable::unknown;
 use camdrive::drives::Experiment;
 use fmi::fmi2::import::Fmi2Import;
 use fmi::fmi2::instance::{CoSimulation, Common, InstanceCS};

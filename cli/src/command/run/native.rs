@@ -2,9 +2,9 @@
 
 use super::signals::Signals;
 use super::{Args, Column, Machine, Run, name_and_value, names_of};
-use crate::command::variable::{find, value};
 use crate::command::{Failure, failure, read, tell};
 use crate::export::model_description::unit;
+use crate::scene::variable::{find, value};
 use camdrive::drives::variable::Causality;
 use camdrive::drives::{About, Description, Fault, Number};
 use camdrive_design::resource::Described;

@@ -40,16 +40,16 @@ struct Point<S> {
     /// M_an where it is an input or a state.
     torque: S,
     tau: S,
+    /// J with its derivatives by φ; of numbers the first two.
+    inertia: [f64; 4],
 }
 
-/// J(φ) and J′(φ).
-fn inertia<S: Scalar>(machine: &RigidMachine, phi: S) -> [S; 2] {
-    if S::ORDER == 0 {
-        return machine.shaft.inertia_at(&machine.state).map(S::from);
+impl<S: Scalar> Point<S> {
+    /// J(φ) and J′(φ).
+    fn inertia(&self) -> [S; 2] {
+        let [j, j1, j2, j3] = self.inertia;
+        [self.phi.compose([j, j1, j2]), self.phi.compose([j1, j2, j3])]
     }
-    let (own, State { interval, angle, .. }) = (&machine.shaft.inertia, machine.state);
-    let [j, j1, j2, j3] = own.at(own.place(interval), angle.hi);
-    [phi.compose([j, j1, j2]), phi.compose([j1, j2, j3])]
 }
 
 /// φ̈ = (M_an − τ − ½ J′ φ̇²) / J.
@@ -86,9 +86,9 @@ fn statistics(followers: usize) -> usize {
     FOLLOWER + 6 * followers
 }
 
-/// Gives the outputs, of numbers or of series, to `put`.
-fn outputs<S: Scalar>(machine: &RigidMachine, p: &Point<S>, mut put: impl FnMut(usize, S)) {
-    let inertia = inertia(machine, p.phi);
+/// Gives the outputs, of numbers or of series, to `put`, those of the followers where they are wanted.
+fn outputs<S: Scalar>(machine: &RigidMachine, p: &Point<S>, followers: bool, mut put: impl FnMut(usize, S)) {
+    let inertia = p.inertia();
     let a = acceleration(machine, p, inertia);
     put(PHI, p.phi);
     put(W, p.w);
@@ -98,7 +98,7 @@ fn outputs<S: Scalar>(machine: &RigidMachine, p: &Point<S>, mut put: impl FnMut(
     put(ENERGY, inertia[0] * p.w * p.w * 0.5);
     put(TORQUE_RATE, torque_rate(machine, p));
     let place = machine.shaft.inertia.place(machine.state.interval);
-    for (j, follower) in machine.shaft.inertia.followers.iter().enumerate() {
+    for (j, follower) in machine.shaft.inertia.followers.iter().enumerate().filter(|_| followers) {
         let cam = place.evaluate(&follower.cam, machine.state.angle.hi).0;
         let mut members = |member: usize, u: [f64; 5]| {
             let [u, u1, u2] = transfer(p.phi, u);
@@ -127,7 +127,7 @@ fn whole_angle(machine: &RigidMachine) -> f64 {
 }
 
 pub(super) fn evaluate(machine: &RigidMachine, values: &mut [f64]) {
-    outputs(machine, &machine.point(), |place, value| values[place] = value);
+    outputs(machine, &machine.point(), true, |place, value| values[place] = value);
     values[PHI] = whole_angle(machine);
     let rest = &mut values[statistics(machine.shaft.inertia.followers.len())..];
     rest[..3].copy_from_slice(&machine.statistics());
@@ -136,7 +136,8 @@ pub(super) fn evaluate(machine: &RigidMachine, values: &mut [f64]) {
 
 fn series(machine: &RigidMachine, seed: Seed, which: usize) -> Series {
     let mut s = Series::from(0.0);
-    outputs(machine, &machine.point_series(seed), |place, series| s = if place == which { series } else { s });
+    let p = machine.point_series(seed);
+    outputs(machine, &p, which >= FOLLOWER, |place, series| s = if place == which { series } else { s });
     if which == PHI {
         s.0[0] = whole_angle(machine);
     }
@@ -146,22 +147,26 @@ fn series(machine: &RigidMachine, seed: Seed, which: usize) -> Series {
 impl RigidMachine {
     fn point(&self) -> Point<f64> {
         let Self { shaft, state, .. } = self;
-        Point { phi: state.angle.hi, w: state.w, torque: shaft.known_torque(state), tau: shaft.load.now() }
+        let [j, j1] = shaft.inertia_at(state);
+        let inertia = [j, j1, 0.0, 0.0];
+        Point { phi: state.angle.hi, w: state.w, torque: shaft.known_torque(state), tau: shaft.load.now(), inertia }
     }
 
     /// The series of the point: in time, from the equation of motion; or with respect to one known.
     fn point_series(&self, seed: Seed) -> Point<Series> {
         let now = self.point();
+        let (own, State { interval, angle, .. }) = (&self.shaft.inertia, self.state);
+        let inertia = own.at(own.place(interval), angle.hi);
         match seed {
             Seed::Time => {
                 let input = self.shaft.motor == Motor::Input;
                 let torque = if input { self.shaft.driving.series() } else { Series::from(now.torque) };
-                let mut p =
-                    Point { phi: Series::from(now.phi), w: Series::from(now.w), torque, tau: self.shaft.load.series() };
+                let (phi, w, tau) = (Series::from(now.phi), Series::from(now.w), self.shaft.load.series());
+                let mut p = Point { phi, w, torque, tau, inertia };
                 // Each pass yields the next coefficient: the rates are right up to the order of what they are
                 // computed from.
                 for order in 1..3 {
-                    let (a, rate) = (acceleration(self, &p, inertia(self, p.phi)), torque_rate(self, &p));
+                    let (a, rate) = (acceleration(self, &p, p.inertia()), torque_rate(self, &p));
                     p.phi.0[order] = p.w.0[order - 1] / order as f64;
                     p.w.0[order] = a.0[order - 1] / order as f64;
                     if !input {
@@ -177,6 +182,7 @@ impl RigidMachine {
                     w: along(now.w, "w"),
                     torque: along(now.torque, "M_an"),
                     tau: along(now.tau, "tau"),
+                    inertia,
                 }
             }
         }

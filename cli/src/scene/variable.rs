@@ -1,7 +1,7 @@
 //! Variables of a drive as people name them, and their values as people write them.
 
-use crate::scene::diagnostics::nearest;
-use crate::scene::units;
+use super::diagnostics::nearest;
+use super::units;
 use camdrive::drives::Description;
 use camdrive::drives::variable::Kind;
 
@@ -22,8 +22,8 @@ pub fn unknown<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> String {
     format!("there is no variable `{name}`{remedy}")
 }
 
-/// The value that `text` gives a variable: a number in SI, a text with a unit of its quantity ("2000 rpm"), true or false,
-/// or the name of an item of an enumeration.
+/// The value that `text` gives a variable: a number in SI, a text with a unit of its quantity ("2000 rpm"), true or false, or the
+/// name of an item of an enumeration.
 ///
 /// # Errors
 /// Anything else, and values out of the range of the variable.

@@ -1,0 +1,163 @@
+//! The store of a study: study.json, and in the folder `runs` parts in the format Parquet, which are its checkpoints.
+
+use super::{Column, Content, Record};
+use crate::command::{Failure, failure};
+use crate::scene::study::Cell;
+use parquet::basic::{ConvertedType, Repetition, Type as Physical};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+use std::io::{ErrorKind, Write as _};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A folder with the runs of one study.
+pub struct Store {
+    runs: PathBuf,
+    /// Units and meanings of the columns, as every part has them.
+    columns: String,
+}
+
+impl Store {
+    /// Opens the store of the study with this specification, or makes it.
+    ///
+    /// # Errors
+    /// A store of another study, or one that is there without `resume`; a folder that cannot be written.
+    pub fn open(folder: &Path, specification: &str, resume: bool) -> Result<Self, Failure> {
+        let (place, runs) = (folder.join("study.json"), folder.join("runs"));
+        let unwritten = |e: std::io::Error| failure(format!("{} cannot be written: {e}", place.display()));
+        std::fs::create_dir_all(&runs).map_err(unwritten)?;
+        // Of several jobs that begin at once one makes it.
+        let made = match place.exists() {
+            true => false,
+            false => match whole(&place, specification.as_bytes(), false) {
+                Err(e) if e.kind() == ErrorKind::AlreadyExists => false,
+                result => result.map(|()| true).map_err(unwritten)?,
+            },
+        };
+        if !made {
+            let found = std::fs::read_to_string(&place).map_err(unwritten)?;
+            let (message, hint) = if found != specification {
+                let difference = difference(&found, specification);
+                (format!("this store is of another study{difference}"), "choose another -o, or remove the folder")
+            } else if !resume {
+                ("the store of this study is there".to_owned(), "--resume computes what it lacks")
+            } else {
+                (String::new(), "")
+            };
+            if !message.is_empty() {
+                return Err(failure(format!("{}: {message}\n  = hint: {hint}", folder.display())));
+            }
+        }
+        let columns = serde_json::from_str::<serde_json::Value>(specification).map_err(failure)?["columns"].to_string();
+        Ok(Store { runs, columns })
+    }
+
+    fn place(&self, part: u64) -> PathBuf {
+        self.runs.join(format!("part-{part:05}.parquet"))
+    }
+
+    /// Whether a part is there: then it is whole.
+    pub fn has(&self, part: u64) -> bool {
+        self.place(part).is_file()
+    }
+
+    /// Writes a part, whole or not at all.
+    pub fn write(&self, part: u64, first: u64, columns: &[Column], rows: &[Record]) -> Result<(), Failure> {
+        let place = self.place(part);
+        let hint = "the parts before are kept; --resume goes on with the rest";
+        let unwritten = |e: &dyn std::fmt::Display| {
+            failure(format!("{} cannot be written: {e}\n  = hint: {hint}", place.display()))
+        };
+        let bytes = self.bytes(first, columns, rows).map_err(|e| unwritten(&e))?;
+        whole(&place, &bytes, true).map_err(|e| unwritten(&e))
+    }
+
+    /// The rows as a Parquet file.
+    fn bytes(&self, first: u64, columns: &[Column], rows: &[Record]) -> Result<Vec<u8>, ParquetError> {
+        let field = |column: &Column| {
+            let (physical, converted) = match column.content {
+                Content::Run => (Physical::INT64, ConvertedType::NONE),
+                Content::Varied(_) | Content::Measured(_) => (Physical::DOUBLE, ConvertedType::NONE),
+                Content::Text(_) | Content::Status | Content::Message => (Physical::BYTE_ARRAY, ConvertedType::UTF8),
+            };
+            let optional = matches!(column.content, Content::Measured(_));
+            let field = Type::primitive_type_builder(&column.name, physical).with_converted_type(converted);
+            field
+                .with_repetition(if optional { Repetition::OPTIONAL } else { Repetition::REQUIRED })
+                .build()
+                .map(Arc::new)
+        };
+        let fields = columns.iter().map(field).collect::<Result<_, _>>()?;
+        let schema = Arc::new(Type::group_type_builder("run").with_fields(fields).build()?);
+        let said = vec![KeyValue::new("camdrive.columns".to_owned(), self.columns.clone())];
+        let properties = WriterProperties::builder().set_key_value_metadata(Some(said)).build();
+        let mut bytes = Vec::new();
+        let mut file = SerializedFileWriter::new(&mut bytes, schema, Arc::new(properties))?;
+        let mut group = file.next_row_group()?;
+        for column in columns {
+            let Some(mut writer) = group.next_column()? else { break };
+            let texts = |of: &dyn Fn(&Record) -> &str| -> Vec<ByteArray> {
+                rows.iter().map(|row| of(row).as_bytes().to_vec().into()).collect()
+            };
+            match column.content {
+                Content::Run => {
+                    let numbers: Vec<i64> = (first..).zip(rows).map(|(row, _)| row as i64).collect();
+                    writer.typed::<Int64Type>().write_batch(&numbers, None, None)?;
+                }
+                Content::Varied(i) => {
+                    let number = |row: &Record| if let Cell::Number(number) = row.cells[i] { number } else { f64::NAN };
+                    writer.typed::<DoubleType>().write_batch(
+                        &rows.iter().map(number).collect::<Vec<_>>(),
+                        None,
+                        None,
+                    )?;
+                }
+                Content::Measured(i) => {
+                    let numbers: Vec<f64> = rows.iter().filter_map(|row| row.values[i]).collect();
+                    let levels: Vec<i16> = rows.iter().map(|row| row.values[i].is_some().into()).collect();
+                    writer.typed::<DoubleType>().write_batch(&numbers, Some(&levels), None)?;
+                }
+                Content::Text(i) => {
+                    let text =
+                        |row: &Record| if let Cell::Text(text) = &row.cells[i] { text.clone() } else { String::new() };
+                    let all: Vec<ByteArray> = rows.iter().map(|row| text(row).into_bytes().into()).collect();
+                    writer.typed::<ByteArrayType>().write_batch(&all, None, None)?;
+                }
+                Content::Status => {
+                    writer.typed::<ByteArrayType>().write_batch(&texts(&|row| row.status.word()), None, None)?;
+                }
+                Content::Message => {
+                    writer.typed::<ByteArrayType>().write_batch(&texts(&|row| &row.message), None, None)?;
+                }
+            }
+            writer.close()?;
+        }
+        group.close()?;
+        file.close()?;
+        Ok(bytes)
+    }
+}
+
+/// Writes a file whole or not at all, in the place of another one only with `replace`.
+fn whole(place: &Path, bytes: &[u8], replace: bool) -> std::io::Result<()> {
+    let folder = place.parent().unwrap_or(Path::new("."));
+    let mut file = tempfile::Builder::new().prefix(".").tempfile_in(folder)?;
+    file.write_all(bytes)?;
+    // Some file systems report only now that they are full.
+    file.as_file().sync_all()?;
+    let moved = if replace { file.persist(place) } else { file.persist_noclobber(place) };
+    moved.map(drop).map_err(|e| e.error)
+}
+
+/// The first field in which two specifications differ.
+fn difference(found: &str, wanted: &str) -> String {
+    let parsed = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap_or_default();
+    let (found, wanted) = (parsed(found), parsed(wanted));
+    let fields = ["tool", "commit", "scene", "tables", "study"];
+    let other = fields.into_iter().find(|field| found[*field] != wanted[*field]);
+    other.map_or(String::new(), |field| format!("; they differ in `{field}`"))
+}

@@ -1,0 +1,746 @@
+//! Study files of `camdrive study`: TOML → variants, window and measures. The keys are described below.
+//!
+#![doc = include_str!("../../../docs/study.md")]
+
+use super::diagnostics::Diagnostics;
+use super::input::{self, Kind};
+use super::keys::VARY;
+use super::section::{Node, Section};
+use super::{Resolved, units, variable};
+use camdrive::drives::unit;
+use camdrive::drives::variable::{Causality, Kind as Type};
+use camdrive::drives::{AnyDrive, Description};
+use camdrive_design::study::measure::{FORMS, Measure};
+use camdrive_design::study::plan::{MOST_ROWS, Samples, Sampling, Spread, grid, places};
+use camdrive_design::study::run::{Runner, Span, Window};
+use camdrive_design::text::counted;
+use std::path::{Path, PathBuf};
+use toml::de::DeValue;
+use toml_edit::{DocumentMut, Item, Value};
+
+/// A study that is read.
+pub struct Study {
+    /// The text of the study and of its scene.
+    pub texts: [String; 2],
+    /// The file of the scene.
+    pub place: PathBuf,
+    /// The scene as it stands.
+    pub scene: Resolved,
+    /// The scene, to be changed where keys of it vary.
+    document: Option<DocumentMut>,
+    /// What varies, in the order of the columns.
+    pub quantities: Vec<Quantity>,
+    /// Lists of values, each for some quantities, in the order of their product.
+    axes: Vec<Axis>,
+    /// The quantities that are sampled, behind those of the lists.
+    samples: Option<Samples>,
+    /// When it is measured.
+    pub window: Window,
+    /// What is measured.
+    pub measures: Vec<Measure>,
+    /// The tables that it and its scene name.
+    pub tables: Vec<PathBuf>,
+}
+
+/// A quantity that varies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// A variable of the FMU, or a key of the scene.
+    pub name: String,
+    /// Of its values in the store; empty where they have none.
+    pub unit: String,
+    /// What it is.
+    pub meaning: String,
+    /// The place among the variables; None of a key.
+    pub variable: Option<usize>,
+    /// Whether it has values that are no numbers.
+    pub is_text: bool,
+}
+
+/// A value of a quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cell {
+    /// In the unit of the quantity.
+    Number(f64),
+    /// A text, or true or false.
+    Text(String),
+}
+
+/// The lists of an axis, each with a value for each of its quantities.
+#[derive(Clone, Debug, PartialEq)]
+struct Axis {
+    rows: Vec<Vec<Cell>>,
+    width: usize,
+}
+
+/// Reads and validates a study file with its scene.
+pub fn read(path: &Path) -> Result<Study, Diagnostics> {
+    let (file, text) = input::text(path, Kind::Study)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut found = None;
+    let study = super::with_document(&file, &text, Kind::Study, |root| {
+        let scene = root.required_text("scene", "a scene file", "scene.toml").map(|name| folder.join(name));
+        // A scene with faults of its own has told them.
+        match scene.as_ref().map(|scene| (super::read(scene), scene)) {
+            Some((Err(faults), _)) => {
+                found = Some(faults);
+                None
+            }
+            Some((Ok(resolved), scene)) => study(root, folder, scene, resolved),
+            None => study_without_scene(root),
+        }
+    });
+    match (found, study) {
+        (Some(faults), _) => Err(faults),
+        (None, study) => study.map(|mut study| {
+            study.texts[0] = text;
+            study
+        }),
+    }
+}
+
+/// Reads what can be read without a scene, so that all faults are told.
+fn study_without_scene(root: &Section<'_>) -> Option<Study> {
+    window(root);
+    measures(root);
+    None
+}
+
+fn study(root: &Section<'_>, folder: &Path, place: &Path, scene: Resolved) -> Option<Study> {
+    let drive = match scene.resource().build() {
+        Ok(drive) => drive,
+        Err(fault) => return root.refuse(root.fault_of("scene", format!(": {fault}"))),
+    };
+    let window = window(root);
+    let measures = measures(root);
+    let text = std::fs::read_to_string(place).unwrap_or_default();
+    let text = text.trim_start_matches(input::BYTE_ORDER_MARK).to_owned();
+    let document: Option<DocumentMut> = text.parse().ok();
+    let mut reader = Variation { drive: &drive, document: document.as_ref(), folder, tables: Vec::new() };
+    let read = root.each("vary", |section| {
+        let varied = reader.varied(section);
+        section.finish();
+        varied
+    });
+    let runs = if root.has("runs") { root.count("runs").map(Some) } else { Some(None) };
+    let design = root.choice("design", &[("latin_hypercube", Sampling::LatinHypercube), ("random", Sampling::Random)]);
+    let seed = root.count("seed");
+    root.finish();
+    let (window, measures, read, runs, design, seed) = (window?, measures?, read?, runs?, design?, seed?);
+    if read.is_empty() {
+        return root
+            .refuse(root.fault_of("vary", " is empty: nothing varies").hint("add [[vary]] with `name` and `values`"));
+    }
+    let (mut quantities, mut axes, mut sampled, mut spreads) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for varied in read.into_iter().flatten() {
+        match varied {
+            Varied::Listed(list, rows) => {
+                axes.push(Axis { rows, width: list.len() });
+                quantities.extend(list);
+            }
+            Varied::Sampled(quantity, spread) => {
+                sampled.push(quantity);
+                spreads.push(spread);
+            }
+        }
+    }
+    quantities.extend(sampled);
+    for (i, quantity) in quantities.iter().enumerate() {
+        if quantities[..i].iter().any(|other| other.name == quantity.name) {
+            return root.refuse(root.fault_of("vary", format!(": `{}` varies twice", quantity.name)));
+        }
+    }
+    if runs.is_none() != spreads.is_empty() {
+        let (message, hint) = if runs.is_none() {
+            let name = &quantities[quantities.len() - spreads.len()].name;
+            (format!(" is missing: `{name}` is sampled"), "add runs = 1000, or give [[vary]] a `count`")
+        } else {
+            (" has no meaning here: no quantity is sampled".to_owned(), "remove it, or leave `count` out of a [[vary]]")
+        };
+        return root.refuse(root.fault_of("runs", message).hint(hint));
+    }
+    let lengths = axes.iter().map(|axis| axis.rows.len() as f64).chain(runs.map(|runs| runs as f64));
+    let total: f64 = lengths.product();
+    if total > MOST_ROWS as f64 {
+        let fault = root.fault_of("vary", format!(": {total:.3e} runs are too many"));
+        return root.refuse(
+            fault.admissible(format!("at most {MOST_ROWS}")).hint("take fewer values, or sample: runs = 1000"),
+        );
+    }
+    let samples = runs.map(|runs| Samples::new(design, runs as u32, seed as u64, spreads));
+    let mut tables = reader.tables;
+    tables.extend(scene.files.iter().filter(|file| *file != place).cloned());
+    let (place, texts) = (place.to_owned(), [String::new(), text]);
+    let study = Study { texts, place, scene, document, quantities, axes, samples, window, measures, tables };
+    let first = if study.is_keyed() { study.variant(&study.cells(0)) } else { Ok(study.scene.clone()) };
+    let built = match &first {
+        Ok(first) => first.resource().build().unwrap_or(drive),
+        // What no scene has is a fault of the study, what this one does not admit one of the run.
+        Err(Diagnostics(faults)) => {
+            let unknown = faults.iter().find(|fault| fault.message.contains("is not known"));
+            if let Some(fault) =
+                unknown.filter(|fault| study.quantities.iter().any(|of| fault.key.as_ref() == Some(&of.name)))
+            {
+                let mut told = root.fault_of("vary", format!(": {}", fault.message));
+                told.hint = fault.hint.clone();
+                return root.refuse(told);
+            }
+            drive
+        }
+    };
+    if let Err(fault) = Runner::new(&built, &study.window, &study.measures) {
+        let computed =
+            built.descriptions().iter().filter(|d| matches!(d.causality, Causality::Output | Causality::Local));
+        let known: Vec<&str> = computed.map(|d| d.name.as_str()).collect();
+        let absent = study.measures.iter().find(|measure| !known.contains(&&*measure.output));
+        let mut wrong = root.fault_of("measures", format!(": {fault}"));
+        wrong.hint = absent.map(|measure| match super::diagnostics::nearest(&measure.output, &known) {
+            Some(guess) => format!("did you mean `{guess}`?"),
+            None => format!("`camdrive describe {}` lists the outputs", study.place.display()),
+        });
+        return root.refuse(wrong);
+    }
+    Some(study)
+}
+
+/// The window.
+fn window(root: &Section<'_>) -> Option<Window> {
+    let once = root.either("time", "turns");
+    if !root.has("time") && !root.has("turns") {
+        let fault = root.fault(": neither `time` nor `turns` is there").of("time");
+        return root.refuse(fault.hint("add turns = 10, or time = \"0.5 s\""));
+    }
+    let by_turns = root.has("turns");
+    let over = if by_turns { root.real("turns").map(Span::Turns) } else { root.real("time").map(Span::Time) };
+    let is_text = matches!(root.node("settle"), Some(Node { value: DeValue::String(_), .. }));
+    let settle = if by_turns && !is_text {
+        root.of(&unit::NUMBER, 0);
+        root.real("settle").map(Span::Turns)
+    } else {
+        root.of(&unit::TIME, 0);
+        root.real("settle").map(Span::Time)
+    };
+    let accuracy = root.real("accuracy");
+    let (over, settle, accuracy) = (over?, settle?, accuracy?);
+    once.then_some(Window { settle, over, accuracy })
+}
+
+/// The measures.
+fn measures(root: &Section<'_>) -> Option<Vec<Measure>> {
+    let texts = texts(root, "measures")?;
+    if texts.is_empty() {
+        let fault =
+            root.fault_of("measures", if root.has("measures") { ": nothing is measured" } else { " is missing" });
+        return root.refuse(fault.admissible(FORMS).hint("add for example measures = [\"max |q|\"]"));
+    }
+    let read = |(text, node): (&str, Node<'_>)| match Measure::parse(text) {
+        Ok(measure) => Some(measure),
+        Err(message) => {
+            let fault = root.faults.at(node.span, format!(": {message}")).of(node.path);
+            root.refuse(fault.admissible(FORMS))
+        }
+    };
+    let all: Vec<Option<Measure>> = texts.into_iter().map(read).collect();
+    let all: Vec<Measure> = all.into_iter().collect::<Option<_>>()?;
+    for (i, measure) in all.iter().enumerate() {
+        if all[..i].contains(measure) {
+            return root.refuse(root.fault_of("measures", format!(": `{measure}` is there twice")));
+        }
+    }
+    Some(all)
+}
+
+/// A list of texts with their places; empty where the key is not there.
+fn texts<'a>(section: &Section<'a>, key: &'static str) -> Option<Vec<(&'a str, Node<'a>)>> {
+    let items = items(section, key, "a list of texts")?;
+    let text = |node: Node<'a>| match node.value {
+        DeValue::String(text) => Some((text.trim(), node)),
+        _ => section.refuse(section.faults.at(node.span, ": a text is expected").of(node.path)),
+    };
+    items.into_iter().map(text).collect::<Vec<_>>().into_iter().collect()
+}
+
+/// The elements of a list; empty where the key is not there.
+fn items<'a>(section: &Section<'a>, key: &'static str, expected: &str) -> Option<Vec<Node<'a>>> {
+    let Some(node) = section.node(key) else { return Some(Vec::new()) };
+    let DeValue::Array(list) = node.value else {
+        return section.refuse(section.fault_of(key, format!(": {expected} is expected")));
+    };
+    Some(elements(&node.path, list))
+}
+
+fn elements<'a>(path: &str, list: &'a [toml::Spanned<DeValue<'a>>]) -> Vec<Node<'a>> {
+    let node = |(i, item): (usize, &'a toml::Spanned<DeValue<'a>>)| Node {
+        path: format!("{path}[{}]", i + 1),
+        span: item.span(),
+        value: item.get_ref(),
+    };
+    list.iter().enumerate().map(node).collect()
+}
+
+/// What one `[[vary]]` says.
+enum Varied {
+    Listed(Vec<Quantity>, Vec<Vec<Cell>>),
+    Sampled(Quantity, Spread),
+}
+
+/// Reads what varies.
+struct Variation<'a> {
+    drive: &'a AnyDrive,
+    document: Option<&'a DocumentMut>,
+    folder: &'a Path,
+    tables: Vec<PathBuf>,
+}
+
+/// A value as the study writes it.
+#[derive(Clone, Debug, PartialEq)]
+enum Written {
+    /// A number, with its unit where it has one.
+    Number(f64, String),
+    /// Something else.
+    Text(String),
+}
+
+impl Written {
+    fn of(node: &Node<'_>) -> Option<Self> {
+        let number = |text: &str| text.replace('_', "").parse::<f64>().ok().filter(|value| value.is_finite());
+        match node.value {
+            DeValue::Float(f) => number(f.as_str()).map(|value| Written::Number(value, String::new())),
+            DeValue::Integer(i) => {
+                let value = i64::from_str_radix(i.as_str(), i.radix()).ok()?;
+                Some(Written::Number(value as f64, String::new()))
+            }
+            DeValue::Boolean(value) => Some(Written::Text(value.to_string())),
+            DeValue::String(text) => Some(Written::from_text(text.trim())),
+            _ => None,
+        }
+    }
+
+    fn from_text(text: &str) -> Self {
+        let (number, unit) = units::split(text);
+        match number.parse::<f64>() {
+            Ok(value) if value.is_finite() => Written::Number(value, unit.to_owned()),
+            _ => Written::Text(text.to_owned()),
+        }
+    }
+
+    fn number(&self) -> Option<f64> {
+        if let Written::Number(value, _) = self { Some(*value) } else { None }
+    }
+
+    fn unit(&self) -> &str {
+        if let Written::Number(_, unit) = self { unit } else { "" }
+    }
+
+    fn text(&self) -> String {
+        match self {
+            Written::Number(value, unit) => format!("{value} {unit}").trim_end().to_owned(),
+            Written::Text(text) => text.clone(),
+        }
+    }
+}
+
+impl Variation<'_> {
+    fn varied(&mut self, section: &Section<'_>) -> Option<Vec<Varied>> {
+        // What another choice has is known all the same.
+        for key in VARY.all() {
+            section.has(key.key);
+        }
+        let given: Vec<&'static str> = ["name", "names", "file"].into_iter().filter(|key| section.has(key)).collect();
+        let [given] = given[..] else {
+            let fault =
+                section.fault(if given.is_empty() { " does not say what varies" } else { " says twice what varies" });
+            return section.refuse(fault.hint("give one of `name`, `names` or `file`"));
+        };
+        let unused = |keys: &[&'static str]| section.forbid(keys, &format!("`{given}` is given"), "`name`");
+        match given {
+            "file" => {
+                unused(&["values", "from", "to", "count", "scale", "mean", "deviation"]);
+                self.file(section).map(|varied| vec![varied])
+            }
+            "names" => {
+                let names: Vec<&str> = texts(section, "names")?.into_iter().map(|(name, _)| name).collect();
+                if !section.has("values") {
+                    unused(&["count"]);
+                    let all: Vec<Option<Varied>> = names.iter().map(|name| self.single(section, name)).collect();
+                    return all.into_iter().collect();
+                }
+                unused(&["from", "to", "count", "scale", "mean", "deviation"]);
+                let rows = items(section, "values", "a list of lists")?;
+                let row = |node: Node<'_>| match node.value {
+                    DeValue::Array(list) if list.len() == names.len() => {
+                        elements(&node.path, list).iter().map(|node| written(section, node)).collect()
+                    }
+                    _ => {
+                        let message = format!(
+                            ": a list of {} is expected, one for each of `names`",
+                            counted(names.len(), "value")
+                        );
+                        section.refuse(section.faults.at(node.span, message).of(node.path))
+                    }
+                };
+                let rows: Vec<Option<Vec<Placed>>> = rows.into_iter().map(row).collect();
+                self.listed(section, &names, rows.into_iter().collect::<Option<_>>()?).map(|varied| vec![varied])
+            }
+            _ => self.single(section, section.text("name")??).map(|varied| vec![varied]),
+        }
+    }
+
+    /// One quantity.
+    fn single(&self, section: &Section<'_>, name: &str) -> Option<Varied> {
+        let [values, ends, normal] = [
+            section.has("values"),
+            section.has("from") || section.has("to"),
+            section.has("mean") || section.has("deviation"),
+        ];
+        match (values, ends, normal) {
+            (true, false, false) => {
+                section.forbid(&["count", "scale"], "`values` lists them", "`from` and `to`");
+                let rows = items(section, "values", "a list of values")?;
+                let rows: Vec<Option<Vec<Placed>>> =
+                    rows.iter().map(|node| written(section, node).map(|value| vec![value])).collect();
+                self.listed(section, &[name], rows.into_iter().collect::<Option<_>>()?)
+            }
+            (false, true, false) => {
+                let [from, to] = ["from", "to"].map(|key| self.required(section, key));
+                let logarithmic = section.choice("scale", &[("linear", false), ("log", true)])?;
+                let (from, to) = (from?, to?);
+                let quantity = self.quantity(section, name, &[&from, &to])?;
+                let ends = [self.number(section, &quantity, &from)?, self.number(section, &quantity, &to)?];
+                if logarithmic && !ends.iter().all(|end| *end > 0.0) {
+                    return section.refuse(section.fault_of("scale", ": `log` needs values above 0"));
+                }
+                if !section.has("count") {
+                    if !(ends[0] < ends[1]) {
+                        return section.refuse(section.fault_of("to", ": it must be above `from`"));
+                    }
+                    let spread = if logarithmic { Spread::Logarithmic(ends) } else { Spread::Uniform(ends) };
+                    return Some(Varied::Sampled(quantity, spread));
+                }
+                let rows = grid(ends, section.count("count")?, logarithmic);
+                Some(Varied::Listed(vec![quantity], rows.into_iter().map(|value| vec![Cell::Number(value)]).collect()))
+            }
+            (false, false, true) => {
+                section.forbid(&["count", "scale"], "a normal distribution is sampled", "`from` and `to`");
+                let deviation = self.required(section, "deviation");
+                let mean =
+                    if section.has("mean") { self.required(section, "mean") } else { self.present(section, name) };
+                let (deviation, mean) = (deviation?, mean?);
+                let quantity = self.quantity(section, name, &[&mean, &deviation])?;
+                let mean = self.number(section, &quantity, &mean)?;
+                // It is a difference of values, for which their range does not hold.
+                let free = Description { kind: self.unlimited(&quantity), ..self.drive.descriptions()[0].clone() };
+                let text = deviation.value.text();
+                let value = if quantity.variable.is_some() {
+                    variable::value(&free, &text).ok()
+                } else {
+                    deviation.value.number()
+                };
+                match value.filter(|value| *value > 0.0) {
+                    Some(deviation) => Some(Varied::Sampled(quantity, Spread::Normal { mean, deviation })),
+                    None => {
+                        let fault = section.fault_of("deviation", format!(": \"{text}\" is no deviation of `{name}`"));
+                        section.refuse(fault.admissible(format!("above 0 {}", quantity.unit)))
+                    }
+                }
+            }
+            _ => {
+                let says = if values || ends || normal { "says twice" } else { "does not say" };
+                let fault = section.fault(format!(" {says} how `{name}` varies"));
+                section.refuse(fault.hint("give `values`, or `from` and `to`, or `mean` and `deviation`"))
+            }
+        }
+    }
+
+    /// The kind of a quantity without its range.
+    fn unlimited(&self, quantity: &Quantity) -> Type {
+        match quantity.variable.map(|reference| &self.drive.descriptions()[reference].kind) {
+            Some(Type::Real { quantity, .. }) => camdrive::drives::variable::real(quantity),
+            _ => camdrive::drives::variable::real(&unit::NUMBER),
+        }
+    }
+
+    /// A value that must be there.
+    fn required(&self, section: &Section<'_>, key: &'static str) -> Option<Placed> {
+        match section.node(key) {
+            Some(node) => written(section, &node),
+            None => section.refuse(section.fault_of(key, " is missing")),
+        }
+    }
+
+    /// The value that a variable has in the scene.
+    fn present(&self, section: &Section<'_>, name: &str) -> Option<Placed> {
+        let value = self.drive.descriptions().iter().position(|d| d.name == name);
+        let value = value.and_then(|reference| self.drive.plan().instance().get(reference).ok());
+        match value {
+            Some(value) => Some(Placed {
+                value: Written::Number(value, String::new()),
+                span: section.span.clone(),
+                path: section.path.clone(),
+            }),
+            None => {
+                let fault = section.fault_of("mean", " is missing");
+                section.refuse(
+                    fault.hint("only of a variable of the FMU it may be left out: then it is that of the scene"),
+                )
+            }
+        }
+    }
+
+    /// Lists of values of these quantities.
+    fn listed(&self, section: &Section<'_>, names: &[&str], rows: Vec<Vec<Placed>>) -> Option<Varied> {
+        if rows.is_empty() || names.is_empty() {
+            return section.refuse(section.fault(" has no values, so that there would be no run"));
+        }
+        let column = |i: usize| rows.iter().map(|row| &row[i]).collect::<Vec<_>>();
+        let quantities: Vec<Option<Quantity>> =
+            names.iter().enumerate().map(|(i, name)| self.quantity(section, name, &column(i))).collect();
+        let quantities: Vec<Quantity> = quantities.into_iter().collect::<Option<_>>()?;
+        let row = |row: &Vec<Placed>| -> Option<Vec<Cell>> {
+            let cell = |(value, quantity)| self.cell(section, quantity, value);
+            row.iter().zip(&quantities).map(cell).collect::<Vec<_>>().into_iter().collect()
+        };
+        let rows: Vec<Option<Vec<Cell>>> = rows.iter().map(row).collect();
+        Some(Varied::Listed(quantities, rows.into_iter().collect::<Option<_>>()?))
+    }
+
+    /// The rows of a CSV file.
+    fn file(&mut self, section: &Section<'_>) -> Option<Varied> {
+        let path = self.folder.join(section.text("file")??);
+        let refused =
+            |message: String| section.refuse(section.fault_of("file", format!(": {}: {message}", path.display())));
+        let bytes = match input::bytes(&path) {
+            Ok(bytes) => bytes,
+            Err(error) => return refused(error.to_string()),
+        };
+        self.tables.push(path.clone());
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(&bytes[..]);
+        let head = match reader.headers() {
+            Ok(head) => head.clone(),
+            Err(error) => return refused(error.to_string()),
+        };
+        let split = |heading: &str| match heading.strip_suffix(']').and_then(|rest| rest.rsplit_once(" [")) {
+            Some((name, unit)) => (name.trim().to_owned(), unit.to_owned()),
+            None => (heading.to_owned(), String::new()),
+        };
+        let (names, units): (Vec<String>, Vec<String>) = head.iter().map(split).unzip();
+        let mut rows = Vec::new();
+        for record in reader.records() {
+            let record = match record {
+                Ok(record) => record,
+                Err(error) => return refused(error.to_string()),
+            };
+            let line = record.position().map_or(0, |position| position.line());
+            let cell = |(i, text): (usize, &str)| {
+                let text = if units[i].is_empty() { text.to_owned() } else { format!("{text} {}", units[i]) };
+                let path = format!("{}, line {line}, `{}`", path.display(), names[i]);
+                Placed { value: Written::from_text(&text), span: section.span.clone(), path }
+            };
+            rows.push(record.iter().enumerate().map(cell).collect());
+        }
+        self.listed(section, &names.iter().map(String::as_str).collect::<Vec<_>>(), rows)
+    }
+
+    /// The quantity with this name, which has these values.
+    fn quantity(&self, section: &Section<'_>, name: &str, values: &[&Placed]) -> Option<Quantity> {
+        let all = self.drive.descriptions();
+        let name = name.to_owned();
+        if let Some(reference) = all.iter().position(|d| d.name == name) {
+            let d = &all[reference];
+            if !matches!(d.causality, Causality::Parameter | Causality::Input) {
+                return section.refuse(section.fault(format!(": `{name}` is computed; it cannot vary")));
+            }
+            let (unit, items) = match &d.kind {
+                Type::Real { quantity, .. } => (quantity.unit, String::new()),
+                Type::Enumeration(e) => {
+                    let items = e.items.iter().enumerate().map(|(i, (item, _))| format!("{} {item}", i + 1));
+                    ("", format!(": {}", items.collect::<Vec<_>>().join(", ")))
+                }
+                _ => ("", String::new()),
+            };
+            let meaning = format!("{}{items}", d.text);
+            return Some(Quantity { name, unit: unit.to_owned(), meaning, variable: Some(reference), is_text: false });
+        }
+        let has_place = |document: &DocumentMut| name.contains('.') && entry(&mut document.clone(), &name).is_some();
+        if !self.document.is_some_and(has_place) {
+            let known = all.iter().filter(|d| matches!(d.causality, Causality::Parameter | Causality::Input));
+            let known: Vec<&str> = known.map(|d| d.name.as_str()).collect();
+            let fault = section.fault(format!(": the drive has no variable and the scene no place for a key `{name}`"));
+            return section.refuse(match super::diagnostics::nearest(&name, &known) {
+                Some(guess) => fault.hint(format!("did you mean `{guess}`?")),
+                None => fault.hint("`camdrive describe SCENE` lists the variables, docs/scene.md the keys"),
+            });
+        }
+        let is_text = values.iter().any(|value| value.value.number().is_none());
+        let units: Vec<&str> = values.iter().map(|value| value.value.unit()).collect();
+        if let Some(at) = (1..units.len()).find(|i| !is_text && units[*i] != units[0]) {
+            let fault = section
+                .faults
+                .at(values[at].span.clone(), format!(": it is not in the unit of the first value, \"{}\"", units[0]));
+            return section.refuse(fault.of(&values[at].path).hint("write all values of a key in one unit"));
+        }
+        let unit = if is_text { "" } else { units.first().copied().unwrap_or_default() };
+        Some(Quantity { name, unit: unit.to_owned(), meaning: "Key of the scene".to_owned(), variable: None, is_text })
+    }
+
+    /// A value of a quantity.
+    fn cell(&self, section: &Section<'_>, quantity: &Quantity, placed: &Placed) -> Option<Cell> {
+        let Some(reference) = quantity.variable else {
+            return Some(match placed.value.number() {
+                Some(number) if !quantity.is_text => Cell::Number(number),
+                _ => Cell::Text(placed.value.text()),
+            });
+        };
+        match variable::value(&self.drive.descriptions()[reference], &placed.value.text()) {
+            Ok(value) => Some(Cell::Number(value)),
+            Err(message) => {
+                let (message, hint) = message.split_once("\n  = hint: ").unwrap_or((&message, ""));
+                let fault = section.faults.at(placed.span.clone(), format!(": {message}")).of(&placed.path);
+                section.refuse(if hint.is_empty() { fault } else { fault.hint(hint) })
+            }
+        }
+    }
+
+    /// A value that is a number.
+    fn number(&self, section: &Section<'_>, quantity: &Quantity, placed: &Placed) -> Option<f64> {
+        match self.cell(section, quantity, placed)? {
+            Cell::Number(number) => Some(number),
+            Cell::Text(text) => {
+                let fault = section.faults.at(placed.span.clone(), format!(": \"{text}\" is no number"));
+                section.refuse(fault.of(&placed.path))
+            }
+        }
+    }
+}
+
+/// A value with its place.
+struct Placed {
+    value: Written,
+    span: super::section::Span,
+    path: String,
+}
+
+/// The value of a node; anything but a list or a table is one.
+fn written(section: &Section<'_>, node: &Node<'_>) -> Option<Placed> {
+    match Written::of(node) {
+        Some(value) => Some(Placed { value, span: node.span.clone(), path: node.path.clone() }),
+        None => {
+            let fault =
+                section.faults.at(node.span.clone(), ": a number, a text, true or false is expected".to_owned());
+            section.refuse(fault.of(&node.path))
+        }
+    }
+}
+
+/// The entry of a scene at the path of a key, made where only its last part is not there; None where there is no place for it.
+fn entry<'a>(document: &'a mut DocumentMut, path: &str) -> Option<&'a mut Item> {
+    let mut item = document.as_item_mut();
+    let parts: Vec<&str> = path.split('.').collect();
+    for (i, part) in parts.iter().enumerate() {
+        let (key, number) = match part.strip_suffix(']').and_then(|rest| rest.split_once('[')) {
+            Some((key, number)) => (key, Some(number.parse::<usize>().ok()?.checked_sub(1)?)),
+            None => (*part, None),
+        };
+        let table = item.as_table_like_mut()?;
+        let is_last = i + 1 == parts.len();
+        if key.is_empty() || (number.is_some() && is_last) || !(is_last || table.contains_key(key)) {
+            return None;
+        }
+        item = table.entry(key).or_insert(Item::None);
+        if let Some(number) = number {
+            item = item.get_mut(number)?;
+        }
+    }
+    (!item.is_table() && !item.is_array_of_tables()).then_some(item)
+}
+
+impl Study {
+    /// The number of runs.
+    pub fn rows(&self) -> u64 {
+        self.lengths().iter().product()
+    }
+
+    /// The number of values of each dimension of the product.
+    pub fn lengths(&self) -> Vec<u64> {
+        let lists = self.axes.iter().map(|axis| axis.rows.len() as u64);
+        lists.chain(self.samples.iter().map(|samples| samples.runs().into())).collect()
+    }
+
+    /// The values of a run, in the order of the quantities.
+    pub fn cells(&self, row: u64) -> Vec<Cell> {
+        let places = places(&self.lengths(), row);
+        let mut cells: Vec<Cell> = self
+            .axes
+            .iter()
+            .zip(&places)
+            .flat_map(|(axis, place)| axis.rows[*place as usize].iter().cloned())
+            .collect();
+        if let (Some(samples), Some(run)) = (&self.samples, places.last()) {
+            let count = self.quantities.len() - cells.len();
+            cells.extend((0..count).map(|i| Cell::Number(samples.value(i, *run as u32))));
+        }
+        cells
+    }
+
+    /// Unit and meaning of each measure.
+    pub fn measured(&self) -> Vec<[String; 2]> {
+        let drive = self.scene.resource().build().ok();
+        let all = drive.as_ref().map_or(&[][..], |drive| drive.descriptions());
+        let of = |measure: &Measure| {
+            let output = all.iter().find(|d| d.name == measure.output);
+            let unit = match output.map(|d| &d.kind) {
+                Some(Type::Real { quantity, .. }) => quantity.unit,
+                _ => "1",
+            };
+            [unit.to_owned(), measure.meaning(output.map_or("output of a variant", |d| &d.text))]
+        };
+        self.measures.iter().map(of).collect()
+    }
+
+    /// The quantities of each dimension of the product.
+    pub fn dimensions(&self) -> Vec<Vec<&str>> {
+        let mut names = self.quantities.iter().map(|quantity| quantity.name.as_str());
+        let mut all: Vec<Vec<&str>> = self.axes.iter().map(|axis| names.by_ref().take(axis.width).collect()).collect();
+        let sampled: Vec<&str> = names.collect();
+        if !sampled.is_empty() {
+            all.push(sampled);
+        }
+        all
+    }
+
+    /// Whether the last dimension is one of samples.
+    pub fn is_sampled(&self) -> bool {
+        self.samples.is_some()
+    }
+
+    /// Whether keys of the scene vary, so that each run has a scene of its own.
+    pub fn is_keyed(&self) -> bool {
+        self.quantities.iter().any(|quantity| quantity.variable.is_none())
+    }
+
+    /// The scene of a run in which keys vary.
+    ///
+    /// # Errors
+    /// The faults of the scene.
+    pub fn variant(&self, cells: &[Cell]) -> Result<Resolved, Diagnostics> {
+        let file = self.place.display().to_string();
+        let mut document = self.document.clone().unwrap_or_default();
+        for (quantity, cell) in self.quantities.iter().zip(cells).filter(|(quantity, _)| quantity.variable.is_none()) {
+            let value = match cell {
+                // Whole numbers are counts, too.
+                Cell::Number(number) if quantity.unit.is_empty() => {
+                    number.to_string().parse().unwrap_or_else(|_| Value::from(*number))
+                }
+                Cell::Number(number) => Value::from(format!("{number} {}", quantity.unit)),
+                Cell::Text(text) => match text.parse::<bool>() {
+                    Ok(flag) => Value::from(flag),
+                    Err(_) => Value::from(text.as_str()),
+                },
+            };
+            if let Some(item) = entry(&mut document, &quantity.name) {
+                *item = toml_edit::value(value);
+            }
+        }
+        super::resolve(&file, &document.to_string(), self.place.parent().unwrap_or(Path::new("")))
+    }
+}

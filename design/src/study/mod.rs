@@ -1,0 +1,8 @@
+//! Studies: many variants of a drive, each run over a window and measured.
+
+pub mod measure;
+pub mod piece;
+pub mod plan;
+pub mod run;
+#[cfg(test)]
+mod tests;
