@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import fmpy
@@ -126,6 +128,20 @@ def fmu(tmp_path_factory):
     yield load
     for package in packages.values():
         shutil.rmtree(package.folder, ignore_errors=True)
+
+
+@pytest.fixture(scope="session")
+def camdrive(tmp_path_factory):
+    """The Python package of the wheel."""
+    folder = str(tmp_path_factory.mktemp("package"))
+    wheel = os.environ["CAMDRIVE_WHEEL"]
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--target", folder, wheel]
+    subprocess.run(pip, check=True)
+    sys.path.insert(0, folder)
+    import camdrive
+
+    yield camdrive
+    sys.path.remove(folder)
 
 
 def all_fmus():

@@ -8,11 +8,14 @@ import venv
 from pathlib import Path
 
 import fmpy
+import numpy
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 WHEEL = os.environ.get("CAMDRIVE_WHEEL")
 SCENE = str(ROOT / "examples" / "guide_bar" / "scene.toml")
+# Where FMPy is, and all else that pip would bring with an extra.
+EXTRAS = str(Path(fmpy.__file__).parents[1])
 
 pytestmark = pytest.mark.skipif(not WHEEL, reason="CAMDRIVE_WHEEL names no wheel")
 
@@ -24,12 +27,16 @@ def home(tmp_path_factory):
     python = folder / "venv" / "bin" / "python"
     pip = [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet", "--no-deps", "--no-index", WHEEL]
     subprocess.run(pip, check=True)
+    # NumPy, on which the wheel depends, and nothing else.
+    (folder / "numpy").mkdir()
+    for part in Path(numpy.__file__).parents[1].glob("numpy*"):
+        (folder / "numpy" / part.name).symlink_to(part)
     return folder
 
 
-def output(home, *command, path=""):
+def output(home, *command, path=None):
     """What a command of the environment prints; no cargo and no rustc are in its PATH."""
-    environment = {"PATH": "/usr/bin:/bin", "PYTHONPATH": path}
+    environment = {"PATH": "/usr/bin:/bin", "PYTHONPATH": path or str(home / "numpy")}
     command = [str(home / "venv" / "bin" / command[0]), *command[1:]]
     done = subprocess.run(command, cwd=home, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
@@ -48,37 +55,55 @@ def test_the_executable_finds_its_libraries_and_brings_completions(home):
         assert (home / "venv" / "share" / place).stat().st_size > 1000
 
 
-def test_the_wheel_has_the_documentation(home):
+def test_the_wheel_has_the_documentation_and_the_examples(home):
     doc = home / "venv" / "share" / "doc" / "camdrive"
     readme = (doc / "README.md").read_text()
     assert readme == (ROOT / "README.md").read_text()
     # What its links name of the scene is there, too.
     for place in ["docs/scene.md", "docs/task.md", "docs/json.md"]:
         assert f"({place})" in readme and (doc / place).read_text() == (ROOT / place).read_text()
+    listed = subprocess.run(["git", "ls-files", "examples"], cwd=ROOT, check=True, capture_output=True, text=True)
+    tracked = listed.stdout.split()
+    assert "examples/guide_bar/scene.toml" in tracked
+    installed = [str(place.relative_to(doc)) for place in doc.glob("examples/**/*") if place.is_file()]
+    # pip compiles what is Python.
+    assert sorted(place for place in installed if not place.endswith(".pyc")) == sorted(tracked)
+    output(home, "camdrive", "check", *(str(doc / place) for place in tracked if place.endswith("/scene.toml")))
     code = "from importlib.metadata import metadata; print(metadata('camdrive').get_payload())"
     assert "[scene reference]" in output(home, "python", "-c", code)
 
 
-def test_the_package_exports_alone_and_says_what_simulating_needs(home):
+def test_the_wheel_names_what_it_needs(home):
+    code = "from importlib.metadata import requires; print(*requires('camdrive'), sep='\\n')"
+    needed = output(home, "python", "-c", code).splitlines()
+    assert [name for name in needed if "extra" not in name] == ["numpy"], needed
+
+
+def test_the_package_does_all_but_fmus_and_tables_with_numpy_alone(home):
     code = f"""
 import camdrive
 path = camdrive.export({SCENE!r}, "fmus/", platforms=["linux64"])
 assert path.as_posix() == "fmus/guide_bar.fmu" and path.is_file(), path
-try:
-    camdrive.simulate(path)
-except camdrive.Error as error:
-    print(error)
+assert len(camdrive.simulate({SCENE!r}, output="y", stop_time=0.01, step="1 ms")) == 11
+report = camdrive.check({SCENE!r})
+print(report)
+for call in (lambda: camdrive.simulate(path), lambda: report.table("figures")):
+    try:
+        call()
+    except camdrive.Error as error:
+        print(error)
 """
     # Nothing is on PyPI that an extra could be of.
-    assert "pip install fmpy\n" in output(home, "python", "-c", code)
+    said = output(home, "python", "-c", code)
+    assert "guide_bar" in said and "pip install fmpy\n" in said and "pip install pandas\n" in said
 
 
 def test_the_package_simulates_scenes_and_fmus(home):
     code = f"""
 import camdrive
-scene = camdrive.simulate({SCENE!r}, output=["y"], stop_time=0.01, step=1e-3)
+scene = camdrive.simulate({SCENE!r}, output=["y"], stop_time=0.01, step=1e-3, engine="fmpy")
 assert scene.dtype.names == ("time", "y") and len(scene) == 11, scene
-whole = camdrive.simulate({SCENE!r}, output="y")
+whole = camdrive.simulate({SCENE!r}, output="y", engine="fmpy")
 assert whole.dtype.names == ("time", "y") and len(whole) > 100 and whole["time"][-1] > 0.1, whole
 fmu = camdrive.export({SCENE!r}, "one.fmu")
 same = camdrive.simulate(fmu, output=["y"], stop_time=0.01, step=1e-3)
@@ -88,7 +113,7 @@ values = {{"drive.w": 250.0, "cam.a[2]": 1e-4}}
 other = camdrive.simulate(fmu, output=["y"], stop_time=0.01, step=1e-3, start_values=values)
 assert (faster != scene).any() and (faster != other).any()
 """
-    output(home, "python", "-c", code, path=str(Path(fmpy.__file__).parents[1]))
+    output(home, "python", "-c", code, path=EXTRAS)
 
 
 def test_any_thread_may_simulate_and_the_process_stays_where_it_is(home):
@@ -112,7 +137,7 @@ with ThreadPoolExecutor(4) as pool:
 for i, speed in enumerate(speeds):
     assert (results[i] == one(i, speed)).all()
 """
-    output(home, "python", "-c", code, path=str(Path(fmpy.__file__).parents[1]))
+    output(home, "python", "-c", code, path=EXTRAS)
 
 
 def test_names_with_a_dash_are_files_and_a_lost_temporary_folder_is_named(home):
@@ -130,7 +155,7 @@ try:
 except camdrive.Error as error:
     print(error)
 """
-    said = output(home, "python", "-c", code, path=str(Path(fmpy.__file__).parents[1]))
+    said = output(home, "python", "-c", code, path=EXTRAS)
     assert "TMPDIR" in said and "/no/such/folder" in said
     assert "none.fmu: No such file" in said and "Errno" not in said
 
@@ -162,4 +187,4 @@ assert any("`m`" in message for message in refused.messages), refused
 assert sys.platform != "linux" or "guide_bar" not in open("/proc/self/maps").read(), "the library is still in use"
 assert str(pickle.loads(pickle.dumps(refused))) == str(refused)
 """
-    output(home, "python", "-c", code, path=str(Path(fmpy.__file__).parents[1]))
+    output(home, "python", "-c", code, path=EXTRAS)

@@ -1,0 +1,215 @@
+"""`simulate`: a scene by the drive in the tool, or its FMU by FMPy."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import json
+import os
+import platform
+import shutil
+import sys
+import threading
+from collections.abc import Iterable, Mapping
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Optional, Union
+
+import numpy as np
+
+from ._tool import Error, PathLike, SimulationError, export, failure, module, run, temporary_folder, words
+
+Array = np.ndarray[Any, np.dtype[Any]]
+Time = Union[float, str, None]
+Values = dict[str, Any]
+Names = Optional[list[str]]
+
+
+class Result(Array):
+    """A structured array of `time` and variables; `pandas.DataFrame(result)` makes a table of it.
+
+    `units` and `descriptions` have those of every variable by name; a variable without unit has "".
+    `result["y"]` is a plain array.
+    """
+
+    units: dict[str, str]
+    descriptions: dict[str, str]
+
+    def __array_finalize__(self, source: Any) -> None:
+        self.units = getattr(source, "units", {})
+        self.descriptions = getattr(source, "descriptions", {})
+
+    def __getitem__(self, key: Any) -> Any:
+        part = super().__getitem__(key)
+        return part.view(np.ndarray) if isinstance(part, Result) and part.dtype.names is None else part
+
+    def __reduce__(self) -> Any:
+        build: Any = super().__reduce__()
+        return (*build[:2], (build[2], self.units, self.descriptions))
+
+    def __setstate__(self, state: Any) -> None:
+        array, self.units, self.descriptions = state
+        super().__setstate__(array)
+
+
+def _result(array: Array, units: dict[str, str], descriptions: dict[str, str]) -> Result:
+    result = array.view(Result)
+    result.units, result.descriptions = units, descriptions
+    return result
+
+
+def simulate(
+    scene_or_fmu: PathLike,
+    *,
+    start_values: Optional[Mapping[str, Any]] = None,
+    output: Union[str, Iterable[str], None] = None,
+    stop_time: Time = None,
+    step: Time = None,
+    input: Optional[Array] = None,
+    engine: Optional[str] = None,
+    **more_start_values: Any,
+) -> Result:
+    """Simulates a scene or an FMU and returns a structured array of `time` and the outputs, with their units.
+
+    Parameters and start values of inputs are keywords, or the mapping `start_values`, which also takes names such as
+    `drive.w` or `cam.a[3]`. A value is a number in SI units, True or False, the name of an item of an enumeration, or
+    a text with a unit, "2000 rpm". `output` names the variables to return, by default all outputs. `stop_time` and the
+    communication step `step`, in s or with a unit, are by default those of the FMU's experiment. `input` is a
+    structured array with `time` and inputs in SI units, which are interpolated. Several threads may call it at once.
+
+    The `engine` of a scene is "native", the drive in the tool, or "fmpy", which exports an FMU and drives it by FMPy.
+    A file NAME.fmu is always driven by FMPy, which takes no texts with units: `pip install fmpy`.
+
+    Raises `SceneError` where the scene has faults, `SimulationError` where the drive refuses something, else `Error`.
+    """
+    values = {**(start_values or {}), **more_start_values}
+    outputs = [output] if isinstance(output, str) else None if output is None else list(output)
+    is_fmu = Path(scene_or_fmu).suffix.lower() == ".fmu"
+    if engine not in (("fmpy", None) if is_fmu else ("native", "fmpy", None)):
+        admissible = '"fmpy", as of every FMU' if is_fmu else '"native" or "fmpy"'
+        raise Error(f"engine = {engine!r}: admissible is {admissible}")
+    if input is not None and "time" not in (getattr(getattr(input, "dtype", None), "names", None) or ()):
+        raise Error("input: a structured array with the fields `time` and inputs is expected")
+    with temporary_folder() as folder:
+        if not is_fmu and engine != "fmpy":
+            return _by_tool(os.fspath(scene_or_fmu), values, outputs, stop_time, step, input, folder)
+        return _by_fmpy(Path(scene_or_fmu), values, outputs, stop_time, step, input, folder)
+
+
+def _by_tool(
+    scene: str, values: Values, outputs: Names, stop: Time, step: Time, input: Optional[Array], folder: str
+) -> Result:
+    # TOML and the tool write true, Python True.
+    texts = {str(True): "true", str(False): "false"}
+    arguments = [f"--start={name}={texts.get(str(value), value)}" for name, value in values.items()]
+    names = None if outputs is None else ",".join(outputs)
+    options = (("output", names), ("stop", stop), ("step", step))
+    arguments += [f"--{option}={given}" for option, given in options if given is not None]
+    if input is not None:
+        table, names = os.path.join(folder, "input.csv"), ",".join(input.dtype.names or ())
+        # With all digits.
+        np.savetxt(table, np.atleast_1d(input), "%.17g", ",", header=names, comments="", encoding="utf-8")
+        arguments.append(f"--input={table}")
+    done = run("run", "--json", *arguments, "--", scene)
+    if done.returncode != 0:
+        raise failure(done.stderr, scene, SimulationError)
+    columns = {column["name"]: column for column in json.loads(done.stdout)["columns"]}
+    lists = [[np.nan if value is None else value for value in column["values"]] for column in columns.values()]
+    types = [(name, np.asarray(values).dtype) for name, values in zip(columns, lists)]
+    units, descriptions = ({name: column[key] for name, column in columns.items()} for key in ("unit", "description"))
+    return _result(np.array([*zip(*lists)], types), units, descriptions)
+
+
+# FMPy goes into the folder of a library while it loads it, and the working directory is that of the whole process.
+_without_chdir = SimpleNamespace(**{**vars(os), "chdir": lambda _folder: None})
+_loading = threading.Lock()
+_of_thread = threading.local()
+
+
+def _log(_environment: Any, _instance: bytes, status: int, _category: bytes, message: bytes) -> None:
+    if status > 0:
+        _of_thread.messages.append(message.decode("utf-8", "replace"))
+
+
+@functools.cache
+def _logger() -> Any:
+    return import_module("fmpy.fmi2").fmi2CallbackLoggerTYPE(_log)
+
+
+def _instantiate(fmpy: Any, folder: str, description: Any) -> Any:
+    """An instance of FMPy, made in any thread and without a change of the working directory."""
+    with _loading:
+        fmpy.fmi1.os, before = _without_chdir, fmpy.fmi1.os
+        try:
+            # FMPy has one logger for all FMUs, the last one: hence the address of one that lives with the process.
+            logger = ctypes.cast(_logger(), ctypes.c_void_p).value
+            return fmpy.instantiate_fmu(folder, description, "CoSimulation", logger=logger)
+        finally:
+            fmpy.fmi1.os = before
+
+
+def _number(value: Any, variable: Any) -> Any:
+    """The value of a variable of an FMU, of an enumeration by the name of the item as well."""
+    items = {item.name: int(item.value) for item in getattr(variable.declaredType, "items", None) or ()}
+    if variable.type == "Boolean":
+        items = {"true": True, "false": False}
+    number = items.get(value, value) if isinstance(value, str) else value
+    if isinstance(number, (int, float, np.number, np.bool_)):
+        return number
+    admissible = " or ".join([f"a number in {variable.unit}" if variable.unit else "a number", *items])
+    hint = "" if items else '\n  = hint: texts with units are for scenes with engine = "native"'
+    raise SimulationError(f"`{variable.name}` = {value!r}\n  = admissible: {admissible}{hint}")
+
+
+def _by_fmpy(
+    path: Path, values: Values, outputs: Names, stop: Time, step: Time, input: Optional[Array], folder: str
+) -> Result:
+    fmpy = module("fmpy")
+    fields = input.dtype.names or () if input is not None else ()
+    for name, given in (("stop_time", stop), ("step", step)):
+        if isinstance(given, str):
+            raise SimulationError(f'{name} = {given!r}: a number in s is expected; texts are for engine = "native"')
+    messages: list[str] = []
+    _of_thread.messages = messages
+    fmu = path if path.suffix.lower() == ".fmu" else export(path, folder)
+    try:
+        # Unpacked here, since FMPy leaves what it unpacks of an FMU that refuses something; and on Linux it looks into
+        # linux64 on any processor.
+        unpacked = fmpy.extract(str(fmu), unzipdir=os.path.join(folder, "unpacked"))
+        arm = Path(unpacked, "binaries", "aarch64-linux")
+        if arm.is_dir() and sys.platform == "linux" and platform.machine() == "aarch64":
+            shutil.copytree(arm, arm.with_name("linux64"), dirs_exist_ok=True)
+        description = fmpy.read_model_description(unpacked)
+        known = {variable.name: variable for variable in description.modelVariables}
+        inputs = {"time", *(name for name, variable in known.items() if variable.causality == "input")}
+        unknown = [name for name in (*values, *(outputs or ())) if name not in known]
+        unknown += [name for name in fields if name not in inputs]
+        if unknown:
+            raise SimulationError(f"the FMU has no variable or no input {', '.join(unknown)}")
+        if step is None and description.defaultExperiment and description.defaultExperiment.stepSize:
+            # FMPy would lengthen the step of the FMU in a long experiment.
+            step = float(description.defaultExperiment.stepSize)
+        # Made here, so that it is freed where it refuses something, too: Windows deletes no library in use.
+        instance = _instantiate(fmpy, unpacked, description)
+        try:
+            array = fmpy.simulate_fmu(
+                unpacked,
+                start_values={name: _number(value, known[name]) for name, value in values.items()},
+                output=outputs,
+                stop_time=stop,
+                output_interval=step,
+                input=input,
+                fmu_instance=instance,
+            )
+        finally:
+            instance.freeInstance()
+    except Error:
+        raise
+    except Exception as error:
+        raise SimulationError(words(error), tuple(messages)) from error
+    # FMPy sorts them by type.
+    names = [*dict.fromkeys(outputs or [name for name in known if name in array.dtype.names])]
+    units = {"time": "s", **{name: known[name].unit or "" for name in names}}
+    descriptions = {"time": "Time", **{name: known[name].description or "" for name in names}}
+    return _result(array[["time", *names]], units, descriptions)

@@ -1,0 +1,256 @@
+"""`study`: many variants of a scene, on the cores of this machine or on the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tempfile
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from importlib import import_module
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any, Optional, Union
+
+from ._tool import Error, PathLike, failure, module, run, temporary_folder, words
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+    Vary = Union[Mapping[Any, Any], Iterable[Mapping[str, Any]], pd.DataFrame]
+
+_EXPLAINED = ("rows", "parts", "seconds", "bytes")
+# A share without parts: with it the tool makes or checks a store and computes nothing.
+_NOTHING = "--part=1000000000000000000/1000000000000000000"
+
+
+class Study:
+    """The runs of a study. Its store `folder` is for others, too: polars and duckdb read `runs/*.parquet`.
+
+    `data` is the content of its study.json, `units` and `meanings` are those of the columns by name. A store in a
+    temporary folder lives as long as this object. A study that is only explained has no store, and in `data` what it
+    would take: `rows`, `parts`, `seconds`, `bytes`.
+    """
+
+    def __init__(self, folder: Optional[Path], data: dict[str, Any], temporary: object = None) -> None:
+        self.folder, self.data, self._temporary = folder, data, temporary
+        self.units: dict[str, str] = {column["name"]: column["unit"] for column in data["columns"]}
+        self.meanings: dict[str, str] = {column["name"]: column["meaning"] for column in data["columns"]}
+        self.measures: list[str] = [column["name"] for column in data["columns"] if column["role"] == "measured"]
+
+    def __repr__(self) -> str:
+        said: dict[str, Any] = {key: self.data[key] for key in _EXPLAINED if key in self.data}
+        if self.folder is not None:
+            status = [*self.table["status"]]
+            said.update({word: status.count(word) for word in ("ok", "refused", "failed")})
+            said.update(missing=said["rows"] - len(status), folder=str(self.folder))
+        return f"<Study: {', '.join(f'{name} {value}' for name, value in said.items())}>"
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """The runs that are there by their number `run`: what varies, the measures, `status` and `message`.
+
+        A measure of a run that was refused or failed is NaN. `attrs` has `units` and `meanings`.
+        Raises `Error` where a part cannot be read, or pandas or pyarrow is missing; of a study that is only explained.
+        """
+        if self.folder is None:
+            raise Error("the study was explained, not run")
+        pandas, _, runs = module("pandas"), module("pyarrow"), self.folder / "runs"
+        try:
+            parts = [pandas.read_parquet(part, engine="pyarrow") for part in sorted(runs.glob("*.parquet"))]
+        except (OSError, ValueError) as error:
+            raise Error(f"{runs}: {words(error)}") from error
+        table: pd.DataFrame = pandas.concat(parts or [pandas.DataFrame(columns=[*self.units])]).set_index("run")
+        table.attrs.update(units=self.units, meanings=self.meanings)
+        return table
+
+    @property
+    def refused(self) -> pd.DataFrame:
+        """The runs that were refused or failed: what varies, `status` and `message`."""
+        return self.table[self.table["status"] != "ok"].drop(columns=self.measures)
+
+    def to_xarray(self) -> xr.Dataset:
+        """The measures over what varies: of a product a dimension for each quantity, with its values.
+
+        Quantities that vary together or are sampled have the dimension `run`, or one by their names where there are
+        several such groups. `attrs` of all have `units` and `long_name`.
+        Raises `Error` where runs are missing, or xarray is not there.
+        """
+        xarray, table, axes, rows = module("xarray"), self.table, self.data["axes"], self.data["rows"]
+        if len(table) < rows:
+            raise Error(f"{self.folder}: {rows - len(table)} of {rows} runs are missing; resume=True computes them")
+        lengths, last = self.data["lengths"], axes[-1] if self.data["sampled"] else None
+        groups = [len(axis) > 1 or axis is last for axis in axes]
+        about = {name: {"units": self.units[name], "long_name": self.meanings[name]} for name in self.units}
+        joined = ["run" if sum(groups) == 1 else ", ".join(axis) for axis in axes]
+        names = [joined[i] if group else axes[i][0] for i, group in enumerate(groups)]
+        coordinates: dict[str, Any] = {name: range(length) for name, length in zip(names, lengths)}
+        for place, axis in enumerate(axes):
+            values = table.iloc[:: math.prod(lengths[place + 1 :])][: lengths[place]]
+            coordinates.update({one: (names[place], values[one].to_numpy(), about[one]) for one in axis})
+        arrays = {one: (names, table[one].to_numpy().reshape(lengths), about[one]) for one in self.measures}
+        return xarray.Dataset(arrays, coordinates)  # type: ignore[no-any-return]
+
+
+def open_study(folder: PathLike) -> Study:
+    """The study in a store, complete or not. Raises `Error` where there is none."""
+    try:
+        return Study(Path(folder), json.loads(Path(folder, "study.json").read_bytes()))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise Error(f"{os.fspath(folder)} is no store of a study: {words(error)}") from error
+
+
+def study(
+    scene: PathLike,
+    vary: Optional[Vary] = None,
+    measures: Union[str, Iterable[str], None] = None,
+    *,
+    store: Optional[PathLike] = None,
+    client: Any = None,
+    resume: bool = False,
+    threads: Optional[int] = None,
+    explain: bool = False,
+    **keys: Union[str, float, None],
+) -> Study:
+    """Runs many variants of a scene and measures each; the numbers are the same wherever they are computed.
+
+    `vary` maps variables or keys of the scene to lists, all of which are combined; to series such as
+    `{"from": "900 rpm", "to": "2000 rpm", "count": 12}`; or to distributions, `{"mean": "12 kg", "deviation": 0.1}`.
+    A tuple of names varies together: `{("m", "b"): [(11, 900), (12, 950)]}`. A DataFrame or a list of mappings has a
+    row for each run. Values are numbers in SI units, texts with a unit, names of items, True or False. `measures` are
+    texts such as "max |q|". `keys` are `time` or `turns`, `settle`, `accuracy`, and for distributions `runs`, `design`,
+    `seed`, as docs/study.md explains them. Without `vary`, `scene` is a study file: `camdrive.study("study.toml")`.
+
+    `store` is a folder, by default a temporary one; with `resume` the parts of this study that it has are kept.
+    `client` is a dask.distributed.Client or the address of a scheduler whose workers have camdrive; they compute shares
+    and parts are stored as they arrive. Without it `threads` of this machine do, by default all. With `explain` only
+    a sample is run.
+
+    Raises `SceneError` where the scene has faults, else `Error`; parts that a store has are kept.
+    """
+    place, keys = os.path.abspath(scene), {key: value for key, value in keys.items() if value is not None}
+    if vary is None and (measures is not None or keys):
+        raise Error("`vary` is missing; without it, all that is measured is in a study file")
+    if resume and store is None:
+        raise Error("resume=True needs the `store` to go on with")
+    if client is not None and threads is not None:
+        raise Error("`threads` are those of this machine; workers say themselves how many they have")
+    temporary = None if store is not None or explain else temporary_folder()
+    target = Path(temporary.name if temporary else os.path.abspath(store or ""))
+    is_sent = client is not None and not explain
+    # A share goes on with any store of the study.
+    if is_sent and not resume and (target / "study.json").exists():
+        raise Error(f"{target}: a store is there\n  = hint: resume=True computes what it lacks")
+    options = {"--explain": explain, "--resume": resume, _NOTHING: is_sent, f"--output={target}": not explain}
+    options[f"--threads={threads}"] = threads is not None
+    with temporary_folder() as folder:
+        file = place if vary is None else os.path.join(folder, "study.toml")
+        if vary is not None:
+            texts = [measures] if isinstance(measures, str) else [*(measures or ())]
+            Path(file).write_bytes(_text(vary, {"scene": place, **keys, "measures": texts}).encode(errors="replace"))
+        ran = run("study", "--json", *(option for option, is_given in options.items() if is_given), "--", file)
+        if ran.returncode != 0:
+            raise Error(ran.stderr) if vary is None else failure(ran.stderr, place)
+        told = json.loads(ran.stdout)
+        if explain:
+            return Study(None, told)
+        done = Study(target, open_study(target).data, temporary)
+        if is_sent:
+            _distribute(client, done, [file, told["scene"], *told["tables"]])
+        return done
+
+
+def _text(vary: Any, keys: dict[str, Any]) -> str:
+    """The text of a study file."""
+    lines = [f"{_toml(key)} = {_toml(value, key)}" for key, value in keys.items()]
+    if hasattr(vary, "itertuples"):
+        vary = {tuple(vary.columns): [*vary.itertuples(index=False, name=None)]}
+    elif not isinstance(vary, Mapping):
+        table = [*vary] if isinstance(vary, Iterable) else [vary]
+        if any(not isinstance(row, Mapping) or row.keys() != table[0].keys() for row in table):
+            raise Error("vary: a mapping, a DataFrame or a list of mappings with the same names is expected")
+        vary = {tuple(table[0] if table else ()): [[row[name] for name in table[0]] for row in table]}
+    for name, values in vary.items():
+        said, between = values if isinstance(values, Mapping) else {"values": values}, ",\n"
+        lines += ["[[vary]]", f"{'names' if isinstance(name, tuple) else 'name'} = {_toml(name)}"]
+        # A line for each value, as messages show lines.
+        lines += [f"{_toml(key)} = {_toml(value, str(name), between)}" for key, value in said.items()]
+    return "\n".join([*lines, ""])
+
+
+def _toml(value: Any, name: str = "vary", between: str = ", ") -> str:
+    value = value.item() if getattr(value, "shape", None) == () else value
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, (int, float)) and abs(value) < math.inf:
+        return repr(value).lower()
+    if isinstance(value, Iterable) and not isinstance(value, (bytes, Mapping)):
+        return f"[{between.join(_toml(item, name) for item in value)}]"
+    raise Error(f"`{name}` = {value!r}: a finite number, a text, True or False is expected, or a list of these")
+
+
+def _share(files: dict[str, bytes], file: str, share: str) -> tuple[dict[str, Any], dict[str, bytes]]:
+    """What a worker does: its study.json, and the parts of a share by name."""
+    with temporary_folder() as folder:
+        for name, content in files.items():
+            Path(folder, name).parent.mkdir(parents=True, exist_ok=True)
+            Path(folder, name).write_bytes(content)
+        store = Path(folder, "store")
+        done = run("study", "--threads=1", f"--part={share}", f"--output={store}", "--", os.path.join(folder, file))
+        if done.returncode != 0:
+            raise Error(done.stderr)
+        return open_study(store).data, {part.name: part.read_bytes() for part in (store / "runs").glob("*.parquet")}
+
+
+def _distribute(client: Any, done: Study, files: list[str]) -> None:
+    """Sends the parts that a store does not have to the workers of a cluster, with study, scene and tables."""
+    distributed, data, runs = module("distributed"), done.data, Path(done.folder or "", "runs")
+    # Below a folder of the worker all paths are as here, so that what study and scene name is found.
+    inside = [PurePath("files", *PurePath(os.path.abspath(path)).parts[1:]).as_posix() for path in files]
+    bundle = {place: Path(path).read_bytes() for place, path in zip(inside, files)}
+    scene = os.path.relpath(inside[1], os.path.dirname(inside[0]))
+    bundle[inside[0]] = data["study"].replace(_toml(files[1]), _toml(scene), 1).encode()
+    parts = [f"part-{part:05}.parquet" for part in range(math.ceil(data["rows"] / data["rows_of_part"]))]
+    missing = {name for name in parts if not (runs / name).is_file()}
+
+    def compute(*arguments: Any) -> Any:
+        # Nested, it goes to workers by value: one without camdrive says so instead of breaking down at the message.
+        return import_module("camdrive._study")._share(*arguments)
+
+    futures: list[Any] = []
+    cluster = client
+    try:
+        cluster = distributed.Client(client) if isinstance(client, str) else client
+        # Several for each thread, so that a slow one delays little; of a store with parts only what is missing.
+        several = 8 * sum(cluster.nthreads().values()) if len(missing) == len(parts) else 0
+        n = min(several or len(parts), len(parts))
+        # A task as well, which is done again where a worker is lost that had the result.
+        sent = cluster.submit(dict, bundle, pure=False)
+        shares = [f"{i + 1}/{n}" for i in range(n) if missing.intersection(parts[i::n])]
+        futures = [cluster.submit(compute, sent, inside[0], share, pure=False) for share in shares]
+        with tempfile.TemporaryDirectory(prefix=".", dir=done.folder) as drafts:
+            for future in distributed.as_completed(futures):
+                theirs, found = future.result()
+                future.release()
+                # There it has another path of the scene.
+                theirs["study"] = data["study"]
+                if other := [f"{key} {theirs[key]} instead of {data[key]}" for key in data if theirs[key] != data[key]]:
+                    raise Error(f"a worker has another study: {'; '.join(other)}")
+                for name, content in found.items():
+                    with open(os.path.join(drafts, name), "wb") as draft:
+                        draft.write(content)
+                        draft.flush()
+                        os.fsync(draft.fileno())
+                    os.replace(draft.name, runs / name)
+                    missing.discard(name)
+    except Exception as error:
+        is_bare = isinstance(error, ImportError)
+        hint = "pip install the wheel of camdrive on all workers" if is_bare else "with a `store`, resume=True goes on"
+        kept = f"{len(parts) - len(missing)} of {len(parts)} parts are there\n  = hint: {hint}"
+        raise Error(f"{words(error) or type(error).__name__}\n  = note: {kept}") from error
+    finally:
+        for future in futures:
+            future.release()
+        if cluster is not client:
+            cluster.close()
