@@ -96,8 +96,9 @@ fn scenes() -> Vec<PathBuf> {
         .iter()
         .filter(|folder| folder.is_dir())
         .flat_map(|folder| files(folder))
-        // A task.toml is a motion task, no scene.
-        .filter(|file| file.extension().is_some_and(|e| e == "toml") && !file.ends_with("task.toml"))
+        // A task.toml is a motion task, a study.toml a study: no scenes.
+        .filter(|file| file.extension().is_some_and(|e| e == "toml"))
+        .filter(|file| !file.ends_with("task.toml") && !file.ends_with("study.toml"))
         .collect();
     scenes.sort();
     scenes
