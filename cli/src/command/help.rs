@@ -51,8 +51,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let whole = asked(section);
     let text = if whole.is_empty() { asked(section.rsplit('.').next().unwrap_or_default()) } else { whole };
     if text.is_empty() {
+        let files = if kind == Kind::Study { "studies".to_owned() } else { format!("{subject}s") };
         return Err(failure(format!(
-            "{subject}s have no section {section}\n  = hint: `camdrive help {subject}` lists them"
+            "{files} have no section {section}\n  = hint: `camdrive help {subject}` lists them"
         )));
     }
     show(&text.join("\n"))

@@ -29,10 +29,10 @@ use store::Store;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  camdrive study examples/guide_bar/speeds.toml --explain
-  camdrive study examples/guide_bar/speeds.toml -o speeds/
-  camdrive study examples/guide_bar/speeds.toml -o speeds/ --resume
-  camdrive study examples/guide_bar/speeds.toml -o speeds/ --part 3/20")]
+  camdrive study examples/guide_bar/study.toml --explain
+  camdrive study examples/guide_bar/study.toml -o waves/
+  camdrive study examples/guide_bar/study.toml -o waves/ --resume
+  camdrive study examples/guide_bar/study.toml -o waves/ --part 3/20")]
 pub struct Args {
     /// Study file (TOML)
     study: PathBuf,
@@ -42,7 +42,7 @@ pub struct Args {
     /// Say how many runs, seconds and bytes it takes, and run nothing but a sample
     #[arg(long)]
     explain: bool,
-    /// Go on with a store of this study: parts that are there are kept
+    /// Continue a store of this study: its parts are kept, missing ones computed
     #[arg(long)]
     resume: bool,
     /// Compute only share I of N of the parts, as a job of an array; the shares have one store
@@ -169,7 +169,8 @@ struct Part {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let study = study::read(&args.study).map_err(|faults| Failure(faults.to_string()))?;
     let stem = args.study.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let folder = files::folder(args.output.as_deref(), "study", &stem)?;
+    let named = if stem == "study" { study.scene.name.clone() } else { stem.clone() };
+    let folder = files::folder(args.output.as_deref(), "study", &named)?;
     let rows = study.rows();
     let size = rows_of_part(rows);
     let threads = args.threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
@@ -258,7 +259,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let missing = (0..rows.div_ceil(size)).filter(|part| !store.has(*part)).count();
     let place = text::in_one_line(folder.display());
     let report = |_| {
-        let kept = rows - total.min(rows);
+        let there = (0..rows.div_ceil(size)).filter(|part| store.has(*part)).map(|part| of_part(part).count() as u64);
+        let kept = there.sum::<u64>().saturating_sub(total);
         let mut out = format!("{place}: {} in {}", counted(total, "run"), text::time(seconds));
         if kept > 0 {
             out += &format!(", {} in other parts", counted(kept, "run"));
@@ -278,11 +280,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         };
         let gathered = held(&gathered);
         let lines = study.measures.iter().zip(gathered.iter()).filter(|(_, sums)| sums[3] > 0.0).map(line);
-        out + &Table::new("measure  unit  least  mean  largest", lines).text(usize::MAX) + "\n"
+        let table = Table::new("measure  unit  least  mean  largest", lines);
+        if kept > 0 && !table.rows.is_empty() {
+            out += "of the runs of this call:\n";
+        }
+        if table.rows.is_empty() { out } else { out + &table.text(usize::MAX) + "\n" }
     };
     let data = || {
+        let gathered = held(&gathered);
+        let measures = study.measures.iter().zip(gathered.iter());
+        let measures = measures.map(|(measure, [sum, least, largest, count])| {
+            json!({ "measure": measure.to_string(), "least": least, "mean": sum / count, "largest": largest })
+        });
         text::json(&json!({
-            "store": folder, "scene": study.place, "tables": study.tables, "rows": rows, "computed": total, "ok": ok, "refused": refused, "failed": failed,
+            "measures": measures.collect::<Vec<_>>(),
+            "store": folder, "scene": study.place, "tables": study.tables,
+            "rows": rows, "computed": total, "ok": ok, "refused": refused, "failed": failed,
             "missing_parts": missing, "seconds": seconds, "threads": threads,
             "columns": columns.iter().map(Column::data).collect::<Vec<_>>(),
         }))
@@ -340,8 +353,8 @@ fn columns(study: &Study) -> Vec<Column> {
     for (i, Quantity { name, unit, meaning, is_text, .. }) in study.quantities.iter().enumerate() {
         columns.push(column(name, unit, meaning, if *is_text { Content::Text(i) } else { Content::Varied(i) }));
     }
-    for (i, (measure, [unit, meaning])) in study.measures.iter().zip(study.measured()).enumerate() {
-        columns.push(column(&measure.to_string(), &unit, &meaning, Content::Measured(i)));
+    for (i, (measure, [unit, meaning])) in study.measures.iter().zip(&study.measured).enumerate() {
+        columns.push(column(&measure.to_string(), unit, meaning, Content::Measured(i)));
     }
     columns.push(column("status", "", "ok, refused or failed", Content::Status));
     columns.push(column("message", "", "Why the run was refused or failed", Content::Message));
@@ -374,7 +387,7 @@ fn specification(study: &Study, columns: &[Column], rows_of_part: u64) -> Result
     .map_err(failure)
 }
 
-/// So few rows are taken in their order.
+/// Fewer rows than this are sampled in their order.
 const FEW: u64 = 100;
 
 /// How long a sample of the runs is measured (s).
@@ -386,7 +399,7 @@ fn explain(args: &Args, study: &Study, threads: usize, columns: &[Column], size:
     let mut worker = Worker::new(study).map_err(wrong)?;
     let (rows, begin) = (study.rows(), Instant::now());
     let (mut count, mut bytes, mut ok) = (0u64, 0, 0u64);
-    // Places of the golden ratio fill a range evenly, however many are taken; all of a few are.
+    // Multiples of the golden ratio spread evenly over the rows, however many are taken.
     let mut first = None;
     while count < rows && (count == 0 || begin.elapsed().as_secs_f64() < SAMPLE) {
         let place = ((count as f64 * 0.618_033_988_749_894_9).fract() * rows as f64) as u64;

@@ -801,15 +801,15 @@ tables! {
 
     /// A study.
     STUDY "a study" {
-        /// the scene of which it has variants; path from the folder of the study
+        /// the scene of which it runs variants; the path counts from the folder of the study
         "scene": value(Value::Text).required();
-        /// what is measured of outputs, as below
+        /// what is measured of outputs: `max |q|`, `rms force`, `count impacts` …
         "measures": value(Value::Texts).required().also(&["measure"]);
         /// how long it is measured
         "time": real(&unit::TIME, POSITIVE).said("this or `turns`");
         /// how many turns of the shaft it is measured
         "turns": real(&unit::NUMBER, POSITIVE).said("this or `time`");
-        /// how long the drive runs before: a time, or with `turns` a number of turns
+        /// how long the drive runs before measuring begins: a time, or with `turns` a number of turns
         "settle": other(NOT_NEGATIVE).or(0.0);
         /// error of an output between two points of the motion, relative to its largest magnitude
         "accuracy": real(&unit::NUMBER, within(1e-12, 1e-2)).or(1e-6).also(&["tolerance"]);
@@ -832,7 +832,7 @@ tables! {
         "names": value(Value::Texts);
         /// a CSV file whose headings are such names, with a unit in brackets where cells have it: `drive.w [rpm]`
         "file": value(Value::Text);
-        /// the values, each as it is written in a scene; with `names` a list for each run
+        /// the values, each as it is written in a scene, or a single one; with `names` a list for each run
         "values": value(Value::Values).also(&["value"]);
         /// first value of a series, or the lower end of an even distribution
         "from": value(Value::Real(Of::Other, ANY)).also(&["min"]);

@@ -105,7 +105,7 @@ fn of_value(value: Value, definitions: &mut Map<String, Json>) -> Option<Json> {
         Value::Count(min, max) => json!({ "type": "integer", "minimum": min, "maximum": max }),
         Value::Text => json!({ "type": "string" }),
         Value::Texts => json!({ "type": "array", "items": { "type": "string" } }),
-        Value::Values => json!({ "type": "array" }),
+        Value::Values => json!({ "type": ["array", "number", "string", "boolean"] }),
         Value::Flag => json!({ "type": "boolean" }),
         Value::Choice(names) => json!({ "enum": names.concat() }),
         Value::Table(table) => reference(table, definitions),

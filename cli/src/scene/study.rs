@@ -7,9 +7,9 @@ use super::input::{self, Kind};
 use super::keys::VARY;
 use super::section::{Node, Section};
 use super::{Resolved, units, variable};
+use camdrive::drives::AnyDrive;
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Kind as Type};
-use camdrive::drives::{AnyDrive, Description};
 use camdrive_design::study::measure::{FORMS, Measure};
 use camdrive_design::study::plan::{MOST_ROWS, Samples, Sampling, Spread, grid, places};
 use camdrive_design::study::run::{Runner, Span, Window};
@@ -38,6 +38,8 @@ pub struct Study {
     pub window: Window,
     /// What is measured.
     pub measures: Vec<Measure>,
+    /// Unit and meaning of each measure.
+    pub measured: Vec<[String; 2]>,
     /// The tables that it and its scene name.
     pub tables: Vec<PathBuf>,
 }
@@ -80,7 +82,7 @@ pub fn read(path: &Path) -> Result<Study, Diagnostics> {
     let mut found = None;
     let study = super::with_document(&file, &text, Kind::Study, |root| {
         let scene = root.required_text("scene", "a scene file", "scene.toml").map(|name| folder.join(name));
-        // A scene with faults of its own has told them.
+        // The faults of a scene are told by its own reader.
         match scene.as_ref().map(|scene| (super::read(scene), scene)) {
             Some((Err(faults), _)) => {
                 found = Some(faults);
@@ -171,7 +173,19 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, scene: Resolved) -> Op
     let mut tables = reader.tables;
     tables.extend(scene.files.iter().filter(|file| *file != place).cloned());
     let (place, texts) = (place.to_owned(), [String::new(), text]);
-    let study = Study { texts, place, scene, document, quantities, axes, samples, window, measures, tables };
+    let mut study = Study {
+        texts,
+        place,
+        scene,
+        document,
+        quantities,
+        axes,
+        samples,
+        window,
+        measures,
+        measured: Vec::new(),
+        tables,
+    };
     let first = if study.is_keyed() { study.variant(&study.cells(0)) } else { Ok(study.scene.clone()) };
     let built = match &first {
         Ok(first) => first.resource().build().unwrap_or(drive),
@@ -200,6 +214,15 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, scene: Resolved) -> Op
         });
         return root.refuse(wrong);
     }
+    let about = |measure: &Measure| {
+        let output = built.descriptions().iter().find(|d| d.name == measure.output);
+        let unit = match output.map(|d| &d.kind) {
+            Some(Type::Real { quantity, .. }) => quantity.unit,
+            _ => "1",
+        };
+        [unit.to_owned(), measure.meaning(output.map_or("", |d| &d.text))]
+    };
+    study.measured = study.measures.iter().map(about).collect();
     Some(study)
 }
 
@@ -207,12 +230,18 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, scene: Resolved) -> Op
 fn window(root: &Section<'_>) -> Option<Window> {
     let once = root.either("time", "turns");
     if !root.has("time") && !root.has("turns") {
-        let fault = root.fault(": neither `time` nor `turns` is there").of("time");
+        let fault = root.fault_of("time", " and `turns` are missing");
         return root.refuse(fault.hint("add turns = 10, or time = \"0.5 s\""));
     }
     let by_turns = root.has("turns");
     let over = if by_turns { root.real("turns").map(Span::Turns) } else { root.real("time").map(Span::Time) };
-    let is_text = matches!(root.node("settle"), Some(Node { value: DeValue::String(_), .. }));
+    let text =
+        root.node("settle").and_then(|node| if let DeValue::String(text) = node.value { Some(text) } else { None });
+    if by_turns && text.is_some_and(|text| units::split(text).1.is_empty()) {
+        let fault = root.fault_of("settle", ": a text without unit may be turns or seconds");
+        return root.refuse(fault.hint("write 3 for turns, or \"3 s\""));
+    }
+    let is_text = text.is_some();
     let settle = if by_turns && !is_text {
         root.of(&unit::NUMBER, 0);
         root.real("settle").map(Span::Turns)
@@ -243,7 +272,8 @@ fn measures(root: &Section<'_>) -> Option<Vec<Measure>> {
     let all: Vec<Option<Measure>> = texts.into_iter().map(read).collect();
     let all: Vec<Measure> = all.into_iter().collect::<Option<_>>()?;
     for (i, measure) in all.iter().enumerate() {
-        if all[..i].contains(measure) {
+        // Columns have names of their own.
+        if all[..i].iter().any(|other| other.to_string() == measure.to_string()) {
             return root.refuse(root.fault_of("measures", format!(": `{measure}` is there twice")));
         }
     }
@@ -360,6 +390,9 @@ impl Variation<'_> {
             }
             "names" => {
                 let names: Vec<&str> = texts(section, "names")?.into_iter().map(|(name, _)| name).collect();
+                if names.is_empty() {
+                    return section.refuse(section.fault_of("names", ": the list is empty"));
+                }
                 if !section.has("values") {
                     unused(&["count"]);
                     let all: Vec<Option<Varied>> = names.iter().map(|name| self.single(section, name)).collect();
@@ -396,7 +429,10 @@ impl Variation<'_> {
         match (values, ends, normal) {
             (true, false, false) => {
                 section.forbid(&["count", "scale"], "`values` lists them", "`from` and `to`");
-                let rows = items(section, "values", "a list of values")?;
+                let rows = match section.node("values") {
+                    Some(node) if !matches!(node.value, DeValue::Array(_)) => vec![node],
+                    _ => items(section, "values", "a list of values")?,
+                };
                 let rows: Vec<Option<Vec<Placed>>> =
                     rows.iter().map(|node| written(section, node).map(|value| vec![value])).collect();
                 self.listed(section, &[name], rows.into_iter().collect::<Option<_>>()?)
@@ -429,12 +465,10 @@ impl Variation<'_> {
                 let quantity = self.quantity(section, name, &[&mean, &deviation])?;
                 let mean = self.number(section, &quantity, &mean)?;
                 // It is a difference of values, for which their range does not hold.
-                let free = Description { kind: self.unlimited(&quantity), ..self.drive.descriptions()[0].clone() };
                 let text = deviation.value.text();
-                let value = if quantity.variable.is_some() {
-                    variable::value(&free, &text).ok()
-                } else {
-                    deviation.value.number()
+                let value = match quantity.variable {
+                    Some(reference) => variable::parsed(&self.drive.descriptions()[reference], &text).ok(),
+                    None => deviation.value.number(),
                 };
                 match value.filter(|value| *value > 0.0) {
                     Some(deviation) => Some(Varied::Sampled(quantity, Spread::Normal { mean, deviation })),
@@ -449,14 +483,6 @@ impl Variation<'_> {
                 let fault = section.fault(format!(" {says} how `{name}` varies"));
                 section.refuse(fault.hint("give `values`, or `from` and `to`, or `mean` and `deviation`"))
             }
-        }
-    }
-
-    /// The kind of a quantity without its range.
-    fn unlimited(&self, quantity: &Quantity) -> Type {
-        match quantity.variable.map(|reference| &self.drive.descriptions()[reference].kind) {
-            Some(Type::Real { quantity, .. }) => camdrive::drives::variable::real(quantity),
-            _ => camdrive::drives::variable::real(&unit::NUMBER),
         }
     }
 
@@ -533,7 +559,7 @@ impl Variation<'_> {
             let line = record.position().map_or(0, |position| position.line());
             let cell = |(i, text): (usize, &str)| {
                 let text = if units[i].is_empty() { text.to_owned() } else { format!("{text} {}", units[i]) };
-                let path = format!("{}, line {line}, `{}`", path.display(), names[i]);
+                let path = format!("{}, line {line}, {}", path.display(), names[i]);
                 Placed { value: Written::from_text(&text), span: section.span.clone(), path }
             };
             rows.push(record.iter().enumerate().map(cell).collect());
@@ -562,6 +588,10 @@ impl Variation<'_> {
             return Some(Quantity { name, unit: unit.to_owned(), meaning, variable: Some(reference), is_text: false });
         }
         let has_place = |document: &DocumentMut| name.contains('.') && entry(&mut document.clone(), &name).is_some();
+        if name.ends_with(".file") {
+            let fault = section.fault(format!(": `{name}` cannot vary: a study has the tables of its scene"));
+            return section.refuse(fault.hint("make a scene and a study for each table"));
+        }
         if !self.document.is_some_and(has_place) {
             let known = all.iter().filter(|d| matches!(d.causality, Causality::Parameter | Causality::Input));
             let known: Vec<&str> = known.map(|d| d.name.as_str()).collect();
@@ -591,7 +621,8 @@ impl Variation<'_> {
                 _ => Cell::Text(placed.value.text()),
             });
         };
-        match variable::value(&self.drive.descriptions()[reference], &placed.value.text()) {
+        // Beyond the range of the variable it is a run that is refused.
+        match variable::parsed(&self.drive.descriptions()[reference], &placed.value.text()) {
             Ok(value) => Some(Cell::Number(value)),
             Err(message) => {
                 let (message, hint) = message.split_once("\n  = hint: ").unwrap_or((&message, ""));
@@ -603,6 +634,11 @@ impl Variation<'_> {
 
     /// A value that is a number.
     fn number(&self, section: &Section<'_>, quantity: &Quantity, placed: &Placed) -> Option<f64> {
+        let kind = quantity.variable.map(|reference| &self.drive.descriptions()[reference].kind);
+        if kind.is_some_and(|kind| !matches!(kind, Type::Real { .. })) {
+            let fault = section.fault(format!(": `{}` is no real number", quantity.name));
+            return section.refuse(fault.hint("list its `values`"));
+        }
         match self.cell(section, quantity, placed)? {
             Cell::Number(number) => Some(number),
             Cell::Text(text) => {
@@ -680,21 +716,6 @@ impl Study {
             cells.extend((0..count).map(|i| Cell::Number(samples.value(i, *run as u32))));
         }
         cells
-    }
-
-    /// Unit and meaning of each measure.
-    pub fn measured(&self) -> Vec<[String; 2]> {
-        let drive = self.scene.resource().build().ok();
-        let all = drive.as_ref().map_or(&[][..], |drive| drive.descriptions());
-        let of = |measure: &Measure| {
-            let output = all.iter().find(|d| d.name == measure.output);
-            let unit = match output.map(|d| &d.kind) {
-                Some(Type::Real { quantity, .. }) => quantity.unit,
-                _ => "1",
-            };
-            [unit.to_owned(), measure.meaning(output.map_or("output of a variant", |d| &d.text))]
-        };
-        self.measures.iter().map(of).collect()
     }
 
     /// The quantities of each dimension of the product.

@@ -28,9 +28,19 @@ pub fn unknown<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> String {
 /// # Errors
 /// Anything else, and values out of the range of the variable.
 pub fn value(of: &Description, text: &str) -> Result<f64, String> {
+    let value = parsed(of, text)?;
+    of.check(value).map_err(|fault| fault.to_string())?;
+    Ok(value)
+}
+
+/// The same without regard to the range of the variable.
+///
+/// # Errors
+/// A text that is no value of its kind.
+pub fn parsed(of: &Description, text: &str) -> Result<f64, String> {
     let (name, text) = (&of.name, text.trim());
     let number = |expected: &str| text.parse().map_err(|_| format!("`{name}`: \"{text}\" is not {expected}"));
-    let value = match (&of.kind, text) {
+    Ok(match (&of.kind, text) {
         (Kind::Real { quantity, .. }, _) => {
             units::parse(text, quantity).map_err(|e| format!("`{name}`: {}\n  = hint: {}", e.message, e.hint))?
         }
@@ -45,9 +55,7 @@ pub fn value(of: &Description, text: &str) -> Result<f64, String> {
                 None => number(&format!("one of {}", items.join(", ")))?,
             }
         }
-    };
-    of.check(value).map_err(|fault| fault.to_string())?;
-    Ok(value)
+    })
 }
 
 #[cfg(test)]

@@ -144,14 +144,16 @@ pub struct Gathered {
     ends: [f64; 2],
     at: Option<f64>,
     time: f64,
+    /// How well the angle is known (rad).
+    reach: f64,
 }
 
 impl Gathered {
-    /// Nothing yet.
-    pub fn new(kind: Kind) -> Self {
+    /// Nothing yet, with an angle that is known to `reach` (rad).
+    pub fn new(kind: Kind, reach: f64) -> Self {
         let extremes = [f64::NEG_INFINITY; 2];
         let ends = [f64::NAN; 2];
-        Gathered { kind, extremes, sum: 0.0, line: Complex64::ZERO, ends, at: None, time: 0.0 }
+        Gathered { kind, extremes, sum: 0.0, line: Complex64::ZERO, ends, at: None, time: 0.0, reach }
     }
 
     /// Takes up a piece of the output over `step` (s), with that of the shaft's angle.
@@ -165,15 +167,13 @@ impl Gathered {
             Kind::Mean => self.sum += output.mean() * step,
             Kind::Rms => self.sum += output.mean_square() * step,
             Kind::At(phi) => {
-                // The passage of a multiple of the turn.
-                let [from, to] = [angle.0[0], angle.0[5]];
-                let turn =
-                    if to < from { ((from - phi) / TAU).ceil() - 1.0 } else { ((from - phi) / TAU).floor() + 1.0 };
-                if let Some(z) = angle.crossing(phi + turn * TAU) {
-                    self.at = Some(output.at(z));
-                } else if from == phi + (turn - (to - from).signum()) * TAU && self.at.is_none() {
-                    // The window begins there.
-                    self.at = Some(output.at(0.0));
+                // The last passage in (from, to], both moved by the accuracy of the angle: of a window over whole turns the end
+                // counts, not the beginning.
+                let sense = (angle.0[5] - angle.0[0]).signum();
+                let [from, to] = [angle.0[0], angle.0[5]].map(|end| sense * (end - phi) + self.reach);
+                let last = (to / TAU).floor() * TAU;
+                if last > from {
+                    self.at = Some(output.at(angle.crossing(phi + sense * last).unwrap_or(1.0)));
                 }
             }
             Kind::Harmonic(k) => {

@@ -80,7 +80,7 @@ impl Rewound<'_> {
         Ok(self.drive.events().iter().find(|event| event.about == About::Machine).map(|event| event.time))
     }
 
-    /// Goes back over the last `count` points, and saves the state there.
+    /// Goes back over the last `count` points; the state there is the saved one from now on.
     fn back(&mut self, count: usize) -> Result<(), Fault> {
         let kept = self.points.len() - count;
         self.drive.restore(&self.saved);
@@ -89,7 +89,9 @@ impl Rewound<'_> {
         }
         self.steps += kept as u64;
         self.points.truncate(kept);
-        self.save();
+        if kept > 1 {
+            self.save();
+        }
         self.pairs = 1;
         Ok(())
     }
@@ -229,7 +231,11 @@ impl<'a> Runner<'a> {
         let mut drive = Rewound { drive, saved, points: vec![0.0], pairs: 1, steps: 0 };
         let only_angle = if let Span::Turns(_) = self.window.settle { &self.followed[..1] } else { &[] };
         self.follow(&mut drive, only_angle, self.window.settle, |_, _| ())?;
-        let mut gathered: Vec<Gathered> = self.measures.iter().map(|measure| Gathered::new(measure.kind)).collect();
+        let begin =
+            self.angle.then(|| self.followed[0].jet(drive.drive)).transpose()?.map_or(0.0, |[phi, ..]| phi.abs());
+        let reach = 2.0 * ANGLE * self.window.accuracy + 16.0 * f64::EPSILON * begin;
+        let gathered = self.measures.iter().map(|measure| Gathered::new(measure.kind, reach));
+        let mut gathered: Vec<Gathered> = gathered.collect();
         let ends = |drive: &mut Rewound<'_>, gathered: &mut [Gathered]| -> Result<(), Fault> {
             for (gathered, (reference, _)) in gathered.iter_mut().zip(&self.outputs) {
                 let value = drive.drive.get(*reference)?;
@@ -285,7 +291,8 @@ impl<'a> Runner<'a> {
             return Ok(0.0);
         }
         let angle = self.angle && followed.first() == self.followed.first();
-        let others = followed.len() > usize::from(angle);
+        // Of the angle alone only harmonics have a scale of their own.
+        let others = followed.len() > usize::from(angle) || (self.followed.len() == 1 && self.harmonic() > 0);
         let mut scales: Vec<f64> = followed.iter().map(|_| 0.0).collect();
         if angle {
             scales[0] = ANGLE;
@@ -334,7 +341,7 @@ impl<'a> Runner<'a> {
                 limit = if turned { Limit::End(drive.time()) } else { Limit::None };
                 continue;
             }
-            // What would leave a scrap before the stop goes there.
+            // No short rest is left before the stop.
             let whole = stop - from <= 1.01 * length;
             let to = if whole { stop } else { from + length };
             let half = from + 0.5 * (to - from);
@@ -409,7 +416,7 @@ impl<'a> Runner<'a> {
             }
         }
         if angle && turns.is_finite() && !matches!(limit, Limit::End(_)) {
-            return Err(Fault::new(format!("the shaft has not turned {turns} times by t = {end:.3e} s")));
+            return Err(Fault::new(format!("the shaft has not made its turns ({turns}) by t = {end:.3e} s")));
         }
         Ok(first[0][0] - start)
     }

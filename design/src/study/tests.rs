@@ -128,12 +128,31 @@ fn a_start_from_rest_is_measured_over_time_as_over_turns() {
         let free = q0 * (wd * t).cos() + (v0 + delta * q0) / wd * (wd * t).sin();
         amplitude * (W * t - psi).cos() + (-delta * t).exp() * free
     };
-    println!("{by_turns:?} {amplitude} {psi}");
     let (n, span) = (200_000, 4.0 * TAU / W);
     let sampled = (0..=n).fold(0.0, |most: f64, i| most.max(q(span * f64::from(i) / f64::from(n)).abs()));
     assert!((by_turns[0] - sampled).abs() < 1e-8 * sampled, "{} {sampled}", by_turns[0]);
     let square = (0..n).map(|i| q(span * (f64::from(i) + 0.5) / f64::from(n)).powi(2)).sum::<f64>() / f64::from(n);
     assert!((by_turns[1] - square.sqrt()).abs() < 1e-8 * sampled, "{} {}", by_turns[1], square.sqrt());
+}
+
+#[test]
+fn of_whole_turns_the_angle_at_the_end_counts_and_not_that_at_the_beginning() {
+    for i in 0..300 {
+        for sense in [1.0, -1.0] {
+            let w = sense * W * (1.0 + f64::from(i) / 100.0);
+            let set = [("drive.phi_start", f64::from(i % 7))];
+            let text = format!("phi at {} rad", i % 7);
+            let found = measured(elastic(StartMode::AtRest, w), &turns(1.0, 3.0, 1e-6), &[&text], &set).unwrap()[0];
+            assert!((found - f64::from(i % 7) - sense * 4.0 * TAU).abs() < 1e-6, "{w}: {found}");
+        }
+    }
+}
+
+#[test]
+fn harmonics_of_the_angle_itself_are_those_of_a_saw() {
+    let texts = ["harmonic 1 of phi", "harmonic 9 of phi"];
+    let found = measured(elastic(StartMode::AtRest, W), &turns(0.0, 100.0, 1e-6), &texts, &[]).unwrap();
+    assert!((found[0] - 2.0).abs() < 1e-6 && (found[1] - 2.0 / 9.0).abs() < 1e-6, "{found:?}");
 }
 
 #[test]
@@ -175,7 +194,7 @@ fn turns_end_where_the_shaft_has_made_them() {
         }
     }
     let stands = measured(wheel(0.0), &turns(0.0, 1.0, 1e-6), &["max w"], &[]).unwrap_err();
-    assert!(stands.contains("has not turned 1 times"), "{stands}");
+    assert!(stands.contains("has not made its turns (1)"), "{stands}");
 }
 
 /// A cycle with rests, whose acceleration jumps where the rise is a simple sine.

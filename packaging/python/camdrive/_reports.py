@@ -259,7 +259,11 @@ def synthesize(task: PathLike, *, output: Optional[PathLike] = None, **options: 
     `scene="loom.toml"`. Further options as of `camdrive help synthesize`. Raises `Error` where the task has faults.
     """
     report = _report("synthesize", task, options, output, ("--output={}profile.toml", "--report={}"), main="position")
-    report.answer = f"{report.name}: {report.objective['kind']} = {_number(report.objective['value'])}"
+    value, at = report.objective["value"], ""
+    # With an elastic output the profile answers for all speeds.
+    if (elastic := report.data.get("elastic_output")) and elastic["objective"] is not None:
+        value, at = elastic["objective"], " of the output at all speeds"
+    report.answer = f"{report.name}: {report.objective['kind']}{at} = {_number(value)}"
     return report
 
 

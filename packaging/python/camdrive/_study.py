@@ -57,6 +57,8 @@ class Study:
         if self.folder is None:
             raise Error("the study was explained, not run")
         pandas, _, runs = module("pandas"), module("pyarrow"), self.folder / "runs"
+        if not runs.is_dir():
+            raise Error(f"{self.folder} is there no more")
         try:
             parts = [pandas.read_parquet(part, engine="pyarrow") for part in sorted(runs.glob("*.parquet"))]
         except (OSError, ValueError) as error:
@@ -90,7 +92,8 @@ class Study:
             values = table.iloc[:: math.prod(lengths[place + 1 :])][: lengths[place]]
             coordinates.update({one: (names[place], values[one].to_numpy(), about[one]) for one in axis})
         arrays = {one: (names, table[one].to_numpy().reshape(lengths), about[one]) for one in self.measures}
-        return xarray.Dataset(arrays, coordinates)  # type: ignore[no-any-return]
+        # What has one value is a coordinate without a dimension.
+        return xarray.Dataset(arrays, coordinates).squeeze()  # type: ignore[no-any-return]
 
 
 def open_study(folder: PathLike) -> Study:

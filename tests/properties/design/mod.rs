@@ -9,6 +9,7 @@ mod compensate;
 mod forces;
 mod stability;
 mod steady;
+mod study;
 mod synthesize;
 
 use super::scenes::{backwards, times};
@@ -143,6 +144,8 @@ fn has_no_rest(law: &MotionLaw) -> bool {
 struct Files {
     scene: Value,
     tables: Vec<String>,
+    /// The text of the study, where the tool takes one instead of the scene.
+    study: String,
 }
 
 impl Files {
@@ -192,8 +195,10 @@ impl Files {
             write(&format!("{number}.csv"), text);
         }
         write("scene.toml", &toml::to_string(&self.scene).expect("a scene"));
+        write("study.toml", &self.study);
+        let file = if self.study.is_empty() { "scene.toml" } else { "study.toml" };
         let mut command = Command::new(env!("CARGO_BIN_EXE_camdrive"));
-        let output = command.current_dir(&folder).args([tool, "scene.toml"]).args(arguments).output().expect("a run");
+        let output = command.current_dir(&folder).args([tool, file]).args(arguments).output().expect("a run");
         let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).expect("UTF-8");
         // Without a periodic motion `steady` ends with 3.
         match output.status.code() {

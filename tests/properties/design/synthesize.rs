@@ -112,7 +112,7 @@ fn printed(task: &Task, image: &Image) -> Result<Value, String> {
             "natural_frequency": image.even(w0, RATE), "damping_ratio": damping, "fastest": image.even(fastest * w0, RATE),
         });
     }
-    let files = Files { scene, tables: Vec::new() };
+    let files = Files { scene, ..Files::default() };
     let mut result = files.printed("synthesize", &["--json", "-o", "profile.toml"].map(str::to_owned))?;
     for (part, names) in [("cam", ["a", "b"]), ("motion", ["A", "B"])] {
         let list = |name: &str| -> Vec<f64> {

@@ -11,6 +11,8 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 use std::io::{ErrorKind, Write as _};
+#[cfg(unix)]
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -30,6 +32,15 @@ impl Store {
         let (place, runs) = (folder.join("study.json"), folder.join("runs"));
         let unwritten = |e: std::io::Error| failure(format!("{} cannot be written: {e}", place.display()));
         std::fs::create_dir_all(&runs).map_err(unwritten)?;
+        let is_part = |entry: std::io::Result<std::fs::DirEntry>| {
+            let path = entry.map(|entry| entry.path()).unwrap_or_default();
+            path.extension().is_some_and(|ending| ending == "parquet") && path.is_file()
+        };
+        if !place.exists() && std::fs::read_dir(&runs).map_err(unwritten)?.any(is_part) {
+            let message =
+                "parts of a study are there without its study.json\n  = hint: choose another -o, or remove the folder";
+            return Err(failure(format!("{}: {message}", folder.display())));
+        }
         // Of several jobs that begin at once one makes it.
         let made = match place.exists() {
             true => false,
@@ -44,7 +55,7 @@ impl Store {
                 let difference = difference(&found, specification);
                 (format!("this store is of another study{difference}"), "choose another -o, or remove the folder")
             } else if !resume {
-                ("the store of this study is there".to_owned(), "--resume computes what it lacks")
+                ("a store of this study exists already".to_owned(), "--resume computes what it lacks")
             } else {
                 (String::new(), "")
             };
@@ -145,7 +156,11 @@ impl Store {
 /// Writes a file whole or not at all, in the place of another one only with `replace`.
 fn whole(place: &Path, bytes: &[u8], replace: bool) -> std::io::Result<()> {
     let folder = place.parent().unwrap_or(Path::new("."));
-    let mut file = tempfile::Builder::new().prefix(".").tempfile_in(folder)?;
+    let mut builder = tempfile::Builder::new();
+    // Others may read it as far as the system admits.
+    #[cfg(unix)]
+    builder.permissions(std::fs::Permissions::from_mode(0o666));
+    let mut file = builder.prefix(".").tempfile_in(folder)?;
     file.write_all(bytes)?;
     // Some file systems report only now that they are full.
     file.as_file().sync_all()?;
