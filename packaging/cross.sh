@@ -64,6 +64,20 @@ prepare() {
         sed 's/arm64e\.x1/arm64/g' "$venv"/lib/python3*/site-packages/ziglang/lib/libc/darwin/libSystem.tbd \
             >"$sdk/usr/lib/lib$name.tbd"
     done
+    # A library that the tool links asks macOS for the time zone; zig brings no stub of that framework.
+    local framework=$sdk/System/Library/Frameworks/CoreFoundation.framework
+    mkdir -p "$framework"
+    cat >"$framework/CoreFoundation.tbd" <<'STUB'
+--- !tapi-tbd
+tbd-version: 4
+targets: [ x86_64-macos, arm64-macos ]
+install-name: '/System/Library/Frameworks/CoreFoundation.framework/Versions/A/CoreFoundation'
+exports:
+  - targets: [ x86_64-macos, arm64-macos ]
+    symbols: [ _CFRelease, _CFStringGetBytes, _CFStringGetCStringPtr, _CFStringGetLength, _CFTimeZoneCopySystem,
+               _CFTimeZoneGetName, _CFTimeZoneResetSystem ]
+...
+STUB
 }
 
 # Runs a cargo command for a triple. Nothing that is built tells who built it where: the same sources give the same
