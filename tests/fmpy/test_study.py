@@ -337,15 +337,44 @@ def in_background(camdrive, store, client):
     return thread, outcome
 
 
-def test_a_lost_worker_costs_nothing(camdrive, long, client, tmp_path):
+@pytest.mark.parametrize("what", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_lost_or_slow_worker_costs_nothing(camdrive, long, client, tmp_path, what):
     workers = client.run(os.getpid)
     thread, outcome = in_background(camdrive, tmp_path / "store", client)
-    os.kill(next(iter(workers.values())), signal.SIGKILL)
+    one = next(iter(workers.values()))
+    os.kill(one, what)
     there = len([*(tmp_path / "store" / "runs").glob("*.parquet")])
+    if what == signal.SIGSTOP:
+        # The other one goes on with its own parts.
+        waited(lambda: len([*(tmp_path / "store" / "runs").glob("*.parquet")]) > there)
+        os.kill(one, signal.SIGCONT)
     thread.join()
     (study,) = outcome
     assert there < 100 and parts(study) == parts(long)
     pandas.testing.assert_frame_equal(study.table, long.table, check_exact=True)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals")
+@pytest.mark.parametrize("what", [signal.SIGKILL, signal.SIGINT])
+def test_a_study_that_is_killed_goes_on(tmp_path, what):
+    text = "time = 4\nmeasures = ['max |q|']\nvary = [{ name = 'm', from = 10, to = 14, count = 8000 }]\n"
+    (tmp_path / "study.toml").write_text(f"scene = '{GUIDE_BAR}'\n{text}")
+    store = tmp_path / "store"
+    command = [CAMDRIVE, "study", tmp_path / "study.toml", "-o", store]
+    tool = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+    waited(lambda: any((store / "runs").glob("*.parquet")))
+    tool.send_signal(what)
+    _, said = tool.communicate()
+    there = {place.name: place.stat() for place in (store / "runs").glob("*.parquet")}
+    assert 0 < len(there) < 100
+    if what == signal.SIGINT:
+        assert tool.returncode == 1 and said.count(f"{len(there)} of 100 parts are there") == 1, said
+    subprocess.run([*command, "--resume"], check=True, stdout=subprocess.DEVNULL)
+    assert all((store / "runs" / name).stat() == state for name, state in there.items())
+    whole = tmp_path / "whole"
+    subprocess.run([*command[:-1], whole], check=True, stdout=subprocess.DEVNULL)
+    for place in (store / "runs").glob("*.parquet"):
+        assert place.read_bytes() == (whole / "runs" / place.name).read_bytes()
 
 
 def test_a_restarted_scheduler_costs_what_is_under_way(camdrive, long, client, tmp_path):

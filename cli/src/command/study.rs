@@ -11,12 +11,14 @@ use camdrive::drives::{AnyDrive, Fault};
 use camdrive_design::study::plan::rows_of_part;
 use camdrive_design::study::run::Runner;
 use camdrive_design::text::{self, Table, counted, number};
+use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use store::Store;
 
@@ -166,6 +168,150 @@ struct Part {
     left: usize,
 }
 
+/// What is told of runs.
+#[derive(Default)]
+struct Tally {
+    /// How many ended with each [`Status`].
+    counts: [u64; 3],
+    /// The first run with each but `Ok`, and its message.
+    first: BTreeMap<Status, (u64, String)>,
+    /// Of each measure sum, least and largest value, and their number.
+    sums: Vec<[f64; 4]>,
+}
+
+impl Tally {
+    /// Of no run with so many measures.
+    fn new(measures: usize) -> Self {
+        let sums = vec![[0.0, f64::INFINITY, f64::NEG_INFINITY, 0.0]; measures];
+        Tally { sums, ..Tally::default() }
+    }
+
+    /// Adds a run behind those that were added.
+    fn add(&mut self, row: u64, record: &Record) {
+        self.counts[record.status as usize] += 1;
+        if record.status != Status::Ok {
+            self.first.entry(record.status).or_insert_with(|| (row, record.message.clone()));
+        }
+        for (sum, value) in self.sums.iter_mut().zip(&record.values) {
+            if let Some(value) = *value {
+                *sum = [sum[0] + value, sum[1].min(value), sum[2].max(value), sum[3] + 1.0];
+            }
+        }
+    }
+
+    /// Adds the runs of a part behind those that were added.
+    fn join(&mut self, part: Tally) {
+        self.counts.iter_mut().zip(part.counts).for_each(|(count, of_part)| *count += of_part);
+        for (status, first) in part.first {
+            self.first.entry(status).or_insert(first);
+        }
+        for (sum, of_part) in self.sums.iter_mut().zip(part.sums) {
+            *sum = [sum[0] + of_part[0], sum[1].min(of_part[1]), sum[2].max(of_part[2]), sum[3] + of_part[3]];
+        }
+    }
+}
+
+/// The parts of a study that a call computes.
+struct Parts<'a> {
+    study: &'a Study,
+    columns: &'a [Column],
+    store: &'a Store,
+    /// Rows of a part, of the last one at most.
+    size: u64,
+    numbers: Vec<u64>,
+    /// The rows up to the end of each.
+    ends: Vec<u64>,
+}
+
+impl Parts<'_> {
+    /// The rows of a part.
+    fn of_part(&self, part: u64) -> Range<u64> {
+        part * self.size..self.study.rows().min((part + 1) * self.size)
+    }
+
+    /// The rows of all.
+    fn total(&self) -> u64 {
+        self.ends.last().copied().unwrap_or(0)
+    }
+
+    /// Computes and stores them by these workers, each in a thread of its own, and tells of all runs.
+    ///
+    /// # Errors
+    /// A part that cannot be written; a signal that ends it. The parts before are kept.
+    fn compute(&self, workers: Vec<Worker<'_>>, bar: &ProgressBar) -> Result<Tally, Failure> {
+        let (next, stop) = (AtomicU64::new(0), Arc::new(AtomicBool::new(false)));
+        // The first signal ends it after the runs under way, a second one at once.
+        #[cfg(unix)]
+        for &signal in signal_hook::consts::TERM_SIGNALS {
+            let _ = signal_hook::flag::register_conditional_default(signal, stop.clone());
+            let _ = signal_hook::flag::register(signal, stop.clone());
+        }
+        let open: Mutex<BTreeMap<u64, Part>> = Mutex::default();
+        // By part, so that sums have the same bits for any number of threads.
+        let told: Mutex<BTreeMap<u64, Tally>> = Mutex::default();
+        let broken: Mutex<Option<Failure>> = Mutex::default();
+        let work = |mut worker: Worker<'_>| {
+            while !stop.load(Ordering::Relaxed) {
+                let taken = next.fetch_add(1, Ordering::Relaxed);
+                if taken >= self.total() {
+                    break;
+                }
+                let place = self.ends.partition_point(|end| *end <= taken);
+                let (part, range) = (self.numbers[place], self.of_part(self.numbers[place]));
+                let row = range.end - (self.ends[place] - taken);
+                let record = worker.run(row);
+                bar.inc(1);
+                let Some(rows) = gathered(&mut held(&open), part, row - range.start, record, &range) else { continue };
+                let mut tally = Tally::new(self.study.measures.len());
+                (range.start..).zip(&rows).for_each(|(row, record)| tally.add(row, record));
+                held(&told).insert(part, tally);
+                if let Err(failure) = self.store.write(part, range.start, self.columns, &rows) {
+                    stop.store(true, Ordering::Relaxed);
+                    held(&broken).get_or_insert(failure);
+                }
+            }
+        };
+        let work = &work;
+        std::thread::scope(|scope| {
+            for worker in workers {
+                scope.spawn(move || work(worker));
+            }
+        });
+        bar.finish_and_clear();
+        if let Some(failure) = held(&broken).take() {
+            return Err(failure);
+        }
+        if stop.load(Ordering::Relaxed) {
+            let there = self.numbers.iter().filter(|part| self.store.has(**part)).count();
+            let whole = counted(self.numbers.len(), "part");
+            return Err(failure(format!(
+                "ended by a signal; {there} of {whole} are there\n  = hint: --resume goes on"
+            )));
+        }
+        let mut all = Tally::new(self.study.measures.len());
+        held(&told).split_off(&0).into_values().for_each(|tally| all.join(tally));
+        Ok(all)
+    }
+}
+
+/// Takes a run in; the rows of its part where it was the last one.
+fn gathered(
+    open: &mut BTreeMap<u64, Part>,
+    part: u64,
+    place: u64,
+    record: Record,
+    range: &Range<u64>,
+) -> Option<Vec<Record>> {
+    let count = (range.end - range.start) as usize;
+    let of_part = open.entry(part).or_insert_with(|| Part { rows: (0..count).map(|_| None).collect(), left: count });
+    of_part.rows[place as usize] = Some(record);
+    of_part.left -= 1;
+    if of_part.left > 0 {
+        return None;
+    }
+    open.remove(&part).map(|whole| whole.rows.into_iter().flatten().collect())
+}
+
 pub fn run(args: &Args) -> Result<(), Failure> {
     let study = study::read(&args.study).map_err(|faults| Failure(faults.to_string()))?;
     let stem = args.study.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -181,121 +327,60 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let wrong = |fault: Fault| failure(format!("{}: {fault}", args.study.display()));
     let store = Store::open(&folder, &specification(&study, &columns, size)?, args.resume || args.part.is_some())?;
     let (i, n) = args.part.unwrap_or((1, 1));
-    let parts: Vec<u64> = (0..rows.div_ceil(size)).filter(|part| part % n == i - 1 && !store.has(*part)).collect();
-    let of_part = |part: u64| part * size..rows.min((part + 1) * size);
-    let ends: Vec<u64> = parts
-        .iter()
-        .scan(0, |sum, part| {
-            *sum += of_part(*part).count() as u64;
-            Some(*sum)
-        })
-        .collect();
-    let total = ends.last().copied().unwrap_or(0);
-    let bar = counter(&stem, total);
-    let begin = Instant::now();
-    let (next, stop) = (AtomicU64::new(0), AtomicBool::new(false));
-    let open: Mutex<BTreeMap<u64, Part>> = Mutex::default();
-    let gathered: Mutex<Vec<[f64; 4]>> =
-        Mutex::new(vec![[0.0, f64::INFINITY, f64::NEG_INFINITY, 0.0]; study.measures.len()]);
-    let counts = [(); 3].map(|()| AtomicU64::new(0));
-    let broken: Mutex<Option<Failure>> = Mutex::default();
-    let first_message: Mutex<BTreeMap<Status, (u64, String)>> = Mutex::default();
-    let work = |mut worker: Worker<'_>| {
-        while !stop.load(Ordering::Relaxed) {
-            let taken = next.fetch_add(1, Ordering::Relaxed);
-            if taken >= total {
-                break;
-            }
-            let place = ends.partition_point(|end| *end <= taken);
-            let range = of_part(parts[place]);
-            let row = range.end - (ends[place] - taken);
-            let record = worker.run(row);
-            counts[record.status as usize].fetch_add(1, Ordering::Relaxed);
-            if record.status != Status::Ok {
-                let mut first = held(&first_message);
-                let known = first.entry(record.status).or_insert((row, record.message.clone()));
-                if row < known.0 {
-                    *known = (row, record.message.clone());
-                }
-            }
-            for (sum, value) in held(&gathered).iter_mut().zip(&record.values) {
-                if let Some(value) = *value {
-                    *sum = [sum[0] + value, sum[1].min(value), sum[2].max(value), sum[3] + 1.0];
-                }
-            }
-            let whole = {
-                let mut open = held(&open);
-                let count = (range.end - range.start) as usize;
-                let part = open
-                    .entry(parts[place])
-                    .or_insert_with(|| Part { rows: (0..count).map(|_| None).collect(), left: count });
-                part.rows[(row - range.start) as usize] = Some(record);
-                part.left -= 1;
-                if part.left == 0 { open.remove(&parts[place]) } else { None }
-            };
-            if let Some(whole) = whole {
-                let rows: Vec<Record> = whole.rows.into_iter().flatten().collect();
-                if let Err(failure) = store.write(parts[place], range.start, &columns, &rows) {
-                    stop.store(true, Ordering::Relaxed);
-                    held(&broken).get_or_insert(failure);
-                }
-            }
-            bar.inc(1);
-        }
-    };
-    let workers =
-        (0..threads.min(total as usize)).map(|_| Worker::new(&study)).collect::<Result<Vec<_>, _>>().map_err(wrong)?;
-    std::thread::scope(|scope| {
-        for worker in workers {
-            scope.spawn(|| work(worker));
-        }
-    });
-    bar.finish_and_clear();
-    if let Some(failure) = held(&broken).take() {
-        return Err(failure);
+    let numbers: Vec<u64> = (0..rows.div_ceil(size)).filter(|part| part % n == i - 1 && !store.has(*part)).collect();
+    let mut parts = Parts { study: &study, columns: &columns, store: &store, size, numbers, ends: Vec::new() };
+    let mut end = 0;
+    for part in &parts.numbers {
+        let range = parts.of_part(*part);
+        end += range.end - range.start;
+        parts.ends.push(end);
     }
+    let begin = Instant::now();
+    let workers =
+        (0..threads.min(end as usize)).map(|_| Worker::new(&study)).collect::<Result<Vec<_>, _>>().map_err(wrong)?;
+    let tally = parts.compute(workers, &counter(&stem, end))?;
     let seconds = begin.elapsed().as_secs_f64();
-    let [ok, refused, failed] = counts.map(AtomicU64::into_inner);
-    let missing = (0..rows.div_ceil(size)).filter(|part| !store.has(*part)).count();
-    let place = text::in_one_line(folder.display());
+    let [ok, refused, failed] = tally.counts;
+    let (there, missing): (Vec<u64>, Vec<u64>) = (0..rows.div_ceil(size)).partition(|part| store.has(*part));
+    let kept = there.iter().map(|part| parts.of_part(*part)).map(|rows| rows.end - rows.start).sum::<u64>();
+    let (kept, missing) = (kept.saturating_sub(end), missing.len());
+    let measures = || {
+        let unit = |i| columns.iter().find(|column| column.content == Content::Measured(i)).map(|column| &column.unit);
+        let units = (0..).map_while(unit);
+        study.measures.iter().zip(units).zip(&tally.sums)
+    };
     let report = |_| {
-        let there = (0..rows.div_ceil(size)).filter(|part| store.has(*part)).map(|part| of_part(part).count() as u64);
-        let kept = there.sum::<u64>().saturating_sub(total);
-        let mut out = format!("{place}: {} in {}", counted(total, "run"), text::time(seconds));
+        let mut out =
+            format!("{}: {} in {}", text::in_one_line(folder.display()), counted(end, "run"), text::time(seconds));
         if kept > 0 {
             out += &format!(", {} in other parts", counted(kept, "run"));
         }
         out += &format!("; {ok} ok, {refused} refused, {failed} failed\n");
-        for (status, (row, message)) in held(&first_message).iter() {
+        for (status, (row, message)) in &tally.first {
             out += &format!("first {}: run {row}: {message}\n", status.word());
         }
         if missing > 0 {
             out += &format!("{} of the study are not there yet\n", counted(missing, "part"));
         }
         let digits = |value: f64| text::digits(value, 5, -4);
-        let line = |(measure, [sum, least, largest, count]): (&_, &[f64; 4])| {
-            let unit =
-                &columns.iter().find(|column| column.name == format!("{measure}")).map_or("", |column| &column.unit);
-            vec![format!("{measure}"), unit.to_string(), digits(*least), digits(sum / count), digits(*largest)]
+        let line = |((measure, unit), [sum, least, largest, count]): ((_, &String), &[f64; 4])| {
+            vec![format!("{measure}"), unit.clone(), digits(*least), digits(sum / count), digits(*largest)]
         };
-        let gathered = held(&gathered);
-        let lines = study.measures.iter().zip(gathered.iter()).filter(|(_, sums)| sums[3] > 0.0).map(line);
-        let table = Table::new("measure  unit  least  mean  largest", lines);
-        if kept > 0 && !table.rows.is_empty() {
-            out += "of the runs of this call:\n";
+        let table =
+            Table::new("measure  unit  least  mean  largest", measures().filter(|(_, sums)| sums[3] > 0.0).map(line));
+        if table.rows.is_empty() {
+            return out;
         }
-        if table.rows.is_empty() { out } else { out + &table.text(usize::MAX) + "\n" }
+        out + if kept > 0 { "of the runs of this call:\n" } else { "" } + &table.text(usize::MAX) + "\n"
     };
     let data = || {
-        let gathered = held(&gathered);
-        let measures = study.measures.iter().zip(gathered.iter());
-        let measures = measures.map(|(measure, [sum, least, largest, count])| {
+        let measures = measures().map(|((measure, _), [sum, least, largest, count])| {
             json!({ "measure": measure.to_string(), "least": least, "mean": sum / count, "largest": largest })
         });
         text::json(&json!({
             "measures": measures.collect::<Vec<_>>(),
             "store": folder, "scene": study.place, "tables": study.tables,
-            "rows": rows, "computed": total, "ok": ok, "refused": refused, "failed": failed,
+            "rows": rows, "computed": end, "ok": ok, "refused": refused, "failed": failed,
             "missing_parts": missing, "seconds": seconds, "threads": threads,
             "columns": columns.iter().map(Column::data).collect::<Vec<_>>(),
         }))

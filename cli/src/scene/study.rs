@@ -202,6 +202,25 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, scene: Resolved) -> Op
             drive
         }
     };
+    // Of the first and the last run all quantities differ that have more than one value.
+    if study.is_keyed()
+        && let (Ok(first), Ok(last)) = (first, study.variant(&study.cells(study.rows() - 1)))
+    {
+        let start = |scene: &Resolved, name: &str| {
+            let drive = scene.resource().build().ok()?;
+            let place = drive.descriptions().iter().position(|d| d.name == name)?;
+            drive.plan().instance().get(place).ok()
+        };
+        let twice = |quantity: &&Quantity| {
+            let name = quantity.name.as_str();
+            quantity.variable.is_some() && start(&first, name) != start(&last, name)
+        };
+        if let Some(quantity) = study.quantities.iter().find(twice) {
+            let fault =
+                root.fault_of("vary", format!(": a key that varies sets the variable `{}`, too", quantity.name));
+            return root.refuse(fault.hint("vary one of them"));
+        }
+    }
     if let Err(fault) = Runner::new(&built, &study.window, &study.measures) {
         let computed =
             built.descriptions().iter().filter(|d| matches!(d.causality, Causality::Output | Causality::Local));
@@ -601,7 +620,12 @@ impl Variation<'_> {
                 None => fault.hint("`camdrive describe SCENE` lists the variables, docs/scene.md the keys"),
             });
         }
-        let is_text = values.iter().any(|value| value.value.number().is_none());
+        let is_text = values.iter().all(|value| value.value.number().is_none());
+        if let Some(text) = values.iter().find(|value| !is_text && value.value.number().is_none()) {
+            let message = format!(": \"{}\" is no number, as other values of `{name}` are", text.value.text());
+            let fault = section.faults.at(text.span.clone(), message);
+            return section.refuse(fault.of(&text.path).hint("a column of the store has numbers or texts"));
+        }
         let units: Vec<&str> = values.iter().map(|value| value.value.unit()).collect();
         if let Some(at) = (1..units.len()).find(|i| !is_text && units[*i] != units[0]) {
             let fault = section
