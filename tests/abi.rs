@@ -67,6 +67,7 @@ fn constants_and_structs_are_those_of_the_headers() {
     assert_eq!(abi::WARNING, binding::fmi2Status_fmi2Warning);
     assert_eq!(abi::DISCARD, binding::fmi2Status_fmi2Discard);
     assert_eq!(abi::ERROR, binding::fmi2Status_fmi2Error);
+    assert_eq!(abi::FATAL, binding::fmi2Status_fmi2Fatal);
     assert_eq!(abi::CO_SIMULATION, binding::fmi2Type_fmi2CoSimulation);
     assert_eq!(abi::DO_STEP_STATUS, binding::fmi2StatusKind_fmi2DoStepStatus);
     assert_eq!(abi::PENDING_STATUS, binding::fmi2StatusKind_fmi2PendingStatus);

@@ -21,7 +21,6 @@ pub mod documentation;
 pub mod drawing;
 pub mod forces;
 pub mod harmonic_analysis;
-#[allow(unsafe_code)]
 pub mod host;
 pub mod lever_law;
 pub mod oscillator;
@@ -41,3 +40,4 @@ pub mod text;
 pub mod tradeoff;
 pub mod transmission;
 pub mod work;
+pub mod xml;

@@ -54,6 +54,8 @@ pub const WARNING: fmi2Status = 1;
 pub const DISCARD: fmi2Status = 2;
 /// fmi2Error.
 pub const ERROR: fmi2Status = 3;
+/// fmi2Fatal.
+pub const FATAL: fmi2Status = 4;
 
 /// fmi2CoSimulation.
 pub const CO_SIMULATION: fmi2Type = 1;

@@ -207,7 +207,7 @@ fn no_step_leads_to_where_the_angle_of_a_drive_says_nothing() {
     for name in scenes() {
         let inputs = inputs(&drive(&name));
         let mut host = Host::instantiate(&resource(&name)).unwrap();
-        host.set_up(0.0).unwrap();
+        host.set_up(0.0, None, None).unwrap();
         host.enter_initialization().unwrap();
         host.exit_initialization().unwrap();
         let mut time = 0.0;

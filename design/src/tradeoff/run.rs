@@ -231,10 +231,10 @@ pub fn run(plan: &Plan<'_>) -> Result<Trace, Fault> {
     let clock = ThreadTime::now();
     let mut host = Host::instantiate(plan.resource)?;
     for (reference, value) in plan.starts {
-        host.set(*reference, &interface.variables[*reference as usize].kind, *value)?;
+        host.set(*reference as usize, *value)?;
     }
     let mut feed = Feed::new(plan);
-    host.set_up(0.0)?;
+    host.set_up(0.0, None, None)?;
     host.enter_initialization()?;
     if feed.signals.contains(&Signal::Torque) {
         let mut inertia = [1.0];

@@ -1,0 +1,198 @@
+//! An FMU from a file or of a scene: its description, its folder and its library.
+
+use super::description::ModelDescription;
+use super::functions::Functions;
+use crate::resource::Resource;
+use camdrive::drives::Fault;
+use camdrive::drives::resource::FILE_NAME;
+use libloading::Library;
+use std::fmt::Display;
+use std::fs::File;
+use std::io::{Read, Seek, Write as _};
+use std::path::Path;
+use std::sync::Arc;
+use tempfile::TempDir;
+use zip::ZipArchive;
+
+/// The most bytes that are unpacked: an archive of a few of them may hold any number of zeros.
+const LARGEST: u64 = 4_000_000_000;
+
+/// The largest modelDescription.xml (bytes).
+const LARGEST_DESCRIPTION: u64 = 200_000_000;
+
+/// The file that makes an archive an FMU.
+const DESCRIPTION: &str = "modelDescription.xml";
+
+/// An FMU 2.0 of Co-Simulation that is ready to be instantiated. Its folder is removed with its last instance.
+pub struct Fmu(pub(super) Arc<Content>);
+
+/// What all instances share.
+pub(super) struct Content {
+    pub description: ModelDescription,
+    pub functions: Functions,
+    /// It is unloaded before its folder is removed. None where it is the one in this tool.
+    _library: Option<Library>,
+    folder: TempDir,
+}
+
+impl Fmu {
+    /// Opens an FMU, and loads its library into this process.
+    ///
+    /// # Errors
+    /// With the path: a file that is no FMU 2.0 of Co-Simulation, that has no library for this platform, or one that cannot be
+    /// loaded; a temporary folder that cannot be written.
+    pub fn open(path: &Path) -> Result<Self, Fault> {
+        let of_file = |fault: Fault| Fault::new(format!("{}: {fault}", crate::text::in_one_line(path.display())));
+        let file = File::open(path).map_err(|e| of_file(Fault::new(format!("the FMU cannot be read: {e}"))))?;
+        Fmu::unpacked(file).map_err(of_file)
+    }
+
+    fn unpacked(file: File) -> Result<Self, Fault> {
+        let mut archive = ZipArchive::new(file).map_err(|e| no_fmu(&e))?;
+        let mut text = Vec::new();
+        let entry = archive.by_name(DESCRIPTION).map_err(|_| no_fmu(&format!("{DESCRIPTION} is not in it")))?;
+        entry.take(LARGEST_DESCRIPTION).read_to_end(&mut text).map_err(|e| no_fmu(&e))?;
+        // What is not UTF-8 in spite of the standard is mostly Latin-1, and only in texts.
+        let text = String::from_utf8(text).unwrap_or_else(|e| e.into_bytes().into_iter().map(char::from).collect());
+        let description =
+            ModelDescription::read(&text).map_err(|fault| Fault::new(format!("{DESCRIPTION}: {fault}")))?;
+        let names: Vec<String> = archive.file_names().map(|name| name.unwrap_or_default().replace('\\', "/")).collect();
+        let library = |platform: &&&str| {
+            let path = format!("binaries/{platform}/{}{}", description.identifier, std::env::consts::DLL_SUFFIX);
+            names.contains(&path).then_some(path)
+        };
+        let Some((platform, library)) = platforms().iter().find_map(|platform| Some((*platform, library(&platform)?)))
+        else {
+            return Err(without_platform(&names));
+        };
+        let folder = unpack(&mut archive, &[&format!("binaries/{platform}/"), "resources/"])?;
+        let (functions, library) = Functions::load(&folder.path().join(library))?;
+        Ok(Fmu(Arc::new(Content { description, functions, _library: Some(library), folder })))
+    }
+
+    /// The FMU of a scene by the library in this tool.
+    ///
+    /// # Errors
+    /// A scene that its drive refuses; a temporary folder that cannot be written.
+    pub fn linked(resource: &Resource) -> Result<Self, Fault> {
+        let description = ModelDescription::of(&resource.name, &resource.guid, &mut resource.build()?)?;
+        let folder = temporary_folder()?;
+        let resources = folder.path().join("resources");
+        let written = || {
+            std::fs::create_dir(&resources)?;
+            std::fs::write(resources.join(FILE_NAME), resource.to_bytes().map_err(std::io::Error::other)?)
+        };
+        written().map_err(|e| no_folder(&e))?;
+        Ok(Fmu(Arc::new(Content { description, functions: Functions::linked(), _library: None, folder })))
+    }
+
+    /// What its model description says.
+    pub fn description(&self) -> &ModelDescription {
+        &self.0.description
+    }
+}
+
+impl Content {
+    /// The URI of the resources.
+    pub fn location(&self) -> String {
+        let mut uri = "file://".to_owned();
+        let path = self.folder.path().join("resources");
+        let bytes = path.as_os_str().as_encoded_bytes();
+        // Before the drive of Windows.
+        if !bytes.starts_with(b"/") {
+            uri.push('/');
+        }
+        for byte in bytes {
+            match byte {
+                b'\\' if cfg!(windows) => uri.push('/'),
+                b'/' | b':' | b'-' | b'_' | b'.' | b'~' => uri.push(char::from(*byte)),
+                _ if byte.is_ascii_alphanumeric() => uri.push(char::from(*byte)),
+                _ => uri += &format!("%{byte:02X}"),
+            }
+        }
+        uri
+    }
+}
+
+fn no_fmu(why: &dyn Display) -> Fault {
+    let hint = "an FMU is a zip archive with the description of its model; `camdrive export` makes one of a scene";
+    Fault::new(format!("this is no FMU: {why}\n  = hint: {hint}"))
+}
+
+fn no_folder(why: &dyn Display) -> Fault {
+    let folder = std::env::temp_dir();
+    Fault::new(format!("the FMU cannot be unpacked into the temporary folder {}: {why}", folder.display()))
+}
+
+fn temporary_folder() -> Result<TempDir, Fault> {
+    tempfile::Builder::new().prefix("camdrive-").tempdir().map_err(|e| no_folder(&e))
+}
+
+/// Writes the files below these folders of the archive to a temporary one.
+fn unpack<R: Read + Seek>(archive: &mut ZipArchive<R>, folders: &[&str]) -> Result<TempDir, Fault> {
+    let target = temporary_folder()?;
+    let mut left = LARGEST;
+    for i in 0..archive.len() {
+        let entry = archive.by_index(i).map_err(|e| no_fmu(&e))?;
+        let name = entry.name().map_err(|e| no_fmu(&e))?.replace('\\', "/");
+        if name.ends_with('/') || !folders.iter().any(|folder| name.starts_with(folder)) {
+            continue;
+        }
+        let path = entry.enclosed_name().ok_or_else(|| no_fmu(&format!("\"{name}\" leads out of its folder")))?;
+        let path = target.path().join(path);
+        std::fs::create_dir_all(path.parent().unwrap_or(target.path())).map_err(|e| no_folder(&e))?;
+        let mut file = File::create(path).map_err(|e| no_folder(&e))?;
+        let count = std::io::copy(&mut entry.take(left), &mut file).map_err(|e| no_fmu(&format!("\"{name}\": {e}")))?;
+        file.flush().map_err(|e| no_folder(&e))?;
+        left -= count;
+        if left == 0 {
+            return Err(no_fmu(&format!("it holds more than {} GB", LARGEST / 1_000_000_000)));
+        }
+    }
+    // A folder that is empty is not in every archive, but named to the instance.
+    std::fs::create_dir_all(target.path().join("resources")).map_err(|e| no_folder(&e))?;
+    Ok(target)
+}
+
+/// The folders of libraries for this platform, the one for its processor alone first. FMI 2.0 names operating system and word
+/// length only.
+pub fn platforms() -> &'static [&'static str] {
+    let wide = cfg!(target_pointer_width = "64");
+    match std::env::consts::OS {
+        "linux" if cfg!(target_arch = "aarch64") => &["aarch64-linux", "linux64"],
+        "linux" => {
+            if wide {
+                &["linux64"]
+            } else {
+                &["linux32"]
+            }
+        }
+        "windows" => {
+            if wide {
+                &["win64"]
+            } else {
+                &["win32"]
+            }
+        }
+        "macos" if cfg!(target_arch = "aarch64") => &["aarch64-darwin", "darwin64"],
+        "macos" => {
+            if wide {
+                &["darwin64"]
+            } else {
+                &["darwin32"]
+            }
+        }
+        _ => &[],
+    }
+}
+
+fn without_platform(names: &[String]) -> Fault {
+    let inside = names.iter().filter_map(|name| name.strip_prefix("binaries/")?.split_once('/'));
+    let mut inside: Vec<&str> = inside.filter(|(_, file)| !file.is_empty()).map(|(platform, _)| platform).collect();
+    inside.sort_unstable();
+    inside.dedup();
+    let inside = if inside.is_empty() { "none".to_owned() } else { inside.join(", ") };
+    let here = platforms().first().copied().unwrap_or(std::env::consts::OS);
+    let hint = "export it for this platform; of a scene, `camdrive export --platforms` names them";
+    Fault::new(format!("the FMU has no library for {here}; it has those for {inside}\n  = hint: {hint}"))
+}
