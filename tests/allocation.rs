@@ -6,6 +6,7 @@ use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::fmi2::abi::*;
 use camdrive::fmi2::functions::*;
 use camdrive_cli::scene::{self, Resolved};
+use camdrive_design::host;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::ffi::{CStr, CString, c_void};
@@ -496,4 +497,30 @@ fn no_call_takes_more_of_the_stack_than_small_threads_have() {
         }
     }
     assert!(excess.is_empty(), "{excess}");
+}
+
+#[test]
+fn a_host_takes_no_memory_in_a_step() {
+    let _alone = alone();
+    let path = root().join("examples/guide_bar/run_up.toml");
+    let resource = scene::read(&path).unwrap_or_else(|faults| panic!("{faults}")).resource();
+    let mut host = host::Host::instantiate(&resource).unwrap();
+    let reference = |name: &str| host.description().find(name).unwrap() as u32;
+    let (inputs, outputs) = (["phi", "w", "a"].map(reference), ["y", "tau"].map(reference));
+    host.set_up(0.0, None, None).unwrap();
+    host.enter_initialization().unwrap();
+    host.set_reals(&inputs, &[0.0, 30.0, 0.0]).unwrap();
+    host.exit_initialization().unwrap();
+    let mut values = [0.0; 2];
+    let ((), calls, _) = counted(|| {
+        for i in 0..100 {
+            let time = f64::from(i) * 1e-3;
+            host.set_reals(&inputs, &[30.0 * time, 30.0, 0.0]).unwrap();
+            host.set_input_derivatives(&inputs[2..], &[1], &[0.0]).unwrap();
+            host.do_step(time, 1e-3).unwrap();
+            host.get_reals(&outputs, &mut values).unwrap();
+            host.get_output_derivatives(&outputs, &[1, 1], &mut values).unwrap();
+        }
+    });
+    assert_eq!(calls, 0);
 }

@@ -1,6 +1,7 @@
 //! The command line as a user meets it: what it prints, where, and the exit codes.
 
 use camdrive::drives::resource::BUILD;
+use camdrive_cli::export::archive::{File, archive};
 use camdrive_cli::export::{documentation, model_description::Identity};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -1108,24 +1109,6 @@ fn a_new_scene_replaces_nothing_of_others() {
     );
 }
 
-#[test]
-fn run_says_what_an_fmu_needs() {
-    let run = camdrive(&["help", "run"]);
-    assert!(run.code == 0 && run.out.contains("Usage: camdrive run"), "{}", run.err);
-    assert!(run.out.contains("cargo build --release --features import"), "{}", run.out);
-    let run = camdrive(&["run", "x.fmu", "--input", "x.csv"]);
-    assert!(run.code == 1 && run.err.contains("only scenes take a table"), "{}", run.err);
-    #[cfg(not(feature = "import"))]
-    {
-        let run = camdrive(&["run", "x.FMU", "--stop", "1"]);
-        assert!(
-            run.code == 1 && run.err.contains("--features import") && run.err.contains("SCENE.toml"),
-            "{}",
-            run.err
-        );
-    }
-}
-
 /// Headings and rows of CSV without quotes.
 fn table(csv: &str) -> (Vec<&str>, Vec<Vec<f64>>) {
     let mut lines = csv.lines();
@@ -1306,7 +1289,7 @@ fn a_run_refuses_what_it_cannot_do_and_writes_nothing() {
         (&["--step", "1 ns"], &["--step", "numbers", "hint"]),
         (&["--stop", "0"], &["--stop", "does not exceed"]),
         (&["--stop", "nan"], &["--stop", "finite number"]),
-        (&["--input", "x.csv"], &["the scene has no inputs"]),
+        (&["--input", "x.csv"], &["there are no inputs"]),
     ];
     for (args, parts) in cases {
         let run = camdrive(&[&["run", guide_bar, "-o", text(&result)], args].concat());
@@ -1463,65 +1446,257 @@ fn completions_know_the_commands() {
     }
 }
 
-#[cfg(feature = "import")]
+/// With a temporary folder of its own, which is empty afterwards.
+fn run_fmu(args: &[&str], temporary: &Path) -> Run {
+    std::fs::create_dir_all(temporary).unwrap();
+    let name = if cfg!(windows) { "TMP" } else { "TMPDIR" };
+    let run = camdrive_with(&[&["run"], args].concat(), &[("COLUMNS", "10000"), (name, text(temporary))]);
+    assert_eq!(std::fs::read_dir(temporary).unwrap().count(), 0, "{args:?}: the temporary folder holds something");
+    run
+}
+
 #[test]
-fn run_writes_the_outputs_of_an_fmu() {
-    let folder = folder("run");
-    let fmu = folder.join("t.fmu");
-    let run = camdrive(&["export", SCENE, "-o", text(&fmu), "--runtime", &runtime()]);
-    assert_eq!(run.code, 0, "{}", run.err);
-    let run = camdrive(&["run", "--help"]);
-    assert!(run.out.contains("camdrive run guide_bar.fmu"), "{}", run.out);
-
-    // The step does not divide the time: 0, 0.3, 0.6, 0.9 and 1 s.
-    let args =
-        ["run", text(&fmu), "--stop", "1", "--step", "0.3", "--output", "phi,der(psi,2)", "--start", "drive.w=2"];
-    let run = camdrive(&args);
-    assert_eq!((run.code, run.err.as_str()), (0, ""));
-    let lines: Vec<&str> = run.out.lines().collect();
-    assert_eq!((lines[0], lines.len()), ("time,phi,\"der(psi,2)\"", 6), "{}", run.out);
-    assert!(lines[5].starts_with("1.0,2.0,"), "{}", run.out);
-
-    let file = folder.join("t.csv");
-    let run = camdrive(&["run", text(&fmu), "-o", text(&file)]);
-    assert_eq!((run.code, run.out.as_str(), run.err.as_str()), (0, "", ""));
-    let table = std::fs::read_to_string(&file).expect("the table is there");
-    // Headings, the start, and one line for each of the at most 1000 steps of the default experiment.
-    let xml = camdrive(&["describe", SCENE, "--xml"]).out;
-    let experiment = |name: &str| -> f64 {
-        let value = xml.split_once(&format!(" {name}=\"")).and_then(|(_, rest)| rest.split('"').next());
-        value.and_then(|value| value.parse().ok()).expect("a number")
-    };
-    let steps = (experiment("stopTime") / experiment("stepSize")).round();
-    assert!(table.lines().count() as f64 == steps + 2.0 && (700.0..=1000.0).contains(&steps), "{steps} steps");
-
-    let cases: [(&[&str], &str); 7] = [
-        (&["--start", "J=-1"], "`J`"),
-        (&["--start", "stroke"], "NAME=VALUE"),
-        (&["--start", "cam.strok=1"], "did you mean `cam.stroke`?"),
-        (&["--start", "start.mode=1.5"], "whole number"),
-        (&["--output", "taus"], "no variable `taus`"),
-        (&["--step", "0"], "--step"),
-        (&["--stop", "nan"], "--stop"),
+fn run_writes_of_an_fmu_what_it_writes_of_its_scene() {
+    let folder = folder("run_fmu");
+    let (exported, fmu, temporary) = (folder.join("x.fmu"), folder.join("t.FMU"), folder.join("with blanks and ä"));
+    let input = folder.join("input.csv");
+    std::fs::write(&input, "time [ms],phi,w [rpm]\n0,0,0\n33,0.1,100\n61,0.5,300\n").unwrap();
+    let runs: [(&str, &[&str]); 5] = [
+        (SCENE, &[]),
+        // The step does not divide the time: 0, 0.3, 0.6, 0.9 and 1 s.
+        (SCENE, &["--stop", "1 s", "--step", "0.3", "--output", "phi,der(psi,2)", "--start", "drive.w=20 rpm"]),
+        (SCENE, &["--stop", "0.1", "--start", "start.mode=steady_state", "--start", "J=15 kg.cm^2"]),
+        ("tests/fmpy/scenes/backlash_speed.toml", &["--output", "contact,impacts,tau_mean"]),
+        ("examples/guide_bar/run_up.toml", &["--stop", "0.1", "--step", "4e-3", "--input", text(&input)]),
     ];
-    for (args, message) in cases {
-        let run = camdrive(&[&["run", text(&fmu)], args].concat());
-        assert_eq!((run.code, run.out.as_str()), (1, ""), "{args:?}");
-        assert!(run.err.contains("error: ") && run.err.contains(message), "{args:?}: {}", run.err);
+    for (scene, args) in runs {
+        let done = camdrive(&["export", scene, "-o", text(&exported), "--runtime", &runtime()]);
+        assert_eq!(done.code, 0, "{}", done.err);
+        std::fs::rename(&exported, &fmu).unwrap();
+        let own = camdrive(&[&["run", scene], args].concat());
+        let run = run_fmu(&[&[text(&fmu)], args].concat(), &temporary);
+        assert_eq!((run.code, own.code), (0, 0), "{scene} {args:?}: {}{}", run.err, own.err);
+        assert!(run.out == own.out && run.out.lines().count() > 4, "{scene} {args:?}");
     }
-    // The scene itself has the same values, and of the FMU the document has no units.
-    assert_eq!(camdrive(&["run", SCENE]).out, table);
-    let run = camdrive(&["run", text(&fmu), "--stop", "1 s", "--step", "0.5", "--output", "phi", "--json"]);
+    let wrong: [(&[&str], &[&str]); 10] = [
+        (&["--start", "J_load"], &["NAME=VALUE"]),
+        (&["--start", "mm=1"], &["no variable `mm`"]),
+        (&["--start", "phi=1 mm"], &["`phi`", "a value in rad is expected"]),
+        (&["--start", "solver.tolerance=-1"], &["`solver.tolerance`: -1", "expected"]),
+        (&["--start", "start.mode=steady"], &["\"steady\" is not admissible", "1 (at_rest)"]),
+        (&["--start", "start.mode=1.5"], &["\"1.5\" is not admissible", "1 (at_rest)"]),
+        (&["--start", "y=1"], &["--start y=1", "`y` is computed"]),
+        (&["--output", "taus"], &["no variable `taus`"]),
+        (&["--step", "0"], &["--step"]),
+        (&["--stop", "nan"], &["--stop"]),
+    ];
+    for (args, parts) in wrong {
+        let run = run_fmu(&[&[text(&fmu)], args].concat(), &temporary);
+        assert_eq!((run.code, run.out.as_str()), (1, ""), "{args:?}");
+        assert!(
+            run.err.starts_with("error: ") && parts.iter().all(|part| run.err.contains(part)),
+            "{args:?}: {}",
+            run.err
+        );
+    }
+    let run = run_fmu(&[text(&fmu), "--stop", "1 ms", "--step", "0.5 ms", "--output", "y", "--json"], &temporary);
     let document: serde_json::Value = serde_json::from_str(&run.out).expect("one document");
-    assert_eq!(
-        (&document["model"], &document["columns"][1]["unit"]),
-        (&serde_json::Value::Null, &serde_json::Value::Null)
-    );
-    let times: Vec<f64> = serde_json::from_value(document["columns"][0]["values"].clone()).unwrap();
-    assert_eq!((times, document["name"].as_str()), (vec![0.0, 0.5, 1.0], Some("transfer_manipulator")));
-    let wrong = folder.join("wrong.fmu");
-    std::fs::copy(root().join("Cargo.toml"), &wrong).unwrap();
-    assert!(camdrive(&["run", text(&wrong)]).err.contains("cannot be imported"));
+    let column = &document["columns"][1];
+    assert_eq!([&column["name"], &column["unit"], &document["name"]], ["y", "m", "guide_bar_run_up"]);
+    assert_eq!((&document["model"], column["values"].as_array().unwrap().len()), (&serde_json::Value::Null, 3));
+    let run = camdrive(&["help", "run"]);
+    assert!(run.out.contains("camdrive run guide_bar.fmu"), "{}", run.out);
+}
+
+/// Writes an FMU with these files.
+fn pack(path: &Path, files: &[(&str, &[u8])]) {
+    let files: Vec<File> = files.iter().map(|(name, content)| File::new(*name, *content)).collect();
+    std::fs::write(path, archive(&files, None).expect("an archive")).expect("the FMU is written");
+}
+
+/// The paths and the contents in an archive.
+fn unpacked(path: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut archive = zip::ZipArchive::new(std::fs::File::open(path).expect("the FMU")).expect("an archive");
+    let mut files = Vec::new();
+    for i in 0..archive.len() {
+        let (mut entry, mut content) = (archive.by_index(i).expect("an entry"), Vec::new());
+        std::io::Read::read_to_end(&mut entry, &mut content).expect("its content");
+        files.push((entry.name().expect("a name").into_owned(), content));
+    }
+    files
+}
+
+#[test]
+fn run_refuses_what_is_no_fmu_for_it() {
+    let folder = folder("run_no_fmu");
+    let (fmu, temporary) = (folder.join("t.fmu"), folder.join("temporary"));
+    let exported = camdrive(&["export", SCENE, "-o", text(&fmu), "--runtime", &runtime()]);
+    assert_eq!(exported.code, 0, "{}", exported.err);
+    let (whole, own) = (std::fs::read(&fmu).unwrap(), unpacked(&fmu));
+    let refused = |parts: &[&str]| {
+        let run = run_fmu(&[text(&fmu)], &temporary);
+        assert_eq!((run.code, run.out.as_str()), (1, ""), "{parts:?}");
+        let parts = [&["error: ", text(&fmu)], parts].concat();
+        assert!(parts.iter().all(|part| run.err.contains(part)), "{parts:?}: {}", run.err);
+    };
+    // The files for which `keep` holds, and more.
+    let with = |keep: &dyn Fn(&str) -> bool, more: &[(&str, &[u8])], parts: &[&str]| {
+        let kept = own.iter().filter(|(path, _)| keep(path)).map(|(path, content)| (path.as_str(), &content[..]));
+        pack(&fmu, &kept.chain(more.iter().copied()).collect::<Vec<_>>());
+        refused(parts);
+    };
+    const DESCRIPTION: &str = "modelDescription.xml";
+    let description = own.iter().find(|(path, _)| path == DESCRIPTION).unwrap();
+    let description = std::str::from_utf8(&description.1).unwrap();
+    for (old, new, parts) in [
+        ("fmiVersion=\"2.0\"", "fmiVersion=\"3.0\"", &["FMI 3.0", "runs FMI 2.0 Co-Simulation", "hint"][..]),
+        ("fmiVersion=\"2.0\"", "fmiVersion=\"1.0\"", &["FMI 1.0", "hint"]),
+        ("<CoSimulation", "<ModelExchange", &["Model Exchange only", "hint"]),
+        ("guid=\"", "guid=\"x", &["guid"]),
+        ("<ModelVariables>", "<ModelVariables", &[DESCRIPTION, "line "]),
+        ("modelIdentifier=\"", "modelIdentifier=\"../", &["is no name of a library"]),
+        ("valueReference=\"1\"", "valueReference=\"-1\"", &["valueReference=\"-1\""]),
+        ("<BaseUnit ", "<BaseUnit factor=\"0\" ", &["unit ", "make no unit"]),
+    ] {
+        assert!(description.contains(old), "{old}");
+        let changed = description.replacen(old, new, 1);
+        with(&|path| path != DESCRIPTION, &[(DESCRIPTION, changed.as_bytes())], parts);
+    }
+    let is_library = |path: &str| path.starts_with("binaries/");
+    let library = own.iter().find(|(path, _)| is_library(path)).unwrap().0.as_str();
+    let others: [(&str, &[u8]); 2] = [("binaries/win128/t.dll", b"x"), ("binaries/amiga/t.library", b"x")];
+    with(&|path| !is_library(path), &others, &["has those for amiga, win128", "hint"]);
+    with(&|path| !is_library(path), &[], &["has those for none"]);
+    with(&|path| !is_library(path), &[(library, b"no library")], &["cannot be loaded", "hint"]);
+    let remote = description.replace("needsExecutionTool=\"false\"", "needsExecutionTool=\"true\"");
+    let remote = [(DESCRIPTION, remote.as_bytes()), (library, b"no library")];
+    with(&|path| path != DESCRIPTION && !is_library(path), &remote, &["cannot be loaded", "needs camdrive 0"]);
+    with(&|path| path != DESCRIPTION, &[], &["modelDescription.xml is not in it", "hint"]);
+    with(&|path| !path.starts_with("resources/"), &[], &["drive.bin"]);
+    with(&|_| true, &[("resources/../../../evil.txt", b"x")], &["leads out of its folder"]);
+    assert!(!temporary.join("evil.txt").exists() && !folder.join("evil.txt").exists());
+    for length in [0, 3, whole.len() / 2, whole.len() - 10] {
+        std::fs::write(&fmu, &whole[..length]).unwrap();
+        refused(&["this is no FMU", "hint"]);
+    }
+    std::fs::remove_file(&fmu).unwrap();
+    refused(&["cannot be read"]);
+}
+
+/// What the FMU of `tests/foreign.rs` says of itself, in Latin-1.
+const CART: &str = r#"<?xml version="1.0" encoding="ISO-8859-1"?>
+<fmiModelDescription fmiVersion="2.0" modelName="Cart with blanks" guid="{cart}">
+<CoSimulation modelIdentifier="cart" canHandleVariableCommunicationStepSize="VARIABLE"/>
+<UnitDefinitions>
+  <Unit name="mm"><BaseUnit m="1" factor="0.001"/></Unit>
+  <Unit name="mm/s"><BaseUnit m="1" s="-1" factor="0.001"/><DisplayUnit name="furlong/h" factor="0.0179"/></Unit>
+  <Unit name="degC"><BaseUnit K="1" offset="273.15"/><DisplayUnit name="degF" factor="1.8" offset="32"/></Unit>
+</UnitDefinitions>
+<TypeDefinitions>
+  <SimpleType name="Gear"><Enumeration><Item name="none" value="0"/><Item name="high" value="7"/></Enumeration></SimpleType>
+  <SimpleType name="Speed"><Real unit="mm/s" min="-100" max="100"/></SimpleType>
+</TypeDefinitions>
+<ModelVariables>
+  <ScalarVariable name="x" valueReference="0" causality="output" description="Länge"><Real unit="mm"/></ScalarVariable>
+  <ScalarVariable name="u" valueReference="1" causality="input"><Real declaredType="Speed" start="0"/></ScalarVariable>
+  <ScalarVariable name="T" valueReference="2" causality="parameter"><Real unit="degC" start="20"/></ScalarVariable>
+  <ScalarVariable name="gear" valueReference="0" causality="input" variability="discrete">
+    <Enumeration declaredType="Gear" start="0"/></ScalarVariable>
+  <ScalarVariable name="open" valueReference="1" causality="input" variability="discrete">
+    <Boolean start="false"/></ScalarVariable>
+  <ScalarVariable name="text" valueReference="0" causality="parameter"><String start="a"/></ScalarVariable>
+</ModelVariables>
+<ModelStructure/>
+</fmiModelDescription>
+"#;
+
+/// Compiles the library of another maker, and packs it with this word for whether its steps may differ.
+fn cart(folder: &Path, variable_steps: &str) -> PathBuf {
+    let library = folder.join(format!("cart{}", std::env::consts::DLL_SUFFIX));
+    if !library.exists() {
+        let done = Command::new(Path::new(env!("CARGO")).with_file_name("rustc"))
+            .args(["--edition", "2024", "-o", text(&library)])
+            .arg(root().join("tests/foreign.rs"))
+            .output()
+            .expect("the compiler of this test starts");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    }
+    let fmu = folder.join("cart.fmu");
+    let description: Vec<u8> = CART.replace("VARIABLE", variable_steps).chars().map(|c| c as u8).collect();
+    let runtime = runtime();
+    let (platform, _) = runtime.split_once('=').unwrap();
+    let path = format!("binaries/{platform}/cart{}", std::env::consts::DLL_SUFFIX);
+    let library = std::fs::read(&library).unwrap();
+    let files: [(&str, &[u8]); 3] =
+        [("modelDescription.xml", &description), (&path, &library), ("resources/start.txt", b"1.5")];
+    pack(&fmu, &files);
+    fmu
+}
+
+#[test]
+fn run_drives_an_fmu_of_another_maker() {
+    let folder = folder("run_foreign");
+    let (fmu, temporary) = (cart(&folder, "true"), folder.join("a folder"));
+    let with = |more: &[&str]| {
+        let args = [text(&fmu), "--stop", "1 s", "--step", "0.5", "--output", "x,u,T,gear,open"];
+        run_fmu(&[&args, more].concat(), &temporary)
+    };
+    let assert_rows = |run: &Run, expected: &[[f64; 6]]| {
+        let (_, rows) = table(&run.out);
+        let near = |(row, expected): (&Vec<f64>, &[f64; 6])| {
+            row.iter().zip(expected).all(|(value, expected)| (value - expected).abs() < 1e-12)
+        };
+        assert!(rows.len() == expected.len() && rows.iter().zip(expected).all(near), "{}{}", run.out, run.err);
+    };
+    // x = 1.5 mm + u t; values and units are those of the FMU.
+    let run = with(&["--start", "u=2 mm/s", "--start", "gear=high", "--start", "open=true", "--start", "T=68 degF"]);
+    assert_eq!(run.err, "warning: 100 % of the oil is cold\n");
+    assert_eq!(table(&run.out).0, ["time", "x [mm]", "u [mm/s]", "T [degC]", "gear", "open"]);
+    let rows = [0.0, 0.5, 1.0].map(|t| [t, 1.5 + 2.0 * t, 2.0, 20.0, 7.0, 1.0]);
+    assert_rows(&run, &rows);
+    for word in ["0.0179 furlong/h", "0.001 m/s", "6 cm/min", "1 mm/s"] {
+        let run = with(&["--start", &format!("u={word}")]);
+        assert_rows(&run, &[0.0, 0.5, 1.0].map(|t| [t, 1.5 + t, 1.0, 20.0, 0.0, 0.0]));
+    }
+    let run = with(&["--json"]);
+    let document: serde_json::Value = serde_json::from_str(&run.out).expect("one document");
+    let columns = document["columns"].as_array().unwrap().iter();
+    let units: Vec<&str> = columns.map(|column| column["unit"].as_str().unwrap()).collect();
+    assert_eq!(units, ["s", "mm", "mm/s", "degC", "", ""]);
+    assert_eq!(document["columns"][1]["description"], "Länge");
+    // u = 2 t mm/s is held during a step: x = 1.5 mm + 0 + 0.5 · 1 mm; what is discrete is held from row to row.
+    let input = folder.join("input.csv");
+    for headings in ["time,u [m/s],gear,open", "time,u,gear,open", "time [s],u [mm/s],gear,open"] {
+        let u = if headings.contains("mm") { 2.0 } else { 0.002 };
+        std::fs::write(&input, format!("{headings}\n0,0,0,0\n1,{u},7,1\n2,{u},0,0\n")).unwrap();
+        let run = with(&["--input", text(&input)]);
+        let rows = [[0.0, 1.5, 0.0, 20.0, 0.0, 0.0], [0.5, 1.5, 1.0, 20.0, 0.0, 0.0], [1.0, 2.0, 2.0, 20.0, 7.0, 1.0]];
+        assert_rows(&run, &rows);
+    }
+    let cases: [(&str, &[&str]); 8] = [
+        ("u=2", &["`u`: 2 may be in SI or in mm/s", "\"2 mm/s\""]),
+        ("u=2 kg", &["`u`", "a value in m.s-1 is expected"]),
+        ("u=200 mm/s", &["`u`: 0.2", "expected -0.1 to 0.1"]),
+        ("gear=low", &["\"low\" is not admissible", "0 (none), 7 (high)"]),
+        ("open=2", &["`open`: 2 is not admissible"]),
+        ("T=20 K/W", &["`T`"]),
+        ("text=b", &["no variable `text`"]),
+        (
+            "u=7 mm/s",
+            &["from t = 0.5 s to 1 s: the FMU ends the simulation at t = 0.5 s: the cart is at its end", "not known"],
+        ),
+    ];
+    for (start, parts) in cases {
+        let run = with(&["--start", start]);
+        assert_eq!(run.code, 1, "{start}");
+        assert!(parts.iter().all(|part| run.err.contains(part)), "{start}: {}", run.err);
+    }
+    let run = run_fmu(&[text(&fmu)], &temporary);
+    assert!(run.err.contains("--stop: the FMU tells no stop time"), "{}", run.err);
+    cart(&folder, "false");
+    let run = run_fmu(&[text(&fmu), "--stop", "1", "--step", "0.3"], &temporary);
+    assert!(run.code == 1 && run.err.contains("steps of one length only"), "{}", run.err);
+    assert_eq!(run_fmu(&[text(&fmu), "--stop", "1", "--step", "0.1"], &temporary).code, 0);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! `camdrive run SCENE` and `camdrive run FMU`
 
-#[cfg(feature = "import")]
-mod import;
+mod driven;
+mod fmu;
 mod native;
 mod signals;
 
@@ -16,10 +16,9 @@ use std::path::PathBuf;
 
 /// Simulates a scene, or an FMU 2.0, over its default experiment and writes its outputs as CSV or JSON.
 ///
-/// A scene is simulated by the drive in this tool, the same as in its FMU. One line per communication point, the start
-/// included; the last step is shortened where the step does not divide the time. Inputs keep their start values, or
-/// follow the table of --input. An FMU takes a build with the feature `import`:
-/// cargo build --release --features import
+/// A scene is simulated by the drive in this tool, the same as in its FMU; an FMU, also one of another tool, by the library
+/// in it. One line per communication point, the start included; the last step is shortened where the step does not divide
+/// the time. Inputs keep their start values, or follow the table of --input.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -27,21 +26,23 @@ Examples:
   camdrive run guide_bar.toml --stop 0.5 --step \"1 ms\" --output y,q
   camdrive run guide_bar.toml --start \"drive.w=2000 rpm\" --start start.mode=steady_state
   camdrive run run_up.toml --input speed.csv --json
-  camdrive run guide_bar.fmu -o result.csv
+  camdrive run guide_bar.fmu --start \"drive.w=2000 rpm\" -o result.csv
 
 The table of --input has the headings time and names of inputs, with units where they are not SI:
 \"time [ms],w [rpm]\". Between its rows inputs are linear, outside of them they are held; steps end at
 its times, too. Of phi, w, a the last one in the table is linear, and from row to row the others
 follow from it.
-In an FMU values have the units of its variables, and enumerations are numbers from 1.")]
+What an FMU declares as discrete is held from row to row.
+The results of an FMU have the units that it declares; where they are not SI, headings tell them, and
+--start takes no number without a unit.")]
 pub struct Args {
-    /// The scene (TOML), or an FMU (2.0, Co-Simulation), whose name ends in .fmu
+    /// The scene (TOML), or an FMU 2.0 of Co-Simulation, whose name ends in .fmu
     #[arg(value_name = "SCENE|FMU")]
     file: PathBuf,
     /// Stop time in s, or with a unit [default: that of the default experiment]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     stop: Option<String>,
-    /// Communication step in s, or with a unit [default: that of the default experiment]
+    /// Communication step in s, or with a unit [default: that of the default experiment, or a thousandth of the time]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     step: Option<String>,
     /// Variables to write, separated by commas outside of parentheses and brackets [default: all outputs]
@@ -51,7 +52,7 @@ pub struct Args {
     /// enumeration; repeatable
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
     start: Vec<String>,
-    /// Table of the inputs of a scene over time
+    /// Table of the inputs over time
     #[arg(long, value_name = "FILE.csv")]
     input: Option<PathBuf>,
     /// File to write [default: the standard output]
@@ -65,20 +66,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(file) = &args.result {
         files::no_stream(file, "-o", "a file; without it the result goes to the standard output")?;
     }
-    if !args.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("fmu")) {
-        return native::run(args);
-    }
-    if let Some(table) = &args.input {
-        let hint = "run the scene, camdrive run SCENE.toml --input …";
-        return Err(failure(format!("--input {}: only scenes take a table\n  = hint: {hint}", table.display())));
-    }
-    #[cfg(feature = "import")]
-    return import::run(args);
-    #[cfg(not(feature = "import"))]
-    Err(failure(
-        "this build has no importer for FMUs\n  = hint: run the scene itself, camdrive run SCENE.toml, or install libclang \
-         and build with `cargo build --release --features import`",
-    ))
+    let is_fmu = args.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("fmu"));
+    if is_fmu { fmu::run(args) } else { native::run(args) }
 }
 
 /// The most numbers of a result that is kept until it is whole: some hundred megabytes.
@@ -102,8 +91,11 @@ trait Machine {
 struct Column {
     name: String,
     /// None where it is not known.
-    unit: Option<&'static str>,
+    unit: Option<String>,
     description: String,
+    /// Else headings tell the unit.
+    #[serde(skip)]
+    is_si: bool,
 }
 
 /// The result as one document.
@@ -148,7 +140,8 @@ impl Run {
             let (step, least) = (Number(step), Number(least));
             return Err(failure(format!("--step: {step} s is not admissible; expected at least {least} s")));
         }
-        let column = Column { name: "time".to_owned(), unit: Some("s"), description: "Time".to_owned() };
+        let column =
+            Column { name: "time".to_owned(), unit: Some("s".to_owned()), description: "Time".to_owned(), is_si: true };
         let (name, files) = (name.to_owned(), vec![args.file.clone()]);
         Ok(Run { name, model: None, columns: vec![column], start, stop, step, files })
     }
@@ -195,8 +188,12 @@ impl Run {
 
     fn headings(&self) -> String {
         // A name with a comma in it is quoted, as CSV has it.
-        let quoted = |name: &str| if name.contains(',') { format!("\"{name}\"") } else { name.to_owned() };
-        self.columns.iter().map(|column| quoted(&column.name)).collect::<Vec<_>>().join(",") + "\n"
+        let quoted = |name: String| if name.contains(',') { format!("\"{name}\"") } else { name };
+        let heading = |column: &Column| match &column.unit {
+            Some(unit) if !column.is_si => format!("{} [{unit}]", column.name),
+            _ => column.name.clone(),
+        };
+        self.columns.iter().map(|column| quoted(heading(column))).collect::<Vec<_>>().join(",") + "\n"
     }
 
     /// The result as JSON.

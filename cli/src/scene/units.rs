@@ -215,17 +215,21 @@ pub fn written<'a>(text: &'a str, quantity: &Quantity) -> Option<(&'a str, f64)>
     Some((unit_text, unit.numerator / unit.denominator))
 }
 
-/// A factor that turns a value in this unit into coherent SI: (numerator, denominator).
+/// A factor that turns a value in this unit into coherent SI: (numerator, denominator). An FMU may have units that are not known
+/// here otherwise.
 pub fn factor(text: &str, quantity: &'static Quantity) -> Result<(f64, f64), UnitFault> {
+    let text = text.trim();
     let hint = || format!("write for example \"{}\"", quantity.display.map_or(quantity.unit, |(unit, _)| unit));
-    let unit = parse_unit(text.trim()).map_err(|message| UnitFault { message, hint: hint() })?;
-    if unit.base == quantity.base {
-        Ok((unit.numerator, unit.denominator))
-    } else {
-        Err(UnitFault {
+    let unit = parse_unit(text).map_err(|message| UnitFault { message, hint: hint() });
+    match (unit, quantity.display) {
+        (Ok(unit), _) if unit.base == quantity.base => Ok((unit.numerator, unit.denominator)),
+        _ if text == quantity.unit => Ok((1.0, 1.0)),
+        (_, Some((name, count))) if text == name => Ok((1.0, count)),
+        (Err(fault), _) => Err(fault),
+        (Ok(unit), _) => Err(UnitFault {
             message: format!("\"{text}\" is the unit of {}; {} is expected", dimension(unit.base), name(quantity)),
             hint: hint(),
-        })
+        }),
     }
 }
 
@@ -238,12 +242,17 @@ pub fn per(text: &str, quantity: &Quantity, by: &Quantity, order: i8) -> Option<
 
 /// An example of the quantity as a scene writes it.
 pub fn example(quantity: &Quantity) -> &'static str {
-    EXAMPLES.iter().find(|(q, _)| q.name == quantity.name).map_or("1", |(_, text)| text)
+    let is_it = |q: &Quantity| q.name == quantity.name || (quantity.name.is_empty() && q.base == quantity.base);
+    EXAMPLES.iter().find(|(q, _)| is_it(q)).map_or("1", |(_, text)| text)
 }
 
-/// "an angular velocity"
+/// "an angular velocity"; of a quantity without name "a value in rad/s".
 pub fn name(quantity: &Quantity) -> String {
-    article(&words(quantity))
+    match (quantity.name, quantity.unit) {
+        ("", "") => "a number without unit".to_owned(),
+        ("", unit) => format!("a value in {unit}"),
+        _ => article(&words(quantity)),
+    }
 }
 
 /// The number with at most nine digits, without exponent where that is easy to read.

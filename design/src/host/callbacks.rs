@@ -44,14 +44,17 @@ impl Log {
 ///
 /// Stable Rust cannot define a variadic function. A plain one that ends with the last named argument is called like a
 /// variadic one on all platforms that the FMUs are made for: named arguments are passed alike, and the caller removes
-/// the rest. So the arguments of a format are not known here, except a string that is the only one: the next of the places that arguments are passed in.
+/// the rest. So the arguments of a format are not known here, except a string that is the only one: it is in the next of the
+/// places for arguments, which on Apple's ARM is on the stack, behind the registers x0 to x7.
 unsafe extern "C" fn note(
     environment: fmi2ComponentEnvironment,
     _name: fmi2String,
     status: fmi2Status,
     _category: fmi2String,
     text: fmi2String,
-    #[cfg(all(target_vendor = "apple", target_arch = "aarch64"))] _registers: [usize; 3],
+    #[cfg(all(target_vendor = "apple", target_arch = "aarch64"))] _x5: usize,
+    #[cfg(all(target_vendor = "apple", target_arch = "aarch64"))] _x6: usize,
+    #[cfg(all(target_vendor = "apple", target_arch = "aarch64"))] _x7: usize,
     first: fmi2String,
 ) {
     if status == OK || environment.is_null() || text.is_null() {
@@ -59,21 +62,25 @@ unsafe extern "C" fn note(
     }
     // SAFETY: the environment is the log of the host, which outlives its instance; the library passes a string that ends in NUL.
     let (log, text) = unsafe { (&*environment.cast_const().cast::<Log>(), CStr::from_ptr(text)) };
-    // SAFETY: the argument of this format is a string that ends in NUL.
-    let text = if text == c"%s" && !first.is_null() { unsafe { CStr::from_ptr(first) } } else { text };
+    let mut text = text.to_string_lossy();
+    if text == "%s" && !first.is_null() {
+        // SAFETY: the argument of this format is a string that ends in NUL.
+        text = unsafe { CStr::from_ptr(first) }.to_string_lossy();
+    } else {
+        text = plain(&text).into();
+    }
+    let text = text.replace("##", "#").trim().chars().take(LONGEST).collect();
     let mut messages = log.messages();
     let list = if status == WARNING { &mut messages.warnings } else { &mut messages.errors };
     if list.len() < MOST {
-        list.push(plain(&text.to_string_lossy()));
+        list.push(text);
     }
 }
 
-/// A format without arguments as text: %% stands for %, ## for #.
+/// A format as text: %% stands for %.
 fn plain(format: &str) -> String {
-    let text: String = format.replace("##", "#").trim().chars().take(LONGEST).collect();
-    let whole = text.replace("%%", "");
-    let text = text.replace("%%", "%");
-    if whole.contains('%') { text + " (the values for % are not known)" } else { text }
+    let has_arguments = format.replace("%%", "").contains('%');
+    format.replace("%%", "%") + if has_arguments { " (the values for % are not known)" } else { "" }
 }
 
 /// [`note`] as the type of the standard has it.
@@ -145,7 +152,7 @@ mod tests {
 
     #[test]
     fn formats_are_read_as_text() {
-        assert_eq!(plain("50 %% of ##1\n"), "50 % of #1");
+        assert_eq!(plain("50 %% of it"), "50 % of it");
         assert_eq!(plain("%d of 5 %%"), "%d of 5 % (the values for % are not known)");
     }
 
@@ -157,7 +164,7 @@ mod tests {
         let (logger, to) = (callbacks.logger.unwrap(), callbacks.componentEnvironment);
         // SAFETY: the log lives, and the strings end in NUL.
         unsafe {
-            logger(to, c"x".as_ptr(), WARNING, c"c".as_ptr(), c"%s".as_ptr(), c"the text".as_ptr());
+            logger(to, c"x".as_ptr(), WARNING, c"c".as_ptr(), c"%s".as_ptr(), c" 5 % of ##1\n".as_ptr());
             logger(to, std::ptr::null(), ERROR, std::ptr::null(), c"no arguments".as_ptr());
             logger(to, c"x".as_ptr(), OK, c"c".as_ptr(), c"nothing".as_ptr());
             logger(to, c"x".as_ptr(), ERROR, c"c".as_ptr(), std::ptr::null());
@@ -166,7 +173,7 @@ mod tests {
             }
         }
         let messages = log.messages();
-        assert_eq!(messages.warnings, ["the text"]);
+        assert_eq!(messages.warnings, ["5 % of #1"]);
         assert_eq!((messages.errors.len(), messages.errors[0].as_str()), (MOST, "no arguments"));
     }
 }

@@ -22,8 +22,12 @@ pub struct ModelDescription {
     pub experiment: Experiment,
     /// What its importer may do.
     pub capabilities: Capabilities,
+    /// What must be on this machine, since the library only speaks with it.
+    pub needs_tool: Option<String>,
     /// Those of the standard's log categories of warnings and errors that the FMU has.
     pub(super) categories: Vec<String>,
+    /// Its units, also those that are only displayed.
+    units: Vec<SiUnit>,
 }
 
 /// A variable. A host passes values in its own unit; range and quantity of `about` are those of the coherent SI unit.
@@ -106,6 +110,23 @@ impl ModelDescription {
         self.variables.iter().position(|variable| variable.about.name == name)
     }
 
+    /// The unit of this name that the FMU defines, if it is one of the quantity of a variable.
+    pub fn unit(&self, variable: usize, name: &str) -> Option<&Unit> {
+        let find = |name: &str| self.units.iter().find(|other| other.unit.name == name);
+        let own = find(&self.variables[variable].unit.name)?;
+        find(name)
+            .filter(|other| other.unit == own.unit || (other.base.is_some() && other.base == own.base))
+            .map(|other| &other.unit)
+    }
+
+    /// The fault of an FMU that does not start, with what it may lack.
+    pub(super) fn not_started(&self, fault: Fault) -> Fault {
+        let Some(tool) = &self.needs_tool else { return fault };
+        let what = fault.to_string();
+        let what = what.split("\n  = hint").next().unwrap_or_default();
+        Fault::new(format!("{what}\n  = hint: the FMU needs {tool} on this machine (needsExecutionTool)"))
+    }
+
     /// Of the FMU of a drive.
     pub(super) fn of(name: &str, guid: &str, drive: &mut Described) -> Result<Self, Fault> {
         let drives::Experiment { stop, step, tolerance } = drive.experiment();
@@ -137,14 +158,16 @@ impl ModelDescription {
                 saves_states: true,
                 only_once: false,
             },
+            needs_tool: None,
             categories: vec!["logStatusWarning".to_owned()],
+            units: Vec::new(),
         })
     }
 
     /// Reads the text of modelDescription.xml.
     ///
     /// # Errors
-    /// Text that is no such document; an FMU of another version, of Model Exchange only, or one that needs its tool.
+    /// Text that is no such document; an FMU of another version, or of Model Exchange only.
     pub(super) fn read(text: &str) -> Result<Self, Fault> {
         let root = Element::read(text)?;
         let version = root.needed("fmiVersion")?;
@@ -160,19 +183,11 @@ impl ModelDescription {
                 "the FMU is one of Model Exchange only; this tool runs FMI 2.0 Co-Simulation\n  = hint: {hint}"
             )));
         };
-        if how.is("needsExecutionTool") {
-            let tool = root.get("generationTool").unwrap_or("the tool that made it");
-            let hint = "export it as one that runs alone";
-            return Err(Fault::new(format!(
-                "the FMU needs {tool} to run (needsExecutionTool); this tool runs FMUs by their library alone\n  = hint: {hint}"
-            )));
-        }
         let identifier = how.needed("modelIdentifier")?.to_owned();
         if identifier.is_empty() || !identifier.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c)) {
             return Err(Fault::new(format!("modelIdentifier=\"{identifier}\" is no name of a library")));
         }
-        let units = root.list("UnitDefinitions").iter().map(|unit| Ok((unit.needed("name")?, SiUnit::of(unit)?)));
-        let units = units.collect::<Result<Vec<_>, Fault>>()?;
+        let units = root.list("UnitDefinitions").iter().map(SiUnit::read).collect::<Result<Vec<_>, _>>()?.concat();
         let mut variables = Vec::new();
         for variable in root.list("ModelVariables").iter().filter(|child| child.name == "ScalarVariable") {
             let named = |fault: Fault| Fault::new(format!("`{}`: {fault}", variable.get("name").unwrap_or_default()));
@@ -200,14 +215,18 @@ impl ModelDescription {
                 saves_states: how.is("canGetAndSetFMUstate"),
                 only_once: how.is("canBeInstantiatedOnlyOncePerProcess"),
             },
+            needs_tool: how
+                .is("needsExecutionTool")
+                .then(|| root.get("generationTool").unwrap_or("the tool that made it").to_owned()),
             categories: categories.filter(|name| standard.contains(name)).map(str::to_owned).collect(),
+            units,
         })
     }
 }
 
 impl Variable {
     /// Of its element; None of a String.
-    fn read(element: &Element, units: &[(&str, SiUnit)], types: &[Element]) -> Result<Option<Self>, Fault> {
+    fn read(element: &Element, units: &[SiUnit], types: &[Element]) -> Result<Option<Self>, Fault> {
         const TYPES: [&str; 4] = ["Real", "Integer", "Boolean", "Enumeration"];
         let kind_of = |element: &'_ Element| element.children.iter().position(|child| TYPES.contains(&&*child.name));
         let Some(own) = kind_of(element).map(|place| &element.children[place]) else { return Ok(None) };
@@ -217,9 +236,9 @@ impl Variable {
         let declared = declared.unwrap_or(&empty);
         let number = |name: &str| own.number::<f64>(name).and_then(|own| Ok(own.or(declared.number(name)?)));
         let unit_name = own.get("unit").or(declared.get("unit")).unwrap_or_default();
-        let si = units.iter().find(|(name, _)| *name == unit_name).map(|(_, si)| si);
-        let (factor, offset) = si.map_or((1.0, 0.0), |si| (si.factor, si.offset));
-        let unit = Unit { name: unit_name.to_owned(), factor, offset };
+        let unknown = SiUnit { base: None, unit: Unit { name: unit_name.to_owned(), factor: 1.0, offset: 0.0 } };
+        let si = units.iter().find(|si| si.unit.name == unit_name).unwrap_or(&unknown);
+        let unit = si.unit.clone();
         let items = declared.all("Item").map(|item| {
             let value = item.number("value")?.ok_or_else(|| Fault::new("an item of its type has no value"))?;
             Ok((item.needed("name")?.to_owned(), value))
@@ -230,7 +249,7 @@ impl Variable {
                 let limit = |value: Option<f64>, open: f64| value.map_or(open, |value| unit.to_si(value));
                 let bounds = [limit(number("min")?, f64::NEG_INFINITY), limit(number("max")?, f64::INFINITY)];
                 Kind::Real {
-                    quantity: quantity(unit_name, si),
+                    quantity: quantity(si),
                     // A negative factor turns them over.
                     min: bounds[0].min(bounds[1]),
                     max: bounds[0].max(bounds[1]),
@@ -279,48 +298,63 @@ impl Variable {
 /// The exponents of the SI units in the order of the standard.
 const BASE: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
 
-/// A unit of the FMU in SI.
+/// A unit of the FMU with its dimension.
+#[derive(Clone, Debug)]
 struct SiUnit {
+    unit: Unit,
     /// The exponents of [`BASE`]; None where the FMU does not tell them.
     base: Option<[i8; 8]>,
-    factor: f64,
-    offset: f64,
 }
 
 impl SiUnit {
-    fn of(unit: &Element) -> Result<Self, Fault> {
-        let named = |fault: Fault| Fault::new(format!("unit \"{}\": {fault}", unit.get("name").unwrap_or_default()));
-        let Some(base) = unit.child("BaseUnit") else { return Ok(SiUnit { base: None, factor: 1.0, offset: 0.0 }) };
-        let mut exponents = [0; 8];
-        for (exponent, name) in exponents.iter_mut().zip(BASE) {
-            *exponent = base.number(name).map_err(named)?.unwrap_or(0);
+    /// A unit, and those that its values are displayed in.
+    fn read(element: &Element) -> Result<Vec<Self>, Fault> {
+        let name = element.needed("name")?;
+        let named = |fault: Fault| Fault::new(format!("unit \"{name}\": {fault}"));
+        let linear = |element: &Element| {
+            let factor = element.number("factor").map_err(named)?.unwrap_or(1.0);
+            let offset = element.number("offset").map_err(named)?.unwrap_or(0.0);
+            if factor == 0.0 || !f64::is_finite(factor) || !f64::is_finite(offset) {
+                return Err(named(Fault::new(format!("factor {factor} and offset {offset} make no unit"))));
+            }
+            Ok((factor, offset))
+        };
+        let (mut base, mut own) = (None, (1.0, 0.0));
+        if let Some(element) = element.child("BaseUnit") {
+            own = linear(element)?;
+            let mut exponents = [0; 8];
+            for (exponent, name) in exponents.iter_mut().zip(BASE) {
+                *exponent = element.number(name).map_err(named)?.unwrap_or(0);
+            }
+            base = Some(exponents);
         }
-        let factor = base.number("factor").map_err(named)?.unwrap_or(1.0);
-        let offset = base.number("offset").map_err(named)?.unwrap_or(0.0);
-        if factor == 0.0 || !f64::is_finite(factor) || !f64::is_finite(offset) {
-            return Err(named(Fault::new(format!("factor {factor} and offset {offset} make no unit"))));
+        let unit = |name: &str, (factor, offset)| SiUnit { unit: Unit { name: name.to_owned(), factor, offset }, base };
+        let mut units = vec![unit(name, own)];
+        for display in element.all("DisplayUnit") {
+            // A displayed value is factor · v + offset.
+            let (factor, offset) = linear(display)?;
+            let shown = (own.0 / factor, own.1 - own.0 * offset / factor);
+            units.push(unit(display.needed("name").map_err(named)?, shown));
         }
-        Ok(SiUnit { base: Some(exponents), factor, offset })
+        Ok(units)
     }
 }
 
-/// The quantity of a variable with this unit: without name, in coherent SI.
+/// The quantity of variables in this unit: without name, in coherent SI.
 ///
 /// Quantities live as long as the program; each one is kept once, however many variables and FMUs have it.
-fn quantity(name: &str, si: Option<&SiUnit>) -> &'static Quantity {
+fn quantity(SiUnit { unit: own, base: exponents }: &SiUnit) -> &'static Quantity {
     static KEPT: Mutex<Vec<&'static Quantity>> = Mutex::new(Vec::new());
-    let is_si = si.is_none_or(|si| (si.factor, si.offset) == (1.0, 0.0));
-    let exponents = si.and_then(|si| si.base);
     // No unit that a person writes has the dimension of one that is not told, or of electricity, heat, light or matter.
     let base = match exponents {
-        Some([kg, m, s, 0, 0, 0, 0, rad]) => [kg, m, s, rad],
-        None if name.is_empty() => [0; 4],
+        Some([kg, m, s, 0, 0, 0, 0, rad]) => [*kg, *m, *s, *rad],
+        None if own.name.is_empty() => [0; 4],
         _ => [i8::MAX; 4],
     };
     let powers = exponents.unwrap_or_default().into_iter().zip(BASE).filter(|(power, _)| *power != 0);
     let product = powers.map(|(power, unit)| if power == 1 { unit.to_owned() } else { format!("{unit}{power}") });
-    let unit = if is_si { name.to_owned() } else { product.collect::<Vec<_>>().join(".") };
-    let display = si.filter(|si| !is_si && si.offset == 0.0).map(|si| (name, 1.0 / si.factor));
+    let unit = if own.is_si() { own.name.clone() } else { product.collect::<Vec<_>>().join(".") };
+    let display = (!own.is_si() && own.offset == 0.0).then_some((own.name.as_str(), 1.0 / own.factor));
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
     let same = |other: &&&'static Quantity| (other.unit, other.base, other.display) == (&*unit, base, display);
     if let Some(found) = kept.iter().find(same) {
@@ -330,4 +364,59 @@ fn quantity(name: &str, si: Option<&SiUnit>) -> &'static Quantity {
     let new: &'static Quantity = Box::leak(Box::new(Quantity { name: "", unit: unit.leak(), base, display }));
     kept.push(new);
     new
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn described(units: &str, variable: &str) -> Result<ModelDescription, Fault> {
+        ModelDescription::read(&format!(
+            "<fmiModelDescription fmiVersion=\"2.0\" modelName=\"t\" guid=\"g\"><CoSimulation modelIdentifier=\"t\"/>\
+             <UnitDefinitions>{units}</UnitDefinitions><ModelVariables><ScalarVariable name=\"x\" valueReference=\"7\">\
+             {variable}</ScalarVariable></ModelVariables></fmiModelDescription>"
+        ))
+    }
+
+    #[test]
+    fn units_are_linear_in_those_of_si() {
+        let units = "<Unit name=\"degF\"><BaseUnit K=\"1\" factor=\"0.5555555555555556\" offset=\"255.3722222222222\"/>\
+             <DisplayUnit name=\"degC\" factor=\"0.5555555555555556\" offset=\"-17.77777777777778\"/></Unit>\
+             <Unit name=\"kPa\"><BaseUnit kg=\"1\" m=\"-1\" s=\"-2\" factor=\"1000\"/></Unit><Unit name=\"bit\"/>";
+        let of = |unit: &str| described(units, &format!("<Real unit=\"{unit}\" min=\"-5\"/>")).unwrap();
+        let quantity = |description: &ModelDescription| match description.variables[0].about.kind {
+            Kind::Real { quantity, min, .. } => (quantity, min),
+            _ => panic!("a Real is expected"),
+        };
+        let fahrenheit = of("degF");
+        let own = &fahrenheit.variables[0].unit;
+        assert!((own.to_si(212.0) - 373.15).abs() < 1e-12 && (own.of_si(273.15) - 32.0).abs() < 1e-12);
+        // 100 °C are 373.15 K.
+        assert!((fahrenheit.unit(0, "degC").unwrap().to_si(100.0) - 373.15).abs() < 1e-11);
+        assert_eq!((fahrenheit.unit(0, "kPa"), quantity(&fahrenheit).0.unit), (None, "K"));
+        let pressure = of("kPa");
+        let (pascal, least) = quantity(&pressure);
+        assert_eq!((pascal.unit, pascal.base, pascal.display), ("kg.m-1.s-2", [1, -1, -2, 0], Some(("kPa", 1e-3))));
+        assert_eq!(least, -5e3);
+        // Each is kept once.
+        assert!(std::ptr::eq(pascal, quantity(&of("kPa")).0));
+        // What is not told in SI is taken as it is, and no text has its unit by chance.
+        for (name, base) in [("bit", [i8::MAX; 4]), ("baud", [i8::MAX; 4]), ("", [0; 4])] {
+            let description = of(name);
+            let (quantity, least) = quantity(&description);
+            assert_eq!((quantity.unit, quantity.base, least), (name, base, -5.0));
+        }
+    }
+
+    #[test]
+    fn what_a_variable_has_may_stand_in_its_type() {
+        let description = described("", "<Boolean start=\"1\"/>").unwrap();
+        let Variable { about, reference, start, .. } = &description.variables[0];
+        assert_eq!((&about.kind, *reference, *start), (&Kind::Boolean, 7, Some(1.0)));
+        assert_eq!(described("", "<String start=\"a\"/>").unwrap().variables.len(), 0);
+        let range = described("", "<Integer min=\"-2\" start=\"3\"/>").unwrap().variables[0].about.kind.clone();
+        assert_eq!(range, Kind::Integer { min: -2, max: i32::MAX });
+        let fault = described("", "<Real start=\"much\"/>").unwrap_err();
+        assert!(fault.message.contains("`x`: <Real>: start=\"much\""), "{fault}");
+    }
 }

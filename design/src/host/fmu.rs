@@ -23,7 +23,8 @@ const LARGEST_DESCRIPTION: u64 = 200_000_000;
 /// The file that makes an archive an FMU.
 const DESCRIPTION: &str = "modelDescription.xml";
 
-/// An FMU 2.0 of Co-Simulation that is ready to be instantiated. Its folder is removed with its last instance.
+/// An FMU 2.0 of Co-Simulation that is ready to be instantiated, also by several threads. Its folder is removed with its last
+/// instance.
 pub struct Fmu(pub(super) Arc<Content>);
 
 /// What all instances share.
@@ -66,7 +67,8 @@ impl Fmu {
             return Err(without_platform(&names));
         };
         let folder = unpack(&mut archive, &[&format!("binaries/{platform}/"), "resources/"])?;
-        let (functions, library) = Functions::load(&folder.path().join(library))?;
+        let loaded = Functions::load(&folder.path().join(library));
+        let (functions, library) = loaded.map_err(|fault| description.not_started(fault))?;
         Ok(Fmu(Arc::new(Content { description, functions, _library: Some(library), folder })))
     }
 

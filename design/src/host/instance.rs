@@ -64,7 +64,8 @@ impl Fmu {
         let mut host =
             Host { component, saved: null_mut(), broken: false, log, _callbacks: callbacks, _texts: texts, content };
         if component.is_null() {
-            return Err(host.fault(|| "the FMU refuses to start and does not say why".to_owned()));
+            let fault = host.fault(|| "the FMU refuses to start and does not say why".to_owned());
+            return Err(host.description().not_started(fault));
         }
         host.choose_messages();
         Ok(host)
@@ -403,5 +404,47 @@ mod tests {
         host.set_up(0.0, None, None).unwrap();
         let refusal = host.set_reals(&[9999], &[0.0]).unwrap_err();
         assert!(refusal.to_string().contains("9999"), "{refusal}");
+    }
+
+    #[test]
+    fn a_state_is_kept_and_restored_to_the_bit() {
+        let mut host = Host::instantiate(&flywheel(3.0)).unwrap();
+        assert!(host.restore().unwrap_err().message.contains("no state is kept"));
+        host.set_up(0.0, Some(2.0), Some(1e-6)).unwrap();
+        host.enter_initialization().unwrap();
+        host.exit_initialization().unwrap();
+        let (phi, torque) = (host.description().find("phi").unwrap(), host.description().find("M_an").unwrap());
+        host.set(torque, 5.0).unwrap();
+        // w' = M/J = 2.5, and φ = 3 t + 1.25 t².
+        let mut derivatives = [0.0; 2];
+        host.get_output_derivatives(&[reference("phi"), reference("w")], &[1, 1], &mut derivatives).unwrap();
+        assert_eq!(derivatives, [3.0, 2.5]);
+        for step in [0.25, 0.5] {
+            host.save().unwrap();
+            let before = host.get(phi).unwrap();
+            let ends = [0, 1].map(|_| {
+                host.restore().unwrap();
+                assert_eq!(host.get(phi).unwrap(), before);
+                host.do_step(step - 0.25, 0.25).unwrap();
+                host.get(phi).unwrap()
+            });
+            let exact = 3.0 * step + 1.25 * step * step;
+            assert!(ends[0] == ends[1] && (ends[0] - exact).abs() < 1e-9, "{ends:?}");
+        }
+        host.terminate().unwrap();
+        assert!(host.do_step(0.5, 0.25).is_err() && host.warnings().is_empty());
+    }
+
+    #[test]
+    fn whole_numbers_are_set_and_read() {
+        let mut host = Host::instantiate(&flywheel(3.0)).unwrap();
+        host.set_up(0.0, None, None).unwrap();
+        host.enter_initialization().unwrap();
+        let variables = &host.description().variables;
+        let method = variables.iter().position(|v| v.about.kind.r#type() == Type::Integer).unwrap();
+        let value = host.get(method).unwrap();
+        assert_eq!(value.fract(), 0.0);
+        let refusal = host.set(method, 1.5).unwrap_err().to_string();
+        assert!(refusal.contains("1.5 is not admissible; expected a whole number"), "{refusal}");
     }
 }

@@ -1,7 +1,7 @@
 //! One run of an instance through the C interface, and what it costs.
 
 use super::run_up::{HIGHEST_DERIVATIVE, RunUp, Signal};
-use crate::host::Host;
+use crate::host::{Fmu, Host};
 use crate::resource::Resource;
 use crate::work;
 use camdrive::drives::variable::{Causality, Kind, Variability};
@@ -228,8 +228,9 @@ pub fn run(plan: &Plan<'_>) -> Result<Trace, Fault> {
         if work::draw(cost) { Ok(()) } else { Err(Fault::new("the work of the study is used up")) }
     };
     draw()?;
+    let fmu = Fmu::linked(plan.resource)?;
     let clock = ThreadTime::now();
-    let mut host = Host::instantiate(plan.resource)?;
+    let mut host = fmu.instantiate(&plan.resource.name)?;
     for (reference, value) in plan.starts {
         host.set(*reference as usize, *value)?;
     }

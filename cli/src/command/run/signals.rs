@@ -2,12 +2,13 @@
 
 use crate::command::{Failure, failure};
 use crate::scene;
-use camdrive::drives::variable::Causality;
+use camdrive::drives::unit::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Quantity};
+use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{Description, Fault};
 use std::path::Path;
 
-/// The inputs of a motion, each the time derivative of the one before.
-const MOTION: [&str; 3] = ["phi", "w", "a"];
+/// The inputs of a motion with their quantities, each the time derivative of the one before.
+const MOTION: [(&str, &Quantity); 3] = [("phi", &ANGLE), ("w", &ANGULAR_VELOCITY), ("a", &ANGULAR_ACCELERATION)];
 
 /// Two times nearer to each other than this part of them are one.
 const SAME: f64 = 1e-12;
@@ -20,12 +21,13 @@ pub struct Signals {
     courses: Vec<Course>,
 }
 
-/// An input that is linear between the rows; or several, each the derivative of the one before: the last one in the table
+/// An input that is linear between the rows, or held where it is discrete; or several, each the derivative of the one before: the last one in the table
 /// is linear, those before it are its integrals from row to row, those behind it its derivatives.
 struct Course {
     references: Vec<usize>,
     /// The columns of the first of them, at least one.
     rows: Vec<Vec<f64>>,
+    held: bool,
 }
 
 impl Signals {
@@ -34,19 +36,26 @@ impl Signals {
         let inputs: Vec<usize> = (0..all.len()).filter(|i| all[*i].causality == Causality::Input).collect();
         let of: Vec<&Description> = inputs.iter().map(|i| &all[*i]).collect();
         let table = scene::courses(path, &of).map_err(|faults| Failure(faults.to_string()))?;
-        let named = |name: &str| inputs.iter().copied().find(|i| all[*i].name == name);
+        let is_it = |d: &Description, (name, of): (&str, &Quantity)| {
+            d.name == name && matches!(d.kind, Kind::Real { quantity, .. } if quantity.base == of.base)
+        };
+        let named = |part| inputs.iter().copied().find(|i| is_it(&all[*i], part));
         let motion: Option<Vec<usize>> = MOTION.into_iter().map(named).collect();
         let (mut first, mut courses) =
-            (Course { references: motion.unwrap_or_default(), rows: Vec::new() }, Vec::new());
+            (Course { references: motion.unwrap_or_default(), rows: Vec::new(), held: false }, Vec::new());
         let mut columns: Vec<(usize, Vec<f64>)> =
             table.columns.into_iter().map(|(column, values)| (inputs[column], values)).collect();
         columns.sort_by_key(|(reference, _)| *reference);
         for (reference, values) in columns {
             match first.references.iter().position(|other| *other == reference) {
-                None => courses.push(Course { references: vec![reference], rows: vec![values] }),
+                None => {
+                    let is_real = matches!(all[reference].kind, Kind::Real { .. });
+                    let held = !is_real || all[reference].variability != Variability::Continuous;
+                    courses.push(Course { references: vec![reference], rows: vec![values], held });
+                }
                 Some(order) if order == first.rows.len() => first.rows.push(values),
                 Some(order) => {
-                    let (missing, here) = (MOTION[first.rows.len()], MOTION[order]);
+                    let (missing, here) = (MOTION[first.rows.len()].0, MOTION[order].0);
                     return Err(failure(format!(
                         "{}: `{here}` has a column, but not `{missing}`, whose derivative it is\n  = hint: add `{missing}`, \
                          or let the drive integrate w alone, [drive] mode = \"speed\"",
@@ -87,7 +96,7 @@ impl Signals {
         let (begin, end) = (row.saturating_sub(1), row);
         for course in &self.courses {
             let last = &course.rows[course.rows.len() - 1];
-            let slope = if row == 0 || row == self.times.len() {
+            let slope = if course.held || row == 0 || row == self.times.len() {
                 0.0
             } else {
                 (last[end] - last[begin]) / (self.times[end] - self.times[begin])
@@ -129,7 +138,7 @@ mod tests {
 
     #[test]
     fn an_input_is_linear_between_the_rows_and_held_outside() {
-        let courses = vec![Course { references: vec![4], rows: vec![vec![1.0, 3.0, 3.0]] }];
+        let courses = vec![Course { references: vec![4], rows: vec![vec![1.0, 3.0, 3.0]], held: false }];
         let signals = Signals { times: vec![1.0, 2.0, 4.0], courses };
         for (time, value, slope, next) in [
             (0.0, 1.0, 0.0, 1.0),
@@ -153,7 +162,7 @@ mod tests {
         let columns = [vec![10.0, 11.0], vec![2.0, 4.0], vec![6.0, 18.0]];
         let motion = |count: usize| Signals {
             times: vec![0.0, 2.0],
-            courses: vec![Course { references: vec![0, 1, 2], rows: columns[..count].to_vec() }],
+            courses: vec![Course { references: vec![0, 1, 2], rows: columns[..count].to_vec(), held: false }],
         };
         // Half of a second after the first row; the slopes are 0.5, 1 and 6.
         assert_eq!(told(&motion(1), 0.5), [(0, 10.25, None), (1, 0.5, None), (2, 0.0, Some(0.0))]);

@@ -36,7 +36,7 @@ pub fn courses(path: &Path, inputs: &[&Description]) -> Result<Courses, Diagnost
     let example = "a table has the headings time and names of inputs, and below them numbers";
     let whole = |message: String| Diagnostics(vec![Diagnostic::new(&name, message).hint(example)]);
     if inputs.is_empty() {
-        let message = "the scene has no inputs".to_owned();
+        let message = "there are no inputs".to_owned();
         return Err(Diagnostics(vec![
             Diagnostic::new(&name, message).hint("`camdrive describe SCENE` lists its variables"),
         ]));

@@ -1,0 +1,113 @@
+//! One drive or FMU with its start values, its inputs over time and what is read of it.
+
+use super::signals::Signals;
+use super::{Args, Column, Machine, Run, name_and_value, names_of};
+use crate::command::{Failure, failure};
+use crate::scene::variable::find;
+use camdrive::drives::variable::Causality;
+use camdrive::drives::{Description, Fault, Number};
+
+/// What is driven alone: the drive of a scene, or an FMU. Variables are known by their places in a list; values are SI.
+pub trait Source {
+    /// Initialises it at this time (s); `inputs` sets inputs.
+    fn start(&mut self, time: f64, inputs: impl FnOnce(&mut Self) -> Result<(), Fault>) -> Result<(), Fault>;
+    /// The value that a text gives a variable.
+    fn value(&self, variable: usize, text: &str) -> Result<f64, String>;
+    /// Sets a parameter or an input.
+    fn set(&mut self, variable: usize, value: f64) -> Result<(), Fault>;
+    /// Sets the time derivative of an input, where that is used.
+    fn set_slope(&mut self, variable: usize, value: f64) -> Result<(), Fault>;
+    /// The value of a variable, as its column shows it.
+    fn get(&mut self, variable: usize) -> Result<f64, Fault>;
+    /// From a communication point on by a step (s).
+    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
+    /// Tells warnings.
+    fn warn(&mut self);
+}
+
+/// A source with its inputs.
+struct Driven<S> {
+    source: S,
+    outputs: Vec<usize>,
+    signals: Signals,
+    start: f64,
+}
+
+/// Runs a source with these variables; `column` is that of a variable.
+pub fn run<S: Source>(
+    args: &Args,
+    mut run: Run,
+    all: &[Description],
+    column: impl Fn(usize) -> Column,
+    source: S,
+) -> Result<S, Failure> {
+    let outputs: Vec<usize> = match &args.output {
+        None => (0..all.len()).filter(|i| all[*i].causality == Causality::Output).collect(),
+        Some(names) => {
+            let found = names_of(names).into_iter().map(|name| find(all, name));
+            found.collect::<Result<_, _>>().map_err(|e| failure(format!("--output: {e}")))?
+        }
+    };
+    run.columns.extend(outputs.iter().map(|i| column(*i)));
+    run.files.extend(args.input.clone());
+    let signals = args.input.as_ref().map(|path| Signals::read(path, all)).transpose()?.unwrap_or_default();
+    let mut driven = Driven { source, outputs, signals, start: run.start };
+    let mut given = Vec::new();
+    for text in &args.start {
+        let wrong = |message: String| failure(format!("--start {text}: {message}"));
+        let (name, word) = name_and_value(text)?;
+        let variable = find(all, name).map_err(wrong)?;
+        if given.contains(&variable) {
+            return Err(wrong(format!("`{name}` is given twice")));
+        }
+        if driven.signals.give(variable) {
+            return Err(wrong(format!("the table of --input gives `{name}`")));
+        }
+        given.push(variable);
+        let value = driven.source.value(variable, word).map_err(wrong)?;
+        driven.source.set(variable, value).map_err(|fault| wrong(fault.to_string()))?;
+    }
+    run.record(args, &mut driven)?;
+    Ok(driven.source)
+}
+
+/// Sets the inputs of a communication point; between the rows of their table they go on as it says.
+fn give(source: &mut impl Source, signals: &Signals, time: f64, initialised: bool) -> Result<(), Fault> {
+    signals.at(time, |variable, value, slope| {
+        source.set(variable, value)?;
+        match slope {
+            Some(slope) if initialised => source.set_slope(variable, slope),
+            _ => Ok(()),
+        }
+    })
+}
+
+impl<S: Source> Machine for Driven<S> {
+    fn start(&mut self) -> Result<(), Failure> {
+        let (signals, time) = (&self.signals, self.start);
+        let started = self.source.start(time, |source| give(source, signals, time, false));
+        started.and_then(|()| give(&mut self.source, signals, time, true)).map_err(failure)
+    }
+
+    fn read(&mut self, line: &mut Vec<f64>) -> Result<(), Failure> {
+        for variable in &self.outputs {
+            line.push(self.source.get(*variable).map_err(failure)?);
+        }
+        self.source.warn();
+        Ok(())
+    }
+
+    fn advance(&mut self, from: f64, to: f64) -> Result<(), Failure> {
+        let mut from = from;
+        while from < to {
+            let next = self.signals.next(from, to);
+            let step = self.source.advance(from, next - from);
+            let step = step.and_then(|()| give(&mut self.source, &self.signals, next, true));
+            let span = || format!("from t = {} s to {} s", Number(from), Number(next));
+            step.map_err(|fault| failure(format!("{}: {fault}", span())))?;
+            self.source.warn();
+            from = next;
+        }
+        Ok(())
+    }
+}
