@@ -217,7 +217,7 @@ fn energy_of_the_machine(chain: &Chain, ratio: f64, load: f64, w: f64) -> Result
     let (j0, tau) = (ratio * mean, 0.01 * load * (1.0 + ratio) * mean * w * w);
     let scene = json!({
         "inertia": {"constant": j0, "varying": null}, "followers": [follower], "motor": "none", "start": "given",
-        "phi_start": 0.3, "w_start": w, "solver": solver(),
+        "phi_start": 0.3, "w_start": w, "solver": solver(), "loads": [{"name": "", "inertia": false}],
     });
     let mut run = admitted(Run::new(("RigidMachine", scene), &[("tau", tau)]))?;
     let [energy, start] = run.all(["E", "phi"]);

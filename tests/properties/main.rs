@@ -5,6 +5,7 @@
 //! inertia by 1e-10, the default tolerance, makes of it. Where that alone exceeds 1 % of the motion the scene is chaotic
 //! and shows nothing; few may be.
 
+mod coupling;
 mod creep;
 mod design;
 mod forged;

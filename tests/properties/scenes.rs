@@ -175,6 +175,7 @@ impl MachineScene {
         };
         let scene = json!({
             "inertia": {"constant": self.j0, "varying": self.varying}, "followers": self.followers, "motor": motor,
+            "loads": [{"name": "", "inertia": false}],
             "start": self.start.resolved(0.0, 0.0)["mode"], "phi_start": self.phi_start, "w_start": self.w_start, "solver": solver(),
         });
         ("RigidMachine", scene)

@@ -12,7 +12,7 @@ use camdrive::drives::Fault;
 use camdrive::drives::drive_train::{self, Follower, Joint, Machine, Shaft};
 use camdrive::drives::follower::load::{Load, Spring};
 use camdrive::drives::rigid_machine::linkage::{Kind, Link, Linkage};
-use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss};
+use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, Named};
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::shaft::motor::{Motor, Reference, Servo, Source, TorqueTable, Transmission};
 use camdrive::drives::variable::{self, Causality, Description, Variability};
@@ -176,7 +176,7 @@ impl AnyScene for TrainScene {
         if let Shaft::Free(machine) = &self.shaft {
             let motor = &machine.motor;
             let named = [
-                (machine.input, "tau", -0.3 * self.torque),
+                (!machine.loads.is_empty(), "tau", -0.3 * self.torque),
                 (motor.source == Source::Input, "M_an", self.torque / motor.transmission.ratio),
                 (motor.takes_speed(), "w_ref", self.speed),
                 (motor.takes_position(), "phi_ref", motor.transmission.ratio * machine.phi_start),
@@ -646,7 +646,7 @@ fn trains_of(laws: Laws, range: std::ops::Range<usize>) -> impl Strategy<Value =
                     },
                     load: has[2].then(|| times(&load, 0.3 * torque)),
                     friction: has[1].then_some(0.1 * n[2] * torque / w),
-                    input: has[0],
+                    loads: if has[0] { vec![Named::default()] } else { vec![] },
                     motor,
                     phi_start,
                     w_start,
@@ -928,7 +928,7 @@ fn heavy(scene: &TrainScene) -> Result<(), TestCaseError> {
     let Shaft::Driven(DriveMode::Constant { w, phi_start }) = scene.shaft else { unreachable!("a driven shaft") };
     let inertia = InertiaFunction { constant: 1e12, varying: None };
     let motor = Motor::default();
-    let machine = Machine { inertia, load: None, friction: None, input: false, motor, phi_start, w_start: w };
+    let machine = Machine { inertia, load: None, friction: None, loads: vec![], motor, phi_start, w_start: w };
     let image = TrainScene { shaft: Shaft::Free(machine), ..scene.clone() };
     same(scene, Course::of_scene(&image), |_, _, value| value)
 }
@@ -1007,7 +1007,7 @@ fn of_machine(scene: &MachineScene) -> Result<(), TestCaseError> {
             inertia: InertiaFunction { constant: scene.j0, varying: scene.varying.clone() },
             load: Some(constant),
             friction: None,
-            input: false,
+            loads: vec![],
             motor: Motor { source, transmission: Transmission::default() },
             phi_start: scene.phi_start,
             w_start: scene.w_start,
@@ -1108,7 +1108,7 @@ fn power(scene: &TrainScene, run: &mut Run) -> f64 {
     let phi = phi.rem_euclid(TAU);
     let mut power = 0.0;
     if let Shaft::Free(machine) = &scene.shaft {
-        let tau = if machine.input { -0.3 * scene.torque } else { 0.0 };
+        let tau = if !machine.loads.is_empty() { -0.3 * scene.torque } else { 0.0 };
         let load = machine.load.as_ref().map_or(0.0, |load| load.at(phi).0[0]);
         let Transmission { ratio, coupling, .. } = machine.motor.transmission;
         // An input has the name of the output, and is the torque of the rotor.

@@ -38,6 +38,7 @@ pub fn lag() -> Described {
 /// A name and a scene beside it, which is that of a flywheel, since files know no lag.
 pub fn resource(name: &str) -> Resource {
     let flywheel = rigid_machine::Scene {
+        loads: vec![Default::default()],
         inertia: rigid_machine::InertiaFunction { constant: 1.0, varying: None },
         followers: Vec::new(),
         motor: rigid_machine::Motor::None,

@@ -267,6 +267,10 @@ tables! {
         "motor": value(Value::Table(&MOTOR)).of(&[MACHINE, TRAIN]);
         /// the tools on the shaft
         "follower": value(Value::Tables(&FOLLOWER)).of(&[MACHINE, TRAIN]).also(&["followers"]);
+        /// names of the units that load the shaft, "NAME.tau" being the input of each instead of the only input "tau"
+        "torques": value(Value::Texts).of(&[MACHINE, TRAIN]);
+        /// inertia that other units and the shaft exchange
+        "coupling": value(Value::Table(&EXCHANGE));
         /// where the motion begins
         "start": value(Value::Table(&START));
         /// how the FMU integrates
@@ -284,6 +288,15 @@ tables! {
         "method": choice(&[&["adaptive"], &["fixed_cost"]]).usually("adaptive");
         /// internal step of `fixed_cost`, 0 for the documented default of the model
         "step_size": real(&unit::TIME, within(0.0, LONGEST_STEP_SIZE)).or(0.0);
+    }
+
+    /// `[coupling]`.
+    EXCHANGE "`[coupling]`" {
+        /// of a drive: the outputs J_load, dJ_load and tau_rest tell its torque tau = J_load φ̈ + ½ dJ_load φ̇² + tau_rest apart, with the
+        /// inertia of what follows the shaft without slip (`m_roller` of an elastic output, m1 in contact, rigid followers); of a
+        /// RigidMachine with the motor `none`, `kloss` or `input`, no transmission and no loads of its own: it has the inputs J_load,
+        /// dJ_load and tau_rest instead of tau, of the only load (`true`) or of those in a list of names from `torques`
+        "inertia": value(Value::Flag).and(Value::Texts);
     }
 
     /// `[drive]`.

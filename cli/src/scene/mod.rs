@@ -4,6 +4,7 @@
 #![doc = include_str!("../../../docs/scene.md")]
 
 mod common;
+mod coupling;
 pub mod diagnostics;
 mod follower;
 pub mod forces;

@@ -4,7 +4,7 @@ use super::common::{self, Elastic, PLACES, drive_mode, elastic_output, solver, s
 use super::limits::within;
 use super::section::{Faults, Section};
 use super::{Resolved, diagnostics::Diagnostic, units};
-use super::{forces, geometry, load, motion_law, parametric, train};
+use super::{coupling, forces, geometry, load, motion_law, parametric, train};
 use camdrive::drives::Fault;
 use camdrive::drives::backlash;
 use camdrive::drives::drive_train::{self, Follower, Joint, Machine, Names, Shaft};
@@ -77,14 +77,25 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Scene> {
         section.finish();
         values
     });
+    let coupling = coupling::of_drive(
+        root,
+        match &elastic {
+            Some(Elastic::Output(_, 0.0)) => {
+                Err("give the mass on the cam's side, `elasticity.m_roller`; the elastic mass must not count")
+            }
+            Some(Elastic::Shaft(..)) => Err("remove it and connect tau: the cam turns behind an elastic shaft"),
+            _ => Ok(()),
+        },
+    );
     let roller = section.is_some_and(|section| section.has("m_roller"));
     let loads = load::beside_cam(root, cam.as_ref(), roller, folder);
     let common = cam_drive(root, cam, place == Some(true));
     let (CamDrive { cam, drive, start, solver }, elastic, [load, roller]) = (common?, elastic?, loads?);
+    let coupling = coupling?;
     match elastic {
         Elastic::Output(parameters, m_roller) => {
             let roller = (m_roller, roller);
-            Some(output::Scene { parameters, load, roller, cam, drive, start, solver }.into())
+            Some(output::Scene { parameters, load, roller, coupling, cam, drive, start, solver }.into())
         }
         Elastic::Shaft(parameters, linear) => {
             Some(elastic_shaft::Scene { parameters, linear, load, cam, drive, start, solver }.into())
@@ -97,9 +108,11 @@ fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<Scene> {
     let loads = load::beside_cam(root, cam.as_ref(), true, folder);
     let parameters = root.required_section("backlash").and_then(|section| train::clearance(&section, loads.as_ref()));
     let common = cam_drive(root, cam, false);
+    let coupling = coupling::of_drive(root, Ok(()));
     let (CamDrive { cam, drive, start, solver }, parameters, [load, roller]) = (common?, parameters?, loads?);
+    let coupling = coupling?;
     if load.is_none() && roller.is_none() && parameters.s.is_finite() {
-        return Some(backlash::Scene { parameters, cam, drive, start, solver }.into());
+        return Some(backlash::Scene { parameters, cam, drive, coupling, start, solver }.into());
     }
     let mode = match start.mode {
         StartMode::Given if parameters.m2 == 0.0 => {
@@ -116,6 +129,7 @@ fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<Scene> {
         shaft: Shaft::Driven(drive),
         followers: vec![follower],
         start: mode,
+        coupling,
         solver: train::solver(root)?,
         names: Names::Backlash([start.q, start.q_dot]),
     };
@@ -139,7 +153,9 @@ fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<Scene> {
             root.faults.report(root.faults.at(place, said).of(key).hint(hint));
         }
     }
+    let loads = coupling::of_machine(root, true);
     let solver = solver(root);
+    let loads = loads?;
     let (machine, followers, (mode, phi_start, w_start)) = (machine?, followers?, start?);
     let plain = match &machine.motor {
         motor::Motor { transmission, .. } if *transmission != Default::default() => None,
@@ -156,14 +172,16 @@ fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<Scene> {
         let followers = followers.into_iter().map(|follower| follower.rigid).collect();
         let inertia = machine.inertia;
         let scene =
-            rigid_machine::Scene { inertia, followers, motor, phi_start, w_start, start: mode, solver: solver? };
+            rigid_machine::Scene { inertia, followers, motor, loads, phi_start, w_start, start: mode, solver: solver? };
         return Some(scene.into());
     }
+    coupling::refuse_inertia(root, &loads)?;
     let steady = mode == MachineStart::SteadyState;
     let scene = drive_train::Scene {
-        shaft: Shaft::Free(Machine { input: true, ..machine }),
+        shaft: Shaft::Free(Machine { loads, ..machine }),
         followers,
         start: if steady { drive_train::Start::SteadyState } else { drive_train::Start::AtRest },
+        coupling: false,
         solver: train::solver(root)?,
         names: Names::Machine(0.0),
     };
@@ -203,6 +221,7 @@ pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
         }
     }
     let parameters = drive.descriptions().to_vec();
+    coupling::check_names(&resolved.scene, &parameters, faults);
     for (reference, parameter) in parameters.iter().enumerate().filter(|(_, d)| d.causality == Causality::Parameter) {
         if let (Ok(value), Kind::Real { quantity, min, max, .. }) = (drive.get(reference), &parameter.kind)
             && parameter.check(value).is_err()

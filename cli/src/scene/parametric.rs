@@ -1,10 +1,10 @@
 //! The scene of a `ParametricDrive`: `[crank]` with `[load]`, or `[coefficients]`.
 
-use super::common;
 use super::keys::PARAMETRIC_LOAD;
 use super::load::{self, Carrier};
 use super::motion_law;
 use super::section::{Node, Section};
+use super::{common, coupling};
 use camdrive::drives::follower::load::Load;
 use camdrive::drives::parametric::Scene;
 use camdrive::drives::parametric::coefficients::Stiffness;
@@ -37,6 +37,7 @@ pub fn read(root: &Section<'_>, folder: &Path) -> Option<Scene> {
     let coordinate = law.as_ref().map_or(Coordinate::Rotation, Law::coordinate);
     let drive = root.required_section("drive").and_then(|s| common::drive_mode(&s));
     let start = common::start(root, coordinate == Coordinate::Rotation);
+    coupling::of_drive(root, Err("remove it and connect tau: the mass vibrates on a spring"))?;
     let solver = common::solver(root);
     Some(Scene { law: law?, drive: drive?, load: load?, start: start?, solver: solver? })
 }

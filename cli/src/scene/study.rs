@@ -300,7 +300,7 @@ fn measures(root: &Section<'_>) -> Option<Vec<Measure>> {
 }
 
 /// A list of texts with their places; empty where the key is not there.
-fn texts<'a>(section: &Section<'a>, key: &'static str) -> Option<Vec<(&'a str, Node<'a>)>> {
+pub(super) fn texts<'a>(section: &Section<'a>, key: &'static str) -> Option<Vec<(&'a str, Node<'a>)>> {
     let items = items(section, key, "a list of texts")?;
     let text = |node: Node<'a>| match node.value {
         DeValue::String(text) => Some((text.trim(), node)),

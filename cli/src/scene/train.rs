@@ -3,10 +3,11 @@
 use super::common::{self, Elastic, by_ratio};
 use super::load::{self, Carrier};
 use super::section::Section;
-use super::{follower, motion_law, motor};
+use super::{coupling, follower, motion_law, motor};
 use camdrive::drives::backlash;
 use camdrive::drives::drive_train::{Follower, Joint, MOST_FOLLOWERS, Machine, Names, Scene, Shaft, Start};
 use camdrive::drives::follower::load::Load;
+use camdrive::drives::rigid_machine::Named;
 use camdrive::drives::settings::{Method, Settings};
 use camdrive::motion::MotionLaw;
 use std::path::Path;
@@ -32,13 +33,36 @@ pub fn read(root: &Section<'_>, folder: &Path) -> Option<Scene> {
         root.forbid(&["motor"], "the drive prescribes the motion", "[machine] instead of [drive]");
         root.section("drive").and_then(|part| common::drive_mode(&part?)).map(Shaft::Driven)
     } else if free {
-        machine(root, start.map(|(_, phi, w)| [phi, w]), folder).map(Shaft::Free)
+        let machine = machine(root, start.map(|(_, phi, w)| [phi, w]), folder);
+        let plain = machine.as_ref().is_some_and(|machine| !machine.loads.is_empty());
+        if plain && root.has(coupling::TORQUES) {
+            let fault =
+                root.fault_of(coupling::TORQUES, ": machine.load.input gives the shaft its only load tau already");
+            root.faults.report(fault.hint("remove one of them"));
+        }
+        let loads = coupling::of_machine(root, plain).filter(|loads| coupling::refuse_inertia(root, loads).is_some());
+        machine.zip(loads).map(|(machine, loads)| Shaft::Free(Machine { loads, ..machine }))
     } else {
         None
     };
     let followers = followers(root, |section| one(section, folder));
+    let coupling = if driven {
+        root.forbid(&[coupling::TORQUES], "the drive prescribes the motion", "[machine] instead of [drive]");
+        let rigid = |follower: &Follower| match follower.joint {
+            Joint::Rigid => follower.rigid.m > 0.0 || !follower.rigid.linkage.is_empty(),
+            Joint::Output(_, m_x) => m_x > 0.0,
+            Joint::Shaft(_) => false,
+            Joint::Backlash(_) => true,
+        };
+        let none = followers.as_ref().is_some_and(|followers| !followers.iter().any(rigid));
+        let hint = "remove it and connect the torques of the followers, or give an elasticity its `m_roller`";
+        coupling::of_drive(root, if none { Err(hint) } else { Ok(()) })
+    } else {
+        Some(false)
+    };
     let solver = solver(root);
-    Some(Scene { shaft: shaft?, followers: followers?, start: start?.0, solver: solver?, names: Names::Train })
+    let (shaft, coupling) = (shaft?, coupling?);
+    Some(Scene { shaft, followers: followers?, start: start?.0, coupling, solver: solver?, names: Names::Train })
 }
 
 /// `[[follower]]`.
@@ -89,7 +113,8 @@ pub fn machine(root: &Section<'_>, start: Option<[f64; 2]>, folder: &Path) -> Op
     let (inertia, load) = machine??;
     let (load, friction, input) = load.unwrap_or_default();
     let [phi_start, w_start] = start?;
-    Some(Machine { inertia, load, friction, input, motor: motor?, phi_start, w_start })
+    let loads = if input { vec![Named::default()] } else { Vec::new() };
+    Some(Machine { inertia, load, friction, loads, motor: motor?, phi_start, w_start })
 }
 
 /// `[start]`.

@@ -207,7 +207,14 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
                      the mass between the flanks; its m becomes m2",
                 ));
             };
-            Scene { parameters: backlash::Parameters { m1, m2: m, c, b, s, e: 0.0 }, cam, drive, start, solver }
+            Scene {
+                parameters: backlash::Parameters { m1, m2: m, c, b, s, e: 0.0 },
+                cam,
+                drive,
+                coupling: false,
+                start,
+                solver,
+            }
         }
         resource::Scene::DriveTrain(_) => {
             return Err(Fault::new(

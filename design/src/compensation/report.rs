@@ -259,6 +259,7 @@ fn other_motion(task: &Task, laws: &[Law], driving: &Driving, period: f64) -> Re
     }
     let tools = pairs(task, laws).map(|(tool, law)| tool.with_law(&law.law));
     let scene = Scene {
+        loads: vec![],
         inertia: task.own.function.clone(),
         followers: task.own.followers.iter().cloned().chain(tools).collect(),
         motor: driving.motor,

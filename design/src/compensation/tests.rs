@@ -475,6 +475,7 @@ fn motors_may_be_steep() {
             Motor::Kloss(Kloss { breakdown_torque: 220.0, breakdown_slip: 0.03, synchronous_speed, dynamics: None });
         let rounds = rounds(&task, 192, 0);
         let scene = rigid_machine::Scene {
+            loads: vec![Default::default()],
             inertia: task.own.function.clone(),
             followers: task.tools.iter().map(|tool| tool.with_law(&tool.motion)).collect(),
             motor: task.driving.motor,
@@ -652,6 +653,7 @@ fn cycles(law: StandardLaw) -> Task {
 fn driven_miss(task: &Task, laws: &[MotionLaw]) -> Vec<f64> {
     let followers: Vec<Follower> = task.tools.iter().zip(laws).map(|(tool, law)| tool.with_law(law)).collect();
     let scene = rigid_machine::Scene {
+        loads: vec![Default::default()],
         inertia: task.own.function.clone(),
         followers: followers.clone(),
         motor: task.driving.motor,

@@ -350,6 +350,7 @@ mod tests {
 
     fn flywheel(speed: f64) -> Resource {
         let scene = Scene {
+            loads: vec![Default::default()],
             inertia: InertiaFunction { constant: 2.0, varying: None },
             followers: Vec::new(),
             motor: Motor::Input,

@@ -37,6 +37,7 @@ fn the_figures_of_an_elastic_output_on_a_cosine_are_those_of_the_closed_form() {
     let (c, b) = (m * w0 * w0, 2.0 * d * m * w0);
     let drive = DriveMode::Constant { w, phi_start: 0.0 };
     let scene = elastic_output::Scene {
+        coupling: false,
         parameters: elastic_output::Parameters { m, c, b },
         load: Load::default(),
         roller: (0.0, Load::default()),
@@ -107,6 +108,7 @@ fn a_drive_with_backlash_has_two_natural_frequencies_and_one_on_inputs_no_speed(
     let (m1, m2, c) = (2.0, 8.0, 2e6);
     let (cam, drive, solver) = (cosine(0.01), DriveMode::Input, Settings::default());
     let scene = backlash::Scene {
+        coupling: false,
         parameters: backlash::Parameters { m1, m2, c, b: 0.0, s: 5e-5, e: 0.0 },
         cam,
         drive,
@@ -137,6 +139,7 @@ fn a_machine_without_motor_keeps_its_energy() {
     // From the middle of the stroke, where J is largest, and from anywhere.
     for phi_start in [1.5 * std::f64::consts::PI, -0.304, 200.7] {
         let scene = rigid_machine::Scene {
+            loads: vec![Default::default()],
             inertia: InertiaFunction { constant, varying: None },
             followers: vec![Follower::new(m, cosine(a))],
             motor: Motor::None,
@@ -278,6 +281,7 @@ fn a_table_has_the_motions_of_its_law() {
 fn a_tool_behind_mechanisms_is_told_under_its_own_name() {
     let tool = Tool { section: "follower[1].tool".to_owned(), law: cosine(0.02), unit: "m" };
     let machine = rigid_machine::Scene {
+        loads: vec![Default::default()],
         inertia: InertiaFunction { constant: 1.0, varying: None },
         followers: Vec::new(),
         motor: Motor::None,
@@ -425,6 +429,7 @@ fn figures_do_not_depend_on_the_origin_of_the_angle() {
             inflections: [Some(0.5481), None],
         };
         backlash::Scene {
+            coupling: false,
             parameters: backlash::Parameters { m1: 0.0287, m2: 0.149, c: 2540.0, b: 41.0, s: 1.2e-4, e: 0.0 },
             cam: MotionLaw::Cycle(Cycle::new(plan)),
             drive: DriveMode::Constant { w: 41.0, phi_start: 0.0 },
@@ -534,6 +539,7 @@ fn a_train_is_told_by_its_motor_its_shaft_and_its_followers() {
         ]
     };
     let train = |shaft: Shaft| drive_train::Scene {
+        coupling: false,
         shaft,
         followers: followers(),
         start: drive_train::Start::AtRest,
@@ -570,7 +576,7 @@ fn a_train_is_told_by_its_motor_its_shaft_and_its_followers() {
         inertia: InertiaFunction { constant: 0.4, varying: None },
         load: None,
         friction: Some(0.05),
-        input: false,
+        loads: vec![],
         motor: motor::Motor { source: Source::Servo(servo), transmission },
         phi_start: 0.0,
         w_start: 0.0,

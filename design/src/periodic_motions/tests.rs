@@ -25,6 +25,7 @@ fn machine(s_k: f64, lag: Option<f64>) -> Scene {
     let a = (0..=90).map(|k| coefficient(k, f64::cos)).collect();
     let b = (0..=90).map(|k| coefficient(k, f64::sin)).collect();
     Scene {
+        loads: vec![Default::default()],
         inertia: InertiaFunction { constant: 1.0, varying: Some(MotionLaw::Fourier(Fourier::new(a, b))) },
         followers: Vec::new(),
         motor: Motor::Kloss(Kloss {

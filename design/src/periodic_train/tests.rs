@@ -30,7 +30,7 @@ fn machine(source: Source) -> Machine {
         inertia: InertiaFunction { constant: 0.9, varying: None },
         load: Some(series(&[4.0, 1.5], &[0.0, 0.8])),
         friction: Some(0.1),
-        input: false,
+        loads: vec![],
         motor: Motor { source, transmission: Transmission::default() },
         phi_start: 1.0,
         w_start: 0.0,
@@ -44,6 +44,7 @@ fn kloss() -> Source {
 
 fn scene(shaft: Shaft, followers: Vec<Follower>) -> Scene {
     Scene {
+        coupling: false,
         shaft,
         followers,
         start: Start::AtRest,

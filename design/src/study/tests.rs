@@ -38,6 +38,7 @@ const D: f64 = 0.07;
 fn elastic(mode: StartMode, w: f64) -> elastic_output::Scene {
     let m = 3.0;
     elastic_output::Scene {
+        coupling: false,
         parameters: elastic_output::Parameters { m, c: m * W0 * W0, b: 2.0 * D * m * W0 },
         load: Load::default(),
         roller: (0.0, Load::default()),
@@ -168,6 +169,7 @@ fn only_ends_take_few_steps_and_parameters_count() {
 /// A wheel of 2 kg·m² under the input M_an.
 fn wheel(w_start: f64) -> rigid_machine::Scene {
     rigid_machine::Scene {
+        loads: vec![Default::default()],
         inertia: InertiaFunction { constant: 2.0, varying: None },
         followers: Vec::new(),
         motor: Motor::Input,
@@ -214,6 +216,7 @@ fn cycle(rise: StandardLaw) -> MotionLaw {
 
 fn clearance(rise: StandardLaw, s: f64) -> backlash::Scene {
     backlash::Scene {
+        coupling: false,
         parameters: backlash::Parameters { m1: 0.03, m2: 0.2, c: 4000.0, b: 3.0, s, e: 0.2 },
         cam: cycle(rise),
         drive: DriveMode::Constant { w: 60.0, phi_start: 0.0 },

@@ -27,6 +27,7 @@ fn output(drive: DriveMode) -> Resource {
     };
     let settings = Settings::default();
     resource(elastic_output::Scene {
+        coupling: false,
         parameters: elastic_output::Parameters { m: 2.0, c: 2e4, b: 0.0 },
         load: Load::default(),
         roller: (0.0, Load::default()),

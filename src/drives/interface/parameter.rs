@@ -143,6 +143,7 @@ mod tests {
             ([1.0, 1.0, f64::NAN], "`b`: NaN N.s/m is not admissible; expected 0 to 1e24 N.s/m"),
         ] {
             let scene = Scene {
+                coupling: false,
                 parameters: Parameters { m, c, b },
                 load: Load::default(),
                 roller: (0.0, Load::default()),

@@ -34,6 +34,8 @@ quantities! {
     MASS = "Mass", "kg", [1, 0, 0, 0], None;
     /// Moment of inertia (kg·m²).
     INERTIA = "MomentOfInertia", "kg.m2", [1, 2, 0, 0], None;
+    /// The derivative of a moment of inertia by the angle (kg·m²/rad).
+    INERTIA_PER_ANGLE = "MomentOfInertiaPerAngle", "kg.m2/rad", [1, 2, 0, -1], None;
     /// Translational stiffness (N/m).
     STIFFNESS = "TranslationalSpringConstant", "N/m", [1, 0, -2, 0], Some(("N/mm", 1e-3));
     /// Translational damping (N·s/m).

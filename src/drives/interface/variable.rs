@@ -464,6 +464,7 @@ mod tests {
     #[test]
     fn one_variable_is_read_and_set_apart_from_all_others() {
         let scene = Scene {
+            coupling: false,
             parameters: Parameters { m: 2.0, c: 800.0, b: 3.0 },
             load: Load::default(),
             roller: (0.0, Load::default()),

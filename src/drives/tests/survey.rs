@@ -504,6 +504,7 @@ fn output() -> Rows {
         let kind = format!("{}, {}", kind_of(&cam), KINDS[number % 3]);
         let size = size * r.scale(1e-4, 1.0);
         let scene = Scene {
+            coupling: false,
             parameters: Parameters { m, c, b },
             load: Load::default(),
             roller: (0.0, Load::default()),
@@ -570,6 +571,7 @@ fn backlash() -> Rows {
         let kind = format!("{}, {}", kind_of(&cam), KINDS[number % 3]);
         let size = 0.1 * s;
         let scene = Scene {
+            coupling: false,
             parameters: Parameters { m1, m2, c, b, s, e },
             cam,
             drive: mode(&course, w, phi),
@@ -647,6 +649,7 @@ fn machine(kind: usize) -> Rows {
             let larger = if turned.is_some() { LARGER } else { 1.0 };
             let other = |cam: &MotionLaw| if turned.is_some() { self::turned(cam) } else { cam.clone() };
             Scene {
+                loads: vec![Default::default()],
                 inertia: InertiaFunction { constant: larger * constant, varying: None },
                 followers: followers.iter().map(|f| Follower::new(f.m / larger, other(&f.cam))).collect(),
                 motor: motor(larger),

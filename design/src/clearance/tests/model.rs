@@ -28,6 +28,7 @@ fn with(mut scene: Scene, change: impl FnOnce(&mut Parameters)) -> Scene {
 /// μ = 0.25, ω = 500 rad/s, no damping.
 fn scene(cam: MotionLaw, eta: f64, s: f64) -> Scene {
     Scene {
+        coupling: false,
         parameters: Parameters { m1: 0.5, m2: 2.0, c: 5e5, b: 0.0, s, e: 0.0 },
         cam,
         drive: DriveMode::Constant { w: 500.0 * eta, phi_start: 0.3 },

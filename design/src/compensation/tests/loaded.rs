@@ -20,7 +20,7 @@ fn loaded(mut task: Task, source: Source, loads: [Load; 2]) -> Task {
         inertia: task.own.function.clone(),
         load: None,
         friction: None,
-        input: false,
+        loads: vec![],
         motor: motor::Motor { source: source.clone(), transmission: Transmission::default() },
         phi_start: 0.0,
         w_start: 0.0,
@@ -133,6 +133,7 @@ fn simulated(task: &Task, laws: &[MotionLaw], guess: f64) -> (Vec<f64>, f64) {
     });
     let first = kept.len();
     let scene = drive_train::Scene {
+        coupling: false,
         shaft: Shaft::Free(drive_train::Machine { w_start: guess, ..machine }),
         followers: kept.into_iter().chain(tools).collect(),
         start: Start::SteadyState,

@@ -52,6 +52,9 @@ pub struct Scene {
     pub cam: MotionLaw,
     /// Constant speed or inputs.
     pub drive: DriveMode,
+    /// Whether the outputs tell what inertia follows the shaft without slip.
+    #[serde(default)]
+    pub coupling: bool,
     /// The initial state.
     pub start: Start,
     /// `solver.tolerance`, `solver.method`, `solver.step_size`.
@@ -78,6 +81,7 @@ pub struct BacklashDrive {
     start: Start,
     solver: Solver,
     parameters: Parameters,
+    coupling: bool,
     /// The bodies with the parameters of the last start.
     bodies: Bodies,
     /// Bounds of |U|, |U′|, |U″|, with the parameters of the last start.
@@ -231,7 +235,7 @@ impl Drive for BacklashDrive {
     const INPUT_DERIVATIVES: usize = MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let Scene { parameters, cam, drive, start, solver } = scene;
+        let Scene { parameters, cam, drive, coupling, start, solver } = scene;
         let now = Now { time: 0.0, mode: Mode::Free, point: Point::default(), tally: Tally::default() };
         let bodies = Bodies::new(&parameters);
         Ok(BacklashDrive {
@@ -240,6 +244,7 @@ impl Drive for BacklashDrive {
             start,
             solver: Solver::new(solver),
             parameters,
+            coupling,
             bodies,
             bounds: [0.0; 3],
             run: None,
@@ -256,7 +261,7 @@ impl Drive for BacklashDrive {
     }
 
     fn text(&self) -> Text {
-        Text::new(include_str!("text.toml"), &[("tolerance", self.has_tolerance())])
+        Text::new(include_str!("text.toml"), &[("tolerance", self.has_tolerance()), ("coupling", self.coupling)])
     }
 
     fn curves(&self) -> Vec<Curve> {

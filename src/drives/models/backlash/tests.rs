@@ -219,6 +219,7 @@ fn profile() -> MotionLaw {
 fn scene(w: f64, s: f64, b: f64, e: f64) -> Scene {
     // ω = 500 rad/s, μ = 0.25.
     Scene {
+        coupling: false,
         parameters: Parameters { m1: 0.5, m2: 2.0, c: 5e5, b, s, e },
         cam: profile(),
         drive: DriveMode::Constant { w, phi_start: 0.0 },

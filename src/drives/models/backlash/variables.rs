@@ -4,6 +4,7 @@ use super::{BacklashDrive, Now, Parameters};
 use crate::drives::follower::contact::{Mode, State};
 use crate::drives::settings::HasSolver;
 use crate::drives::shaft::cam_drive::{A, CAM, HasCamDrive, PHI, W};
+use crate::drives::shaft::free::coupled::COUPLING;
 use crate::drives::{List, Seed, unit, variable};
 use crate::motion::Kinematics;
 use crate::numerics::taylor::{Scalar, Series};
@@ -91,14 +92,15 @@ impl BacklashDrive {
         u
     }
 
-    /// U′ as a series.
-    fn slope_series(&self, seed: Seed) -> Series {
+    /// U′ (order 1) or U″ (order 2) as a series.
+    fn transfer_series(&self, seed: Seed, order: usize) -> Series {
         let (shaft, law) = self.cam.at(&self.motion, self.now.time);
         let [_, w, a, ..] = shaft.kinematics.0;
-        let [_, _, u2, u3, _] = law.0;
+        let value = if order == 1 { self.slope() } else { law.0[order] };
+        let [u1, u2] = [law.0[order + 1], law.0[order + 2]];
         match seed {
-            Seed::Time => Series::from_derivatives(self.slope(), u2 * w, u3 * w * w + u2 * a),
-            known => Series([self.slope(), u2 * known.of("phi"), 0.0]),
+            Seed::Time => Series::from_derivatives(value, u1 * w, u2 * w * w + u1 * a),
+            known => Series([value, u1 * known.of("phi"), 0.0]),
         }
     }
 
@@ -225,6 +227,7 @@ const IMPACTS: usize = 17;
 const LOSS: usize = 18;
 const DAMPING_LOSS: usize = 19;
 const STATISTICS: usize = 20;
+const COUPLED: usize = STATISTICS + 3;
 
 /// The continuous outputs, of numbers or of series, in the order of their places; of the gap, the shaft and U′ as they are.
 fn continuous<S: Scalar>(d: &BacklashDrive, known: &Known<S>, gap: S, shaft: [S; 2], slope: S) -> [S; TAU + 1] {
@@ -245,13 +248,31 @@ pub(super) fn evaluate(d: &BacklashDrive, values: &mut [f64]) {
     // The count saturates at the largest Integer.
     (values[IMPULSE], values[IMPACTS]) = (tally.impulse, tally.impacts.min(f64::from(i32::MAX)));
     (values[LOSS], values[DAMPING_LOSS]) = (tally.energy_loss, d.damping_loss());
-    values[STATISTICS..].copy_from_slice(&d.statistics());
+    values[STATISTICS..COUPLED].copy_from_slice(&d.statistics());
+    if d.coupling {
+        let curvature = d.cam.at(&d.motion, d.now.time).1.0[2];
+        values[COUPLED..].copy_from_slice(&coupled(d, &known, [d.slope(), curvature]));
+    }
+}
+
+/// The inertia of m1 in contact on the shaft, its derivative by φ, and the rest of the torque.
+fn coupled<S: Scalar>(d: &BacklashDrive, known: &Known<S>, [slope, curvature]: [S; 2]) -> [S; 3] {
+    match d.now.mode {
+        Mode::Contact(_) => {
+            let m1 = d.parameters.m1;
+            [slope * slope * m1, slope * curvature * (2.0 * m1), -(slope * known.link(d))]
+        }
+        Mode::Free => [S::from(0.0); 3],
+    }
 }
 
 fn series(d: &BacklashDrive, seed: Seed, which: usize) -> Series {
     let (known, gap) = d.series_and_gap(seed);
     let shaft = [0, 1].map(|order| d.shaft_series(seed, order));
-    continuous(d, &known, gap, shaft, d.slope_series(seed))[which]
+    if which >= COUPLED {
+        return coupled(d, &known, [1, 2].map(|order| d.transfer_series(seed, order)))[which - COUPLED];
+    }
+    continuous(d, &known, gap, shaft, d.transfer_series(seed, 1))[which]
 }
 
 /// Initial dependencies of q, q̇, the flank that is touched and whatever else only the periodic start brings.
@@ -319,6 +340,12 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
     outputs.add_shaft([SHAFT, SHAFT_SPEED]);
     let text = "Torque of the contact force on the drive, U' force; positive loads the drive. Without impulses: connect tau_mean";
     outputs.add(TAU, "tau", text, &unit::TORQUE, pressed).depends_initially(force);
+    for (i, (name, text, quantity)) in COUPLING.into_iter().enumerate().filter(|_| drive.coupling) {
+        let (known, of_m1) = (if i < 2 { &["phi"][..] } else { &pressed[..4] }, [PHI, CAM, &["m1"], &start.periodic]);
+        let of_rest: [&[&str]; 5] = [PHI, CAM, &start.q, &start.q_dot, &["c", "b"]];
+        let initial: &[&[&str]] = if i < 2 { &of_m1 } else { &of_rest };
+        outputs.add(COUPLED + i, name, text, quantity, known).depends_initially(initial);
+    }
     // What a communication step, and all since the start, come to.
     let real = variable::real;
     let text = "Mean force of the drive on m1 over the last communication step, impulses included";

@@ -34,12 +34,9 @@ impl DriveTrain {
         let mut names: Vec<String> = driven.map(str::to_owned).collect();
         if let Some(machine) = self.train.machine() {
             let motor = &machine.motor;
-            let named = [
-                (machine.input, "tau"),
-                (motor.takes_torque(), "M_an"),
-                (motor.takes_speed(), "w_ref"),
-                (motor.takes_position(), "phi_ref"),
-            ];
+            names.extend(self.inputs.loads.names());
+            let named =
+                [(motor.takes_torque(), "M_an"), (motor.takes_speed(), "w_ref"), (motor.takes_position(), "phi_ref")];
             names.extend(named.into_iter().filter(|(is, _)| *is).map(|(_, name)| name.to_owned()));
         }
         let forces = self.train.followers.iter().enumerate().filter(|(_, follower)| follower.load.input);

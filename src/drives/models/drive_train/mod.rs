@@ -16,6 +16,7 @@ use crate::drives::follower::contact;
 use crate::drives::limits::{no_state, refused_start};
 use crate::drives::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use crate::drives::shaft::cam_drive::{AngleMotion, CamDrive, DriveMode, MAX_INPUT_DERIVATIVE, field};
+use crate::drives::shaft::free::coupled::Named;
 use crate::drives::shaft::free::inertia::Inertia;
 use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::train::{Inputs, MOST_STATES, Modes, Train};
@@ -37,6 +38,9 @@ pub struct Scene {
     pub followers: Vec<Follower>,
     /// How they begin.
     pub start: Start,
+    /// Whether the outputs of a driven train tell what inertia follows its shaft without slip.
+    #[serde(default)]
+    pub coupling: bool,
     /// `solver.tolerance`; the method is the adaptive one.
     pub solver: Settings,
     /// Whose names the variables have.
@@ -64,6 +68,7 @@ pub enum Start {
 pub struct DriveTrain {
     train: Train,
     start: Start,
+    coupling: bool,
     names: Names,
     solver: Solver,
     inputs: Inputs,
@@ -90,17 +95,19 @@ pub struct DriveTrain {
 impl DriveTrain {
     /// The train of a scene.
     fn of(scene: Scene) -> Self {
-        let Scene { shaft, followers, start, solver, names } = scene;
+        let Scene { shaft, followers, start, coupling, solver, names } = scene;
         let mode = if let Shaft::Driven(mode) = &shaft {
             mode.clone()
         } else {
             DriveMode::Constant { w: 0.0, phi_start: 0.0 }
         };
+        let loads: &[Named] = if let Shaft::Free(machine) = &shaft { &machine.loads } else { &[] };
         DriveTrain {
-            inputs: Inputs::of(followers.len()),
-            laid: Inputs::of(followers.len()),
+            inputs: Inputs::of(followers.len(), loads),
+            laid: Inputs::of(followers.len(), loads),
             train: Train::new(shaft, followers),
             start,
+            coupling,
             names,
             solver: Solver::new(solver),
             course: CamDrive::new((), mode),
@@ -309,7 +316,9 @@ impl Drive for DriveTrain {
             ("motor", motor.is_some_and(|motor| motor.source != crate::drives::shaft::motor::Source::None)),
             ("servo", motor.is_some_and(|motor| motor.servo().is_some())),
             ("coupling", motor.is_some_and(|motor| motor.transmission.coupling.is_some())),
+            ("matching", self.coupling),
         ];
+        let conditions = [&conditions[..], &self.inputs.loads.conditions()].concat();
         Text::new(include_str!("text.toml"), &conditions)
     }
 
@@ -402,8 +411,8 @@ impl Drive for DriveTrain {
         &mut self.log
     }
 
-    fn restored(&mut self, _: &Self) -> Result<(), Fault> {
-        if !self.run.fits(&self.train) {
+    fn restored(&mut self, made: &Self) -> Result<(), Fault> {
+        if !self.run.fits(&self.train) || !self.inputs.loads.fit(&made.inputs.loads) {
             return Err(no_state());
         }
         let outside = Outside { time: self.time - self.step, motion: self.motion.as_ref(), inputs: &self.laid };

@@ -8,6 +8,7 @@ use crate::drives::limits::{FASTEST, LARGEST_ANGLE};
 use crate::drives::parameter::{Has, Parameters};
 use crate::drives::settings::HasSolver;
 use crate::drives::shaft::cam_drive::{declare_inputs, declare_parameters};
+use crate::drives::shaft::free::coupled::{COUPLING, declare_loads};
 use crate::drives::shaft::free::inertia::InertiaFunction;
 use crate::drives::shaft::free::motor::{Kloss, LAG};
 use crate::drives::shaft::free::signal::Signal;
@@ -19,6 +20,7 @@ use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Kind, Variability, real, real_within};
 use crate::drives::{List, Seed, Variable};
 use crate::motion::MotionLaw;
+use crate::numerics::double_double::Double;
 use crate::numerics::taylor::{Scalar, Series};
 
 /// Rate of a torque (N·m/s).
@@ -42,7 +44,8 @@ const STATE: usize = 15;
 const STATE_RATE: usize = 16;
 /// … and of each follower.
 const ROTOR_ACCELERATION: usize = 17;
-const FOLLOWERS: usize = 18;
+const COUPLED: usize = 18;
+const FOLLOWERS: usize = COUPLED + COUPLING.len();
 const EACH: usize = 25;
 
 /// How many places there are for so many followers.
@@ -111,6 +114,10 @@ fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, mut put: impl FnMut(usize, S
     put(TORQUE, motion.torque);
     put(INERTIA, f.inertia);
     put(ENERGY, f.inertia * *w * *w * 0.5);
+    if d.coupling {
+        let rest = train.reactions(modes, f, given, *w, &motion.spring);
+        [f.inertia, f.half_slope * 2.0, rest].into_iter().enumerate().for_each(|(i, value)| put(COUPLED + i, value));
+    }
     if let Some(motor) = d.motor() {
         put(ROTOR, motor.angle(*phi, y, &train.layout));
         put(ROTOR_SPEED, motor.speed(y, &train.layout));
@@ -302,7 +309,7 @@ impl DriveTrain {
         let y = self.states();
         let given = self.given_now(&y);
         let phi = self.reduced();
-        let angles = self.train.angles(crate::numerics::double_double::Double::from(phi), &y);
+        let angles = self.train.angles(Double::from(phi), &y);
         let f = Functions::at(&self.train, &self.run.modes, &angles);
         let w = if self.motion.is_some() { given.course[0] } else { y[1] };
         Point { phi, w, y, given, f }
@@ -328,7 +335,7 @@ impl DriveTrain {
         let inputs = &self.inputs;
         let mut given = Given {
             course: [Series::from(0.0); 2],
-            tau: inputs.tau.series(),
+            tau: inputs.loads.series(),
             torque: inputs.torque.series(),
             reference: Series::from(0.0),
             lag: Series::from(0.0),
@@ -377,7 +384,7 @@ impl DriveTrain {
             self.seed_known(seed, &now, (&mut y, &mut given), (&mut phi, &mut w));
         }
         // The same numbers as without series, so that what cancels is zero.
-        let numbers = self.train.angles(crate::numerics::double_double::Double::from(now.phi), &now.y);
+        let numbers = self.train.angles(Double::from(now.phi), &now.y);
         let mut angles = numbers.map(|number| Series([number, phi.0[1], phi.0[2]]));
         for (j, follower) in self.train.followers.iter().enumerate() {
             if let Joint::Shaft(_) = follower.joint {
@@ -401,7 +408,7 @@ impl DriveTrain {
         let (turn, speed) = (seed.of("phi"), seed.of("w"));
         (*phi, *w) = (value(now.phi, turn), value(now.w, speed));
         given.course = [*w, value(now.given.course[1], seed.of("a"))];
-        given.tau = value(now.given.tau, seed.of("tau"));
+        given.tau = value(now.given.tau, self.inputs.loads.seeded(seed)[0]);
         given.torque = value(now.given.torque, seed.of("M_an"));
         given.reference = value(now.given.reference, seed.of("w_ref"));
         if self.motion.is_none() {
@@ -451,14 +458,19 @@ impl DriveTrain {
     /// The input with this number, beside those of a driven shaft, in the order of the value references.
     pub(super) fn signal_at(&mut self, number: usize) -> Option<&mut Signal> {
         let (machine, followers) = (self.train.machine(), &self.train.followers);
+        let loads = self.inputs.loads.inputs().count();
+        if number < loads {
+            let at = self.inputs.loads.inputs().nth(number)?;
+            return self.inputs.loads.signal_mut(at);
+        }
         let takes = [
-            machine.is_some_and(|m| m.input),
             machine.is_some_and(|m| m.motor.takes_torque()),
             machine.is_some_and(|m| m.motor.takes_speed()),
             machine.is_some_and(|m| m.motor.takes_position()),
         ];
         let takes = takes.into_iter().chain(followers.iter().map(|follower| follower.load.input));
-        self.inputs.all().zip(takes).filter(|(_, takes)| *takes).map(|(signal, _)| signal).nth(number)
+        let mut all = self.inputs.beside_loads().zip(takes).filter(|(_, takes)| *takes).map(|(signal, _)| signal);
+        all.nth(number - loads)
     }
 
     /// The list of variables. The elements of an array follow one another (FMI 2.0, section 2.2.9): all of a follower, then the
@@ -519,14 +531,11 @@ impl DriveTrain {
             };
         }
         if let Some(machine) = self.train.machine() {
-            let text_of_torque = &unit::TORQUE;
-            input!(
-                machine.input,
-                "tau",
-                "Load torque on the shaft; positive brakes. From a drive with impacts take its tau_mean",
-                text_of_torque,
-                tau
-            );
+            let set = |d: &mut Self, at: usize, value| {
+                d.inputs.loads.signal_mut(at).into_iter().for_each(|signal| signal.set(value));
+            };
+            let get = |d: &Self, at: usize| d.inputs.loads.signal(at).map_or(0.0, Signal::set_value);
+            declare_loads(list, &self.inputs.loads, get, set);
             input!(
                 machine.motor.takes_torque(),
                 "M_an",
@@ -602,6 +611,10 @@ impl DriveTrain {
                     variable.depends(&of_motor).slopes(series);
                 }
             }
+        }
+        for (i, (name, text, quantity)) in COUPLING.into_iter().enumerate().filter(|_| self.coupling) {
+            let variable = list.output(name, text, real(quantity), series);
+            dependencies.declare(variable, COUPLED + i);
         }
         for description in list.0.iter_mut().map(|variable| &mut variable.description) {
             let of = match description.name.as_str() {

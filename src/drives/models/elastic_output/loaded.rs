@@ -22,6 +22,8 @@ pub(super) struct Loaded {
     pub loads: Arc<[Load; 2]>,
     /// m_x (kg).
     pub m_roller: f64,
+    /// Whether the outputs tell the inertia of m_x on the shaft.
+    pub coupling: bool,
     /// What a process force on the mass makes.
     pub process: Option<Process>,
     /// What constant loads and the input make.
@@ -45,11 +47,11 @@ pub(super) struct Process {
 }
 
 impl Loaded {
-    pub(super) fn new(loads: [Load; 2], m_roller: f64) -> Result<Option<Box<Self>>, Fault> {
+    pub(super) fn new(loads: [Load; 2], m_roller: f64, coupling: bool) -> Result<Option<Box<Self>>, Fault> {
         if loads.iter().all(Load::is_none) && m_roller == 0.0 {
             return Ok(None);
         }
-        let loaded = Loaded { loads: Arc::new(loads), m_roller, ..Loaded::default() };
+        let loaded = Loaded { loads: Arc::new(loads), m_roller, coupling, ..Loaded::default() };
         loaded.validate()?;
         Ok(Some(Box::new(loaded)))
     }
@@ -92,10 +94,11 @@ impl Loaded {
     }
 
     /// Conditions of the text.
-    pub(super) fn conditions(loaded: Option<&Self>) -> [(&'static str, bool); 4] {
+    pub(super) fn conditions(loaded: Option<&Self>) -> [(&'static str, bool); 5] {
         let any = |has: fn(&Load) -> bool| loaded.is_some_and(|loaded| loaded.loads.iter().any(has));
         [
             ("load", loaded.is_some()),
+            ("coupling", loaded.is_some_and(|loaded| loaded.coupling)),
             ("process", any(|load| load.process.is_some())),
             ("F", any(|load| load.input)),
             ("held", any(|load| load.spring.is_some() || load.gravity.is_some() || load.constant.is_some())),

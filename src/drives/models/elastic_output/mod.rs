@@ -9,7 +9,7 @@
 //! right, too (see [`crate::drives::follower::load`]); a mass m_x on the cam's side and its load act on the cam only.
 //! Signs: force = −(c q + b q̇) acts on the mass, positive in the sense of y; tau = U′·force is the torque from the
 //! drive into the cam unit and loads the drive where it is positive. Under loads the cam acts on the follower with
-//! contact_force = force + m_x ẍ − F_Lx, and tau = U′·contact_force.
+//! contact_force = force + m_x ẍ − F_Lx, and tau = U′·contact_force = m_x U′² α + m_x U′U″ ω² + U′·(force − F_Lx).
 //!
 //! Validity: the follower keeps contact with both sides of its groove, spring and damper are linear.
 //!
@@ -53,6 +53,9 @@ pub struct Scene {
     /// m_x (kg) on the cam's side, and what acts on it.
     #[serde(default)]
     pub roller: (f64, Load),
+    /// Whether the outputs tell what inertia follows the shaft without slip.
+    #[serde(default)]
+    pub coupling: bool,
     /// U.
     pub cam: MotionLaw,
     /// φ.
@@ -143,10 +146,10 @@ impl Drive for ElasticOutput {
     const INPUT_DERIVATIVES: usize = MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let Scene { parameters, load, roller: (m_roller, on_roller), cam, drive, start, solver } = scene;
+        let Scene { parameters, load, roller: (m_roller, on_roller), coupling, cam, drive, start, solver } = scene;
         cam.validate().map_err(|message| Fault::new(message).of("cam"))?;
         let response = Response::new(parameters.equation().under(&load), &cam, FINEST_TOLERANCE);
-        let mut loaded = Loaded::new([load, on_roller], m_roller)?;
+        let mut loaded = Loaded::new([load, on_roller], m_roller, coupling)?;
         if let Some(loaded) = &mut loaded {
             loaded.make_process(response.equation(), FINEST_TOLERANCE, &drive);
         }

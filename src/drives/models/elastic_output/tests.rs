@@ -28,7 +28,16 @@ fn at_rest() -> Start {
 
 fn scene([m, c, b]: [f64; 3], cam: MotionLaw, drive: DriveMode, start: Start) -> Scene {
     let (load, roller) = (Load::default(), (0.0, Load::default()));
-    Scene { parameters: Parameters { m, c, b }, load, roller, cam, drive, start, solver: Settings::default() }
+    Scene {
+        coupling: false,
+        parameters: Parameters { m, c, b },
+        load,
+        roller,
+        cam,
+        drive,
+        start,
+        solver: Settings::default(),
+    }
 }
 
 fn drive(scene: Scene) -> ElasticOutput {

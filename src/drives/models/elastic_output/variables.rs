@@ -5,6 +5,7 @@ use super::{ElasticOutput, Parameters};
 use crate::drives::follower::flow::Flow;
 use crate::drives::settings::HasSolver;
 use crate::drives::shaft::cam_drive::{A, CAM, HasCamDrive, PHI, W};
+use crate::drives::shaft::free::coupled::COUPLING;
 use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::instant::Instant;
 use crate::drives::shaft::loads::{HasLoads, declare_force, declare_load};
@@ -36,6 +37,9 @@ enum Output {
     /// Under loads only.
     Contact,
 }
+
+/// Of what the outputs tell of the inertia on the shaft, the places behind that of the contact force.
+const COUPLED: usize = Output::Contact as usize + 1;
 
 /// How many there are without loads.
 const OUTPUTS: usize = Output::Tau as usize + 1;
@@ -87,7 +91,7 @@ pub(super) fn list(drive: &ElasticOutput) -> List<ElasticOutput> {
 
 /// How many outputs there are.
 fn count(drive: &ElasticOutput) -> usize {
-    OUTPUTS + usize::from(drive.loaded.is_some())
+    OUTPUTS + drive.loaded.as_ref().map_or(0, |loaded| if loaded.coupling { 4 } else { 1 })
 }
 
 fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
@@ -133,9 +137,20 @@ fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
     output(Output::Tau, "tau", text, &unit::TORQUE, &contact, initial);
     let text = "Force of the cam on the follower, positive in the sense of y: force and the inertia of the cam's side less its loads";
     output(Output::Contact, "contact_force", text, &unit::FORCE, &contact, initial);
+    if let Some(loaded) = drive.loaded.as_ref().filter(|loaded| loaded.coupling) {
+        let roller = &loaded.loads[1];
+        let weight: &[&str] = if roller.gravity.is_some() { &["m_roller"] } else { &[] };
+        let speed = if roller.damping.is_some() { W } else { &[] };
+        let of_mass: &[&[&str]] = &[PHI, CAM, &["m_roller"]];
+        let of_rest: &[&[&str]] = &[PHI, speed, CAM, weight, &["load.roller"], &force.concat()];
+        for (i, (name, text, quantity)) in COUPLING.into_iter().enumerate() {
+            let (known, initial) = if i < 2 { (&["phi"][..], of_mass) } else { (all, of_rest) };
+            outputs.add(COUPLED + i, name, text, quantity, known).depends_initially(initial);
+        }
+    }
 }
 
-/// The outputs, of numbers or of series, in the order of [`Output`], and the one under loads; u holds U … U⁗ at the
+/// The outputs, of numbers or of series, in the order of [`Output`], and those under loads; u holds U … U⁗ at the
 /// communication point.
 #[inline(always)]
 fn outputs<S: Scalar>(
@@ -143,24 +158,31 @@ fn outputs<S: Scalar>(
     u: &[f64; 5],
     f: &Flow<S>,
     forces: Option<&Forces<'_, S>>,
-) -> ([S; OUTPUTS], S) {
+) -> ([S; OUTPUTS], [S; 4]) {
     let u = [[u[0], u[1], u[2]], [u[1], u[2], u[3]], [u[2], u[3], u[4]]].map(|u| f.phi.compose(u));
     let (equation, [x, x1, x2]) = (drive.response.equation(), lift(u, [f.w, f.a]));
     let force = equation.force([f.q, f.v]);
-    let (mut accelerating, mut contact) = (force, force);
+    let (mut accelerating, mut contact, mut coupled) = (force, force, [S::from(0.0); 3]);
     if let Some(forces) = forces {
         let m_roller = forces.loaded.m_roller;
         let ([load, roller], [process, input]) = (&*forces.loaded.loads, forces.given);
         accelerating = force + load.force(drive.parameters.m, [x + f.q, x1 + f.v], process, input);
-        contact = force + x2 * m_roller - roller.force(m_roller, [x, x1], None, None);
+        let load = roller.force(m_roller, [x, x1], None, None);
+        contact = force + x2 * m_roller - load;
+        if forces.loaded.coupling {
+            coupled = [u[1] * u[1] * m_roller, u[1] * u[2] * (2.0 * m_roller), u[1] * (force - load)];
+        }
     }
     let y2 = accelerating * (1.0 / drive.parameters.m);
-    ([f.phi, f.w, x, x + f.q, x1 + f.v, y2, f.q, f.v, y2 - x2, force, u[1] * contact], contact)
+    ([f.phi, f.w, x, x + f.q, x1 + f.v, y2, f.q, f.v, y2 - x2, force, u[1] * contact], {
+        let [inertia, slope, rest] = coupled;
+        [contact, inertia, slope, rest]
+    })
 }
 
 /// The outputs as numbers.
 #[inline(always)]
-fn numbers(drive: &ElasticOutput, q: Pair, forces: Option<&Forces<'_, f64>>) -> ([f64; OUTPUTS], f64) {
+fn numbers(drive: &ElasticOutput, q: Pair, forces: Option<&Forces<'_, f64>>) -> ([f64; OUTPUTS], [f64; 4]) {
     let Instant { shaft: [phi, w, a], u, curvature, .. } = drive.now;
     let ([x, slope], [q, v]) = (u.array(), q.array());
     // phi is put out without reduction; U needs no angle any more, and numbers no derivative beyond U″.
@@ -170,14 +192,14 @@ fn numbers(drive: &ElasticOutput, q: Pair, forces: Option<&Forces<'_, f64>>) -> 
 
 /// The same under loads.
 #[inline(never)]
-fn numbers_under(drive: &ElasticOutput) -> ([f64; OUTPUTS], f64) {
+fn numbers_under(drive: &ElasticOutput) -> ([f64; OUTPUTS], [f64; 4]) {
     let forces = Forces::new(drive, drive.now.shaft[0], |signal| signal.now());
     numbers(drive, drive.deformation().into(), forces.as_ref())
 }
 
 /// The force of the cam on the follower (N).
 pub(super) fn contact_force(drive: &ElasticOutput) -> f64 {
-    numbers_under(drive).1
+    numbers_under(drive).1[0]
 }
 
 pub(super) fn evaluate(drive: &ElasticOutput, values: &mut [f64]) {
@@ -190,10 +212,10 @@ pub(super) fn evaluate(drive: &ElasticOutput, values: &mut [f64]) {
 
 #[inline(never)]
 fn evaluate_under(drive: &ElasticOutput, values: &mut [f64]) {
-    let (outputs, contact) = numbers_under(drive);
+    let ((outputs, under), count) = (numbers_under(drive), count(drive));
     values[..OUTPUTS].copy_from_slice(&outputs);
-    values[OUTPUTS] = contact;
-    values[OUTPUTS + 1..].copy_from_slice(&drive.statistics());
+    values[OUTPUTS..count].copy_from_slice(&under[..count - OUTPUTS]);
+    values[count..].copy_from_slice(&drive.statistics());
 }
 
 fn series(drive: &ElasticOutput, seed: Seed, which: usize) -> Series {
@@ -207,8 +229,8 @@ fn series(drive: &ElasticOutput, seed: Seed, which: usize) -> Series {
             (flow, Forces::new(drive, flow.phi, input))
         }
     };
-    let (outputs, contact) = outputs(drive, &u.0, &flow, forces.as_ref());
-    outputs.get(which).copied().unwrap_or(contact)
+    let (outputs, under) = outputs(drive, &u.0, &flow, forces.as_ref());
+    outputs.into_iter().chain(under).nth(which).unwrap_or(under[0])
 }
 
 /// Drive and mass as functions of time.

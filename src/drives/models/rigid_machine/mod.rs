@@ -26,6 +26,7 @@ mod variables;
 pub use crate::drives::follower::linkage;
 pub use crate::drives::follower::place::Place;
 pub use crate::drives::follower::rigid::Follower;
+pub use crate::drives::shaft::free::coupled::Named;
 pub use crate::drives::shaft::free::inertia::{Inertia, InertiaFunction};
 pub use crate::drives::shaft::free::motor::{Kloss, LAG, Motor};
 pub use variables::START_MODE;
@@ -34,6 +35,7 @@ use crate::drives::limits::{no_state, step_too_much};
 use crate::drives::settings::{HasSolver, Method, Settings, Solver};
 use crate::drives::shaft::cam_drive::field;
 use crate::drives::shaft::cam_turn::{SLOWEST, turns};
+use crate::drives::shaft::free::coupled::Loads;
 use crate::drives::shaft::free::profile::Profile;
 use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::free::{Shaft, State};
@@ -60,6 +62,8 @@ pub struct Scene {
     pub followers: Vec<Follower>,
     /// The source of M_an.
     pub motor: Motor,
+    /// The loads that other units put on it.
+    pub loads: Vec<Named>,
     /// φ at the start (rad).
     pub phi_start: f64,
     /// φ̇ at the start (rad/s), for [`MachineStart::Given`].
@@ -254,10 +258,10 @@ impl Drive for RigidMachine {
     const INPUT_DERIVATIVES: usize = crate::drives::shaft::cam_drive::MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let Scene { inertia, followers, motor, phi_start: phi, w_start: w, start: mode, solver } = scene;
-        let (load, driving, profile) = (Signal::default(), Signal::default(), Arc::default());
+        let Scene { inertia, followers, motor, loads, phi_start: phi, w_start: w, start: mode, solver } = scene;
+        let (loads, driving, profile) = (Loads::new(&loads), Signal::default(), Arc::default());
         let mut machine = RigidMachine {
-            shaft: Shaft { inertia: Arc::new(Inertia::new(inertia, followers)), motor, load, driving, profile },
+            shaft: Shaft { inertia: Arc::new(Inertia::new(inertia, followers)), motor, loads, driving, profile },
             start: Start { phi, w, torque: 0.0, mode },
             solver: Solver::new(solver),
             state: State::default(),
@@ -278,10 +282,11 @@ impl Drive for RigidMachine {
     }
 
     fn text(&self) -> Text {
-        let Shaft { inertia, motor, .. } = &self.shaft;
+        let Shaft { inertia, motor, loads, .. } = &self.shaft;
         let (lag, kloss) = (motor.lag().is_some(), matches!(motor, Motor::Kloss(_)));
         let crank = inertia.followers.iter().any(|follower| !follower.has_cam());
         let conditions = [("linkages", inertia.is_linked()), ("crank", crank), ("kloss", kloss), ("lag", lag)];
+        let conditions = [&conditions[..], &loads.conditions()].concat();
         Text::new(include_str!("text.toml"), &conditions)
     }
 
@@ -315,7 +320,8 @@ impl Drive for RigidMachine {
     fn start(&mut self, time: f64) -> Result<(), Fault> {
         self.check()?;
         self.solver.start();
-        self.in_angle.start(self.shaft.load.now());
+        self.shaft.loads.start();
+        self.in_angle.start(self.shaft.loads.torque_now());
         self.prepare()?;
         let Start { phi, w, torque, mode } = self.start;
         (self.state, self.period) = (self.shaft.state_at(phi, w, torque), 0.0);
@@ -332,9 +338,9 @@ impl Drive for RigidMachine {
         Ok(())
     }
 
-    /// The inputs are torques; they change the acceleration at once and the state not at all.
+    /// The inputs change the acceleration at once and the state not at all.
     fn apply(&mut self, _time: f64) -> Result<(), Fault> {
-        Ok(())
+        if self.shaft.loads.have_inertia() { self.shaft.check_inertia(&self.state) } else { Ok(()) }
     }
 
     /// At the speed that the shaft has now.
@@ -344,10 +350,14 @@ impl Drive for RigidMachine {
     }
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
-        self.shaft.load.step_begins();
-        self.shaft.driving.step_begins();
-        self.reach(time, step)?;
-        self.shaft.load.step_ends(step);
+        self.shaft.step_begins(&mut self.state)?;
+        if let Err(told) = self.reach(time, step) {
+            let Self { shaft, state, .. } = self;
+            // Twice the way at the speed that it has got.
+            let own = |phi| shaft.profile.value(state.interval, phi);
+            return Err(shaft.loads.why(told, state, 2.0 * state.w * step, own));
+        }
+        self.shaft.loads.step_ends(step);
         self.shaft.driving.step_ends(step);
         Ok(())
     }
@@ -357,8 +367,9 @@ impl Drive for RigidMachine {
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
-        let Shaft { load, driving, .. } = &mut self.shaft;
-        let signal = if reference == variables::LOAD { load } else { driving };
+        let Shaft { loads, driving, .. } = &mut self.shaft;
+        let of_load = loads.inputs().nth(reference);
+        let signal = of_load.and_then(|at| loads.signal_mut(at)).unwrap_or(driving);
         signal.set_derivative(order, value);
     }
 
@@ -377,7 +388,11 @@ impl Drive for RigidMachine {
 
     /// The tables, of which already the outputs before the next step take J.
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
-        self.shaft = Shaft { load: self.shaft.load, driving: self.shaft.driving, ..made.shaft.clone() };
+        let Shaft { loads, driving, .. } = &mut self.shaft;
+        if !loads.fit(&made.shaft.loads) {
+            return Err(no_state());
+        }
+        self.shaft = Shaft { loads: std::mem::take(loads), driving: *driving, ..made.shaft.clone() };
         (self.in_angle.mesh, self.in_angle.cycle) = (made.in_angle.mesh.clone(), made.in_angle.cycle.clone());
         // Parameters that are yet to be changed need make no machine; the next start tells.
         if self.check().is_ok() {

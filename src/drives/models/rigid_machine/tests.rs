@@ -12,6 +12,7 @@ use crate::numerics::angle;
 use crate::numerics::double_double::two_product;
 use crate::numerics::gauss::Gauss;
 
+mod coupled;
 mod crank;
 mod energy;
 mod estimate;
@@ -47,6 +48,7 @@ fn lagging() -> Motor {
 fn loom(motor: Motor, phi_start: f64, w_start: f64) -> Scene {
     let follower = |m, a: &[f64], b: &[f64]| Follower::new(m, MotionLaw::Fourier(Fourier::new(a.to_vec(), b.to_vec())));
     Scene {
+        loads: vec![Default::default()],
         inertia: InertiaFunction { constant: 2.8, varying: None },
         followers: vec![follower(1.6, &GRIPPER, &[]), follower(60.0, &SLEY_A, &SLEY_B)],
         motor,
@@ -127,9 +129,9 @@ fn compare(scene: &Scene, load: [f64; 3], duration: f64, expected: [f64; 2]) {
         for i in 0..steps {
             let t = i as f64 * h;
             let [l0, l1, l2] = load;
-            machine.shaft.load.set(l0 + l1 * t + l2 * t * t);
-            machine.shaft.load.set_derivative(1, l1 + 2.0 * l2 * t);
-            machine.shaft.load.set_derivative(2, 2.0 * l2);
+            machine.shaft.loads.signal_mut(0).unwrap().set(l0 + l1 * t + l2 * t * t);
+            machine.shaft.loads.signal_mut(0).unwrap().set_derivative(1, l1 + 2.0 * l2 * t);
+            machine.shaft.loads.signal_mut(0).unwrap().set_derivative(2, 2.0 * l2);
             machine.advance(t, h).unwrap();
         }
         assert_near(get(&machine, "phi"), expected[0], 1e-11, &format!("phi, {steps} steps"));
@@ -148,14 +150,14 @@ fn a_load_beyond_breakdown_drives_the_machine_backwards() {
     let scene = loom(kloss(0.16), 0.3, 10.0);
     compare(&scene, [300.0, 0.0, 0.0], 0.5, [-3.8842130744302383384, -27.486369812228232355]);
     let mut machine = started(scene);
-    machine.shaft.load.set(300.0);
+    machine.shaft.loads.signal_mut(0).unwrap().set(300.0);
     machine.advance(0.0, 0.5).unwrap();
     let events: Vec<_> = machine.events().iter().collect();
     assert_eq!(events.len(), 1);
     // The same instant, reached from the start, finds the shaft at rest.
     let at = events[0].time;
     let mut machine = started(loom(kloss(0.16), 0.3, 10.0));
-    machine.shaft.load.set(300.0);
+    machine.shaft.loads.signal_mut(0).unwrap().set(300.0);
     machine.advance(0.0, at).unwrap();
     assert!(get(&machine, "w").abs() < 1e-8, "{}", get(&machine, "w"));
 }
@@ -294,13 +296,13 @@ fn the_answer_does_not_depend_on_the_communication_step() {
     let reference = {
         let mut machine =
             started(Scene { solver: Settings { tolerance: 1e-14, ..Settings::default() }, ..cycles(kloss(0.16), 0.0) });
-        machine.shaft.load.set(20.0);
+        machine.shaft.loads.signal_mut(0).unwrap().set(20.0);
         run(&mut machine, 1.0, 3);
         [get(&machine, "phi"), get(&machine, "w")]
     };
     for steps in [1, 2, 30, 1000, 20_000] {
         let mut machine = started(cycles(kloss(0.16), 0.0));
-        machine.shaft.load.set(20.0);
+        machine.shaft.loads.signal_mut(0).unwrap().set(20.0);
         run(&mut machine, 1.0, steps);
         assert_near(get(&machine, "phi"), reference[0], 1e-11, &format!("phi, {steps} steps"));
         assert_near(get(&machine, "w"), reference[1], 1e-11, &format!("w, {steps} steps"));
@@ -404,7 +406,7 @@ fn the_periodic_motion_of_a_motor_that_lags_by_many_turns_repeats() {
 /// Three turns from the periodic start on, against this load.
 fn repeats(scene: Scene, load: f64) {
     let mut machine = RigidMachine::new(Scene { start: MachineStart::SteadyState, ..scene }).unwrap();
-    machine.shaft.load.set(load);
+    machine.shaft.loads.signal_mut(0).unwrap().set(load);
     machine.start(0.0).unwrap();
     let (w, energy, period) = (get(&machine, "w"), get(&machine, "E"), machine.period);
     run(&mut machine, 3.0 * period, 10);
@@ -429,7 +431,7 @@ fn a_periodic_start_has_the_energy_of_its_own_angle() {
             let mut machine = RigidMachine::new(Scene { start: MachineStart::SteadyState, ..scene }).unwrap();
             // Borders of a cycle make kinks in the torque.
             let bound = if machine.shaft.inertia.borders().is_empty() { 1e-11 } else { 1e-5 };
-            machine.shaft.load.set(load);
+            machine.shaft.loads.signal_mut(0).unwrap().set(load);
             let mut at = |phi: f64| {
                 machine.start.phi = phi;
                 machine.start(0.0).unwrap();
@@ -485,9 +487,9 @@ fn the_derivatives_of_the_outputs_are_those_along_the_motion() {
             let mut machine = started(scene.clone());
             machine.shaft.driving.set(7.0);
             machine.shaft.driving.set_derivative(1, -300.0);
-            machine.shaft.load.set(20.0);
-            machine.shaft.load.set_derivative(1, 3000.0);
-            machine.shaft.load.set_derivative(2, 40000.0);
+            machine.shaft.loads.signal_mut(0).unwrap().set(20.0);
+            machine.shaft.loads.signal_mut(0).unwrap().set_derivative(1, 3000.0);
+            machine.shaft.loads.signal_mut(0).unwrap().set_derivative(2, 40000.0);
             machine.advance(0.0, t).unwrap();
             machine
         };
@@ -524,7 +526,7 @@ fn the_dependencies_are_the_directional_derivatives_that_exist() {
         plain(Motor::None),
     ] {
         let mut machine = started(scene);
-        machine.shaft.load.set(12.0);
+        machine.shaft.loads.signal_mut(0).unwrap().set(12.0);
         machine.advance(0.0, 0.013).unwrap();
         let list = machine.variables();
         let knowns: Vec<usize> = (0..list.0.len())
@@ -549,7 +551,7 @@ fn directional_derivatives_are_difference_quotients() {
     let machine = started(loom(kloss(0.16), 0.3, 30.0));
     let moved = |phi: f64, w: f64, tau: f64| {
         let mut machine = started(loom(kloss(0.16), 0.3 + phi, 30.0 + w));
-        machine.shaft.load.set(tau);
+        machine.shaft.loads.signal_mut(0).unwrap().set(tau);
         machine
     };
     for name in ["a", "M_an", "J", "E", "U[2]", "der(U[2])", "der(U[2],2)"] {
@@ -581,7 +583,7 @@ fn what_is_no_machine_is_refused() {
     refused(Scene { start: steady, ..loom(Motor::None, 0.0, 1.0) }, "steady_state");
     let mut machine = RigidMachine::new(Scene { start: steady, ..loom(kloss(0.16), 0.0, 0.0) }).unwrap();
     for load in [230.0, -230.0] {
-        machine.shaft.load.set(load);
+        machine.shaft.loads.signal_mut(0).unwrap().set(load);
         let fault = machine.start(0.0).unwrap_err();
         assert!(fault.to_string().contains("stalls or runs away"), "{fault}");
     }
@@ -591,7 +593,7 @@ fn what_is_no_machine_is_refused() {
 fn torques_beyond_all_machines_end_in_a_fault() {
     for load in [1e12, 1e30, -1e300] {
         let mut machine = started(loom(kloss(0.16), 0.0, 1.0));
-        machine.shaft.load.set(load);
+        machine.shaft.loads.signal_mut(0).unwrap().set(load);
         let fault = machine.advance(0.0, 1.0).unwrap_err();
         assert!(fault.to_string().contains("rad/s"), "{fault}");
     }

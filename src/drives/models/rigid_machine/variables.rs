@@ -5,6 +5,8 @@ use super::{Follower, InertiaFunction, Kloss, LAG, MachineStart, Motor, RigidMac
 use crate::drives::limits::{FASTEST, LARGEST_ANGLE};
 use crate::drives::parameter::{Has, parameters};
 use crate::drives::settings::HasSolver;
+use crate::drives::shaft::free::coupled::declare_loads;
+use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::laws::{HasLaws, INERTIA_LAW, declare_law, declare_mechanisms};
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Enumeration, Kind, real, real_within};
@@ -14,9 +16,6 @@ use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::taylor::{Scalar, Series};
 use std::sync::Arc;
-
-/// The value reference of the input `tau`.
-pub const LOAD: usize = 0;
 
 /// The items of `start.mode`.
 pub static START_MODE: Enumeration = Enumeration {
@@ -40,8 +39,10 @@ struct Point<S> {
     /// M_an where it is an input or a state.
     torque: S,
     tau: S,
-    /// J with its derivatives by φ; of numbers the first two.
+    /// J of the machine itself with its derivatives by φ; of numbers the first two.
     inertia: [f64; 4],
+    /// J and J′ of loads.
+    loads: [S; 2],
 }
 
 impl<S: Scalar> Point<S> {
@@ -52,8 +53,11 @@ impl<S: Scalar> Point<S> {
     }
 }
 
-/// φ̈ = (M_an − τ − ½ J′ φ̇²) / J.
-fn acceleration<S: Scalar>(machine: &RigidMachine, p: &Point<S>, [j, j1]: [S; 2]) -> S {
+/// φ̈ = (M_an − τ − ½ J′ φ̇²) / J, where loads with an inertia add to J and J′.
+fn acceleration<S: Scalar>(machine: &RigidMachine, p: &Point<S>, [mut j, mut j1]: [S; 2]) -> S {
+    if machine.shaft.loads.have_inertia() {
+        (j, j1) = (j + p.loads[0], j1 + p.loads[1]);
+    }
     (machine.shaft.motor.driving(p.w, p.torque) - p.tau - j1 * p.w * p.w * 0.5) / j
 }
 
@@ -147,9 +151,10 @@ fn series(machine: &RigidMachine, seed: Seed, which: usize) -> Series {
 impl RigidMachine {
     fn point(&self) -> Point<f64> {
         let Self { shaft, state, .. } = self;
-        let [j, j1] = shaft.inertia_at(state);
-        let inertia = [j, j1, 0.0, 0.0];
-        Point { phi: state.angle.hi, w: state.w, torque: shaft.known_torque(state), tau: shaft.load.now(), inertia }
+        let ([j, j1], [of_loads, slope, _]) = (shaft.own_inertia(state), shaft.loads.now(state));
+        let (torque, tau) = (shaft.known_torque(state), shaft.loads.torque_now());
+        let (inertia, loads) = ([j, j1, 0.0, 0.0], [of_loads, slope]);
+        Point { phi: state.angle.hi, w: state.w, torque, tau, inertia, loads }
     }
 
     /// The series of the point: in time, from the equation of motion; or with respect to one known.
@@ -161,14 +166,18 @@ impl RigidMachine {
             Seed::Time => {
                 let input = self.shaft.motor == Motor::Input;
                 let torque = if input { self.shaft.driving.series() } else { Series::from(now.torque) };
-                let (phi, w, tau) = (Series::from(now.phi), Series::from(now.w), self.shaft.load.series());
-                let mut p = Point { phi, w, torque, tau, inertia };
+                let (phi, w, loads) = (Series::from(now.phi), Series::from(now.w), &self.shaft.loads);
+                let tau = loads.series();
+                let mut p = Point { phi, w, torque, tau, inertia, loads: now.loads.map(Series::from) };
+                let curvature = loads.now(&self.state)[2];
                 // Each pass yields the next coefficient: the rates are right up to the order of what they are
                 // computed from.
                 for order in 1..3 {
                     let (a, rate) = (acceleration(self, &p, p.inertia()), torque_rate(self, &p));
                     p.phi.0[order] = p.w.0[order - 1] / order as f64;
                     p.w.0[order] = a.0[order - 1] / order as f64;
+                    let ([j, slope], phi) = (now.loads, p.phi);
+                    p.loads = [phi.compose([j, slope, curvature]), phi.compose([slope, curvature, 0.0])];
                     if !input {
                         p.torque.0[order] = rate.0[order - 1] / order as f64;
                     }
@@ -176,13 +185,15 @@ impl RigidMachine {
                 p
             }
             known => {
+                let [of_tau, of_loads @ ..] = self.shaft.loads.seeded(known);
                 let along = |value, name| Series([value, known.of(name), 0.0]);
                 Point {
                     phi: along(now.phi, "phi"),
                     w: along(now.w, "w"),
                     torque: along(now.torque, "M_an"),
-                    tau: along(now.tau, "tau"),
+                    tau: Series([now.tau, of_tau, 0.0]),
                     inertia,
+                    loads: [0, 1].map(|n| Series([now.loads[n], of_loads[n], 0.0])),
                 }
             }
         }
@@ -206,13 +217,8 @@ impl RigidMachine {
     }
 
     fn declare_inputs(&self, list: &mut List<Self>) {
-        list.input(
-            "tau",
-            "Load torque on the shaft; positive brakes. From a drive with impacts take its tau_mean",
-            real(&unit::TORQUE),
-            |d, _| d.shaft.load.set_value(),
-            |d, _, value| d.shaft.load.set(value),
-        );
+        let set = |d: &mut Self, at: usize, value| d.shaft.loads.signal_mut(at).into_iter().for_each(|s| s.set(value));
+        declare_loads(list, &self.shaft.loads, |d, at| d.shaft.loads.signal(at).map_or(0.0, Signal::set_value), set);
         if self.shaft.motor == Motor::Input {
             list.input(
                 "M_an",
@@ -231,21 +237,23 @@ impl RigidMachine {
         let when = |holds: bool, name: &'static str| if holds { vec![name] } else { Vec::new() };
         let (of_phi, of_w) = (when(varies, "phi"), when(varies || (motor && !lag), "w"));
         // The speed enters the acceleration through J′ and through the motor without lag.
-        let torques = [vec!["tau"], when(input || lag, "M_an")].concat();
+        let loads = self.shaft.loads.names();
+        let loads: Vec<&str> = loads.iter().map(String::as_str).collect();
+        let torques = [loads.clone(), when(input || lag, "M_an")].concat();
         let enters_a = [&torques[..], &of_phi, &of_w].concat();
         // What the start values depend on; only a motor allows the periodic start.
         let turning: &[&str] = if varies { &["phi_start"] } else { &[] };
         let inertia: &[&[&str]] = &[turning, &["J0", "inertia", "follower"]];
         let of_motor: &[&str] = &["motor.M_k", "motor.s_k", "motor.w_s"];
-        let periodic: &[&[&str]] = &[&["start.mode", "tau", "motor.T_el"], of_motor, &inertia.concat()];
-        let periodic = if motor { periodic.concat() } else { Vec::new() };
+        let periodic: &[&[&str]] = &[&["start.mode", "motor.T_el"], &loads, of_motor, &inertia.concat()];
+        let periodic = if motor && !self.shaft.loads.have_inertia() { periodic.concat() } else { Vec::new() };
         let w_start = [&periodic[..], &["w_start"]].concat();
         let torque_start = match (motor, lag) {
             (false, _) => vec!["M_an"],
             (true, false) => [&w_start[..], of_motor].concat(),
             (true, true) => [&periodic[..], &["motor.M_start"]].concat(),
         };
-        let a_start = [&inertia.concat()[..], &w_start, &torque_start, &["tau"]].concat();
+        let a_start = [&inertia.concat()[..], &w_start, &torque_start, &loads].concat();
 
         list.output("phi", "Angle of the shaft", real(&unit::ANGLE), series)
             .at(PHI)

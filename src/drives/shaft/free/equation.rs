@@ -7,6 +7,7 @@
 //! since d(½u²)/dt = (M_an − τ) φ̇. J′ has gone, so the equations are one order smoother than the original, and
 //! without torques u, hence the energy, is constant to the last digit.
 
+use super::coupled::Polynomial;
 use super::motor::{Kloss, Motor};
 use super::{Shaft, State};
 use crate::numerics::collocation::System;
@@ -17,6 +18,8 @@ use std::f64::consts::TAU;
 pub struct Piece<'a> {
     shaft: &'a Shaft,
     base: &'a State,
+    /// Inertia of loads over the increment of φ.
+    loads: Option<Polynomial>,
     /// How long after the communication point the time of the integrator begins (s).
     since: f64,
     /// The most that φ may change in a step (rad).
@@ -31,7 +34,7 @@ impl<'a> Piece<'a> {
         let inertia = &shaft.inertia;
         let (low, high) = inertia.ends(base.interval);
         let wave = if inertia.varies() { TAU / inertia.resolution() } else { f64::INFINITY };
-        Piece { shaft, base, since, reach: wave.min(high - low) }
+        Piece { shaft, base, loads: shaft.loads.from(base), since, reach: wave.min(high - low) }
     }
 
     /// φ after this increment (rad).
@@ -41,7 +44,8 @@ impl<'a> Piece<'a> {
 
     /// √J after this increment.
     fn root(&self, increment: f64) -> f64 {
-        self.shaft.profile.value(self.base.interval, self.angle(increment)).sqrt()
+        let own = self.shaft.profile.value(self.base.interval, self.angle(increment));
+        self.loads.map_or(own, |loads| own + loads.at(increment)[0]).sqrt()
     }
 
     fn u(&self, increment: f64) -> f64 {
@@ -68,7 +72,7 @@ impl<const N: usize> System<N> for Piece<'_> {
         let [torque, _] = self.torque(t, w, y.get(2));
         let mut rate = [0.0; N];
         rate[0] = w;
-        rate[1] = (torque - self.shaft.load.at(self.since + t.hi)) / root;
+        rate[1] = (torque - self.shaft.loads.at(self.since + t.hi)) / root;
         if let (Some(rate), Some(lag)) = (rate.get_mut(2), self.shaft.motor.lag()) {
             *rate = (self.shaft.motor.characteristic(w)[0] - torque) / lag;
         }
@@ -76,7 +80,8 @@ impl<const N: usize> System<N> for Piece<'_> {
     }
 
     fn jacobian(&self, t: Double, y: &[f64; N]) -> [[f64; N]; N] {
-        let [j, slope] = self.shaft.profile.with_slope(self.base.interval, self.angle(y[0]));
+        let own = self.shaft.profile.with_slope(self.base.interval, self.angle(y[0]));
+        let [j, slope] = self.loads.map_or(own, |loads| [0, 1].map(|n| own[n] + loads.at(y[0])[n]));
         let root = j.sqrt();
         let w = self.u(y[1]) / root;
         let [torque, torque_slope] = self.torque(t, w, y.get(2));
@@ -84,7 +89,7 @@ impl<const N: usize> System<N> for Piece<'_> {
         let bend = -0.5 * slope / j;
         let mut m = [[0.0; N]; N];
         (m[0][0], m[0][1]) = (w * bend, 1.0 / root);
-        m[1][0] = ((torque - self.shaft.load.at(self.since + t.hi)) + torque_slope * w) * bend / root;
+        m[1][0] = ((torque - self.shaft.loads.at(self.since + t.hi)) + torque_slope * w) * bend / root;
         m[1][1] = torque_slope / j;
         if let (true, Some(lag)) = (N > 2, self.shaft.motor.lag()) {
             let slope = self.shaft.motor.characteristic(w)[1];

@@ -1,5 +1,6 @@
 //! The free shaft: the parts of its equation of motion J(φ) φ̈ + ½ J′(φ) φ̇² = M_an − τ, and the state that it moves.
 
+pub(in crate::drives) mod coupled;
 pub(in crate::drives) mod equation;
 pub(in crate::drives) mod inertia;
 pub(in crate::drives) mod motor;
@@ -7,9 +8,11 @@ pub(in crate::drives) mod profile;
 pub(in crate::drives) mod signal;
 pub(in crate::drives) mod torques;
 
+use crate::drives::Fault;
 use crate::drives::follower::rigid::Follower;
 use crate::numerics::angle::{self, WHOLE_TURN};
 use crate::numerics::double_double::{Double, two_product};
+use coupled::{Loads, check_positive};
 use inertia::Inertia;
 use motor::{Kloss, Motor};
 use profile::Profile;
@@ -25,8 +28,8 @@ pub struct Shaft {
     pub inertia: Arc<Inertia>,
     /// The source of M_an.
     pub motor: Motor,
-    /// Input `tau`.
-    pub load: Signal,
+    /// The loads of other units: input `tau`, or those of each.
+    pub loads: Loads,
     /// Input `M_an`, for [`Motor::Input`].
     pub driving: Signal,
     /// J(φ) as a table; follows from the inertia.
@@ -68,14 +71,40 @@ impl Shaft {
         (f64::EPSILON * (1.0 + phi.abs()) + of_laws) * (1.0 + of_torque)
     }
 
-    /// J, J′ where the shaft is.
-    pub fn inertia_at(&self, state: &State) -> [f64; 2] {
+    /// J, J′ of the shaft itself where it is.
+    pub fn own_inertia(&self, state: &State) -> [f64; 2] {
         self.profile.with_slope(state.interval, state.angle.hi)
+    }
+
+    /// J, J′ where the shaft is in the present step, with those of its loads.
+    pub fn inertia_at(&self, state: &State) -> [f64; 2] {
+        let own = self.own_inertia(state);
+        self.loads.from(state).map_or(own, |loads| [0, 1].map(|n| own[n] + loads.at(0.0)[n]))
+    }
+
+    /// A communication step begins: φ̇ goes on where the inertia of loads is another one.
+    ///
+    /// # Errors
+    /// Where the inertia is not positive.
+    pub fn step_begins(&mut self, state: &mut State) -> Result<(), Fault> {
+        self.loads.step_begins(state);
+        self.driving.step_begins();
+        if self.loads.have_inertia() {
+            self.check_inertia(state)?;
+            state.u = Double::from(self.inertia_at(state)[0]).sqrt() * Double::from(state.w);
+        }
+        Ok(())
+    }
+
+    /// Refuses an inertia of the loads with which that of the whole is not positive at the communication point.
+    pub fn check_inertia(&self, state: &State) -> Result<(), Fault> {
+        let [own, loads] = [self.own_inertia(state)[0], self.loads.now(state)[0]];
+        check_positive([own, loads], state.angle.hi)
     }
 
     /// M_an − τ at the speed `w` and now.
     pub fn net_torque(&self, state: &State, w: f64) -> f64 {
-        self.motor.driving(w, self.known_torque(state)) - self.load.now()
+        self.motor.driving(w, self.known_torque(state)) - self.loads.torque_now()
     }
 
     /// M_an (N·m) as an input or a state; 0 where it is neither.
@@ -85,12 +114,12 @@ impl Shaft {
 
     /// Whether no input depends on time in this step.
     pub fn torques_are_constant(&self) -> bool {
-        self.load.is_constant() && self.driving.is_constant()
+        self.loads.are_constant() && self.driving.is_constant()
     }
 
     /// τ − M_an as far as it does not depend on the speed (N·m).
     pub fn constant_torque(&self) -> f64 {
-        self.load.set_value() - if self.motor == Motor::Input { self.driving.set_value() } else { 0.0 }
+        self.loads.set_value() - if self.motor == Motor::Input { self.driving.set_value() } else { 0.0 }
     }
 
     /// The state at the angle `phi` (rad) with the speed `w` (rad/s) and M_an of a motor with a lag (N·m); at a border of the

@@ -22,6 +22,11 @@ impl Signal {
         self.value
     }
 
+    /// v₁ as it was set.
+    pub fn set_rate(&self) -> f64 {
+        self.derivatives[0]
+    }
+
     /// Sets v₀; derivatives belong to the value that they were set for.
     pub fn set(&mut self, value: f64) {
         *self = Signal { value, ..Signal::default() };
@@ -64,12 +69,17 @@ impl Signal {
     /// The coefficients of v about t₀ + `t` in this `unit` of time.
     pub fn expand(&self, t: f64, unit: f64, row: &mut [f64]) {
         row.fill(0.0);
-        row[0] = self.at(t);
+        self.add_expanded(t, unit, row);
+    }
+
+    /// Adds them.
+    pub fn add_expanded(&self, t: f64, unit: f64, row: &mut [f64]) {
+        row[0] += self.at(t);
         let mut factor = 1.0;
         for order in 1..=if self.varies { MAX_INPUT_DERIVATIVE.min(row.len() - 1) } else { 0 } {
             factor *= unit / order as f64;
             let sum = |sum, j: usize| self.derivatives[j - 1] + sum * t / (j + 1 - order) as f64;
-            row[order] = factor * (order..=MAX_INPUT_DERIVATIVE).rev().fold(0.0, sum);
+            row[order] += factor * (order..=MAX_INPUT_DERIVATIVE).rev().fold(0.0, sum);
         }
     }
 

@@ -29,6 +29,7 @@ mod rest;
 pub mod switching;
 
 use super::cam_drive::DriveMode;
+use super::free::coupled::{Loads, Named};
 use super::free::inertia::InertiaFunction;
 use super::free::signal::Signal;
 use super::motor::Motor;
@@ -70,8 +71,8 @@ pub struct Machine {
     pub load: Option<MotionLaw>,
     /// b_L (N·m·s/rad).
     pub friction: Option<f64>,
-    /// Whether there is an input `tau`.
-    pub input: bool,
+    /// The loads that other units put on it.
+    pub loads: Vec<Named>,
     /// The motor.
     pub motor: Motor,
     /// φ at the start (rad).
@@ -157,8 +158,8 @@ pub struct Functions<S> {
 /// The inputs of a train beside those of a driven shaft.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Inputs {
-    /// τ.
-    pub tau: Signal,
+    /// τ, or what other loads tell.
+    pub loads: Loads,
     /// M.
     pub torque: Signal,
     /// ω_ref.
@@ -170,18 +171,24 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// Those of so many followers.
-    pub fn of(followers: usize) -> Self {
-        Inputs { forces: vec![Signal::default(); followers], ..Inputs::default() }
+    /// Those of so many followers under these loads.
+    pub fn of(followers: usize, loads: &[Named]) -> Self {
+        Inputs { loads: Loads::new(loads), forces: vec![Signal::default(); followers], ..Inputs::default() }
     }
 
     /// All of them.
     pub fn all(&mut self) -> impl Iterator<Item = &mut Signal> {
-        [&mut self.tau, &mut self.torque, &mut self.reference, &mut self.position].into_iter().chain(&mut self.forces)
+        let others = [&mut self.torque, &mut self.reference, &mut self.position];
+        self.loads.all().chain(others).chain(&mut self.forces)
+    }
+
+    /// All but those of loads.
+    pub fn beside_loads(&mut self) -> impl Iterator<Item = &mut Signal> {
+        [&mut self.torque, &mut self.reference, &mut self.position].into_iter().chain(&mut self.forces)
     }
 
     fn each(&self) -> impl Iterator<Item = &Signal> {
-        [&self.tau, &self.torque, &self.reference, &self.position].into_iter().chain(&self.forces)
+        self.loads.each().chain([&self.torque, &self.reference, &self.position]).chain(&self.forces)
     }
 
     /// Takes over the courses of others of the same train, without taking memory.
@@ -474,6 +481,26 @@ impl Train {
             self.move_follower(modes, j, y, (f, given, w), &mut d);
         }
         d
+    }
+
+    /// What brakes the shaft at constant speed but for the change of the inertia, where these are the forces of the springs.
+    pub fn reactions<S: Arithmetic>(
+        &self,
+        modes: &Modes,
+        f: &Functions<S>,
+        given: &Given<S>,
+        w: S,
+        spring: &[S; MOST_FOLLOWERS],
+    ) -> S {
+        let still = f.viscous * w - f.torque;
+        self.followers.iter().enumerate().fold(still, |sum, (j, follower)| match follower.joint {
+            Joint::Rigid => sum - f.cams[j][1] * given.forces[j],
+            Joint::Output(..) => sum + f.cams[j][1] * spring[j],
+            Joint::Shaft(_) => sum + spring[j],
+            Joint::Backlash(_) if modes.contacts[j] == Mode::Free => sum,
+            Joint::Backlash(p) if p.m2 > 0.0 => sum + f.cams[j][1] * spring[j],
+            Joint::Backlash(_) => sum - f.cams[j][1] * given.forces[j],
+        })
     }
 
     /// The rates of the states of follower j, and N in contact.

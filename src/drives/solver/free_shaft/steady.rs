@@ -62,14 +62,20 @@ pub fn periodic_motion(shaft: &Shaft, mesh: &Mesh, phi: f64) -> Result<PeriodicM
 }
 
 fn search(shaft: &Shaft, mesh: &Mesh, phi: f64, work: &Cell<Work>) -> Result<PeriodicMotion, Fault> {
-    let Shaft { inertia, motor, load, .. } = shaft;
+    let Shaft { inertia, motor, loads, .. } = shaft;
     let &Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }) = motor else {
         return Err(Fault::named(
             "start.mode",
             " = steady_state needs a motor with a characteristic: a torque that does not depend on the speed selects no periodic motion; use `given`",
         ));
     };
-    let tau = load.now();
+    if loads.have_inertia() {
+        return Err(Fault::named(
+            "start.mode",
+            " = steady_state: the inertia of the loads is known at one angle only; use `given`",
+        ));
+    }
+    let tau = loads.torque_now();
     let torques = Torques::against(motor, tau, motor.sense());
     let none = || {
         Fault::named(

@@ -254,7 +254,7 @@ impl Run {
         let since = (time - Double::from(outside.time)).hi;
         let mut given = Given {
             course: [0.0; 2],
-            tau: outside.inputs.tau.at(since),
+            tau: outside.inputs.loads.at(since),
             torque: outside.inputs.torque.at(since),
             reference: 0.0,
             lag: 0.0,

@@ -139,7 +139,7 @@ impl Recorded {
         let accelerates = matches!(train.shaft, Shaft::Driven(DriveMode::Input | DriveMode::Speed { .. }));
         let mut given = Given {
             course: [given_if(driven, Known::W), given_if(accelerates, Known::A)],
-            tau: given_if(machine.is_some_and(|m| m.input), Known::Tau),
+            tau: given_if(machine.is_some_and(|m| !m.loads.is_empty()), Known::Tau),
             torque: given_if(machine.is_some_and(|m| m.motor.takes_torque()), Known::Torque),
             reference: given_if(machine.is_some_and(|m| m.motor.servo().is_some()), Known::Reference),
             lag: zero,
@@ -239,7 +239,7 @@ impl Recorded {
                 Known::HalfSlope => slope(&sums.inertia, row, 0.5),
                 Known::Static => row.copy_from_slice(&sums.torque[..count]),
                 Known::Viscous => row.copy_from_slice(&sums.viscous[..count]),
-                Known::Tau => outside.inputs.tau.expand(since, unit, row),
+                Known::Tau => outside.inputs.loads.expand(since, unit, row),
                 Known::Torque => outside.inputs.torque.expand(since, unit, row),
                 Known::Force(j) => outside.inputs.forces[j].expand(since, unit, row),
                 Known::Reference => {

@@ -71,6 +71,7 @@ fn random(dice: &mut Dice, tolerance: f64) -> (Scene, f64) {
         Start { mode: StartMode::Given, q, q_dot: omega * dice.between(-1e-4, 1e-4) }
     };
     let scene = Scene {
+        coupling: false,
         parameters: Parameters { m1, m2, c, b: 2.0 * damping * m2 * omega, s, e },
         cam,
         drive: DriveMode::Constant { w, phi_start: dice.between(0.0, TAU) },
@@ -129,6 +130,7 @@ fn rounded_otherwise(scene: &Scene) -> Scene {
         _ => unreachable!("the random laws are series and cycles"),
     };
     Scene {
+        coupling: false,
         cam,
         parameters: Parameters { s: 3.0 * scene.parameters.s, ..scene.parameters },
         start: Start { q: 3.0 * scene.start.q, q_dot: 3.0 * scene.start.q_dot, ..scene.start },

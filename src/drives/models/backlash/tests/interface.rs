@@ -302,6 +302,7 @@ fn the_balance_of_energy_closes_through_the_dwells_of_a_stiff_drive() {
         inflections: [None; 2],
     };
     let mut drive = started(Scene {
+        coupling: false,
         cam: MotionLaw::Cycle(Cycle::new(cycle)),
         drive: DriveMode::Constant { w, phi_start: -3.03 },
         parameters: Parameters { m1: 0.151, m2: 2.08, c: 3.37e9, b: 2.6e5, s: 2.7e-8, e: 0.0 },

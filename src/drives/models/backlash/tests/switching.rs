@@ -345,6 +345,7 @@ fn a_steep_rise_does_not_blur_the_release_on_a_gentle_return() {
             inflections: [inflection, None],
         };
         let mut drive = BacklashDrive::new(Scene {
+            coupling: false,
             parameters: Parameters { m1: 1.0, m2: 2.0, c: 1.8e5, b: 30.0, s: 1e-4, e: 0.0 },
             cam: MotionLaw::Cycle(Cycle::new(plan)),
             drive: DriveMode::Constant { w: 30.0, phi_start: 0.05 },

@@ -112,7 +112,7 @@ fn a_force_that_lifts_a_follower_does_so_at_once() {
 #[test]
 fn a_torque_that_turns_a_cam_away_leaves_its_follower() {
     // The third derivative of the gap is negative there, the second one is not.
-    let shaft = Machine { input: true, ..machine(0.01, [1.0, 20.0], Motor::default()) };
+    let shaft = Machine { loads: vec![Default::default()], ..machine(0.01, [1.0, 20.0], Motor::default()) };
     let mut train = Named::new::<DriveTrain>(scene(Shaft::Free(shaft), vec![pressed(0.0, f64::INFINITY, 0.0)]), &[]);
     train.to(0.05, 7);
     let names = ["phi", "w", "follower[1].x1", "der(follower[1].x1)"];
@@ -226,6 +226,7 @@ fn jumps_are_those_of_a_backlash_drive() {
         };
         let [phi, w, a] = inputs(0.0);
         let alone = backlash::Scene {
+            coupling: false,
             parameters,
             cam,
             drive: DriveMode::Input,
@@ -312,6 +313,7 @@ fn a_motion_that_begins_behind_a_dwell_is_as_fine_as_any() {
     for (w, c, phi_start) in [(100.0, 3e5, -0.2), (20.0, 3e5, -0.2), (100.0, 3e7, -0.2), (100.0, 3e5, 2.7)] {
         let drive = DriveMode::Constant { w, phi_start };
         let alone = elastic_output::Scene {
+            coupling: false,
             parameters: elastic_output::Parameters { m: 0.5, c, b: 30.0 },
             cam: cam.clone(),
             drive: drive.clone(),

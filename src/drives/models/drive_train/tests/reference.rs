@@ -49,7 +49,7 @@ pub(super) fn machine(j0: f64, [phi, w]: [f64; 2], motor: Motor) -> Machine {
         inertia: InertiaFunction { constant: j0, varying: None },
         load: None,
         friction: None,
-        input: false,
+        loads: vec![],
         motor,
         phi_start: phi,
         w_start: w,
@@ -61,7 +61,7 @@ fn loaded(machine: Machine) -> Machine {
 }
 
 pub(super) fn scene(shaft: Shaft, followers: Vec<Follower>) -> Scene {
-    Scene { shaft, followers, start: Start::AtRest, solver: Settings::default(), names: Names::Train }
+    Scene { coupling: false, shaft, followers, start: Start::AtRest, solver: Settings::default(), names: Names::Train }
 }
 
 /// Runs to the end in so many communication steps.

@@ -7,7 +7,7 @@ use crate::numerics::gauss::Gauss;
 /// Miss of E against the work of the torques over 0.4 s, as part of the energy that motor, load and machine exchange.
 fn missed(scene: Scene, solver: Settings) -> f64 {
     let mut machine = started(Scene { solver, ..scene });
-    machine.shaft.load.set(20.0);
+    machine.shaft.loads.signal_mut(0).unwrap().set(20.0);
     let before = get(&machine, "E");
     let (mut work, mut exchanged) = (0.0, before);
     for panel in 0..200 {

@@ -134,7 +134,9 @@ pub(super) fn random_machine(r: &mut Random, kind: usize) -> (Scene, [f64; 3], [
 
 /// Sets the torques and their derivatives at `t`.
 pub(super) fn set_torques(machine: &mut RigidMachine, load: [f64; 3], driving: [f64; 3], t: f64) {
-    for (signal, [a, b, c]) in [(&mut machine.shaft.load, load), (&mut machine.shaft.driving, driving)] {
+    for (signal, [a, b, c]) in
+        [(machine.shaft.loads.signal_mut(0).unwrap(), load), (&mut machine.shaft.driving, driving)]
+    {
         signal.set(polynomial([a, b, c], t));
         signal.set_derivative(1, b + 2.0 * c * t);
         signal.set_derivative(2, 2.0 * c);

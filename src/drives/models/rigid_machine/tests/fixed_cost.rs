@@ -47,8 +47,8 @@ fn works(mut machine: RigidMachine, varying: bool) -> Vec<[f64; 2]> {
     for _ in 0..300 {
         let h = r.order(1e-6, 0.05);
         if varying {
-            machine.shaft.load.set(20.0 * f64::sin(50.0 * time));
-            machine.shaft.load.set_derivative(1, 1000.0 * f64::cos(50.0 * time));
+            machine.shaft.loads.signal_mut(0).unwrap().set(20.0 * f64::sin(50.0 * time));
+            machine.shaft.loads.signal_mut(0).unwrap().set_derivative(1, 1000.0 * f64::cos(50.0 * time));
         }
         let before = machine.solver.evaluations;
         machine.advance(time, h).unwrap();
@@ -88,7 +88,7 @@ fn the_answer_does_not_depend_on_the_communication_step() {
         // Powers of two, so that the last point is the same to the last bit.
         let ends = [1, 8, 1024].map(|steps| {
             let mut machine = started(Scene { solver: fixed_cost(0.0), ..scene.clone() });
-            machine.shaft.load.set(load);
+            machine.shaft.loads.signal_mut(0).unwrap().set(load);
             run(&mut machine, 0.75, steps);
             let events: Vec<_> = machine.events().iter().map(|event| event.time).collect();
             let state = ["phi", "w", "a", "M_an"].map(|name| get(&machine, name));
@@ -98,7 +98,7 @@ fn the_answer_does_not_depend_on_the_communication_step() {
         assert_eq!(ends[0].1.len(), usize::from(load == 300.0));
         // The adaptive method knows better.
         let mut machine = started(scene);
-        machine.shaft.load.set(load);
+        machine.shaft.loads.signal_mut(0).unwrap().set(load);
         run(&mut machine, 0.75, 1);
         for (value, name) in ends[0].0.into_iter().zip(["phi", "w"]) {
             let error = (value / get(&machine, name) - 1.0).abs();
@@ -112,7 +112,7 @@ fn a_load_that_jumps_is_met_at_the_communication_point() {
     let mut ends = [Settings::default(), fixed_cost(0.0)].map(|solver| {
         let mut machine = started(Scene { solver, ..loom(kloss(0.16), 0.3, 40.0) });
         for i in 0..100 {
-            machine.shaft.load.set(if i % 2 == 0 { 50.0 } else { -30.0 });
+            machine.shaft.loads.signal_mut(0).unwrap().set(if i % 2 == 0 { 50.0 } else { -30.0 });
             machine.advance(f64::from(i) * 0.0037, 0.0037).unwrap();
         }
         machine

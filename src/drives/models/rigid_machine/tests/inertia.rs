@@ -53,7 +53,7 @@ fn the_motion_obeys_the_tolerance_beside_a_small_wave() {
     for tolerance in [1e-9, 1e-12, 1e-13] {
         let settings = Settings { tolerance, ..Settings::default() };
         let mut machine = started(Scene { solver: settings, ..short_wave() });
-        machine.shaft.load.set(-0.09);
+        machine.shaft.loads.signal_mut(0).unwrap().set(-0.09);
         run(&mut machine, 0.64, 32);
         for (name, value) in expected {
             assert_near(get(&machine, name), value, tolerance.max(3e-13), &format!("{name} at {tolerance}"));

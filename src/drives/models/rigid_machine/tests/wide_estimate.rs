@@ -259,6 +259,7 @@ pub(super) fn random_machine(r: &mut Random, number: usize) -> (Scene, [f64; 3],
     let (load, driving) = (signal(0.2 * breakdown_torque), signal(0.2 * breakdown_torque));
     let tolerance = 10f64.powf(-r.between(4.0, 11.0));
     let scene = Scene {
+        loads: vec![Default::default()],
         inertia: InertiaFunction { constant, varying },
         followers,
         motor,
@@ -273,7 +274,7 @@ pub(super) fn random_machine(r: &mut Random, number: usize) -> (Scene, [f64; 3],
 /// The true error of the states and its estimate, and whether the shaft turned back.
 fn errors(scene: Scene, load: [f64; 3], driving: [f64; 3], duration: f64) -> Option<([f64; 2], bool)> {
     let mut machine = RigidMachine::new(scene).ok()?;
-    machine.shaft.load.set(load[0]);
+    machine.shaft.loads.signal_mut(0).unwrap().set(load[0]);
     machine.shaft.driving.set(driving[0]);
     machine.start(0.0).ok()?;
     let twin = machine.clone();
