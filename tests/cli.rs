@@ -4,6 +4,7 @@ use camdrive::drives::resource::BUILD;
 use camdrive_cli::export::archive::{File, archive};
 use camdrive_cli::export::{documentation, model_description::Identity};
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -14,6 +15,7 @@ fn root() -> &'static Path {
 
 const SCENE: &str = "examples/transfer_manipulator/scene.toml";
 const TAPPET: &str = "examples/tappet/scene.toml";
+const VALVE: &str = "examples/valve_train/forces.toml";
 const WRONG: &str = "tests/scenes/wrong_dimensions.toml";
 
 /// What a run gives back.
@@ -528,7 +530,7 @@ fn a_contour_that_cam_writes_gives_its_law_back() {
         let off = (0..3600).map(off).fold(0.0, f64::max);
         assert!(off < 1e-8, "{geometry}: {off:e}");
         let run = camdrive(&["describe", text(&again)]);
-        assert!(run.out.contains("The law of cam comes from the contour"), "{}", run.out);
+        assert!(run.out.contains("The law of cam comes from a contour"), "{}", run.out);
         let run = camdrive(&["forces", text(&again), "--speed", "600 rpm", "-o", text(&folder.join("forces"))]);
         // The spring presses away from a ring.
         assert!(run.code == 0 || geometry.contains("outer"), "{geometry}: {}", run.err);
@@ -676,6 +678,201 @@ fn export_writes_whole_fmus() {
         std::fs::read_dir(&folder).expect("the folder").map(|entry| entry.expect("an entry").file_name()).collect();
     names.sort();
     assert_eq!(names, ["a", "named.fmu"], "nothing is left over");
+}
+
+/// The files of an FMU.
+fn unzipped(fmu: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut zip = zip::ZipArchive::new(std::fs::File::open(fmu).expect("the FMU")).expect("an archive");
+    let count = zip.len();
+    let file = |i| {
+        let mut file = zip.by_index(i).expect("a file");
+        let mut content = Vec::new();
+        file.read_to_end(&mut content).expect("its content");
+        (file.name().expect("a name").into_owned(), content)
+    };
+    (0..count).map(file).collect()
+}
+
+/// An FMU of these files.
+fn zipped(fmu: &Path, files: &BTreeMap<String, Vec<u8>>) -> String {
+    let mut zip = zip::ZipWriter::new(std::fs::File::create(fmu).expect("the FMU"));
+    for (name, content) in files {
+        zip.start_file(name.as_str(), zip::write::SimpleFileOptions::default()).expect("a file");
+        zip.write_all(content).expect("its content");
+    }
+    zip.finish().expect("an archive");
+    text(fmu).to_owned()
+}
+
+const EXTRA: &str = "extra/org.fmi-standard.fmi-ls-ref/";
+
+/// Scene and tables are in the FMU, wherever they came from, and nothing tells where that was.
+#[test]
+fn from_an_fmu_the_same_one_is_made() {
+    let folder = folder("inside");
+    let (elsewhere, scenes) = (folder.join("elsewhere"), folder.join("scenes"));
+    for folder in [&elsewhere, &scenes.join("tables")] {
+        std::fs::create_dir_all(folder).expect("a folder");
+    }
+    let table = std::fs::read(root().join("examples/valve_train/lift.csv")).expect("the table");
+    let given = std::fs::read_to_string(root().join("examples/valve_train/forces.toml")).expect("the scene");
+    for (name, place) in [("inside", "tables/lift.csv"), ("beside", "../elsewhere/lift.csv"), ("absolute", "")] {
+        let path = if place.is_empty() { elsewhere.join("lift.csv") } else { scenes.join(place) };
+        std::fs::write(&path, &table).expect("a table");
+        let named = if place.is_empty() { text(&path).replace('\\', "/") } else { place.to_owned() };
+        let scene = scenes.join(format!("{name}.toml"));
+        // Comments stay, whatever the table is called.
+        let own = given.replace("\"lift.csv\"", &format!("'{named}' # measured"));
+        std::fs::write(&scene, format!("# Of the valve gear.\n{own}")).expect("a scene");
+        let fmus = ["one.fmu", "two.fmu"].map(|fmu| folder.join(name).join(fmu));
+        let runtime = runtime();
+        for (from, to) in [(&scene, &fmus[0]), (&fmus[0], &fmus[1])] {
+            let run = camdrive(&["export", text(from), "-o", text(to), "--runtime", &runtime]);
+            assert_eq!(run.code, 0, "{}", run.err);
+        }
+        assert!(std::fs::read(&fmus[0]).expect("one") == std::fs::read(&fmus[1]).expect("the other"), "{name}");
+        let files = unzipped(&fmus[0]);
+        let is_kept = name == "inside";
+        let inside = if is_kept { named } else { "table_1.csv".to_owned() };
+        assert_eq!(files[&format!("{EXTRA}model/{inside}")], table);
+        let changed = if is_kept { format!("'{inside}'") } else { format!("\"{inside}\"") };
+        let scene_inside = String::from_utf8(files[&format!("{EXTRA}model/scene.toml")].clone()).expect("UTF-8");
+        assert!(
+            scene_inside.starts_with("# Of the valve gear.\n") && scene_inside.contains(&(changed + " # measured"))
+        );
+        for (file, content) in files.iter().filter(|(file, _)| !file.starts_with("binaries/")) {
+            assert!(!String::from_utf8_lossy(content).contains("elsewhere"), "{file}");
+        }
+        // Other commands read it as well, and name the FMU where they name the file.
+        let said = |file: &Path, command: &str| camdrive(&[command, text(file)]);
+        assert_eq!(said(&fmus[0], "describe").out, said(&scene, "describe").out);
+        let (check, of_scene) = (said(&fmus[0], "check"), said(&scene, "check"));
+        assert_eq!(check.out.replace(text(&fmus[0]), ""), of_scene.out.replace(text(&scene), ""));
+        let told = format!("{}/{inside} without its noise", text(&fmus[0]));
+        assert!(check.err.contains(&told), "{}", check.err);
+    }
+}
+
+#[test]
+fn the_manifest_lists_what_is_in_its_folder() {
+    let folder = folder("manifest");
+    let run = camdrive(&["export", VALVE, SCENE, "-o", text(&folder), "--runtime", &runtime()]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    for (fmu, count) in [("valve_train_forces.fmu", 3), ("transfer_manipulator.fmu", 2)] {
+        let files = unzipped(&folder.join(fmu));
+        let name = format!("{EXTRA}fmi-ls-manifest.xml");
+        let manifest = String::from_utf8(files[&name].clone()).expect("UTF-8");
+        let is_named = manifest.contains("<fmiReferences ")
+            && manifest.contains("fmi-ls:fmi-ls-name=\"org.fmi-standard.fmi-ls-ref\"");
+        assert!(is_named, "{manifest}");
+        let listed: Vec<String> = manifest
+            .split("<Related")
+            .skip(1)
+            .map(|tag| {
+                let [source, role] = ["source", "role"].map(|name| attribute(tag, name).expect("an attribute"));
+                assert_eq!(role, if source.starts_with("model/") { "model" } else { "result" }, "{tag}");
+                format!("{EXTRA}{source}")
+            })
+            .collect();
+        let there = files.into_keys().filter(|file| file.starts_with(EXTRA) && *file != name);
+        assert_eq!(listed.iter().cloned().collect::<BTreeSet<_>>(), there.collect());
+        assert_eq!(listed.len(), count);
+    }
+}
+
+#[test]
+fn an_fmu_agrees_with_its_results_and_a_changed_one_does_not() {
+    let folder = folder("verify");
+    // Of each model one; the tests of the FMUs take all.
+    let scenes = [
+        SCENE,
+        TAPPET,
+        BACKLASH,
+        "examples/loom/scene.toml",
+        "examples/rod_drive/scene.toml",
+        "examples/rapier_loom/train.toml",
+    ];
+    let mut args = vec!["export"];
+    args.extend(scenes);
+    let runtime = runtime();
+    args.extend(["-o", text(&folder), "--runtime", &runtime]);
+    let run = camdrive(&args);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let fmus: Vec<PathBuf> = contents(&folder).into_keys().map(|name| folder.join(name)).collect();
+    let mut args = vec!["verify", "--json"];
+    args.extend(fmus.iter().map(|fmu| text(fmu)));
+    let run = camdrive(&args);
+    assert_eq!(run.code, 0, "{}{}", run.out, run.err);
+    let all: serde_json::Value = serde_json::from_str(&run.out).expect("JSON");
+    assert_documented("verify", &all);
+    assert_eq!(all.as_array().map(Vec::len), Some(scenes.len()));
+    for of in all.as_array().into_iter().flatten() {
+        let outputs = of["outputs"].as_array().expect("a list");
+        assert!(!outputs.is_empty());
+        for output in outputs {
+            // Not so wide that whatever is computed agrees.
+            let [largest, admissible] = ["largest", "admissible"].map(|key| output[key].as_f64().expect("a number"));
+            assert!(largest == 0.0 || admissible < 1e-5 * largest, "{}: {output}", of["file"]);
+        }
+    }
+    let mut files = unzipped(&folder.join("transfer_manipulator.fmu"));
+    let name = format!("{EXTRA}result.csv");
+    let results = String::from_utf8(files[&name].clone()).expect("UTF-8");
+    let mut table = csv::Reader::from_reader(results.as_bytes());
+    let column = table.headers().expect("headings").iter().position(|name| name == "y").expect("an output");
+    let mut lines: Vec<String> = results.lines().map(str::to_owned).collect();
+    let mut cells: Vec<String> = lines[300].split(',').map(str::to_owned).collect();
+    let value: f64 = cells[column].parse().expect("a number");
+    cells[column] = (value + 1e-5).to_string();
+    lines[300] = cells.join(",");
+    let changed = folder.join("changed.fmu");
+    let mut with = |content: Option<String>| {
+        match content {
+            Some(content) => files.insert(name.clone(), content.into_bytes()),
+            None => files.remove(&name),
+        };
+        camdrive(&["verify", &zipped(&changed, &files)])
+    };
+    let run = with(Some(lines.join("\n")));
+    assert!(run.code == 1 && run.out.contains("changed.fmu: 1 of"), "{}{}", run.out, run.err);
+    let no: Vec<&str> = run.out.lines().filter(|line| line.ends_with(" no")).collect();
+    assert!(no.len() == 1 && no[0].trim().starts_with("y "), "{}", run.out);
+    lines[300] = cells[..column].join(",");
+    for (content, message) in [
+        (Some(lines.join("\n")), "result.csv: CSV error"),
+        (Some(results.replacen(",y,", ",z,", 1)), "the output `y` has no column"),
+        (Some(results.replacen("\n0.0,", "\nzero,", 1)), "line 2: `zero` is no number"),
+        (Some(results.lines().next().expect("a line").to_owned()), "it has no rows"),
+        (None, "the FMU holds no results\n  = hint: "),
+    ] {
+        let run = with(content);
+        assert!(run.code == 1 && run.out.is_empty() && run.err.contains(message), "{message}: {}{}", run.out, run.err);
+    }
+}
+
+#[test]
+fn an_fmu_without_a_scene_is_told_from_a_scene() {
+    let folder = folder("no_scene");
+    let foreign = BTreeMap::from([("modelDescription.xml".to_owned(), Vec::new())]);
+    let empty = zipped(&folder.join("foreign.fmu"), &foreign);
+    let none = folder.join("none.fmu");
+    std::fs::write(&none, "name = \"x\"\n").expect("a file");
+    for command in ["check", "describe", "export", "cam", "steady"] {
+        for (fmu, parts) in [
+            (&*empty, ["the FMU holds no scene", "name the scene itself"]),
+            (text(&none), ["this is no FMU", "zip archive"]),
+            ("absent.fmu", ["the FMU cannot be read", "name a scene"]),
+        ] {
+            let run = camdrive(&[command, fmu]);
+            let told = parts.iter().all(|part| run.err.contains(part)) && run.err.contains("= hint: ");
+            assert!(run.code == 1 && run.out.is_empty() && told, "{command} {fmu}: {}", run.err);
+        }
+    }
+    // A scene inside that is wrong is told with the place in the FMU.
+    let scene = b"name = \"x\"\nmodel = \"ElasticCamDrive\"\nspeed = 3\n".to_vec();
+    let wrong = zipped(&folder.join("wrong.fmu"), &BTreeMap::from([(format!("{EXTRA}model/scene.toml"), scene)]));
+    let run = camdrive(&["check", &wrong]);
+    assert!(run.code == 1 && run.err.contains("wrong.fmu/scene.toml:3:1"), "{}", run.err);
 }
 
 #[test]
@@ -2821,7 +3018,8 @@ fn what_of_forces_the_motion_leaves_out_is_said() {
     let scene = camdrive_cli::scene::read(&root().join(TAPPET)).expect("a scene");
     let identity = Identity { name: "tappet", description: &scene.description, guid: "", date: None };
     let mut drive = scene.resource().build().expect("a drive");
-    assert!(documentation::html(&identity, &scene.resource(), &mut drive).expect("a page").contains(&described));
+    let page = documentation::html(&identity, &scene.resource(), &mut drive, &Default::default()).expect("a page");
+    assert!(page.contains(&described));
     // Where force keeps no follower on its cam, no speed is told.
     let machine = "examples/sealing_machine/scene.toml";
     let note = format!("note: {machine}: forces.lever_J is not part of the motion of the FMU\n");

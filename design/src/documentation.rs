@@ -10,6 +10,8 @@ pub struct Documentation {
     pub summary: String,
     /// The equations.
     pub equations: Vec<Equation>,
+    /// What real drives have and the model does not.
+    pub left_out: Vec<String>,
     /// The solution method and its accuracy: (quantity, statement).
     pub accuracy: Vec<(String, String)>,
     /// Limits of the model.
@@ -33,6 +35,7 @@ struct File {
     sources: Vec<String>,
     summary: Vec<Paragraph>,
     equation: Vec<Paragraph>,
+    left_out: Vec<Paragraph>,
     accuracy: Vec<Paragraph>,
     limit: Vec<Paragraph>,
 }
@@ -72,6 +75,7 @@ impl Documentation {
         Ok(Documentation {
             summary: texts(chosen(file.summary)?).collect(),
             equations: chosen(file.equation)?.into_iter().map(|(title, text)| Equation { title, text }).collect(),
+            left_out: texts(chosen(file.left_out)?).collect(),
             accuracy: chosen(file.accuracy)?,
             limits: texts(chosen(file.limit)?).collect(),
             sources: file.sources,

@@ -404,7 +404,12 @@ def test_the_documentation_is_well_formed_and_offline(fmu, name):
 
     text = (package.folder / "documentation" / "index.html").read_text(encoding="utf-8")
     tree = etree.fromstring(text.encode())
-    assert "<math" in text
+    formulas = ["".join(formula.itertext()) for formula in tree.iterfind(".//{*}p[@class='formula']")]
+    assert formulas and len(set(formulas)) == len(formulas), formulas
+    titles = {title.text: title for title in tree.iterfind(".//{*}h2")}
+    platforms = [item.text.split(":")[0] for item in titles["Platforms"].getnext()]
+    assert sorted(platforms) == sorted(folder.name for folder in (package.folder / "binaries").iterdir())
+    assert len(titles["What the model leaves out"].getnext()) >= 1
     for attribute in ("src", "href"):
         for value in tree.xpath(f"//@{attribute}"):
             assert not value.startswith(("http:", "https:", "//")) or attribute == "href", value

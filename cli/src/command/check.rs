@@ -1,9 +1,9 @@
 //! `camdrive check SCENE…`
 
 use super::output::Bar;
-use super::{Failure, Format, failure, print, read_all, show, tell, tell_notes};
+use super::{Failure, Format, failure, open, print, read_all, show, tell, tell_notes};
 use crate::scene::forces::machine;
-use crate::scene::{self, Diagnostic, Diagnostics, Resolved};
+use crate::scene::{Diagnostic, Diagnostics, Resolved};
 use camdrive_design::forces::Machine;
 use camdrive_design::forces::report::LiftOff;
 use camdrive_design::overview::{self, Overview, Warning};
@@ -21,7 +21,7 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  camdrive check examples/*/scene.toml")]
 pub struct Args {
-    /// Scene files (TOML)
+    /// Scene files (TOML), or FMUs with their scenes inside
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
     #[command(flatten)]
@@ -63,7 +63,7 @@ fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
     let (mut entries, mut ending) = (Vec::new(), ExitCode::SUCCESS);
     for path in paths {
         let mut entry = json!({ "file": path.display().to_string() });
-        let more = match scene::read(path) {
+        let more = match open(path) {
             Ok(scene) => {
                 let overview = serde_json::to_value(overview_of(&scene)).map_err(failure)?;
                 let own = json!({ "ok": true, "name": scene.name, "model": scene.scene.said(), "notes": scene.notes });

@@ -25,7 +25,7 @@ Examples:
   camdrive describe examples/guide_bar/scene.toml
   camdrive describe examples/guide_bar/scene.toml --xml > modelDescription.xml")]
 pub struct Args {
-    /// Scene file (TOML)
+    /// Scene file (TOML), or an FMU with its scene inside
     scene: PathBuf,
     /// Print modelDescription.xml, with a placeholder for the guid, a hash of the packed FMU
     #[arg(long, conflicts_with = "json")]
@@ -75,7 +75,7 @@ fn data(resolved: &Resolved, drive: &mut Described) -> Result<Value, Fault> {
     Ok(json!({
         "name": resolved.name, "model": resolved.scene.said(), "description": resolved.description, "summary": documentation.summary,
         "equations": equations.collect::<Vec<Value>>(), "variables": variables, "accuracy": accuracy.collect::<Vec<Value>>(),
-        "limits": documentation.limits, "motions": overview.motions, "jumps": overview.jumps,
+        "left_out": documentation.left_out, "limits": documentation.limits, "motions": overview.motions, "jumps": overview.jumps,
         "lift_offs": machine(resolved).and_then(Machine::lift_offs).unwrap_or_default(),
         "experiment": { "stop": e.stop, "step": e.step, "tolerance": e.tolerance },
     }))
@@ -99,6 +99,7 @@ fn text(resolved: &Resolved, drive: &mut Described) -> Result<String, Fault> {
             machine(resolved).and_then(Machine::lift_offs).unwrap_or_default().iter().map(LiftOff::text),
         )
         .section("Solver and accuracy", documentation.accuracy.iter().map(|(of, text)| format!("{of}: {text}")))
+        .section("What the model leaves out", &documentation.left_out)
         .section("Limits", &documentation.limits)
         .section("Default experiment", [format!("stop time {stop} s, step {step} s, tolerance {tolerance}")])
         .text();

@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 
 /// Exports scenes as FMUs.
 ///
-/// Each scene becomes NAME.fmu, NAME being the name that the scene gives. All FMUs are written or none.
+/// Each scene becomes NAME.fmu, NAME being the name that the scene gives. All FMUs are written or none. An FMU holds its scene as it
+/// stands, with comments, and its tables; a table from outside of the folder of the scene is called table_1.csv there.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -23,12 +24,13 @@ Examples:
   camdrive export scene.toml --runtime linux64=libcamdrive.so --runtime win64=camdrive.dll
   camdrive export scene.toml --platforms linux64,win64
   camdrive export scene.toml --with-tradeoff --quick
+  camdrive export old/guide_bar.fmu -o new/
 
 The runtime libraries are those beside the executable unless --runtime names others. They are built by
   cargo build --release --package camdrive    for the platform at hand
   packaging/build                             for all others, in the folder target/runtimes")]
 pub struct Args {
-    /// Scene files (TOML)
+    /// Scene files (TOML), or FMUs with their scenes inside
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
     /// Where to write: a file NAME.fmu for a single scene, else a folder [default: the current folder]
@@ -67,7 +69,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut packed = Vec::new();
     for (scene, path) in scenes.iter().zip(&args.scenes) {
         let study = if args.with_tradeoff { Some(args.study.study(path, scene)?) } else { None };
-        let extras = Extras { terminals: args.terminals, study: study.as_ref() };
+        let extras = Extras { terminals: args.terminals, study: study.as_ref(), sources: &scene.sources };
         let fmu = pack_with(&scene.resource(), &scene.description, &runtimes, date, extras);
         packed.push(fmu.map_err(|fault| failure(format!("{}: {fault}", path.display())))?);
     }

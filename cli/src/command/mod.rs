@@ -1,8 +1,8 @@
 //! The command line: one file per command.
 //!
 //! Results go to the standard output, everything else to the standard error. Exit code 0: done; 1: a fault in a
-//! scene or in the export, or a follower that leaves its cam in `forces`; 2: a wrong command line; 3: `steady` found no
-//! periodic motion.
+//! scene or in the export, a follower that leaves its cam in `forces`, or an output that does not agree in `verify`;
+//! 2: a wrong command line; 3: `steady` found no periodic motion.
 //!
 #![doc = include_str!("../../../docs/json.md")]
 
@@ -27,12 +27,13 @@ mod steady;
 mod study;
 mod synthesize;
 mod tradeoff;
+mod verify;
 
-use crate::export::{RuntimeLibrary, TOOL};
-use crate::scene::{self, Resolved, units};
+use crate::export::{RuntimeLibrary, TOOL, references};
+use crate::scene::{self, Diagnostic, Diagnostics, Resolved, units};
 use camdrive::drives::Fault;
 use camdrive::drives::unit::Quantity;
-use camdrive_design::text;
+use camdrive_design::{host, text};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use output::{print, show, tell, width};
@@ -54,8 +55,8 @@ Example: from a scene file to an FMU
 A scene is a TOML file; a plain number is SI, a string carries its unit (\"1800 rpm\", \"0.94 mm\").
 A command writes all of its files or none; it replaces earlier results, never an input.
 Lines are as wide as the terminal, or COLUMNS; NO_COLOR leaves out the colours.
-Exit codes: 0 done, 1 a fault in a scene or in the export, or a follower that leaves its cam (forces),
-2 a wrong command line, 3 no periodic motion (steady).";
+Exit codes: 0 done, 1 a fault in a scene or in the export, a follower that leaves its cam (forces), or
+an output that does not agree (verify), 2 a wrong command line, 3 no periodic motion (steady).";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -73,6 +74,7 @@ enum Command {
     Clearance(clearance::Args),
     Run(run::Args),
     Study(study::Args),
+    Verify(verify::Args),
     Schema(schema::Args),
     Completions(completions::Args),
     Help(help::Args),
@@ -145,6 +147,7 @@ pub fn main() -> ExitCode {
         Some(Command::Clearance(args)) => clearance::run(&args),
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Study(args)) => study::run(&args),
+        Some(Command::Verify(args)) => verify::run(&args).map(|code| ending = code),
         Some(Command::Completions(args)) => completions::run(&args),
         Some(Command::Schema(args)) => schema::run(&args),
         Some(Command::Help(args)) => help::run(&args),
@@ -176,16 +179,50 @@ fn optional(name: &str, text: &Option<String>, of: &'static Quantity) -> Result<
     text.as_ref().map(|text| quantity(name, text, of)).transpose()
 }
 
-/// Reads a scene.
+/// Whether a file is called like an FMU.
+fn is_fmu(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("fmu"))
+}
+
+/// Reads a scene, or that in an FMU.
+fn open(path: &Path) -> Result<Resolved, Diagnostics> {
+    if !is_fmu(path) {
+        return scene::read(path);
+    }
+    let file = path.display().to_string();
+    let fault = |message: &str, hint: &str| Diagnostics(vec![Diagnostic::new(&file, message).hint(hint)]);
+    let folder = host::unpacked(path, &[&format!("{}/", references::FOLDER)]).map_err(|unreadable| {
+        let text = unreadable.to_string();
+        let (message, hint) = text.split_once("\n  = hint: ").unwrap_or((&text, "name a scene, or an FMU of one"));
+        fault(message, hint)
+    })?;
+    let place = folder.path().join(references::FOLDER).join(references::MODEL).join(scene::SCENE);
+    if !place.is_file() {
+        let hint = "older FMUs, and those of other tools, have none inside: name the scene itself; `camdrive run` drives any FMU";
+        return Err(fault("the FMU holds no scene", hint));
+    }
+    let (inside, within) = (place.with_file_name("").display().to_string(), format!("{file}/"));
+    // What is said of the files names the FMU, not the folder that vanishes.
+    let told = |text: String| text.replace(&inside.replace('\\', "/"), &within).replace(&inside, &within);
+    let mut scene = scene::read(&place).map_err(|Diagnostics(faults)| {
+        let fault = |fault: Diagnostic| Diagnostic { file: told(fault.file), message: told(fault.message), ..fault };
+        Diagnostics(faults.into_iter().map(fault).collect())
+    })?;
+    scene.notes = scene.notes.into_iter().map(told).collect();
+    scene.files = vec![path.to_owned()];
+    Ok(scene)
+}
+
+/// Reads a scene, or that in an FMU.
 fn read(path: &Path) -> Result<Resolved, Failure> {
-    scene::read(path).map_err(|faults| Failure(faults.to_string()))
+    open(path).map_err(|faults| Failure(faults.to_string()))
 }
 
 /// Reads all scenes; the faults of all of them come together.
 fn read_all(paths: &[PathBuf]) -> Result<Vec<Resolved>, Failure> {
     let (mut scenes, mut faults) = (Vec::new(), String::new());
     for path in paths {
-        match scene::read(path) {
+        match open(path) {
             Ok(scene) => scenes.push(scene),
             Err(more) => faults += &more.to_string(),
         }

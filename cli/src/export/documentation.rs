@@ -2,11 +2,12 @@
 //!
 //! The page is HTML and well-formed XML at once.
 
-use super::mathml;
+use super::formula;
 use super::model_description::{Identity, LOG_CATEGORIES, causality, unit};
-use super::picture;
+use super::results::Results;
 use super::tradeoff::Section;
 use super::xml::Xml;
+use super::{picture, references};
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{AnyDrive, Description, Fault};
 use camdrive_design::documentation::Documentation;
@@ -17,28 +18,20 @@ use camdrive_design::tradeoff::Report;
 
 const STYLE: &str = include_str!("documentation.css");
 
-/// Remarks on the folders in `binaries/`.
-const PLATFORMS: [&str; 4] = [
-    "The FMU runs where binaries/ has a folder for it; the export decides which ones it packs.",
-    "linux64, aarch64-linux: Linux with GLIBC 2.17 or newer; a library that was built for the exporting machine, not by packaging/build, \
-     may need the GLIBC of that machine. Tested; ARM64 in emulation, with the same numbers bit by bit.",
-    "win64: Windows 10 or newer. Tested with Wine; the last digits of sin and cos are those of its C library.",
-    "darwin64, aarch64-darwin: macOS. Built, not run.",
-];
-
-/// The text of index.html.
-pub fn html(identity: &Identity, resource: &Resource, drive: &mut Described) -> Result<String, Fault> {
-    html_with(identity, resource, drive, None)
+/// What the page tells beside the drive itself.
+#[derive(Clone, Copy, Default)]
+pub struct Page<'a> {
+    /// The folders in `binaries/`.
+    pub platforms: &'a [&'a str],
+    /// The outputs over the default experiment.
+    pub results: Option<&'a Results>,
+    /// The study of speed against accuracy.
+    pub study: Option<&'a Report>,
 }
 
-/// The documentation with the study of speed against accuracy.
-pub fn html_with(
-    identity: &Identity,
-    resource: &Resource,
-    drive: &mut Described,
-    study: Option<&Report>,
-) -> Result<String, Fault> {
-    let study = study.map(Section::of).transpose()?;
+/// The text of index.html.
+pub fn html(identity: &Identity, resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result<String, Fault> {
+    let study = page.study.map(Section::of).transpose()?;
     let variables = variables(drive)?;
     let motions = overview::of(resource).motions;
     let model = resource.model();
@@ -69,7 +62,11 @@ pub fn html_with(
                 xml.table(&Motion::table(&motions));
                 xml.text("p", &[], Motion::SYMBOLS);
             }
+            if let Some(results) = page.results {
+                experiment(xml, identity.name, drive, results);
+            }
             equations(xml, &documentation);
+            list(xml, "What the model leaves out", &documentation.left_out);
             signs(xml, drive.descriptions());
             usage(xml, identity.name, drive);
             xml.text("h2", &[], "Variables");
@@ -80,7 +77,7 @@ pub fn html_with(
             }
             list(xml, "Limits", &documentation.limits);
             messages(xml);
-            list(xml, "Platforms", &PLATFORMS.map(str::to_owned));
+            list(xml, "Platforms", &page.platforms.iter().map(|name| platform(name)).collect::<Vec<_>>());
             list(xml, "Sources", &documentation.sources);
             xml.text("h2", &[], "Licence");
             xml.element("p", &[], |xml| {
@@ -101,6 +98,30 @@ fn figure(xml: &mut Xml, name: &str, model: &str, drive: &Described) {
     xml.element("figure", &[], |xml| xml.markup(&picture));
 }
 
+/// The outputs over the default experiment.
+fn experiment(xml: &mut Xml, name: &str, drive: &AnyDrive, results: &Results) {
+    xml.text("h2", &[], "Default experiment");
+    let e = drive.experiment();
+    let has_inputs = drive.descriptions().iter().any(|d| d.causality == Causality::Input);
+    let inputs = if has_inputs { ", inputs at their start values" } else { "" };
+    let until = match results.whole {
+        true => String::new(),
+        false => format!("; the results end at {} s, since the rest fails or takes too long", short(results.end())),
+    };
+    let text = format!(
+        "{} s in steps of {} s{inputs}{until}. All outputs are in {}/{} inside this FMU; `camdrive verify {name}.fmu` compares them \
+         with another run.",
+        short(e.stop),
+        short(e.step),
+        references::FOLDER,
+        references::RESULT
+    );
+    xml.prose("p", &text);
+    if let Some((drawing, label)) = results.diagram() {
+        xml.element("figure", &[], |xml| xml.markup(&drawing.svg(&label, 1.0)));
+    }
+}
+
 fn equations(xml: &mut Xml, documentation: &Documentation) {
     if documentation.equations.is_empty() {
         return;
@@ -109,16 +130,29 @@ fn equations(xml: &mut Xml, documentation: &Documentation) {
     for equation in &documentation.equations {
         xml.element("div", &[("class", "equation".to_owned())], |xml| {
             xml.text("p", &[], &equation.title);
-            let attributes = [
-                ("xmlns", "http://www.w3.org/1998/Math/MathML".to_owned()),
-                ("display", "block".to_owned()),
-                ("alttext", equation.text.clone()),
-            ];
-            xml.element("math", &attributes, |xml| xml.markup(&mathml::of(&equation.text)));
-            // Browsers without a mathematical font draw dots and primes next to invisible.
-            xml.text("p", &[("class", "plain".to_owned())], &equation.text);
+            let class = [("class", "formula".to_owned())];
+            xml.element("p", &class, |xml| xml.markup(&formula::of(&equation.text)));
         });
     }
+}
+
+/// What is to be known of a folder in `binaries/`.
+fn platform(name: &str) -> String {
+    let runs_on = match name {
+        "linux64" | "aarch64-linux" => {
+            "Linux with GLIBC 2.17 or newer; a library that was built for the exporting machine, not by packaging/build, may need \
+             the GLIBC of that machine."
+        }
+        "win64" => "Windows 10 or newer. Tested with Wine; the last digits of sin and cos are those of its C library.",
+        "darwin64" | "aarch64-darwin" => "macOS. Built, not run.",
+        _ => "a library that was given to the export.",
+    };
+    let tested = match name {
+        "linux64" => " Tested.",
+        "aarch64-linux" => " Tested in emulation.",
+        _ => "",
+    };
+    format!("{name}: {runs_on}{tested}")
 }
 
 fn signs(xml: &mut Xml, descriptions: &[Description]) {
@@ -303,7 +337,9 @@ mod tests {
 
     fn page() -> String {
         let identity = Identity { name: "Lag", description: "a < b & c", guid: "", date: None };
-        html(&identity, &resource("Lag"), &mut lag()).unwrap()
+        let results = Results::of(&mut lag()).unwrap();
+        let page = Page { platforms: &["linux64"], results: Some(&results), study: None };
+        html(&identity, &resource("Lag"), &mut lag(), &page).unwrap()
     }
 
     #[test]
@@ -331,11 +367,11 @@ mod tests {
     #[test]
     fn the_page_says_it_all_and_asks_nobody() {
         let page = page();
-        for part in ["a &lt; b &amp; c", "Demand &lt;u&gt;", "<math", "<svg", "Any book on control", "simulate_fmu"] {
+        for part in ["a &lt; b &amp; c", "Demand &lt;u&gt;", "<svg", "Any book on control", "simulate_fmu"] {
             assert!(page.contains(part), "{part}");
         }
-        // Formulas stand as plain text too, for browsers without a mathematical font.
-        assert_eq!(page.matches("<math ").count(), page.matches("<p class=\"plain\">").count());
+        assert_eq!(page.matches("<i>T</i> <i>ẋ</i> = <i>u</i> − <i>x</i>").count(), 1);
+        assert!(page.contains("Default experiment") && page.contains("linux64: Linux") && !page.contains("macOS"));
         for outside in ["src=", "@import", "url(", "<script"] {
             assert!(!page.contains(outside), "{outside}");
         }

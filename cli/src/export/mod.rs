@@ -7,12 +7,14 @@
 pub mod archive;
 pub mod date;
 pub mod documentation;
+mod formula;
 pub mod hash;
 mod licenses;
-mod mathml;
 pub mod model_description;
 pub mod picture;
 pub mod png;
+pub mod references;
+pub mod results;
 pub mod runtime_library;
 mod sbom;
 pub mod terminals;
@@ -30,6 +32,7 @@ use camdrive::drives::resource::{self, Content};
 use camdrive_design::resource::{Described, LONGEST_NAME, Resource, is_name};
 use camdrive_design::tradeoff::Report;
 use model_description::Identity;
+use results::Results;
 
 /// The name and version of this tool.
 pub const TOOL: &str = concat!("camdrive ", env!("CARGO_PKG_VERSION"));
@@ -60,6 +63,9 @@ pub struct Extras<'a> {
     /// The tables of a study in the documentation and in `extra/`. They belong to the machine that measured them, so the
     /// guid is that of the FMU without them: it is the same drive.
     pub study: Option<&'a Report>,
+    /// Names and contents of the scene and its tables, for `extra/`. Comments of a scene make no other drive: the guid is that of
+    /// the FMU without them.
+    pub sources: &'a [(String, Vec<u8>)],
 }
 
 /// The text of modelDescription.xml without packing an FMU; the guid, a hash of the packed content, is empty.
@@ -119,8 +125,10 @@ fn pack_drive(
         .iter()
         .map(|library| File::new(library.path_in_fmu(&resource.name), library.bytes.as_slice()))
         .collect();
+    let platforms: Vec<&str> = runtimes.iter().map(|library| library.platform).collect();
+    let mut page = documentation::Page { platforms: &platforms, results: None, study: None };
     let mut content = with_guid((drive, scene), resource, description, date, "")?;
-    content.extend(for_people(drive, resource, description)?);
+    content.extend(for_people(drive, resource, description, &page)?);
     if extras.terminals {
         content.extend(terminals::files(drive)?);
     }
@@ -133,10 +141,12 @@ fn pack_drive(
         }
     };
     with_guid((drive, scene), resource, description, date, &guid)?.into_iter().for_each(&mut replace);
+    let results = Results::of(drive)?;
+    let identity = Identity { name: &resource.name, description, guid: "", date: None };
+    (page.results, page.study) = (Some(&results), extras.study);
+    replace(File::new(DOCUMENTATION, documentation::html(&identity, resource, drive, &page)?));
+    content.extend(references::files(extras.sources, &results));
     if let Some(report) = extras.study {
-        let identity = Identity { name: &resource.name, description, guid: "", date: None };
-        let page = documentation::html_with(&identity, resource, drive, Some(report))?;
-        replace(File::new(DOCUMENTATION, page));
         content.extend(tradeoff::files(report)?);
     }
     let bytes =
@@ -171,14 +181,19 @@ fn with_guid(
 }
 
 /// Documentation, pictures and licences.
-fn for_people(drive: &mut Described, resource: &Resource, description: &str) -> Result<Vec<File>, Fault> {
+fn for_people(
+    drive: &mut Described,
+    resource: &Resource,
+    description: &str,
+    page: &documentation::Page<'_>,
+) -> Result<Vec<File>, Fault> {
     let identity = Identity { name: &resource.name, description, guid: "", date: None };
     let curves = drive.curves();
     let mut files = Vec::new();
     if !curves.is_empty() {
         files.push(File::new("model.png", png::png(&picture::of_curves(&resource.name, resource.model(), &curves))?));
     }
-    files.push(File::new(DOCUMENTATION, documentation::html(&identity, resource, drive)?));
+    files.push(File::new(DOCUMENTATION, documentation::html(&identity, resource, drive, page)?));
     let linked = licenses::linked()?;
     files.extend(licenses::files(&linked));
     files.push(sbom::file(&linked)?);

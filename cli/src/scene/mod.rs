@@ -21,6 +21,7 @@ pub mod plan;
 pub mod reference;
 pub mod schema;
 mod section;
+mod source;
 mod standstill;
 pub mod study;
 pub mod synthesis;
@@ -34,6 +35,7 @@ pub mod variable;
 pub use table::{Courses, Smoothed, course, courses};
 
 pub use diagnostics::{Diagnostic, Diagnostics};
+pub use source::SCENE;
 
 use camdrive_design::forces::{Loads, Machine};
 pub use camdrive_design::resource::LONGEST_NAME;
@@ -64,6 +66,8 @@ pub struct Resolved {
     pub notes: Vec<String>,
     /// The files that it was read from: scene and tables.
     pub files: Vec<PathBuf>,
+    /// Names and contents of the files that an FMU carries, from which the same scene is read: `scene.toml` and its tables.
+    pub sources: Vec<(String, Vec<u8>)>,
 }
 
 impl Resolved {
@@ -179,6 +183,7 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
     let cams = geometry::all(root, drive.as_ref());
     let loads = forces::all(root, drive.as_ref(), cams.as_deref().unwrap_or_default());
     let (scene, name, description, cams, loads) = (drive?, name?, description?, cams?, loads?);
+    let tables = root.faults.tables.take();
     Some(Resolved {
         name,
         description,
@@ -188,7 +193,8 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
         cams,
         loads,
         notes: root.faults.notes(),
-        files: root.faults.files.take(),
+        files: tables.iter().map(|table| table.path.clone()).collect(),
+        sources: source::all(root.faults.text, tables),
     })
 }
 

@@ -14,7 +14,6 @@ use camdrive_design::text::counted;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::PathBuf;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
@@ -42,7 +41,7 @@ pub struct Faults<'a> {
     /// Its smoothed tables.
     pub smoothed: RefCell<Vec<super::Smoothed>>,
     /// The tables that it names.
-    pub files: RefCell<Vec<PathBuf>>,
+    pub tables: RefCell<Vec<super::source::Table>>,
     /// Whether the file has syntax errors; then values may be absent only because of them.
     pub broken: bool,
     /// Kind of the whole file, "a scene of this kind".
@@ -61,7 +60,7 @@ impl<'a> Faults<'a> {
             notes: RefCell::default(),
             tools: RefCell::default(),
             smoothed: RefCell::default(),
-            files: RefCell::default(),
+            tables: RefCell::default(),
             broken: false,
             kind: "a scene of this kind",
         }

@@ -215,7 +215,7 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
         elasticity: elasticity?,
         shaft: shaft?,
         scene: scene?,
-        files: root.faults.files.borrow().clone(),
+        files: root.faults.tables.borrow().iter().map(|table| table.path.clone()).collect(),
     })
 }
 

@@ -10,8 +10,8 @@ use self::dialect::{Column, Sheet, Wrong};
 use self::turn::Turn;
 use super::diagnostics::{Diagnostic, Diagnostics};
 use super::limits::largest;
-use super::section::{Section, Span};
-use super::units;
+use super::section::{Node, Section, Span};
+use super::{source, units};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::table::{Bend, CLOSING, LEAST_DISTANCE, MOST_POINTS, Points, TableError};
 use camdrive::motion::{MotionLaw, Polyline, Table};
@@ -342,10 +342,14 @@ fn points<'a>(
 
 /// The file of a section.
 fn open(section: &Section<'_>, admissible: &str, folder: &Path) -> Option<File> {
-    let path = folder.join(section.required_text("file", admissible, "lift.csv")?);
-    section.faults.files.borrow_mut().push(path.clone());
+    let name = section.required_text("file", admissible, "lift.csv")?;
+    let path = folder.join(name);
     let text = match contents(&path) {
-        Ok((text, note)) => {
+        Ok((text, note, content)) => {
+            if let Some(Node { span, .. }) = section.node("file") {
+                let table = source::Table { path: path.clone(), content, name: name.to_owned(), span };
+                section.faults.tables.borrow_mut().push(table);
+            }
             let note = note.map(|note| format!("`{}`: {} {note}", section.path, shown(&path)));
             note.into_iter().for_each(|note| section.faults.note(note));
             text
@@ -518,10 +522,13 @@ fn told_wrong(
 const NO_TEXT: &str = "is not a text file";
 const SAVE_AS_TEXT: &str = "save the table as CSV in UTF-8";
 
-/// The text of a table and what is to be said of its bytes, or why there is none.
-fn contents(path: &Path) -> Result<(String, Option<&'static str>), String> {
+/// The text of a table, what is to be said of its bytes, and these, or why there is none.
+fn contents(path: &Path) -> Result<(String, Option<&'static str>, Vec<u8>), String> {
     match super::input::bytes(path) {
-        Ok(bytes) => dialect::decode(&bytes).ok_or_else(|| NO_TEXT.to_owned()),
+        Ok(bytes) => match dialect::decode(&bytes) {
+            Some((text, note)) => Ok((text, note, bytes)),
+            None => Err(NO_TEXT.to_owned()),
+        },
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err("does not exist".to_owned()),
         Err(e) => Err(format!("cannot be read: {e}")),
     }
@@ -535,7 +542,7 @@ fn contents(path: &Path) -> Result<(String, Option<&'static str>), String> {
 pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Result<Points, Diagnostics> {
     let name = shown(path);
     let unreadable = |reason: String| Diagnostic::new(&name, reason).hint("name a table of angles and measured values");
-    let (text, _) = contents(path).map_err(|reason| Diagnostics(vec![unreadable(format!("the curve {reason}"))]))?;
+    let (text, ..) = contents(path).map_err(|reason| Diagnostics(vec![unreadable(format!("the curve {reason}"))]))?;
     let file = File { name: name.clone(), text };
     let told = |wrong: Vec<Wrong>| Diagnostics(faults(&file, wrong));
     let sheet = Sheet::new(&file.text).map_err(|wrong| told(vec![wrong]))?;

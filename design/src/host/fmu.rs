@@ -130,6 +130,15 @@ fn temporary_folder() -> Result<TempDir, Fault> {
     tempfile::Builder::new().prefix("camdrive-").tempdir().map_err(|e| no_folder(&e))
 }
 
+/// The files below these folders of an FMU in a temporary folder, whatever else it holds.
+///
+/// # Errors
+/// A file that is no archive; a temporary folder that cannot be written.
+pub fn unpacked(path: &Path, folders: &[&str]) -> Result<TempDir, Fault> {
+    let file = File::open(path).map_err(|e| Fault::new(format!("the FMU cannot be read: {e}")))?;
+    unpack(&mut ZipArchive::new(file).map_err(|e| no_fmu(&e))?, folders)
+}
+
 /// Writes the files below these folders of the archive to a temporary one.
 fn unpack<R: Read + Seek>(archive: &mut ZipArchive<R>, folders: &[&str]) -> Result<TempDir, Fault> {
     let target = temporary_folder()?;

@@ -26,7 +26,7 @@ const LONGEST: f64 = 10.0;
 
 impl Axis {
     /// The axis in the unit that suits the values, and how many of it make the unit of the label.
-    fn suited(&self, values: impl Iterator<Item = f64>) -> (Axis, f64) {
+    pub fn suited(&self, values: impl Iterator<Item = f64>) -> (Axis, f64) {
         let as_it_is = || (self.clone(), 1.0);
         let Some((quantity, unit)) = self.label.strip_suffix(']').and_then(|label| label.rsplit_once('[')) else {
             return as_it_is();

@@ -5,8 +5,8 @@ use super::Fault;
 /// Documentation of a drive for people.
 #[derive(Clone, Debug)]
 pub struct Text {
-    /// The file beside the drive's code: TOML with `sources` and passages `summary`, `equation`, `accuracy` and `limit`, each
-    /// with the conditions `when` it holds.
+    /// The file beside the drive's code: TOML with `sources` and passages `summary`, `equation`, `left_out`, `accuracy` and
+    /// `limit`, each with the conditions `when` it holds.
     pub file: &'static str,
     /// All conditions that the file may name, and whether they hold.
     pub conditions: Vec<(&'static str, bool)>,

@@ -84,10 +84,10 @@ pub fn read(
 fn told(section: &Section<'_>, file: &File, misfit: [f64; 2], count: usize) {
     let path = section.path.clone();
     let [mean, largest] = misfit.map(|off| format!("{} µm", number(1e6 * off)));
-    let of = format!("the contour {}: its {}", file.name, counted(count, "point"));
-    let off = format!("off the contour of this law by {mean} (root mean square), {largest} at most");
-    section.faults.note(format!("`{path}`: the law comes from {of} are {off}"));
-    let sentence = format!("The law of {path} comes from {of} are {off}");
+    let count = counted(count, "point");
+    let off = format!("its {count} are off the contour of this law by {mean} (root mean square), {largest} at most");
+    section.faults.note(format!("`{path}`: the law comes from the contour {}: {off}", file.name));
+    let sentence = format!("The law of {path} comes from a contour: {off}");
     section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left: 0.0, sentence, warning: None });
 }
 

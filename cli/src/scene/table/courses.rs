@@ -41,7 +41,7 @@ pub fn courses(path: &Path, inputs: &[&Description]) -> Result<Courses, Diagnost
             Diagnostic::new(&name, message).hint("`camdrive describe SCENE` lists its variables"),
         ]));
     }
-    let (text, _) = contents(path).map_err(|reason| whole(format!("the table {reason}")))?;
+    let (text, ..) = contents(path).map_err(|reason| whole(format!("the table {reason}")))?;
     let file = File { name: name.clone(), text };
     let told = |wrong: Vec<Wrong>| Diagnostics(faults(&file, wrong));
     let sheet = Sheet::new(&file.text).map_err(|wrong| told(vec![wrong]))?;

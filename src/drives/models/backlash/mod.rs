@@ -261,7 +261,10 @@ impl Drive for BacklashDrive {
     }
 
     fn text(&self) -> Text {
-        Text::new(include_str!("text.toml"), &[("tolerance", self.has_tolerance()), ("coupling", self.coupling)])
+        Text::new(
+            include_str!("text.toml"),
+            &[("inputs", self.cam.is_input()), ("tolerance", self.has_tolerance()), ("coupling", self.coupling)],
+        )
     }
 
     fn curves(&self) -> Vec<Curve> {

@@ -79,7 +79,13 @@ impl Drive for ElasticShaft {
         let linear = self.equation.linear;
         let periodic = linear && !self.has_method();
         let loaded = self.equation.load.is_some();
-        let conditions = [("linear", linear), ("periodic", periodic), ("load", loaded), ("method", self.has_method())];
+        let conditions = [
+            ("linear", linear),
+            ("periodic", periodic),
+            ("inputs", self.cam.is_input()),
+            ("load", loaded),
+            ("method", self.has_method()),
+        ];
         Text::new(include_str!("text.toml"), &conditions)
     }
 

@@ -1,0 +1,61 @@
+//! What an FMU carries to be traced and checked, in the layout of the layered standard FMI-LS-REF (1.0.0-alpha.1): the scene and
+//! its tables, from which it is exported again, and the outputs of its default experiment.
+
+use super::archive::File;
+use super::results::Results;
+use super::xml::Xml;
+use std::fmt::Write as _;
+
+/// The folder of the standard.
+pub const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
+
+/// The folder of the scene in it.
+pub const MODEL: &str = "model";
+
+/// The table of the results in it.
+pub const RESULT: &str = "result.csv";
+
+/// The files in `extra/`: the manifest, the sources by name, the scene first, and the results.
+pub fn files(sources: &[(String, Vec<u8>)], results: &Results) -> Vec<File> {
+    let mut files = Vec::new();
+    let mut manifest = Xml::document();
+    let attributes = [
+        ("xmlns:fmi-ls", "http://fmi-standard.org/fmi-ls-manifest"),
+        ("fmi-ls:fmi-ls-name", "org.fmi-standard.fmi-ls-ref"),
+        ("fmi-ls:fmi-ls-version", "1.0.0-alpha.1"),
+        ("fmi-ls:fmi-ls-description", "Layered Standard providing information on related files included in an FMU."),
+    ];
+    manifest.element("fmiReferences", &attributes.map(|(key, value)| (key, value.to_owned())), |xml| {
+        let mut related = |name: String, content: &[u8], role: &str, description: &str| {
+            let media = match name.rsplit('.').next().unwrap_or_default() {
+                "toml" => "application/toml",
+                "csv" => "text/csv",
+                _ => "text/plain",
+            };
+            let attributes = [("type", media), ("source", &uri(&name)), ("role", role), ("description", description)];
+            xml.empty("Related", &attributes.map(|(key, value)| (key, value.to_owned())));
+            files.push(File::new(format!("{FOLDER}/{name}"), content));
+        };
+        for (i, (name, content)) in sources.iter().enumerate() {
+            let description = if i == 0 { "Scene of which the FMU was made" } else { "Table that the scene names" };
+            related(format!("{MODEL}/{name}"), content, "model", description);
+        }
+        let until = if results.whole { String::new() } else { format!(" up to t = {} s", results.end()) };
+        let description = format!("Outputs over the default experiment{until}");
+        related(RESULT.to_owned(), results.csv().as_bytes(), "result", &description);
+    });
+    files.insert(0, File::new(format!("{FOLDER}/fmi-ls-manifest.xml"), manifest.finish()));
+    files
+}
+
+/// A relative URI of a path.
+fn uri(path: &str) -> String {
+    path.bytes().fold(String::new(), |mut uri, byte| {
+        match byte {
+            b'/' | b'-' | b'.' | b'_' | b'~' => uri.push(byte.into()),
+            _ if byte.is_ascii_alphanumeric() => uri.push(byte.into()),
+            _ => write!(uri, "%{byte:02X}").unwrap_or_default(),
+        }
+        uri
+    })
+}

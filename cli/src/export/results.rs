@@ -1,0 +1,183 @@
+//! The outputs of a drive over its default experiment: as a table with which another run is compared, and as a diagram.
+
+use super::model_description::unit;
+use super::picture;
+use camdrive::drives::variable::{Causality, Kind};
+use camdrive::drives::{AnyDrive, Curve, Description, Fault};
+use camdrive::numerics::work::{BUDGET, Since};
+use camdrive_design::drawing::Drawing;
+use camdrive_design::plot::Axis;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+/// Digits that are told of the largest value of an output. Platforms differ in the last bits of sin and cos, which seldom reaches
+/// so far: the same scene has the same table on each.
+const DIGITS: i32 = 7;
+
+/// Less than 10 to this power (SI) is rounding.
+const LEAST: i32 = -12;
+
+/// What a run may take (nominal µs), lest an export take noticeably longer for it.
+const MOST_WORK: f64 = 5.0 * BUDGET;
+
+/// Most outputs in the diagram.
+const MOST_CURVES: usize = 6;
+
+/// What the diagram shows first, whatever comes before it among the outputs.
+const MAIN: [&str; 7] = ["w", "y", "x", "psi", "q", "force", "tau"];
+
+/// The outputs over the default experiment.
+pub struct Results {
+    outputs: Vec<Description>,
+    /// The time (s) and the values of the outputs at each communication point.
+    rows: Vec<Vec<f64>>,
+    /// Whether the last row is the end of the experiment.
+    pub whole: bool,
+}
+
+/// The unit of the last digit that is told of an output with this largest value.
+pub fn last_digit(largest: f64) -> f64 {
+    10.0f64.powi(last_place(largest))
+}
+
+fn last_place(largest: f64) -> i32 {
+    (exponent(largest) + 1 - DIGITS).max(LEAST)
+}
+
+/// The power of ten of the first digit; without logarithm, which has its own last bits on each platform.
+fn exponent(value: f64) -> i32 {
+    format!("{value:e}").rsplit('e').next().and_then(|power| power.parse().ok()).unwrap_or(0)
+}
+
+impl Results {
+    /// Runs the drive over its default experiment, with the tolerance that importers are told. A run that fails or takes too long
+    /// ends earlier.
+    ///
+    /// # Errors
+    /// A drive that cannot be started.
+    pub fn of(drive: &mut AnyDrive) -> Result<Self, Fault> {
+        let (e, begin) = (drive.experiment(), Since::now());
+        let all = drive.descriptions().to_vec();
+        let references: Vec<usize> = (0..all.len()).filter(|i| all[*i].causality == Causality::Output).collect();
+        drive.reset();
+        drive.set_up(0.0, Some(e.tolerance));
+        drive.start()?;
+        let (count, mut rows, mut whole) = ((e.stop / e.step).round() as usize, Vec::new(), false);
+        let time_of = |i: usize| if i == count { e.stop } else { i as f64 * e.step };
+        for i in 0..=count {
+            let time = time_of(i);
+            let values = references.iter().map(|reference| drive.get(*reference));
+            rows.push([Ok(time)].into_iter().chain(values).collect::<Result<Vec<f64>, Fault>>()?);
+            whole = i == count;
+            if whole || begin.drawn() > MOST_WORK || drive.advance(time, time_of(i + 1) - time).is_err() {
+                break;
+            }
+        }
+        drive.reset();
+        let outputs: Vec<Description> = references.into_iter().map(|reference| all[reference].clone()).collect();
+        for (i, output) in outputs.iter().enumerate() {
+            if matches!(output.kind, Kind::Real { .. }) {
+                let last = last_place(rows.iter().map(|row| row[i + 1].abs()).fold(0.0, f64::max));
+                rows.iter_mut().for_each(|row| row[i + 1] = rounded(row[i + 1], last));
+            }
+        }
+        Ok(Results { outputs, rows, whole })
+    }
+
+    /// The last time (s).
+    pub fn end(&self) -> f64 {
+        self.rows.last().map_or(0.0, |row| row[0])
+    }
+
+    /// The table, as `camdrive run` writes it.
+    pub fn csv(&self) -> String {
+        let names: Vec<&str> = ["time"].into_iter().chain(self.outputs.iter().map(|d| d.name.as_str())).collect();
+        let mut text = String::new();
+        // A name with a comma in it is quoted.
+        for (i, name) in names.into_iter().enumerate() {
+            let quote = if name.contains(',') { "\"" } else { "" };
+            let _ = write!(text, "{}{quote}{name}{quote}", if i == 0 { "" } else { "," });
+        }
+        for row in &self.rows {
+            for (i, value) in row.iter().enumerate() {
+                let _ = write!(text, "{}{value:?}", if i == 0 { "\n" } else { "," });
+            }
+        }
+        text + "\n"
+    }
+
+    /// The course of the main outputs, and what it shows; None where none of them changes.
+    pub fn diagram(&self) -> Option<(Drawing, String)> {
+        let column = |i: usize| self.rows.iter().map(move |row| row[i + 1]);
+        let tells = |i: &usize| {
+            let output = &self.outputs[*i];
+            let (low, high) = column(*i).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            // Of an angle that goes on turning a diagram shows nothing, derivatives of outputs are too many.
+            let turns = unit(&output.kind) == "rad" && high - low > TAU;
+            matches!(output.kind, Kind::Real { .. }) && !output.name.contains("der(") && high > low && !turns
+        };
+        let mut shown: Vec<usize> = (0..self.outputs.len()).filter(tells).collect();
+        let rank = |i: &usize| {
+            let name = self.outputs[*i].name.rsplit('.').next().unwrap_or_default();
+            MAIN.iter().position(|main| *main == name).unwrap_or(MAIN.len())
+        };
+        shown.sort_by_key(rank);
+        shown.truncate(MOST_CURVES);
+        shown.sort_unstable();
+        let curve = |i: &usize| {
+            let Description { name, text, kind, .. } = &self.outputs[*i];
+            // A panel has a line for the title.
+            let title = text.split([';', '.']).next().unwrap_or_default().to_owned();
+            let unit = unit(kind).replace('.', "·").replace('2', "²").replace('3', "³");
+            let times = || self.rows.iter().map(|row| row[0]);
+            let (across, x) = Axis::linear("t [s]").suited(times());
+            let (up, y) = Axis::linear(&format!("{name} [{unit}]")).suited(column(*i));
+            let points = times().zip(column(*i)).map(|(time, value)| [x * time, y * value]).collect();
+            Curve { title, x_label: across.label, y_label: up.label, points }
+        };
+        let curves: Vec<Curve> = shown.iter().map(curve).collect();
+        let names: Vec<&str> = shown.iter().map(|i| self.outputs[*i].name.as_str()).collect();
+        let label = format!("{} over the default experiment", names.join(", "));
+        (!curves.is_empty()).then(|| (picture::of_curves("Default experiment", "", &curves), label))
+    }
+}
+
+/// The value to the digit with this power of ten; a zero has no sign.
+fn rounded(value: f64, last: i32) -> f64 {
+    let places = usize::try_from(exponent(value) - last);
+    places.map_or(0.0, |places| format!("{value:.places$e}").parse().unwrap_or(value) + 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::export::test_drive::lag;
+
+    #[test]
+    fn values_are_told_to_a_digit_of_the_largest() {
+        for (largest, value, told) in [
+            (0.94e-3, 1.234_567_894_9e-4, 1.234_568e-4),
+            (0.94e-3, -4.9e-11, 0.0),
+            (2e6, -123.4, -123.0),
+            (3e9, 1234.5, 1000.0),
+            (1e-14, 1e-14, 0.0),
+            (0.0, -0.0, 0.0),
+            (9.999_999_96, 9.999_999_96, 10.0),
+        ] {
+            assert_eq!(rounded(value, last_place(largest)).to_bits(), f64::to_bits(told), "{value} of {largest}");
+        }
+        assert_eq!(last_digit(188.5), 1e-4);
+    }
+
+    #[test]
+    fn the_lag_comes_to_rest_over_its_experiment() {
+        let mut drive = lag();
+        let results = Results::of(&mut drive).unwrap();
+        let e = drive.experiment();
+        assert!(results.whole && results.end() == e.stop, "{}", results.end());
+        let csv = results.csv();
+        let mut lines = csv.lines();
+        assert!(lines.next().unwrap().starts_with("time,x"), "{csv}");
+        assert_eq!(lines.count(), (e.stop / e.step).round() as usize + 1);
+    }
+}
