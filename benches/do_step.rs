@@ -96,9 +96,9 @@ fn scenes() -> Vec<PathBuf> {
         .iter()
         .filter(|folder| folder.is_dir())
         .flat_map(|folder| files(folder))
-        // A task.toml is a motion task, a study.toml a study: no scenes.
+        // A task.toml is a motion task, a study.toml a study, a system.toml a system: no scenes.
         .filter(|file| file.extension().is_some_and(|e| e == "toml"))
-        .filter(|file| !file.ends_with("task.toml") && !file.ends_with("study.toml"))
+        .filter(|file| !["task.toml", "study.toml", "system.toml"].iter().any(|name| file.ends_with(name)))
         .collect();
     scenes.sort();
     scenes

@@ -78,8 +78,8 @@ fn scenes() -> Vec<PathBuf> {
     folders.extend(std::fs::read_dir(root.join("examples")).unwrap().map(|entry| entry.unwrap().path()));
     let files = folders.iter().filter(|f| f.is_dir()).flat_map(|f| std::fs::read_dir(f).unwrap());
     let mut paths: Vec<PathBuf> = files.map(|entry| entry.unwrap().path()).collect();
-    // A task.toml is a motion task, a study.toml a study: no scenes.
-    let named = |path: &PathBuf| path.ends_with("task.toml") || path.ends_with("study.toml");
+    // A task.toml is a motion task, a study.toml a study, a system.toml a system: no scenes.
+    let named = |path: &PathBuf| ["task.toml", "study.toml", "system.toml"].iter().any(|name| path.ends_with(name));
     paths.retain(|path| path.extension().is_some_and(|e| e == "toml") && !named(path));
     paths.sort();
     assert!(paths.len() > 8);

@@ -1,5 +1,5 @@
 //! Wrong scenes and what is said of them: `tests/scenes/x.toml` ↔ `tests/scenes/x.txt`; tasks in `tests/tasks`, studies in
-//! `tests/studies`.
+//! `tests/studies`, systems in `tests/systems`.
 //!
 //! `BLESS=1 cargo test -p camdrive-cli --test scenes` writes the messages anew; look at the difference before keeping it.
 
@@ -20,10 +20,11 @@ fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
 type Read = fn(&Path) -> Option<String>;
 
 /// Each folder with what reads its files.
-const FOLDERS: [(&str, Read); 3] = [
+const FOLDERS: [(&str, Read); 4] = [
     ("tests/scenes", |path| camdrive_cli::scene::read(path).err().map(|faults| faults.to_string())),
     ("tests/tasks", |path| camdrive_cli::scene::synthesis::read(path).err().map(|faults| faults.to_string())),
     ("tests/studies", |path| camdrive_cli::scene::study::read(path).err().map(|faults| faults.to_string())),
+    ("tests/systems", |path| camdrive_cli::scene::system::read(path).err().map(|faults| faults.to_string())),
 ];
 
 #[test]
@@ -64,9 +65,11 @@ fn references_and_schemas_are_those_of_the_declared_keys() {
         ("docs/scene.md", renewed("docs/scene.md")),
         ("docs/task.md", renewed("docs/task.md")),
         ("docs/study.md", renewed("docs/study.md")),
+        ("docs/system.md", renewed("docs/system.md")),
         ("docs/scene.schema.json", schema(Kind::Scene)),
         ("docs/task.schema.json", schema(Kind::Task)),
         ("docs/study.schema.json", schema(Kind::Study)),
+        ("docs/system.schema.json", schema(Kind::System)),
     ] {
         if bless {
             std::fs::write(name, right).expect("the page can be written");
@@ -74,8 +77,8 @@ fn references_and_schemas_are_those_of_the_declared_keys() {
             assert!(page(name) == right, "{name}: renew it with BLESS=1 cargo test -p camdrive-cli --test scenes");
         }
     }
-    let pages = page("docs/scene.md") + &page("docs/task.md") + &page("docs/study.md");
-    for table in [Kind::Scene, Kind::Task, Kind::Study].into_iter().flat_map(reference::tables) {
+    let pages = page("docs/scene.md") + &page("docs/task.md") + &page("docs/study.md") + &page("docs/system.md");
+    for table in [Kind::Scene, Kind::Task, Kind::Study, Kind::System].into_iter().flat_map(reference::tables) {
         assert!(pages.contains(&table.markdown()), "{} is in no reference", table.title);
     }
 }

@@ -17,6 +17,7 @@ pub struct Progress<'a> {
 pub mod cam_geometry;
 pub mod clearance;
 pub mod compensation;
+pub mod coupling;
 pub mod documentation;
 pub mod drawing;
 pub mod forces;

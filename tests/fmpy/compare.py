@@ -153,8 +153,8 @@ def instructions(folder):
 def main(old, new, *wanted):
     old, new = tree(old), tree(new)
     scenes = [Path(scene).resolve() for scene in wanted]
-    # A task.toml is a motion task, a study.toml a study: no scenes.
-    scenes = scenes or sorted(f for pattern in SCENES for f in new.glob(pattern) if f.name not in ("task.toml", "study.toml"))
+    # A task.toml is a motion task, a study.toml a study, a system.toml a system: no scenes.
+    scenes = scenes or sorted(f for pattern in SCENES for f in new.glob(pattern) if f.name not in ("task.toml", "study.toml", "system.toml"))
     with multiprocessing.Pool(maxtasksperchild=1) as pool:
         results = pool.map(measured, [(folder, scene) for scene in scenes for folder in (old, new)], chunksize=1)
     different = 0

@@ -1,4 +1,4 @@
-"""The JSON Schemas of scenes, tasks and studies, as editors use them: taplo and tombi find nothing wrong in right files, and in wrong ones
+"""The JSON Schemas of scenes, tasks, studies and systems, as editors use them: taplo and tombi find nothing wrong in right files, and in wrong ones
 what a schema can know, in the line that camdrive names."""
 
 import os
@@ -36,10 +36,10 @@ def lint(tool, kind, files, folder):
 
 
 @pytest.mark.parametrize("tool", TOOLS)
-@pytest.mark.parametrize("kind", ["scene", "task", "study"])
+@pytest.mark.parametrize("kind", ["scene", "task", "study", "system"])
 def test_a_right_file_has_no_faults(tool, kind, tmp_path):
-    files = [file for file in RIGHT if (file.stem if file.stem in ("task", "study") else "scene") == kind]
-    assert len(files) > {"scene": 50, "task": 2, "study": 2}[kind]
+    files = [file for file in RIGHT if (file.stem if file.stem in ("task", "study", "system") else "scene") == kind]
+    assert len(files) > {"scene": 50, "task": 2, "study": 2, "system": 2}[kind]
     assert not [file for file, lines in lint(tool, kind, files, tmp_path).items() if lines]
 
 

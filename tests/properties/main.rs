@@ -16,6 +16,7 @@ mod parametric;
 mod relations;
 mod run;
 mod scenes;
+mod systems;
 mod train;
 
 use camdrive::drives::Fault;

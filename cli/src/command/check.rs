@@ -1,9 +1,10 @@
 //! `camdrive check SCENE…`
 
 use super::output::Bar;
-use super::{Failure, Format, failure, open, print, read_all, show, tell, tell_notes};
+use super::{Failure, Format, failure, open, print, read_all, show, system, tell, tell_notes};
 use crate::scene::forces::machine;
-use crate::scene::{Diagnostic, Diagnostics, Resolved};
+use crate::scene::input::is_system;
+use crate::scene::{self, Diagnostic, Diagnostics, Resolved};
 use camdrive_design::forces::Machine;
 use camdrive_design::forces::report::LiftOff;
 use camdrive_design::overview::{self, Overview, Warning};
@@ -17,11 +18,14 @@ use std::process::ExitCode;
 ///
 /// Every value is checked, and the drive is built and started with them. All faults of all scenes are reported. For a
 /// valid scene it prints speeds, natural frequencies, largest velocity, acceleration and force, and the nearest resonances, and
-/// warns about implausible values, such as a forgotten unit, and about rough tables.
+/// warns about implausible values, such as a forgotten unit, and about rough tables. Of a system it tells algebraic loops and the
+/// largest stable communication step.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  camdrive check examples/*/scene.toml")]
+#[command(
+    after_help = "Examples:\n  camdrive check examples/*/scene.toml\n  camdrive check examples/two_cams/system.toml"
+)]
 pub struct Args {
-    /// Scene files (TOML), or FMUs with their scenes inside
+    /// Scene and system files (TOML), or FMUs with their scenes inside
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
     #[command(flatten)]
@@ -32,10 +36,14 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if args.format.json {
         return as_data(&args.scenes);
     }
-    let scenes = read_all(&args.scenes)?;
-    tell_notes(&args.scenes, &scenes);
+    let (systems, paths): (Vec<PathBuf>, Vec<PathBuf>) = args.scenes.iter().cloned().partition(|path| is_system(path));
+    let scenes = read_all(&paths)?;
+    tell_notes(&paths, &scenes);
     let mut out = String::new();
-    for (path, scene) in args.scenes.iter().zip(&scenes) {
+    for path in &systems {
+        out += &system::summary(path, &system::read(path)?);
+    }
+    for (path, scene) in paths.iter().zip(&scenes) {
         let (place, overview) = (text::in_one_line(path.display()), overview_of(scene));
         let _ = write!(out, "{place}: {} ok\n{}", scene.scene.said(), overview.text());
         lift_offs(scene).iter().for_each(|of| out += &format!("  {}\n", of.text()));
@@ -63,6 +71,18 @@ fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
     let (mut entries, mut ending) = (Vec::new(), ExitCode::SUCCESS);
     for path in paths {
         let mut entry = json!({ "file": path.display().to_string() });
+        if is_system(path) {
+            match scene::system::read(path) {
+                Ok(system) => entries.push(system::data(path, &system)),
+                Err(Diagnostics(faults)) => {
+                    ending = ExitCode::FAILURE;
+                    entry["ok"] = false.into();
+                    entry["faults"] = faults.iter().map(fault).collect();
+                    entries.push(entry);
+                }
+            }
+            continue;
+        }
         let more = match open(path) {
             Ok(scene) => {
                 let overview = serde_json::to_value(overview_of(&scene)).map_err(failure)?;

@@ -1,4 +1,4 @@
-//! `camdrive help [COMMAND | scene | task | study] [SECTION]`
+//! `camdrive help [COMMAND | scene | task | study | system] [SECTION]`
 
 use super::output::show;
 use super::{Cli, Failure, failure};
@@ -14,7 +14,7 @@ Examples:
   camdrive help scene
   camdrive help scene elasticity")]
 pub struct Args {
-    /// A command, or `scene`, `task` or `study`
+    /// A command, or `scene`, `task`, `study` or `system`
     subject: Option<String>,
     /// A section of them
     section: Option<String>,
@@ -28,7 +28,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let command = commands.find_subcommand_mut(subject);
         let unknown = || {
             failure(format!(
-                "there is no command {subject}\n  = hint: `camdrive help` lists them, and `scene`, `task` and `study`"
+                "there is no command {subject}\n  = hint: `camdrive help` lists them, and `scene`, `task`, `study` and `system`"
             ))
         };
         return show(&command.ok_or_else(unknown)?.render_long_help().to_string());
@@ -37,7 +37,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let name = |title: &str| title.replace(['`', '[', ']'], "");
     let Some(section) = &args.section else {
         let names: Vec<String> = all[1..].iter().map(|table| name(table.title)).collect();
-        // A study is a command, too.
+        // A study and a system are commands, too.
         let command = commands.find_subcommand_mut(subject).map(|command| format!("{}\n", command.render_long_help()));
         let command = command.unwrap_or_default();
         return show(&format!("{command}{}\nsections: {}\n", all[0].text(), names.join(", ")));

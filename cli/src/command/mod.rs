@@ -26,6 +26,7 @@ mod stability;
 mod steady;
 mod study;
 mod synthesize;
+mod system;
 mod tradeoff;
 mod verify;
 
@@ -74,6 +75,7 @@ enum Command {
     Clearance(clearance::Args),
     Run(run::Args),
     Study(study::Args),
+    System(system::Args),
     Verify(verify::Args),
     Schema(schema::Args),
     Completions(completions::Args),
@@ -147,6 +149,7 @@ pub fn main() -> ExitCode {
         Some(Command::Clearance(args)) => clearance::run(&args),
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Study(args)) => study::run(&args),
+        Some(Command::System(args)) => system::run(&args),
         Some(Command::Verify(args)) => verify::run(&args).map(|code| ending = code),
         Some(Command::Completions(args)) => completions::run(&args),
         Some(Command::Schema(args)) => schema::run(&args),

@@ -1,4 +1,4 @@
-//! `camdrive run SCENE` and `camdrive run FMU`
+//! `camdrive run SCENE`, `camdrive run FMU` and `camdrive run SYSTEM`
 
 mod driven;
 mod fmu;
@@ -7,6 +7,7 @@ mod signals;
 
 use super::output::print;
 use super::{Failure, Format, failure, files, optional};
+use crate::scene::input::is_system;
 use camdrive::drives::{Experiment, Number, unit};
 use camdrive_design::text;
 use serde::Serialize;
@@ -14,11 +15,12 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;
 
-/// Simulates a scene, or an FMU 2.0, over its default experiment and writes its outputs as CSV or JSON.
+/// Simulates a scene, an FMU 2.0 or a system of them over its default experiment and writes its outputs as CSV or JSON.
 ///
 /// A scene is simulated by the drive in this tool, the same as in its FMU; an FMU, also one of another tool, by the library
 /// in it. One line per communication point, the start included; the last step is shortened where the step does not divide
-/// the time. Inputs keep their start values, or follow the table of --input.
+/// the time. Inputs keep their start values, or follow the table of --input. The parts of a system exchange their values as it
+/// says; how much of the work between a shaft and its drives differs on both sides is told at the end.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -27,6 +29,7 @@ Examples:
   camdrive run guide_bar.toml --start \"drive.w=2000 rpm\" --start start.mode=steady_state
   camdrive run run_up.toml --input speed.csv --json
   camdrive run guide_bar.fmu --start \"drive.w=2000 rpm\" -o result.csv
+  camdrive run two_cams/system.toml --step \"0.5 ms\" --output machine.w,pusher.q
 
 The table of --input has the headings time and names of inputs, with units where they are not SI:
 \"time [ms],w [rpm]\". Between its rows inputs are linear, outside of them they are held; steps end at
@@ -36,8 +39,8 @@ What an FMU declares as discrete is held from row to row.
 The results of an FMU have the units that it declares; where they are not SI, headings tell them, and
 --start takes no number without a unit.")]
 pub struct Args {
-    /// The scene (TOML), or an FMU 2.0 of Co-Simulation, whose name ends in .fmu
-    #[arg(value_name = "SCENE|FMU")]
+    /// The scene or the system (TOML), or an FMU 2.0 of Co-Simulation, whose name ends in .fmu
+    #[arg(value_name = "SCENE|SYSTEM|FMU")]
     file: PathBuf,
     /// Stop time in s, or with a unit [default: that of the default experiment]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
@@ -67,7 +70,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         files::no_stream(file, "-o", "a file; without it the result goes to the standard output")?;
     }
     let is_fmu = args.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("fmu"));
-    if is_fmu { fmu::run(args) } else { native::run(args) }
+    if is_fmu {
+        fmu::run(args)
+    } else if is_system(&args.file) {
+        fmu::run_system(args)
+    } else {
+        native::run(args)
+    }
 }
 
 /// The most numbers of a result that is kept until it is whole: some hundred megabytes.
@@ -87,7 +96,7 @@ trait Machine {
 }
 
 /// A column of the result.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 struct Column {
     name: String,
     /// None where it is not known.

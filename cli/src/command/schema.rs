@@ -1,10 +1,10 @@
-//! `camdrive schema scene|task|study`
+//! `camdrive schema scene|task|study|system`
 
 use super::{Failure, print};
 use crate::scene::input::Kind;
 use crate::scene::schema::schema;
 
-/// Prints the JSON Schema of scenes, tasks or studies, for editors.
+/// Prints the JSON Schema of scenes, tasks, studies or systems, for editors.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Example:

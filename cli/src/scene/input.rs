@@ -23,6 +23,8 @@ pub enum Kind {
     Task,
     /// Of `camdrive study`.
     Study,
+    /// Of `camdrive system`.
+    System,
 }
 
 impl Kind {
@@ -31,6 +33,7 @@ impl Kind {
             Kind::Scene => "scene",
             Kind::Task => "task",
             Kind::Study => "study",
+            Kind::System => "system",
         }
     }
 
@@ -40,6 +43,7 @@ impl Kind {
             Kind::Scene => &keys::SCENE,
             Kind::Task => &keys::TASK,
             Kind::Study => &keys::STUDY,
+            Kind::System => &keys::SYSTEM,
         }
     }
 
@@ -49,6 +53,7 @@ impl Kind {
             Kind::Scene => "a scene of this kind",
             Kind::Task => "a task",
             Kind::Study => "a study",
+            Kind::System => "a system",
         }
     }
 
@@ -56,7 +61,15 @@ impl Kind {
     pub(super) fn mistaken(self, file: &str, document: &DeTable<'_>) -> Result<(), Diagnostics> {
         let has = |key: &str| document.get(key).is_some();
         let study = has("vary") || has("measures");
+        let system = has("part") && !has("model");
         let found = match self {
+            Kind::System if !has("part") && has("model") => {
+                Some(("a scene", "a system names it: [part.machine] scene = \"machine.toml\"".to_owned()))
+            }
+            Kind::System if !has("part") && study => Some(("a study", format!("`camdrive study {file}` runs it"))),
+            Kind::Scene | Kind::Task if system => {
+                Some(("a system", format!("`camdrive system {file}` writes its FMUs, `check` and `run` take it")))
+            }
             Kind::Scene | Kind::Task if study && !has("model") && !has("objective") => {
                 Some(("a study", format!("`camdrive study {file}` runs it")))
             }
@@ -87,6 +100,13 @@ impl Kind {
     fn other(self, file: &str, what: &str, hint: impl Into<String>) -> Diagnostics {
         Diagnostics(vec![Diagnostic::new(file, format!("this is {what}, not a {}", self.word())).hint(hint)])
     }
+}
+
+/// Whether a file that can be read is a system, which its parts betray.
+pub fn is_system(path: &Path) -> bool {
+    let Ok((_, text)) = text(path, Kind::System) else { return false };
+    let (document, _) = DeTable::parse_recoverable(&text);
+    document.get_ref().get("part").is_some() && document.get_ref().get("model").is_none()
 }
 
 /// The bytes of a file, a pipe or the beginning of a device.

@@ -72,6 +72,10 @@ pub enum Value {
     Table(&'static Table),
     /// A list of tables.
     Tables(&'static Table),
+    /// Tables with names that the user gives.
+    Named(&'static Table),
+    /// Variables with their values.
+    Variables,
 }
 
 /// The quantity of a number.
@@ -859,6 +863,56 @@ tables! {
         "mean": value(Value::Real(Of::Other, ANY));
         /// its standard deviation
         "deviation": value(Value::Real(Of::Other, POSITIVE)).also(&["sigma", "std"]);
+    }
+
+    /// A system.
+    SYSTEM "a system" {
+        /// names the SSP and its parameter set: as in a scene
+        "name": value(Value::Text).required().also(&["title"]);
+        /// end of the default experiment
+        "stop": real(&unit::TIME, POSITIVE).required().also(&["stop_time", "time"]);
+        /// communication step
+        "step": real(&unit::TIME, POSITIVE).required().also(&["step_size", "h"]);
+        /// what the parts tell each other at a communication point: `held`, values of the beginning of the step, as usual masters
+        /// have it; `extrapolated`, the same with first derivatives; `gauss_seidel`, drives first, then the machine; `interpolated`, the machine first with extrapolated torque, then the drives,
+        /// whose motion meets that of the machine at both ends of the step; `effective_inertia`, the same, and the machine takes the
+        /// inertia of rigid loads for its own
+        "exchange": choice(&[&["interpolated"], &["held", "jacobi"], &["extrapolated"], &["gauss_seidel"], &["effective_inertia"]]).usually("interpolated");
+        /// how often `camdrive run` repeats a step with what the parts tell at its end, where all of them can restore their states;
+        /// without it, interpolated steps are repeated once where they can be
+        "repeat": value(Value::Count(0, 10));
+        /// the parts, each a table with a name of its own, `[part.machine]`: a C identifier of at most 24 characters
+        "part": value(Value::Named(&PART)).required().also(&["parts"]);
+        /// connections beside those of the shafts
+        "connection": value(Value::Tables(&CONNECTION)).also(&["connections"]);
+    }
+
+    /// `[part.NAME]`.
+    PART "`[part.NAME]`" {
+        /// a scene; path from the folder of the system
+        "scene": value(Value::Text).said("this or `fmu`");
+        /// an FMU for Co-Simulation by FMI 2.0, of any tool
+        "fmu": value(Value::Text).said("this or `scene`");
+        /// the part on whose shaft this one sits: phi, w, a come from there, its torque goes there
+        "shaft": value(Value::Text).also(&["on"]);
+        /// i: its speed over that of the shaft, not 0; its torque acts i times on the shaft
+        "ratio": real(&unit::NUMBER, ANY).or(1.0).also(&["i"]);
+        /// its angle where that of the shaft is 0
+        "offset": real(&unit::ANGLE, ANY).or(0.0).also(&["phase"]);
+        /// parameters and inputs of its FMU that are set before the start: { w_start = "300 rpm" }
+        "start": value(Value::Variables);
+    }
+
+    /// `[[connection]]`.
+    CONNECTION "`[[connection]]`" {
+        /// an output, `part.variable`
+        "from": value(Value::Text).required().also(&["source"]);
+        /// an input; one that takes another unit of the same dimension gets the value in its own
+        "to": value(Value::Text).required().also(&["target"]);
+        /// by which the value is multiplied, not 0
+        "factor": real(&unit::NUMBER, ANY).or(1.0).also(&["scale"]);
+        /// what is added to it, in the unit of the input
+        "offset": value(Value::Real(Of::Other, ANY)).or(0.0);
     }
 
     /// A task.

@@ -4,6 +4,7 @@
 #![doc = include_str!("../../../docs/scene.md")]
 
 mod common;
+mod coupled;
 mod coupling;
 pub mod diagnostics;
 mod follower;
@@ -25,6 +26,7 @@ mod source;
 mod standstill;
 pub mod study;
 pub mod synthesis;
+pub mod system;
 mod table;
 #[cfg(test)]
 mod tests;

@@ -42,7 +42,7 @@ impl Table {
 /// The reference with its tables written anew, each between a comment `<!-- keys: TITLE -->` and `<!-- end -->`; None where a
 /// title is unknown.
 pub fn renewed(page: &str) -> Option<String> {
-    let all = [tables(Kind::Scene), tables(Kind::Task), tables(Kind::Study)].concat();
+    let all = [tables(Kind::Scene), tables(Kind::Task), tables(Kind::Study), tables(Kind::System)].concat();
     let mut parts = page.split("<!-- keys: ");
     let mut text = parts.next()?.to_owned();
     for part in parts {
@@ -65,7 +65,7 @@ pub fn tables(kind: Kind) -> Vec<&'static Table> {
     let mut next = 0;
     while let Some(table) = found.get(next).copied() {
         let inside = table.keys.iter().flat_map(|key| key.values).filter_map(|value| match value {
-            Value::Table(table) | Value::Tables(table) => Some(table),
+            Value::Table(table) | Value::Tables(table) | Value::Named(table) => Some(table),
             _ => None,
         });
         for table in inside.chain(table.with) {

@@ -109,6 +109,8 @@ fn of_value(value: Value, definitions: &mut Map<String, Json>) -> Option<Json> {
         Value::Flag => json!({ "type": "boolean" }),
         Value::Choice(names) => json!({ "enum": names.concat() }),
         Value::Table(table) => reference(table, definitions),
+        Value::Named(table) => json!({ "type": "object", "additionalProperties": reference(table, definitions) }),
+        Value::Variables => json!({ "type": "object" }),
         Value::Tables(table) => json!({ "type": "array", "items": reference(table, definitions) }),
     })
 }

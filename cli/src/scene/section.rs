@@ -660,6 +660,28 @@ impl<'a> Section<'a> {
         Some(list)
     }
 
+    /// The tables [key.NAME] with their names, in the order of the file; none where the key is not there.
+    pub fn named(&self, key: &'static str) -> Option<Vec<(&'a str, Section<'a>)>> {
+        let keys = self.kind(key, |value| if let Value::Named(keys) = value { Some(keys) } else { None });
+        let Some(node) = self.node(key) else { return Some(Vec::new()) };
+        let DeValue::Table(table) = node.value else {
+            self.wrong_type(&node, &format!("tables [{}.NAME]", node.path));
+            return None;
+        };
+        let mut list = Vec::new();
+        for (name, item) in table {
+            let path = format!("{}.{}", node.path, name.get_ref());
+            self.faults.read.borrow_mut().insert(path.clone(), item.span());
+            match item.get_ref() {
+                DeValue::Table(table) => list.push((name.get_ref().as_ref(), self.sub(path, item.span(), table, keys))),
+                value => self
+                    .wrong_type(&Node { path: path.clone(), span: item.span(), value }, &format!("a table [{path}]")),
+            }
+        }
+        list.sort_by_key(|(_, section)| section.span.start);
+        (list.len() == table.len()).then_some(list)
+    }
+
     /// What `read` makes of each of the tables [[key]]; all of them are read, so that all faults are told.
     pub fn each<T>(&self, key: &'static str, read: impl FnMut(&Section<'a>) -> Option<T>) -> Option<Vec<T>> {
         let read: Vec<Option<T>> = self.sections(key)?.iter().map(read).collect();

@@ -11,7 +11,7 @@ mod machine;
 mod roughness;
 #[cfg(test)]
 mod tests;
-mod train;
+pub(crate) mod train;
 mod vibration;
 
 pub use machine::running;

@@ -5,7 +5,7 @@ use crate::oscillator::of_shaft;
 use crate::periodic_train;
 use camdrive::drives::drive_train::{Joint, Scene, Shaft};
 use camdrive::drives::elastic_shaft;
-use camdrive::drives::rigid_machine::{Follower, Inertia};
+use camdrive::drives::rigid_machine::{Follower, Inertia, InertiaFunction};
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::shaft::motor::{Servo, Source};
 
@@ -57,10 +57,8 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
     }
 }
 
-/// Motor, speed and inertia of a free shaft; its mean speed, where it has a periodic motion.
-fn free(overview: &mut Overview, scene: &Scene) -> Option<f64> {
-    let Shaft::Free(machine) = &scene.shaft else { return None };
-    let transmission = machine.motor.transmission;
+/// The inertia of what follows the shaft without slip, m1 behind a clearance included: it does while it is in contact.
+pub fn without_slip(scene: &Scene) -> Inertia {
     let followers = scene.followers.iter().filter_map(|follower| {
         let m = match follower.joint {
             Joint::Rigid => follower.rigid.m,
@@ -70,9 +68,21 @@ fn free(overview: &mut Overview, scene: &Scene) -> Option<f64> {
         };
         Some(Follower { m, ..follower.rigid.clone() })
     });
-    let mut function = machine.inertia.clone();
-    function.constant += machine.motor.stiff_rotor();
-    let inertia = Inertia::new(function, followers.collect());
+    let function = match &scene.shaft {
+        Shaft::Driven(_) => InertiaFunction::default(),
+        Shaft::Free(machine) => InertiaFunction {
+            constant: machine.inertia.constant + machine.motor.stiff_rotor(),
+            ..machine.inertia.clone()
+        },
+    };
+    Inertia::new(function, followers.collect())
+}
+
+/// Motor, speed and inertia of a free shaft; its mean speed, where it has a periodic motion.
+fn free(overview: &mut Overview, scene: &Scene) -> Option<f64> {
+    let Shaft::Free(machine) = &scene.shaft else { return None };
+    let transmission = machine.motor.transmission;
+    let inertia = without_slip(scene);
     let mean = 0.5 * (inertia.range().0 + inertia.range().1);
     let square = transmission.ratio * transmission.ratio;
     match &machine.motor.source {

@@ -12,7 +12,7 @@ pub trait Source {
     /// Initialises it at this time (s); `inputs` sets inputs.
     fn start(&mut self, time: f64, inputs: impl FnOnce(&mut Self) -> Result<(), Fault>) -> Result<(), Fault>;
     /// The value that a text gives a variable.
-    fn value(&self, variable: usize, text: &str) -> Result<f64, String>;
+    fn value(&mut self, variable: usize, text: &str) -> Result<f64, String>;
     /// Sets a parameter or an input.
     fn set(&mut self, variable: usize, value: f64) -> Result<(), Fault>;
     /// Sets the time derivative of an input, where that is used.

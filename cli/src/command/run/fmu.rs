@@ -1,13 +1,17 @@
-//! An FMU, driven by its library.
+//! FMUs, driven by their libraries: one, or those of a system.
 
 use super::driven::{self, Source};
 use super::{Args, Column, Run};
+use crate::command::system::read;
 use crate::command::{Failure, failure, optional, tell};
 use crate::scene::{units, variable};
 use camdrive::drives::unit::TIME;
 use camdrive::drives::variable::{Kind, Variability};
 use camdrive::drives::{Description, Experiment, Fault, Number};
+use camdrive_design::coupling::exchange::{Coupling, Residual};
+use camdrive_design::coupling::stability::Exchange;
 use camdrive_design::host::{Fmu, Host, ModelDescription, Variable};
+use camdrive_design::text::number;
 
 /// Communication steps where the FMU tells none.
 const STEPS: f64 = 1000.0;
@@ -17,53 +21,92 @@ const SAME: f64 = 1e-6;
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let fmu = Fmu::open(&args.file).map_err(failure)?;
-    let ModelDescription { name, variables, experiment, .. } = fmu.description();
+    let ModelDescription { name, experiment, .. } = fmu.description();
     let start = experiment.start.unwrap_or(0.0);
     let stop = optional("stop", &args.stop, &TIME)?
         .or(experiment.stop)
         .ok_or_else(|| failure("--stop: the FMU tells no stop time\n  = hint: give one, such as --stop \"1 s\""))?;
     let step = experiment.step.unwrap_or((stop - start) / STEPS);
     let run = Run::new(args, name, start, &Experiment { stop, step, tolerance: 0.0 })?;
-    let column = |variable: usize| {
-        let Variable { about, unit, .. } = &variables[variable];
-        let told = Some(unit.name.clone()).filter(|name| !name.is_empty() || !matches!(about.kind, Kind::Real { .. }));
-        Column { name: about.name.clone(), unit: told, description: about.text.clone(), is_si: unit.is_si() }
-    };
-    let all: Vec<Description> = variables.iter().map(|variable| variable.about.clone()).collect();
     let host = fmu.instantiate(name).map_err(|fault| failure(format!("{}: {fault}", args.file.display())))?;
-    let (step, stop) = (run.step, run.stop);
-    let imported = Imported { host, step, stop };
-    let mut host = driven::run(args, run, &all, column, imported)?.host;
-    if let Err(fault) = host.terminate() {
-        tell(&format!("warning: {fault}\n"));
+    let coupling = Coupling::new(vec![(String::new(), host)], &[], Exchange::Held, None).map_err(failure)?;
+    coupled(args, run, coupling).map(|_| ())
+}
+
+pub fn run_system(args: &Args) -> Result<(), Failure> {
+    let system = read(&args.file)?;
+    let mut run =
+        Run::new(args, &system.name, 0.0, &Experiment { stop: system.stop, step: system.step, tolerance: 0.0 })?;
+    run.files.extend(system.files.iter().cloned());
+    let coupling = system.coupled(system.exchange, system.repeats).map_err(failure)?;
+    for Residual { parts: [shaft, drive], gross, exchanged, largest, .. } in coupled(args, run, coupling)?.residuals() {
+        let [shaft, drive] = [shaft, drive].map(|part| &system.parts[*part].name);
+        let (part, [most, at]) = (number(100.0 * gross / exchanged), largest.map(number));
+        tell(&format!(
+            "note: {shaft} and {drive}: {} J of the work between them differ, {part} %; {most} J in the step from {at} s\n",
+            number(*gross)
+        ));
     }
     Ok(())
 }
 
-/// An instance, and the times of its run (s).
+/// Runs coupled FMUs; the variables are those of the parts, each behind the name of its part where it has one.
+fn coupled(args: &Args, run: Run, mut coupling: Coupling) -> Result<Coupling, Failure> {
+    let (mut places, mut all, mut columns) = (Vec::new(), Vec::new(), Vec::new());
+    for part in 0..coupling.parts().len() {
+        let name = coupling.name(part).to_owned();
+        let named = |own: &str| if name.is_empty() { own.to_owned() } else { format!("{name}.{own}") };
+        for (place, Variable { about, unit, .. }) in coupling.parts()[part].description().variables.iter().enumerate() {
+            let told = Some(unit.name.clone());
+            let told = told.filter(|name| !name.is_empty() || !matches!(about.kind, Kind::Real { .. }));
+            places.push((part, place));
+            columns.push(Column {
+                name: named(&about.name),
+                unit: told,
+                description: about.text.clone(),
+                is_si: unit.is_si(),
+            });
+            all.push(Description { name: named(&about.name), ..about.clone() });
+        }
+    }
+    let (step, stop) = (run.step, run.stop);
+    let imported = Imported { coupling, places, step, stop };
+    let mut coupling = driven::run(args, run, &all, |variable| columns[variable].clone(), imported)?.coupling;
+    for part in coupling.parts() {
+        if let Err(fault) = part.terminate() {
+            tell(&format!("warning: {fault}\n"));
+        }
+    }
+    Ok(coupling)
+}
+
+/// Coupled instances, and the times of their run (s).
 struct Imported {
-    host: Host,
+    coupling: Coupling,
+    /// The part and the place in its description of each variable.
+    places: Vec<(usize, usize)>,
     step: f64,
     stop: f64,
 }
 
 impl Imported {
-    fn variable(&self, variable: usize) -> &Variable {
-        &self.host.description().variables[variable]
+    /// The instance that a variable is of, and its place there.
+    fn host(&mut self, variable: usize) -> (&mut Host, usize) {
+        let (part, place) = self.places[variable];
+        (&mut self.coupling.parts()[part], place)
     }
 }
 
 impl Source for Imported {
     fn start(&mut self, time: f64, inputs: impl FnOnce(&mut Self) -> Result<(), Fault>) -> Result<(), Fault> {
-        let tolerance = self.host.description().experiment.tolerance;
-        self.host.set_up(time, Some(self.stop), tolerance)?;
-        self.host.enter_initialization()?;
+        self.coupling.begin(time, Some(self.stop))?;
         inputs(self)?;
-        self.host.exit_initialization()
+        self.coupling.start()
     }
 
-    fn value(&self, variable: usize, text: &str) -> Result<f64, String> {
-        let Variable { about, unit, items, .. } = self.variable(variable);
+    fn value(&mut self, variable: usize, text: &str) -> Result<f64, String> {
+        let (host, variable) = self.host(variable);
+        let Variable { about, unit, items, .. } = &host.description().variables[variable];
         let (name, (number, word)) = (&about.name, units::split(text));
         if !items.is_empty() {
             let item = items.iter().find(|(item, value)| item == text || text.parse() == Ok(*value));
@@ -73,7 +116,7 @@ impl Source for Imported {
                 .ok_or_else(|| format!("`{name}`: \"{text}\" is not admissible; expected {}", all()));
         }
         let number: Option<f64> = number.parse().ok();
-        let theirs = number.and_then(|number| Some(self.host.description().unit(variable, word)?.to_si(number)));
+        let theirs = number.and_then(|number| Some(host.description().unit(variable, word)?.to_si(number)));
         match (number, theirs, variable::value(about, text)) {
             (Some(number), ..) if word.is_empty() && !unit.is_si() => Err(format!(
                 "`{name}`: {number} may be in SI or in {unit}, the unit of the FMU\n  = hint: write the unit, \"{number} {unit}\"",
@@ -88,40 +131,44 @@ impl Source for Imported {
     }
 
     fn set(&mut self, variable: usize, value: f64) -> Result<(), Fault> {
-        let value = self.variable(variable).unit.of_si(value);
-        self.host.set(variable, value)
+        let (host, variable) = self.host(variable);
+        let value = host.description().variables[variable].unit.of_si(value);
+        host.set(variable, value)
     }
 
     fn set_slope(&mut self, variable: usize, value: f64) -> Result<(), Fault> {
-        let Variable { about, reference, unit, .. } = self.variable(variable);
+        let (host, variable) = self.host(variable);
+        let Variable { about, reference, unit, .. } = &host.description().variables[variable];
         let is_continuous = about.variability == Variability::Continuous;
-        if !is_continuous || !self.host.description().capabilities.interpolates_inputs {
+        if !is_continuous || !host.description().capabilities.interpolates_inputs {
             return Ok(());
         }
         let (reference, slope) = (*reference, value / unit.factor);
-        self.host.set_input_derivatives(&[reference], &[1], &[slope])
+        host.set_input_derivatives(&[reference], &[1], &[slope])
     }
 
     fn get(&mut self, variable: usize) -> Result<f64, Fault> {
-        self.host.get(variable)
+        let (host, variable) = self.host(variable);
+        host.get(variable)
     }
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         // The rounding of the communication points is none of the length.
         let is_other = (step - self.step).abs() > 1e-9 * time.abs().max(self.step);
-        if is_other && !self.host.description().capabilities.variable_steps {
+        let one_length = |host: &Host| !host.description().capabilities.variable_steps;
+        if is_other && self.coupling.parts().iter().any(one_length) {
             let [step, own] = [step, self.step].map(Number);
             let hint = "a --step that divides the time, and rows of --input at communication points";
             return Err(Fault::new(format!(
                 "the FMU takes steps of one length only (canHandleVariableCommunicationStepSize), {own} s, not {step} s\n  = hint: take {hint}"
             )));
         }
-        self.host.do_step(time, step)
+        self.coupling.advance(time, step)
     }
 
     fn warn(&mut self) {
-        for warning in self.host.warnings() {
-            tell(&format!("warning: {warning}\n"));
+        for part in self.coupling.parts() {
+            part.warnings().iter().for_each(|warning| tell(&format!("warning: {warning}\n")));
         }
     }
 }

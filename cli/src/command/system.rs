@@ -1,0 +1,219 @@
+//! `camdrive system SYSTEM`
+
+mod osp;
+mod ssp;
+
+use super::{Failure, Format, failure, files, tell};
+use crate::export::archive::{File, archive};
+use crate::export::xml::number;
+use crate::export::{Date, Extras, RuntimeLibrary, pack_with};
+use crate::scene::system::{self, Connection, Content, EXCHANGES, End, Part, Seat, System};
+use camdrive::drives::variable::Kind;
+use camdrive_design::coupling::stability::Exchange;
+use camdrive_design::text::{self, counted, time};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Writes a system of scenes and FMUs for masters of other tools: its FMUs and how they are connected.
+///
+/// The folder gets an FMU for each part, NAME.ssp (System Structure and Parameterization 1.0), OspSystemStructure.xml (Open
+/// Simulation Platform) and run.py, a master for fmpy that exchanges what the system says. `camdrive check` tells algebraic loops
+/// and the largest stable communication step of a system without writing anything.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  camdrive system examples/two_cams/system.toml -o two_cams/
+  camdrive check examples/two_cams/system.toml
+  python two_cams/run.py 0.5e-3")]
+pub struct Args {
+    /// System file (TOML)
+    system: PathBuf,
+    /// Folder of the result [default: system-NAME]
+    #[arg(short, long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    format: Format,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let system = read(&args.system)?;
+    let folder = files::folder(args.output.as_deref(), "system", &system.name)?;
+    let (fmus, names) = fmus(&system)?;
+    let date = Date::from_environment().map_err(failure)?;
+    let mut inside = vec![File::new(ssp::FILE, ssp::xml(&system, &names))];
+    inside.extend(fmus.iter().map(|fmu| File::new(format!("resources/{}", fmu.path), fmu.content.as_slice())));
+    let archive = archive(&inside, date).map_err(|e| failure(format!("the archive cannot be written: {e}")))?;
+    let mut written: Vec<(PathBuf, Vec<u8>)> = vec![
+        (folder.join(format!("{}.ssp", system.name)), archive),
+        (folder.join(osp::FILE), osp::xml(&system, &names).into_bytes()),
+        (folder.join("run.py"), master(&system, &names).into_bytes()),
+    ];
+    written.extend(fmus.into_iter().map(|fmu| (folder.join(fmu.path), fmu.content)));
+    let lines = files::write(&written, &system.files)?;
+    args.format.print(
+        |_| format!("{}{lines}", summary(&args.system, &system)),
+        || {
+            let mut data = data(&args.system, &system);
+            data["files"] = written.iter().map(|(path, _)| path.display().to_string()).collect();
+            text::json(&data)
+        },
+    )
+}
+
+/// Reads a system and tells its notes.
+pub fn read(path: &Path) -> Result<System, Failure> {
+    let system = system::read(path).map_err(|faults| Failure(faults.to_string()))?;
+    for note in &system.notes {
+        tell(&format!("note: {}: {note}\n", text::in_one_line(path.display())));
+    }
+    Ok(system)
+}
+
+/// The FMUs, each once, and for each part the name of its one.
+fn fmus(system: &System) -> Result<(Vec<File>, Vec<String>), Failure> {
+    let (libraries, left_out) = RuntimeLibrary::at_hand(&[]).map_err(failure)?;
+    left_out.iter().for_each(|fault| tell(&format!("warning: left out: {fault}\n")));
+    let date = Date::from_environment().map_err(failure)?;
+    let (mut fmus, mut names): (Vec<File>, Vec<String>) = (Vec::new(), Vec::new());
+    for (i, part) in system.parts.iter().enumerate() {
+        if let Some(same) = system.parts[..i].iter().position(|other| other.content == part.content) {
+            names.push(names[same].clone());
+            continue;
+        }
+        let of_part = |fault: &dyn std::fmt::Display| failure(format!("part {}: {fault}", part.name));
+        let content = match &part.content {
+            Content::Scene(scene) => {
+                let extras = Extras { sources: &scene.sources, ..Extras::default() };
+                let packed = pack_with(&scene.resource(), &scene.description, &libraries, date, extras);
+                packed.map_err(|fault| of_part(&fault))?.bytes
+            }
+            Content::Fmu(path) => std::fs::read(path).map_err(|e| of_part(&e))?,
+        };
+        let name = format!("{}.fmu", part.name);
+        fmus.push(File::new(name.clone(), content));
+        names.push(name);
+    }
+    Ok((fmus, names))
+}
+
+/// A variable that is set at the start.
+struct Started {
+    name: String,
+    /// Its type in FMI: Real, Integer or Boolean.
+    kind: &'static str,
+    value: String,
+}
+
+fn started(part: &Part) -> Vec<Started> {
+    let of = |(name, value): &(String, f64)| {
+        let kind = part.variables.iter().find(|v| v.about.name == *name).map(|v| &v.about.kind);
+        let (kind, value) = match kind {
+            Some(Kind::Integer { .. } | Kind::Enumeration(_)) => ("Integer", (*value as i32).to_string()),
+            Some(Kind::Boolean) => ("Boolean", (*value != 0.0).to_string()),
+            _ => ("Real", number(*value)),
+        };
+        Started { name: name.clone(), kind, value }
+    };
+    part.start.iter().map(of).collect()
+}
+
+/// Whether a connection changes the value.
+fn factor_of(connection: &Connection) -> Option<()> {
+    (connection.factor != 1.0 || connection.offset != 0.0).then_some(())
+}
+
+/// A master for fmpy.
+fn master(system: &System, files: &[String]) -> String {
+    let step = match system.exchange {
+        Exchange::Held => include_str!("system/held.py"),
+        Exchange::Extrapolated => include_str!("system/extrapolated.py"),
+        Exchange::GaussSeidel => include_str!("system/gauss_seidel.py"),
+        Exchange::Interpolated | Exchange::EffectiveInertia => include_str!("system/interpolated.py"),
+    };
+    let name = |part: usize| &system.parts[part].name;
+    let dictionary = |entries: Vec<String>| format!("{{{}}}", entries.join(", "));
+    let fmus = system.parts.iter().zip(files).map(|(part, file)| format!("{:?}: {file:?}", part.name)).collect();
+    let start = system.parts.iter().filter(|part| !part.start.is_empty()).map(|part| {
+        let value = |Started { name, kind, value }| match (kind, &*value) {
+            ("Boolean", "true") => format!("{name:?}: True"),
+            ("Boolean", _) => format!("{name:?}: False"),
+            _ => format!("{name:?}: {value}"),
+        };
+        format!("{:?}: {}", part.name, dictionary(started(part).into_iter().map(value).collect()))
+    });
+    let mut connections = String::new();
+    for Connection { from: (a, output), to: (b, input), factor, offset } in &system.connections {
+        let (a, b) = (name(*a), name(*b));
+        let _ = writeln!(connections, "    ({a:?}, {output:?}, {b:?}, {input:?}, {factor:?}, {offset:?}),");
+    }
+    let seat = |part: &Part| {
+        let Seat { machine, ratio, offset } = part.seat?;
+        Some(format!("{:?}: ({:?}, {ratio:?}, {offset:?})", part.name, name(machine)))
+    };
+    [
+        ("@name@", system.name.clone()),
+        ("@stop@", number(system.stop)),
+        ("@step@", number(system.step)),
+        ("@fmus@", dictionary(fmus)),
+        ("@start@", dictionary(start.collect())),
+        ("@connections@", connections),
+        ("@shafts@", dictionary(system.parts.iter().filter_map(seat).collect())),
+        ("@step_function@", step.to_owned()),
+    ]
+    .into_iter()
+    .fold(include_str!("system/master.py").to_owned(), |text, (mark, value)| text.replace(mark, &value))
+}
+
+/// The name of the exchange.
+fn exchange(system: &System) -> &'static str {
+    EXCHANGES.iter().find(|(_, exchange)| *exchange == system.exchange).map_or("", |(name, _)| name)
+}
+
+/// The connections of a loop, one behind the other.
+fn loops(system: &System) -> Vec<Vec<String>> {
+    let end = |(part, name): &End| format!("{}.{name}", system.parts[*part].name);
+    let arrow = |i: &usize| format!("{} → {}", end(&system.connections[*i].from), end(&system.connections[*i].to));
+    system.loops().iter().map(|whole| whole.iter().map(arrow).collect()).collect()
+}
+
+/// What there is to know before a system runs.
+pub fn summary(path: &Path, system: &System) -> String {
+    let mut out =
+        format!("{}: system of {} ok\n", text::in_one_line(path.display()), counted(system.parts.len(), "part"));
+    let mut line = |label: &str, said: String| {
+        let _ = writeln!(out, "  {label:<22} {said}");
+    };
+    line("exchange", format!("{}, step {}, up to {}", exchange(system), time(system.step), time(system.stop)));
+    for shaft in &system.shafts {
+        let (name, limit) = (&system.parts[shaft.machine].name, shaft.limit);
+        line("shaft", format!("{name}, at least {} kg·m²", text::number(limit.inertia)));
+        line("kappa = J_load/J", format!("at most {}; stable below 1", text::number(limit.kappa)));
+        if let Some(recommended) = limit.recommended {
+            line("elastic loads", format!("√(k/J) up to {} rad/s", text::number(limit.frequency)));
+            line("largest stable step", limit.stable.map_or_else(|| text::NONE.to_owned(), time));
+            line("small errors up to", time(limit.stable.map_or(recommended, |stable| recommended.min(stable))));
+        }
+    }
+    for whole in loops(system) {
+        line("algebraic loop", whole.join(", "));
+    }
+    out
+}
+
+/// The same as data.
+pub fn data(path: &Path, system: &System) -> Value {
+    let shaft = |shaft: &system::Shaft| json!({ "machine": system.parts[shaft.machine].name, "limit": shaft.limit });
+    let connection = |c: &Connection| {
+        let end = |(part, name): &End| format!("{}.{name}", system.parts[*part].name);
+        json!({ "from": end(&c.from), "to": end(&c.to), "factor": c.factor, "offset": c.offset })
+    };
+    json!({
+        "file": path.display().to_string(), "ok": true, "name": system.name, "model": "system", "notes": system.notes,
+        "exchange": exchange(system), "step": system.step, "stop": system.stop,
+        "parts": system.parts.iter().map(|part| &part.name).collect::<Vec<_>>(),
+        "connections": system.connections.iter().map(connection).collect::<Vec<_>>(),
+        "shafts": system.shafts.iter().map(shaft).collect::<Vec<_>>(),
+        "loops": loops(system),
+    })
+}

@@ -1,0 +1,21 @@
+def step(parts, time, h):
+    """Machines first with extrapolated torques; then the drives, whose motion meets theirs at both ends of the step."""
+    motion = lambda name: [parts[name].get(output) for output in ("phi", "w", "a")]
+    first = [name for name in parts if name not in SHAFTS]
+    for name in first:
+        connect(parts, name, rates=True)
+    # With the torques of this step: with those of the one before, the exchange is less stable.
+    begin = {machine: motion(machine) for machine, _, _ in SHAFTS.values()}
+    for name in first:
+        parts[name].fmu.doStep(time, h)
+    for name, (machine, ratio, offset) in SHAFTS.items():
+        connect(parts, name)
+        (phi, w, a), end = begin[machine], motion(machine)
+        # phi + w h + a h²/2 + a1 h³/6 + a2 h⁴/24 and its derivative are those of the end.
+        place, speed = end[0] - phi - w * h - a * h * h / 2, (end[1] - w - a * h) * h
+        a1, a2 = (24 * place - 6 * speed) / h**3, (24 * speed - 72 * place) / h**4
+        parts[name].set("phi", ratio * phi + offset)
+        parts[name].set("w", ratio * w)
+        parts[name].set("a", ratio * a, ratio * a1, ratio * a2)
+        parts[name].fmu.doStep(time, h)
+

@@ -1,0 +1,77 @@
+"""@name@: the FMUs beside this file as one system, results in @name@.csv. Needs fmpy: python run.py [STEP]"""
+import csv
+import math
+import sys
+from pathlib import Path
+from fmpy import extract, read_model_description
+from fmpy.fmi2 import FMU2Slave
+
+STOP, STEP = @stop@, @step@
+FMUS = @fmus@
+START = @start@
+# Output, input, factor, offset.
+CONNECTIONS = [
+@connections@]
+# What sits on which shaft, with ratio and offset.
+SHAFTS = @shafts@
+
+class Part:
+    def __init__(self, name, path):
+        self.about = read_model_description(path)
+        self.variables = {v.name: v for v in self.about.modelVariables}
+        self.fmu = FMU2Slave(guid=self.about.guid, unzipDirectory=extract(path), instanceName=name,
+                             modelIdentifier=self.about.coSimulation.modelIdentifier)
+        self.fmu.instantiate()
+        self.fmu.setupExperiment(startTime=0.0)
+
+    def call(self, verb, name, *values):
+        v = self.variables[name]
+        return getattr(self.fmu, verb + v.type.replace("Enumeration", "Integer"))([v.valueReference], *values)
+
+    def get(self, name):
+        return self.call("get", name)[0]
+
+    def set(self, name, value, *rates):
+        self.call("set", name, [value])
+        if rates and self.about.coSimulation.canInterpolateInputs:
+            references = [self.variables[name].valueReference] * len(rates)
+            self.fmu.setRealInputDerivatives(references, range(1, len(rates) + 1), rates)
+
+    def rate(self, name):
+        v = self.variables[name]
+        known = v.variability == "continuous" and self.about.coSimulation.maxOutputDerivativeOrder
+        return self.fmu.getRealOutputDerivatives([v.valueReference], [1])[0] if known else 0.0
+
+def connect(parts, to, rates=False):
+    """Gives the inputs of a part what the outputs say now."""
+    for source, output, part, name, factor, offset in CONNECTIONS:
+        if part == to:
+            slope = [factor * parts[source].rate(output)] if rates else []
+            parts[part].set(name, factor * parts[source].get(output) + offset, *slope)
+
+@step_function@
+def simulate(step_size=STEP):
+    """The heading, and a row for each communication point."""
+    parts = {name: Part(name, str(Path(__file__).with_name(file))) for name, file in FMUS.items()}
+    for name, part in parts.items():
+        for variable, value in START.get(name, {}).items():
+            part.set(variable, value)
+        part.fmu.enterInitializationMode()
+    for name in list(parts) * 20:  # What depends on itself converges.
+        connect(parts, name)
+    for part in parts.values():
+        part.fmu.exitInitializationMode()
+    outputs = [(name, v.name) for name, part in parts.items() for v in part.about.modelVariables if v.causality == "output"]
+    row = lambda time: [time] + [parts[name].get(output) for name, output in outputs]
+    rows = [["time"] + [".".join(output) for output in outputs], row(0.0)]
+    for time in (i * step_size for i in range(math.ceil(STOP / step_size - 1e-9))):
+        step(parts, time, min(step_size, STOP - time))
+        rows.append(row(min(time + step_size, STOP)))
+    for part in parts.values():
+        part.fmu.terminate()
+        part.fmu.freeInstance()
+    return rows
+
+if __name__ == "__main__":
+    with open("@name@.csv", "w", newline="") as file:
+        csv.writer(file).writerows(simulate(*map(float, sys.argv[1:2])))

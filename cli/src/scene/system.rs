@@ -1,0 +1,445 @@
+//! System files: TOML → parts and connections, with all that a shaft means wired. The keys are described below.
+//!
+#![doc = include_str!("../../../docs/system.md")]
+
+mod judged;
+mod wiring;
+
+use super::diagnostics::{Diagnostic, Diagnostics, nearest};
+use super::input::{self, Kind};
+use super::section::{Node, Section};
+use super::{Resolved, variable};
+use camdrive::drives::shaft::cam_drive::DriveMode;
+use camdrive::drives::unit::Quantity;
+use camdrive::drives::variable::{Causality, Kind as Type};
+use camdrive::drives::{AnyDrive, Description};
+use camdrive_design::coupling::stability::{Exchange, Limit};
+use camdrive_design::host::{Fmu, Unit, Variable};
+use camdrive_design::resource::is_name;
+use std::path::{Path, PathBuf};
+use toml::de::{DeTable, DeValue};
+use wiring::Wiring;
+
+/// A system of FMUs, wired.
+#[derive(Clone, Debug)]
+pub struct System {
+    /// A C identifier.
+    pub name: String,
+    /// End of its runs (s).
+    pub stop: f64,
+    /// Communication step (s).
+    pub step: f64,
+    /// What the parts tell each other at a communication point.
+    pub exchange: Exchange,
+    /// How often a step is repeated, where the file says it.
+    pub repeats: Option<u32>,
+    /// In the order of the file.
+    pub parts: Vec<Part>,
+    /// All of them, those of shafts first.
+    pub connections: Vec<Connection>,
+    /// The shafts of machines that are scenes, with drives on them.
+    pub shafts: Vec<Shaft>,
+    /// Notes for the user that are no faults.
+    pub notes: Vec<String>,
+    /// The files that it was read from.
+    pub files: Vec<PathBuf>,
+}
+
+/// A part of a system.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// A C identifier.
+    pub name: String,
+    /// What it is made of.
+    pub content: Content,
+    /// Variables that are set before it is initialised, in the coherent SI unit or, of FMUs, in their own.
+    pub start: Vec<(String, f64)>,
+    /// Its variables.
+    pub variables: Vec<Variable>,
+    /// The shaft it sits on.
+    pub seat: Option<Seat>,
+}
+
+/// What a part is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Content {
+    /// A scene, of a machine with an input for each torque.
+    Scene(Box<Resolved>),
+    /// An FMU.
+    Fmu(PathBuf),
+}
+
+/// A place on the shaft of a machine: φ = ratio φ_machine + offset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seat {
+    /// The place of the machine among the parts.
+    pub machine: usize,
+    /// The ratio of the speeds, not 0.
+    pub ratio: f64,
+    /// rad.
+    pub offset: f64,
+}
+
+/// A shaft with drives on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shaft {
+    /// The place of its machine among the parts.
+    pub machine: usize,
+    /// Which steps are stable.
+    pub limit: Limit,
+}
+
+/// A part, by its place in the list, and a variable of it.
+pub type End = (usize, String);
+
+/// value of `to` = `factor` · value of `from` + `offset`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Connection {
+    /// An output.
+    pub from: End,
+    /// An input.
+    pub to: End,
+    /// Not 0.
+    pub factor: f64,
+    /// In the unit of `to`.
+    pub offset: f64,
+}
+
+/// What a machine tells the drives on its shaft.
+pub const MOTION: [&str; 3] = ["phi", "w", "a"];
+/// What inertia, its slope and the rest of the torque are called.
+pub const INERTIA: [&str; 3] = ["J_load", "dJ_load", "tau_rest"];
+const TORQUE: &str = "tau";
+const MEAN_TORQUE: &str = "tau_mean";
+
+/// What the parts tell each other.
+pub const EXCHANGES: &[(&str, Exchange)] = &[
+    ("interpolated", Exchange::Interpolated),
+    ("held", Exchange::Held),
+    ("extrapolated", Exchange::Extrapolated),
+    ("gauss_seidel", Exchange::GaussSeidel),
+    ("effective_inertia", Exchange::EffectiveInertia),
+];
+
+/// The variables of a drive.
+fn variables(drive: &AnyDrive) -> Vec<Variable> {
+    let of = |(about, reference): (&Description, u32)| {
+        let name = if let Type::Real { quantity, .. } = about.kind { quantity.unit.to_owned() } else { String::new() };
+        let items = match about.kind {
+            Type::Enumeration(e) => e.items.iter().map(|(item, _)| (*item).to_owned()).zip(1..).collect(),
+            _ => Vec::new(),
+        };
+        let unit = Unit { name, factor: 1.0, offset: 0.0 };
+        Variable { about: about.clone(), reference, unit, start: None, items }
+    };
+    drive.descriptions().iter().zip(0..).map(of).collect()
+}
+
+/// The quantity of a Real.
+fn quantity(variable: &Variable) -> Option<&'static Quantity> {
+    if let Type::Real { quantity, .. } = variable.about.kind { Some(quantity) } else { None }
+}
+
+/// Factor and offset from the unit of an output to that of an input; what does not fit, and a hint. Radians are told from numbers
+/// unless the user gives a factor.
+fn converted(from: &Variable, to: &Variable, has_factor: bool) -> Result<[f64; 2], (String, &'static str)> {
+    let [name, target] = [from, to].map(|v| v.about.name.as_str());
+    let (Some(a), Some(b)) = (quantity(from), quantity(to)) else {
+        let said = format!(": `{name}` and `{target}` are not both real numbers");
+        return Err((said, "connect variables of the type Real"));
+    };
+    // Of an FMU that says no unit the user knows it.
+    if from.unit.name.is_empty() || to.unit.name.is_empty() {
+        return Ok([1.0, 0.0]);
+    }
+    let by = from.unit.factor / to.unit.factor;
+    // The dimension of a unit beyond mechanics is its name.
+    let known = a.base[0] != i8::MAX || a.unit == b.unit;
+    match (known && a.base[..3] == b.base[..3], a.base[3] == b.base[3]) {
+        (true, true) => Ok([by, (from.unit.offset - to.unit.offset) / to.unit.factor]),
+        (true, false) if has_factor => Ok([by, 0.0]),
+        (fits, _) => {
+            let said = format!(": `{name}` is in {}, `{target}` in {}", from.unit.name, to.unit.name);
+            let hint = match fits {
+                true => "they differ by radians; a `factor` says what is meant",
+                false => "connect what has the same dimension",
+            };
+            Err((said, hint))
+        }
+    }
+}
+
+impl Part {
+    /// The variable with this name and causality.
+    pub fn find(&self, name: &str, causality: Causality) -> Option<&Variable> {
+        self.variables.iter().find(|v| v.about.name == name && v.about.causality == causality)
+    }
+
+    fn has(&self, names: &[&str], causality: Causality) -> bool {
+        names.iter().all(|name| self.find(name, causality).is_some())
+    }
+
+    /// Whether it has a shaft with an input for a torque.
+    fn is_machine(&self) -> bool {
+        let takes =
+            |v: &Variable| v.about.causality == Causality::Input && v.about.name.rsplit('.').next() == Some(TORQUE);
+        self.has(&MOTION, Causality::Output) && self.variables.iter().any(takes)
+    }
+
+    /// The outputs whose sum is the torque on the shaft: of a drive with impacts the mean ones.
+    fn torques(&self) -> Vec<String> {
+        let of = |prefix: &str| {
+            let names = [MEAN_TORQUE, TORQUE].map(|name| format!("{prefix}{name}"));
+            names.into_iter().find(|name| self.find(name, Causality::Output).is_some())
+        };
+        match of("") {
+            Some(whole) => vec![whole],
+            None => (1..).map_while(|j| of(&format!("follower[{j}]."))).collect(),
+        }
+    }
+
+    fn set(&mut self, scene: Resolved) -> Result<(), String> {
+        let drive = scene.resource().build().map_err(|fault| fault.to_string())?;
+        self.variables = variables(&drive);
+        self.content = Content::Scene(Box::new(scene));
+        Ok(())
+    }
+}
+
+/// Reads and validates a system file with its scenes.
+pub fn read(path: &Path) -> Result<System, Diagnostics> {
+    let (file, text) = input::text(path, Kind::System)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut system = super::with_document(&file, &text, Kind::System, |root| system(root, folder))?;
+    system.files.push(path.to_owned());
+    Ok(system)
+}
+
+/// A part with its section of the file.
+struct Raw<'a> {
+    section: Section<'a>,
+    part: Part,
+    shaft: Option<&'a str>,
+    seat: [f64; 2],
+}
+
+fn system(root: &Section<'_>, folder: &Path) -> Option<System> {
+    let name = super::name(root);
+    let [stop, step] = ["stop", "step"].map(|key| root.real(key));
+    let exchange = root.choice("exchange", EXCHANGES);
+    let repeats = if root.has("repeat") { root.count("repeat").map(|count| Some(count as u32)) } else { Some(None) };
+    if let Some((stop, step)) = stop.zip(step).filter(|(stop, step)| step > stop) {
+        let fault = root.fault_of("step", format!(": {step} s is longer than the run of {stop} s"));
+        root.faults.report(fault.hint("a communication step is a small part of `stop`"));
+    }
+    let parts = root.named("part");
+    if parts.as_ref().is_some_and(Vec::is_empty) {
+        let fault = root.fault_of("part", " is missing: a system has no parts");
+        root.faults.report(fault.hint("add [part.machine] with scene = \"machine.toml\""));
+    }
+    let raw: Vec<Option<Raw>> = parts?.into_iter().map(|(name, section)| part(name, section, folder)).collect();
+    let connections = root.sections("connection");
+    root.finish();
+    let mut raw: Vec<Raw> = raw.into_iter().collect::<Option<_>>()?;
+    let wired = seats(&mut raw);
+    let mut wiring = Wiring { raw, connections: Vec::new(), torques: Vec::new() };
+    let all: Vec<Option<()>> = connections?.iter().map(|section| wiring.connection(section)).collect();
+    all.into_iter().collect::<Option<()>>().and(wired)?;
+    wiring.drives(exchange? == Exchange::EffectiveInertia)?;
+    wiring.machines()?;
+    wiring.loose_ends(root);
+    let (name, stop, step, exchange) = (name?, stop?, step?, exchange?);
+    let shafts = judged::shafts(root, &wiring, exchange, step)?;
+    let files = wiring.raw.iter().flat_map(|raw| match &raw.part.content {
+        Content::Scene(scene) => scene.files.clone(),
+        Content::Fmu(path) => vec![path.clone()],
+    });
+    Some(System {
+        name,
+        stop,
+        step,
+        exchange,
+        repeats: repeats?,
+        shafts,
+        files: files.collect(),
+        parts: wiring.raw.into_iter().map(|raw| raw.part).collect(),
+        connections: wiring.connections,
+        notes: root.faults.notes(),
+    })
+}
+
+/// Reads `[part.NAME]`.
+fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path) -> Option<Raw<'a>> {
+    if !is_name(name) {
+        let fault = section.fault(": this cannot name a part");
+        section.faults.report(fault.admissible("letters, digits and _, no digit first, at most 24 characters"));
+    }
+    let one = section.either("scene", "fmu");
+    let [scene, fmu, shaft] = ["scene", "fmu", "shaft"].map(|key| section.text(key));
+    let [ratio, offset] = ["ratio", "offset"].map(|key| section.real(key));
+    if ratio == Some(0.0) {
+        section.faults.report(section.fault_of("ratio", ": with 0 it would not move").admissible("not 0"));
+    }
+    if shaft == Some(None) {
+        section.forbid(&["ratio", "offset"], "the part sits on no shaft", "shaft = \"machine\"");
+    }
+    let mut part = Part {
+        name: name.to_owned(),
+        content: Content::Fmu(PathBuf::new()),
+        start: Vec::new(),
+        variables: Vec::new(),
+        seat: None,
+    };
+    let read = match (scene?, fmu?) {
+        (Some(scene), None) => match super::read(&folder.join(scene)) {
+            Ok(scene) => {
+                scene.notes.iter().for_each(|note| section.faults.note(format!("part {name}: {note}")));
+                part.set(scene).map_err(|fault| section.fault_of("scene", format!(": {fault}")))
+            }
+            // The faults of a scene are told by its own reader.
+            Err(Diagnostics(faults)) => return faults.into_iter().fold(None, |_, fault| section.refuse(fault)),
+        },
+        (None, Some(fmu)) => foreign(&mut part, folder.join(fmu)).map_err(|message| {
+            let (message, hint) = message.split_once("\n  = hint: ").unwrap_or((&message, ""));
+            hinted(section.fault_of("fmu", format!(": {message}")), hint)
+        }),
+        (None, None) => Err(section.fault(" does not say what it is").hint("give `scene` or `fmu`")),
+        _ => return None,
+    };
+    if let Err(fault) = read {
+        return section.refuse(fault);
+    }
+    let start = start(&section, &part);
+    section.finish();
+    part.start = start?;
+    let seat = [ratio?, offset?];
+    one.then_some(Raw { shaft: shaft?, seat, part, section })
+}
+
+/// The fault with a hint, where there is one.
+fn hinted(fault: Diagnostic, hint: &str) -> Diagnostic {
+    if hint.is_empty() { fault } else { fault.hint(hint) }
+}
+
+/// Takes the variables of an FMU.
+fn foreign(part: &mut Part, path: PathBuf) -> Result<(), String> {
+    let fmu = Fmu::open(&path).map_err(|fault| fault.to_string())?;
+    part.variables.clone_from(&fmu.description().variables);
+    part.content = Content::Fmu(path);
+    Ok(())
+}
+
+/// Reads `start`.
+fn start(section: &Section<'_>, part: &Part) -> Option<Vec<(String, f64)>> {
+    let Some(node) = section.node("start") else { return Some(Vec::new()) };
+    let DeValue::Table(table) = node.value else {
+        let fault = section.fault_of("start", ": a table of variables and values is expected");
+        return section.refuse(fault.hint("write for example start = { w_start = \"300 rpm\" }"));
+    };
+    let mut values = Vec::new();
+    entries("", table, &node.path, &mut values);
+    let read = values.into_iter().map(|(name, node)| {
+        let text = match node.value {
+            DeValue::String(text) => text.trim().to_owned(),
+            DeValue::Integer(_) | DeValue::Float(_) | DeValue::Boolean(_) => {
+                section.faults.text.get(node.span.clone()).unwrap_or_default().replace('_', "")
+            }
+            _ => String::new(),
+        };
+        match part.value(&name, &text) {
+            Ok(value) => Some((name, value)),
+            Err(message) => {
+                let (message, hint) = message.split_once("\n  = hint: ").unwrap_or((&message, ""));
+                section.refuse(hinted(section.faults.at(node.span, format!(": {message}")).of(node.path), hint))
+            }
+        }
+    });
+    read.collect::<Vec<_>>().into_iter().collect()
+}
+
+/// The values of a table and of those inside, into which a dot divides a name.
+fn entries<'a>(prefix: &str, table: &'a DeTable<'a>, path: &str, values: &mut Vec<(String, Node<'a>)>) {
+    for (key, value) in table {
+        let name = format!("{prefix}{}", key.get_ref());
+        match value.get_ref() {
+            DeValue::Table(inner) => entries(&format!("{name}."), inner, path, values),
+            found => {
+                values.push((name.clone(), Node { path: format!("{path}.{name}"), span: value.span(), value: found }))
+            }
+        }
+    }
+}
+
+impl Part {
+    /// The value that a text gives a variable at the start, in the unit of the variable.
+    fn value(&self, name: &str, text: &str) -> Result<f64, String> {
+        let all = || self.variables.iter().map(|v| v.about.name.as_str());
+        let Some(of) = self.variables.iter().find(|v| v.about.name == name) else {
+            return Err(variable::unknown(name, all()));
+        };
+        if let Some((_, item)) = of.items.iter().find(|(item, _)| item == text) {
+            return Ok(f64::from(*item));
+        }
+        match of.about.causality {
+            Causality::Parameter | Causality::Input => variable::value(&of.about, text).map(|si| of.unit.of_si(si)),
+            _ => Err(format!("`{name}` is computed and cannot be set")),
+        }
+    }
+}
+
+/// Finds the machine of each part that sits on a shaft.
+fn seats(raw: &mut [Raw<'_>]) -> Option<()> {
+    let names: Vec<String> = raw.iter().map(|raw| raw.part.name.clone()).collect();
+    let known: Vec<&str> = names.iter().map(String::as_str).collect();
+    let place = |name: &str| known.iter().position(|known| *known == name);
+    let shafts: Vec<Option<usize>> = raw.iter().map(|raw| raw.shaft.and_then(place)).collect();
+    let seat = |i: usize| -> Option<Option<Seat>> {
+        let Raw { section, shaft, seat: [ratio, offset], part } = &raw[i];
+        let Some(shaft) = *shaft else { return Some(None) };
+        let refused = |said: String| section.fault_of("shaft", said);
+        let Some(machine) = shafts[i] else {
+            let fault = refused(format!(": there is no part `{shaft}`")).admissible(known.join(", "));
+            return section.refuse(match nearest(shaft, &known) {
+                Some(guess) => fault.hint(format!("did you mean `{guess}`?")),
+                None => fault,
+            });
+        };
+        let chain: Vec<usize> =
+            std::iter::successors(Some(machine), |next| shafts[*next].filter(|_| *next != i)).take(raw.len()).collect();
+        if chain.contains(&i) {
+            let way: Vec<&str> = [i].iter().chain(&chain).map(|place| known[*place]).collect();
+            let fault = refused(format!(": these shafts go round in a circle: {}", way.join(" → ")));
+            return section.refuse(fault.hint("a machine sits on no shaft; name it"));
+        }
+        let other = &raw[machine].part;
+        if !other.is_machine() {
+            let fault = refused(format!(": `{shaft}` is no machine, which has outputs phi, w, a and an input tau"));
+            return section.refuse(match raw[machine].shaft {
+                Some(its) => fault.hint(format!("write shaft = \"{its}\", on which `{shaft}` sits, too")),
+                None => fault.hint("name the part with the free shaft, a RigidMachine for example"),
+            });
+        }
+        if !part.has(&MOTION, Causality::Input) {
+            let prescribed = match &part.content {
+                Content::Scene(scene) => scene.scene.drive().map(|drive| matches!(drive, DriveMode::Speed { .. })),
+                Content::Fmu(_) => None,
+            };
+            return section.refuse(match prescribed {
+                Some(by_speed) => {
+                    let own = if by_speed { "integrates its own angle" } else { "turns at constant speed" };
+                    refused(format!(": its scene {own}")).hint("write `[drive]` with mode = \"input\" in its scene")
+                }
+                None => refused(": the part has no inputs phi, w, a".to_owned()).hint("remove `shaft`"),
+            });
+        }
+        if part.torques().is_empty() {
+            return section
+                .refuse(refused(": the part has no output tau or tau_mean".to_owned()).hint("remove `shaft`"));
+        }
+        Some(Some(Seat { machine, ratio: *ratio, offset: *offset }))
+    };
+    let found: Vec<Option<Option<Seat>>> = (0..raw.len()).map(seat).collect();
+    let found: Vec<Option<Seat>> = found.into_iter().collect::<Option<_>>()?;
+    raw.iter_mut().zip(found).for_each(|(raw, seat)| raw.part.seat = seat);
+    Some(())
+}

@@ -1,0 +1,267 @@
+//! The connections of a system: those that shafts mean, and those that the file adds.
+
+use super::{Connection, Content, End, INERTIA, MOTION, Raw, Seat, TORQUE, converted, quantity};
+use crate::scene::diagnostics::{Diagnostic, Diagnostics, nearest};
+use crate::scene::input::{self, Kind};
+use crate::scene::section::Section;
+use camdrive::drives::unit;
+use camdrive::drives::variable::Causality;
+use camdrive_design::coupling::stability;
+use std::path::Path;
+use toml_edit::{Array, DocumentMut, Item, Table};
+
+/// A torque on a machine.
+pub(super) struct Torque {
+    from: End,
+    factor: f64,
+    offset: f64,
+    /// Of a drive that says its inertia, its ratio.
+    inertia: Option<f64>,
+}
+
+/// The parts with their connections so far.
+pub(super) struct Wiring<'a> {
+    pub raw: Vec<Raw<'a>>,
+    pub connections: Vec<Connection>,
+    /// Torques on the free shaft of scenes, by the part.
+    pub torques: Vec<(usize, Torque)>,
+}
+
+impl Wiring<'_> {
+    /// The document of a part's scene, to be changed.
+    fn change(&mut self, i: usize, change: impl FnOnce(&mut DocumentMut)) -> Option<()> {
+        let Raw { part, section, .. } = &mut self.raw[i];
+        let Content::Scene(scene) = &part.content else { return Some(()) };
+        // The reader puts the scene behind its tables.
+        let path = scene.files.last()?.clone();
+        let changed = input::text(&path, Kind::Scene).and_then(|(file, text)| {
+            let mut document: DocumentMut = text.parse().unwrap_or_default();
+            change(&mut document);
+            let mut scene =
+                crate::scene::resolve(&file, &document.to_string(), path.parent().unwrap_or(Path::new("")))?;
+            scene.files.push(path);
+            Ok(scene)
+        });
+        match changed {
+            Ok(scene) => match part.set(scene) {
+                Ok(()) => Some(()),
+                Err(fault) => section.refuse(section.fault_of("scene", format!(": {fault}"))),
+            },
+            Err(Diagnostics(faults)) => {
+                let told =
+                    |fault: Diagnostic| section.fault_of("scene", format!(" as part of a system: {}", fault.message));
+                faults.into_iter().fold(None, |_, fault| section.refuse(told(fault)))
+            }
+        }
+    }
+
+    /// Reads `[[connection]]`.
+    pub fn connection(&mut self, section: &Section<'_>) -> Option<()> {
+        let [from, to] = [("from", Causality::Output), ("to", Causality::Input)].map(|(key, causality)| {
+            let text = section.required_text(key, "PART.VARIABLE", "controller.y")?;
+            self.end(section, key, text, causality)
+        });
+        let target = to.as_ref().and_then(|(part, name)| self.raw[*part].part.find(name, Causality::Input));
+        let quantity = target.and_then(quantity).unwrap_or(&unit::NUMBER);
+        section.of(quantity, 0);
+        let [factor, offset] = ["factor", "offset"].map(|key| section.real(key));
+        section.finish();
+        let (from, to, factor, offset) = (from?, to?, factor?, offset?);
+        if factor == 0.0 {
+            return section.refuse(section.fault_of("factor", ": with 0 nothing is told").admissible("not 0"));
+        }
+        let find = |(part, name): &End, causality| self.raw[*part].part.find(name, causality).cloned();
+        let (output, input) = (find(&from, Causality::Output)?, find(&to, Causality::Input)?);
+        let [by, beyond] = match converted(&output, &input, section.has("factor")) {
+            Ok(conversion) => conversion,
+            Err((said, hint)) => return section.refuse(section.fault_of("to", said).hint(hint)),
+        };
+        let (factor, offset) = (factor * by, factor * beyond + offset / input.unit.factor);
+        let machine = &self.raw[to.0].part;
+        if matches!(machine.content, Content::Scene(_)) && to.1 == TORQUE && machine.is_machine() {
+            self.torques.push((to.0, Torque { from, factor, offset, inertia: None }));
+            return Some(());
+        }
+        let own = &self.raw[to.0];
+        let seated = own.part.seat.is_some() && MOTION.contains(&&*to.1);
+        if seated || self.connections.iter().any(|other| other.to == to) {
+            let fault = section.fault_of("to", format!(": `{}.{}` is connected already", own.part.name, to.1));
+            return section.refuse(fault.hint(match seated {
+                true => "the machine on whose shaft it sits moves it; remove the connection",
+                false => "an input takes one output; add them up in a part of its own",
+            }));
+        }
+        self.connections.push(Connection { from, to, factor, offset });
+        Some(())
+    }
+
+    /// The part and the variable that a text names.
+    fn end(&self, section: &Section<'_>, key: &'static str, text: &str, causality: Causality) -> Option<End> {
+        let names: Vec<&str> = self.raw.iter().map(|raw| raw.part.name.as_str()).collect();
+        let Some((part, name)) = text.split_once('.') else {
+            let fault = section.fault_of(key, format!(": \"{text}\" names no variable of a part"));
+            return section.refuse(fault.admissible("PART.VARIABLE").hint("write for example \"machine.w\""));
+        };
+        let suggested = |said: String, wrong: &str, known: &[&str]| {
+            let fault = section.fault_of(key, said);
+            match nearest(wrong, known) {
+                Some(guess) => fault.hint(format!("did you mean `{guess}`?")),
+                None => fault.admissible(known.join(", ")),
+            }
+        };
+        let Some(place) = names.iter().position(|known| *known == part) else {
+            return section.refuse(suggested(format!(": there is no part `{part}`"), part, &names));
+        };
+        let all = &self.raw[place].part.variables;
+        let word = if causality == Causality::Input { "input" } else { "output" };
+        match all.iter().map(|v| &v.about).find(|about| about.name == name) {
+            Some(found) if found.causality == causality => Some((place, name.to_owned())),
+            Some(found) => {
+                let fault = section.fault_of(key, format!(": `{name}` of `{part}` is no {word}"));
+                section.refuse(match found.causality {
+                    Causality::Parameter => fault.hint(format!("a parameter is set by `start` of [part.{part}]")),
+                    _ => fault.hint("`from` names an output, `to` an input"),
+                })
+            }
+            None => {
+                let known = all.iter().filter(|v| v.about.causality == causality).map(|v| v.about.name.as_str());
+                let said = format!(": `{part}` has no {word} `{name}`");
+                section.refuse(suggested(said, name, &known.collect::<Vec<_>>()))
+            }
+        }
+    }
+
+    /// Connects the drives to their shafts.
+    pub fn drives(&mut self, by_inertia: bool) -> Option<()> {
+        for i in 0..self.raw.len() {
+            let Some(Seat { machine, ratio, offset }) = self.raw[i].part.seat else { continue };
+            let mut torques: Vec<Torque> = Vec::new();
+            for from in self.raw[i].part.torques() {
+                torques.push(Torque { from: (i, from), factor: ratio, offset: 0.0, inertia: None });
+            }
+            if let ([torque], true) = (&mut torques[..], by_inertia && self.has_rigid_load(i)) {
+                self.change(i, |document| set(document, "inertia", true.into()))?;
+                torque.inertia = Some(ratio);
+            }
+            let motion = MOTION.map(|name| Connection {
+                from: (machine, name.to_owned()),
+                to: (i, name.to_owned()),
+                factor: ratio,
+                offset: if name == MOTION[0] { offset } else { 0.0 },
+            });
+            self.connections.extend(motion);
+            self.torques.extend(torques.into_iter().map(|torque| (machine, torque)));
+        }
+        Some(())
+    }
+
+    /// Whether something follows the shaft of the drive without slip, and without impacts.
+    fn has_rigid_load(&self, i: usize) -> bool {
+        let part = &self.raw[i].part;
+        let rigid = matches!(&part.content, Content::Scene(scene) if stability::load(&scene.scene).inertia > 0.0);
+        rigid && part.torques() == [TORQUE]
+    }
+
+    /// Gives each machine an input for each of its torques.
+    pub fn machines(&mut self) -> Option<()> {
+        let all: Vec<(usize, Torque)> = std::mem::take(&mut self.torques);
+        for i in 0..self.raw.len() {
+            let own: Vec<&Torque> = all.iter().filter(|(machine, _)| *machine == i).map(|(_, torque)| torque).collect();
+            if own.is_empty() {
+                continue;
+            }
+            let names = self.names(&own);
+            let is_scene = matches!(self.raw[i].part.content, Content::Scene(_));
+            let single =
+                own.len() == 1 && own[0].inertia.is_none() && self.raw[i].part.has(&[TORQUE], Causality::Input);
+            if is_scene && !single {
+                let with_inertia = names.iter().zip(&own).filter(|(_, torque)| torque.inertia.is_some());
+                let with_inertia: Array = with_inertia.map(|(name, _)| name.as_str()).collect();
+                self.change(i, |document| {
+                    let list = document.entry("torques").or_insert(Array::new().into());
+                    let known = list.as_array_mut().map(std::mem::take).unwrap_or_default();
+                    let has = |name: &String| known.iter().any(|known| known.as_str() == Some(name));
+                    let more: Vec<&String> = names.iter().filter(|name| !has(name)).collect();
+                    let mut torques = known.clone();
+                    torques.extend(more);
+                    *list = torques.into();
+                    if !with_inertia.is_empty() {
+                        set(document, "inertia", with_inertia.into());
+                    }
+                })?;
+            }
+            for (name, torque) in names.iter().zip(own) {
+                let input = |of: &str| if single { of.to_owned() } else { format!("{name}.{of}") };
+                let wires = match torque.inertia {
+                    Some(ratio) => INERTIA
+                        .map(|of| (of, input(of)))
+                        .into_iter()
+                        .zip([ratio * ratio, ratio.powi(3), ratio])
+                        .map(|((of, to), factor)| ((torque.from.0, of.to_owned()), to, factor))
+                        .collect(),
+                    None => vec![(torque.from.clone(), input(TORQUE), torque.factor)],
+                };
+                for (from, to, factor) in wires {
+                    if self.raw[i].part.find(&to, Causality::Input).is_none() {
+                        let Raw { section, part, .. } = &self.raw[from.0];
+                        let said = format!(
+                            ": `{}` has no input `{to}` for the torque of `{}`",
+                            self.raw[i].part.name, part.name
+                        );
+                        return section.refuse(section.fault_of("shaft", said));
+                    }
+                    let to = (i, to);
+                    if self.connections.iter().any(|other| other.to == to) {
+                        let Raw { section, .. } = &self.raw[from.0];
+                        let said = format!(": `{}.{}` is connected already", self.raw[i].part.name, to.1);
+                        return section.refuse(section.fault_of("shaft", said).hint("remove the [[connection]] to it"));
+                    }
+                    self.connections.push(Connection { from, to, factor, offset: torque.offset });
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// The name of each torque of a machine: that of its part, numbered where the part has several.
+    fn names(&self, torques: &[&Torque]) -> Vec<String> {
+        let of = |i: usize| &self.raw[torques[i].from.0].part.name;
+        let same =
+            |i: usize, range: std::ops::Range<usize>| range.filter(|k| torques[*k].from.0 == torques[i].from.0).count();
+        let name = |i: usize| match same(i, 0..torques.len()) {
+            1 => of(i).clone(),
+            _ => format!("{}_{}", of(i), same(i, 0..i) + 1),
+        };
+        (0..torques.len()).map(name).collect()
+    }
+
+    /// Notes the inputs that nothing is connected to.
+    pub fn loose_ends(&self, root: &Section<'_>) {
+        for (i, Raw { part, .. }) in self.raw.iter().enumerate() {
+            let loose = part.variables.iter().filter(|v| {
+                let set = part.start.iter().any(|(name, _)| *name == v.about.name);
+                v.about.causality == Causality::Input
+                    && !set
+                    && !self.connections.iter().any(|c| c.to == (i, v.about.name.clone()))
+            });
+            let names: Vec<String> = loose.map(|v| format!("`{}`", v.about.name)).collect();
+            if !names.is_empty() {
+                let (is, its) =
+                    if names.len() == 1 { ("is", "its start value") } else { ("are", "their start values") };
+                root.faults.note(format!(
+                    "part {}: {} {is} not connected and keeps {its}",
+                    part.name,
+                    names.join(", ")
+                ));
+            }
+        }
+    }
+}
+
+/// Sets a key of `[coupling]`.
+fn set(document: &mut DocumentMut, key: &str, value: toml_edit::Value) {
+    let table = document.entry("coupling").or_insert(Item::Table(Table::new()));
+    if let Some(table) = table.as_table_like_mut() {
+        table.insert(key, Item::Value(value));
+    }
+}

@@ -1,0 +1,649 @@
+//! The exchange between coupled FMUs from one communication point to the next, H later.
+//!
+//! | [`Exchange`] | order of the parts | an input over the step |
+//! |---|---|---|
+//! | `Held` | any | u(t) |
+//! | `Extrapolated` | any | u(t) + u̇(t) s, u̇ an output derivative |
+//! | `GaussSeidel` | drives before the shaft that moves them | u(t + H) of a part that has stepped, else u(t) |
+//! | `Interpolated`, `EffectiveInertia` | shafts before the drives on them | the cubic through u and u̇ at both ends of a part that has stepped, else u(t) + u̇(t) s |
+//!
+//! A motion φ, φ̇, φ̈ is one signal: to a drive go the values at t and, where it is interpolated, the derivatives a⁽¹⁾, a⁽²⁾ of φ̈
+//! with which φ and φ̇ meet those of the shaft at t + H,
+//!
+//! φ + φ̇ H + φ̈ H²/2 + a⁽¹⁾ H³/6 + a⁽²⁾ H⁴/24 = φ(t + H),   φ̇ + φ̈ H + a⁽¹⁾ H²/2 + a⁽²⁾ H³/6 = φ̇(t + H).
+//!
+//! Where all parts can restore their states, a step may be repeated: every part then takes all courses from the round before,
+//! and the order of the error rises by one to that of the cubic, 4. The rounds close in where what follows the shaft without slip has less
+//! inertia than the shaft.
+//!
+//! The inertia J of a load that the shaft takes for its own is J + J′ Δ + ½ J″ Δ² over the angle Δ, with its own derivative. J″
+//! is that at t, and of a drive that has stepped the one with which J meets its value at t + H, so that the energy of the load does.
+//!
+//! A mean over the last step, `tau_mean` or `force_mean`, is constant over a step. The error of the torque over a step is that of
+//! its polynomial, so that held inputs have the order 1, extrapolated ones 2; it is what the shaft and the drives disagree about
+//! in energy, ∫ (τ of the shaft − τ of the drive) φ̇ dt, the [`Residual`].
+
+use super::stability::Exchange;
+use crate::host::{Host, Variable};
+use camdrive::drives::Fault;
+use camdrive::drives::variable::{Kind, Variability};
+
+/// An input = `factor` · output + `offset`. Ports are a part and a place among its variables.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Connection {
+    /// The output.
+    pub from: (usize, usize),
+    /// The input.
+    pub to: (usize, usize),
+    /// In the units of both variables.
+    pub factor: f64,
+    /// In the unit of the input.
+    pub offset: f64,
+}
+
+/// What shaft and drive disagree about in energy (J).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Residual {
+    /// The parts: the shaft, the drive.
+    pub parts: [usize; 2],
+    /// Σ ∫ (τ of the shaft − τ of the drive) φ̇ dt.
+    pub sum: f64,
+    /// Σ of the magnitudes of the steps.
+    pub gross: f64,
+    /// Σ ∫ |τ φ̇| dt: what was exchanged.
+    pub exchanged: f64,
+    /// The largest magnitude of a step, and when the step began (s).
+    pub largest: [f64; 2],
+}
+
+/// An output that is read, with its first derivative (1/s), at both ends of the step.
+#[derive(Clone, Copy, Debug, Default)]
+struct Source {
+    ends: [[f64; 2]; 2],
+}
+
+/// The outputs of a part that are read.
+#[derive(Debug, Default)]
+struct Outputs {
+    /// The sources of the Reals are the first ones of the part, from here on.
+    first: usize,
+    references: Vec<u32>,
+    orders: Vec<i32>,
+    values: Vec<f64>,
+    /// Whether the FMU tells their derivatives.
+    derivatives: bool,
+    /// The places of those of other types.
+    others: Vec<usize>,
+}
+
+/// How an input follows its source.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Course {
+    Signal,
+    /// A mean over the step that has ended.
+    Mean,
+    /// A value that does not vary within a step.
+    Discrete,
+    /// φ or φ̇ of a motion, whose course φ̈ has.
+    Motion,
+    /// φ̈ of a motion, with the sources of φ and φ̇.
+    Acceleration([usize; 2]),
+    /// dJ/dφ of a load, with the sources of its J, of φ and of φ̇, and the ratio of its angle to that one.
+    InertiaSlope([usize; 3], f64),
+}
+
+/// A connection as a step needs it.
+#[derive(Clone, Debug)]
+struct Wire {
+    source: usize,
+    /// The part of the source.
+    from: usize,
+    /// The place of the input, and its reference where it is a Real.
+    to: usize,
+    reference: Option<u32>,
+    factor: f64,
+    offset: f64,
+    course: Course,
+    /// Whether the part of the source tells derivatives, so that a slope is none between two points.
+    is_smooth: bool,
+    /// Value and derivatives that it took at the beginning of the last step, in the unit of the source.
+    taken: [f64; 4],
+}
+
+/// A shaft and a drive on it, by the place of their wires: φ̇ of the motion, and the torque back.
+#[derive(Clone, Copy, Debug)]
+struct Power {
+    speed: usize,
+    torque: usize,
+}
+
+/// The inputs of a part.
+#[derive(Debug, Default)]
+struct Inputs {
+    wires: Vec<Wire>,
+    /// Whether the part takes derivatives.
+    derivatives: bool,
+    references: Vec<u32>,
+    values: Vec<f64>,
+    of: Vec<u32>,
+    orders: Vec<i32>,
+    derived: Vec<f64>,
+}
+
+/// Coupled FMUs.
+pub struct Coupling {
+    names: Vec<String>,
+    parts: Vec<Host>,
+    exchange: Exchange,
+    /// The parts in the order of their steps.
+    order: Vec<usize>,
+    sources: Vec<Source>,
+    outputs: Vec<Outputs>,
+    inputs: Vec<Inputs>,
+    /// Which parts have stepped.
+    stepped: Vec<bool>,
+    /// Which parts move others.
+    leads: Vec<bool>,
+    powers: Vec<(usize, usize, Power)>,
+    residuals: Vec<Residual>,
+    /// How often a step is repeated.
+    repeats: u32,
+}
+
+/// The most rounds in which the start values go round; a loop of a factor up to 0.97 settles in them.
+const ROUNDS: usize = 1000;
+
+/// Start values have settled when none changes by more than this part of itself, far below the error of any step.
+const SETTLED: f64 = 1e-12;
+
+/// Over a smaller angle (rad) the curvature of an inertia is that at its beginning: rounding would exceed a ten-thousandth of J.
+const LEAST_TURN: f64 = 1e-6;
+
+impl Coupling {
+    /// Of these parts with their names, which faults tell; the connections lead from outputs to inputs. Each step is repeated
+    /// `repeats` times; by default an interpolated one once, where all parts can restore their states.
+    ///
+    /// # Errors
+    /// Shafts that move each other in a circle; parts that cannot repeat a step.
+    pub fn new(
+        parts: Vec<(String, Host)>,
+        connections: &[Connection],
+        exchange: Exchange,
+        repeats: Option<u32>,
+    ) -> Result<Self, Fault> {
+        let (names, parts): (Vec<String>, Vec<Host>) = parts.into_iter().unzip();
+        let count = parts.len();
+        let cannot = |part: &usize| {
+            repeats.is_some_and(|times| times > 0) && !parts[*part].description().capabilities.saves_states
+        };
+        if let Some(part) = (0..count).find(cannot) {
+            let name = &names[part];
+            return Err(Fault::new(format!(
+                "part {name}: it cannot restore its state, so that no step can be repeated\n  = hint: repeat = 0"
+            )));
+        }
+        let variable = |(part, place): (usize, usize)| -> &Variable { &parts[part].description().variables[place] };
+        let (mut outputs, mut sources) = (Vec::new(), Vec::new());
+        for part in 0..count {
+            let mut used: Vec<usize> = connections.iter().filter(|c| c.from.0 == part).map(|c| c.from.1).collect();
+            used.sort_unstable();
+            used.dedup();
+            // Reals first.
+            used.sort_by_key(|place| !is_real(variable((part, *place))));
+            let reals = used.iter().map(|place| variable((part, *place))).filter(|v| is_real(v));
+            let references: Vec<u32> = reals.map(|v| v.reference).collect();
+            outputs.push(Outputs {
+                first: sources.len(),
+                orders: vec![1; references.len()],
+                values: vec![0.0; references.len()],
+                references,
+                derivatives: parts[part].description().capabilities.output_derivatives > 0,
+                others: used.iter().copied().filter(|place| !is_real(variable((part, *place)))).collect(),
+            });
+            sources.extend(used.into_iter().map(|place| (part, place)));
+        }
+        let inputs: Vec<Inputs> = (0..count)
+            .map(|part| {
+                let own: Vec<&Connection> = connections.iter().filter(|c| c.to.0 == part).collect();
+                let wires = own.iter().map(|c| {
+                    let to = variable(c.to);
+                    Wire {
+                        source: sources.iter().position(|source| *source == c.from).unwrap_or_default(),
+                        from: c.from.0,
+                        to: c.to.1,
+                        reference: is_real(to).then_some(to.reference),
+                        factor: c.factor,
+                        offset: c.offset,
+                        course: course(variable(c.from), to),
+                        is_smooth: parts[c.from.0].description().capabilities.output_derivatives > 0,
+                        taken: [0.0; 4],
+                    }
+                });
+                let mut inputs = Inputs { wires: wires.collect(), ..Inputs::default() };
+                motions(&mut inputs.wires, |i| &variable(own[i].to).about.name);
+                inputs.derivatives = parts[part].description().capabilities.interpolates_inputs;
+                // A step allocates nothing: φ̈ has two derivatives, a signal three.
+                let room = inputs.wires.len();
+                (inputs.references, inputs.values) = (Vec::with_capacity(room), Vec::with_capacity(room));
+                (inputs.of, inputs.orders, inputs.derived) =
+                    (Vec::with_capacity(3 * room), Vec::with_capacity(3 * room), Vec::with_capacity(3 * room));
+                inputs
+            })
+            .collect();
+        let mut inputs = inputs;
+        inertias(&mut inputs, |source| &variable(sources[source]).about.name);
+        let mut order = leaders_first(&inputs)?;
+        if exchange == Exchange::GaussSeidel {
+            order.reverse();
+        }
+        let powers: Vec<_> = (0..count).flat_map(|drive| powers(&inputs, &sources, &parts, drive)).collect();
+        let residual =
+            |(shaft, drive, _): &(usize, usize, Power)| Residual { parts: [*shaft, *drive], ..Residual::default() };
+        let capable = |host: &Host| host.description().capabilities.saves_states;
+        let repeats = repeats.unwrap_or(match exchange {
+            Exchange::Interpolated | Exchange::EffectiveInertia => parts.iter().all(capable).into(),
+            _ => 0,
+        });
+        Ok(Coupling {
+            residuals: powers.iter().map(residual).collect(),
+            sources: vec![Source::default(); sources.len()],
+            stepped: vec![false; count],
+            leads: (0..count)
+                .map(|part| inputs.iter().flat_map(|of| &of.wires).any(|wire| moves(wire, part)))
+                .collect(),
+            names,
+            parts,
+            exchange,
+            order,
+            outputs,
+            inputs,
+            powers,
+            repeats,
+        })
+    }
+
+    /// The name of a part.
+    pub fn name(&self, part: usize) -> &str {
+        &self.names[part]
+    }
+
+    /// The parts.
+    pub fn parts(&mut self) -> &mut [Host] {
+        &mut self.parts
+    }
+
+    /// What shafts and drives disagree about in energy so far.
+    pub fn residuals(&self) -> &[Residual] {
+        &self.residuals
+    }
+
+    /// Begins the initialisation of all parts at `time` (s); their start values have been set, inputs may be.
+    ///
+    /// # Errors
+    /// What a part says.
+    pub fn begin(&mut self, time: f64, stop: Option<f64>) -> Result<(), Fault> {
+        for part in 0..self.parts.len() {
+            let host = &mut self.parts[part];
+            let tolerance = host.description().experiment.tolerance;
+            let begun = host.set_up(time, stop, tolerance).and_then(|()| host.enter_initialization());
+            self.of(part, begun)?;
+        }
+        Ok(())
+    }
+
+    /// Ends the initialisation: values go round until they settle, so that each part begins with those of the others.
+    ///
+    /// # Errors
+    /// What a part says; values that go round without end.
+    pub fn start(&mut self) -> Result<(), Fault> {
+        let mut rounds = 0;
+        loop {
+            let settled = self.go_round()?;
+            if settled {
+                break;
+            }
+            rounds += 1;
+            if rounds == ROUNDS {
+                let message = format!("the start values of the connections do not settle in {ROUNDS} rounds");
+                return Err(Fault::new(format!(
+                    "{message}: a loop of inertias in which the loads exceed the shaft's\n  = hint: \
+                     exchange = \"effective_inertia\" takes rigid loads out of the loop"
+                )));
+            }
+        }
+        for part in 0..self.parts.len() {
+            let ended = self.parts[part].exit_initialization();
+            self.of(part, ended)?;
+        }
+        (0..self.parts.len()).try_for_each(|part| self.read(part))?;
+        self.sources.iter_mut().for_each(|source| source.ends[0] = source.ends[1]);
+        for residual in &mut self.residuals {
+            *residual = Residual { parts: residual.parts, ..Residual::default() };
+        }
+        Ok(())
+    }
+
+    /// Each part takes the values that the others have, and gives its own; whether all are those of the round before.
+    fn go_round(&mut self) -> Result<bool, Fault> {
+        let mut settled = true;
+        for at in 0..self.order.len() {
+            let part = self.order[at];
+            let Coupling { inputs, sources, parts, .. } = self;
+            for wire in &inputs[part].wires {
+                let value = wire.factor * sources[wire.source].ends[1][0] + wire.offset;
+                parts[part].set(wire.to, value)?;
+            }
+            let Outputs { first, references, others, .. } = &self.outputs[part];
+            let range = *first..*first + references.len() + others.len();
+            self.sources[range.clone()].iter_mut().for_each(|source| source.ends[0] = source.ends[1]);
+            self.read_values(part)?;
+            settled &= self.sources[range].iter().all(|Source { ends: [[before, _], [after, _]] }| {
+                (after - before).abs() <= SETTLED * after.abs().max(before.abs())
+            });
+        }
+        Ok(settled)
+    }
+
+    /// From the communication point `time` to that `step` later (s).
+    ///
+    /// # Errors
+    /// What a part says.
+    pub fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        self.stepped.fill(false);
+        for round in 0..=self.repeats {
+            if self.repeats > 0 {
+                let again = |part: &mut Host| if round == 0 { part.save() } else { part.restore() };
+                self.parts.iter_mut().try_for_each(again)?;
+            }
+            self.round(time, step)?;
+        }
+        self.weigh(time, step);
+        self.sources.iter_mut().for_each(|source| source.ends[0] = source.ends[1]);
+        Ok(())
+    }
+
+    /// A result of a part, whose name faults tell.
+    fn of<T>(&self, part: usize, result: Result<T, Fault>) -> Result<T, Fault> {
+        let name = &self.names[part];
+        result.map_err(|fault| if name.is_empty() { fault } else { Fault::new(format!("part {name}: {fault}")) })
+    }
+
+    /// One step of each part.
+    fn round(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        for at in 0..self.order.len() {
+            let part = self.order[at];
+            let given =
+                give(&mut self.inputs[part], &mut self.parts[part], &self.sources, &self.stepped, self.exchange, step);
+            self.of(part, given)?;
+            let interpolates = matches!(self.exchange, Exchange::Interpolated | Exchange::EffectiveInertia);
+            if interpolates && self.leads[part] && !self.stepped[part] {
+                // φ̈ with the torque of this step, not of the one before: else loops of more than 0.13 of the inertia grow.
+                self.read_values(part)?;
+                let Outputs { first, references, .. } = &self.outputs[part];
+                let own = &mut self.sources[*first..*first + references.len()];
+                own.iter_mut().for_each(|source| source.ends[0][0] = source.ends[1][0]);
+            }
+            let stepped = self.parts[part].do_step(time, step);
+            self.of(part, stepped)?;
+            self.read(part)?;
+            self.stepped[part] = true;
+            if !self.outputs[part].derivatives {
+                self.differences(part, step);
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the outputs of a part with their derivatives.
+    fn read(&mut self, part: usize) -> Result<(), Fault> {
+        self.read_values(part)?;
+        let Outputs { first, references, orders, values, derivatives, .. } = &mut self.outputs[part];
+        if *derivatives && !references.is_empty() {
+            self.parts[part].get_output_derivatives(references, orders, values)?;
+            for (source, value) in self.sources[*first..].iter_mut().zip(values) {
+                source.ends[1][1] = *value;
+            }
+        }
+        Ok(())
+    }
+
+    fn read_values(&mut self, part: usize) -> Result<(), Fault> {
+        let Outputs { first, references, values, others, .. } = &mut self.outputs[part];
+        if !references.is_empty() {
+            self.parts[part].get_reals(references, values)?;
+        }
+        for (source, value) in self.sources[*first..].iter_mut().zip(values.iter()) {
+            source.ends[1][0] = *value;
+        }
+        for (source, place) in self.sources[*first + references.len()..].iter_mut().zip(others.iter()) {
+            source.ends[1][0] = self.parts[part].get(*place)?;
+        }
+        Ok(())
+    }
+
+    /// The slopes of the outputs of a part that does not tell them, at the end of a step of this length (s).
+    fn differences(&mut self, part: usize, step: f64) {
+        let Outputs { first, references, .. } = &self.outputs[part];
+        for source in &mut self.sources[*first..*first + references.len()] {
+            source.ends[1][1] = (source.ends[1][0] - source.ends[0][0]) / step;
+        }
+    }
+
+    /// Adds a step to the residuals.
+    fn weigh(&mut self, time: f64, step: f64) {
+        let Coupling { inputs, sources, powers, residuals, .. } = self;
+        for ((shaft, drive, power), residual) in powers.iter().zip(residuals) {
+            let (torque, speed) = (&inputs[*shaft].wires[power.torque], &inputs[*drive].wires[power.speed]);
+            let taken = torque.taken;
+            let [[w0, a0], [w1, a1]] = sources[speed.source].ends;
+            let [[own0, rate0], [own1, rate1]] = sources[torque.source].ends;
+            let own = match torque.course {
+                Course::Mean => [own1; 3],
+                _ => [own0, middle([own0, rate0], [own1, rate1], step), own1],
+            };
+            let at = |s: f64| taken[0] + s * (taken[1] + s / 2.0 * (taken[2] + s / 3.0 * taken[3]));
+            let speeds = [w0, middle([w0, a0], [w1, a1], step), w1];
+            let mut sums = [0.0; 2];
+            // Simpson's rule.
+            for (((w, own), s), weight) in speeds.into_iter().zip(own).zip([0.0, step / 2.0, step]).zip([1.0, 4.0, 1.0])
+            {
+                let weight = weight * step / 6.0 * torque.factor;
+                sums[0] += weight * (at(s) - own) * w;
+                sums[1] += (weight * own * w).abs();
+            }
+            residual.sum += sums[0];
+            residual.gross += sums[0].abs();
+            residual.exchanged += sums[1];
+            if sums[0].abs() > residual.largest[0] {
+                residual.largest = [sums[0].abs(), time];
+            }
+        }
+    }
+}
+
+/// Sets the inputs of a part for a step of this length (s).
+fn give(
+    inputs: &mut Inputs,
+    part: &mut Host,
+    sources: &[Source],
+    stepped: &[bool],
+    exchange: Exchange,
+    step: f64,
+) -> Result<(), Fault> {
+    let Inputs { wires, derivatives, references, values, of, orders, derived } = inputs;
+    [&mut *values, &mut *derived].into_iter().for_each(Vec::clear);
+    [&mut *references, &mut *of].into_iter().for_each(Vec::clear);
+    orders.clear();
+    for wire in wires.iter_mut() {
+        wire.taken = polynomial(wire, sources, exchange, stepped[wire.from], step);
+        let [value, rest @ ..] = wire.taken;
+        let Some(reference) = wire.reference else {
+            part.set(wire.to, wire.factor * value + wire.offset)?;
+            continue;
+        };
+        let start = match *derivatives || matches!(wire.course, Course::Motion | Course::Acceleration(_)) {
+            true => value,
+            // An input without derivatives takes the mean over the step.
+            false => mean(value, rest, step),
+        };
+        references.push(reference);
+        values.push(wire.factor * start + wire.offset);
+        for (order, rate) in (1..).zip(rest).filter(|(_, rate)| *derivatives && *rate != 0.0) {
+            of.push(reference);
+            orders.push(order);
+            derived.push(wire.factor * rate);
+        }
+    }
+    if !references.is_empty() {
+        part.set_reals(references, values)?;
+    }
+    if !of.is_empty() {
+        part.set_input_derivatives(of, orders, derived)?;
+    }
+    Ok(())
+}
+
+/// The mean of a polynomial with these derivatives over a step.
+fn mean(value: f64, derivatives: [f64; 3], step: f64) -> f64 {
+    let [first, second, third] = derivatives;
+    value + step / 2.0 * (first + step / 3.0 * (second + step / 4.0 * third))
+}
+
+fn is_real(variable: &Variable) -> bool {
+    matches!(variable.about.kind, Kind::Real { .. })
+}
+
+/// How an input follows an output, motions aside.
+fn course(from: &Variable, to: &Variable) -> Course {
+    let name = from.about.name.rsplit('.').next().unwrap_or_default();
+    if !is_real(from) || !is_real(to) || from.about.variability == Variability::Discrete {
+        Course::Discrete
+    } else if name.ends_with("_mean") {
+        Course::Mean
+    } else {
+        Course::Signal
+    }
+}
+
+/// Joins wires to the inputs φ, φ̇, φ̈ of one part: those named phi, w, a, behind the same prefix, that come from one part with one
+/// factor.
+fn motions<'a>(wires: &mut [Wire], name: impl Fn(usize) -> &'a String) {
+    for a in 0..wires.len() {
+        let Some(prefix) = name(a).strip_suffix('a').filter(|prefix| prefix.is_empty() || prefix.ends_with('.')) else {
+            continue;
+        };
+        let find = |last: &str| {
+            let is = |i: &usize| name(*i).strip_prefix(prefix) == Some(last);
+            let fits = |i: &usize| wires[*i].from == wires[a].from && wires[*i].factor == wires[a].factor;
+            (0..wires.len()).find(is).filter(fits)
+        };
+        if let (Some(phi), Some(w)) = (find("phi"), find("w")) {
+            wires[a].course = Course::Acceleration([wires[phi].source, wires[w].source]);
+            wires[phi].course = Course::Motion;
+            wires[w].course = Course::Motion;
+        }
+    }
+}
+
+/// Finds what belongs to the slopes of inertias: those of the outputs dJ_load of drives that have J_load beside it.
+fn inertias<'a>(inputs: &mut [Inputs], name: impl Fn(usize) -> &'a String) {
+    let motion = |inputs: &[Inputs], drive: usize| {
+        inputs[drive].wires.iter().find_map(|wire| match wire.course {
+            Course::Acceleration([phi, w]) => Some((phi, w, wire.factor)),
+            _ => None,
+        })
+    };
+    for shaft in 0..inputs.len() {
+        for i in 0..inputs[shaft].wires.len() {
+            let wires = &inputs[shaft].wires;
+            let (from, own) = (wires[i].from, name(wires[i].source));
+            let Some(prefix) = own.strip_suffix("dJ_load") else { continue };
+            let is_inertia =
+                |wire: &&Wire| wire.from == from && name(wire.source).strip_prefix(prefix) == Some("J_load");
+            if let (Some(inertia), Some((phi, w, ratio))) = (wires.iter().find(is_inertia), motion(inputs, from)) {
+                inputs[shaft].wires[i].course = Course::InertiaSlope([inertia.source, phi, w], ratio);
+            }
+        }
+    }
+}
+
+/// Whether a part moves another by this wire.
+fn moves(wire: &Wire, part: usize) -> bool {
+    wire.from == part && matches!(wire.course, Course::Acceleration(_))
+}
+
+/// The parts, each before those that it moves; otherwise in their own order.
+fn leaders_first(inputs: &[Inputs]) -> Result<Vec<usize>, Fault> {
+    let mut order = Vec::new();
+    while order.len() < inputs.len() {
+        let is_free = |part: &usize| {
+            let waits = |wire: &Wire| moves(wire, wire.from) && !order.contains(&wire.from);
+            !order.contains(part) && !inputs[*part].wires.iter().any(waits)
+        };
+        let Some(next) = (0..inputs.len()).find(is_free) else {
+            return Err(Fault::new("parts move each other in a circle".to_owned()));
+        };
+        order.push(next);
+    }
+    Ok(order)
+}
+
+/// The torques that a drive gives back to the shafts that move it: those called tau or tau_mean.
+fn powers(inputs: &[Inputs], sources: &[(usize, usize)], parts: &[Host], drive: usize) -> Vec<(usize, usize, Power)> {
+    let is_torque = |wire: &Wire| {
+        let (part, place) = sources[wire.source];
+        let name = &parts[part].description().variables[place].about.name;
+        part == drive && matches!(name.rsplit('.').next(), Some("tau" | "tau_mean" | "tau_rest"))
+    };
+    let motion = inputs[drive].wires.iter().find_map(|wire| match wire.course {
+        Course::Acceleration([_, w]) => {
+            Some((wire.from, inputs[drive].wires.iter().position(|wire| wire.source == w)?))
+        }
+        _ => None,
+    });
+    motion.map_or(Vec::new(), |(shaft, speed)| {
+        let torques = (0..inputs[shaft].wires.len()).filter(|i| is_torque(&inputs[shaft].wires[*i]));
+        torques.map(|torque| (shaft, drive, Power { speed, torque })).collect()
+    })
+}
+
+/// Value and derivatives at the beginning of a step, in the unit of the source; `stepped`: the part of the source has taken
+/// this step.
+fn polynomial(wire: &Wire, sources: &[Source], exchange: Exchange, stepped: bool, step: f64) -> [f64; 4] {
+    let [[start, rate], [end, last]] = sources[wire.source].ends;
+    let held = |value| [value, 0.0, 0.0, 0.0];
+    let at_once = matches!(exchange, Exchange::Held | Exchange::Extrapolated);
+    let latest = if stepped && !at_once { end } else { start };
+    match (wire.course, exchange) {
+        (Course::Motion, _) => held(start),
+        (Course::Mean | Course::Discrete, _) | (Course::Signal, Exchange::GaussSeidel) => held(latest),
+        (_, Exchange::Held | Exchange::GaussSeidel) => held(start),
+        _ if at_once || !stepped => [start, rate, 0.0, 0.0],
+        (Course::Acceleration([phi, w]), _) => {
+            let [[phi, _], [phi_end, _]] = sources[phi].ends;
+            let [[w, _], [w_end, _]] = sources[w].ends;
+            // What is left of φ and φ̇ behind φ̈, in the unit of an acceleration.
+            let angle = (phi_end - phi - step * (w + step / 2.0 * start)) / (step * step);
+            let speed = (w_end - w - step * start) / step;
+            [start, (24.0 * angle - 6.0 * speed) / step, (24.0 * speed - 72.0 * angle) / (step * step), 0.0]
+        }
+        (Course::InertiaSlope([inertia, phi, w], ratio), _) => {
+            let [[before, _], [after, _]] = sources[inertia].ends;
+            let turned = ratio * (sources[phi].ends[1][0] - sources[phi].ends[0][0]);
+            let second = 2.0 * (after - before - start * turned) / (turned * turned);
+            let slope = if turned.abs() < LEAST_TURN { rate } else { second * ratio * sources[w].ends[0][0] };
+            [start, slope, 0.0, 0.0]
+        }
+        (Course::Signal, _) if !wire.is_smooth => [start, (end - start) / step, 0.0, 0.0],
+        (Course::Signal, _) => {
+            let mean = (end - start) / step;
+            let second = (6.0 * mean - 4.0 * rate - 2.0 * last) / step;
+            [start, rate, second, 6.0 * (rate + last - 2.0 * mean) / (step * step)]
+        }
+    }
+}
+
+/// The cubic through values and slopes at both ends of a step, in its middle.
+fn middle([start, rate]: [f64; 2], [end, last]: [f64; 2], step: f64) -> f64 {
+    (start + end) / 2.0 + step * (rate - last) / 8.0
+}

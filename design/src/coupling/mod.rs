@@ -1,0 +1,4 @@
+//! Systems of coupled FMUs.
+
+pub mod exchange;
+pub mod stability;

@@ -1,0 +1,336 @@
+//! The largest communication steps of a machine and the drives on its shaft, each an FMU of its own.
+//!
+//! A drive takes φ, φ̇, φ̈ and gives τ, the machine the other way round. What follows the shaft without slip has τ = J_load φ̈,
+//! which is an algebraic loop over the communication step: an error of φ̈ is multiplied by −κ in every step,
+//!
+//! κ = J_load/J; stable for κ < 1 at any step.
+//!
+//! What hangs on a spring has τ = k (φ − x) + b (φ̇ − ẋ), k = c U′², which a step H delays. The largest step is the one at which
+//! errors grow by 1e-3 per step, by the spectral radius of the one-step map of the whole: a free shaft, each drive at its stiffest
+//! angle as an oscillator that takes the motion of the shaft as the exchange gives it, in closed form. Motors damp and are left out.
+//!
+//! At damping ratios of 0.02 and μ = m U′²/J = 0.05, 0.5, 5 this is H √(k/J) < 0.33, 0.21, 0.26 with held values and
+//! 0.57, 0.78, 1.32 with interpolated ones. κ < 1 with interpolated values supposes that φ̈ at the beginning of a step is the one
+//! with the torque of this step; with the one before, what remains is κ < 0.13.
+//!
+//! Symbols: J least inertia of the machine over the turn (kg·m²), J_load largest one of what follows without slip (kg·m²), U′ largest
+//! transfer function (m/rad), c, b, m spring, damper and mass behind them (N/m, N·s/m, kg). The least J and the largest U′ need not
+//! be at one angle: the bounds are on the safe side. Several drives on a shaft add up, each with the square of its ratio.
+
+use crate::oscillator::{self, Terms};
+use crate::overview::train::without_slip;
+use crate::resource::Scene;
+use crate::search::{greatest, segments};
+use camdrive::drives::drive_train::{self, Joint};
+use camdrive::drives::rigid_machine::{Follower, Inertia, InertiaFunction};
+use camdrive::motion::MotionLaw;
+use camdrive::numerics::angle::reduce;
+use serde::Serialize;
+
+/// What the parts of a system tell each other at a communication point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exchange {
+    /// All at once: inputs keep the values of the beginning of the step.
+    Held,
+    /// All at once: inputs go on with their first derivatives.
+    Extrapolated,
+    /// One after the other: drives first, then the machine with their torques at the end of the step.
+    GaussSeidel,
+    /// The machine first with extrapolated torques, then the drives, whose motion meets that of the machine at both ends.
+    Interpolated,
+    /// As `Interpolated`, and the machine takes the inertia of rigid loads for its own.
+    EffectiveInertia,
+}
+
+/// H √(k/J) up to which errors are small.
+const RECOMMENDED: f64 = 0.5;
+
+/// Growth of an error per step that counts as unstable.
+const GROWTH: f64 = 1e-3;
+/// H √(k/J) at which the search for the largest step begins and ends, and the ratio from one to the next.
+const SEARCHED: [f64; 3] = [0.01, 10.0, 1.05];
+
+/// What a drive is for the shaft it sits on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Load {
+    /// Largest inertia of what follows without slip, m1 of a clearance included (kg·m²).
+    pub inertia: f64,
+    /// Largest stiffness of its springs, all together (N·m/rad).
+    pub stiffness: f64,
+    /// Largest inertia of what hangs on them (kg·m²).
+    pub sprung: f64,
+    /// Their damping (N·m·s/rad).
+    pub damping: f64,
+}
+
+/// What holds for the exchange on a shaft.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Limit {
+    /// Least inertia of the machine (kg·m²).
+    pub inertia: f64,
+    /// κ of what the machine does not take for its own, at most.
+    pub kappa: f64,
+    /// √(k/J) (rad/s).
+    pub frequency: f64,
+    /// The largest stable communication step (s); None where none within the search grows, 0 where each does.
+    pub stable: Option<f64>,
+    /// The step up to which errors are small (s); None without elastic loads.
+    pub recommended: Option<f64>,
+}
+
+/// The inertia of this mass, or of any other factor of U′², over the turn.
+fn turn(mass: f64, follower: &Follower) -> f64 {
+    let part = Follower { m: mass, ..follower.clone() };
+    Inertia::new(InertiaFunction::default(), vec![part]).range().1
+}
+
+/// What the drive of a scene is for its shaft.
+pub fn load(scene: &Scene) -> Load {
+    let mut load = Load::default();
+    let bare = |cam: &MotionLaw| Follower::new(0.0, cam.clone());
+    match scene {
+        Scene::ElasticOutput(scene) => {
+            load.inertia = turn(scene.roller.0, &bare(&scene.cam));
+            let p = scene.parameters;
+            load.spring([p.m, p.b, p.c], &bare(&scene.cam));
+        }
+        Scene::BacklashDrive(scene) => {
+            let p = scene.parameters;
+            load.inertia = turn(p.m1, &bare(&scene.cam));
+            load.spring([p.m2, p.b, p.c], &bare(&scene.cam));
+        }
+        Scene::ElasticShaft(_) | Scene::ParametricDrive(_) => {
+            if let Ok(oscillator) = oscillator::of(scene) {
+                let segments = segments(&oscillator.breakpoints);
+                let most = |term: fn(&Terms) -> f64| {
+                    greatest(&segments, |i, phi| term(&(oscillator.terms)(i, reduce(phi.into())))).value
+                };
+                load.twist([most(|t| t.m), most(|t| t.b), most(|t| t.c)]);
+            }
+        }
+        Scene::DriveTrain(scene) => {
+            load.inertia = without_slip(scene).range().1;
+            for follower in &scene.followers {
+                match follower.joint {
+                    Joint::Rigid => {}
+                    Joint::Output(p, _) => load.spring([p.m, p.b, p.c], &follower.rigid),
+                    Joint::Backlash(p) => load.spring([p.m2, p.b, p.c], &follower.rigid),
+                    Joint::Shaft(p) => load.twist([p.inertia + turn(p.m, &follower.rigid), p.b, p.c]),
+                }
+            }
+        }
+        Scene::RigidMachine(_) => {}
+    }
+    load
+}
+
+impl Load {
+    /// Adds a mass m on spring c and damper b behind a cam.
+    fn spring(&mut self, [m, b, c]: [f64; 3], cam: &Follower) {
+        let square = turn(1.0, cam);
+        self.twist([m, b, c].map(|factor| factor * square));
+    }
+
+    /// Adds an inertia on a torsional spring and damper.
+    fn twist(&mut self, [inertia, b, c]: [f64; 3]) {
+        if inertia > 0.0 && c > 0.0 {
+            self.stiffness += c;
+            self.sprung += inertia;
+            self.damping += b;
+        }
+    }
+}
+
+/// The least inertia of a machine over the turn (kg·m²); None of a scene that is none.
+pub fn least_inertia(scene: &Scene) -> Option<f64> {
+    match scene {
+        Scene::RigidMachine(scene) => Some(Inertia::new(scene.inertia.clone(), scene.followers.clone()).range().0),
+        Scene::DriveTrain(train @ drive_train::Scene { shaft: drive_train::Shaft::Free(_), .. }) => {
+            Some(without_slip(train).range().0)
+        }
+        _ => None,
+    }
+}
+
+/// Limits for a machine with this least inertia (kg·m²) under loads, each with the ratio of its speed and whether the machine
+/// takes its inertia for its own.
+pub fn limit(exchange: Exchange, inertia: f64, loads: &[(f64, Load, bool)]) -> Limit {
+    // In units of J.
+    let loads: Vec<Load> = loads
+        .iter()
+        .map(|(ratio, load, own)| {
+            let square = ratio * ratio / inertia;
+            Load {
+                inertia: if *own { 0.0 } else { square * load.inertia },
+                stiffness: square * load.stiffness,
+                sprung: square * load.sprung,
+                damping: square * load.damping,
+            }
+        })
+        .collect();
+    let kappa: f64 = loads.iter().map(|load| load.inertia).sum();
+    let frequency = loads.iter().map(|load| load.stiffness).sum::<f64>().sqrt();
+    let elastic = frequency > 0.0;
+    let stable = match kappa < 1.0 {
+        true if !elastic => None,
+        true => {
+            let [least, greatest, ratio] = SEARCHED;
+            let mut steps = std::iter::successors(Some(least), |z| Some(z * ratio)).take_while(|z| *z < greatest);
+            let grows = |z: &f64| growth(exchange, z / frequency, &loads) > 1.0 + GROWTH;
+            steps.find(grows).map(|z| z / frequency)
+        }
+        false => Some(0.0),
+    };
+    Limit { inertia, kappa, frequency, stable, recommended: elastic.then(|| RECOMMENDED / frequency) }
+}
+
+/// States of the shaft: φ, φ̇, φ̈ as the drives know it; of each drive x, ẋ, τ and its rate.
+const SHAFT: usize = 3;
+const DRIVE: usize = 4;
+
+/// The factor by which an error grows in a step, of a shaft with J = 1.
+fn growth(exchange: Exchange, step: f64, loads: &[Load]) -> f64 {
+    /// The power of the map whose size is measured is 2 to this one.
+    const SQUARINGS: i32 = 16;
+    let count = SHAFT + DRIVE * loads.len();
+    let columns: Vec<Vec<f64>> = (0..count)
+        .map(|i| {
+            let mut state = vec![0.0; count];
+            state[i] = 1.0;
+            one_step(exchange, step, loads, &state)
+        })
+        .collect();
+    let (mut power, mut logarithm) = (columns, 0.0);
+    for _ in 0..SQUARINGS {
+        let size = power.iter().flatten().fold(f64::MIN_POSITIVE, |most: f64, x| most.max(x.abs()));
+        power.iter_mut().flatten().for_each(|x| *x /= size);
+        logarithm = 2.0 * (logarithm + size.ln());
+        let times = |column: &Vec<f64>| -> Vec<f64> {
+            (0..count).map(|row| (0..count).map(|k| power[k][row] * column[k]).sum()).collect()
+        };
+        power = power.iter().map(times).collect();
+    }
+    let size = power.iter().flatten().fold(f64::MIN_POSITIVE, |most: f64, x| most.max(x.abs()));
+    ((logarithm + size.ln()) / 2f64.powi(SQUARINGS)).exp()
+}
+
+/// The state after a step of the exchange.
+fn one_step(exchange: Exchange, h: f64, loads: &[Load], state: &[f64]) -> Vec<f64> {
+    let (&[phi, w, known], drives) = state.split_first_chunk().expect("a shaft");
+    let drives: Vec<&[f64]> = drives.chunks(DRIVE).collect();
+    let extrapolates = !matches!(exchange, Exchange::Held | Exchange::GaussSeidel);
+    let a = -drives.iter().map(|drive| drive[2]).sum::<f64>();
+    let rate = if extrapolates { -drives.iter().map(|drive| drive[3]).sum::<f64>() } else { 0.0 };
+    let end = [phi + h * (w + h * (a / 2.0 + h * rate / 6.0)), w + h * (a + h * rate / 2.0), a + h * rate];
+    let course = match exchange {
+        Exchange::Held => [phi, w, known, 0.0, 0.0],
+        Exchange::Extrapolated => [phi, w, known, rate, 0.0],
+        Exchange::GaussSeidel => [end[0], end[1], end[2], 0.0, 0.0],
+        // The motion of the shaft itself, which is as simple as that.
+        Exchange::Interpolated | Exchange::EffectiveInertia => [phi, w, a, rate, 0.0],
+    };
+    let mut next = end.to_vec();
+    for (load, drive) in loads.iter().zip(drives) {
+        next.extend(driven(load, [drive[0], drive[1]], course, h));
+    }
+    next
+}
+
+/// x, ẋ, τ and its rate of a drive that takes the motion φ, φ̇, φ̈ with its next two derivatives over the time h.
+fn driven(load: &Load, mut at: [f64; 2], mut course: [f64; 5], h: f64) -> [f64; DRIVE] {
+    /// Terms of the power series of a piece in which the oscillator turns by a radian at most.
+    const TERMS: usize = 24;
+    let &Load { inertia, stiffness: k, sprung, damping: b } = load;
+    if sprung > 0.0 {
+        let pieces = (h * ((k / sprung).sqrt() + b / sprung)).ceil().max(1.0);
+        let h = h / pieces;
+        for _ in 0..pieces as usize {
+            let [phi, w, a, a1, a2] = course;
+            let forced = [phi, w, a / 2.0, a1 / 6.0, a2 / 24.0];
+            let forced = |j: usize| forced.get(j).copied().unwrap_or(0.0);
+            let mut x = [0.0; TERMS];
+            (x[0], x[1]) = (at[0], at[1]);
+            for j in 0..TERMS - 2 {
+                let n = j as f64;
+                let force = k * (forced(j) - x[j]) + b * (n + 1.0) * (forced(j + 1) - x[j + 1]);
+                x[j + 2] = force / (sprung * (n + 1.0) * (n + 2.0));
+            }
+            let sum = |f: fn(f64) -> f64| (0..TERMS).rev().fold(0.0, |sum, j| sum * h + f(j as f64) * x[j]);
+            at = [sum(|_| 1.0), sum(|j| j) / h];
+            course = moved(course, h);
+        }
+    } else {
+        course = moved(course, h);
+    }
+    let ([x, v], [phi, w, a, a1, _]) = (at, course);
+    let torque = k * (phi - x) + b * (w - v);
+    let a_x = if sprung > 0.0 { torque / sprung } else { 0.0 };
+    [x, v, torque + inertia * a, k * (w - v) + b * (a - a_x) + inertia * a1]
+}
+
+/// A motion with its derivatives after the time h.
+fn moved(course: [f64; 5], h: f64) -> [f64; 5] {
+    std::array::from_fn(|i| (i..5).rev().fold(0.0, |sum, j| course[j] + sum * h / (j - i + 1) as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LOAD: Load = Load { inertia: 0.1, stiffness: 50.0, sprung: 0.05, damping: 0.05 };
+
+    /// A drive on a shaft of J = 1 with k = 1.
+    fn spring(mu: f64, zeta: f64) -> Load {
+        Load { inertia: 0.0, stiffness: 1.0, sprung: mu, damping: 2.0 * zeta * mu.sqrt() }
+    }
+
+    #[test]
+    fn several_drives_add_up_with_the_squares_of_their_ratios() {
+        let two = limit(Exchange::Held, 2.0, &[(2.0, LOAD, false), (1.0, LOAD, false)]);
+        assert!((two.kappa - 0.25).abs() < 1e-15 && (two.frequency - 125f64.sqrt()).abs() < 1e-12);
+        assert!((two.recommended.unwrap() * two.frequency - 0.5).abs() < 1e-12);
+        // Two halves are one whole.
+        let half = Load { inertia: 0.05, stiffness: 25.0, sprung: 0.025, damping: 0.025 };
+        for exchange in [Exchange::Held, Exchange::GaussSeidel, Exchange::Interpolated] {
+            let [one, two] = [&[(1.0, LOAD, false)][..], &[(1.0, half, false), (1.0, half, false)]]
+                .map(|loads| limit(exchange, 1.0, loads).stable.unwrap());
+            assert!((one / two - 1.0).abs() < 0.06, "{exchange:?}: {one} {two}");
+        }
+        // What the machine takes for its own is no part of the loop.
+        let shared = limit(Exchange::EffectiveInertia, 2.0, &[(2.0, LOAD, true), (1.0, LOAD, false)]);
+        assert!((shared.kappa - 0.05).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_rigid_load_is_stable_below_the_inertia_of_the_machine() {
+        let rigid = |inertia: f64| [Load { inertia, ..Load::default() }];
+        for exchange in [Exchange::Held, Exchange::GaussSeidel, Exchange::Interpolated] {
+            // The factor of an error is −κ, with held values in two steps.
+            for kappa in [0.5, 0.99, 1.01, 2.0f64] {
+                let growth = growth(exchange, 0.1, &rigid(kappa));
+                let expected = if exchange == Exchange::Held { kappa.sqrt() } else { kappa }.max(1.0);
+                assert!((growth - expected).abs() < 1e-3, "{exchange:?} {kappa}: {growth}");
+            }
+            let of = |inertia| limit(exchange, 1.0, &[(1.0, rigid(inertia)[0], false)]);
+            assert_eq!([of(0.9).stable, of(0.9).recommended, of(1.1).stable], [None, None, Some(0.0)]);
+        }
+    }
+
+    #[test]
+    fn springs_are_stable_up_to_the_steps_of_the_exact_one_step_maps() {
+        // From matrix exponentials and eigenvalues; with the latest values as the literature of such couplings has them.
+        for (exchange, zeta, limits) in [
+            (Exchange::Held, 0.02, [0.33, 0.21, 0.26]),
+            (Exchange::Held, 0.0, [0.07, 0.07, 0.07]),
+            (Exchange::GaussSeidel, 0.02, [0.65, 0.95, 0.94]),
+            (Exchange::GaussSeidel, 0.0, [0.63, 0.96, 1.00]),
+            (Exchange::Interpolated, 0.02, [0.57, 0.78, 1.32]),
+            (Exchange::Interpolated, 0.0, [0.19, 0.31, 0.38]),
+        ] {
+            for (mu, expected) in [0.05, 0.5, 5.0].into_iter().zip(limits) {
+                let z = limit(exchange, 1.0, &[(1.0, spring(mu, zeta), false)]).stable.unwrap();
+                assert!((z / expected - 1.0).abs() < 0.12, "{exchange:?} {zeta} {mu}: {z} for {expected}");
+            }
+        }
+    }
+}

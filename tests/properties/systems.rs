@@ -1,0 +1,136 @@
+//! Coupled FMUs: against the same system as one drive train, and against each other.
+
+use camdrive_cli::scene::{self, system};
+use camdrive_design::coupling::exchange::Coupling;
+use camdrive_design::coupling::stability::Exchange::{self, *};
+use tempfile::TempDir;
+
+/// A system in a folder.
+struct Files(TempDir);
+
+const MACHINE: &str =
+    "[machine]\nJ0 = 1.2\n[motor]\nkind = \"kloss\"\nM_k = 30\ns_k = 0.2\nw_s = 31\n[start]\nw_start = 30\n";
+const CAM: &str = "law = \"fourier\"\na = [0, 0.1, 0, -0.02]\nb = [0.01]\n";
+const OUTPUT: &str = "place = \"output\"\nm = 8\nc = 40000\nb = 20\n";
+const SHAFT: &str = "place = \"shaft\"\nm = 8\nJ = 0.1\nc = 600\nb = 1\n";
+
+impl Files {
+    fn new() -> Self {
+        Files(tempfile::tempdir().unwrap())
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.0.path().join(name), text).unwrap();
+    }
+
+    fn path(&self, name: &str) -> std::path::PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// A machine, an elastic cam drive for each of these, and all of it as a train.
+    fn elastic(exchange: &str, drives: &[(&str, &str)]) -> Self {
+        let files = Files::new();
+        files.write("machine.toml", &format!("name = \"machine\"\nmodel = \"RigidMachine\"\n{MACHINE}"));
+        let mut train = format!("name = \"train\"\nmodel = \"DriveTrain\"\n{MACHINE}");
+        let mut system = format!(
+            "name = \"system\"\nstop = 0.1\nstep = 1e-3\nexchange = \"{exchange}\"\n[part.machine]\nscene = \"machine.toml\"\n"
+        );
+        for (i, (cam, elasticity)) in drives.iter().enumerate() {
+            let name = format!("drive_{i}");
+            let head = format!("name = \"{name}\"\nmodel = \"ElasticCamDrive\"\n[drive]\nmode = \"input\"\n");
+            files.write(&format!("{name}.toml"), &format!("{head}[cam]\n{cam}[elasticity]\n{elasticity}"));
+            system += &format!("[part.{name}]\nscene = \"{name}.toml\"\nshaft = \"machine\"\n");
+            train += &format!("[[follower]]\n[follower.cam]\n{cam}[follower.elasticity]\n{elasticity}");
+        }
+        files.write("train.toml", &train);
+        files.write("system.toml", &system);
+        files
+    }
+
+    fn coupled(&self, exchange: Exchange, repeats: u32) -> Coupling {
+        let system = system::read(&self.path("system.toml")).unwrap_or_else(|faults| panic!("{faults}"));
+        system.coupled(exchange, Some(repeats)).unwrap_or_else(|fault| panic!("{fault}"))
+    }
+
+    /// These variables of parts at 0.1 s.
+    fn at_end(&self, exchange: Exchange, repeats: u32, step: f64, variables: &[(usize, &str)]) -> Vec<f64> {
+        let mut coupling = self.coupled(exchange, repeats);
+        coupling.begin(0.0, None).and_then(|()| coupling.start()).unwrap_or_else(|fault| panic!("{fault}"));
+        let steps = (0.1 / step).round() as u32;
+        for i in 0..steps {
+            coupling.advance(f64::from(i) * step, step).unwrap_or_else(|fault| panic!("{fault}"));
+        }
+        variables.iter().map(|(part, name)| get(&mut coupling, *part, name)).collect()
+    }
+
+    /// These variables of the train at 0.1 s.
+    fn exact(&self, names: &[&str]) -> Vec<f64> {
+        let mut train =
+            scene::read(&self.path("train.toml")).unwrap_or_else(|f| panic!("{f}")).resource().build().unwrap();
+        train.set_up(0.0, None);
+        train.start().unwrap();
+        train.advance(0.0, 0.1).unwrap();
+        let place = |name: &str| train.descriptions().iter().position(|d| d.name == name).unwrap();
+        let places: Vec<usize> = names.iter().map(|name| place(name)).collect();
+        places.into_iter().map(|place| train.get(place).unwrap()).collect()
+    }
+}
+
+fn get(coupling: &mut Coupling, part: usize, name: &str) -> f64 {
+    let host = &mut coupling.parts()[part];
+    let place = host.description().find(name).unwrap();
+    host.get(place).unwrap()
+}
+
+/// A way to exchange values, how often a step is repeated, its order, and what it gains at least over held inputs at 1 ms.
+type Way = (Exchange, u32, f64, f64);
+
+const WAYS: [Way; 6] = [
+    (Held, 0, 1.0, 1.0),
+    (GaussSeidel, 0, 1.0, 0.9),
+    (Extrapolated, 0, 2.0, 25.0),
+    (Interpolated, 0, 2.0, 25.0),
+    (Interpolated, 1, 3.0, 3e4),
+    (Interpolated, 2, 4.0, 1e5),
+];
+
+/// Errors of the speed of the machine and the vibration of the first drive.
+fn errors(files: &Files, exact: &[f64], exchange: Exchange, repeats: u32, step: f64) -> Vec<f64> {
+    let found = files.at_end(exchange, repeats, step, &[(0, "w"), (1, "q")]);
+    found.iter().zip(exact).map(|(found, exact)| ((found - exact) / exact).abs()).collect()
+}
+
+#[test]
+fn each_exchange_has_its_order_and_tends_to_the_train() {
+    for drives in [&[(CAM, OUTPUT)][..], &[(CAM, SHAFT)], &[(CAM, OUTPUT), (CAM, SHAFT)]] {
+        let files = Files::elastic("interpolated", drives);
+        let exact = files.exact(&["w", "follower[1].q"]);
+        let held = errors(&files, &exact, Held, 0, 1e-3);
+        for (exchange, repeats, order, gain) in WAYS {
+            let [coarse, fine] = [1e-3, 2.5e-4].map(|step| errors(&files, &exact, exchange, repeats, step));
+            for i in 0..2 {
+                let found = (coarse[i] / fine[i]).log2() / 2.0;
+                let said = format!("{drives:?} {exchange:?} {repeats}: {coarse:?} {fine:?}");
+                assert!(found > order - 0.15 && coarse[i] * gain <= held[i], "{said}: order {found}");
+            }
+        }
+    }
+}
+
+/// A roller of up to three times the inertia of the machine: its torque as a signal is stable at no step.
+#[test]
+fn rigid_loads_above_the_inertia_of_the_machine_take_effective_inertia() {
+    let heavy = format!("{OUTPUT}m_roller = 150\n");
+    let signal = Files::elastic("interpolated", &[(CAM, &heavy)]);
+    let refusal = system::read(&signal.path("system.toml")).unwrap_err().to_string();
+    assert!(refusal.contains("no step is stable") && refusal.contains("effective_inertia"), "{refusal}");
+    let files = Files::elastic("effective_inertia", &[(CAM, &heavy)]);
+    let exact = files.exact(&["w", "follower[1].q"]);
+    for (repeats, order, most) in [(0, 2.0, 3e-3), (1, 3.0, 4e-6), (2, 3.0, 4e-6)] {
+        let [coarse, fine] = [1e-3, 5e-4].map(|step| errors(&files, &exact, EffectiveInertia, repeats, step));
+        for i in 0..2 {
+            let found = (coarse[i] / fine[i]).log2();
+            assert!(found > order - 0.1 && coarse[i] < most, "{repeats}: {coarse:?} {fine:?}: order {found}");
+        }
+    }
+}
