@@ -3225,3 +3225,37 @@ fn turns_of_a_driven_train_and_loads_that_do_not_hold_are_measured() {
     // The contact force of the tappet changes its sign at this speed, which its drive tells at every communication point.
     run("tappet", r#"["max force"]"#, r#"{ name = "drive.w", values = [200] }"#);
 }
+
+/// A system as its file says it, by the drives in the tool, and as an archive, by the libraries of its FMUs.
+#[test]
+fn a_system_runs_alike_from_its_file_and_from_its_archive() {
+    let folder = folder("system");
+    let file = "examples/two_cams/system.toml";
+    let written = camdrive(&["system", file, "-o", text(&folder)]);
+    assert_eq!(written.code, 0, "{}", written.err);
+    let ssp = folder.join("two_cams.ssp");
+    let options = ["--step", "1 ms", "--stop", "0.1 s"];
+    let [of_file, of_archive] = [file, text(&ssp)].map(|path| camdrive(&[&["run", path][..], &options].concat()));
+    assert!(of_file.code == 0 && of_file.out.lines().count() == 102, "{}", of_file.err);
+    assert_eq!(of_file.out, of_archive.out, "{}", of_archive.err);
+    assert!(of_file.err.contains("machine and pusher: ") && of_file.err == of_archive.err, "{}", of_archive.err);
+    // One that is changed.
+    let mut files = unzipped(&ssp);
+    let structure = String::from_utf8(files.remove("SystemStructure.ssd").expect("the structure")).expect("text");
+    for (from, to, said) in [
+        ("startElement=\"machine\"", "startElement=\"motor\"", "a connection with `phi` of no part"),
+        ("endConnector=\"phi\"", "endConnector=\"psi\"", "has no input `psi`"),
+        ("\"1.0\" name=\"two_cams\" gen", "\"3.0\" name=\"two_cams\" gen", "SSP 3.0 is not known"),
+        ("name=\"w_start\"", "name=\"w_begin\"", "`w_begin`, which a parameter sets, is no variable"),
+        ("resources/pusher.fmu", "resources/other.fmu", "part pusher: "),
+        ("<ssd:Connections>", "<ssd:Connections", "SystemStructure.ssd, line"),
+    ] {
+        assert!(structure.contains(from), "{from}");
+        files.insert("SystemStructure.ssd".to_owned(), structure.replacen(from, to, 1).into_bytes());
+        let run = camdrive(&["run", &zipped(&folder.join("changed.ssp"), &files)]);
+        assert!(run.code == 1 && run.err.contains("changed.ssp: ") && run.err.contains(said), "{from}: {}", run.err);
+    }
+    std::fs::write(folder.join("none.ssp"), "none").expect("a file");
+    let run = camdrive(&["run", text(&folder.join("none.ssp"))]);
+    assert!(run.code == 1 && run.err.contains("none.ssp: "), "{}", run.err);
+}

@@ -249,13 +249,27 @@ def test_the_variable_at_fault_is_named(camdrive, engine):
     assert "solver.method" in said and "adaptive" in said and "fixed_cost" in said
 
 
+def test_fmus_and_systems_are_simulated_as_scenes_are(camdrive, tmp_path):
+    fmu = camdrive.export(GUIDE_BAR, tmp_path / "one.fmu")
+    keywords = {"start_values": {"drive.w": "2000 rpm"}, "stop_time": "10 ms"}
+    scene, other = (camdrive.simulate(path, **keywords) for path in (GUIDE_BAR, fmu))
+    assert (scene == other).all() and scene.units == other.units and scene.descriptions == other.descriptions
+    system = EXAMPLES / "two_cams" / "system.toml"
+    result = camdrive.simulate(system, output=["machine.w", "pusher.q"], stop_time=0.1, step=1e-3)
+    assert result.units == {"time": "s", "machine.w": "rad/s", "pusher.q": "m"} and len(result) == 101
+    fine = camdrive.simulate(system, output=["machine.w", "pusher.q"], stop_time=0.1, step=1e-4)
+    for name in ("machine.w", "pusher.q"):
+        assert np.abs(result[name] - fine[name][::10]).max() < 1e-5 * np.abs(fine[name]).max()
+
+
 def test_engines_that_do_not_fit_are_refused(camdrive, tmp_path):
     fmu = camdrive.export(GUIDE_BAR, tmp_path / "one.fmu")
     assert '"native" or "fmpy"' in str(refused(camdrive.Error, camdrive.simulate, GUIDE_BAR, engine="Native"))
-    assert "native" in str(refused(camdrive.Error, camdrive.simulate, fmu, engine="native"))
-    error = refused(camdrive.SimulationError, camdrive.simulate, fmu, start_values={"drive.w": "2000 rpm"})
+    text = {"start_values": {"drive.w": "2000 rpm"}, "engine": "fmpy"}
+    error = refused(camdrive.SimulationError, camdrive.simulate, fmu, **text)
     assert "`drive.w` = '2000 rpm'" in str(error) and "a number in rad/s" in str(error) and "native" in str(error)
-    assert "stop_time" in str(refused(camdrive.SimulationError, camdrive.simulate, fmu, stop_time="10 ms"))
+    late = {"stop_time": "10 ms", "engine": "fmpy"}
+    assert "stop_time" in str(refused(camdrive.SimulationError, camdrive.simulate, fmu, **late))
 
 
 def test_threads_simulate_natively(camdrive):

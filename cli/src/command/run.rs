@@ -6,8 +6,9 @@ mod native;
 mod signals;
 
 use super::output::print;
-use super::{Failure, Format, failure, files, optional};
+use super::{Failure, Format, failure, files, optional, system};
 use crate::scene::input::is_system;
+use crate::scene::system::ssp;
 use camdrive::drives::{Experiment, Number, unit};
 use camdrive_design::text;
 use serde::Serialize;
@@ -39,8 +40,8 @@ What an FMU declares as discrete is held from row to row.
 The results of an FMU have the units that it declares; where they are not SI, headings tell them, and
 --start takes no number without a unit.")]
 pub struct Args {
-    /// The scene or the system (TOML), or an FMU 2.0 of Co-Simulation, whose name ends in .fmu
-    #[arg(value_name = "SCENE|SYSTEM|FMU")]
+    /// The scene or the system (TOML), an FMU 2.0 of Co-Simulation, whose name ends in .fmu, or a system of them by SSP 1.0, .ssp
+    #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Stop time in s, or with a unit [default: that of the default experiment]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
@@ -69,11 +70,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(file) = &args.result {
         files::no_stream(file, "-o", "a file; without it the result goes to the standard output")?;
     }
-    let is_fmu = args.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("fmu"));
-    if is_fmu {
+    let ends = |wanted: &str| args.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted));
+    if ends("fmu") {
         fmu::run(args)
+    } else if ends("ssp") {
+        fmu::run_system(args, ssp::read(&args.file).map_err(failure)?)
     } else if is_system(&args.file) {
-        fmu::run_system(args)
+        fmu::run_system(args, system::read(&args.file)?)
     } else {
         native::run(args)
     }

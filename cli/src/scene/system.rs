@@ -3,6 +3,7 @@
 #![doc = include_str!("../../../docs/system.md")]
 
 mod judged;
+pub mod ssp;
 mod wiring;
 
 use super::diagnostics::{Diagnostic, Diagnostics, nearest};
@@ -17,6 +18,8 @@ use camdrive_design::coupling::stability::{Exchange, Limit};
 use camdrive_design::host::{Fmu, Unit, Variable};
 use camdrive_design::resource::is_name;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use tempfile::TempDir;
 use toml::de::{DeTable, DeValue};
 use wiring::Wiring;
 
@@ -43,6 +46,8 @@ pub struct System {
     pub notes: Vec<String>,
     /// The files that it was read from.
     pub files: Vec<PathBuf>,
+    /// Where the FMUs of an archive are.
+    _folder: Option<Arc<TempDir>>,
 }
 
 /// A part of a system.
@@ -265,6 +270,7 @@ fn system(root: &Section<'_>, folder: &Path) -> Option<System> {
         parts: wiring.raw.into_iter().map(|raw| raw.part).collect(),
         connections: wiring.connections,
         notes: root.faults.notes(),
+        _folder: None,
     })
 }
 

@@ -1,4 +1,4 @@
-"""`simulate`: a scene by the drive in the tool, or its FMU by FMPy."""
+"""`simulate`: scenes, FMUs and systems by the tool, or an FMU by FMPy."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def simulate(
     engine: Optional[str] = None,
     **more_start_values: Any,
 ) -> Result:
-    """Simulates a scene or an FMU and returns a structured array of `time` and the outputs, with their units.
+    """Simulates a scene, an FMU or a system and returns a structured array of `time` and the outputs, with their units.
 
     Parameters and start values of inputs are keywords, or the mapping `start_values`, which also takes names such as
     `drive.w` or `cam.a[3]`. A value is a number in SI units, True or False, the name of an item of an enumeration, or
@@ -78,21 +78,19 @@ def simulate(
     communication step `step`, in s or with a unit, are by default those of the FMU's experiment. `input` is a
     structured array with `time` and inputs in SI units, which are interpolated. Several threads may call it at once.
 
-    The `engine` of a scene is "native", the drive in the tool, or "fmpy", which exports an FMU and drives it by FMPy.
-    A file NAME.fmu is always driven by FMPy, which takes no texts with units: `pip install fmpy`.
+    A system is a TOML file with parts, or NAME.ssp; its variables are called `machine.w`. The `engine` is "native", the
+    tool, or "fmpy": FMPy drives the FMU, which is exported of a scene, and takes no texts with units: `pip install fmpy`.
 
     Raises `SceneError` where the scene has faults, `SimulationError` where the drive refuses something, else `Error`.
     """
     values = {**(start_values or {}), **more_start_values}
     outputs = [output] if isinstance(output, str) else None if output is None else list(output)
-    is_fmu = Path(scene_or_fmu).suffix.lower() == ".fmu"
-    if engine not in (("fmpy", None) if is_fmu else ("native", "fmpy", None)):
-        admissible = '"fmpy", as of every FMU' if is_fmu else '"native" or "fmpy"'
-        raise Error(f"engine = {engine!r}: admissible is {admissible}")
+    if engine not in ("native", "fmpy", None):
+        raise Error(f'engine = {engine!r}: admissible is "native" or "fmpy"')
     if input is not None and "time" not in (getattr(getattr(input, "dtype", None), "names", None) or ()):
         raise Error("input: a structured array with the fields `time` and inputs is expected")
     with temporary_folder() as folder:
-        if not is_fmu and engine != "fmpy":
+        if engine != "fmpy":
             return _by_tool(os.fspath(scene_or_fmu), values, outputs, stop_time, step, input, folder)
         return _by_fmpy(Path(scene_or_fmu), values, outputs, stop_time, step, input, folder)
 

@@ -2,8 +2,8 @@
 
 use super::driven::{self, Source};
 use super::{Args, Column, Run};
-use crate::command::system::read;
 use crate::command::{Failure, failure, optional, tell};
+use crate::scene::system::System;
 use crate::scene::{units, variable};
 use camdrive::drives::unit::TIME;
 use camdrive::drives::variable::{Kind, Variability};
@@ -33,8 +33,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     coupled(args, run, coupling).map(|_| ())
 }
 
-pub fn run_system(args: &Args) -> Result<(), Failure> {
-    let system = read(&args.file)?;
+pub fn run_system(args: &Args, system: System) -> Result<(), Failure> {
     let mut run =
         Run::new(args, &system.name, 0.0, &Experiment { stop: system.stop, step: system.step, tolerance: 0.0 })?;
     run.files.extend(system.files.iter().cloned());
