@@ -3230,7 +3230,15 @@ fn turns_of_a_driven_train_and_loads_that_do_not_hold_are_measured() {
 #[test]
 fn a_system_runs_alike_from_its_file_and_from_its_archive() {
     let folder = folder("system");
-    let file = "examples/two_cams/system.toml";
+    let read = |name: &str| std::fs::read(root().join("examples/two_cams").join(name)).expect("a file");
+    for name in ["machine.toml", "pusher.toml", "gripper.toml"] {
+        std::fs::write(folder.join(name), read(name)).expect("a scene");
+    }
+    // Of FMUs no inertia is known, so that their steps are not repeated.
+    let system = String::from_utf8(read("system.toml")).expect("text").replacen("step =", "repeat = 0\nstep =", 1);
+    let file = folder.join("system.toml");
+    std::fs::write(&file, system).expect("a system");
+    let file = text(&file);
     let written = camdrive(&["system", file, "-o", text(&folder)]);
     assert_eq!(written.code, 0, "{}", written.err);
     let ssp = folder.join("two_cams.ssp");
@@ -3239,6 +3247,13 @@ fn a_system_runs_alike_from_its_file_and_from_its_archive() {
     assert!(of_file.code == 0 && of_file.out.lines().count() == 102, "{}", of_file.err);
     assert_eq!(of_file.out, of_archive.out, "{}", of_archive.err);
     assert!(of_file.err.contains("machine and pusher: ") && of_file.err == of_archive.err, "{}", of_archive.err);
+    for (option, said) in [
+        (["--start", "gripper.phi=1"], "the input is connected"),
+        (["--step", "1 s"], "--step: at 1 s the exchange on the shaft of `machine` is unstable"),
+    ] {
+        let run = camdrive(&[&["run", "examples/loom/system.toml"][..], &option].concat());
+        assert!(run.code == 1 && run.out.is_empty() && run.err.contains(said), "{option:?}: {}", run.err);
+    }
     // One that is changed.
     let mut files = unzipped(&ssp);
     let structure = String::from_utf8(files.remove("SystemStructure.ssd").expect("the structure")).expect("text");

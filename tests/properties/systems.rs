@@ -49,7 +49,7 @@ impl Files {
 
     fn coupled(&self, exchange: Exchange, repeats: u32) -> Coupling {
         let system = system::read(&self.path("system.toml")).unwrap_or_else(|faults| panic!("{faults}"));
-        system.coupled(exchange, Some(repeats)).unwrap_or_else(|fault| panic!("{fault}"))
+        system.coupled(exchange, repeats).unwrap_or_else(|fault| panic!("{fault}"))
     }
 
     /// These variables of parts at 0.1 s.
@@ -132,5 +132,26 @@ fn rigid_loads_above_the_inertia_of_the_machine_take_effective_inertia() {
             let found = (coarse[i] / fine[i]).log2();
             assert!(found > order - 0.1 && coarse[i] < most, "{repeats}: {coarse:?} {fine:?}: order {found}");
         }
+    }
+}
+
+/// Rounds of a repeated step grow from 0.41 of the inertia of the machine on.
+#[test]
+fn steps_are_repeated_unasked_where_that_is_stable() {
+    for (roller, kappa, expected) in [(5.0, 0.107, 1), (15.0, 0.32, 0), (25.0, 0.54, 0)] {
+        let elasticity = format!("{OUTPUT}m_roller = {roller}\n");
+        let files = Files::elastic("interpolated", &[(CAM, &elasticity)]);
+        let exact = files.exact(&["w", "follower[1].q"]);
+        let system = system::read(&files.path("system.toml")).unwrap_or_else(|faults| panic!("{faults}"));
+        let found = system.shafts[0].limit.kappa;
+        assert!((found / kappa - 1.0).abs() < 0.05 && system.repeats == expected, "{roller}: {found}");
+        // As it runs, and with one repetition where that may be asked for.
+        for repeats in [expected, u32::from(kappa < 0.4)] {
+            let error = errors(&files, &exact, Interpolated, repeats, 5e-4);
+            assert!(error.iter().all(|error| *error < 2e-3), "{roller} {repeats}: {error:?}");
+        }
+        let text = std::fs::read_to_string(files.path("system.toml")).unwrap();
+        files.write("system.toml", &text.replacen("step =", "repeat = 1\nstep =", 1));
+        assert_eq!(system::read(&files.path("system.toml")).is_ok(), kappa < 0.4, "{roller}");
     }
 }

@@ -12,7 +12,7 @@ impl System {
     ///
     /// # Errors
     /// An FMU that cannot be loaded, a start value that it refuses, both with the name of the part.
-    pub fn coupled(&self, exchange: Exchange, repeats: Option<u32>) -> Result<Coupling, Fault> {
+    pub fn coupled(&self, exchange: Exchange, repeats: u32) -> Result<Coupling, Fault> {
         let instance = |place: usize| -> Result<(String, Host), Fault> {
             let part = &self.parts[place];
             let said = |fault: Fault| Fault::new(format!("part {}: {fault}", part.name));

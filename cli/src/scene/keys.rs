@@ -878,8 +878,8 @@ tables! {
         /// whose motion meets that of the machine at both ends of the step; `effective_inertia`, the same, and the machine takes the
         /// inertia of rigid loads for its own
         "exchange": choice(&[&["interpolated"], &["held", "jacobi"], &["extrapolated"], &["gauss_seidel"], &["effective_inertia"]]).usually("interpolated");
-        /// how often `camdrive run` repeats a step with what the parts tell at its end, where all of them can restore their states;
-        /// without it, interpolated steps are repeated once where they can be
+        /// how often `camdrive run` repeats an interpolated step with what the parts tell at its end; without it once, where all
+        /// parts are scenes and κ is at most 0.2
         "repeat": value(Value::Count(0, 10));
         /// the parts, each a table with a name of its own, `[part.machine]`: a C identifier of at most 24 characters
         "part": value(Value::Named(&PART)).required().also(&["parts"]);

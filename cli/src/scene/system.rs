@@ -34,8 +34,8 @@ pub struct System {
     pub step: f64,
     /// What the parts tell each other at a communication point.
     pub exchange: Exchange,
-    /// How often a step is repeated, where the file says it.
-    pub repeats: Option<u32>,
+    /// How often `camdrive run` repeats a step.
+    pub repeats: u32,
     /// In the order of the file.
     pub parts: Vec<Part>,
     /// All of them, those of shafts first.
@@ -255,6 +255,8 @@ fn system(root: &Section<'_>, folder: &Path) -> Option<System> {
     wiring.loose_ends(root);
     let (name, stop, step, exchange) = (name?, stop?, step?, exchange?);
     let shafts = judged::shafts(root, &wiring, exchange, step)?;
+    let repeats = judged::repeats(root, &wiring, exchange, repeats?, &shafts)?;
+    wiring.starts()?;
     let files = wiring.raw.iter().flat_map(|raw| match &raw.part.content {
         Content::Scene(scene) => scene.files.clone(),
         Content::Fmu(path) => vec![path.clone()],
@@ -264,7 +266,7 @@ fn system(root: &Section<'_>, folder: &Path) -> Option<System> {
         stop,
         step,
         exchange,
-        repeats: repeats?,
+        repeats,
         shafts,
         files: files.collect(),
         parts: wiring.raw.into_iter().map(|raw| raw.part).collect(),

@@ -13,8 +13,9 @@
 //! φ + φ̇ H + φ̈ H²/2 + a⁽¹⁾ H³/6 + a⁽²⁾ H⁴/24 = φ(t + H),   φ̇ + φ̈ H + a⁽¹⁾ H²/2 + a⁽²⁾ H³/6 = φ̇(t + H).
 //!
 //! Where all parts can restore their states, a step may be repeated: every part then takes all courses from the round before,
-//! and the order of the error rises by one to that of the cubic, 4. The rounds close in where what follows the shaft without slip has less
-//! inertia than the shaft.
+//! and the order of the error rises by one to that of the cubic, 4. With a load of κ times the inertia of the shaft, whose torque
+//! is a signal, repeated steps are stable up to κ = 0.41 (once), 0.83 (twice), 0.58 (three times), 0.90, 0.68, 0.93; not
+//! repeated, up to 1.
 //!
 //! The inertia J of a load that the shaft takes for its own is J + J′ Δ + ½ J″ Δ² over the angle Δ, with its own derivative. J″
 //! is that at t, and of a drive that has stepped the one with which J meets its value at t + H, so that the energy of the load does.
@@ -153,7 +154,8 @@ pub struct Coupling {
 /// The most rounds in which the start values go round; a loop of a factor up to 0.97 settles in them.
 const ROUNDS: usize = 1000;
 
-/// Start values have settled when none changes by more than this part of itself, far below the error of any step.
+/// Start values have settled when none changes by more than this part of itself or, where what adds up to nearly nothing leaves
+/// its rounding, of its unit; both are far below the error of any step.
 const SETTLED: f64 = 1e-12;
 
 /// Over a smaller angle (rad) the curvature of an inertia is that at its beginning: rounding would exceed a ten-thousandth of J.
@@ -161,7 +163,7 @@ const LEAST_TURN: f64 = 1e-6;
 
 impl Coupling {
     /// Of these parts with their names, which faults tell; the connections lead from outputs to inputs. Each step is repeated
-    /// `repeats` times; by default an interpolated one once, where all parts can restore their states.
+    /// `repeats` times.
     ///
     /// # Errors
     /// Shafts that move each other in a circle; parts that cannot repeat a step.
@@ -169,13 +171,11 @@ impl Coupling {
         parts: Vec<(String, Host)>,
         connections: &[Connection],
         exchange: Exchange,
-        repeats: Option<u32>,
+        repeats: u32,
     ) -> Result<Self, Fault> {
         let (names, parts): (Vec<String>, Vec<Host>) = parts.into_iter().unzip();
         let count = parts.len();
-        let cannot = |part: &usize| {
-            repeats.is_some_and(|times| times > 0) && !parts[*part].description().capabilities.saves_states
-        };
+        let cannot = |part: &usize| repeats > 0 && !parts[*part].description().capabilities.saves_states;
         if let Some(part) = (0..count).find(cannot) {
             let name = &names[part];
             return Err(Fault::new(format!(
@@ -239,11 +239,6 @@ impl Coupling {
         let powers: Vec<_> = (0..count).flat_map(|drive| powers(&inputs, &sources, &parts, drive)).collect();
         let residual =
             |(shaft, drive, _): &(usize, usize, Power)| Residual { parts: [*shaft, *drive], ..Residual::default() };
-        let capable = |host: &Host| host.description().capabilities.saves_states;
-        let repeats = repeats.unwrap_or(match exchange {
-            Exchange::Interpolated | Exchange::EffectiveInertia => parts.iter().all(capable).into(),
-            _ => 0,
-        });
         Ok(Coupling {
             residuals: powers.iter().map(residual).collect(),
             sources: vec![Source::default(); sources.len()],
@@ -260,6 +255,11 @@ impl Coupling {
             powers,
             repeats,
         })
+    }
+
+    /// Whether something is connected to this variable of a part.
+    pub fn is_connected(&self, part: usize, place: usize) -> bool {
+        self.inputs[part].wires.iter().any(|wire| wire.to == place)
     }
 
     /// The name of a part.
@@ -338,7 +338,7 @@ impl Coupling {
             self.sources[range.clone()].iter_mut().for_each(|source| source.ends[0] = source.ends[1]);
             self.read_values(part)?;
             settled &= self.sources[range].iter().all(|Source { ends: [[before, _], [after, _]] }| {
-                (after - before).abs() <= SETTLED * after.abs().max(before.abs())
+                (after - before).abs() <= SETTLED * after.abs().max(before.abs()).max(1.0)
             });
         }
         Ok(settled)

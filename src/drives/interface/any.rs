@@ -191,6 +191,7 @@ impl Plan {
 ///     parameters: Parameters { m: 1.0, c: 1e4, b: 0.0 },
 ///     load: Load::default(),
 ///     roller: (0.0, Load::default()),
+///     coupling: false,
 ///     cam: MotionLaw::Fourier(Fourier::new(vec![], vec![0.0, 0.01])),
 ///     drive: DriveMode::Constant { w: 10.0, phi_start: 0.0 },
 ///     start: Start { mode: StartMode::SteadyState, q: 0.0, q_dot: 0.0 },

@@ -6,7 +6,7 @@ use crate::command::{Failure, failure, optional, tell};
 use crate::scene::system::System;
 use crate::scene::{units, variable};
 use camdrive::drives::unit::TIME;
-use camdrive::drives::variable::{Kind, Variability};
+use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{Description, Experiment, Fault, Number};
 use camdrive_design::coupling::exchange::{Coupling, Residual};
 use camdrive_design::coupling::stability::Exchange;
@@ -29,7 +29,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let step = experiment.step.unwrap_or((stop - start) / STEPS);
     let run = Run::new(args, name, start, &Experiment { stop, step, tolerance: 0.0 })?;
     let host = fmu.instantiate(name).map_err(|fault| failure(format!("{}: {fault}", args.file.display())))?;
-    let coupling = Coupling::new(vec![(String::new(), host)], &[], Exchange::Held, None).map_err(failure)?;
+    let coupling = Coupling::new(vec![(String::new(), host)], &[], Exchange::Held, 0).map_err(failure)?;
     coupled(args, run, coupling).map(|_| ())
 }
 
@@ -37,6 +37,9 @@ pub fn run_system(args: &Args, system: System) -> Result<(), Failure> {
     let mut run =
         Run::new(args, &system.name, 0.0, &Experiment { stop: system.stop, step: system.step, tolerance: 0.0 })?;
     run.files.extend(system.files.iter().cloned());
+    if let Some(message) = system.too_long(run.step) {
+        return Err(failure(format!("--step: {message}")));
+    }
     let coupling = system.coupled(system.exchange, system.repeats).map_err(failure)?;
     for Residual { parts: [shaft, drive], gross, exchanged, largest, .. } in coupled(args, run, coupling)?.residuals() {
         let [shaft, drive] = [shaft, drive].map(|part| &system.parts[*part].name);
@@ -55,7 +58,8 @@ fn coupled(args: &Args, run: Run, mut coupling: Coupling) -> Result<Coupling, Fa
     for part in 0..coupling.parts().len() {
         let name = coupling.name(part).to_owned();
         let named = |own: &str| if name.is_empty() { own.to_owned() } else { format!("{name}.{own}") };
-        for (place, Variable { about, unit, .. }) in coupling.parts()[part].description().variables.iter().enumerate() {
+        let variables = coupling.parts()[part].description().variables.clone();
+        for (place, Variable { about, unit, .. }) in variables.into_iter().enumerate() {
             let told = Some(unit.name.clone());
             let told = told.filter(|name| !name.is_empty() || !matches!(about.kind, Kind::Real { .. }));
             places.push((part, place));
@@ -65,7 +69,10 @@ fn coupled(args: &Args, run: Run, mut coupling: Coupling) -> Result<Coupling, Fa
                 description: about.text.clone(),
                 is_si: unit.is_si(),
             });
-            all.push(Description { name: named(&about.name), ..about.clone() });
+            // What is connected is no input of the whole.
+            let is_fed = coupling.is_connected(part, place);
+            let causality = if is_fed { Causality::Local } else { about.causality };
+            all.push(Description { name: named(&about.name), causality, ..about.clone() });
         }
     }
     let (step, stop) = (run.step, run.stop);
@@ -104,6 +111,11 @@ impl Source for Imported {
     }
 
     fn value(&mut self, variable: usize, text: &str) -> Result<f64, String> {
+        let (part, place) = self.places[variable];
+        if self.coupling.is_connected(part, place) {
+            let hint = "set the output that it is connected to, or a variable of the part before it";
+            return Err(format!("the input is connected, so that a value would have no effect\n  = hint: {hint}"));
+        }
         let (host, variable) = self.host(variable);
         let Variable { about, unit, items, .. } = &host.description().variables[variable];
         let (name, (number, word)) = (&about.name, units::split(text));

@@ -88,3 +88,47 @@ pub fn shafts(root: &Section<'_>, wiring: &Wiring<'_>, exchange: Exchange, step:
     }
     stable.map(|()| shafts)
 }
+
+/// The largest J_load/J at which a step may be repeated, however often: one repetition is stable up to 0.41.
+const MOST_REPEATED: f64 = 0.4;
+
+/// J_load/J up to which a step is repeated unasked, half of that.
+const REPEATED: f64 = 0.2;
+
+/// How often a step is repeated: as the file says, else once where that is known to be stable.
+pub fn repeats(
+    root: &Section<'_>,
+    wiring: &Wiring<'_>,
+    exchange: Exchange,
+    asked: Option<u32>,
+    shafts: &[Shaft],
+) -> Option<u32> {
+    let interpolates = matches!(exchange, Exchange::Interpolated | Exchange::EffectiveInertia);
+    let kappa = shafts.iter().fold(0.0, |most: f64, shaft| most.max(shaft.limit.kappa));
+    let known = wiring.raw.iter().all(|raw| matches!(raw.part.content, Content::Scene(_)));
+    match asked {
+        None => Some((interpolates && known && kappa <= REPEATED).into()),
+        Some(1..) if !interpolates => {
+            let fault = root.fault_of("repeat", " has no meaning here: only interpolated steps get better by it");
+            root.refuse(fault.hint("remove it, or take exchange = \"interpolated\""))
+        }
+        Some(1..) if kappa > MOST_REPEATED => {
+            let kappa = number(kappa);
+            let said =
+                format!(": with a load of up to {kappa} times the inertia of its shaft repeated steps are unstable");
+            let fault = root.fault_of("repeat", said).admissible(format!("0 above {MOST_REPEATED}"));
+            root.refuse(fault.hint("remove it, or take exchange = \"effective_inertia\""))
+        }
+        Some(times) => Some(times),
+    }
+}
+
+impl System {
+    /// Why a step of this length (s) is too long; None where it is not.
+    pub fn too_long(&self, step: f64) -> Option<String> {
+        let beyond = |shaft: &&Shaft| shaft.limit.stable.is_some_and(|stable| step > stable);
+        let shaft = self.shafts.iter().find(beyond)?;
+        let (name, most) = (&self.parts[shaft.machine].name, shaft.limit.stable.map_or_else(String::new, time));
+        Some(format!("at {} the exchange on the shaft of `{name}` is unstable; expected at most {most}", time(step)))
+    }
+}

@@ -75,7 +75,7 @@ fn system(path: &Path) -> Result<System, Fault> {
         stop,
         step: stop / STEPS,
         exchange: Exchange::Interpolated,
-        repeats: None,
+        repeats: 0,
         parts,
         connections,
         shafts: Vec::new(),

@@ -162,6 +162,19 @@ impl Wiring<'_> {
         rigid && part.torques() == [TORQUE]
     }
 
+    /// Refuses start values of inputs that something is connected to.
+    pub fn starts(&self) -> Option<()> {
+        let mut all = Some(());
+        for (i, Raw { part, section, .. }) in self.raw.iter().enumerate() {
+            let is_fed = |name: &str| self.connections.iter().any(|c| c.to.0 == i && c.to.1 == name);
+            if let Some((name, _)) = part.start.iter().find(|(name, _)| is_fed(name)) {
+                let fault = section.fault_of("start", format!(": `{name}` is connected; a value would have no effect"));
+                all = section.refuse(fault.hint("remove it"));
+            }
+        }
+        all
+    }
+
     /// Gives each machine an input for each of its torques.
     pub fn machines(&mut self) -> Option<()> {
         let all: Vec<(usize, Torque)> = std::mem::take(&mut self.torques);
