@@ -62,6 +62,6 @@ def test_the_tables_say_the_same_in_every_form(exported):
     page = files[PAGE].decode()
     for advice in report["advice"]:
         assert advice["sentence"].split(":")[0] in page
-    # The page stays well-formed, with the picture of the cam and the two diagrams.
+    # The page stays well-formed, with the pictures of the cam and of the experiment, and the two diagrams.
     tree = ElementTree.fromstring(page.split("?>", 1)[-1].replace("<!DOCTYPE html>", ""))
-    assert len(tree.findall(".//{http://www.w3.org/2000/svg}svg")) == 3
+    assert len(tree.findall(".//{http://www.w3.org/2000/svg}svg")) == 4

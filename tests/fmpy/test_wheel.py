@@ -87,7 +87,7 @@ assert path.as_posix() == "fmus/guide_bar.fmu" and path.is_file(), path
 assert len(camdrive.simulate({SCENE!r}, output="y", stop_time=0.01, step="1 ms")) == 11
 report = camdrive.check({SCENE!r})
 print(report)
-for call in (lambda: camdrive.simulate(path), lambda: report.table("figures")):
+for call in (lambda: camdrive.simulate(path, engine="fmpy"), lambda: report.table("figures")):
     try:
         call()
     except camdrive.Error as error:
@@ -106,8 +106,9 @@ assert scene.dtype.names == ("time", "y") and len(scene) == 11, scene
 whole = camdrive.simulate({SCENE!r}, output="y", engine="fmpy")
 assert whole.dtype.names == ("time", "y") and len(whole) > 100 and whole["time"][-1] > 0.1, whole
 fmu = camdrive.export({SCENE!r}, "one.fmu")
-same = camdrive.simulate(fmu, output=["y"], stop_time=0.01, step=1e-3)
-assert (same == scene).all()
+for engine in ("native", "fmpy"):
+    same = camdrive.simulate(fmu, output=["y"], stop_time=0.01, step=1e-3, engine=engine)
+    assert (same == scene).all(), engine
 faster = camdrive.simulate(fmu, output=["y"], stop_time=0.01, step=1e-3, **{{"drive.w": 250}})
 values = {{"drive.w": 250.0, "cam.a[2]": 1e-4}}
 other = camdrive.simulate(fmu, output=["y"], stop_time=0.01, step=1e-3, start_values=values)
@@ -127,10 +128,10 @@ fmu = camdrive.export({SCENE!r}, "threads.fmu")
 def one(i, speed):
     # Relative paths count from the folder of the process, and every thread has the messages of its own FMU.
     try:
-        camdrive.simulate("threads.fmu", stop_time=0.01, m=-1.0 - i)
+        camdrive.simulate("threads.fmu", stop_time=0.01, m=-1.0 - i, engine="fmpy")
     except camdrive.SimulationError as error:
         assert all(f"-{{i + 1}}" in message for message in error.messages) and error.messages, (i, error)
-    return camdrive.simulate("threads.fmu", stop_time=0.01, step=1e-4, **{{"drive.w": speed}})
+    return camdrive.simulate("threads.fmu", stop_time=0.01, step=1e-4, engine="fmpy", **{{"drive.w": speed}})
 speeds = [150.0 + i for i in range(16)]
 with ThreadPoolExecutor(4) as pool:
     results = list(pool.map(one, range(16), speeds))
@@ -151,7 +152,7 @@ except camdrive.Error as error:
     print(error)
 tempfile.tempdir = None
 try:
-    camdrive.simulate("none.fmu")
+    camdrive.simulate("none.fmu", engine="fmpy")
 except camdrive.Error as error:
     print(error)
 """
@@ -181,8 +182,8 @@ assert str(again) == str(error) and again.diagnostics == error.diagnostics
 assert "missing.toml" in str(caught(camdrive.SceneError, camdrive.simulate, "missing.toml"))
 assert "win32" in str(caught(camdrive.Error, camdrive.export, {SCENE!r}, platforms=["win32"]))
 fmu = camdrive.export({SCENE!r}, "two.fmu")
-assert "nothing" in str(caught(camdrive.SimulationError, camdrive.simulate, fmu, nothing=1.0))
-refused = caught(camdrive.SimulationError, camdrive.simulate, fmu, m=-1.0)
+assert "nothing" in str(caught(camdrive.SimulationError, camdrive.simulate, fmu, nothing=1.0, engine="fmpy"))
+refused = caught(camdrive.SimulationError, camdrive.simulate, fmu, m=-1.0, engine="fmpy")
 assert any("`m`" in message for message in refused.messages), refused
 assert sys.platform != "linux" or "guide_bar" not in open("/proc/self/maps").read(), "the library is still in use"
 assert str(pickle.loads(pickle.dumps(refused))) == str(refused)

@@ -110,7 +110,8 @@ fn of_value(value: Value, definitions: &mut Map<String, Json>) -> Option<Json> {
         Value::Choice(names) => json!({ "enum": names.concat() }),
         Value::Table(table) => reference(table, definitions),
         Value::Named(table) => json!({ "type": "object", "additionalProperties": reference(table, definitions) }),
-        Value::Variables => json!({ "type": "object" }),
+        // Editors that are strict take no key that a schema does not allow.
+        Value::Variables => json!({ "type": "object", "additionalProperties": true }),
         Value::Tables(table) => json!({ "type": "array", "items": reference(table, definitions) }),
     })
 }
