@@ -815,6 +815,13 @@ fn an_fmu_agrees_with_its_results_and_a_changed_one_does_not() {
             assert!(largest == 0.0 || admissible < 1e-5 * largest, "{}: {output}", of["file"]);
         }
     }
+    assert!(!run.err.contains("note: "), "{}", run.err);
+    // A shaft that inputs move stands still in its experiment.
+    let resting = folder.join("resting.fmu");
+    let run_up = "examples/guide_bar/run_up.toml";
+    assert_eq!(camdrive(&["export", run_up, "-o", text(&resting), "--runtime", &runtime]).code, 0);
+    let run = camdrive(&["verify", text(&resting)]);
+    assert!(run.code == 0 && run.err.contains("no output changes in the experiment"), "{}", run.err);
     let mut files = unzipped(&folder.join("transfer_manipulator.fmu"));
     let name = format!("{EXTRA}result.csv");
     let results = String::from_utf8(files[&name].clone()).expect("UTF-8");
@@ -837,6 +844,8 @@ fn an_fmu_agrees_with_its_results_and_a_changed_one_does_not() {
     assert!(run.code == 1 && run.out.contains("changed.fmu: 1 of"), "{}{}", run.out, run.err);
     let no: Vec<&str> = run.out.lines().filter(|line| line.ends_with(" no")).collect();
     assert!(no.len() == 1 && no[0].trim().starts_with("y "), "{}", run.out);
+    let run = with(Some(results.lines().take(9).collect::<Vec<_>>().join("\n")));
+    assert!(run.err.contains("the results end at t = "), "{}", run.err);
     lines[300] = cells[..column].join(",");
     for (content, message) in [
         (Some(lines.join("\n")), "result.csv: CSV error"),

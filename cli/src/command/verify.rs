@@ -1,6 +1,6 @@
 //! `camdrive verify FMU…`
 
-use super::{Failure, Format, failure};
+use super::{Failure, Format, failure, tell};
 use crate::export::{references, results};
 use camdrive::drives::Fault;
 use camdrive::drives::variable::Causality;
@@ -14,7 +14,7 @@ use std::process::ExitCode;
 ///
 /// The FMU's own library computes them on this machine. An output agrees where it differs nowhere by more than the relative
 /// tolerance of the experiment, of its largest value, and the last digit of the results. Exit code 1 where one does not. A chaotic
-/// motion agrees on machines of one kind only.
+/// motion agrees on machines of one kind only. A note tells where the results end early, and where no output changes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  camdrive verify guide_bar.fmu")]
 pub struct Args {
@@ -73,7 +73,14 @@ fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
         return Err(wrong(&format!("the output `{}` has no column", output.name)));
     }
     let columns = names.iter().map(find).collect::<Result<Vec<usize>, Fault>>()?;
-    let tolerance = description.experiment.tolerance;
+    let (tolerance, end) = (description.experiment.tolerance, rows[rows.len() - 1][0]);
+    let note = |text: String| tell(&format!("note: {place}: {text}\n"));
+    if let Some(stop) = description.experiment.stop.filter(|stop| end < *stop) {
+        note(format!("the results end at t = {} s, the experiment at {} s", number(end), number(stop)));
+    }
+    if rows.iter().all(|row| row[1..] == rows[0][1..]) {
+        note("no output changes in the experiment, whose inputs rest: that they agree proves little".to_owned());
+    }
     let mut host = fmu.instantiate(&description.name)?;
     host.set_up(rows[0][0], None, tolerance)?;
     host.enter_initialization()?;
@@ -101,7 +108,7 @@ fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
     };
     let outputs: Vec<Output> = names.into_iter().zip(columns).zip(found).map(output).collect();
     let agrees = outputs.iter().all(|output| output.agrees);
-    Ok(Comparison { file: place.to_owned(), agrees, end: rows[rows.len() - 1][0], outputs })
+    Ok(Comparison { file: place.to_owned(), agrees, end, outputs })
 }
 
 /// The outputs of the results in an FMU, and their rows: first the time (s).
