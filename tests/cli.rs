@@ -3237,6 +3237,39 @@ fn turns_of_a_driven_train_and_loads_that_do_not_hold_are_measured() {
 
 /// A system as its file says it, by the drives in the tool, and as an archive, by the libraries of its FMUs.
 #[test]
+fn a_run_of_a_system_tells_the_step_that_is_needed() {
+    let folder = folder("needed");
+    let parts = root().join("examples/two_cams");
+    let system = std::fs::read_to_string(parts.join("system.toml")).expect("a file");
+    let of_parts = system.replace("scene = \"", &format!("scene = \"{}/", text(&parts)));
+    let file = folder.join("held.toml");
+    std::fs::write(&file, of_parts.replacen("step =", "exchange = \"held\"\nstep =", 1)).expect("a system");
+    let shared = |step: f64| {
+        let diagram = folder.join("run.svg");
+        let step = step.to_string();
+        let options = ["--step", &step, "--stop", "0.3", "--json", "--output", "machine.w,pusher.q", "--diagram"];
+        let run = camdrive(&[&["run", text(&file)][..], &options, &[text(&diagram)]].concat());
+        assert_eq!(run.code, 0, "{}", run.err);
+        let svg = std::fs::read_to_string(diagram).expect("a diagram");
+        assert!(svg.contains("machine.w [rpm]") && svg.contains("pusher.q ["), "{svg}");
+        serde_json::from_str::<serde_json::Value>(&run.out).expect("JSON")["shared"].clone()
+    };
+    let number = |value: &serde_json::Value| value.as_f64();
+    let at_first = shared(1e-3);
+    for (i, drive) in ["pusher", "gripper"].into_iter().enumerate() {
+        assert_eq!((&at_first[i]["shaft"], &at_first[i]["drive"]), (&"machine".into(), &drive.into()));
+        let needed = number(&at_first[i]["needed_step"]).expect("a shorter step");
+        let then = &shared(needed)[i];
+        let part = number(&then["difference"]).expect("J") / number(&then["exchanged"]).expect("J");
+        assert!((0.7e-3..1.4e-3).contains(&part), "{drive}: {part} at {needed} s");
+    }
+    for (option, said) in [("plot.png", "expected a file NAME.svg"), ("-", "--diagram -: --diagram takes a file")] {
+        let run = camdrive(&["run", text(&file), "--diagram", option]);
+        assert!(run.code == 1 && run.err.contains(said), "{}", run.err);
+    }
+}
+
+#[test]
 fn a_system_runs_alike_from_its_file_and_from_its_archive() {
     let folder = folder("system");
     let read = |name: &str| std::fs::read(root().join("examples/two_cams").join(name)).expect("a file");

@@ -2,7 +2,7 @@
 
 use super::Failure;
 use camdrive_design::{Progress, text};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle, WeakProgressBar};
 use std::io::{IsTerminal as _, Write};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -56,7 +56,9 @@ pub fn tell(messages: &str) {
     let line = |line: &str| if is_excerpt(line) { line.to_owned() } else { text::wrapped(line, width) };
     let lines: Vec<String> = text::visible(messages).split('\n').map(line).collect();
     // A closed terminal is no reason to complain.
-    let _ = write!(anstream::stderr(), "{}", painted(&lines.join("\n")));
+    let write = || drop(write!(anstream::stderr(), "{}", painted(&lines.join("\n"))));
+    let bar = COUNTER.lock().unwrap_or_else(PoisonError::into_inner).as_ref().and_then(WeakProgressBar::upgrade);
+    bar.map_or_else(write, |bar| bar.suspend(write));
 }
 
 /// The words that begin messages in colours; where no terminal shows them, or NO_COLOR is set, the stream leaves them out.
@@ -115,13 +117,18 @@ impl Bar {
     }
 }
 
+/// The bar under way, which makes room for messages.
+static COUNTER: Mutex<Option<WeakProgressBar>> = Mutex::new(None);
+
 /// A bar for so many parts of one kind, with their rate and the time that is left.
 pub fn counter(name: &str, total: u64) -> ProgressBar {
     let target =
         if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let style = ProgressStyle::with_template("{prefix} {human_pos} of {human_len} {wide_bar} {per_sec}, {eta} left");
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::with_draw_target(Some(total), target).with_style(style).with_prefix(name.to_owned())
+    let bar = ProgressBar::with_draw_target(Some(total), target).with_style(style).with_prefix(name.to_owned());
+    *COUNTER.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar.downgrade());
+    bar
 }
 
 #[cfg(test)]

@@ -5,15 +5,17 @@ mod fmu;
 mod native;
 mod signals;
 
-use super::output::print;
+use super::output::{counter, print};
 use super::{Failure, Format, failure, files, optional, system};
+use crate::export::results::{self, Course};
 use crate::scene::input::is_system;
 use crate::scene::system::ssp;
 use camdrive::drives::{Experiment, Number, unit};
 use camdrive_design::text;
+use indicatif::ProgressDrawTarget;
 use serde::Serialize;
 use std::fmt::Write as _;
-use std::io::Write as _;
+use std::io::{IsTerminal as _, Write as _};
 use std::path::PathBuf;
 
 /// Simulates a scene, an FMU 2.0 or a system of them over its default experiment and writes its outputs as CSV or JSON.
@@ -62,6 +64,9 @@ pub struct Args {
     /// File to write [default: the standard output]
     #[arg(short = 'o', long = "file", value_name = "FILE")]
     result: Option<PathBuf>,
+    /// Draw the columns over the time, at most six, those that change
+    #[arg(long, value_name = "FILE.svg")]
+    diagram: Option<PathBuf>,
     #[command(flatten)]
     format: Format,
 }
@@ -69,6 +74,15 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(file) = &args.result {
         files::no_stream(file, "-o", "a file; without it the result goes to the standard output")?;
+    }
+    if let Some(file) = &args.diagram {
+        files::no_stream(file, "--diagram", "a file")?;
+        if file.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("svg")) {
+            return Err(failure(format!("--diagram {}: expected a file NAME.svg", file.display())));
+        }
+        if args.result.as_ref() == Some(file) {
+            return Err(failure(format!("--diagram {}: -o is the same file", file.display())));
+        }
     }
     let ends = |wanted: &str| args.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted));
     if ends("fmu") {
@@ -96,6 +110,23 @@ trait Machine {
     fn read(&mut self, line: &mut Vec<f64>) -> Result<(), Failure>;
     /// From a communication point to the next (s).
     fn advance(&mut self, from: f64, to: f64) -> Result<(), Failure>;
+    /// What shafts and drives disagree about, by the names of the parts.
+    fn residuals(&self) -> Vec<Shared<'_>>;
+}
+
+/// The work between a shaft and a drive.
+#[derive(Serialize)]
+struct Shared<'a> {
+    shaft: &'a str,
+    drive: &'a str,
+    /// The work that was exchanged and how much of it differs on both sides (J), step by step.
+    exchanged: f64,
+    difference: f64,
+    /// The largest difference of a step (J), and when it began (s).
+    largest: f64,
+    largest_at: f64,
+    /// The step (s) with which a thousandth would differ; None where less does.
+    needed_step: Option<f64>,
 }
 
 /// A column of the result.
@@ -116,6 +147,8 @@ struct Document<'a> {
     name: &'a str,
     model: Option<&'static str>,
     columns: Vec<Recorded<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    shared: Vec<Shared<'a>>,
 }
 
 /// A column with its values.
@@ -160,22 +193,36 @@ impl Run {
 
     /// Runs it, and writes the result as the options say.
     fn record(&self, args: &Args, machine: &mut dyn Machine) -> Result<(), Failure> {
-        let text = if args.format.json {
-            self.document(machine)?
-        } else if args.result.is_some() {
-            self.may_be_kept()?;
-            let mut table = self.headings();
-            self.drive(machine, |line| {
-                append(&mut table, line);
-                Ok(true)
-            })?;
-            table
-        } else {
+        if !args.format.json && args.result.is_none() && args.diagram.is_none() {
             return self.stream(machine);
+        }
+        self.may_be_kept()?;
+        let mut rows: Vec<Vec<f64>> = Vec::new();
+        self.drive(machine, |line| {
+            rows.push(line.to_vec());
+            Ok(true)
+        })?;
+        let text = if args.format.json {
+            self.document(&rows, machine)?
+        } else {
+            rows.iter().fold(self.headings(), |mut table, line| {
+                append(&mut table, line);
+                table
+            })
         };
+        let mut files: Vec<(PathBuf, String)> = Vec::new();
+        if let Some(path) = &args.diagram {
+            files.push((path.clone(), self.diagram(&rows)?));
+        }
         match &args.result {
-            None => print(&text),
-            Some(path) => files::write(&[(path.clone(), text)], &self.files).map(|_| ()),
+            None => {
+                files::write(&files, &self.files)?;
+                print(&text)
+            }
+            Some(path) => {
+                files.push((path.clone(), text));
+                files::write(&files, &self.files).map(|_| ())
+            }
         }
     }
 
@@ -209,15 +256,26 @@ impl Run {
     }
 
     /// The result as JSON.
-    fn document(&self, machine: &mut dyn Machine) -> Result<String, Failure> {
-        self.may_be_kept()?;
-        let mut columns: Vec<Recorded<'_>> =
-            self.columns.iter().map(|column| Recorded { column, values: Vec::new() }).collect();
-        self.drive(machine, |line| {
-            columns.iter_mut().zip(line).for_each(|(column, value)| column.values.push(*value));
-            Ok(true)
+    fn document(&self, rows: &[Vec<f64>], machine: &dyn Machine) -> Result<String, Failure> {
+        let of = |(i, column)| Recorded { column, values: rows.iter().map(|row| row[i]).collect() };
+        let columns = self.columns.iter().enumerate().map(of).collect();
+        let document = Document { name: &self.name, model: self.model, columns, shared: machine.residuals() };
+        text::json(&document).map_err(failure)
+    }
+
+    /// The columns over the time as SVG.
+    fn diagram(&self, rows: &[Vec<f64>]) -> Result<String, Failure> {
+        let course = |column: &Column| Course {
+            name: column.name.clone(),
+            unit: column.unit.clone().unwrap_or_else(|| "?".to_owned()),
+            text: column.description.clone(),
+        };
+        let columns: Vec<Course> = self.columns[1..].iter().map(course).collect();
+        let drawn = results::diagram(&self.name, &columns, rows);
+        let (drawing, label) = drawn.ok_or_else(|| {
+            failure("--diagram: no column changes, but angles that go on turning\n  = hint: choose others by --output")
         })?;
-        text::json(&Document { name: &self.name, model: self.model, columns }).map_err(failure)
+        Ok(drawing.svg(&label, 1.0))
     }
 
     /// Refuses a result that would fill the memory before it is written.
@@ -240,6 +298,11 @@ impl Run {
         machine: &mut dyn Machine,
         mut write: impl FnMut(&[f64]) -> Result<bool, Failure>,
     ) -> Result<(), Failure> {
+        // Lines that come on a terminal show how far the run is.
+        let bar = counter("run", ((self.stop - self.start) / self.step).ceil() as u64);
+        if std::io::stdout().is_terminal() {
+            bar.set_draw_target(ProgressDrawTarget::hidden());
+        }
         machine.start()?;
         let (mut time, mut count, mut line) = (self.start, 0.0, Vec::new());
         loop {
@@ -254,6 +317,7 @@ impl Run {
             let next = self.start + count * self.step;
             let next = if next > self.stop - 1e-6 * self.step { self.stop } else { next };
             machine.advance(time, next)?;
+            bar.inc(1);
             time = next;
         }
     }

@@ -23,6 +23,9 @@ const MOST_WORK: f64 = 5.0 * BUDGET;
 /// Most outputs in the diagram.
 const MOST_CURVES: usize = 6;
 
+/// Most points of a curve in it: some for each pixel.
+const MOST_POINTS: usize = 3000;
+
 /// What the diagram shows first, whatever comes before it among the outputs.
 const MAIN: [&str; 7] = ["w", "y", "x", "psi", "q", "force", "tau"];
 
@@ -108,38 +111,69 @@ impl Results {
 
     /// The course of the main outputs, and what it shows; None where none of them changes.
     pub fn diagram(&self) -> Option<(Drawing, String)> {
-        let column = |i: usize| self.rows.iter().map(move |row| row[i + 1]);
-        let tells = |i: &usize| {
-            let output = &self.outputs[*i];
-            let (low, high) = column(*i).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-            // Of an angle that goes on turning a diagram shows nothing, derivatives of outputs are too many.
-            let turns = unit(&output.kind) == "rad" && high - low > TAU;
-            matches!(output.kind, Kind::Real { .. }) && !output.name.contains("der(") && high > low && !turns
-        };
-        let mut shown: Vec<usize> = (0..self.outputs.len()).filter(tells).collect();
-        let rank = |i: &usize| {
-            let name = self.outputs[*i].name.rsplit('.').next().unwrap_or_default();
-            MAIN.iter().position(|main| *main == name).unwrap_or(MAIN.len())
-        };
-        shown.sort_by_key(rank);
-        shown.truncate(MOST_CURVES);
-        shown.sort_unstable();
-        let curve = |i: &usize| {
-            let Description { name, text, kind, .. } = &self.outputs[*i];
-            // A panel has a line for the title.
-            let title = text.split([';', '.']).next().unwrap_or_default().to_owned();
-            let unit = unit(kind).replace('.', "·").replace('2', "²").replace('3', "³");
-            let times = || self.rows.iter().map(|row| row[0]);
-            let (across, x) = Axis::linear("t [s]").suited(times());
-            let (up, y) = Axis::linear(&format!("{name} [{unit}]")).suited(column(*i));
-            let points = times().zip(column(*i)).map(|(time, value)| [x * time, y * value]).collect();
-            Curve { title, x_label: across.label, y_label: up.label, points }
-        };
-        let curves: Vec<Curve> = shown.iter().map(curve).collect();
-        let names: Vec<&str> = shown.iter().map(|i| self.outputs[*i].name.as_str()).collect();
-        let label = format!("{} over the default experiment", names.join(", "));
-        (!curves.is_empty()).then(|| (picture::of_curves("Default experiment", "", &curves), label))
+        let column =
+            |d: &Description| Course { name: d.name.clone(), unit: unit(&d.kind).to_owned(), text: d.text.clone() };
+        let columns: Vec<Course> = self.outputs.iter().map(column).collect();
+        diagram("Default experiment", &columns, &self.rows)
     }
+}
+
+/// A column behind the time.
+pub struct Course {
+    /// That of the variable.
+    pub name: String,
+    /// Empty for other types than Real.
+    pub unit: String,
+    /// What it is.
+    pub text: String,
+}
+
+/// The main columns over the time, at most [`MOST_CURVES`], and what the diagram shows; None where none of them changes.
+pub fn diagram(title: &str, columns: &[Course], rows: &[Vec<f64>]) -> Option<(Drawing, String)> {
+    let column = |i: usize| rows.iter().map(move |row| row[i + 1]);
+    let tells = |i: &usize| {
+        let Course { name, unit, .. } = &columns[*i];
+        let (low, high) = column(*i).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        // Of an angle that goes on turning a diagram shows nothing, derivatives of outputs are too many.
+        !unit.is_empty() && !name.contains("der(") && high > low && !(unit == "rad" && high - low > TAU)
+    };
+    let mut shown: Vec<usize> = (0..columns.len()).filter(tells).collect();
+    let rank = |i: &usize| {
+        let name = columns[*i].name.rsplit('.').next().unwrap_or_default();
+        MAIN.iter().position(|main| *main == name).unwrap_or(MAIN.len())
+    };
+    shown.sort_by_key(rank);
+    shown.truncate(MOST_CURVES);
+    shown.sort_unstable();
+    let curve = |i: &usize| {
+        let Course { name, unit, text } = &columns[*i];
+        // A panel has a line for the title.
+        let title = text.split([';', '.']).next().unwrap_or_default().to_owned();
+        let unit = unit.replace('.', "·").replace('2', "²").replace('3', "³");
+        let times = || rows.iter().map(|row| row[0]);
+        let (across, x) = Axis::linear("t [s]").suited(times());
+        let (up, y) = Axis::linear(&format!("{name} [{unit}]")).suited(column(*i));
+        let points = times().zip(column(*i)).map(|(time, value)| [x * time, y * value]);
+        Curve { title, x_label: across.label, y_label: up.label, points: thinned(points.collect()) }
+    };
+    let curves: Vec<Curve> = shown.iter().map(curve).collect();
+    let names: Vec<&str> = shown.iter().map(|i| columns[*i].name.as_str()).collect();
+    let label = format!("{} over {}", names.join(", "), title.to_lowercase());
+    (!curves.is_empty()).then(|| (picture::of_curves(title, "", &curves), label))
+}
+
+/// The least and the largest of each group of points, where there are more than a picture can show.
+fn thinned(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    if points.len() <= MOST_POINTS {
+        return points;
+    }
+    let ends = |group: &[[f64; 2]]| {
+        let by_value = |a: &&[f64; 2], b: &&[f64; 2]| a[1].total_cmp(&b[1]);
+        let mut ends = [group.iter().min_by(by_value), group.iter().max_by(by_value)].map(|p| *p.unwrap_or(&group[0]));
+        ends.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        ends
+    };
+    points.chunks(points.len().div_ceil(MOST_POINTS / 2)).flat_map(ends).collect()
 }
 
 /// The value to the digit with this power of ten; a zero has no sign.

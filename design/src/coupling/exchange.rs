@@ -20,7 +20,7 @@
 //! The inertia J of a load that the shaft takes for its own is J + J′ Δ + ½ J″ Δ² over the angle Δ, with its own derivative. J″
 //! is that at t, and of a drive that has stepped the one with which J meets its value at t + H, so that the energy of the load does.
 //!
-//! A mean over the last step, `tau_mean` or `force_mean`, is constant over a step. The error of the torque over a step is that of
+//! What an FMU declares as discrete, such as the mean over the last step `tau_mean`, is constant over a step. The error of the torque over a step is that of
 //! its polynomial, so that held inputs have the order 1, extrapolated ones 2; it is what the shaft and the drives disagree about
 //! in energy, ∫ (τ of the shaft − τ of the drive) φ̇ dt, the [`Residual`].
 
@@ -55,6 +55,8 @@ pub struct Residual {
     pub exchanged: f64,
     /// The largest magnitude of a step, and when the step began (s).
     pub largest: [f64; 2],
+    /// The order of `gross` in the step; 0 where the torque has impulses, of which it has none.
+    pub order: u32,
 }
 
 /// An output that is read, with its first derivative (1/s), at both ends of the step.
@@ -81,9 +83,7 @@ struct Outputs {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Course {
     Signal,
-    /// A mean over the step that has ended.
-    Mean,
-    /// A value that does not vary within a step.
+    /// A value that does not vary within a step, such as the mean over the one that has ended.
     Discrete,
     /// φ or φ̇ of a motion, whose course φ̈ has.
     Motion,
@@ -237,8 +237,15 @@ impl Coupling {
             order.reverse();
         }
         let powers: Vec<_> = (0..count).flat_map(|drive| powers(&inputs, &sources, &parts, drive)).collect();
-        let residual =
-            |(shaft, drive, _): &(usize, usize, Power)| Residual { parts: [*shaft, *drive], ..Residual::default() };
+        let residual = |(shaft, drive, power): &(usize, usize, Power)| {
+            let order = match (exchange, inputs[*shaft].wires[power.torque].course) {
+                (_, Course::Discrete) => 0,
+                (Exchange::Held | Exchange::GaussSeidel, _) => 1,
+                (Exchange::Extrapolated, _) => 2,
+                _ => (2 + repeats).min(4),
+            };
+            Residual { parts: [*shaft, *drive], order, ..Residual::default() }
+        };
         Ok(Coupling {
             residuals: powers.iter().map(residual).collect(),
             sources: vec![Source::default(); sources.len()],
@@ -318,7 +325,7 @@ impl Coupling {
         (0..self.parts.len()).try_for_each(|part| self.read(part))?;
         self.sources.iter_mut().for_each(|source| source.ends[0] = source.ends[1]);
         for residual in &mut self.residuals {
-            *residual = Residual { parts: residual.parts, ..Residual::default() };
+            *residual = Residual { parts: residual.parts, order: residual.order, ..Residual::default() };
         }
         Ok(())
     }
@@ -438,7 +445,7 @@ impl Coupling {
             let [[w0, a0], [w1, a1]] = sources[speed.source].ends;
             let [[own0, rate0], [own1, rate1]] = sources[torque.source].ends;
             let own = match torque.course {
-                Course::Mean => [own1; 3],
+                Course::Discrete => [own1; 3],
                 _ => [own0, middle([own0, rate0], [own1, rate1], step), own1],
             };
             let at = |s: f64| taken[0] + s * (taken[1] + s / 2.0 * (taken[2] + s / 3.0 * taken[3]));
@@ -515,14 +522,8 @@ fn is_real(variable: &Variable) -> bool {
 
 /// How an input follows an output, motions aside.
 fn course(from: &Variable, to: &Variable) -> Course {
-    let name = from.about.name.rsplit('.').next().unwrap_or_default();
-    if !is_real(from) || !is_real(to) || from.about.variability == Variability::Discrete {
-        Course::Discrete
-    } else if name.ends_with("_mean") {
-        Course::Mean
-    } else {
-        Course::Signal
-    }
+    let is_discrete = !is_real(from) || !is_real(to) || from.about.variability == Variability::Discrete;
+    if is_discrete { Course::Discrete } else { Course::Signal }
 }
 
 /// Joins wires to the inputs φ, φ̇, φ̈ of one part: those named phi, w, a, behind the same prefix, that come from one part with one
@@ -616,7 +617,7 @@ fn polynomial(wire: &Wire, sources: &[Source], exchange: Exchange, stepped: bool
     let latest = if stepped && !at_once { end } else { start };
     match (wire.course, exchange) {
         (Course::Motion, _) => held(start),
-        (Course::Mean | Course::Discrete, _) | (Course::Signal, Exchange::GaussSeidel) => held(latest),
+        (Course::Discrete, _) | (Course::Signal, Exchange::GaussSeidel) => held(latest),
         (_, Exchange::Held | Exchange::GaussSeidel) => held(start),
         _ if at_once || !stepped => [start, rate, 0.0, 0.0],
         (Course::Acceleration([phi, w]), _) => {

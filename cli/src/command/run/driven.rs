@@ -1,7 +1,7 @@
 //! One drive or FMU with its start values, its inputs over time and what is read of it.
 
 use super::signals::Signals;
-use super::{Args, Column, Machine, Run, name_and_value, names_of};
+use super::{Args, Column, Machine, Run, Shared, name_and_value, names_of};
 use crate::command::{Failure, failure};
 use crate::scene::variable::find;
 use camdrive::drives::variable::Causality;
@@ -23,6 +23,10 @@ pub trait Source {
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
     /// Tells warnings.
     fn warn(&mut self);
+    /// What shafts and drives of a system disagree about.
+    fn residuals(&self) -> Vec<Shared<'_>> {
+        Vec::new()
+    }
 }
 
 /// A source with its inputs.
@@ -109,5 +113,9 @@ impl<S: Source> Machine for Driven<S> {
             from = next;
         }
         Ok(())
+    }
+
+    fn residuals(&self) -> Vec<Shared<'_>> {
+        self.source.residuals()
     }
 }

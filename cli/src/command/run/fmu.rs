@@ -1,7 +1,7 @@
 //! FMUs, driven by their libraries: one, or those of a system.
 
 use super::driven::{self, Source};
-use super::{Args, Column, Run};
+use super::{Args, Column, Run, Shared};
 use crate::command::{Failure, failure, optional, tell};
 use crate::scene::system::System;
 use crate::scene::{units, variable};
@@ -11,10 +11,13 @@ use camdrive::drives::{Description, Experiment, Fault, Number};
 use camdrive_design::coupling::exchange::{Coupling, Residual};
 use camdrive_design::coupling::stability::Exchange;
 use camdrive_design::host::{Fmu, Host, ModelDescription, Variable};
-use camdrive_design::text::number;
+use camdrive_design::text::{number, time};
 
 /// Communication steps where the FMU tells none.
 const STEPS: f64 = 1000.0;
+
+/// The part of the work between shaft and drive that may differ before a shorter step is told.
+const ADMISSIBLE: f64 = 1e-3;
 
 /// Two values of a text that differ by less are one: model descriptions have factors with some digits only.
 const SAME: f64 = 1e-6;
@@ -41,19 +44,22 @@ pub fn run_system(args: &Args, system: System) -> Result<(), Failure> {
         return Err(failure(format!("--step: {message}")));
     }
     let coupling = system.coupled(system.exchange, system.repeats).map_err(failure)?;
-    for Residual { parts: [shaft, drive], gross, exchanged, largest, .. } in coupled(args, run, coupling)?.residuals() {
-        let [shaft, drive] = [shaft, drive].map(|part| &system.parts[*part].name);
-        let (part, [most, at]) = (number(100.0 * gross / exchanged), largest.map(number));
+    for Shared { shaft, drive, exchanged, difference, largest, largest_at, needed_step } in
+        coupled(args, run, coupling)?.residuals()
+    {
+        let part = number(100.0 * difference / exchanged);
+        let [difference, largest, at] = [difference, largest, largest_at].map(number);
+        let needed = needed_step.map_or_else(String::new, |step| format!("; 0.1 % at steps of {}", time(step)));
         tell(&format!(
-            "note: {shaft} and {drive}: {} J of the work between them differ, {part} %; {most} J in the step from {at} s\n",
-            number(*gross)
+            "note: {shaft} and {drive}: {difference} J of the work between them differ, {part} %; {largest} J in the \
+             step from {at} s{needed}\n"
         ));
     }
     Ok(())
 }
 
 /// Runs coupled FMUs; the variables are those of the parts, each behind the name of its part where it has one.
-fn coupled(args: &Args, run: Run, mut coupling: Coupling) -> Result<Coupling, Failure> {
+fn coupled(args: &Args, run: Run, mut coupling: Coupling) -> Result<Imported, Failure> {
     let (mut places, mut all, mut columns) = (Vec::new(), Vec::new(), Vec::new());
     for part in 0..coupling.parts().len() {
         let name = coupling.name(part).to_owned();
@@ -77,13 +83,13 @@ fn coupled(args: &Args, run: Run, mut coupling: Coupling) -> Result<Coupling, Fa
     }
     let (step, stop) = (run.step, run.stop);
     let imported = Imported { coupling, places, step, stop };
-    let mut coupling = driven::run(args, run, &all, |variable| columns[variable].clone(), imported)?.coupling;
-    for part in coupling.parts() {
+    let mut imported = driven::run(args, run, &all, |variable| columns[variable].clone(), imported)?;
+    for part in imported.coupling.parts() {
         if let Err(fault) = part.terminate() {
             tell(&format!("warning: {fault}\n"));
         }
     }
-    Ok(coupling)
+    Ok(imported)
 }
 
 /// Coupled instances, and the times of their run (s).
@@ -181,5 +187,17 @@ impl Source for Imported {
         for part in self.coupling.parts() {
             part.warnings().iter().for_each(|warning| tell(&format!("warning: {warning}\n")));
         }
+    }
+
+    fn residuals(&self) -> Vec<Shared<'_>> {
+        let shared = |residual: &Residual| {
+            let Residual { parts, gross, exchanged, largest: [largest, largest_at], order, .. } = *residual;
+            let [shaft, drive] = parts.map(|part| self.coupling.name(part));
+            // The difference is of this order in the step.
+            let shorter = (exchanged * ADMISSIBLE / gross).powf(1.0 / f64::from(order));
+            let needed_step = (order > 0 && gross > exchanged * ADMISSIBLE).then(|| self.step * shorter);
+            Shared { shaft, drive, exchanged, difference: gross, largest, largest_at, needed_step }
+        };
+        self.coupling.residuals().iter().map(shared).collect()
     }
 }
