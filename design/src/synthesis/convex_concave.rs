@@ -11,7 +11,7 @@
 
 use super::clearance::{Clearance, Tangent};
 use super::family::Family;
-use super::{Infeasible, Optimum, Task};
+use super::{Infeasible, Optimum, Task, Told};
 use crate::text::number;
 use camdrive::numerics::double_double::Double;
 use std::f64::consts::TAU;
@@ -36,7 +36,7 @@ const ENDING: f64 = 0.1;
 
 impl Task {
     /// The best profiles that keep clear, in units of `scale`.
-    pub(super) fn clear(&self, scale: f64, progress: &dyn Fn(usize, usize)) -> Result<Optimum, Infeasible> {
+    pub(super) fn clear(&self, scale: f64, progress: Told<'_>) -> Result<Optimum, Infeasible> {
         let free = self.optimum(scale, Vec::new())?;
         if let Some(best) = self.beside(&free, scale, f64::INFINITY, progress) {
             return Ok(best);
@@ -60,7 +60,7 @@ impl Task {
 
     /// The best of the profiles on both sides of where those without clearance would be nearest; any of them where `beaten` is
     /// below all.
-    fn beside(&self, free: &Optimum, scale: f64, beaten: f64, progress: &dyn Fn(usize, usize)) -> Option<Optimum> {
+    fn beside(&self, free: &Optimum, scale: f64, beaten: f64, progress: Told<'_>) -> Option<Optimum> {
         let mut best: Option<Optimum> = None;
         for side in 0..2 {
             let beaten = best.as_ref().map_or(beaten, |best| best.objective.min(beaten));

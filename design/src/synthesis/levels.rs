@@ -10,7 +10,7 @@
 use super::deviation::peak;
 use super::family::Family;
 use super::semi_infinite::Goal;
-use super::{Infeasible, Objective, Optimum, Range, Task, square};
+use super::{Infeasible, Objective, Optimum, Range, Task, Told, square};
 use crate::search::zero;
 use crate::text::number;
 use camdrive::numerics::double_double::Double;
@@ -100,7 +100,7 @@ impl Task {
 
     /// The Chebyshev task with the longest dwells or the fewest harmonics, where the objective asks for them, and what was
     /// tried: the factor of the widths or the harmonics, and the least largest error with them (m), infinite for none.
-    pub fn as_chebyshev(&self, progress: &dyn Fn(usize, usize)) -> Result<(Task, Vec<[f64; 2]>), Infeasible> {
+    pub fn as_chebyshev(&self, progress: Told<'_>) -> Result<(Task, Vec<[f64; 2]>), Infeasible> {
         match self.objective {
             Objective::LongestDwell { tolerance, dwells } => self.longest(tolerance, dwells, progress),
             Objective::FewestHarmonics { tolerance } => self.fewest(tolerance, progress),
@@ -117,7 +117,7 @@ impl Task {
         &self,
         tolerance: f64,
         [first, end]: [usize; 2],
-        progress: &dyn Fn(usize, usize),
+        progress: Told<'_>,
     ) -> Result<(Task, Vec<[f64; 2]>), Infeasible> {
         let stretched = |(i, range): (usize, &Range), factor: f64| {
             let part = if (first..end).contains(&i) { 0.5 * factor } else { 0.5 };
@@ -162,7 +162,7 @@ impl Task {
         Ok((at(factor), tried))
     }
 
-    fn fewest(&self, tolerance: f64, progress: &dyn Fn(usize, usize)) -> Result<(Task, Vec<[f64; 2]>), Infeasible> {
+    fn fewest(&self, tolerance: f64, progress: Told<'_>) -> Result<(Task, Vec<[f64; 2]>), Infeasible> {
         let (most, mut tried, mut last) = (self.basis.order(), Vec::new(), None);
         for order in self.basis.harmonics() {
             let task = Task { basis: self.basis.up_to(order), objective: Objective::Chebyshev, ..self.clone() };

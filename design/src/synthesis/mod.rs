@@ -62,6 +62,9 @@ use shaft::ShaftGoal;
 /// What the parts of a study say to it when its work is used up; it has words of its own.
 const EXHAUSTED: &str = "the work of the study is used up";
 
+/// Hears how many of how many parts of a search are done.
+pub type Told<'a> = &'a (dyn Fn(usize, usize) + Sync + 'a);
+
 /// Rounds in which the robust problem takes up speeds.
 const SPEED_ROUNDS: usize = 20;
 
@@ -280,7 +283,7 @@ impl Task {
     }
 
     /// The best profiles, one for each law; `progress` hears how many of how many starts are done.
-    pub fn solve_with(&self, progress: &dyn Fn(usize, usize)) -> Result<Vec<Profile>, Infeasible> {
+    pub fn solve_with(&self, progress: Told<'_>) -> Result<Vec<Profile>, Infeasible> {
         let task = self.prepared();
         let scale = task.scale();
         match task.objective {
@@ -415,7 +418,7 @@ impl Task {
     }
 
     /// The best local optimum of an objective that is not convex.
-    fn searched(&self, progress: &dyn Fn(usize, usize)) -> Result<Profile, Infeasible> {
+    fn searched(&self, progress: Told<'_>) -> Result<Profile, Infeasible> {
         let scale = self.scale();
         let smooth = Task { objective: Objective::PeakAcceleration, ..self.clone() }.solve()?;
         let solutions = self.equalities(scale)?;
@@ -453,7 +456,7 @@ impl Task {
         &self,
         goal: ShaftGoal,
         region: &Region,
-        progress: &dyn Fn(usize, usize),
+        progress: Told<'_>,
     ) -> Result<(Vec<f64>, Vec<f64>, f64), Infeasible> {
         let mut speeds = goal.speeds(shaft::SPEEDS);
         let candidates = goal.speeds(8 * shaft::SPEEDS);

@@ -9,9 +9,10 @@ use super::exact::{Coordinates, Factors, RANK, Solutions, dot};
 use super::family::Family;
 use super::polyhedron::Polyhedron;
 use super::sampling::{FINE, angles};
-use super::{Basis, EXHAUSTED, Infeasible};
-use crate::work;
+use super::{Basis, EXHAUSTED, Infeasible, Told};
+use crate::{parallel, work};
 use camdrive::numerics::double_double::Double;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Linear programs from one start.
 const STEPS: usize = 80;
@@ -39,6 +40,9 @@ pub enum Norm {
     /// The root of the mean square, (4.6.3/6).
     Rms,
 }
+
+/// What is minimised, over x; None where it has no value.
+pub type Function<'a> = &'a (dyn Fn(&[f64]) -> Option<Values> + Sync + 'a);
 
 /// Functions to be minimised.
 pub struct Values {
@@ -156,8 +160,8 @@ impl Region<'_> {
         violated
     }
 
-    /// A point of the region: part of the way from the start to a corner in a random direction.
-    fn drawn(&self, random: &mut Random) -> Result<Vec<f64>, Infeasible> {
+    /// A point of the region: this part of the way from the start to the corner with the least `cost`.
+    fn drawn(&self, (cost, part): &(Vec<f64>, f64)) -> Result<Vec<f64>, Infeasible> {
         let n = self.unknowns();
         let mut cuts = self.cuts();
         for phi in angles(0.0, std::f64::consts::TAU, self.basis.order(), FINE) {
@@ -168,53 +172,43 @@ impl Region<'_> {
                 cuts.limits.push(ROUGHEST * self.peak - sign * here);
             }
         }
-        let cost: Vec<f64> = (0..n).map(|_| random.normal()).collect();
         // The level of the program is cost · y.
         let mut program = Polyhedron::new(n + 1);
         program.add(numbers(&vec![0.0; n], -1.0), Double::from(-LOWEST));
-        program.add(numbers(&cost, -1.0), Double::default());
+        program.add(numbers(cost, -1.0), Double::default());
         let corner = solved(program, &cuts, n)?;
-        let part = random.uniform();
         Ok(corner.into_iter().map(|y| part * y).collect())
     }
 
-    /// The best local optimum; `progress` hears of each start that is done.
-    pub fn minimise(
-        &self,
-        search: Search,
-        objective: &dyn Fn(&[f64]) -> Option<Values>,
-        progress: &dyn Fn(usize, usize),
-    ) -> Result<Found, Infeasible> {
+    /// The best local optimum; `progress` hears of each start that is done. The first start is that of the region.
+    pub fn minimise(&self, search: Search, objective: Function<'_>, progress: Told<'_>) -> Result<Found, Infeasible> {
         let mut random = Random(search.seed);
-        let mut best: Option<(f64, Vec<f64>)> = None;
-        let mut optima = Vec::new();
-        for start in 0..search.starts.max(1) {
-            let y = if start == 0 { vec![0.0; self.unknowns()] } else { self.drawn(&mut random)? };
-            if let Some((value, y)) = self.descend(y, objective)? {
-                optima.push(value);
-                if best.as_ref().is_none_or(|(least, _)| value < *least) {
-                    best = Some((value, y));
-                }
-            }
-            progress(start + 1, search.starts);
-        }
+        let mut draw = || ((0..self.unknowns()).map(|_| random.normal()).collect(), random.uniform());
+        let starts: Vec<Option<(Vec<f64>, f64)>> =
+            (0..search.starts.max(1)).map(|start| (start > 0).then(&mut draw)).collect();
+        let from = |start: &Option<(Vec<f64>, f64)>| {
+            let y = start.as_ref().map_or_else(|| Ok(vec![0.0; self.unknowns()]), |start| self.drawn(start))?;
+            self.descend(y, objective)
+        };
+        let count = AtomicUsize::new(0);
+        let done = || progress(1 + count.fetch_add(1, Ordering::Relaxed), search.starts);
+        let found = parallel::map(&starts, from, &done).into_iter().collect::<Result<Vec<_>, _>>()?;
+        let found: Vec<(f64, Vec<f64>)> = found.into_iter().flatten().collect();
+        let optima: Vec<f64> = found.iter().map(|(value, _)| *value).collect();
+        let best = found.into_iter().reduce(|best, other| if other.0 < best.0 { other } else { best });
         let (_, y) = best.ok_or_else(|| Infeasible::Numerical("no start leads anywhere".to_owned()))?;
         Ok(Found { x: self.x(&y), optima })
     }
 
     /// Down from `x`, which is in the region.
-    pub fn improved(&self, x: &[f64], objective: &dyn Fn(&[f64]) -> Option<Values>) -> Result<Vec<f64>, Infeasible> {
+    pub fn improved(&self, x: &[f64], objective: Function<'_>) -> Result<Vec<f64>, Infeasible> {
         let away: Vec<f64> = x.iter().zip(&self.start).map(|(x, start)| x - start).collect();
         let found = self.descend(self.projected(&away), objective)?;
         Ok(found.map_or(x.to_vec(), |(_, y)| self.x(&y)))
     }
 
     /// Down from `y` to a local optimum; None where the objective has no value there.
-    fn descend(
-        &self,
-        mut y: Vec<f64>,
-        objective: &dyn Fn(&[f64]) -> Option<Values>,
-    ) -> Result<Option<(f64, Vec<f64>)>, Infeasible> {
+    fn descend(&self, mut y: Vec<f64>, objective: Function<'_>) -> Result<Option<(f64, Vec<f64>)>, Infeasible> {
         let mut cuts = self.cuts();
         let Some(mut here) = objective(&self.x(&y)) else { return Ok(None) };
         let mut radius = 0.1;

@@ -5,7 +5,7 @@ use super::elastic::{self, Resonance, SpeedRange};
 use super::laws::{Rival, as_rival};
 use super::shaft::ShaftGoal;
 use super::shaft_study::{self, Shafted};
-use super::{Basis, Curve, Infeasible, Objective, Profile, Range, Response, Symmetry, Task};
+use super::{Basis, Curve, Infeasible, Objective, Profile, Range, Response, Symmetry, Task, Told};
 use crate::Progress;
 use crate::text::number;
 use camdrive::motion::Fourier;
@@ -160,7 +160,7 @@ const WIDTHS: usize = 34;
 
 impl Assignment {
     /// The profiles of all laws with their reports.
-    pub(super) fn studies(&self, progress: &dyn Fn(Progress)) -> Result<Vec<Study>, Infeasible> {
+    pub(super) fn studies(&self, progress: &(dyn Fn(Progress) + Sync)) -> Result<Vec<Study>, Infeasible> {
         let profile = |done, total| progress(Progress { done, total, stage: "profile" });
         profile(0, 1);
         let (task, tried) = self.task.as_chebyshev(&profile)?;
@@ -193,7 +193,7 @@ impl Assignment {
         &self,
         mut motion: Profile,
         (asked, tried): (Objective, Vec<[f64; 2]>),
-        progress: &dyn Fn(Progress),
+        progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<Study, Infeasible> {
         let stage = |stage| progress(Progress { done: 0, total: 1, stage });
         motion.series = without_rounding(motion.series);
@@ -379,7 +379,7 @@ pub fn symmetric_task(order: usize, half: f64, objective: Objective) -> Task {
 }
 
 /// Bild 4.24: dwell error over dwell width for K = 3, 5, 7, 9.
-pub fn widths(progress: &dyn Fn(usize, usize)) -> Result<Vec<Widths>, Infeasible> {
+pub fn widths(progress: Told<'_>) -> Result<Vec<Widths>, Infeasible> {
     let orders = [3, 5, 7, 9];
     let mut curves = Vec::new();
     for (i, order) in orders.into_iter().enumerate() {
