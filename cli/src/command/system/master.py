@@ -64,9 +64,10 @@ def simulate(step_size=STEP):
     outputs = [(name, v.name) for name, part in parts.items() for v in part.about.modelVariables if v.causality == "output"]
     row = lambda time: [time] + [parts[name].get(output) for name, output in outputs]
     rows = [["time"] + [".".join(output) for output in outputs], row(0.0)]
-    for time in (i * step_size for i in range(math.ceil(STOP / step_size - 1e-9))):
-        step(parts, time, min(step_size, STOP - time))
-        rows.append(row(min(time + step_size, STOP)))
+    times = [i * step_size for i in range(math.ceil(STOP / step_size - 1e-9))] + [STOP]
+    for time, end in zip(times, times[1:]):
+        step(parts, time, end - time)
+        rows.append(row(end))
     for part in parts.values():
         part.fmu.terminate()
         part.fmu.freeInstance()
