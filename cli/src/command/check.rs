@@ -25,7 +25,7 @@ use std::process::ExitCode;
     after_help = "Examples:\n  camdrive check examples/*/scene.toml\n  camdrive check examples/two_cams/system.toml"
 )]
 pub struct Args {
-    /// Scene and system files (TOML), or FMUs with their scenes inside
+    /// Scene and system files (TOML), FMUs with their scenes inside, or systems by SSP 1.0
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
     #[command(flatten)]

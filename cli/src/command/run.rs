@@ -3,13 +3,12 @@
 mod driven;
 mod fmu;
 mod native;
-mod signals;
+pub(super) mod signals;
 
 use super::output::{counter, print};
-use super::{Failure, Format, failure, files, optional, system};
+use super::{Failure, Format, failure, files, is_fmu, optional, system};
 use crate::export::results::{self, Course};
 use crate::scene::input::is_system;
-use crate::scene::system::ssp;
 use camdrive::drives::{Experiment, Number, unit};
 use camdrive_design::text;
 use indicatif::ProgressDrawTarget;
@@ -84,11 +83,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             return Err(failure(format!("--diagram {}: -o is the same file", file.display())));
         }
     }
-    let ends = |wanted: &str| args.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted));
-    if ends("fmu") {
+    if is_fmu(&args.file) {
         fmu::run(args)
-    } else if ends("ssp") {
-        fmu::run_system(args, ssp::read(&args.file).map_err(failure)?)
     } else if is_system(&args.file) {
         fmu::run_system(args, system::read(&args.file)?)
     } else {

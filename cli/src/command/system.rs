@@ -7,6 +7,7 @@ use super::{Failure, Format, failure, files, tell};
 use crate::export::archive::{File, archive};
 use crate::export::xml::number;
 use crate::export::{Date, Extras, RuntimeLibrary, pack_with};
+use crate::scene::input::is_archive;
 use crate::scene::system::{self, Connection, Content, EXCHANGES, End, Part, Seat, System};
 use camdrive::drives::variable::Kind;
 use camdrive_design::coupling::stability::Exchange;
@@ -37,6 +38,10 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if is_archive(&args.system) {
+        let hint = "`camdrive run` and `check` take it; a system file names FMUs: [part.motor] fmu = \"motor.fmu\"";
+        return Err(failure(format!("{}: this is an archive already\n  = hint: {hint}", args.system.display())));
+    }
     let system = read(&args.system)?;
     let folder = files::folder(args.output.as_deref(), "system", &system.name)?;
     let (fmus, names) = fmus(&system)?;

@@ -102,8 +102,16 @@ impl Kind {
     }
 }
 
-/// Whether a file that can be read is a system, which its parts betray.
+/// Whether a file is called like an archive of a system.
+pub fn is_archive(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ssp"))
+}
+
+/// Whether a file is a system: an archive, or a file that can be read and has parts.
 pub fn is_system(path: &Path) -> bool {
+    if is_archive(path) {
+        return true;
+    }
     let Ok((_, text)) = text(path, Kind::System) else { return false };
     let (document, _) = DeTable::parse_recoverable(&text);
     document.get_ref().get("part").is_some() && document.get_ref().get("model").is_none()

@@ -3,7 +3,7 @@
 #![doc = include_str!("../../../docs/system.md")]
 
 mod judged;
-pub mod ssp;
+mod ssp;
 mod wiring;
 
 use super::diagnostics::{Diagnostic, Diagnostics, nearest};
@@ -211,8 +211,15 @@ impl Part {
     }
 }
 
-/// Reads and validates a system file with its scenes.
+/// Reads and validates a system file with its scenes, or an archive of one.
 pub fn read(path: &Path) -> Result<System, Diagnostics> {
+    if input::is_archive(path) {
+        return ssp::read(path).map_err(|fault| {
+            let text = fault.to_string();
+            let (message, hint) = text.split_once("\n  = hint: ").unwrap_or((&text, ""));
+            Diagnostics(vec![hinted(Diagnostic::new(&path.display().to_string(), message), hint)])
+        });
+    }
     let (file, text) = input::text(path, Kind::System)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut system = super::with_document(&file, &text, Kind::System, |root| system(root, folder))?;

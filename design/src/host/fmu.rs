@@ -123,20 +123,25 @@ fn no_fmu(why: &dyn Display) -> Fault {
 
 fn no_folder(why: &dyn Display) -> Fault {
     let folder = std::env::temp_dir();
-    Fault::new(format!("the FMU cannot be unpacked into the temporary folder {}: {why}", folder.display()))
+    Fault::new(format!("the archive cannot be unpacked into the temporary folder {}: {why}", folder.display()))
 }
 
 fn temporary_folder() -> Result<TempDir, Fault> {
     tempfile::Builder::new().prefix("camdrive-").tempdir().map_err(|e| no_folder(&e))
 }
 
-/// The files below these folders of an FMU in a temporary folder, whatever else it holds.
+fn damaged(why: &dyn Display) -> Fault {
+    Fault::new(format!("the archive is damaged: {why}"))
+}
+
+/// The files below these folders of an FMU or another archive in a temporary folder, whatever else it holds.
 ///
 /// # Errors
 /// A file that is no archive; a temporary folder that cannot be written.
 pub fn unpacked(path: &Path, folders: &[&str]) -> Result<TempDir, Fault> {
-    let file = File::open(path).map_err(|e| Fault::new(format!("the FMU cannot be read: {e}")))?;
-    unpack(&mut ZipArchive::new(file).map_err(|e| no_fmu(&e))?, folders)
+    let file = File::open(path).map_err(|e| Fault::new(format!("the archive cannot be read: {e}")))?;
+    let archive = ZipArchive::new(file).map_err(|e| Fault::new(format!("this is no zip archive: {e}")));
+    unpack(&mut archive?, folders)
 }
 
 /// Writes the files below these folders of the archive to a temporary one.
@@ -144,20 +149,21 @@ fn unpack<R: Read + Seek>(archive: &mut ZipArchive<R>, folders: &[&str]) -> Resu
     let target = temporary_folder()?;
     let mut left = LARGEST;
     for i in 0..archive.len() {
-        let entry = archive.by_index(i).map_err(|e| no_fmu(&e))?;
-        let name = entry.name().map_err(|e| no_fmu(&e))?.replace('\\', "/");
+        let entry = archive.by_index(i).map_err(|e| damaged(&e))?;
+        let name = entry.name().map_err(|e| damaged(&e))?.replace('\\', "/");
         if name.ends_with('/') || !folders.iter().any(|folder| name.starts_with(folder)) {
             continue;
         }
-        let path = entry.enclosed_name().ok_or_else(|| no_fmu(&format!("\"{name}\" leads out of its folder")))?;
+        let path = entry.enclosed_name().ok_or_else(|| damaged(&format!("\"{name}\" leads out of its folder")))?;
         let path = target.path().join(path);
         std::fs::create_dir_all(path.parent().unwrap_or(target.path())).map_err(|e| no_folder(&e))?;
         let mut file = File::create(path).map_err(|e| no_folder(&e))?;
-        let count = std::io::copy(&mut entry.take(left), &mut file).map_err(|e| no_fmu(&format!("\"{name}\": {e}")))?;
+        let count =
+            std::io::copy(&mut entry.take(left), &mut file).map_err(|e| damaged(&format!("\"{name}\": {e}")))?;
         file.flush().map_err(|e| no_folder(&e))?;
         left -= count;
         if left == 0 {
-            return Err(no_fmu(&format!("it holds more than {} GB", LARGEST / 1_000_000_000)));
+            return Err(damaged(&format!("it holds more than {} GB", LARGEST / 1_000_000_000)));
         }
     }
     // A folder that is empty is not in every archive, but named to the instance.
