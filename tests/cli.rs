@@ -816,12 +816,6 @@ fn an_fmu_agrees_with_its_results_and_a_changed_one_does_not() {
         }
     }
     assert!(!run.err.contains("note: "), "{}", run.err);
-    // A shaft that inputs move stands still in its experiment.
-    let resting = folder.join("resting.fmu");
-    let run_up = "examples/guide_bar/run_up.toml";
-    assert_eq!(camdrive(&["export", run_up, "-o", text(&resting), "--runtime", &runtime]).code, 0);
-    let run = camdrive(&["verify", text(&resting)]);
-    assert!(run.code == 0 && run.err.contains("no output changes in the experiment"), "{}", run.err);
     let mut files = unzipped(&folder.join("transfer_manipulator.fmu"));
     let name = format!("{EXTRA}result.csv");
     let results = String::from_utf8(files[&name].clone()).expect("UTF-8");
@@ -844,18 +838,105 @@ fn an_fmu_agrees_with_its_results_and_a_changed_one_does_not() {
     assert!(run.code == 1 && run.out.contains("changed.fmu: 1 of"), "{}{}", run.out, run.err);
     let no: Vec<&str> = run.out.lines().filter(|line| line.ends_with(" no")).collect();
     assert!(no.len() == 1 && no[0].trim().starts_with("y "), "{}", run.out);
-    let run = with(Some(results.lines().take(9).collect::<Vec<_>>().join("\n")));
-    assert!(run.err.contains("the results end at t = "), "{}", run.err);
+    let rows = |keep: &dyn Fn(usize) -> bool| {
+        let kept = results.lines().enumerate().filter(|(i, _)| keep(*i));
+        Some(kept.map(|(_, line)| line).collect::<Vec<_>>().join("\n"))
+    };
+    for (content, message) in
+        [(rows(&|i| i < 9), "result.csv ends too early, at t = "), (rows(&|i| i != 9), "rows up to t = 6.5 s, not ")]
+    {
+        let run = with(content);
+        assert!(run.code == 1 && run.out.contains(message), "{message}: {}{}", run.out, run.err);
+    }
+    let second = |column: &str| {
+        let cells = |(i, line): (usize, &str)| format!("{line},{}", if i == 0 { column } else { "1" });
+        Some(results.lines().enumerate().map(cells).collect::<Vec<_>>().join("\n"))
+    };
     lines[300] = cells[..column].join(",");
     for (content, message) in [
         (Some(lines.join("\n")), "result.csv: CSV error"),
         (Some(results.replacen(",y,", ",z,", 1)), "the output `y` has no column"),
+        (second("z"), "the FMU has no output `z`"),
+        (second("drive.w"), "the FMU has no output `drive.w`"),
+        (second("y"), "`y` has two columns"),
         (Some(results.replacen("\n0.0,", "\nzero,", 1)), "line 2: `zero` is no number"),
+        (Some(results.replacen("\n0.0,", "\nNaN,", 1)), "line 2: `NaN` is no number"),
         (Some(results.lines().next().expect("a line").to_owned()), "it has no rows"),
         (None, "the FMU holds no results\n  = hint: "),
     ] {
         let run = with(content);
         assert!(run.code == 1 && run.out.is_empty() && run.err.contains(message), "{message}: {}{}", run.out, run.err);
+    }
+    files.insert(name, results.into_bytes());
+    let scene = format!("{EXTRA}model/scene.toml");
+    let own = String::from_utf8(files[&scene].clone()).expect("UTF-8");
+    for (content, message) in [
+        (format!("# A comment.\n{own}"), ""),
+        (own.replacen("17.85 N", "17.8500001 N", 1), "the scene inside is not the one of the drive"),
+        (own.replacen("name = \"", "name = \"t", 1), "the scene inside is not the one of the drive"),
+        (own.replacen("model = ", "modle = ", 1), "changed.fmu"),
+    ] {
+        assert_ne!(content, own);
+        files.insert(scene.clone(), content.into_bytes());
+        let run = camdrive(&["verify", &zipped(&changed, &files)]);
+        let said = run.out.contains("changed: ") && run.out.contains(message);
+        assert!(if message.is_empty() { run.code == 0 } else { run.code == 1 && said }, "{}{}", run.out, run.err);
+    }
+}
+
+/// In the results of an FMU its inputs move, as the table beside them says, and `run` takes that table.
+#[test]
+fn inputs_move_in_the_experiment() {
+    let folder = folder("moving");
+    let scenes = ["guide_bar_speed", "train_input", "machine_torques", "train_servo"]
+        .map(|name| format!("tests/fmpy/scenes/{name}.toml"));
+    let runtime = runtime();
+    let mut args = vec!["export", "examples/guide_bar/run_up.toml"];
+    args.extend(scenes.iter().map(String::as_str));
+    args.extend(["-o", text(&folder), "--runtime", &runtime]);
+    let run = camdrive(&args);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let input = folder.join("input.csv");
+    for fmu in contents(&folder).into_keys().map(|name| folder.join(name)) {
+        let run = camdrive(&["verify", text(&fmu)]);
+        assert!(run.code == 0 && run.err.is_empty(), "{}{}", run.out, run.err);
+        let files = unzipped(&fmu);
+        let table = |name: &str| {
+            let mut table = csv::Reader::from_reader(&files[&format!("{EXTRA}{name}")][..]);
+            let names: Vec<String> = table.headers().expect("headings").iter().map(str::to_owned).collect();
+            let rows =
+                table.records().map(|row| row.expect("a row").iter().map(|x| x.parse().expect("a number")).collect());
+            (names, rows.collect::<Vec<Vec<f64>>>())
+        };
+        let (names, rows) = table("input.csv");
+        for (i, name) in names.iter().enumerate().skip(1) {
+            let [first, last] = [&rows[0], &rows[rows.len() - 1]].map(|row| row[i]);
+            let most = rows.iter().map(|row| row[i]).fold(0.0, f64::max);
+            let right = match name.as_str() {
+                "phi" => (last - first - 4.0 * std::f64::consts::PI).abs() < 1e-12,
+                // The mean speed is half of the last one.
+                "w" => (0.5 * (last - first) * rows[rows.len() - 1][0] - 4.0 * std::f64::consts::PI).abs() < 1e-12,
+                "a" => first == 0.0 && last == 0.0 && most > 0.0,
+                _ => (last - first).log2().fract() == 0.0,
+            };
+            assert!(right, "{}: {name} from {first} to {last}", fmu.display());
+        }
+        std::fs::write(&input, &files[&format!("{EXTRA}input.csv")]).expect("a table");
+        let run = camdrive(&["run", text(&fmu), "--input", text(&input)]);
+        assert!(run.code == 0 && run.err.is_empty(), "{}", run.err);
+        let (names, rows) = table("result.csv");
+        let lines: Vec<Vec<f64>> = run
+            .out
+            .lines()
+            .skip(1)
+            .map(|line| line.split(',').map(|x| x.parse().expect("a number")).collect())
+            .collect();
+        for (i, name) in names.iter().enumerate() {
+            let largest = rows.iter().map(|row| row[i].abs()).fold(0.0, f64::max);
+            let off = rows.iter().zip(&lines).map(|(row, line)| (row[i] - line[i]).abs()).fold(0.0, f64::max);
+            assert!(rows.len() == lines.len() && off <= 1e-6 * largest + 1e-12, "{}: {name}: {off}", fmu.display());
+            assert!(rows.iter().any(|row| row[i] != rows[0][i]), "{}: {name} rests", fmu.display());
+        }
     }
 }
 
@@ -869,8 +950,8 @@ fn an_fmu_without_a_scene_is_told_from_a_scene() {
     for command in ["check", "describe", "export", "cam", "steady"] {
         for (fmu, parts) in [
             (&*empty, ["the FMU holds no scene", "name the scene itself"]),
-            (text(&none), ["this is no FMU", "zip archive"]),
-            ("absent.fmu", ["the FMU cannot be read", "name a scene"]),
+            (text(&none), ["this is no zip archive", "name a scene"]),
+            ("absent.fmu", ["the archive cannot be read", "name a scene"]),
         ] {
             let run = camdrive(&[command, fmu]);
             let told = parts.iter().all(|part| run.err.contains(part)) && run.err.contains("= hint: ");
@@ -1733,17 +1814,19 @@ fn unpacked(path: &Path) -> Vec<(String, Vec<u8>)> {
 }
 
 #[test]
-fn run_refuses_what_is_no_fmu_for_it() {
+fn run_and_verify_refuse_what_is_no_fmu_for_them() {
     let folder = folder("run_no_fmu");
     let (fmu, temporary) = (folder.join("t.fmu"), folder.join("temporary"));
     let exported = camdrive(&["export", SCENE, "-o", text(&fmu), "--runtime", &runtime()]);
     assert_eq!(exported.code, 0, "{}", exported.err);
     let (whole, own) = (std::fs::read(&fmu).unwrap(), unpacked(&fmu));
     let refused = |parts: &[&str]| {
-        let run = run_fmu(&[text(&fmu)], &temporary);
-        assert_eq!((run.code, run.out.as_str()), (1, ""), "{parts:?}");
         let parts = [&["error: ", text(&fmu)], parts].concat();
-        assert!(parts.iter().all(|part| run.err.contains(part)), "{parts:?}: {}", run.err);
+        for run in [run_fmu(&[text(&fmu)], &temporary), camdrive(&["verify", text(&fmu)])] {
+            assert_eq!((run.code, run.out.as_str()), (1, ""), "{parts:?}");
+            assert!(parts.iter().all(|part| run.err.contains(part)), "{parts:?}: {}", run.err);
+            assert!(run.err.matches(text(&fmu)).count() == 1, "{}", run.err);
+        }
     };
     // The files for which `keep` holds, and more.
     let with = |keep: &dyn Fn(&str) -> bool, more: &[(&str, &[u8])], parts: &[&str]| {
@@ -3296,23 +3379,96 @@ fn a_system_runs_alike_from_its_file_and_from_its_archive() {
         let run = camdrive(&[&["run", "examples/loom/system.toml"][..], &option].concat());
         assert!(run.code == 1 && run.out.is_empty() && run.err.contains(said), "{option:?}: {}", run.err);
     }
-    // One that is changed.
+    let check = camdrive(&["check", text(&ssp)]);
+    assert!(check.code == 0 && check.out.contains("two_cams.ssp: system of 3 parts ok"), "{}{}", check.out, check.err);
+    // One that is changed. The file with its messages is written anew by BLESS=1.
     let mut files = unzipped(&ssp);
     let structure = String::from_utf8(files.remove("SystemStructure.ssd").expect("the structure")).expect("text");
-    for (from, to, said) in [
-        ("startElement=\"machine\"", "startElement=\"motor\"", "a connection with `phi` of no part"),
-        ("endConnector=\"phi\"", "endConnector=\"psi\"", "has no input `psi`"),
-        ("\"1.0\" name=\"two_cams\" gen", "\"3.0\" name=\"two_cams\" gen", "SSP 3.0 is not known"),
-        ("name=\"w_start\"", "name=\"w_begin\"", "`w_begin`, which a parameter sets, is no variable"),
-        ("resources/pusher.fmu", "resources/other.fmu", "part pusher: "),
-        ("<ssd:Connections>", "<ssd:Connections", "SystemStructure.ssd, line"),
-    ] {
+    let machine = files["resources/machine.fmu"].clone();
+    files.insert("my parts/machine 1.fmu".to_owned(), machine);
+    files.insert("set.ssv".to_owned(), b"<ParameterSet version=\"2.0\" name=\"s\"/>".to_vec());
+    let mut changed = |from: &str, to: &str| {
         assert!(structure.contains(from), "{from}");
         files.insert("SystemStructure.ssd".to_owned(), structure.replacen(from, to, 1).into_bytes());
-        let run = camdrive(&["run", &zipped(&folder.join("changed.ssp"), &files)]);
-        assert!(run.code == 1 && run.err.contains("changed.ssp: ") && run.err.contains(said), "{from}: {}", run.err);
+        let run = camdrive(&["run", &zipped(&folder.join("changed.ssp"), &files), "--stop", "2 ms"]);
+        (run.code, run.err.replace(&*folder.to_string_lossy(), "").replace('\\', "/"))
+    };
+    assert_eq!(changed("source=\"resources/machine.fmu\"", "source=\"my%20parts/machine%201.fmu\"").0, 0);
+    let (code, err) = changed(" stopTime=\"1.2\"", "");
+    assert!(code == 0 && err.contains("tells no stopTime, so that it ends at 1 s"), "{err}");
+    let mut said = String::new();
+    let element = |what: &str| format!("<ssd:Elements>{what}");
+    let binding = |what: &str| {
+        format!(
+            "<ssd:Elements><ssd:Component name=\"b\" source=\"resources/pusher.fmu\"><ssd:ParameterBindings>\
+             <ssd:ParameterBinding {what}</ssd:ParameterBindings></ssd:Component>"
+        )
+    };
+    let value = |what: &str| {
+        let set = "><ssd:ParameterValues><ssv:ParameterSet version=\"1.0\" name=\"s\"><ssv:Parameters>";
+        binding(&format!(
+            "{set}<ssv:Parameter name=\"m\">{what}</ssv:Parameter></ssv:Parameters></ssv:ParameterSet>\
+             </ssd:ParameterValues></ssd:ParameterBinding>"
+        ))
+    };
+    for (from, to) in [
+        ("startElement=\"machine\"", "startElement=\"motor\"".to_owned()),
+        ("startElement=\"machine\" ", String::new()),
+        ("endConnector=\"phi\"", "endConnector=\"psi\"".to_owned()),
+        ("factor=\"", "factor=\"1e999".to_owned()),
+        ("<ssc:LinearTransformation", "<ssc:BooleanMappingTransformation/><ssc:LinearTransformation".to_owned()),
+        ("<ssc:LinearTransformation", "<ssc:EnumerationMappingTransformation/><ssc:LinearTransformation".to_owned()),
+        ("\"1.0\" name=\"two_cams\" gen", "\"2.0\" name=\"two_cams\" gen".to_owned()),
+        ("name=\"w_start\"", "name=\"w_begin\"".to_owned()),
+        ("resources/pusher.fmu", "resources/other.fmu".to_owned()),
+        ("resources/pusher.fmu", "../pusher.fmu".to_owned()),
+        ("resources/pusher.fmu", "%2e%2e/pusher.fmu".to_owned()),
+        ("resources/pusher.fmu", "file:///pusher.fmu".to_owned()),
+        ("resources/pusher.fmu", "resources/100%.fmu".to_owned()),
+        ("resources/pusher.fmu", "set.ssv".to_owned()),
+        ("application/x-fmu-sharedlibrary", "application/x-ssp-package".to_owned()),
+        ("implementation=\"CoSimulation\"", "implementation=\"ModelExchange\"".to_owned()),
+        ("name=\"pusher\"", "name=\"machine\"".to_owned()),
+        ("startTime=\"", "startTime=\"1".to_owned()),
+        (" stopTime=\"1.2\"", " stopTime=\"-1\"".to_owned()),
+        ("<ssd:Elements>", element("<ssd:System name=\"inner\"/>")),
+        ("<ssd:Elements>", element("<ssd:SignalDictionaryReference name=\"bus\" dictionary=\"d\"/>")),
+        ("<ssd:Elements>", "<ssd:SignalDictionaries/><ssd:Elements>".to_owned()),
+        ("<ssd:Elements>", binding("source=\"none.ssv\"/>")),
+        ("<ssd:Elements>", binding("source=\"set.ssv\"/>")),
+        ("<ssd:Elements>", binding("source=\"https://example.org/set.ssv\"/>")),
+        ("<ssd:Elements>", binding("source=\"set.ssv\" sourceBase=\"component\"/>")),
+        ("<ssd:Elements>", binding("source=\"set.csv\" type=\"text/csv\"/>")),
+        ("<ssd:Elements>", binding("/>")),
+        ("<ssd:Elements>", binding("source=\"set.ssv\"><ssd:ParameterMapping/></ssd:ParameterBinding>")),
+        ("<ssd:Elements>", value("<ssv:Real value=\"3\" unit=\"lb\"/>")),
+        ("<ssd:Elements>", value("<ssv:Real value=\"-3\"/>")),
+        ("<ssd:Elements>", value("<ssv:String value=\"heavy\"/>")),
+        ("<ssd:Connections>", "<ssd:Connections".to_owned()),
+    ] {
+        let (code, err) = changed(from, &to);
+        assert_eq!(code, 1, "{from} → {to}");
+        said += &format!("# {from} → {to}\n{err}\n");
+    }
+    files.remove("SystemStructure.ssd");
+    let empty = BTreeMap::new();
+    for (name, files) in [("no_structure.ssp", &files), ("empty.ssp", &empty)] {
+        let run = camdrive(&["run", &zipped(&folder.join(name), files)]);
+        assert_eq!(run.code, 1);
+        said += &format!("# {name}\n{}\n", run.err.replace(&*folder.to_string_lossy(), "").replace('\\', "/"));
     }
     std::fs::write(folder.join("none.ssp"), "none").expect("a file");
-    let run = camdrive(&["run", text(&folder.join("none.ssp"))]);
-    assert!(run.code == 1 && run.err.contains("none.ssp: "), "{}", run.err);
+    for command in ["run", "check"] {
+        let run = camdrive(&[command, text(&folder.join("none.ssp"))]);
+        assert!(
+            run.code == 1 && run.err.contains("this is no zip archive") && run.err.contains("none.ssp\n"),
+            "{}",
+            run.err
+        );
+    }
+    let stored = root().join("tests/ssp.txt");
+    if std::env::var_os("BLESS").is_some_and(|v| v == "1") {
+        std::fs::write(&stored, &said).expect("the messages");
+    }
+    assert!(std::fs::read_to_string(&stored).unwrap_or_default().replace("\r\n", "\n") == said, "now:\n{said}");
 }

@@ -66,6 +66,15 @@ macro_rules! scenes {
                 }
             }
 
+            /// The scene of a model from the bytes that the runtime library reads.
+            pub fn decoded(model: &str, bytes: &[u8]) -> Result<Self, Fault> {
+                let scene = match model {
+                    $($model::MODEL => postcard::from_bytes(bytes).map(Scene::$model),)*
+                    _ => return Err(Fault::new(format!("unknown model `{model}`"))),
+                };
+                scene.map_err(|e| Fault::new(format!("the scene of {model} cannot be decoded: {e}")))
+            }
+
             /// The scene as the runtime library reads it.
             pub fn encoded(&self) -> Result<Vec<u8>, Fault> {
                 let bytes = match self {

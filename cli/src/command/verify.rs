@@ -1,10 +1,14 @@
 //! `camdrive verify FMU…`
 
-use super::{Failure, Format, failure, tell};
-use crate::export::{references, results};
-use camdrive::drives::Fault;
+use super::run::signals::Signals;
+use super::{Failure, Format, failure, open, tell};
+use crate::export::results::{self, Results};
+use crate::export::{references, sbom};
+use camdrive::drives::resource::{BUILD, Content, FILE_NAME};
 use camdrive::drives::variable::Causality;
-use camdrive_design::host::{self, Fmu};
+use camdrive::drives::{Description, Fault};
+use camdrive_design::host::{self, Fmu, ModelDescription};
+use camdrive_design::resource::Scene;
 use camdrive_design::text::{self, Page, Table, number};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -12,9 +16,12 @@ use std::process::ExitCode;
 
 /// Runs the default experiment of FMUs again and compares the outputs with the results inside.
 ///
-/// The FMU's own library computes them on this machine. An output agrees where it differs nowhere by more than the relative
-/// tolerance of the experiment, of its largest value, and the last digit of the results. Exit code 1 where one does not. A chaotic
-/// motion agrees on machines of one kind only. A note tells where the results end early, and where no output changes.
+/// The FMU's own library computes them on this machine. An output agrees where it differs nowhere by more than the
+/// relative tolerance of the experiment, of its largest value, and the last digit of the results. Exit code 1 where one
+/// does not, where rows of the results are missing, and where the scene inside is no longer the one of the drive. Inputs
+/// move as the table inside says: phi, w, a turn the shaft twice in a smooth run-up, every other one rises smoothly, the
+/// last by 1 in its unit, each one before it by half of that of the next. A chaotic motion agrees on machines of one kind
+/// only.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  camdrive verify guide_bar.fmu")]
 pub struct Args {
@@ -30,6 +37,8 @@ pub struct Args {
 struct Comparison {
     file: String,
     agrees: bool,
+    /// What is not as the export left it.
+    changes: Vec<String>,
     /// The last time of the results (s).
     end: f64,
     outputs: Vec<Output>,
@@ -50,11 +59,18 @@ struct Output {
     agrees: bool,
 }
 
+/// Relative difference of numbers that are the same but for the last digits.
+const NEAR: f64 = 1e-9;
+
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut all = Vec::new();
     for path in &args.fmus {
         let place = text::in_one_line(path.display());
-        all.push(compare(path, &place).map_err(|fault| failure(format!("{place}: {fault}")))?);
+        let told = |fault: Fault| match fault.to_string() {
+            text if text.starts_with(&place) => failure(text),
+            text => failure(format!("{place}: {text}")),
+        };
+        all.push(compare(path, &place).map_err(told)?);
     }
     let ending = if all.iter().all(|of| of.agrees) { ExitCode::SUCCESS } else { ExitCode::FAILURE };
     args.format.print(|width| all.iter().map(|of| of.text(width)).collect(), || text::json(&all))?;
@@ -62,32 +78,54 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 }
 
 fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
-    let (names, rows) = results_of(path)?;
     let fmu = Fmu::open(path)?;
+    let folder = host::unpacked(path, &[&format!("{}/", references::FOLDER), "resources/", sbom::PATH])?;
+    let (names, rows) = results_of(folder.path())?;
     let description = fmu.description();
-    let find =
-        |name: &String| description.find(name).ok_or_else(|| wrong(&format!("the FMU has no variable `{name}`")));
-    let mut outputs =
-        description.variables.iter().map(|v| &v.about).filter(|about| about.causality == Causality::Output);
+    let is_output = |about: &Description| about.causality == Causality::Output;
+    let mut outputs = description.variables.iter().map(|v| &v.about).filter(|about| is_output(about));
     if let Some(output) = outputs.find(|output| !names.contains(&output.name)) {
         return Err(wrong(&format!("the output `{}` has no column", output.name)));
     }
-    let columns = names.iter().map(find).collect::<Result<Vec<usize>, Fault>>()?;
+    let mut columns = Vec::new();
+    for name in &names {
+        let column = description.find(name).filter(|column| is_output(&description.variables[*column].about));
+        let column = column.ok_or_else(|| wrong(&format!("the FMU has no output `{name}`")))?;
+        if columns.contains(&column) {
+            return Err(wrong(&format!("`{name}` has two columns")));
+        }
+        columns.push(column);
+    }
     let (tolerance, end) = (description.experiment.tolerance, rows[rows.len() - 1][0]);
-    let note = |text: String| tell(&format!("note: {place}: {text}\n"));
-    if let Some(stop) = description.experiment.stop.filter(|stop| end < *stop) {
-        note(format!("the results end at t = {} s, the experiment at {} s", number(end), number(stop)));
-    }
+    let changes = changes(path, folder.path(), description, &rows)?;
     if rows.iter().all(|row| row[1..] == rows[0][1..]) {
-        note("no output changes in the experiment, whose inputs rest: that they agree proves little".to_owned());
+        tell(&format!("note: {place}: no output changes in the experiment: that they agree proves little\n"));
     }
+    let table = folder.path().join(references::FOLDER).join(references::INPUT);
+    let all: Vec<Description> = description.variables.iter().map(|variable| variable.about.clone()).collect();
+    let signals = table.is_file().then(|| Signals::read(&table, &all)).transpose();
+    let signals =
+        signals.map_err(|Failure(text)| Fault::new(text.replace(&table.display().to_string(), references::INPUT)))?;
+    let signals = signals.unwrap_or_default();
     let mut host = fmu.instantiate(&description.name)?;
+    let give = |host: &mut host::Host, time: f64, initialised: bool| {
+        signals.at(time, |variable, value, slope| {
+            host.set(variable, value)?;
+            let reference = description.variables[variable].reference;
+            match slope.filter(|_| initialised && description.capabilities.interpolates_inputs) {
+                Some(slope) => host.set_input_derivatives(&[reference], &[1], &[slope]),
+                None => Ok(()),
+            }
+        })
+    };
     host.set_up(rows[0][0], None, tolerance)?;
     host.enter_initialization()?;
+    give(&mut host, rows[0][0], false)?;
     host.exit_initialization()?;
     // Largest magnitude; largest difference and its time.
     let mut found = vec![(0.0f64, 0.0f64, rows[0][0]); columns.len()];
     for (i, row) in rows.iter().enumerate() {
+        give(&mut host, row[0], true)?;
         for ((column, told), (largest, difference, time)) in columns.iter().zip(&row[1..]).zip(&mut found) {
             let off = (host.get(*column)? - told).abs();
             *largest = largest.max(told.abs());
@@ -107,14 +145,64 @@ fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
         Output { name, unit, largest, difference, time, admissible, agrees: difference <= admissible }
     };
     let outputs: Vec<Output> = names.into_iter().zip(columns).zip(found).map(output).collect();
-    let agrees = outputs.iter().all(|output| output.agrees);
-    Ok(Comparison { file: place.to_owned(), agrees, end, outputs })
+    let agrees = changes.is_empty() && outputs.iter().all(|output| output.agrees);
+    Ok(Comparison { file: place.to_owned(), agrees, changes, end, outputs })
 }
 
-/// The outputs of the results in an FMU, and their rows: first the time (s).
-fn results_of(path: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Fault> {
-    let folder = host::unpacked(path, &[&format!("{}/", references::FOLDER)])?;
-    let place = folder.path().join(references::FOLDER).join(references::RESULT);
+/// What is not as the export left it: the scene inside, against that of the drive, and the rows of the results.
+fn changes(path: &Path, folder: &Path, about: &ModelDescription, rows: &[Vec<f64>]) -> Result<Vec<String>, Fault> {
+    let mut changes = Vec::new();
+    let (end, step) = (rows[rows.len() - 1][0], about.experiment.step.unwrap_or(f64::INFINITY));
+    let points = (end / step).round() as usize + 1;
+    if rows.len() != points {
+        changes.push(format!(
+            "{} has {} rows up to t = {} s, not {points}",
+            references::RESULT,
+            rows.len(),
+            number(end)
+        ));
+    }
+    let scene = match open(path) {
+        Ok(scene) => scene,
+        Err(faults) => {
+            return Ok([changes, vec![format!("the scene inside is not the one of the drive: {faults}")]].concat());
+        }
+    };
+    let resource = scene.resource();
+    let read = |name: &str| std::fs::read(folder.join(name)).map_err(|e| Fault::new(format!("{name}: {e}")));
+    // Other sources may encode the same scene in another way.
+    if String::from_utf8_lossy(&read(sbom::PATH)?).contains(BUILD) {
+        let bytes = read(&format!("resources/{FILE_NAME}"))?;
+        let Content { model, scene, .. } = Content::from_bytes(&bytes)?;
+        if about.name != resource.name || !are_near(&Scene::decoded(model, scene)?, &resource.scene) {
+            changes.push(format!("the scene inside is not the one of the drive, resources/{FILE_NAME}"));
+        }
+    } else {
+        tell(&format!(
+            "note: {}: another camdrive made it; its scene is not compared with the drive\n",
+            path.display()
+        ));
+    }
+    // What the export could not run to the end ends early for good.
+    let is_early = about.experiment.stop.is_some_and(|stop| end < stop);
+    if is_early && end < Results::of(&mut *resource.build()?)?.end() {
+        changes.push(format!("{} ends too early, at t = {} s", references::RESULT, number(end)));
+    }
+    Ok(changes)
+}
+
+/// Whether two scenes differ at most in the last digits of numbers, which sin and cos of another machine may give.
+fn are_near(one: &Scene, other: &Scene) -> bool {
+    let [one, other] = [one, other].map(|scene| format!("{scene:?}"));
+    let [one, other] = [&one, &other].map(|text| text.split([' ', ',', '(', ')', '[', ']']).collect::<Vec<&str>>());
+    let number = |text: &str| text.parse::<f64>().unwrap_or(f64::NAN);
+    let near = |a: f64, b: f64| (a - b).abs() <= NEAR * a.abs();
+    one.len() == other.len() && one.iter().zip(other).all(|(a, b)| *a == b || near(number(a), number(b)))
+}
+
+/// The outputs of the results in an unpacked FMU, and their rows: first the time (s).
+fn results_of(folder: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Fault> {
+    let place = folder.join(references::FOLDER).join(references::RESULT);
     if !place.is_file() {
         let hint = "older FMUs, and those of other tools, have none inside; `camdrive export` makes one with them";
         return Err(Fault::new(format!("the FMU holds no results\n  = hint: {hint}")));
@@ -124,7 +212,10 @@ fn results_of(path: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Fault> {
     let mut rows: Vec<Vec<f64>> = Vec::new();
     for (i, record) in table.records().enumerate() {
         let record = record.map_err(|e| wrong(&e.to_string()))?;
-        let value = |text: &str| text.parse().map_err(|_| wrong(&format!("line {}: `{text}` is no number", i + 2)));
+        let value = |text: &str| {
+            let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+            number.ok_or_else(|| wrong(&format!("line {}: `{text}` is no number", i + 2)))
+        };
         let row = record.iter().map(value).collect::<Result<Vec<f64>, Fault>>()?;
         if rows.last().is_some_and(|last| !(last[0] < row[0])) {
             return Err(wrong(&format!("line {}: the time {} s does not grow", i + 2, row[0])));
@@ -155,6 +246,7 @@ impl Comparison {
         let head = "output  unit  largest value  difference  admissible  at t [s]  agrees";
         let table = Table::new(head, self.outputs.iter().map(row));
         Page::new(format!("{}: {verdict} up to t = {} s", self.file, number(self.end)), width)
+            .section("", self.changes.iter().map(|change| format!("changed: {change}")))
             .table("Outputs", &table)
             .text()
     }

@@ -16,7 +16,7 @@ pub mod png;
 pub mod references;
 pub mod results;
 pub mod runtime_library;
-mod sbom;
+pub mod sbom;
 pub mod terminals;
 #[cfg(test)]
 mod test_drive;

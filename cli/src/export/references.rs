@@ -1,5 +1,5 @@
 //! What an FMU carries to be traced and checked, in the layout of the layered standard FMI-LS-REF (1.0.0-alpha.1): the scene and
-//! its tables, from which it is exported again, and the outputs of its default experiment.
+//! its tables, from which it is exported again, inputs and outputs of its default experiment.
 
 use super::archive::File;
 use super::results::Results;
@@ -15,7 +15,10 @@ pub const MODEL: &str = "model";
 /// The table of the results in it.
 pub const RESULT: &str = "result.csv";
 
-/// The files in `extra/`: the manifest, the sources by name, the scene first, and the results.
+/// The table of the inputs in it.
+pub const INPUT: &str = "input.csv";
+
+/// The files in `extra/`: the manifest, the sources by name, the scene first, inputs and results of the experiment.
 pub fn files(sources: &[(String, Vec<u8>)], results: &Results) -> Vec<File> {
     let mut files = Vec::new();
     let mut manifest = Xml::document();
@@ -39,6 +42,9 @@ pub fn files(sources: &[(String, Vec<u8>)], results: &Results) -> Vec<File> {
         for (i, (name, content)) in sources.iter().enumerate() {
             let description = if i == 0 { "Scene of which the FMU was made" } else { "Table that the scene names" };
             related(format!("{MODEL}/{name}"), content, "model", description);
+        }
+        if let Some(inputs) = results.inputs() {
+            related(INPUT.to_owned(), inputs.as_bytes(), "testcase", "Inputs over the default experiment");
         }
         let until = if results.whole { String::new() } else { format!(" up to t = {} s", results.end()) };
         let description = format!("Outputs over the default experiment{until}");

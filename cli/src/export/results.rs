@@ -1,8 +1,9 @@
 //! The outputs of a drive over its default experiment: as a table with which another run is compared, and as a diagram.
+//! Inputs move in it, since a drive whose shaft stands still would agree with any library.
 
 use super::model_description::unit;
 use super::picture;
-use camdrive::drives::variable::{Causality, Kind};
+use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{AnyDrive, Curve, Description, Fault};
 use camdrive::numerics::work::{BUDGET, Since};
 use camdrive_design::drawing::Drawing;
@@ -29,9 +30,18 @@ const MOST_POINTS: usize = 3000;
 /// What the diagram shows first, whatever comes before it among the outputs.
 const MAIN: [&str; 7] = ["w", "y", "x", "psi", "q", "force", "tau"];
 
-/// The outputs over the default experiment.
+/// The inputs that turn a shaft.
+const MOTION: [&str; 3] = ["phi", "w", "a"];
+
+/// What the run-up adds to φ over the experiment (rad).
+const WAY: f64 = 2.0 * TAU;
+
+/// Inputs and outputs over the default experiment.
 pub struct Results {
+    inputs: Vec<Description>,
     outputs: Vec<Description>,
+    /// The time (s) and the values of the inputs at each communication point of the experiment.
+    courses: Vec<Vec<f64>>,
     /// The time (s) and the values of the outputs at each communication point.
     rows: Vec<Vec<f64>>,
     /// Whether the last row is the end of the experiment.
@@ -61,30 +71,58 @@ impl Results {
     pub fn of(drive: &mut AnyDrive) -> Result<Self, Fault> {
         let (e, begin) = (drive.experiment(), Since::now());
         let all = drive.descriptions().to_vec();
-        let references: Vec<usize> = (0..all.len()).filter(|i| all[*i].causality == Causality::Output).collect();
+        let [inputs, references] = [Causality::Input, Causality::Output]
+            .map(|wanted| (0..all.len()).filter(|i| all[*i].causality == wanted).collect::<Vec<usize>>());
         drive.reset();
         drive.set_up(0.0, Some(e.tolerance));
-        drive.start()?;
-        let (count, mut rows, mut whole) = ((e.stop / e.step).round() as usize, Vec::new(), false);
+        let count = (e.stop / e.step).round() as usize;
         let time_of = |i: usize| if i == count { e.stop } else { i as f64 * e.step };
+        let starts = inputs.iter().map(|input| drive.get(*input)).collect::<Result<Vec<f64>, Fault>>()?;
+        let moved: Vec<&Description> = inputs.iter().map(|input| &all[*input]).collect();
+        let courses: Vec<Vec<f64>> = (0..=count).map(|i| course(&moved, &starts, time_of(i), e.stop)).collect();
+        let derived = moved.iter().any(|input| input.name == "a");
+        // As `camdrive run` gives a table of inputs: what is no integral of another input goes on to its next value.
+        let give = |drive: &mut AnyDrive, i: usize, slopes: bool| -> Result<(), Fault> {
+            for (j, input) in inputs.iter().enumerate() {
+                drive.set(*input, courses[i][j + 1])?;
+                let Description { name, variability, .. } = &all[*input];
+                let goes_on =
+                    *variability == Variability::Continuous && !(derived && MOTION[..2].contains(&name.as_str()));
+                if slopes && goes_on && drive.input_derivative_order() > 0 {
+                    let slope = |next: &Vec<f64>| (next[j + 1] - courses[i][j + 1]) / (next[0] - courses[i][0]);
+                    drive.set_input_derivative(*input, 1, courses.get(i + 1).map_or(0.0, slope))?;
+                }
+            }
+            Ok(())
+        };
+        give(drive, 0, false)?;
+        drive.start()?;
+        let (mut rows, mut whole) = (Vec::new(), false);
         for i in 0..=count {
-            let time = time_of(i);
-            let values = references.iter().map(|reference| drive.get(*reference));
-            rows.push([Ok(time)].into_iter().chain(values).collect::<Result<Vec<f64>, Fault>>()?);
+            let values = give(drive, i, true).and_then(|()| {
+                let values = references.iter().map(|reference| drive.get(*reference));
+                [Ok(time_of(i))].into_iter().chain(values).collect::<Result<Vec<f64>, Fault>>()
+            });
+            match values {
+                Ok(row) => rows.push(row),
+                Err(fault) if i == 0 => return Err(fault),
+                Err(_) => break,
+            }
             whole = i == count;
-            if whole || begin.drawn() > MOST_WORK || drive.advance(time, time_of(i + 1) - time).is_err() {
+            if whole || begin.drawn() > MOST_WORK || drive.advance(time_of(i), time_of(i + 1) - time_of(i)).is_err() {
                 break;
             }
         }
         drive.reset();
-        let outputs: Vec<Description> = references.into_iter().map(|reference| all[reference].clone()).collect();
+        let [inputs, outputs] =
+            [inputs, references].map(|of| of.into_iter().map(|i| all[i].clone()).collect::<Vec<_>>());
         for (i, output) in outputs.iter().enumerate() {
             if matches!(output.kind, Kind::Real { .. }) {
                 let last = last_place(rows.iter().map(|row| row[i + 1].abs()).fold(0.0, f64::max));
                 rows.iter_mut().for_each(|row| row[i + 1] = rounded(row[i + 1], last));
             }
         }
-        Ok(Results { outputs, rows, whole })
+        Ok(Results { inputs, outputs, courses, rows, whole })
     }
 
     /// The last time (s).
@@ -92,21 +130,34 @@ impl Results {
         self.rows.last().map_or(0.0, |row| row[0])
     }
 
-    /// The table, as `camdrive run` writes it.
+    /// The table of the outputs, as `camdrive run` writes it.
     pub fn csv(&self) -> String {
-        let names: Vec<&str> = ["time"].into_iter().chain(self.outputs.iter().map(|d| d.name.as_str())).collect();
-        let mut text = String::new();
-        // A name with a comma in it is quoted.
-        for (i, name) in names.into_iter().enumerate() {
-            let quote = if name.contains(',') { "\"" } else { "" };
-            let _ = write!(text, "{}{quote}{name}{quote}", if i == 0 { "" } else { "," });
-        }
-        for row in &self.rows {
-            for (i, value) in row.iter().enumerate() {
-                let _ = write!(text, "{}{value:?}", if i == 0 { "\n" } else { "," });
-            }
-        }
-        text + "\n"
+        table(&self.outputs, &self.rows)
+    }
+
+    /// How the inputs move.
+    pub fn motion(&self) -> String {
+        let names = self.inputs.iter().map(|input| input.name.as_str());
+        let (shaft, others): (Vec<&str>, Vec<&str>) = names.partition(|name| MOTION.contains(name));
+        let turn = match shaft.len() {
+            0 => String::new(),
+            1 => format!("{} turns the shaft twice in a smooth run-up", shaft[0]),
+            _ => format!("{} turn the shaft twice in a smooth run-up", shaft.join(", ")),
+        };
+        let rise = match others.len() {
+            0 => String::new(),
+            1 => format!("{} rises smoothly by 1 in its unit", others[0]),
+            _ => format!(
+                "{} rise smoothly, the last one by 1 in its unit, each one before it by half of what the next one does",
+                others.join(", ")
+            ),
+        };
+        [turn, rise].into_iter().filter(|said| !said.is_empty()).collect::<Vec<_>>().join("; ")
+    }
+
+    /// The table of the inputs, as `camdrive run --input` reads it; None of a drive without.
+    pub fn inputs(&self) -> Option<String> {
+        (!self.inputs.is_empty()).then(|| table(&self.inputs, &self.courses))
     }
 
     /// The course of the main outputs, and what it shows; None where none of them changes.
@@ -148,7 +199,7 @@ pub fn diagram(title: &str, columns: &[Course], rows: &[Vec<f64>]) -> Option<(Dr
     let curve = |i: &usize| {
         let Course { name, unit, text } = &columns[*i];
         // A panel has a line for the title.
-        let title = text.split([';', '.']).next().unwrap_or_default().to_owned();
+        let title = text.split([';', '.', ',']).next().unwrap_or_default().to_owned();
         let unit = unit.replace('.', "·").replace('2', "²").replace('3', "³");
         let times = || rows.iter().map(|row| row[0]);
         let (across, x) = Axis::linear("t [s]").suited(times());
@@ -158,7 +209,7 @@ pub fn diagram(title: &str, columns: &[Course], rows: &[Vec<f64>]) -> Option<(Dr
     };
     let curves: Vec<Curve> = shown.iter().map(curve).collect();
     let names: Vec<&str> = shown.iter().map(|i| columns[*i].name.as_str()).collect();
-    let label = format!("{} over {}", names.join(", "), title.to_lowercase());
+    let label = format!("{} over the time", names.join(", "));
     (!curves.is_empty()).then(|| (picture::of_curves(title, "", &curves), label))
 }
 
@@ -174,6 +225,57 @@ fn thinned(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
         ends
     };
     points.chunks(points.len().div_ceil(MOST_POINTS / 2)).flat_map(ends).collect()
+}
+
+fn table(columns: &[Description], rows: &[Vec<f64>]) -> String {
+    let names: Vec<&str> = ["time"].into_iter().chain(columns.iter().map(|d| d.name.as_str())).collect();
+    let mut text = String::new();
+    // A name with a comma in it is quoted.
+    for (i, name) in names.into_iter().enumerate() {
+        let quote = if name.contains(',') { "\"" } else { "" };
+        let _ = write!(text, "{}{quote}{name}{quote}", if i == 0 { "" } else { "," });
+    }
+    for row in rows {
+        for (i, value) in row.iter().enumerate() {
+            let _ = write!(text, "{}{value:?}", if i == 0 { "\n" } else { "," });
+        }
+    }
+    text + "\n"
+}
+
+/// The time and the inputs at it, from these start values to the end `stop` (s): phi, w and a turn the shaft twice in a
+/// smooth run-up; every other input rises smoothly, the last one by 1 in its unit, each one before it by half of what the
+/// next one does, so that no torques cancel.
+fn course(inputs: &[&Description], starts: &[f64], time: f64, stop: f64) -> Vec<f64> {
+    let named = |name: &str| inputs.iter().position(|input| input.name == name).map_or(0.0, |i| starts[i]);
+    let [way, value, slope] = rise(time / stop);
+    let speed = (2.0 * WAY / stop).copysign(named("w"));
+    let mut size = 2.0;
+    let of = |(input, start): (&&Description, &f64)| match (input.name.as_str(), &input.kind) {
+        ("phi", _) => start + named("w") * time + speed * stop * way,
+        ("w", _) => start + speed * value,
+        ("a", _) => speed / stop * slope,
+        (_, Kind::Real { max, .. }) => {
+            size *= 0.5;
+            (start + size * value).min(*max)
+        }
+        _ => *start,
+    };
+    let mut row: Vec<f64> = inputs.iter().zip(starts).rev().map(of).collect();
+    row.push(time);
+    row.reverse();
+    row
+}
+
+/// A rise from 0 to 1 over x = 0 … 1: its integral, the rise, its slope. That is linear up to the middle and behind it, as
+/// inputs are between communication points; polynomials have the same bits on each platform.
+fn rise(x: f64) -> [f64; 3] {
+    let y = 1.0 - x;
+    if x < 0.5 {
+        [2.0 * x * x * x / 3.0, 2.0 * x * x, 4.0 * x]
+    } else {
+        [0.5 - y + 2.0 * y * y * y / 3.0, 1.0 - 2.0 * y * y, 4.0 * y]
+    }
 }
 
 /// The value to the digit with this power of ten; a zero has no sign.

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 /// The place inside the FMU; the standard asks for a reverse domain name.
-const PATH: &str = "extra/org.camdrive.sbom/camdrive.cdx.json";
+pub const PATH: &str = "extra/org.camdrive.sbom/camdrive.cdx.json";
 
 #[derive(Deserialize)]
 struct Lock {
