@@ -2,6 +2,7 @@
 
 import math
 import random
+import re
 import threading
 
 import fmpy
@@ -417,3 +418,37 @@ def test_the_documentation_is_well_formed_and_offline(fmu, name):
         assert v.name in text, v.name
     assert (package.folder / "model.png").read_bytes().startswith(b"\x89PNG")
     assert list((package.folder / "documentation" / "licenses").iterdir())
+
+
+def names_in(text):
+    """What reads like the name of a variable, whatever the number of its follower: words of the language have no such signs."""
+    text = re.sub(r"der\((\w+)(,2)?\)", r"\1", text)  # A derivative of what is there needs no variable.
+    words = [word.rstrip(".") for word in re.findall(r"[A-Za-z_][\w\[\].]*", text)]
+    told = [word for word in words if re.search(r"[_.\d]", word) or word in ("tau", "psi", "phi", "w")]
+    return {re.sub(r"\[\d+\]", "[1]", word) for word in told}
+
+
+def ends_of(variables):
+    """The names of variables, and how they end: `load.c` is one of `follower[2].load.c`."""
+    parts = [re.sub(r"\[\d+\]", "[1]", v.name).split(".") for v in variables]
+    return {".".join(name[i:]) for name in parts for i in range(len(name))}
+
+
+@pytest.fixture(scope="module")
+def known(fmu):
+    return set().union(*(ends_of(fmu(name).description.modelVariables) for name in NAMES))
+
+
+def test_sentences_name_variables_that_are_there(fmu, name, known):
+    from lxml import etree
+
+    package = fmu(name)
+    own = ends_of(package.description.modelVariables)
+    tree = etree.fromstring((package.folder / "documentation" / "index.html").read_bytes())
+    for element in tree.iterfind(".//{*}*"):
+        if element.tag.split("}")[1] not in ("p", "li", "td") or element.get("class") == "formula":
+            continue
+        sentence = "".join(element.itertext())
+        # What a load has to offer that is an FMU of its own.
+        other = {"tau_mean"} if "its tau_mean" in sentence else set()
+        assert names_in(sentence) & known <= own | other, sentence

@@ -102,18 +102,17 @@ fn figure(xml: &mut Xml, name: &str, model: &str, drive: &Described) {
 fn experiment(xml: &mut Xml, name: &str, drive: &AnyDrive, results: &Results) {
     xml.text("h2", &[], "Default experiment");
     let e = drive.experiment();
-    let has_inputs = drive.descriptions().iter().any(|d| d.causality == Causality::Input);
-    let inputs = if has_inputs { ", inputs at their start values" } else { "" };
     let until = match results.whole {
         true => String::new(),
         false => format!("; the results end at {} s, since the rest fails or takes too long", short(results.end())),
     };
-    let text = format!(
-        "{} s in steps of {} s{inputs}{until}. All outputs are in {}/{} inside this FMU; `camdrive verify {name}.fmu` compares them \
-         with another run.",
-        short(e.stop),
-        short(e.step),
-        references::FOLDER,
+    let mut text = format!("{} s in steps of {} s{until}. ", short(e.stop), short(e.step));
+    let folder = references::FOLDER;
+    if results.inputs().is_some() {
+        text += &format!("The inputs move: {} ({folder}/{} inside this FMU). ", results.motion(), references::INPUT);
+    }
+    text += &format!(
+        "All outputs are in {folder}/{} inside this FMU; `camdrive verify {name}.fmu` compares them with another run.",
         references::RESULT
     );
     xml.prose("p", &text);
@@ -159,30 +158,52 @@ fn signs(xml: &mut Xml, descriptions: &[Description]) {
     xml.text("h2", &[], "Signs and units");
     let mut sentences = vec![
         "All values are in coherent SI units, angles in rad. Angle, angular velocity and torque of a shaft are positive \
-         in the same sense.",
+         in the same sense."
+            .to_owned(),
     ];
-    let named = |name: &str| descriptions.iter().find(|d| d.name == name).map(|d| d.causality);
-    match named("tau") {
-        _ if named("tau_parametric").is_some() => sentences.push(match named("psi") {
-            Some(_) => {
+    let has = |name: &str| descriptions.iter().any(|d| d.name == name);
+    let torques = |causality: Causality, last: &str| -> Vec<&str> {
+        let is = |d: &&Description| d.causality == causality && d.name.rsplit('.').next() == Some(last);
+        descriptions.iter().filter(is).map(|d| d.name.as_str()).collect()
+    };
+    let [told, taken] = [Causality::Output, Causality::Input].map(|causality| torques(causality, "tau"));
+    let are = |names: &[&str]| match names {
+        [one] => format!("{one} is the torque"),
+        _ => format!("{} are torques", names.join(", ")),
+    };
+    if has("tau_parametric") {
+        sentences.push(match has("psi") {
+            true => {
                 "tau is the torque transmitted from the drive into the driven side: a positive tau loads the drive, and \
                  (tau + tau_parametric)·w is the power that flows into the driven side."
+                    .to_owned()
             }
-            None => "tau_parametric·w is the power that flows from the drive into the vibration.",
-        }),
-        Some(Causality::Output) if named("tau_mean").is_some() => sentences.push(
-            "tau and tau_mean are torques transmitted from the drive into the cam unit: positive ones load the drive. Connect \
-             tau_mean: tau holds no impulses, and tau_mean·w is the mean power that flows into the cam unit.",
-        ),
-        Some(Causality::Output) => sentences.push(
-            "tau is the torque transmitted from the drive into the cam unit: a positive tau loads the drive, and tau·w is \
-             the power that flows into the cam unit.",
-        ),
-        Some(Causality::Input) => sentences.push(
-            "tau is the torque transmitted from the machine to its load: a positive tau brakes the machine, and tau·w is \
-             the power that leaves it.",
-        ),
-        _ => {}
+            false => "tau_parametric·w is the power that flows from the drive into the vibration.".to_owned(),
+        });
+    } else if !told.is_empty() {
+        sentences.push(format!(
+            "{} transmitted from the shaft into what it drives: positive values load the drive, and times w they are the \
+             power that flows there.",
+            are(&told)
+        ));
+        let means = torques(Causality::Output, "tau_mean");
+        if !means.is_empty() {
+            let them = if means.len() == 1 { "it" } else { "them" };
+            sentences.push(format!("Impulses of impacts are only in {}: connect {them} instead.", means.join(", ")));
+        }
+    }
+    if !taken.is_empty() {
+        sentences.push(format!(
+            "{} transmitted from the machine to its loads: positive values brake it, and times w they are the power that \
+             leaves it.",
+            are(&taken)
+        ));
+    }
+    let rests = [Causality::Output, Causality::Input].map(|causality| torques(causality, "tau_rest")).concat();
+    if let Some(rest) = rests.first() {
+        let [whole, inertia, slope] = ["tau", "J_load", "dJ_load"].map(|name| rest.replace("tau_rest", name));
+        let whole = if has(&whole) { format!("{whole} = ") } else { "The torque of a load is ".to_owned() };
+        sentences.push(format!("{whole}{inertia}·a + ½ {slope}·w² + {rest}."));
     }
     xml.text("p", &[], &sentences.join(" "));
 }

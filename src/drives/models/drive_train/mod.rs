@@ -305,14 +305,20 @@ impl Drive for DriveTrain {
     fn text(&self) -> Text {
         let joints = |is: fn(&Joint) -> bool| self.train.followers.iter().any(|follower| is(&follower.joint));
         let motor = self.machine().map(|machine| &machine.motor);
+        let followers = &self.train.followers;
+        let held = |f: &Follower| f.rigid.has_cam() && !matches!(f.joint, Joint::Backlash(_));
         let conditions = [
             ("free", self.machine().is_some()),
+            ("followers", !followers.is_empty()),
+            ("held", followers.iter().any(|f| held(f) && (!f.load.is_none() || !f.roller.is_none()))),
+            ("loaded", self.machine().is_some_and(|machine| !machine.loads.is_empty())),
+            ("position", motor.is_some_and(|motor| motor.takes_position())),
             ("of backlash", matches!(self.names, Names::Backlash(_))),
             ("of machine", matches!(self.names, Names::Machine(_))),
             ("output", joints(|joint| matches!(joint, Joint::Output(..)))),
             ("shaft", joints(|joint| matches!(joint, Joint::Shaft(_)))),
             ("backlash", joints(|joint| matches!(joint, Joint::Backlash(_)))),
-            ("loads", self.train.followers.iter().any(|f| !f.load.is_none() || !f.roller.is_none())),
+            ("loads", followers.iter().any(|f| !f.load.is_none() || !f.roller.is_none())),
             ("motor", motor.is_some_and(|motor| motor.source != crate::drives::shaft::motor::Source::None)),
             ("servo", motor.is_some_and(|motor| motor.servo().is_some())),
             ("coupling", motor.is_some_and(|motor| motor.transmission.coupling.is_some())),

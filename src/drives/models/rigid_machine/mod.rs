@@ -285,7 +285,16 @@ impl Drive for RigidMachine {
         let Shaft { inertia, motor, loads, .. } = &self.shaft;
         let (lag, kloss) = (motor.lag().is_some(), matches!(motor, Motor::Kloss(_)));
         let crank = inertia.followers.iter().any(|follower| !follower.has_cam());
-        let conditions = [("linkages", inertia.is_linked()), ("crank", crank), ("kloss", kloss), ("lag", lag)];
+        let conditions = [
+            ("varies", inertia.varies()),
+            ("table", inertia.function.varying.is_some()),
+            ("followers", !inertia.followers.is_empty()),
+            ("linkages", inertia.is_linked()),
+            ("crank", crank),
+            ("motor", *motor != Motor::None),
+            ("kloss", kloss),
+            ("lag", lag),
+        ];
         let conditions = [&conditions[..], &loads.conditions()].concat();
         Text::new(include_str!("text.toml"), &conditions)
     }
