@@ -135,7 +135,7 @@ fn variables(drive: &AnyDrive) -> Vec<Variable> {
             _ => Vec::new(),
         };
         let unit = Unit { name, factor: 1.0, offset: 0.0 };
-        Variable { about: about.clone(), reference, unit, start: None, items }
+        Variable { about: about.clone(), reference, unit, start: None, items, by_all: false }
     };
     drive.descriptions().iter().zip(0..).map(of).collect()
 }

@@ -5,6 +5,7 @@ use crate::xml::Element;
 use camdrive::drives::unit::Quantity;
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{self, Fault};
+use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
 /// An FMU as its importer sees it.
@@ -43,6 +44,8 @@ pub struct Variable {
     pub start: Option<f64>,
     /// Names and values of an enumeration.
     pub items: Vec<(String, i32)>,
+    /// Whether an output may depend on every input: the FMU does not tell its dependencies.
+    pub by_all: bool,
 }
 
 /// The unit of a variable: a value v in it is `factor` · v + `offset` in the coherent SI unit.
@@ -128,7 +131,10 @@ impl ModelDescription {
     }
 
     /// Of the FMU of a drive.
-    pub(super) fn of(name: &str, guid: &str, drive: &mut Described) -> Result<Self, Fault> {
+    ///
+    /// # Errors
+    /// Start values that the drive refuses.
+    pub fn of(name: &str, guid: &str, drive: &mut Described) -> Result<Self, Fault> {
         let drives::Experiment { stop, step, tolerance } = drive.experiment();
         let mut variables = Vec::new();
         for (reference, about) in drive.descriptions().to_vec().into_iter().enumerate() {
@@ -142,6 +148,7 @@ impl ModelDescription {
                     Kind::Enumeration(e) => e.items.iter().map(|(item, _)| (*item).to_owned()).zip(1..).collect(),
                     _ => Vec::new(),
                 },
+                by_all: false,
                 about,
             });
         }
@@ -189,9 +196,18 @@ impl ModelDescription {
         }
         let units = root.list("UnitDefinitions").iter().map(SiUnit::read).collect::<Result<Vec<_>, _>>()?.concat();
         let mut variables = Vec::new();
-        for variable in root.list("ModelVariables").iter().filter(|child| child.name == "ScalarVariable") {
-            let named = |fault: Fault| Fault::new(format!("`{}`: {fault}", variable.get("name").unwrap_or_default()));
-            variables.extend(Variable::read(variable, &units, root.list("TypeDefinitions")).map_err(named)?);
+        let all: Vec<&Element> =
+            root.list("ModelVariables").iter().filter(|child| child.name == "ScalarVariable").collect();
+        let names: Vec<&str> = all.iter().map(|variable| variable.get("name").unwrap_or_default()).collect();
+        let known = dependencies(&root, &names)?;
+        for (variable, name) in all.iter().zip(&names) {
+            let named = |fault: Fault| Fault::new(format!("`{name}`: {fault}"));
+            let mut read = Variable::read(variable, &units, root.list("TypeDefinitions")).map_err(named)?;
+            if let (Some(variable), Some(known)) = (&mut read, known.get(name)) {
+                variable.by_all = false;
+                variable.about.dependencies = known.iter().map(|name| (*name).to_owned()).collect();
+            }
+            variables.extend(read);
         }
         let experiment = root.child("DefaultExperiment");
         let time = |name: &str| experiment.map_or(Ok(None), |experiment| experiment.number(name));
@@ -291,8 +307,23 @@ impl Variable {
         };
         let reference = element.needed("valueReference")?;
         let reference = reference.parse().map_err(|_| Fault::new(format!("valueReference=\"{reference}\" is none")))?;
-        Ok(Some(Variable { about, reference, unit, start, items }))
+        Ok(Some(Variable { about, reference, unit, start, items, by_all: true }))
     }
+}
+
+/// What the outputs depend on, by their names, as far as ModelStructure tells it; indices count all variables from 1.
+fn dependencies<'a>(root: &Element, names: &[&'a str]) -> Result<HashMap<&'a str, Vec<&'a str>>, Fault> {
+    let name = |index: &str| {
+        let place = index.parse::<usize>().ok().and_then(|index| names.get(index.checked_sub(1)?));
+        place.copied().ok_or_else(|| Fault::new(format!("ModelStructure: index {index} is of no variable")))
+    };
+    let outputs = root.child("ModelStructure").map_or(&[][..], |structure| structure.list("Outputs"));
+    let told = outputs.iter().filter_map(|unknown| Some((unknown, unknown.get("dependencies")?)));
+    told.map(|(unknown, list)| {
+        let of = list.split_whitespace().map(name).collect::<Result<_, Fault>>()?;
+        Ok((name(unknown.needed("index")?)?, of))
+    })
+    .collect()
 }
 
 /// The exponents of the SI units in the order of the standard.
@@ -406,6 +437,36 @@ mod tests {
             let (quantity, least) = quantity(&description);
             assert_eq!((quantity.unit, quantity.base, least), (name, base, -5.0));
         }
+    }
+
+    #[test]
+    fn outputs_depend_on_what_the_structure_tells_else_on_everything() {
+        let variable = |name: &str, causality: &str, kind: &str| {
+            format!(
+                "<ScalarVariable name=\"{name}\" valueReference=\"0\" causality=\"{causality}\">{kind}</ScalarVariable>"
+            )
+        };
+        let read = |outputs: &str| {
+            ModelDescription::read(&format!(
+                "<fmiModelDescription fmiVersion=\"2.0\" modelName=\"t\" guid=\"g\"><CoSimulation modelIdentifier=\"t\"/>\
+                 <ModelVariables>{}{}{}{}</ModelVariables><ModelStructure>{outputs}</ModelStructure></fmiModelDescription>",
+                variable("text", "parameter", "<String start=\"a\"/>"),
+                variable("u", "input", "<Real start=\"0\"/>"),
+                variable("v", "input", "<Real start=\"0\"/>"),
+                variable("y", "output", "<Real/>"),
+            ))
+        };
+        let of = |told: &str| {
+            let y = read(&format!("<Outputs><Unknown index=\"4\"{told}/></Outputs>")).unwrap().variables.remove(2);
+            (y.by_all, y.about.dependencies)
+        };
+        // Variables of the type String count.
+        assert_eq!(of(" dependencies=\"3\""), (false, vec!["v".to_owned()]));
+        assert_eq!(of(" dependencies=\"\""), (false, Vec::new()));
+        assert_eq!(of(""), (true, Vec::new()));
+        assert!(read("").unwrap().variables[2].by_all);
+        let fault = read("<Outputs><Unknown index=\"4\" dependencies=\"0\"/></Outputs>").unwrap_err();
+        assert!(fault.message.contains("index 0 is of no variable"), "{fault}");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::wiring::Wiring;
 use super::{Content, INERTIA, Part, Seat, Shaft, System};
 use crate::scene::section::Section;
+use camdrive::drives::variable::Causality;
 use camdrive_design::coupling::stability::{Exchange, Load, least_inertia, limit, load};
 use camdrive_design::text::{number, time};
 
@@ -30,15 +31,10 @@ impl System {
 }
 
 impl Part {
-    /// Whether an output depends directly on an input; of FMUs of others that may be.
+    /// Whether an output depends directly on an input.
     fn depends(&self, output: &str, input: &str) -> bool {
-        match &self.content {
-            Content::Fmu(_) => true,
-            Content::Scene(_) => {
-                let of = self.variables.iter().find(|v| v.about.name == output);
-                of.is_some_and(|v| v.about.dependencies.iter().any(|name| name == input))
-            }
-        }
+        let of = self.find(output, Causality::Output);
+        of.is_some_and(|v| v.by_all || v.about.dependencies.iter().any(|name| name == input))
     }
 }
 
