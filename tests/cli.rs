@@ -3472,3 +3472,107 @@ fn a_system_runs_alike_from_its_file_and_from_its_archive() {
     }
     assert!(std::fs::read_to_string(&stored).unwrap_or_default().replace("\r\n", "\n") == said, "now:\n{said}");
 }
+
+/// FMUs that hold their scenes are wired, judged and repeated as the scenes are.
+#[test]
+fn fmus_of_scenes_are_judged_as_the_scenes() {
+    let folder = folder("judged");
+    let written = camdrive(&["system", "examples/two_cams/system.toml", "-o", text(&folder)]);
+    assert_eq!(written.code, 0, "{}", written.err);
+    let given = std::fs::read_to_string(root().join("examples/two_cams/system.toml")).expect("a system");
+    let mut of_fmus = given.clone();
+    for name in ["machine", "pusher", "gripper"] {
+        of_fmus = of_fmus.replace(&format!("scene = \"{name}.toml\""), &format!("fmu = \"{name}.fmu\""));
+    }
+    let file = folder.join("system.toml");
+    let told = |path: &str| -> serde_json::Value {
+        let run = camdrive(&["check", path, "--json"]);
+        assert_eq!(run.code, 0, "{}", run.err);
+        serde_json::from_str::<serde_json::Value>(&run.out).expect("JSON")[0].take()
+    };
+    let said = |of_fmus: &str| {
+        std::fs::write(&file, of_fmus).expect("a system");
+        camdrive(&["check", text(&file)])
+    };
+    let scenes = told("examples/two_cams/system.toml");
+    assert_eq!(said(&of_fmus).code, 0);
+    let fmus = told(text(&file));
+    for key in ["shafts", "loops", "connections", "notes", "repeats"] {
+        assert!(!scenes[key].is_null() && scenes[key] == fmus[key], "{key}: {} {}", scenes[key], fmus[key]);
+    }
+    assert_eq!(scenes["repeats"], 1);
+    let options = ["--step", "1 ms", "--stop", "0.1 s"];
+    let [one, two] =
+        ["examples/two_cams/system.toml", text(&file)].map(|path| camdrive(&[&["run", path][..], &options].concat()));
+    assert!(one.code == 0 && one.out == two.out, "{}{}", one.err, two.err);
+    // A machine without an input for each torque.
+    let runtime = runtime();
+    let plain = text(&folder.join("machine.fmu")).to_owned();
+    let exported = camdrive(&["export", "examples/two_cams/machine.toml", "-o", &plain, "--runtime", &runtime]);
+    assert_eq!(exported.code, 0, "{}", exported.err);
+    let run = said(&of_fmus);
+    for part in ["has no input `pusher.tau`", "admissible: tau", "torques = [\"pusher\", \"gripper\"]"] {
+        assert!(run.code == 1 && run.err.contains(part), "{part}: {}", run.err);
+    }
+}
+
+/// `check` refuses what `run` would.
+#[test]
+fn an_fmu_of_another_maker_is_checked_in_a_system() {
+    let folder = folder("checked");
+    cart(&folder, "false");
+    let file = folder.join("system.toml");
+    let check = |system: &str| {
+        std::fs::write(&file, format!("name = \"carts\"\n{system}")).expect("a system");
+        [camdrive(&["check", text(&file)]), camdrive(&["check", "--json", text(&file)])]
+    };
+    let parts = "[part.cart]\nfmu = \"cart.fmu\"\n[part.other]\nfmu = \"cart.fmu\"\n";
+    for (times, more, said) in [
+        ("stop = 3.5e-3\nstep = 1e-3\n", "", "system.toml:3"),
+        ("stop = 3.5e-3\nstep = 1e-3\n", "", "part cart takes steps of one length only"),
+        ("stop = 3e-3\nstep = 1e-3\nrepeat = 2\n", "", "part cart cannot restore its state"),
+        ("stop = 3e-3\nstep = 1e-3\n", "[[connection]]\nfrom = \"other.x\"\nto = \"cart.open\"\n", "different types"),
+        ("stop = 3e-3\nstep = 1e-3\n", "[[connection]]\nfrom = \"other.x\"\nto = \"cart.u\"\n", "same dimension"),
+    ] {
+        let [run, _] = check(&format!("{times}{parts}{more}"));
+        assert!(run.code == 1 && run.err.contains(said), "{said}: {}", run.err);
+    }
+    // A number is SI whatever the unit of the input is, a text has its own: both are 30 mm/s.
+    for offset in ["0.03", "\"30 mm/s\""] {
+        let speed = "[part.bar]\nscene = \"bar.toml\"\n";
+        let scene = "name = \"bar\"\nmodel = \"ElasticCamDrive\"\ncam = { law = \"fourier\", a = [0, \"1 mm\"] }\n\
+             drive = { speed = \"600 rpm\" }\nelasticity = { place = \"output\", m = 12, c = 1e6 }\n";
+        std::fs::write(folder.join("bar.toml"), scene).expect("a scene");
+        let connection = format!("[[connection]]\nfrom = \"bar.der(y)\"\nto = \"cart.u\"\noffset = {offset}\n");
+        let [run, data] = check(&format!("stop = 3e-3\nstep = 1e-3\n{parts}{speed}{connection}"));
+        assert_eq!(run.code, 0, "{}", run.err);
+        let data: serde_json::Value = serde_json::from_str(&data.out).expect("JSON");
+        let found = &data[0]["connections"][0];
+        let close = |key: &str, expected: f64| (found[key].as_f64().unwrap() / expected - 1.0).abs() < 1e-12;
+        assert!(close("factor", 1000.0) && close("offset", 30.0), "{found}");
+    }
+    // Whole numbers go to inputs of their type as they are.
+    let mut files = unzipped(&folder.join("cart.fmu"));
+    let described: String = files["modelDescription.xml"].iter().copied().map(char::from).collect();
+    let described = described.replace("<Enumeration declaredType=\"Gear\" start=\"0\"/>", "<Integer start=\"0\"/>");
+    files.insert("modelDescription.xml".to_owned(), described.chars().map(|c| c as u8).collect());
+    zipped(&folder.join("cart.fmu"), &files);
+    let contact = root().join("tests/systems/parts/contact.toml");
+    let contact = text(&contact).replace('\\', "/");
+    let parts = format!("[part.cart]\nfmu = \"cart.fmu\"\n[part.contact]\nscene = \"{contact}\"\n");
+    for (more, said) in [
+        ("", None),
+        ("factor = 2\n", Some("`gear` is no real number, which has no factor")),
+        ("offset = 2\n", Some("`gear` is no real number, which has no offset")),
+    ] {
+        let connection = format!("[[connection]]\nfrom = \"contact.impacts\"\nto = \"cart.gear\"\n{more}");
+        let [run, _] = check(&format!("stop = 3e-3\nstep = 1e-3\n{parts}{connection}"));
+        let told = said.map_or(run.code == 0, |said| run.code == 1 && run.err.contains(said));
+        assert!(told, "{more}: {}", run.err);
+    }
+    // What a part refuses at its start.
+    let machine = "name = \"machine\"\nmodel = \"RigidMachine\"\nmachine.J0 = 1\n";
+    std::fs::write(folder.join("machine.toml"), machine).expect("a scene");
+    let [run, data] = check("stop = 1\nstep = 1e-3\n[part.m]\nscene = \"machine.toml\"\nstart = { J0 = 0 }\n");
+    assert!(run.code == 1 && run.err.contains("part m: ") && data.code == 1, "{}", run.err);
+}

@@ -1,8 +1,11 @@
 //! Coupled FMUs: against the same system as one drive train, and against each other.
 
+use camdrive::drives::variable::{Causality, Kind};
 use camdrive_cli::scene::{self, system};
 use camdrive_design::coupling::exchange::Coupling;
 use camdrive_design::coupling::stability::Exchange::{self, *};
+use camdrive_design::coupling::stability::set;
+use camdrive_design::resource::Scene;
 use tempfile::TempDir;
 
 /// A system in a folder.
@@ -153,5 +156,126 @@ fn steps_are_repeated_unasked_where_that_is_stable() {
         let text = std::fs::read_to_string(files.path("system.toml")).unwrap();
         files.write("system.toml", &text.replacen("step =", "repeat = 1\nstep =", 1));
         assert_eq!(system::read(&files.path("system.toml")).is_ok(), kappa < 0.4, "{roller}");
+    }
+}
+
+fn read(files: &Files) -> system::System {
+    system::read(&files.path("system.toml")).unwrap_or_else(|faults| panic!("{faults}"))
+}
+
+/// Parameters and what the limits make of them are those of the FMU, whatever sets them.
+#[test]
+fn what_start_sets_is_in_the_limits() {
+    let files = Files::elastic("interpolated", &[(CAM, &format!("{OUTPUT}m_roller = 5\n"))]);
+    let text = std::fs::read_to_string(files.path("system.toml")).unwrap();
+    let plain = read(&files).shafts[0].limit;
+    let with = |machine: &str, drive: &str| {
+        let text =
+            text.replace("scene = \"machine.toml\"", &format!("scene = \"machine.toml\"\nstart = {{ {machine} }}"));
+        files.write("system.toml", &text.replace("shaft =", &format!("start = {{ {drive} }}\nshaft =")));
+        read(&files).shafts[0].limit
+    };
+    let light = with("J0 = 0.6, w_start = 20", "");
+    assert!((light.inertia - 0.6).abs() < 1e-12 && (light.kappa / plain.kappa - 2.0).abs() < 1e-9);
+    let other = with("", "m_roller = 10, c = 160000");
+    assert!((other.kappa / plain.kappa - 2.0).abs() < 1e-9 && (other.frequency / plain.frequency - 2.0).abs() < 1e-9);
+    let other = with("", "\"cam.a[1]\" = 0, \"cam.a[3]\" = 0, \"cam.b[1]\" = 0.02");
+    // U′ is largest between the points at which it is looked for.
+    let expected = 5.0 * 4e-4 / 1.2;
+    assert!((0.999..=1.0).contains(&(other.kappa / expected)), "{} for {expected}", other.kappa);
+}
+
+/// What a scene gets by the name of a variable is what its FMU has under this name.
+#[test]
+fn scenes_take_parameters_as_their_fmus_do() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fmpy/scenes");
+    let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let (mut taken, mut left) = (0, Vec::new());
+    for path in paths.filter(|path| path.extension().is_some_and(|e| e == "toml")) {
+        let Ok(resolved) = scene::read(&path) else { continue };
+        let values = |scene: &Scene| -> Option<Vec<f64>> {
+            let mut drive = scene.build().ok()?;
+            let all = drive.descriptions().to_vec();
+            let parameters = (0..all.len()).filter(|place| all[*place].causality == Causality::Parameter);
+            Some(parameters.map(|place| drive.get(place).unwrap()).collect())
+        };
+        let drive = resolved.scene.build().unwrap();
+        let parameters: Vec<_> =
+            drive.descriptions().iter().filter(|about| about.causality == Causality::Parameter).collect();
+        let before = values(&resolved.scene).unwrap();
+        for (i, about) in parameters.iter().enumerate().filter(|(_, about)| matches!(about.kind, Kind::Real { .. })) {
+            let (mut changed, value) = (resolved.scene.clone(), 0.999 * before[i]);
+            if !set(&mut changed, &about.name, value) {
+                left.push(format!("{}: {}", resolved.scene.model(), about.name));
+                continue;
+            }
+            let Some(after) = values(&changed) else { continue };
+            let others = (0..before.len()).filter(|k| *k != i && before[*k] != after[*k]).count();
+            let beside = ["start.", "solver.", "motor.", "drive.", "load.", "].load.", "_start"];
+            let is_beside = beside.iter().any(|part| about.name.contains(part)) && after[i] == before[i];
+            assert!(others == 0 && (is_beside || after[i] == value), "{}: {}", path.display(), about.name);
+            taken += usize::from(!is_beside && before[i] != 0.0);
+        }
+    }
+    assert!(taken > 100, "{taken}");
+    assert!(left.iter().all(|name| name.starts_with("ParametricDrive")), "{left:?}");
+}
+
+#[test]
+fn a_drive_that_connections_move_is_judged_as_on_a_shaft() {
+    let files = Files::elastic("interpolated", &[(CAM, &format!("{OUTPUT}m_roller = 5\n"))]);
+    let on_shaft = read(&files);
+    let text = std::fs::read_to_string(files.path("system.toml")).unwrap();
+    let mut wired = text.replace("shaft = \"machine\"\n", "");
+    for (from, to) in [("machine.phi", "drive_0.phi"), ("machine.w", "drive_0.w"), ("machine.a", "drive_0.a")] {
+        wired += &format!("[[connection]]\nfrom = \"{from}\"\nto = \"{to}\"\nfactor = 2\n");
+    }
+    files.write("system.toml", &wired);
+    assert_eq!(read(&files).shafts, [], "no torque comes back");
+    wired += "[[connection]]\nfrom = \"drive_0.tau\"\nto = \"machine.tau\"\nfactor = 2\n";
+    files.write("system.toml", &wired);
+    let by_wires = read(&files);
+    files.write("system.toml", &text.replace("shaft =", "ratio = 2\nshaft ="));
+    assert_eq!(by_wires.shafts, read(&files).shafts);
+    assert!((by_wires.shafts[0].limit.kappa / on_shaft.shafts[0].limit.kappa - 4.0).abs() < 1e-9);
+}
+
+/// Two rigid followers of a train on a machine that takes them for its own inertia: κ = 0 of what would be 1.6.
+#[test]
+fn a_train_with_rigid_followers_has_an_effective_inertia() {
+    let files = Files::new();
+    let followers = format!("[[follower]]\nm = 150\n[follower.cam]\n{CAM}[[follower]]\nm = 60\n[follower.cam]\n{CAM}");
+    files.write("machine.toml", &format!("name = \"machine\"\nmodel = \"RigidMachine\"\n{MACHINE}"));
+    files
+        .write("rigid.toml", &format!("name = \"rigid\"\nmodel = \"DriveTrain\"\ndrive.mode = \"input\"\n{followers}"));
+    files.write("train.toml", &format!("name = \"train\"\nmodel = \"DriveTrain\"\n{MACHINE}{followers}"));
+    files.write(
+        "system.toml",
+        "name = \"system\"\nstop = 0.1\nstep = 1e-3\nexchange = \"effective_inertia\"\n[part.machine]\nscene = \"machine.toml\"\n\
+         [part.rigid]\nscene = \"rigid.toml\"\nshaft = \"machine\"\n",
+    );
+    assert_eq!(read(&files).shafts[0].limit.kappa, 0.0);
+    let exact = files.exact(&["w"])[0];
+    let [coarse, fine] = [1e-3, 5e-4].map(|step| {
+        let found = files.at_end(EffectiveInertia, 1, step, &[(0, "w")])[0];
+        ((found - exact) / exact).abs()
+    });
+    assert!(coarse < 1e-5 && coarse / fine > 6.0, "{coarse} {fine}");
+}
+
+/// A free shaft with a follower of its own as the machine: it gets an input for the torque.
+#[test]
+fn a_train_may_be_the_machine() {
+    let files = Files::elastic("interpolated", &[(CAM, OUTPUT), (CAM, SHAFT)]);
+    let own = format!("[[follower]]\n[follower.cam]\n{CAM}[follower.elasticity]\n{OUTPUT}");
+    files.write("machine.toml", &format!("name = \"machine\"\nmodel = \"DriveTrain\"\n{MACHINE}{own}"));
+    let text = std::fs::read_to_string(files.path("system.toml")).unwrap();
+    let at = text.find("[part.drive_0]").unwrap();
+    let of_one = text[at..].find("[part.drive_1]").unwrap();
+    files.write("system.toml", &format!("{}{}", &text[..at], &text[at + of_one..]));
+    let exact = files.exact(&["w", "follower[2].q"]);
+    let [coarse, fine] = [1e-3, 5e-4].map(|step| errors(&files, &exact, Interpolated, 1, step));
+    for i in 0..2 {
+        assert!(coarse[i] < 1e-5 && coarse[i] / fine[i] > 6.0, "{coarse:?} {fine:?}");
     }
 }

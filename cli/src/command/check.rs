@@ -5,13 +5,14 @@ use super::{Failure, Format, failure, open, print, read_all, show, system, tell,
 use crate::scene::forces::machine;
 use crate::scene::input::is_system;
 use crate::scene::{self, Diagnostic, Diagnostics, Resolved};
+use camdrive::drives::Fault;
 use camdrive_design::forces::Machine;
 use camdrive_design::forces::report::LiftOff;
 use camdrive_design::overview::{self, Overview, Warning};
 use camdrive_design::text;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Validates scenes and prints the characteristic values of the design, without writing anything.
@@ -41,7 +42,9 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     tell_notes(&paths, &scenes);
     let mut out = String::new();
     for path in &systems {
-        out += &system::summary(path, &system::read(path)?);
+        let system = system::read(path)?;
+        system.try_out().map_err(|fault| Failure(diagnosed(path, &fault).to_string()))?;
+        out += &system::summary(path, &system);
     }
     for (path, scene) in paths.iter().zip(&scenes) {
         let (place, overview) = (text::in_one_line(path.display()), overview_of(scene));
@@ -72,7 +75,8 @@ fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
     for path in paths {
         let mut entry = json!({ "file": path.display().to_string() });
         if is_system(path) {
-            match scene::system::read(path) {
+            let read = scene::system::read(path);
+            match read.and_then(|system| system.try_out().map(|()| system).map_err(|fault| diagnosed(path, &fault))) {
                 Ok(system) => entries.push(system::data(path, &system)),
                 Err(Diagnostics(faults)) => {
                     ending = ExitCode::FAILURE;
@@ -105,6 +109,14 @@ fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
         entries.push(entry);
     }
     print(&text::json(&entries).map_err(failure)?).map(|()| ending)
+}
+
+/// A fault of a file as a whole.
+fn diagnosed(path: &Path, fault: &Fault) -> Diagnostics {
+    let text = fault.to_string();
+    let (message, hint) = text.split_once("\n  = hint: ").unwrap_or((&text, ""));
+    let fault = Diagnostic::new(&path.display().to_string(), message);
+    Diagnostics(vec![if hint.is_empty() { fault } else { fault.hint(hint) }])
 }
 
 fn fault(fault: &Diagnostic) -> Value {

@@ -30,11 +30,12 @@ mod system;
 mod tradeoff;
 mod verify;
 
-use crate::export::{RuntimeLibrary, TOOL, references};
-use crate::scene::{self, Diagnostic, Diagnostics, Resolved, units};
+use crate::export::{RuntimeLibrary, TOOL};
+use crate::scene::source::open;
+use crate::scene::{Resolved, units};
 use camdrive::drives::Fault;
 use camdrive::drives::unit::Quantity;
-use camdrive_design::{host, text};
+use camdrive_design::text;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use output::{print, show, tell, width};
@@ -180,40 +181,6 @@ fn quantity(name: &str, text: &str, quantity: &'static Quantity) -> Result<f64, 
 /// The value of the option `--name`, which may be left out.
 fn optional(name: &str, text: &Option<String>, of: &'static Quantity) -> Result<Option<f64>, Failure> {
     text.as_ref().map(|text| quantity(name, text, of)).transpose()
-}
-
-/// Whether a file is called like an FMU.
-fn is_fmu(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("fmu"))
-}
-
-/// Reads a scene, or that in an FMU.
-fn open(path: &Path) -> Result<Resolved, Diagnostics> {
-    if !is_fmu(path) {
-        return scene::read(path);
-    }
-    let file = path.display().to_string();
-    let fault = |message: &str, hint: &str| Diagnostics(vec![Diagnostic::new(&file, message).hint(hint)]);
-    let folder = host::unpacked(path, &[&format!("{}/", references::FOLDER)]).map_err(|unreadable| {
-        let text = unreadable.to_string();
-        let (message, hint) = text.split_once("\n  = hint: ").unwrap_or((&text, "name a scene, or an FMU of one"));
-        fault(message, hint)
-    })?;
-    let place = folder.path().join(references::FOLDER).join(references::MODEL).join(scene::SCENE);
-    if !place.is_file() {
-        let hint = "older FMUs, and those of other tools, have none inside: name the scene itself; `camdrive run` drives any FMU";
-        return Err(fault("the FMU holds no scene", hint));
-    }
-    let (inside, within) = (place.with_file_name("").display().to_string(), format!("{file}/"));
-    // What is said of the files names the FMU, not the folder that vanishes.
-    let told = |text: String| text.replace(&inside.replace('\\', "/"), &within).replace(&inside, &within);
-    let mut scene = scene::read(&place).map_err(|Diagnostics(faults)| {
-        let fault = |fault: Diagnostic| Diagnostic { file: told(fault.file), message: told(fault.message), ..fault };
-        Diagnostics(faults.into_iter().map(fault).collect())
-    })?;
-    scene.notes = scene.notes.into_iter().map(told).collect();
-    scene.files = vec![path.to_owned()];
-    Ok(scene)
 }
 
 /// Reads a scene, or that in an FMU.

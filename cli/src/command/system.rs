@@ -189,15 +189,23 @@ pub fn summary(path: &Path, system: &System) -> String {
     let mut line = |label: &str, said: String| {
         let _ = writeln!(out, "  {label:<22} {said}");
     };
-    line("exchange", format!("{}, step {}, up to {}", exchange(system), time(system.step), time(system.stop)));
+    let repeated = if system.repeats > 0 {
+        format!(", repeated {}", counted(system.repeats as usize, "time"))
+    } else {
+        String::new()
+    };
+    let (step, stop) = (time(system.step), time(system.stop));
+    line("exchange", format!("{}, step {step}{repeated}, up to {stop}", exchange(system)));
     for shaft in &system.shafts {
         let (name, limit) = (&system.parts[shaft.machine].name, shaft.limit);
         line("shaft", format!("{name}, at least {} kg·m²", text::number(limit.inertia)));
         line("kappa = J_load/J", format!("at most {}; stable below 1", text::number(limit.kappa)));
-        if let Some(recommended) = limit.recommended {
+        if limit.frequency > 0.0 {
             line("elastic loads", format!("√(k/J) up to {} rad/s", text::number(limit.frequency)));
             line("largest stable step", limit.stable.map_or_else(|| text::NONE.to_owned(), time));
-            line("small errors up to", time(limit.stable.map_or(recommended, |stable| recommended.min(stable))));
+        }
+        if let Some(recommended) = limit.recommended {
+            line("small errors up to", time(recommended));
         }
     }
     for whole in loops(system) {
@@ -215,7 +223,7 @@ pub fn data(path: &Path, system: &System) -> Value {
     };
     json!({
         "file": path.display().to_string(), "ok": true, "name": system.name, "model": "system", "notes": system.notes,
-        "exchange": exchange(system), "step": system.step, "stop": system.stop,
+        "exchange": exchange(system), "repeats": system.repeats, "step": system.step, "stop": system.stop,
         "parts": system.parts.iter().map(|part| &part.name).collect::<Vec<_>>(),
         "connections": system.connections.iter().map(connection).collect::<Vec<_>>(),
         "shafts": system.shafts.iter().map(shaft).collect::<Vec<_>>(),

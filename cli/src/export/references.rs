@@ -4,13 +4,8 @@
 use super::archive::File;
 use super::results::Results;
 use super::xml::Xml;
+pub use camdrive_design::host::{MODEL, REFERENCES as FOLDER};
 use std::fmt::Write as _;
-
-/// The folder of the standard.
-pub const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
-
-/// The folder of the scene in it.
-pub const MODEL: &str = "model";
 
 /// The table of the results in it.
 pub const RESULT: &str = "result.csv";

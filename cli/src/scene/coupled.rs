@@ -7,6 +7,16 @@ use camdrive_design::coupling::stability::Exchange;
 use camdrive_design::host::{Fmu, Host};
 
 impl System {
+    /// Tries whether its parts can be coupled and started, as a run does.
+    ///
+    /// # Errors
+    /// Those of [`System::coupled`]; what a part says of its start; start values that do not settle.
+    pub fn try_out(&self) -> Result<(), Fault> {
+        let mut coupling = self.coupled(self.exchange, self.repeats)?;
+        coupling.begin(0.0, Some(self.stop))?;
+        coupling.start()
+    }
+
     /// An instance of each part with its start values, and the connections between them. Scenes are driven by the library in
     /// this tool, FMUs by their own.
     ///

@@ -160,6 +160,9 @@ pub fn text(path: &Path, kind: Kind) -> Result<(String, String), Diagnostics> {
     match lines.peek().and_then(|line| line.chars().next()) {
         Some('<') => Err(kind.other(&file, "XML", name_one)),
         Some('{') => Err(kind.other(&file, "JSON", name_one)),
+        None if kind == Kind::System => {
+            Err(kind.other(&file, "an empty file", "a system has parts: [part.machine] scene = \"machine.toml\""))
+        }
         Some(_) if lines.all(|line| !line.contains('=') && !line.starts_with('[')) => {
             let hint =
                 format!("{name_one}; a scene names a table of a motion law: law = \"table\", file = \"lift.csv\"");

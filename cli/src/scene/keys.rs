@@ -878,8 +878,8 @@ tables! {
         /// whose motion meets that of the machine at both ends of the step; `effective_inertia`, the same, and the machine takes the
         /// inertia of rigid loads for its own
         "exchange": choice(&[&["interpolated"], &["held", "jacobi"], &["extrapolated"], &["gauss_seidel"], &["effective_inertia"]]).usually("interpolated");
-        /// how often `camdrive run` repeats an interpolated step with what the parts tell at its end; without it once, where all
-        /// parts are scenes and κ is at most 0.2
+        /// how often `camdrive run` repeats an interpolated step with what the parts tell at its end; without it once, where the
+        /// scenes of all parts are known, κ is at most 0.2 and the step is stable then
         "repeat": value(Value::Count(0, 10));
         /// the parts, each a table with a name of its own, `[part.machine]`: a C identifier of at most 24 characters
         "part": value(Value::Named(&PART)).required().also(&["parts"]);
@@ -895,7 +895,7 @@ tables! {
         "fmu": value(Value::Text).said("this or `scene`");
         /// the part on whose shaft this one sits: phi, w, a come from there, its torque goes there
         "shaft": value(Value::Text).also(&["on"]);
-        /// i: its speed over that of the shaft, not 0; its torque acts i times on the shaft
+        /// i: its speed over that of the shaft, 1e-6 to 1e6, or negative; its torque acts i times on the shaft
         "ratio": real(&unit::NUMBER, ANY).or(1.0).also(&["i"]);
         /// its angle where that of the shaft is 0
         "offset": real(&unit::ANGLE, ANY).or(0.0).also(&["phase"]);
@@ -909,9 +909,9 @@ tables! {
         "from": value(Value::Text).required().also(&["source"]);
         /// an input; one that takes another unit of the same dimension gets the value in its own
         "to": value(Value::Text).required().also(&["target"]);
-        /// by which the value is multiplied, not 0
+        /// by which the value is multiplied, not 0; of Reals only
         "factor": real(&unit::NUMBER, ANY).or(1.0).also(&["scale"]);
-        /// what is added to it, in the unit of the input
+        /// what is added to it: a number in SI, or a text with its unit, whatever that of the input is; of Reals only
         "offset": value(Value::Real(Of::Other, ANY)).or(0.0);
     }
 

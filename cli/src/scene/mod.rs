@@ -22,7 +22,7 @@ pub mod plan;
 pub mod reference;
 pub mod schema;
 mod section;
-mod source;
+pub mod source;
 mod standstill;
 pub mod study;
 pub mod synthesis;

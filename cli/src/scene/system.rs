@@ -9,14 +9,15 @@ mod wiring;
 use super::diagnostics::{Diagnostic, Diagnostics, nearest};
 use super::input::{self, Kind};
 use super::section::{Node, Section};
+use super::source::{is_fmu, open};
 use super::{Resolved, variable};
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::unit::Quantity;
 use camdrive::drives::variable::{Causality, Kind as Type};
-use camdrive::drives::{AnyDrive, Description};
-use camdrive_design::coupling::stability::{Exchange, Limit};
-use camdrive_design::host::{Fmu, Unit, Variable};
-use camdrive_design::resource::is_name;
+use camdrive::drives::{Fault, Number};
+use camdrive_design::coupling::stability::{self, Exchange, Limit, least_inertia};
+use camdrive_design::host::{Capabilities, Fmu, ModelDescription, Variable};
+use camdrive_design::resource::{Scene, is_name};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tempfile::TempDir;
@@ -61,6 +62,10 @@ pub struct Part {
     pub start: Vec<(String, f64)>,
     /// Its variables.
     pub variables: Vec<Variable>,
+    /// What its importer may do.
+    pub capabilities: Capabilities,
+    /// Model and values, of an FMU that holds its scene, too; without those of `start`.
+    pub scene: Option<Scene>,
     /// The shaft it sits on.
     pub seat: Option<Seat>,
 }
@@ -110,6 +115,9 @@ pub struct Connection {
     pub offset: f64,
 }
 
+/// Admissible ratios of the speeds of two shafts.
+const RATIOS: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
+
 /// What a machine tells the drives on its shaft.
 pub const MOTION: [&str; 3] = ["phi", "w", "a"];
 /// What inertia, its slope and the rest of the torque are called.
@@ -126,20 +134,6 @@ pub const EXCHANGES: &[(&str, Exchange)] = &[
     ("effective_inertia", Exchange::EffectiveInertia),
 ];
 
-/// The variables of a drive.
-fn variables(drive: &AnyDrive) -> Vec<Variable> {
-    let of = |(about, reference): (&Description, u32)| {
-        let name = if let Type::Real { quantity, .. } = about.kind { quantity.unit.to_owned() } else { String::new() };
-        let items = match about.kind {
-            Type::Enumeration(e) => e.items.iter().map(|(item, _)| (*item).to_owned()).zip(1..).collect(),
-            _ => Vec::new(),
-        };
-        let unit = Unit { name, factor: 1.0, offset: 0.0 };
-        Variable { about: about.clone(), reference, unit, start: None, items, by_all: false }
-    };
-    drive.descriptions().iter().zip(0..).map(of).collect()
-}
-
 /// The quantity of a Real.
 fn quantity(variable: &Variable) -> Option<&'static Quantity> {
     if let Type::Real { quantity, .. } = variable.about.kind { Some(quantity) } else { None }
@@ -150,8 +144,12 @@ fn quantity(variable: &Variable) -> Option<&'static Quantity> {
 fn converted(from: &Variable, to: &Variable, has_factor: bool) -> Result<[f64; 2], (String, &'static str)> {
     let [name, target] = [from, to].map(|v| v.about.name.as_str());
     let (Some(a), Some(b)) = (quantity(from), quantity(to)) else {
-        let said = format!(": `{name}` and `{target}` are not both real numbers");
-        return Err((said, "connect variables of the type Real"));
+        let alike = from.about.kind.r#type() == to.about.kind.r#type() && from.items == to.items;
+        return match (alike, has_factor) {
+            (true, false) => Ok([1.0, 0.0]),
+            (true, true) => Err((format!(": `{target}` is no real number, which has no factor"), "remove `factor`")),
+            (false, _) => Err((format!(": `{name}` and `{target}` are of different types"), "connect one type")),
+        };
     };
     // Of an FMU that says no unit the user knows it.
     if from.unit.name.is_empty() || to.unit.name.is_empty() {
@@ -175,6 +173,24 @@ fn converted(from: &Variable, to: &Variable, has_factor: bool) -> Result<[f64; 2
 }
 
 impl Part {
+    /// One that is an FMU.
+    ///
+    /// # Errors
+    /// A file that is none for this platform.
+    pub fn foreign(name: &str, path: PathBuf) -> Result<Self, Fault> {
+        let fmu = Fmu::open(&path)?;
+        let ModelDescription { variables, capabilities, .. } = fmu.description();
+        Ok(Part {
+            name: name.to_owned(),
+            start: Vec::new(),
+            variables: variables.clone(),
+            capabilities: *capabilities,
+            scene: open(&path).ok().map(|resolved| resolved.scene),
+            content: Content::Fmu(path),
+            seat: None,
+        })
+    }
+
     /// The variable with this name and causality.
     pub fn find(&self, name: &str, causality: Causality) -> Option<&Variable> {
         self.variables.iter().find(|v| v.about.name == name && v.about.causality == causality)
@@ -184,11 +200,16 @@ impl Part {
         names.iter().all(|name| self.find(name, causality).is_some())
     }
 
-    /// Whether it has a shaft with an input for a torque.
+    /// The names of its inputs for torques.
+    fn torque_inputs(&self) -> Vec<&str> {
+        let inputs = self.variables.iter().map(|v| &v.about).filter(|about| about.causality == Causality::Input);
+        inputs.map(|about| about.name.as_str()).filter(|name| name.rsplit('.').next() == Some(TORQUE)).collect()
+    }
+
+    /// Whether it has a shaft with an input for a torque, or gets one.
     fn is_machine(&self) -> bool {
-        let takes =
-            |v: &Variable| v.about.causality == Causality::Input && v.about.name.rsplit('.').next() == Some(TORQUE);
-        self.has(&MOTION, Causality::Output) && self.variables.iter().any(takes)
+        let gets = || matches!(&self.content, Content::Scene(scene) if least_inertia(&scene.scene).is_some());
+        self.has(&MOTION, Causality::Output) && (!self.torque_inputs().is_empty() || gets())
     }
 
     /// The outputs whose sum is the torque on the shaft: of a drive with impacts the mean ones.
@@ -203,11 +224,30 @@ impl Part {
         }
     }
 
-    fn set(&mut self, scene: Resolved) -> Result<(), String> {
-        let drive = scene.resource().build().map_err(|fault| fault.to_string())?;
-        self.variables = variables(&drive);
-        self.content = Content::Scene(Box::new(scene));
+    /// One that is a scene.
+    fn of_scene(name: &str, resolved: Resolved) -> Result<Self, Fault> {
+        let ModelDescription { variables, capabilities, .. } =
+            ModelDescription::of(name, "", &mut resolved.resource().build()?)?;
+        let (scene, content) = (Some(resolved.scene.clone()), Content::Scene(Box::new(resolved)));
+        Ok(Part { name: name.to_owned(), content, start: Vec::new(), variables, capabilities, scene, seat: None })
+    }
+
+    fn set(&mut self, resolved: Resolved) -> Result<(), Fault> {
+        let new = Part::of_scene(&self.name, resolved)?;
+        *self = Part { start: std::mem::take(&mut self.start), seat: self.seat, ..new };
         Ok(())
+    }
+
+    /// Its scene with the parameters of `start`, and those of them that the scene cannot take up.
+    fn started(&self) -> Option<(Scene, Vec<&str>)> {
+        let mut scene = self.scene.clone()?;
+        let parameters = self.start.iter().filter_map(|(name, value)| {
+            let variable = self.find(name, Causality::Parameter)?;
+            Some((name.as_str(), variable.unit.to_si(*value)))
+        });
+        let unknown = parameters.filter(|(name, value)| !stability::set(&mut scene, name, *value));
+        let unknown = unknown.map(|(name, _)| name).collect();
+        Some((scene, unknown))
     }
 }
 
@@ -249,7 +289,14 @@ fn system(root: &Section<'_>, folder: &Path) -> Option<System> {
         let fault = root.fault_of("part", " is missing: a system has no parts");
         root.faults.report(fault.hint("add [part.machine] with scene = \"machine.toml\""));
     }
-    let raw: Vec<Option<Raw>> = parts?.into_iter().map(|(name, section)| part(name, section, folder)).collect();
+    let parts = parts?;
+    for (i, (name, section)) in parts.iter().enumerate() {
+        if let Some((other, _)) = parts[..i].iter().find(|(other, _)| other.eq_ignore_ascii_case(name)) {
+            let fault = section.fault(format!(": its FMU would replace that of `{other}` where capitals do not count"));
+            root.faults.report(fault.hint("choose another name"));
+        }
+    }
+    let raw: Vec<Option<Raw>> = parts.into_iter().map(|(name, section)| part(name, section, folder)).collect();
     let connections = root.sections("connection");
     root.finish();
     let mut raw: Vec<Raw> = raw.into_iter().collect::<Option<_>>()?;
@@ -261,8 +308,8 @@ fn system(root: &Section<'_>, folder: &Path) -> Option<System> {
     wiring.machines()?;
     wiring.loose_ends(root);
     let (name, stop, step, exchange) = (name?, stop?, step?, exchange?);
-    let shafts = judged::shafts(root, &wiring, exchange, step)?;
-    let repeats = judged::repeats(root, &wiring, exchange, repeats?, &shafts)?;
+    judged::lengths(root, &wiring, stop, step)?;
+    let (shafts, repeats) = judged::shafts(root, &wiring, exchange, step, repeats?)?;
     wiring.starts()?;
     let files = wiring.raw.iter().flat_map(|raw| match &raw.part.content {
         Content::Scene(scene) => scene.files.clone(),
@@ -292,38 +339,42 @@ fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path) -> Option<Raw<'a
     let one = section.either("scene", "fmu");
     let [scene, fmu, shaft] = ["scene", "fmu", "shaft"].map(|key| section.text(key));
     let [ratio, offset] = ["ratio", "offset"].map(|key| section.real(key));
-    if ratio == Some(0.0) {
-        section.faults.report(section.fault_of("ratio", ": with 0 it would not move").admissible("not 0"));
+    if let Some(ratio) = ratio.filter(|ratio| !RATIOS.contains(&ratio.abs())) {
+        let fault = section.fault_of("ratio", format!(": {} is no ratio of two shafts", Number(ratio)));
+        section.faults.report(fault.admissible("1e-6 to 1e6, or negative, where they turn against each other"));
     }
     if shaft == Some(None) {
         section.forbid(&["ratio", "offset"], "the part sits on no shaft", "shaft = \"machine\"");
     }
-    let mut part = Part {
-        name: name.to_owned(),
-        content: Content::Fmu(PathBuf::new()),
-        start: Vec::new(),
-        variables: Vec::new(),
-        seat: None,
+    let other = |key, path: &str, needed: &str| {
+        let what = if key == "scene" { "an FMU" } else { "no FMU" };
+        section.fault_of(key, format!(": \"{path}\" is {what}")).hint(format!("write {needed} = \"{path}\""))
     };
     let read = match (scene?, fmu?) {
+        (Some(scene), None) if is_fmu(Path::new(scene)) => Err(other("scene", scene, "fmu")),
+        (None, Some(fmu)) if Path::new(fmu).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) => {
+            Err(other("fmu", fmu, "scene"))
+        }
         (Some(scene), None) => match super::read(&folder.join(scene)) {
             Ok(scene) => {
                 scene.notes.iter().for_each(|note| section.faults.note(format!("part {name}: {note}")));
-                part.set(scene).map_err(|fault| section.fault_of("scene", format!(": {fault}")))
+                Part::of_scene(name, scene).map_err(|fault| section.fault_of("scene", format!(": {fault}")))
             }
             // The faults of a scene are told by its own reader.
             Err(Diagnostics(faults)) => return faults.into_iter().fold(None, |_, fault| section.refuse(fault)),
         },
-        (None, Some(fmu)) => foreign(&mut part, folder.join(fmu)).map_err(|message| {
+        (None, Some(fmu)) => Part::foreign(name, folder.join(fmu)).map_err(|fault| {
+            let message = fault.to_string();
             let (message, hint) = message.split_once("\n  = hint: ").unwrap_or((&message, ""));
             hinted(section.fault_of("fmu", format!(": {message}")), hint)
         }),
         (None, None) => Err(section.fault(" does not say what it is").hint("give `scene` or `fmu`")),
         _ => return None,
     };
-    if let Err(fault) = read {
-        return section.refuse(fault);
-    }
+    let mut part = match read {
+        Ok(part) => part,
+        Err(fault) => return section.refuse(fault),
+    };
     let start = start(&section, &part);
     section.finish();
     part.start = start?;
@@ -334,14 +385,6 @@ fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path) -> Option<Raw<'a
 /// The fault with a hint, where there is one.
 fn hinted(fault: Diagnostic, hint: &str) -> Diagnostic {
     if hint.is_empty() { fault } else { fault.hint(hint) }
-}
-
-/// Takes the variables of an FMU.
-fn foreign(part: &mut Part, path: PathBuf) -> Result<(), String> {
-    let fmu = Fmu::open(&path).map_err(|fault| fault.to_string())?;
-    part.variables.clone_from(&fmu.description().variables);
-    part.content = Content::Fmu(path);
-    Ok(())
 }
 
 /// Reads `start`.
@@ -429,16 +472,18 @@ fn seats(raw: &mut [Raw<'_>]) -> Option<()> {
         let other = &raw[machine].part;
         if !other.is_machine() {
             let fault = refused(format!(": `{shaft}` is no machine, which has outputs phi, w, a and an input tau"));
+            let is_free = other.scene.as_ref().is_some_and(|scene| least_inertia(scene).is_some());
             return section.refuse(match raw[machine].shaft {
                 Some(its) => fault.hint(format!("write shaft = \"{its}\", on which `{shaft}` sits, too")),
+                None if is_free => {
+                    fault.hint(format!("write torques = [\"{}\"] in its scene and export it again", part.name))
+                }
                 None => fault.hint("name the part with the free shaft, a RigidMachine for example"),
             });
         }
         if !part.has(&MOTION, Causality::Input) {
-            let prescribed = match &part.content {
-                Content::Scene(scene) => scene.scene.drive().map(|drive| matches!(drive, DriveMode::Speed { .. })),
-                Content::Fmu(_) => None,
-            };
+            let prescribed = part.scene.as_ref().and_then(Scene::drive);
+            let prescribed = prescribed.map(|drive| matches!(drive, DriveMode::Speed { .. }));
             return section.refuse(match prescribed {
                 Some(by_speed) => {
                     let own = if by_speed { "integrates its own angle" } else { "turns at constant speed" };

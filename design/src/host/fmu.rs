@@ -23,6 +23,12 @@ const LARGEST_DESCRIPTION: u64 = 200_000_000;
 /// The file that makes an archive an FMU.
 const DESCRIPTION: &str = "modelDescription.xml";
 
+/// The folder of what an FMU carries to be traced and checked, by the layered standard FMI-LS-REF.
+pub const REFERENCES: &str = "extra/org.fmi-standard.fmi-ls-ref";
+
+/// The folder of its model in it, the scene of ours.
+pub const MODEL: &str = "model";
+
 /// An FMU 2.0 of Co-Simulation that is ready to be instantiated, also by several threads. Its folder is removed with its last
 /// instance.
 pub struct Fmu(pub(super) Arc<Content>);

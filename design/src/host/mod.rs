@@ -14,5 +14,5 @@ mod functions;
 mod instance;
 
 pub use description::{Capabilities, Experiment, ModelDescription, Unit, Variable};
-pub use fmu::{Fmu, platforms, unpacked};
+pub use fmu::{Fmu, MODEL, REFERENCES, platforms, unpacked};
 pub use instance::Host;

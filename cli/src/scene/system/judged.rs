@@ -1,10 +1,11 @@
 //! What is to be known of a system before it runs: algebraic loops, and the largest steps of its shafts.
 
 use super::wiring::Wiring;
-use super::{Content, INERTIA, Part, Seat, Shaft, System};
+use super::{INERTIA, Part, Shaft, System};
 use crate::scene::section::Section;
 use camdrive::drives::variable::Causality;
 use camdrive_design::coupling::stability::{Exchange, Load, least_inertia, limit, load};
+use camdrive_design::resource::Scene;
 use camdrive_design::text::{number, time};
 
 impl System {
@@ -38,52 +39,109 @@ impl Part {
     }
 }
 
-/// The limits of all shafts; refuses a step beyond them.
-pub fn shafts(root: &Section<'_>, wiring: &Wiring<'_>, exchange: Exchange, step: f64) -> Option<Vec<Shaft>> {
-    let parts = || wiring.raw.iter().map(|raw| &raw.part).enumerate();
-    let (mut shafts, mut stable) = (Vec::new(), Some(()));
-    for (machine, part) in parts() {
-        let Content::Scene(scene) = &part.content else { continue };
-        let Some(inertia) = least_inertia(&scene.scene) else { continue };
-        let mut loads: Vec<(f64, Load, bool)> = Vec::new();
-        for (i, drive) in parts() {
-            let Some(Seat { ratio, .. }) = drive.seat.filter(|seat| seat.machine == machine) else { continue };
-            match &drive.content {
-                Content::Scene(scene) => {
-                    let own = wiring.connections.iter().any(|c| c.from == (i, INERTIA[0].to_owned()));
-                    loads.push((ratio, load(&scene.scene), own));
-                }
-                Content::Fmu(_) => root.faults.note(format!(
-                    "part {}: inertia and stiffness of an FMU are not known; the limits of its shaft leave them out",
-                    drive.name
-                )),
+/// Refuses a step that does not divide the time of the run where a part takes steps of one length only.
+pub fn lengths(root: &Section<'_>, wiring: &Wiring<'_>, stop: f64, step: f64) -> Option<()> {
+    let rest = stop - (stop / step).round() * step;
+    let Some(part) = wiring.raw.iter().map(|raw| &raw.part).find(|part| !part.capabilities.variable_steps) else {
+        return Some(());
+    };
+    if rest.abs() <= SAME * stop {
+        return Some(());
+    }
+    let said = format!(
+        ": part {} takes steps of one length only (canHandleVariableCommunicationStepSize), of which {} leaves a rest of {}",
+        part.name,
+        time(stop),
+        time(rest.rem_euclid(step))
+    );
+    root.refuse(root.fault_of("step", said).hint("take a step that divides `stop`"))
+}
+
+/// The limits of all shafts and how often a step is repeated, once unasked where that is known to be stable; refuses a step beyond.
+pub fn shafts(
+    root: &Section<'_>,
+    wiring: &Wiring<'_>,
+    exchange: Exchange,
+    step: f64,
+    asked: Option<u32>,
+) -> Option<(Vec<Shaft>, u32)> {
+    let scenes: Vec<Option<(Scene, Vec<&str>)>> = wiring.raw.iter().map(|raw| raw.part.started()).collect();
+    let of_shaft = |machine: usize| -> Option<(usize, f64, Vec<(f64, Load, bool)>)> {
+        let inertia = least_inertia(&scenes[machine].as_ref()?.0)?;
+        let (mut loads, mut on) = (Vec::new(), vec![machine]);
+        for (drive, scene) in scenes.iter().enumerate() {
+            let Some(ratio) = wiring.ratio(machine, drive) else { continue };
+            on.push(drive);
+            if let Some((scene, _)) = scene {
+                let own = wiring.connections.iter().any(|c| c.from == (drive, INERTIA[0].to_owned()));
+                loads.push((ratio, load(scene), own));
             }
         }
-        if loads.is_empty() {
-            continue;
-        }
-        let limit = limit(exchange, inertia, &loads);
-        let name = &part.name;
-        if limit.kappa >= 1.0 {
-            let said = format!(
-                ": what follows the shaft of `{name}` without slip has up to {} times its inertia; no step is stable",
-                number(limit.kappa)
-            );
-            let hint = match exchange {
-                Exchange::EffectiveInertia => "write machine and drives as one DriveTrain",
-                _ => "exchange = \"effective_inertia\" takes rigid loads out of the loop; or write one DriveTrain",
+        for part in on.iter().filter(|_| on.len() > 1) {
+            let name = &wiring.raw[*part].part.name;
+            let unknown = match &scenes[*part] {
+                None => {
+                    "inertia and stiffness of an FMU are not known; the limits of its shaft leave them out".to_owned()
+                }
+                Some((_, unknown)) if unknown.is_empty() => continue,
+                Some((_, unknown)) => {
+                    format!("the limits of its shaft have the values of the scene for {}", unknown.join(", "))
+                }
             };
-            stable = root.refuse(root.fault_of("exchange", said).hint(hint));
-        } else if let Some(longest) = limit.stable.filter(|longest| step > *longest) {
-            let said = format!(": at {} the exchange on the shaft of `{name}` is unstable", time(step));
-            let fault = root.fault_of("step", said).admissible(format!("at most {}", time(longest)));
-            let small = limit.recommended.unwrap_or(longest).min(longest);
-            stable = root.refuse(fault.hint(format!("up to {} errors are small", time(small))));
+            root.faults.note(format!("part {name}: {unknown}"));
         }
-        shafts.push(Shaft { machine, limit });
+        (!loads.is_empty()).then_some((machine, inertia, loads))
+    };
+    let known: Vec<_> = (0..scenes.len()).filter_map(of_shaft).collect();
+    let limits = |repeats: u32| -> Vec<Shaft> {
+        let of = |(machine, inertia, loads): &(usize, f64, Vec<_>)| Shaft {
+            machine: *machine,
+            limit: limit(exchange, repeats, *inertia, loads),
+        };
+        known.iter().map(of).collect()
+    };
+    let beyond = |shaft: &Shaft| shaft.limit.stable.is_some_and(|longest| step > longest);
+    let once = limits(0);
+    let kappa = once.iter().fold(0.0, |most: f64, shaft| most.max(shaft.limit.kappa));
+    let mut stable = Some(());
+    for Shaft { machine, limit } in once.iter().filter(|shaft| shaft.limit.kappa >= 1.0) {
+        let said = format!(
+            ": what follows the shaft of `{}` without slip has up to {} times its inertia; no step is stable",
+            wiring.raw[*machine].part.name,
+            number(limit.kappa)
+        );
+        let hint = match exchange {
+            Exchange::EffectiveInertia => "write machine and drives as one DriveTrain",
+            _ => "exchange = \"effective_inertia\" takes rigid loads out of the loop; or write one DriveTrain",
+        };
+        stable = root.refuse(root.fault_of("exchange", said).hint(hint));
     }
-    stable.map(|()| shafts)
+    stable?;
+    let restorable = wiring.raw.iter().all(|raw| raw.part.capabilities.saves_states);
+    let unasked = exchange.interpolates() && restorable && scenes.iter().all(Option::is_some) && kappa <= REPEATED;
+    let (shafts, repeats) = match asked {
+        None if unasked && !limits(1).iter().any(beyond) => (limits(1), 1),
+        None => (once, 0),
+        Some(times) => {
+            repeated(root, wiring, exchange, times, kappa)?;
+            (limits(times), times)
+        }
+    };
+    for Shaft { machine, limit } in shafts.iter().filter(|shaft| beyond(shaft)) {
+        let name = &wiring.raw[*machine].part.name;
+        let longest = limit.stable.unwrap_or_default();
+        let said = format!(": at {} the exchange on the shaft of `{name}` is unstable", time(step));
+        let fault = root.fault_of("step", said).admissible(format!("at most {}", time(longest)));
+        stable = root.refuse(fault.hint(match limit.recommended {
+            Some(small) => format!("up to {} errors are small", time(small)),
+            None => "errors are small at a small part of that".to_owned(),
+        }));
+    }
+    stable.map(|()| (shafts, repeats))
 }
+
+/// The rounding of a time.
+const SAME: f64 = 1e-9;
 
 /// The largest J_load/J at which a step may be repeated, however often: one repetition is stable up to 0.41.
 const MOST_REPEATED: f64 = 0.4;
@@ -91,32 +149,27 @@ const MOST_REPEATED: f64 = 0.4;
 /// J_load/J up to which a step is repeated unasked, half of that.
 const REPEATED: f64 = 0.2;
 
-/// How often a step is repeated: as the file says, else once where that is known to be stable.
-pub fn repeats(
-    root: &Section<'_>,
-    wiring: &Wiring<'_>,
-    exchange: Exchange,
-    asked: Option<u32>,
-    shafts: &[Shaft],
-) -> Option<u32> {
-    let interpolates = matches!(exchange, Exchange::Interpolated | Exchange::EffectiveInertia);
-    let kappa = shafts.iter().fold(0.0, |most: f64, shaft| most.max(shaft.limit.kappa));
-    let known = wiring.raw.iter().all(|raw| matches!(raw.part.content, Content::Scene(_)));
-    match asked {
-        None => Some((interpolates && known && kappa <= REPEATED).into()),
-        Some(1..) if !interpolates => {
-            let fault = root.fault_of("repeat", " has no meaning here: only interpolated steps get better by it");
-            root.refuse(fault.hint("remove it, or take exchange = \"interpolated\""))
-        }
-        Some(1..) if kappa > MOST_REPEATED => {
-            let kappa = number(kappa);
-            let said =
-                format!(": with a load of up to {kappa} times the inertia of its shaft repeated steps are unstable");
-            let fault = root.fault_of("repeat", said).admissible(format!("0 above {MOST_REPEATED}"));
-            root.refuse(fault.hint("remove it, or take exchange = \"effective_inertia\""))
-        }
-        Some(times) => Some(times),
+/// Refuses to repeat steps that cannot be, or would be unstable.
+fn repeated(root: &Section<'_>, wiring: &Wiring<'_>, exchange: Exchange, times: u32, kappa: f64) -> Option<()> {
+    let fixed = wiring.raw.iter().map(|raw| &raw.part).find(|part| !part.capabilities.saves_states);
+    if times == 0 {
+        return Some(());
     }
+    if !exchange.interpolates() {
+        let fault = root.fault_of("repeat", " has no meaning here: only interpolated steps get better by it");
+        return root.refuse(fault.hint("remove it, or take exchange = \"interpolated\""));
+    }
+    if let Some(part) = fixed {
+        let said = format!(": part {} cannot restore its state (canGetAndSetFMUstate)", part.name);
+        return root.refuse(root.fault_of("repeat", said).admissible("0").hint("remove it"));
+    }
+    if kappa > MOST_REPEATED {
+        let kappa = number(kappa);
+        let said = format!(": with a load of up to {kappa} times the inertia of its shaft repeated steps are unstable");
+        let fault = root.fault_of("repeat", said).admissible(format!("0 above {MOST_REPEATED}"));
+        return root.refuse(fault.hint("remove it, or take exchange = \"effective_inertia\""));
+    }
+    Some(())
 }
 
 impl System {

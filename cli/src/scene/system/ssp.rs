@@ -1,10 +1,10 @@
 //! Systems of System Structure and Parameterization 1.0: an archive with FMUs and SystemStructure.ssd.
 
-use super::{Connection, Content, End, Part, System, converted};
+use super::{Connection, End, Part, System, converted};
 use camdrive::drives::Fault;
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive_design::coupling::stability::Exchange;
-use camdrive_design::host::{Fmu, Variable, unpacked};
+use camdrive_design::host::{Variable, unpacked};
 use camdrive_design::xml::Element;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -90,10 +90,7 @@ fn system(path: &Path, folder: Arc<tempfile::TempDir>) -> Result<System, Fault> 
             return Err(Fault::new(format!("two parts are called {name}")));
         }
         let place = file(element.needed("source")?).map_err(told)?;
-        let fmu = Fmu::open(&place).map_err(told)?;
-        let variables = fmu.description().variables.clone();
-        let mut part =
-            Part { name: name.to_owned(), content: Content::Fmu(place), start: Vec::new(), variables, seat: None };
+        let mut part = Part::foreign(name, place).map_err(told)?;
         for parameter in parameters(element, &document).map_err(told)? {
             part.set_start(&parameter.name, &parameter).map_err(told)?;
         }

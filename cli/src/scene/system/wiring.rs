@@ -1,6 +1,6 @@
 //! The connections of a system: those that shafts mean, and those that the file adds.
 
-use super::{Connection, Content, End, INERTIA, MOTION, Raw, Seat, TORQUE, converted, quantity};
+use super::{Connection, Content, End, INERTIA, MEAN_TORQUE, MOTION, Raw, Seat, TORQUE, converted, quantity};
 use crate::scene::diagnostics::{Diagnostic, Diagnostics, nearest};
 use crate::scene::input::{self, Kind};
 use crate::scene::section::Section;
@@ -48,8 +48,10 @@ impl Wiring<'_> {
                 Err(fault) => section.refuse(section.fault_of("scene", format!(": {fault}"))),
             },
             Err(Diagnostics(faults)) => {
-                let told =
-                    |fault: Diagnostic| section.fault_of("scene", format!(" as part of a system: {}", fault.message));
+                let told = |fault: Diagnostic| {
+                    let said = format!(" as part of a system: {}", fault.message);
+                    Diagnostic { hint: fault.hint, admissible: fault.admissible, ..section.fault_of("scene", said) }
+                };
                 faults.into_iter().fold(None, |_, fault| section.refuse(told(fault)))
             }
         }
@@ -62,8 +64,8 @@ impl Wiring<'_> {
             self.end(section, key, text, causality)
         });
         let target = to.as_ref().and_then(|(part, name)| self.raw[*part].part.find(name, Causality::Input));
-        let quantity = target.and_then(quantity).unwrap_or(&unit::NUMBER);
-        section.of(quantity, 0);
+        let of = target.and_then(quantity);
+        section.of(of.unwrap_or(&unit::NUMBER), 0);
         let [factor, offset] = ["factor", "offset"].map(|key| section.real(key));
         section.finish();
         let (from, to, factor, offset) = (from?, to?, factor?, offset?);
@@ -72,6 +74,10 @@ impl Wiring<'_> {
         }
         let find = |(part, name): &End, causality| self.raw[*part].part.find(name, causality).cloned();
         let (output, input) = (find(&from, Causality::Output)?, find(&to, Causality::Input)?);
+        if of.is_none() && section.has("offset") {
+            let fault = section.fault_of("offset", format!(": `{}` is no real number, which has no offset", to.1));
+            return section.refuse(fault.hint("remove it"));
+        }
         let [by, beyond] = match converted(&output, &input, section.has("factor")) {
             Ok(conversion) => conversion,
             Err((said, hint)) => return section.refuse(section.fault_of("to", said).hint(hint)),
@@ -139,9 +145,11 @@ impl Wiring<'_> {
             for from in self.raw[i].part.torques() {
                 torques.push(Torque { from: (i, from), factor: ratio, offset: 0.0, inertia: None });
             }
-            if let ([torque], true) = (&mut torques[..], by_inertia && self.has_rigid_load(i)) {
+            if by_inertia && self.has_rigid_load(i) {
                 self.change(i, |document| set(document, "inertia", true.into()))?;
-                torque.inertia = Some(ratio);
+                // Those of the followers of a train are told together.
+                torques.truncate(1);
+                torques[0].inertia = Some(ratio);
             }
             let motion = MOTION.map(|name| Connection {
                 from: (machine, name.to_owned()),
@@ -155,11 +163,24 @@ impl Wiring<'_> {
         Some(())
     }
 
-    /// Whether something follows the shaft of the drive without slip, and without impacts.
+    /// Whether something follows the shaft of the drive without slip, and without impacts; an FMU must tell of it.
     fn has_rigid_load(&self, i: usize) -> bool {
         let part = &self.raw[i].part;
-        let rigid = matches!(&part.content, Content::Scene(scene) if stability::load(&scene.scene).inertia > 0.0);
-        rigid && part.torques() == [TORQUE]
+        let is_rigid = part.scene.as_ref().is_some_and(|scene| stability::load(scene).inertia > 0.0);
+        let tells = matches!(part.content, Content::Scene(_)) || part.has(&INERTIA, Causality::Output);
+        is_rigid && tells && !part.torques().iter().any(|name| name.ends_with(MEAN_TORQUE))
+    }
+
+    /// The ratio of a drive on the shaft of a machine, as its inputs phi, w, a are connected; None where none of its torques acts
+    /// there.
+    pub fn ratio(&self, machine: usize, drive: usize) -> Option<f64> {
+        let from = |name: &str| {
+            let mut all = self.connections.iter();
+            all.find(|c| c.to.0 == drive && c.to.1 == name && c.from.0 == machine && c.from.1 == name)
+        };
+        let [phi, w, a] = MOTION.map(|name| from(name).map(|connection| connection.factor));
+        let acts = self.connections.iter().any(|c| c.from.0 == drive && c.to.0 == machine);
+        phi.filter(|_| acts && w == phi && a == phi)
     }
 
     /// Refuses start values of inputs that something is connected to.
@@ -199,7 +220,13 @@ impl Wiring<'_> {
                     torques.extend(more);
                     *list = torques.into();
                     if !with_inertia.is_empty() {
-                        set(document, "inertia", with_inertia.into());
+                        let said = document.get("coupling").and_then(|table| table.get("inertia"));
+                        let mut all = said.and_then(|list| list.as_array()).cloned().unwrap_or_default();
+                        let known: Vec<String> =
+                            all.iter().filter_map(|name| Some(name.as_str()?.to_owned())).collect();
+                        let names = with_inertia.iter().filter_map(|name| name.as_str());
+                        all.extend(names.filter(|name| !known.iter().any(|known| known == name)));
+                        set(document, "inertia", all.into());
                     }
                 })?;
             }
@@ -221,7 +248,20 @@ impl Wiring<'_> {
                             ": `{}` has no input `{to}` for the torque of `{}`",
                             self.raw[i].part.name, part.name
                         );
-                        return section.refuse(section.fault_of("shaft", said));
+                        let hint = match &self.raw[i].part.content {
+                            Content::Scene(_) => {
+                                "its scene takes inertias, `coupling.inertia`: remove it, or take exchange = \"effective_inertia\""
+                                    .to_owned()
+                            }
+                            Content::Fmu(_) => {
+                                let names: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
+                                let coupling = if torque.inertia.is_some() { ", coupling.inertia = the same list" } else { "" };
+                                format!("write torques = [{}]{coupling} in its scene and export it again", names.join(", "))
+                            }
+                        };
+                        let fault = section.fault_of("shaft", said).hint(hint);
+                        let known = self.raw[i].part.torque_inputs().join(", ");
+                        return section.refuse(if known.is_empty() { fault } else { fault.admissible(known) });
                     }
                     let to = (i, to);
                     if self.connections.iter().any(|other| other.to == to) {
@@ -259,13 +299,11 @@ impl Wiring<'_> {
             });
             let names: Vec<String> = loose.map(|v| format!("`{}`", v.about.name)).collect();
             if !names.is_empty() {
-                let (is, its) =
-                    if names.len() == 1 { ("is", "its start value") } else { ("are", "their start values") };
-                root.faults.note(format!(
-                    "part {}: {} {is} not connected and keeps {its}",
-                    part.name,
-                    names.join(", ")
-                ));
+                let rest = match names.len() {
+                    1 => "is not connected and keeps its start value",
+                    _ => "are not connected and keep their start values",
+                };
+                root.faults.note(format!("part {}: {} {rest}", part.name, names.join(", ")));
             }
         }
     }
