@@ -6,9 +6,10 @@ mod native;
 pub(super) mod signals;
 
 use super::output::{counter, print};
-use super::{Failure, Format, failure, files, is_fmu, optional, system};
+use super::{Failure, Format, failure, files, optional, system};
 use crate::export::results::{self, Course};
 use crate::scene::input::is_system;
+use crate::scene::source::is_fmu;
 use camdrive::drives::{Experiment, Number, unit};
 use camdrive_design::text;
 use indicatif::ProgressDrawTarget;

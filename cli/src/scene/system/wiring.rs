@@ -7,6 +7,7 @@ use crate::scene::section::Section;
 use camdrive::drives::unit;
 use camdrive::drives::variable::Causality;
 use camdrive_design::coupling::stability;
+use camdrive_design::resource::Scene;
 use std::path::Path;
 use toml_edit::{Array, DocumentMut, Item, Table};
 
@@ -211,6 +212,13 @@ impl Wiring<'_> {
             if is_scene && !single {
                 let with_inertia = names.iter().zip(&own).filter(|(_, torque)| torque.inertia.is_some());
                 let with_inertia: Array = with_inertia.map(|(name, _)| name.as_str()).collect();
+                let Raw { part, section, .. } = &self.raw[i];
+                if !with_inertia.is_empty() && !matches!(part.scene, Some(Scene::RigidMachine(_))) {
+                    let said = ": it takes no inertia of loads, as a RigidMachine does whose motor is none, kloss or input, without \
+                                transmission and without loads of its own";
+                    let hint = "take exchange = \"interpolated\", or make all one DriveTrain";
+                    return section.refuse(section.fault_of("scene", said).hint(hint));
+                }
                 self.change(i, |document| {
                     let list = document.entry("torques").or_insert(Array::new().into());
                     let known = list.as_array_mut().map(std::mem::take).unwrap_or_default();
