@@ -3,6 +3,7 @@
 #![doc = include_str!("../../../docs/system.md")]
 
 mod judged;
+pub mod single;
 mod ssp;
 mod wiring;
 
@@ -22,6 +23,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tempfile::TempDir;
 use toml::de::{DeTable, DeValue};
+use toml_edit::{DocumentMut, value};
 use wiring::Wiring;
 
 /// A system of FMUs, wired.
@@ -265,6 +267,18 @@ pub fn read(path: &Path) -> Result<System, Diagnostics> {
     let mut system = super::with_document(&file, &text, Kind::System, |root| system(root, folder))?;
     system.files.push(path.to_owned());
     Ok(system)
+}
+
+/// The same with another exchange, at steps that are short enough for all but algebraic loops.
+pub fn read_as(path: &Path, exchange: &str) -> Result<System, Diagnostics> {
+    let (file, text) = input::text(path, Kind::System)?;
+    let mut document: DocumentMut = text.parse().unwrap_or_default();
+    (document["exchange"], document["step"]) = (value(exchange), value(f64::MIN_POSITIVE));
+    if !["interpolated", "effective_inertia"].contains(&exchange) {
+        document.remove("repeat");
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    super::with_document(&file, &document.to_string(), Kind::System, |root| system(root, folder))
 }
 
 /// A part with its section of the file.

@@ -1,0 +1,182 @@
+//! `camdrive system SYSTEM --study`
+
+use super::{Args, libraries, packed};
+use crate::command::output::Bar;
+use crate::command::{Failure, failure, files, tell};
+use crate::export::Date;
+use crate::scene::system::single::Single;
+use crate::scene::system::{self, EXCHANGES, INERTIA, System};
+use camdrive::drives::variable::{Causality, Kind, Variability};
+use camdrive_design::coupling::exchange::Coupling;
+use camdrive_design::coupling::stability::Exchange;
+use camdrive_design::coupling::study::{self, Candidate, Make, Output, Port, Reference, Report, Way};
+use camdrive_design::host::{Fmu, Variable};
+use camdrive_design::text::{self, Page, time};
+use std::path::Path;
+
+/// Who couples systems so.
+const MASTERS: [(Exchange, &str); 5] = [
+    (Exchange::Held, "a master that holds inputs"),
+    (Exchange::Extrapolated, "a master that sends first derivatives"),
+    (Exchange::GaussSeidel, "a master that steps drives first and holds inputs"),
+    (Exchange::Interpolated, "run.py"),
+    (Exchange::EffectiveInertia, "run.py by effective inertia"),
+];
+
+/// The steps of a reference that is no train, as parts of that of the system, and how often they are repeated.
+const FINE: [f64; 2] = [64.0, 32.0];
+const REPEATS: u32 = 2;
+
+/// The tolerances of the train, as a reference and as its check.
+const TOLERANCES: [f64; 2] = [1e-12, 1e-10];
+
+pub fn run(args: &Args, system: &System, folder: &Path) -> Result<(), Failure> {
+    let single = system.train();
+    if let Err(reason) = &single {
+        tell(&format!("note: {}: no train: {reason}\n", text::in_one_line(args.system.display())));
+    }
+    let single = single.ok();
+    let systems: Vec<(usize, Result<System, String>)> = (0..MASTERS.len())
+        .map(|i| {
+            let name = EXCHANGES.iter().find(|(_, exchange)| *exchange == MASTERS[i].0).map_or("", |(name, _)| name);
+            let read = system::read_as(&args.system, name).map_err(|faults| {
+                faults
+                    .0
+                    .into_iter()
+                    .next()
+                    .map_or_else(String::new, |fault| fault.message.trim_start_matches(": ").to_owned())
+            });
+            (i, read)
+        })
+        // Without a rigid load it is the same as interpolated.
+        .filter(|(i, read)| {
+            let by_inertia = |system: &System| system.connections.iter().any(|c| c.from.1 == INERTIA[0]);
+            MASTERS[*i].0 != Exchange::EffectiveInertia || !read.as_ref().is_ok_and(|system| !by_inertia(system))
+        })
+        .collect();
+    let mut candidates = Vec::new();
+    for (i, read) in &systems {
+        let (exchange, master) = MASTERS[*i];
+        let name = EXCHANGES.iter().find(|(_, known)| *known == exchange).map_or("", |(name, _)| name);
+        let way = |repeats: u32, master: &str| Way {
+            exchange: name.to_owned(),
+            repeats,
+            master: master.to_owned(),
+            stable: None,
+            fault: None,
+            steps: [None; 2],
+        };
+        match read {
+            Ok(system) => {
+                let limits = system.shafts.iter().filter_map(|shaft| shaft.limit.stable);
+                let stable = limits.fold(f64::INFINITY, f64::min);
+                let stable = stable.is_finite().then_some(stable);
+                let repeated = (system.repeats > 0).then(|| (system.repeats, master.replace("run.py", "camdrive run")));
+                for (repeats, master) in std::iter::once((0, master.to_owned())).chain(repeated) {
+                    let make: Make<'_> = Box::new(move || system.coupled(exchange, repeats));
+                    candidates.push(Candidate { way: Way { stable, ..way(repeats, &master) }, make: Some(make) });
+                }
+            }
+            Err(fault) => {
+                candidates.push(Candidate { way: Way { fault: Some(fault.clone()), ..way(0, master) }, make: None });
+            }
+        }
+    }
+    let (reference, outputs) = match &single {
+        Some(single) => (as_train(single), compared(system, Some(single))?),
+        None => (finer(system), compared(system, None)?),
+    };
+    let report = Bar::beside(&system.name, |tell| {
+        study::study(&system.name, [system.step, system.stop], candidates, outputs, reference, tell)
+    });
+    let report = report.map_err(|fault| failure(format!("{}: {fault}", args.system.display())))?;
+    let parts =
+        [("csv", study::csv(&report)), ("json", text::json(&report)), ("svg", Ok(study::diagram(&report).svg()))];
+    let mut written: Vec<(std::path::PathBuf, Vec<u8>)> =
+        files::report(folder, &system.name, parts)?.into_iter().map(|(path, text)| (path, text.into_bytes())).collect();
+    if let Some(single) = &single {
+        let date = Date::from_environment().map_err(failure)?;
+        let fmu = packed(&single.scene, &libraries()?, date).map_err(failure)?;
+        written.push((folder.join(fmu_of(single)), fmu));
+    }
+    let lines = files::write(&written, &system.files)?;
+    args.format.print(|width| page(&report, width) + "\n" + &lines, || text::json(&report))
+}
+
+fn fmu_of(single: &Single) -> String {
+    format!("{}.fmu", single.scene.name)
+}
+
+/// The train as a system of one part.
+fn as_train(single: &Single) -> Reference<'_> {
+    let of = |tolerance: f64| -> (Make<'_>, f64) {
+        let make = move || {
+            let mut host = Fmu::linked(&single.scene.resource())?.instantiate(&single.scene.name)?;
+            if let Some(place) = host.description().find("solver.tolerance") {
+                host.set(place, tolerance)?;
+            }
+            Coupling::new(vec![(single.scene.name.clone(), host)], &[], Exchange::Held, 0)
+        };
+        (Box::new(make), f64::INFINITY)
+    };
+    Reference {
+        about: "the same system as one DriveTrain".to_owned(),
+        fmu: Some(fmu_of(single)),
+        runs: TOLERANCES.map(of),
+    }
+}
+
+/// The system itself at short steps.
+fn finer(system: &System) -> Reference<'_> {
+    let exchange = match system.exchange {
+        Exchange::EffectiveInertia => Exchange::EffectiveInertia,
+        _ => Exchange::Interpolated,
+    };
+    let repeats = if system.repeats > 0 { REPEATS } else { 0 };
+    let of =
+        |part: f64| -> (Make<'_>, f64) { (Box::new(move || system.coupled(exchange, repeats)), system.step / part) };
+    let about = format!("the same system in steps of {}, repeated {repeats} times", time(system.step / FINE[0]));
+    Reference { about, fmu: None, runs: FINE.map(of) }
+}
+
+/// The outputs that vary continuously and that system and reference have.
+fn compared(system: &System, single: Option<&Single>) -> Result<Vec<Output>, Failure> {
+    let train = single.map(|single| Fmu::linked(&single.scene.resource())).transpose().map_err(failure)?;
+    let mut outputs = Vec::new();
+    for (p, part) in system.parts.iter().enumerate() {
+        for Variable { about, unit, .. } in &part.variables {
+            let is_mean = about.name.ends_with("_mean");
+            let is_real = matches!(about.kind, Kind::Real { .. }) && about.variability != Variability::Discrete;
+            if about.causality != Causality::Output || is_mean || !is_real {
+                continue;
+            }
+            let here = Port { part: p, name: about.name.clone(), factor: 1.0, offset: 0.0 };
+            let there = match single.zip(train.as_ref()) {
+                None => Some(here.clone()),
+                Some((single, train)) => single.counterpart(system, p, &about.name).and_then(|found| {
+                    train.description().find(&found.name)?;
+                    Some(found)
+                }),
+            };
+            let name = format!("{}.{}", part.name, about.name);
+            let output = |there| Output {
+                name,
+                unit: unit.name.clone(),
+                largest: 0.0,
+                known_to: 0.0,
+                ports: [here.clone(), there],
+            };
+            outputs.extend(there.map(output));
+        }
+    }
+    Ok(outputs)
+}
+
+/// The report for a terminal.
+fn page(report: &Report, width: usize) -> String {
+    Page::new(format!("{}: {}", report.system, report.verdict), width)
+        .section("", study::about(report))
+        .table("Ways to couple", &study::of_ways(report))
+        .table("Errors", &study::of_errors(report))
+        .text()
+}

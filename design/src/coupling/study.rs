@@ -1,0 +1,444 @@
+//! What a communication step costs in accuracy: a system coupled in several ways and at several steps against one that is not
+//! coupled, or is at a much shorter step.
+//!
+//! The error of an output is the largest difference at the communication points that all steps have in common, relative to the
+//! largest magnitude of the output there. The order is log₂ of the ratio of the errors at a step and at its half.
+
+use super::exchange::Coupling;
+use crate::Progress;
+use crate::parallel;
+use crate::plot::{Axis, Diagram, Rule, Series};
+use crate::text::{self, NONE, Table, number, share, time};
+use camdrive::drives::Fault;
+use serde::Serialize;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// The steps, as multiples of that of the system.
+const LADDER: [f64; 6] = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125];
+
+/// The accuracies that verdicts are about, the first one in the sentence.
+pub const ACCURACIES: [f64; 2] = [1e-2, 1e-4];
+
+/// Over the largest magnitude of an output: a run whose error is larger has nothing in common with the motion.
+const DIVERGED: f64 = 10.0;
+
+/// The least number of points that are compared.
+const POINTS: f64 = 20.0;
+
+/// Part of an accuracy to which the reference must be known, lest a verdict rest on its own error.
+const SURE: f64 = 0.1;
+
+/// Makes the parts anew.
+pub type Make<'a> = Box<dyn Fn() -> Result<Coupling, Fault> + Sync + 'a>;
+
+/// A way to couple the system.
+pub struct Candidate<'a> {
+    /// What it is.
+    pub way: Way,
+    /// Makes the system; None where it cannot be.
+    pub make: Option<Make<'a>>,
+}
+
+/// A way to couple the system, and what is known of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Way {
+    /// The exchange.
+    pub exchange: String,
+    /// How often a step is repeated.
+    pub repeats: u32,
+    /// Who does so.
+    pub master: String,
+    /// The largest step (s) that is stable by theory; None where each is.
+    pub stable: Option<f64>,
+    /// Why it is not possible at all.
+    pub fault: Option<String>,
+    /// The largest step (s) up to which all are as accurate as each of [`ACCURACIES`].
+    pub steps: [Option<f64>; 2],
+}
+
+/// An output: a variable of a part, as factor · variable + offset.
+#[derive(Clone, Debug)]
+pub struct Port {
+    /// The part.
+    pub part: usize,
+    /// The variable.
+    pub name: String,
+    /// The factor.
+    pub factor: f64,
+    /// The offset.
+    pub offset: f64,
+}
+
+/// An output that is compared.
+#[derive(Clone, Debug, Serialize)]
+pub struct Output {
+    /// Part and variable.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// The largest magnitude.
+    pub largest: f64,
+    /// The relative error of the reference.
+    pub known_to: f64,
+    /// The ports in the system and in the reference.
+    #[serde(skip)]
+    pub ports: [Port; 2],
+}
+
+/// What the errors are taken against: twice, so that the difference tells how well it is known, the better one first.
+pub struct Reference<'a> {
+    /// In a sentence.
+    pub about: String,
+    /// The name of the one FMU.
+    pub fmu: Option<String>,
+    /// With their steps (s); infinite: from point to point.
+    pub runs: [(Make<'a>, f64); 2],
+}
+
+/// The errors of a way at a step.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// The place of the way.
+    #[serde(skip)]
+    pub way: usize,
+    /// The exchange.
+    pub exchange: String,
+    /// How often a step is repeated.
+    pub repeats: u32,
+    /// The communication step (s).
+    pub step: f64,
+    /// The largest error of an output, and which.
+    pub error: Option<f64>,
+    /// Its name.
+    pub worst: Option<String>,
+    /// The order of the error from here to the next step.
+    pub order: Option<f64>,
+    /// The largest part of the work between a shaft and a drive on which both disagree.
+    pub residual: Option<f64>,
+    /// Why there is no error.
+    pub unstable: Option<String>,
+    /// Of each output.
+    pub errors: Vec<Option<f64>>,
+}
+
+/// The report.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// The name.
+    pub system: String,
+    /// The step of the system (s).
+    pub step: f64,
+    /// What the errors are taken against.
+    pub reference: String,
+    /// The one FMU.
+    pub fmu: Option<String>,
+    /// How well the reference is known: the largest relative error of an output.
+    pub known_to: f64,
+    /// Length of the runs (s).
+    pub stop: f64,
+    /// Distance of the points that are compared (s).
+    pub spacing: f64,
+    /// The sentence for a user.
+    pub verdict: String,
+    /// What is compared.
+    pub outputs: Vec<Output>,
+    /// The ways to couple.
+    pub ways: Vec<Way>,
+    /// Their errors, from long to short steps.
+    pub rows: Vec<Row>,
+}
+
+/// Values of the outputs at the points, and the part of the work that differs.
+struct Course {
+    values: Vec<Vec<f64>>,
+    residual: f64,
+}
+
+/// A system `name` with communication step and end (s), coupled in these ways.
+///
+/// # Errors
+/// What happens in the reference.
+pub fn study(
+    name: &str,
+    [step, stop]: [f64; 2],
+    candidates: Vec<Candidate<'_>>,
+    mut outputs: Vec<Output>,
+    reference: Reference<'_>,
+    tell: &(dyn Fn(Progress<'_>) + Sync),
+) -> Result<Report, Fault> {
+    let ladder: Vec<f64> =
+        LADDER.into_iter().filter(|by| *by <= 1.0 || by * step * POINTS <= stop).map(|by| by * step).collect();
+    let spacing = ladder[0];
+    let count = (stop / spacing * (1.0 + 1e-9)) as usize;
+    let ports = |which: usize| outputs.iter().map(|output| output.ports[which].clone()).collect::<Vec<Port>>();
+    let (of_system, of_reference) = (ports(0), ports(1));
+    let runs = parallel::map(
+        &reference.runs,
+        |(make, step)| course(make, *step, (spacing, count), &of_reference, |_, _| true),
+        &|| (),
+    );
+    let runs: Vec<Course> = runs.into_iter().collect::<Result<_, _>>()?;
+    let [exact, check] = &runs[..] else { return Err(Fault::new("a reference is missing")) };
+    for (o, output) in outputs.iter_mut().enumerate() {
+        output.largest = exact.values.iter().fold(0.0, |most: f64, values| most.max(values[o].abs()));
+        output.known_to = difference(exact, check, o, output.largest);
+    }
+    let mut jobs: Vec<(usize, f64)> = Vec::new();
+    for (i, candidate) in candidates.iter().enumerate() {
+        if candidate.make.is_some() {
+            jobs.extend(ladder.iter().map(|step| (i, *step)));
+        }
+    }
+    // The longest ones first.
+    let mut order: Vec<usize> = (0..jobs.len()).collect();
+    order.sort_by(|a, b| jobs[*a].1.total_cmp(&jobs[*b].1));
+    let (done, total) = (AtomicUsize::new(0), jobs.len());
+    let one = |job: &usize| {
+        let (i, step) = jobs[*job];
+        row(&candidates[i], i, step, ((spacing, count), &of_system), &outputs, exact)
+    };
+    let found = parallel::map(&order, one, &|| {
+        tell(Progress { done: done.fetch_add(1, Ordering::Relaxed) + 1, total, stage: "steps" });
+    });
+    let mut rows: Vec<(usize, Row)> = order.into_iter().zip(found).collect();
+    rows.sort_by_key(|(job, _)| *job);
+    let mut rows: Vec<Row> = rows.into_iter().map(|(_, row)| row).collect();
+    for i in 1..rows.len() {
+        if let (true, Some(coarse), Some(fine)) = (rows[i].way == rows[i - 1].way, rows[i - 1].error, rows[i].error) {
+            rows[i - 1].order = (fine > 0.0 && coarse > 0.0).then(|| (coarse / fine).log2());
+        }
+    }
+    let known_to = outputs.iter().fold(0.0, |most: f64, output| most.max(output.known_to));
+    let mut ways: Vec<Way> = candidates.into_iter().map(|candidate| candidate.way).collect();
+    for (i, way) in ways.iter_mut().enumerate() {
+        way.steps = ACCURACIES.map(|accuracy| {
+            let own = rows.iter().rev().filter(|row| row.way == i);
+            let good = own.take_while(|row| row.error.is_some_and(|error| error <= accuracy));
+            good.last().map(|row| row.step).filter(|_| known_to <= SURE * accuracy)
+        });
+    }
+    let mut report = Report {
+        system: name.to_owned(),
+        step,
+        reference: reference.about,
+        fmu: reference.fmu,
+        known_to,
+        stop,
+        spacing,
+        verdict: String::new(),
+        outputs,
+        ways,
+        rows,
+    };
+    report.verdict = verdict(&report);
+    Ok(report)
+}
+
+/// The run of a system until `goes_on` says no of a point and its values.
+fn course(
+    make: &Make<'_>,
+    step: f64,
+    (spacing, count): (f64, usize),
+    ports: &[Port],
+    goes_on: impl Fn(usize, &[f64]) -> bool,
+) -> Result<Course, Fault> {
+    let mut coupling = make()?;
+    coupling.begin(0.0, None)?;
+    coupling.start()?;
+    let parts = (spacing / step).round().max(1.0);
+    let mut values = Vec::with_capacity(count + 1);
+    let find = |Port { part, name, factor, offset }: &Port| {
+        let place = coupling.parts()[*part].description().find(name);
+        let place = place.ok_or_else(|| Fault::new(format!("`{name}` is no variable")))?;
+        Ok((*part, place, *factor, *offset))
+    };
+    let places = ports.iter().map(find).collect::<Result<Vec<_>, Fault>>()?;
+    for point in 0..=count {
+        let hosts = coupling.parts();
+        let read =
+            |(part, place, factor, offset): &(usize, usize, f64, f64)| Ok(factor * hosts[*part].get(*place)? + offset);
+        let now = places.iter().map(read).collect::<Result<Vec<f64>, Fault>>()?;
+        let more = goes_on(point, &now);
+        values.push(now);
+        if !more || point == count {
+            break;
+        }
+        for k in 0..parts as usize {
+            let time = (point as f64 + k as f64 / parts) * spacing;
+            coupling.advance(time, spacing / parts)?;
+        }
+    }
+    let residual = coupling.residuals().iter().map(|residual| residual.gross / residual.exchanged);
+    Ok(Course { values, residual: residual.filter(|part| part.is_finite()).fold(0.0, f64::max) })
+}
+
+/// The largest relative difference of an output.
+fn difference(a: &Course, b: &Course, output: usize, largest: f64) -> f64 {
+    let of = a.values.iter().zip(&b.values).map(|(a, b)| (a[output] - b[output]).abs());
+    let most = of.fold(0.0, |most: f64, x| if x <= most || most.is_nan() { most } else { x });
+    // What the reference never moves has no size.
+    if largest == 0.0 { 0.0 } else { most / largest }
+}
+
+/// The errors of a way at a step.
+fn row(
+    candidate: &Candidate<'_>,
+    place: usize,
+    step: f64,
+    (points, ports): ((f64, usize), &[Port]),
+    outputs: &[Output],
+    exact: &Course,
+) -> Row {
+    let way = &candidate.way;
+    let mut row = Row {
+        way: place,
+        exchange: way.exchange.clone(),
+        repeats: way.repeats,
+        step,
+        error: None,
+        worst: None,
+        order: None,
+        residual: None,
+        unstable: None,
+        errors: vec![None; outputs.len()],
+    };
+    let Some(make) = &candidate.make else { return row };
+    if let Some(stable) = way.stable.filter(|stable| step > *stable) {
+        row.unstable = Some(format!("beyond {}, from where on errors grow", time(stable)));
+        return row;
+    }
+    let near = |point: usize, values: &[f64]| {
+        let is_near = |o: usize| {
+            let largest = outputs[o].largest;
+            (values[o] - exact.values[point][o]).abs() <= DIVERGED * largest || largest == 0.0
+        };
+        (0..values.len()).all(is_near)
+    };
+    match course(make, step, points, ports, near) {
+        Ok(course) if course.values.len() == exact.values.len() => {
+            let errors: Vec<f64> =
+                (0..outputs.len()).map(|o| difference(exact, &course, o, outputs[o].largest)).collect();
+            let worst = (0..errors.len()).max_by(|a, b| errors[*a].total_cmp(&errors[*b]));
+            row.error = worst.map(|o| errors[o]);
+            row.worst = worst.map(|o| outputs[o].name.clone());
+            row.errors = errors.into_iter().map(Some).collect();
+            row.residual = Some(course.residual);
+        }
+        Ok(course) => {
+            let end = time((course.values.len() - 1) as f64 * points.0);
+            row.unstable = Some(format!("left the motion by more than {DIVERGED} times its size until {end}"));
+        }
+        Err(fault) => row.unstable = Some(fault.to_string()),
+    }
+    row
+}
+
+/// What a user should choose.
+fn verdict(report: &Report) -> String {
+    let accuracy = ACCURACIES[0];
+    let or = report.fmu.as_ref().map_or_else(|| ".".to_owned(), |fmu| format!(", or the one FMU {fmu}."));
+    if report.known_to > SURE * accuracy {
+        let known = number(report.known_to);
+        return format!(
+            "The reference is known to {known} only, so that errors of {} cannot be told{or}",
+            share(accuracy)
+        );
+    }
+    let (mut good, mut bad) = (Vec::new(), Vec::new());
+    for way in &report.ways {
+        match way.steps[0] {
+            Some(step) => good.push(format!("with {} choose H ≤ {}", way.master, time(step))),
+            None => bad.push(way.master.clone()),
+        }
+    }
+    let mut said = format!("For errors of at most {} of each output", share(accuracy));
+    said += &match good.is_empty() {
+        true => " no step of this study is short enough".to_owned(),
+        false => format!(" {}", good.join(", ")),
+    };
+    said += &or;
+    if !good.is_empty() && !bad.is_empty() {
+        let least = report.rows.iter().map(|row| row.step).fold(f64::INFINITY, f64::min);
+        said += &format!(" With {} no step from {} on is short enough.", bad.join(", "), time(least));
+    }
+    said
+}
+
+/// What the errors are.
+pub fn about(report: &Report) -> Vec<String> {
+    vec![
+        report.verdict.clone(),
+        format!(
+            "Errors are the largest of an output at the multiples of {} up to {}, relative to its largest value, against {}, \
+             which is known to {}.",
+            time(report.spacing),
+            time(report.stop),
+            report.reference,
+            number(report.known_to)
+        ),
+    ]
+}
+
+/// The ways with the steps that they need.
+pub fn of_ways(report: &Report) -> Table {
+    let [first, second] = ACCURACIES.map(share);
+    let cell = |step: Option<f64>| step.map_or(NONE.to_owned(), time);
+    let rows = report.ways.iter().map(|way| {
+        let stable = match (&way.fault, way.stable) {
+            (Some(fault), _) => fault.clone(),
+            (None, stable) => stable.map_or("each".to_owned(), time),
+        };
+        vec![name(&way.exchange, way.repeats), way.master.clone(), stable, cell(way.steps[0]), cell(way.steps[1])]
+    });
+    Table::new(&format!("exchange  master  stable up to  {first} up to  {second} up to"), rows)
+}
+
+/// The errors over the steps.
+pub fn of_errors(report: &Report) -> Table {
+    let rows = report.rows.iter().map(|row| {
+        vec![
+            name(&row.exchange, row.repeats),
+            time(row.step),
+            row.order.map_or(NONE.to_owned(), |order| format!("{order:.1}")),
+            row.residual.map_or(NONE.to_owned(), number),
+            row.error.map_or_else(|| "unstable".to_owned(), number),
+            row.worst.clone().or(row.unstable.clone()).unwrap_or_default(),
+        ]
+    });
+    Table::new("exchange  H  order  work that differs  error  of", rows)
+}
+
+fn name(exchange: &str, repeats: u32) -> String {
+    match repeats {
+        0 => exchange.to_owned(),
+        1 => format!("{exchange}, repeated once"),
+        _ => format!("{exchange}, repeated {repeats} times"),
+    }
+}
+
+/// The error of each output as a line.
+///
+/// # Errors
+/// None in practice.
+pub fn csv(report: &Report) -> Result<String, Fault> {
+    let lines = report.rows.iter().flat_map(|row| {
+        let of = |(output, error): (&Output, &Option<f64>)| {
+            (row.exchange.clone(), row.repeats, row.step, output.name.clone(), *error)
+        };
+        report.outputs.iter().zip(&row.errors).map(of).collect::<Vec<_>>()
+    });
+    text::csv("exchange,repeats,step,output,error", lines)
+}
+
+/// Error over step.
+pub fn diagram(report: &Report) -> Diagram {
+    let series = report.ways.iter().enumerate().filter(|(_, way)| way.fault.is_none()).map(|(i, way)| {
+        let points = report.rows.iter().filter(|row| row.way == i).filter_map(|row| Some([row.step, row.error?]));
+        Series::line(name(&way.exchange, way.repeats), points)
+    });
+    let mut rules: Vec<Rule> = ACCURACIES.map(|accuracy| Rule::Horizontal(accuracy, share(accuracy))).into();
+    rules.push(Rule::Horizontal(report.known_to, "reference".to_owned()));
+    let labels = ["Communication step [s]", "Largest error of an output, relative to its largest value [1]"];
+    let title = format!("Error of {} over the communication step", report.system);
+    Diagram::new(title, labels.map(Axis::logarithmic), series.collect(), rules)
+}
