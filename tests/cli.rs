@@ -3576,3 +3576,146 @@ fn an_fmu_of_another_maker_is_checked_in_a_system() {
     let [run, data] = check("stop = 1\nstep = 1e-3\n[part.m]\nscene = \"machine.toml\"\nstart = { J0 = 0 }\n");
     assert!(run.code == 1 && run.err.contains("part m: ") && data.code == 1, "{}", run.err);
 }
+
+/// The report of a system of these files, NAME and TEXT, the first one the system.
+fn coupling_report(name: &str, files: &[(&str, &str)]) -> (Run, serde_json::Value) {
+    let folder = folder(name);
+    for (name, content) in files {
+        let path = folder.join(name);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        std::fs::write(path, content).expect("a file");
+    }
+    let run = camdrive(&["system", text(&folder.join(files[0].0)), "--study", "--json", "-o", text(&folder)]);
+    let report = serde_json::from_str(&run.out).unwrap_or_default();
+    (run, report)
+}
+
+const COUPLED_MACHINE: &str = r#"name = "machine"
+model = "RigidMachine"
+machine = { J0 = 1.2 }
+motor = { kind = "kloss", M_k = 30, s_k = 0.2, w_s = 31 }
+start = { w_start = 20, phi_start = 0.4 }
+"#;
+const ON_OUTPUT: &str = "elasticity = { place = \"output\", m = 4, c = 40000, b = 20, m_roller = 0.5 }";
+const ON_SHAFT: &str = "elasticity = { place = \"shaft\", m = 4, J = 0.02, c = 200, b = 0.5 }";
+const HARMONIC: &str = "cam = { law = \"fourier\", a = [0, 0.03, 0, -0.004], b = [0.01, 0.002] }";
+
+/// A machine with a drive of this model, and what its scene and its part say besides.
+fn coupled(model: &str, scene: &str, part: &str) -> [String; 2] {
+    let head = "name = \"s\"\nstop = 0.1\nstep = 1e-3\n[part.machine]\nscene = \"machine.toml\"\n";
+    [
+        format!("{head}[part.drive]\nscene = \"a/drive.toml\"\nshaft = \"machine\"\n{part}\n"),
+        format!("name = \"drive\"\nmodel = \"{model}\"\ndrive = {{ mode = \"input\" }}\n{scene}\n"),
+    ]
+}
+
+/// Coupled FMUs at short steps against the train, which has another solver: every output agrees.
+#[test]
+fn a_system_and_its_one_train_move_alike() {
+    let output = format!("{HARMONIC}\n{ON_OUTPUT}");
+    let shaft = format!("{HARMONIC}\n{ON_SHAFT}");
+    let loaded = format!(
+        "{output}\nload = {{ gravity = 9.81, damping = 3, process = {{ law = \"fourier\", a = [5, 30], b = [20] }} }}"
+    );
+    let cycle = "cam = { law = \"cycle\", stroke = \"20 mm\", rise_start = \"300 deg\", rise = \"100 deg\", \
+                 upper_dwell = \"60 deg\", return = \"120 deg\", rise_law = \"polynomial_345\", return_law = \"modified_sine\" }";
+    let cycle = format!("{cycle}\n{ON_OUTPUT}");
+    let lift: String =
+        (0..36).map(|i| format!("{},{}\n", 10 * i, 0.01 * f64::from(10 * i).to_radians().sin())).collect();
+    let table = format!("cam = {{ law = \"table\", file = \"lift.csv\", angle_unit = \"deg\" }}\n{ON_OUTPUT}");
+    let clearance = format!("{HARMONIC}\nbacklash = {{ m1 = 0.3, m2 = 2, c = 20000, b = 40, s = 0.002 }}");
+    let train = format!(
+        "[[follower]]\nm = 0.5\n{HARMONIC}\n[[follower]]\n{HARMONIC}\n{ON_SHAFT}\n[[follower]]\nm = 2\ncrank = {{ offset = 0.2 }}\n\
+         [[follower.linkage]]\nkind = \"slider_crank\"\ncrank = {{ length = 0.05, m = 0.3 }}\nrod = {{ length = 0.2, m = 0.4 }}\n"
+    );
+    for (model, scene, part, count) in [
+        ("ElasticCamDrive", &*output, "", 14),
+        ("ElasticCamDrive", &output, "ratio = 2\noffset = 0.5", 14),
+        ("ElasticCamDrive", &output, "ratio = -3\noffset = -1\nstart = { m = 3, b = 50 }", 14),
+        ("ElasticCamDrive", &loaded, "ratio = -1\noffset = 0.3", 14),
+        ("ElasticCamDrive", &shaft, "ratio = -2\noffset = 0.5", 10),
+        ("ElasticCamDrive", &cycle, "offset = \"200 deg\"", 14),
+        ("ElasticCamDrive", &table, "", 14),
+        ("BacklashDrive", &clearance, "ratio = -1\noffset = 0.5", 9),
+        ("DriveTrain", &train, "", 26),
+    ] {
+        let [system, drive] = coupled(model, scene, part);
+        let files = [
+            ("system.toml", &*system),
+            ("machine.toml", COUPLED_MACHINE),
+            ("a/drive.toml", &drive),
+            ("a/lift.csv", &lift),
+        ];
+        let (run, report) = coupling_report("one_train", &files);
+        let said = format!("{model} {part}: {}", run.err);
+        assert!(run.code == 0 && report["fmu"] == "s_train.fmu", "{said}");
+        assert_eq!(report["outputs"].as_array().map_or(0, Vec::len), count, "{said}");
+        let errors = report["rows"].as_array().expect("rows").iter().filter_map(|row| row["error"].as_f64());
+        let least = errors.fold(f64::INFINITY, f64::min);
+        assert!(least < 2e-6, "{said}: {least}");
+    }
+}
+
+/// The report of an example: orders, a step beyond stability, and the one FMU.
+#[test]
+fn a_coupling_report_tells_steps_and_packs_the_one_fmu() {
+    let folder = folder("coupling_report");
+    let run = camdrive(&["system", "examples/loom/system.toml", "--study", "--json", "-o", text(&folder)]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let report: serde_json::Value = serde_json::from_str(&run.out).expect("JSON");
+    assert_eq!(run.out, std::fs::read_to_string(folder.join("loom_system.json")).expect("the report"));
+    let verdict = report["verdict"].as_str().expect("a sentence");
+    for said in [
+        "with run.py choose H ≤ 250 µs",
+        "with camdrive run choose H ≤ 2 ms",
+        "with a master that holds inputs no step from 62.5 µs on will do",
+        "the one FMU loom_system_train.fmu.",
+    ] {
+        assert!(verdict.contains(said), "{verdict}");
+    }
+    let rows = report["rows"].as_array().expect("rows");
+    let row = |exchange: &str, repeats: u32, step: f64| {
+        let is = |row: &&serde_json::Value| {
+            let near = (row["step"].as_f64().expect("a step") / step - 1.0).abs() < 1e-9;
+            near && row["exchange"] == exchange && row["repeats"] == repeats
+        };
+        rows.iter().find(is).unwrap_or_else(|| panic!("{exchange} {step}"))
+    };
+    assert!(row("held", 0, 2e-3)["unstable"].as_str().is_some_and(|said| said.contains("grow beyond 1.77 ms")));
+    for (exchange, repeats, order) in
+        [("held", 0, 1.0), ("extrapolated", 0, 2.0), ("interpolated", 0, 2.0), ("interpolated", 1, 3.0)]
+    {
+        let found = row(exchange, repeats, 125e-6)["order"].as_f64().expect("an order");
+        assert!((found - order).abs() < 0.1, "{exchange} {repeats}: {found}");
+    }
+    for name in ["loom_system.csv", "loom_system.svg"] {
+        assert!(folder.join(name).is_file(), "{name}");
+    }
+    let fmu = folder.join("loom_system_train.fmu");
+    let checked = camdrive(&["verify", text(&fmu)]);
+    assert_eq!(checked.code, 0, "{}{}", checked.out, checked.err);
+}
+
+/// What no train can be is compared with itself at short steps.
+#[test]
+fn a_coupling_report_of_foreign_fmus_is_against_short_steps() {
+    let [system, drive] = coupled("ElasticCamDrive", &format!("{HARMONIC}\n{ON_OUTPUT}"), "");
+    let folder = folder("foreign_report");
+    std::fs::write(folder.join("drive.toml"), drive).expect("a scene");
+    let exported = camdrive(&["export", text(&folder.join("drive.toml")), "-o", text(&folder.join("drive.fmu"))]);
+    assert_eq!(exported.code, 0, "{}", exported.err);
+    let system = system
+        .replace("scene = \"a/drive.toml\"", "fmu = \"drive.fmu\"")
+        .replace("[part.machine]", "repeat = 1\n[part.machine]");
+    std::fs::write(folder.join("machine.toml"), COUPLED_MACHINE).expect("a scene");
+    std::fs::write(folder.join("system.toml"), system).expect("a system");
+    let run = camdrive(&["system", text(&folder.join("system.toml")), "--study", "-o", text(&folder.join("out"))]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    assert!(run.err.contains("no train: part drive: what an FMU does inside is not known"), "{}", run.err);
+    assert!(
+        run.out.contains("in steps of 15.6 µs, each repeated 2 times") && !run.out.contains("one FMU"),
+        "{}",
+        run.out
+    );
+    assert!(!folder.join("out/s_train.fmu").exists());
+}

@@ -279,3 +279,69 @@ fn a_train_may_be_the_machine() {
         assert!(coarse[i] < 1e-5 && coarse[i] / fine[i] > 6.0, "{coarse:?} {fine:?}");
     }
 }
+
+#[test]
+fn the_train_of_the_backlash_machine_is_the_one_of_its_example() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/backlash_machine");
+    let system = system::read(&folder.join("system.toml")).unwrap_or_else(|faults| panic!("{faults}"));
+    let train = scene::read(&folder.join("train.toml")).unwrap_or_else(|faults| panic!("{faults}"));
+    assert!(system.train().map(|single| single.scene.scene) == Ok(train.scene));
+}
+
+/// Each with what is told of it.
+#[test]
+fn what_no_train_can_be_is_told() {
+    let other = "[[connection]]\nfrom = \"machine.w\"\nto = \"drive_0.load.force\"\nfactor = 2\n";
+    let lag = MACHINE.replace("s_k = 0.2", "s_k = 0.2\nlag = 0.05");
+    let steady = MACHINE.replace("w_start = 30", "mode = \"steady_state\"");
+    let elastic = |place: &str| {
+        format!("name = \"drive_0\"\nmodel = \"ElasticCamDrive\"\n[drive]\nmode = \"input\"\n[cam]\n{CAM}{place}")
+    };
+    let output = elastic(&format!("[elasticity]\n{OUTPUT}"));
+    let cycle = output.replace(CAM, "law = \"cycle\"\nstroke = 0.01\nrise = 2\nupper_dwell = 1\nreturn = 2\nrise_law = \"modified_sine\"\nreturn_law = \"modified_sine\"\n");
+    let linear = elastic(&format!("[elasticity]\n{SHAFT}linear = true\n"));
+    let begun = format!("{output}[start]\nmode = \"given\"\nq = 0.001\n");
+    let parametric = "name = \"drive_0\"\nmodel = \"ParametricDrive\"\n[drive]\nmode = \"input\"\n[coefficients]\nm = 1\nc = 100\nf = { law = \"fourier\", a = [0, 1] }\n";
+    for (machine, drive, part, said) in [
+        (
+            MACHINE,
+            &*output,
+            "ratio = 1.5\n",
+            "part drive_0: with the ratio 1.5 its law is none of at most 256 harmonics",
+        ),
+        (MACHINE, &output, "ratio = 200\n", "part drive_0: with the ratio 200 its law is none of"),
+        (
+            MACHINE,
+            &cycle,
+            "ratio = 2\n",
+            "part drive_0: only harmonic laws, and cycles at the ratio 1, turn by 2 φ + 0 in a train",
+        ),
+        (MACHINE, &output, "start = { \"cam.a[1]\" = 0.2 }\n", "part drive_0: "),
+        (
+            MACHINE,
+            &output,
+            "[part.other]\nscene = \"machine.toml\"\n",
+            "a train has one shaft, but 2 parts sit on none",
+        ),
+        (MACHINE, &linear, "", "as a train: "),
+        (MACHINE, &begun, "", "part drive_0: its `start` is none of a train"),
+        (MACHINE, parametric, "", "part drive_0: a ParametricDrive is no follower of a train"),
+        (
+            MACHINE,
+            &format!("{output}[load]\ninput = true\n"),
+            other,
+            "the connection from machine.w to drive_0.load.force is none of a shaft",
+        ),
+        (&lag, &output, "", "part machine: the torque of its motor, which lags"),
+        (&steady, &output, "", "part machine: alone it starts on another periodic motion"),
+    ] {
+        let files = Files::elastic("interpolated", &[(CAM, OUTPUT)]);
+        files.write("machine.toml", &format!("name = \"machine\"\nmodel = \"RigidMachine\"\n{machine}"));
+        files.write("drive_0.toml", drive);
+        let text = std::fs::read_to_string(files.path("system.toml")).unwrap();
+        files.write("system.toml", &format!("{}{part}", text.replace("1e-3", "1e-6")));
+        let system = system::read(&files.path("system.toml")).unwrap_or_else(|faults| panic!("{said}: {faults}"));
+        let found = system.train().err().unwrap_or_else(|| panic!("{said}"));
+        assert!(found.contains(said) && !found.contains('\n'), "{said}: {found}");
+    }
+}

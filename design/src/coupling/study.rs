@@ -46,7 +46,7 @@ pub struct Way {
     pub exchange: String,
     /// How often a step is repeated.
     pub repeats: u32,
-    /// Who does so.
+    /// Who does so, for the verdict; empty where nobody usually does.
     pub master: String,
     /// The largest step (s) that is stable by theory; None where each is.
     pub stable: Option<f64>,
@@ -304,7 +304,7 @@ fn row(
     };
     let Some(make) = &candidate.make else { return row };
     if let Some(stable) = way.stable.filter(|stable| step > *stable) {
-        row.unstable = Some(format!("beyond {}, from where on errors grow", time(stable)));
+        row.unstable = Some(format!("errors grow beyond {}", time(stable)));
         return row;
     }
     let near = |point: usize, values: &[f64]| {
@@ -326,7 +326,7 @@ fn row(
         }
         Ok(course) => {
             let end = time((course.values.len() - 1) as f64 * points.0);
-            row.unstable = Some(format!("left the motion by more than {DIVERGED} times its size until {end}"));
+            row.unstable = Some(format!("diverged until {end}"));
         }
         Err(fault) => row.unstable = Some(fault.to_string()),
     }
@@ -336,32 +336,26 @@ fn row(
 /// What a user should choose.
 fn verdict(report: &Report) -> String {
     let accuracy = ACCURACIES[0];
-    let or = report.fmu.as_ref().map_or_else(|| ".".to_owned(), |fmu| format!(", or the one FMU {fmu}."));
+    let or = report.fmu.as_ref().map_or_else(|| ".".to_owned(), |fmu| format!("; or the one FMU {fmu}."));
     if report.known_to > SURE * accuracy {
         let known = number(report.known_to);
         return format!(
-            "The reference is known to {known} only, so that errors of {} cannot be told{or}",
+            "The reference is known to {known} only: no step can be said for errors of {}{or}",
             share(accuracy)
         );
     }
     let (mut good, mut bad) = (Vec::new(), Vec::new());
-    for way in &report.ways {
+    for way in report.ways.iter().filter(|way| !way.master.is_empty()) {
         match way.steps[0] {
             Some(step) => good.push(format!("with {} choose H ≤ {}", way.master, time(step))),
             None => bad.push(way.master.clone()),
         }
     }
-    let mut said = format!("For errors of at most {} of each output", share(accuracy));
-    said += &match good.is_empty() {
-        true => " no step of this study is short enough".to_owned(),
-        false => format!(" {}", good.join(", ")),
-    };
-    said += &or;
-    if !good.is_empty() && !bad.is_empty() {
+    if !bad.is_empty() {
         let least = report.rows.iter().map(|row| row.step).fold(f64::INFINITY, f64::min);
-        said += &format!(" With {} no step from {} on is short enough.", bad.join(", "), time(least));
+        good.push(format!("with {} no step from {} on will do", bad.join(" and "), time(least)));
     }
-    said
+    format!("For errors of at most {}: {}{or}", share(accuracy), good.join(", "))
 }
 
 /// What the errors are.
@@ -388,7 +382,8 @@ pub fn of_ways(report: &Report) -> Table {
             (Some(fault), _) => fault.clone(),
             (None, stable) => stable.map_or("each".to_owned(), time),
         };
-        vec![name(&way.exchange, way.repeats), way.master.clone(), stable, cell(way.steps[0]), cell(way.steps[1])]
+        let master = if way.master.is_empty() { NONE.to_owned() } else { way.master.clone() };
+        vec![name(&way.exchange, way.repeats), master, stable, cell(way.steps[0]), cell(way.steps[1])]
     });
     Table::new(&format!("exchange  master  stable up to  {first} up to  {second} up to"), rows)
 }

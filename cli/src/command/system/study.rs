@@ -14,18 +14,21 @@ use camdrive_design::host::{Fmu, Variable};
 use camdrive_design::text::{self, Page, time};
 use std::path::Path;
 
-/// Who couples systems so.
+/// The exchanges that are compared, and who has them.
 const MASTERS: [(Exchange, &str); 5] = [
     (Exchange::Held, "a master that holds inputs"),
-    (Exchange::Extrapolated, "a master that sends first derivatives"),
-    (Exchange::GaussSeidel, "a master that steps drives first and holds inputs"),
+    (Exchange::Extrapolated, ""),
+    (Exchange::GaussSeidel, ""),
     (Exchange::Interpolated, "run.py"),
-    (Exchange::EffectiveInertia, "run.py by effective inertia"),
+    (Exchange::EffectiveInertia, "run.py and effective_inertia"),
 ];
 
 /// The steps of a reference that is no train, as parts of that of the system, and how often they are repeated.
 const FINE: [f64; 2] = [64.0, 32.0];
 const REPEATS: u32 = 2;
+
+/// The units of places and speeds.
+const MOTIONS: [&str; 4] = ["m", "rad", "m/s", "rad/s"];
 
 /// The tolerances of the train, as a reference and as its check.
 const TOLERANCES: [f64; 2] = [1e-12, 1e-10];
@@ -84,7 +87,11 @@ pub fn run(args: &Args, system: &System, folder: &Path) -> Result<(), Failure> {
     }
     let (reference, outputs) = match &single {
         Some(single) => (as_train(single), compared(system, Some(single))?),
-        None => (finer(system), compared(system, None)?),
+        None => {
+            // The most accurate one that there is.
+            let best = systems.iter().rev().find_map(|(_, read)| read.as_ref().ok()).unwrap_or(system);
+            (finer(best, system.step), compared(system, None)?)
+        }
     };
     let report = Bar::beside(&system.name, |tell| {
         study::study(&system.name, [system.step, system.stop], candidates, outputs, reference, tell)
@@ -126,28 +133,27 @@ fn as_train(single: &Single) -> Reference<'_> {
     }
 }
 
-/// The system itself at short steps.
-fn finer(system: &System) -> Reference<'_> {
-    let exchange = match system.exchange {
-        Exchange::EffectiveInertia => Exchange::EffectiveInertia,
-        _ => Exchange::Interpolated,
-    };
+/// The system itself at parts of its step (s).
+fn finer(system: &System, step: f64) -> Reference<'_> {
     let repeats = if system.repeats > 0 { REPEATS } else { 0 };
     let of =
-        |part: f64| -> (Make<'_>, f64) { (Box::new(move || system.coupled(exchange, repeats)), system.step / part) };
-    let about = format!("the same system in steps of {}, repeated {repeats} times", time(system.step / FINE[0]));
+        |part: f64| -> (Make<'_>, f64) { (Box::new(move || system.coupled(system.exchange, repeats)), step / part) };
+    let about = format!("the same system in steps of {}, each repeated {repeats} times", time(step / FINE[0]));
     Reference { about, fmu: None, runs: FINE.map(of) }
 }
 
-/// The outputs that vary continuously and that system and reference have.
+/// The outputs that vary continuously and that system and reference have. An impact, whose mean torque acts over a step, makes
+/// accelerations, forces and torques as large as the step is short; places and speeds are left.
 fn compared(system: &System, single: Option<&Single>) -> Result<Vec<Output>, Failure> {
     let train = single.map(|single| Fmu::linked(&single.scene.resource())).transpose().map_err(failure)?;
+    let has_impacts = system.connections.iter().any(|c| c.from.1.ends_with("_mean"));
     let mut outputs = Vec::new();
     for (p, part) in system.parts.iter().enumerate() {
         for Variable { about, unit, .. } in &part.variables {
-            let is_mean = about.name.ends_with("_mean");
+            let is_mean = about.name.ends_with("_mean") || INERTIA.contains(&&*about.name);
             let is_real = matches!(about.kind, Kind::Real { .. }) && about.variability != Variability::Discrete;
-            if about.causality != Causality::Output || is_mean || !is_real {
+            let jumps = has_impacts && !MOTIONS.contains(&&*unit.name);
+            if about.causality != Causality::Output || is_mean || !is_real || jumps {
                 continue;
             }
             let here = Port { part: p, name: about.name.clone(), factor: 1.0, offset: 0.0 };
@@ -174,7 +180,7 @@ fn compared(system: &System, single: Option<&Single>) -> Result<Vec<Output>, Fai
 
 /// The report for a terminal.
 fn page(report: &Report, width: usize) -> String {
-    Page::new(format!("{}: {}", report.system, report.verdict), width)
+    Page::new(&report.system, width)
         .section("", study::about(report))
         .table("Ways to couple", &study::of_ways(report))
         .table("Errors", &study::of_errors(report))

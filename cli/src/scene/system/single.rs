@@ -307,7 +307,8 @@ fn turned(table: &mut Table, law: &MotionLaw, ratio: f64, offset: f64) -> Result
             table.clear();
             table.insert("law".to_owned(), "fourier".into());
             table.insert("a".to_owned(), list(a));
-            table.insert("b".to_owned(), list(b));
+            // A file begins with b₁.
+            table.insert("b".to_owned(), list(b[1..].to_vec()));
         }
         MotionLaw::Cycle(cycle) if ratio == 1.0 => set("rise_start", within(cycle.plan().rise_start - offset).into()),
         MotionLaw::Crank(crank) if ratio == 1.0 => set("offset", (crank.offset + offset).into()),
