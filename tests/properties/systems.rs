@@ -291,7 +291,7 @@ fn the_train_of_the_backlash_machine_is_the_one_of_its_example() {
 /// Each with what is told of it.
 #[test]
 fn what_no_train_can_be_is_told() {
-    let other = "[[connection]]\nfrom = \"machine.w\"\nto = \"drive_0.load.force\"\nfactor = 2\n";
+    let other = "[[connection]]\nfrom = \"drive_0.force\"\nto = \"drive_0.F\"\n";
     let lag = MACHINE.replace("s_k = 0.2", "s_k = 0.2\nlag = 0.05");
     let steady = MACHINE.replace("w_start = 30", "mode = \"steady_state\"");
     let elastic = |place: &str| {
@@ -316,7 +316,7 @@ fn what_no_train_can_be_is_told() {
             "ratio = 2\n",
             "part drive_0: only harmonic laws, and cycles at the ratio 1, turn by 2 φ + 0 in a train",
         ),
-        (MACHINE, &output, "start = { \"cam.a[1]\" = 0.2 }\n", "part drive_0: "),
+        (MACHINE, &output, "start = { \"cam.a[1]\" = 0.2 }\n", "part drive_0: `start` sets `cam.a[1]`, for which"),
         (
             MACHINE,
             &output,
@@ -330,7 +330,7 @@ fn what_no_train_can_be_is_told() {
             MACHINE,
             &format!("{output}[load]\ninput = true\n"),
             other,
-            "the connection from machine.w to drive_0.load.force is none of a shaft",
+            "the connection from drive_0.force to drive_0.F is none of a shaft",
         ),
         (&lag, &output, "", "part machine: the torque of its motor, which lags"),
         (&steady, &output, "", "part machine: alone it starts on another periodic motion"),

@@ -78,7 +78,8 @@ impl System {
         };
         let own = document.entry("start").or_insert_with(|| Value::Table(Table::new()));
         own.as_table_mut().map(|start| start.insert("mode".to_owned(), mode.into()));
-        Ok(Single { scene: read(&document)?, followers: first })
+        let scene = read(&document).map_err(|said| format!("as a train: {said}"))?;
+        Ok(Single { scene, followers: first })
     }
 
     /// Whether a connection is one of those between a shaft and a drive on it.
@@ -97,7 +98,9 @@ impl Single {
         let same = |name: String| Port { part: 0, name, factor: 1.0, offset: 0.0 };
         let Some(Seat { ratio, offset, .. }) = seat else {
             // Those of a machine alone are without its drives.
-            return (!["J", "E"].contains(&name)).then(|| same(name.to_owned()));
+            let shared = !["J", "E"].contains(&name);
+            let tool = |name: &str| name.replace("U[", "follower[").replace(']', "].y");
+            return shared.then(|| same(if name.contains("U[") { tool(name) } else { name.to_owned() }));
         };
         let first = self.followers[part];
         let (before, own) = name.strip_prefix("der(").map_or(("", name), |own| ("der(", own));
@@ -123,7 +126,7 @@ fn read(document: &Table) -> Result<Resolved, String> {
     let text = toml::to_string(document).map_err(|fault| fault.to_string())?;
     resolve("", &text, Path::new("")).map_err(|faults| {
         let first = faults.0.into_iter().next();
-        first.map_or_else(String::new, |fault| format!("as a train: {}", fault.message))
+        first.map_or_else(String::new, |fault| fault.message)
     })
 }
 
@@ -135,32 +138,35 @@ fn started(part: &Part) -> Result<(Table, Scene), String> {
     let mut document: Table = toml::from_str(&text).map_err(|fault| fault.to_string())?;
     found_from_here(&mut document, path.parent().unwrap_or(Path::new("")));
     let before = read(&document)?.scene;
+    if part.start.is_empty() {
+        return Ok((document, before));
+    }
+    let mut expected = parameters(&before)?;
     for (name, value) in &part.start {
         let about = part.variables.iter().map(|v| &v.about).find(|about| about.name == *name);
-        let set = about.filter(|about| about.causality == Causality::Parameter).and_then(|about| {
+        let set = about.filter(|about| !about.key.contains('[')).and_then(|about| {
             let value = match about.kind {
-                Type::Enumeration(e) => e.items.get(*value as usize - 1).map(|(item, _)| Value::from(*item))?,
+                Type::Enumeration(e) => Value::from(e.items.get((*value as usize).checked_sub(1)?)?.0),
                 _ => Value::Float(*value),
             };
             let (tables, key) = about.key.rsplit_once('.').unwrap_or(("", &about.key));
-            let steps = tables.split('.').filter(|step| !step.is_empty());
-            let place = steps.into_iter().try_fold(&mut document, |table, step| {
+            let place = tables.split('.').filter(|step| !step.is_empty()).try_fold(&mut document, |table, step| {
                 table.entry(step).or_insert_with(|| Value::Table(Table::new())).as_table_mut()
             })?;
             place.insert(key.to_owned(), value);
-            Some(())
+            expected.iter_mut().find(|(known, _)| known == name)
         });
-        set.ok_or_else(|| format!("`start` sets `{name}`, for which a train has no place"))?;
+        let (_, own) = set.ok_or_else(|| format!("`start` sets `{name}`, for which a train has no place"))?;
+        *own = *value;
     }
-    let scene = read(&document)?.scene;
-    for (name, after) in parameters(&scene)? {
-        let set = part.start.iter().find(|(other, _)| *other == name).map(|(_, value)| *value);
-        let expected = set.or_else(|| parameters(&before).ok()?.into_iter().find(|(n, _)| *n == name).map(|(_, v)| v));
-        if expected.is_some_and(|expected| (after - expected).abs() > 1e-12 * expected.abs()) {
-            return Err(format!("by `start` its `{name}` is another one than its scene can say"));
-        }
+    let scene = read(&document).map_err(|said| format!("with its `start`: {said}"))?.scene;
+    let found = parameters(&scene)?;
+    let differs =
+        |((name, a), (other, b)): &(&(String, f64), &(String, f64))| name != other || (a - b).abs() > 1e-12 * a.abs();
+    match expected.iter().zip(&found).find(differs) {
+        None => Ok((document, scene)),
+        Some(((name, _), _)) => Err(format!("no scene has its `start`: `{name}` would be another one")),
     }
-    Ok((document, scene))
 }
 
 /// The parameters of a scene.
