@@ -10,7 +10,7 @@ use crate::export::xml::number;
 use crate::export::{Date, Extras, RuntimeLibrary, pack_with};
 use crate::scene::input::is_archive;
 use crate::scene::Resolved;
-use crate::scene::system::{self, Connection, Content, EXCHANGES, End, Part, Seat, System};
+use crate::scene::system::{self, Connection, Content, End, Part, Seat, System};
 use camdrive::drives::Fault;
 use camdrive::drives::variable::Kind;
 use camdrive_design::coupling::stability::Exchange;
@@ -193,11 +193,6 @@ fn master(system: &System, files: &[String]) -> String {
     .fold(include_str!("system/master.py").to_owned(), |text, (mark, value)| text.replace(mark, &value))
 }
 
-/// The name of the exchange.
-fn exchange(system: &System) -> &'static str {
-    EXCHANGES.iter().find(|(_, exchange)| *exchange == system.exchange).map_or("", |(name, _)| name)
-}
-
 /// The connections of a loop, one behind the other.
 fn loops(system: &System) -> Vec<Vec<String>> {
     let end = |(part, name): &End| format!("{}.{name}", system.parts[*part].name);
@@ -218,7 +213,7 @@ pub fn summary(path: &Path, system: &System) -> String {
         String::new()
     };
     let (step, stop) = (time(system.step), time(system.stop));
-    line("exchange", format!("{}, step {step}{repeated}, up to {stop}", exchange(system)));
+    line("exchange", format!("{}, step {step}{repeated}, up to {stop}", system::name_of(system.exchange)));
     for shaft in &system.shafts {
         let (name, limit) = (&system.parts[shaft.machine].name, shaft.limit);
         line("shaft", format!("{name}, at least {} kg·m²", text::number(limit.inertia)));
@@ -246,7 +241,7 @@ pub fn data(path: &Path, system: &System) -> Value {
     };
     json!({
         "file": path.display().to_string(), "ok": true, "name": system.name, "model": "system", "notes": system.notes,
-        "exchange": exchange(system), "repeats": system.repeats, "step": system.step, "stop": system.stop,
+        "exchange": system::name_of(system.exchange), "repeats": system.repeats, "step": system.step, "stop": system.stop,
         "parts": system.parts.iter().map(|part| &part.name).collect::<Vec<_>>(),
         "connections": system.connections.iter().map(connection).collect::<Vec<_>>(),
         "shafts": system.shafts.iter().map(shaft).collect::<Vec<_>>(),

@@ -136,6 +136,11 @@ pub const EXCHANGES: &[(&str, Exchange)] = &[
     ("effective_inertia", Exchange::EffectiveInertia),
 ];
 
+/// The name of an exchange.
+pub fn name_of(exchange: Exchange) -> &'static str {
+    EXCHANGES.iter().find(|(_, known)| *known == exchange).map_or("", |(name, _)| name)
+}
+
 /// The quantity of a Real.
 fn quantity(variable: &Variable) -> Option<&'static Quantity> {
     if let Type::Real { quantity, .. } = variable.about.kind { Some(quantity) } else { None }
@@ -270,11 +275,11 @@ pub fn read(path: &Path) -> Result<System, Diagnostics> {
 }
 
 /// The same with another exchange, at steps that are short enough for all but algebraic loops.
-pub fn read_as(path: &Path, exchange: &str) -> Result<System, Diagnostics> {
+pub fn read_as(path: &Path, exchange: Exchange) -> Result<System, Diagnostics> {
     let (file, text) = input::text(path, Kind::System)?;
     let mut document: DocumentMut = text.parse().unwrap_or_default();
-    (document["exchange"], document["step"]) = (value(exchange), value(f64::MIN_POSITIVE));
-    if !["interpolated", "effective_inertia"].contains(&exchange) {
+    (document["exchange"], document["step"]) = (value(name_of(exchange)), value(f64::MIN_POSITIVE));
+    if !matches!(exchange, Exchange::Interpolated | Exchange::EffectiveInertia) {
         document.remove("repeat");
     }
     let folder = path.parent().unwrap_or(Path::new(""));

@@ -344,16 +344,20 @@ fn verdict(report: &Report) -> String {
             share(accuracy)
         );
     }
-    let (mut good, mut bad) = (Vec::new(), Vec::new());
+    let (mut good, mut bad, mut never) = (Vec::new(), Vec::new(), Vec::new());
     for way in report.ways.iter().filter(|way| !way.master.is_empty()) {
         match way.steps[0] {
             Some(step) => good.push(format!("with {} choose H ≤ {}", way.master, time(step))),
+            None if way.fault.is_some() => never.push(way.master.clone()),
             None => bad.push(way.master.clone()),
         }
     }
     if !bad.is_empty() {
         let least = report.rows.iter().map(|row| row.step).fold(f64::INFINITY, f64::min);
         good.push(format!("with {} no step from {} on will do", bad.join(" and "), time(least)));
+    }
+    if !never.is_empty() {
+        good.push(format!("with {} no step is stable", never.join(" and ")));
     }
     format!("For errors of at most {}: {}{or}", share(accuracy), good.join(", "))
 }
@@ -373,13 +377,20 @@ pub fn about(report: &Report) -> Vec<String> {
     ]
 }
 
+/// Why ways are not possible.
+pub fn faults(report: &Report) -> Vec<String> {
+    let mut faults: Vec<String> = report.ways.iter().filter_map(|way| way.fault.clone()).collect();
+    faults.dedup();
+    faults
+}
+
 /// The ways with the steps that they need.
 pub fn of_ways(report: &Report) -> Table {
     let [first, second] = ACCURACIES.map(share);
     let cell = |step: Option<f64>| step.map_or(NONE.to_owned(), time);
     let rows = report.ways.iter().map(|way| {
         let stable = match (&way.fault, way.stable) {
-            (Some(fault), _) => fault.clone(),
+            (Some(_), _) => "none".to_owned(),
             (None, stable) => stable.map_or("each".to_owned(), time),
         };
         let master = if way.master.is_empty() { NONE.to_owned() } else { way.master.clone() };

@@ -5,7 +5,7 @@ use crate::command::output::Bar;
 use crate::command::{Failure, failure, files, tell};
 use crate::export::Date;
 use crate::scene::system::single::Single;
-use crate::scene::system::{self, EXCHANGES, INERTIA, System};
+use crate::scene::system::{self, INERTIA, System};
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive_design::coupling::exchange::Coupling;
 use camdrive_design::coupling::stability::Exchange;
@@ -39,57 +39,36 @@ pub fn run(args: &Args, system: &System, folder: &Path) -> Result<(), Failure> {
         tell(&format!("note: {}: no train: {reason}\n", text::in_one_line(args.system.display())));
     }
     let single = single.ok();
-    let systems: Vec<(usize, Result<System, String>)> = (0..MASTERS.len())
-        .map(|i| {
-            let name = EXCHANGES.iter().find(|(_, exchange)| *exchange == MASTERS[i].0).map_or("", |(name, _)| name);
-            let read = system::read_as(&args.system, name).map_err(|faults| {
-                faults
-                    .0
-                    .into_iter()
-                    .next()
-                    .map_or_else(String::new, |fault| fault.message.trim_start_matches(": ").to_owned())
-            });
-            (i, read)
-        })
-        // Without a rigid load it is the same as interpolated.
-        .filter(|(i, read)| {
-            let by_inertia = |system: &System| system.connections.iter().any(|c| c.from.1 == INERTIA[0]);
-            MASTERS[*i].0 != Exchange::EffectiveInertia || !read.as_ref().is_ok_and(|system| !by_inertia(system))
-        })
-        .collect();
+    let systems = coupled(args);
     let mut candidates = Vec::new();
-    for (i, read) in &systems {
-        let (exchange, master) = MASTERS[*i];
-        let name = EXCHANGES.iter().find(|(_, known)| *known == exchange).map_or("", |(name, _)| name);
-        let way = |repeats: u32, master: &str| Way {
-            exchange: name.to_owned(),
-            repeats,
-            master: master.to_owned(),
+    for (exchange, master, read) in &systems {
+        let way = Way {
+            exchange: system::name_of(*exchange).to_owned(),
+            repeats: 0,
+            master: (*master).to_owned(),
             stable: None,
             fault: None,
             steps: [None; 2],
         };
-        match read {
-            Ok(system) => {
-                let limits = system.shafts.iter().filter_map(|shaft| shaft.limit.stable);
-                let stable = limits.fold(f64::INFINITY, f64::min);
-                let stable = stable.is_finite().then_some(stable);
-                let repeated = (system.repeats > 0).then(|| (system.repeats, master.replace("run.py", "camdrive run")));
-                for (repeats, master) in std::iter::once((0, master.to_owned())).chain(repeated) {
-                    let make: Make<'_> = Box::new(move || system.coupled(exchange, repeats));
-                    candidates.push(Candidate { way: Way { stable, ..way(repeats, &master) }, make: Some(make) });
-                }
-            }
+        let system = match read {
+            Ok(system) => system,
             Err(fault) => {
-                candidates.push(Candidate { way: Way { fault: Some(fault.clone()), ..way(0, master) }, make: None });
+                candidates.push(Candidate { way: Way { fault: Some(fault.clone()), ..way }, make: None });
+                continue;
             }
+        };
+        let stable = system.shafts.iter().filter_map(|shaft| shaft.limit.stable).min_by(f64::total_cmp);
+        let repeated = (system.repeats > 0).then(|| (system.repeats, master.replace("run.py", "camdrive run")));
+        for (repeats, master) in std::iter::once((0, way.master.clone())).chain(repeated) {
+            let make: Make<'_> = Box::new(move || system.coupled(*exchange, repeats));
+            candidates.push(Candidate { way: Way { repeats, master, stable, ..way.clone() }, make: Some(make) });
         }
     }
     let (reference, outputs) = match &single {
         Some(single) => (as_train(single), compared(system, Some(single))?),
         None => {
             // The most accurate one that there is.
-            let best = systems.iter().rev().find_map(|(_, read)| read.as_ref().ok()).unwrap_or(system);
+            let best = systems.iter().rev().find_map(|(.., read)| read.as_ref().ok()).unwrap_or(system);
             (finer(best, system.step), compared(system, None)?)
         }
     };
@@ -108,6 +87,22 @@ pub fn run(args: &Args, system: &System, folder: &Path) -> Result<(), Failure> {
     }
     let lines = files::write(&written, &system.files)?;
     args.format.print(|width| page(&report, width) + "\n" + &lines, || text::json(&report))
+}
+
+/// The system as each exchange wires it, or why it cannot.
+fn coupled(args: &Args) -> Vec<(Exchange, &'static str, Result<System, String>)> {
+    let mut systems = Vec::new();
+    for (exchange, master) in MASTERS {
+        let read = system::read_as(&args.system, exchange);
+        let read =
+            read.map_err(|faults| faults.0.into_iter().map(|fault| fault.message).collect::<Vec<_>>().join("; "));
+        // Without a rigid load it is the same as interpolated.
+        let by_inertia = |system: &System| system.connections.iter().any(|c| c.from.1 == INERTIA[0]);
+        if exchange != Exchange::EffectiveInertia || !read.as_ref().is_ok_and(|system| !by_inertia(system)) {
+            systems.push((exchange, master, read));
+        }
+    }
+    systems
 }
 
 fn fmu_of(single: &Single) -> String {
@@ -183,6 +178,7 @@ fn page(report: &Report, width: usize) -> String {
     Page::new(&report.system, width)
         .section("", study::about(report))
         .table("Ways to couple", &study::of_ways(report))
+        .section("", study::faults(report))
         .table("Errors", &study::of_errors(report))
         .text()
 }

@@ -176,7 +176,8 @@ fn parameters(scene: &Scene) -> Result<Vec<(String, f64)>, String> {
         .descriptions()
         .iter()
         .enumerate()
-        .filter_map(|(i, about)| (about.causality == Causality::Parameter).then(|| (i, about.name.clone())))
+        .filter(|(_, about)| about.causality == Causality::Parameter)
+        .map(|(i, about)| (i, about.name.clone()))
         .collect();
     names.into_iter().map(|(i, name)| Ok((name, drive.get(i).map_err(|fault| fault.to_string())?))).collect()
 }
