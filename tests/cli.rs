@@ -3318,6 +3318,145 @@ fn turns_of_a_driven_train_and_loads_that_do_not_hold_are_measured() {
     run("tappet", r#"["max force"]"#, r#"{ name = "drive.w", values = [200] }"#);
 }
 
+/// A study over a file, with these lines; and its store.
+fn study_over(folder: &Path, scene: &Path, store: &str, lines: &str) -> (PathBuf, PathBuf) {
+    let (file, store) = (folder.join(format!("{store}.toml")), folder.join(store));
+    std::fs::write(&file, format!("scene = {scene:?}\n{lines}")).unwrap();
+    let _ = std::fs::remove_dir_all(&store);
+    (file, store)
+}
+
+/// Measures of a study of one run.
+fn measured(folder: &Path, scene: &Path, lines: &str) -> Vec<f64> {
+    let (file, store) = study_over(folder, scene, "single", lines);
+    let run = camdrive(&["study", text(&file), "-o", text(&store), "--json"]);
+    let said: serde_json::Value = serde_json::from_str(&run.out).unwrap_or_else(|_| panic!("{}", run.err));
+    assert_eq!(said["ok"], 1, "{}", run.out);
+    said["measures"].as_array().unwrap().iter().map(|of| of["least"].as_f64().unwrap()).collect()
+}
+
+/// The last row of a run.
+fn last_row(args: &[&str]) -> Vec<f64> {
+    let run = camdrive(&[&["run"], args].concat());
+    assert_eq!(run.code, 0, "{}", run.err);
+    run.out.lines().last().unwrap().split(',').map(|number| number.parse().unwrap()).collect()
+}
+
+#[test]
+fn a_study_of_a_system_has_the_bits_of_single_runs() {
+    let folder = folder("study_system");
+    let system = root().join("examples/two_cams/system.toml");
+    let ssp = camdrive(&["system", text(&system), "-o", text(&folder.join("ssp")), "--json"]);
+    assert_eq!(ssp.code, 0, "{}", ssp.err);
+    let last = "measures = [\"last machine.w\", \"last pusher.q\", \"last gripper.tau\", \"last machine.phi\"]\n";
+    let outputs = ["--output", "machine.w,pusher.q,gripper.tau,machine.phi", "--stop", "0.1005"];
+    for file in [&system, &folder.join("ssp/two_cams.ssp")] {
+        for (speed, mass) in [("200 rpm", "3 kg"), ("31 rad/s", "4100 g")] {
+            let vary = format!(
+                "time = \"100.5 ms\"\nstep = \"1 ms\"\n{last}vary = [{{ name = \"machine.w_start\", values = [{speed:?}] }}, {{ name = \"pusher.m\", values = [{mass:?}] }}]"
+            );
+            let [speed, mass] = [format!("machine.w_start={speed}"), format!("pusher.m={mass}")];
+            let single = last_row(
+                &[&[text(file), "--step", "1e-3", "--start", &speed, "--start", &mass], &outputs[..]].concat(),
+            );
+            assert_eq!(measured(&folder, file, &vary), single[1..], "{}", file.display());
+        }
+    }
+    // Keys of a part's scene and of the system, against files that have these values.
+    let vary = "time = \"100.5 ms\"\nstep = \"0.5 ms\"\nvary = [{ name = \"pusher.elasticity.natural_frequency\", values = [\"90 Hz\"] }, \
+                { name = \"part.gripper.ratio\", values = [3] }]\n";
+    for name in ["machine.toml", "pusher.toml", "gripper.toml", "system.toml"] {
+        let content = std::fs::read_to_string(root().join("examples/two_cams").join(name)).unwrap();
+        let changed = content.replace("80 Hz", "90 Hz").replace("ratio = 2", "ratio = 3");
+        std::fs::write(folder.join(name), changed).unwrap();
+    }
+    let single = last_row(&[&[text(&folder.join("system.toml")), "--step", "0.5 ms"], &outputs[..]].concat());
+    assert_eq!(measured(&folder, &system, &format!("{last}{vary}")), single[1..]);
+}
+
+#[test]
+fn a_study_of_a_system_has_the_same_bytes_for_any_number_of_threads_and_jobs() {
+    let folder = folder("study_system_threads");
+    let lines = r#"
+turns = 0.3
+settle = "5 ms"
+measures = ["max |pusher.q|", "mean gripper.tau", "machine.w at 20 deg"]
+[[vary]]
+name = "machine.w_start"
+values = ["200 rpm", "1e12 rpm"]
+[[vary]]
+name = "gripper.elasticity.damping_ratio"
+values = [0.03, -1]
+[[vary]]
+name = "pusher.m"
+from = "2 kg"
+to = "4 kg"
+count = 10
+"#;
+    let (file, store) = study_over(&folder, &root().join("examples/two_cams/system.toml"), "one", lines);
+    let run = |store: &Path, more: &[&str]| camdrive(&[&["study", text(&file), "-o", text(store)], more].concat());
+    let whole = run(&store, &["--threads", "1"]);
+    assert!(whole.code == 0 && whole.out.contains("10 ok, 30 refused, 0 failed"), "{}{}", whole.out, whole.err);
+    let first = "first refused: run 10: ";
+    assert!(
+        whole.out.contains(first) && whole.out.contains("gripper.toml: `elasticity.damping_ratio`: -1"),
+        "{}",
+        whole.out
+    );
+    let one = parts(&store);
+    let other = folder.join("other");
+    let _ = std::fs::remove_dir_all(&other);
+    assert_eq!(run(&other, &["--part", "2/2", "--threads", "3"]).code, 0);
+    assert_eq!(run(&other, &["--resume", "--threads", "5"]).code, 0);
+    assert!(one.len() == 3 && parts(&other) == one);
+}
+
+#[test]
+fn a_study_of_an_fmu_measures_what_its_scene_does() {
+    let folder = folder("study_fmu");
+    let scene = root().join("examples/guide_bar/scene.toml");
+    let fmu = folder.join("guide_bar.fmu");
+    assert_eq!(camdrive(&["export", text(&scene), "-o", text(&fmu), "--runtime", &runtime()]).code, 0);
+    let lines = "turns = 2\nsettle = 0.3\nvary = { name = \"drive.w\", values = [\"1500 rpm\"] }\nmeasures = [\"max |q|\", \
+                 \"min q\", \"rms q\", \"last q\", \"q at 200 deg\", \"harmonic 7 of q\", \"max phi\"]\n";
+    let lines = lines.replace("vary = {", "vary = [{").replace("] }\n", "] }]\n");
+    let [of_fmu, of_scene] = [&fmu, &scene].map(|file| measured(&folder, file, &lines));
+    for (a, b) in of_fmu.iter().zip(&of_scene) {
+        assert!((a - b).abs() < 1e-6 * b.abs().max(of_scene[0]), "{of_fmu:?} {of_scene:?}");
+    }
+}
+
+#[test]
+fn a_study_of_an_fmu_of_another_maker() {
+    let folder = folder("study_foreign");
+    let fmu = cart(&folder, "false\" canBeInstantiatedOnlyOncePerProcess=\"true");
+    let lines = "time = \"1 s\"\nstep = \"0.3 s\"\nmeasures = [\"last x\", \"mean x\", \"min x\"]\nvary = [{ name = \"u\", values = \
+                 [\"2 mm/s\", \"0.0025 m/s\", \"4 mm/s\", \"1 m/s\"] }, { name = \"T\", values = [\"68 degF\"] }]\n";
+    let (file, store) = study_over(&folder, &fmu, "store", lines);
+    let run = camdrive(&["study", text(&file), "-o", text(&store), "--threads", "4", "--json"]);
+    assert!(run.err.contains("one thread"), "{}", run.err);
+    let said: serde_json::Value = serde_json::from_str(&run.out).unwrap_or_else(|_| panic!("{}", run.err));
+    assert_eq!(
+        [&said["threads"], &said["ok"], &said["refused"], &said["failed"]].map(|n| n.as_u64()),
+        [1, 2, 1, 1].map(Some)
+    );
+    // x = 1.5 mm + u t; the mean over a second is that at its half. The end lies within a step.
+    let of = |measure: usize, which: &str| said["measures"][measure][which].as_f64().unwrap();
+    let found = [of(0, "least"), of(0, "largest"), of(1, "least"), of(1, "largest"), of(2, "largest")];
+    let expected = [3.5e-3, 4e-3, 2.5e-3, 2.75e-3, 1.5e-3];
+    assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+    assert_eq!((&said["columns"][1]["unit"], &said["columns"][2]["unit"]), (&"m.s-1".into(), &"K".into()));
+    std::fs::remove_dir_all(&store).unwrap();
+    let run = camdrive(&["study", text(&file), "-o", text(&store)]);
+    for said in ["first failed: run 2: from t = 0.6 s to 0.8", "ends the simulation", "first refused: run 3: `u`: 1 "] {
+        assert!(run.out.contains(said), "{said}: {}", run.out);
+    }
+    let without = lines.replace("step = \"0.3 s\"\n", "");
+    let (file, store) = study_over(&folder, &fmu, "without", &without);
+    let run = camdrive(&["study", text(&file), "-o", text(&store)]);
+    assert!(run.code == 1 && run.err.contains("`step` is missing") && !store.exists(), "{}", run.err);
+}
+
 /// A system as its file says it, by the drives in the tool, and as an archive, by the libraries of its FMUs.
 #[test]
 fn a_run_of_a_system_tells_the_step_that_is_needed() {

@@ -86,6 +86,29 @@ def test_a_product_is_what_single_simulations_are(camdrive):
         assert row["min y"] == pytest.approx(single["y"].min(), rel=1e-4)
 
 
+def test_systems_and_fmus_vary_as_scenes_do(camdrive, tmp_path):
+    system = EXAMPLES / "two_cams" / "system.toml"
+    speeds, masses = ["200 rpm", 30.0], [2, "4000 g"]
+    vary, measures = {"machine.w_start": speeds, "pusher.m": masses}, ["last machine.w", "max |pusher.q|"]
+    study = camdrive.study(system, vary, measures, time="100 ms")
+    assert (study.table["status"] == "ok").all() and study.units["machine.w_start"] == "rad/s"
+    for run, (speed, mass) in enumerate((speed, mass) for speed in speeds for mass in masses):
+        values = {"machine.w_start": speed, "pusher.m": mass}
+        single = camdrive.simulate(system, start_values=values, output=["machine.w", "pusher.q"], stop_time=0.1)
+        row, most = study.table.loc[run], np.abs(single["pusher.q"]).max()
+        assert row["last machine.w"] == single["machine.w"][-1] and most <= row["max |pusher.q|"] < 1.02 * most
+    key = {"pusher.elasticity.natural_frequency": ["70 Hz", "80 Hz"], "part.gripper.ratio": [1, 2]}
+    keyed = camdrive.study(system, key, "last pusher.q", time=0.05, step="0.5 ms")
+    assert (keyed.table["status"] == "ok").all() and keyed.table["last pusher.q"].nunique() == 4
+    fmu = camdrive.export(GUIDE_BAR, tmp_path / "one.fmu")
+    of_fmu, of_scene = (
+        camdrive.study(path, {"drive.w": ["1500 rpm"]}, "max |q|", turns=2).table for path in (fmu, GUIDE_BAR)
+    )
+    assert of_fmu["max |q|"][0] == pytest.approx(of_scene["max |q|"][0], rel=1e-5)
+    message = refused(camdrive.Error, camdrive.study, system, {"pusher.w": [1]}, "last pusher.q", time=1)
+    assert "`pusher.w` cannot vary: the input is connected" in message
+
+
 def test_keys_of_the_scene_vary(camdrive, tmp_path):
     key = "elasticity.natural_frequency"
     study = camdrive.study(GUIDE_BAR, {key: ["200 Hz", "270 Hz"]}, "last q", time=0.03)

@@ -3,11 +3,13 @@
 mod store;
 
 use super::output::counter;
-use super::{Failure, Format, failure, files};
+use super::{Failure, Format, failure, files, tell};
 use crate::export::hash;
-use crate::scene::Diagnostics;
-use crate::scene::study::{self, Cell, Quantity, Study};
-use camdrive::drives::{AnyDrive, Fault};
+use crate::scene::coupled::Coupled;
+use crate::scene::study::{self, Cell, Quantity, Study, Subject};
+use crate::scene::{Diagnostic, Diagnostics};
+use camdrive::drives::{AnyDrive, Description, Fault};
+use camdrive_design::study::coupled;
 use camdrive_design::study::plan::rows_of_part;
 use camdrive_design::study::run::Runner;
 use camdrive_design::text::{self, Table, counted, number};
@@ -22,9 +24,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use store::Store;
 
-/// Runs many variants of a scene on all cores and measures each.
+/// Runs many variants of a scene, a system or an FMU on all cores and measures each.
 ///
-/// A study names a scene, what varies (lists, series, random and Latin hypercube designs, rows of a CSV file), how long a run lasts
+/// A study names it, what varies (lists, series, random and Latin hypercube designs, rows of a CSV file), how long a run lasts
 /// and what is measured of it: `max |q|`, `rms force`, `count impacts`, `y at 90 deg`, `harmonic 3 of q`. The result is a folder with
 /// study.json and a folder `runs` of Parquet parts, each written whole or not at all. A run that a scene does not admit, or that
 /// fails, is a row with a message. The numbers are the same for any number of threads and parts.
@@ -34,7 +36,8 @@ Examples:
   camdrive study examples/guide_bar/study.toml --explain
   camdrive study examples/guide_bar/study.toml -o waves/
   camdrive study examples/guide_bar/study.toml -o waves/ --resume
-  camdrive study examples/guide_bar/study.toml -o waves/ --part 3/20")]
+  camdrive study examples/guide_bar/study.toml -o waves/ --part 3/20
+  camdrive study examples/two_cams/study.toml")]
 pub struct Args {
     /// Study file (TOML)
     study: PathBuf,
@@ -96,18 +99,25 @@ struct Record {
 struct Worker<'a> {
     study: &'a Study,
     /// Of a study in which only variables vary.
-    shared: Option<(AnyDrive, Runner<'a>)>,
+    shared: Option<Shared<'a>>,
+}
+
+/// What all runs in which only variables vary have in common.
+enum Shared<'a> {
+    Drive(AnyDrive, Runner<'a>),
+    Coupled(&'a Coupled, coupled::Runner<'a>),
 }
 
 impl<'a> Worker<'a> {
     fn new(study: &'a Study) -> Result<Self, Fault> {
-        let shared = match study.is_keyed() {
-            true => None,
-            false => {
-                let drive = study.scene.resource().build()?.plan().instance();
+        let shared = match &study.subject {
+            _ if study.is_keyed() => None,
+            Subject::Scene(scene) => {
+                let drive = scene.resource().build()?.plan().instance();
                 let runner = Runner::new(&drive, &study.window, &study.measures)?;
-                Some((drive, runner))
+                Some(Shared::Drive(drive, runner))
             }
+            Subject::Coupled(coupled) => Some(Shared::Coupled(coupled, study.runner(coupled)?)),
         };
         Ok(Worker { study, shared })
     }
@@ -125,41 +135,80 @@ impl<'a> Worker<'a> {
     }
 
     fn measured(&mut self, cells: &[Cell]) -> Result<Vec<f64>, (Status, String)> {
-        let refused = |fault: Fault| (Status::Refused, fault.to_string());
         let study = self.study;
-        let set = |drive: &mut AnyDrive| {
-            drive.set_up(0.0, None);
-            for (quantity, cell) in study.quantities.iter().zip(cells) {
-                let (Some(reference), Cell::Number(value)) = (quantity.variable, cell) else { continue };
-                // A scene of its own may have the variable in another place.
-                let own = drive.descriptions().get(reference).is_some_and(|d| d.name == quantity.name);
-                let place = if own {
-                    Some(reference)
-                } else {
-                    drive.descriptions().iter().position(|d| d.name == quantity.name)
-                };
-                let place =
-                    place.ok_or_else(|| Fault::new(format!("this scene has no variable `{}`", quantity.name)))?;
-                drive.set(place, *value)?;
+        match &mut self.shared {
+            Some(Shared::Drive(drive, runner)) => {
+                drive.reset();
+                set(study, drive, cells).map_err(refused)?;
+                return runner.run(drive).map_err(failed);
             }
-            drive.start()
-        };
-        let failed = |fault: Fault| (Status::Failed, fault.to_string());
-        if let Some((drive, runner)) = &mut self.shared {
-            drive.reset();
-            set(drive).map_err(refused)?;
-            return runner.run(drive).map_err(failed);
+            Some(Shared::Coupled(coupled, runner)) => return of_coupled(study, coupled, runner, cells),
+            None => (),
         }
         let told = |Diagnostics(faults): Diagnostics| {
-            let messages: Vec<&str> = faults.iter().map(|fault| fault.message.as_str()).collect();
-            (Status::Refused, messages.join("; "))
+            // The scene of a part is another file.
+            let message = |fault: &Diagnostic| match fault.file == study.place.display().to_string() {
+                true => fault.message.clone(),
+                false => format!("{}: {}", fault.file, fault.message),
+            };
+            (Status::Refused, faults.iter().map(message).collect::<Vec<_>>().join("; "))
         };
-        let scene = study.variant(cells).map_err(told)?;
-        let mut drive = scene.resource().build().map_err(refused)?;
-        set(&mut drive).map_err(refused)?;
-        let runner = Runner::new(&drive, &study.window, &study.measures).map_err(refused)?;
-        runner.run(&mut drive).map_err(failed)
+        match study.variant(cells).map_err(told)? {
+            Subject::Scene(scene) => {
+                let mut drive = scene.resource().build().map_err(refused)?;
+                set(study, &mut drive, cells).map_err(refused)?;
+                let runner = Runner::new(&drive, &study.window, &study.measures).map_err(refused)?;
+                runner.run(&mut drive).map_err(failed)
+            }
+            Subject::Coupled(coupled) => of_coupled(study, &coupled, &study.runner(&coupled).map_err(refused)?, cells),
+        }
     }
+}
+
+fn refused(fault: Fault) -> (Status, String) {
+    (Status::Refused, fault.to_string())
+}
+
+fn failed(fault: Fault) -> (Status, String) {
+    (Status::Failed, fault.to_string())
+}
+
+/// The places of the variables that vary among these, and their values; a scene of its own may have others.
+fn values(study: &Study, all: &[Description], cells: &[Cell]) -> Result<Vec<(usize, f64)>, Fault> {
+    let numbers = study.quantities.iter().zip(cells).filter_map(|(quantity, cell)| match (quantity.variable, cell) {
+        (Some(reference), Cell::Number(value)) => Some((&quantity.name, reference, *value)),
+        _ => None,
+    });
+    let found = numbers.map(|(name, reference, value)| {
+        let own = all.get(reference).is_some_and(|d| d.name == *name).then_some(reference);
+        let place = own.or_else(|| all.iter().position(|d| d.name == *name));
+        place.map(|place| (place, value)).ok_or_else(|| Fault::new(format!("this scene has no variable `{name}`")))
+    });
+    found.collect()
+}
+
+/// Sets what varies of a drive, and starts it.
+fn set(study: &Study, drive: &mut AnyDrive, cells: &[Cell]) -> Result<(), Fault> {
+    drive.set_up(0.0, None);
+    for (place, value) in values(study, drive.descriptions(), cells)? {
+        drive.set(place, value)?;
+    }
+    drive.start()
+}
+
+/// The measures of a run of coupled FMUs, by instances of its own.
+fn of_coupled(
+    study: &Study,
+    coupled: &Coupled,
+    runner: &coupled::Runner<'_>,
+    cells: &[Cell],
+) -> Result<Vec<f64>, (Status, String)> {
+    let values = values(study, &coupled.variables, cells).map_err(refused)?;
+    let mut coupling = coupled.started(values.into_iter()).map_err(refused)?;
+    let measured = runner.run(&mut coupling, coupled.begin).map_err(failed)?;
+    // What it has to say behind its results does not change them.
+    coupling.parts().iter_mut().for_each(|part| drop(part.terminate()));
+    Ok(measured)
 }
 
 /// The rows of a part while they come in.
@@ -315,11 +364,25 @@ fn gathered(
 pub fn run(args: &Args) -> Result<(), Failure> {
     let study = study::read(&args.study).map_err(|faults| Failure(faults.to_string()))?;
     let stem = args.study.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let named = if stem == "study" { study.scene.name.clone() } else { stem.clone() };
+    let named = if stem == "study" { study.subject.name().to_owned() } else { stem.clone() };
     let folder = files::folder(args.output.as_deref(), "study", &named)?;
     let rows = study.rows();
     let size = rows_of_part(rows);
     let threads = args.threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
+    let threads = match &study.subject {
+        Subject::Coupled(coupled) => {
+            coupled.system.notes.iter().for_each(|note| tell(&format!("note: {}: {note}\n", study.place.display())));
+            if coupled.is_single() {
+                tell(
+                    "note: an FMU admits one instance in a process (canBeInstantiatedOnlyOncePerProcess): one thread\n",
+                );
+                1
+            } else {
+                threads
+            }
+        }
+        Subject::Scene(_) => threads,
+    };
     let columns = columns(&study);
     if args.explain {
         return explain(args, &study, threads, &columns, size);
@@ -457,8 +520,8 @@ fn specification(study: &Study, columns: &[Column], rows_of_part: u64) -> Result
         "format": 1,
         "tool": crate::export::TOOL,
         "commit": env!("CAMDRIVE_COMMIT"),
-        "name": study.scene.name,
-        "model": study.scene.scene.said(),
+        "name": study.subject.name(),
+        "model": if let Subject::Scene(scene) = &study.subject { Some(scene.scene.said()) } else { None },
         "study": text,
         "scene": scene,
         "tables": study.tables.iter().map(digest).collect::<Vec<_>>(),

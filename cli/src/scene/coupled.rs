@@ -1,10 +1,15 @@
 //! The parts of a system as instances that exchange values.
 
-use super::system::{Content, System};
-use camdrive::drives::Fault;
+use super::system::{Content, Part, System};
+use super::variable::{self, CONNECTED};
+use camdrive::drives::variable::Causality;
+use camdrive::drives::{Description, Fault};
 use camdrive_design::coupling::exchange::{Connection, Coupling};
 use camdrive_design::coupling::stability::Exchange;
-use camdrive_design::host::{Fmu, Host};
+use camdrive_design::coupling::variables::variables;
+use camdrive_design::host::{Fmu, ModelDescription};
+use std::path::Path;
+use std::sync::Arc;
 
 impl System {
     /// Tries whether its parts can be coupled and started, as a run does.
@@ -23,31 +28,168 @@ impl System {
     /// # Errors
     /// An FMU that cannot be loaded, a start value that it refuses, both with the name of the part.
     pub fn coupled(&self, exchange: Exchange, repeats: u32) -> Result<Coupling, Fault> {
-        let instance = |place: usize| -> Result<(String, Host), Fault> {
-            let part = &self.parts[place];
-            let said = |fault: Fault| Fault::new(format!("part {}: {fault}", part.name));
-            let fmu = match &part.content {
-                Content::Scene(scene) => Fmu::linked(&scene.resource()),
-                Content::Fmu(path) => Fmu::open(path),
-            };
-            let mut host = fmu.and_then(|fmu| fmu.instantiate(&part.name)).map_err(said)?;
+        self.instance(&self.fmus(&[])?, exchange, repeats)
+    }
+
+    /// The FMU of each part; those of FMUs are `opened`, as far as these are there.
+    fn fmus(&self, opened: &[Arc<Fmu>]) -> Result<Vec<Arc<Fmu>>, Fault> {
+        let fmu = |(place, part): (usize, &Part)| match (&part.content, opened.get(place)) {
+            (Content::Scene(scene), _) => Fmu::linked(&scene.resource()).map(Arc::new),
+            (Content::Fmu(_), Some(fmu)) => Ok(Arc::clone(fmu)),
+            (Content::Fmu(path), None) => Fmu::open(path).map(Arc::new),
+        };
+        self.parts.iter().enumerate().map(|at| fmu(at).map_err(|fault| at.1.said(fault))).collect()
+    }
+
+    fn instance(&self, fmus: &[Arc<Fmu>], exchange: Exchange, repeats: u32) -> Result<Coupling, Fault> {
+        let instance = |(part, fmu): (&Part, &Arc<Fmu>)| {
+            let name = if part.name.is_empty() { &fmu.description().name } else { &part.name };
+            let mut host = fmu.instantiate(name)?;
             for (name, value) in &part.start {
-                let variable = find(&host, name).map_err(said)?;
-                host.set(variable, *value).map_err(said)?;
+                host.set(find(fmu, name)?, *value)?;
             }
             Ok((part.name.clone(), host))
         };
-        let parts = (0..self.parts.len()).map(instance).collect::<Result<Vec<_>, _>>()?;
-        let end = |(part, name): &(usize, String)| find(&parts[*part].1, name).map(|place| (*part, place));
+        let parts = self.parts.iter().zip(fmus).map(|of| instance(of).map_err(|fault| of.0.said(fault)));
+        Coupling::new(parts.collect::<Result<_, _>>()?, &self.connections(fmus)?, exchange, repeats)
+    }
+
+    /// The connections by the places of variables.
+    fn connections(&self, fmus: &[Arc<Fmu>]) -> Result<Vec<Connection>, Fault> {
+        let end = |(part, name): &(usize, String)| find(&fmus[*part], name).map(|place| (*part, place));
         let connected = self
             .connections
             .iter()
             .map(|c| Ok(Connection { from: end(&c.from)?, to: end(&c.to)?, factor: c.factor, offset: c.offset }));
-        let connections = connected.collect::<Result<Vec<_>, Fault>>()?;
-        Coupling::new(parts, &connections, exchange, repeats)
+        connected.collect()
     }
 }
 
-fn find(host: &Host, name: &str) -> Result<usize, Fault> {
-    host.description().find(name).ok_or_else(|| Fault::new(format!("`{name}` is no variable")))
+impl Part {
+    fn said(&self, fault: Fault) -> Fault {
+        if self.name.is_empty() { fault } else { Fault::new(format!("part {}: {fault}", self.name)) }
+    }
+}
+
+fn find(fmu: &Fmu, name: &str) -> Result<usize, Fault> {
+    fmu.description().find(name).ok_or_else(|| Fault::new(format!("`{name}` is no variable")))
+}
+
+/// A system with its FMUs, of which any number of instances can be made.
+pub struct Coupled {
+    /// What its file says.
+    pub system: System,
+    fmus: Vec<Arc<Fmu>>,
+    /// When its runs begin (s).
+    pub begin: f64,
+    /// The part and the place there of each variable.
+    pub places: Vec<(usize, usize)>,
+    /// Its variables, each behind the name of its part.
+    pub variables: Vec<Description>,
+}
+
+impl Coupled {
+    /// Of a system; FMUs are those that were `opened` before.
+    ///
+    /// # Errors
+    /// An FMU that cannot be loaded, with the name of the part.
+    pub fn new(system: System, opened: Option<&Coupled>) -> Result<Self, Fault> {
+        let fmus = system.fmus(opened.map_or(&[], |opened| &opened.fmus))?;
+        let connections = system.connections(&fmus)?;
+        let parts = system.parts.iter().zip(&fmus).map(|(part, fmu)| (part.name.as_str(), fmu.description()));
+        let is_connected = |part, place| connections.iter().any(|connection| connection.to == (part, place));
+        let (places, variables) = variables(parts, is_connected);
+        Ok(Coupled { system, fmus, begin: 0.0, places, variables })
+    }
+
+    /// Of one FMU, whose variables keep their names.
+    ///
+    /// # Errors
+    /// One that cannot be loaded.
+    pub fn of_fmu(path: &Path) -> Result<Self, Fault> {
+        let fmu = Fmu::open(path)?;
+        let ModelDescription { name, experiment, capabilities, .. } = fmu.description().clone();
+        let content = Content::Fmu(path.to_owned());
+        let part = Part {
+            name: String::new(),
+            content,
+            start: Vec::new(),
+            variables: Vec::new(),
+            capabilities,
+            scene: None,
+            seat: None,
+        };
+        let system = System {
+            name,
+            // Where the FMU tells none, the study has to.
+            stop: experiment.stop.unwrap_or(f64::NAN),
+            step: experiment.step.unwrap_or(f64::NAN),
+            exchange: Exchange::Held,
+            repeats: 0,
+            parts: vec![part],
+            connections: Vec::new(),
+            shafts: Vec::new(),
+            notes: Vec::new(),
+            files: vec![path.to_owned()],
+            _folder: None,
+        };
+        let (places, variables) = variables([("", fmu.description())], |_, _| false);
+        let begin = experiment.start.unwrap_or(0.0);
+        Ok(Coupled { system, fmus: vec![Arc::new(fmu)], begin, places, variables })
+    }
+
+    /// What the FMU of a part says.
+    pub fn description(&self, part: usize) -> &ModelDescription {
+        self.fmus[part].description()
+    }
+
+    /// An FMU of which a process can have one instance only.
+    pub fn is_single(&self) -> bool {
+        self.fmus.iter().any(|fmu| fmu.description().capabilities.only_once)
+    }
+
+    /// Why a variable cannot be set; None where it can.
+    pub fn fixed(&self, variable: usize) -> Option<&'static str> {
+        let (part, place) = self.places[variable];
+        match [self.variables[variable].causality, self.description(part).variables[place].about.causality] {
+            [Causality::Parameter | Causality::Input, _] => None,
+            [_, Causality::Input] => Some(CONNECTED),
+            _ => Some("it is computed"),
+        }
+    }
+
+    /// The value that a text gives a variable (SI), whatever its range.
+    ///
+    /// # Errors
+    /// Those of [`variable::imported`].
+    pub fn value(&self, variable: usize, text: &str) -> Result<f64, String> {
+        let (part, place) = self.places[variable];
+        variable::imported(self.description(part), place, text)
+    }
+
+    /// The value that a variable starts with (SI), if that is known.
+    pub fn start(&self, variable: usize) -> Option<f64> {
+        let (part, place) = self.places[variable];
+        let of = &self.description(part).variables[place];
+        let given = self.system.parts[part].start.iter().find(|(name, _)| *name == of.about.name);
+        given.map(|(_, value)| *value).or(of.start).map(|value| of.unit.to_si(value))
+    }
+
+    /// New instances with these values of variables (SI), initialised.
+    ///
+    /// # Errors
+    /// What a part says.
+    pub fn started(&self, values: impl Iterator<Item = (usize, f64)>) -> Result<Coupling, Fault> {
+        let mut coupling = self.system.instance(&self.fmus, self.system.exchange, self.system.repeats)?;
+        for (variable, value) in values {
+            let (part, place) = self.places[variable];
+            let of = &self.description(part).variables[place];
+            let set = self.variables[variable].check(value);
+            let set = set.and_then(|()| coupling.parts()[part].set(place, of.unit.of_si(value)));
+            set.map_err(|fault| self.system.parts[part].said(fault))?;
+        }
+        coupling.begin(self.begin, None)?;
+        coupling.start()?;
+        Ok(coupling)
+    }
 }

@@ -818,7 +818,7 @@ tables! {
 
     /// A study.
     STUDY "a study" {
-        /// the scene of which it runs variants; the path counts from the folder of the study
+        /// the scene, the system (TOML, .ssp) or the FMU of which it runs variants; the path counts from the folder of the study
         "scene": value(Value::Text).required();
         /// what is measured of outputs: `max |q|`, `rms force`, `count impacts` …
         "measures": value(Value::Texts).required().also(&["measure"]);
@@ -828,7 +828,9 @@ tables! {
         "turns": real(&unit::NUMBER, POSITIVE).said("this or `time`");
         /// how long the drive runs before measuring begins: a time, or with `turns` a number of turns
         "settle": other(NOT_NEGATIVE).or(0.0);
-        /// error of an output between two points of the motion, relative to its largest magnitude
+        /// communication step of a system or an FMU
+        "step": real(&unit::TIME, POSITIVE).said("that of the system or the FMU").also(&["step_size"]);
+        /// error of an output between two points of the motion of a scene, relative to its largest magnitude
         "accuracy": real(&unit::NUMBER, within(1e-12, 1e-2)).or(1e-6).also(&["tolerance"]);
         /// a quantity that varies, or several; all listed ones are combined with each other
         "vary": value(Value::Tables(&VARY)).required();
@@ -843,7 +845,7 @@ tables! {
     /// `[[vary]]`.
     VARY "`[[vary]]`" {
         /// a variable of the FMU (`drive.w`, `cam.a[3]`), or a key of the scene (`elasticity.natural_frequency`,
-        /// `follower[1].m`)
+        /// `follower[1].m`); of a system behind its part: `pusher.m`, `pusher.elasticity.natural_frequency`
         "name": value(Value::Text).said("this, `names` or `file`");
         /// several: with `values` they vary together, with a distribution each by itself
         "names": value(Value::Texts);

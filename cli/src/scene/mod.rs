@@ -4,7 +4,7 @@
 #![doc = include_str!("../../../docs/scene.md")]
 
 mod common;
-mod coupled;
+pub mod coupled;
 mod coupling;
 pub mod diagnostics;
 mod follower;

@@ -2,32 +2,39 @@
 //!
 #![doc = include_str!("../../../docs/study.md")]
 
-use super::diagnostics::Diagnostics;
+use super::coupled::Coupled;
+use super::diagnostics::{Diagnostic, Diagnostics, nearest};
 use super::input::{self, Kind};
 use super::keys::VARY;
 use super::section::{Node, Section};
+use super::source::is_fmu;
+use super::system::{self, hinted};
 use super::{Resolved, units, variable};
-use camdrive::drives::AnyDrive;
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Kind as Type};
+use camdrive::drives::{Description, Fault};
+use camdrive_design::study::coupled;
 use camdrive_design::study::measure::{FORMS, Measure};
 use camdrive_design::study::plan::{MOST_ROWS, Samples, Sampling, Spread, grid, places};
 use camdrive_design::study::run::{Runner, Span, Window};
 use camdrive_design::text::counted;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::de::DeValue;
 use toml_edit::{DocumentMut, Item, Value};
 
 /// A study that is read.
 pub struct Study {
-    /// The text of the study and of its scene.
+    /// The text of the study and of its scene or system.
     pub texts: [String; 2],
-    /// The file of the scene.
+    /// The file of the scene, the system or the FMU.
     pub place: PathBuf,
-    /// The scene as it stands.
-    pub scene: Resolved,
-    /// The scene, to be changed where keys of it vary.
-    document: Option<DocumentMut>,
+    /// What it has variants of, as it stands.
+    pub subject: Subject,
+    /// Scene or system, and the scenes of its parts, to be changed where keys of them vary.
+    documents: Vec<Document>,
+    /// Communication step of systems and FMUs, where the study says it (s).
+    step: Option<f64>,
     /// What varies, in the order of the columns.
     pub quantities: Vec<Quantity>,
     /// Lists of values, each for some quantities, in the order of their product.
@@ -42,6 +49,21 @@ pub struct Study {
     pub measured: Vec<[String; 2]>,
     /// The tables that it and its scene name.
     pub tables: Vec<PathBuf>,
+}
+
+/// What a study runs variants of.
+pub enum Subject {
+    /// The drive of a scene.
+    Scene(Box<Resolved>),
+    /// A system of FMUs, or one of them.
+    Coupled(Box<Coupled>),
+}
+
+/// A file whose keys may vary.
+struct Document {
+    /// The part of whose scene it is; empty of the file that the study names.
+    part: String,
+    content: DocumentMut,
 }
 
 /// A quantity that varies.
@@ -82,13 +104,13 @@ pub fn read(path: &Path) -> Result<Study, Diagnostics> {
     let mut found = None;
     let study = super::with_document(&file, &text, Kind::Study, |root| {
         let scene = root.required_text("scene", "a scene file", "scene.toml").map(|name| folder.join(name));
-        // The faults of a scene are told by its own reader.
-        match scene.as_ref().map(|scene| (super::read(scene), scene)) {
+        // The faults of a scene or a system are told by its own reader.
+        match scene.as_ref().map(|scene| (Subject::read(scene), scene)) {
             Some((Err(faults), _)) => {
                 found = Some(faults);
                 None
             }
-            Some((Ok(resolved), scene)) => study(root, folder, scene, resolved),
+            Some((Ok(subject), scene)) => study(root, folder, scene, subject),
             None => study_without_scene(root),
         }
     });
@@ -108,17 +130,125 @@ fn study_without_scene(root: &Section<'_>) -> Option<Study> {
     None
 }
 
-fn study(root: &Section<'_>, folder: &Path, place: &Path, scene: Resolved) -> Option<Study> {
-    let drive = match scene.resource().build() {
-        Ok(drive) => drive,
+impl Subject {
+    /// Of a file: a scene, a system, an SSP or an FMU.
+    fn read(path: &Path) -> Result<Self, Diagnostics> {
+        let coupled = if is_fmu(path) {
+            Coupled::of_fmu(path)
+        } else if input::is_system(path) {
+            Coupled::new(system::read(path)?, None)
+        } else {
+            return super::read(path).map(|scene| Subject::Scene(Box::new(scene)));
+        };
+        coupled.map(|coupled| Subject::Coupled(Box::new(coupled))).map_err(|fault| of_file(path, &fault))
+    }
+
+    /// Its variables.
+    fn variables(&self) -> Result<Vec<Description>, Fault> {
+        Ok(match self {
+            Subject::Scene(scene) => scene.resource().build()?.descriptions().to_vec(),
+            Subject::Coupled(coupled) => coupled.variables.clone(),
+        })
+    }
+
+    /// The value that a variable has at the start (SI), if that is known.
+    fn start(&self, name: &str) -> Option<f64> {
+        match self {
+            Subject::Scene(scene) => {
+                let drive = scene.resource().build().ok()?;
+                let place = drive.descriptions().iter().position(|d| d.name == name)?;
+                drive.plan().instance().get(place).ok()
+            }
+            Subject::Coupled(coupled) => coupled.start(coupled.variables.iter().position(|d| d.name == name)?),
+        }
+    }
+
+    /// The name of the scene, the system or the FMU.
+    pub fn name(&self) -> &str {
+        match self {
+            Subject::Scene(scene) => &scene.name,
+            Subject::Coupled(coupled) => &coupled.system.name,
+        }
+    }
+}
+
+/// The fault of a file as a whole.
+fn of_file(path: &Path, fault: &Fault) -> Diagnostics {
+    let (file, message) = (path.display().to_string(), fault.to_string());
+    let (message, hint) = message.split_once("\n  = hint: ").unwrap_or((&message, ""));
+    let message = message.strip_prefix(&format!("{file}: ")).unwrap_or(message);
+    Diagnostics(vec![hinted(Diagnostic::new(&file, message), hint)])
+}
+
+/// The communication step, where the study says it.
+fn step(root: &Section<'_>, subject: &Subject) -> Option<Option<f64>> {
+    let step = if root.has("step") { root.real("step").map(Some) } else { Some(None) };
+    let refused = |key, said: String| root.fault_of(key, said);
+    match subject {
+        Subject::Scene(_) if root.has("step") => {
+            let fault = refused("step", " has no meaning here: the drive of a scene finds its own points".to_owned());
+            root.refuse(fault.hint("remove it; `accuracy` says how well outputs are known between them"))
+        }
+        Subject::Scene(_) => step,
+        Subject::Coupled(_) if root.has("accuracy") => {
+            let fault = refused("accuracy", " has no meaning here: outputs are known once a step".to_owned());
+            root.refuse(fault.hint("remove it; the `step` says how far these are apart"))
+        }
+        Subject::Coupled(coupled) => match (step?, coupled.system.step) {
+            (None, own) if own.is_nan() => {
+                let fault = refused("step", " is missing: the FMU tells no communication step".to_owned());
+                root.refuse(fault.hint("add for example step = \"1 ms\""))
+            }
+            (Some(step), _) if coupled.system.too_long(step).is_some() => {
+                root.refuse(refused("step", format!(": {}", coupled.system.too_long(step).unwrap_or_default())))
+            }
+            (step, _) => Some(step),
+        },
+    }
+}
+
+/// The files whose keys may vary, with the text of the first one.
+fn documents(place: &Path, subject: &Subject) -> (String, Vec<Document>) {
+    let text = |path: &Path| {
+        let text = std::fs::read_to_string(path).unwrap_or_default();
+        text.trim_start_matches(input::BYTE_ORDER_MARK).to_owned()
+    };
+    let whole = text(place);
+    let mut all = vec![(String::new(), whole.clone())];
+    if let Subject::Coupled(coupled) = subject {
+        for part in &coupled.system.parts {
+            if let system::Content::Scene(scene) = &part.content
+                && let Some(path) = scene.files.last()
+            {
+                all.push((part.name.clone(), text(path)));
+            }
+        }
+    }
+    let parsed = |(part, text): (String, String)| Some(Document { part, content: text.parse().ok()? });
+    (whole, all.into_iter().filter_map(parsed).collect())
+}
+
+/// The file that has a key, and its path there.
+fn located<'a>(documents: &[Document], name: &'a str) -> Option<(usize, &'a str)> {
+    let inside = |(i, Document { part, content }): (usize, &Document)| {
+        let path = if part.is_empty() { name } else { name.strip_prefix(part)?.strip_prefix('.')? };
+        let has_place = path.contains('.') && entry(&mut content.clone(), path).is_some();
+        has_place.then_some((i, path))
+    };
+    documents.iter().enumerate().find_map(inside)
+}
+
+fn study(root: &Section<'_>, folder: &Path, place: &Path, subject: Subject) -> Option<Study> {
+    let variables = match subject.variables() {
+        Ok(variables) => variables,
         Err(fault) => return root.refuse(root.fault_of("scene", format!(": {fault}"))),
     };
     let window = window(root);
+    let step = step(root, &subject);
     let measures = measures(root);
-    let text = std::fs::read_to_string(place).unwrap_or_default();
-    let text = text.trim_start_matches(input::BYTE_ORDER_MARK).to_owned();
-    let document: Option<DocumentMut> = text.parse().ok();
-    let mut reader = Variation { drive: &drive, document: document.as_ref(), folder, tables: Vec::new() };
+    let (text, documents) = documents(place, &subject);
+    let mut reader =
+        Variation { subject: &subject, variables: &variables, documents: &documents, folder, tables: Vec::new() };
     let read = root.each("vary", |section| {
         let varied = reader.varied(section);
         section.finish();
@@ -128,7 +258,7 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, scene: Resolved) -> Op
     let design = root.choice("design", &[("latin_hypercube", Sampling::LatinHypercube), ("random", Sampling::Random)]);
     let seed = root.count("seed");
     root.finish();
-    let (window, measures, read, runs, design, seed) = (window?, measures?, read?, runs?, design?, seed?);
+    let (window, step, measures, read, runs, design, seed) = (window?, step?, measures?, read?, runs?, design?, seed?);
     if read.is_empty() {
         return root
             .refuse(root.fault_of("vary", " is empty: nothing varies").hint("add [[vary]] with `name` and `values`"));
@@ -171,13 +301,19 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, scene: Resolved) -> Op
     }
     let samples = runs.map(|runs| Samples::new(design, runs as u32, seed as u64, spreads));
     let mut tables = reader.tables;
-    tables.extend(scene.files.iter().filter(|file| *file != place).cloned());
+    let files = match &subject {
+        Subject::Scene(scene) => &scene.files,
+        Subject::Coupled(coupled) => &coupled.system.files,
+    };
+    // What is no text is known by its hash alone.
+    tables.extend(files.iter().filter(|file| *file != place || documents.is_empty()).cloned());
     let (place, texts) = (place.to_owned(), [String::new(), text]);
     let mut study = Study {
         texts,
         place,
-        scene,
-        document,
+        subject,
+        documents,
+        step,
         quantities,
         axes,
         samples,
@@ -186,34 +322,25 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, scene: Resolved) -> Op
         measured: Vec::new(),
         tables,
     };
-    let first = if study.is_keyed() { study.variant(&study.cells(0)) } else { Ok(study.scene.clone()) };
-    let built = match &first {
-        Ok(first) => first.resource().build().unwrap_or(drive),
-        // What no scene has is a fault of the study, what this one does not admit one of the run.
-        Err(Diagnostics(faults)) => {
-            let unknown = faults.iter().find(|fault| fault.message.contains("is not known"));
-            if let Some(fault) =
-                unknown.filter(|fault| study.quantities.iter().any(|of| fault.key.as_ref() == Some(&of.name)))
-            {
-                let mut told = root.fault_of("vary", format!(": {}", fault.message));
-                told.hint = fault.hint.clone();
-                return root.refuse(told);
-            }
-            drive
+    let first = study.is_keyed().then(|| study.variant(&study.cells(0)));
+    // What no scene has is a fault of the study, what this one does not admit one of the run.
+    if let Some(Err(Diagnostics(faults))) = &first {
+        let is_varied =
+            |key: &String| study.quantities.iter().any(|of| of.name == *key || of.name.ends_with(&format!(".{key}")));
+        let unknown = faults.iter().find(|fault| fault.message.contains("is not known"));
+        if let Some(fault) = unknown.filter(|fault| fault.key.as_ref().is_some_and(is_varied)) {
+            let mut told = root.fault_of("vary", format!(": {}", fault.message));
+            told.hint = fault.hint.clone();
+            return root.refuse(told);
         }
-    };
+    }
+    let first = first.and_then(Result::ok);
     // Of the first and the last run all quantities differ that have more than one value.
-    if study.is_keyed()
-        && let (Ok(first), Ok(last)) = (first, study.variant(&study.cells(study.rows() - 1)))
+    if let Some(first) = &first
+        && let Ok(last) = study.variant(&study.cells(study.rows() - 1))
     {
-        let start = |scene: &Resolved, name: &str| {
-            let drive = scene.resource().build().ok()?;
-            let place = drive.descriptions().iter().position(|d| d.name == name)?;
-            drive.plan().instance().get(place).ok()
-        };
         let twice = |quantity: &&Quantity| {
-            let name = quantity.name.as_str();
-            quantity.variable.is_some() && start(&first, name) != start(&last, name)
+            quantity.variable.is_some() && first.start(&quantity.name) != last.start(&quantity.name)
         };
         if let Some(quantity) = study.quantities.iter().find(twice) {
             let fault =
@@ -221,20 +348,37 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, scene: Resolved) -> Op
             return root.refuse(fault.hint("vary one of them"));
         }
     }
-    if let Err(fault) = Runner::new(&built, &study.window, &study.measures) {
-        let computed =
-            built.descriptions().iter().filter(|d| matches!(d.causality, Causality::Output | Causality::Local));
+    let built = first.as_ref().unwrap_or(&study.subject);
+    let all = built.variables().unwrap_or(variables);
+    let checked = match built {
+        Subject::Scene(scene) => {
+            scene.resource().build().and_then(|drive| Runner::new(&drive, &study.window, &study.measures).map(|_| ()))
+        }
+        Subject::Coupled(coupled) => study.runner(coupled).map(|_| ()),
+    };
+    if let Err(fault) = checked {
+        let computed = all.iter().filter(|d| matches!(d.causality, Causality::Output | Causality::Local));
         let known: Vec<&str> = computed.map(|d| d.name.as_str()).collect();
         let absent = study.measures.iter().find(|measure| !known.contains(&&*measure.output));
-        let mut wrong = root.fault_of("measures", format!(": {fault}"));
-        wrong.hint = absent.map(|measure| match super::diagnostics::nearest(&measure.output, &known) {
-            Some(guess) => format!("did you mean `{guess}`?"),
-            None => format!("`camdrive describe {}` lists the outputs", study.place.display()),
-        });
+        let (fault, hint) = (
+            fault.to_string(),
+            absent.map(|measure| match nearest(&measure.output, &known) {
+                Some(guess) => format!("did you mean `{guess}`?"),
+                None => {
+                    let (command, does) = match built {
+                        Subject::Scene(_) => ("describe", "lists"),
+                        Subject::Coupled(_) => ("run", "writes"),
+                    };
+                    format!("`camdrive {command} {}` {does} the outputs", study.place.display())
+                }
+            }),
+        );
+        let (message, own) = fault.split_once("\n  = hint: ").unwrap_or((&fault, ""));
+        let wrong = hinted(root.fault_of("measures", format!(": {message}")), &hint.unwrap_or(own.to_owned()));
         return root.refuse(wrong);
     }
     let about = |measure: &Measure| {
-        let output = built.descriptions().iter().find(|d| d.name == measure.output);
+        let output = all.iter().find(|d| d.name == measure.output);
         let unit = match output.map(|d| &d.kind) {
             Some(Type::Real { quantity, .. }) => quantity.unit,
             _ => "1",
@@ -335,8 +479,9 @@ enum Varied {
 
 /// Reads what varies.
 struct Variation<'a> {
-    drive: &'a AnyDrive,
-    document: Option<&'a DocumentMut>,
+    subject: &'a Subject,
+    variables: &'a [Description],
+    documents: &'a [Document],
     folder: &'a Path,
     tables: Vec<PathBuf>,
 }
@@ -486,7 +631,11 @@ impl Variation<'_> {
                 // It is a difference of values, for which their range does not hold.
                 let text = deviation.value.text();
                 let value = match quantity.variable {
-                    Some(reference) => variable::parsed(&self.drive.descriptions()[reference], &text).ok(),
+                    Some(reference) => {
+                        // Of units with an offset, too.
+                        let zero = self.value(reference, &format!("0 {}", deviation.value.unit()));
+                        self.value(reference, &text).and_then(|value| Ok(value - zero?)).ok()
+                    }
                     None => deviation.value.number(),
                 };
                 match value.filter(|value| *value > 0.0) {
@@ -515,9 +664,7 @@ impl Variation<'_> {
 
     /// The value that a variable has in the scene.
     fn present(&self, section: &Section<'_>, name: &str) -> Option<Placed> {
-        let value = self.drive.descriptions().iter().position(|d| d.name == name);
-        let value = value.and_then(|reference| self.drive.plan().instance().get(reference).ok());
-        match value {
+        match self.subject.start(name) {
             Some(value) => Some(Placed {
                 value: Written::Number(value, String::new()),
                 span: section.span.clone(),
@@ -588,12 +735,18 @@ impl Variation<'_> {
 
     /// The quantity with this name, which has these values.
     fn quantity(&self, section: &Section<'_>, name: &str, values: &[&Placed]) -> Option<Quantity> {
-        let all = self.drive.descriptions();
+        let all = self.variables;
         let name = name.to_owned();
         if let Some(reference) = all.iter().position(|d| d.name == name) {
             let d = &all[reference];
-            if !matches!(d.causality, Causality::Parameter | Causality::Input) {
-                return section.refuse(section.fault(format!(": `{name}` is computed; it cannot vary")));
+            let fixed = match self.subject {
+                Subject::Coupled(coupled) => coupled.fixed(reference),
+                _ if matches!(d.causality, Causality::Parameter | Causality::Input) => None,
+                _ => Some("it is computed"),
+            };
+            if let Some(why) = fixed {
+                let (why, hint) = why.split_once("\n  = hint: ").unwrap_or((why, ""));
+                return section.refuse(hinted(section.fault(format!(": `{name}` cannot vary: {why}")), hint));
             }
             let (unit, items) = match &d.kind {
                 Type::Real { quantity, .. } => (quantity.unit, String::new()),
@@ -606,16 +759,18 @@ impl Variation<'_> {
             let meaning = format!("{}{items}", d.text);
             return Some(Quantity { name, unit: unit.to_owned(), meaning, variable: Some(reference), is_text: false });
         }
-        let has_place = |document: &DocumentMut| name.contains('.') && entry(&mut document.clone(), &name).is_some();
-        if name.ends_with(".file") {
-            let fault = section.fault(format!(": `{name}` cannot vary: a study has the tables of its scene"));
-            return section.refuse(fault.hint("make a scene and a study for each table"));
+        if [".file", ".scene", ".fmu"].iter().any(|ending| name.ends_with(ending)) {
+            let fault = section.fault(format!(": `{name}` cannot vary: a study has the files of its scene"));
+            return section.refuse(fault.hint("make a scene and a study for each file"));
         }
-        if !self.document.is_some_and(has_place) {
+        if located(self.documents, &name).is_none() {
             let known = all.iter().filter(|d| matches!(d.causality, Causality::Parameter | Causality::Input));
             let known: Vec<&str> = known.map(|d| d.name.as_str()).collect();
-            let fault = section.fault(format!(": the drive has no variable and the scene no place for a key `{name}`"));
-            return section.refuse(match super::diagnostics::nearest(&name, &known) {
+            let fault = section.fault(match self.subject {
+                Subject::Scene(_) => format!(": the drive has no variable and the scene no place for a key `{name}`"),
+                Subject::Coupled(_) => format!(": no part has a variable, and no scene a place for a key `{name}`"),
+            });
+            return section.refuse(match nearest(&name, &known) {
                 Some(guess) => fault.hint(format!("did you mean `{guess}`?")),
                 None => fault.hint("`camdrive describe SCENE` lists the variables, docs/scene.md the keys"),
             });
@@ -646,19 +801,27 @@ impl Variation<'_> {
             });
         };
         // Beyond the range of the variable it is a run that is refused.
-        match variable::parsed(&self.drive.descriptions()[reference], &placed.value.text()) {
+        match self.value(reference, &placed.value.text()) {
             Ok(value) => Some(Cell::Number(value)),
             Err(message) => {
                 let (message, hint) = message.split_once("\n  = hint: ").unwrap_or((&message, ""));
                 let fault = section.faults.at(placed.span.clone(), format!(": {message}")).of(&placed.path);
-                section.refuse(if hint.is_empty() { fault } else { fault.hint(hint) })
+                section.refuse(hinted(fault, hint))
             }
+        }
+    }
+
+    /// The value that a text gives a variable.
+    fn value(&self, reference: usize, text: &str) -> Result<f64, String> {
+        match self.subject {
+            Subject::Scene(_) => variable::parsed(&self.variables[reference], text),
+            Subject::Coupled(coupled) => coupled.value(reference, text),
         }
     }
 
     /// A value that is a number.
     fn number(&self, section: &Section<'_>, quantity: &Quantity, placed: &Placed) -> Option<f64> {
-        let kind = quantity.variable.map(|reference| &self.drive.descriptions()[reference].kind);
+        let kind = quantity.variable.map(|reference| &self.variables[reference].kind);
         if kind.is_some_and(|kind| !matches!(kind, Type::Real { .. })) {
             let fault = section.fault(format!(": `{}` is no real number", quantity.name));
             return section.refuse(fault.hint("list its `values`"));
@@ -763,13 +926,23 @@ impl Study {
         self.quantities.iter().any(|quantity| quantity.variable.is_none())
     }
 
-    /// The scene of a run in which keys vary.
+    /// How a system is measured.
     ///
     /// # Errors
-    /// The faults of the scene.
-    pub fn variant(&self, cells: &[Cell]) -> Result<Resolved, Diagnostics> {
-        let file = self.place.display().to_string();
-        let mut document = self.document.clone().unwrap_or_default();
+    /// Outputs that it does not have, or that cannot be measured so.
+    pub fn runner<'a>(&'a self, coupled: &'a Coupled) -> Result<coupled::Runner<'a>, Fault> {
+        let step = self.step.unwrap_or(coupled.system.step);
+        let description = |part| coupled.description(part);
+        let variables = (&*coupled.places, &*coupled.variables);
+        coupled::Runner::new(variables, description, step, &self.window, &self.measures)
+    }
+
+    /// What a run has in which keys vary.
+    ///
+    /// # Errors
+    /// The faults of the scene or the system.
+    pub fn variant(&self, cells: &[Cell]) -> Result<Subject, Diagnostics> {
+        let mut changed: BTreeMap<usize, DocumentMut> = BTreeMap::new();
         for (quantity, cell) in self.quantities.iter().zip(cells).filter(|(quantity, _)| quantity.variable.is_none()) {
             let value = match cell {
                 // Whole numbers are counts, too.
@@ -782,10 +955,27 @@ impl Study {
                     Err(_) => Value::from(text.as_str()),
                 },
             };
-            if let Some(item) = entry(&mut document, &quantity.name) {
+            let Some((i, path)) = located(&self.documents, &quantity.name) else { continue };
+            let document = changed.entry(i).or_insert_with(|| self.documents[i].content.clone());
+            if let Some(item) = entry(document, path) {
                 *item = toml_edit::value(value);
             }
         }
-        super::resolve(&file, &document.to_string(), self.place.parent().unwrap_or(Path::new("")))
+        let whole = changed.remove(&0).map_or_else(|| self.texts[1].clone(), |document| document.to_string());
+        let file = self.place.display().to_string();
+        let base = match &self.subject {
+            Subject::Coupled(base) => base,
+            Subject::Scene(_) => {
+                let scene = super::resolve(&file, &whole, self.place.parent().unwrap_or(Path::new("")));
+                return scene.map(|scene| Subject::Scene(Box::new(scene)));
+            }
+        };
+        let scenes = changed.iter().map(|(i, document)| (self.documents[*i].part.as_str(), document.to_string()));
+        let system = system::resolve(&self.place, &whole, &scenes.collect())?;
+        if let Some(message) = self.step.and_then(|step| system.too_long(step)) {
+            return Err(Diagnostics(vec![Diagnostic::new(&file, format!("`step`: {message}"))]));
+        }
+        let coupled = Coupled::new(system, Some(base)).map_err(|fault| of_file(&self.place, &fault))?;
+        Ok(Subject::Coupled(Box::new(coupled)))
     }
 }

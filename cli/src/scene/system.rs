@@ -19,6 +19,7 @@ use camdrive::drives::{Fault, Number};
 use camdrive_design::coupling::stability::{self, Exchange, Limit, least_inertia};
 use camdrive_design::host::{Capabilities, Fmu, ModelDescription, Variable};
 use camdrive_design::resource::{Scene, is_name};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tempfile::TempDir;
@@ -50,7 +51,7 @@ pub struct System {
     /// The files that it was read from.
     pub files: Vec<PathBuf>,
     /// Where the FMUs of an archive are.
-    _folder: Option<Arc<TempDir>>,
+    pub(super) _folder: Option<Arc<TempDir>>,
 }
 
 /// A part of a system.
@@ -267,23 +268,27 @@ pub fn read(path: &Path) -> Result<System, Diagnostics> {
             Diagnostics(vec![hinted(Diagnostic::new(&path.display().to_string(), message), hint)])
         });
     }
-    let (file, text) = input::text(path, Kind::System)?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let mut system = super::with_document(&file, &text, Kind::System, |root| system(root, folder))?;
+    let (_, text) = input::text(path, Kind::System)?;
+    resolve(path, &text, &BTreeMap::new())
+}
+
+/// The system `text` of this file; parts have the scenes with these texts, others those of their files.
+pub(super) fn resolve(path: &Path, text: &str, scenes: &BTreeMap<&str, String>) -> Result<System, Diagnostics> {
+    let (file, folder) = (path.display().to_string(), path.parent().unwrap_or(Path::new("")));
+    let mut system = super::with_document(&file, text, Kind::System, |root| system(root, folder, scenes))?;
     system.files.push(path.to_owned());
     Ok(system)
 }
 
 /// The same with another exchange, at steps that are short enough for all but algebraic loops.
 pub fn read_as(path: &Path, exchange: Exchange) -> Result<System, Diagnostics> {
-    let (file, text) = input::text(path, Kind::System)?;
+    let (_, text) = input::text(path, Kind::System)?;
     let mut document: DocumentMut = text.parse().unwrap_or_default();
     (document["exchange"], document["step"]) = (value(name_of(exchange)), value(f64::MIN_POSITIVE));
     if !matches!(exchange, Exchange::Interpolated | Exchange::EffectiveInertia) {
         document.remove("repeat");
     }
-    let folder = path.parent().unwrap_or(Path::new(""));
-    super::with_document(&file, &document.to_string(), Kind::System, |root| system(root, folder))
+    resolve(path, &document.to_string(), &BTreeMap::new())
 }
 
 /// A part with its section of the file.
@@ -294,7 +299,7 @@ struct Raw<'a> {
     seat: [f64; 2],
 }
 
-fn system(root: &Section<'_>, folder: &Path) -> Option<System> {
+fn system(root: &Section<'_>, folder: &Path, scenes: &BTreeMap<&str, String>) -> Option<System> {
     let name = super::name(root);
     let [stop, step] = ["stop", "step"].map(|key| root.real(key));
     let exchange = root.choice("exchange", EXCHANGES);
@@ -315,7 +320,8 @@ fn system(root: &Section<'_>, folder: &Path) -> Option<System> {
             root.faults.report(fault.hint("choose another name"));
         }
     }
-    let raw: Vec<Option<Raw>> = parts.into_iter().map(|(name, section)| part(name, section, folder)).collect();
+    let raw: Vec<Option<Raw>> =
+        parts.into_iter().map(|(name, section)| part(name, section, folder, scenes.get(name))).collect();
     let connections = root.sections("connection");
     root.finish();
     let mut raw: Vec<Raw> = raw.into_iter().collect::<Option<_>>()?;
@@ -350,7 +356,7 @@ fn system(root: &Section<'_>, folder: &Path) -> Option<System> {
 }
 
 /// Reads `[part.NAME]`.
-fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path) -> Option<Raw<'a>> {
+fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path, text: Option<&String>) -> Option<Raw<'a>> {
     if !is_name(name) {
         let fault = section.fault(": this cannot name a part");
         section.faults.report(fault.admissible("letters, digits and _, no digit first, at most 24 characters"));
@@ -374,7 +380,7 @@ fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path) -> Option<Raw<'a
         (None, Some(fmu)) if Path::new(fmu).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) => {
             Err(other("fmu", fmu, "scene"))
         }
-        (Some(scene), None) => match super::read(&folder.join(scene)) {
+        (Some(scene), None) => match scene_of(&folder.join(scene), text) {
             Ok(scene) => {
                 scene.notes.iter().for_each(|note| section.faults.note(format!("part {name}: {note}")));
                 Part::of_scene(name, scene).map_err(|fault| section.fault_of("scene", format!(": {fault}")))
@@ -401,8 +407,14 @@ fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path) -> Option<Raw<'a
     one.then_some(Raw { shaft: shaft?, seat, part, section })
 }
 
+/// The scene of this file, or the one that `text` has in its place.
+fn scene_of(path: &Path, text: Option<&String>) -> Result<Resolved, Diagnostics> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    text.map_or_else(|| super::read(path), |text| super::resolve(&path.display().to_string(), text, folder))
+}
+
 /// The fault with a hint, where there is one.
-fn hinted(fault: Diagnostic, hint: &str) -> Diagnostic {
+pub(super) fn hinted(fault: Diagnostic, hint: &str) -> Diagnostic {
     if hint.is_empty() { fault } else { fault.hint(hint) }
 }
 

@@ -4,6 +4,7 @@ use super::diagnostics::nearest;
 use super::units;
 use camdrive::drives::Description;
 use camdrive::drives::variable::Kind;
+use camdrive_design::host::{ModelDescription, Variable};
 
 /// The place in the list, which is the value reference, of the variable with this name.
 ///
@@ -56,6 +57,42 @@ pub fn parsed(of: &Description, text: &str) -> Result<f64, String> {
             }
         }
     })
+}
+
+/// Why no value can be given to an input that is connected.
+pub const CONNECTED: &str = "the input is connected, so that a value would have no effect\n  = hint: set the output that it is \
+                             connected to, or a variable of the part before it";
+
+/// Two values of a text that differ by less are one: model descriptions have factors with some digits only.
+const SAME: f64 = 1e-6;
+
+/// The same as [`parsed`] of a variable of an FMU, which may define units of its own; the value is in SI.
+///
+/// # Errors
+/// Those of [`parsed`]; a number without a unit where the FMU's is not SI; a unit that means something else in the FMU.
+pub fn imported(description: &ModelDescription, variable: usize, text: &str) -> Result<f64, String> {
+    let Variable { about, unit, items, .. } = &description.variables[variable];
+    let (name, (number, word)) = (&about.name, units::split(text));
+    if !items.is_empty() {
+        let item = items.iter().find(|(item, value)| item == text || text.parse() == Ok(*value));
+        let all = || items.iter().map(|(item, value)| format!("{value} ({item})")).collect::<Vec<_>>().join(", ");
+        return item
+            .map(|(_, value)| f64::from(*value))
+            .ok_or_else(|| format!("`{name}`: \"{text}\" is not admissible; expected {}", all()));
+    }
+    let number: Option<f64> = number.parse().ok();
+    let theirs = number.and_then(|number| Some(description.unit(variable, word)?.to_si(number)));
+    match (number, theirs, parsed(about, text)) {
+        (Some(number), ..) if word.is_empty() && !unit.is_si() => Err(format!(
+            "`{name}`: {number} may be in SI or in {unit}, the unit of the FMU\n  = hint: write the unit, \"{number} {unit}\"",
+            unit = unit.name
+        )),
+        (_, Some(theirs), Ok(ours)) if (theirs - ours).abs() > SAME * ours.abs() => {
+            Err(format!("`{name}`: {word} has another meaning in the FMU\n  = hint: give the value in another unit"))
+        }
+        (_, Some(theirs), Err(_)) => Ok(theirs),
+        (_, _, ours) => ours,
+    }
 }
 
 #[cfg(test)]

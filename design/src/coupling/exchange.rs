@@ -25,7 +25,7 @@
 //! in energy, ∫ (τ of the shaft − τ of the drive) φ̇ dt, the [`Residual`].
 
 use super::stability::Exchange;
-use crate::host::{Host, Variable};
+use crate::host::{Host, ModelDescription, Variable};
 use camdrive::drives::Fault;
 use camdrive::drives::variable::{Kind, Variability};
 
@@ -272,6 +272,16 @@ impl Coupling {
     /// The name of a part.
     pub fn name(&self, part: usize) -> &str {
         &self.names[part]
+    }
+
+    /// The number of parts.
+    pub fn count(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// What the model description of a part says.
+    pub fn description(&self, part: usize) -> &ModelDescription {
+        self.parts[part].description()
     }
 
     /// The parts.

@@ -3,3 +3,4 @@
 pub mod exchange;
 pub mod stability;
 pub mod study;
+pub mod variables;

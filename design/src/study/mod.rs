@@ -1,5 +1,6 @@
 //! Studies: many variants of a drive, each run over a window and measured.
 
+pub mod coupled;
 pub mod measure;
 pub mod piece;
 pub mod plan;

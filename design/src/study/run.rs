@@ -36,7 +36,7 @@ pub struct Window {
 const PAIRS: usize = 32;
 
 /// The most steps of a run: some minutes of the slowest drives.
-const MOST_STEPS: u64 = 20_000_000;
+pub(super) const MOST_STEPS: u64 = 20_000_000;
 
 /// The error over a pair is z³ (1 − z)³ (α + β (z − ½)): its value in the middle is α/64, its slope β/64. Over half of the pair the
 /// first factor is 1/64 of that, and the second one, the sixth derivative up to a constant, α ± 7β/4.
@@ -116,6 +116,66 @@ pub struct Runner<'a> {
     speed: Option<usize>,
 }
 
+/// The outputs that measures need, by their places among all variables.
+pub(super) struct Outputs {
+    /// Of each measure, with its place among those that are followed.
+    pub measured: Vec<(usize, Option<usize>)>,
+    /// Those whose course matters, the angle first where it does.
+    pub followed: Vec<usize>,
+    /// Whether the first of these is the angle.
+    pub angle: bool,
+}
+
+impl Outputs {
+    /// Of these variables; `phi` is the angle of the shaft, and `is_followed` tells for which measures the course matters.
+    pub fn new(
+        all: &[Description],
+        phi: impl FnOnce() -> Result<usize, Fault>,
+        window: &Window,
+        measures: &[Measure],
+        is_followed: impl Fn(&Measure) -> bool,
+    ) -> Result<Self, Fault> {
+        let turns = [window.settle, window.over].iter().any(|span| matches!(span, Span::Turns(_)));
+        let angle = turns || measures.iter().any(Measure::needs_angle);
+        let mut followed = Vec::new();
+        if angle {
+            followed.push(phi()?);
+        }
+        let whole = matches!(window.over, Span::Turns(turns) if turns.fract() == 0.0);
+        if let Some(measure) = measures.iter().find(|measure| matches!(measure.kind, Kind::Harmonic(_)) && !whole) {
+            return Err(Fault::new(format!("`{measure}`: harmonics need a whole number of `turns`")));
+        }
+        let mut measured = Vec::new();
+        for measure in measures {
+            let reference = output(all, measure)?;
+            let place = is_followed(measure).then(|| {
+                followed.iter().position(|known| *known == reference).unwrap_or_else(|| {
+                    followed.push(reference);
+                    followed.len() - 1
+                })
+            });
+            measured.push((reference, place));
+        }
+        Ok(Outputs { measured, followed, angle })
+    }
+}
+
+/// The values of measures, after the shaft has turned so far (rad).
+///
+/// # Errors
+/// What cannot be measured of the motion.
+pub(super) fn values(gathered: &[Gathered], measures: &[Measure], turned: f64) -> Result<Vec<f64>, Fault> {
+    let value = |(gathered, measure): (&Gathered, &Measure)| {
+        gathered.value(turned).filter(|value| value.is_finite()).ok_or_else(|| {
+            Fault::new(match measure.kind {
+                Kind::At(_) => format!("`{measure}`: the shaft does not pass this angle in the window"),
+                _ => format!("`{measure}` is not a finite number"),
+            })
+        })
+    };
+    gathered.iter().zip(measures).map(value).collect()
+}
+
 /// An output whose course matters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Followed {
@@ -172,7 +232,7 @@ enum Limit {
 }
 
 /// The output that is the angle of the shaft.
-const PHI: &str = "phi";
+pub(super) const PHI: &str = "phi";
 
 /// The angle is followed to this part of the accuracy (rad): windows end by it, and harmonics repeat it.
 const ANGLE: f64 = 0.1;
@@ -184,7 +244,7 @@ const SLOWEST: f64 = 1e4;
 const POINTS: f64 = 18.0;
 
 /// Radians of the highest harmonic that Gauss's rule of six points integrates to ten digits over a step.
-const HARMONIC: f64 = 1.5;
+pub(super) const HARMONIC: f64 = 1.5;
 
 impl<'a> Runner<'a> {
     /// Of these measures of this drive.
@@ -193,32 +253,14 @@ impl<'a> Runner<'a> {
     /// Where the drive has no such output, or it cannot be measured so.
     pub fn new(drive: &AnyDrive, window: &'a Window, measures: &'a [Measure]) -> Result<Self, Fault> {
         let all = drive.descriptions();
-        let turns = [window.settle, window.over].iter().any(|span| matches!(span, Span::Turns(_)));
-        let angle = turns || measures.iter().any(Measure::needs_angle);
-        let mut followed = Vec::new();
-        if angle {
+        let phi = || {
             let phi = all.iter().position(|d| d.name == PHI && d.causality == Causality::Output);
-            let phi =
-                phi.ok_or_else(|| Fault::new("the drive has no output phi, by which turns and angles are known"))?;
-            followed.push(Followed::new(all, phi));
-        }
-        let whole = matches!(window.over, Span::Turns(turns) if turns.fract() == 0.0);
-        if let Some(measure) = measures.iter().find(|measure| matches!(measure.kind, Kind::Harmonic(_)) && !whole) {
-            return Err(Fault::new(format!("`{measure}`: harmonics need a whole number of `turns`")));
-        }
-        let mut outputs = Vec::new();
-        for measure in measures {
-            let reference = output(all, measure)?;
-            let place = measure.needs_course().then(|| {
-                followed.iter().position(|known| known.reference == reference).unwrap_or_else(|| {
-                    followed.push(Followed::new(all, reference));
-                    followed.len() - 1
-                })
-            });
-            outputs.push((reference, place));
-        }
+            phi.ok_or_else(|| Fault::new("the drive has no output phi, by which turns and angles are known"))
+        };
+        let Outputs { measured, followed, angle } = Outputs::new(all, phi, window, measures, Measure::needs_course)?;
+        let followed = followed.into_iter().map(|reference| Followed::new(all, reference)).collect();
         let speed = all.iter().position(|d| d.name == "w" || d.name == "der(phi)");
-        Ok(Runner { window, measures, outputs, followed, angle, speed })
+        Ok(Runner { window, measures, outputs: measured, followed, angle, speed })
     }
 
     /// The measures of a drive that was started at 0 s, in their order.
@@ -252,15 +294,7 @@ impl<'a> Runner<'a> {
             }
         })?;
         ends(&mut drive, &mut gathered)?;
-        let value = |(gathered, measure): (&Gathered, &Measure)| {
-            gathered.value(turned).filter(|value| value.is_finite()).ok_or_else(|| {
-                Fault::new(match measure.kind {
-                    Kind::At(_) => format!("`{measure}`: the shaft does not pass this angle in the window"),
-                    _ => format!("`{measure}` is not a finite number"),
-                })
-            })
-        };
-        gathered.iter().zip(self.measures).map(value).collect()
+        values(&gathered, self.measures, turned)
     }
 
     /// Runs over a span and gives every piece of the outputs that are `followed` to `take`; how far the angle turned, where it is
@@ -432,9 +466,14 @@ impl<'a> Runner<'a> {
 
     /// The highest harmonic that is measured.
     fn harmonic(&self) -> u32 {
-        let of = |measure: &Measure| if let Kind::Harmonic(k) = measure.kind { k } else { 0 };
-        self.measures.iter().map(of).max().unwrap_or(0)
+        highest_harmonic(self.measures)
     }
+}
+
+/// The highest harmonic of these measures, 0 where there is none.
+pub(super) fn highest_harmonic(measures: &[Measure]) -> u32 {
+    let of = |measure: &Measure| if let Kind::Harmonic(k) = measure.kind { k } else { 0 };
+    measures.iter().map(of).max().unwrap_or(0)
 }
 
 /// How far before and behind an event its points are (s): instants of events are known better, but not below rounding.
@@ -446,7 +485,7 @@ fn beside(event: f64, step: f64) -> f64 {
 fn output(all: &[Description], measure: &Measure) -> Result<usize, Fault> {
     let name = &measure.output;
     let found = all.iter().position(|d| d.name == *name);
-    let reference = found.ok_or_else(|| Fault::new(format!("`{measure}`: the drive has no output `{name}`")))?;
+    let reference = found.ok_or_else(|| Fault::new(format!("`{measure}`: there is no output `{name}`")))?;
     let d = &all[reference];
     let refused = |reason: &str| Err(Fault::new(format!("`{measure}`: {reason}")));
     if matches!(d.causality, Causality::Parameter | Causality::Input) {
@@ -456,7 +495,8 @@ fn output(all: &[Description], measure: &Measure) -> Result<usize, Fault> {
     if name.ends_with("_mean") && measure.kind != Kind::Mean {
         return refused(&format!("`{name}` is a mean over steps; only `mean {name}` does not depend on them"));
     }
-    if name.starts_with("solver.") && measure.needs_course() {
+    let is_statistic = name.starts_with("solver.") || name.contains(".solver.");
+    if is_statistic && measure.needs_course() {
         return refused("a statistic of the solver has no course; `last` is its value at the end");
     }
     match d.kind {

@@ -1,4 +1,4 @@
-"""`study`: many variants of a scene, on the cores of this machine or on the workers of a Dask cluster."""
+"""`study`: many variants of a scene, a system or an FMU, on this machine or on the workers of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -118,12 +118,14 @@ def study(
 ) -> Study:
     """Runs many variants of a scene and measures each; the numbers are the same wherever they are computed.
 
+    `scene` may be a system (TOML or .ssp) or an FMU, too; its variables are named as `simulate` names them.
     `vary` maps variables or keys of the scene to lists, all of which are combined; to series such as
     `{"from": "900 rpm", "to": "2000 rpm", "count": 12}`; or to distributions, `{"mean": "12 kg", "deviation": 0.1}`.
     A tuple of names varies together: `{("m", "b"): [(11, 900), (12, 950)]}`. A DataFrame or a list of mappings has a
     row for each run. Values are numbers in SI units, texts with a unit, names of items, True or False. `measures` are
-    texts such as "max |q|". `keys` are `time` or `turns`, `settle`, `accuracy`, and for distributions `runs`, `design`,
-    `seed`, as docs/study.md explains them. Without `vary`, `scene` is a study file: `camdrive.study("study.toml")`.
+    texts such as "max |q|". `keys` are `time` or `turns`, `settle`, `accuracy`, of systems and FMUs `step`, and for
+    distributions `runs`, `design`, `seed`, as docs/study.md explains them. Without `vary`, `scene` is a study file:
+    `camdrive.study("study.toml")`.
 
     `store` is a folder, by default a temporary one; with `resume` the parts of this study that it has are kept.
     `client` is a dask.distributed.Client or the address of a scheduler whose workers have camdrive; they compute shares

@@ -4,12 +4,13 @@ use super::driven::{self, Source};
 use super::{Args, Column, Run, Shared};
 use crate::command::{Failure, failure, optional, tell};
 use crate::scene::system::System;
-use crate::scene::{units, variable};
+use crate::scene::variable::{self, CONNECTED};
 use camdrive::drives::unit::TIME;
-use camdrive::drives::variable::{Causality, Kind, Variability};
+use camdrive::drives::variable::{Kind, Variability};
 use camdrive::drives::{Description, Experiment, Fault, Number};
 use camdrive_design::coupling::exchange::{Coupling, Residual};
 use camdrive_design::coupling::stability::Exchange;
+use camdrive_design::coupling::variables::variables;
 use camdrive_design::host::{Fmu, Host, ModelDescription, Variable};
 use camdrive_design::text::{number, time};
 
@@ -18,9 +19,6 @@ const STEPS: f64 = 1000.0;
 
 /// The part of the work between shaft and drive that may differ before a shorter step is told.
 const ADMISSIBLE: f64 = 1e-3;
-
-/// Two values of a text that differ by less are one: model descriptions have factors with some digits only.
-const SAME: f64 = 1e-6;
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let fmu = Fmu::open(&args.file).map_err(failure)?;
@@ -59,28 +57,20 @@ pub fn run_system(args: &Args, system: System) -> Result<(), Failure> {
 }
 
 /// Runs coupled FMUs; the variables are those of the parts, each behind the name of its part where it has one.
-fn coupled(args: &Args, run: Run, mut coupling: Coupling) -> Result<Imported, Failure> {
-    let (mut places, mut all, mut columns) = (Vec::new(), Vec::new(), Vec::new());
-    for part in 0..coupling.parts().len() {
-        let name = coupling.name(part).to_owned();
-        let named = |own: &str| if name.is_empty() { own.to_owned() } else { format!("{name}.{own}") };
-        let variables = coupling.parts()[part].description().variables.clone();
-        for (place, Variable { about, unit, .. }) in variables.into_iter().enumerate() {
-            let told = Some(unit.name.clone());
-            let told = told.filter(|name| !name.is_empty() || !matches!(about.kind, Kind::Real { .. }));
-            places.push((part, place));
-            columns.push(Column {
-                name: named(&about.name),
-                unit: told,
-                description: about.text.clone(),
-                is_si: unit.is_si(),
-            });
-            // What is connected is no input of the whole.
-            let is_fed = coupling.is_connected(part, place);
-            let causality = if is_fed { Causality::Local } else { about.causality };
-            all.push(Description { name: named(&about.name), causality, ..about.clone() });
+fn coupled(args: &Args, run: Run, coupling: Coupling) -> Result<Imported, Failure> {
+    let parts = |part: usize| (coupling.name(part), coupling.description(part));
+    let (places, all) = variables((0..coupling.count()).map(parts), |part, place| coupling.is_connected(part, place));
+    let column = |(about, (part, place)): (&Description, &(usize, usize))| {
+        let unit = &coupling.description(*part).variables[*place].unit;
+        let is_known = !unit.name.is_empty() || !matches!(about.kind, Kind::Real { .. });
+        Column {
+            name: about.name.clone(),
+            unit: is_known.then(|| unit.name.clone()),
+            description: about.text.clone(),
+            is_si: unit.is_si(),
         }
-    }
+    };
+    let columns: Vec<Column> = all.iter().zip(&places).map(column).collect();
     let (step, stop) = (run.step, run.stop);
     let imported = Imported { coupling, places, step, stop };
     let mut imported = driven::run(args, run, &all, |variable| columns[variable].clone(), imported)?;
@@ -119,32 +109,11 @@ impl Source for Imported {
     fn value(&mut self, variable: usize, text: &str) -> Result<f64, String> {
         let (part, place) = self.places[variable];
         if self.coupling.is_connected(part, place) {
-            let hint = "set the output that it is connected to, or a variable of the part before it";
-            return Err(format!("the input is connected, so that a value would have no effect\n  = hint: {hint}"));
+            return Err(CONNECTED.to_owned());
         }
-        let (host, variable) = self.host(variable);
-        let Variable { about, unit, items, .. } = &host.description().variables[variable];
-        let (name, (number, word)) = (&about.name, units::split(text));
-        if !items.is_empty() {
-            let item = items.iter().find(|(item, value)| item == text || text.parse() == Ok(*value));
-            let all = || items.iter().map(|(item, value)| format!("{value} ({item})")).collect::<Vec<_>>().join(", ");
-            return item
-                .map(|(_, value)| f64::from(*value))
-                .ok_or_else(|| format!("`{name}`: \"{text}\" is not admissible; expected {}", all()));
-        }
-        let number: Option<f64> = number.parse().ok();
-        let theirs = number.and_then(|number| Some(host.description().unit(variable, word)?.to_si(number)));
-        match (number, theirs, variable::value(about, text)) {
-            (Some(number), ..) if word.is_empty() && !unit.is_si() => Err(format!(
-                "`{name}`: {number} may be in SI or in {unit}, the unit of the FMU\n  = hint: write the unit, \"{number} {unit}\"",
-                unit = unit.name
-            )),
-            (_, Some(theirs), Ok(ours)) if (theirs - ours).abs() > SAME * ours.abs() => Err(format!(
-                "`{name}`: {word} has another meaning in the FMU\n  = hint: give the value in another unit"
-            )),
-            (_, Some(theirs), Err(_)) => about.check(theirs).map(|()| theirs).map_err(|fault| fault.to_string()),
-            (_, _, ours) => ours,
-        }
+        let description = self.coupling.description(part);
+        let value = variable::imported(description, place, text)?;
+        description.variables[place].about.check(value).map(|()| value).map_err(|fault| fault.to_string())
     }
 
     fn set(&mut self, variable: usize, value: f64) -> Result<(), Fault> {

@@ -1,0 +1,326 @@
+//! A run of a study over coupled FMUs, measured from one communication point to the next.
+//!
+//! Over a step h an output is the polynomial with what its FMU tells at both ends: of degree five with two derivatives, cubic
+//! with one, else the straight line, whose extremes are those of the points. For smooth f its error is at most
+//! h⁶ max |f⁽⁶⁾| / 46080, h⁴ max |f⁗| / 384 or h² max |f″| / 8. What happens within a step, an impact for example, is seen only
+//! by what it leaves at the end. What is constant between events has the value at the end of the step.
+//!
+//! A window that begins or ends within a step is cut there. Steps keep their length, but for the last one of a window in time
+//! where all FMUs take steps of any length.
+
+use super::measure::{Gathered, Measure};
+use super::piece::{Jet, Piece};
+use super::run::{HARMONIC, MOST_STEPS, Outputs, PHI, Span, Window, highest_harmonic, values};
+use crate::coupling::exchange::Coupling;
+use crate::host::ModelDescription;
+use crate::text::number;
+use camdrive::drives::variable::{Causality, Kind as Type, Variability};
+use camdrive::drives::{Description, Fault, Number};
+use std::f64::consts::TAU;
+
+/// What a study takes of coupled FMUs.
+pub struct Runner<'a> {
+    window: &'a Window,
+    measures: &'a [Measure],
+    /// The communication step (s).
+    step: f64,
+    /// The place of each measure's output among those that are followed.
+    outputs: Vec<usize>,
+    /// The angle first where it matters.
+    followed: Vec<Followed>,
+}
+
+/// An output whose course matters.
+struct Followed {
+    part: usize,
+    place: usize,
+    reference: u32,
+    /// Of the derivatives that its FMU tells, 2 at most.
+    order: usize,
+    /// It is constant between events.
+    is_discrete: bool,
+    /// Its unit in SI, and the SI value of zero.
+    unit: [f64; 2],
+}
+
+/// This part of a step is rounding.
+const ROUNDING: f64 = 1e-6;
+
+/// How well angles of passages are known (rad): far above rounding, far below what a step leaves.
+const REACH: f64 = 1e-9;
+
+impl<'a> Runner<'a> {
+    /// Of these measures of coupled FMUs with these variables, each with its part and its place there.
+    ///
+    /// # Errors
+    /// Where there is no such output, it cannot be measured so, or no angle is known.
+    pub fn new(
+        (places, all): (&[(usize, usize)], &[Description]),
+        description: impl Fn(usize) -> &'a ModelDescription,
+        step: f64,
+        window: &'a Window,
+        measures: &'a [Measure],
+    ) -> Result<Self, Fault> {
+        let own = |i: usize| &description(places[i].0).variables[places[i].1];
+        let phi = || {
+            let is_angle = |i: &usize| own(*i).about.name == PHI && all[*i].causality == Causality::Output;
+            let angles: Vec<usize> = (0..all.len()).filter(is_angle).collect();
+            match angles[..] {
+                [phi] => Ok(phi),
+                _ => Err(Fault::new(format!(
+                    "turns and angles are those of the one output phi; here there are {}\n  = hint: give `time`",
+                    angles.len()
+                ))),
+            }
+        };
+        let input = |i: &usize| own(*i).about.causality == Causality::Input && all[*i].causality != Causality::Input;
+        let taken = |measure: &&Measure| (0..all.len()).filter(input).any(|i| all[i].name == measure.output);
+        if let Some(measure) = measures.iter().find(taken) {
+            let name = &measure.output;
+            let hint = "measure the output that it is connected to";
+            return Err(Fault::new(format!("`{measure}`: `{name}` is an input, as it was told\n  = hint: {hint}")));
+        }
+        let Outputs { measured, followed, .. } = Outputs::new(all, phi, window, measures, |_| true)?;
+        let of = |i: usize| {
+            let ((part, place), variable) = (places[i], own(i));
+            let is_real = matches!(variable.about.kind, Type::Real { .. });
+            let is_discrete = !is_real || variable.about.variability != Variability::Continuous;
+            let is_told = !is_discrete && variable.about.causality == Causality::Output;
+            let order = if is_told { description(part).capabilities.output_derivatives.min(2) } else { 0 };
+            let unit = [variable.unit.factor, variable.unit.offset];
+            Followed { part, place, reference: variable.reference, order, is_discrete, unit }
+        };
+        let outputs = measured.iter().filter_map(|(_, place)| *place).collect();
+        Ok(Runner { window, measures, step, outputs, followed: followed.into_iter().map(of).collect() })
+    }
+
+    /// The measures of FMUs that were started at `start` (s), in their order.
+    ///
+    /// # Errors
+    /// What a part says, with its name and the time; what cannot be measured of the motion.
+    pub fn run(&self, coupling: &mut Coupling, start: f64) -> Result<Vec<f64>, Fault> {
+        let mut before = self.read(coupling)?;
+        // Time and angle at which the span under way began.
+        let mut begin = [start, before[0][0]];
+        let reach = REACH + 64.0 * f64::EPSILON * begin[1].abs();
+        let gathered = self.measures.iter().map(|measure| Gathered::new(measure.kind, reach));
+        let mut gathered: Vec<Gathered> = gathered.collect();
+        let ends = |gathered: &mut [Gathered], value: &dyn Fn(usize) -> f64| {
+            for (gathered, output) in gathered.iter_mut().zip(&self.outputs) {
+                gathered.end(value(*output), value(*output));
+            }
+        };
+        let mut measures = matches!(self.window.settle, Span::Time(0.0) | Span::Turns(0.0));
+        if measures {
+            ends(&mut gathered, &|output| before[output][0]);
+        }
+        let is_free = (0..coupling.count()).all(|part| coupling.description(part).capabilities.variable_steps);
+        let mut time = start;
+        for count in 1..=MOST_STEPS {
+            let span = |measures: bool| if measures { self.window.over } else { self.window.settle };
+            let mut next = start + count as f64 * self.step;
+            if let Span::Time(length) = span(measures) {
+                let end = begin[0] + length;
+                let is_short = measures && is_free && end < next;
+                next = if is_short || (end - next).abs() < ROUNDING * self.step { end } else { next };
+            }
+            coupling
+                .advance(time, next - time)
+                .map_err(|fault| Fault::new(format!("from t = {} s to {} s: {fault}", Number(time), Number(next))))?;
+            let after = self.read(coupling)?;
+            let piece = |(k, of): (usize, &Followed)| of.piece([before[k], after[k]], next - time);
+            let mut pieces: Vec<Piece> = self.followed.iter().enumerate().map(piece).collect();
+            let mut from = time;
+            while let Some(z) = end(span(measures), begin, &pieces[0], [from, next]) {
+                let at = if z < 1.0 { from + z * (next - from) } else { next };
+                let parts: Vec<[Piece; 2]> = pieces.iter().map(|piece| parted(piece, z)).collect();
+                let [low, high] = [0, 1].map(|side| parts.iter().map(|parts| parts[side]).collect::<Vec<_>>());
+                if measures {
+                    self.take(&mut gathered, &low, at - from)?;
+                    return values(&gathered, self.measures, low[0].0[5] - begin[1]);
+                }
+                (measures, from, pieces) = (true, at, high);
+                begin = [at, pieces[0].0[0]];
+                ends(&mut gathered, &|output| pieces[output].0[0]);
+            }
+            if measures {
+                self.take(&mut gathered, &pieces, next - from)?;
+            }
+            (before, time) = (after, next);
+        }
+        Err(Fault::new(format!("the run needs more than {MOST_STEPS} steps; it came to t = {time:.6e} s")))
+    }
+
+    fn read(&self, coupling: &mut Coupling) -> Result<Vec<Jet>, Fault> {
+        self.followed.iter().map(|of| of.jet(coupling)).collect()
+    }
+
+    /// Takes up the outputs over a time (s).
+    fn take(&self, gathered: &mut [Gathered], pieces: &[Piece], time: f64) -> Result<(), Fault> {
+        let harmonic = highest_harmonic(self.measures);
+        let turned = (pieces[0].0[5] - pieces[0].0[0]).abs();
+        if f64::from(harmonic) * turned > HARMONIC {
+            let [turned, most] = [turned, HARMONIC / f64::from(harmonic)].map(number);
+            return Err(Fault::new(format!(
+                "the shaft turns {turned} rad in a step; harmonic {harmonic} needs at most {most} rad\n  = hint: take a \
+                 shorter `step`"
+            )));
+        }
+        gathered.iter_mut().zip(&self.outputs).for_each(|(of, output)| of.add(&pieces[*output], &pieces[0], time));
+        Ok(())
+    }
+}
+
+impl Followed {
+    /// Value and known derivatives in SI.
+    fn jet(&self, coupling: &mut Coupling) -> Result<Jet, Fault> {
+        let host = &mut coupling.parts()[self.part];
+        let [factor, offset] = self.unit;
+        let value = host.get(self.place)?;
+        let mut derivatives = [0.0; 2];
+        if self.order > 0 {
+            let known = ..self.order;
+            let references = [self.reference; 2];
+            host.get_output_derivatives(&references[known], &[1, 2][known], &mut derivatives[known])?;
+        }
+        // The same bits where the unit is SI.
+        let value = if self.unit == [1.0, 0.0] { value } else { factor * value + offset };
+        Ok([value, factor * derivatives[0], factor * derivatives[1]])
+    }
+
+    /// The course over a step (s) between what is known at its ends.
+    fn piece(&self, [mut first, mut last]: [Jet; 2], step: f64) -> Piece {
+        match self.order {
+            _ if self.is_discrete => Piece::constant(last[0]),
+            0 => Piece::line(first[0], last[0]),
+            1 => {
+                // The second derivatives of the cubic.
+                let (mean, [from, to]) = ((last[0] - first[0]) / step, [first[1], last[1]]);
+                first[2] = (6.0 * mean - 4.0 * from - 2.0 * to) / step;
+                last[2] = (2.0 * from + 4.0 * to - 6.0 * mean) / step;
+                Piece::new(first, last, step)
+            }
+            _ => Piece::new(first, last, step),
+        }
+    }
+}
+
+/// The part of a step at which a span ends that began at this time (s) and angle; None where it goes on.
+fn end(span: Span, [begin, angle]: [f64; 2], phi: &Piece, [from, to]: [f64; 2]) -> Option<f64> {
+    match span {
+        Span::Time(time) => {
+            let end = begin + time;
+            (end <= to).then(|| if to > from { (end - from) / (to - from) } else { 1.0 })
+        }
+        Span::Turns(turns) => {
+            let turned = phi.0[5] - angle;
+            let level = angle + (TAU * turns).copysign(turned);
+            (turned.abs() >= TAU * turns).then(|| phi.crossing(level).unwrap_or(1.0))
+        }
+    }
+}
+
+/// The parts of a piece before and behind z in (0, 1]; at the end of the piece the same bits as there.
+fn parted(piece: &Piece, z: f64) -> [Piece; 2] {
+    if z < 1.0 { piece.split(z) } else { [*piece, Piece::constant(piece.0[5])] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::coupling::stability::Exchange;
+    use crate::coupling::variables::variables;
+    use crate::host::Fmu;
+    use crate::resource::Resource;
+    use camdrive::drives::rigid_machine::{InertiaFunction, MachineStart, Motor, Scene};
+    use camdrive::drives::settings::Settings;
+    use std::f64::consts::PI;
+
+    /// J = 2 kg·m² at 3 rad/s under the torque M (N·m).
+    fn flywheel(torque: f64, step: f64, window: &Window, texts: &[&str]) -> Result<Vec<f64>, String> {
+        let scene = Scene {
+            loads: vec![Default::default()],
+            inertia: InertiaFunction { constant: 2.0, varying: None },
+            followers: Vec::new(),
+            motor: Motor::Input,
+            phi_start: 0.0,
+            w_start: 3.0,
+            start: MachineStart::Given,
+            solver: Settings::default(),
+        };
+        let fmu = Fmu::linked(&Resource { guid: "{1}".into(), ..Resource::new("flywheel", scene) }).unwrap();
+        let (places, all) = variables([("shaft", fmu.description())], |_, _| false);
+        let measures: Vec<Measure> = texts.iter().map(|text| Measure::parse(text).unwrap()).collect();
+        let runner = Runner::new((&places, &all), |_| fmu.description(), step, window, &measures);
+        let runner = runner.map_err(|fault| fault.to_string())?;
+        let mut host = fmu.instantiate("flywheel").unwrap();
+        host.set(fmu.description().find("M_an").unwrap(), torque).unwrap();
+        let mut coupling = Coupling::new(vec![("shaft".to_owned(), host)], &[], Exchange::Held, 0).unwrap();
+        coupling.begin(0.0, None).and_then(|()| coupling.start()).unwrap();
+        runner.run(&mut coupling, 0.0).map_err(|fault| fault.to_string())
+    }
+
+    /// φ = 3 t + M t²/4 at a time, and ω.
+    fn motion(torque: f64, time: f64) -> [f64; 2] {
+        [3.0 * time + torque * time * time / 4.0, 3.0 + torque * time / 2.0]
+    }
+
+    /// When φ is so large.
+    fn when(torque: f64, phi: f64) -> f64 {
+        2.0 / torque * ((9.0 + torque * phi).sqrt() - 3.0)
+    }
+
+    fn assert_near(found: &[f64], expected: &[f64]) {
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-9 * b.abs().max(1.0);
+        assert!(found.len() == expected.len() && found.iter().zip(expected).all(near), "{found:?} {expected:?}");
+    }
+
+    #[test]
+    fn windows_of_turns_begin_and_end_within_steps() {
+        let torque = 4.0;
+        let window = Window { settle: Span::Turns(0.25), over: Span::Turns(2.0), accuracy: 1e-6 };
+        let texts =
+            ["last shaft.phi", "min shaft.w", "max shaft.w", "mean shaft.w", "shaft.w at 90 deg", "range shaft.phi"];
+        let [begin, end] = [when(torque, PI / 2.0), when(torque, 4.5 * PI)];
+        let speeds = [motion(torque, begin)[1], motion(torque, end)[1]];
+        // The end of the window passes 90 degrees, its beginning does not count.
+        let expected = [4.5 * PI, speeds[0], speeds[1], 4.0 * PI / (end - begin), speeds[1], 4.0 * PI];
+        for step in [0.01, 0.137, 0.5] {
+            assert_near(&flywheel(torque, step, &window, &texts).unwrap(), &expected);
+        }
+    }
+
+    #[test]
+    fn windows_of_time_end_at_points_or_within_steps() {
+        for (settle, over, step) in [(0.0, 0.3, 0.1), (0.25, 0.35, 0.1), (0.01, 0.02, 0.5)] {
+            let window = Window { settle: Span::Time(settle), over: Span::Time(over), accuracy: 1e-6 };
+            let [begin, end] = [settle, settle + over].map(|time| motion(-4.0, time));
+            let expected = [end[1], begin[1], (end[0] - begin[0]) / over];
+            let found = flywheel(-4.0, step, &window, &["last shaft.w", "max |shaft.w|", "mean shaft.w"]);
+            assert_near(&found.unwrap(), &expected);
+        }
+    }
+
+    #[test]
+    fn a_step_with_much_of_a_harmonic_is_told() {
+        let turns = |turns| Window { settle: Span::Time(0.0), over: Span::Turns(turns), accuracy: 1e-6 };
+        let fault = flywheel(0.0, 0.5, &turns(1.0), &["harmonic 2 of shaft.w"]).unwrap_err();
+        assert!(fault.contains("turns 1.5 rad in a step; harmonic 2 needs at most 0.75 rad"), "{fault}");
+        let fault = flywheel(0.0, 0.5, &turns(0.5), &["harmonic 2 of shaft.w"]).unwrap_err();
+        assert!(fault.contains("whole number of `turns`"), "{fault}");
+    }
+
+    #[test]
+    fn the_order_of_a_piece_is_that_of_what_its_ends_tell() {
+        let jet = |t: f64| [t.cos(), -t.sin(), -t.cos()];
+        for (order, exponent) in [(0, 2), (1, 4), (2, 6)] {
+            let of = Followed { part: 0, place: 0, reference: 0, order, is_discrete: false, unit: [1.0, 0.0] };
+            let error =
+                |step: f64| (of.piece([jet(1.0), jet(1.0 + step)], step).at(0.5) - (1.0 + step / 2.0).cos()).abs();
+            let found = (error(0.2) / error(0.1)).log2();
+            assert!((found - f64::from(exponent)).abs() < 0.2, "{order}: {found}");
+            let bound = 0.2_f64.powi(exponent) / [8.0, 384.0, 46080.0][order];
+            assert!(error(0.2) <= bound, "{order}: {} {bound}", error(0.2));
+        }
+    }
+}
