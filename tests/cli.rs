@@ -3498,10 +3498,8 @@ fn a_system_runs_alike_from_its_file_and_from_its_archive() {
     for name in ["machine.toml", "pusher.toml", "gripper.toml"] {
         std::fs::write(folder.join(name), read(name)).expect("a scene");
     }
-    // Of FMUs no inertia is known, so that their steps are not repeated.
-    let system = String::from_utf8(read("system.toml")).expect("text").replacen("step =", "repeat = 0\nstep =", 1);
     let file = folder.join("system.toml");
-    std::fs::write(&file, system).expect("a system");
+    std::fs::write(&file, read("system.toml")).expect("a system");
     let file = text(&file);
     let written = camdrive(&["system", file, "-o", text(&folder)]);
     assert_eq!(written.code, 0, "{}", written.err);
@@ -3518,6 +3516,9 @@ fn a_system_runs_alike_from_its_file_and_from_its_archive() {
         let run = camdrive(&[&["run", "examples/loom/system.toml"][..], &option].concat());
         assert!(run.code == 1 && run.out.is_empty() && run.err.contains(said), "{option:?}: {}", run.err);
     }
+    // The FMUs in the archive hold their scenes.
+    let run = camdrive(&["run", text(&ssp), "--step", "0.1 s"]);
+    assert!(run.code == 1 && run.err.contains("--step: at 100 ms the exchange on the shaft"), "{}", run.err);
     let check = camdrive(&["check", text(&ssp)]);
     assert!(check.code == 0 && check.out.contains("two_cams.ssp: system of 3 parts ok"), "{}{}", check.out, check.err);
     // One that is changed. The file with its messages is written anew by BLESS=1.

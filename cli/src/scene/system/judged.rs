@@ -1,7 +1,7 @@
 //! What is to be known of a system before it runs: algebraic loops, and the largest steps of its shafts.
 
 use super::wiring::Wiring;
-use super::{INERTIA, Part, Shaft, System};
+use super::{Connection, INERTIA, MOTION, Part, Shaft, System};
 use crate::scene::section::Section;
 use camdrive::drives::variable::Causality;
 use camdrive_design::coupling::stability::{Exchange, Load, least_inertia, limit, load};
@@ -57,7 +57,98 @@ pub fn lengths(root: &Section<'_>, wiring: &Wiring<'_>, stop: f64, step: f64) ->
     root.refuse(root.fault_of("step", said).hint("take a step that divides `stop`"))
 }
 
-/// The limits of all shafts and how often a step is repeated, once unasked where that is known to be stable; refuses a step beyond.
+/// The shafts of a system with what is on them.
+pub struct Judged {
+    exchange: Exchange,
+    /// The place of a machine, its least inertia (kg·m²), its loads with their ratios and whether it has their inertia.
+    known: Vec<(usize, f64, Vec<(f64, Load, bool)>)>,
+    /// Whether all that is known allows repeating a step unasked, if that is stable.
+    repeatable: bool,
+    /// What the limits leave out.
+    pub notes: Vec<String>,
+}
+
+impl Judged {
+    /// Of these parts and connections.
+    pub fn new(parts: &[&Part], connections: &[Connection], exchange: Exchange) -> Self {
+        let scenes: Vec<Option<(Scene, Vec<&str>)>> = parts.iter().map(|part| part.started()).collect();
+        let mut notes = Vec::new();
+        let of_shaft = |machine: usize| {
+            let inertia = least_inertia(&scenes[machine].as_ref()?.0)?;
+            let (mut loads, mut on) = (Vec::new(), vec![machine]);
+            for (drive, scene) in scenes.iter().enumerate() {
+                let Some(ratio) = ratio(connections, machine, drive) else { continue };
+                on.push(drive);
+                if let Some((scene, _)) = scene {
+                    let own = connections.iter().any(|c| c.from == (drive, INERTIA[0].to_owned()));
+                    loads.push((ratio, load(scene), own));
+                }
+            }
+            for part in on.iter().filter(|_| on.len() > 1) {
+                let unknown = match &scenes[*part] {
+                    None => "inertia and stiffness of an FMU are not known; the limits of its shaft leave them out"
+                        .to_owned(),
+                    Some((_, unknown)) if unknown.is_empty() => continue,
+                    Some((_, unknown)) => {
+                        format!("the limits of its shaft have the values of the scene for {}", unknown.join(", "))
+                    }
+                };
+                notes.push(format!("part {}: {unknown}", parts[*part].name));
+            }
+            (!loads.is_empty()).then_some((machine, inertia, loads))
+        };
+        let known = (0..scenes.len()).filter_map(of_shaft).collect();
+        let restorable = parts.iter().all(|part| part.capabilities.saves_states);
+        let repeatable = exchange.interpolates() && restorable && scenes.iter().all(Option::is_some);
+        Judged { exchange, known, repeatable, notes }
+    }
+
+    /// The limits of the shafts where each step is repeated so often.
+    fn limits(&self, repeats: u32) -> Vec<Shaft> {
+        let of = |(machine, inertia, loads): &(usize, f64, Vec<_>)| Shaft {
+            machine: *machine,
+            limit: limit(self.exchange, repeats, *inertia, loads),
+        };
+        self.known.iter().map(of).collect()
+    }
+
+    /// The limits, and how often a step of this length (s) is repeated: once where that is known to be stable.
+    pub fn unasked(&self, step: f64) -> (Vec<Shaft>, u32) {
+        let once = self.limits(0);
+        if self.repeatable && largest_kappa(&once) <= REPEATED {
+            let repeated = self.limits(1);
+            if !repeated.iter().any(|shaft| shaft.is_beyond(step)) {
+                return (repeated, 1);
+            }
+        }
+        (once, 0)
+    }
+}
+
+impl Shaft {
+    /// Whether a step (s) is too long for it.
+    fn is_beyond(&self, step: f64) -> bool {
+        self.limit.stable.is_some_and(|longest| step > longest)
+    }
+}
+
+fn largest_kappa(shafts: &[Shaft]) -> f64 {
+    shafts.iter().fold(0.0, |most: f64, shaft| most.max(shaft.limit.kappa))
+}
+
+/// The ratio of a drive on the shaft of a machine, as its inputs phi, w, a are connected; None where none of its torques acts
+/// there.
+fn ratio(connections: &[Connection], machine: usize, drive: usize) -> Option<f64> {
+    let from = |name: &str| {
+        let is = |c: &&Connection| c.to.0 == drive && c.to.1 == name && c.from.0 == machine && c.from.1 == name;
+        connections.iter().find(is)
+    };
+    let [phi, w, a] = MOTION.map(|name| from(name).map(|connection| connection.factor));
+    let acts = connections.iter().any(|c| c.from.0 == drive && c.to.0 == machine);
+    phi.filter(|_| acts && w == phi && a == phi)
+}
+
+/// The limits of all shafts and how often a step is repeated; refuses a step beyond.
 pub fn shafts(
     root: &Section<'_>,
     wiring: &Wiring<'_>,
@@ -65,44 +156,10 @@ pub fn shafts(
     step: f64,
     asked: Option<u32>,
 ) -> Option<(Vec<Shaft>, u32)> {
-    let scenes: Vec<Option<(Scene, Vec<&str>)>> = wiring.raw.iter().map(|raw| raw.part.started()).collect();
-    let of_shaft = |machine: usize| -> Option<(usize, f64, Vec<(f64, Load, bool)>)> {
-        let inertia = least_inertia(&scenes[machine].as_ref()?.0)?;
-        let (mut loads, mut on) = (Vec::new(), vec![machine]);
-        for (drive, scene) in scenes.iter().enumerate() {
-            let Some(ratio) = wiring.ratio(machine, drive) else { continue };
-            on.push(drive);
-            if let Some((scene, _)) = scene {
-                let own = wiring.connections.iter().any(|c| c.from == (drive, INERTIA[0].to_owned()));
-                loads.push((ratio, load(scene), own));
-            }
-        }
-        for part in on.iter().filter(|_| on.len() > 1) {
-            let name = &wiring.raw[*part].part.name;
-            let unknown = match &scenes[*part] {
-                None => {
-                    "inertia and stiffness of an FMU are not known; the limits of its shaft leave them out".to_owned()
-                }
-                Some((_, unknown)) if unknown.is_empty() => continue,
-                Some((_, unknown)) => {
-                    format!("the limits of its shaft have the values of the scene for {}", unknown.join(", "))
-                }
-            };
-            root.faults.note(format!("part {name}: {unknown}"));
-        }
-        (!loads.is_empty()).then_some((machine, inertia, loads))
-    };
-    let known: Vec<_> = (0..scenes.len()).filter_map(of_shaft).collect();
-    let limits = |repeats: u32| -> Vec<Shaft> {
-        let of = |(machine, inertia, loads): &(usize, f64, Vec<_>)| Shaft {
-            machine: *machine,
-            limit: limit(exchange, repeats, *inertia, loads),
-        };
-        known.iter().map(of).collect()
-    };
-    let beyond = |shaft: &Shaft| shaft.limit.stable.is_some_and(|longest| step > longest);
-    let once = limits(0);
-    let kappa = once.iter().fold(0.0, |most: f64, shaft| most.max(shaft.limit.kappa));
+    let parts: Vec<&Part> = wiring.raw.iter().map(|raw| &raw.part).collect();
+    let judged = Judged::new(&parts, &wiring.connections, exchange);
+    judged.notes.iter().for_each(|note| root.faults.note(note.clone()));
+    let once = judged.limits(0);
     let mut stable = Some(());
     for Shaft { machine, limit } in once.iter().filter(|shaft| shaft.limit.kappa >= 1.0) {
         let said = format!(
@@ -117,17 +174,14 @@ pub fn shafts(
         stable = root.refuse(root.fault_of("exchange", said).hint(hint));
     }
     stable?;
-    let restorable = wiring.raw.iter().all(|raw| raw.part.capabilities.saves_states);
-    let unasked = exchange.interpolates() && restorable && scenes.iter().all(Option::is_some) && kappa <= REPEATED;
     let (shafts, repeats) = match asked {
-        None if unasked && !limits(1).iter().any(beyond) => (limits(1), 1),
-        None => (once, 0),
+        None => judged.unasked(step),
         Some(times) => {
-            repeated(root, wiring, exchange, times, kappa)?;
-            (limits(times), times)
+            repeated(root, wiring, exchange, times, largest_kappa(&once))?;
+            (judged.limits(times), times)
         }
     };
-    for Shaft { machine, limit } in shafts.iter().filter(|shaft| beyond(shaft)) {
+    for Shaft { machine, limit } in shafts.iter().filter(|shaft| shaft.is_beyond(step)) {
         let name = &wiring.raw[*machine].part.name;
         let longest = limit.stable.unwrap_or_default();
         let said = format!(": at {} the exchange on the shaft of `{name}` is unstable", time(step));
@@ -175,9 +229,17 @@ fn repeated(root: &Section<'_>, wiring: &Wiring<'_>, exchange: Exchange, times: 
 impl System {
     /// Why a step of this length (s) is too long; None where it is not.
     pub fn too_long(&self, step: f64) -> Option<String> {
-        let beyond = |shaft: &&Shaft| shaft.limit.stable.is_some_and(|stable| step > stable);
-        let shaft = self.shafts.iter().find(beyond)?;
-        let (name, most) = (&self.parts[shaft.machine].name, shaft.limit.stable.map_or_else(String::new, time));
-        Some(format!("at {} the exchange on the shaft of `{name}` is unstable; expected at most {most}", time(step)))
+        let shaft = self.shafts.iter().find(|shaft| shaft.limit.kappa >= 1.0 || shaft.is_beyond(step))?;
+        let name = &self.parts[shaft.machine].name;
+        Some(match shaft.limit.stable {
+            Some(most) if shaft.limit.kappa < 1.0 => {
+                let (step, most) = (time(step), time(most));
+                format!("at {step} the exchange on the shaft of `{name}` is unstable; expected at most {most}")
+            }
+            _ => format!(
+                "what follows the shaft of `{name}` without slip has up to {} times its inertia; no step is stable",
+                number(shaft.limit.kappa)
+            ),
+        })
     }
 }

@@ -1,5 +1,6 @@
 //! Systems of System Structure and Parameterization 1.0: an archive with FMUs and SystemStructure.ssd.
 
+use super::judged::Judged;
 use super::{Connection, End, Part, System, converted};
 use camdrive::drives::Fault;
 use camdrive::drives::variable::{Causality, Kind};
@@ -81,7 +82,7 @@ fn system(path: &Path, folder: Arc<tempfile::TempDir>) -> Result<System, Fault> 
     let root = document(STRUCTURE)?;
     root.needed("version")?;
     let own = root.child("System").ok_or_else(|| Fault::new(format!("{STRUCTURE}: there is no <System>")))?;
-    let (stop, notes) = experiment(&root)?;
+    let (stop, mut notes) = experiment(&root)?;
     let mut parts: Vec<Part> = Vec::new();
     for element in own.list("Elements") {
         let name = element.needed("name")?;
@@ -113,15 +114,19 @@ fn system(path: &Path, folder: Arc<tempfile::TempDir>) -> Result<System, Fault> 
             return Err(Fault::new(format!("`{}.{}` is connected twice", parts[to.0].name, to.1)));
         }
     }
+    let (exchange, step) = (Exchange::Interpolated, stop / STEPS);
+    let judged = Judged::new(&parts.iter().collect::<Vec<_>>(), &connections, exchange);
+    let (shafts, repeats) = judged.unasked(step);
+    notes.extend(judged.notes);
     Ok(System {
         name: own.get("name").or(root.get("name")).unwrap_or("system").to_owned(),
         stop,
-        step: stop / STEPS,
-        exchange: Exchange::Interpolated,
-        repeats: 0,
+        step,
+        exchange,
+        repeats,
         parts,
         connections,
-        shafts: Vec::new(),
+        shafts,
         notes,
         files: vec![path.to_owned()],
         _folder: Some(folder.clone()),

@@ -172,18 +172,6 @@ impl Wiring<'_> {
         is_rigid && tells && !part.torques().iter().any(|name| name.ends_with(MEAN_TORQUE))
     }
 
-    /// The ratio of a drive on the shaft of a machine, as its inputs phi, w, a are connected; None where none of its torques acts
-    /// there.
-    pub fn ratio(&self, machine: usize, drive: usize) -> Option<f64> {
-        let from = |name: &str| {
-            let mut all = self.connections.iter();
-            all.find(|c| c.to.0 == drive && c.to.1 == name && c.from.0 == machine && c.from.1 == name)
-        };
-        let [phi, w, a] = MOTION.map(|name| from(name).map(|connection| connection.factor));
-        let acts = self.connections.iter().any(|c| c.from.0 == drive && c.to.0 == machine);
-        phi.filter(|_| acts && w == phi && a == phi)
-    }
-
     /// Refuses start values of inputs that something is connected to.
     pub fn starts(&self) -> Option<()> {
         let mut all = Some(());
