@@ -3459,6 +3459,86 @@ fn a_study_of_an_fmu_of_another_maker() {
 
 /// A system as its file says it, by the drives in the tool, and as an archive, by the libraries of its FMUs.
 #[test]
+fn values_that_make_a_step_unstable_are_refused() {
+    let folder = folder("unstable");
+    let system = "examples/two_cams/system.toml";
+    // 0.02 kg·m² admit 8 ms, the 1.2 kg·m² of the scene much more.
+    for (system, start, step, said) in [
+        (system, "machine.J0=1e-4", "1 ms", "--start: at 1 ms the exchange on the shaft of `machine` is unstable"),
+        (system, "machine.J0=0.02", "20 ms", "--start: at 20 ms the exchange on the shaft of `machine` is unstable"),
+        ("examples/loom/system.toml", "machine.J0=2", "20 ms", "--step: at 20 ms the exchange on the shaft of"),
+    ] {
+        let run = camdrive(&["run", system, "--start", start, "--step", step, "--output", "machine.w"]);
+        assert!(run.code == 1 && run.out.is_empty() && run.err.contains(said), "{start}: {}", run.err);
+    }
+    let run = camdrive(&["run", system, "--start", "machine.J0=100", "--step", "100 ms", "--output", "machine.w"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let file = folder.join("study.toml");
+    let place = root().join(system);
+    let vary = "[[vary]]\nname = \"machine.J0\"\nvalues = [1e-4, 1.2]\n";
+    let text_of = format!("scene = {:?}\ntime = \"10 ms\"\nmeasures = [\"max machine.w\"]\n{vary}", text(&place));
+    std::fs::write(&file, text_of).expect("a study");
+    let study = camdrive(&["study", text(&file), "-o", text(&folder.join("store"))]);
+    let told = study.out.clone() + &study.err;
+    assert!(study.code == 0 && told.contains("1 ok, 1 refused") && told.contains("is unstable"), "{told}");
+}
+
+#[test]
+fn torques_are_connected_once_and_with_their_impulses() {
+    let folder = folder("torques");
+    let parts = root().join("examples/backlash_machine");
+    let part = |name: &str| format!("[part.{name}]\nscene = {:?}\n", text(&parts.join(format!("{name}.toml"))));
+    let wire = |from: &str, to: &str| format!("[[connection]]\nfrom = \"{from}\"\nto = \"{to}\"\n");
+    let head = format!("name = \"torques\"\nstop = 0.1\nstep = 1e-4\n{}{}", part("machine"), part("pusher"));
+    let file = folder.join("system.toml");
+    let check = |rest: &str| {
+        std::fs::write(&file, format!("{head}{rest}")).expect("a system");
+        camdrive(&["check", text(&file)])
+    };
+    let motion: String =
+        ["phi", "w", "a"].map(|name| wire(&format!("machine.{name}"), &format!("pusher.{name}"))).concat();
+    let plain = check(&format!("{motion}{}", wire("pusher.tau", "machine.tau")));
+    assert!(plain.code == 0 && plain.err.contains("`pusher.tau` is without impulses"), "{}", plain.err);
+    let mean = wire("pusher.tau_mean", "machine.tau");
+    let whole = check(&format!("{motion}{mean}"));
+    assert!(whole.code == 0 && !whole.err.contains("impulses"), "{}", whole.err);
+    let twice = check(&format!("shaft = \"machine\"\n{mean}"));
+    let said = "`pusher.tau_mean` acts on `machine` already";
+    assert!(twice.code == 1 && (twice.out + &twice.err).contains(said), "{said}");
+}
+
+#[test]
+fn shafts_convert_the_units_of_fmus() {
+    let folder = folder("units_of_shafts");
+    let parts = root().join("examples/two_cams");
+    let fmu = folder.join("pusher.fmu");
+    let scene = parts.join("pusher.toml");
+    assert_eq!(camdrive(&["export", text(&scene), "-o", text(&fmu), "--runtime", &runtime()]).code, 0);
+    let mut files = unzipped(&fmu);
+    let description = String::from_utf8(files.remove("modelDescription.xml").expect("it")).expect("text");
+    let (head, tail) = description.split_once("name=\"w\"").expect("w");
+    let tail = tail.replacen("unit=\"rad/s\"", "unit=\"U/min\"", 1);
+    let unit = "<UnitDefinitions>\n    <Unit name=\"U/min\"><BaseUnit s=\"-1\" rad=\"1\" factor=\"0.1047197551196598\"/></Unit>";
+    let changed = format!("{head}name=\"w\"{tail}").replacen("<UnitDefinitions>", unit, 1);
+    files.insert("modelDescription.xml".to_owned(), changed.into_bytes());
+    zipped(&fmu, &files);
+    let machine = format!("[part.machine]\nscene = {:?}\n", text(&parts.join("machine.toml")));
+    let drive = "[part.pusher]\nfmu = \"pusher.fmu\"\nshaft = \"machine\"\nratio = 2\n";
+    let file = folder.join("system.toml");
+    std::fs::write(&file, format!("name = \"units\"\nstop = 0.1\nstep = 1e-3\n{machine}{drive}")).expect("a system");
+    let check = camdrive(&["check", text(&file), "--json"]);
+    let found: serde_json::Value = serde_json::from_str(&check.out).expect("JSON");
+    let factor = |name: &str| {
+        let all = found[0]["connections"].as_array().expect("connections");
+        all.iter().find(|c| c["to"] == name).and_then(|c| c["factor"].as_f64()).expect("a factor")
+    };
+    assert!((factor("pusher.w") / (2.0 * 30.0 / std::f64::consts::PI) - 1.0).abs() < 1e-12, "{}", check.out);
+    assert!(factor("pusher.phi") == 2.0 && factor("pusher.a") == 2.0 && factor("machine.tau") == 2.0, "{}", check.out);
+    // It is a shaft all the same.
+    assert!(found[0]["shafts"][0]["limit"]["frequency"].as_f64().expect("rad/s") > 0.0, "{}", check.out);
+}
+
+#[test]
 fn a_run_of_a_system_tells_the_step_that_is_needed() {
     let folder = folder("needed");
     let parts = root().join("examples/two_cams");
@@ -3517,8 +3597,8 @@ fn a_system_runs_alike_from_its_file_and_from_its_archive() {
         assert!(run.code == 1 && run.out.is_empty() && run.err.contains(said), "{option:?}: {}", run.err);
     }
     // The FMUs in the archive hold their scenes.
-    let run = camdrive(&["run", text(&ssp), "--step", "0.1 s"]);
-    assert!(run.code == 1 && run.err.contains("--step: at 100 ms the exchange on the shaft"), "{}", run.err);
+    let run = camdrive(&["run", text(&ssp), "--start", "machine.J0=1e-4"]);
+    assert!(run.code == 1 && run.err.contains("--start: at 1.2 ms the exchange on the shaft"), "{}", run.err);
     let check = camdrive(&["check", text(&ssp)]);
     assert!(check.code == 0 && check.out.contains("two_cams.ssp: system of 3 parts ok"), "{}{}", check.out, check.err);
     // One that is changed. The file with its messages is written anew by BLESS=1.

@@ -204,7 +204,8 @@ fn of_coupled(
     cells: &[Cell],
 ) -> Result<Vec<f64>, (Status, String)> {
     let values = values(study, &coupled.variables, cells).map_err(refused)?;
-    let mut coupling = coupled.started(values.into_iter()).map_err(refused)?;
+    let step = study.step.unwrap_or(coupled.system.step);
+    let mut coupling = coupled.started(&values, step).map_err(refused)?;
     let measured = runner.run(&mut coupling, coupled.begin).map_err(failed)?;
     // What it has to say behind its results does not change them.
     coupling.parts().iter_mut().for_each(|part| drop(part.terminate()));

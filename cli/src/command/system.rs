@@ -222,9 +222,6 @@ pub fn summary(path: &Path, system: &System) -> String {
             line("elastic loads", format!("√(k/J) up to {} rad/s", text::number(limit.frequency)));
             line("largest stable step", limit.stable.map_or_else(|| text::NONE.to_owned(), time));
         }
-        if let Some(recommended) = limit.recommended {
-            line("small errors up to", time(recommended));
-        }
     }
     for whole in loops(system) {
         line("algebraic loop", whole.join(", "));

@@ -126,6 +126,7 @@ impl Coupled {
             step: experiment.step.unwrap_or(f64::NAN),
             exchange: Exchange::Held,
             repeats: 0,
+            asked: None,
             parts: vec![part],
             connections: Vec::new(),
             shafts: Vec::new(),
@@ -175,13 +176,20 @@ impl Coupled {
         given.map(|(_, value)| *value).or(of.start).map(|value| of.unit.to_si(value))
     }
 
-    /// New instances with these values of variables (SI), initialised.
+    /// New instances with these values of variables (SI), initialised for steps of this length (s).
     ///
     /// # Errors
-    /// What a part says.
-    pub fn started(&self, values: impl Iterator<Item = (usize, f64)>) -> Result<Coupling, Fault> {
-        let mut coupling = self.system.instance(&self.fmus, self.system.exchange, self.system.repeats)?;
-        for (variable, value) in values {
+    /// What a part says; steps that are unstable with these values.
+    pub fn started(&self, values: &[(usize, f64)], step: f64) -> Result<Coupling, Fault> {
+        let set = |(variable, value): &(usize, f64)| {
+            let (part, place) = self.places[*variable];
+            let of = &self.description(part).variables[place];
+            (part, of.about.name.as_str(), of.unit.of_si(*value))
+        };
+        let set: Vec<(usize, &str, f64)> = values.iter().map(set).collect();
+        let repeats = self.system.repeats(&set, step).map_err(Fault::new)?;
+        let mut coupling = self.system.instance(&self.fmus, self.system.exchange, repeats)?;
+        for &(variable, value) in values {
             let (part, place) = self.places[variable];
             let of = &self.description(part).variables[place];
             let set = self.variables[variable].check(value);

@@ -34,7 +34,7 @@ pub struct Study {
     /// Scene or system, and the scenes of its parts, to be changed where keys of them vary.
     documents: Vec<Document>,
     /// Communication step of systems and FMUs, where the study says it (s).
-    step: Option<f64>,
+    pub step: Option<f64>,
     /// What varies, in the order of the columns.
     pub quantities: Vec<Quantity>,
     /// Lists of values, each for some quantities, in the order of their product.
@@ -199,8 +199,9 @@ fn step(root: &Section<'_>, subject: &Subject) -> Option<Option<f64>> {
                 let fault = refused("step", " is missing: the FMU tells no communication step".to_owned());
                 root.refuse(fault.hint("add for example step = \"1 ms\""))
             }
-            (Some(step), _) if coupled.system.too_long(step).is_some() => {
-                root.refuse(refused("step", format!(": {}", coupled.system.too_long(step).unwrap_or_default())))
+            (Some(step), _) if coupled.system.repeats(&[], step).is_err() => {
+                let message = coupled.system.repeats(&[], step).err().unwrap_or_default();
+                root.refuse(refused("step", format!(": {message}")))
             }
             (step, _) => Some(step),
         },
@@ -972,9 +973,6 @@ impl Study {
         };
         let scenes = changed.iter().map(|(i, document)| (self.documents[*i].part.as_str(), document.to_string()));
         let system = system::resolve(&self.place, &whole, &scenes.collect())?;
-        if let Some(message) = self.step.and_then(|step| system.too_long(step)) {
-            return Err(Diagnostics(vec![Diagnostic::new(&file, format!("`step`: {message}"))]));
-        }
         let coupled = Coupled::new(system, Some(base)).map_err(|fault| of_file(&self.place, &fault))?;
         Ok(Subject::Coupled(Box::new(coupled)))
     }

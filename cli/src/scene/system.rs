@@ -40,6 +40,8 @@ pub struct System {
     pub exchange: Exchange,
     /// How often `camdrive run` repeats a step.
     pub repeats: u32,
+    /// How often the file asks for.
+    pub asked: Option<u32>,
     /// In the order of the file.
     pub parts: Vec<Part>,
     /// All of them, those of shafts first.
@@ -334,7 +336,8 @@ fn system(root: &Section<'_>, folder: &Path, scenes: &BTreeMap<&str, String>) ->
     wiring.loose_ends(root);
     let (name, stop, step, exchange) = (name?, stop?, step?, exchange?);
     judged::lengths(root, &wiring, stop, step)?;
-    let (shafts, repeats) = judged::shafts(root, &wiring, exchange, step, repeats?)?;
+    let asked = repeats?;
+    let (shafts, repeats) = judged::shafts(root, &wiring, exchange, step, asked)?;
     wiring.starts()?;
     let files = wiring.raw.iter().flat_map(|raw| match &raw.part.content {
         Content::Scene(scene) => scene.files.clone(),
@@ -346,6 +349,7 @@ fn system(root: &Section<'_>, folder: &Path, scenes: &BTreeMap<&str, String>) ->
         step,
         exchange,
         repeats,
+        asked,
         shafts,
         files: files.collect(),
         parts: wiring.raw.into_iter().map(|raw| raw.part).collect(),
@@ -473,6 +477,16 @@ impl Part {
             Causality::Parameter | Causality::Input => variable::value(&of.about, text).map(|si| of.unit.of_si(si)),
             _ => Err(format!("`{name}` is computed and cannot be set")),
         }
+    }
+}
+
+impl System {
+    /// The part, the name and the value in its unit that "PART.NAME=VALUE" sets; None where it is none.
+    pub fn started<'a>(&self, text: &'a str) -> Option<(usize, &'a str, f64)> {
+        let (name, value) = text.split_once('=')?;
+        let (part, name) = name.trim().split_once('.')?;
+        let place = self.parts.iter().position(|known| known.name == part)?;
+        Some((place, name, self.parts[place].value(name, value.trim()).ok()?))
     }
 }
 

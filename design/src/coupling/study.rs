@@ -357,7 +357,7 @@ fn verdict(report: &Report) -> String {
         good.push(format!("with {} no step from {} on will do", bad.join(" and "), time(least)));
     }
     if !never.is_empty() {
-        good.push(format!("with {} no step is stable", never.join(" and ")));
+        good.push(format!("{} cannot be had, as told below", never.join(" and ")));
     }
     format!("For errors of at most {}: {}{or}", share(accuracy), good.join(", "))
 }
@@ -390,7 +390,7 @@ pub fn of_ways(report: &Report) -> Table {
     let cell = |step: Option<f64>| step.map_or(NONE.to_owned(), time);
     let rows = report.ways.iter().map(|way| {
         let stable = match (&way.fault, way.stable) {
-            (Some(_), _) => "none".to_owned(),
+            (Some(_), _) => NONE.to_owned(),
             (None, stable) => stable.map_or("each".to_owned(), time),
         };
         let master = if way.master.is_empty() { NONE.to_owned() } else { way.master.clone() };

@@ -38,10 +38,14 @@ pub fn run_system(args: &Args, system: System) -> Result<(), Failure> {
     let mut run =
         Run::new(args, &system.name, 0.0, &Experiment { stop: system.stop, step: system.step, tolerance: 0.0 })?;
     run.files.extend(system.files.iter().cloned());
-    if let Some(message) = system.too_long(run.step) {
-        return Err(failure(format!("--step: {message}")));
-    }
-    let coupling = system.coupled(system.exchange, system.repeats).map_err(failure)?;
+    let plain = system.repeats(&[], run.step).map_err(|message| failure(format!("--step: {message}")));
+    let starts: Vec<(usize, &str, f64)> = args.start.iter().filter_map(|text| system.started(text)).collect();
+    let repeats = match (system.repeats(&starts, run.step), starts.is_empty()) {
+        (Ok(repeats), _) => repeats,
+        (Err(message), false) if plain.is_ok() => return Err(failure(format!("--start: {message}"))),
+        (Err(_), _) => plain?,
+    };
+    let coupling = system.coupled(system.exchange, repeats).map_err(failure)?;
     for Shared { shaft, drive, exchanged, difference, largest, largest_at, needed_step } in
         coupled(args, run, coupling)?.residuals()
     {

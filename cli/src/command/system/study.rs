@@ -57,9 +57,10 @@ pub fn run(args: &Args, system: &System, folder: &Path) -> Result<(), Failure> {
                 continue;
             }
         };
-        let stable = system.shafts.iter().filter_map(|shaft| shaft.limit.stable).min_by(f64::total_cmp);
         let repeated = (system.repeats > 0).then(|| (system.repeats, master.replace("run.py", "camdrive run")));
         for (repeats, master) in std::iter::once((0, way.master.clone())).chain(repeated) {
+            let shafts = system.limits(repeats);
+            let stable = shafts.iter().filter_map(|shaft| shaft.limit.stable).min_by(f64::total_cmp);
             let make: Make<'_> = Box::new(move || system.coupled(*exchange, repeats));
             candidates.push(Candidate { way: Way { repeats, master, stable, ..way.clone() }, make: Some(make) });
         }

@@ -4,7 +4,7 @@ use super::wiring::Wiring;
 use super::{Connection, INERTIA, MOTION, Part, Shaft, System};
 use crate::scene::section::Section;
 use camdrive::drives::variable::Causality;
-use camdrive_design::coupling::stability::{Exchange, Load, least_inertia, limit, load};
+use camdrive_design::coupling::stability::{self, Exchange, Loaded, least_inertia};
 use camdrive_design::resource::Scene;
 use camdrive_design::text::{number, time};
 
@@ -60,8 +60,8 @@ pub fn lengths(root: &Section<'_>, wiring: &Wiring<'_>, stop: f64, step: f64) ->
 /// The shafts of a system with what is on them.
 pub struct Judged {
     exchange: Exchange,
-    /// The place of a machine, its least inertia (kg·m²), its loads with their ratios and whether it has their inertia.
-    known: Vec<(usize, f64, Vec<(f64, Load, bool)>)>,
+    /// The place of each machine with what is on its shaft.
+    known: Vec<(usize, Loaded)>,
     /// Whether all that is known allows repeating a step unasked, if that is stable.
     repeatable: bool,
     /// What the limits leave out.
@@ -77,11 +77,11 @@ impl Judged {
             let inertia = least_inertia(&scenes[machine].as_ref()?.0)?;
             let (mut loads, mut on) = (Vec::new(), vec![machine]);
             for (drive, scene) in scenes.iter().enumerate() {
-                let Some(ratio) = ratio(connections, machine, drive) else { continue };
+                let Some(ratio) = ratio(parts, connections, machine, drive) else { continue };
                 on.push(drive);
                 if let Some((scene, _)) = scene {
                     let own = connections.iter().any(|c| c.from == (drive, INERTIA[0].to_owned()));
-                    loads.push((ratio, load(scene), own));
+                    loads.extend(stability::loads(scene).into_iter().map(|load| (ratio, load, own)));
                 }
             }
             for part in on.iter().filter(|_| on.len() > 1) {
@@ -95,7 +95,7 @@ impl Judged {
                 };
                 notes.push(format!("part {}: {unknown}", parts[*part].name));
             }
-            (!loads.is_empty()).then_some((machine, inertia, loads))
+            (!loads.is_empty()).then(|| (machine, Loaded::new(inertia, &loads)))
         };
         let known = (0..scenes.len()).filter_map(of_shaft).collect();
         let restorable = parts.iter().all(|part| part.capabilities.saves_states);
@@ -105,23 +105,28 @@ impl Judged {
 
     /// The limits of the shafts where each step is repeated so often.
     fn limits(&self, repeats: u32) -> Vec<Shaft> {
-        let of = |(machine, inertia, loads): &(usize, f64, Vec<_>)| Shaft {
+        let of = |(machine, loaded): &(usize, Loaded)| Shaft {
             machine: *machine,
-            limit: limit(self.exchange, repeats, *inertia, loads),
+            limit: loaded.limit(self.exchange, repeats),
         };
         self.known.iter().map(of).collect()
     }
 
-    /// The limits, and how often a step of this length (s) is repeated: once where that is known to be stable.
-    pub fn unasked(&self, step: f64) -> (Vec<Shaft>, u32) {
-        let once = self.limits(0);
-        if self.repeatable && largest_kappa(&once) <= REPEATED {
-            let repeated = self.limits(1);
-            if !repeated.iter().any(|shaft| shaft.is_beyond(step)) {
-                return (repeated, 1);
-            }
-        }
-        (once, 0)
+    /// The largest κ of all shafts.
+    fn kappa(&self) -> f64 {
+        self.known.iter().fold(0.0, |most: f64, (_, loaded)| most.max(loaded.kappa()))
+    }
+
+    /// How often a step of this length (s) is repeated unasked: once where that is known to be stable.
+    fn unasked(&self, step: f64) -> u32 {
+        let grows = || self.known.iter().any(|(_, loaded)| loaded.grows(self.exchange, 1, step));
+        u32::from(self.repeatable && self.kappa() <= REPEATED && !grows())
+    }
+
+    /// The limits, and how often a step of this length (s) is repeated.
+    pub fn shafts(&self, asked: Option<u32>, step: f64) -> (Vec<Shaft>, u32) {
+        let repeats = asked.unwrap_or_else(|| self.unasked(step));
+        (self.limits(repeats), repeats)
     }
 }
 
@@ -132,20 +137,19 @@ impl Shaft {
     }
 }
 
-fn largest_kappa(shafts: &[Shaft]) -> f64 {
-    shafts.iter().fold(0.0, |most: f64, shaft| most.max(shaft.limit.kappa))
-}
-
 /// The ratio of a drive on the shaft of a machine, as its inputs phi, w, a are connected; None where none of its torques acts
 /// there.
-fn ratio(connections: &[Connection], machine: usize, drive: usize) -> Option<f64> {
-    let from = |name: &str| {
+fn ratio(parts: &[&Part], connections: &[Connection], machine: usize, drive: usize) -> Option<f64> {
+    let factor = |name: &str| {
         let is = |c: &&Connection| c.to.0 == drive && c.to.1 == name && c.from.0 == machine && c.from.1 == name;
-        connections.iter().find(is)
+        let connection = connections.iter().find(is)?;
+        let unit = |part: usize, causality| parts[part].find(name, causality).map_or(1.0, |v| v.unit.factor);
+        Some(connection.factor * unit(drive, Causality::Input) / unit(machine, Causality::Output))
     };
-    let [phi, w, a] = MOTION.map(|name| from(name).map(|connection| connection.factor));
+    let [phi, w, a] = MOTION.map(factor);
     let acts = connections.iter().any(|c| c.from.0 == drive && c.to.0 == machine);
-    phi.filter(|_| acts && w == phi && a == phi)
+    let is_same = |other: Option<f64>| phi.zip(other).is_some_and(|(a, b)| (a - b).abs() <= SAME * a.abs());
+    phi.filter(|_| acts && is_same(w) && is_same(a))
 }
 
 /// The limits of all shafts and how often a step is repeated; refuses a step beyond.
@@ -159,13 +163,12 @@ pub fn shafts(
     let parts: Vec<&Part> = wiring.raw.iter().map(|raw| &raw.part).collect();
     let judged = Judged::new(&parts, &wiring.connections, exchange);
     judged.notes.iter().for_each(|note| root.faults.note(note.clone()));
-    let once = judged.limits(0);
     let mut stable = Some(());
-    for Shaft { machine, limit } in once.iter().filter(|shaft| shaft.limit.kappa >= 1.0) {
+    for (machine, loaded) in judged.known.iter().filter(|(_, loaded)| loaded.kappa() >= 1.0) {
         let said = format!(
             ": what follows the shaft of `{}` without slip has up to {} times its inertia; no step is stable",
             wiring.raw[*machine].part.name,
-            number(limit.kappa)
+            number(loaded.kappa())
         );
         let hint = match exchange {
             Exchange::EffectiveInertia => "write machine and drives as one DriveTrain",
@@ -174,27 +177,20 @@ pub fn shafts(
         stable = root.refuse(root.fault_of("exchange", said).hint(hint));
     }
     stable?;
-    let (shafts, repeats) = match asked {
-        None => judged.unasked(step),
-        Some(times) => {
-            repeated(root, wiring, exchange, times, largest_kappa(&once))?;
-            (judged.limits(times), times)
-        }
-    };
+    repeated(root, wiring, exchange, asked.unwrap_or(0), judged.kappa())?;
+    let (shafts, repeats) = judged.shafts(asked, step);
     for Shaft { machine, limit } in shafts.iter().filter(|shaft| shaft.is_beyond(step)) {
         let name = &wiring.raw[*machine].part.name;
         let longest = limit.stable.unwrap_or_default();
         let said = format!(": at {} the exchange on the shaft of `{name}` is unstable", time(step));
         let fault = root.fault_of("step", said).admissible(format!("at most {}", time(longest)));
-        stable = root.refuse(fault.hint(match limit.recommended {
-            Some(small) => format!("up to {} errors are small", time(small)),
-            None => "errors are small at a small part of that".to_owned(),
-        }));
+        stable = root
+            .refuse(fault.hint("errors are small at a small part of that: `camdrive system --study` measures them"));
     }
     stable.map(|()| (shafts, repeats))
 }
 
-/// The rounding of a time.
+/// The rounding of a time or a factor.
 const SAME: f64 = 1e-9;
 
 /// The largest J_load/J at which a step may be repeated, however often: one repetition is stable up to 0.41.
@@ -227,19 +223,45 @@ fn repeated(root: &Section<'_>, wiring: &Wiring<'_>, exchange: Exchange, times: 
 }
 
 impl System {
-    /// Why a step of this length (s) is too long; None where it is not.
-    pub fn too_long(&self, step: f64) -> Option<String> {
-        let shaft = self.shafts.iter().find(|shaft| shaft.limit.kappa >= 1.0 || shaft.is_beyond(step))?;
-        let name = &self.parts[shaft.machine].name;
-        Some(match shaft.limit.stable {
-            Some(most) if shaft.limit.kappa < 1.0 => {
-                let (step, most) = (time(step), time(most));
-                format!("at {step} the exchange on the shaft of `{name}` is unstable; expected at most {most}")
+    /// The limits of the shafts where each step is repeated so often.
+    pub fn limits(&self, repeats: u32) -> Vec<Shaft> {
+        Judged::new(&self.parts.iter().collect::<Vec<_>>(), &self.connections, self.exchange).limits(repeats)
+    }
+
+    /// How often a step of this length (s) is repeated where these start values are set, too: the place of a part, the name and
+    /// the value in its unit.
+    ///
+    /// # Errors
+    /// Why such steps are unstable.
+    pub fn repeats(&self, starts: &[(usize, &str, f64)], step: f64) -> Result<u32, String> {
+        let mut parts = self.parts.clone();
+        for (part, name, value) in starts {
+            let own = &mut parts[*part].start;
+            own.retain(|(other, _)| other != name);
+            own.push(((*name).to_owned(), *value));
+        }
+        let judged = Judged::new(&parts.iter().collect::<Vec<_>>(), &self.connections, self.exchange);
+        let repeats = self.asked.unwrap_or_else(|| judged.unasked(step));
+        for (machine, loaded) in &judged.known {
+            let (name, kappa) = (&self.parts[*machine].name, loaded.kappa());
+            let what = format!(
+                "what follows the shaft of `{name}` without slip has up to {} times its inertia",
+                number(kappa)
+            );
+            if kappa >= 1.0 {
+                return Err(format!("{what}; no step is stable"));
             }
-            _ => format!(
-                "what follows the shaft of `{name}` without slip has up to {} times its inertia; no step is stable",
-                number(shaft.limit.kappa)
-            ),
-        })
+            if repeats > 0 && kappa > MOST_REPEATED {
+                return Err(format!("{what}; repeated steps are unstable"));
+            }
+            if loaded.grows(self.exchange, repeats, step) {
+                let most = loaded.limit(self.exchange, repeats).stable.map_or_else(String::new, time);
+                let step = time(step);
+                return Err(format!(
+                    "at {step} the exchange on the shaft of `{name}` is unstable; expected at most {most}"
+                ));
+            }
+        }
+        Ok(repeats)
     }
 }

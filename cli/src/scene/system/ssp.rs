@@ -116,7 +116,7 @@ fn system(path: &Path, folder: Arc<tempfile::TempDir>) -> Result<System, Fault> 
     }
     let (exchange, step) = (Exchange::Interpolated, stop / STEPS);
     let judged = Judged::new(&parts.iter().collect::<Vec<_>>(), &connections, exchange);
-    let (shafts, repeats) = judged.unasked(step);
+    let (shafts, repeats) = judged.shafts(None, step);
     notes.extend(judged.notes);
     Ok(System {
         name: own.get("name").or(root.get("name")).unwrap_or("system").to_owned(),
@@ -124,6 +124,7 @@ fn system(path: &Path, folder: Arc<tempfile::TempDir>) -> Result<System, Fault> 
         step,
         exchange,
         repeats,
+        asked: None,
         parts,
         connections,
         shafts,

@@ -15,6 +15,7 @@ use toml_edit::{Array, DocumentMut, Item, Table};
 pub(super) struct Torque {
     from: End,
     factor: f64,
+    /// N·m.
     offset: f64,
     /// Of a drive that says its inertia, its ratio.
     inertia: Option<f64>,
@@ -79,13 +80,17 @@ impl Wiring<'_> {
             let fault = section.fault_of("offset", format!(": `{}` is no real number, which has no offset", to.1));
             return section.refuse(fault.hint("remove it"));
         }
-        let [by, beyond] = match converted(&output, &input, section.has("factor")) {
-            Ok(conversion) => conversion,
-            Err((said, hint)) => return section.refuse(section.fault_of("to", said).hint(hint)),
-        };
-        let (factor, offset) = (factor * by, factor * beyond + offset / input.unit.factor);
+        if let Err((said, hint)) = converted(&output, &input, section.has("factor")) {
+            return section.refuse(section.fault_of("to", said).hint(hint));
+        }
         let machine = &self.raw[to.0].part;
         if matches!(machine.content, Content::Scene(_)) && to.1 == TORQUE && machine.is_machine() {
+            if self.torques.iter().any(|(machine, torque)| (*machine, &torque.from) == (to.0, &from)) {
+                let said =
+                    format!(": `{}` acts on `{}` already, by another connection", self.name(&from), machine.name);
+                return section.refuse(section.fault_of("from", said).hint("remove the connection"));
+            }
+            self.impulses(section, &from);
             self.torques.push((to.0, Torque { from, factor, offset, inertia: None }));
             return Some(());
         }
@@ -98,8 +103,38 @@ impl Wiring<'_> {
                 false => "an input takes one output; add them up in a part of its own",
             }));
         }
-        self.connections.push(Connection { from, to, factor, offset });
+        if to.1 == TORQUE || to.1.ends_with(&format!(".{TORQUE}")) {
+            self.impulses(section, &from);
+        }
+        self.connections.push(self.wired(from, to, factor, offset));
         Some(())
+    }
+
+    /// Notes a torque without its impulses where the part has one with them.
+    fn impulses(&self, section: &Section<'_>, from: &End) {
+        let (part, mean) = (&self.raw[from.0].part, format!("{}_mean", from.1));
+        if from.1.ends_with(TORQUE) && part.find(&mean, Causality::Output).is_some() {
+            let name = &part.name;
+            section.faults.note(format!("`{}` is without impulses: connect `{name}.{mean}`", self.name(from)));
+        }
+    }
+
+    /// The name of a variable with that of its part.
+    fn name(&self, (part, name): &End) -> String {
+        format!("{}.{name}", self.raw[*part].part.name)
+    }
+
+    /// An input = factor · output + offset of SI values, in the units of both.
+    fn wired(&self, from: End, to: End, factor: f64, offset: f64) -> Connection {
+        let find = |(part, name): &End, causality| self.raw[*part].part.find(name, causality);
+        let [by, beyond] = match (find(&from, Causality::Output), find(&to, Causality::Input)) {
+            (Some(output), Some(input)) => {
+                let [by, beyond] = converted(output, input, true).unwrap_or([1.0, 0.0]);
+                [by, factor * beyond + offset / input.unit.factor]
+            }
+            _ => [1.0, offset],
+        };
+        Connection { from, to, factor: factor * by, offset: beyond }
     }
 
     /// The part and the variable that a text names.
@@ -144,6 +179,14 @@ impl Wiring<'_> {
             let Some(Seat { machine, ratio, offset }) = self.raw[i].part.seat else { continue };
             let mut torques: Vec<Torque> = Vec::new();
             for from in self.raw[i].part.torques() {
+                if self.torques.iter().any(|(at, torque)| *at == machine && torque.from == (i, from.clone())) {
+                    let Raw { part, section, .. } = &self.raw[i];
+                    let said = format!(
+                        ": `{}.{from}` acts on `{}` already, by a connection",
+                        part.name, self.raw[machine].part.name
+                    );
+                    return section.refuse(section.fault_of("shaft", said).hint("remove the [[connection]]"));
+                }
                 torques.push(Torque { from: (i, from), factor: ratio, offset: 0.0, inertia: None });
             }
             if by_inertia && self.has_rigid_load(i) {
@@ -152,11 +195,9 @@ impl Wiring<'_> {
                 torques.truncate(1);
                 torques[0].inertia = Some(ratio);
             }
-            let motion = MOTION.map(|name| Connection {
-                from: (machine, name.to_owned()),
-                to: (i, name.to_owned()),
-                factor: ratio,
-                offset: if name == MOTION[0] { offset } else { 0.0 },
+            let motion = MOTION.map(|name| {
+                let (from, to) = ((machine, name.to_owned()), (i, name.to_owned()));
+                self.wired(from, to, ratio, if name == MOTION[0] { offset } else { 0.0 })
             });
             self.connections.extend(motion);
             self.torques.extend(torques.into_iter().map(|torque| (machine, torque)));
@@ -167,7 +208,7 @@ impl Wiring<'_> {
     /// Whether something follows the shaft of the drive without slip, and without impacts; an FMU must tell of it.
     fn has_rigid_load(&self, i: usize) -> bool {
         let part = &self.raw[i].part;
-        let is_rigid = part.scene.as_ref().is_some_and(|scene| stability::load(scene).inertia > 0.0);
+        let is_rigid = part.scene.as_ref().is_some_and(|scene| stability::loads(scene)[0].inertia > 0.0);
         let tells = matches!(part.content, Content::Scene(_)) || part.has(&INERTIA, Causality::Output);
         is_rigid && tells && !part.torques().iter().any(|name| name.ends_with(MEAN_TORQUE))
     }
@@ -265,7 +306,7 @@ impl Wiring<'_> {
                         let said = format!(": `{}.{}` is connected already", self.raw[i].part.name, to.1);
                         return section.refuse(section.fault_of("shaft", said).hint("remove the [[connection]] to it"));
                     }
-                    self.connections.push(Connection { from, to, factor, offset: torque.offset });
+                    self.connections.push(self.wired(from, to, factor, torque.offset));
                 }
             }
         }
