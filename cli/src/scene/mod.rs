@@ -70,6 +70,8 @@ pub struct Resolved {
     pub files: Vec<PathBuf>,
     /// Names and contents of the files that an FMU carries, from which the same scene is read: `scene.toml` and its tables.
     pub sources: Vec<(String, Vec<u8>)>,
+    /// Its text, and the folder in which it names its tables.
+    pub text: (String, PathBuf),
 }
 
 impl Resolved {
@@ -172,6 +174,7 @@ fn with_document<T>(
     faults.broken = !errors.is_empty();
     match read(&Section::root(&faults, document.get_ref(), kind.keys())) {
         Some(value) if faults.is_empty() => Ok(value),
+        None if faults.is_empty() => Err(Diagnostics(vec![Diagnostic::new(file, "it cannot be read")])),
         _ => Err(faults.into_diagnostics()),
     }
 }
@@ -197,6 +200,7 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
         notes: root.faults.notes(),
         files: tables.iter().map(|table| table.path.clone()).collect(),
         sources: source::all(root.faults.text, tables),
+        text: (root.faults.text.to_owned(), folder.to_owned()),
     })
 }
 

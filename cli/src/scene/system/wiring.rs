@@ -1,14 +1,13 @@
 //! The connections of a system: those that shafts mean, and those that the file adds.
 
 use super::{Connection, Content, End, INERTIA, MEAN_TORQUE, MOTION, Raw, Seat, TORQUE, converted, quantity};
+use crate::scene::Resolved;
 use crate::scene::diagnostics::{Diagnostic, Diagnostics, nearest};
-use crate::scene::input::{self, Kind};
 use crate::scene::section::Section;
 use camdrive::drives::unit;
 use camdrive::drives::variable::Causality;
 use camdrive_design::coupling::stability;
 use camdrive_design::resource::Scene;
-use std::path::Path;
 use toml_edit::{Array, DocumentMut, Item, Table};
 
 /// A torque on a machine.
@@ -34,16 +33,11 @@ impl Wiring<'_> {
     fn change(&mut self, i: usize, change: impl FnOnce(&mut DocumentMut)) -> Option<()> {
         let Raw { part, section, .. } = &mut self.raw[i];
         let Content::Scene(scene) = &part.content else { return Some(()) };
-        // The reader puts the scene behind its tables.
-        let path = scene.files.last()?.clone();
-        let changed = input::text(&path, Kind::Scene).and_then(|(file, text)| {
-            let mut document: DocumentMut = text.parse().unwrap_or_default();
-            change(&mut document);
-            let mut scene =
-                crate::scene::resolve(&file, &document.to_string(), path.parent().unwrap_or(Path::new("")))?;
-            scene.files.push(path);
-            Ok(scene)
-        });
+        let (text, folder) = &scene.text;
+        let mut document: DocumentMut = text.parse().unwrap_or_default();
+        change(&mut document);
+        let changed = crate::scene::resolve(&part.name, &document.to_string(), folder)
+            .map(|changed| Resolved { files: scene.files.clone(), ..changed });
         match changed {
             Ok(scene) => match part.set(scene) {
                 Ok(()) => Some(()),
