@@ -12,7 +12,7 @@ use super::system::{self, hinted};
 use super::{Resolved, units, variable};
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Kind as Type};
-use camdrive::drives::{Description, Fault};
+use camdrive::drives::{Description, Fault, Number};
 use camdrive_design::study::coupled;
 use camdrive_design::study::measure::{FORMS, Measure};
 use camdrive_design::study::plan::{MOST_ROWS, Samples, Sampling, Spread, grid, places};
@@ -211,9 +211,10 @@ fn step(root: &Section<'_>, subject: &Subject) -> Option<Option<f64>> {
 /// The files whose keys may vary, with the text of the first one.
 fn documents(place: &Path, subject: &Subject) -> (String, Vec<Document>) {
     let text = |path: &Path| {
-        let text = std::fs::read_to_string(path).unwrap_or_default();
-        text.trim_start_matches(input::BYTE_ORDER_MARK).to_owned()
+        let text = std::fs::read_to_string(path).ok()?;
+        Some(text.trim_start_matches(input::BYTE_ORDER_MARK).to_owned())
     };
+    // An archive is no text, and has no keys.
     let whole = text(place);
     let mut all = vec![(String::new(), whole.clone())];
     if let Subject::Coupled(coupled) = subject {
@@ -225,8 +226,8 @@ fn documents(place: &Path, subject: &Subject) -> (String, Vec<Document>) {
             }
         }
     }
-    let parsed = |(part, text): (String, String)| Some(Document { part, content: text.parse().ok()? });
-    (whole, all.into_iter().filter_map(parsed).collect())
+    let parsed = |(part, text): (String, Option<String>)| Some(Document { part, content: text?.parse().ok()? });
+    (whole.unwrap_or_default(), all.into_iter().filter_map(parsed).collect())
 }
 
 /// The file that has a key, and its path there.
@@ -260,6 +261,12 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, subject: Subject) -> O
     let seed = root.count("seed");
     root.finish();
     let (window, step, measures, read, runs, design, seed) = (window?, step?, measures?, read?, runs?, design?, seed?);
+    if let (Subject::Coupled(coupled), Span::Time(time)) = (&subject, &window.over)
+        && let Some(step) = Some(step.unwrap_or(coupled.system.step)).filter(|step| step > time)
+    {
+        let fault = root.fault_of("step", format!(": {} s is longer than the window", Number(step)));
+        return root.refuse(fault.admissible(format!("at most {} s", Number(*time))));
+    }
     if read.is_empty() {
         return root
             .refuse(root.fault_of("vary", " is empty: nothing varies").hint("add [[vary]] with `name` and `values`"));

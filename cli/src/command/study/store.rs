@@ -6,10 +6,11 @@ use crate::scene::study::Cell;
 use parquet::basic::{ConvertedType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
-use parquet::file::metadata::KeyValue;
+use parquet::file::metadata::{KeyValue, ParquetMetaDataReader};
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
+use std::fs::File;
 use std::io::{ErrorKind, Write as _};
 #[cfg(unix)]
 use std::os::unix::fs::PermissionsExt as _;
@@ -71,9 +72,10 @@ impl Store {
         self.runs.join(format!("part-{part:05}.parquet"))
     }
 
-    /// Whether a part is there: then it is whole.
+    /// Whether a part is there and whole: what ends too early has no footer.
     pub fn has(&self, part: u64) -> bool {
-        self.place(part).is_file()
+        let footer = |file: File| ParquetMetaDataReader::new().parse_and_finish(&file);
+        File::open(self.place(part)).is_ok_and(|file| footer(file).is_ok())
     }
 
     /// Writes a part, whole or not at all.
