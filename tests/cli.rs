@@ -882,6 +882,16 @@ fn an_fmu_agrees_with_its_results_and_a_changed_one_does_not() {
         let said = run.out.contains("changed: ") && run.out.contains(message);
         assert!(if message.is_empty() { run.code == 0 } else { run.code == 1 && said }, "{}{}", run.out, run.err);
     }
+    // Each of several FMUs gets its answer, behind a broken one, too.
+    std::fs::write(&changed, "no FMU").unwrap();
+    let args = ["verify", text(&fmus[0]), text(&changed), text(&fmus[1])];
+    let run = camdrive(&args);
+    assert!(run.code == 1 && run.err.starts_with("error: ") && run.err.contains("changed.fmu"), "{}", run.err);
+    assert!(run.out.matches("outputs agree up to").count() == 2, "{}", run.out);
+    let all: serde_json::Value = serde_json::from_str(&camdrive(&[&args[..], &["--json"]].concat()).out).expect("JSON");
+    assert_documented("verify", &all);
+    assert_eq!([0, 1, 2].map(|i| all[i]["agrees"].as_bool()), [true, false, true].map(Some));
+    assert!(all[1]["error"].as_str().is_some_and(|error| error.contains("changed.fmu")), "{all}");
 }
 
 /// In the results of an FMU its inputs move, as the table beside them says, and `run` takes that table.
@@ -937,6 +947,10 @@ fn inputs_move_in_the_experiment() {
             assert!(rows.len() == lines.len() && off <= 1e-6 * largest + 1e-12, "{}: {name}: {off}", fmu.display());
             assert!(rows.iter().any(|row| row[i] != rows[0][i]), "{}: {name} rests", fmu.display());
         }
+        let mut files = unzipped(&fmu);
+        files.remove(&format!("{EXTRA}input.csv"));
+        let run = camdrive(&["verify", &zipped(&input.with_file_name("without.zip"), &files)]);
+        assert!(run.code == 1 && run.out.contains("changed: input.csv is missing"), "{}{}", run.out, run.err);
     }
 }
 
@@ -3206,13 +3220,14 @@ fn a_study_has_the_same_bits_for_any_number_of_threads_and_jobs() {
         assert!(run.code == 0 && run.out.contains("ok") && run.out.contains(missing), "{}{}", run.out, run.err);
     }
     assert_eq!(parts(&store("jobs")), one);
-    // A part that is lost is computed anew, and nothing else.
+    // A part that is lost or cut is computed anew, and nothing else.
     std::fs::remove_file(store("many").join("runs/part-00001.parquet")).unwrap();
+    std::fs::write(store("many").join("runs/part-00002.parquet"), &one["part-00002.parquet"][..100]).unwrap();
     let there = run("many", &[]);
     assert!(there.code == 1 && there.err.contains("--resume computes what it lacks"), "{}", there.err);
     let resumed = run("many", &["--resume"]);
     assert!(
-        resumed.code == 0 && resumed.out.contains("16 runs") && resumed.out.contains("24 runs in other parts"),
+        resumed.code == 0 && resumed.out.contains("24 runs") && resumed.out.contains("16 runs in other parts"),
         "{}",
         resumed.out
     );
@@ -3364,10 +3379,11 @@ fn a_study_of_a_system_has_the_bits_of_single_runs() {
     }
     // Keys of a part's scene and of the system, against files that have these values.
     let vary = "time = \"100.5 ms\"\nstep = \"0.5 ms\"\nvary = [{ name = \"pusher.elasticity.natural_frequency\", values = [\"90 Hz\"] }, \
-                { name = \"part.gripper.ratio\", values = [3] }]\n";
+                { name = \"part.gripper.ratio\", values = [3] }, { name = \"machine.machine.J0\", values = [\"1.5 kg.m2\"] }]\n";
     for name in ["machine.toml", "pusher.toml", "gripper.toml", "system.toml"] {
         let content = std::fs::read_to_string(root().join("examples/two_cams").join(name)).unwrap();
         let changed = content.replace("80 Hz", "90 Hz").replace("ratio = 2", "ratio = 3");
+        let changed = changed.replace("1.2 kg.m2", "1.5 kg.m2");
         std::fs::write(folder.join(name), changed).unwrap();
     }
     let single = last_row(&[&[text(&folder.join("system.toml")), "--step", "0.5 ms"], &outputs[..]].concat());
@@ -3424,6 +3440,14 @@ fn a_study_of_an_fmu_measures_what_its_scene_does() {
     for (a, b) in of_fmu.iter().zip(&of_scene) {
         assert!((a - b).abs() < 1e-6 * b.abs().max(of_scene[0]), "{of_fmu:?} {of_scene:?}");
     }
+    // The store knows the FMU.
+    let (file, store) = study_over(&folder, &fmu, "resumed", &lines);
+    let run = |more: &[&str]| camdrive(&[&["study", text(&file), "-o", text(&store)], more].concat());
+    assert_eq!((run(&[]).code, run(&["--resume"]).code), (0, 0));
+    let other = root().join("examples/guide_bar/traditional.toml");
+    assert_eq!(camdrive(&["export", text(&other), "-o", text(&fmu), "--runtime", &runtime()]).code, 0);
+    let mixed = run(&["--resume"]);
+    assert!(mixed.code == 1 && mixed.err.contains("another study; they differ in `tables`"), "{}", mixed.err);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! `camdrive verify FMU…`
 
 use super::run::signals::Signals;
-use super::{Failure, Format, failure, open, tell};
+use super::{Failure, Format, open, tell};
 use crate::export::results::{self, Results};
 use crate::export::{references, sbom};
 use camdrive::drives::resource::{BUILD, Content, FILE_NAME};
@@ -44,6 +44,19 @@ struct Comparison {
     outputs: Vec<Output>,
 }
 
+/// What is said of an FMU.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Answer {
+    Compared(Comparison),
+    /// One that cannot be compared.
+    Broken {
+        file: String,
+        agrees: bool,
+        error: String,
+    },
+}
+
 /// How an output compares.
 #[derive(Serialize)]
 struct Output {
@@ -63,18 +76,21 @@ struct Output {
 const NEAR: f64 = 1e-9;
 
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let mut all = Vec::new();
-    for path in &args.fmus {
-        let place = text::in_one_line(path.display());
-        let told = |fault: Fault| match fault.to_string() {
-            text if text.starts_with(&place) => failure(text),
-            text => failure(format!("{place}: {text}")),
+    let answer = |path: &PathBuf| {
+        let file = text::in_one_line(path.display());
+        let fault = match compare(path, &file) {
+            Ok(comparison) => return Answer::Compared(comparison),
+            Err(fault) => fault.to_string(),
         };
-        all.push(compare(path, &place).map_err(told)?);
-    }
-    let ending = if all.iter().all(|of| of.agrees) { ExitCode::SUCCESS } else { ExitCode::FAILURE };
-    args.format.print(|width| all.iter().map(|of| of.text(width)).collect(), || text::json(&all))?;
-    Ok(ending)
+        let error = if fault.starts_with(&file) { fault } else { format!("{file}: {fault}") };
+        tell(&format!("error: {error}\n"));
+        Answer::Broken { file, agrees: false, error }
+    };
+    let all: Vec<Answer> = args.fmus.iter().map(answer).collect();
+    let compared = || all.iter().filter_map(|of| if let Answer::Compared(of) = of { Some(of) } else { None });
+    let agree = compared().filter(|of| of.agrees).count();
+    args.format.print(|width| compared().map(|of| of.text(width)).collect(), || text::json(&all))?;
+    Ok(if agree == all.len() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
@@ -97,12 +113,15 @@ fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
         columns.push(column);
     }
     let (tolerance, end) = (description.experiment.tolerance, rows[rows.len() - 1][0]);
-    let changes = changes(path, folder.path(), description, &rows)?;
+    let mut changes = changes(path, folder.path(), description, &rows)?;
     if rows.iter().all(|row| row[1..] == rows[0][1..]) {
         tell(&format!("note: {place}: no output changes in the experiment: that they agree proves little\n"));
     }
     let table = folder.path().join(references::FOLDER).join(references::INPUT);
     let all: Vec<Description> = description.variables.iter().map(|variable| variable.about.clone()).collect();
+    if !table.is_file() && all.iter().any(|about| about.causality == Causality::Input) {
+        changes.push(format!("{} is missing: the inputs keep their start values", references::INPUT));
+    }
     let signals = table.is_file().then(|| Signals::read(&table, &all)).transpose();
     let signals =
         signals.map_err(|Failure(text)| Fault::new(text.replace(&table.display().to_string(), references::INPUT)))?;
