@@ -42,6 +42,16 @@ def test_check_has_the_figures_of_a_design(camdrive):
         report.verdict
 
 
+def test_check_takes_systems_and_verify_fmus(camdrive, tmp_path):
+    report = camdrive.check(GUIDE_BAR.parent.parent / "two_cams" / "system.toml")
+    assert repr(report).startswith("two_cams (system): no fault\n") and "connections" in report.tables
+    fmu = camdrive.export(GUIDE_BAR, tmp_path / "bar.fmu")
+    report = camdrive.verify(fmu)
+    assert report.agrees is True and "outputs" in report.tables and "agrees up to t = " in repr(report)
+    (tmp_path / "no.fmu").write_text("none")
+    assert "no.fmu" in str(refused(camdrive.Error, camdrive.verify, tmp_path / "no.fmu"))
+
+
 def test_describe_has_the_variables(camdrive):
     report = camdrive.describe(LOOM)
     variables = report.table("variables").set_index("name")

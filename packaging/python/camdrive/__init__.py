@@ -18,7 +18,7 @@ reports (docs/json.md) and the examples.
 from importlib.metadata import version
 
 from ._reports import Diagram, Report, cam, check, clearance, compensate, describe, forces
-from ._reports import stability, steady, synthesize, tradeoff
+from ._reports import stability, steady, synthesize, tradeoff, verify
 from ._simulate import Result, simulate
 from ._study import Study, open_study, study
 from ._tool import Diagnostic, Error, SceneError, SimulationError, export
@@ -26,7 +26,7 @@ from ._tool import Diagnostic, Error, SceneError, SimulationError, export
 __all__ = [
     "Diagnostic", "Diagram", "Error", "Report", "Result", "SceneError", "SimulationError", "Study",
     "cam", "check", "clearance", "compensate", "describe", "export", "forces", "open_study",
-    "simulate", "stability", "steady", "study", "synthesize", "tradeoff",
+    "simulate", "stability", "steady", "study", "synthesize", "tradeoff", "verify",
 ]  # fmt: skip
 
 __version__ = version("camdrive")

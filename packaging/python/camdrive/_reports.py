@@ -171,10 +171,12 @@ def _report(
     except ValueError:
         text = done.stderr or done.stdout
         raise Error(text) if command == "synthesize" else failure(text, os.fspath(scene)) from None
-    if command == "check":
+    if command in ("check", "verify"):
         (data,) = data
-        if not data["ok"]:
-            raise failure(run("check", "--", os.fspath(scene)).stderr, os.fspath(scene))
+    if command == "check" and not data["ok"]:
+        raise failure(run("check", "--", os.fspath(scene)).stderr, os.fspath(scene))
+    if command == "verify" and "error" in data:
+        raise Error(data["error"])
     return Report(data, content, done.stderr, main)
 
 
@@ -185,11 +187,21 @@ def _number(value: Optional[float]) -> str:
 def check(scene: PathLike) -> Report:
     """Validates a scene: characteristic `figures` of its design, `motions` of its laws, `resonances`, `warnings`.
 
+    Of a system it tells `parts`, `connections`, `shafts` with their stable steps, and `loops`.
     Raises `SceneError` where it has faults, `Error` where it cannot be checked; so does every function here.
     """
     report = _report("check", scene, {}, places=())
-    warnings = (f"warning: {warning['message']}" for warning in report.warnings)
-    report.answer = "\n".join([f"{report.name} ({report.model}): no fault", *warnings])
+    warnings = (f"warning: {warning['message']}" for warning in report.data.get("warnings", []))
+    report.answer = "\n".join([f"{report.name} ({report.data.get('model', 'system')}): no fault", *warnings])
+    return report
+
+
+def verify(fmu: PathLike) -> Report:
+    """Runs the default experiment of an FMU again: whether it `agrees` with the results inside, `outputs`, `changes`."""
+    report = _report("verify", fmu, {}, places=())
+    wrong = [f"{output['name']} differs" for output in report.outputs if not output["agrees"]]
+    verdict = "agrees" if report.agrees else "does not agree"
+    report.answer = "\n".join([f"{report.file} {verdict} up to t = {report.end:.5g} s", *report.changes, *wrong])
     return report
 
 
