@@ -109,7 +109,12 @@ fn experiment(xml: &mut Xml, name: &str, drive: &AnyDrive, results: &Results) {
     let mut text = format!("{} s in steps of {} s{until}. ", short(e.stop), short(e.step));
     let folder = references::FOLDER;
     if results.inputs().is_some() {
-        text += &format!("The inputs move: {} ({folder}/{} inside this FMU). ", results.motion(), references::INPUT);
+        text += &format!(
+            "The inputs move: {} ({folder}/{} inside this FMU). {} ",
+            results.motion(),
+            references::INPUT,
+            references::CONVENTION
+        );
     }
     text += &format!(
         "All outputs are in {folder}/{} inside this FMU; `camdrive verify {name}.fmu` compares them with another run.",

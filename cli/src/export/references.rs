@@ -13,6 +13,10 @@ pub const RESULT: &str = "result.csv";
 /// The table of the inputs in it.
 pub const INPUT: &str = "input.csv";
 
+/// How they belong together.
+pub const CONVENTION: &str = "Continuous inputs go on linearly between the rows, by fmi2SetRealInputDerivatives where \
+canInterpolateInputs says so, but phi and w beside an input a, which moves them; outputs are read after the inputs of their row have been set.";
+
 /// The files in `extra/`: the manifest, the sources by name, the scene first, inputs and results of the experiment.
 pub fn files(sources: &[(String, Vec<u8>)], results: &Results) -> Vec<File> {
     let mut files = Vec::new();
@@ -39,7 +43,12 @@ pub fn files(sources: &[(String, Vec<u8>)], results: &Results) -> Vec<File> {
             related(format!("{MODEL}/{name}"), content, "model", description);
         }
         if let Some(inputs) = results.inputs() {
-            related(INPUT.to_owned(), inputs.as_bytes(), "testcase", "Inputs over the default experiment");
+            related(
+                INPUT.to_owned(),
+                inputs.as_bytes(),
+                "testcase",
+                &format!("Inputs over the default experiment. {CONVENTION}"),
+            );
         }
         let until = if results.whole { String::new() } else { format!(" up to t = {} s", results.end()) };
         let description = format!("Outputs over the default experiment{until}");
