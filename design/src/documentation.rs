@@ -66,11 +66,13 @@ impl Documentation {
                     holds &= text.holds(word)?;
                 }
                 if holds {
-                    chosen.push((paragraph.title, paragraph.text));
+                    chosen.push((spliced(&paragraph.title, text)?, spliced(&paragraph.text, text)?));
                 }
             }
             Ok(chosen)
         };
+        let sources =
+            file.sources.iter().map(|source| spliced(source, text)).collect::<Result<Vec<String>, Fault>>()?;
         let texts = |paragraphs: Vec<(String, String)>| paragraphs.into_iter().map(|(_, text)| text);
         Ok(Documentation {
             summary: texts(chosen(file.summary)?).collect(),
@@ -78,7 +80,42 @@ impl Documentation {
             left_out: texts(chosen(file.left_out)?).collect(),
             accuracy: chosen(file.accuracy)?,
             limits: texts(chosen(file.limit)?).collect(),
-            sources: file.sources,
+            sources: sources.into_iter().filter(|source| !source.is_empty()).collect(),
         })
+    }
+}
+
+/// The text with what stands in {condition|…} where that holds. The first term of a sum is without its plus, a sum of nothing 0.
+fn spliced(text: &str, drive: &Text) -> Result<String, Fault> {
+    let (mut out, mut rest) = (String::new(), text);
+    while let Some((before, (part, after))) =
+        rest.split_once('{').and_then(|(b, tail)| Some((b, tail.split_once('}')?)))
+    {
+        let (condition, inside) = part.split_once('|').unwrap_or((part, ""));
+        out += before;
+        if drive.holds(condition)? {
+            out += inside;
+        }
+        rest = after;
+    }
+    out += rest;
+    if out.ends_with('=') {
+        out += " 0";
+    }
+    Ok(out.replace("= + ", "= "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_has_the_parts_that_hold() {
+        let drive = Text::new("", &[("spring", true), ("weight", false)]);
+        let said = |text: &str| spliced(text, &drive).unwrap();
+        assert_eq!(said("F ={weight| + m g}{spring| + c y} + b"), "F = c y + b");
+        assert_eq!(said("F ={weight| + m g}"), "F = 0");
+        assert_eq!(said("{not weight|No weight.}{not spring|No spring.}"), "No weight.");
+        assert!(spliced("{wait|x}", &drive).unwrap_err().to_string().contains("`wait` is not a condition"));
     }
 }

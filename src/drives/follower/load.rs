@@ -50,6 +50,18 @@ impl Load {
         *self == Load::default()
     }
 
+    /// Conditions of the text: the parts of F_L.
+    pub fn conditions(&self) -> [(&'static str, bool); 6] {
+        [
+            ("gravity", self.gravity.is_some()),
+            ("constant", self.constant.is_some()),
+            ("spring", self.spring.is_some()),
+            ("damping", self.damping.is_some()),
+            ("process", self.process.is_some()),
+            ("F", self.input),
+        ]
+    }
+
     /// c of the return spring; 0 without one.
     pub fn stiffness(&self) -> f64 {
         self.spring.map_or(0.0, |spring| spring.c)

@@ -8,7 +8,7 @@ pub const LOG_CATEGORIES: [(&CStr, &str); 6] = [
     (c"logStatusWarning", "Warnings"),
     (c"logStatusError", "Errors: why a call was refused or a step failed"),
     (c"logStatusFatal", "Failures of the library itself"),
-    (c"logEvents", "Switching instants of the machine: contact, release, impact, each with its time"),
+    (c"logEvents", "Events of the motion, each with its time; with clearance contact, release and impact"),
     (c"logSolver", "Notes of the solver"),
     (c"logAll", "All of the above"),
 ];

@@ -6,7 +6,7 @@ use super::Fault;
 #[derive(Clone, Debug)]
 pub struct Text {
     /// The file beside the drive's code: TOML with `sources` and passages `summary`, `equation`, `left_out`, `accuracy` and
-    /// `limit`, each with the conditions `when` it holds.
+    /// `limit`, each with the conditions `when` it holds. What of it holds under a condition only is written {condition|text}.
     pub file: &'static str,
     /// All conditions that the file may name, and whether they hold.
     pub conditions: Vec<(&'static str, bool)>,

@@ -312,6 +312,8 @@ impl Drive for DriveTrain {
             ("followers", !followers.is_empty()),
             ("held", followers.iter().any(|f| held(f) && (!f.load.is_none() || !f.roller.is_none()))),
             ("loaded", self.machine().is_some_and(|machine| !machine.loads.is_empty())),
+            ("process", self.machine().is_some_and(|machine| machine.load.is_some())),
+            ("friction", self.machine().is_some_and(|machine| machine.friction.is_some())),
             ("position", motor.is_some_and(|motor| motor.takes_position())),
             ("of backlash", matches!(self.names, Names::Backlash(_))),
             ("of machine", matches!(self.names, Names::Machine(_))),

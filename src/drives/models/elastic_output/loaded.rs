@@ -94,15 +94,25 @@ impl Loaded {
     }
 
     /// Conditions of the text.
-    pub(super) fn conditions(loaded: Option<&Self>) -> [(&'static str, bool); 5] {
-        let any = |has: fn(&Load) -> bool| loaded.is_some_and(|loaded| loaded.loads.iter().any(has));
-        [
+    pub(super) fn conditions(loaded: Option<&Self>) -> Vec<(&'static str, bool)> {
+        let none = [Load::default(), Load::default()];
+        let [mass, roller] = loaded.map_or(&none, |loaded| &*loaded.loads);
+        let held = |load: &Load| load.spring.is_some() || load.gravity.is_some() || load.constant.is_some();
+        let mut all = vec![
             ("load", loaded.is_some()),
             ("coupling", loaded.is_some_and(|loaded| loaded.coupling)),
-            ("process", any(|load| load.process.is_some())),
-            ("F", any(|load| load.input)),
-            ("held", any(|load| load.spring.is_some() || load.gravity.is_some() || load.constant.is_some())),
-        ]
+            ("m_roller", loaded.is_some_and(|loaded| loaded.m_roller > 0.0)),
+            ("loads", !mass.is_none() || !roller.is_none()),
+            ("held", held(mass) || held(roller)),
+            ("mass load", !mass.is_none()),
+            ("roller load", !roller.is_none()),
+            ("roller gravity", roller.gravity.is_some()),
+            ("roller constant", roller.constant.is_some()),
+            ("roller spring", roller.spring.is_some()),
+            ("roller damping", roller.damping.is_some()),
+        ];
+        all.extend(mass.conditions());
+        all
     }
 }
 

@@ -86,6 +86,8 @@ impl Drive for ElasticShaft {
             ("load", loaded),
             ("method", self.has_method()),
         ];
+        let parts = self.equation.load.as_deref().map_or_else(|| Load::default().conditions(), Load::conditions);
+        let conditions = [&conditions[..], &parts].concat();
         Text::new(include_str!("text.toml"), &conditions)
     }
 

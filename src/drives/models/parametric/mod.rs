@@ -90,6 +90,8 @@ impl Drive for ParametricDrive {
             ("inputs", self.cam.is_input()),
             ("method", self.has_method()),
         ];
+        let parts = self.equation.load.as_deref().map_or_else(|| Load::default().conditions(), Load::conditions);
+        let conditions = [&conditions[..], &parts].concat();
         Text::new(include_str!("text.toml"), &conditions)
     }
 
