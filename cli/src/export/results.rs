@@ -186,7 +186,8 @@ pub fn diagram(title: &str, columns: &[Course], rows: &[Vec<f64>]) -> Option<(Dr
         let Course { name, unit, .. } = &columns[*i];
         let (low, high) = column(*i).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
         // Of an angle that goes on turning a diagram shows nothing, derivatives of outputs are too many.
-        !unit.is_empty() && !name.contains("der(") && high > low && !(unit == "rad" && high - low > TAU)
+        let turns = unit == "rad" && high - low > TAU;
+        !unit.is_empty() && !name.contains("der(") && high > low && !turns
     };
     let mut shown: Vec<usize> = (0..columns.len()).filter(tells).collect();
     let rank = |i: &usize| {
