@@ -168,7 +168,7 @@ impl Source for Imported {
             let [shaft, drive] = parts.map(|part| self.coupling.name(part));
             // The difference is of this order in the step.
             let shorter = (exchanged * ADMISSIBLE / gross).powf(1.0 / f64::from(order));
-            let needed_step = (order > 0 && gross > exchanged * ADMISSIBLE).then(|| self.step * shorter);
+            let needed_step = (order > 0 && gross > exchanged * ADMISSIBLE).then_some(self.step * shorter);
             Shared { shaft, drive, exchanged, difference: gross, largest, largest_at, needed_step }
         };
         self.coupling.residuals().iter().map(shared).collect()
