@@ -3928,7 +3928,7 @@ fn a_coupling_report_tells_steps_and_packs_the_one_fmu() {
         };
         rows.iter().find(is).unwrap_or_else(|| panic!("{exchange} {step}"))
     };
-    assert!(row("held", 0, 2e-3)["unstable"].as_str().is_some_and(|said| said.contains("grow beyond 1.77 ms")));
+    assert!(row("held", 0, 2e-3)["unstable"].as_str().is_some_and(|said| said.contains("grow beyond 1.74 ms")));
     for (exchange, repeats, order) in
         [("held", 0, 1.0), ("extrapolated", 0, 2.0), ("interpolated", 0, 2.0), ("interpolated", 1, 3.0)]
     {
