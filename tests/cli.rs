@@ -3499,12 +3499,17 @@ fn values_that_make_a_step_unstable_are_refused() {
     assert_eq!(run.code, 0, "{}", run.err);
     let file = folder.join("study.toml");
     let place = root().join(system);
-    let vary = "[[vary]]\nname = \"machine.J0\"\nvalues = [1e-4, 1.2]\n";
+    let vary = "[[vary]]\nname = \"machine.J0\"\nvalues = [1e-4, 1.2, -1]\n";
     let text_of = format!("scene = {:?}\ntime = \"10 ms\"\nmeasures = [\"max machine.w\"]\n{vary}", text(&place));
     std::fs::write(&file, text_of).expect("a study");
     let study = camdrive(&["study", text(&file), "-o", text(&folder.join("store"))]);
     let told = study.out.clone() + &study.err;
-    assert!(study.code == 0 && told.contains("1 ok, 1 refused") && told.contains("is unstable"), "{told}");
+    assert!(study.code == 0 && told.contains("1 ok, 2 refused") && told.contains("is unstable"), "{told}");
+    // A value out of its range is told as such.
+    std::fs::write(&file, std::fs::read_to_string(&file).unwrap().replace("1e-4, 1.2, -1", "-1")).expect("a study");
+    let study = camdrive(&["study", text(&file), "-o", text(&folder.join("other"))]);
+    let told = study.out + &study.err;
+    assert!(told.contains("`machine.J0`: -1 ") && told.contains("is not admissible"), "{told}");
 }
 
 #[test]

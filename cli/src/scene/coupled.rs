@@ -184,16 +184,14 @@ impl Coupled {
         let set = |(variable, value): &(usize, f64)| {
             let (part, place) = self.places[*variable];
             let of = &self.description(part).variables[place];
-            (part, of.about.name.as_str(), of.unit.of_si(*value))
+            let admitted = self.variables[*variable].check(*value).map_err(|fault| self.system.parts[part].said(fault));
+            admitted.map(|()| (part, of.about.name.as_str(), of.unit.of_si(*value)))
         };
-        let set: Vec<(usize, &str, f64)> = values.iter().map(set).collect();
+        let set = values.iter().map(set).collect::<Result<Vec<_>, Fault>>()?;
         let repeats = self.system.repeats(&set, step).map_err(Fault::new)?;
         let mut coupling = self.system.instance(&self.fmus, self.system.exchange, repeats)?;
-        for &(variable, value) in values {
-            let (part, place) = self.places[variable];
-            let of = &self.description(part).variables[place];
-            let set = self.variables[variable].check(value);
-            let set = set.and_then(|()| coupling.parts()[part].set(place, of.unit.of_si(value)));
+        for ((part, _, value), (variable, _)) in set.into_iter().zip(values) {
+            let set = coupling.parts()[part].set(self.places[*variable].1, value);
             set.map_err(|fault| self.system.parts[part].said(fault))?;
         }
         coupling.begin(self.begin, None)?;
