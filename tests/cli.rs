@@ -2007,11 +2007,13 @@ fn tradeoff_writes_tables_and_diagrams() {
     let folder = folder("tradeoff");
     let run = camdrive(&["tradeoff", SCENE, "--quick", "--turns", "1", "-o", text(&folder.join("study"))]);
     assert_eq!((run.code, run.err.as_str()), (0, ""), "no progress bar where nobody looks");
-    for part in ["Settings", "Features that could be left out", "Advice", "For 1e-6 ", "ns per ms", "reference"] {
+    for part in ["Settings", "Features that could be left out", "Advice", "For errors up to ", "ns per ms", "Certainty"]
+    {
         assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
     }
     for (ending, part) in [
-        ("csv", "cost_ns_per_ms"),
+        ("settings.csv", "cost_ns_per_ms"),
+        ("features.csv", "cost_ratio_percent"),
         ("json", "\"advice\""),
         ("work_precision.svg", "CPU time per machine time [ns/ms]"),
         ("communication_step.svg", "Communication step [ms]"),

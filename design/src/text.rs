@@ -274,6 +274,20 @@ pub fn csv(head: &str, rows: impl IntoIterator<Item = impl Serialize>) -> Result
     String::from_utf8(bytes).map_err(|e| fault(&e))
 }
 
+/// CSV of these lines.
+///
+/// # Errors
+/// None in practice: the writer fills memory.
+pub fn csv_lines(lines: impl IntoIterator<Item = Vec<String>>) -> Result<String, Fault> {
+    let fault = |e: &dyn Display| Fault::new(format!("the table cannot be written as CSV: {e}"));
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for line in lines {
+        writer.write_record(line).map_err(|e| fault(&e))?;
+    }
+    let bytes = writer.into_inner().map_err(|e| fault(&e))?;
+    String::from_utf8(bytes).map_err(|e| fault(&e))
+}
+
 /// A whole report; what is infinite becomes null.
 ///
 /// # Errors

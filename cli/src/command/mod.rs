@@ -11,6 +11,7 @@ mod check;
 mod clearance;
 mod compensate;
 mod completions;
+mod deliver;
 mod describe;
 mod driving;
 mod export;

@@ -1,11 +1,11 @@
 //! `camdrive tradeoff SCENE`
 
+use super::deliver::{Place, Telling};
 use super::output::Bar;
-use super::{Failure, failure, files, optional, read, show, width};
+use super::{Failure, failure, files, optional, read};
 use crate::scene::Resolved;
 use camdrive::drives::unit;
-use camdrive_design::text::{self, Page};
-use camdrive_design::tradeoff::{self, Options, Report, figures, table};
+use camdrive_design::tradeoff::{self, Findings, Options};
 use std::path::{Path, PathBuf};
 
 /// Measures speed against accuracy, and the effect of each feature of the scene.
@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// communication steps, and again without each feature of the scene. Errors are relative to the largest value of an
 /// output, against a reference whose own uncertainty is stated; costs are CPU times of this machine.
 ///
-/// Prints the tables and the advice, and writes NAME.csv, NAME.json, NAME.work_precision.svg and
+/// Prints what to use and the tables, and writes NAME.settings.csv, NAME.features.csv, NAME.json, NAME.work_precision.svg and
 /// NAME.communication_step.svg into a folder.
 ///
 /// A drive with inputs follows a run-up: from standstill to --speed within --ramp (a sinoid of Bestehorn without jumps of
@@ -33,6 +33,8 @@ pub struct Args {
     output: Option<PathBuf>,
     #[command(flatten)]
     study: StudyArgs,
+    #[command(flatten)]
+    telling: Telling,
 }
 
 /// Options of the runs of `tradeoff` and `export --with-tradeoff`.
@@ -68,7 +70,7 @@ impl StudyArgs {
     }
 
     /// The study of a scene, with a progress bar where somebody looks.
-    pub fn study(&self, path: &Path, scene: &Resolved) -> Result<Report, Failure> {
+    pub fn study(&self, path: &Path, scene: &Resolved) -> Result<Findings, Failure> {
         let options = self.options()?;
         let report = Bar::beside(&scene.name, |tell| tradeoff::study(&scene.resource(), &options, tell));
         report.map_err(|fault| failure(format!("{}: {fault}", path.display())))
@@ -78,31 +80,7 @@ impl StudyArgs {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = read(&args.scene)?;
     let folder = files::folder(args.output.as_deref(), "tradeoff", &scene.name)?;
-    let report = args.study.study(&args.scene, &scene)?;
-    let written = files::write(&parts(&folder, &report)?, &scene.files)?;
-    show(&(text(&report, width()) + "\n" + &written))
-}
-
-/// Tables and diagrams.
-fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failure> {
-    let parts = [
-        ("csv", table::csv(report)),
-        ("json", text::json(report)),
-        ("work_precision.svg", Ok(figures::work_precision(report).svg())),
-        ("communication_step.svg", Ok(figures::communication_step(report).svg())),
-    ];
-    files::report(folder, &report.scene, parts)
-}
-
-/// The report for a terminal.
-fn text(report: &Report, width: usize) -> String {
-    let mut page = Page::new(format!("{} ({})", report.scene, report.model), width);
-    page.lines(table::about(report)).table("Settings", &table::of_settings(report));
-    if !report.features.is_empty() {
-        page.table("Features that could be left out", &table::of_features(report))
-            .table("Changes, relative to the largest value", &table::of_changes(report));
-    }
-    page.section("Without result", table::faults(report))
-        .section("Advice", report.advice.iter().map(|advice| &advice.sentence))
-        .text()
+    let findings = args.study.study(&args.scene, &scene)?;
+    let place = Place { folder: Some(&folder), inputs: scene.files, ..Place::default() };
+    args.telling.deliver(findings.report(), findings.json(), place)
 }

@@ -5,7 +5,7 @@
 use super::formula;
 use super::model_description::{Identity, LOG_CATEGORIES, causality, unit};
 use super::results::Results;
-use super::tradeoff::Section;
+use super::tradeoff;
 use super::xml::Xml;
 use super::{picture, references};
 use camdrive::drives::variable::{Causality, Kind, Variability};
@@ -14,7 +14,7 @@ use camdrive_design::documentation::Documentation;
 use camdrive_design::overview::{self, Motion};
 use camdrive_design::resource::{Described, Resource};
 use camdrive_design::text::{self, Table};
-use camdrive_design::tradeoff::Report;
+use camdrive_design::tradeoff::Findings;
 
 const STYLE: &str = include_str!("documentation.css");
 
@@ -26,12 +26,11 @@ pub struct Page<'a> {
     /// The outputs over the default experiment.
     pub results: Option<&'a Results>,
     /// The study of speed against accuracy.
-    pub study: Option<&'a Report>,
+    pub study: Option<&'a Findings>,
 }
 
 /// The text of index.html.
 pub fn html(identity: &Identity, resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result<String, Fault> {
-    let study = page.study.map(Section::of).transpose()?;
     let variables = variables(drive)?;
     let motions = overview::of(resource).motions;
     let model = resource.model();
@@ -72,8 +71,8 @@ pub fn html(identity: &Identity, resource: &Resource, drive: &mut Described, pag
             xml.text("h2", &[], "Variables");
             xml.table(&variables);
             accuracy(xml, &documentation, drive.input_derivative_order());
-            if let Some(study) = &study {
-                study.write(xml);
+            if let Some(study) = page.study {
+                tradeoff::write(study, xml);
             }
             list(xml, "Limits", &documentation.limits);
             messages(xml);

@@ -30,7 +30,7 @@ use archive::File;
 use camdrive::drives::Fault;
 use camdrive::drives::resource::{self, Content};
 use camdrive_design::resource::{Described, LONGEST_NAME, Resource, is_name};
-use camdrive_design::tradeoff::Report;
+use camdrive_design::tradeoff::Findings;
 use model_description::Identity;
 use results::Results;
 
@@ -62,7 +62,7 @@ pub struct Extras<'a> {
     pub terminals: bool,
     /// The tables of a study in the documentation and in `extra/`. They belong to the machine that measured them, so the
     /// guid is that of the FMU without them: it is the same drive.
-    pub study: Option<&'a Report>,
+    pub study: Option<&'a Findings>,
     /// Names and contents of the scene and its tables, for `extra/`. Comments of a scene make no other drive: the guid is that of
     /// the FMU without them.
     pub sources: &'a [(String, Vec<u8>)],

@@ -1,152 +1,186 @@
-//! One sentence per target accuracy: what to use, what it costs, what may be left out.
+//! What to use, what it costs, what may be left out: said once.
 
-use super::{Feature, Report, Row, bounded};
+use super::report::LEVEL;
+use super::{Feature, Findings, Row, bounded};
+use crate::report::Verdict;
 use crate::text::{number, share, time};
 use serde::Serialize;
 
 /// The accuracies that people ask for.
 const TARGETS: [f64; 4] = [1e-3, 1e-6, 1e-9, 1e-12];
 
-/// Costs closer than this are the same: then the smaller error decides.
-const SAME_COST: f64 = 1.1;
+/// Costs closer than this are the same: then the smaller error decides, and no advice is given. Medians of CPU times repeat to
+/// some per cent.
+const SAME_COST: f64 = 1.05;
 
 /// A sentence names this many features that must stay, those with the smallest changes.
 const MOST_TOLD: usize = 3;
 
-/// The advice for a target accuracy.
+/// The choice for a target accuracy.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Advice {
     /// The largest admissible error of an output, relative to its largest value.
     pub target: f64,
     /// The row of the setting; None where none reaches the target.
     pub setting: Option<usize>,
-    /// The features that may be left out: their change is below the target, and it saves time.
+    /// The features that may be left out: their change is below the target, and it saves 5 % or more.
     pub may_be_left_out: Vec<String>,
-    /// The advice.
-    pub sentence: String,
 }
 
-/// The advice that a report gives.
-pub fn of(report: &Report) -> Vec<Advice> {
-    TARGETS.into_iter().map(|target| for_target(report, target)).collect()
+/// The choices for all targets.
+pub fn of(findings: &Findings) -> Vec<Advice> {
+    let spare = |target: f64| spare(findings, target).map(|f| format!("{}: {}", f.feature, f.instead)).collect();
+    let of = |target| Advice { target, setting: choose(findings, target), may_be_left_out: spare(target) };
+    TARGETS.into_iter().map(of).collect()
 }
 
 /// CPU time of a setting (ns per ms).
-fn cost_of(report: &Report, i: usize) -> f64 {
-    report.settings[i].cost.map_or(f64::INFINITY, |cost| cost.ns_per_ms)
+fn cost_of(findings: &Findings, i: usize) -> f64 {
+    findings.settings[i].cost.map_or(f64::INFINITY, |cost| cost.ns_per_ms)
 }
 
 /// The settings that reach the target; what the reference does not tell is not reached.
-fn reaching(report: &Report, target: f64) -> Vec<usize> {
-    let reached = |i: &usize| report.settings[*i].error.is_some_and(|error| error <= target);
-    (0..report.settings.len()).filter(|i| reached(i) && cost_of(report, *i).is_finite()).collect()
+fn reaching(findings: &Findings, target: f64) -> Vec<usize> {
+    let reached = |i: &usize| findings.settings[*i].error.is_some_and(|error| error <= target);
+    (0..findings.settings.len()).filter(|i| reached(i) && cost_of(findings, *i).is_finite()).collect()
 }
 
 /// Another communication step at which a setting reaches the target for less than half of the cost of the chosen one.
-fn saving(report: &Report, target: f64, chosen: usize) -> Option<usize> {
-    let step = |i: usize| report.settings[i].communication_step;
-    reaching(report, target)
+fn saving(findings: &Findings, target: f64, chosen: usize) -> Option<usize> {
+    let step = |i: usize| findings.settings[i].communication_step;
+    reaching(findings, target)
         .into_iter()
-        .filter(|i| step(*i) != step(chosen) && cost_of(report, *i) < 0.5 * cost_of(report, chosen))
-        .min_by(|i, j| cost_of(report, *i).total_cmp(&cost_of(report, *j)))
-}
-
-/// The saving of the other of two settings, in words.
-fn cheaper(report: &Report, [chosen, other]: [usize; 2]) -> String {
-    let row = &report.settings[other];
-    let [this, that] = [words(&report.settings[chosen]), words(row)];
-    let setting = if this == that { String::new() } else { format!(" with {that}") };
-    let (step, cost) = (time(row.communication_step), number(cost_of(report, other)));
-    format!("; at communication steps of {step}{setting}, {cost} ns per ms are enough")
+        .filter(|i| step(*i) != step(chosen) && cost_of(findings, *i) < 0.5 * cost_of(findings, chosen))
+        .min_by(|i, j| cost_of(findings, *i).total_cmp(&cost_of(findings, *j)))
 }
 
 /// The cheapest setting that reaches the target, at the default communication step if one does there and no inputs move.
-fn choose(report: &Report, target: f64) -> Option<usize> {
-    let cost = |i: usize| cost_of(report, i);
-    let good = reaching(report, target);
-    let usual = |i: &usize| (report.settings[*i].communication_step / report.experiment.step - 1.0).abs() < 1e-9;
+fn choose(findings: &Findings, target: f64) -> Option<usize> {
+    let cost = |i: usize| cost_of(findings, i);
+    let good = reaching(findings, target);
+    let usual = |i: &usize| (findings.settings[*i].communication_step / findings.experiment.step - 1.0).abs() < 1e-9;
     let mut candidates: Vec<usize> = good.iter().copied().filter(usual).collect();
     // Where inputs move, the communication step is a dial as well.
-    if candidates.is_empty() || report.experiment.run_up.is_some() {
+    if candidates.is_empty() || findings.experiment.run_up.is_some() {
         candidates = good;
     }
     let cheapest = candidates.iter().map(|i| cost(*i)).fold(f64::INFINITY, f64::min);
     candidates.retain(|i| cost(*i) <= SAME_COST * cheapest);
-    candidates.into_iter().min_by(|i, j| {
-        let error = |i: &usize| report.settings[*i].error.unwrap_or(f64::INFINITY);
-        error(i).total_cmp(&error(j))
-    })
+    let error = |i: &usize| findings.settings[*i].error.unwrap_or(f64::INFINITY);
+    // Of equal ones the default, which stands first.
+    candidates.into_iter().min_by(|i, j| error(i).total_cmp(&error(j)))
 }
 
-fn for_target(report: &Report, target: f64) -> Advice {
-    let changing = |f: &&Feature| f.change.is_some_and(|change| change > target && change > f.known_to);
-    let spare: Vec<&Feature> = report
-        .features
-        .iter()
-        .filter(|f| f.change.is_some_and(|change| change <= target) && f.cost_ratio.is_some_and(|ratio| ratio < 1.0))
-        .collect();
-    let chosen = choose(report, target);
-    let goal = number(target);
-    let mut sentence = match chosen {
-        None if target < report.reference.floor => format!(
-            "For {goal} no advice is possible: the reference itself is known to {} only",
-            number(report.reference.floor)
-        ),
-        None => {
-            let best = report.settings.iter().filter_map(|row| row.error).fold(f64::INFINITY, f64::min);
-            format!("For {goal} there is no setting; the smallest error is {}", bounded(best, report.reference.floor))
-        }
-        Some(i) => {
-            let row = &report.settings[i];
-            let cost = row.cost.map_or(f64::NAN, |cost| cost.ns_per_ms);
-            format!(
-                "For {goal} use {}: {} ns per ms of machine time at communication steps of {}, with an error of {}",
-                words(row),
-                number(cost),
-                time(row.communication_step),
-                match (row.error, &row.worst) {
-                    (Some(error), Some(output)) => format!("{} ({output})", number(error)),
-                    _ => format!("less than {}, the uncertainty of the reference", number(row.known_to)),
-                },
-            ) + &saving(report, target, i).map_or(String::new(), |other| cheaper(report, [i, other]))
-        }
+/// The features that may be left out for the target.
+fn spare(findings: &Findings, target: f64) -> impl Iterator<Item = &Feature> {
+    let may = move |f: &&Feature| {
+        f.change.is_some_and(|change| change <= target) && f.cost_ratio.is_some_and(|ratio| ratio * SAME_COST <= 1.0)
     };
-    if !spare.is_empty() {
-        let list: Vec<String> = spare
-            .iter()
-            .map(|f| {
-                format!(
-                    "{} ({}, {} ns per ms)",
-                    f.feature,
-                    f.instead,
-                    f.cost.map_or("–".into(), |c| number(c.ns_per_ms))
-                )
-            })
-            .collect();
-        sentence += &format!("; {} may be left out", list.join(", "));
-    }
-    let mut kept: Vec<&Feature> = report.features.iter().filter(changing).collect();
-    kept.sort_by(|f, g| f.change.unwrap_or(0.0).total_cmp(&g.change.unwrap_or(0.0)));
-    if !kept.is_empty() {
-        let told: Vec<String> = kept.iter().take(MOST_TOLD).map(|f| loss(f)).collect();
-        sentence += &format!("; leaving out {}", told.join(", "));
-        if kept.len() > MOST_TOLD {
-            sentence += ", other features more";
-        }
-    }
-    sentence.push('.');
-    Advice {
-        target,
-        setting: chosen,
-        may_be_left_out: spare.iter().map(|f| format!("{}: {}", f.feature, f.instead)).collect(),
-        sentence,
-    }
+    findings.features.iter().filter(may)
 }
 
-/// "damping would change q by 12 %"
+/// The answer: what the default does, what saves time for which error, and what must stay.
+pub fn verdict(findings: &Findings) -> Verdict {
+    let mut verdict = Verdict::default();
+    let floor = findings.reference.floor;
+    let usual = |row: &&Row| (row.communication_step / findings.experiment.step - 1.0).abs() < 1e-9;
+    let default = findings.settings.iter().position(|row| row.is_default() && row.error.is_some() && usual(&row));
+    if let Some(row) = default.map(|i| &findings.settings[i]) {
+        let of = row.worst.as_ref().map_or(String::new(), |output| format!(" ({output})"));
+        verdict.result(
+            LEVEL,
+            format!(
+                "With {} at communication steps of {} the error is {}{of}, at {} ns per ms of machine time.",
+                words(row),
+                time(row.communication_step),
+                bounded(row.error.unwrap_or(f64::NAN), row.known_to).replace('<', "below"),
+                number(row.cost.map_or(f64::NAN, |cost| cost.ns_per_ms)),
+            ),
+        );
+    }
+    // Targets with the same choice are one, and the strictest of them says more.
+    let mut told: Vec<(f64, String)> = Vec::new();
+    for target in TARGETS.into_iter().filter(|target| *target >= floor) {
+        if let Some(text) = saved(findings, target, default) {
+            told.retain(|(_, other)| *other != text);
+            told.push((target, text));
+        }
+    }
+    for (target, text) in &told {
+        verdict.advice(format!("For errors up to {}: {text}.", number(*target)));
+    }
+    let all = TARGETS.iter().filter(|target| **target >= floor && choose(findings, **target).is_none());
+    if let Some(missed) = all.copied().reduce(f64::max) {
+        let best = findings.settings.iter().filter_map(|row| row.error).fold(f64::INFINITY, f64::min);
+        verdict.advice(format!(
+            "No setting reaches {}; the smallest error is {}.",
+            number(missed),
+            bounded(best, floor)
+        ));
+    }
+    if told.is_empty() {
+        verdict.advice("Nothing else saves 5 % of the time: keep the default settings.");
+    }
+    if let Some(text) = kept(findings) {
+        verdict.advice(text);
+    }
+    verdict.certainty(format!("Errors below {} are not known; costs repeat to some per cent.", number(floor)));
+    if findings.reference.compared_until < findings.experiment.stop * (1.0 - 1e-9) {
+        verdict.certainty(format!(
+            "The motion is sensitive: errors are those of the first {}, changes without a feature those of the whole run.",
+            time(findings.reference.compared_until)
+        ));
+    }
+    verdict
+}
+
+/// What saves time for a target against the default settings; None where nothing saves 5 %.
+fn saved(findings: &Findings, target: f64, default: Option<usize>) -> Option<String> {
+    let cost = |i: usize| number(cost_of(findings, i));
+    let mut parts = Vec::new();
+    let chosen = choose(findings, target);
+    let usual = default.filter(|i| findings.settings[*i].error.is_some_and(|error| error <= target));
+    if let Some(i) =
+        chosen.filter(|i| usual.is_none_or(|usual| cost_of(findings, *i) * SAME_COST <= cost_of(findings, usual)))
+    {
+        let row = &findings.settings[i];
+        let step =
+            default.map(|i| findings.settings[i].communication_step).filter(|step| *step != row.communication_step);
+        let at = step.map_or(String::new(), |_| format!(" at communication steps of {}", time(row.communication_step)));
+        parts.push(format!("{}{at}, {} ns per ms", words(row), cost(i)));
+    }
+    if let Some(other) = chosen.and_then(|i| saving(findings, target, i)) {
+        let row = &findings.settings[other];
+        let step = time(row.communication_step);
+        let setting = if row.is_default() { String::new() } else { format!(" with {}", words(row)) };
+        parts.push(format!("at communication steps of {step}{setting}, {} ns per ms are enough", cost(other)));
+    }
+    let spare: Vec<String> = spare(findings, target)
+        .map(|f| {
+            format!("{} ({}, {} ns per ms)", f.feature, f.instead, number(f.cost.map_or(f64::NAN, |c| c.ns_per_ms)))
+        })
+        .collect();
+    if !spare.is_empty() {
+        parts.push(format!("{} may be left out", spare.join(", ")));
+    }
+    (!parts.is_empty()).then(|| parts.join("; "))
+}
+
+/// What must stay for the widest target.
+fn kept(findings: &Findings) -> Option<String> {
+    let [target, ..] = TARGETS;
+    let changing = |f: &&Feature| f.change.is_some_and(|change| change > target && change > f.known_to);
+    let mut kept: Vec<&Feature> = findings.features.iter().filter(changing).collect();
+    kept.sort_by(|f, g| f.change.unwrap_or(0.0).total_cmp(&g.change.unwrap_or(0.0)));
+    let more = if kept.len() > MOST_TOLD { "; the others change more" } else { "" };
+    let told: Vec<String> = kept.iter().take(MOST_TOLD).map(|f| loss(f)).collect();
+    (!told.is_empty()).then(|| format!("Keep, for errors up to {}: {}{more}.", number(target), told.join(", ")))
+}
+
+/// "damping (q changes by 12 %)"
 fn loss(feature: &Feature) -> String {
     let output = feature.worst.as_deref().unwrap_or("nothing");
-    format!("{} would change {output} by {}", feature.feature, share(feature.change.unwrap_or(0.0)))
+    format!("{} ({output} would change by {})", feature.feature, share(feature.change.unwrap_or(0.0)))
 }
 
 /// The values of the dials that are not left to the default.

@@ -1,6 +1,6 @@
 //! The two diagrams of a report.
 
-use super::{Report, Row};
+use super::{Findings, Row};
 use crate::plot::{Axis, Diagram, Rule, Series};
 
 /// Legend of the points on the line of the reference's uncertainty, along which the curves run.
@@ -32,7 +32,7 @@ fn grouped<'a>(rows: impl Iterator<Item = &'a Row>, name: impl Fn(&Row) -> Strin
 
 /// Cost over error: the settings at the default communication step, the drive without each of its features. Where inputs
 /// move, the communication step is a dial as well, with a line of its own.
-pub fn work_precision(report: &Report) -> Diagram {
+pub fn work_precision(report: &Findings) -> Diagram {
     let at_default_step = |row: &Row| (row.communication_step / report.experiment.step - 1.0).abs() < 1e-9;
     let point = |row: &&Row| Some([row.error?, row.cost?.ns_per_ms]);
     let line = |name: String, rows: &[&Row]| Series::line(name, rows.iter().filter_map(point));
@@ -64,7 +64,7 @@ pub fn work_precision(report: &Report) -> Diagram {
 }
 
 /// Error over communication step, for each setting that was run at several.
-pub fn communication_step(report: &Report) -> Diagram {
+pub fn communication_step(report: &Findings) -> Diagram {
     let full_name = |row: &Row| {
         let tolerance = row.tolerance.map(|t| match t {
             0.0 => "default tolerance".to_owned(),

@@ -3,19 +3,19 @@
 //!
 //! [`study`] drives the FMU through the C interface ([`mod@run`]) with every setting that it offers ([`sweep`]), compares
 //! with a [`mod@reference`] of known uncertainty, and measures the same for the scene without each of its features
-//! ([`fidelity`]). [`advice`] draws the conclusions; [`table`] and [`figures`] show them.
+//! ([`fidelity`]). [`advice`] draws the conclusions; [`mod@report`] and [`figures`] show them.
 
 pub mod advice;
 
 pub mod fidelity;
 pub mod figures;
 pub mod reference;
+pub mod report;
 mod rigid;
 pub mod run;
 pub mod run_up;
 mod simplification;
 pub mod sweep;
-pub mod table;
 #[cfg(test)]
 mod tests;
 
@@ -66,7 +66,7 @@ const LEAST_REPETITIONS: usize = 3;
 
 /// The result of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct Findings {
     /// The name of the scene.
     pub scene: String,
     /// The drive model.
@@ -321,13 +321,13 @@ fn run_up(options: &Options) -> Result<RunUp, Fault> {
 /// # Errors
 /// A scene that the drive refuses, options that give no experiment, a reference that cannot be computed, and a study that takes
 /// more work than one may.
-pub fn study(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) + Sync)) -> Result<Report, Fault> {
+pub fn study(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) + Sync)) -> Result<Findings, Fault> {
     let hint = "take fewer --turns, or fewer settings with --quick";
     work::within(work::BUDGET, hint, progress, |tell| studied(resource, options, tell)).map_err(Fault::new)?
 }
 
 /// See [`study`].
-fn studied(resource: &Resource, options: &Options, progress: &dyn Fn(Progress)) -> Result<Report, Fault> {
+fn studied(resource: &Resource, options: &Options, progress: &dyn Fn(Progress)) -> Result<Findings, Fault> {
     progress(Progress { done: 0, total: 1, stage: "reference" });
     let bench = Bench::new(resource, options)?;
     let reference = reference::compute(resource, &bench.interface, bench.grid, &bench.run_up)?;
@@ -385,7 +385,7 @@ fn studied(resource: &Resource, options: &Options, progress: &dyn Fn(Progress)) 
         feature.cost_ratio = cost.zip(costs[whole]).map(|(without, with)| without.ns_per_ms / with.ns_per_ms);
     }
     let outputs = bench.interface.names().into_iter().zip(&reference.largest);
-    let mut report = Report {
+    let mut report = Findings {
         scene: resource.name.clone(),
         model: resource.model().to_owned(),
         experiment: Experiment {

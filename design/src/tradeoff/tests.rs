@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::plot::Rule;
+use crate::report::{Value, terminal};
 use crate::resource::Scene;
 use camdrive::drives::follower::load::Load;
 use camdrive::drives::settings::Settings;
@@ -55,7 +56,7 @@ fn shaft() -> elastic_shaft::Scene {
     }
 }
 
-fn feature<'a>(report: &'a Report, start: &str) -> &'a Feature {
+fn feature<'a>(report: &'a Findings, start: &str) -> &'a Feature {
     report.features.iter().find(|f| f.feature.starts_with(start)).unwrap()
 }
 
@@ -86,7 +87,8 @@ fn changes_are_those_of_the_closed_form() {
     assert!(report.settings.iter().all(|row| row.error.unwrap() <= 1e-10), "{:?}", report.settings);
     assert!(report.settings.iter().all(|row| row.fault.is_none() && row.cost.is_some()));
     assert_eq!(report.advice.len(), 4);
-    assert!(report.advice.iter().all(|advice| advice.sentence.ends_with('.')));
+    let verdict = advice::verdict(&report);
+    assert!(verdict.result.iter().chain(&verdict.advice).chain(&verdict.certainty).all(|text| text.ends_with('.')));
     nothing_is_told_below_the_floor(&report);
     assert!(report.advice[1].may_be_left_out.is_empty());
 }
@@ -115,7 +117,7 @@ fn a_study_that_takes_too_much_work_ends_and_says_so() {
 }
 
 /// Errors and changes that the reference does not tell are bounds, in every form of the report.
-fn nothing_is_told_below_the_floor(report: &Report) {
+fn nothing_is_told_below_the_floor(report: &Findings) {
     let floor = report.reference.floor;
     let errors = report.settings.iter().flat_map(|row| row.errors.values().chain(&row.error));
     let changes = report.features.iter().flat_map(|f| f.changes.values().chain(&f.change));
@@ -124,15 +126,19 @@ fn nothing_is_told_below_the_floor(report: &Report) {
         report.settings.iter().find(|row| row.error == Some(floor)).expect("a setting as exact as the reference");
     assert_eq!(below.worst, None);
     let bound = format!("< {}", number(floor));
-    let settings = table::of_settings(report);
-    let column = settings.head.iter().position(|head| head == "error").unwrap();
-    assert!(settings.rows.iter().any(|row| row[column] == bound), "{settings:?}");
-    let told = |cell: &String| cell.parse::<f64>().ok();
-    assert!(settings.rows.iter().filter_map(|row| told(&row[column])).all(|error| error >= floor), "{settings:?}");
-    let text = table::csv(report).unwrap();
-    let mut csv = csv::Reader::from_reader(text.as_bytes());
-    let known = csv.headers().unwrap().iter().position(|head| head == "known_to").unwrap();
-    assert!(csv.records().all(|record| record.unwrap()[known].parse() == Ok(floor)));
+    let told = report.report();
+    let settings = told.tables().find(|table| table.title == "Settings").unwrap();
+    let column = settings.columns.iter().position(|column| column.key == "error").unwrap();
+    assert!(settings.rows.iter().any(|row| row[column] == Value::AtMost(floor)), "{settings:?}");
+    let known = |value: &Value| !matches!(value, Value::Number(error) if *error < floor);
+    assert!(settings.rows.iter().all(|row| known(&row[column])), "{settings:?}");
+    assert!(terminal::cells(settings).rows.concat().contains(&bound), "{settings:?}");
+    for key in ["settings", "features"] {
+        let text = written(report, key);
+        let mut csv = csv::Reader::from_reader(text.as_bytes());
+        let known = csv.headers().unwrap().iter().position(|head| head == "known_to").unwrap();
+        assert!(csv.records().all(|record| record.unwrap()[known].parse() == Ok(floor)));
+    }
     for diagram in [figures::work_precision(report), figures::communication_step(report)] {
         let axis = usize::from(diagram.title.starts_with("Error"));
         assert!(diagram.series.iter().flat_map(|s| &s.points).all(|point| point[axis] >= floor), "{}", diagram.title);
@@ -146,8 +152,12 @@ fn nothing_is_told_below_the_floor(report: &Report) {
         });
         assert!(named.is_some() && words.count() == 0, "{:?}", diagram.rules);
     }
-    let advice = report.advice.iter().find(|advice| advice.setting.is_some_and(|i| report.settings[i] == *below));
-    assert!(advice.is_none_or(|advice| advice.sentence.contains("less than")), "{advice:?}");
+}
+
+/// The CSV file of a table.
+fn written(findings: &Findings, key: &str) -> String {
+    let files = findings.report().files();
+    files.into_iter().find(|(name, _)| *name == format!("{key}.csv")).unwrap().1.unwrap()
 }
 
 #[test]
@@ -179,10 +189,9 @@ fn a_tolerance_buys_accuracy_and_the_advice_knows() {
     let distinct: std::collections::BTreeSet<&String> = settings.iter().collect();
     assert_eq!(distinct.len(), settings.len(), "{settings:?}");
     // Tables hold every row, and CSV and JSON every number.
-    assert_eq!(table::of_settings(&report).rows.len(), report.settings.len());
-    let csv = table::csv(&report).unwrap();
-    assert_eq!(csv.lines().count(), 1 + report.settings.len() + report.features.len());
-    let json: serde_json::Value = serde_json::from_str(&crate::text::json(&report).unwrap()).unwrap();
+    assert_eq!(written(&report, "settings").lines().count(), 1 + report.settings.len());
+    assert_eq!(written(&report, "features").lines().count(), 1 + report.features.len());
+    let json: serde_json::Value = serde_json::from_str(&report.json().unwrap()).unwrap();
     assert_eq!(json["settings"].as_array().unwrap().len(), report.settings.len());
     for diagram in [figures::work_precision(&report), figures::communication_step(&report)] {
         assert!(!diagram.series.is_empty());

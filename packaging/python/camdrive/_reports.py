@@ -259,8 +259,8 @@ def tradeoff(scene: PathLike, *, output: Optional[PathLike] = None, **options: O
 
     `turns=2` and `quick=True` shorten it. Further options as of `camdrive help tradeoff`.
     """
-    report = _report("tradeoff", scene, options, output, main="work_precision", json_of_file=True)
-    report.answer = "\n".join([report.scene, *(advice["sentence"] for advice in report.advice)])
+    report = _report("tradeoff", scene, options, output, main="work_precision")
+    report.answer = "\n".join([report.scene, *report.verdict["result"], *report.verdict["advice"]])
     return report
 
 

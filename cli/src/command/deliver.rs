@@ -1,0 +1,55 @@
+//! Reports of all studies: printed as text or JSON, their tables and pictures written into a folder.
+
+use super::measured::Measured;
+use super::output::{print, show, width};
+use super::{Failure, failure, files};
+use camdrive::drives::Fault;
+use camdrive_design::report::{Picture, Report};
+use std::path::{Path, PathBuf};
+
+/// How a study prints its report.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub struct Telling {
+    /// Print the result as one JSON document; docs/json.md says what its fields are
+    #[arg(long, conflicts_with = "explain")]
+    json: bool,
+    /// Add formulas, their sources and what is printed wrong in them, and how the numbers were computed
+    #[arg(long)]
+    explain: bool,
+}
+
+/// What goes into files beside the report.
+#[derive(Default)]
+pub struct Place<'a> {
+    /// The folder for tables and pictures; None writes none of them.
+    pub folder: Option<&'a Path>,
+    /// Files that are no part of the report.
+    pub more: Vec<(PathBuf, String)>,
+    /// Files that were read, which no result replaces.
+    pub inputs: Vec<PathBuf>,
+    /// Courses that are laid over the diagrams.
+    pub measured: Option<&'a Measured>,
+}
+
+impl Telling {
+    /// Writes the files of a report, all or none, and prints it.
+    pub fn deliver(self, mut report: Report, json: Result<String, Fault>, place: Place) -> Result<(), Failure> {
+        let json = json.map_err(failure)?;
+        let Place { folder, more: mut results, mut inputs, measured } = place;
+        if let Some(folder) = folder {
+            let diagrams = report.figures.iter_mut().filter_map(|figure| match &mut figure.picture {
+                Picture::Diagram(diagram) => Some((figure.key.as_str(), diagram)),
+                Picture::Svg(_) => None,
+            });
+            inputs.extend(measured.map_or(Ok(Vec::new()), |measured| measured.lay_over(diagrams))?);
+            let parts = report.files().into_iter().chain([("json".to_owned(), Ok(json.clone()))]);
+            results.extend(files::report(folder, &report.name, parts)?);
+        }
+        let written = files::write(&results, &inputs)?;
+        if self.json {
+            return print(&json);
+        }
+        let gap = if written.is_empty() { "" } else { "\n" };
+        show(&(report.text(width(), self.explain) + gap + &written))
+    }
+}

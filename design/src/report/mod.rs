@@ -1,0 +1,194 @@
+//! One report for all studies: a [`Verdict`], then typed tables and sentences, diagrams, and what only `--explain` tells. A study
+//! fills it; [`terminal`], [`csv`], and [`json()`] write it.
+
+pub mod csv;
+pub mod table;
+pub mod terminal;
+pub mod unit;
+
+use crate::plot::Diagram;
+use crate::text;
+use camdrive::drives::Fault;
+use serde::Serialize;
+pub use table::{Column, Rows, Table, Value};
+pub use unit::Unit;
+
+/// What a study found, before any number of it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Verdict {
+    /// Whether the machine may run as the scene says.
+    pub level: Level,
+    /// What holds.
+    pub result: Vec<String>,
+    /// What to do.
+    pub advice: Vec<String>,
+    /// How sure this is.
+    pub certainty: Vec<String>,
+}
+
+/// How a machine stands in the eyes of a study.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Level {
+    /// Nothing speaks against it.
+    #[default]
+    Good,
+    /// It works, with something to be minded.
+    Mind,
+    /// It fails.
+    Bad,
+}
+
+/// A part of the body of a report.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Block {
+    /// Sentences under a title, or below what is there already where the title is empty.
+    Lines(String, Vec<String>),
+    /// A table.
+    Table(Table),
+}
+
+/// What a figure is made of.
+#[derive(Clone, Debug)]
+pub enum Picture {
+    /// Curves over axes.
+    Diagram(Diagram),
+    /// A drawing, as SVG.
+    Svg(String),
+}
+
+/// A diagram or a drawing under the ending of its file, "load" of NAME.load.svg.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// The ending.
+    pub key: String,
+    /// What it shows.
+    pub picture: Picture,
+}
+
+/// The report of a study.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// Name of the scene, the task or the system.
+    pub name: String,
+    /// What was studied, as the title goes on: "stability".
+    pub study: String,
+    /// The answer.
+    pub verdict: Verdict,
+    /// Tables and sentences.
+    pub body: Vec<Block>,
+    /// Formulas, sources, what is printed wrong in them, how it was computed.
+    pub explained: Vec<Block>,
+    /// Diagrams and drawings.
+    pub figures: Vec<Figure>,
+}
+
+impl Verdict {
+    /// Adds to what holds; the worst level counts.
+    pub fn result(&mut self, level: Level, sentence: impl Into<String>) -> &mut Self {
+        self.level = self.level.max(level);
+        self.result.push(sentence.into());
+        self
+    }
+
+    /// Adds to what is to be done.
+    pub fn advice(&mut self, sentence: impl Into<String>) -> &mut Self {
+        self.advice.push(sentence.into());
+        self
+    }
+
+    /// Adds to how sure it is.
+    pub fn certainty(&mut self, sentence: impl Into<String>) -> &mut Self {
+        self.certainty.push(sentence.into());
+        self
+    }
+
+    /// Its parts with their headings.
+    pub fn parts(&self) -> [(&'static str, &[String]); 3] {
+        [("Result", &self.result), ("Advice", &self.advice), ("Certainty", &self.certainty)]
+    }
+}
+
+impl Report {
+    /// A report without content.
+    pub fn new(name: impl Into<String>, study: impl Into<String>) -> Self {
+        Report { name: name.into(), study: study.into(), ..Self::default() }
+    }
+
+    /// Adds a table to the body.
+    pub fn table(&mut self, table: impl Into<Table>) -> &mut Self {
+        self.body.push(Block::Table(table.into()));
+        self
+    }
+
+    /// Adds sentences to the body.
+    pub fn lines(&mut self, title: &str, lines: impl IntoIterator<Item = String>) -> &mut Self {
+        self.body.push(Block::Lines(title.to_owned(), lines.into_iter().collect()));
+        self
+    }
+
+    /// Adds sentences that explain.
+    pub fn explain(&mut self, title: &str, lines: impl IntoIterator<Item = String>) -> &mut Self {
+        self.explained.push(Block::Lines(title.to_owned(), lines.into_iter().collect()));
+        self
+    }
+
+    /// Adds a table that explains.
+    pub fn explain_table(&mut self, table: impl Into<Table>) -> &mut Self {
+        self.explained.push(Block::Table(table.into()));
+        self
+    }
+
+    /// Adds a diagram.
+    pub fn diagram(&mut self, key: &str, diagram: Diagram) -> &mut Self {
+        self.figures.push(Figure { key: key.to_owned(), picture: Picture::Diagram(diagram) });
+        self
+    }
+
+    /// Adds a drawing.
+    pub fn drawing(&mut self, key: &str, svg: String) -> &mut Self {
+        self.figures.push(Figure { key: key.to_owned(), picture: Picture::Svg(svg) });
+        self
+    }
+
+    /// All tables, of the body and of what explains.
+    pub fn tables(&self) -> impl Iterator<Item = &Table> {
+        self.body.iter().chain(&self.explained).filter_map(|block| match block {
+            Block::Table(table) => Some(table),
+            Block::Lines(..) => None,
+        })
+    }
+
+    /// The files of the report by their endings: a table that has a key as KEY.csv, a figure as KEY.svg; an empty key leaves the
+    /// ending alone.
+    pub fn files(&self) -> Vec<(String, Result<String, Fault>)> {
+        let named = |key: &str, ending: &str| if key.is_empty() { ending.into() } else { format!("{key}.{ending}") };
+        let tables = self.tables().filter_map(|table| Some((named(table.key.as_deref()?, "csv"), csv::write(table))));
+        let figures = self.figures.iter().map(|figure| (named(&figure.key, "svg"), Ok(figure.picture.svg())));
+        tables.chain(figures).collect()
+    }
+}
+
+impl Picture {
+    /// The picture as a file.
+    pub fn svg(&self) -> String {
+        match self {
+            Picture::Diagram(diagram) => diagram.svg(),
+            Picture::Svg(svg) => svg.clone(),
+        }
+    }
+}
+
+/// The findings of a study with the verdict on them, in coherent SI units; what is infinite becomes null.
+///
+/// # Errors
+/// None in practice: no finding holds anything that JSON has no form for.
+pub fn json(verdict: &Verdict, findings: &impl Serialize) -> Result<String, Fault> {
+    #[derive(Serialize)]
+    struct Whole<'a, F> {
+        verdict: &'a Verdict,
+        #[serde(flatten)]
+        findings: &'a F,
+    }
+    text::json(&Whole { verdict, findings })
+}

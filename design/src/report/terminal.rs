@@ -1,0 +1,99 @@
+//! Reports as text for a terminal.
+
+use super::table::{Column, Table, Value};
+use super::{Block, Report};
+use crate::text::{self, NONE, Page, digits};
+
+/// A number for people in a unit: three significant digits.
+pub fn shown(value: f64, unit: &super::Unit) -> String {
+    with_unit(text::number(value * unit.factor), unit)
+}
+
+/// An interval for people: "12.1 to 13.4 rpm", "from 12.1 rpm on", in as many digits as tell its ends apart.
+pub fn range(ends: [f64; 2], unit: &super::Unit) -> String {
+    interval(ends.map(|end| end * unit.factor), &|text| with_unit(text, unit))
+}
+
+fn with_unit(text: String, unit: &super::Unit) -> String {
+    match &*unit.name {
+        "" => text,
+        "°" => text + "°",
+        name => format!("{text} {name}"),
+    }
+}
+
+fn interval([low, high]: [f64; 2], named: &dyn Fn(String) -> String) -> String {
+    if high.is_infinite() {
+        return format!("from {} on", named(text::number(low)));
+    }
+    let size = low.abs().max(high.abs());
+    let needed = if high > low { (size / (high - low)).log10().ceil().max(0.0) as usize + 2 } else { 4 };
+    let decimals = (needed.clamp(3, 15) as i32 - 1 - size.log10().floor() as i32).max(0) as usize;
+    if size == 0.0 || !(1e-2..1e6).contains(&size) {
+        return format!("{} to {}", text::number(low), named(text::number(high)));
+    }
+    if high > low {
+        format!("{low:.decimals$} to {}", named(format!("{high:.decimals$}")))
+    } else {
+        named(text::number(low))
+    }
+}
+
+/// A cell in the unit of its column, which stands in the heading.
+pub fn cell(value: &Value, column: &Column) -> String {
+    let number = |value: f64| match (value * column.unit.factor, column.digits) {
+        (value, _) if value.is_infinite() => "∞".to_owned(),
+        (value, 3) => text::number(value),
+        (value, count) => digits(value, count, -4),
+    };
+    match value {
+        Value::Empty => NONE.to_owned(),
+        Value::Text(text) => text.clone(),
+        Value::Number(value) => number(*value),
+        Value::AtMost(value) => format!("< {}", number(*value)),
+        Value::Range(ends) => interval(ends.map(|end| end * column.unit.factor), &|text| text),
+        Value::At(value, phi) => format!("{} at {}°", number(*value), digits(phi.to_degrees(), 4, -1)),
+    }
+}
+
+/// The heading of a column with its unit.
+pub fn heading(column: &Column) -> String {
+    if column.unit.name.is_empty() {
+        column.heading.clone()
+    } else {
+        format!("{} [{}]", column.heading, column.unit.name)
+    }
+}
+
+/// The columns that people see: those that are not for files alone and say something.
+pub fn seen(table: &Table) -> Vec<usize> {
+    let says = |i: &usize| !table.columns[*i].file_only && table.rows.iter().any(|row| row[*i] != Value::Empty);
+    (0..table.columns.len()).filter(says).collect()
+}
+
+/// The cells that people see, with their headings.
+pub fn cells(table: &Table) -> text::Table {
+    let seen = seen(table);
+    let head = seen.iter().map(|i| heading(&table.columns[*i])).collect();
+    let row = |row: &Vec<Value>| seen.iter().map(|i| cell(&row[*i], &table.columns[*i])).collect();
+    text::Table { head, rows: table.rows.iter().map(row).collect() }
+}
+
+impl Report {
+    /// The report in lines of this width: verdict, tables, sentences; what explains where that is asked for.
+    pub fn text(&self, width: usize, explain: bool) -> String {
+        let mut page = Page::new(format!("{}: {}", self.name, self.study), width);
+        for (heading, sentences) in self.verdict.parts() {
+            page.section(heading, sentences);
+        }
+        let explained = self.explained.iter().filter(|_| explain);
+        for block in self.body.iter().chain(explained) {
+            match block {
+                Block::Table(table) if table.title.is_empty() => continue,
+                Block::Table(table) => page.table(&table.title, &cells(table)).section("", &table.below),
+                Block::Lines(title, lines) => page.section(title, lines),
+            };
+        }
+        page.text()
+    }
+}
