@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "error: --follower: there is no scene\n  = hint: name the machine with --scene".to_owned(),
         ));
     }
-    let study = Bar::beside(&assignment.name, |tell| assignment.study(&tell));
+    let study = Bar::beside(&assignment.name, |tell| Together::new(&assignment, &tell));
     let words = |fault: Infeasible| fault.words(&assignment.task, &assignment.names);
     let study = study.map_err(|fault| Failure(format!("error: {}: {}", args.task.display(), words(fault))))?;
     let written = chosen.map_or(&study.studies[..], |law| std::slice::from_ref(&study.studies[law]));

@@ -16,6 +16,7 @@ pub mod law;
 pub mod lists;
 pub mod machine;
 pub mod passage;
+mod printed;
 pub mod settled;
 pub mod table;
 #[cfg(test)]
@@ -35,7 +36,7 @@ use contact_motion::{ContactMotion, Release};
 use formulas::Passage;
 use law::{Crossing, Signs};
 use machine::Machine;
-use passage::{Bench, Clearance, Figures};
+use passage::{Bench, Clearance};
 use serde::Serialize;
 use settled::Settled;
 use std::f64::consts::TAU;
@@ -444,14 +445,14 @@ fn passages(
         let mut clearance = Clearance {
             from: if falling { 'A' } else { 'B' },
             k,
-            formula: passage.zip(crossing).map(|(p, c)| Figures::by_formula(&p, &c, scene, w)),
+            formula: passage.zip(crossing).map(|(p, c)| printed::figures(&p, &c, scene, w)),
             model: None,
             fault: None,
             quasi_static: crossing.filter(|c| c.jerk != 0.0).map(|c| eta * eta * (c.fifth / c.jerk).abs()),
             truncation: None,
             spacing,
             left: 0.0,
-            course: passage.as_ref().map(Figures::course).unwrap_or_default(),
+            course: passage.as_ref().map(printed::course).unwrap_or_default(),
             crossing,
         };
         if let (Some(bench), Some(release)) = (&mut bench, release)

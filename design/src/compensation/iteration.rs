@@ -7,7 +7,7 @@
 //! tables. (6) there holds with φ̇₀ = 2π/T, T the period that belongs to the motion.
 
 use super::corners::{Instant, Turn as _};
-use super::laws::places;
+use super::laws::{miss, places};
 use super::loaded::Course;
 use super::periodic_motion::{self, Driving, Inertia, PeriodicMotion};
 use super::restrictions::Kept;
@@ -209,7 +209,7 @@ impl<'a> Machine<'a> {
                 phase: chi + ahead.at(chi).0[0],
             }
         };
-        let miss = |chi: f64| tool.miss(law, periodic.mean_speed, instant(chi));
+        let miss = |chi: f64| miss(tool, law, periodic.mean_speed, instant(chi));
         largest_between(&places(law, &angle, fastest), miss)[1] / tool.acceleration(periodic.mean_speed)[1]
     }
 

@@ -63,13 +63,11 @@ pub struct Law {
     pub truncation: f64,
 }
 
-impl Tool {
-    /// |ÿ − ÿ_wanted| (m/s² or rad/s²) with this law of the cam, Ω (rad/s) that of the motion.
-    pub fn miss(&self, law: &MotionLaw, mean_speed: f64, at: Instant) -> f64 {
-        let [u, u1, u2, ..] = law.at(at.angle).0;
-        let got = self.moved([u, u1 * at.speed, u2 * at.speed * at.speed + u1 * at.change])[2];
-        (got - mean_speed * mean_speed * self.at(at.phase)[2]).abs()
-    }
+/// |ÿ − ÿ_wanted| (m/s² or rad/s²) with this law of the cam, Ω (rad/s) that of the motion.
+pub fn miss(tool: &Tool, law: &MotionLaw, mean_speed: f64, at: Instant) -> f64 {
+    let [u, u1, u2, ..] = law.at(at.angle).0;
+    let got = tool.moved([u, u1 * at.speed, u2 * at.speed * at.speed + u1 * at.change])[2];
+    (got - mean_speed * mean_speed * tool.at(at.phase)[2]).abs()
 }
 
 /// The places on which a law is measured, in the phase ψ of the design: [`PLACES`] for each shortest wave of its error, or for
@@ -116,7 +114,7 @@ impl Wanted<'_> {
     fn error(&self, tool: &Tool, law: &MotionLaw) -> f64 {
         let omega = self.solution.mean_speed();
         let places = places(law, &self.angle, self.fastest);
-        largest_between(&places, |psi| tool.miss(law, omega, self.instant(psi)))[1] / tool.acceleration(omega)[1]
+        largest_between(&places, |psi| miss(tool, law, omega, self.instant(psi)))[1] / tool.acceleration(omega)[1]
     }
 
     /// The series with as few harmonics as the tolerance allows; the least error where they are too many.
@@ -141,7 +139,7 @@ impl Wanted<'_> {
             places(&longest, &self.angle, self.fastest).into_iter().map(|psi| self.instant(psi)).collect();
         let suffices = |order: usize| {
             let law = cut(order);
-            instants.iter().all(|at| tool.miss(&law, omega, *at) <= self.tolerance * peak)
+            instants.iter().all(|at| miss(tool, &law, omega, *at) <= self.tolerance * peak)
         };
         let orders: Vec<usize> = (1..=last).collect();
         let order = orders.partition_point(|order| !suffices(*order)) + 1;
@@ -181,7 +179,7 @@ impl Wanted<'_> {
             let in_piece = |pair: &[f64]| {
                 // The first place is a millionth of the piece behind its start, where a corner may be.
                 let at = |j: usize| pair[0] + (pair[1] - pair[0]) * f64::max(j as f64 / PLACES as f64, 1e-6);
-                (0..PLACES).map(|j| tool.miss(&law, omega, self.instant(at(j))) / peak).fold(0.0, f64::max)
+                (0..PLACES).map(|j| miss(tool, &law, omega, self.instant(at(j))) / peak).fold(0.0, f64::max)
             };
             let errors: Vec<f64> = knots.windows(2).map(in_piece).collect();
             let worst = errors.iter().copied().fold(0.0, f64::max);
@@ -211,49 +209,47 @@ impl Wanted<'_> {
     }
 }
 
-impl Solution {
-    /// The laws of the cams, each as short as keeps the error of the tool's acceleration below `tolerance`, relative to its
-    /// largest.
-    ///
-    /// # Errors
-    /// Where a series is demanded of a motion that has none, or neither the most harmonics nor the most points suffice, or not
-    /// those of the demanded form.
-    pub fn laws(&self, tools: &[Tool], tolerance: f64, form: Form) -> Result<Vec<Law>, Fault> {
-        let fastest = self.range().map(|w| w / self.mean_speed()).into_iter().fold(1.0, f64::max);
-        let wanted = Wanted { solution: self, angle: self.angle(), fastest, tolerance };
-        let form = match (&self.corners, form) {
-            (Some(_), Form::Series) => {
-                let what = "motions that cycles, plans or tables prescribe, and loads and motors that do not change smoothly, leave corners in the laws of all cams, which no series has";
-                return Err(Fault::new(format!("{what}; choose --laws table")));
-            }
-            (Some(_), _) => Form::Table,
-            (None, form) => form,
-        };
-        let series = |tool: &Tool| {
-            wanted.series(tool).map_err(|least| {
-                format!("a series of up to {HIGHEST_HARMONIC} harmonics has an error of at least {least:.1e}")
-            })
-        };
-        let table = |tool: &Tool| {
-            wanted
-                .table(tool)
-                .map_err(|least| format!("a table of up to {MOST_POINTS} points has an error of at least {least:.1e}"))
-        };
-        let law = |tool: &Tool| {
-            match form {
-                Form::Series => series(tool).map_err(|what| (what, "a larger tolerance or J0 helps, or --laws table")),
-                Form::Table => table(tool).map_err(|what| (what, "a larger tolerance or J0 helps")),
-                Form::Auto => series(tool).or_else(|first| {
-                    table(tool).map_err(|second| (format!("{first}, {second}"), "a larger tolerance or J0 helps"))
-                }),
-            }
-            .map_err(|(what, help)| {
-                Fault::new(format!(
-                    "tool {}: {what} of the acceleration, more than the tolerance {tolerance:e}; {help}",
-                    tool.number
-                ))
-            })
-        };
-        tools.iter().map(law).collect()
-    }
+/// The laws of the cams, each as short as keeps the error of the tool's acceleration below `tolerance`, relative to its
+/// largest.
+///
+/// # Errors
+/// Where a series is demanded of a motion that has none, or neither the most harmonics nor the most points suffice, or not
+/// those of the demanded form.
+pub fn of(solution: &Solution, tools: &[Tool], tolerance: f64, form: Form) -> Result<Vec<Law>, Fault> {
+    let fastest = solution.range().map(|w| w / solution.mean_speed()).into_iter().fold(1.0, f64::max);
+    let wanted = Wanted { solution, angle: solution.angle(), fastest, tolerance };
+    let form = match (&solution.corners, form) {
+        (Some(_), Form::Series) => {
+            let what = "motions that cycles, plans or tables prescribe, and loads and motors that do not change smoothly, leave corners in the laws of all cams, which no series has";
+            return Err(Fault::new(format!("{what}; choose --laws table")));
+        }
+        (Some(_), _) => Form::Table,
+        (None, form) => form,
+    };
+    let series = |tool: &Tool| {
+        wanted.series(tool).map_err(|least| {
+            format!("a series of up to {HIGHEST_HARMONIC} harmonics has an error of at least {least:.1e}")
+        })
+    };
+    let table = |tool: &Tool| {
+        wanted
+            .table(tool)
+            .map_err(|least| format!("a table of up to {MOST_POINTS} points has an error of at least {least:.1e}"))
+    };
+    let law = |tool: &Tool| {
+        match form {
+            Form::Series => series(tool).map_err(|what| (what, "a larger tolerance or J0 helps, or --laws table")),
+            Form::Table => table(tool).map_err(|what| (what, "a larger tolerance or J0 helps")),
+            Form::Auto => series(tool).or_else(|first| {
+                table(tool).map_err(|second| (format!("{first}, {second}"), "a larger tolerance or J0 helps"))
+            }),
+        }
+        .map_err(|(what, help)| {
+            Fault::new(format!(
+                "tool {}: {what} of the acceleration, more than the tolerance {tolerance:e}; {help}",
+                tool.number
+            ))
+        })
+    };
+    tools.iter().map(law).collect()
 }

@@ -4,7 +4,7 @@ use super::iteration::{Cam, Machine, Quality, Round, rounds};
 use super::loaded::Loaded;
 use super::periodic_motion::Driving;
 use super::restrictions::{Kept, Restrictions};
-use super::{Form, Law, Solution, Task, Tool};
+use super::{Form, Law, Solution, Task, Tool, laws};
 use crate::periodic_motions::periodic_motions;
 use crate::synthesis::{KEPT, UNITS};
 use crate::text::{self, Table, counted, number};
@@ -198,7 +198,7 @@ struct Finished<'a> {
 /// acceleration is known beforehand; what it does to the machine's inertia, and so to its speed, is found on its motion.
 fn finish<'a>(task: &'a Task, solution: &Solution, driving: &Driving, options: Options) -> Result<Finished<'a>, Fault> {
     let with = |share: f64| -> Result<Finished<'a>, Fault> {
-        let laws = solution.laws(&task.tools, share * options.tolerance, options.form)?;
+        let laws = laws::of(solution, &task.tools, share * options.tolerance, options.form)?;
         if let Some(found) = &solution.loaded {
             let of_laws: Vec<&MotionLaw> = laws.iter().map(|law| &law.law).collect();
             let (machine, cams, mut round) = on_loaded(task, found, &of_laws, solution.speed.order())?;

@@ -333,7 +333,7 @@ fn the_cams_make_the_tools_move_as_prescribed() {
     let solution = task.solve().unwrap();
     let mut orders = Vec::new();
     for tolerance in [1e-3, 1e-6, 1e-9] {
-        let laws = solution.laws(&task.tools, tolerance, Form::Auto).unwrap();
+        let laws = laws::of(&solution, &task.tools, tolerance, Form::Auto).unwrap();
         let round = finished(&task, &laws);
         for (law, tool) in laws.iter().zip(&round.tools) {
             assert!(law.truncation <= tolerance);
@@ -362,7 +362,7 @@ fn a_load_a_lag_a_varying_inertia_and_the_other_sense_of_turning() {
     );
     let check = |task: &Task| {
         let solution = task.solve().unwrap();
-        let laws = solution.laws(&task.tools, 1e-7, Form::Auto).unwrap();
+        let laws = laws::of(&solution, &task.tools, 1e-7, Form::Auto).unwrap();
         let round = finished(task, &laws);
         assert!(error(round.period, solution.periodic.period()) < 1e-9);
         assert!(round.tools.iter().all(|tool| tool.deviation < 1e-7), "{round:?}");
@@ -431,7 +431,7 @@ fn a_tool_behind_a_mechanism_moves_as_prescribed() {
     let solution = task.solve().unwrap();
     assert!(solution.range()[1] / solution.range()[0] > 1.05);
     for tolerance in [1e-4, 1e-8] {
-        let laws = solution.laws(&task.tools, tolerance, Form::Auto).unwrap();
+        let laws = laws::of(&solution, &task.tools, tolerance, Form::Auto).unwrap();
         let round = finished(&task, &laws);
         for (law, tool) in laws.iter().zip(&round.tools) {
             assert!(law.truncation <= tolerance);
@@ -450,7 +450,7 @@ fn a_tool_behind_a_mechanism_moves_as_prescribed() {
     let mut massless = task.clone();
     massless.tools[0] =
         Tool::of(1, Follower { linkage: crate::tradeoff::massless(&follower.linkage), ..follower.clone() });
-    let wrong = massless.solve().unwrap().laws(&massless.tools, 1e-8, Form::Auto).unwrap();
+    let wrong = laws::of(&massless.solve().unwrap(), &massless.tools, 1e-8, Form::Auto).unwrap();
     assert!(finished(&task, &wrong).tools[0].deviation > 0.01);
 }
 
@@ -533,7 +533,7 @@ fn the_stated_error_of_a_finite_law_is_the_true_one() {
     for (tolerance, form) in
         [(0.05, Form::Series), (1e-2, Form::Series), (1e-3, Form::Series), (0.01, Form::Table), (1e-4, Form::Table)]
     {
-        for (law, tool) in solution.laws(&task.tools, tolerance, form).unwrap().iter().zip(&task.tools) {
+        for (law, tool) in laws::of(&solution, &task.tools, tolerance, form).unwrap().iter().zip(&task.tools) {
             let true_error = measured(&task, &solution, tool, &law.law, 10_000);
             assert!(law.truncation <= tolerance);
             let ratio = law.truncation / true_error;
@@ -569,9 +569,9 @@ fn near_the_least_inertia_the_laws_are_tables() {
         let task = free_loom(constant);
         let solution = task.solve().unwrap();
         assert!(solution.resolution < 1e-13, "{constant}: {}", solution.resolution);
-        let refused = solution.laws(&task.tools, 1e-9, Form::Series).unwrap_err().to_string();
+        let refused = laws::of(&solution, &task.tools, 1e-9, Form::Series).unwrap_err().to_string();
         assert!(refused.contains("256 harmonics") && refused.contains("--laws table"), "{refused}");
-        let laws = solution.laws(&task.tools, 1e-6, Form::Auto).unwrap();
+        let laws = laws::of(&solution, &task.tools, 1e-6, Form::Auto).unwrap();
         for (law, tool) in laws.iter().zip(&task.tools) {
             assert!(law.truncation <= 1e-6);
             if constant < 0.38 {
@@ -601,7 +601,7 @@ fn tables_with_a_motor_that_lags() {
     let Motor::Kloss(Kloss { dynamics, .. }) = &mut task.driving.motor else { unreachable!() };
     *dynamics = Some(0.01);
     let solution = task.solve().unwrap();
-    let laws = solution.laws(&task.tools, 1e-6, Form::Table).unwrap();
+    let laws = laws::of(&solution, &task.tools, 1e-6, Form::Table).unwrap();
     let along = Machine::along(&task, 160, &solution);
     let cams: Vec<Cam> = task.tools.iter().zip(&laws).map(|(tool, law)| along.cam_of_law(tool, &law.law)).collect();
     let periodic = along.periodic_motion(&cams, &task.driving).unwrap();
@@ -714,7 +714,7 @@ fn motions_of_cycles_are_compensated_through_tables() {
             assert!(miss <= 1.05 * cut.truncation + 1e-6, "{miss} {cut:?}");
         }
     }
-    let refused = cycles(StandardLaw::ModifiedSine).solve().unwrap().laws(&[], 1e-4, Form::Series).unwrap_err();
+    let refused = laws::of(&cycles(StandardLaw::ModifiedSine).solve().unwrap(), &[], 1e-4, Form::Series).unwrap_err();
     assert!(refused.to_string().contains("--laws table"), "{refused}");
 }
 
@@ -758,8 +758,8 @@ fn a_motion_as_a_table_is_compensated_as_its_series() {
     task.tools = series.iter().map(table).collect();
     let solution = task.solve().unwrap();
     assert!(error(solution.periodic.period(), 0.12009167247955) < 1e-11);
-    let laws = solution.laws(&task.tools, 1e-6, Form::Auto).unwrap();
-    let longer = exact.laws(&series, 1e-9, Form::Series).unwrap();
+    let laws = laws::of(&solution, &task.tools, 1e-6, Form::Auto).unwrap();
+    let longer = laws::of(&exact, &series, 1e-9, Form::Series).unwrap();
     for (law, truth) in laws.iter().zip(&longer) {
         let miss = |n: usize, phi: f64| (law.law.at(phi).0[n] - truth.law.at(phi).0[n]).abs() / truth.law.bound(n);
         let most = |n: usize| (0..700).map(|i| miss(n, 0.008_976 * f64::from(i))).fold(0.0, f64::max);

@@ -21,14 +21,13 @@ mod tests;
 mod turn;
 
 pub use report::Report;
-pub use turn::{Turn, least_place};
+pub use turn::{Machine, Turn, least_place};
 
 use crate::cam_geometry::{self, Cam, Follower as Carrier, Plan, Point, Side};
 use camdrive::drives::Fault;
 use camdrive::drives::follower::load::Load;
 use camdrive::drives::rigid_machine::Follower;
 use camdrive::drives::rigid_machine::linkage::{Linkage, in_turn};
-use camdrive::motion::MotionLaw;
 pub use mechanism::Teeth;
 use mechanism::{Reactions, reactions};
 use std::f64::consts::PI;
@@ -298,17 +297,4 @@ impl Drive {
             side: load / at.gain * if self.is_flat() { at.place.re } else { at.normal.re },
         })
     }
-}
-
-/// A machine at constant speed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Machine {
-    /// Its name.
-    pub name: String,
-    /// ω (rad/s).
-    pub speed: f64,
-    /// The varying part of the machine's own moment of inertia (kg·m²), which asks for ½ J′ω².
-    pub inertia: Option<MotionLaw>,
-    /// The drives that its cams move.
-    pub drives: Vec<Drive>,
 }

@@ -6,7 +6,7 @@ use crate::cam_geometry::{Carrier as Held, Cut, Limits, Second, Start};
 use crate::text;
 use camdrive::drives::follower::load::Spring;
 use camdrive::drives::rigid_machine::linkage::{Branch, FourBar, Gear, Kind, Link, Mechanism, SliderCrank};
-use camdrive::motion::{Cycle, CyclePlan, Fourier, StandardLaw};
+use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
 use std::f64::consts::TAU;
 
 fn series(a: &[f64], b: &[f64]) -> MotionLaw {

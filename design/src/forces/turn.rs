@@ -1,10 +1,11 @@
 //! The forces over a turn: samples, largest values, changes of sign.
 
-use super::{Drive, Forces, Loads, Machine};
+use super::{Drive, Forces, Loads};
 pub use crate::search::Extreme;
 use crate::search::{root, summit, zero};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::Follower;
+use camdrive::motion::MotionLaw;
 use std::f64::consts::TAU;
 
 /// Samples of a turn at least, and of the shortest wave of its laws; largest values and zeros are refined between them.
@@ -12,6 +13,19 @@ const SAMPLES: [f64; 2] = [1440.0, 24.0];
 
 /// Values below this part of the largest one count as zero where signs are told: what roundings leave of a dwell.
 const ZERO: f64 = 1e-9;
+
+/// A machine at constant speed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Machine {
+    /// Its name.
+    pub name: String,
+    /// ω (rad/s).
+    pub speed: f64,
+    /// The varying part of the machine's own moment of inertia (kg·m²), which asks for ½ J′ω².
+    pub inertia: Option<MotionLaw>,
+    /// The drives that its cams move.
+    pub drives: Vec<Drive>,
+}
 
 /// The forces at one angle.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use super::exact::{Solutions, dot};
 use super::family::{Family, Term};
 use super::feasibility::KEPT;
 use super::sampling::{ANGLES, within};
-use super::{Bound, Curve, Infeasible, Objective, Point, Range, Squares, Task, grid};
+use super::{Bound, Curve, Infeasible, Objective, Point, Range, Task, grid};
 use camdrive::numerics::double_double::Double;
 use camdrive::numerics::gauss::Gauss;
 use std::f64::consts::{PI, TAU};
@@ -12,47 +12,34 @@ use std::f64::consts::{PI, TAU};
 /// Points per shortest wave of the basis at which the discrete objectives S2 and S4 look by default.
 const POINTS_PER_WAVE: f64 = 12.0;
 
-impl Bound {
-    /// The conditions of its sides, in units of `scale`.
-    pub(super) fn sides(&self, scale: f64) -> impl Iterator<Item = Family> {
-        let sides = [(1.0, self.max), (-1.0, -self.min)].into_iter().filter(|(_, limit)| limit.is_finite());
-        sides.map(move |(sign, limit)| {
-            let mut family = Family::new(self.from, self.to);
-            family.target.add(sign, &self.around.over(scale));
-            let term = |&(law, factor): &(usize, f64)| Term { law, order: self.order, factor: sign * factor };
-            family.terms = self.of.iter().map(term).collect();
-            family.limit = limit / scale;
-            family
-        })
-    }
+/// Rows and right-hand sides of a sum of squares |A x − b|².
+pub type Squares = (Vec<Vec<Double>>, Vec<Double>);
+
+/// The conditions of a task.
+#[derive(Clone, Copy)]
+pub struct Conditions<'a> {
+    /// The task.
+    pub task: &'a Task,
+    /// Its magnitude, in units of which the equations are solved.
+    pub scale: f64,
 }
 
-impl Task {
-    /// The magnitude of U in the task, in units of which the equations are solved.
-    pub(super) fn scale(&self) -> f64 {
-        let of_range = |r: &Range| {
-            let size = |order: usize| {
-                let p = r.prescribed[order].as_ref()?;
-                Some(grid(r.from, r.to, 16).map(|phi| p.at(phi - r.from).abs()).fold(0.0, f64::max))
-            };
-            (0..3).filter_map(size).fold(0.0, f64::max)
-        };
-        let ranges = self.ranges.iter().map(of_range);
-        let points = self.points.iter().map(|p| p.value.abs());
-        let bounds = self.bounds.iter().flat_map(|b| [b.min.abs(), b.max.abs()]).filter(|v| v.is_finite());
-        let scale = ranges.chain(points).chain(bounds).fold(0.0, f64::max);
-        if scale > 0.0 { scale } else { 1.0 }
+impl<'a> Conditions<'a> {
+    /// Those of this task.
+    pub fn new(task: &'a Task) -> Self {
+        Conditions { task, scale: task.scale() }
     }
 
     /// All x that fulfil the exact conditions, checked for contradictions.
-    pub(super) fn equalities(&self, scale: f64) -> Result<Solutions, Infeasible> {
-        let rows: Vec<Vec<Double>> = self.points.iter().map(|p| self.basis.row(p.law, p.phi, p.order, None)).collect();
+    pub fn equalities(&self) -> Result<Solutions, Infeasible> {
+        let rows: Vec<Vec<Double>> =
+            self.task.points.iter().map(|p| self.task.basis.row(p.law, p.phi, p.order, None)).collect();
         let values: Vec<Double> =
-            self.points.iter().map(|p| Double::from(p.value).divide(Double::from(scale))).collect();
+            self.task.points.iter().map(|p| Double::from(p.value).divide(Double::from(self.scale))).collect();
         // The rows of U⁽ⁿ⁾ are of the size Kⁿ, and the rounding of an angle leaves them uncertain by this part of it.
-        let highest = self.basis.order().max(1) as f64;
+        let highest = self.task.basis.order().max(1) as f64;
         let unknown = highest * ANGLES;
-        let size = |i: usize| highest.powi(self.points[i].order as i32);
+        let size = |i: usize| highest.powi(self.task.points[i].order as i32);
         // A row that vanishes is a condition that the symmetry fulfils by itself, or that nothing can fulfil.
         let vanishes = |i: usize| rows[i].iter().all(|value| value.hi.abs() <= unknown * size(i));
         let unit =
@@ -60,28 +47,28 @@ impl Task {
         let alike: Vec<Vec<Double>> =
             (0..rows.len()).map(|i| rows[i].iter().map(|value| *value * unit(i)).collect()).collect();
         let right: Vec<Double> = (0..rows.len()).map(|i| values[i] * unit(i)).collect();
-        let solutions = Solutions::new(&alike, &right, self.basis.size(), unknown);
+        let solutions = Solutions::new(&alike, &right, self.task.basis.size(), unknown);
         let miss = |i: usize| (dot(&rows[i], &solutions.particular) - values[i]).hi.abs();
         let relative = |i: usize| miss(i) / size(i);
         let worst = (0..rows.len()).max_by(|i, j| relative(*i).total_cmp(&relative(*j)));
         match worst {
             // Some thousand roundings of the angles and values; a contradiction is of the size of the task.
-            Some(i) if relative(i) > 1e-12 => Err(Infeasible::Point { index: i, by: miss(i) * scale }),
-            _ => self.points_outside(scale).map_or(Ok(solutions), Err),
+            Some(i) if relative(i) > 1e-12 => Err(Infeasible::Point { index: i, by: miss(i) * self.scale }),
+            _ => self.points_outside().map_or(Ok(solutions), Err),
         }
     }
 
     /// The point that is furthest beyond a bound of the same derivative, if one is.
-    fn points_outside(&self, scale: f64) -> Option<Infeasible> {
+    fn points_outside(&self) -> Option<Infeasible> {
         let beyond = |point: &Point, bound: &Bound| {
             let same = bound.order == point.order && bound.of == [(point.law, 1.0)];
             let phi = within(bound.from, bound.to, point.phi).filter(|_| same)?;
             let value = point.value - bound.around.at(phi - bound.from);
-            Some((value - bound.max).max(bound.min - value)).filter(|by| *by > KEPT * scale)
+            Some((value - bound.max).max(bound.min - value)).filter(|by| *by > KEPT * self.scale)
         };
-        let pairs = self.points.iter().enumerate().flat_map(|(i, point)| {
+        let pairs = self.task.points.iter().enumerate().flat_map(|(i, point)| {
             let of = move |(j, bound)| Some((i, j, beyond(point, bound)?));
-            self.bounds.iter().enumerate().filter_map(of)
+            self.task.bounds.iter().enumerate().filter_map(of)
         });
         let furthest = pairs.max_by(|a, b| a.2.total_cmp(&b.2));
         furthest.map(|(point, bound, by)| Infeasible::Outside { point, bound, by })
@@ -89,42 +76,47 @@ impl Task {
 
     /// The conditions of the least-squares objectives, weighted, and their right-hand sides. For the other objectives
     /// they give the start; that of the peak of acceleration is the least mean square of the acceleration.
-    pub(super) fn samples(&self, scale: f64) -> Squares {
-        match self.objective {
-            Objective::PeakAcceleration | Objective::MeanSquareAcceleration => self.accelerations(scale),
-            _ => self.squares(&self.ranges, self.weights, scale),
+    pub fn samples(&self) -> Squares {
+        match self.task.objective {
+            Objective::PeakAcceleration | Objective::MeanSquareAcceleration => self.accelerations(),
+            _ => self.errors(),
         }
     }
 
     /// Σ wⱼ ∫ Uⱼ″² dφ over the turn.
-    pub(super) fn accelerations(&self, scale: f64) -> Squares {
+    pub fn accelerations(&self) -> Squares {
         let still = || [None, None, Some(Curve::default())];
         let turn =
             |(law, weight): (usize, &f64)| Range { law, from: 0.0, to: TAU, prescribed: still(), weight: *weight };
-        let turns: Vec<Range> = self.laws.iter().enumerate().map(turn).collect();
-        self.squares(&turns, [0.0, 1.0], scale)
+        let turns: Vec<Range> = self.task.laws.iter().enumerate().map(turn).collect();
+        self.squares(&turns, [0.0, 1.0])
     }
 
-    /// Σ ∫ (e₀² + w₁ e₁² + w₂ e₂²) dφ over these ranges, or the sums over their points.
-    pub(super) fn squares(&self, ranges: &[Range], weights: [f64; 2], scale: f64) -> Squares {
+    /// Σ ∫ (e₀² + w₁ e₁² + w₂ e₂²) dφ over the ranges of the task.
+    pub fn errors(&self) -> Squares {
+        self.squares(&self.task.ranges, self.task.weights)
+    }
+
+    /// The same over these ranges, or the sums over their points.
+    fn squares(&self, ranges: &[Range], weights: [f64; 2]) -> Squares {
         let (mut rows, mut values) = (Vec::new(), Vec::new());
         for range in ranges {
             for (order, target) in range.prescribed.iter().enumerate() {
                 let Some(target) = target else { continue };
                 let weight = if order == 0 { 1.0 } else { weights[order - 1] };
-                let nodes = match self.objective {
+                let nodes = match self.task.objective {
                     Objective::DiscreteLeastSquares { points } | Objective::DiscreteChebyshev { points } => {
                         let points = self.points_in(range, points);
                         grid(range.from, range.to, points).map(|phi| (phi, 1.0)).collect()
                     }
                     _ if range.from == range.to => vec![(range.from, 1.0)],
-                    _ => gauss_nodes(range.from, range.to, self.basis.order().max(target.order())),
+                    _ => gauss_nodes(range.from, range.to, self.task.basis.order().max(target.order())),
                 };
                 for &(phi, share) in nodes.iter().filter(|_| weight > 0.0) {
                     let root = Double::from((range.weight * weight * share).sqrt());
                     let value = target.exactly_at(Double::from(phi) - Double::from(range.from));
-                    rows.push(self.basis.row(range.law, phi, order, None).into_iter().map(|v| v * root).collect());
-                    values.push(value.divide(Double::from(scale)) * root);
+                    rows.push(self.task.basis.row(range.law, phi, order, None).into_iter().map(|v| v * root).collect());
+                    values.push(value.divide(Double::from(self.scale)) * root);
                 }
             }
         }
@@ -132,23 +124,23 @@ impl Task {
     }
 
     fn points_in(&self, range: &Range, points: usize) -> usize {
-        let default = POINTS_PER_WAVE * self.basis.order() as f64 * (range.to - range.from) / TAU;
+        let default = POINTS_PER_WAVE * self.task.basis.order() as f64 * (range.to - range.from) / TAU;
         // A range much shorter than a wave still has to tell the functions apart.
-        if points > 0 { points } else { (default.ceil() as usize).max(2 * self.basis.size()) }
+        if points > 0 { points } else { (default.ceil() as usize).max(2 * self.task.basis.size()) }
     }
 
     /// The weight of e₁ or e₂ in the maxima.
     fn weight(&self, order: usize) -> f64 {
-        if order == 0 { 1.0 } else { self.weights[order - 1] }
+        if order == 0 { 1.0 } else { self.task.weights[order - 1] }
     }
 
     /// Conditions under which the profile is optimised, with the level of the objective.
-    pub(super) fn families(&self, scale: f64) -> Vec<Family> {
+    pub fn families(&self) -> Vec<Family> {
         let mut families = Vec::new();
-        for (index, bound) in self.bounds.iter().enumerate() {
-            families.extend(bound.sides(scale).map(|side| side.of_bound(index)));
+        for (index, bound) in self.task.bounds.iter().enumerate() {
+            families.extend(bound.sides(self.scale).map(|side| side.of_bound(index)));
         }
-        match self.objective {
+        match self.task.objective {
             Objective::LeastSquares
             | Objective::DiscreteLeastSquares { .. }
             | Objective::MeanSquareAcceleration
@@ -157,13 +149,13 @@ impl Task {
             Objective::PeakAcceleration => families.extend(self.peaks()),
             _ => {}
         }
-        let ranges = self.ranges.iter().filter(|_| self.objective != Objective::PeakAcceleration);
+        let ranges = self.task.ranges.iter().filter(|_| self.task.objective != Objective::PeakAcceleration);
         for range in ranges {
             // A sum with a derivative of no weight would be there twice.
             let counts = |&n: &usize| range.prescribed[n].is_some() && self.weight(n) != 0.0;
             let orders: Vec<usize> = (0..3).filter(counts).collect();
             // Each error by itself, or their sum |e₀| + w₁|e₁| + w₂|e₂|: the largest one with all combinations of signs.
-            let together = if self.objective == Objective::ChebyshevSum { 3 } else { 1 };
+            let together = if self.task.objective == Objective::ChebyshevSum { 3 } else { 1 };
             for orders in orders.chunks(together) {
                 for signs in 0..1_u32 << orders.len() {
                     let mut family = Family::new(range.from, range.to);
@@ -171,10 +163,10 @@ impl Task {
                         let sign = if signs >> i & 1 == 0 { 1.0 } else { -1.0 };
                         let target = range.prescribed[order].as_ref().expect("filtered");
                         let factor = sign * self.weight(order) * range.weight;
-                        family.add(Term { law: range.law, order, factor }, target, scale);
+                        family.add(Term { law: range.law, order, factor }, target, self.scale);
                     }
                     family.level = 1.0;
-                    if let Objective::DiscreteChebyshev { points } = self.objective {
+                    if let Objective::DiscreteChebyshev { points } = self.task.objective {
                         family.points = Some(self.points_in(range, points));
                     }
                     families.push(family);
@@ -183,13 +175,11 @@ impl Task {
         }
         families
     }
-}
 
-impl Task {
     /// |Uⱼ″| ≤ tⱼ, Σ wⱼ tⱼ ≤ t: the tⱼ of all laws but the last are numbers of the program beside the coefficients, since
     /// the law with the smaller peak would be open if only the larger one counted.
     fn peaks(&self) -> Vec<Family> {
-        let last = self.laws.len() - 1;
+        let last = self.task.laws.len() - 1;
         let of = |law: usize, sign: f64| {
             let mut family = Family::new(0.0, TAU);
             if law < last {
@@ -197,8 +187,8 @@ impl Task {
                 family.terms.push(Term { law: last + 1 + law, order: 0, factor: -1.0 });
                 return family;
             }
-            family.terms.push(Term { law, order: 2, factor: sign * self.laws[law] });
-            let peak = |j: usize| Term { law: last + 1 + j, order: 0, factor: self.laws[j] };
+            family.terms.push(Term { law, order: 2, factor: sign * self.task.laws[law] });
+            let peak = |j: usize| Term { law: last + 1 + j, order: 0, factor: self.task.laws[j] };
             family.terms.extend((0..last).map(peak));
             family.level = 1.0;
             family

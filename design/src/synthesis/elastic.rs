@@ -110,102 +110,95 @@ impl SpeedRange {
     }
 }
 
-impl Task {
-    /// The largest |y − Ũ| over all ranges behind an elastic output member; infinite at an undamped resonance.
-    pub fn deviation(&self, cam: &Fourier, response: Response) -> f64 {
-        let Some(motion) = output(cam, response) else { return f64::INFINITY };
-        self.errors(&motion).iter().map(|e| e[0]).filter(|e| !e.is_nan()).fold(0.0, f64::max)
-    }
+/// The largest |y − Ũ| over all ranges behind an elastic output member; infinite at an undamped resonance.
+pub fn deviation(task: &Task, cam: &Fourier, response: Response) -> f64 {
+    output(cam, response).map_or(f64::INFINITY, |motion| task.largest_error(&motion))
+}
 
-    /// The largest η up to which (from `slowest` on) a cam keeps the deviation within `tolerance`, at most `fastest`;
-    /// None if it exceeds it at `slowest` already.
-    pub fn reachable(&self, cam: &Fourier, range: SpeedRange, tolerance: f64) -> Option<f64> {
-        // Finite at an undamped resonance too. A robust profile deviates by the tolerance at several speeds, to what its solver
-        // leaves; that must not decide which of them counts.
-        let mut excess = |eta: f64| {
-            let deviation = self.deviation(cam, Response { damping: range.damping, eta });
-            (deviation / (tolerance * (1.0 + 2.0 * SOLVED))).min(f64::MAX) - 1.0
-        };
-        let mut good = (range.slowest, excess(range.slowest));
-        if good.1 > 0.0 {
-            return None;
+/// The largest η up to which (from `slowest` on) a cam keeps the deviation within `tolerance`, at most `fastest`;
+/// None if it exceeds it at `slowest` already.
+pub fn reachable(task: &Task, cam: &Fourier, range: SpeedRange, tolerance: f64) -> Option<f64> {
+    // Finite at an undamped resonance too. A robust profile deviates by the tolerance at several speeds, to what its solver
+    // leaves; that must not decide which of them counts.
+    let mut excess = |eta: f64| {
+        let deviation = deviation(task, cam, Response { damping: range.damping, eta });
+        (deviation / (tolerance * (1.0 + 2.0 * SOLVED))).min(f64::MAX) - 1.0
+    };
+    let mut good = (range.slowest, excess(range.slowest));
+    if good.1 > 0.0 {
+        return None;
+    }
+    for eta in speeds(cam.order(), range) {
+        let next = (eta, excess(eta));
+        if next.1 > 0.0 {
+            return Some(zero(&mut excess, [good.0, eta], [good.1, next.1], 0.0));
         }
-        for eta in speeds(cam.order(), range) {
-            let next = (eta, excess(eta));
-            if next.1 > 0.0 {
-                return Some(zero(&mut excess, [good.0, eta], [good.1, next.1], 0.0));
-            }
-            good = next;
+        good = next;
+    }
+    Some(range.fastest)
+}
+
+/// The best cam by the recipe of the source: `motion` inverted at the η_opt from which the largest speed is reached
+/// with the deviation within `tolerance` at all speeds from `range.slowest` on. The source inverts without damping,
+/// equation (5); `damping` is that of the inversion.
+pub fn recipe(task: &Task, motion: &Fourier, range: SpeedRange, tolerance: f64, damping: f64) -> Option<Recipe> {
+    let reached = |eta: f64| {
+        let cam = inverse(motion, Response { damping, eta })?;
+        let reached = reachable(task, &cam, range, tolerance)?;
+        Some(Recipe { cam, optimum: eta, reached })
+    };
+    // Below the resonance of the highest harmonic the reach over η_opt has one summit with a kink.
+    let highest = (1.0 / motion.order().max(1) as f64).min(range.fastest);
+    refined(highest, reached, |next, best| next.reached > best.reached)
+}
+
+/// The cam by the same recipe with the least largest deviation over the whole range.
+pub fn recipe_for(task: &Task, motion: &Fourier, range: SpeedRange) -> Option<Recipe> {
+    let at = |eta: f64| {
+        let cam = inverse(motion, Response { damping: range.damping, eta })?;
+        let worst = worst_over(task, &cam, range);
+        // The deviation takes the place of the speed until the best is found.
+        Some(Recipe { cam, optimum: eta, reached: worst })
+    };
+    let best = refined(range.fastest, at, |next, best| next.reached < best.reached)?;
+    Some(Recipe { reached: range.fastest, ..best })
+}
+
+/// The largest deviation over a range of speeds.
+pub fn worst_over(task: &Task, cam: &Fourier, range: SpeedRange) -> f64 {
+    let at = |eta: f64| deviation(task, cam, Response { damping: range.damping, eta });
+    let candidates = speeds(cam.order(), range);
+    let least = candidates.iter().map(|eta| at(*eta)).fold(0.0, f64::max);
+    local_maxima(&candidates, least, at).into_iter().map(at).fold(least, f64::max)
+}
+
+/// The profile whose task is fulfilled up to the largest speed: the robust problem, its range widened until the
+/// objective meets `tolerance`. Yields the profile and the speed.
+pub fn fastest_robust(task: &Task, range: SpeedRange, tolerance: f64) -> Result<(Profile, f64), Infeasible> {
+    let solve = |fastest: f64| Task { speeds: Some(SpeedRange { fastest, ..range }), ..task.clone() }.solve();
+    let slow = solve(range.slowest)?;
+    if slow.objective > tolerance {
+        return Ok((slow, f64::NAN));
+    }
+    let slowest = slow.objective / tolerance - 1.0;
+    let mut best = (slow, range.slowest);
+    let mut excess = |fastest: f64| {
+        // The objective grows with the range; without a number it is as good as twice the tolerance.
+        let Ok(profile) = solve(fastest) else { return 1.0 };
+        let excess = (profile.objective / tolerance - 1.0).min(1.0);
+        if excess <= 0.0 && fastest > best.1 {
+            best = (profile, fastest);
         }
-        Some(range.fastest)
+        excess
+    };
+    let ends = [range.slowest, range.fastest];
+    let values = [slowest, excess(range.fastest)];
+    if values[1] > 0.0 {
+        let reached = zero(&mut excess, ends, values, 1e-9 * range.fastest);
+        // On the side that keeps the tolerance.
+        excess(reached * (1.0 - 1e-9));
     }
-
-    /// The best cam by the recipe of the source: `motion` inverted at the η_opt from which the largest speed is reached
-    /// with the deviation within `tolerance` at all speeds from `range.slowest` on. The source inverts without damping,
-    /// equation (5); `damping` is that of the inversion.
-    pub fn recipe(&self, motion: &Fourier, range: SpeedRange, tolerance: f64, damping: f64) -> Option<Recipe> {
-        let reached = |eta: f64| {
-            let cam = inverse(motion, Response { damping, eta })?;
-            let reached = self.reachable(&cam, range, tolerance)?;
-            Some(Recipe { cam, optimum: eta, reached })
-        };
-        // Below the resonance of the highest harmonic the reach over η_opt has one summit with a kink.
-        let highest = (1.0 / motion.order().max(1) as f64).min(range.fastest);
-        refined(highest, reached, |next, best| next.reached > best.reached)
-    }
-
-    /// The cam by the same recipe with the least largest deviation over the whole range.
-    pub fn recipe_for(&self, motion: &Fourier, range: SpeedRange) -> Option<Recipe> {
-        let at = |eta: f64| {
-            let cam = inverse(motion, Response { damping: range.damping, eta })?;
-            let worst = self.worst_over(&cam, range);
-            // The deviation takes the place of the speed until the best is found.
-            Some(Recipe { cam, optimum: eta, reached: worst })
-        };
-        let best = refined(range.fastest, at, |next, best| next.reached < best.reached)?;
-        Some(Recipe { reached: range.fastest, ..best })
-    }
-
-    /// The largest deviation over a range of speeds.
-    pub fn worst_over(&self, cam: &Fourier, range: SpeedRange) -> f64 {
-        let at = |eta: f64| self.deviation(cam, Response { damping: range.damping, eta });
-        let candidates = speeds(cam.order(), range);
-        let least = candidates.iter().map(|eta| at(*eta)).fold(0.0, f64::max);
-        local_maxima(&candidates, least, at).into_iter().map(at).fold(least, f64::max)
-    }
-
-    /// The profile whose task is fulfilled up to the largest speed: the robust problem, its range widened until the
-    /// objective meets `tolerance`. Yields the profile and the speed.
-    pub fn fastest_robust(&self, range: SpeedRange, tolerance: f64) -> Result<(Profile, f64), Infeasible> {
-        let solve = |fastest: f64| {
-            let mut task = self.clone();
-            task.speeds = Some(SpeedRange { fastest, ..range });
-            task.solve()
-        };
-        let slow = solve(range.slowest)?;
-        if slow.objective > tolerance {
-            return Ok((slow, f64::NAN));
-        }
-        let slowest = slow.objective / tolerance - 1.0;
-        let mut best = (slow, range.slowest);
-        let mut excess = |fastest: f64| {
-            // The objective grows with the range; without a number it is as good as twice the tolerance.
-            let Ok(profile) = solve(fastest) else { return 1.0 };
-            let excess = (profile.objective / tolerance - 1.0).min(1.0);
-            if excess <= 0.0 && fastest > best.1 {
-                best = (profile, fastest);
-            }
-            excess
-        };
-        let ends = [range.slowest, range.fastest];
-        let values = [slowest, excess(range.fastest)];
-        if values[1] > 0.0 {
-            let reached = zero(&mut excess, ends, values, 1e-9 * range.fastest);
-            // On the side that keeps the tolerance.
-            excess(reached * (1.0 - 1e-9));
-        }
-        Ok(best)
-    }
+    Ok(best)
 }
 
 /// The best recipe for an η_opt between 0 and `high`, by a grid and its refinements.

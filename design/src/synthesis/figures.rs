@@ -1,5 +1,6 @@
 //! The diagrams of a synthesis.
 
+use super::laws::symmetric_dwells;
 use super::shaft_study::Shafted;
 use super::study::Study;
 use crate::plot::{Axis, Diagram, Rule, Series, Shade};
@@ -205,7 +206,7 @@ impl Study {
             }));
         }
         let mut rules = Vec::new();
-        if let Some((half, _)) = self.assignment.task.symmetric_dwells() {
+        if let Some((half, _)) = symmetric_dwells(&self.assignment.task) {
             rules.push(Rule::Vertical(2.0 * deg(half), "this task".to_owned()));
         }
         let axes = [Axis::angular("Dwell width 2Δφ [°]"), Axis::logarithmic("Largest deviation over stroke [1]")];

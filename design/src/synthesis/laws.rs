@@ -1,7 +1,7 @@
-//! The standard laws at the same task, and the cubics of the source.
+//! The standard laws at the same task.
 
 use super::deviation;
-use super::{Objective, Range, Task, torque};
+use super::{Range, Task, torque};
 use crate::harmonic_analysis::analyse;
 use camdrive::motion::StandardLaw::{
     InclinedSine, ModifiedSine, ModifiedTrapezoid, Polynomial345, Polynomial4567, SimpleSine,
@@ -46,101 +46,65 @@ pub fn notable_harmonics(series: &Fourier) -> usize {
     (1..series.a.len()).rev().find(|k| size(*k) > 1e-3 * largest).unwrap_or(0)
 }
 
-impl Task {
-    /// The two dwells of the task with their U, the lower one first, if it is one of two dwells and a rise and a return of some
-    /// angle.
-    fn two_dwells(&self) -> Option<[(&Range, f64); 2]> {
-        let [first, second] = &self.ranges[..] else { return None };
-        let level = |range: &Range| range.prescribed[0].as_ref()?.constant().filter(|_| range.from < range.to);
-        let (u, v) = (level(first)?, level(second)?);
-        (u != v).then_some(if u < v { [(first, u), (second, v)] } else { [(second, v), (first, u)] })
-    }
-
-    /// The cycle of a standard law with the dwells of the task; None where it has not two of them.
-    pub fn cycle(&self, law: StandardLaw) -> Option<Cycle> {
-        let [(lower, low), (upper, high)] = self.two_dwells()?;
-        let way = |from: f64, to: f64| (to - from).rem_euclid(TAU);
-        let plan = CyclePlan {
-            stroke: high - low,
-            lower: low,
-            rise_start: way(0.0, lower.to),
-            rise_angle: way(lower.to, upper.from),
-            upper_dwell: upper.to - upper.from,
-            return_angle: way(upper.to, lower.from),
-            rise_law: law,
-            return_law: law,
-            inflections: [None; 2],
-        };
-        plan.validate().ok()?;
-        // Dwells that overlap leave no room for a motion.
-        let rest = plan.lower_dwell() - (lower.to - lower.from);
-        (rest.abs() < 1e-9).then(|| Cycle::new(plan))
-    }
-
-    /// The standard laws at this task.
-    pub fn rivals(&self) -> Vec<Rival> {
-        StandardLaw::ALL.into_iter().filter_map(|law| self.rival(law)).collect()
-    }
-
-    fn rival(&self, law: StandardLaw) -> Option<Rival> {
-        let cycle = self.cycle(law)?;
-        let CyclePlan { stroke, rise_angle, return_angle, .. } = *cycle.plan();
-        let (shortest, law_of_motion) = (rise_angle.min(return_angle), MotionLaw::Cycle(cycle));
-        let angles: Vec<f64> = (0..SAMPLES).map(|i| TAU * i as f64 / SAMPLES as f64).collect();
-        let lifts = angles.iter().map(|phi| law_of_motion.at(*phi).0[0]).collect();
-        let series = analyse(Points { angles, lifts }, HARMONICS).ok()?.series;
-        Some(Rival {
-            name: law.name().to_owned(),
-            peaks: [stroke * law.peak(1) / shortest, stroke * law.peak(2) / shortest.powi(2)],
-            torque: stroke * stroke * torque_peak(law) / shortest.powi(3),
-            harmonics: notable_harmonics(&series),
-            series,
-        })
-    }
-
-    /// The half-width of two equal dwells opposite to each other, and the middle of the upper one: the symmetric task of
-    /// section 4.6.4.1.
-    pub fn symmetric_dwells(&self) -> Option<(f64, f64)> {
-        let [(lower, _), (upper, _)] = self.two_dwells()?;
-        let middle = |r: &Range| 0.5 * (r.from + r.to);
-        let half = 0.5 * (upper.to - upper.from);
-        let opposite = (middle(upper) - middle(lower)).rem_euclid(TAU) - PI;
-        (opposite.abs() < 1e-9 && (half - 0.5 * (lower.to - lower.from)).abs() < 1e-9).then_some((half, middle(upper)))
-    }
-
-    /// Solution of the task by the cubics (4.6.4.1 (2) to (6)) of the source: three or five harmonics in the sense of
-    /// least squares; None where they are not for this task.
-    pub fn cubics(&self) -> Option<Fourier> {
-        let (half, middle) = self.symmetric_dwells()?;
-        let [(_, low), (_, high)] = self.two_dwells()?;
-        let coefficients =
-            source_cubics(self.basis.order(), half).filter(|_| self.objective == Objective::LeastSquares)?;
-        let mut a = vec![0.0; 2 * coefficients.len()];
-        a[0] = 0.5 * (low + high);
-        for (i, c) in coefficients.iter().enumerate() {
-            a[2 * i + 1] = (high - low) * c;
-        }
-        Some(Fourier::new(a, Vec::new()).delayed(middle))
-    }
-
-    /// max |U − Ũ| over all ranges.
-    pub fn largest_error(&self, series: &Fourier) -> f64 {
-        self.errors(series).iter().map(|e| e[0]).filter(|e| !e.is_nan()).fold(0.0, f64::max)
-    }
+/// The two dwells of the task with their U, the lower one first, if it is one of two dwells and a rise and a return of some
+/// angle.
+pub(super) fn two_dwells(task: &Task) -> Option<[(&Range, f64); 2]> {
+    let [first, second] = &task.ranges[..] else { return None };
+    let level = |range: &Range| range.prescribed[0].as_ref()?.constant().filter(|_| range.from < range.to);
+    let (u, v) = (level(first)?, level(second)?);
+    (u != v).then_some(if u < v { [(first, u), (second, v)] } else { [(second, v), (first, u)] })
 }
 
-/// A₁, A₃ … of K = 3 or 5 by the cubics of the source, for dwells of half-width `half` (rad) and U = ±½.
-pub fn source_cubics(order: usize, half: f64) -> Option<Vec<f64>> {
-    let cubics: &[[f64; 4]] = match order {
-        3 => &[[0.56253, -0.00060, 0.04302, -0.00499], [-0.06216, -0.00584, -0.01624, -0.03322]],
-        5 => &[
-            [0.58606, -0.00111, 0.03005, -0.00446],
-            [-0.09753, -0.00131, -0.03482, -0.00879],
-            [0.00939, 0.01807, -0.03207, 0.04126],
-        ],
-        _ => return None,
+/// The cycle of a standard law with the dwells of the task; None where it has not two of them.
+pub fn cycle(task: &Task, law: StandardLaw) -> Option<Cycle> {
+    let [(lower, low), (upper, high)] = two_dwells(task)?;
+    let way = |from: f64, to: f64| (to - from).rem_euclid(TAU);
+    let plan = CyclePlan {
+        stroke: high - low,
+        lower: low,
+        rise_start: way(0.0, lower.to),
+        rise_angle: way(lower.to, upper.from),
+        upper_dwell: upper.to - upper.from,
+        return_angle: way(upper.to, lower.from),
+        rise_law: law,
+        return_law: law,
+        inflections: [None; 2],
     };
-    Some(cubics.iter().map(|c| c.iter().rev().fold(0.0, |sum, c| sum * half + c)).collect())
+    plan.validate().ok()?;
+    // Dwells that overlap leave no room for a motion.
+    let rest = plan.lower_dwell() - (lower.to - lower.from);
+    (rest.abs() < 1e-9).then(|| Cycle::new(plan))
+}
+
+/// The standard laws at this task.
+pub fn rivals(task: &Task) -> Vec<Rival> {
+    StandardLaw::ALL.into_iter().filter_map(|law| rival(task, law)).collect()
+}
+
+fn rival(task: &Task, law: StandardLaw) -> Option<Rival> {
+    let cycle = cycle(task, law)?;
+    let CyclePlan { stroke, rise_angle, return_angle, .. } = *cycle.plan();
+    let (shortest, law_of_motion) = (rise_angle.min(return_angle), MotionLaw::Cycle(cycle));
+    let angles: Vec<f64> = (0..SAMPLES).map(|i| TAU * i as f64 / SAMPLES as f64).collect();
+    let lifts = angles.iter().map(|phi| law_of_motion.at(*phi).0[0]).collect();
+    let series = analyse(Points { angles, lifts }, HARMONICS).ok()?.series;
+    Some(Rival {
+        name: law.name().to_owned(),
+        peaks: [stroke * law.peak(1) / shortest, stroke * law.peak(2) / shortest.powi(2)],
+        torque: stroke * stroke * torque_peak(law) / shortest.powi(3),
+        harmonics: notable_harmonics(&series),
+        series,
+    })
+}
+
+/// The half-width of two equal dwells opposite to each other, and the middle of the upper one: the symmetric task of
+/// section 4.6.4.1.
+pub fn symmetric_dwells(task: &Task) -> Option<(f64, f64)> {
+    let [(lower, _), (upper, _)] = two_dwells(task)?;
+    let middle = |r: &Range| 0.5 * (r.from + r.to);
+    let half = 0.5 * (upper.to - upper.from);
+    let opposite = (middle(upper) - middle(lower)).rem_euclid(TAU) - PI;
+    (opposite.abs() < 1e-9 && (half - 0.5 * (lower.to - lower.from)).abs() < 1e-9).then_some((half, middle(upper)))
 }
 
 /// The figures of a series as a rival of the standard laws.

@@ -16,6 +16,7 @@ mod banded;
 mod basis;
 pub mod clearance;
 mod conditions;
+mod convex;
 mod convex_concave;
 mod curve;
 pub mod deviation;
@@ -25,9 +26,12 @@ mod family;
 mod feasibility;
 pub mod figures;
 pub mod laws;
+mod least_torque;
 mod levels;
 mod nonlinear;
+mod plan;
 mod polyhedron;
+pub mod printed;
 mod remarks;
 mod sampling;
 mod semi_infinite;
@@ -46,17 +50,13 @@ pub use feasibility::KEPT;
 pub use nonlinear::{Norm, Search};
 pub use remarks::UNITS;
 
-use crate::search::local_maxima;
-use crate::work;
 use camdrive::motion::Fourier;
-use camdrive::numerics::double_double::Double;
 use clearance::Clearance;
-use deviation::Window;
+use conditions::Conditions;
+use deviation::{Extreme, Window};
 use elastic::SpeedRange;
-use exact::{RANK, Solutions, dot};
-use family::Family;
-use nonlinear::Region;
-use semi_infinite::{Goal, Program, Solution};
+use family::{Family, Term};
+use plan::Plan;
 use shaft::ShaftGoal;
 
 /// What the parts of a study say to it when its work is used up; it has words of its own.
@@ -119,6 +119,32 @@ impl Bound {
     /// Whether it is of this law alone.
     pub fn is_of(&self, law: usize) -> bool {
         self.of.iter().all(|(j, _)| *j == law)
+    }
+
+    /// The conditions of its sides, in units of `scale`.
+    fn sides(&self, scale: f64) -> impl Iterator<Item = Family> {
+        let sides = [(1.0, self.max), (-1.0, -self.min)].into_iter().filter(|(_, limit)| limit.is_finite());
+        sides.map(move |(sign, limit)| {
+            let mut family = Family::new(self.from, self.to);
+            family.target.add(sign, &self.around.over(scale));
+            let term = |&(law, factor): &(usize, f64)| Term { law, order: self.order, factor: sign * factor };
+            family.terms = self.of.iter().map(term).collect();
+            family.limit = limit / scale;
+            family
+        })
+    }
+
+    /// The least way to a bound, where it is; negative beyond it.
+    pub fn reserve(&self, laws: &[Fourier]) -> Extreme {
+        let side = |family: Family| {
+            let sum = family.combined(|law| Some(laws[law].clone()))?;
+            let window = Window { from: self.from, to: self.to, order: 0, target: &family.target };
+            let largest = window.maxima(&sum).into_iter().max_by(|a, b| a.value.total_cmp(&b.value));
+            largest.map(|extreme| Extreme { value: family.limit - extreme.value, phi: extreme.phi })
+        };
+        let reserves = self.sides(1.0).filter_map(side);
+        let none = Extreme { value: f64::INFINITY, phi: self.from };
+        reserves.min_by(|a, b| a.value.total_cmp(&b.value)).unwrap_or(none)
     }
 }
 
@@ -212,20 +238,17 @@ pub struct Profile {
     pub excess: f64,
 }
 
-/// Rows and right-hand sides of a sum of squares |A x − b|².
-type Squares = (Vec<Vec<Double>>, Vec<Double>);
-
-/// |A x − b|².
-fn square(a: &[Vec<Double>], b: &[Double], x: &[Double]) -> f64 {
-    a.iter().zip(b).map(|(row, b)| (dot(row, x) - *b).hi.powi(2)).sum()
-}
-
-/// The coefficients of all laws.
-struct Optimum {
-    best: Solution,
-    /// In SI.
-    objective: f64,
-    undetermined: usize,
+/// What the solver of a task found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solved {
+    /// The task of which it found the optimum: that of the user, with the longest dwells or the fewest harmonics where its
+    /// objective asks for them.
+    pub task: Task,
+    /// The best profiles, one for each law.
+    pub profiles: Vec<Profile>,
+    /// On the way to the longest dwell or the fewest harmonics: factor of the widths or harmonics, and the least largest
+    /// error with them (m), infinite for none.
+    pub tried: Vec<[f64; 2]>,
 }
 
 /// Why a task has no profile.
@@ -278,23 +301,29 @@ pub enum Infeasible {
 impl Task {
     /// The best profile; of several laws the first one's.
     pub fn solve(&self) -> Result<Profile, Infeasible> {
-        let profile = self.solve_with(&|_, _| {})?.into_iter().next();
+        let profile = self.solve_with(&|_, _| {})?.profiles.into_iter().next();
         profile.ok_or_else(|| Infeasible::Numerical("there is no law".to_owned()))
     }
 
     /// The best profiles, one for each law; `progress` hears how many of how many starts are done.
-    pub fn solve_with(&self, progress: Told<'_>) -> Result<Vec<Profile>, Infeasible> {
+    pub fn solve_with(&self, progress: Told<'_>) -> Result<Solved, Infeasible> {
         let task = self.prepared();
-        let scale = task.scale();
-        match task.objective {
-            Objective::PeakTorque | Objective::ShaftTorque(_) => Ok(vec![task.searched(progress)?]),
-            Objective::LongestDwell { .. } | Objective::FewestHarmonics { .. } => {
-                task.as_chebyshev(progress)?.0.solve_with(progress)
+        let conditions = &Conditions::new(&task);
+        let profiles = match Plan::of(&task) {
+            Plan::Convex => convex::optimum(conditions, Vec::new())?.profiles(conditions),
+            Plan::WithinIntegral(limit) => levels::within_integral(conditions, limit)?.profiles(conditions),
+            Plan::Clear => convex_concave::clear(conditions, progress)?.profiles(conditions),
+            Plan::LeastTorque(goal) => vec![least_torque::profile(conditions, goal, progress)?],
+            Plan::LongestDwell { tolerance, dwells } => {
+                let (task, tried) = levels::longest(&task, tolerance, dwells, progress)?;
+                return Ok(Solved { tried, ..task.solve_with(progress)? });
             }
-            _ if task.integral.is_some() => Ok(task.profiles(&task.within_integral(scale)?, scale)),
-            _ if !task.clearances.is_empty() => Ok(task.profiles(&task.clear(scale, progress)?, scale)),
-            _ => Ok(task.profiles(&task.optimum(scale, Vec::new())?, scale)),
-        }
+            Plan::FewestHarmonics { tolerance } => {
+                let (task, tried) = levels::fewest(&task, tolerance, progress)?;
+                return Ok(Solved { tried, ..task.solve_with(progress)? });
+            }
+        };
+        Ok(Solved { task: self.clone(), profiles, tried: Vec::new() })
     }
 
     /// The task that is solved: an undamped harmonic with its resonance in the range of speeds must not be there at all,
@@ -311,86 +340,20 @@ impl Task {
         task
     }
 
-    /// The optimum in units of `scale` under the conditions of the task and `further` ones.
-    fn optimum(&self, scale: f64, further: Vec<Family>) -> Result<Optimum, Infeasible> {
-        let (a, b) = self.samples(scale);
-        let goal = if self.is_of_squares() { Goal::Squares(a.clone()) } else { Goal::Level };
-        let (families, solutions) =
-            (self.families(scale).into_iter().chain(further).collect(), self.equalities(scale)?);
-        let found = self.optimum_of(scale, &solutions, families, goal, (a, b))?;
-        let discrete =
-            matches!(self.objective, Objective::DiscreteLeastSquares { .. } | Objective::DiscreteChebyshev { .. });
-        // Between the points nothing is prescribed; over a range all is, and what is not seen is below rounding.
-        match found.undetermined > 0 && (discrete || self.ranges.iter().all(|range| range.from == range.to)) {
-            true => self.smoothest(scale, &solutions, found),
-            false => Ok(found),
-        }
-    }
-
-    /// Among all optima, where some coefficients are open, the one with the least ∫U″² dφ.
-    fn smoothest(&self, scale: f64, solutions: &Solutions, found: Optimum) -> Result<Optimum, Infeasible> {
-        let (mut open, families) = (solutions.free.clone(), levels::capped(self.families(scale), found.best.level));
-        if self.is_of_squares() {
-            // What the squares see stays.
-            let seen: Vec<Vec<Double>> = self.samples(scale).0.iter().map(|row| solutions.projected(row)).collect();
-            let unseen = Solutions::new(&seen, &vec![Double::default(); seen.len()], open.len(), RANK).free;
-            let zero = vec![Double::default(); self.basis.size()];
-            open = unseen.iter().map(|direction| solutions.moved(&zero, direction)).collect();
-        }
-        let solutions = Solutions { particular: found.best.x.clone(), free: open };
-        let squares = self.accelerations(scale);
-        let smooth = self.optimum_of(scale, &solutions, families, Goal::Squares(squares.0.clone()), squares)?;
-        Ok(Optimum { best: Solution { x: smooth.best.x, ..found.best }, ..found })
-    }
-
-    /// The least goal under these conditions; without them the squares of (a, b) are least.
-    fn optimum_of(
-        &self,
-        scale: f64,
-        solutions: &Solutions,
-        families: Vec<Family>,
-        goal: Goal,
-        (a, b): Squares,
-    ) -> Result<Optimum, Infeasible> {
-        if work::is_exhausted() {
-            return Err(Infeasible::Numerical(EXHAUSTED.to_owned()));
-        }
-        let nearest = solutions.least_squares(&a, &b);
-        let exact: Vec<f64> = self.points.iter().map(|point| point.phi).collect();
-        let mut program = Program { basis: &self.basis, solutions, exact: &exact, families, goal };
-        let best = match self.speeds {
-            None => program.solve(nearest),
-            Some(range) => self.at_all_speeds(range, &mut program, nearest),
+    /// The magnitude of U in the task, in units of which the equations are solved.
+    fn scale(&self) -> f64 {
+        let of_range = |r: &Range| {
+            let size = |order: usize| {
+                let p = r.prescribed[order].as_ref()?;
+                Some(grid(r.from, r.to, 16).map(|phi| p.at(phi - r.from).abs()).fold(0.0, f64::max))
+            };
+            (0..3).filter_map(size).fold(0.0, f64::max)
         };
-        let best = best.map_err(|e| e.scaled(scale))?;
-        let objective = match &program.goal {
-            Goal::Squares(_) => square(&a, &b, &best.x) * scale * scale,
-            Goal::Level => best.level * scale,
-        };
-        let seen = match self.objective {
-            Objective::PeakAcceleration | Objective::MeanSquareAcceleration => solutions.free.len(),
-            _ => solutions.factors(&a, RANK).rank(),
-        };
-        Ok(Optimum { undetermined: solutions.free.len() - seen, best, objective })
-    }
-
-    /// The profiles of the laws.
-    fn profiles(&self, optimum: &Optimum, scale: f64) -> Vec<Profile> {
-        let best = &optimum.best;
-        let of = |law: usize| {
-            let series = self.basis.series(law, &best.x, scale);
-            Profile {
-                objective: optimum.objective,
-                errors: self.only(law).errors(&series),
-                series,
-                optima: Vec::new(),
-                resolution: best.resolution * scale,
-                uncertainty: best.uncertainty * scale,
-                undetermined: optimum.undetermined,
-                excess: best.excess * scale,
-            }
-        };
-        (0..self.laws.len()).map(of).collect()
+        let ranges = self.ranges.iter().map(of_range);
+        let points = self.points.iter().map(|p| p.value.abs());
+        let bounds = self.bounds.iter().flat_map(|b| [b.min.abs(), b.max.abs()]).filter(|v| v.is_finite());
+        let scale = ranges.chain(points).chain(bounds).fold(0.0, f64::max);
+        if scale > 0.0 { scale } else { 1.0 }
     }
 
     /// The part of the task that concerns one law alone.
@@ -411,109 +374,6 @@ impl Task {
         }
     }
 
-    /// Whether the objective is a sum of squares.
-    fn is_of_squares(&self) -> bool {
-        use Objective::{DiscreteLeastSquares, LeastSquares, MeanSquareAcceleration};
-        matches!(self.objective, LeastSquares | DiscreteLeastSquares { .. } | MeanSquareAcceleration)
-    }
-
-    /// The best local optimum of an objective that is not convex.
-    fn searched(&self, progress: Told<'_>) -> Result<Profile, Infeasible> {
-        let scale = self.scale();
-        let smooth = Task { objective: Objective::PeakAcceleration, ..self.clone() }.solve()?;
-        let solutions = self.equalities(scale)?;
-        let start = self.basis.coefficients(&smooth.series, scale).iter().map(|x| x.hi).collect();
-        let families = self.families(scale);
-        let peak = smooth.objective / scale;
-        let region = Region { basis: &self.basis, solutions: &solutions, families: &families, start, peak };
-        let (x, optima, objective) = match self.objective {
-            Objective::ShaftTorque(goal) => self.least_shaft_torque(goal.scaled(scale), &region, progress)?,
-            _ => {
-                let found = region.minimise(self.search, &|x| Some(torque::values(&self.basis, x)), progress)?;
-                let objective = torque::peak(&self.basis.series_of(&found.x));
-                (found.x, found.optima, objective)
-            }
-        };
-        let absolute = matches!(self.objective, Objective::ShaftTorque(ShaftGoal { relative: false, .. }));
-        let unit = if absolute { 1.0 } else { scale * scale };
-        let series = self.basis.series_of(&x).scaled(scale);
-        let optima = optima.iter().map(|value| value * unit).collect();
-        Ok(Profile {
-            objective: objective * unit,
-            errors: self.errors(&series),
-            series,
-            optima,
-            resolution: smooth.resolution,
-            uncertainty: 0.0,
-            undetermined: 0,
-            excess: smooth.excess,
-        })
-    }
-
-    /// The least torque of an elastic shaft: from several starts at some speeds, then from the best of them at all
-    /// speeds that count.
-    fn least_shaft_torque(
-        &self,
-        goal: ShaftGoal,
-        region: &Region,
-        progress: Told<'_>,
-    ) -> Result<(Vec<f64>, Vec<f64>, f64), Infeasible> {
-        let mut speeds = goal.speeds(shaft::SPEEDS);
-        let candidates = goal.speeds(8 * shaft::SPEEDS);
-        let found = region.minimise(self.search, &|x| goal.values(&self.basis, x, &speeds), progress)?;
-        let mut x = found.x;
-        if goal.norm == Norm::Peak {
-            for _ in 0..SPEED_ROUNDS {
-                let series = self.basis.series_of(&x);
-                let level = goal.over(&series, &speeds);
-                let peak = |w: f64| goal.peak(&series, w);
-                let least = level * (1.0 + 1e-4);
-                let exceeded: Vec<f64> =
-                    local_maxima(&candidates, least, peak).into_iter().filter(|w| peak(*w) > least).collect();
-                if exceeded.is_empty() {
-                    break;
-                }
-                speeds.extend(exceeded);
-                x = region.improved(&x, &|x| goal.values(&self.basis, x, &speeds))?;
-            }
-        }
-        let objective = goal.over(&self.basis.series_of(&x), &[candidates, speeds].concat());
-        Ok((x, found.optima, objective))
-    }
-
-    /// The best solution at all speeds of a range: first at some, then also at those where it was worst.
-    fn at_all_speeds(
-        &self,
-        range: SpeedRange,
-        program: &mut Program,
-        mut centre: Vec<Double>,
-    ) -> Result<semi_infinite::Solution, Infeasible> {
-        let (of_output, of_cam): (Vec<_>, Vec<_>) = program.families.iter().cloned().partition(|f| f.level != 0.0);
-        let response = |eta: f64| Response { damping: range.damping, eta };
-        let at = |eta: f64| of_output.iter().cloned().map(move |family| family.behind(Some(response(eta))));
-        let candidates = elastic::speeds(self.basis.order(), range);
-        // Ends and middle are a start; the exchange adds the speeds that count.
-        let mut speeds = vec![range.slowest, 0.5 * (range.slowest + range.fastest), range.fastest];
-        for _ in 0..SPEED_ROUNDS {
-            program.families = of_cam.iter().cloned().chain(speeds.iter().flat_map(|eta| at(*eta))).collect();
-            let best = program.solve(centre)?;
-            let cam = self.basis.series(0, &best.x, 1.0);
-            let excess = |eta: f64| match elastic::output(&cam, response(eta)) {
-                Some(motion) => of_output.iter().map(|f| f.magnitude(&motion)).fold(0.0, f64::max) - best.level,
-                None => f64::INFINITY,
-            };
-            let least = elastic::SOLVED * best.level.abs() + 1e-14;
-            let exceeded: Vec<f64> =
-                local_maxima(&candidates, least, excess).into_iter().filter(|eta| excess(*eta) > least).collect();
-            if exceeded.is_empty() {
-                return Ok(best);
-            }
-            speeds.extend(exceeded);
-            centre = best.x;
-        }
-        Err(Infeasible::Numerical("the speeds that count were not found".to_owned()))
-    }
-
     /// The largest |e₀|, |e₁|, |e₂| of a series in each range, NaN where nothing is prescribed.
     pub fn errors(&self, series: &Fourier) -> Vec<[f64; 3]> {
         let of_range = |range: &Range| {
@@ -523,6 +383,11 @@ impl Task {
             })
         };
         self.ranges.iter().map(of_range).collect()
+    }
+
+    /// max |U − Ũ| over all ranges.
+    pub fn largest_error(&self, series: &Fourier) -> f64 {
+        self.errors(series).iter().map(|e| e[0]).filter(|e| !e.is_nan()).fold(0.0, f64::max)
     }
 }
 

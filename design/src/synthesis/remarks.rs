@@ -1,7 +1,7 @@
 //! Remarks of the report of a synthesis beside its tables: limits of the task and of the numbers, elasticity, and why a task
 //! has no profile.
 
-use super::elastic::SpeedRange;
+use super::elastic::{SpeedRange, deviation};
 use super::sampling::ANGLES;
 use super::study::{Method, Names, Study};
 use super::{Bound, Infeasible, Objective, Response, Task};
@@ -124,7 +124,7 @@ impl Study {
                 Some(eta) => format!("It stays within {tolerance} up to {}.", rpm(rounded_down(eta))),
                 None => {
                     let slow = Response { damping: given.damping, eta: given.slowest / given.w0 };
-                    let deviation = self.length(self.assignment.task.deviation(&self.cam, slow));
+                    let deviation = self.length(deviation(&self.assignment.task, &self.cam, slow));
                     format!(
                         "warning: `elasticity.tolerance` of {tolerance} cannot be kept: at the slowest speed the \
                          deviation is {deviation}; take more harmonics, shorter ranges or a wider tolerance"

@@ -350,7 +350,7 @@ mod tests {
             let series = symmetric_task(order, PI / 6.0, Objective::Chebyshev).solve().unwrap().series;
             laws::as_rival("hs", &series)
         };
-        let rivals = symmetric_task(3, PI / 6.0, Objective::Chebyshev).rivals();
+        let rivals = laws::rivals(&symmetric_task(3, PI / 6.0, Objective::Chebyshev));
         let named = |name: &str| rivals.iter().find(|r| r.name == name).unwrap().clone();
         for (law, at_06, at_08) in [
             (hs(3), 1.12, 1.47),

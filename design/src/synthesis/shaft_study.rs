@@ -167,7 +167,7 @@ mod tests {
         let speeds: Vec<f64> = (11..=60).map(|i| f64::from(i) * GRID * W0).collect();
         let task = |order| symmetric_task(order, PI / 6.0, Objective::Chebyshev);
         let hs = |order| laws::as_rival("hs", &task(order).solve().unwrap().series);
-        let rivals = task(3).rivals();
+        let rivals = laws::rivals(&task(3));
         let named = |name: &str| rivals.iter().find(|r| r.name == name).unwrap().clone();
         for (law, printed) in [
             (hs(3), [0.0825, 0.100]),

@@ -2,10 +2,11 @@
 
 use super::deviation::{self, Extreme};
 use super::elastic::{self, Resonance, SpeedRange};
-use super::laws::{Rival, as_rival};
+use super::laws::{self, Rival, as_rival, symmetric_dwells};
+use super::printed::Cubics;
 use super::shaft::ShaftGoal;
 use super::shaft_study::{self, Shafted};
-use super::{Basis, Curve, Infeasible, Objective, Profile, Range, Response, Symmetry, Task, Told};
+use super::{Basis, Curve, Infeasible, Objective, Profile, Range, Response, Solved, Symmetry, Task, Told};
 use crate::Progress;
 use crate::text::number;
 use camdrive::motion::Fourier;
@@ -96,8 +97,8 @@ pub struct Study {
     pub peaks: [Extreme; 4],
     /// The cam with its figures, then the standard laws where they apply.
     pub rivals: Vec<Rival>,
-    /// max |U − Ũ| of the cubics of the source, where they are for this task.
-    pub cubics: Option<f64>,
+    /// The cubics of the source, where they are for this task.
+    pub cubics: Option<Cubics>,
     /// Behind the elastic output member.
     pub elastic: Option<Behind>,
     /// In front of the cam an elastic shaft.
@@ -163,12 +164,9 @@ impl Assignment {
     pub(super) fn studies(&self, progress: &(dyn Fn(Progress) + Sync)) -> Result<Vec<Study>, Infeasible> {
         let profile = |done, total| progress(Progress { done, total, stage: "profile" });
         profile(0, 1);
-        let (task, tried) = self.task.as_chebyshev(&profile)?;
-        let profiles = task.solve_with(&profile)?;
-        let of = |(law, motion)| {
-            let solved = Assignment { task: task.clone(), ..self.clone() };
-            solved.of_law(law).study_of(motion, (self.task.objective, tried.clone()), progress)
-        };
+        let Solved { task, profiles, tried } = self.task.solve_with(&profile)?;
+        let solved = Assignment { task, ..self.clone() };
+        let of = |(law, motion)| solved.of_law(law).study_of(motion, (self.task.objective, tried.clone()), progress);
         profiles.into_iter().enumerate().map(of).collect()
     }
 
@@ -211,16 +209,16 @@ impl Assignment {
         let cam = without_rounding(cam);
         stage("laws");
         let mut rivals = vec![as_rival("harmonic synthesis", &cam)];
-        rivals.extend(self.task.rivals());
+        rivals.extend(laws::rivals(&self.task));
         stage("speeds");
         let elastic = self.elasticity.as_ref().map(|elasticity| self.behind(elasticity, &rivals, optimum, robust));
         let shaft = self.shaft.map(|goal| shaft_study::study(goal, &rivals));
-        let widths = match self.task.symmetric_dwells() {
+        let widths = match symmetric_dwells(&self.task) {
             Some(_) => widths(&|done, total| progress(Progress { done, total, stage: "widths" }))?,
             None => Vec::new(),
         };
         Ok(Study {
-            cubics: self.task.cubics().map(|series| self.task.largest_error(&series)),
+            cubics: Cubics::beside(&motion.series, &self.task),
             peaks: std::array::from_fn(|order| deviation::peak(&cam, order)),
             assignment: self.clone(),
             motion,
@@ -241,8 +239,8 @@ impl Assignment {
             Method::None => Ok((motion.series.clone(), None, None)),
             Method::Recipe => {
                 let recipe = match given.tolerance {
-                    Some(tolerance) => self.task.recipe(&motion.series, range, tolerance, given.damping),
-                    None => self.task.recipe_for(&motion.series, range),
+                    Some(tolerance) => elastic::recipe(&self.task, &motion.series, range, tolerance, given.damping),
+                    None => elastic::recipe_for(&self.task, &motion.series, range),
                 };
                 let fault = "`elasticity.tolerance`: even at the slowest speed the deviation of the profile exceeds it; \
                              take more harmonics or a wider tolerance";
@@ -251,7 +249,7 @@ impl Assignment {
             }
             Method::Robust => match (given.fastest, given.tolerance) {
                 (None, Some(tolerance)) => {
-                    let profile = self.task.fastest_robust(range, tolerance)?.0;
+                    let profile = elastic::fastest_robust(&self.task, range, tolerance)?.0;
                     Ok((profile.series, None, Some(profile.objective)))
                 }
                 _ => {
@@ -286,10 +284,11 @@ impl Assignment {
 
     fn behind(&self, given: &Elasticity, rivals: &[Rival], optimum: Option<f64>, objective: Option<f64>) -> Behind {
         let whole = SpeedRange { fastest: HIGHEST, ..given.range() };
-        let deviation = |cam: &Fourier, eta: f64| self.task.deviation(cam, Response { damping: given.damping, eta });
+        let response = |eta: f64| Response { damping: given.damping, eta };
+        let deviation = |cam: &Fourier, eta: f64| elastic::deviation(&self.task, cam, response(eta));
         let cam = &rivals[0].series;
         // The speeds that are of interest: a little further than what is asked for or reached.
-        let reach = |cam: &Fourier| self.task.reachable(cam, whole, given.tolerance?);
+        let reach = |cam: &Fourier| elastic::reachable(&self.task, cam, whole, given.tolerance?);
         let reaches: Vec<Option<f64>> = rivals.iter().map(|rival| reach(&rival.series)).collect();
         let last = given.fastest.map(|w| w / given.w0).into_iter().chain(reaches[0]).fold(0.02, f64::max);
         let shown = SpeedRange { fastest: (1.5 * last).min(HIGHEST.max(last)), ..given.range() };
@@ -299,7 +298,7 @@ impl Assignment {
         };
         let fastest = given.fastest.map(|w| w / given.w0).or(reaches[0]).unwrap_or(given.range().slowest);
         let looked_at = SpeedRange { fastest, ..given.range() };
-        let at = |eta: f64| elastic::output(cam, Response { damping: given.damping, eta });
+        let at = |eta: f64| elastic::output(cam, response(eta));
         let outputs: Vec<Fourier> = elastic::speeds(cam.order(), looked_at).into_iter().filter_map(at).collect();
         let larger = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|n| if b[n] > a[n] { b[n] } else { a[n] });
         let at_rest = self.task.errors(cam);
@@ -315,7 +314,7 @@ impl Assignment {
             outputs,
             optimum,
             reached: reaches[0],
-            worst: given.fastest.map(|_| self.task.worst_over(cam, given.range())),
+            worst: given.fastest.map(|_| elastic::worst_over(&self.task, cam, given.range())),
             curves: rivals.iter().map(curve).collect(),
             reaches,
             resonances: elastic::resonances(cam, given.damping, HIGHEST),

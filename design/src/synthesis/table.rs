@@ -12,9 +12,6 @@ use std::f64::consts::TAU;
 /// Points of the profile in its CSV.
 const POINTS: usize = 720;
 
-/// The cubics of the source fail where their dwell error is this many times the possible one.
-const FAILED: f64 = 1.05;
-
 /// The heading of [`Study::levels`].
 pub(super) const LEVELS: &str = "Largest errors on the way";
 
@@ -68,19 +65,7 @@ impl Study {
             self.length(self.peaks[3].value.abs())
         ));
         if let Some(cubics) = self.cubics {
-            let exact = task.largest_error(&self.motion.series);
-            let (cubics_text, exact_text) = (self.length(cubics), self.length(exact));
-            if cubics > FAILED * exact {
-                let times = number(cubics / exact);
-                line(format!(
-                    "warning: the cubics (4.6.4.1 (2) to (6)) of the source fail here: dwell error {cubics_text}, \
-                     {times} times the {exact_text} of the exact coefficients"
-                ));
-            } else {
-                line(format!(
-                    "The cubics (4.6.4.1 (2) to (6)) of the source give {cubics_text}, the exact coefficients {exact_text}."
-                ));
-            }
+            line(cubics.line(|error| self.length(error)));
         }
         page.table("Coefficients", &self.coefficients());
         if alone {
@@ -392,7 +377,7 @@ impl Study {
             "peaks": self.peaks.iter().map(|p| p.value.abs()).collect::<Vec<_>>(),
             "local_optima": self.motion.optima,
             "tried": self.tried.iter().map(|[number, level]| [finite(*number), finite(*level)]).collect::<Vec<_>>(),
-            "error_of_the_cubics": self.cubics,
+            "error_of_the_cubics": self.cubics.map(|cubics| cubics.error),
             "elastic_output": behind,
             "shaft": self.shaft.as_ref().map(|shaft| serde_json::json!({
                 "speed_of_magnification_1.5": shaft.laws[0].exceeded[0],

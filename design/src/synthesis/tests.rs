@@ -9,6 +9,7 @@ mod tables;
 use super::elastic::SpeedRange;
 use super::study::symmetric_task;
 use super::*;
+use crate::work;
 use std::f64::consts::{PI, TAU};
 
 fn worst(profile: &Profile) -> f64 {
@@ -97,23 +98,23 @@ fn the_recipe_reaches_less_than_the_robust_profile() {
     let half = PI / 6.0;
     let task = symmetric_task(5, half, Objective::Chebyshev);
     let motion = task.solve().unwrap().series;
-    let recipe = task.recipe(&motion, SPEEDS, 0.001, 0.0).unwrap();
+    let recipe = elastic::recipe(&task, &motion, SPEEDS, 0.001, 0.0).unwrap();
     assert!((recipe.reached - 0.1186).abs() < 1e-4 && (recipe.optimum - 0.0755).abs() < 5e-4, "{recipe:?}");
-    let wider = task.recipe(&motion, SPEEDS, 0.002, 0.0).unwrap();
+    let wider = elastic::recipe(&task, &motion, SPEEDS, 0.002, 0.0).unwrap();
     assert!((wider.reached - 0.1423).abs() < 1e-4, "{wider:?}");
     let squares = symmetric_task(5, half, Objective::LeastSquares).solve().unwrap().series;
-    let recipe = task.recipe(&squares, SPEEDS, 0.001, 0.0).unwrap();
+    let recipe = elastic::recipe(&task, &squares, SPEEDS, 0.001, 0.0).unwrap();
     assert!((recipe.reached - 0.1186).abs() < 1e-4 && (recipe.optimum - 0.0668).abs() < 5e-4, "{recipe:?}");
-    let reach = |tolerance: f64| task.reachable(&motion, SPEEDS, tolerance).unwrap();
+    let reach = |tolerance: f64| elastic::reachable(&task, &motion, SPEEDS, tolerance).unwrap();
     assert!((reach(0.001) - 0.1055).abs() < 1e-4, "{}", reach(0.001));
     for (tolerance, expected) in [(0.0005, 0.1074), (0.002, 0.1650)] {
-        let (_, fastest) = task.fastest_robust(SPEEDS, tolerance).unwrap();
+        let (_, fastest) = elastic::fastest_robust(&task, SPEEDS, tolerance).unwrap();
         assert!((fastest - expected).abs() < 1e-4, "{tolerance}: {fastest}");
     }
-    let (profile, fastest) = task.fastest_robust(SPEEDS, 0.001).unwrap();
+    let (profile, fastest) = elastic::fastest_robust(&task, SPEEDS, 0.001).unwrap();
     assert!((fastest - 0.1394).abs() < 1e-4, "{fastest}");
     assert_odd(&profile, &[0.587628, -0.099435, 0.011432], 1e-5);
-    let by_itself = task.reachable(&profile.series, SPEEDS, 0.001 * (1.0 + 1e-9)).unwrap();
+    let by_itself = elastic::reachable(&task, &profile.series, SPEEDS, 0.001 * (1.0 + 1e-9)).unwrap();
     assert!((by_itself - fastest).abs() < 1e-5, "{by_itself} {fastest}");
 }
 
@@ -213,7 +214,7 @@ fn the_ends_of_the_turn_are_one_point() {
 #[test]
 fn the_inclined_sine_resonates_earlier() {
     let task = symmetric_task(5, PI / 6.0, Objective::Chebyshev);
-    let rivals = task.rivals();
+    let rivals = laws::rivals(&task);
     let sine = &rivals.iter().find(|r| r.name == "inclined_sine").unwrap().series;
     let size = |k: usize| sine.a[k].abs();
     for (k, expected) in [(11, 3.50e-4), (13, 1.752e-4), (17, 5.9e-5), (19, 3.7e-5)] {
@@ -227,7 +228,7 @@ fn the_inclined_sine_resonates_earlier() {
         (0.05, 0.0015, 0.0711),
         (0.02, 0.002, 0.0730),
     ] {
-        let reached = task.reachable(sine, SpeedRange { damping, ..SPEEDS }, tolerance).unwrap();
+        let reached = elastic::reachable(&task, sine, SpeedRange { damping, ..SPEEDS }, tolerance).unwrap();
         assert!((reached - expected).abs() < 2e-4, "{damping} {tolerance}: {reached}");
     }
 }
@@ -303,9 +304,9 @@ fn a_wider_tolerance_reaches_farther() {
     let ladder = |task: &Task, damping: f64, tolerances: &[f64]| {
         let reach = |tolerance: &f64| {
             let range = SpeedRange { damping, ..SPEEDS };
-            let (profile, fastest) = task.fastest_robust(range, *tolerance).unwrap();
+            let (profile, fastest) = elastic::fastest_robust(task, range, *tolerance).unwrap();
             // The profile itself keeps the tolerance as far, though it takes it up at several speeds.
-            let by_itself = task.reachable(&profile.series, range, *tolerance).unwrap();
+            let by_itself = elastic::reachable(task, &profile.series, range, *tolerance).unwrap();
             assert!((by_itself - fastest).abs() < 1e-6, "{tolerance}: {by_itself} {fastest}");
             fastest
         };

@@ -1,8 +1,7 @@
 //! The laws of a task that are found together: what they cost, and how they keep their restrictions and their distances.
 
 use super::clearance::Clearance;
-use super::deviation::{Extreme, Window};
-use super::family::Family;
+use super::deviation::Extreme;
 use super::feasibility::KEPT;
 use super::remarks::{UNITS, degrees};
 use super::study::{Assignment, Study};
@@ -29,32 +28,15 @@ pub struct Together {
     pub studies: Vec<Study>,
 }
 
-impl Bound {
-    /// The least way to a bound, where it is; negative beyond it.
-    pub fn reserve(&self, laws: &[Fourier]) -> Extreme {
-        let side = |family: Family| {
-            let sum = family.combined(|law| Some(laws[law].clone()))?;
-            let window = Window { from: self.from, to: self.to, order: 0, target: &family.target };
-            let largest = window.maxima(&sum).into_iter().max_by(|a, b| a.value.total_cmp(&b.value));
-            largest.map(|extreme| Extreme { value: family.limit - extreme.value, phi: extreme.phi })
-        };
-        let reserves = self.sides(1.0).filter_map(side);
-        let none = Extreme { value: f64::INFINITY, phi: self.from };
-        reserves.min_by(|a, b| a.value.total_cmp(&b.value)).unwrap_or(none)
-    }
-}
-
-impl Assignment {
-    /// The profiles of all laws with all that is to be known of them.
-    pub fn study(&self, progress: &(dyn Fn(Progress) + Sync)) -> Result<Together, Infeasible> {
-        let hint = "take fewer harmonics, laws or starts, say `fastest` instead of `tolerance` for an elastic member, or widen bounds";
-        let studies = work::within(work::BUDGET, hint, progress, |tell| self.studies(tell));
-        let studies = studies.map_err(Infeasible::Numerical)??;
-        Ok(Together { assignment: self.clone(), studies })
-    }
-}
-
 impl Together {
+    /// The profiles of all laws of a task with all that is to be known of them.
+    pub fn new(assignment: &Assignment, progress: &(dyn Fn(Progress) + Sync)) -> Result<Self, Infeasible> {
+        let hint = "take fewer harmonics, laws or starts, say `fastest` instead of `tolerance` for an elastic member, or widen bounds";
+        let studies = work::within(work::BUDGET, hint, progress, |tell| assignment.studies(tell));
+        let studies = studies.map_err(Infeasible::Numerical)??;
+        Ok(Together { assignment: assignment.clone(), studies })
+    }
+
     fn motions(&self) -> Vec<Fourier> {
         self.studies.iter().map(|study| study.cam.clone()).collect()
     }

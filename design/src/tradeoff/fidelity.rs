@@ -26,69 +26,67 @@ pub fn shaft(bench: &Bench, reference: &Reference) -> Vec<Shaft> {
     (0..=grid.count).map(|k| Shaft { phi: begin + (end - begin) * share(k), w, a: 0.0 }).collect()
 }
 
-impl Simplification {
-    /// One run, on which the shaft moves like this.
-    pub fn run(&self, bench: &Bench, shaft: &[Shaft]) -> Result<Trace, Fault> {
-        match &self.model {
-            Simplified::Scene(resource, interface) => {
-                let interface = interface.as_ref().map_err(Fault::clone)?;
-                let inputs = if interface.derivatives > 0 { Inputs::Derivatives } else { Inputs::Values };
-                bench.run(resource, interface, &sweep::defaults(interface), bench.grid, inputs)
-            }
-            Simplified::Formula(formula) => Ok(evaluate(formula, shaft)),
+/// One run, on which the shaft moves like this.
+pub fn run(simpler: &Simplification, bench: &Bench, shaft: &[Shaft]) -> Result<Trace, Fault> {
+    match &simpler.model {
+        Simplified::Scene(resource, interface) => {
+            let interface = interface.as_ref().map_err(Fault::clone)?;
+            let inputs = if interface.derivatives > 0 { Inputs::Derivatives } else { Inputs::Values };
+            bench.run(resource, interface, &sweep::defaults(interface), bench.grid, inputs)
         }
+        Simplified::Formula(formula) => Ok(evaluate(formula, shaft)),
     }
+}
 
-    /// The names of its outputs.
-    fn outputs(&self) -> Vec<String> {
-        match &self.model {
-            Simplified::Scene(_, Ok(interface)) => interface.names().into_iter().map(|(name, _)| name).collect(),
-            Simplified::Scene(_, Err(_)) => Vec::new(),
-            Simplified::Formula(formula) => formula.outputs.clone(),
-        }
+/// The names of its outputs.
+fn outputs(simpler: &Simplification) -> Vec<String> {
+    match &simpler.model {
+        Simplified::Scene(_, Ok(interface)) => interface.names().into_iter().map(|(name, _)| name).collect(),
+        Simplified::Scene(_, Err(_)) => Vec::new(),
+        Simplified::Formula(formula) => formula.outputs.clone(),
     }
+}
 
-    /// Runs it and compares with the run of the whole drive.
-    pub(super) fn first_run(
-        &self,
-        bench: &Bench,
-        shaft: &[Shaft],
-        full: &Trace,
-        reference: &Reference,
-        samples: &mut Samples,
-    ) -> Feature {
-        let mut feature = Feature {
-            feature: self.feature.clone(),
-            instead: self.instead.clone(),
-            change: None,
-            worst: None,
-            known_to: reference.summary.floor,
-            cost: None,
-            cost_ratio: None,
-            changes: BTreeMap::new(),
-            fault: None,
-        };
-        match self.run(bench, shaft) {
-            Err(fault) => feature.fault = Some(fault.to_string()),
-            Ok(trace) => {
-                let outputs = self.outputs();
-                feature.changes = changes(bench, full, reference, &trace, &outputs);
-                // What vanishes with the feature, as the twist of a rigid shaft does, says nothing of the rest.
-                let vanishes = |name: &String| {
-                    let column = outputs.iter().position(|other| other == name).unwrap_or(0);
-                    trace.values.iter().skip(column).step_by(outputs.len()).all(|value| *value == 0.0)
-                };
-                let mut remaining = feature.changes.iter().filter(|(name, _)| !vanishes(name)).peekable();
-                (feature.worst, feature.change) = match remaining.peek() {
-                    Some(_) => worst_of(remaining, feature.known_to),
-                    None => worst_of(feature.changes.iter(), feature.known_to),
-                };
-                samples.statistics = Some([trace.statistics[0], trace.statistics[1]]);
-                samples.add(trace.run_ns, trace.start_ns);
-            }
+/// Runs it and compares with the run of the whole drive.
+pub(super) fn first_run(
+    simpler: &Simplification,
+    bench: &Bench,
+    shaft: &[Shaft],
+    full: &Trace,
+    reference: &Reference,
+    samples: &mut Samples,
+) -> Feature {
+    let mut feature = Feature {
+        feature: simpler.feature.clone(),
+        instead: simpler.instead.clone(),
+        change: None,
+        worst: None,
+        known_to: reference.summary.floor,
+        cost: None,
+        cost_ratio: None,
+        changes: BTreeMap::new(),
+        fault: None,
+    };
+    match run(simpler, bench, shaft) {
+        Err(fault) => feature.fault = Some(fault.to_string()),
+        Ok(trace) => {
+            let outputs = outputs(simpler);
+            feature.changes = changes(bench, full, reference, &trace, &outputs);
+            // What vanishes with the feature, as the twist of a rigid shaft does, says nothing of the rest.
+            let vanishes = |name: &String| {
+                let column = outputs.iter().position(|other| other == name).unwrap_or(0);
+                trace.values.iter().skip(column).step_by(outputs.len()).all(|value| *value == 0.0)
+            };
+            let mut remaining = feature.changes.iter().filter(|(name, _)| !vanishes(name)).peekable();
+            (feature.worst, feature.change) = match remaining.peek() {
+                Some(_) => worst_of(remaining, feature.known_to),
+                None => worst_of(feature.changes.iter(), feature.known_to),
+            };
+            samples.statistics = Some([trace.statistics[0], trace.statistics[1]]);
+            samples.add(trace.run_ns, trace.start_ns);
         }
-        feature
     }
+    feature
 }
 
 /// The formulas at the instants.

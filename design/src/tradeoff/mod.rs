@@ -354,7 +354,7 @@ fn studied(resource: &Resource, options: &Options, progress: &dyn Fn(Progress)) 
     let whole = sweep::whole(&settings);
     let full = bench.setting(&settings[whole])?;
     for (simpler, samples) in simpler.iter().zip(samples.iter_mut().skip(settings.len())) {
-        features.push(simpler.first_run(&bench, &shaft, &full, &reference, samples));
+        features.push(fidelity::first_run(simpler, &bench, &shaft, &full, &reference, samples));
         done += 1;
         progress(Progress { done, total: jobs * (1 + LEAST_REPETITIONS), stage: "features" });
     }
@@ -367,7 +367,7 @@ fn studied(resource: &Resource, options: &Options, progress: &dyn Fn(Progress)) 
         for (job, samples) in samples.iter_mut().enumerate() {
             let trace = match settings.get(job) {
                 Some(setting) => bench.setting(setting),
-                None => simpler[job - settings.len()].run(&bench, &shaft),
+                None => fidelity::run(&simpler[job - settings.len()], &bench, &shaft),
             };
             if let Ok(trace) = trace {
                 samples.add(trace.run_ns, trace.start_ns);

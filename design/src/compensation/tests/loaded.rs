@@ -54,7 +54,7 @@ const UNLOADED: [Load; 2] = [NONE, NONE];
 fn apart(one: &Task, other: &Task) -> [f64; 3] {
     let [one, other] = [one, other].map(|task| {
         let solution = task.solve().unwrap();
-        (solution.periodic.period(), solution.laws(&task.tools, 1e-8, Form::Auto).unwrap())
+        (solution.periodic.period(), laws::of(&solution, &task.tools, 1e-8, Form::Auto).unwrap())
     });
     let mut most = [error(one.0, other.0), 0.0, 0.0];
     for (a, b) in one.1.iter().zip(&other.1) {

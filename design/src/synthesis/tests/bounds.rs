@@ -1,6 +1,7 @@
 //! Largest errors under bounds, against another program for linear optimisation, and what numbers cannot tell.
 
 use super::super::study::{Assignment, Elasticity, Method, Names};
+use super::super::together::Together;
 use super::interior_point::interior_point;
 use super::*;
 use nalgebra::DMatrix;
@@ -187,7 +188,7 @@ fn the_cam_leads_a_damped_output() {
     let damped = SpeedRange { damping: 0.03, ..SPEEDS };
     for (even, expected) in [(true, 0.1354), (false, 0.1395)] {
         task.basis = Basis::new(5, Symmetry { even, half_wave: true });
-        let (_, fastest) = task.fastest_robust(damped, 0.001).unwrap();
+        let (_, fastest) = elastic::fastest_robust(&task, damped, 0.001).unwrap();
         assert!((fastest - expected).abs() < 1e-4, "{fastest}");
     }
 }
@@ -215,12 +216,12 @@ fn a_cam_that_would_stand_still_is_refused() {
         scene: None,
         files: Vec::new(),
     };
-    match assignment.study(&|_| {}) {
+    match Together::new(&assignment, &|_| {}) {
         Err(Infeasible::Numerical(text)) => assert!(text.contains("k = 1 at 573 rpm"), "{text}"),
         other => panic!("{other:?}"),
     }
     assignment.elasticity = Some(Elasticity { damping: 0.05, ..elasticity });
-    let text = assignment.study(&|_| {}).unwrap().text(100);
+    let text = Together::new(&assignment, &|_| {}).unwrap().text(100);
     assert!(text.contains("cross resonances kη = 1, k = 1 at η = 1.0000 (573 rpm)"), "{text}");
     assert!(text.contains("not the motion of the task"), "{text}");
     assert!(text.contains("`half_wave` instead of `even_half_wave`"), "{text}");

@@ -1,7 +1,14 @@
 //! Tasks that cannot be fulfilled, and such as hardly can.
 
 use super::super::study::{Assignment, Elasticity, Method, Names};
+use super::super::together::Together;
 use super::*;
+use camdrive::numerics::double_double::Double;
+
+/// How many coefficients the exact points leave.
+fn free(task: &Task) -> Result<usize, Infeasible> {
+    Ok(Conditions { task, scale: 1.0 }.equalities()?.free.len())
+}
 
 fn degrees(from: f64, to: f64, u: f64) -> Range {
     let zero = || Some(Curve::polynomial(vec![0.0]));
@@ -106,8 +113,8 @@ fn least_squares_under_bounds_that_touch() {
     let profile = task.solve().unwrap();
     assert!(profile.excess < 1e-15, "{:e}", profile.excess);
     // No profile on the way to another one that keeps the bounds has a smaller sum.
-    let (a, b) = task.samples(1.0);
-    let cost = |x: &[Double]| a.iter().zip(&b).map(|(row, b)| (dot(row, x) - *b).hi.powi(2)).sum::<f64>();
+    let squares = Conditions { task: &task, scale: 1.0 }.samples();
+    let cost = |x: &[Double]| convex::square(&squares, x);
     let here = task.basis.coefficients(&profile.series, 1.0);
     for objective in [Objective::Chebyshev, Objective::PeakAcceleration, Objective::ChebyshevSum] {
         let other = Task { objective, ..task.clone() }.solve().unwrap();
@@ -149,7 +156,7 @@ fn the_report_tells_the_deviations_of_what_is_delivered() {
     };
     let task = symmetric_task(5, PI / 6.0, Objective::Chebyshev);
     let assignment = Assignment { elasticity: Some(elasticity), ..assignment(task, &[]) };
-    let study = assignment.study(&|_| {}).unwrap().studies.remove(0);
+    let study = Together::new(&assignment, &|_| {}).unwrap().studies.remove(0);
     let behind = study.elastic.as_ref().unwrap();
     let largest = |list: &[[f64; 3]]| list.iter().map(|e| e[0]).fold(0.0, f64::max);
     // The worst speed is what the robust problem made small, and more than at rest.
@@ -195,14 +202,13 @@ fn a_point_that_the_symmetry_fulfils_is_no_condition() {
             let (all, case) = (basis.size(), format!("K = {order}: {symmetry:?}, {n}, {phi}"));
             let mut task = Task { basis, ..task(order, Vec::new(), Vec::new()) };
             task.points = vec![point(phi, n, 0.0), point(10.0, 0, 0.5)];
-            let free = task.equalities(1.0).unwrap_or_else(|fault| panic!("{case}: {fault:?}")).free;
-            assert_eq!(free.len(), all - 1, "{case}");
+            assert_eq!(free(&task), Ok(all - 1), "{case}");
             task.points.pop();
-            assert_eq!(task.equalities(1.0).unwrap().free.len(), all, "{case}, alone");
+            assert_eq!(free(&task), Ok(all), "{case}, alone");
             // Another value than zero nothing can fulfil.
             task.points.push(point(20.0, 0, 0.5));
             task.points[0].value = 0.1;
-            let Err(Infeasible::Point { index: 0, by }) = task.equalities(1.0) else { panic!("{case}") };
+            let Err(Infeasible::Point { index: 0, by }) = free(&task) else { panic!("{case}") };
             // The rounding of the angle, times waves of the size Kⁿ.
             assert!((by - 0.1).abs() < 1e-12 * (order as f64).powi(n as i32), "{case}: {by}");
         }
@@ -223,11 +229,11 @@ fn a_point_that_follows_from_others_changes_nothing() {
         let basis = Basis::new(7, symmetry);
         let mut task = Task { basis, ..task(7, Vec::new(), Vec::new()) };
         task.points = given;
-        let free = task.equalities(1.0).unwrap().free.len();
+        let before = free(&task).unwrap();
         task.points.push(following);
-        assert_eq!(task.equalities(1.0).unwrap().free.len(), free, "{following:?}");
+        assert_eq!(free(&task), Ok(before), "{following:?}");
         task.points.last_mut().unwrap().value += 0.01;
-        assert!(matches!(task.equalities(1.0), Err(Infeasible::Point { .. })), "{following:?}");
+        assert!(matches!(free(&task), Err(Infeasible::Point { .. })), "{following:?}");
     }
 }
 
@@ -250,7 +256,7 @@ fn rest_at_the_turning_point_of_an_even_profile_costs_nothing() {
         task.points[1].phi = phi;
         let mut assignment = assignment(task, &[]);
         assignment.names.points = vec!["point[1]".to_owned(), "point[2]".to_owned()];
-        assignment.study(&|_| {}).unwrap().text(400)
+        Together::new(&assignment, &|_| {}).unwrap().text(400)
     };
     let warning = "decides U′ at 180°; `point[2]`, close to it";
     assert!(beside(PI - 2.65e-6, task.clone()).contains(warning) && !beside(PI, task).contains(warning));
@@ -303,7 +309,7 @@ fn a_task_that_no_motion_fulfils_best_is_refused() {
                 }
             }
             let assignment = assignment(task, &["dwell[1]", "dwell[2]"]);
-            let fault = assignment.study(&|_| {}).unwrap_err();
+            let fault = Together::new(&assignment, &|_| {}).unwrap_err();
             let Infeasible::Still { at } = fault else { panic!("{symmetry:?} {objective:?}: {fault:?}") };
             // The least peak of acceleration leaves the place free within the tolerances.
             let free = if objective == Objective::PeakAcceleration { 0.0011 } else { 1e-12 };

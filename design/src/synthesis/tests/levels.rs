@@ -220,7 +220,7 @@ fn the_longest_dwell() {
         let mut task = dwelling(order);
         task.ranges = vec![around(0, 0.0, start, 0.0)];
         task.bounds.extend(limit.map(|limit| bound(&[(0, 1.0)], [0.0, 360.0], 2, [-limit, limit])));
-        let (settled, tried) = task.as_chebyshev(&|_, _| {}).unwrap();
+        let Solved { task: settled, tried, .. } = task.solve_with(&|_, _| {}).unwrap();
         let width = (settled.ranges[0].to - settled.ranges[0].from).to_degrees();
         assert!((width - degrees).abs() < 1e-10, "{width} instead of {degrees}; {tried:?}");
         assert_near("c", &settled.solve().unwrap().series.a, c, 1e-11);
@@ -235,7 +235,7 @@ fn the_longest_dwell() {
 fn the_fewest_harmonics() {
     let mut task = empty(Basis::new(9, EVEN), Objective::FewestHarmonics { tolerance: 1e-3 });
     task.ranges = vec![around(0, 0.0, 50.0, 0.0), around(0, 180.0, 20.0, 1.0)];
-    let (settled, tried) = task.as_chebyshev(&|_, _| {}).unwrap();
+    let Solved { task: settled, tried, .. } = task.solve_with(&|_, _| {}).unwrap();
     assert_eq!(settled.basis.order(), 4);
     let levels: Vec<f64> = tried.iter().map(|[_, level]| *level).collect();
     assert_near("E", &levels, &[0.0920796384142, 0.0290041004537, 0.0115563699447, 0.00099289405389], 1e-13);
@@ -261,7 +261,7 @@ fn two_laws() -> Task {
 
 #[test]
 fn two_laws_with_the_least_sum_of_peaks() {
-    let profiles = two_laws().solve_with(&|_, _| {}).unwrap();
+    let profiles = two_laws().solve_with(&|_, _| {}).unwrap().profiles;
     assert_near("t", &[profiles[0].objective], &[2.045125259746496], 5e-13);
     let sum: f64 = profiles.iter().map(|p| deviation::peak(&p.series, 2).value.abs()).sum();
     assert_near("sum", &[sum], &[2.045125259746496], 1e-12);
@@ -279,7 +279,7 @@ fn restrictions_of_two_laws() {
     task.bounds.push(bound(&both, [0.0, 180.0], 0, [-free, 1.02]));
     task.bounds.push(bound(&both, [30.0, 100.0], 0, [-free, 0.42]));
     task.bounds.push(bound(&both, [20.0, 160.0], 0, [0.15, free]));
-    let profiles = task.solve_with(&|_, _| {}).unwrap();
+    let profiles = task.solve_with(&|_, _| {}).unwrap().profiles;
     assert_near("t", &[profiles[0].objective], &[6.224292550616602], 2e-12);
     let u = [0.412811409057, -0.522449329451, 0.0881762357177, 0.0195464069286, -0.00184083484314, 0.00490292252272];
     assert_near("U₁ c", &profiles[0].series.a, &u, 1e-10);
@@ -296,7 +296,7 @@ fn two_tools_keep_clear() {
     // (U₁ − 0.3)² + (U₂ − 0.3)² ≥ 0.26².
     let directions = [0.0, PI / 2.0];
     task.clearances = vec![Clearance { laws: [0, 1], offset: [-0.3, 0.3], directions, distance: 0.26 }];
-    let profiles = task.solve_with(&|_, _| {}).unwrap();
+    let profiles = task.solve_with(&|_, _| {}).unwrap().profiles;
     assert_near("t", &[profiles[0].objective], &[2.263269980416225], 1e-9);
     let u = [0.275027272298, 0.452892532586, 0.239240915571, 0.0584353205678, -0.0140291935127, -0.0122539246641];
     assert_near("U₂ c", &profiles[1].series.a, &u, 1e-8);

@@ -1,0 +1,69 @@
+//! The cubics that the source prints for the coefficients of two dwells opposite to each other, beside the exact ones.
+//!
+//! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.4.1, equations (2) to (6).
+
+use super::laws::{symmetric_dwells, two_dwells};
+use super::{Objective, Task};
+use crate::text::number;
+use camdrive::motion::Fourier;
+
+/// The cubics fail where their dwell error is this many times the possible one.
+const FAILED: f64 = 1.05;
+
+/// Dwell errors max |U − Ũ|.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cubics {
+    /// With the coefficients of the cubics (m).
+    pub error: f64,
+    /// With the exact ones (m).
+    pub exact: f64,
+}
+
+impl Cubics {
+    /// The errors beside the exact series of a task; None where the cubics are not for it.
+    pub fn beside(exact: &Fourier, task: &Task) -> Option<Self> {
+        Some(Cubics { error: task.largest_error(&cubics(task)?), exact: task.largest_error(exact) })
+    }
+
+    /// A line of the report, where errors are told as `length`.
+    pub fn line(&self, length: impl Fn(f64) -> String) -> String {
+        let (error, exact) = (length(self.error), length(self.exact));
+        if self.error > FAILED * self.exact {
+            let times = number(self.error / self.exact);
+            format!(
+                "warning: the cubics (4.6.4.1 (2) to (6)) of the source fail here: dwell error {error}, {times} times the \
+                 {exact} of the exact coefficients"
+            )
+        } else {
+            format!("The cubics (4.6.4.1 (2) to (6)) of the source give {error}, the exact coefficients {exact}.")
+        }
+    }
+}
+
+/// Solution of the task by the cubics (4.6.4.1 (2) to (6)) of the source: three or five harmonics in the sense of
+/// least squares; None where they are not for this task.
+pub fn cubics(task: &Task) -> Option<Fourier> {
+    let (half, middle) = symmetric_dwells(task)?;
+    let [(_, low), (_, high)] = two_dwells(task)?;
+    let coefficients = source_cubics(task.basis.order(), half).filter(|_| task.objective == Objective::LeastSquares)?;
+    let mut a = vec![0.0; 2 * coefficients.len()];
+    a[0] = 0.5 * (low + high);
+    for (i, c) in coefficients.iter().enumerate() {
+        a[2 * i + 1] = (high - low) * c;
+    }
+    Some(Fourier::new(a, Vec::new()).delayed(middle))
+}
+
+/// A₁, A₃ … of K = 3 or 5 by the cubics of the source, for dwells of half-width `half` (rad) and U = ±½.
+fn source_cubics(order: usize, half: f64) -> Option<Vec<f64>> {
+    let cubics: &[[f64; 4]] = match order {
+        3 => &[[0.56253, -0.00060, 0.04302, -0.00499], [-0.06216, -0.00584, -0.01624, -0.03322]],
+        5 => &[
+            [0.58606, -0.00111, 0.03005, -0.00446],
+            [-0.09753, -0.00131, -0.03482, -0.00879],
+            [0.00939, 0.01807, -0.03207, 0.04126],
+        ],
+        _ => return None,
+    };
+    Some(cubics.iter().map(|c| c.iter().rev().fold(0.0, |sum, c| sum * half + c)).collect())
+}
