@@ -24,9 +24,10 @@ use camdrive::numerics::double_double::Double;
 use camdrive::numerics::gauss::Gauss;
 use camdrive::numerics::period_map::{Coefficients, Period, PeriodMap, Periodic};
 use camdrive::numerics::work::EVALUATION;
+use std::cell::RefCell;
 use std::f64::consts::TAU;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A breakpoint this near the ends of the period counts as lying there (rad): more than the rounding of an angle.
 const SLACK: f64 = 1e-12;
@@ -74,11 +75,20 @@ pub struct System<'a> {
     order: usize,
     /// The harmonics at μ = 1.
     harmonics: Arc<Harmonics>,
+    /// Those of turns gone through, at all modulations, of which none is in use.
+    nodes: Arc<Mutex<Vec<Nodes>>>,
     /// Whether a monodromy matrix could not be computed, of this system or of one with another modulation.
     failed: Arc<AtomicBool>,
     /// Whether Hill's matrices did not tell the orders apart, likewise.
     unnumbered: Arc<AtomicBool>,
 }
+
+/// Segment, angle and coefficients in the order in which a turn asked for them. The next one mostly asks for the same,
+/// whatever λ and d: where the coefficients are rich in harmonics, it is their reach that limits the cells.
+type Nodes = Vec<(usize, f64, Terms)>;
+
+/// Nodes that are kept of a turn: some 6 MB.
+const MOST_NODES: usize = 1 << 16;
 
 /// Why a turn cannot be followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -174,7 +184,7 @@ impl<'a> System<'a> {
             )));
         }
         let samples = Arc::new(samples);
-        let harmonics = Arc::default();
+        let (harmonics, nodes) = (Arc::default(), Arc::default());
         let (failed, unnumbered) = (Arc::default(), Arc::default());
         let mut system = System {
             oscillator,
@@ -186,6 +196,7 @@ impl<'a> System<'a> {
             samples,
             order,
             harmonics,
+            nodes,
             failed,
             unnumbered,
         };
@@ -196,9 +207,10 @@ impl<'a> System<'a> {
 
     /// The system with the modulation `factor` instead of 1.
     pub fn modulated(&self, factor: f64) -> System<'a> {
-        let (samples, harmonics) = (self.samples.clone(), self.harmonics.clone());
+        let (samples, harmonics, nodes) = (self.samples.clone(), self.harmonics.clone(), self.nodes.clone());
         let (failed, unnumbered) = (self.failed.clone(), self.unnumbered.clone());
-        let mut system = System { modulation: factor, drift: 0.0, samples, harmonics, failed, unnumbered, ..*self };
+        let mut system =
+            System { modulation: factor, drift: 0.0, samples, harmonics, nodes, failed, unnumbered, ..*self };
         if self.active {
             let over_inertia = |g: &dyn Fn(&Terms) -> f64| system.coefficients(0, &|t| g(t) / t.m)[0].re;
             system.drift = over_inertia(&|t| t.b - 1.0) / over_inertia(&|_| 1.0);
@@ -464,13 +476,40 @@ struct Turn<'a> {
     /// The angle at which the period starts (rad).
     start: f64,
     intervals: Vec<(f64, usize)>,
+    /// Those of a turn before, as far as they are not overwritten yet, and the next one of this turn.
+    nodes: RefCell<(Nodes, usize)>,
 }
 
 impl<'a> Turn<'a> {
     fn new(system: &'a System<'a>, lambda: f64, d: f64, parts: usize, loaded: bool) -> Self {
         let start = if loaded { system.oscillator.start } else { 0.0 };
         let intervals = intervals(system.oscillator, start, TAU / parts as f64);
-        Turn { system, lambda, d, parts, loaded, start, intervals }
+        let nodes = system.nodes.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default();
+        Turn { system, lambda, d, parts, loaded, start, intervals, nodes: RefCell::new((nodes, 0)) }
+    }
+
+    /// The coefficients of a segment at an angle (rad).
+    fn terms(&self, segment: usize, phi: f64) -> Terms {
+        let (nodes, next) = &mut *self.nodes.borrow_mut();
+        if *next == MOST_NODES {
+            return (self.system.oscillator.terms)(segment, phi);
+        }
+        if nodes.get(*next).is_none_or(|node| (node.0, node.1) != (segment, phi)) {
+            let node = (segment, phi, (self.system.oscillator.terms)(segment, phi));
+            match nodes.get_mut(*next) {
+                Some(old) => *old = node,
+                None => nodes.push(node),
+            }
+        }
+        *next += 1;
+        nodes[*next - 1].2
+    }
+}
+
+impl Drop for Turn<'_> {
+    fn drop(&mut self) {
+        let nodes = std::mem::take(&mut self.nodes.get_mut().0);
+        self.system.nodes.lock().unwrap_or_else(PoisonError::into_inner).push(nodes);
     }
 }
 
@@ -487,9 +526,7 @@ impl Periodic for Turn<'_> {
     }
 
     fn at(&self, phi: Double, interval: usize) -> Coefficients {
-        let t = self
-            .system
-            .scaled(&(self.system.oscillator.terms)(self.intervals[interval].1, (self.start + phi.hi).rem_euclid(TAU)));
+        let t = self.system.scaled(&self.terms(self.intervals[interval].1, (self.start + phi.hi).rem_euclid(TAU)));
         Coefficients {
             // No speed belongs to λ < 0.
             damping: (self.system.damping(t.b, self.lambda.max(0.0).sqrt(), self.d) + t.b1) / t.m,
