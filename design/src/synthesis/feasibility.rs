@@ -42,6 +42,8 @@ struct Widened {
     excess: f64,
     /// The conditions that hold t, with their multipliers.
     holding: Vec<(Place, f64)>,
+    /// Whether the reach holds it too, so that a longer one may change it.
+    reached: bool,
 }
 
 impl Program<'_> {
@@ -60,7 +62,7 @@ impl Program<'_> {
         let mut best: Option<Widened> = None;
         for reach in REACHES {
             if let Some(widened) = program.widened(&self.solutions.particular, reach) {
-                let enough = widened.excess <= -0.5 * ROOM;
+                let enough = widened.excess <= -0.5 * ROOM || !widened.reached;
                 best = Some(widened);
                 if enough {
                     break;
@@ -103,9 +105,10 @@ impl Program<'_> {
             let (x, level) = (self.moved(&frame, y), level[0].hi);
             let maxima = self.maxima(&x);
             let excess = maxima.iter().map(|place| self.violation(&x, 0.0, *place)).fold(f64::NEG_INFINITY, f64::max);
+            let reached = program.multipliers().any(|(row, multiplier)| row < 2 * n && multiplier > 0.0);
             let holding = program.multipliers().filter(|(row, _)| *row >= first);
             let holding = holding.map(|(row, multiplier)| (looked_at[row - first], multiplier)).collect();
-            best = Some(Widened { x: x.clone(), level, excess, holding });
+            best = Some(Widened { x: x.clone(), level, excess, holding, reached });
             let missed = known(level);
             if excess <= -0.5 * ROOM || excess - level <= missed {
                 break;
