@@ -2432,13 +2432,13 @@ fn clearance_writes_tables_and_diagrams() {
     assert_eq!((run.code, run.err.as_str()), (0, ""), "no progress bar where nobody looks");
     // The example's README has these numbers.
     for part in
-        ["μ = m1/m2 = 0.25", "254.080", "254.025", "6.78", "0.0339", "0.033 ", "elastic", "Without multiple impacts"]
+        ["254.02", "0.0225", "0.033 ", "opens again", "speed 283 rpm instead of 239 rpm", "Without further impacts"]
     {
         assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
     }
     for (ending, part) in [
         ("json", "\"passages\""),
-        ("passages.csv", "impulse_N_s"),
+        ("passages.csv", "impulse_Ns"),
         ("after_impact.csv", "q_over_s_model"),
         ("passage_time.csv", "tau1"),
         ("map.csv", "elastic"),
@@ -2468,7 +2468,7 @@ fn clearance_compares_laws_and_takes_an_elastic_output() {
     let compare = ["--compare", "bestehorn,modsine,hs6,examples/guide_bar/scene.toml", "-o", text(&folder)];
     let run = camdrive(&[&["clearance", scene][..], &given, &compare].concat());
     assert_eq!((run.code, run.err.as_str()), (0, ""));
-    for part in ["m1 = 1.5 kg", "Laws", "inclined_sine", "modified_sine", "hs6", "guide_bar", "least spacing"] {
+    for part in ["m1 1.5 kg", "Laws", "inclined_sine", "modified_sine", "hs6", "guide_bar", "largest U″"] {
         assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
     }
 }
@@ -2483,15 +2483,14 @@ fn clearance_trusts_the_model_where_the_formulas_differ() {
     assert_eq!((run.code, run.err.as_str(), compared.code, compared.err.as_str()), (0, "", 0, ""));
     let both = run.out + &compared.out;
     for part in [
-        "By the model 10 passages (4 none, 4 elastic, 2 return), further impacts follow. By the formulas 2 passages (2 none), \
-         no further impact follows: they do not hold here, take the model.",
-        "; 1700 rad/s is not, nearest is",
-        "; 0.05 mm is not, nearest is",
-        "scene, inclined_sine: formula and model differ",
+        "The contact opens 10 times a turn",
+        "Further impacts follow the passages from",
+        "The closed formulas say otherwise; they do not hold here.",
+        "clearance ",
+        "inclined_sine: the closed formulas say otherwise",
     ] {
         assert!(both.contains(part), "{part} is missing in\n{both}");
     }
-    assert!(!both.contains("is admissible"), "{both}");
 }
 
 #[test]
