@@ -2271,7 +2271,15 @@ fn stability_writes_tables_and_maps() {
     let run = camdrive(&["stability", scene, "--orders", "3", "-o", text(&folder.join("study"))]);
     assert_eq!((run.code, run.err.as_str()), (0, ""), "no progress bar where nobody looks");
     // The peak of the torque is 1.12 times the kinetostatic one, the example says.
-    for part in ["Floquet multipliers", "stable;", "Instabilities", "Resonances", "Notes", "1.12 ", "linearisation"] {
+    for part in [
+        "may run",
+        "decay by 99.4 %",
+        "Avoid 465 to 554 rpm",
+        "Unstable speeds",
+        "Resonances",
+        "1.12 times",
+        "linearisation",
+    ] {
         assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
     }
     for (ending, part) in [
@@ -2290,7 +2298,7 @@ fn stability_writes_tables_and_maps() {
     assert_diagrams_read_well(&folder.join("study"));
     let quick = folder.join("quick");
     let run = camdrive(&["stability", scene, "--quick", "--speed", "500 rpm", "--orders", "2", "-o", text(&quick)]);
-    assert!(run.code == 0 && run.out.contains("UNSTABLE") && run.out.contains("order 2"), "{}", run.out);
+    assert!(run.code == 0 && run.out.contains("must not run") && run.out.contains("order 2"), "{}", run.out);
     assert!(!quick.join("transfer_hs3.damping.svg").exists());
 }
 
@@ -2335,7 +2343,7 @@ fn a_measured_course_is_laid_over_a_computed_one() {
         let run = examined(measured);
         assert_eq!((run.code, run.err.as_str()), (0, ""));
         let svg = svg();
-        for part in ["M, 46.2148 rpm", "kinetostatic, 46.2148 rpm", "measured, course", "Torque M [N·m]"] {
+        for part in ["M, 46.215 rpm", "kinetostatic, 46.215 rpm", "measured, course", "Torque M [N·m]"] {
             assert!(svg.contains(part), "{part} is missing in\n{svg}");
         }
     }
@@ -2423,13 +2431,13 @@ fn clearance_writes_tables_and_diagrams() {
     assert_eq!((run.code, run.err.as_str()), (0, ""), "no progress bar where nobody looks");
     // The example's README has these numbers.
     for part in
-        ["μ = m1/m2 = 0.25", "254.080", "254.025", "6.78", "0.0339", "0.033 ", "elastic", "Without multiple impacts"]
+        ["254.02", "0.0225", "0.033 ", "opens again", "speed 283 rpm instead of 239 rpm", "Without further impacts"]
     {
         assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
     }
     for (ending, part) in [
         ("json", "\"passages\""),
-        ("passages.csv", "impulse_N_s"),
+        ("passages.csv", "impulse_Ns"),
         ("after_impact.csv", "q_over_s_model"),
         ("passage_time.csv", "tau1"),
         ("map.csv", "elastic"),
@@ -2459,7 +2467,7 @@ fn clearance_compares_laws_and_takes_an_elastic_output() {
     let compare = ["--compare", "bestehorn,modsine,hs6,examples/guide_bar/scene.toml", "-o", text(&folder)];
     let run = camdrive(&[&["clearance", scene][..], &given, &compare].concat());
     assert_eq!((run.code, run.err.as_str()), (0, ""));
-    for part in ["m1 = 1.5 kg", "Laws", "inclined_sine", "modified_sine", "hs6", "guide_bar", "least spacing"] {
+    for part in ["m1 1.5 kg", "Laws", "inclined_sine", "modified_sine", "hs6", "guide_bar", "largest U″"] {
         assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
     }
 }
@@ -2474,15 +2482,14 @@ fn clearance_trusts_the_model_where_the_formulas_differ() {
     assert_eq!((run.code, run.err.as_str(), compared.code, compared.err.as_str()), (0, "", 0, ""));
     let both = run.out + &compared.out;
     for part in [
-        "By the model 10 passages (4 none, 4 elastic, 2 return), further impacts follow. By the formulas 2 passages (2 none), \
-         no further impact follows: they do not hold here, take the model.",
-        "; 1700 rad/s is not, nearest is",
-        "; 0.05 mm is not, nearest is",
-        "scene, inclined_sine: formula and model differ",
+        "The contact opens 10 times a turn",
+        "Further impacts follow the passages from",
+        "The closed formulas say otherwise; they do not hold here.",
+        "clearance ",
+        "inclined_sine: the closed formulas say otherwise",
     ] {
         assert!(both.contains(part), "{part} is missing in\n{both}");
     }
-    assert!(!both.contains("is admissible"), "{both}");
 }
 
 #[test]

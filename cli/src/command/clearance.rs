@@ -1,8 +1,9 @@
 //! `camdrive clearance SCENE`
 
+use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, Format, failure, files, optional, read};
+use super::{Failure, failure, files, optional, read};
 use crate::scene::Resolved;
 use crate::scene::keys::LAW;
 use crate::scene::plan::STANDARD_LAWS;
@@ -10,26 +11,22 @@ use camdrive::drives::unit;
 use camdrive::motion::fourier::HIGHEST_HARMONIC;
 use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, MotionLaw, StandardLaw};
-use camdrive_design::clearance::{self, Options, Report, figures, lists, table};
+use camdrive_design::clearance::{self, Options};
 use camdrive_design::harmonic_analysis::analyse;
-use camdrive_design::plot::Diagram;
-use camdrive_design::text::{self, Page};
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// Shows where and how hard a drive passes through its clearance, and what avoids further impacts.
 ///
-/// For every change of sign of U″ in a turn: dynamic clearance K, time of passage, impulse, deformation and contact force
-/// after the impact, by Kaltofen's closed formulas and by the event-driven model side by side, and whether m1 leaves the
-/// flank again, at once or within a natural period. For the law as a whole: which natural frequencies, speeds,
-/// clearances, masses m1 (with their μ and ω₂) and damping ratios avoid that by both, and the motion that the drive settles
-/// to. Where formulas and model differ, the model decides.
+/// Tells where in the turn the contact opens, where and how hard it closes, the contact force after the impact, whether m1
+/// leaves the flank again, and the motion that the drive settles to; which natural frequency, speed, clearance, mass m1 or
+/// damping ratio avoids further impacts, by the event-driven model. --explain adds Kaltofen's closed formulas beside it.
 ///
 /// Takes a BacklashDrive, or an ElasticCamDrive with an elastic output together with --clearance and --m1. The model of a
 /// passage starts from the periodic motion of permanent contact.
 ///
-/// Prints the tables and writes NAME.json, NAME.passages.csv, NAME.after_impact.csv, NAME.passage_time.csv, NAME.map.csv
+/// Prints the report and writes NAME.json, NAME.passages.csv, NAME.after_impact.csv, NAME.passage_time.csv, NAME.map.csv
 /// and, as SVG, NAME.passage_time, NAME.multiple_impacts, NAME.deformation, NAME.force, NAME.acceleration into a folder.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
@@ -76,7 +73,7 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    format: Format,
+    telling: Telling,
 }
 
 /// Short names of laws, beside those that scenes have for them.
@@ -93,12 +90,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = read(&args.scene)?;
     let folder = files::folder(args.output.as_deref(), "clearance", &scene.name)?;
     let options = args.options(&scene)?;
-    let report = Bar::beside(&scene.name, |tell| clearance::study(&scene.resource(), &options, tell));
-    let report = report.map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
-    let mut acceleration = figures::acceleration(&report);
-    let courses = args.measured.lay_over([("acceleration", &mut acceleration)])?;
-    let written = files::write(&parts(&folder, &report, &acceleration)?, &[scene.files, courses].concat())?;
-    args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))
+    let findings = Bar::beside(&scene.name, |tell| clearance::study(&scene.resource(), &options, tell));
+    let findings = findings.map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
+    let place =
+        Place { folder: Some(&folder), inputs: scene.files, measured: Some(&args.measured), ..Place::default() };
+    args.telling.deliver(findings.report(), findings.json(), place)
 }
 
 impl Args {
@@ -181,36 +177,4 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw, f64)
     };
     let same_task = |law: StandardLaw| CyclePlan { rise_law: law, return_law: law, ..*cycle.plan() };
     Ok(laws.into_iter().map(|law| (law.name().to_owned(), MotionLaw::Cycle(Cycle::new(same_task(law))), 0.0)).collect())
-}
-
-/// Tables and diagrams.
-fn parts(folder: &Path, report: &Report, acceleration: &Diagram) -> Result<Vec<(PathBuf, String)>, Failure> {
-    let parts = [
-        ("json", text::json(report)),
-        ("passages.csv", lists::passages_csv(report)),
-        ("after_impact.csv", lists::after_impact_csv(report)),
-        ("passage_time.csv", lists::passage_time_csv(report)),
-        ("map.csv", lists::map_csv(report)),
-        ("passage_time.svg", Ok(figures::passage_time(report).svg())),
-        ("multiple_impacts.svg", Ok(figures::multiple_impacts(report).svg())),
-        ("deformation.svg", Ok(figures::deformation(report).svg())),
-        ("force.svg", Ok(figures::force(report).svg())),
-        ("acceleration.svg", Ok(acceleration.svg())),
-    ];
-    files::report(folder, &report.scene, parts)
-}
-
-/// The report for a terminal: the scene's law in full, the others in the comparison.
-fn text(report: &Report, width: usize) -> String {
-    let mut page = Page::new(format!("{}: passage of the clearance", report.scene), width);
-    page.lines([""]).section("", table::about(report));
-    if let Some(study) = report.laws.first() {
-        page.table("Passages", &table::of_passages(study))
-            .section("Motion", table::of_motion(study))
-            .section("Without multiple impacts", table::of_tuning(report, study));
-    }
-    if report.laws.len() > 1 {
-        page.table("Laws", &table::of_laws(report)).section("", table::below_laws(report));
-    }
-    page.text()
 }

@@ -1,30 +1,30 @@
 //! The passage of the clearance: every place of a motion law at which a drive with backlash changes flanks, how hard it is,
 //! whether further impacts follow, and which natural frequency or speed avoids them.
 //!
-//! [`law`] finds the places, [`formulas`] are Kaltofen's closed formulas for one passage, [`borders`] the map of multiple
+//! [`law`] finds the places, [`printed`] are Kaltofen's closed formulas for one passage, [`borders`] the map of multiple
 //! impacts, [`tuning`] what it admits. [`passage`] sets formula and event-driven model side by side; the model starts from the
 //! motion of permanent contact ([`contact_motion`]); what it admits finds [`by_model`], and where the two differ the model
-//! decides. [`settled`] runs it until it repeats, with all that earlier impacts leave behind. [`table`], [`lists`] and
-//! [`figures`] show the report.
+//! decides. [`settled`] runs it until it repeats, with all that earlier impacts leave behind. [`report`] and [`figures`] show the
+//! findings.
 
 pub mod borders;
 pub mod by_model;
 pub mod contact_motion;
 pub mod figures;
-pub mod formulas;
 pub mod law;
-pub mod lists;
 pub mod machine;
 pub mod passage;
-mod printed;
+pub mod printed;
+pub mod report;
 pub mod settled;
-pub mod table;
 #[cfg(test)]
 mod tests;
 pub mod tuning;
 
 use crate::Progress;
 use crate::overview::{greatest_of, stroke};
+use crate::report::terminal::shown;
+use crate::report::unit::PERCENT;
 use crate::resource::{self, Resource};
 use borders::Sequel;
 use by_model::ByModel;
@@ -33,10 +33,10 @@ use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::{Fault, Number, elastic_output, shaft::cam_turn::turns};
 use camdrive::motion::MotionLaw;
 use contact_motion::{ContactMotion, Release};
-use formulas::Passage;
 use law::{Crossing, Signs};
 use machine::Machine;
-use passage::{Bench, Clearance};
+use passage::{Bench, Clearance, Figures};
+use printed::Passage;
 use serde::Serialize;
 use settled::Settled;
 use std::f64::consts::TAU;
@@ -82,7 +82,7 @@ pub const WARN: f64 = 0.1;
 
 /// The result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct Findings {
     /// The name of the scene.
     pub scene: String,
     /// The parameters.
@@ -131,6 +131,8 @@ pub struct Study {
     pub ignored: usize,
     /// Changes of sign of the exact contact force; None where it has no periodic motion.
     pub releases: Option<usize>,
+    /// The largest contact force of the periodic motion without clearance (N); None where it has none.
+    pub contact_force: Option<f64>,
     /// The least angle between neighbouring zeros of U″ (rad).
     pub least_spacing: Option<f64>,
     /// The passages, by angle.
@@ -175,7 +177,7 @@ impl Calm {
 ///
 /// # Errors
 /// A model without clearance, a standing shaft, options that are out of range.
-pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)) -> Result<Report, Fault> {
+pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)) -> Result<Findings, Fault> {
     let scene = scene(resource, options)?;
     let w = speed(&scene, options)?;
     let omega = (scene.parameters.c / scene.parameters.m2).sqrt();
@@ -192,7 +194,7 @@ pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)
         let scene = Scene { cam: law.clone(), ..scene.clone() };
         studies.push(of_law(name, &scene, &machine, options, *noise));
     }
-    Ok(Report { scene: resource.name.clone(), machine, laws: studies })
+    Ok(Findings { scene: resource.name.clone(), machine, laws: studies })
 }
 
 /// The drive with backlash that is meant.
@@ -323,9 +325,9 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options, no
     };
     if noise > 0.0 {
         study.remarks.push(format!(
-            "The table is smoothed: lobes of U″ and of the contact force below {} % of the largest one count as its noise, not \
+            "The table is smoothed: lobes of U″ and of the contact force below {} of the largest one count as its noise, not \
              as passages.",
-            table::number(100.0 * ignore)
+            shown(ignore, &PERCENT)
         ));
     }
     if let Err(fault) = study.follow(scene, machine, &crossings, (options, ignore)) {
@@ -338,7 +340,7 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options, no
         by_formulas: by_formulas.map(|sequels| sequels.iter().all(|sequel| *sequel == Sequel::None)),
         by_model: by_model::is_calm(&study.passages, study.releases),
     };
-    remark(&mut study, machine);
+    remark(&mut study);
     study
 }
 
@@ -364,6 +366,7 @@ impl Study {
             Ok(motion) => {
                 let releases = motion.releases.len();
                 self.releases = Some(releases);
+                self.contact_force = motion.samples.iter().map(|sample| sample.force[0].abs()).reduce(f64::max);
                 if scene.parameters.e == 0.0 && !options.quick {
                     let size = [motion.samples.len(), releases];
                     self.by_model = by_model::around(scene, machine, crossings, ignore, size);
@@ -445,14 +448,14 @@ fn passages(
         let mut clearance = Clearance {
             from: if falling { 'A' } else { 'B' },
             k,
-            formula: passage.zip(crossing).map(|(p, c)| printed::figures(&p, &c, scene, w)),
+            formula: passage.zip(crossing).map(|(p, c)| Figures::by_formula(&p, &c, scene, w)),
             model: None,
             fault: None,
             quasi_static: crossing.filter(|c| c.jerk != 0.0).map(|c| eta * eta * (c.fifth / c.jerk).abs()),
             truncation: None,
             spacing,
             left: 0.0,
-            course: passage.as_ref().map(printed::course).unwrap_or_default(),
+            course: passage.as_ref().map(Figures::course).unwrap_or_default(),
             crossing,
         };
         if let (Some(bench), Some(release)) = (&mut bench, release)
@@ -491,41 +494,15 @@ fn merged(formula: Vec<passage::Point>, model: Vec<passage::Point>) -> Vec<passa
     both.map(|(a, b)| passage::Point { q: [a.q[0], b.q[1]], force: [a.force[0], b.force[1]], ..a }).collect()
 }
 
-/// Where the formulas are not to be trusted.
-fn remark(study: &mut Study, machine: &Parameters) {
-    let worst = |value: fn(&Clearance) -> Option<f64>| study.passages.iter().filter_map(value).fold(0.0, f64::max);
-    let (quasi_static, truncation) = (worst(|p| p.quasi_static), worst(|p| p.truncation));
+/// What the passages leave out.
+fn remark(study: &mut Study) {
     let left = study.passages.iter().map(|p| p.left).fold(0.0, f64::max);
     let remarks = &mut study.remarks;
-    let percent = |share: f64| table::number(100.0 * share);
-    if quasi_static > WARN {
-        remarks.push(format!(
-            "The formulas take the deformation at the release as quasi-static; its next term, η²|U⁽⁵⁾/U‴|, is up to {} % \
-             of it. Trust the model.",
-            percent(quasi_static)
-        ));
-    }
-    if truncation > WARN {
-        remarks.push(format!(
-            "The formulas take U as a cubic; its next term over the passage, Δφ|U⁗/4U‴|, is up to {} % of it. Trust the \
-             model.",
-            percent(truncation)
-        ));
-    }
     if left > WARN && !study.passages.is_empty() {
         remarks.push(format!(
-            "Up to {} % of the vibration after an impact is left at the next passage: formulas and model above begin \
-             without it, the settled motion has it.",
-            percent(left)
+            "Up to {} of the vibration after an impact is left at the next passage: passages are told without it, the \
+             settled motion has it.",
+            shown(left, &PERCENT)
         ));
-    }
-    if machine.e > 0.0 {
-        remarks.push(format!("The formulas hold for e = 0; the model has e = {}.", machine.e));
-    }
-    if machine.b > 0.0 {
-        remarks.push("The formulas are without damping; the model has it.".to_owned());
-    }
-    if study.passages.is_empty() {
-        remarks.push("U″ does not change its sign: the contact stays on one flank.".to_owned());
     }
 }

@@ -29,7 +29,8 @@ fn interval([low, high]: [f64; 2], named: &dyn Fn(String) -> String) -> String {
     let size = low.abs().max(high.abs());
     let needed = if high > low { (size / (high - low)).log10().ceil().max(0.0) as usize + 2 } else { 4 };
     let decimals = (needed.clamp(3, 15) as i32 - 1 - size.log10().floor() as i32).max(0) as usize;
-    if size == 0.0 || !(1e-2..1e6).contains(&size) {
+    // Ends far apart tell themselves apart.
+    if size == 0.0 || 2.0 * low.abs().min(high.abs()) < size || !(1e-2..1e6).contains(&size) {
         return format!("{} to {}", text::number(low), named(text::number(high)));
     }
     if high > low {

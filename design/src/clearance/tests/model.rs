@@ -1,7 +1,8 @@
 //! The study of whole scenes.
 
 use crate::clearance::borders::Sequel;
-use crate::clearance::{Options, Report, lists, study, table};
+use crate::clearance::{Findings, Options, study};
+use crate::report::Value;
 use crate::resource::Resource;
 use camdrive::drives::Fault;
 use camdrive::drives::backlash::{Parameters, Scene};
@@ -37,11 +38,11 @@ fn scene(cam: MotionLaw, eta: f64, s: f64) -> Scene {
     }
 }
 
-fn run(scene: &Scene, options: &Options) -> Result<Report, Fault> {
+fn run(scene: &Scene, options: &Options) -> Result<Findings, Fault> {
     study(&Resource::new("test", scene.clone()), options, |_| ())
 }
 
-fn report(scene: &Scene) -> Report {
+fn report(scene: &Scene) -> Findings {
     run(scene, &Options { turns: Some(4), quick: true, ..Options::default() }).unwrap()
 }
 
@@ -214,7 +215,7 @@ fn mirrored_and_reversed_drives_have_the_same_passages() {
     let backward = MotionLaw::Fourier(Fourier::new(series.a.clone(), b));
     let reversed =
         report(&Scene { drive: DriveMode::Constant { w: -50.0, phi_start: 0.0 }, ..scene(backward, 0.1, 2e-4) });
-    let passages = |report: &Report| report.laws[0].passages.clone();
+    let passages = |report: &Findings| report.laws[0].passages.clone();
     for (a, b) in passages(&one).iter().zip(passages(&mirrored)) {
         assert_ne!(a.from, b.from);
         let (a, b) = (a.model.unwrap(), b.model.unwrap());
@@ -252,7 +253,7 @@ fn restitution_is_told_from_the_formulas() {
     let report = report(&with(scene(profile(), 0.05, 5e-5), |p| p.e = 0.5));
     let study = &report.laws[0];
     assert!(study.passages.iter().all(|p| p.model.unwrap().sequel == Sequel::Rebound));
-    assert!(study.remarks.iter().any(|remark| remark.contains("e = 0.5")), "{:?}", study.remarks);
+    assert!(report.verdict().advice[0].contains("With a restitution of 0.5"), "{:?}", report.verdict());
     for passage in &study.passages {
         // P = m1 (1 + e) |ż|, loss ½ m1 (1 − e²) ż².
         let model = passage.model.unwrap();
@@ -291,8 +292,9 @@ fn laws_are_compared_at_the_same_task() {
         // Rise and return are mirror images.
         assert!((study.least_spacing.unwrap() - 2.5).abs() < 1e-12);
     }
-    let text = table::of_laws(&report).text(1000);
-    assert!(text.contains("modified_sine") && text.lines().count() == 1 + 2 * 3, "{text}");
+    let report = report.report();
+    let laws = report.tables().find(|table| table.title == "Laws").unwrap();
+    assert!(laws.rows.len() == 3 && laws.rows[1][0] == "modified_sine".into(), "{:?}", laws.rows);
 }
 
 #[test]
@@ -303,21 +305,21 @@ fn every_law_has_all_its_intervals_of_admissible_frequencies() {
     let report = run(&of(profile(), 0.0), &options()).unwrap();
     let alone = run(&of(other(), 0.0), &Options { turns: Some(2), ..Options::default() }).unwrap();
     assert!(report.laws[1].by_model.is_some() && report.laws[1].by_model == alone.laws[0].by_model);
-    let rows = table::of_laws(&report).rows;
-    for (study, rows) in report.laws.iter().zip(rows.chunks(2)) {
-        let (formulas, model) = (study.tuning.as_ref().unwrap(), study.by_model.as_ref().unwrap());
-        for (intervals, row) in [(&formulas.frequency, &rows[0]), (&model.frequency, &rows[1])] {
-            let cell = &row[12];
-            assert_eq!(cell.matches(" to ").count(), intervals.len(), "{cell}");
-            assert!(intervals.iter().flatten().all(|end| cell.contains(&table::number(*end))), "{cell}");
-        }
+    // In a study of several laws, too.
+    let cells = |findings: &Findings| {
+        let report = findings.report();
+        let laws = report.tables().find(|table| table.title == "Laws").unwrap().clone();
+        laws.rows.into_iter().filter_map(|row| row.into_iter().last()).collect::<Vec<Value>>()
+    };
+    for (study, cell) in report.laws.iter().zip(cells(&report)) {
+        let Value::Text(cell) = cell else { panic!("intervals") };
+        let intervals = &study.by_model.as_ref().unwrap().frequency;
+        assert_eq!(cell.matches(" to ").count(), intervals.len(), "{cell}");
     }
-    assert!(table::below_laws(&report)[0].contains("only from 125 to 2000 rad/s"), "{:?}", table::below_laws(&report));
     // Where there is none it is said why.
     let lively = run(&of(profile(), 0.3), &options()).unwrap();
-    assert!(table::of_laws(&lively).rows.iter().skip(1).step_by(2).all(|row| row[12] == "–"));
-    let below = table::below_laws(&lively);
-    assert!(below[0].contains("scene, other: no ω by the model; with e = 0.3 m1 rebounds"), "{below:?}");
+    assert!(cells(&lively).iter().all(|cell| *cell == Value::Empty));
+    assert!(lively.verdict().advice[0].contains("m1 rebounds after each impact"), "{:?}", lively.verdict());
 }
 
 #[test]
@@ -346,7 +348,7 @@ fn what_cannot_be_studied_says_why() {
     // A cam without stroke.
     let still = report(&Scene { cam: MotionLaw::Fourier(Fourier::new(vec![0.1], vec![])), ..plain });
     assert!(still.laws[0].passages.is_empty() && still.laws[0].tuning.is_none());
-    assert!(still.laws[0].remarks.iter().any(|remark| remark.contains("does not change")));
+    assert!(still.verdict().result[0].contains("never opens"), "{:?}", still.verdict());
 }
 
 #[test]
@@ -407,11 +409,13 @@ fn the_tables_and_diagrams_hold_all_passages() {
     use crate::clearance::figures;
     let report = report(&scene(profile(), 0.05, 5e-5));
     let lines = |text: String| text.lines().count();
-    assert_eq!(lines(lists::passages_csv(&report).unwrap()), 1 + 2 * 2);
-    assert_eq!(lines(lists::after_impact_csv(&report).unwrap()), 1 + 2 * 401);
-    assert_eq!(lines(lists::passage_time_csv(&report).unwrap()), 1 + 7 * 201);
-    assert!(lines(lists::map_csv(&report).unwrap()) > 500);
-    let json: serde_json::Value = serde_json::from_str(&crate::text::json(&report).unwrap()).unwrap();
+    let files: std::collections::BTreeMap<_, _> = report.report().files().into_iter().collect();
+    let lines = |ending: &str| lines(files[ending].clone().unwrap());
+    assert_eq!(lines("passages.csv"), 1 + 2 * 2);
+    assert_eq!(lines("after_impact.csv"), 1 + 2 * 401);
+    assert_eq!(lines("passage_time.csv"), 1 + 7 * 201);
+    assert!(lines("map.csv") > 500);
+    let json: serde_json::Value = serde_json::from_str(&report.json().unwrap()).unwrap();
     assert_eq!(json["laws"][0]["passages"].as_array().unwrap().len(), 2);
     for diagram in [
         figures::passage_time(&report),
