@@ -2,7 +2,7 @@
 
 use super::turn::{Extreme, State, Turn};
 use super::{Contact, Drive, Forces, Machine};
-use crate::cam_geometry::{self, Cut, Follower as Carrier, Shape, Side, Tolerances};
+use crate::cam_geometry::{Cut, Follower as Carrier, Shape, Side, Tolerances};
 use crate::report::unit::{self, DEG, ONE, Unit, W};
 use crate::report::{Level, Report, Table, Value, Verdict, terminal::shown};
 use crate::text::{self, number, rpm};
@@ -294,9 +294,8 @@ impl OfDrive {
             (Level::Good, format!("{part}: the {what} {crossed}."))
         });
         verdict.result(level, sentence);
-        let begins = |range: &&Range, key: &str| range.quantity.starts_with(key);
         let largest = |key: &str| {
-            let of_kind = self.quantities.iter().filter(|range| begins(range, key));
+            let of_kind = self.quantities.iter().filter(|range| range.quantity.starts_with(key));
             of_kind.max_by(|a, b| a.largest.value.total_cmp(&b.largest.value)).map(Range::told)
         };
         let keys = ["roller_force", "contact_force", "hertzian_pressure", "torque"];
@@ -304,12 +303,12 @@ impl OfDrive {
         verdict.result(Level::Good, format!("{part}, largest: {}.", loads.join(", ")));
         // What a tenth of a millimetre shows: whether there is a cam at all.
         let coarse = Tolerances { chord: 1e-4, table: 1e-4 };
-        match drive.plan.map(|plan| Shape::new(part, &drive.follower.cam, plan, coarse)) {
-            Some(Ok(shape)) => shape.complaints(cam_geometry::Verdict::Fault).into_iter().for_each(|fault| {
-                verdict.result(Level::Mind, fault);
-            }),
-            Some(Err(fault)) => drop(verdict.result(Level::Mind, format!("{part}: {fault}"))),
-            None => {}
+        let faults = drive.plan.map(|plan| match Shape::new(part, &drive.follower.cam, plan, coarse) {
+            Ok(shape) => shape.complaints(Level::Bad),
+            Err(fault) => vec![format!("{part}: {fault}")],
+        });
+        for fault in faults.into_iter().flatten() {
+            verdict.result(Level::Mind, fault);
         }
         if let Some(keeping) = &self.keeping {
             keeping.advise(verdict, part, drive, (level != Level::Good).then_some((what, &changes)));
