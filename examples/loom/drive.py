@@ -169,7 +169,7 @@ def drawing(runs, quality, targets):
 def main(folder):
     scene = tomllib.loads((folder / "loom.toml").read_text())
     targets = [Series(follower["cam"]) for follower in scene["follower"]]
-    report = json.loads((folder / "loom.compensation.json").read_text())
+    report = json.loads((folder / "loom.json").read_text())
     runs = {
         "before": turn(folder, "loom", TOOLS, report["rounds"][0]["period"]),
         "after": turn(folder, "loom_hs", [f"{tool}_hs" for tool in TOOLS], report["period"]),

@@ -39,7 +39,7 @@ def turn(path, period):
 
 def main(folder):
     scene = tomllib.loads((Path(__file__).parent / "scene.toml").read_text())
-    report = json.loads((folder / "sealing_machine.compensation.json").read_text())
+    report = json.loads((folder / "sealing_machine.json").read_text())
     before, after = report["rounds"][0], report
     stated = [cam["truncation"] for cam in report["cams"]]
     rows = {"period": [], "speed": [], **{name: [] for name in TOOLS}}

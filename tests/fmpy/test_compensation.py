@@ -26,7 +26,7 @@ def compensated(tmp_path_factory):
     scene = folder / "loom.toml"
     command = [CAMDRIVE, "compensate", str(LOOM), "-o", str(scene), "--cam", f"1={gripper}", "--tolerance", "1e-8"]
     subprocess.run([*command, "--report", str(folder)], check=True, capture_output=True)
-    cams = json.loads((folder / "rapier_loom.compensation.json").read_text())["cams"]
+    cams = json.loads((folder / "rapier_loom.json").read_text())["cams"]
     scenes = [str(scene), str(folder / "gripper.compensated.toml")]
     subprocess.run([CAMDRIVE, "export", *scenes, "-o", f"{folder}/"], check=True, capture_output=True)
     packages = [Package(folder / f"{name}_hs.fmu", folder / name) for name in ("rapier_loom", "gripper")]
@@ -41,7 +41,7 @@ def linked(tmp_path_factory):
     command = [CAMDRIVE, "compensate", str(LINKED), "-o", str(scene), "--tolerance", "1e-9", "--report", str(folder)]
     subprocess.run(command, check=True, capture_output=True)
     subprocess.run([CAMDRIVE, "export", str(scene), "-o", f"{folder}/"], check=True, capture_output=True)
-    report = json.loads((folder / "machine_linkage.compensation.json").read_text())
+    report = json.loads((folder / "machine_linkage.json").read_text())
     return Package(folder / "machine_linkage_hs.fmu", folder / "fmu"), report
 
 
@@ -147,7 +147,7 @@ def made(folder, scene, *options):
         [CAMDRIVE, "compensate", path, "-o", target, "--rounds", "0", "--report", folder, *options], check=True, capture_output=True
     )
     subprocess.run([CAMDRIVE, "export", target, "-o", folder / "machine.fmu"], check=True, capture_output=True)
-    (report,) = folder.glob("*.compensation.json")
+    (report,) = folder.glob("*.json")
     return Package(folder / "machine.fmu", folder / "fmu"), json.loads(report.read_text())
 
 

@@ -1,23 +1,25 @@
 //! `camdrive cam SCENE`
 
+use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, failure, files, read, show, tell, width};
+use super::{Failure, failure, files, read, tell};
 use crate::scene::geometry::CamPlan;
 use crate::scene::units;
 use camdrive::drives::{Fault, unit};
-use camdrive_design::cam_geometry::{Finding, Shape, Tolerances, Verdict};
+use camdrive_design::cam_geometry::report::Findings;
+use camdrive_design::cam_geometry::{Finding, Shape, Tolerances};
+use camdrive_design::report::Level;
 use camdrive_design::resource::Scene;
 use camdrive_design::text;
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
 /// Generates the cams of a scene: path of the roller's centre and contours, with checks.
 ///
 /// Takes the motion law and the geometry of each cam ([geometry], [follower.geometry]). Reports the pressure angle, radii
 /// of curvature, undercut, crossings and sizes with their angles, of mechanisms behind the cam the least transmission
-/// angle; warns about what runs badly, and refuses what cannot be
-/// machined or does not move the follower as prescribed.
+/// angle; says what runs badly and what to change, and refuses what cannot be machined or does not move the follower as
+/// prescribed.
 ///
 /// Writes NAME.csv (path and contours, with curvatures that are positive where a curve bulges away from the axis), NAME.dxf
 /// and NAME.svg (true size, mm), NAME.pressure_angle.svg (of a flat face NAME.contact.svg), NAME.curvature.svg, cam tables for motion controllers
@@ -48,6 +50,8 @@ pub struct Args {
     force: bool,
     #[command(flatten)]
     measured: Measured,
+    #[command(flatten)]
+    telling: Telling,
 }
 
 /// The finest chord (m): files give a tenth of a nanometre.
@@ -114,32 +118,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let shape = Bar::beside(&name, |_| Shape::new(&name, &cam.law, cam.plan, tolerances)).map_err(fault)?;
         shapes.push(shape.with(cam.mechanisms.iter().map(Finding::of_transmission)));
     }
-    let say = |verdict: Verdict, word: &str| {
-        let mut text = String::new();
-        for line in shapes.iter().flat_map(|shape| shape.complaints(verdict)) {
-            let _ = writeln!(text, "{word}: {line}");
+    let refused = shapes.iter().any(|shape| shape.verdict() == Level::Bad) && !args.force;
+    let findings = Findings::new(&scene.name, &shapes);
+    let report = findings.report();
+    let json = camdrive_design::report::json(&report.verdict, &findings);
+    let mut place = Place { measured: Some(&args.measured), inputs: scene.files, ..Place::default() };
+    if !refused {
+        place.folder = Some(&folder);
+        for shape in &shapes {
+            place.more.extend(files::report(&folder, &shape.name, shape.files())?);
         }
-        text
-    };
-    let report = shapes.iter().map(|shape| shape.text(width())).collect::<Vec<_>>().join("\n");
-    let refused = shapes.iter().any(|shape| shape.verdict() == Verdict::Fault);
-    tell(&say(Verdict::Warning, "warning"));
-    if refused && !args.force {
-        show(&report)?;
-        let hint = "  = hint: no file is written; --force writes them all the same";
-        return Err(Failure(say(Verdict::Fault, "error") + hint));
     }
-    tell(&say(Verdict::Fault, "warning"));
-    let (mut parts, mut diagrams) = (Vec::new(), Vec::new());
-    for shape in &shapes {
-        let of = shape.name.strip_prefix(&format!("{}.", scene.name)).map_or(String::new(), |name| format!("{name}."));
-        diagrams.extend(shape.diagrams().map(|(name, diagram)| (of.clone() + name, diagram)));
-        parts.extend(files::report(&folder, &shape.name, shape.files())?);
+    args.telling.deliver(report, json, place)?;
+    if !refused {
+        return Ok(());
     }
-    let courses = args.measured.lay_over(diagrams.iter_mut().map(|(name, diagram)| (name.as_str(), diagram)))?;
-    let drawn = diagrams.iter().map(|(name, diagram)| (format!("{name}.svg"), Ok(diagram.svg())));
-    parts.extend(files::report(&folder, &scene.name, drawn)?);
-    let findings = text::json(&shapes.iter().map(Shape::summary).collect::<Vec<_>>());
-    parts.extend(files::report(&folder, &scene.name, [("json", findings)])?);
-    show(&(report + "\n" + &files::write(&parts, &[scene.files, courses].concat())?))
+    let faults = shapes.iter().flat_map(|shape| shape.complaints(Level::Bad));
+    let faults: String = faults.map(|line| format!("error: {line}\n")).collect();
+    Err(Failure(faults + "  = hint: no file is written; --force writes them all the same"))
 }

@@ -1,8 +1,9 @@
 //! `camdrive compensate SCENE`
 
+use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, driving, failure, files, quantity, read, show, width};
+use super::{Failure, driving, failure, files, quantity, read};
 use crate::scene;
 use camdrive::drives::drive_train::{self, Follower, Joint, Shaft};
 use camdrive::drives::rigid_machine::{self, Inertia, InertiaFunction, Motor, Scene};
@@ -11,12 +12,11 @@ use camdrive::drives::unit;
 use camdrive::motion::MotionLaw;
 use camdrive_design::compensation::loaded::Loaded;
 use camdrive_design::compensation::periodic_motion::Driving;
-use camdrive_design::compensation::report::{Options, Report, study};
+use camdrive_design::compensation::report::{Findings, Options, study};
 use camdrive_design::compensation::{Form, Restrictions, Task, Tool};
 use camdrive_design::resource;
 use camdrive_design::text;
 use clap::builder::PossibleValuesParser;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use toml_edit::{Item, Table, TableLike, Value, value};
 
@@ -70,7 +70,7 @@ pub struct Args {
     /// against; its laws are those of the followers in their order
     #[arg(long, value_name = "FILE")]
     task: Option<PathBuf>,
-    /// Folder for tables and diagrams: NAME.compensation.csv, .json, of the rounds NAME.courses.csv, NAME.spectra.csv,
+    /// Folder for tables and diagrams: NAME.json, NAME.compensation.csv, of the rounds NAME.courses.csv, NAME.spectra.csv,
     /// NAME.speed.svg, NAME.tool1.svg, NAME.tool1.spectrum.svg …, of distances NAME.distance.svg
     #[arg(long, value_name = "FOLDER")]
     report: Option<PathBuf>,
@@ -83,6 +83,8 @@ pub struct Args {
     /// Replace scenes even if no command wrote them
     #[arg(long)]
     force: bool,
+    #[command(flatten)]
+    telling: Telling,
 }
 
 /// The machine of the scene.
@@ -230,11 +232,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.measured.need(args.report.as_ref())?;
     let form = FORMS.into_iter().find(|(name, _)| *name == args.laws).map_or(Form::Auto, |(_, form)| form);
     let options = Options { tolerance: args.tolerance, rounds: args.rounds.into(), form };
-    let report = Bar::beside(&machine.name, |tell| study(&machine.name, &machine.task, options, &tell))
+    let findings = Bar::beside(&machine.name, |tell| study(&machine.name, &machine.task, options, &tell))
         .map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
-    let cams = cams(&machine, &report, &output)?;
+    let cams = cams(&machine, &findings, &output)?;
     let mut inputs = machine.files.clone();
-    let mut results = vec![(output.clone(), compensated(args, &machine, &report, &cams)?)];
+    let mut results = vec![(output.clone(), compensated(args, &machine, &findings, &cams)?)];
     for pair in &args.cam {
         let (target, scene, read) = with_cam(pair, &machine, &cams, &output)?;
         files::no_foreign(&target, &read, args.force)?;
@@ -248,51 +250,25 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         results.push((target, scene));
     }
     results.extend(cams.iter().filter_map(|cam| cam.points.clone()));
-    if let Some(folder) = &args.report {
-        let mut diagrams = report.diagrams();
-        inputs.extend(args.measured.lay_over(diagrams.iter_mut().map(|(name, diagram)| (name.as_str(), diagram)))?);
-        let tables = [
-            ("compensation.csv", report.csv()),
-            ("compensation.json", text::json(&report)),
-            ("courses.csv", report.courses()),
-            ("spectra.csv", report.spectra()),
-        ];
-        results.extend(files::report(folder, &machine.name, tables)?);
-        let drawn = diagrams.iter().map(|(name, diagram)| (format!("{name}.svg"), Ok(diagram.svg())));
-        results.extend(files::report(folder, &machine.name, drawn)?);
-    }
-    let lines = files::write(&results, &inputs)?;
-    show(&(text(&report) + &on_start(&machine, &report) + &lines))
+    let mut report = findings.report();
+    report.verdict.advice.extend(on_start(&machine, &findings));
+    let json = camdrive_design::report::json(&report.verdict, &findings);
+    let place = Place { folder: args.report.as_deref(), more: results, inputs, measured: Some(&args.measured) };
+    args.telling.deliver(report, json, place)
 }
 
-/// Remark on the start of the compensated machine.
-fn on_start(machine: &Machine, report: &Report) -> String {
+/// What the start of the compensated machine needs.
+fn on_start(machine: &Machine, findings: &Findings) -> Option<String> {
     let Driving { motor, load, .. } = machine.task.driving;
     if motor == Motor::None {
-        let w = report.speed_at(machine.phi_start);
-        return format!(
-            "Without a motor the machine keeps the period that it starts with: start.w_start = {w:.9} rad/s.\n\n"
-        );
+        let w = findings.speed_at(machine.phi_start);
+        return Some(format!(
+            "Without a motor the machine keeps the period that it starts with: start.w_start = {w:.9} rad/s."
+        ));
     }
-    if load == 0.0 {
-        return String::new();
-    }
-    format!(
-        "Note: the load of {load} N.m is not part of the scene; it is the input `tau` of the FMU, 0 unless it is set. Set it before initialisation, so that the machine starts on this motion.\n\n"
-    )
-}
-
-/// The report for a terminal.
-fn text(report: &Report) -> String {
-    let mut out = format!("{}\n", report.scene);
-    for line in report.about() {
-        let _ = writeln!(out, "{line}");
-    }
-    let _ = writeln!(out, "\n{}", report.table().text(width()));
-    if let Some(table) = report.restrictions() {
-        let _ = writeln!(out, "{}", table.text(width()));
-    }
-    out
+    (load != 0.0).then(|| format!(
+        "The load of {load} N·m is not part of the scene; it is the input `tau` of the FMU, 0 unless it is set. Set it before initialisation, so that the machine starts on this motion."
+    ))
 }
 
 /// Tables that the scene names by a path from its own folder are named from that of the result.
@@ -332,7 +308,7 @@ struct Cam {
 }
 
 /// The compensated cams; points of tables in files beside the result.
-fn cams(machine: &Machine, report: &Report, output: &Path) -> Result<Vec<Cam>, Failure> {
+fn cams(machine: &Machine, findings: &Findings, output: &Path) -> Result<Vec<Cam>, Failure> {
     let stem = output.file_stem().unwrap_or_default().to_string_lossy();
     let cam = |(law, place): (&MotionLaw, usize)| match law {
         MotionLaw::Fourier(series) => Ok(Cam { table: files::cam(series, 1.0), points: None }),
@@ -358,11 +334,11 @@ fn cams(machine: &Machine, report: &Report, output: &Path) -> Result<Vec<Cam>, F
         }
         _ => Err(failure("a compensated cam is a series or a table")),
     };
-    report.laws.iter().zip(0..).map(cam).collect()
+    findings.laws.iter().zip(0..).map(cam).collect()
 }
 
 /// The scene with the compensated cams.
-fn compensated(args: &Args, machine: &Machine, report: &Report, cams: &[Cam]) -> Result<String, Failure> {
+fn compensated(args: &Args, machine: &Machine, findings: &Findings, cams: &[Cam]) -> Result<String, Failure> {
     let mut document = files::document(&args.scene)?;
     carry_over(document.as_table_mut(), args.scene.parent().unwrap_or(Path::new("")));
     document["name"] = value(renamed(&machine.name, cams));
@@ -376,12 +352,12 @@ fn compensated(args: &Args, machine: &Machine, report: &Report, cams: &[Cam]) ->
         }
         follower.insert("cam", Item::Table(cam.table.clone()));
     }
-    if let (Some(speed), Some(_)) = (report.synchronous_speed, &args.period) {
+    if let (Some(speed), Some(_)) = (findings.synchronous_speed, &args.period) {
         document["motor"]["w_s"] = value(speed);
     }
     if machine.task.driving.motor == Motor::None {
         // Nothing else would give the machine the speed that belongs to the period.
-        document["start"]["w_start"] = value(report.speed_at(machine.phi_start));
+        document["start"]["w_start"] = value(findings.speed_at(machine.phi_start));
     }
     Ok(files::signed(&document, "Scene with the compensated cams", &args.scene, "compensate"))
 }

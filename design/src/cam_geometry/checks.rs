@@ -2,6 +2,7 @@
 
 use super::contour::pieces;
 use super::{Cam, Cut, Follower, Outline, Plan, Point, Side, Standstill, degrees};
+use crate::report::Level;
 use crate::search::summit;
 use crate::transmission::Transmission;
 use serde::Serialize;
@@ -18,18 +19,6 @@ pub struct Limits {
     pub hub: f64,
 }
 
-/// Meaning of a finding.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// The cam may be as it is.
-    Good,
-    /// It can be cut, and runs badly.
-    Warning,
-    /// It cannot be cut, or does not move the follower as prescribed.
-    Fault,
-}
-
 /// A property of the cam with the place where it is worst.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
@@ -41,8 +30,8 @@ pub struct Finding {
     pub value: f64,
     /// The unit of the value.
     pub unit: &'static str,
-    /// Whether that may be.
-    pub verdict: Verdict,
+    /// Whether that may be: `Mind` where the cam runs badly, `Bad` where it cannot be cut or does not move the follower as prescribed.
+    pub verdict: Level,
     /// Its meaning.
     pub remark: String,
 }
@@ -50,7 +39,7 @@ pub struct Finding {
 impl Finding {
     fn new(what: impl Into<String>, phi: f64, value: f64, unit: &'static str) -> Self {
         let what = what.into();
-        Finding { what, phi: phi.rem_euclid(TAU), value, unit, verdict: Verdict::Good, remark: String::new() }
+        Finding { what, phi: phi.rem_euclid(TAU), value, unit, verdict: Level::Good, remark: String::new() }
     }
 
     fn remark(self, remark: impl Into<String>) -> Self {
@@ -58,7 +47,7 @@ impl Finding {
     }
 
     /// With this verdict unless `good`.
-    fn unless(self, good: bool, verdict: Verdict, remark: impl FnOnce() -> String) -> Self {
+    fn unless(self, good: bool, verdict: Level, remark: impl FnOnce() -> String) -> Self {
         if good { self } else { Finding { verdict, remark: remark(), ..self } }
     }
 
@@ -66,7 +55,13 @@ impl Finding {
     pub fn of_transmission(transmission: &Transmission) -> Self {
         let Transmission { phi, least_angle, .. } = *transmission;
         let finding = Finding::new(transmission.what(), phi, least_angle, "rad").remark(transmission.remark());
-        finding.unless(transmission.is_usual(), Verdict::Warning, || transmission.remark())
+        finding.unless(transmission.is_usual(), Level::Mind, || transmission.remark())
+    }
+
+    /// The property with its value and its angle.
+    pub fn placed(&self) -> String {
+        let at = if self.value.is_infinite() { String::new() } else { format!(" at φ = {:.3}°", degrees(self.phi)) };
+        format!("{}, {}{at}", self.what, self.shown())
     }
 
     /// The value as a workshop reads it.
@@ -153,7 +148,7 @@ fn pressure(cam: &Cam, limit: f64) -> Result<Finding, Standstill> {
     let (phi, pressure) = worst(cam, |segment, phi| Ok(cam.at_in(segment, phi)?.pressure))?;
     let allowed = format!("admissible {:.3}°", limit.to_degrees());
     let finding = Finding::new("largest pressure angle", phi, pressure, "rad").remark(&allowed);
-    Ok(finding.unless(pressure <= limit, Verdict::Warning, || {
+    Ok(finding.unless(pressure <= limit, Level::Mind, || {
         format!("above the {allowed}: a larger base circle, another pivot or offset reduces it")
     }))
 }
@@ -175,7 +170,7 @@ fn face(cam: &Cam) -> Result<[Finding; 2], Standstill> {
     let what = "undercut of the inner contour: least radius of curvature";
     Ok([
         Finding::new("least width of the face", farthest, left + right, "m").remark(remark),
-        Finding::new(what, phi, radius, "m").unless(radius > 0.0, Verdict::Fault, || {
+        Finding::new(what, phi, radius, "m").unless(radius > 0.0, Level::Bad, || {
             format!(
                 "there the contour would have to be hollow, which a flat face does not reach: the base circle, with a radius of {}, must be larger than {}",
                 millimetres(base),
@@ -201,7 +196,7 @@ fn reach(cam: &Cam, plan: &Plan) -> Result<[Finding; 2], Standstill> {
     };
     let remedy = || out_of_reach(cam, plan, [low, high]);
     let of = |word: &str, phi: f64, value: f64, good: bool| {
-        Finding::new(format!("{word} {what}"), phi, value, unit).unless(good, Verdict::Fault, remedy)
+        Finding::new(format!("{word} {what}"), phi, value, unit).unless(good, Level::Bad, remedy)
     };
     Ok([of("least", low_at, low, good[0]), of("largest", high_at, high, good[1])])
 }
@@ -251,7 +246,7 @@ fn size(cam: &Cam, plan: &Plan) -> Result<Vec<Finding>, Standstill> {
         let (least, most, hub) = (-nearest - cam.roller, farthest - cam.roller, plan.limits.hub);
         list.push(Finding::new("base circle: least radius of the inner contour", low_at, least, "m").unless(
             least > hub,
-            Verdict::Fault,
+            Level::Bad,
             || match hub > 0.0 {
                 true => format!("nothing is left of shaft and hub (radius {})", millimetres(hub)),
                 false => format!("the roller (radius {}) covers the cam's centre", millimetres(cam.roller)),
@@ -264,7 +259,7 @@ fn size(cam: &Cam, plan: &Plan) -> Result<Vec<Finding>, Standstill> {
         };
         list.push(Finding::new("largest radius of the inner contour", high_at, most, "m").unless(
             most < pivot,
-            Verdict::Warning,
+            Level::Mind,
             || format!("the cam reaches the lever's pivot, {} from its centre", millimetres(pivot)),
         ));
     }
@@ -291,7 +286,7 @@ fn contour(cam: &Cam, side: Side, cutter: f64) -> Result<Vec<Finding>, Standstil
     let most = if sharpest > 0.0 { 1.0 / sharpest } else { f64::INFINITY };
     let undercut = Finding::new(format!("undercut of the {name}: largest roller without"), phi, most, "m").unless(
         cam.roller < most,
-        Verdict::Fault,
+        Level::Bad,
         || {
             format!(
                 "the roller (radius {}) cuts away a part of the contour that it needs; it must be smaller, or the base circle larger",
@@ -299,7 +294,7 @@ fn contour(cam: &Cam, side: Side, cutter: f64) -> Result<Vec<Finding>, Standstil
             )
         },
     );
-    let good = undercut.verdict == Verdict::Good;
+    let good = undercut.verdict == Level::Good;
     let mut list = vec![undercut];
     // Bulges curve around the material, which is beyond the contour as seen from the path; hollows away from it.
     let bulge = |segment: usize, phi: f64| {
@@ -320,7 +315,7 @@ fn contour(cam: &Cam, side: Side, cutter: f64) -> Result<Vec<Finding>, Standstil
         let radius = 1.0 / curvature;
         list.push(Finding::new(format!("sharpest hollow of the {name}: radius"), phi, radius, "m").unless(
             radius >= cutter,
-            Verdict::Fault,
+            Level::Bad,
             || format!("a cutter of radius {} does not fit", millimetres(cutter)),
         ));
     }
@@ -347,7 +342,7 @@ fn crossings(outlines: &[Outline]) -> Vec<Finding> {
             millimetres(place.im)
         );
         let finding = Finding::new(what, one, place.norm(), "m");
-        list.push(finding.unless(false, Verdict::Fault, || remark));
+        list.push(finding.unless(false, Level::Bad, || remark));
     }
     list
 }

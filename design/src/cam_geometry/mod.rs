@@ -29,7 +29,7 @@ mod shape;
 #[cfg(test)]
 mod tests;
 
-pub use checks::{Finding, Limits, Verdict};
+pub use checks::{Finding, Limits};
 pub use contour::{Mesh, Outline, Side};
 pub use plan::{Carrier, Cut, Plan, Second, Start};
 pub use shape::{Disc, Shape, Tolerances};

@@ -1,9 +1,11 @@
-//! The report of a cam: files, text.
+//! The report of cams, and their files.
 
 use super::files::{self, Drawn};
-use super::{Carrier, Cut, Disc, Finding, Shape, Verdict, degrees, figures};
+use super::{Carrier, Cut, Disc, Finding, Shape, degrees, figures};
 use crate::plot::Diagram;
-use crate::text::{Table, number};
+use crate::report::unit::ONE;
+use crate::report::{Block, Level, Report, Table, Value, Verdict};
+use crate::text::number;
 use camdrive::drives::Fault;
 use serde::Serialize;
 
@@ -11,7 +13,7 @@ use serde::Serialize;
 pub type File = (String, Result<String, Fault>);
 
 impl Shape {
-    /// The cam in a line.
+    /// What the cam is.
     fn about(&self) -> String {
         let cut = match self.plan.cut {
             _ if self.plan.carrier == Carrier::Flat => "disc cam of a flat face",
@@ -21,41 +23,55 @@ impl Shape {
             Cut::Conjugate(_) => "conjugate disc cams F and P",
         };
         let sense = if self.plan.sense > 0.0 { "counter-clockwise" } else { "clockwise" };
-        format!("{}: {cut}, turning {sense}", self.name)
+        format!("{cut}, turning {sense}")
     }
 
-    /// The report; its tables for lines of `width` characters.
-    pub fn text(&self, width: usize) -> String {
-        let mut out = self.about() + "\n";
-        for disc in &self.cams {
-            let head = ["", "value", "at φ", "", ""].map(str::to_owned);
-            let rows = disc.findings.iter().map(|f| {
-                let verdict = match f.verdict {
-                    Verdict::Good => "",
-                    Verdict::Warning => "WARNING",
-                    Verdict::Fault => "FAULT",
-                };
-                let phi = if f.value.is_infinite() { "–".to_owned() } else { format!("{:.3}°", degrees(f.phi)) };
-                vec![f.what.clone(), f.shown(), phi, verdict.to_owned(), f.remark.clone()]
-            });
-            let mut head = Vec::from(head);
-            if !disc.name.is_empty() {
-                head[0] = format!("cam {}", disc.name);
-            }
-            let table = Table { head, rows: rows.collect() };
-            out += &table.text(width);
-            out += &format!(
-                "  {} points, chord error at most {:.3} µm\n",
-                disc.mesh.at.len(),
-                1e6 * disc.mesh.chord_error
-            );
-        }
+    /// "follower1" of a cam of a machine, with the name of one of a pair.
+    fn part(&self, scene: &str, disc: &str) -> String {
+        let follower = self.name.strip_prefix(scene).and_then(|rest| rest.strip_prefix('.')).unwrap_or(&self.name);
+        format!("{follower} {disc}").trim_end().to_owned()
+    }
+
+    /// The angle and curvature of its contours, and what they allow, in a table for each cam.
+    fn tables(&self, scene: &str) -> impl Iterator<Item = Table> {
         let error = match self.plan.angular {
             true => format!("{} µrad", number(1e6 * self.table.error)),
             false => format!("{} µm", number(1e6 * self.table.error)),
         };
-        out += &format!("  cam table of {} rows, straight interpolation within {error}\n", self.table.rows.len());
-        out
+        let rows = self.table.rows.len();
+        self.cams.iter().map(move |disc| {
+            let contour =
+                format!("{} points, chord error at most {:.3} µm", disc.mesh.at.len(), 1e6 * disc.mesh.chord_error);
+            Table::of(format!("{}: {}", self.part(scene, disc.name), self.about()), &disc.findings)
+                .column("what", "property", ONE, |f| &f.what)
+                .column("value", "value", ONE, Finding::shown)
+                .column("phi", "at φ", ONE, |f| f.value.is_finite().then(|| format!("{:.3}°", degrees(f.phi))))
+                .column("verdict", "", ONE, |f| Value::Text(["", "warning", "fault"][f.verdict as usize].to_owned()))
+                .column("remark", "", ONE, |f| Value::Text(f.remark.clone()))
+                .below([contour, format!("cam table of {rows} rows, straight interpolation within {error}")])
+                .into()
+        })
+    }
+
+    /// Adds whether it can be cut and runs well, and what to change.
+    fn judge(&self, scene: &str, verdict: &mut Verdict) {
+        for (disc, finding) in self.cams.iter().flat_map(|disc| disc.findings.iter().map(move |f| (disc, f))) {
+            if finding.verdict != Level::Good {
+                let part = self.part(scene, disc.name);
+                verdict.result(finding.verdict, format!("{part}: {}.", finding.placed()));
+                verdict.advice(format!("{part}: {}.", finding.remark));
+            }
+        }
+        if self.verdict() != Level::Bad {
+            let of = |disc: &Disc| {
+                let told = disc.findings.iter().filter(|f| TOLD.iter().any(|what| f.what.starts_with(what)));
+                let told: Vec<String> = told.map(Finding::placed).collect();
+                format!("{} {}", disc.name, told.join("; ")).trim_start().to_owned()
+            };
+            let told: Vec<String> = self.cams.iter().map(of).collect();
+            let what = self.part(scene, "");
+            verdict.result(Level::Good, format!("{what} can be cut, without undercut: {}.", told.join("; ")));
+        }
     }
 
     /// The diagrams over the turn, with the endings of their files.
@@ -64,33 +80,27 @@ impl Shape {
         [(first, figures::pressure(self)), ("curvature", figures::curvature(self))]
     }
 
-    /// All other files; the endings tell them apart.
+    fn drawn(&self) -> Vec<Drawn<'_>> {
+        let (sides, angular) = (self.plan.cut.sides(), self.plan.angular);
+        let hub = self.plan.limits.hub;
+        self.cams.iter().map(|c| Drawn { name: c.name, cam: &c.cam, mesh: &c.mesh, sides, angular, hub }).collect()
+    }
+
+    /// The files for workshop and controller; the endings tell them apart.
     pub fn files(&self) -> Vec<File> {
-        let drawn: Vec<Drawn<'_>> = self
-            .cams
-            .iter()
-            .map(|c| Drawn {
-                name: c.name,
-                cam: &c.cam,
-                mesh: &c.mesh,
-                sides: self.plan.cut.sides(),
-                angular: self.plan.angular,
-                hub: self.plan.limits.hub,
-            })
-            .collect();
+        let drawn = self.drawn();
         let ending = |name: &str, ending: &str| {
             if name.is_empty() { ending.to_owned() } else { format!("{name}.{ending}") }
         };
         let mut list: Vec<File> = drawn.iter().map(|d| (ending(d.name, "csv"), files::csv(d))).collect();
         list.push(("dxf".to_owned(), Ok(files::dxf(&self.name, &drawn))));
-        list.push(("svg".to_owned(), Ok(files::svg(&self.name, &drawn))));
         list.push(("plcopen.csv".to_owned(), Ok(self.table.plcopen())));
         list.push(("plc.txt".to_owned(), Ok(self.table.two_columns())));
         list
     }
 
-    /// The numbers of the report, for programs.
-    pub fn summary(&self) -> Summary<'_> {
+    /// Its numbers.
+    fn summary(&self) -> Summary<'_> {
         let cam = |c: &Disc| CamSummary {
             cam: c.name,
             points: c.mesh.at.len(),
@@ -107,9 +117,22 @@ impl Shape {
     }
 }
 
-/// Report of a cam or a pair of them, in SI units.
-#[derive(Debug, Serialize)]
-pub struct Summary<'a> {
+/// What the verdict tells of a cam that can be cut.
+const TOLD: [&str; 4] =
+    ["largest pressure angle", "least width of the face", "undercut of the inner contour: least", "sharpest"];
+
+/// The cams of a scene, in SI units.
+#[derive(Serialize)]
+pub struct Findings<'a> {
+    scene: &'a str,
+    followers: Vec<Summary<'a>>,
+    #[serde(skip)]
+    shapes: &'a [Shape],
+}
+
+/// A cam or a pair of them.
+#[derive(Serialize)]
+struct Summary<'a> {
     name: &'a str,
     cut: String,
     cams: Vec<CamSummary>,
@@ -117,10 +140,35 @@ pub struct Summary<'a> {
     cam_table_error: f64,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Serialize)]
 struct CamSummary {
     cam: &'static str,
     points: usize,
     chord_error: f64,
     findings: Vec<Finding>,
+}
+
+impl<'a> Findings<'a> {
+    /// What was found on the cams of a scene.
+    pub fn new(scene: &'a str, shapes: &'a [Shape]) -> Self {
+        Findings { scene, followers: shapes.iter().map(Shape::summary).collect(), shapes }
+    }
+
+    /// The report.
+    pub fn report(&self) -> Report {
+        let mut report = Report::new(self.scene, "cams");
+        for shape in self.shapes {
+            shape.judge(self.scene, &mut report.verdict);
+            shape.tables(self.scene).for_each(|table| report.body.push(Block::Table(table)));
+            let of = shape.name.strip_prefix(self.scene).unwrap_or_default().trim_start_matches('.');
+            report.drawing(of, files::svg(&shape.name, &shape.drawn()));
+            for (key, diagram) in shape.diagrams() {
+                report.diagram(&if of.is_empty() { key.to_owned() } else { format!("{of}.{key}") }, diagram);
+            }
+        }
+        report
+            .verdict
+            .certainty("The values are extremes over the whole turn; the contours are exact to their chord errors.");
+        report
+    }
 }

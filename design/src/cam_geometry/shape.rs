@@ -2,7 +2,8 @@
 
 use super::cam_table::CamTable;
 use super::contour::NoMesh;
-use super::{Cam, Carrier, Finding, Mesh, Outline, Plan, Verdict, checks, degrees};
+use super::{Cam, Carrier, Finding, Mesh, Outline, Plan, checks};
+use crate::report::Level;
 use camdrive::drives::Fault;
 use camdrive::motion::MotionLaw;
 
@@ -72,17 +73,17 @@ impl Shape {
     }
 
     /// The worst of all findings.
-    pub fn verdict(&self) -> Verdict {
-        self.cams.iter().flat_map(|c| c.findings.iter().map(|f| f.verdict)).max().unwrap_or(Verdict::Good)
+    pub fn verdict(&self) -> Level {
+        self.cams.iter().flat_map(|c| c.findings.iter().map(|f| f.verdict)).max().unwrap_or(Level::Good)
     }
 
     /// The findings that are not good, each in a sentence with its angle.
-    pub fn complaints(&self, verdict: Verdict) -> Vec<String> {
+    pub fn complaints(&self, verdict: Level) -> Vec<String> {
         let all = self.cams.iter().flat_map(|c| c.findings.iter().map(move |f| (c.name, f)));
         let bad = all.filter(|(_, f)| f.verdict == verdict);
         let sentence = |(cam, f): (&str, &Finding)| {
             let cam = if cam.is_empty() { String::new() } else { format!(" {cam}") };
-            format!("{}{cam}: {}, {} at φ = {:.3}°: {}", self.name, f.what, f.shown(), degrees(f.phi), f.remark)
+            format!("{}{cam}: {}: {}", self.name, f.placed(), f.remark)
         };
         bad.map(sentence).collect()
     }

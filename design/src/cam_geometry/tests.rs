@@ -3,6 +3,7 @@
 use super::checks::{findings, worst};
 use super::files::{Drawn, csv, dxf, svg};
 use super::*;
+use crate::report::Level;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, StandardLaw};
 
 fn fourier(a: Vec<f64>, b: Vec<f64>) -> MotionLaw {
@@ -242,7 +243,7 @@ fn both_cams_of_a_conjugate_pair_hold_the_follower() {
         assert!((distance - 0.13).abs() < 1e-15);
     }
     let list = findings(&second, &plan(&cam, Cut::Inner), &outlines(&second, Cut::Inner, 1e-6)).unwrap();
-    assert!(list.iter().all(|finding| finding.verdict == Verdict::Good), "{list:?}");
+    assert!(list.iter().all(|finding| finding.verdict == Level::Good), "{list:?}");
 }
 
 #[test]
@@ -280,10 +281,10 @@ fn undercut_begins_where_the_roller_is_as_large_as_the_radius_of_curvature() {
     let look = |cam: &Cam| findings(cam, &plan(cam, Cut::Inner), &outlines(cam, Cut::Inner, 1e-6)).unwrap();
     let most = find(&look(&cam), "undercut").value;
     cam.roller = most * (1.0 - 1e-6);
-    assert_eq!(find(&look(&cam), "undercut").verdict, Verdict::Good);
+    assert_eq!(find(&look(&cam), "undercut").verdict, Level::Good);
     cam.roller = most * 1.001;
     let finding = find(&look(&cam), "undercut");
-    assert!(finding.verdict == Verdict::Fault && finding.remark.contains("smaller"), "{finding:?}");
+    assert!(finding.verdict == Level::Bad && finding.remark.contains("smaller"), "{finding:?}");
     // It does not hide what else is wrong: hollows of the path are no places of undercut, ϱ wider than those of the path.
     let hollow = |cam: &Cam| find(&look(cam), "sharpest hollow").value - cam.roller;
     let slender = Cam { roller: 0.5 * most, ..cam.clone() };
@@ -291,10 +292,10 @@ fn undercut_begins_where_the_roller_is_as_large_as_the_radius_of_curvature() {
     let mut coarse = plan(&cam, Cut::Inner);
     coarse.limits.cutter = 2.0 * hollow(&cam) + cam.roller;
     let list = findings(&cam, &coarse, &outlines(&cam, Cut::Inner, 1e-6)).unwrap();
-    assert!(["undercut", "sharpest hollow"].iter().all(|what| find(&list, what).verdict == Verdict::Fault));
+    assert!(["undercut", "sharpest hollow"].iter().all(|what| find(&list, what).verdict == Level::Bad));
     // A much larger roller leaves a contour that crosses itself, which the search for crossings finds by itself.
     cam.roller = 1.3 * most;
-    assert_eq!(find(&look(&cam), "crosses itself").verdict, Verdict::Fault);
+    assert_eq!(find(&look(&cam), "crosses itself").verdict, Level::Bad);
 }
 
 #[test]
@@ -303,7 +304,7 @@ fn a_groove_whose_passages_meet_is_refused() {
     let cam = Cam { roller: 0.011, ..translating(fourier(vec![0.04, 0.0, 0.0, 0.0, 0.0, -0.035], vec![]), 0.0, 1.0) };
     let shapes = outlines(&cam, Cut::Groove, 1e-6);
     let list = findings(&cam, &plan(&cam, Cut::Groove), &shapes).unwrap();
-    assert!(list.iter().any(|f| f.what.contains("cross") && f.verdict == Verdict::Fault), "{list:?}");
+    assert!(list.iter().any(|f| f.what.contains("cross") && f.verdict == Level::Bad), "{list:?}");
     let slender = Cam { roller: 0.0005, ..cam };
     let shapes = outlines(&slender, Cut::Groove, 1e-6);
     let list = findings(&slender, &plan(&slender, Cut::Groove), &shapes).unwrap();
@@ -321,7 +322,7 @@ fn a_steep_cam_is_warned_of_with_its_angle() {
     let tangent = 0.05 * best.sin() / (0.11 - 0.05 * best.cos());
     assert!((pressure.value.tan() - tangent).abs() < 1e-14, "{pressure:?}");
     assert!((pressure.phi - best).abs() < 1e-6 || (pressure.phi - TAU + best).abs() < 1e-6);
-    assert_eq!(pressure.verdict, Verdict::Warning);
+    assert_eq!(pressure.verdict, Level::Mind);
 }
 
 #[test]
@@ -336,17 +337,17 @@ fn places_where_no_cam_can_move_the_follower_are_faults() {
         findings(&cam, &plan(&cam, Cut::Inner), &outlines(&cam, Cut::Inner, 1e-5)).unwrap()
     };
     let rocker = lever(fourier(vec![0.0, 0.02], vec![]), 1.0, 1.0);
-    assert_eq!(find(&with(0.05, &rocker), "least angle of the lever").verdict, Verdict::Fault);
-    assert_eq!(find(&with(3.1, &rocker), "largest angle of the lever").verdict, Verdict::Fault);
-    assert_eq!(find(&with(1.0, &rocker), "largest angle of the lever").verdict, Verdict::Good);
+    assert_eq!(find(&with(0.05, &rocker), "least angle of the lever").verdict, Level::Bad);
+    assert_eq!(find(&with(3.1, &rocker), "largest angle of the lever").verdict, Level::Bad);
+    assert_eq!(find(&with(1.0, &rocker), "largest angle of the lever").verdict, Level::Good);
     let slide = translating(fourier(vec![0.0, 0.02], vec![]), 0.03, 1.0);
-    assert_eq!(find(&with(0.01, &slide), "least height").verdict, Verdict::Fault);
+    assert_eq!(find(&with(0.01, &slide), "least height").verdict, Level::Bad);
     // A disc that reaches the pivot of its lever, and one that leaves no room for the shaft.
-    assert_eq!(find(&with(2.2, &rocker), "largest radius").verdict, Verdict::Warning);
+    assert_eq!(find(&with(2.2, &rocker), "largest radius").verdict, Level::Mind);
     let mut plan = plan(&rocker, Cut::Inner);
     plan.limits.hub = 0.2;
     let list = findings(&rocker, &plan, &outlines(&rocker, Cut::Inner, 1e-5)).unwrap();
-    assert_eq!(find(&list, "base circle").verdict, Verdict::Fault);
+    assert_eq!(find(&list, "base circle").verdict, Level::Bad);
 }
 
 #[test]
@@ -469,16 +470,18 @@ fn the_report_tells_all() {
     let second = Second { place: 1.4, length: 0.1, roller: 0.018 };
     let tolerances = Tolerances { chord: 1e-6, table: 1e-6 };
     let shape = Shape::new("rocker", &cam.law, plan(&cam, Cut::Conjugate(second)), tolerances).unwrap();
-    let text = shape.text(100);
-    for part in ["conjugate", "cam F", "cam P", "pressure angle", "points, chord error", "cam table of"] {
+    let shapes = [shape];
+    let found = report::Findings::new("machine", &shapes);
+    let (text, [shape]) = (found.report().text(400, false), &shapes);
+    for part in ["conjugate", "rocker F", "rocker P", "pressure angle", "points, chord error", "cam table of"] {
         assert!(text.contains(part), "{part}: {text}");
     }
     let endings: Vec<String> =
         shape.files().into_iter().map(|(ending, content)| (content.unwrap(), ending).1).collect();
-    assert_eq!(endings, ["F.csv", "P.csv", "dxf", "svg", "plcopen.csv", "plc.txt"]);
+    assert_eq!(endings, ["F.csv", "P.csv", "dxf", "plcopen.csv", "plc.txt"]);
     assert_eq!(shape.diagrams().map(|(name, _)| name), ["pressure_angle", "curvature"]);
-    let summary = serde_json::to_value(shape.summary()).unwrap();
-    assert!(summary["cams"][1]["findings"].as_array().unwrap().len() > 6);
+    let summary = serde_json::to_value(&found).unwrap();
+    assert!(summary["followers"][0]["cams"][1]["findings"].as_array().unwrap().len() > 6);
 }
 
 #[test]

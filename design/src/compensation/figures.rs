@@ -1,4 +1,4 @@
-//! Courses and spectra of the rounds, as tables and diagrams: φ̇(t), the tools' accelerations, their distances.
+//! Courses and spectra of the rounds as diagrams: φ̇(t), the tools' accelerations, their distances.
 //!
 //! Of a motion y(ψ) = Σ aₘ cos mψ + bₘ sin mψ, ψ = Ωt, the acceleration has the amplitudes m²Ω²√(aₘ² + bₘ²), of each round with its
 //! own Ω = 2π/T; what is prescribed is compared at the same Ω. The courses are sums of these series: where a cycle's acceleration
@@ -7,22 +7,20 @@
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", tables 1 and 2, equation (5).
 
 use super::iteration::Round;
-use super::report::Report;
+use super::report::Findings;
 use super::spectral::amplitude;
 use crate::plot::{Axis, Diagram, Rule, Series};
-use crate::text;
-use camdrive::drives::Fault;
 use camdrive::motion::Fourier;
 use std::f64::consts::TAU;
 
 /// Points of a curve over the period.
-const POINTS: usize = 720;
+pub(super) const POINTS: usize = 720;
 
 /// Harmonics below this part of the largest are not shown, nor higher ones than this: HS profiles have none, and cycles no end.
 const LEAST: f64 = 1e-4;
 const HIGHEST: usize = 40;
 
-impl Report {
+impl Findings {
     /// The machines, by the names that legends have.
     fn shown(&self) -> impl Iterator<Item = (String, &Round)> {
         self.machines().map(|(name, round)| match name.as_str() {
@@ -30,55 +28,6 @@ impl Report {
             "finished" => ("compensated cams".to_owned(), round),
             _ => (name, round),
         })
-    }
-
-    /// The courses over the period of each machine, as CSV: φ̇(t) and the tools' accelerations, as they are and as prescribed at
-    /// the same period.
-    ///
-    /// # Errors
-    /// As of [`Report::csv`].
-    pub fn courses(&self) -> Result<String, Fault> {
-        let place = |i: usize| TAU * i as f64 / POINTS as f64;
-        let own =
-            |round: &Round, i: usize| [place(i), place(i) / round.mean_speed().abs(), round.speeds.at(place(i)).0[0]];
-        let of = |round: &Round, series: &Fourier, i: usize| round.mean_speed().powi(2) * series.at(place(i)).0[2];
-        self.over_machines("phase_rad,time_s,speed_rad_s", POINTS + 1, own, of)
-    }
-
-    /// The spectra of each machine, as CSV: a_m, b_m of φ̇(t), and the amplitudes of the tools' accelerations, as they are and as
-    /// prescribed at the same period.
-    ///
-    /// # Errors
-    /// As of [`Report::csv`].
-    pub fn spectra(&self) -> Result<String, Fault> {
-        let harmonics = self.machines().map(|(_, round)| round.speeds.order()).min().unwrap_or(0);
-        let own = |round: &Round, m: usize| [m as f64, round.speeds.a[m], round.speeds.b[m]];
-        self.over_machines("harmonic,speed_cosine_rad_s,speed_sine_rad_s", harmonics + 1, own, harmonic)
-    }
-
-    /// Rows for each machine, below a heading that goes on with two columns for each tool: what is `of` its motion, and of that
-    /// prescribed.
-    fn over_machines(
-        &self,
-        head: &str,
-        count: usize,
-        own: impl Fn(&Round, usize) -> [f64; 3],
-        of: impl Fn(&Round, &Fourier, usize) -> f64,
-    ) -> Result<String, Fault> {
-        let mut head = format!("machine,{head}");
-        for (number, turns) in self.numbers.iter().zip(&self.turning) {
-            let unit = if *turns { "rad_s2" } else { "m_s2" };
-            head += &format!(",tool{number}_{unit},tool{number}_prescribed_{unit}");
-        }
-        let mut rows = Vec::new();
-        for (name, round) in self.machines() {
-            rows.extend((0..count).map(|i| {
-                let pairs = round.motions.iter().zip(&self.wanted);
-                let tools = pairs.flat_map(|(motion, wanted)| [motion, wanted].map(|series| of(round, series, i)));
-                (name.clone(), own(round, i), tools.collect::<Vec<f64>>())
-            }));
-        }
-        text::csv(&head, rows)
     }
 
     /// All diagrams by the names of their files.
@@ -161,14 +110,19 @@ impl Report {
 }
 
 /// m²Ω² √(a² + b²): the amplitude of a harmonic of the acceleration (m/s² or rad/s²); 0 beyond the series.
-fn harmonic(round: &Round, series: &Fourier, m: usize) -> f64 {
+pub(super) fn harmonic(round: &Round, series: &Fourier, m: usize) -> f64 {
     let size = if m <= series.order() { amplitude(series, m) } else { 0.0 };
     (m as f64 * round.mean_speed()).powi(2) * size
 }
 
+/// ψ (rad) of a point.
+pub(super) fn phase(i: usize) -> f64 {
+    TAU * i as f64 / POINTS as f64
+}
+
 /// A function of ψ at equal steps, over ψ in degrees.
 fn over_period(f: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
-    (0..=POINTS).map(|i| TAU * i as f64 / POINTS as f64).map(|psi| [psi.to_degrees(), f(psi)]).collect()
+    (0..=POINTS).map(phase).map(|psi| [psi.to_degrees(), f(psi)]).collect()
 }
 
 fn period_axis() -> Axis {

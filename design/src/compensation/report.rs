@@ -1,13 +1,17 @@
-//! The result of a compensation, as tables and diagrams.
+//! A compensation and its report.
 
+use super::figures::{POINTS, harmonic, phase};
 use super::iteration::{Cam, Machine, Quality, Round, rounds};
 use super::loaded::Loaded;
 use super::periodic_motion::Driving;
 use super::restrictions::{Kept, Restrictions};
 use super::{Form, Law, Solution, Task, Tool, laws};
 use crate::periodic_motions::periodic_motions;
+use crate::report::terminal::{range, shown};
+use crate::report::unit::{DEG, MS, ONE, PERCENT, RPM, Unit};
+use crate::report::{Level, Report, Rows, Table, Verdict};
 use crate::synthesis::{KEPT, UNITS};
-use crate::text::{self, Table, counted, number};
+use crate::text::{counted, number, share, time};
 use crate::transmission::{self, Transmission};
 use crate::{Progress, work};
 use camdrive::drives::Fault;
@@ -43,7 +47,7 @@ pub struct Options {
 
 /// A compensated machine.
 #[derive(Clone, Debug, Serialize)]
-pub struct Report {
+pub struct Findings {
     /// The name of the scene.
     pub scene: String,
     /// T (s).
@@ -111,14 +115,14 @@ pub fn study(
     task: &Task,
     options: Options,
     progress: &(dyn Fn(Progress) + Sync),
-) -> Result<Report, Fault> {
+) -> Result<Findings, Fault> {
     let hint = "a larger J0 or breakdown slip helps, a motor without `lag`, motions that are series instead of cycles, or a larger \
                 --tolerance";
     work::within(work::BUDGET, hint, progress, |tell| looked_at(scene, task, options, tell)).map_err(Fault::new)?
 }
 
 /// See [`study`].
-fn looked_at(scene: &str, task: &Task, options: Options, progress: &dyn Fn(Progress)) -> Result<Report, Fault> {
+fn looked_at(scene: &str, task: &Task, options: Options, progress: &dyn Fn(Progress)) -> Result<Findings, Fault> {
     let solution = task.solve_with(progress)?;
     let stage = |stage| progress(Progress { done: 0, total: 1, stage });
     stage("laws");
@@ -139,7 +143,7 @@ fn looked_at(scene: &str, task: &Task, options: Options, progress: &dyn Fn(Progr
         }
         (part, machine.periodic_motion(&cams, &driving).map(|periodic| machine.judge(&periodic, &cams)))
     });
-    Ok(Report {
+    Ok(Findings {
         scene: scene.to_owned(),
         period: solution.periodic.period(),
         speed: solution.range(),
@@ -297,95 +301,23 @@ fn rounded_up(value: f64) -> f64 {
     format!("{scaled}e{}", -digits).parse().unwrap_or(value)
 }
 
-/// The reserve as people read it: what is kept but for roundings has none.
-fn shown(one: &Kept) -> f64 {
+/// The reserve of a restriction; what is kept but for roundings has none.
+fn reserve(one: &Kept) -> f64 {
     if one.kept && one.reserve <= KEPT * one.value.abs() { 0.0 } else { one.reserve }
 }
 
-fn percent(value: f64) -> String {
-    format!("{} %", number(100.0 * value))
+/// The largest deviation of a tool's acceleration.
+fn deviation(round: &Round) -> f64 {
+    round.tools.iter().map(|tool| tool.deviation).fold(0.0, f64::max)
 }
 
-/// A row of figures of a machine.
-fn row(name: String, round: Option<&Round>, of_series: bool, columns: usize) -> Vec<String> {
-    let Some(round) = round else {
-        let mut cells = vec![name, "none found".to_owned()];
-        cells.resize(columns, String::new());
-        return cells;
-    };
-    let [least, largest] = round.speed.map(|w| format!("{:.3}", w * 60.0 / TAU));
-    let mut cells = vec![name, format!("{:.12}", round.period), least, largest];
-    for tool in &round.tools {
-        cells.extend([percent(tool.overshoot), percent(tool.deviation)]);
-        if of_series {
-            let highest = tool.highest_extra.map_or(String::new(), |highest| format!(" (to {highest})"));
-            cells.push(format!("{}{highest}", tool.extra_harmonics));
-        }
-    }
-    cells
-}
+/// A machine: its name, its speed relative to that of the design, how it moves.
+type Row<'a> = (String, f64, Option<&'a Round>);
 
-impl Report {
+impl Findings {
     /// ω (rad/s) of the compensated motion at the angle φ (rad).
     pub fn speed_at(&self, phi: f64) -> f64 {
         self.motion.speed_at(phi)
-    }
-
-    /// The table of the machines: rounds, finished, other speeds.
-    pub fn table(&self) -> Table {
-        // A motion that is no series has no harmonics beyond its own.
-        let of_series = self.machines().any(|(_, round)| round.tools.iter().any(|tool| tool.highest_extra.is_some()));
-        let mut head: Vec<String> = ["machine", "T [s]", "least w [rpm]", "largest w"].map(str::to_owned).into();
-        for j in &self.numbers {
-            let columns = ["overshoot", "deviation", "extra harmonics"].into_iter().take(2 + usize::from(of_series));
-            head.extend(columns.map(|column| format!("tool {j}: {column}")));
-        }
-        let named = |name: String| if name == "finished" { "finished cams".to_owned() } else { name };
-        let machines = self.machines().map(|(name, round)| row(named(name), Some(round), of_series, head.len()));
-        let mut rows: Vec<Vec<String>> = machines.collect();
-        for (part, round) in &self.other_speeds {
-            rows.push(row(format!("at {} of the speed", percent(*part)), round.as_ref(), of_series, head.len()));
-        }
-        Table { head, rows }
-    }
-
-    /// The result in sentences.
-    pub fn about(&self) -> Vec<String> {
-        let mut lines = vec![format!(
-            "Period T = {:.15} s, w from {:.5} to {:.5} rpm (resolved to {} of its mean).",
-            self.period,
-            self.speed[0] * 60.0 / TAU,
-            self.speed[1] * 60.0 / TAU,
-            number(self.resolution)
-        )];
-        if let Some(speed) = self.synchronous_speed {
-            lines.push(format!("Synchronous speed of the motor {speed:.12} rad/s ({:.8} rpm).", speed * 60.0 / TAU));
-        }
-        if let Some(least) = self.least_inertia_without_motor {
-            lines.push(format!("Without a motor J0 would have to be at least {least:.6} kg.m2."));
-        }
-        lines.push(format!(
-            "In the end each round of the iteration reduces the error by the factor {:.4}.",
-            self.factor
-        ));
-        if let Some(period) = self.other_motion {
-            lines.push(format!(
-                "Note: the finished machine has several periodic motions. The compensated one is not the fastest stable one, T = {period:.9} s, to which the motor brings the machine and with which start.mode = steady_state begins; `camdrive steady` lists them."
-            ));
-        }
-        for (j, cut) in self.numbers.iter().zip(&self.cams) {
-            let law = match (cut.harmonics, cut.points) {
-                (Some(harmonics), _) => counted(harmonics, "harmonic"),
-                (None, points) => format!("a table of {} points", points.unwrap_or_default()),
-            };
-            lines.push(format!(
-                "Cam {j}: {law}; the acceleration differs from the prescribed one by at most {} of its largest value.",
-                number(cut.truncation)
-            ));
-        }
-        lines.extend(self.transmission.iter().map(Transmission::sentence));
-        lines.extend(self.on_restrictions());
-        lines
     }
 
     /// The rounds and the machine with the finished cams, each with its name.
@@ -394,73 +326,180 @@ impl Report {
         rounds.chain(std::iter::once(("finished".to_owned(), &self.finished)))
     }
 
-    /// The unit of what is restricted.
-    fn unit(&self, one: &Kept) -> String {
-        let tool = self.numbers.iter().position(|number| one.tools.first().is_some_and(|tool| tool.0 == *number));
-        UNITS[one.order.min(3)].replace('m', if tool.is_some_and(|tool| self.turning[tool]) { "rad" } else { "m" })
+    fn verdict(&self) -> Verdict {
+        let mut verdict = Verdict::default();
+        let after = self.cams.iter().map(|cut| cut.truncation).fold(0.0, f64::max);
+        let before = self
+            .rounds
+            .first()
+            .map_or(String::new(), |round| format!("; with cams for uniform speed by {}", share(deviation(round))));
+        let after = share(after);
+        let told = format!("The acceleration of a tool deviates from the prescribed one by at most {after}{before}.");
+        verdict.result(Level::Good, told);
+        let (speed, period) = (range(self.speed, &RPM), time(self.period));
+        let part = shown((self.speed[1] - self.speed[0]).abs() * self.period / TAU, &PERCENT);
+        verdict
+            .result(Level::Good, format!("The speed is {speed}: it fluctuates by {part} in the period of {period}."));
+        if let Some(period) = self.other_motion {
+            verdict.result(Level::Mind, format!(
+                "The compensated motion is not the fastest stable one, T = {}, to which the motor brings the machine and with which start.mode = steady_state begins.",
+                time(period)
+            ));
+            verdict.advice("`camdrive steady` lists the motions of the finished machine; with another motor or J0 the compensated one may be the fastest.");
+        }
+        let others = self.other_speeds.iter().filter_map(|(part, round)| Some((deviation(round.as_ref()?), *part)));
+        if let Some((worst, part)) = others.max_by(|a, b| a.0.total_cmp(&b.0)) {
+            let (worst, part) = (share(worst), shown(part, &PERCENT));
+            verdict.result(Level::Good, format!("At other speeds the same cams deviate more, at {part} by {worst}."));
+            verdict.advice("For another speed compensate again (`--period`).");
+        }
+        for one in self.transmission.iter().filter(|one| !one.is_usual()) {
+            verdict.result(Level::Mind, one.sentence());
+        }
+        self.judge_restrictions(&mut verdict);
+        verdict.certainty(format!(
+            "The motion is resolved to {} of its mean speed; tools and mechanisms are rigid.",
+            number(self.resolution)
+        ));
+        verdict
     }
 
-    /// How far the restrictions are kept, in sentences.
-    fn on_restrictions(&self) -> Vec<String> {
+    /// Adds how far the restrictions are kept.
+    fn judge_restrictions(&self, verdict: &mut Verdict) {
         let count = self.prescribed.len();
         if count == 0 {
-            return Vec::new();
+            return;
         }
         let kept = |list: &[Kept]| list.iter().filter(|one| one.kept).count();
-        let unasked = self.restrictions.unasked.iter();
-        let unasked = unasked.map(|j| format!("Note: the task has no law for follower {j}, and it is not checked."));
-        let plain =
-            self.rounds.first().map(|round| format!("; cams for uniform speed keep {}", kept(&round.restrictions)));
-        let (all, plain) = (kept(&self.finished.restrictions), plain.unwrap_or_default());
-        let mut lines = vec![format!("The finished cams keep {all} of the {count} restrictions{plain}.")];
-        lines.extend(unasked);
-        let pairs = self.finished.restrictions.iter().zip(&self.prescribed);
-        lines.extend(pairs.filter(|(one, _)| !one.kept).map(|(one, prescribed)| {
-            let whose = if prescribed.kept { "the tools miss" } else { "the prescribed motions themselves miss" };
-            let (miss, place) = (number(-one.reserve), number(one.phase.to_degrees()));
-            format!("Note: {whose} `{}` by {miss} {} at {place} deg.", one.name, self.unit(one))
-        }));
-        let first = count - self.restrictions.clearances().len();
-        lines.extend(self.finished.restrictions[first..].iter().map(|one| {
-            let [least, reserve, place] = [one.value, shown(one), one.phase.to_degrees()].map(number);
-            format!("Least {}: {least} m at {place} deg, reserve {reserve} m.", one.name)
-        }));
-        lines
-    }
-
-    /// The table of what the tools have to keep: the reserve of the prescribed motion, of each round and of the finished
-    /// machine; None where nothing is asked.
-    pub fn restrictions(&self) -> Option<Table> {
-        let mut head = vec!["restriction".to_owned(), "reserve as prescribed".to_owned()];
-        head.extend(self.machines().map(|(name, _)| name));
-        head.extend(["value there", "at [deg]"].map(str::to_owned));
-        let row = |(i, prescribed): (usize, &Kept)| {
-            let reserves = self.machines().map(|(_, round)| number(shown(&round.restrictions[i])));
-            let last = &self.finished.restrictions[i];
-            let place = [number(last.value), number(last.phase.to_degrees())];
-            let name = format!("{} [{}]", prescribed.name, self.unit(prescribed));
-            [name, number(shown(prescribed))].into_iter().chain(reserves).chain(place).collect()
-        };
-        let rows: Vec<Vec<String>> = self.prescribed.iter().enumerate().map(row).collect();
-        (!rows.is_empty()).then_some(Table { head, rows })
-    }
-
-    /// The numbers of the table as CSV, in SI units.
-    ///
-    /// # Errors
-    /// None in practice: the writer fills memory.
-    pub fn csv(&self) -> Result<String, Fault> {
-        let head = "machine,speed_part,period_s,least_speed_rad_s,largest_speed_rad_s,tool,overshoot,deviation,\
-                    extra_harmonics,highest_extra";
-        let mut rows = Vec::new();
-        let machines = self.machines().map(|(name, round)| (name, 1.0, Some(round)));
-        let others = self.other_speeds.iter().map(|(part, round)| ("finished".to_owned(), *part, round.as_ref()));
-        for (name, part, round) in machines.chain(others) {
-            let Some(round) = round else { continue };
-            for (j, tool) in self.numbers.iter().zip(&round.tools) {
-                rows.push((name.clone(), part, round.period, round.speed, j, tool));
-            }
+        let all = kept(&self.finished.restrictions);
+        verdict.result(Level::Good, format!("The finished cams keep {all} of the {count} restrictions."));
+        for (one, prescribed) in self.finished.restrictions.iter().zip(&self.prescribed).filter(|(one, _)| !one.kept) {
+            let (level, whose) = match prescribed.kept {
+                true => (Level::Bad, "the tools miss"),
+                false => (Level::Mind, "the prescribed motions themselves miss"),
+            };
+            let (miss, place) = (shown(-one.reserve, &self.unit(one)), shown(one.phase, &DEG));
+            verdict.result(level, format!("By {miss} at ψ = {place} {whose} `{}`.", one.name));
         }
-        text::csv(head, rows)
+        for follower in &self.restrictions.unasked {
+            verdict.certainty(format!("The task has no law for follower {follower}, which is not checked."));
+        }
+    }
+
+    /// The unit of what is restricted.
+    fn unit(&self, one: &Kept) -> Unit {
+        let tool = self.numbers.iter().position(|number| one.tools.first().is_some_and(|tool| tool.0 == *number));
+        let turning = tool.is_some_and(|tool| self.turning[tool]);
+        let unit = UNITS[one.order.min(3)];
+        Unit::of(&if turning { unit.replacen('m', "rad", 1) } else { unit.to_owned() })
+    }
+
+    /// Rounds, finished machine, other speeds.
+    fn machines_table<'a>(&'a self) -> Table {
+        let machines = self.machines().map(|(name, round)| (name, 1.0, Some(round)));
+        let at = |part: f64| format!("at {} of the speed", shown(part, &PERCENT));
+        let others = self.other_speeds.iter().map(|(part, round)| (at(*part), *part, round.as_ref()));
+        let rows: Vec<Row> = machines.chain(others).collect();
+        let mut table = Table::of("Machine, from cams for uniform speed (round 0) to the finished ones", &rows)
+            .key("compensation")
+            .column("machine", "machine", ONE, |row: &Row| &row.0)
+            .hidden("speed_part", ONE, |row| row.1)
+            .column("period", "T", MS, |row| row.2.map(|round| round.period))
+            .digits(9)
+            .column("speed", "speed", RPM, |row| row.2.map(|round| round.speed));
+        for (j, number) in self.numbers.iter().enumerate() {
+            let key = |what: &str| format!("tool{number}_{what}");
+            let of = move |row: &Row<'a>| row.2.map(|round| &round.tools[j]);
+            let heading = format!("tool {number}: deviation");
+            table = table
+                .column(key("deviation"), heading, PERCENT, |row| of(row).map(|tool| tool.deviation))
+                .column(key("overshoot"), "overshoot", PERCENT, |row| of(row).map(|tool| tool.overshoot))
+                .hidden(key("extra_harmonics"), ONE, |row| of(row).map(|tool| tool.extra_harmonics))
+                .hidden(key("highest_extra"), ONE, |row| of(row)?.highest_extra);
+        }
+        table.into()
+    }
+
+    /// What the tools have to keep: the reserve of the prescribed motions, with cams for uniform speed and of the finished machine.
+    fn restrictions_table(&self) -> Table {
+        let rows: Vec<(usize, &Kept, f64)> =
+            self.prescribed.iter().enumerate().map(|(i, one)| (i, one, self.unit(one).factor)).collect();
+        let last = |row: &(usize, &Kept, f64)| &self.finished.restrictions[row.0];
+        let first =
+            |row: &(usize, &Kept, f64)| self.rounds.first().map(|round| row.2 * reserve(&round.restrictions[row.0]));
+        Table::of("Restrictions", &rows)
+            .column("restriction", "restriction", ONE, |row| format!("{} [{}]", row.1.name, self.unit(row.1).name))
+            .column("prescribed", "reserve as prescribed", ONE, |row| row.2 * reserve(row.1))
+            .column("uniform", "with cams for uniform speed", ONE, first)
+            .column("finished", "finished cams", ONE, |row| row.2 * reserve(last(row)))
+            .column("value", "value there", ONE, |row| row.2 * last(row).value)
+            .column("phase", "at ψ", DEG, |row| last(row).phase)
+            .column("kept", "kept", ONE, |row| last(row).kept)
+            .into()
+    }
+
+    /// Rows of each machine with what is `of` its tools' motions, and of those prescribed.
+    fn over_machines<'a>(
+        &self,
+        mut table: Rows<'a, (String, &'a Round, usize)>,
+        of: fn(&Round, &Fourier, usize) -> f64,
+    ) -> Table {
+        for (j, number) in self.numbers.iter().enumerate() {
+            let unit = Unit::of(if self.turning[j] { "rad/s2" } else { "m/s2" });
+            table = table
+                .hidden(format!("tool{number}"), unit.clone(), |row| of(row.1, &row.1.motions[j], row.2))
+                .hidden(format!("tool{number}_prescribed"), unit, |row| of(row.1, &self.wanted[j], row.2));
+        }
+        table.into()
+    }
+
+    /// The report.
+    pub fn report(&self) -> Report {
+        let mut report = Report::new(&self.scene, "compensated cams");
+        report.verdict = self.verdict();
+        let cams: Vec<(&usize, &Cut)> = self.numbers.iter().zip(&self.cams).collect();
+        let law = |cut: &Cut| match (cut.harmonics, cut.points) {
+            (Some(harmonics), _) => counted(harmonics, "harmonic"),
+            (None, points) => format!("table of {} points", points.unwrap_or_default()),
+        };
+        report.table(
+            Table::of("Cams", &cams)
+                .column("follower", "follower", ONE, |cam| *cam.0)
+                .column("law", "law", ONE, |cam| law(cam.1))
+                .column("deviation", "deviation of the acceleration", PERCENT, |cam| cam.1.truncation),
+        );
+        report.table(self.machines_table()).table(self.restrictions_table());
+        report.lines("Mechanisms", self.transmission.iter().filter(|one| one.is_usual()).map(Transmission::sentence));
+        let over = |count: usize| -> Vec<(String, &Round, usize)> {
+            self.machines().flat_map(|(name, round)| (0..count).map(move |i| (name.clone(), round, i))).collect()
+        };
+        let points = over(POINTS + 1);
+        let courses = Table::file("courses", &points)
+            .hidden("machine", ONE, |row| &row.0)
+            .hidden("phase", DEG, |row| phase(row.2))
+            .hidden("time", MS, |row| phase(row.2) / row.1.mean_speed().abs())
+            .hidden("speed", RPM, |row| row.1.speeds.at(phase(row.2)).0[0]);
+        report.table(
+            self.over_machines(courses, |round, series, i| round.mean_speed().powi(2) * series.at(phase(i)).0[2]),
+        );
+        let harmonics = over(self.machines().map(|(_, round)| round.speeds.order()).min().unwrap_or(0) + 1);
+        let spectra = Table::file("spectra", &harmonics)
+            .hidden("machine", ONE, |row| &row.0)
+            .hidden("harmonic", ONE, |row| row.2)
+            .hidden("speed_cosine", RPM, |row| row.1.speeds.a[row.2])
+            .hidden("speed_sine", RPM, |row| row.1.speeds.b[row.2]);
+        report.table(self.over_machines(spectra, harmonic));
+        for (key, diagram) in self.diagrams() {
+            report.diagram(&key, diagram);
+        }
+        let least = self.least_inertia_without_motor;
+        let least = least.map(|j| format!("Without a motor J0 would have to be at least {j:.6} kg·m²."));
+        let factor = format!(
+            "In the end each round of the iteration (K. Kaltofen, HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit, section 3) reduces the error by the factor {:.4}; the finished cams are found directly, by Newton's method.",
+            self.factor
+        );
+        let motor = self.synchronous_speed.map(|speed| format!("Synchronous speed of the motor: {speed:.12} rad/s."));
+        report.explain("How it is computed", [factor].into_iter().chain(least).chain(motor));
+        report
     }
 }

@@ -276,16 +276,19 @@ fn what_tools_have_to_keep_is_looked_at_in_every_round() {
     }
     assert!((report.rounds[0].restrictions[2].phase - report.prescribed[2].phase).abs() > 0.01);
     assert!(!report.finished.restrictions[0].kept && report.finished.restrictions[1].kept == report.prescribed[1].kept);
-    let about = report.about().join(" ");
+    let written = report.report();
+    let about = written.verdict.result.join(" ");
     assert!(about.contains("the prescribed motions themselves miss `gripper: point[1].ddU`"), "{about}");
-    assert!(about.contains("Least distance of gripper and sley"), "{about}");
-    assert_eq!(report.restrictions().unwrap().rows.len(), 3);
+    let asked = written.tables().find(|table| table.title == "Restrictions").unwrap();
+    assert!(asked.rows.len() == 3 && written.text(400, false).contains("distance of gripper and sley [mm]"));
     // Tables of the report: a row for each machine and phase, or harmonic.
-    assert_eq!(report.courses().unwrap().lines().count(), 1 + 5 * 721);
-    let spectra = report.spectra().unwrap();
+    let file = |key: &str| written.files().into_iter().find(|(ending, _)| ending == key).unwrap().1.unwrap();
+    assert_eq!(file("courses.csv").lines().count(), 1 + 5 * 721);
+    let spectra = file("spectra.csv");
     let row: Vec<f64> = spectra.lines().nth(3).unwrap().split(',').skip(1).map(|cell| cell.parse().unwrap()).collect();
     let round = &report.rounds[0];
-    assert_eq!(row[..3], [2.0, round.speeds.a[2], round.speeds.b[2]]);
+    let rpm = 60.0 / TAU;
+    assert_eq!(row[..3], [2.0, round.speeds.a[2] * rpm, round.speeds.b[2] * rpm]);
     assert_eq!(row[3], (2.0 * round.mean_speed()).powi(2) * spectral::amplitude(&round.motions[0], 2));
 }
 
@@ -504,7 +507,7 @@ fn a_machine_with_several_motions_is_told() {
             .unwrap();
     // The unstable motion is compensated; the periods of both by shooting.
     assert!(error(report.period, 0.131116) < 1e-5 && error(report.other_motion.unwrap(), 0.113688) < 1e-4);
-    assert!(report.about().iter().any(|line| line.contains("not the fastest stable one")));
+    assert!(report.report().verdict.result.iter().any(|line| line.contains("not the fastest stable one")));
 }
 
 /// The loom without motor at a period of 120 ms.

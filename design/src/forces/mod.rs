@@ -20,7 +20,7 @@ pub mod report;
 mod tests;
 mod turn;
 
-pub use report::Report;
+pub use report::Findings;
 pub use turn::{Machine, Turn, least_place};
 
 use crate::cam_geometry::{self, Cam, Follower as Carrier, Plan, Point, Side};
@@ -186,6 +186,11 @@ impl Drive {
     /// Whether the follower has a flat face.
     fn is_flat(&self) -> bool {
         self.plan.is_some_and(|plan| plan.carrier == cam_geometry::Carrier::Flat)
+    }
+
+    /// F₀ (N or N·m) of all its springs.
+    fn preload(&self) -> f64 {
+        self.loads.on().map(|load| load.spring.map_or(0.0, |spring| spring.preload)).iter().sum()
     }
 
     /// What the torque of a law that is an angle acts on.

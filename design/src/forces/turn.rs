@@ -40,7 +40,8 @@ pub struct State {
 
 /// A machine over a turn.
 pub struct Turn<'a> {
-    machine: &'a Machine,
+    /// The machine.
+    pub machine: &'a Machine,
     /// States on each piece of the turn where all laws are smooth, at an even number of equal steps.
     pub pieces: Vec<Vec<State>>,
 }
@@ -56,6 +57,11 @@ pub fn least_place(follower: &Follower) -> Result<f64, Fault> {
 }
 
 impl Machine {
+    /// The name of a follower within its machine, "follower1"; None of a drive of its own.
+    pub(super) fn part<'a>(&self, drive: &'a Drive) -> Option<&'a str> {
+        drive.name.strip_prefix(&self.name)?.strip_prefix('.')
+    }
+
     /// The forces at φ on the piece with its middle at `within`.
     ///
     /// # Errors

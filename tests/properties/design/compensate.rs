@@ -53,7 +53,7 @@ fn results(scene: &Scene, image: &Image) -> Result<(Value, Vec<Value>), String> 
     let (_, folder) = files.run("compensate", &arguments.into_iter().chain([load]).collect::<Vec<_>>())?;
     let machine: Value = toml::from_str(&read(&folder, "cams.toml")).expect("a scene");
     let cams = machine["follower"].as_array().expect("followers").iter().map(|follower| follower["cam"].clone());
-    Ok((parsed(&read(&folder, "out/random.compensation.json")), image.order(cams.collect())))
+    Ok((parsed(&read(&folder, "out/random.json")), image.order(cams.collect())))
 }
 
 /// Coefficients of a series.
@@ -96,7 +96,7 @@ fn holds(scene: &Scene, image: &Image) -> Result<(), TestCaseError> {
         "least_inertia_without_motor" => Of::Number(INERTIA, Sign::Even, [1e-6, 0.0]),
         "factor" => Of::Number(NUMBER, Sign::Even, [1e-6, 0.0]),
         "overshoot" | "deviation" => Of::Number(NUMBER, Sign::Even, [1e-5, 1.0]),
-        "resolution" | "scene" | "cams" => Of::Nothing,
+        "resolution" | "scene" | "cams" | "verdict" => Of::Nothing,
         _ => Of::Same,
     };
     let reading = Reading { of: &of, around: &[], followers: &["tools"] };

@@ -62,7 +62,7 @@ fn the_face_is_as_wide_as_its_contact_moves() {
 fn a_base_circle_above_the_least_one_has_no_undercut() {
     // U = b (1 − cos 3φ): h + U″ = h₀ + b + 8 b cos 3φ is least at 60°, h₀ − 7b, so that h₀ has to be above 7b.
     let law = fourier(vec![0.002, 0.0, 0.0, -0.002], vec![]);
-    for (start, verdict) in [(0.0141, Verdict::Good), (0.0139, Verdict::Fault)] {
+    for (start, verdict) in [(0.0141, Level::Good), (0.0139, Level::Bad)] {
         let cam = Cam { follower: Follower::Flat { start }, ..flat(law.clone(), 1.0) };
         let based = Plan { start: Start::Base(start), ..plan(&cam, Cut::Inner) };
         assert_eq!(based.cams(&law).unwrap()[0].1, cam);
@@ -71,8 +71,8 @@ fn a_base_circle_above_the_least_one_has_no_undercut() {
         assert!((undercut.value - (start - 0.014)).abs() < 1e-12 && undercut.verdict == verdict, "{undercut:?}");
         let place = (undercut.phi.to_degrees() + 60.0) % 120.0;
         assert!(place.min(120.0 - place) < 1e-3, "{undercut:?}");
-        assert_eq!(undercut.remark.contains("larger than 14.0000 mm"), verdict == Verdict::Fault, "{undercut:?}");
-        assert_eq!(list.iter().any(|f| f.what.contains("crosses")), verdict == Verdict::Fault);
+        assert_eq!(undercut.remark.contains("larger than 14.0000 mm"), verdict == Level::Bad, "{undercut:?}");
+        assert_eq!(list.iter().any(|f| f.what.contains("crosses")), verdict == Level::Bad);
     }
 }
 
@@ -81,11 +81,15 @@ fn the_face_is_drawn_and_written() {
     let cam = Cam { roller: 0.01, ..flat(lively(), 1.0) };
     let tolerances = Tolerances { chord: 1e-5, table: 1e-6 };
     let shape = Shape::new("tappet", &cam.law, plan(&cam, Cut::Inner), tolerances).unwrap();
-    let file = |ending: &str| shape.files().into_iter().find(|(name, _)| name == ending).unwrap().1.unwrap();
+    let shapes = [shape];
+    let found = report::Findings::new("tappet", &shapes).report();
+    let [shape] = &shapes;
+    let files = || shape.files().into_iter().chain(found.files());
+    let file = |ending: &str| files().find(|(name, _)| name == ending).unwrap().1.unwrap();
     let drawing = file("dxf");
     assert!(drawing.contains("0\nLINE\n8\nFACE\n") && drawing.contains("CUTTER_PATH") && !drawing.contains("ROLLER"));
     assert!(file("svg").contains("flat face, stroke") && !file("svg").contains("roller"));
     assert!(file("csv").lines().next().unwrap().contains(",contact_x_mm,"));
     assert_eq!(shape.diagrams().map(|(name, _)| name), ["contact", "curvature"]);
-    assert!(shape.text(100).contains("flat face"));
+    assert!(found.text(100, false).contains("flat face"));
 }
