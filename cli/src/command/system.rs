@@ -4,7 +4,9 @@ mod osp;
 mod ssp;
 mod study;
 
-use super::{Failure, Format, failure, files, tell};
+use super::deliver::Telling;
+use super::output::{print, show};
+use super::{Failure, failure, files, tell};
 use crate::export::archive::{File, archive};
 use crate::export::xml::number;
 use crate::export::{Date, Extras, RuntimeLibrary, pack_with};
@@ -46,7 +48,7 @@ pub struct Args {
     #[arg(long)]
     study: bool,
     #[command(flatten)]
-    format: Format,
+    telling: Telling,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -71,14 +73,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     ];
     written.extend(fmus.into_iter().map(|fmu| (folder.join(fmu.path), fmu.content)));
     let lines = files::write(&written, &system.files)?;
-    args.format.print(
-        |_| format!("{}{lines}", summary(&args.system, &system)),
-        || {
-            let mut data = data(&args.system, &system);
-            data["files"] = written.iter().map(|(path, _)| path.display().to_string()).collect();
-            text::json(&data)
-        },
-    )
+    if args.telling.json {
+        let mut data = data(&args.system, &system);
+        data["files"] = written.iter().map(|(path, _)| path.display().to_string()).collect();
+        return print(&text::json(&data).map_err(failure)?);
+    }
+    show(&format!("{}{lines}", summary(&args.system, &system)))
 }
 
 /// Reads a system and tells its notes.
