@@ -302,7 +302,7 @@ fn check_tells_what_a_scene_amounts_to_and_finds_nothing_odd_in_ours() {
     assert!(scenes.len() > 20, "{scenes:?}");
     let arguments: Vec<&str> = std::iter::once("check").chain(scenes.iter().map(String::as_str)).collect();
     let run = camdrive(&arguments);
-    assert!(run.code == 0 && !run.err.contains("warning"), "{}", run.err);
+    assert!(run.code == 0 && !run.out.contains("Advice"), "{}", run.out);
     for part in [
         "1800 rpm = 30 Hz = 188.5 rad/s",
         "16200 rpm = 270 Hz = 1696 rad/s",
@@ -314,6 +314,11 @@ fn check_tells_what_a_scene_amounts_to_and_finds_nothing_odd_in_ours() {
     ] {
         assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
     }
+}
+
+/// The text in one line.
+fn unwrapped(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 #[test]
@@ -341,9 +346,8 @@ fn check_warns_of_forgotten_units() {
         let run = camdrive(&["check", text(&scene)]);
         assert!(run.code == 0 && run.out.contains(" ok\n"), "{}", run.err);
         // Lines are wrapped.
-        let told = run.err.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(told.starts_with("warning: ") && told.contains(what) && told.contains("hint"), "{to}: {}", run.err);
-        assert!(told.contains(hint), "{to}: {}", run.err);
+        let told = unwrapped(&run.out);
+        assert!(told.contains(what) && told.contains("Advice") && told.contains(hint), "{to}: {}", run.out);
     }
 }
 
@@ -419,7 +423,7 @@ fn rows_of_any_distance_lose_their_noise() {
     assert_ne!(rows, twice);
     for rows in [&rows, &twice] {
         let run = check_table(&folder, rows, "noise = \"estimate\"\n");
-        assert!(run.code == 0 && !run.err.contains("warning"), "{}", run.err);
+        assert!(run.code == 0 && !run.out.contains("Advice"), "{}", run.out);
         let line = run.out.lines().find(|line| line.contains("largest acceleration")).unwrap_or_default();
         let found: f64 = line.split_whitespace().nth(2).and_then(|value| value.parse().ok()).expect(line);
         assert!((found / 5776.0 - 1.0).abs() < 0.01, "{line}");
@@ -430,7 +434,7 @@ fn rows_of_any_distance_lose_their_noise() {
     assert!(run.code == 1 && run.err.contains("does not exceed"), "{}", run.err);
     // So much noise is none: half a millimetre of a stroke of ten.
     let run = check_table(&folder, &rows, "noise = \"0.5 mm\"\n");
-    assert!(run.code == 0 && run.err.contains("warning") && run.err.contains("% of the stroke"), "{}", run.err);
+    assert!(run.code == 0 && unwrapped(&run.out).contains("% of the stroke"), "{}", run.out);
 }
 
 #[test]
@@ -447,7 +451,7 @@ fn check_warns_of_a_rough_lobe_but_not_of_a_rounded_one() {
             elasticity = { place = \"output\", m = 1, natural_frequency = \"100 Hz\" }\n";
         std::fs::write(&path, scene).expect("a scene");
         let run = camdrive(&["check", text(&path)]);
-        assert!(run.code == 0 && run.err.contains("the table is rough") == rough, "{noise}: {}", run.err);
+        assert!(run.code == 0 && unwrapped(&run.out).contains("the table is rough") == rough, "{noise}: {}", run.out);
     }
 }
 
@@ -553,13 +557,14 @@ fn check_warns_of_a_rough_table() {
     std::fs::write(&scene, whole("")).expect("the folder can be written to");
     let run = camdrive(&["check", text(&scene)]);
     // The lifts were given a noise of 5 µm.
-    assert!(run.code == 0 && run.err.contains("warning") && run.err.contains("scatter by 5.2"), "{}", run.err);
-    assert!(run.err.contains("% of the largest value") && run.err.contains("hint"), "{}", run.err);
+    let told = unwrapped(&run.out);
+    assert!(run.code == 0 && told.contains("Advice") && told.contains("scatter by 5.2"), "{told}");
+    assert!(told.contains("% of the largest value"), "{told}");
     // The noise is estimated to a sixth.
     std::fs::write(&scene, whole("noise = \"estimate\"\n")).expect("the folder can be written to");
     let run = camdrive(&["check", text(&scene)]);
     assert!(
-        run.code == 0 && !run.err.contains("warning") && run.err.contains("without its noise of 5.8"),
+        run.code == 0 && !run.out.contains("Advice") && run.err.contains("without its noise of 5.8"),
         "{}",
         run.err
     );
@@ -580,7 +585,7 @@ fn check_warns_of_a_rough_table() {
     std::fs::write(&scene, whole("interpolation = \"fourier\"\nharmonics = 12\n"))
         .expect("the folder can be written to");
     let run = camdrive(&["check", text(&scene)]);
-    assert!(run.code == 0 && !run.err.contains("warning"), "{}", run.err);
+    assert!(run.code == 0 && !run.out.contains("Advice"), "{}", run.out);
 }
 
 /// The keys of all objects in a JSON value.

@@ -15,7 +15,7 @@ pub struct Telling {
     pub json: bool,
     /// Add formulas, their sources and what is printed wrong in them, and how the numbers were computed
     #[arg(long)]
-    explain: bool,
+    pub explain: bool,
 }
 
 /// What goes into files beside the report.

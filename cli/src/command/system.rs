@@ -16,6 +16,7 @@ use crate::scene::system::{self, Connection, Content, End, Part, Seat, System};
 use camdrive::drives::Fault;
 use camdrive::drives::variable::Kind;
 use camdrive_design::coupling::stability::Exchange;
+use camdrive_design::report::{Level, Verdict};
 use camdrive_design::text::{self, counted, time};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -236,8 +237,13 @@ pub fn data(path: &Path, system: &System) -> Value {
         let end = |(part, name): &End| format!("{}.{name}", system.parts[*part].name);
         json!({ "from": end(&c.from), "to": end(&c.to), "factor": c.factor, "offset": c.offset })
     };
+    let mut verdict = Verdict::default();
+    verdict.result(Level::Good, "No fault.");
+    for whole in loops(system) {
+        verdict.result(Level::Mind, format!("Algebraic loop: {}.", whole.join(", ")));
+    }
     json!({
-        "file": path.display().to_string(), "ok": true, "name": system.name, "model": "system", "notes": system.notes,
+        "file": path.display().to_string(), "ok": true, "verdict": verdict, "name": system.name, "model": "system", "notes": system.notes,
         "exchange": system::name_of(system.exchange), "repeats": system.repeats, "step": system.step, "stop": system.stop,
         "parts": system.parts.iter().map(|part| &part.name).collect::<Vec<_>>(),
         "connections": system.connections.iter().map(connection).collect::<Vec<_>>(),
