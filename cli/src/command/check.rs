@@ -50,6 +50,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         let mut report =
             overview_of(scene).report(text::in_one_line(path.display()), format!("{} ok", scene.scene.said()));
         report.lines("Contact", lift_offs(scene).iter().map(LiftOff::text));
+        out += if out.is_empty() { "" } else { "\n" };
         out += &report.text(width(), args.telling.explain);
     }
     show(&out).map(|()| ExitCode::SUCCESS)

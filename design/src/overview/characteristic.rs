@@ -61,10 +61,12 @@ impl Motion {
 
     /// A line for each of the motions.
     pub fn table<'a>(motions: impl IntoIterator<Item = &'a Motion>) -> Table {
-        let ends = |motion: &Motion| [motion.from, motion.from + motion.angle].map(rounded);
         Table::of("Motions", motions)
             .column("law", "law", ONE, |motion| &motion.law)
-            .column("phi", "from to", DEG, ends)
+            .column("from", "from", DEG, |motion| rounded(motion.from))
+            .digits(4)
+            .column("to", "to", DEG, |motion| rounded(motion.from + motion.angle))
+            .digits(4)
             .column("h", "h", ONE, |motion| shown(motion.lift, motion.unit))
             .column("C_v", "C_v", ONE, |motion| motion.velocity)
             .digits(4)
