@@ -30,24 +30,30 @@ def refused(kind, call, *arguments, **keywords):
 # Reports
 
 
+def answers(report):
+    """Whether the answer has all that holds and all that is to be done."""
+    said = [*report.verdict["result"], *report.verdict["advice"]]
+    return said and all(sentence in report.answer for sentence in said)
+
+
 def test_check_has_the_figures_of_a_design(camdrive):
     report = camdrive.check(GUIDE_BAR)
-    assert repr(report).startswith("guide_bar (ElasticCamDrive.output): no fault\n")
+    assert repr(report).startswith("guide_bar\nNo fault") and report.verdict["level"] == "good"
     figures = report.table("figures").set_index("name")
     # 1800 rpm; 12 kg at 270 Hz.
     assert figures["value"]["speed"] == pytest.approx(60 * math.pi, rel=1e-12)
     assert report.ok is True and report.files == {} and report.svg == {}
     assert "resonances" in report.tables and "resonances" in dir(report)
-    with pytest.raises(AttributeError, match="no verdict, but .*figures"):
-        report.verdict
+    with pytest.raises(AttributeError, match="no objective, but .*figures"):
+        report.objective
 
 
 def test_check_takes_systems_and_verify_fmus(camdrive, tmp_path):
     report = camdrive.check(GUIDE_BAR.parent.parent / "two_cams" / "system.toml")
-    assert repr(report).startswith("two_cams (system): no fault\n") and "connections" in report.tables
+    assert repr(report).startswith("two_cams\nNo fault") and "connections" in report.tables
     fmu = camdrive.export(GUIDE_BAR, tmp_path / "bar.fmu")
     report = camdrive.verify(fmu)
-    assert report.agrees is True and "outputs" in report.tables and "agrees up to t = " in repr(report)
+    assert report.agrees is True and "outputs" in report.tables and "agree up to" in repr(report)
     (tmp_path / "no.fmu").write_text("none")
     assert "no.fmu" in str(refused(camdrive.Error, camdrive.verify, tmp_path / "no.fmu"))
 
@@ -56,28 +62,27 @@ def test_describe_has_the_variables(camdrive):
     report = camdrive.describe(LOOM)
     variables = report.table("variables").set_index("name")
     assert variables["items"]["solver.method"] == ["adaptive", "fixed_cost"]
-    assert variables["unit"]["w"] == "rad/s" and "RigidMachine" in repr(report)
+    assert variables["unit"]["w"] == "rad/s" and report.summary in repr(report)
 
 
 def test_steady_finds_a_motion_or_none(camdrive):
     report = camdrive.steady(LOOM, period="120 ms")
-    assert "T = 0.12 s" in repr(report).splitlines()[0]
+    assert "runs at 500 rpm" in repr(report)
     (motion,) = report.motions
     assert motion["period"] == pytest.approx(0.12, rel=1e-9) and motion["stable"]
     course = report.table("rapier_loom.steady.csv")
     course = course[course["motion"] == "1 (stable)"]
-    assert course["w_rad_s"].max() == pytest.approx(motion["largest_speed"], rel=1e-4)
+    assert course["w_rpm"].max() * math.pi / 30 == pytest.approx(motion["largest_speed"], rel=1e-4)
     assert report.plot().startswith("<svg") and report.plot()._repr_svg_() == report.svg["rapier_loom.steady"]
     stalled = camdrive.steady(LOOM, load=4000)
-    assert stalled.motions == [] and stalled.load == 4000 and "stalls" in repr(stalled).splitlines()[0]
+    assert stalled.motions == [] and stalled.load == 4000 and "stalls" in repr(stalled)
 
 
 def test_stability_takes_several_speeds(camdrive):
     scene = EXAMPLES / "transfer_manipulator" / "hs3.toml"
     report = camdrive.stability(scene, quick=True, speed=["60 rpm", 9.5], from_="30 rpm", to="200 rpm")
     assert list(report.table("speeds")["speed"]) == pytest.approx([2 * math.pi, 9.5])
-    # The least θ/θ* of the orders is the answer.
-    assert f"{report.table('orders')['safety'].min():.5g}" in repr(report).splitlines()[0]
+    assert answers(report)
     assert "transfer_hs3.load" in repr(report) and report.plot("load").startswith("<svg")
 
 
@@ -94,27 +99,28 @@ def test_forces_where_a_follower_stays_and_where_it_leaves(camdrive):
     # It leaves its cam at this speed: a result, too.
     left = camdrive.forces(EXAMPLES / "valve_train" / "scene.toml")
     speed = left.drives[0]["keeping"]["lift_off_speed"]["value"]
-    assert speed < left.speed and f"leaves its cam from {speed:.5g} rad/s on" in repr(left)
+    assert speed < left.speed and answers(left) and left.verdict["level"] == "bad"
     assert "leaves its cam" in left.messages
-    assert "leaves" not in repr(camdrive.forces(EXAMPLES / "valve_train" / "scene.toml", speed=0.99 * speed))
+    slower = camdrive.forces(EXAMPLES / "valve_train" / "scene.toml", speed=0.99 * speed)
+    assert slower.verdict["level"] != "bad"
 
 
 def test_tradeoff_advises(camdrive):
     report = camdrive.tradeoff(GUIDE_BAR, turns=1, quick=True)
-    assert report.advice[0]["sentence"] in repr(report)
+    assert answers(report)
     assert (report.table("settings")["error"] < 1e-10).all() and report.plot() == report.svg["guide_bar.work_precision"]
 
 
 def test_synthesis_and_compensation_make_scenes(camdrive, tmp_path):
     folder = EXAMPLES / "loom"
     task = camdrive.synthesize(folder / "task.toml", scene=folder / "scene.toml", output=tmp_path / "task")
-    assert task.objective["kind"] in repr(task) and list(task.table("laws")["name"]) == ["tools_gripper", "tools_sley"]
+    assert answers(task) and list(task.table("laws")["name"]) == ["tools_gripper", "tools_sley"]
     assert {place.name: place.read_bytes() for place in (tmp_path / "task").iterdir()} == task.files
     assert camdrive.check(tmp_path / "task" / "profile.toml").model == "RigidMachine"
     report = camdrive.compensate(LOOM, output=tmp_path / "loom")
     deviations = report.table("finished.tools")["deviation"].abs()
     assert deviations.max() < 1e-5 < report.table("rounds.tools")["deviation"].abs().max()
-    assert f"by {deviations.max():.2g} instead" in repr(report) and report.plot() == report.svg["rapier_loom.speed"]
+    assert answers(report) and report.plot() == report.svg["rapier_loom.speed"]
     # The tool's own check of the result.
     assert camdrive.check(tmp_path / "loom" / "compensated.toml").name == "rapier_loom_hs"
     again = camdrive.compensate(LOOM, period="0.12 s")
@@ -125,7 +131,7 @@ def test_files_of_others_are_none_of_a_report(camdrive, tmp_path):
     (tmp_path / "mine.csv").write_text("1")
     first = camdrive.steady(LOOM, output=tmp_path)
     second = camdrive.steady(LOOM, output=tmp_path)
-    assert first.files == second.files and set(first.files) == {"rapier_loom.steady.csv", "rapier_loom.steady.svg"}
+    assert first.files == second.files and set(first.files) == {f"rapier_loom.{part}" for part in ("steady.csv", "steady.svg", "json")}
     assert (tmp_path / "rapier_loom.steady.csv").read_bytes() == first.files["rapier_loom.steady.csv"]
 
 
@@ -133,7 +139,7 @@ def test_clearance_compares_laws(camdrive):
     scene = EXAMPLES / "backlash_drive" / "scene.toml"
     report = camdrive.clearance(scene, quick=True, turns=4, compare=["hs3", "hs7"])
     assert list(report.table("laws")["law"]) == ["scene", "hs3", "hs7"]
-    assert "law hs7: further impacts by the model" in repr(report)
+    assert answers(report)
     passages = report.table("laws.passages")
     assert len(passages[passages["laws.law"] == "scene"]) == 2 and (passages["model.impulse"] > 0).all()
     assert passages["k"][0] == report.laws[0]["passages"][0]["k"]

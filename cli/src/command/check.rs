@@ -1,17 +1,17 @@
 //! `camdrive check SCENE…`
 
+use super::deliver::Telling;
 use super::output::Bar;
-use super::{Failure, Format, failure, open, print, read_all, show, system, tell, tell_notes};
+use super::{Failure, failure, open, print, read_all, show, system, tell_notes, width};
 use crate::scene::forces::machine;
 use crate::scene::input::is_system;
 use crate::scene::{self, Diagnostic, Diagnostics, Resolved};
 use camdrive::drives::Fault;
 use camdrive_design::forces::Machine;
 use camdrive_design::forces::report::LiftOff;
-use camdrive_design::overview::{self, Overview, Warning};
+use camdrive_design::overview::{self, Overview};
 use camdrive_design::text;
 use serde_json::{Value, json};
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -30,11 +30,11 @@ pub struct Args {
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
     #[command(flatten)]
-    format: Format,
+    telling: Telling,
 }
 
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    if args.format.json {
+    if args.telling.json {
         return as_data(&args.scenes);
     }
     let (systems, paths): (Vec<PathBuf>, Vec<PathBuf>) = args.scenes.iter().cloned().partition(|path| is_system(path));
@@ -47,12 +47,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         out += &system::summary(path, &system);
     }
     for (path, scene) in paths.iter().zip(&scenes) {
-        let (place, overview) = (text::in_one_line(path.display()), overview_of(scene));
-        let _ = write!(out, "{place}: {} ok\n{}", scene.scene.said(), overview.text());
-        lift_offs(scene).iter().for_each(|of| out += &format!("  {}\n", of.text()));
-        for Warning { message, hint } in &overview.warnings {
-            tell(&format!("warning: {place}: {message}\n  = hint: {hint}\n"));
-        }
+        let mut report =
+            overview_of(scene).report(text::in_one_line(path.display()), format!("{} ok", scene.scene.said()));
+        report.lines("Contact", lift_offs(scene).iter().map(LiftOff::text));
+        out += if out.is_empty() { "" } else { "\n" };
+        out += &report.text(width(), args.telling.explain);
     }
     show(&out).map(|()| ExitCode::SUCCESS)
 }
@@ -89,18 +88,16 @@ fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
         }
         let more = match open(path) {
             Ok(scene) => {
-                let overview = serde_json::to_value(overview_of(&scene)).map_err(failure)?;
+                let found = overview_of(&scene);
+                let verdict = json!({ "verdict": found.verdict() });
+                let overview = serde_json::to_value(found).map_err(failure)?;
                 let own = json!({ "ok": true, "name": scene.name, "model": scene.scene.said(), "notes": scene.notes });
                 let leaving = json!({ "lift_offs": lift_offs(&scene) });
-                [own, overview, leaving]
+                vec![own, verdict, overview, leaving]
             }
             Err(Diagnostics(faults)) => {
                 ending = ExitCode::FAILURE;
-                [
-                    json!({ "ok": false }),
-                    json!({ "faults": faults.iter().map(fault).collect::<Vec<Value>>() }),
-                    json!({}),
-                ]
+                vec![json!({ "ok": false, "faults": faults.iter().map(fault).collect::<Vec<Value>>() })]
             }
         };
         if let Some(entry) = entry.as_object_mut() {

@@ -253,6 +253,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut report = findings.report();
     report.verdict.advice.extend(on_start(&machine, &findings));
     let json = camdrive_design::report::json(&report.verdict, &findings);
+    let results = results.into_iter().map(|(path, text)| (path, text.into_bytes())).collect();
     let place = Place { folder: args.report.as_deref(), more: results, inputs, measured: Some(&args.measured) };
     args.telling.deliver(report, json, place)
 }

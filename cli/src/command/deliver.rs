@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 pub struct Telling {
     /// Print the result as one JSON document; docs/json.md says what its fields are
     #[arg(long, conflicts_with = "explain")]
-    json: bool,
+    pub json: bool,
     /// Add formulas, their sources and what is printed wrong in them, and how the numbers were computed
     #[arg(long)]
-    explain: bool,
+    pub explain: bool,
 }
 
 /// What goes into files beside the report.
@@ -24,7 +24,7 @@ pub struct Place<'a> {
     /// The folder for tables and pictures; None writes none of them.
     pub folder: Option<&'a Path>,
     /// Files that are no part of the report.
-    pub more: Vec<(PathBuf, String)>,
+    pub more: Vec<(PathBuf, Vec<u8>)>,
     /// Files that were read, which no result replaces.
     pub inputs: Vec<PathBuf>,
     /// Courses that are laid over the diagrams.
@@ -43,7 +43,8 @@ impl Telling {
             });
             inputs.extend(measured.map_or(Ok(Vec::new()), |measured| measured.lay_over(diagrams))?);
             let parts = report.files().into_iter().chain([("json".to_owned(), Ok(json.clone()))]);
-            results.extend(files::report(folder, &report.name, parts)?);
+            let parts = files::report(folder, &report.name, parts)?;
+            results.extend(parts);
         }
         let written = files::write(&results, &inputs)?;
         if self.json {

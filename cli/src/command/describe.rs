@@ -11,6 +11,7 @@ use camdrive::drives::{AnyDrive, Description, Fault};
 use camdrive_design::forces::Machine;
 use camdrive_design::forces::report::LiftOff;
 use camdrive_design::overview::{self, Jump, Motion};
+use camdrive_design::report::terminal::cells;
 use camdrive_design::resource::Described;
 use camdrive_design::text::{self, Page, Table};
 use serde_json::{Value, json};
@@ -92,7 +93,7 @@ fn text(resolved: &Resolved, drive: &mut Described) -> Result<String, Fault> {
         .lines(["", &documentation.summary])
         .section("Equations", documentation.equations.iter().map(|e| format!("{}: {}", e.title, e.text)))
         .table("Variables", &variables(drive)?)
-        .table("Motions", &Motion::table(&overview.motions))
+        .table("Motions", &cells(&Motion::table(&overview.motions)))
         .section("Jumps", overview.jumps.iter().map(Jump::text))
         .section(
             "Contact",

@@ -196,8 +196,9 @@ pub fn report<S: std::fmt::Display>(
     folder: &Path,
     name: &str,
     parts: impl IntoIterator<Item = Part<S>>,
-) -> Result<Vec<(PathBuf, String)>, Failure> {
-    let file = |(ending, content): Part<S>| Ok((folder.join(format!("{name}.{ending}")), content.map_err(failure)?));
+) -> Result<Vec<(PathBuf, Vec<u8>)>, Failure> {
+    let place = |ending: S| folder.join(format!("{name}.{ending}"));
+    let file = |(ending, content): Part<S>| Ok((place(ending), content.map_err(failure)?.into_bytes()));
     parts.into_iter().map(file).collect()
 }
 

@@ -85,7 +85,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         scene::resolve(&target.display().to_string(), &profile, folder)
             .map_err(|faults| Failure(faults.to_string()))?;
     }
-    let mut results = vec![(target, profile)];
+    let mut results = vec![(target, profile.into_bytes())];
     if let Some(folder) = &args.report {
         let (parts, courses) = report(folder, &study, &args.measured)?;
         results.extend(parts);
@@ -175,7 +175,7 @@ fn profile(studies: &[Study], args: &Args, machine: Option<DocumentMut>) -> Stri
     files::signed(&document, "HS profile", &args.task, "synthesize")
 }
 
-type Parts = (Vec<(PathBuf, String)>, Vec<PathBuf>);
+type Parts = (Vec<(PathBuf, Vec<u8>)>, Vec<PathBuf>);
 
 /// Tables and diagrams, and the files of measured courses.
 fn report(folder: &Path, together: &Together, measured: &Measured) -> Result<Parts, Failure> {

@@ -4,7 +4,9 @@ mod osp;
 mod ssp;
 mod study;
 
-use super::{Failure, Format, failure, files, tell};
+use super::deliver::Telling;
+use super::output::{print, show};
+use super::{Failure, failure, files, tell};
 use crate::export::archive::{File, archive};
 use crate::export::xml::number;
 use crate::export::{Date, Extras, RuntimeLibrary, pack_with};
@@ -14,6 +16,7 @@ use crate::scene::system::{self, Connection, Content, End, Part, Seat, System};
 use camdrive::drives::Fault;
 use camdrive::drives::variable::Kind;
 use camdrive_design::coupling::stability::Exchange;
+use camdrive_design::report::{Level, Verdict};
 use camdrive_design::text::{self, counted, time};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -46,7 +49,7 @@ pub struct Args {
     #[arg(long)]
     study: bool,
     #[command(flatten)]
-    format: Format,
+    telling: Telling,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -71,14 +74,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     ];
     written.extend(fmus.into_iter().map(|fmu| (folder.join(fmu.path), fmu.content)));
     let lines = files::write(&written, &system.files)?;
-    args.format.print(
-        |_| format!("{}{lines}", summary(&args.system, &system)),
-        || {
-            let mut data = data(&args.system, &system);
-            data["files"] = written.iter().map(|(path, _)| path.display().to_string()).collect();
-            text::json(&data)
-        },
-    )
+    if args.telling.json {
+        let mut data = data(&args.system, &system);
+        data["files"] = written.iter().map(|(path, _)| path.display().to_string()).collect();
+        return print(&text::json(&data).map_err(failure)?);
+    }
+    show(&format!("{}{lines}", summary(&args.system, &system)))
 }
 
 /// Reads a system and tells its notes.
@@ -236,8 +237,13 @@ pub fn data(path: &Path, system: &System) -> Value {
         let end = |(part, name): &End| format!("{}.{name}", system.parts[*part].name);
         json!({ "from": end(&c.from), "to": end(&c.to), "factor": c.factor, "offset": c.offset })
     };
+    let mut verdict = Verdict::default();
+    verdict.result(Level::Good, "No fault.");
+    for whole in loops(system) {
+        verdict.result(Level::Mind, format!("Algebraic loop: {}.", whole.join(", ")));
+    }
     json!({
-        "file": path.display().to_string(), "ok": true, "name": system.name, "model": "system", "notes": system.notes,
+        "file": path.display().to_string(), "ok": true, "verdict": verdict, "name": system.name, "model": "system", "notes": system.notes,
         "exchange": system::name_of(system.exchange), "repeats": system.repeats, "step": system.step, "stop": system.stop,
         "parts": system.parts.iter().map(|part| &part.name).collect::<Vec<_>>(),
         "connections": system.connections.iter().map(connection).collect::<Vec<_>>(),

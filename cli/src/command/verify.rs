@@ -8,8 +8,10 @@ use camdrive::drives::resource::{BUILD, Content, FILE_NAME};
 use camdrive::drives::variable::Causality;
 use camdrive::drives::{Description, Fault};
 use camdrive_design::host::{self, Fmu, ModelDescription};
+use camdrive_design::report::unit::ONE;
+use camdrive_design::report::{Level, Report, Table, Verdict};
 use camdrive_design::resource::Scene;
-use camdrive_design::text::{self, Page, Table, number};
+use camdrive_design::text::{self, number};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -48,13 +50,13 @@ struct Comparison {
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Answer {
-    Compared(Comparison),
-    /// One that cannot be compared.
-    Broken {
-        file: String,
-        agrees: bool,
-        error: String,
+    Compared {
+        verdict: Verdict,
+        #[serde(flatten)]
+        comparison: Comparison,
     },
+    /// One that cannot be compared.
+    Broken { file: String, agrees: bool, error: String },
 }
 
 /// How an output compares.
@@ -79,7 +81,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let answer = |path: &PathBuf| {
         let file = text::in_one_line(path.display());
         let fault = match compare(path, &file) {
-            Ok(comparison) => return Answer::Compared(comparison),
+            Ok(comparison) => return Answer::Compared { verdict: comparison.verdict(), comparison },
             Err(fault) => fault.to_string(),
         };
         let error = if fault.starts_with(&file) { fault } else { format!("{file}: {fault}") };
@@ -87,9 +89,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         Answer::Broken { file, agrees: false, error }
     };
     let all: Vec<Answer> = args.fmus.iter().map(answer).collect();
-    let compared = || all.iter().filter_map(|of| if let Answer::Compared(of) = of { Some(of) } else { None });
+    let compared = || {
+        all.iter().filter_map(|of| if let Answer::Compared { comparison, .. } = of { Some(comparison) } else { None })
+    };
     let agree = compared().filter(|of| of.agrees).count();
-    args.format.print(|width| compared().map(|of| of.text(width)).collect(), || text::json(&all))?;
+    args.format.print(|width| compared().map(|of| of.report().text(width, false)).collect(), || text::json(&all))?;
     Ok(if agree == all.len() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
@@ -249,24 +253,33 @@ fn wrong(message: &str) -> Fault {
 }
 
 impl Comparison {
-    fn text(&self, width: usize) -> String {
-        let (count, wrong) = (self.outputs.len(), self.outputs.iter().filter(|output| !output.agrees).count());
-        let verdict = match wrong {
-            0 => format!("all {count} outputs agree"),
-            1 => format!("1 of {count} outputs does not agree"),
-            _ => format!("{wrong} of {count} outputs do not agree"),
+    /// Whether the FMU computes its results.
+    fn verdict(&self) -> Verdict {
+        let mut verdict = Verdict::default();
+        let (end, count) = (number(self.end), self.outputs.len());
+        match self.outputs.iter().filter(|output| !output.agrees).count() {
+            0 => verdict.result(Level::Good, format!("All {count} outputs agree up to t = {end} s.")),
+            1 => verdict.result(Level::Bad, format!("1 of {count} outputs does not agree up to t = {end} s.")),
+            wrong => verdict.result(Level::Bad, format!("{wrong} of {count} outputs do not agree up to t = {end} s.")),
         };
-        let row = |output: &Output| {
-            let [largest, difference, admissible, time] =
-                [output.largest, output.difference, output.admissible, output.time].map(number);
-            let agrees = if output.agrees { "yes" } else { "no" }.to_owned();
-            vec![output.name.clone(), output.unit.clone(), largest, difference, admissible, time, agrees]
-        };
-        let head = "output  unit  largest value  difference  admissible  at t [s]  agrees";
-        let table = Table::new(head, self.outputs.iter().map(row));
-        Page::new(format!("{}: {verdict} up to t = {} s", self.file, number(self.end)), width)
-            .section("", self.changes.iter().map(|change| format!("changed: {change}")))
-            .table("Outputs", &table)
-            .text()
+        for change in &self.changes {
+            verdict.result(Level::Bad, format!("changed: {change}"));
+        }
+        verdict
+    }
+
+    fn report(&self) -> Report {
+        let mut report = Report::new(&self.file, "results inside");
+        report.verdict = self.verdict();
+        let outputs = Table::of("Outputs", &self.outputs)
+            .column("output", "output", ONE, |output| &output.name)
+            .column("unit", "unit", ONE, |output| &output.unit)
+            .column("largest", "largest value", ONE, |output| output.largest)
+            .column("difference", "difference", ONE, |output| output.difference)
+            .column("admissible", "admissible", ONE, |output| output.admissible)
+            .column("time", "at t [s]", ONE, |output| output.time)
+            .column("agrees", "agrees", ONE, |output| output.agrees);
+        report.table(outputs);
+        report
     }
 }

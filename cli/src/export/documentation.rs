@@ -12,6 +12,7 @@ use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{AnyDrive, Description, Fault};
 use camdrive_design::documentation::Documentation;
 use camdrive_design::overview::{self, Motion};
+use camdrive_design::report::terminal::cells;
 use camdrive_design::resource::{Described, Resource};
 use camdrive_design::text::{self, Table};
 use camdrive_design::tradeoff::Findings;
@@ -58,7 +59,7 @@ pub fn html(identity: &Identity, resource: &Resource, drive: &mut Described, pag
             figure(xml, identity.name, model, drive);
             if !motions.is_empty() {
                 xml.text("h2", &[], "Motions");
-                xml.table(&Motion::table(&motions));
+                xml.table(&cells(&Motion::table(&motions)));
                 xml.text("p", &[], Motion::SYMBOLS);
             }
             if let Some(results) = page.results {

@@ -7,8 +7,7 @@
 use super::exchange::Coupling;
 use crate::Progress;
 use crate::parallel;
-use crate::plot::{Axis, Diagram, Rule, Series};
-use crate::text::{self, NONE, Table, number, share, time};
+use crate::text::time;
 use camdrive::drives::Fault;
 use serde::Serialize;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -26,7 +25,7 @@ const DIVERGED: f64 = 10.0;
 const POINTS: f64 = 20.0;
 
 /// Part of an accuracy to which the reference must be known, lest a verdict rest on its own error.
-const SURE: f64 = 0.1;
+pub(super) const SURE: f64 = 0.1;
 
 /// Makes the parts anew.
 pub type Make<'a> = Box<dyn Fn() -> Result<Coupling, Fault> + Sync + 'a>;
@@ -46,7 +45,7 @@ pub struct Way {
     pub exchange: String,
     /// How often a step is repeated.
     pub repeats: u32,
-    /// Who does so, for the verdict; empty where nobody usually does.
+    /// Who does so, as "run.py"; empty where nobody usually does.
     pub master: String,
     /// The largest step (s) that is stable by theory; None where each is.
     pub stable: Option<f64>,
@@ -121,9 +120,9 @@ pub struct Row {
     pub errors: Vec<Option<f64>>,
 }
 
-/// The report.
+/// What was found.
 #[derive(Clone, Debug, Serialize)]
-pub struct Report {
+pub struct Findings {
     /// The name.
     pub system: String,
     /// The step of the system (s).
@@ -138,8 +137,6 @@ pub struct Report {
     pub stop: f64,
     /// Distance of the points that are compared (s).
     pub spacing: f64,
-    /// The sentence for a user.
-    pub verdict: String,
     /// What is compared.
     pub outputs: Vec<Output>,
     /// The ways to couple.
@@ -165,7 +162,7 @@ pub fn study(
     mut outputs: Vec<Output>,
     reference: Reference<'_>,
     tell: &(dyn Fn(Progress<'_>) + Sync),
-) -> Result<Report, Fault> {
+) -> Result<Findings, Fault> {
     let ladder: Vec<f64> =
         LADDER.into_iter().filter(|by| *by <= 1.0 || by * step * POINTS <= stop).map(|by| by * step).collect();
     let spacing = ladder[0];
@@ -217,7 +214,7 @@ pub fn study(
             good.last().map(|row| row.step).filter(|_| known_to <= SURE * accuracy)
         });
     }
-    let mut report = Report {
+    Ok(Findings {
         system: name.to_owned(),
         step,
         reference: reference.about,
@@ -225,13 +222,10 @@ pub fn study(
         known_to,
         stop,
         spacing,
-        verdict: String::new(),
         outputs,
         ways,
         rows,
-    };
-    report.verdict = verdict(&report);
-    Ok(report)
+    })
 }
 
 /// The run of a system until `goes_on` says no of a point and its values.
@@ -331,120 +325,4 @@ fn row(
         Err(fault) => row.unstable = Some(fault.to_string()),
     }
     row
-}
-
-/// What a user should choose.
-fn verdict(report: &Report) -> String {
-    let accuracy = ACCURACIES[0];
-    let or = report.fmu.as_ref().map_or_else(|| ".".to_owned(), |fmu| format!("; or the one FMU {fmu}."));
-    if report.known_to > SURE * accuracy {
-        let known = number(report.known_to);
-        return format!(
-            "The reference is known to {known} only: no step can be said for errors of {}{or}",
-            share(accuracy)
-        );
-    }
-    let (mut good, mut bad, mut never) = (Vec::new(), Vec::new(), Vec::new());
-    for way in report.ways.iter().filter(|way| !way.master.is_empty()) {
-        match way.steps[0] {
-            Some(step) => good.push(format!("with {} choose H ≤ {}", way.master, time(step))),
-            None if way.fault.is_some() => never.push(way.master.clone()),
-            None => bad.push(way.master.clone()),
-        }
-    }
-    if !bad.is_empty() {
-        let least = report.rows.iter().map(|row| row.step).fold(f64::INFINITY, f64::min);
-        good.push(format!("with {} no step from {} on will do", bad.join(" and "), time(least)));
-    }
-    if !never.is_empty() {
-        good.push(format!("{} cannot be had, as told below", never.join(" and ")));
-    }
-    format!("For errors of at most {}: {}{or}", share(accuracy), good.join(", "))
-}
-
-/// What the errors are.
-pub fn about(report: &Report) -> Vec<String> {
-    vec![
-        report.verdict.clone(),
-        format!(
-            "Errors are the largest of an output at the multiples of {} up to {}, relative to its largest value, against {}, \
-             which is known to {}.",
-            time(report.spacing),
-            time(report.stop),
-            report.reference,
-            number(report.known_to)
-        ),
-    ]
-}
-
-/// Why ways are not possible.
-pub fn faults(report: &Report) -> Vec<String> {
-    let mut faults: Vec<String> = report.ways.iter().filter_map(|way| way.fault.clone()).collect();
-    faults.dedup();
-    faults
-}
-
-/// The ways with the steps that they need.
-pub fn of_ways(report: &Report) -> Table {
-    let [first, second] = ACCURACIES.map(share);
-    let cell = |step: Option<f64>| step.map_or(NONE.to_owned(), time);
-    let rows = report.ways.iter().map(|way| {
-        let stable = match (&way.fault, way.stable) {
-            (Some(_), _) => NONE.to_owned(),
-            (None, stable) => stable.map_or("each".to_owned(), time),
-        };
-        let master = if way.master.is_empty() { NONE.to_owned() } else { way.master.clone() };
-        vec![name(&way.exchange, way.repeats), master, stable, cell(way.steps[0]), cell(way.steps[1])]
-    });
-    Table::new(&format!("exchange  master  stable up to  {first} up to  {second} up to"), rows)
-}
-
-/// The errors over the steps.
-pub fn of_errors(report: &Report) -> Table {
-    let rows = report.rows.iter().map(|row| {
-        vec![
-            name(&row.exchange, row.repeats),
-            time(row.step),
-            row.order.map_or(NONE.to_owned(), |order| format!("{order:.1}")),
-            row.residual.map_or(NONE.to_owned(), number),
-            row.error.map_or_else(|| "unstable".to_owned(), number),
-            row.worst.clone().or(row.unstable.clone()).unwrap_or_default(),
-        ]
-    });
-    Table::new("exchange  H  order  work that differs  error  of", rows)
-}
-
-fn name(exchange: &str, repeats: u32) -> String {
-    match repeats {
-        0 => exchange.to_owned(),
-        1 => format!("{exchange}, repeated once"),
-        _ => format!("{exchange}, repeated {repeats} times"),
-    }
-}
-
-/// The error of each output as a line.
-///
-/// # Errors
-/// None in practice.
-pub fn csv(report: &Report) -> Result<String, Fault> {
-    let lines = report.rows.iter().flat_map(|row| {
-        let of = |(output, error): (&Output, &Option<f64>)| {
-            (row.exchange.clone(), row.repeats, row.step, output.name.clone(), *error)
-        };
-        report.outputs.iter().zip(&row.errors).map(of).collect::<Vec<_>>()
-    });
-    text::csv("exchange,repeats,step,output,error", lines)
-}
-
-/// Error over step.
-pub fn diagram(report: &Report) -> Diagram {
-    let series = report.ways.iter().enumerate().filter(|(_, way)| way.fault.is_none()).map(|(i, way)| {
-        let points = report.rows.iter().filter(|row| row.way == i).filter_map(|row| Some([row.step, row.error?]));
-        Series::line(name(&way.exchange, way.repeats), points)
-    });
-    let mut rules: Vec<Rule> = ACCURACIES.map(|accuracy| Rule::Horizontal(accuracy, share(accuracy))).into();
-    rules.push(Rule::Horizontal(report.known_to, "reference".to_owned()));
-    let labels = ["Communication step [s]", "Largest error of an output, relative to its largest value [1]"];
-    let title = format!("Error of {} over the communication step", report.system);
-    Diagram::new(title, labels.map(Axis::logarithmic), series.collect(), rules)
 }

@@ -5,8 +5,9 @@
 //! velocity is C_v h Ω/β. They are maxima of the analytic pieces of the law, ends included, where f″ and f‴ may jump.
 
 use super::{Overview, Warning, shown};
+use crate::report::Table;
+use crate::report::unit::{DEG, ONE};
 use crate::search::{greatest, root, segments};
-use crate::text::Table;
 use camdrive::motion::{MotionLaw, MotionPlan};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -58,27 +59,28 @@ impl Motion {
         accelerations reach from C_a- h (Ω/β)² to C_a+ h (Ω/β)², the largest jerk is C_j h (Ω/β)³, the torques of inertia reach from \
         C_M- m h² Ω²/β³ to C_M+ m h² Ω²/β³. Ripples of rests, below 1 % of the largest lift of a series or a table, are left out.";
 
-    /// Columns of [`Motion::table`] with their values.
-    const COLUMNS: &str = "law  from  to  h  C_v  C_a+  C_a-  C_j  C_M+  C_M-";
-
-    fn row(&self) -> Vec<String> {
-        let Motion { velocity, acceleration: [a, b], jerk, torque: [m, n], .. } = *self;
-        let place = [self.from, self.from + self.angle].map(|phi| shown(rounded(phi), "rad"));
-        let values = [velocity, a, b, jerk, m, n].map(super::digits);
-        [std::slice::from_ref(&self.law), &place[..], &[shown(self.lift, self.unit)], &values].concat()
-    }
-
     /// A line for each of the motions.
-    pub fn table(motions: &[Motion]) -> Table {
-        Table::new(Self::COLUMNS, motions.iter().map(Self::row))
-    }
-
-    /// For a terminal.
-    pub fn text(&self) -> String {
-        let row = self.row();
-        let values: Vec<String> =
-            Self::COLUMNS.split("  ").zip(&row).skip(4).map(|(name, value)| format!("{name} {value}")).collect();
-        format!("{} to {}, {}; {}", row[1], row[2], row[3], values.join(", "))
+    pub fn table<'a>(motions: impl IntoIterator<Item = &'a Motion>) -> Table {
+        Table::of("Motions", motions)
+            .column("law", "law", ONE, |motion| &motion.law)
+            .column("from", "from", DEG, |motion| rounded(motion.from))
+            .digits(4)
+            .column("to", "to", DEG, |motion| rounded(motion.from + motion.angle))
+            .digits(4)
+            .column("h", "h", ONE, |motion| shown(motion.lift, motion.unit))
+            .column("C_v", "C_v", ONE, |motion| motion.velocity)
+            .digits(4)
+            .column("C_a_largest", "C_a+", ONE, |motion| motion.acceleration[0])
+            .digits(4)
+            .column("C_a_least", "C_a-", ONE, |motion| motion.acceleration[1])
+            .digits(4)
+            .column("C_j", "C_j", ONE, |motion| motion.jerk)
+            .digits(4)
+            .column("C_M_largest", "C_M+", ONE, |motion| motion.torque[0])
+            .digits(4)
+            .column("C_M_least", "C_M-", ONE, |motion| motion.torque[1])
+            .digits(4)
+            .into()
     }
 }
 

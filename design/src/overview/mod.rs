@@ -8,6 +8,7 @@
 mod characteristic;
 mod implausible;
 mod machine;
+mod report;
 mod roughness;
 #[cfg(test)]
 mod tests;
@@ -197,26 +198,6 @@ impl Overview {
         if mass > 0.0 {
             tell(if turns { "largest_torque" } else { "largest_force" }, mass * acceleration, ["N", "N.m"]);
         }
-    }
-
-    /// The overview for a terminal.
-    pub fn text(&self) -> String {
-        let resonance = |r: &Resonance| {
-            let there = r.resonant_amplitude.map_or("without bound".to_owned(), |q| shown(q, r.unit));
-            let here = r.amplitude.map_or(String::new(), |q| format!("{} here, ", shown(q, r.unit)));
-            let rpm = digits(r.speed * 60.0 / TAU);
-            (
-                format!("resonance k = {}", r.harmonic),
-                format!("{rpm} rpm; deformation in this harmonic {here}{there} there"),
-            )
-        };
-        let figures = self.figures.iter().map(|f| (f.name.replace('_', " "), f.shown.clone()));
-        let motions = self.motions.iter().map(|motion| (format!("motion of {}", motion.law), motion.text()));
-        let jumps = self.jumps.iter().map(|jump| (format!("plan of {}", jump.law), jump.text()));
-        let rows: Vec<(String, String)> =
-            figures.chain(motions).chain(jumps).chain(self.resonances.iter().map(resonance)).collect();
-        let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
-        rows.iter().map(|(name, text)| format!("  {name:<width$}  {text}\n")).collect()
     }
 }
 

@@ -31,7 +31,7 @@ class Diagram(str):
 
 @dataclass(repr=False)
 class Report:
-    """What a command found. Its `repr` is the `answer` and the names of all parts.
+    """What a command found. Its `repr` is the `answer`, name, result and advice of the `verdict`, and the names of all parts.
 
     `data` is the JSON document of the command; its fields are attributes, too: `steady(scene).motions[0]["period"]`.
     docs/json.md says what they are; values are in SI units, angles in rad; what is infinite or unknown is None.
@@ -42,7 +42,14 @@ class Report:
     files: dict[str, bytes]
     messages: str
     _main: str = ""
-    answer: str = ""
+
+    @property
+    def answer(self) -> str:
+        """What holds and what to do, by the `verdict` of the command."""
+        fields = self._fields
+        name = next((fields[key] for key in ("name", "scene", "system", "file") if key in fields), "")
+        verdict = fields.get("verdict", {"result": [fields.get("summary", "")], "advice": []})
+        return "\n".join(line for line in (name, *verdict["result"], *verdict["advice"]) if line)
 
     @property
     def _fields(self) -> dict[str, Any]:
@@ -54,6 +61,10 @@ class Report:
             return self._fields[name]
         except KeyError:
             raise AttributeError(f"this report has no {name}, but {', '.join(self._fields)}") from None
+
+    def _repr_html_(self) -> Optional[str]:
+        """The page of the report, which notebooks show, where the command wrote one."""
+        return next((content.decode() for name, content in self.files.items() if name.endswith(".html")), None)
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self._fields]
@@ -180,36 +191,23 @@ def _report(
     return Report(data, content, done.stderr, main)
 
 
-def _number(value: Optional[float]) -> str:
-    return "unknown" if value is None else f"{value:.5g}"
-
-
 def check(scene: PathLike) -> Report:
     """Validates a scene: characteristic `figures` of its design, `motions` of its laws, `resonances`, `warnings`.
 
     Of a system it tells `parts`, `connections`, `shafts` with their stable steps, and `loops`.
     Raises `SceneError` where it has faults, `Error` where it cannot be checked; so does every function here.
     """
-    report = _report("check", scene, {}, places=())
-    warnings = (f"warning: {warning['message']}" for warning in report.data.get("warnings", []))
-    report.answer = "\n".join([f"{report.name} ({report.data.get('model', 'system')}): no fault", *warnings])
-    return report
+    return _report("check", scene, {}, places=())
 
 
 def verify(fmu: PathLike) -> Report:
     """Runs the default experiment of an FMU again: whether it `agrees` with the results inside, `outputs`, `changes`."""
-    report = _report("verify", fmu, {}, places=())
-    wrong = [f"{output['name']} differs" for output in report.outputs if not output["agrees"]]
-    verdict = "agrees" if report.agrees else "does not agree"
-    report.answer = "\n".join([f"{report.file} {verdict} up to t = {report.end:.5g} s", *report.changes, *wrong])
-    return report
+    return _report("verify", fmu, {}, places=())
 
 
 def describe(scene: PathLike) -> Report:
     """The interface of the FMU of a scene: `variables` with units and ranges, `equations`, `accuracy`, `limits`."""
-    report = _report("describe", scene, {}, places=())
-    report.answer = f"{report.name} ({report.model}): {report.summary}"
-    return report
+    return _report("describe", scene, {}, places=())
 
 
 def steady(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
@@ -220,10 +218,7 @@ def steady(scene: PathLike, *, output: Optional[PathLike] = None, **options: Opt
     one without a value, a list where several are possible. `output` is a folder for the tables and diagrams, which the
     report has in any case.
     """
-    report = _report("steady", scene, options, output, ("--report={}",), main="steady")
-    periods = (f"T = {motion['period']:.6g} s" for motion in report.motions[:1])
-    report.answer = " ".join([f"{report.name}: {report.verdict}", *periods])
-    return report
+    return _report("steady", scene, options, output, ("--report={}",), main="steady")
 
 
 def stability(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
@@ -232,11 +227,7 @@ def stability(scene: PathLike, *, output: Optional[PathLike] = None, **options: 
     `speed=["60 rpm", "92 rpm"]` are examined, `from_` and `to` are the ends of the diagrams, `quick=True` leaves the
     maps out. Further options as of `camdrive help stability`.
     """
-    report = _report("stability", scene, options, output, main="modulation")
-    speeds = (f"{'' if at['stable'] else 'un'}stable at {at['speed']:.5g} rad/s" for at in report.speeds)
-    safety = min((order["safety"] for order in report.orders if order["safety"] is not None), default=None)
-    report.answer = f"{report.scene}: {', '.join(speeds)}; least safety of the damping θ/θ*: {_number(safety)}"
-    return report
+    return _report("stability", scene, options, output, main="modulation")
 
 
 def forces(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
@@ -244,14 +235,7 @@ def forces(scene: PathLike, *, output: Optional[PathLike] = None, **options: Opt
 
     `speed="300 rpm"` is another than that of the scene. Further options as of `camdrive help forces`.
     """
-    report = _report("forces", scene, options, output, main="torque")
-    least, largest = (_number(report.shaft[end]["value"]) for end in ("least", "largest"))
-    report.answer = f"{report.scene} at {report.speed:.5g} rad/s: torque of the shaft {least} to {largest} N·m"
-    for drive in report.drives:
-        lift_off = drive["keeping"] and drive["keeping"]["lift_off_speed"]["value"]
-        if lift_off is not None and lift_off <= abs(report.speed):
-            report.answer += f"; {drive['name']} leaves its cam from {lift_off:.5g} rad/s on"
-    return report
+    return _report("forces", scene, options, output, main="torque")
 
 
 def tradeoff(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
@@ -259,9 +243,7 @@ def tradeoff(scene: PathLike, *, output: Optional[PathLike] = None, **options: O
 
     `turns=2` and `quick=True` shorten it. Further options as of `camdrive help tradeoff`.
     """
-    report = _report("tradeoff", scene, options, output, main="work_precision")
-    report.answer = "\n".join([report.scene, *report.verdict["result"], *report.verdict["advice"]])
-    return report
+    return _report("tradeoff", scene, options, output, main="work_precision")
 
 
 def synthesize(task: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
@@ -270,13 +252,8 @@ def synthesize(task: PathLike, *, output: Optional[PathLike] = None, **options: 
     The profile is `files["profile.toml"]`, a fragment `[cam]` or a whole scene: that of the task, or of
     `scene="loom.toml"`. Further options as of `camdrive help synthesize`. Raises `Error` where the task has faults.
     """
-    report = _report("synthesize", task, options, output, ("--output={}profile.toml", "--report={}"), main="position")
-    value, at = report.objective["value"], ""
-    # With an elastic output the profile answers for all speeds.
-    if (elastic := report.data.get("elastic_output")) and elastic["objective"] is not None:
-        value, at = elastic["objective"], " of the output at all speeds"
-    report.answer = f"{report.name}: {report.objective['kind']}{at} = {_number(value)}"
-    return report
+    places = ("--output={}profile.toml", "--report={}")
+    return _report("synthesize", task, options, output, places, main="position")
 
 
 def compensate(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
@@ -286,12 +263,7 @@ def compensate(scene: PathLike, *, output: Optional[PathLike] = None, **options:
     `period="120 ms"` is needed without a motor. Further options as of `camdrive help compensate`.
     """
     places = ("--output={}compensated.toml", "--report={}")
-    report = _report("compensate", scene, options, output, places, main="speed", json_of_file=True)
-    machines = (report.finished, report.rounds[0])
-    after, before = (max(abs(tool["deviation"]) for tool in machine["tools"]) for machine in machines)
-    deviations = f"accelerations of the tools deviate by {after:.2g} instead of {before:.2g}"
-    report.answer = f"{report.scene}: T = {report.period:.6g} s, {deviations}"
-    return report
+    return _report("compensate", scene, options, output, places, main="speed", json_of_file=True)
 
 
 def clearance(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
@@ -300,11 +272,7 @@ def clearance(scene: PathLike, *, output: Optional[PathLike] = None, **options: 
     `clearance="0.05 mm"`, `m1="2 kg"` and `speed` replace those of the scene, `compare=["bestehorn", "hs7"]` adds laws,
     `quick=True` leaves the maps by the model out. Further options as of `camdrive help clearance`.
     """
-    report = _report("clearance", scene, options, output, main="passage_time")
-    said = {True: "no further impacts", False: "further impacts", None: "further impacts unknown"}
-    laws = (f"law {law['law']}: {said[law['calm']['by_model']]} by the model" for law in report.laws)
-    report.answer = "\n".join([report.scene, *laws])
-    return report
+    return _report("clearance", scene, options, output, main="passage_time")
 
 
 def cam(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
@@ -313,8 +281,4 @@ def cam(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option
     `data` is a list, `followers` as an attribute. `chord_error="0.5 um"`, `follower=[1, 2]`; further options as of
     `camdrive help cam`. Raises `Error` where a cam cannot be cut, unless `force=True`.
     """
-    report = _report("cam", scene, options, output, json_of_file=True)
-    findings = (finding for follower in report.data for cam in follower["cams"] for finding in cam["findings"])
-    bad = (f"{f['verdict']}: {f['what']} {f['remark']}" for f in findings if f["verdict"] != "good")
-    report.answer = "\n".join([*(follower["cut"] for follower in report.data), *bad])
-    return report
+    return _report("cam", scene, options, output, json_of_file=True)

@@ -1,17 +1,18 @@
 //! `camdrive system SYSTEM --study`
 
 use super::{Args, libraries, packed};
+use crate::command::deliver::Place;
 use crate::command::output::Bar;
-use crate::command::{Failure, failure, files, tell};
+use crate::command::{Failure, failure, tell};
 use crate::export::Date;
 use crate::scene::system::single::Single;
 use crate::scene::system::{self, INERTIA, System};
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive_design::coupling::exchange::Coupling;
 use camdrive_design::coupling::stability::Exchange;
-use camdrive_design::coupling::study::{self, Candidate, Make, Output, Port, Reference, Report, Way};
+use camdrive_design::coupling::study::{self, Candidate, Make, Output, Port, Reference, Way};
 use camdrive_design::host::{Fmu, Variable};
-use camdrive_design::text::{self, Page, time};
+use camdrive_design::text::{self, time};
 use std::path::Path;
 
 /// The exchanges that are compared, and who has them.
@@ -73,21 +74,17 @@ pub fn run(args: &Args, system: &System, folder: &Path) -> Result<(), Failure> {
             (finer(best, system.step), compared(system, None)?)
         }
     };
-    let report = Bar::beside(&system.name, |tell| {
+    let findings = Bar::beside(&system.name, |tell| {
         study::study(&system.name, [system.step, system.stop], candidates, outputs, reference, tell)
     });
-    let report = report.map_err(|fault| failure(format!("{}: {fault}", args.system.display())))?;
-    let parts =
-        [("csv", study::csv(&report)), ("json", text::json(&report)), ("svg", Ok(study::diagram(&report).svg()))];
-    let mut written: Vec<(std::path::PathBuf, Vec<u8>)> =
-        files::report(folder, &system.name, parts)?.into_iter().map(|(path, text)| (path, text.into_bytes())).collect();
+    let findings = findings.map_err(|fault| failure(format!("{}: {fault}", args.system.display())))?;
+    let mut place = Place { folder: Some(folder), inputs: system.files.clone(), ..Place::default() };
     if let Some(single) = &single {
         let date = Date::from_environment().map_err(failure)?;
         let fmu = packed(&single.scene, &libraries()?, date).map_err(failure)?;
-        written.push((folder.join(fmu_of(single)), fmu));
+        place.more.push((folder.join(fmu_of(single)), fmu));
     }
-    let lines = files::write(&written, &system.files)?;
-    args.format.print(|width| page(&report, width) + "\n" + &lines, || text::json(&report))
+    args.telling.deliver(findings.report(), findings.json(), place)
 }
 
 /// The system as each exchange wires it, or why it cannot.
@@ -172,14 +169,4 @@ fn compared(system: &System, single: Option<&Single>) -> Result<Vec<Output>, Fai
         }
     }
     Ok(outputs)
-}
-
-/// The report for a terminal.
-fn page(report: &Report, width: usize) -> String {
-    Page::new(&report.system, width)
-        .section("", study::about(report))
-        .table("Ways to couple", &study::of_ways(report))
-        .section("", study::faults(report))
-        .table("Errors", &study::of_errors(report))
-        .text()
 }

@@ -1,0 +1,132 @@
+//! The errors of a coupled system as a report: which step with which master.
+
+use super::study::{ACCURACIES, Findings, Output, Row, SURE, Way};
+use crate::plot::{Axis, Diagram, Rule, Series};
+use crate::report::unit::{MS, ONE};
+use crate::report::{Level, Report, Table, Value, Verdict};
+use crate::text::{number, share, time};
+use camdrive::drives::Fault;
+
+fn name(exchange: &str, repeats: u32) -> String {
+    match repeats {
+        0 => exchange.to_owned(),
+        1 => format!("{exchange}, repeated once"),
+        _ => format!("{exchange}, repeated {repeats} times"),
+    }
+}
+
+impl Findings {
+    /// Which steps do with which master.
+    pub fn verdict(&self) -> Verdict {
+        let mut verdict = Verdict::default();
+        let accuracy = share(ACCURACIES[0]);
+        let ways = || self.ways.iter().filter(|way| !way.master.is_empty());
+        let known = number(self.known_to);
+        if self.known_to > SURE * ACCURACIES[0] {
+            let known = format!("the reference itself is known to {known} only");
+            verdict.result(Level::Mind, format!("No step can be said for errors of {accuracy}: {known}."));
+        } else {
+            let longest = ways().filter_map(|way| way.steps[0]).fold(0.0, f64::max);
+            let level = if self.step > longest { Level::Mind } else { Level::Good };
+            let least = self.rows.iter().map(|row| row.step).fold(f64::INFINITY, f64::min);
+            for way in ways() {
+                let said = match (way.steps[0], &way.fault) {
+                    (Some(step), _) => format!("errors stay within {accuracy} at steps up to {}", time(step)),
+                    (None, None) => format!("no step from {} on keeps errors within {accuracy}", time(least)),
+                    (None, Some(_)) => "it cannot be coupled, as told below".to_owned(),
+                };
+                verdict.result(level, format!("With {} {said}.", way.master));
+            }
+            if self.step > longest && longest > 0.0 {
+                let (own, longest) = (time(self.step), time(longest));
+                verdict.advice(format!("The step of the file, {own}, is too long: take at most {longest}."));
+            }
+        }
+        if let Some(fmu) = &self.fmu {
+            verdict.advice(format!("The one FMU {fmu} needs no coupling."));
+        }
+        verdict.certainty(format!("Errors are against {}, which is known to {known}.", self.reference));
+        verdict
+    }
+
+    /// The report.
+    pub fn report(&self) -> Report {
+        let mut report = Report::new(&self.system, "communication steps");
+        report.verdict = self.verdict();
+        let mut faults: Vec<String> = self.ways.iter().filter_map(|way| way.fault.clone()).collect();
+        faults.dedup();
+        report.table(self.of_ways()).lines("Not coupled", faults).table(self.of_errors()).table(self.of_outputs());
+        let (spacing, stop) = (time(self.spacing), time(self.stop));
+        let measured = format!(
+            "Errors are the largest of an output at the multiples of {spacing} up to {stop}, relative to its largest value. The \
+             order is that from a step to its half."
+        );
+        report.explain("Measurement", [measured]).diagram("", self.diagram());
+        report
+    }
+
+    /// The findings with the verdict as JSON.
+    ///
+    /// # Errors
+    /// None in practice.
+    pub fn json(&self) -> Result<String, Fault> {
+        crate::report::json(&self.verdict(), self)
+    }
+
+    /// The ways with the steps that they need.
+    fn of_ways(&self) -> Table {
+        let [first, second] = ACCURACIES.map(|accuracy| format!("{} up to", share(accuracy)));
+        let stable = |way: &Way| match (&way.fault, way.stable) {
+            (Some(_), _) => Value::Empty,
+            (None, stable) => stable.map_or("each".into(), Value::Number),
+        };
+        Table::of("Ways to couple", &self.ways)
+            .column("exchange", "exchange", ONE, |way| name(&way.exchange, way.repeats))
+            .column("master", "master", ONE, |way| &way.master)
+            .column("stable", "stable up to", MS, stable)
+            .column("first", first, MS, |way| way.steps[0])
+            .column("second", second, MS, |way| way.steps[1])
+            .into()
+    }
+
+    /// The errors over the steps.
+    fn of_errors(&self) -> Table {
+        let error = |row: &Row| row.error.map_or("unstable".into(), Value::Number);
+        Table::of("Errors", &self.rows)
+            .column("exchange", "exchange", ONE, |row| name(&row.exchange, row.repeats))
+            .column("step", "step", MS, |row| row.step)
+            .column("order", "order", ONE, |row| row.order)
+            .digits(2)
+            .column("residual", "work that differs", ONE, |row| row.residual)
+            .column("error", "error", ONE, error)
+            .column("worst", "of", ONE, |row| row.worst.as_ref().or(row.unstable.as_ref()))
+            .into()
+    }
+
+    /// The error of each output, for the file.
+    fn of_outputs(&self) -> Table {
+        let of = |row| self.outputs.iter().enumerate().map(move |(o, output)| (row, o, output));
+        let all: Vec<(&Row, usize, &Output)> = self.rows.iter().flat_map(of).collect();
+        Table::file("", &all)
+            .hidden("exchange", ONE, |(row, ..)| &row.exchange)
+            .hidden("repeats", ONE, |(row, ..)| row.repeats as usize)
+            .hidden("step", MS, |(row, ..)| row.step)
+            .hidden("output", ONE, |(.., output)| &output.name)
+            .hidden("error", ONE, |(row, o, _)| row.errors[*o])
+            .into()
+    }
+
+    /// Error over step.
+    fn diagram(&self) -> Diagram {
+        let series = self.ways.iter().enumerate().filter(|(_, way)| way.fault.is_none()).map(|(i, way)| {
+            let rows = self.rows.iter().filter(|row| row.way == i);
+            let points = rows.filter_map(|row| Some([row.step * MS.factor, row.error?]));
+            Series::line(name(&way.exchange, way.repeats), points)
+        });
+        let mut rules: Vec<Rule> = ACCURACIES.map(|accuracy| Rule::Horizontal(accuracy, share(accuracy))).into();
+        rules.push(Rule::Horizontal(self.known_to, "reference".to_owned()));
+        let labels = ["Communication step [ms]", "Largest error of an output, relative to its largest value [1]"];
+        let title = format!("Error of {} over the communication step", self.system);
+        Diagram::new(title, labels.map(Axis::logarithmic), series.collect(), rules)
+    }
+}
