@@ -58,7 +58,7 @@ impl Series {
     }
 
     /// The lines between points that have no place, or each point for itself.
-    fn lines(&self, place: impl Fn(&Point) -> Option<Point>) -> Vec<Vec<Point>> {
+    pub fn lines(&self, place: impl Fn(&Point) -> Option<Point>) -> Vec<Vec<Point>> {
         let of = |part: &[Point]| part.iter().filter_map(&place).collect::<Vec<_>>();
         if self.joined {
             self.points.split(|point| place(point).is_none()).filter(|part| !part.is_empty()).map(of).collect()
@@ -117,6 +117,17 @@ pub struct Diagram {
     pub rules: Vec<Rule>,
 }
 
+/// A diagram as it is drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Its shapes.
+    pub drawing: Drawing,
+    /// The plot in pixels, and what its axes span: values in the units of `shown`, powers of ten on a logarithmic axis.
+    pub frame: Frame,
+    /// The diagram in the units that the picture has.
+    pub shown: Diagram,
+}
+
 /// Width of a plot with its axis, and its height with a short legend beside it.
 const PLOT_WIDTH: f64 = 540.0;
 const HEIGHT: f64 = 400.0;
@@ -127,10 +138,11 @@ const ROOM: f64 = 14.0;
 /// The widths of letters differ; this is the mean of a sans-serif font, per height. The middle of a capital is at this height.
 const LETTER: f64 = 0.54;
 const MIDDLE: f64 = 0.36;
-const TEXT: f64 = 10.5;
+/// Height of letters.
+pub const TEXT: f64 = 10.5;
 const TITLE: f64 = 13.0;
 /// That of a page of text, a browser's default.
-const PAGE_TEXT: f64 = 16.0;
+pub const PAGE_TEXT: f64 = 16.0;
 const LINE: f64 = 20.0;
 /// Length of the marks of an axis.
 const TICK: f64 = 5.0;
@@ -158,7 +170,7 @@ impl Axis {
     }
 
     /// Where a value lies on the axis; None off the scale.
-    fn place(&self, value: f64) -> Option<f64> {
+    pub fn place(&self, value: f64) -> Option<f64> {
         match self.scale {
             Scale::Linear | Scale::Angular => value.is_finite().then_some(value),
             Scale::Logarithmic => (value > 0.0 && value.is_finite()).then(|| value.log10()),
@@ -202,13 +214,12 @@ impl Diagram {
 
     /// The diagram as an SVG document; a legend that has no free place within the axes is beside them.
     pub fn svg(&self) -> String {
-        self.drawing(false).svg(&self.title, 1.0)
+        self.drawn(false).drawing.svg(&self.title, 1.0)
     }
 
-    /// SVG for a page of text: such a legend below, so that the picture need not be shrunk to the width of a page, and
-    /// letters of the height of the page's.
-    pub fn svg_for_page(&self) -> String {
-        self.drawing(true).svg(&self.title, PAGE_TEXT / TEXT)
+    /// The diagram for a page of text: such a legend below, so that the picture need not be shrunk to the width of a page.
+    pub fn picture(&self) -> Picture {
+        self.drawn(true)
     }
 
     fn entries(&self) -> usize {
@@ -245,7 +256,7 @@ impl Diagram {
     }
 
     /// Title, plot and legend: within the axes where the data leave room, else below the plot or beside it.
-    fn drawing(&self, below: bool) -> Drawing {
+    fn drawn(&self, below: bool) -> Picture {
         let [wide, high] = self.legend_size();
         let apart =
             if below { [PLOT_WIDTH.max(wide), HEIGHT + high] } else { [PLOT_WIDTH + wide, HEIGHT.max(20.0 + high)] };
@@ -257,7 +268,9 @@ impl Diagram {
         let corner = |[[left, right], [bottom, top]]: [[f64; 2]; 2]| {
             if below { [left - LEFT, bottom + BELOW + 10.0] } else { [right + ROOM, top - ROOM + 10.0] }
         };
-        within.unwrap_or_else(|| self.composed(apart, |plot, _| Some((corner(plot), None))).unwrap_or_default())
+        within
+            .or_else(|| self.composed(apart, |plot, _| Some((corner(plot), None))))
+            .expect("there is a place beside it")
     }
 
     /// The drawing of this size below the title; `legend` chooses for this plot with these shapes its left upper corner, and its
@@ -266,14 +279,14 @@ impl Diagram {
         &self,
         [width, height]: [f64; 2],
         legend: impl Fn([[f64; 2]; 2], &[Shape]) -> Option<(Point, Option<[f64; 2]>)>,
-    ) -> Option<Drawing> {
+    ) -> Option<Picture> {
         let diagram = self.suited();
         let title = self.title_lines(width);
         let top = if title.is_empty() { 0.0 } else { LINE * title.len() as f64 + 8.0 };
         let line = |(i, line)| Shape::text([12.0, 24.0 + LINE * i as f64], TITLE, Anchor::Start, line);
         let mut shapes: Vec<Shape> = title.iter().enumerate().map(line).collect();
         let plot = [[LEFT, PLOT_WIDTH - ROOM], [top + HEIGHT - BELOW, top + ROOM]];
-        let data = diagram.draw_plot(&mut shapes, plot);
+        let (frame, data) = diagram.draw_plot(&mut shapes, plot);
         if self.entries() > 0 {
             let (corner, ground) = legend(plot, &shapes[data..])?;
             if let Some([w, h]) = ground {
@@ -284,12 +297,13 @@ impl Diagram {
         }
         let [[left, right], [bottom, top_of_plot]] = plot;
         shapes.push(framed([left, top_of_plot], [right, bottom]));
-        Some(Drawing { size: [width as u32, (top + height) as u32], shapes })
+        let drawing = Drawing { size: [width as u32, (top + height) as u32], shapes };
+        Some(Picture { drawing, frame, shown: diagram })
     }
 
     /// Draws axes, rules and data into the rectangle between these left and right, bottom and top ends; where the shapes of rules
     /// and data begin.
-    fn draw_plot(&self, shapes: &mut Vec<Shape>, ends: [[f64; 2]; 2]) -> usize {
+    fn draw_plot(&self, shapes: &mut Vec<Shape>, ends: [[f64; 2]; 2]) -> (Frame, usize) {
         let place = |[x, y]: &Point| Some([self.x.place(*x)?, self.y.place(*y)?]);
         let places: Vec<Point> = self.series.iter().flat_map(|series| series.points.iter().filter_map(place)).collect();
         let rule = |rule: &Rule| match rule {
@@ -340,7 +354,7 @@ impl Diagram {
             shapes.extend(joined.map(|line| look(i).line(line)));
             shapes.extend(markers.into_iter().flat_map(|point| look(i).marker(point)));
         }
-        data
+        (frame, data)
     }
 
     /// Grid, numbers and names of the axes.
@@ -442,7 +456,7 @@ mod tests {
         let name = "a setting of the solver whose name is so long that the legend is wider than the plot is, by far";
         let series = vec![Series::line(name, [[0.0, 1.0], [1.0, 2.0]]); 30];
         let diagram = Diagram::new("", ["x", "y"].map(Axis::linear), series, Vec::new());
-        let svg = diagram.svg_for_page();
+        let svg = diagram.picture().drawing.svg("", PAGE_TEXT / TEXT);
         let number = |name: &str| -> Vec<f64> {
             let value = svg.split_once(&format!(" {name}=\"")).unwrap().1.split('"').next().unwrap();
             value.split(' ').map(|part| part.parse().unwrap()).collect()

@@ -1,6 +1,6 @@
 //! XML written element by element: escaping and indentation are the library's, the rest is here.
 
-use camdrive_design::text::{Table, is_unseen};
+use crate::text::{Table, is_unseen};
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
 
