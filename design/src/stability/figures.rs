@@ -253,7 +253,7 @@ pub fn crank(report: &Report, crank: &Crank) -> Diagram {
         // Only where r_j is not zero does the constant matter.
         if curve.points.iter().any(|p| p.bounds.printed > 1.01 * p.bounds.without_mean) {
             let place = dashed(curve, &|p| p.bounds.without_mean, "").map(below);
-            words.extend(place.map(|place| Rule::Word(place, format!("j = {} with r = 0", curve.j))));
+            words.extend(place.map(|place| Rule::Word(place, format!("j = {} without r_j", curve.j))));
         }
     }
     // Words that others would cover are left out.
