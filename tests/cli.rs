@@ -94,8 +94,7 @@ fn assert_diagrams_read_well(folder: &Path) {
     assert!(!diagrams.is_empty());
     for path in diagrams {
         let svg = std::fs::read_to_string(&path).expect("the diagram");
-        // Drawings of cams in true size have no axes.
-        let Some(title) = attribute(&svg, "aria-label") else { continue };
+        let title = attribute(&svg, "aria-label").expect("a title");
         let (title, name) = (title.replace("&quot;", "\"").replace("&lt;", "<").replace("&amp;", "&"), path.display());
         let size: Vec<f64> =
             attribute(&svg, "viewBox").expect("a view box").split(' ').map(|x| x.parse().expect("a number")).collect();
@@ -2830,7 +2829,7 @@ fn cam_writes_contours_and_tables() {
     for (ending, part) in [
         ("csv", "phi_deg,lift_mm,height_mm"),
         ("dxf", "INNER_CONTOUR"),
-        ("svg", "scale 1 : 1"),
+        ("svg", "Scale 1 : 1"),
         ("pressure_angle.svg", "admissible 30°"),
         ("curvature.svg", "Curvature of the roller"),
         ("plcopen.csv", "MasterPosition[deg];SlavePosition[mm]"),

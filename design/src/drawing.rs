@@ -1,6 +1,9 @@
 //! A drawing of lines, areas and text, given out as SVG here; the command line paints it as PNG, too.
 
-/// A place or a direction; lengths in pixels, x to the right, y down.
+use quick_xml::escape::escape;
+use std::f64::consts::TAU;
+
+/// A place or a direction; lengths in the unit of the drawing, x to the right, y down.
 pub type Point = [f64; 2];
 
 /// An opaque colour, red, green, blue.
@@ -36,8 +39,8 @@ pub enum Shape {
         width: f64,
         /// The colour.
         ink: Ink,
-        /// Dash and gap, which run on around corners; None for a solid line.
-        dash: Option<[f64; 2]>,
+        /// Dashes and gaps by turns, which run on around corners; none for a solid line.
+        dash: &'static [f64],
     },
     /// A filled polygon.
     Area {
@@ -74,9 +77,21 @@ pub enum Shape {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drawing {
     /// Width and height.
-    pub size: [u32; 2],
+    pub size: [f64; 2],
+    /// The unit of lengths.
+    pub unit: Unit,
     /// The shapes.
     pub shapes: Vec<Shape>,
+}
+
+/// The unit of a drawing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Unit {
+    /// For the screen; files have hundredths.
+    #[default]
+    Pixel,
+    /// True size; files have tenths of a micrometre.
+    Millimetre,
 }
 
 /// The rectangle of a plot, with the ranges of x and y that it shows.
@@ -101,7 +116,7 @@ impl Frame {
 impl Shape {
     /// A solid line.
     pub fn line(points: Vec<Point>, width: f64, ink: Ink) -> Shape {
-        Shape::Line { points, width, ink, dash: None }
+        Shape::Line { points, width, ink, dash: &[] }
     }
 
     /// A text from left to right.
@@ -109,52 +124,80 @@ impl Shape {
         Shape::Text { at, size, anchor, text: text.into(), upright: false }
     }
 
-    fn svg(&self) -> String {
+    /// The shape, moved by this way.
+    pub fn moved(mut self, [x, y]: Point) -> Shape {
+        let shift = |at: &mut Point| *at = [at[0] + x, at[1] + y];
+        match &mut self {
+            Shape::Line { points, .. } | Shape::Area { points, .. } => points.iter_mut().for_each(shift),
+            Shape::Disc { at, .. } | Shape::Text { at, .. } => shift(at),
+        }
+        self
+    }
+
+    fn svg(&self, unit: Unit) -> String {
+        let length = |length: f64| unit.rounded(length);
         let list = |points: &[Point]| {
-            let pairs: Vec<String> = points.iter().map(|[x, y]| format!("{},{}", rounded(*x), rounded(*y))).collect();
-            pairs.join(" ")
+            points.iter().map(|[x, y]| format!("{},{}", length(*x), length(*y))).collect::<Vec<_>>().join(" ")
         };
         match self {
-            Shape::Line { points, width, ink, dash } => format!(
-                "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{}/>",
-                list(points),
-                ink.css(),
-                dash.map_or(String::new(), |[dash, gap]| format!(" stroke-dasharray=\"{dash} {gap}\""))
-            ),
+            Shape::Line { points, width, ink, dash } => {
+                let dash: Vec<String> = dash.iter().map(f64::to_string).collect();
+                let dash =
+                    if dash.is_empty() { dash.concat() } else { format!(" stroke-dasharray=\"{}\"", dash.join(" ")) };
+                let (points, ink) = (list(points), ink.css());
+                format!("<polyline points=\"{points}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"{width}\"{dash}/>")
+            }
             Shape::Area { points, ink } => format!("<polygon points=\"{}\" fill=\"{}\"/>", list(points), ink.css()),
             Shape::Disc { at: [x, y], radius, ink } => {
-                format!("<circle cx=\"{}\" cy=\"{}\" r=\"{radius}\" fill=\"{}\"/>", rounded(*x), rounded(*y), ink.css())
+                format!("<circle cx=\"{}\" cy=\"{}\" r=\"{radius}\" fill=\"{}\"/>", length(*x), length(*y), ink.css())
             }
             Shape::Text { at, size, anchor, text, upright } => {
-                let [x, y] = at.map(rounded);
+                let ([x, y], size) = (at.map(length), length(*size));
                 let turn = if *upright { format!(" transform=\"rotate(-90 {x} {y})\"") } else { String::new() };
+                let anchor = format!("{anchor:?}").to_lowercase();
+                let (ink, text) = (BLACK.css(), escape(text));
                 format!(
-                    "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\" font-family=\"sans-serif\" text-anchor=\"{}\" \
-                     fill=\"{}\"{turn}>{}</text>",
-                    format!("{anchor:?}").to_lowercase(),
-                    BLACK.css(),
-                    escaped(text)
+                    "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\" text-anchor=\"{anchor}\" fill=\"{ink}\"{turn}>{text}</text>"
                 )
             }
         }
     }
 }
 
+/// Points of an arc, two degrees apart, from one angle to another (rad), counter-clockwise where that is larger.
+pub fn arc([x, y]: Point, radius: f64, [from, to]: [f64; 2]) -> Vec<Point> {
+    let parts = (180.0 * (to - from).abs() / TAU).ceil().max(1.0);
+    let angle = |i: usize| from + (to - from) * i as f64 / parts;
+    (0..=parts as usize).map(|i| [x + radius * angle(i).cos(), y - radius * angle(i).sin()]).collect()
+}
+
 impl Drawing {
     /// The drawing as an `svg` element that reads `label` to those who cannot see it, shown `scale` times as large.
     pub fn svg(&self, label: &str, scale: f64) -> String {
-        let [width, height] = self.size;
-        let [shown, high] = self.size.map(|length| rounded(scale * f64::from(length)));
+        let [width, height] = self.size.map(|length| self.unit.rounded(length));
+        let [shown, high] = self.size.map(|length| self.unit.rounded(scale * length));
+        let (unit, label, white) = (self.unit.name(), escape(label), WHITE.css());
         let mut text = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{shown}\" height=\"{high}\" viewBox=\"0 0 {width} {height}\" \
-             role=\"img\" aria-label=\"{}\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"{}\"/>\n",
-            escaped(label),
-            WHITE.css()
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{shown}{unit}\" height=\"{high}{unit}\" \
+             viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" stroke-linejoin=\"round\" role=\"img\" \
+             aria-label=\"{label}\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"{white}\"/>\n"
         );
         for shape in &self.shapes {
-            text += &(shape.svg() + "\n");
+            text += &(shape.svg(self.unit) + "\n");
         }
         text + "</svg>\n"
+    }
+}
+
+impl Unit {
+    fn name(self) -> &'static str {
+        if self == Unit::Pixel { "" } else { "mm" }
+    }
+
+    /// A length as files have it, without the sign of a zero.
+    fn rounded(self, length: f64) -> f64 {
+        let parts = if self == Unit::Pixel { 1e2 } else { 1e4 };
+        (parts * length).round() / parts + 0.0
     }
 }
 
@@ -163,14 +206,4 @@ impl Ink {
         let [r, g, b] = self.0;
         format!("#{r:02x}{g:02x}{b:02x}")
     }
-}
-
-/// To a hundredth of a pixel, without the sign of a zero.
-fn rounded(length: f64) -> f64 {
-    (100.0 * length).round() / 100.0 + 0.0
-}
-
-/// A text as XML has it.
-pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }

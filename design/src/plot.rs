@@ -9,7 +9,8 @@ mod rule;
 mod suited;
 pub mod ticks;
 
-use crate::drawing::{Anchor, BLACK, Drawing, Frame, Ink, Point, Shape, WHITE};
+use crate::drawing::{Anchor, BLACK, Drawing, Frame, Ink, Point, Shape, Unit, WHITE};
+use crate::text;
 use look::{DASHED, Look, RULED, look, marked};
 use ticks::{angular_step, decimal, decimal_step, logarithmic_ticks};
 
@@ -71,9 +72,9 @@ impl Series {
 /// Background of the data: a straight line across the diagram, or an area.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rule {
-    /// A line at this x.
+    /// A line at this x, its name above the plot where that has room.
     Vertical(f64, String),
-    /// A line at this y.
+    /// A line at this y; where the data would be squeezed by it, its name and value at the end of the axis.
     Horizontal(f64, String),
     /// A grey area within this outline, as far as the axes show it; the axes do not stretch for it.
     Area(Vec<[f64; 2]>, Shade),
@@ -128,25 +129,30 @@ pub struct Picture {
     pub shown: Diagram,
 }
 
-/// Width of a plot with its axis, and its height with a short legend beside it.
-const PLOT_WIDTH: f64 = 540.0;
+/// Width of a diagram, and its height with the legend within the axes, below the title.
+const WIDTH: f64 = 550.0;
 const HEIGHT: f64 = 400.0;
-/// Room for the numbers and the name of an axis: left of the plot and below it; and for nothing, right of it and above.
+/// Room for the numbers and the name of an axis: left of the plot and below it; right of it and above, for what reaches beyond.
 const LEFT: f64 = 96.0;
 const BELOW: f64 = 58.0;
-const ROOM: f64 = 14.0;
+const RIGHT: f64 = 24.0;
+const ABOVE: f64 = 14.0;
 /// The widths of letters differ; this is the mean of a sans-serif font, per height. The middle of a capital is at this height.
-const LETTER: f64 = 0.54;
+pub const LETTER: f64 = 0.54;
 const MIDDLE: f64 = 0.36;
 /// Height of letters.
 pub const TEXT: f64 = 10.5;
 const TITLE: f64 = 13.0;
-/// That of a page of text, a browser's default.
-pub const PAGE_TEXT: f64 = 16.0;
+/// That of a page of text, a browser's default, of a diagram's letters.
+pub const PAGE: f64 = 16.0 / TEXT;
 const LINE: f64 = 20.0;
 /// Length of the marks of an axis.
 const TICK: f64 = 5.0;
 const GRID: Ink = Ink([0xdd; 3]);
+/// The grid at zero.
+const ZERO: Ink = Ink([0x99; 3]);
+/// A level rule stretches the axis to this times what the data need, at most.
+const STRETCHED: f64 = 3.0;
 
 impl Axis {
     /// A logarithmic axis.
@@ -177,16 +183,25 @@ impl Axis {
         }
     }
 
-    /// The ends of the axis for these places.
-    fn span(&self, places: impl Iterator<Item = f64>) -> [f64; 2] {
+    /// The ends of the axis for these places of data, and for those of rules as far as they stretch it no more than so many times.
+    fn span(&self, data: impl Iterator<Item = f64>, rules: impl Iterator<Item = f64>, most: f64) -> [f64; 2] {
         if let Some([Some(low), Some(high)]) = self.ends.map(|ends| ends.map(|end| self.place(end))) {
             return [low, high];
         }
-        let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+        let wide = |[low, high]: [f64; 2], place: f64| [low.min(place), high.max(place)];
+        let own = data.fold([f64::INFINITY, f64::NEG_INFINITY], wide);
+        let most = if own[0] < own[1] { most * (own[1] - own[0]) } else { f64::INFINITY };
+        let [low, high] = rules
+            .map(|place| wide(own, place))
+            .filter(|[low, high]| high - low <= most)
+            .fold(own, |ends, stretched| stretched.into_iter().fold(ends, wide));
         if low > high {
             return [0.0, 1.0];
         }
         let least = if self.scale == Scale::Logarithmic { 0.5 } else { 1e-9 + 1e-3 * low.abs() };
+        if self.scale == Scale::Angular && high - low > least {
+            return [low, high];
+        }
         // Room for the markers, and for a constant.
         let room = 0.06 * (high - low).max(least) + 0.5 * (least - (high - low)).max(0.0);
         [low - room, high + room]
@@ -197,8 +212,9 @@ impl Axis {
         match self.scale {
             Scale::Linear | Scale::Angular => {
                 let parts = self.scale == Scale::Angular;
-                let step = if parts { angular_step(high - low, 6.0) } else { decimal_step(high - low) };
-                let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
+                let step = if parts { angular_step(high - low) } else { decimal_step(high - low) };
+                // A millionth of a step makes up for the rounding of the ends.
+                let (first, last) = ((low / step - 1e-6).ceil() as i64, (high / step + 1e-6).floor() as i64);
                 (first..=last).map(|i| i as f64 * step).map(|v| (v, decimal(v, step))).collect()
             }
             Scale::Logarithmic => logarithmic_ticks(low, high),
@@ -212,18 +228,9 @@ impl Diagram {
         Diagram { title: title.into(), x, y, series, rules }
     }
 
-    /// The diagram as an SVG document; a legend that has no free place within the axes is beside them.
+    /// The diagram as an SVG document.
     pub fn svg(&self) -> String {
-        self.drawn(false).drawing.svg(&self.title, 1.0)
-    }
-
-    /// The diagram for a page of text: such a legend below, so that the picture need not be shrunk to the width of a page.
-    pub fn picture(&self) -> Picture {
-        self.drawn(true)
-    }
-
-    fn entries(&self) -> usize {
-        self.series.len() + self.keys().count()
+        self.picture().drawing.svg(&self.title, 1.0)
     }
 
     /// The entries of the legend beside those of the data; without shade that of a line of this look.
@@ -235,75 +242,42 @@ impl Diagram {
         })
     }
 
-    /// Width and height of the legend.
-    fn legend_size(&self) -> [f64; 2] {
-        let names = self.series.iter().map(|series| &series.name).chain(self.keys().map(|(.., name)| name));
-        let longest = names.map(|name| name.chars().count()).max().unwrap_or(0);
-        [64.0 + (LETTER * TEXT * longest as f64).floor(), 20.0 + LINE * self.entries() as f64]
-    }
-
-    /// The title in lines that a picture of this width has room for.
-    fn title_lines(&self, width: f64) -> Vec<String> {
-        let room = ((width - 24.0) / (LETTER * TITLE)) as usize;
-        let mut lines: Vec<String> = Vec::new();
-        for word in self.title.split_whitespace() {
-            match lines.last_mut() {
-                Some(line) if line.chars().count() + word.chars().count() < room => *line += &format!(" {word}"),
-                _ => lines.push(word.to_owned()),
-            }
-        }
-        lines
-    }
-
-    /// Title, plot and legend: within the axes where the data leave room, else below the plot or beside it.
-    fn drawn(&self, below: bool) -> Picture {
-        let [wide, high] = self.legend_size();
-        let apart =
-            if below { [PLOT_WIDTH.max(wide), HEIGHT + high] } else { [PLOT_WIDTH + wide, HEIGHT.max(20.0 + high)] };
-        let within = self.composed([PLOT_WIDTH + 10.0, HEIGHT], |plot, shapes| {
-            let size = [wide, LINE * self.entries() as f64 + 8.0];
-            let corner = legend::free_place(size, plot, shapes)?;
-            Some((corner, Some(size)))
-        });
-        let corner = |[[left, right], [bottom, top]]: [[f64; 2]; 2]| {
-            if below { [left - LEFT, bottom + BELOW + 10.0] } else { [right + ROOM, top - ROOM + 10.0] }
+    /// Title, plot and legend: within the axes where the data leave room, else in columns below the plot.
+    pub fn picture(&self) -> Picture {
+        let shown = self.suited();
+        let title = text::wrapped(&self.title, ((WIDTH - 24.0) / (LETTER * TITLE)) as usize);
+        let top = if title.is_empty() { 0.0 } else { LINE * title.lines().count() as f64 + 8.0 };
+        let line = |(i, line): (usize, &str)| {
+            Shape::text([12.0, 24.0 + LINE * i as f64], TITLE, Anchor::Start, line.trim_start())
         };
-        within
-            .or_else(|| self.composed(apart, |plot, _| Some((corner(plot), None))))
-            .expect("there is a place beside it")
-    }
-
-    /// The drawing of this size below the title; `legend` chooses for this plot with these shapes its left upper corner, and its
-    /// size where it needs a white ground. None where it finds no place.
-    fn composed(
-        &self,
-        [width, height]: [f64; 2],
-        legend: impl Fn([[f64; 2]; 2], &[Shape]) -> Option<(Point, Option<[f64; 2]>)>,
-    ) -> Option<Picture> {
-        let diagram = self.suited();
-        let title = self.title_lines(width);
-        let top = if title.is_empty() { 0.0 } else { LINE * title.len() as f64 + 8.0 };
-        let line = |(i, line)| Shape::text([12.0, 24.0 + LINE * i as f64], TITLE, Anchor::Start, line);
-        let mut shapes: Vec<Shape> = title.iter().enumerate().map(line).collect();
-        let plot = [[LEFT, PLOT_WIDTH - ROOM], [top + HEIGHT - BELOW, top + ROOM]];
-        let (frame, data) = diagram.draw_plot(&mut shapes, plot);
-        if self.entries() > 0 {
-            let (corner, ground) = legend(plot, &shapes[data..])?;
-            if let Some([w, h]) = ground {
-                let [x, y] = corner;
-                shapes.push(Shape::Area { points: vec![[x, y], [x + w, y], [x + w, y + h], [x, y + h]], ink: WHITE });
-            }
-            diagram.draw_legend(&mut shapes, corner);
+        let mut shapes: Vec<Shape> = title.lines().enumerate().map(line).collect();
+        let ends = [[LEFT, WIDTH - RIGHT], [top + HEIGHT - BELOW, top + ABOVE]];
+        let (frame, [grid, data]) = shown.plot(ends);
+        shown.draw_names(&mut shapes, ends);
+        let mut size = [WIDTH, top + HEIGHT];
+        let names = self.series.iter().map(|series| &series.name).chain(self.keys().map(|(.., name)| name));
+        let names: Vec<usize> = names.map(|name| name.chars().count()).collect();
+        let (entries, longest) = (names.len(), names.into_iter().max().unwrap_or(0));
+        let wide = 64.0 + (LETTER * TEXT * longest as f64).floor();
+        let own = [wide, LINE * entries as f64 + 8.0];
+        let within = legend::free_place(own, ends, &data).filter(|_| entries > 0);
+        shapes.extend(grid.into_iter().chain(data));
+        if let Some([x, y]) = within {
+            let [w, h] = own;
+            shapes.push(Shape::Area { points: vec![[x, y], [x + w, y], [x + w, y + h], [x, y + h]], ink: WHITE });
+            shown.draw_legend(&mut shapes, [x, y], entries, wide);
+        } else if entries > 0 {
+            let columns = ((WIDTH / wide) as usize).max(1);
+            let rows = entries.div_ceil(columns);
+            shown.draw_legend(&mut shapes, [6.0, size[1]], rows, wide);
+            size = [size[0].max(wide), size[1] + LINE * rows as f64 + 12.0];
         }
-        let [[left, right], [bottom, top_of_plot]] = plot;
-        shapes.push(framed([left, top_of_plot], [right, bottom]));
-        let drawing = Drawing { size: [width as u32, (top + height) as u32], shapes };
-        Some(Picture { drawing, frame, shown: diagram })
+        shapes.push(framed(ends));
+        Picture { drawing: Drawing { size, unit: Unit::Pixel, shapes }, frame, shown }
     }
 
-    /// Draws axes, rules and data into the rectangle between these left and right, bottom and top ends; where the shapes of rules
-    /// and data begin.
-    fn draw_plot(&self, shapes: &mut Vec<Shape>, ends: [[f64; 2]; 2]) -> (Frame, usize) {
+    /// Grid with numbers, and rules with data, between these left and right, bottom and top ends, in the units of the diagram.
+    pub fn plot(&self, ends: [[f64; 2]; 2]) -> (Frame, [Vec<Shape>; 2]) {
         let place = |[x, y]: &Point| Some([self.x.place(*x)?, self.y.place(*y)?]);
         let places: Vec<Point> = self.series.iter().flat_map(|series| series.points.iter().filter_map(place)).collect();
         let rule = |rule: &Rule| match rule {
@@ -313,11 +287,11 @@ impl Diagram {
         };
         let ruled: Vec<rule::Place> = self.rules.iter().map(rule).collect();
         let axes = [&self.x, &self.y];
-        let along = |i: usize| places.iter().map(move |p| p[i]).chain(ruled.iter().filter_map(move |r| r[i]));
-        let ranges: [[f64; 2]; 2] = std::array::from_fn(|i| axes[i].span(along(i)));
+        let [x, y] = [(0, f64::INFINITY), (1, STRETCHED)]
+            .map(|(i, most)| axes[i].span(places.iter().map(|p| p[i]), ruled.iter().filter_map(|r| r[i]), most));
+        let ranges = [x, y];
         let frame = Frame { ends, ranges };
-        self.draw_axes(shapes, &frame);
-        let data = shapes.len();
+        let mut shapes = Vec::new();
         let parts = |points: &[Point]| {
             let line: Vec<Point> = points.iter().filter_map(place).collect();
             area::seen(&line, ranges).into_iter().map(|part| all(&part, &frame)).collect::<Vec<_>>()
@@ -340,25 +314,22 @@ impl Diagram {
                 Rule::Vertical(..) | Rule::Horizontal(..) | Rule::Key(..) => (),
             }
         }
-        let is_seen =
-            |at: &rule::Place| (0..2).all(|i| at[i].is_none_or(|v| (ranges[i][0]..=ranges[i][1]).contains(&v)));
-        let pixels = |at: &rule::Place| std::array::from_fn(|i| at[i].map(|v| frame.at([v; 2])[i]));
-        let seen = self.rules.iter().zip(&ruled).filter(|(_, at)| is_seen(at));
-        let seen: Vec<(&Rule, rule::Place)> = seen.map(|(rule, at)| (rule, pixels(at))).collect();
+        let rules: Vec<(&Rule, rule::Place)> = self.rules.iter().zip(ruled).collect();
         let lines: Vec<Vec<Vec<Point>>> =
             self.series.iter().map(|series| series.lines(|point| place(point).map(|at| frame.at(at)))).collect();
-        rule::draw_rules(shapes, &seen, ends, lines.concat());
+        rule::draw_rules(&mut shapes, &rules, &frame, lines.concat());
         for (i, (series, lines)) in self.series.iter().zip(lines).enumerate() {
-            let markers = marked(&lines.concat(), series.joined, i);
+            let markers = marked(&lines.concat(), series.joined, i, self.series.len() == 1);
             let joined = lines.into_iter().filter(|line| series.joined && line.len() > 1);
             shapes.extend(joined.map(|line| look(i).line(line)));
             shapes.extend(markers.into_iter().flat_map(|point| look(i).marker(point)));
         }
-        (frame, data)
+        (frame, [self.grid(&frame), shapes])
     }
 
-    /// Grid, numbers and names of the axes.
-    fn draw_axes(&self, shapes: &mut Vec<Shape>, frame: &Frame) {
+    /// Grid and numbers of the axes.
+    fn grid(&self, frame: &Frame) -> Vec<Shape> {
+        let mut shapes = Vec::new();
         let [[left, right], [bottom, top]] = frame.ends;
         for (place, text) in self.x.ticks(frame.ranges[0]) {
             let [x, _] = frame.at([place; 2]);
@@ -368,33 +339,41 @@ impl Diagram {
         }
         for (place, text) in self.y.ticks(frame.ranges[1]) {
             let [_, y] = frame.at([place; 2]);
-            shapes.push(Shape::line(vec![[left, y], [right, y]], 1.0, GRID));
+            let ink = if place == 0.0 && self.y.scale == Scale::Linear { ZERO } else { GRID };
+            shapes.push(Shape::line(vec![[left, y], [right, y]], 1.0, ink));
             shapes.push(Shape::line(vec![[left - TICK, y], [left, y]], 1.0, BLACK));
             shapes.push(Shape::text([left - TICK - 4.0, y + MIDDLE * TEXT], TEXT, Anchor::End, text));
         }
-        let [x, y] = frame.ends.map(|[first, last]| 0.5 * (first + last));
-        shapes.push(Shape::text([x, bottom + 44.0], TEXT + 1.0, Anchor::Middle, &self.x.label));
+        shapes
+    }
+
+    /// Names of the axes.
+    fn draw_names(&self, shapes: &mut Vec<Shape>, ends: [[f64; 2]; 2]) {
+        let [x, y] = ends.map(|[first, last]| 0.5 * (first + last));
+        shapes.push(Shape::text([x, ends[1][0] + 44.0], TEXT + 1.0, Anchor::Middle, &self.x.label));
         let (size, anchor, text) = (TEXT + 1.0, Anchor::Middle, self.y.label.clone());
         shapes.push(Shape::Text { at: [24.0, y], size, anchor, text, upright: true });
     }
 
-    /// Draws the legend with this corner on its upper left.
-    fn draw_legend(&self, shapes: &mut Vec<Shape>, [left, top]: Point) {
+    /// Draws the legend in rows and columns of this width, with this corner on its upper left.
+    fn draw_legend(&self, shapes: &mut Vec<Shape>, corner: Point, rows: usize, wide: f64) {
         let series = self.series.iter().map(|series| (&series.name, Some(series), None, RULED));
         let entries = series.chain(self.keys().map(|(shade, look, name)| (name, None, shade, look)));
         for (i, (name, series, shade, ruled)) in entries.enumerate() {
-            let ([from, to], height) = ([left + 6.0, left + 42.0], top + 14.0 + LINE * i as f64);
+            let (left, top) = (corner[0] + wide * (i / rows) as f64, corner[1] + LINE * (i % rows) as f64);
+            let ([from, to], height) = ([left + 6.0, left + 42.0], top + 14.0);
             let line = vec![[from, height], [to, height]];
             match (series, shade) {
                 (Some(series), _) => {
                     shapes.extend(series.joined.then(|| look(i).line(line)));
-                    shapes.extend(look(i).marker([left + 24.0, height]));
+                    let has_marker = !marked(&series.points, series.joined, i, self.series.len() == 1).is_empty();
+                    shapes.extend(look(i).marker([left + 24.0, height]).into_iter().filter(|_| has_marker));
                 }
                 (None, Some(shade)) => {
                     let (low, high) = (height - 6.0, height + 6.0);
                     let points = vec![[from, low], [to, low], [to, high], [from, high]];
                     shapes.push(Shape::Area { points, ink: shade.ink() });
-                    shapes.push(framed([from, low], [to, high]));
+                    shapes.push(framed([[from, to], [low, high]]));
                 }
                 (None, None) => shapes.push(ruled.line(line)),
             }
@@ -408,7 +387,7 @@ fn all(points: &[Point], frame: &Frame) -> Vec<Point> {
 }
 
 /// The outline of a rectangle.
-fn framed([left, top]: Point, [right, bottom]: Point) -> Shape {
+fn framed([[left, right], [bottom, top]]: [[f64; 2]; 2]) -> Shape {
     Shape::line(vec![[left, top], [right, top], [right, bottom], [left, bottom], [left, top]], 1.0, BLACK)
 }
 
@@ -456,17 +435,37 @@ mod tests {
         let name = "a setting of the solver whose name is so long that the legend is wider than the plot is, by far";
         let series = vec![Series::line(name, [[0.0, 1.0], [1.0, 2.0]]); 30];
         let diagram = Diagram::new("", ["x", "y"].map(Axis::linear), series, Vec::new());
-        let svg = diagram.picture().drawing.svg("", PAGE_TEXT / TEXT);
+        let svg = diagram.svg_for_page();
         let number = |name: &str| -> Vec<f64> {
             let value = svg.split_once(&format!(" {name}=\"")).unwrap().1.split('"').next().unwrap();
             value.split(' ').map(|part| part.parse().unwrap()).collect()
         };
         let (width, height, coordinates) = (number("width")[0], number("height")[0], number("viewBox"));
-        assert!((width / coordinates[2] * TEXT - PAGE_TEXT).abs() < 0.05);
+        assert!((width / coordinates[2] - PAGE).abs() < 0.005);
         assert!((height / coordinates[3] - width / coordinates[2]).abs() < 1e-4);
         // 60 em less the margins of the page; the legend has room below the plot.
         assert!(width < 928.0 && height > 16.0 / 13.0 * (HEIGHT + 30.0 * LINE), "{width} × {height}");
         assert_eq!(svg.matches(name).count(), 30);
+    }
+
+    #[test]
+    fn curves_fill_their_axes() {
+        let picture = |x: Axis, points: [[f64; 2]; 2], rules: Vec<Rule>| {
+            Diagram::new("", [x, Axis::linear("y")], vec![Series::line("", points)], rules).picture()
+        };
+        let rules = |y: f64| vec![Rule::Horizontal(y, "limit".to_owned())];
+        let turn = [[0.0, 8.0], [360.0, 8.1]];
+        // A turn from its first to its last angle; a limit within three times the data stretches the axis, one beyond does not.
+        for (limit, low, high) in [(8.2, 7.988, 8.212), (40.0, 7.994, 8.106)] {
+            let [x, y] = picture(Axis::angular("Angle"), turn, rules(limit)).frame.ranges;
+            assert!(x == [0.0, 360.0] && (y[0] - low).abs() < 1e-9 && (y[1] - high).abs() < 1e-9, "{limit}: {y:?}");
+        }
+        // The layout places a point where the curve has it, in the units that are shown.
+        let Picture { drawing, frame, shown } =
+            picture(Axis::linear("x [m]"), [[0.001, 1.0], [0.003, 2.0]], Vec::new());
+        assert_eq!((shown.x.label.as_str(), shown.series[0].points[1]), ("x [mm]", [3.0, 2.0]));
+        let at = shown.series[0].points.iter().map(|point| frame.at(*point)).collect::<Vec<_>>();
+        assert!(drawing.shapes.iter().any(|shape| matches!(shape, Shape::Line { points, .. } if *points == at)));
     }
 
     #[test]

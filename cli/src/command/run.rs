@@ -7,6 +7,7 @@ pub(super) mod signals;
 
 use super::output::{counter, print};
 use super::{Failure, Format, failure, files, optional, system};
+use crate::export::picture;
 use crate::export::results::{self, Course};
 use crate::scene::input::is_system;
 use crate::scene::source::is_fmu;
@@ -272,7 +273,7 @@ impl Run {
         let (drawing, label) = drawn.ok_or_else(|| {
             failure("--diagram: no column changes, but angles that go on turning\n  = hint: choose others by --output")
         })?;
-        Ok(drawing.svg(&label, 1.0))
+        Ok(drawing.svg(&label, picture::SCALE))
     }
 
     /// Refuses a result that would fill the memory before it is written.

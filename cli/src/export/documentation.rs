@@ -93,7 +93,7 @@ fn figure(xml: &mut Xml, name: &str, model: &str, drive: &Described) {
         return;
     }
     let titles: Vec<&str> = curves.iter().map(|curve| curve.title.as_str()).collect();
-    let picture = picture::of_curves(name, model, &curves).svg(&titles.join(", "), 1.0);
+    let picture = picture::of_curves(name, model, &curves).svg(&titles.join(", "), picture::SCALE);
     xml.element("figure", &[], |xml| xml.markup(&picture));
 }
 
@@ -121,7 +121,7 @@ fn experiment(xml: &mut Xml, name: &str, drive: &AnyDrive, results: &Results) {
     );
     xml.prose("p", &text);
     if let Some((drawing, label)) = results.diagram() {
-        xml.element("figure", &[], |xml| xml.markup(&drawing.svg(&label, 1.0)));
+        xml.element("figure", &[], |xml| xml.markup(&drawing.svg(&label, picture::SCALE)));
     }
 }
 

@@ -191,7 +191,8 @@ fn for_people(
     let curves = drive.curves();
     let mut files = Vec::new();
     if !curves.is_empty() {
-        files.push(File::new("model.png", png::png(&picture::of_curves(&resource.name, resource.model(), &curves))?));
+        let drawing = picture::of_curves(&resource.name, resource.model(), &curves);
+        files.push(File::new("model.png", png::png(&drawing, picture::SCALE)?));
     }
     files.push(File::new(DOCUMENTATION, documentation::html(&identity, resource, drive, page)?));
     let linked = licenses::linked()?;

@@ -7,31 +7,31 @@ use skrifa::prelude::{FontRef, LocationRef, Size};
 use skrifa::{GlyphId, MetadataProvider};
 use tiny_skia::{Color, FillRule, LineJoin, Paint, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
-/// The drawing as a PNG file.
-pub fn png(drawing: &Drawing) -> Result<Vec<u8>, Fault> {
+/// The drawing as a PNG file, `scale` times as large.
+pub fn png(drawing: &Drawing, scale: f64) -> Result<Vec<u8>, Fault> {
     let fault = |what: &str| Fault::new(format!("the picture cannot be drawn: {what}"));
-    let [width, height] = drawing.size;
+    let [width, height] = drawing.size.map(|length| (scale * length).ceil() as u32);
     let mut image = Pixmap::new(width, height).ok_or_else(|| fault("it has no area"))?;
     image.fill(Color::WHITE);
     let font = FontRef::new(dejavu::sans::regular()).map_err(|e| fault(&e.to_string()))?;
     for shape in &drawing.shapes {
-        paint(shape, &mut image, &font);
+        paint(shape, &mut image, &font, Transform::from_scale(scale as f32, scale as f32));
     }
     image.encode_png().map_err(|e| fault(&e.to_string()))
 }
 
-fn paint(shape: &Shape, image: &mut Pixmap, font: &FontRef) {
+fn paint(shape: &Shape, image: &mut Pixmap, font: &FontRef, scale: Transform) {
     let mut fill = |path: Option<tiny_skia::Path>, ink: Ink, transform: Transform| {
         if let Some(path) = path {
-            image.fill_path(&path, &colour(ink), FillRule::Winding, transform, None);
+            image.fill_path(&path, &colour(ink), FillRule::Winding, transform.post_concat(scale), None);
         }
     };
     match shape {
         Shape::Line { points, width, ink, dash } => {
             let Some(path) = path(points, false) else { return };
-            let dash = dash.and_then(|dash| StrokeDash::new(dash.map(|length| length as f32).into(), 0.0));
+            let dash = StrokeDash::new(dash.iter().map(|length| *length as f32).collect(), 0.0);
             let stroke = Stroke { width: *width as f32, line_join: LineJoin::Round, dash, ..Stroke::default() };
-            image.stroke_path(&path, &colour(*ink), &stroke, Transform::identity(), None);
+            image.stroke_path(&path, &colour(*ink), &stroke, scale, None);
         }
         Shape::Area { points, ink } => fill(path(points, true), *ink, Transform::identity()),
         Shape::Disc { at: [x, y], radius, ink } => {
@@ -141,14 +141,18 @@ impl OutlinePen for Pen<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use camdrive_design::drawing::BLUE;
+    use camdrive_design::drawing::{BLUE, Unit};
 
     #[test]
     fn ink_lands_where_it_should() {
         let square = vec![[10.0, 10.0], [20.0, 10.0], [20.0, 20.0], [10.0, 20.0]];
         let text = Shape::text([50.0, 30.0], 20.0, Anchor::Middle, "φ");
-        let drawing = Drawing { size: [60, 40], shapes: vec![Shape::Area { points: square, ink: BLUE }, text] };
-        let image = Pixmap::decode_png(&png(&drawing).unwrap()).unwrap();
+        let drawing = Drawing {
+            size: [60.0, 40.0],
+            unit: Unit::Pixel,
+            shapes: vec![Shape::Area { points: square, ink: BLUE }, text],
+        };
+        let image = Pixmap::decode_png(&png(&drawing, 1.0).unwrap()).unwrap();
         let pixel = |x, y| {
             let p = image.pixel(x, y).unwrap();
             [p.red(), p.green(), p.blue()]

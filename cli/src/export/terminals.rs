@@ -16,7 +16,7 @@ const MOTION: [&str; 3] = ["phi", "w", "a"];
 /// terminalsAndIcons.xml and the icon; nothing for a unit that has no flange.
 pub fn files(drive: &Described) -> Result<Vec<File>, Fault> {
     let Some(flow) = flow(drive.descriptions()) else { return Ok(Vec::new()) };
-    let icon = png(&picture::icon(&drive.curves()))?;
+    let icon = png(&picture::icon(&drive.curves()), 1.0)?;
     Ok(vec![
         File::new("terminalsAndIcons/terminalsAndIcons.xml", description(drive, flow)),
         File::new("terminalsAndIcons/icon.png", icon),

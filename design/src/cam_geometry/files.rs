@@ -2,9 +2,11 @@
 //! machine.
 
 use super::{At, Cam, Follower, Mesh, Point, Side};
+use crate::drawing::{Anchor, BLACK, Drawing, Ink, Shape, Unit, WHITE, arc};
+use crate::plot::LETTER;
 use crate::text;
 use camdrive::drives::Fault;
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt::Write as _;
 
 /// The unit of lengths in files for workshops.
@@ -22,6 +24,8 @@ pub struct Drawn<'a> {
     pub sides: &'static [Side],
     /// Whether its law is an angle.
     pub angular: bool,
+    /// The radius of shaft and hub (m); 0 where the scene does not give it.
+    pub hub: f64,
 }
 
 impl Drawn<'_> {
@@ -56,6 +60,50 @@ impl Drawn<'_> {
         }
     }
 
+    /// The least and the largest distance of the contours from the cam's centre (mm).
+    fn radii(&self) -> [f64; 2] {
+        let radii = self.sides.iter().flat_map(|side| self.points(*side)).map(Point::norm);
+        radii.fold([f64::INFINITY, 0.0], |[least, most], r| [least.min(r), most.max(r)])
+    }
+
+    /// From the cam's centre to where φ (rad) is marked: that points at the roller of the first cam when the cam has turned by φ.
+    fn mark(&self, phi: f64) -> Point {
+        let start = self.roller();
+        Point::from_polar(1.0, start.arg() - self.cam.sense * phi)
+    }
+
+    /// The principal dimensions (mm).
+    fn dimensions(&self) -> String {
+        let [least, most] = self.radii();
+        let roller = match self.cam.follower {
+            Follower::Flat { .. } => "flat face".to_owned(),
+            _ => format!("roller Ø {}", hundredths(2.0 * self.cam.roller * MILLIMETRES)),
+        };
+        let place = match self.cam.follower {
+            Follower::Lever { pivot, length, .. } => {
+                let [pivot, length] = [pivot, length].map(|x| hundredths(x.abs() * MILLIMETRES));
+                format!(", centre distance {pivot}, arm {length}")
+            }
+            Follower::Translating { eccentricity: e, .. } => format!(", offset {}", hundredths(e * MILLIMETRES)),
+            Follower::Flat { .. } => String::new(),
+        };
+        let lifts = || self.mesh.at.iter().map(|at| at.lift);
+        let stroke = lifts().fold(f64::NEG_INFINITY, f64::max) - lifts().fold(f64::INFINITY, f64::min);
+        let stroke = if self.angular {
+            format!("{}°", hundredths(stroke.to_degrees()))
+        } else {
+            hundredths(stroke * MILLIMETRES)
+        };
+        let hub = if self.hub > 0.0 {
+            format!(", hub Ø {}", hundredths(2.0 * self.hub * MILLIMETRES))
+        } else {
+            String::new()
+        };
+        let name = if self.name.is_empty() { String::new() } else { format!("{}: ", self.name) };
+        let [least, most] = [2.0 * least, most].map(hundredths);
+        format!("{name}base circle Ø {least}, largest radius {most}, {roller}{place}, stroke of the law {stroke}{hub}")
+    }
+
     fn layer_of(&self, side: Side) -> &'static str {
         match side {
             Side::Path if self.face().is_some() => "CUTTER_PATH",
@@ -71,6 +119,11 @@ impl Drawn<'_> {
     }
 }
 
+/// A number to hundredths at most.
+fn hundredths(value: f64) -> String {
+    ((100.0 * value).round() / 100.0 + 0.0).to_string()
+}
+
 /// A length (mm) to a tenth of a nanometre, without the sign of a zero.
 fn decimal(length: f64) -> String {
     let text = format!("{length:.7}");
@@ -78,48 +131,55 @@ fn decimal(length: f64) -> String {
 }
 
 /// The layers as an ASCII DXF (AutoCAD R12, which every CAD program reads), in mm: contours and roller paths as closed
-/// polylines, the rollers at φ = 0 as circles, the cam's centre and the lever's pivot as points.
+/// polylines, the rollers at φ = 0, base circles and hub as circles, the cam's centre and the lever's pivot as points, marks of φ.
 pub fn dxf(title: &str, drawn: &[Drawn<'_>]) -> String {
     // Group codes: 999 comment, 0 entity, 2 name, 8 layer, 66 vertices follow, 70 flags (1: closed), 10/20/30 coordinates,
-    // 40 radius; $INSUNITS 4 and $MEASUREMENT 1 are millimetres and metric.
+    // 11/21/31 second end, 40 radius or height of letters, 1 text; $INSUNITS 4 and $MEASUREMENT 1 are millimetres and metric.
     let mut text = format!("999\n{}: camdrive, lengths in mm\n", title.replace(['\n', '\r'], " "));
     text += "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1009\n9\n$INSUNITS\n70\n4\n9\n$MEASUREMENT\n70\n1\n0\nENDSEC\n";
     let mut layers: Vec<String> = Vec::new();
     let mut entities = String::new();
-    let point = |layers: &mut Vec<String>, layer: &str, place: Point| {
+    let mut entity = |kind: &str, layer: &str, groups: &[(u8, String)]| {
         if !layers.iter().any(|known| known == layer) {
             layers.push(layer.to_owned());
-            let (x, y) = (decimal(place.re), decimal(place.im));
-            return format!("0\nPOINT\n8\n{layer}\n10\n{x}\n20\n{y}\n30\n0.0\n");
         }
-        String::new()
+        let groups: String = groups.iter().map(|(code, value)| format!("{code}\n{value}\n")).collect();
+        let _ = write!(entities, "0\n{kind}\n8\n{layer}\n{groups}");
     };
+    let at = |p: Point| [(10, decimal(p.re)), (20, decimal(p.im)), (30, "0.0".to_owned())];
+    let to = |p: Point| [(11, decimal(p.re)), (21, decimal(p.im)), (31, "0.0".to_owned())];
+    let size = |length: f64| [(40, decimal(length))];
+    let origin = Point::from(0.0);
     for cam in drawn {
         for side in cam.curves() {
             let layer = cam.layer(cam.layer_of(side));
-            let _ = write!(entities, "0\nPOLYLINE\n8\n{layer}\n66\n1\n70\n1\n10\n0.0\n20\n0.0\n30\n0.0\n");
-            for p in cam.points(side) {
-                let (x, y) = (decimal(p.re), decimal(p.im));
-                let _ = write!(entities, "0\nVERTEX\n8\n{layer}\n10\n{x}\n20\n{y}\n30\n0.0\n");
+            let flags = [(66, "1".to_owned()), (70, "1".to_owned())];
+            entity("POLYLINE", &layer, &[&flags[..], &at(origin)].concat());
+            cam.points(side).for_each(|p| entity("VERTEX", &layer, &at(p)));
+            entity("SEQEND", &layer, &[]);
+        }
+        match cam.face() {
+            Some([a, b]) => entity("LINE", &cam.layer("FACE"), &[at(a), to(b)].concat()),
+            None => {
+                let radius = size(cam.cam.roller * MILLIMETRES);
+                entity("CIRCLE", &cam.layer("ROLLER"), &[&at(cam.roller())[..], &radius].concat());
             }
-            let _ = write!(entities, "0\nSEQEND\n8\n{layer}\n");
-            layers.push(layer);
         }
-        if let Some([from, to]) = cam.face() {
-            let ([x, y], [x1, y1]) = ([from.re, from.im].map(decimal), [to.re, to.im].map(decimal));
-            let layer = cam.layer("FACE");
-            let _ = write!(entities, "0\nLINE\n8\n{layer}\n10\n{x}\n20\n{y}\n30\n0.0\n11\n{x1}\n21\n{y1}\n31\n0.0\n");
-            layers.push(layer);
-            entities += &point(&mut layers, "CENTRE", Point::from(0.0));
-            continue;
+        entity("CIRCLE", &cam.layer("BASE_CIRCLE"), &[&at(origin)[..], &size(cam.radii()[0])].concat());
+    }
+    if let Some(first) = drawn.first() {
+        entity("POINT", "CENTRE", &at(origin));
+        first.pivot().into_iter().for_each(|pivot| entity("POINT", "PIVOT", &at(pivot)));
+        if first.hub > 0.0 {
+            entity("CIRCLE", "HUB", &[&at(origin)[..], &size(first.hub * MILLIMETRES)].concat());
         }
-        let (layer, p) = (cam.layer("ROLLER"), cam.roller());
-        let (x, y, radius) = (decimal(p.re), decimal(p.im), decimal(cam.cam.roller * MILLIMETRES));
-        let _ = write!(entities, "0\nCIRCLE\n8\n{layer}\n10\n{x}\n20\n{y}\n30\n0.0\n40\n{radius}\n");
-        layers.push(layer);
-        entities += &point(&mut layers, "CENTRE", Point::from(0.0));
-        if let Some(pivot) = cam.pivot() {
-            entities += &point(&mut layers, "PIVOT", pivot);
+        let radius = drawn.iter().flat_map(|cam| cam.curves().flat_map(|side| cam.points(side))).map(Point::norm);
+        let radius = radius.fold(0.0, f64::max);
+        for degrees in (0..360_u16).step_by(30) {
+            let mark = first.mark(f64::from(degrees).to_radians());
+            entity("LINE", "ANGLES", &[at(mark * radius), to(mark * 1.05 * radius)].concat());
+            let text = [(40, decimal(0.03 * radius)), (1, degrees.to_string())];
+            entity("TEXT", "ANGLES", &[&at(mark * 1.07 * radius)[..], &text].concat());
         }
     }
     let _ = write!(text, "0\nSECTION\n2\nTABLES\n0\nTABLE\n2\nLAYER\n70\n{}\n", layers.len());
@@ -133,121 +193,151 @@ pub fn dxf(title: &str, drawn: &[Drawn<'_>]) -> String {
 /// Room around the drawing (mm).
 const ROOM: f64 = 5.0;
 
-/// The height of letters: at least (mm), and of the drawing's width.
-const LETTERS: [f64; 2] = [3.0, 0.018];
+/// The height of letters: at least (mm), and of the largest radius.
+const LETTERS: [f64; 2] = [3.0, 0.045];
 
-/// The cam as a drawing in its true size, read without colours: contours thick (that of the second cam dashed), path of the
-/// roller's centre thin, centre, pivot, roller and lever at φ = 0.
-pub fn svg(title: &str, drawn: &[Drawn<'_>]) -> String {
-    let (mut low, mut high) = (Point::new(0.0, 0.0), Point::new(0.0, 0.0));
-    let mut take = |p: Point, radius: f64| {
-        low = Point::new(low.re.min(p.re - radius), low.im.min(p.im - radius));
-        high = Point::new(high.re.max(p.re + radius), high.im.max(p.im + radius));
-    };
-    for cam in drawn {
-        cam.curves().flat_map(|side| cam.points(side)).for_each(|p| take(p, 0.0));
-        match cam.face() {
-            Some(face) => face.into_iter().for_each(|p| take(p, 0.0)),
-            None => take(cam.roller(), cam.cam.roller * MILLIMETRES),
-        }
-        cam.pivot().into_iter().for_each(|p| take(p, 0.0));
-    }
-    let letter = LETTERS[0].max(LETTERS[1] * (high.re - low.re));
-    let (room, below) = (ROOM, 2.0 * letter);
-    let sense = if drawn.first().is_some_and(|d| d.cam.sense > 0.0) { "counter-clockwise" } else { "clockwise" };
-    let words = format!("{title}, scale 1 : 1, drawn at φ = 0; the cam turns {sense}");
-    // Letters are half as wide as high.
-    let wide = 0.55 * letter * words.chars().count() as f64;
-    let (width, height) = ((high.re - low.re).max(wide) + 2.0 * room, high.im - low.im + 2.0 * room + below);
-    let (left, top) = (low.re - room, -high.im - room);
-    let escaped = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;");
-    let mut text = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.3}mm\" height=\"{height:.3}mm\" viewBox=\"{left:.3} {top:.3} {width:.3} {height:.3}\" role=\"img\" font-family=\"sans-serif\" font-size=\"{letter:.3}\">\n<title>{}</title>\n<rect x=\"{left:.3}\" y=\"{top:.3}\" width=\"{width:.3}\" height=\"{height:.3}\" fill=\"white\"/>\n",
-        escaped(title)
-    );
-    let mut labels = Vec::new();
-    for (i, cam) in drawn.iter().enumerate() {
-        for side in cam.curves() {
-            let style = match side {
-                Side::Path => "stroke=\"#555\" stroke-width=\"0.3\" stroke-dasharray=\"4 1 0.5 1\"",
-                _ if i == 0 => "stroke=\"#000\" stroke-width=\"0.6\"",
-                _ => "stroke=\"#000\" stroke-width=\"0.6\" stroke-dasharray=\"6 1.5\"",
-            };
-            let id = cam.layer(cam.layer_of(side)).to_lowercase();
-            let _ = write!(text, "<path id=\"{id}\" fill=\"none\" {style} d=\"");
-            for (i, p) in cam.points(side).enumerate() {
-                let _ = write!(text, "{}{:.4} {:.4}", if i == 0 { "M" } else { "L" }, p.re, -p.im);
-            }
-            text += "Z\"/>\n";
-        }
-        let (p, radius) = (cam.roller(), cam.cam.roller * MILLIMETRES);
-        let thin = "fill=\"none\" stroke=\"#555\" stroke-width=\"0.35\"";
-        match cam.face() {
-            Some([a, b]) => {
-                let _ = writeln!(text, "<path {thin} d=\"M{:.4} {:.4}L{:.4} {:.4}\"/>", a.re, -a.im, b.re, -b.im);
-            }
-            None => {
-                let _ = writeln!(text, "<circle cx=\"{:.4}\" cy=\"{:.4}\" r=\"{radius:.4}\" {thin}/>", p.re, -p.im);
-            }
-        }
-        if let Some(pivot) = cam.pivot() {
-            let _ = writeln!(text, "<path {thin} d=\"M{:.4} {:.4}L{:.4} {:.4}\"/>", pivot.re, -pivot.im, p.re, -p.im);
-            let _ = writeln!(text, "<circle cx=\"{:.4}\" cy=\"{:.4}\" r=\"1.5\" {thin}/>", pivot.re, -pivot.im);
-        }
-        if !cam.name.is_empty() {
-            let place = label(cam, drawn, letter, &labels);
-            labels.push(place);
-            let (x, y) = (place.re, -place.im + 0.35 * letter);
-            let _ = writeln!(text, "<text x=\"{x:.4}\" y=\"{y:.4}\" text-anchor=\"middle\">{}</text>", cam.name);
-        }
-    }
-    let (x, y) = (left + room, top + height - room);
-    let _ = writeln!(text, "<text x=\"{x:.3}\" y=\"{y:.3}\">{}</text>", escaped(&words));
-    text + "<path stroke=\"#000\" stroke-width=\"0.3\" d=\"M-4 0H4M0 -4V4\"/>\n</svg>\n"
+/// Lines that are no edges of the part, and the dashes of centre lines, of hidden edges, of the base circle.
+const GREY: Ink = Ink([0x55; 3]);
+const CENTRE: &[f64] = &[4.0, 1.0, 0.5, 1.0];
+const HIDDEN: &[f64] = &[6.0, 1.5];
+const BASE: &[f64] = &[1.0, 1.0];
+
+/// Parts of the drawing in the frame of the cam (mm), y up.
+struct Sheet {
+    shapes: Vec<Shape>,
+    /// The height of letters.
+    letter: f64,
 }
 
-/// Directions in which a place for a letter is looked for.
-const DIRECTIONS: u32 = 24;
+impl Sheet {
+    fn line(&mut self, points: impl IntoIterator<Item = Point>, width: f64, ink: Ink, dash: &'static [f64]) {
+        self.shapes.push(Shape::Line { points: points.into_iter().map(down).collect(), width, ink, dash });
+    }
 
-/// The least distance of a letter's middle from any line, and from other letters, as parts of its height.
-const CLEAR: [f64; 2] = [0.75, 1.5];
+    fn circle(&mut self, middle: Point, radius: f64, dash: &'static [f64]) {
+        self.shapes.push(Shape::Line { points: arc(down(middle), radius, [0.0, TAU]), width: 0.35, ink: GREY, dash });
+    }
 
-/// The middle of a cam's letter (mm): in or next to its roller, the nearest place to the roller's centre that is clear of all lines
-/// of the drawing, or the clearest one.
-fn label(cam: &Drawn<'_>, drawn: &[Drawn<'_>], letter: f64, others: &[Point]) -> Point {
-    let (roller, radius) = (cam.roller(), cam.cam.roller * MILLIMETRES);
-    let lines: Vec<Vec<Point>> = drawn
-        .iter()
-        .flat_map(|d| d.curves().map(|side| d.points(side).chain(d.points(side).take(1)).collect()))
-        .chain(drawn.iter().filter_map(|d| Some(vec![d.pivot()?, d.roller()])))
-        .collect();
-    let to_segment = |p: Point, a: Point, b: Point| {
-        let (along, from) = (b - a, p - a);
-        let part = if along.norm_sqr() > 0.0 { (along.conj() * from).re / along.norm_sqr() } else { 0.0 };
-        (from - along * part.clamp(0.0, 1.0)).norm()
-    };
-    let clearance = |p: Point| {
-        let to_lines = lines.iter().flat_map(|line| line.windows(2).map(|ends| to_segment(p, ends[0], ends[1])));
-        let to_rollers = drawn.iter().map(|d| ((p - d.roller()).norm() - d.cam.roller * MILLIMETRES).abs());
-        let to_others = others.iter().map(|other| (p - other).norm() * CLEAR[0] / CLEAR[1]);
-        to_lines.chain(to_rollers).chain(to_others).fold(f64::INFINITY, f64::min)
-    };
-    let rings = (2.0 * (radius + 3.0 * letter) / letter).ceil() as u32;
-    let mut best = (roller, 0.0);
-    for ring in 1..=rings {
-        for direction in 0..DIRECTIONS {
-            let place = roller
-                + Point::from_polar(0.5 * letter * f64::from(ring), TAU * f64::from(direction) / f64::from(DIRECTIONS));
-            let clear = clearance(place);
-            if clear > best.1 {
-                best = (place, clear);
+    /// Words about a place, on white where lines may run.
+    fn words(&mut self, at: Point, text: &str) {
+        let (high, long) = (0.6 * self.letter, 0.5 * LETTER * self.letter * text.chars().count() as f64);
+        let corners = [(-long, -high), (long, -high), (long, high), (-long, high)];
+        let points = corners.map(|(x, y)| down(at + Point::new(x, y))).into();
+        self.shapes.push(Shape::Area { points, ink: WHITE });
+        let at = down(at - Point::new(0.0, 0.36 * self.letter));
+        self.shapes.push(Shape::text(at, self.letter, Anchor::Middle, text));
+    }
+
+    /// The head of an arrow with its tip at `tip`.
+    fn head(&mut self, tip: Point, direction: Point) {
+        let back = direction / direction.norm() * self.letter;
+        let ends = [tip, tip - back * Point::new(1.0, 0.25), tip - back * Point::new(1.0, -0.25)];
+        self.shapes.push(Shape::Area { points: ends.map(down).into(), ink: BLACK });
+    }
+}
+
+fn down(p: Point) -> [f64; 2] {
+    [p.re, -p.im]
+}
+
+/// The cam as a drawing in its true size, read without colours: contours thick (that of the second cam dashed), path of the
+/// roller's centre, base circle, hub and centre lines thin, roller and lever at φ = 0, largest radius, sense of rotation; around
+/// it the angles φ at which a mark points at the first roller.
+pub fn svg(title: &str, drawn: &[Drawn<'_>]) -> String {
+    let curves = || drawn.iter().flat_map(|cam| cam.curves().flat_map(|side| cam.points(side)));
+    let largest = curves().map(Point::norm).fold(0.0, f64::max);
+    let mut sheet = Sheet { shapes: Vec::new(), letter: LETTERS[0].max(LETTERS[1] * largest) };
+    let letter = sheet.letter;
+    // The marks lie beyond the rollers.
+    let roller = |cam: &Drawn<'_>| if cam.face().is_some() { 0.0 } else { cam.cam.roller * MILLIMETRES };
+    let ring = largest + drawn.iter().map(roller).fold(0.0, f64::max) + 0.5 * letter;
+    let origin = Point::from(0.0);
+    for (x, y) in [(ring, 0.0), (0.0, ring)] {
+        sheet.line([Point::new(-x, -y), Point::new(x, y)], 0.25, GREY, CENTRE);
+    }
+    for (i, cam) in drawn.iter().enumerate() {
+        for side in cam.curves() {
+            let closed = cam.points(side).chain(cam.points(side).take(1));
+            match side {
+                Side::Path => sheet.line(closed, 0.3, GREY, CENTRE),
+                _ => sheet.line(closed, 0.7, BLACK, if i == 0 { &[] } else { HIDDEN }),
             }
         }
-        if best.1 >= CLEAR[0] * letter {
-            break;
+        let [least, most] = cam.radii();
+        sheet.circle(origin, least, BASE);
+        match cam.face() {
+            Some(face) => sheet.line(face, 0.35, GREY, &[]),
+            None => sheet.circle(cam.roller(), roller(cam), &[]),
+        }
+        if let Some(pivot) = cam.pivot() {
+            sheet.line([origin, pivot], 0.25, GREY, CENTRE);
+            sheet.line([pivot, cam.roller()], 0.35, GREY, &[]);
+            sheet.circle(pivot, 1.5, &[]);
+        }
+        let named = |what: String| if cam.name.is_empty() { what } else { format!("{} {what}", cam.name) };
+        let far = cam.sides.iter().flat_map(|side| cam.points(*side)).max_by(|a, b| a.norm().total_cmp(&b.norm()));
+        if let Some(far) = far {
+            sheet.line([origin, far], 0.25, BLACK, &[]);
+            sheet.head(far, far);
+            sheet.words(far * 0.75, &named(format!("R {}", hundredths(most))));
+        }
+        // Away from the rollers and from the largest radius, the second one beside the first.
+        let away = cam.mark(0.0).arg() + 0.5 * TAU + 0.6 * i as f64;
+        let is_beside = far.is_some_and(|far| (far / Point::from_polar(1.0, away)).arg().abs() < 0.6);
+        let below = Point::from_polar(least, if is_beside { away + 1.2 } else { away });
+        sheet.words(below, &named(format!("Ø {}", hundredths(2.0 * least))));
+        if !cam.name.is_empty() {
+            sheet.words(cam.roller(), cam.name);
         }
     }
-    best.0
+    let mut notes = vec![format!("Cam of {title}")];
+    if let Some(first) = drawn.first() {
+        for degrees in (0..360_u16).step_by(10) {
+            let mark = first.mark(f64::from(degrees).to_radians());
+            let is_named = degrees.is_multiple_of(30);
+            let long = if is_named { 1.0 } else { 0.5 } * letter;
+            sheet.line([mark * ring, mark * (ring + long)], 0.3, BLACK, &[]);
+            if is_named {
+                sheet.words(mark * (ring + 2.2 * letter), &format!("{degrees}°"));
+            }
+        }
+        let hub = first.hub * MILLIMETRES;
+        if hub > 0.0 {
+            sheet.circle(origin, hub, &[]);
+        }
+        let least = drawn.iter().map(|cam| cam.radii()[0]).fold(f64::INFINITY, f64::min);
+        let radius = hub + 0.5 * (least - hub);
+        let sense = first.cam.sense;
+        let ends = [0.5, 1.3].map(|way| first.mark(0.0).arg() + sense * (FRAC_PI_2 + way - 0.9));
+        let (points, tip) = (arc([0.0; 2], radius, ends), Point::from_polar(radius, ends[1]));
+        sheet.shapes.push(Shape::line(points, 0.5, BLACK));
+        sheet.head(tip, Point::new(0.0, sense) * tip);
+        let turns = if sense > 0.0 { "counter-clockwise" } else { "clockwise" };
+        notes.push(format!("Scale 1 : 1, drawn at φ = 0, the cam turns {turns}; lengths in mm"));
+    }
+    notes.extend(drawn.iter().map(Drawn::dimensions));
+    let (mut low, mut high) = (Point::new(-ring, -ring), Point::new(ring, ring));
+    low -= Point::new(4.0, 4.0) * letter;
+    high += Point::new(4.0, 4.0) * letter;
+    let far = drawn.iter().flat_map(|cam| cam.pivot().into_iter().chain(cam.face().into_iter().flatten()));
+    for p in far {
+        low = Point::new(low.re.min(p.re - ROOM), low.im.min(p.im));
+        high = Point::new(high.re.max(p.re + ROOM), high.im.max(p.im));
+    }
+    let across = ((high.re - low.re - 2.0 * ROOM) / (LETTER * letter)) as usize;
+    let lines: Vec<String> = notes
+        .iter()
+        .flat_map(|note| text::wrapped(note, across).lines().map(str::to_owned).collect::<Vec<_>>())
+        .collect();
+    let longest = lines.iter().map(|line| line.chars().count()).max().unwrap_or(0);
+    let width = (high.re - low.re).max(LETTER * letter * longest as f64 + 2.0 * ROOM);
+    let height = high.im - low.im + 1.5 * letter * lines.len() as f64 + 2.0 * ROOM;
+    for (i, line) in lines.into_iter().enumerate() {
+        let at = Point::new(low.re + ROOM, low.im - 1.5 * letter * (i + 1) as f64);
+        sheet.shapes.push(Shape::text(down(at), letter, Anchor::Start, line));
+    }
+    let shapes = sheet.shapes.into_iter().map(|shape| shape.moved([-low.re, high.im])).collect();
+    Drawing { size: [width, height], unit: Unit::Millimetre, shapes }.svg(&format!("Cam of {title}"), 1.0)
 }
 
 /// A cam as CSV: one line for each of its angles, with the centre of roller or cutter also in polar coordinates r(β) of the cam.

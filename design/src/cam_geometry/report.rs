@@ -75,6 +75,7 @@ impl Shape {
                 mesh: &c.mesh,
                 sides: self.plan.cut.sides(),
                 angular: self.plan.angular,
+                hub: self.plan.limits.hub,
             })
             .collect();
         let ending = |name: &str, ending: &str| {

@@ -412,7 +412,7 @@ fn polylines(text: &str) -> (Layers, Vec<(Point, f64)>) {
 fn files_hold_the_contours() {
     let cam = lever(lively(), 1.0, 1.0);
     let mesh = Mesh::new(&cam, &[Side::Inner, Side::Outer], 1e-5).unwrap();
-    let drawn = [Drawn { name: "", cam: &cam, mesh: &mesh, sides: Cut::Groove.sides(), angular: false }];
+    let drawn = [Drawn { name: "", cam: &cam, mesh: &mesh, sides: Cut::Groove.sides(), angular: false, hub: 0.015 }];
     let text = dxf("a\nname", &drawn);
     assert!(text.starts_with("999\na name: ") && text.ends_with("0\nEOF\n") && text.contains("$INSUNITS\n70\n4\n"));
     let (found, circles) = polylines(&text);
@@ -433,7 +433,10 @@ fn files_hold_the_contours() {
     let drawing = svg("a < b & c", &drawn);
     let mut reader = quick_xml::Reader::from_str(&drawing);
     while !matches!(reader.read_event().unwrap(), quick_xml::events::Event::Eof) {}
-    assert!(drawing.contains("id=\"inner_contour\"") && drawing.contains("mm\" viewBox"));
+    assert!(drawing.contains("mm\" viewBox") && drawing.contains("Cam of a &lt; b &amp; c"));
+    for part in ["330°", "roller Ø 40,", "hub Ø 30", "turns counter-clockwise"] {
+        assert!(drawing.contains(part), "{part}: {drawing:.2000}");
+    }
     let table = csv(&drawn[0]).unwrap();
     let mut reader = csv::Reader::from_reader(table.as_bytes());
     for (row, at) in reader.deserialize::<Vec<f64>>().zip(&mesh.at) {

@@ -123,7 +123,7 @@ fn after_impact(report: &Report, value: impl Fn(&Point) -> [Option<f64>; 2]) -> 
 /// Motion over the natural period after an impact.
 fn over_time(title: String, label: &str, series: Vec<Series>) -> Diagram {
     let axes = [Axis::linear("Time after the impact τ* = ω t* [1]"), Axis::linear(label)];
-    Diagram::new(title, axes, series, vec![Rule::Horizontal(0.0, String::new())])
+    Diagram::new(title, axes, series, Vec::new())
 }
 
 /// The deformation over the natural period after the impact.
@@ -146,5 +146,5 @@ pub fn acceleration(report: &Report) -> Diagram {
     let crossings = report.laws.iter().take(1).flat_map(|study| &study.passages).filter_map(|p| p.crossing);
     series.push(Series::dots("passages of the scene", crossings.map(|crossing| [crossing.phi.to_degrees(), 0.0])));
     let axes = [Axis::angular("Angle φ [°]"), Axis::linear("U″ [m/rad²]")];
-    Diagram::new(format!("Acceleration of {}", report.scene), axes, series, vec![Rule::Horizontal(0.0, String::new())])
+    Diagram::new(format!("Acceleration of {}", report.scene), axes, series, Vec::new())
 }

@@ -92,22 +92,27 @@ impl Report {
         std::iter::once(("speed".to_owned(), self.speed_diagram())).chain(tools).chain(distance).collect()
     }
 
-    /// φ̇(t), in the rounds and at last.
+    /// The first and the last machine: courses of the others lie between theirs.
+    fn at_the_ends(&self) -> impl Iterator<Item = (String, &Round)> {
+        self.shown().filter(|(name, _)| !name.starts_with("round"))
+    }
+
+    /// φ̇(t), at first and at last.
     fn speed_diagram(&self) -> Diagram {
-        let curves = self.shown().map(|(name, round)| (name, over_period(|psi| round.speeds.at(psi).0[0])));
+        let curves = self.at_the_ends().map(|(name, round)| (name, over_period(|psi| round.speeds.at(psi).0[0])));
         let series = curves.map(|(name, points)| Series::line(name, points)).collect();
         let title = format!("Speed of {} over a period", self.scene);
         Diagram::new(title, [period_axis(), Axis::linear("Speed [rad/s]")], series, Vec::new())
     }
 
-    /// The acceleration of tool `j` over the time, as prescribed, in the rounds and at last.
+    /// The acceleration of tool `j` over the time, as prescribed, at first and at last.
     fn acceleration_diagram(&self, j: usize) -> Diagram {
         let curve = |name: String, series: &Fourier, round: &Round| {
             let omega = round.mean_speed();
             Series::line(name, over_period(|psi| omega * omega * series.at(psi).0[2]))
         };
         let wanted = curve("as prescribed".to_owned(), &self.wanted[j], &self.finished);
-        let shown = self.shown().map(|(name, round)| curve(name, &round.motions[j], round));
+        let shown = self.at_the_ends().map(|(name, round)| curve(name, &round.motions[j], round));
         let title = format!("Acceleration of tool {} of {} over a period", self.numbers[j], self.scene);
         let axes = [period_axis(), Axis::linear(self.acceleration(j))];
         Diagram::new(title, axes, std::iter::once(wanted).chain(shown).collect(), Vec::new())

@@ -11,8 +11,8 @@ const COLOURS: [Ink; 6] = [
     Ink([0x00; 3]),
     Ink([0x8a, 0x7a, 0x10]),
 ];
-/// Dash and gap in pixels; no gap is a solid line.
-const DASHES: [[f64; 2]; 5] = [[1.0, 0.0], [8.0, 4.0], [2.0, 3.0], [12.0, 3.0], [5.0, 6.0]];
+/// Dashes and gaps in pixels.
+const DASHES: [&[f64]; 5] = [&[], &[8.0, 4.0], &[2.0, 3.0], &[12.0, 3.0, 3.0, 3.0], &[5.0, 6.0]];
 
 /// A line of more points is a curve: of its points only some, evenly spread, carry the marker by which it is known.
 const MOST_MARKERS: usize = 24;
@@ -47,23 +47,27 @@ pub const MARKERS: [(Form, bool); 10] = [
 #[derive(Clone, Copy)]
 pub struct Look {
     ink: Ink,
-    dash: [f64; 2],
+    dash: &'static [f64],
     marker: (Form, bool),
 }
 
 /// Lines behind the data.
-pub const RULED: Look = Look { ink: Ink([0x66; 3]), dash: [3.0, 4.0], marker: MARKERS[0] };
+pub const RULED: Look = Look { ink: Ink([0x66; 3]), dash: &[3.0, 4.0], marker: MARKERS[0] };
 
 /// Dashed lines behind the data: a colour that black borders and grey areas set off.
-pub const DASHED: Look = Look { ink: COLOURS[1], dash: [6.0, 4.0], marker: MARKERS[0] };
+pub const DASHED: Look = Look { ink: COLOURS[1], dash: &[6.0, 4.0], marker: MARKERS[0] };
 
 /// The look of series i.
 pub fn look(i: usize) -> Look {
     Look { ink: COLOURS[i % COLOURS.len()], dash: DASHES[i % DASHES.len()], marker: MARKERS[i % MARKERS.len()] }
 }
 
-/// The points of series `i` that carry its marker: all, or some of a curve, which begin elsewhere in each series.
-pub fn marked(points: &[Point], joined: bool, i: usize) -> Vec<Point> {
+/// The points of series `i` that carry its marker: all, or some of a curve, which begin elsewhere in each series; none of a curve
+/// that is alone.
+pub fn marked(points: &[Point], joined: bool, i: usize, alone: bool) -> Vec<Point> {
+    if joined && alone && points.len() > MOST_MARKERS {
+        return Vec::new();
+    }
     if !joined || points.len() <= MOST_MARKERS {
         return points.to_vec();
     }
@@ -74,7 +78,7 @@ pub fn marked(points: &[Point], joined: bool, i: usize) -> Vec<Point> {
 impl Look {
     /// A line of this look.
     pub fn line(&self, points: Vec<Point>) -> Shape {
-        Shape::Line { points, width: 2.0, ink: self.ink, dash: Some(self.dash).filter(|[_, gap]| *gap > 0.0) }
+        Shape::Line { points, width: 2.0, ink: self.ink, dash: self.dash }
     }
 
     /// The marker of this look.

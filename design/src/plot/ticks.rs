@@ -6,10 +6,10 @@ pub fn decimal_step(span: f64) -> f64 {
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|step| span / step <= 6.0).unwrap_or(power)
 }
 
-/// Degrees between ticks that divide the turn, at most `most` of them in `span`.
-pub fn angular_step(span: f64, most: f64) -> f64 {
+/// Degrees between ticks that divide the turn, at most eight of them in `span`.
+pub fn angular_step(span: f64) -> f64 {
     let steps = [1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 90.0, 180.0, 360.0];
-    let step = steps.into_iter().find(|step| span / step <= most && span >= *step);
+    let step = steps.into_iter().find(|step| span / step <= 8.0 && span >= *step);
     step.unwrap_or_else(|| decimal_step(span))
 }
 
@@ -71,10 +71,7 @@ mod tests {
         assert_eq!(labels(90.0, 2000.0), ["100", "200", "500", "1000", "2000"]);
         assert_eq!(labels(0.3, 0.9), ["0.3", "0.4", "0.5", "0.6", "0.8"]);
         assert_eq!(decimal_step(7.3), 2.0);
-        assert_eq!(
-            [403.0, 270.0, 60.0, 0.7, 1e5].map(|span| angular_step(span, 6.0)),
-            [90.0, 45.0, 10.0, 0.2, 20000.0]
-        );
+        assert_eq!([403.0, 360.0, 170.0, 60.0, 0.7, 1e5].map(angular_step), [90.0, 45.0, 30.0, 10.0, 0.2, 20000.0]);
         assert_eq!(decimal(-0.25, 0.05), "−0.25");
         assert_eq!([0.0, -4e-7, 1e-6].map(|value| decimal(value, 2e-7)), ["0", "−4·10⁻⁷", "10·10⁻⁷"]);
     }

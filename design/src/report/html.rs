@@ -7,7 +7,7 @@ use super::table::{Column, Table, Value};
 use super::terminal::{cell, heading, seen};
 use super::{Block, Level, Picture, Report};
 use crate::drawing::{Drawing, Frame, Point, Shape};
-use crate::plot::{Axis, Diagram, PAGE_TEXT, Scale, TEXT};
+use crate::plot::{Axis, Diagram, PAGE, Scale};
 use crate::xml::writer::Xml;
 
 /// How pages look, on screens and on paper.
@@ -194,7 +194,7 @@ fn diagram(xml: &mut Xml, diagram: &Diagram) {
     let axes = [("data-x", axis(0, &shown.x)), ("data-y", axis(1, &shown.y))];
     xml.element("figure", &axes, |xml| {
         // Letters of a diagram are as high as those of the page.
-        xml.markup(&picture.drawing.svg(&diagram.title, PAGE_TEXT / TEXT));
+        xml.markup(&picture.drawing.svg(&diagram.title, PAGE));
         for series in &shown.series {
             let place = |[x, y]: &Point| Some(frame.at([shown.x.place(*x)?, shown.y.place(*y)?]));
             let lines = series.lines(place);

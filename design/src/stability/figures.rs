@@ -161,9 +161,6 @@ pub fn over_modulation(report: &Report) -> Diagram {
     Diagram::new(title, [speed_axis(report), y], own_points(report, 1.0), map.rules)
 }
 
-/// The name along a line upwards takes this part of the width.
-const LINE_NAME: f64 = 0.04;
-
 /// The largest amplification that is drawn: at the borders of an instability it is infinite.
 const LARGEST_AMPLIFICATION: f64 = 100.0;
 
@@ -184,15 +181,7 @@ pub fn amplification(report: &Report) -> Diagram {
             rules.push(Rule::Area(vec![[from, bottom], [to, bottom], [to, top], [from, top]], Shade::Dark));
         }
     }
-    let mut named = f64::INFINITY;
-    for resonance in &report.resonances {
-        // Those of higher k lie to the left, ever nearer to each other.
-        let place = (resonance.speed / (low * w0)).ln() / (high / low).ln();
-        let room = named - place > LINE_NAME;
-        named = if room { place } else { named };
-        let name = if room { format!("k = {}", resonance.k) } else { String::new() };
-        rules.push(Rule::Vertical(resonance.speed * RPM, name));
-    }
+    rules.extend(report.resonances.iter().map(|r| Rule::Vertical(r.speed * RPM, format!("k = {}", r.k))));
     // One line for each stretch of stable speeds.
     let stretches = report.amplification.chunk_by(|a, b| {
         let between = |ends: &[f64; 2]| a.eta < ends[1] && ends[0] < b.eta;
@@ -229,7 +218,7 @@ pub fn load(report: &Report) -> Diagram {
     }
     let axes = [Axis::angular("Angle φ [°]").between(0.0, 360.0), Axis::linear(&format!("{name} {sign} [{unit}]"))];
     let title = format!("{name} on the elastic member of {}, steady, beside the kinetostatic one", report.scene);
-    Diagram::new(title, axes, series, vec![Rule::Horizontal(0.0, String::new())])
+    Diagram::new(title, axes, series, Vec::new())
 }
 
 /// The smallest ratio of exact and printed θ* from which on the dashed curve lies apart and has its own name.
@@ -264,7 +253,7 @@ pub fn crank(report: &Report, crank: &Crank) -> Diagram {
         // Only where r_j is not zero does the constant matter.
         if curve.points.iter().any(|p| p.bounds.printed > 1.01 * p.bounds.without_mean) {
             let place = dashed(curve, &|p| p.bounds.without_mean, "").map(below);
-            words.extend(place.map(|place| Rule::Word(place, format!("j = {} without rⱼ", curve.j))));
+            words.extend(place.map(|place| Rule::Word(place, format!("j = {} without r_j", curve.j))));
         }
     }
     // Words that others would cover are left out.

@@ -108,15 +108,25 @@ impl Study {
             let Some(target) = range.prescribed[0].as_ref() else { continue };
             let angles: Vec<f64> =
                 (0..=240).map(|j| range.from + (range.to - range.from) * f64::from(j) / 240.0).collect();
-            let point = |phi: f64, u: f64| [deg(phi), u - target.at(phi - range.from)];
+            let deviation = |phi: f64, u: f64| u - target.at(phi - range.from);
             let name = self.assignment.names.ranges.get(i).cloned().unwrap_or_else(|| format!("range {}", i + 1));
             let name = if self.elastic.is_some() { format!("{name}, at rest") } else { name };
-            series.push(Series::line(name, angles.iter().map(|phi| point(*phi, self.cam.at(*phi).0[0]))));
+            // From 0 on: what lies before is seen at the end of the turn, where the line is interrupted.
+            let mut points: Vec<[f64; 2]> = Vec::new();
+            for phi in &angles {
+                let folded = deg(phi.rem_euclid(TAU));
+                let goes_back = points.last().is_some_and(|last| folded < last[0]);
+                points.extend(goes_back.then_some([f64::NAN; 2]));
+                points.push([folded, deviation(*phi, self.cam.at(*phi).0[0])]);
+            }
+            series.push(Series::line(name, points));
             // Over the speeds the output fills a band.
             if let Some(behind) = self.elastic.as_ref().filter(|behind| !behind.outputs.is_empty()) {
-                let side = |side: usize| angles.iter().map(move |phi| point(*phi, behind.envelope(*phi)[side]));
-                let around = side(0).chain(side(1).rev()).collect();
-                rules.push(Rule::Area(around, Shade::Pale));
+                let side = |side: usize, turn: f64| {
+                    angles.iter().map(move |phi| [deg(phi + turn), deviation(*phi, behind.envelope(*phi)[side])])
+                };
+                let around = |turn: f64| side(0, turn).chain(side(1, turn).rev()).collect();
+                rules.extend([-TAU, 0.0, TAU].map(|turn| Rule::Area(around(turn), Shade::Pale)));
             }
         }
         if let Some(behind) = self.elastic.as_ref().filter(|_| !rules.is_empty()) {
@@ -126,7 +136,8 @@ impl Study {
         let what = if self.elastic.is_some() { "y" } else { "U" };
         let label = format!("Deviation {what} − Ũ [m]");
         let title = format!("Deviation of {} from what is prescribed", self.assignment.name);
-        Diagram::new(title, [Axis::angular("Angle φ [°]"), Axis::linear(&label)], series, rules)
+        let axes = [Axis::angular("Angle φ [°]").between(0.0, 360.0), Axis::linear(&label)];
+        Diagram::new(title, axes, series, rules)
     }
 
     /// The amplitudes of the harmonics.

@@ -2,6 +2,7 @@
 
 use crate::text::{Table, is_unseen};
 use quick_xml::Writer;
+use quick_xml::escape::partial_escape;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
 
 /// An XML document in the making.
@@ -42,11 +43,11 @@ impl Xml {
         if !text.contains('`') {
             return self.text(element, &[], text);
         }
-        let escaped = |text: &str| legal(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
         let pieces = text.split('`').enumerate();
-        let pieces = pieces.map(|(i, piece)| match i % 2 {
-            0 => escaped(piece),
-            _ => format!("<code>{}</code>", escaped(piece)),
+        let pieces = pieces.map(|(i, piece)| {
+            let piece = legal(piece);
+            let escaped = partial_escape(piece.as_str());
+            if i % 2 == 0 { escaped.into_owned() } else { format!("<code>{escaped}</code>") }
         });
         let markup: String = pieces.collect();
         self.element(element, &[], |xml| xml.markup(&markup));

@@ -84,7 +84,7 @@ fn the_face_is_drawn_and_written() {
     let file = |ending: &str| shape.files().into_iter().find(|(name, _)| name == ending).unwrap().1.unwrap();
     let drawing = file("dxf");
     assert!(drawing.contains("0\nLINE\n8\nFACE\n") && drawing.contains("CUTTER_PATH") && !drawing.contains("ROLLER"));
-    assert!(file("svg").contains("id=\"cutter_path\"") && !file("svg").contains("<circle"));
+    assert!(file("svg").contains("flat face, stroke") && !file("svg").contains("roller"));
     assert!(file("csv").lines().next().unwrap().contains(",contact_x_mm,"));
     assert_eq!(shape.diagrams().map(|(name, _)| name), ["contact", "curvature"]);
     assert!(shape.text(100).contains("flat face"));
