@@ -35,6 +35,7 @@ pub mod resource;
 pub mod search;
 pub mod smoothing;
 pub mod stability;
+pub mod steady;
 pub mod study;
 pub mod synthesis;
 pub mod table_error;

@@ -2,7 +2,6 @@
 
 use crate::periodic_motions::{PeriodicMotion, range};
 use crate::search::summit;
-use crate::text::{self, Table, counted, number};
 use camdrive::drives::drive_train::{DriveTrain, Scene, Shaft};
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::variable::{Causality, Kind};
@@ -179,32 +178,6 @@ impl Turn {
     pub fn mean_speed(&self) -> f64 {
         let [low, high] = range(&self.motion.course);
         (TAU / self.motion.period).copysign(low + high)
-    }
-
-    /// The figures for lines of this width.
-    pub fn text(&self, width: usize) -> String {
-        let multiplier = |[re, im]: &[f64; 2]| match *im {
-            0.0 => text::digits(*re, 7, -4),
-            im => format!("{re:.7} {} {:.7}i (size {:.7})", if im < 0.0 { '-' } else { '+' }, im.abs(), re.hypot(im)),
-        };
-        let mut upper: Vec<String> = self.multipliers.iter().filter(|at| at[1] >= 0.0).map(multiplier).collect();
-        if upper.is_empty() {
-            upper.push("none, the turn does not depend on the one before".to_owned());
-        }
-        let rows = self.outputs.iter().map(|Range { output, unit, least, largest, mean }| {
-            vec![format!("{output} [{unit}]"), number(*least), number(*largest), number(*mean)]
-        });
-        let impacts = self.impacts.iter().enumerate().filter_map(|(j, impacts)| Some((j + 1, (*impacts)?)));
-        let impacts: String =
-            impacts.map(|(j, impacts)| format!("follower[{j}]: {} in a turn\n", counted(impacts, "impact"))).collect();
-        format!(
-            "\nmultipliers: {}\ncoefficient of fluctuation: {}\nmean torque: {} N·m, mean power: {} W\n\n{}{impacts}",
-            upper.join(", "),
-            number(self.fluctuation),
-            number(self.mean_torque),
-            number(self.mean_power),
-            Table::new("output  least  largest  mean", rows).text(width),
-        )
     }
 }
 

@@ -6,6 +6,7 @@ use crate::scene::diagnostics::nearest;
 use crate::scene::units;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive_design::plot::{Diagram, Scale, Series};
+use camdrive_design::report::Unit;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
@@ -68,7 +69,9 @@ impl Measured {
             let diagram = &mut *known[found].1;
             let label = diagram.y.label.rsplit_once('[').map_or("1", |(_, unit)| unit.trim_end_matches(']'));
             let plain = label.replace('·', ".").replace('²', "2").replace('³', "3");
-            let quantity = QUANTITIES.into_iter().find(|quantity| quantity.unit == plain);
+            let shown = |quantity: &Quantity| Unit::of(quantity.unit);
+            let quantity = QUANTITIES.into_iter().find(|of| of.unit == plain || shown(of).name == label);
+            let factor = quantity.map(shown).filter(|unit| unit.name == label).map_or(1.0, |unit| unit.factor);
             let course =
                 scene::course(Path::new(file), label, quantity).map_err(|faults| Failure(faults.to_string()))?;
             // Over the angles of the diagram, which may begin before a turn does; where the course goes back it is interrupted.
@@ -80,7 +83,7 @@ impl Measured {
                 if points.last().is_some_and(|last| angle < last[0]) {
                     points.push([f64::NAN; 2]);
                 }
-                points.push([angle, *value]);
+                points.push([angle, factor * value]);
             }
             let name = Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned();
             diagram.series.push(Series::line(format!("measured, {name}"), points));

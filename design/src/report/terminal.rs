@@ -89,7 +89,7 @@ impl Report {
         let explained = self.explained.iter().filter(|_| explain);
         for block in self.body.iter().chain(explained) {
             match block {
-                Block::Table(table) if table.title.is_empty() => continue,
+                Block::Table(table) if table.title.is_empty() || table.rows.is_empty() => continue,
                 Block::Table(table) => page.table(&table.title, &cells(table)).section("", &table.below),
                 Block::Lines(title, lines) => page.section(title, lines),
             };

@@ -221,8 +221,7 @@ def steady(scene: PathLike, *, output: Optional[PathLike] = None, **options: Opt
     report has in any case.
     """
     report = _report("steady", scene, options, output, ("--report={}",), main="steady")
-    periods = (f"T = {motion['period']:.6g} s" for motion in report.motions[:1])
-    report.answer = " ".join([f"{report.name}: {report.verdict}", *periods])
+    report.answer = "\n".join([report.name, *report.verdict["result"], *report.verdict["advice"]])
     return report
 
 

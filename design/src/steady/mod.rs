@@ -1,0 +1,191 @@
+//! The periodic motion of a machine or a train as a study: whether there is one, how it fluctuates, how fast disturbances decay.
+//!
+//! For comparison the motion of the machine without torques with the same period; without a motor it is all there is.
+
+mod report;
+
+use crate::forces::report::LiftOff;
+use crate::periodic_motions::{Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range};
+use crate::periodic_train::{self, Turn};
+use crate::text;
+use crate::transmission::{self, Transmission};
+use camdrive::drives::rigid_machine::{Inertia, Kloss, Motor, Scene};
+use camdrive::drives::{Fault, drive_train};
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// What was found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Findings {
+    /// The scene.
+    pub name: String,
+    /// The load torque (N·m).
+    pub load: f64,
+    /// The motor; None without it and of a train.
+    #[serde(skip)]
+    pub motor: Option<Kloss>,
+    /// The synchronous speed (rad/s) that yields a prescribed period.
+    pub synchronous_speed: Option<f64>,
+    /// The motions, the fastest first.
+    pub motions: Vec<Motion>,
+    /// See [`Motions::lost`].
+    pub lost_periods: Vec<f64>,
+    /// The motion of the machine without torques.
+    pub without_torques: Option<Speeds>,
+    /// Between cam and tool.
+    pub mechanisms: Vec<Transmission>,
+    /// Of a train.
+    pub train: Option<Turn>,
+    /// Of a train: the speeds at which its followers leave their cams.
+    pub lift_offs: Option<Vec<LiftOff>>,
+}
+
+/// The speed over a turn.
+#[derive(Clone, Debug, Serialize)]
+pub struct Speeds {
+    /// T (s).
+    pub period: f64,
+    /// 2π/T (rad/s), negative of a shaft that turns backwards.
+    pub mean_speed: f64,
+    /// (rad/s).
+    pub least_speed: f64,
+    /// (rad/s).
+    pub largest_speed: f64,
+    /// φ (rad) and ω (rad/s).
+    #[serde(skip)]
+    pub course: Vec<[f64; 2]>,
+}
+
+/// A periodic motion under torques.
+#[derive(Clone, Debug, Serialize)]
+pub struct Motion {
+    /// Its speed.
+    #[serde(flatten)]
+    pub speeds: Speeds,
+    /// Whether small disturbances decay.
+    pub stable: bool,
+    /// ln of the factor by which a small disturbance grows in a turn.
+    pub growth: f64,
+    /// E (J) at φ = 0.
+    pub energy: f64,
+    /// M_an (N·m) at φ = 0.
+    pub torque: f64,
+}
+
+impl Speeds {
+    fn of((period, course): (f64, Vec<[f64; 2]>)) -> Self {
+        let [least_speed, largest_speed] = range(&course);
+        let mean_speed = (TAU / period).copysign(largest_speed + least_speed);
+        Speeds { period, mean_speed, least_speed, largest_speed, course }
+    }
+
+    /// Largest less least speed as part of the mean.
+    pub fn fluctuation(&self) -> f64 {
+        (self.largest_speed - self.least_speed) / self.mean_speed.abs()
+    }
+}
+
+impl From<PeriodicMotion> for Motion {
+    fn from(motion: PeriodicMotion) -> Self {
+        let (stable, PeriodicMotion { period, energy, growth, torque, course }) = (motion.is_stable(), motion);
+        Motion { speeds: Speeds::of((period, course)), stable, growth, energy, torque }
+    }
+}
+
+/// The motions of a machine against a constant load (N·m). With a motor a period (s) finds its synchronous speed; without one the
+/// motion has it.
+///
+/// # Errors
+/// Where no speed yields the period, or the machine cannot be built.
+pub fn of_machine(name: &str, scene: &Scene, load: f64, period: Option<f64>) -> Result<Findings, Fault> {
+    let mut scene = scene.clone();
+    let (mut synchronous_speed, mut motor) = (None, None);
+    let mut motions = Motions { found: Vec::new(), lost: Vec::new() };
+    let mut free = period.map(|period| (period, 1.0));
+    if let Motor::Kloss(kloss) = scene.motor {
+        motor = Some(kloss);
+        synchronous_speed =
+            period.map(|period| synchronous(&mut scene, load, period)).transpose().map_err(Fault::new)?;
+        motions = all_motions(&scene, load)?;
+        let stable = motions.found.iter().find(|motion| motion.is_stable());
+        free = stable.map(|motion| (motion.period, motion.course.first().map_or(1.0, |[_, w]| w.signum())));
+    }
+    let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
+    let free = free.map(|(period, sense)| Speeds::of((period, free_motion(&inertia, period, sense))));
+    let followers = inertia.followers.iter().enumerate();
+    Ok(Findings {
+        name: name.to_owned(),
+        load,
+        motor,
+        synchronous_speed,
+        motions: motions.found.into_iter().map(Motion::from).collect(),
+        lost_periods: motions.lost,
+        without_torques: free,
+        mechanisms: followers.flat_map(|(j, follower)| transmission::of(j + 1, follower)).collect(),
+        train: None,
+        lift_offs: None,
+    })
+}
+
+/// The motion of a train, whose followers leave their cams at these speeds.
+///
+/// # Errors
+/// Where there is none.
+pub fn of_train(name: &str, scene: &drive_train::Scene, lift_offs: Vec<LiftOff>) -> Result<Findings, Fault> {
+    let mut turn = periodic_train::of(scene)?;
+    Ok(Findings {
+        name: name.to_owned(),
+        load: 0.0,
+        motor: None,
+        synchronous_speed: None,
+        motions: vec![std::mem::take(&mut turn.motion).into()],
+        lost_periods: Vec::new(),
+        without_torques: None,
+        mechanisms: Vec::new(),
+        train: Some(turn),
+        lift_offs: Some(lift_offs),
+    })
+}
+
+/// The synchronous speed is found when it yields the period to this part.
+const FOUND: f64 = 1e-13;
+
+/// Steps of the secant method; the period is nearly inversely proportional to the speed, so that a handful suffices.
+const STEPS: usize = 40;
+
+/// The motor's synchronous speed with which the fastest stable motion has this period; the scene gets it.
+fn synchronous(scene: &mut Scene, load: f64, period: f64) -> Result<f64, String> {
+    let Motor::Kloss(Kloss { synchronous_speed: given, .. }) = scene.motor else { return Err(String::new()) };
+    let mut measure = |speed: f64| -> Result<f64, String> {
+        if let Motor::Kloss(Kloss { synchronous_speed, .. }) = &mut scene.motor {
+            *synchronous_speed = speed;
+        }
+        let motions = periodic_motions(scene, load).map_err(|fault| fault.to_string())?;
+        let fastest = motions.iter().find(|motion| motion.is_stable());
+        let motion = fastest.ok_or_else(|| {
+            format!("with a synchronous speed of {} rpm there is no stable periodic motion against the load of {load} N.m: the motor stalls", text::rpm(speed))
+        })?;
+        Ok(motion.period)
+    };
+    // ln T over ln w_s is nearly straight.
+    let mut speeds = [given, given * measure(given)? / period];
+    let mut misses = [(measure(given)? / period).ln(), (measure(speeds[1])? / period).ln()];
+    for _ in 0..STEPS {
+        if misses[1].abs() <= FOUND || misses[0] == misses[1] {
+            break;
+        }
+        let rise = (misses[1] - misses[0]) / (speeds[1] / speeds[0]).ln();
+        let next = speeds[1] * (-misses[1] / rise).clamp(-1.0, 1.0).exp();
+        if next == speeds[1] {
+            break;
+        }
+        (speeds, misses) = ([speeds[1], next], [misses[1], (measure(next)? / period).ln()]);
+    }
+    if misses[1].abs() > 1e3 * FOUND {
+        return Err(format!(
+            "no synchronous speed yields the period of {period} s; the nearest period found is {} s",
+            period * misses[1].exp()
+        ));
+    }
+    Ok(speeds[1])
+}

@@ -1,0 +1,237 @@
+//! The findings as a report.
+
+use super::{Findings, Motion, Speeds};
+use crate::periodic_train::{Range, Turn};
+use crate::plot::{Axis, Diagram, Series};
+use crate::report::terminal::shown;
+use crate::report::unit::{DEG, MS, NM, ONE, PERCENT, RPM, W};
+use crate::report::{Level, Report, Table, Unit, Value, Verdict};
+use crate::text::{counted, digits, number, rpm, share, time};
+use crate::transmission::Transmission;
+use camdrive::drives::Fault;
+use camdrive::drives::rigid_machine::Kloss;
+
+/// A part of the first disturbance that nobody sees.
+const GONE: f64 = 0.01;
+
+/// Significant digits of speeds and periods: with fewer, motions with and without torques look alike.
+const FINE: usize = 7;
+
+/// Name of the motion of a machine without torques.
+const FREE: &str = "without torques";
+
+/// The name of a motion, by its place.
+fn name((i, motion): (usize, &Motion)) -> String {
+    format!("{} ({})", i + 1, if motion.stable { "stable" } else { "unstable" })
+}
+
+/// The multiplier, that of a steep motor as power of ten.
+fn multiplier(growth: f64) -> String {
+    let power = growth / std::f64::consts::LN_10;
+    // A mass that ends every turn on its flank forgets all of it.
+    if power.abs() < 300.0 || power == f64::NEG_INFINITY { number(growth.exp()) } else { format!("10^{power:.0}") }
+}
+
+/// How a speed fluctuates, in a sentence's end.
+fn fluctuation(speeds: &Speeds) -> String {
+    let [low, high] = [speeds.least_speed, speeds.largest_speed].map(rpm);
+    match speeds.fluctuation() {
+        part if part > 1e-9 => format!("its speed fluctuates by {} ({low} to {high} rpm)", share(part)),
+        _ => "its speed is constant".to_owned(),
+    }
+}
+
+/// How fast disturbances decay.
+fn decay(motion: &Motion) -> String {
+    let turns = GONE.ln() / motion.growth;
+    if turns <= 1.0 {
+        return "Disturbances have decayed to 1 % before a turn is over.".to_owned();
+    }
+    format!(
+        "Disturbances decay to 1 % within {} ({}).",
+        counted(number(turns), "turn"),
+        time(turns * motion.speeds.period)
+    )
+}
+
+impl Findings {
+    /// All speeds with the names of their motions and, of those under torques, the motions.
+    fn rows(&self) -> Vec<(String, &Speeds, Option<&Motion>)> {
+        let motions = self.motions.iter().enumerate();
+        let motions = motions.map(|(i, motion)| (name((i, motion)), &motion.speeds, Some(motion)));
+        motions.chain(self.without_torques.iter().map(|free| (FREE.to_owned(), free, None))).collect()
+    }
+
+    /// Whether the machine runs, how steadily, and what to mind.
+    pub fn verdict(&self) -> Verdict {
+        let mut verdict = Verdict::default();
+        let stable: Vec<&Motion> = self.motions.iter().filter(|motion| motion.stable).collect();
+        match (&stable[..], &self.motions[..], &self.without_torques) {
+            ([first, others @ ..], all, _) => {
+                let level = if others.is_empty() { Level::Good } else { Level::Mind };
+                let speed = rpm(first.speeds.mean_speed);
+                verdict.result(
+                    level,
+                    format!("The machine runs at {speed} rpm on the mean; {}.", fluctuation(&first.speeds)),
+                );
+                verdict.result(level, decay(first));
+                let speeds: Vec<String> = others.iter().map(|motion| rpm(motion.speeds.mean_speed)).collect();
+                if !speeds.is_empty() {
+                    verdict
+                        .result(level, format!("It runs as well at {} rpm, by the way it starts.", speeds.join(", ")))
+                        .advice("`start.mode` = steady_state begins with the fastest stable motion.");
+                }
+                let slower = |motion: &&Motion| !motion.stable && motion.speeds.period > first.speeds.period;
+                if let Some(slow) = all.iter().find(slower) {
+                    let limit = rpm(slow.speeds.mean_speed);
+                    verdict.result(level, format!("Slower than about {limit} rpm it loses speed for good."));
+                }
+            }
+            ([], [first, ..], _) if self.train.is_some() => {
+                let speed = rpm(first.speeds.mean_speed);
+                verdict.result(
+                    Level::Mind,
+                    format!("The periodic motion at {speed} rpm is unstable: the machine leaves it, and turns differ."),
+                );
+            }
+            ([], motions, None) => self.stalls(motions.len(), &mut verdict),
+            ([], _, Some(free)) => {
+                let speed = rpm(free.mean_speed);
+                verdict.result(
+                    Level::Good,
+                    format!(
+                        "Without a motor the machine turns at any speed; at {speed} rpm on the mean {}.",
+                        fluctuation(free)
+                    ),
+                );
+            }
+        }
+        if let Some(speed) = self.synchronous_speed {
+            let speed = digits(speed * RPM.factor, 10, -4);
+            verdict.advice(format!(
+                "The period needs a motor with a synchronous speed of {speed} rpm: set motor.w_s to it."
+            ));
+        }
+        if let Some(turn) = &self.train {
+            self.of_train(turn, &mut verdict);
+        }
+        for mechanism in self.mechanisms.iter().filter(|mechanism| !mechanism.is_usual()) {
+            verdict.result(Level::Mind, mechanism.sentence());
+        }
+        for period in &self.lost_periods {
+            verdict.certainty(format!("Without the lag of the motor's torque there would be a motion of {} as well; with it none was found near: there is none, or disturbances grow too fast to follow it around a turn.", time(*period)));
+        }
+        verdict
+    }
+
+    /// That no motion is stable.
+    fn stalls(&self, count: usize, verdict: &mut Verdict) {
+        let Some(Kloss { breakdown_torque, synchronous_speed, .. }) = self.motor else { return };
+        let [load, torque] = [self.load, breakdown_torque].map(|torque| shown(torque, &NM));
+        let (does, found) = match count {
+            0 if self.load * synchronous_speed < 0.0 => ("runs away", "there is no periodic motion"),
+            0 => ("stalls", "there is no periodic motion"),
+            _ => ("stalls or runs away", "no periodic motion is stable"),
+        };
+        verdict.result(Level::Bad, format!("The motor {does}: against a load of {load} {found}."));
+        verdict.advice(format!("Reduce the load, or take a motor with a breakdown torque well above {torque}."));
+    }
+
+    /// Torques, impacts and contact of a train.
+    fn of_train(&self, turn: &Turn, verdict: &mut Verdict) {
+        let (torque, power) = (shown(turn.mean_torque, &NM), shown(turn.mean_power, &W));
+        verdict.result(Level::Good, format!("On the mean of a turn it needs {torque} and {power}."));
+        for (j, impacts) in turn.impacts.iter().enumerate() {
+            if let Some(impacts) = impacts.filter(|impacts| *impacts > 0.0) {
+                let j = j + 1;
+                verdict.result(Level::Mind, format!("follower[{j}] has {} in a turn.", counted(impacts, "impact")));
+            }
+        }
+        let speed = self.motions.iter().map(|motion| motion.speeds.mean_speed.abs()).fold(0.0, f64::max);
+        for of in self.lift_offs.iter().flatten() {
+            let leaves = of.lift_off_speed.as_ref().is_some_and(|from| from.value <= speed);
+            verdict.result(if leaves { Level::Mind } else { Level::Good }, of.text());
+        }
+    }
+
+    /// The report.
+    pub fn report(&self) -> Report {
+        let rows = self.rows();
+        let mut report = Report::new(&self.name, "periodic motion");
+        report.verdict = self.verdict();
+        let motions = Table::of("Motions", &rows)
+            .column("motion", "motion", ONE, |(name, ..)| name)
+            .column("period", "period", MS, |(_, speeds, _)| speeds.period)
+            .digits(FINE)
+            .column("mean", "mean speed", RPM, |(_, speeds, _)| speeds.mean_speed)
+            .digits(FINE)
+            .column("speed", "speed", RPM, |(_, speeds, _)| [speeds.least_speed, speeds.largest_speed])
+            .column("fluctuation", "fluctuation", PERCENT, |(_, speeds, _)| speeds.fluctuation())
+            .column("multiplier", "multiplier", ONE, |(.., motion)| motion.map(|motion| multiplier(motion.growth)))
+            .below(["The multiplier is what a turn leaves of a small disturbance.".to_owned()]);
+        let points = rows.iter().flat_map(|(name, speeds, _)| speeds.course.iter().map(move |point| (name, point)));
+        let points: Vec<(&String, &[f64; 2])> = points.collect();
+        let course = Table::file("steady", &points)
+            .column("motion", "", ONE, |(name, _)| *name)
+            .column("phi", "", DEG, |(_, [phi, _])| *phi)
+            .column("w", "", RPM, |(_, [_, w])| *w);
+        report.table(motions).table(course);
+        if !self.mechanisms.is_empty() {
+            report.table(transmissions(&self.mechanisms));
+        }
+        if let Some(turn) = &self.train {
+            report.table(outputs(turn)).explain_table(multipliers(turn));
+        }
+        report.diagram("steady", self.diagram(&rows));
+        report
+    }
+
+    /// The findings with the verdict as JSON.
+    ///
+    /// # Errors
+    /// None in practice.
+    pub fn json(&self) -> Result<String, Fault> {
+        crate::report::json(&self.verdict(), self)
+    }
+
+    fn diagram(&self, rows: &[(String, &Speeds, Option<&Motion>)]) -> Diagram {
+        let point = |[phi, w]: &[f64; 2]| [phi * DEG.factor, w * RPM.factor];
+        let series = rows.iter().map(|(name, speeds, _)| Series::line(name.clone(), speeds.course.iter().map(point)));
+        let axes = [Axis::angular("Angle of the main shaft [°]"), Axis::linear("Speed [rpm]")];
+        Diagram::new(format!("Periodic motions of {}", self.name), axes, series.collect(), Vec::new())
+    }
+}
+
+/// The mechanisms between cams and tools.
+fn transmissions(mechanisms: &[Transmission]) -> Table {
+    Table::of("Mechanisms", mechanisms)
+        .column("follower", "follower", ONE, |of| of.follower)
+        .column("mechanism", "mechanism", ONE, |of| format!("linkage[{}] ({})", of.mechanism, of.kind))
+        .column("least_angle", "least transmission angle", DEG, |of| Value::At(of.least_angle, of.phi))
+        .digits(4)
+        .into()
+}
+
+/// What the outputs do over the turn, each in its unit.
+fn outputs(turn: &Turn) -> Table {
+    let unit = |of: &Range| Unit::of(of.unit);
+    Table::of("Over the turn", &turn.outputs)
+        .column("output", "output", ONE, |of| format!("{} [{}]", of.output, unit(of).name))
+        .column("least", "least", ONE, |of| of.least * unit(of).factor)
+        .column("largest", "largest", ONE, |of| of.largest * unit(of).factor)
+        .column("mean", "mean", ONE, |of| of.mean * unit(of).factor)
+        .into()
+}
+
+/// What a turn leaves of disturbances; those of a pair count once.
+fn multipliers(turn: &Turn) -> Table {
+    let upper: Vec<&[f64; 2]> = turn.multipliers.iter().filter(|at| at[1] >= 0.0).collect();
+    Table::of("Floquet multipliers of a turn", upper)
+        .column("re", "real part", ONE, |[re, _]| *re)
+        .digits(FINE)
+        .column("im", "imaginary part", ONE, |[_, im]| *im)
+        .digits(FINE)
+        .column("size", "size", ONE, |[re, im]| re.hypot(*im))
+        .digits(FINE)
+        .into()
+}
