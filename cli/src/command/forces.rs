@@ -1,18 +1,17 @@
 //! `camdrive forces SCENE`
 
+use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, Format, failure, files, optional, read};
+use super::{Failure, failure, files, optional, read};
 use crate::scene::forces::machine;
 use camdrive::drives::rigid_machine::Inertia;
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::{Fault, unit};
-use camdrive_design::forces::report::{csv, shaft_csv};
-use camdrive_design::forces::{Machine, Report, figures};
+use camdrive_design::forces::{Findings, Machine};
 use camdrive_design::overview::running;
 use camdrive_design::periodic_train;
 use camdrive_design::resource::Scene;
-use camdrive_design::text;
 use std::path::PathBuf;
 
 /// Computes the loads on rollers, joints and shaft at constant speed.
@@ -42,7 +41,7 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    format: Format,
+    telling: Telling,
 }
 
 /// The speed that follows from the scene, if one does.
@@ -71,28 +70,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         )));
     };
     let machine = Machine { speed, ..machine };
-    let (turn, report) = Bar::beside(&scene.name, |_| {
+    let (report, json, lost) = Bar::beside(&scene.name, |_| {
         let turn = machine.turn()?;
-        let report = Report::new(&machine, &turn);
-        Ok((turn, report))
+        let findings = Findings::new(&turn);
+        let report = findings.report(&turn);
+        let json = camdrive_design::report::json(&report.verdict, &findings);
+        Ok((report, json, findings.lost()))
     })
     .map_err(fault)?;
-    let mut diagrams = vec![("torque".to_owned(), figures::torque(&turn, &machine))];
-    let own = [("json", text::json(&report)), ("torque.csv", shaft_csv(&turn, speed))];
-    let mut parts = files::report(&folder, &scene.name, own)?;
-    for (j, drive) in machine.drives.iter().enumerate() {
-        // Cams of a machine are called NAME.follower1 ….
-        let of = drive.name.strip_prefix(&format!("{}.", scene.name)).map_or(String::new(), |name| format!("{name}."));
-        let own = figures::of_drive(&turn, j, drive).into_iter();
-        diagrams.extend(own.map(|(name, diagram)| (of.clone() + &name, diagram)));
-        parts.extend(files::report(&folder, &drive.name, [("csv", csv(&turn, j, drive))])?);
-    }
-    let courses = args.measured.lay_over(diagrams.iter_mut().map(|(name, diagram)| (name.as_str(), diagram)))?;
-    let drawn = diagrams.iter().map(|(name, diagram)| (format!("{name}.svg"), Ok(diagram.svg())));
-    parts.extend(files::report(&folder, &scene.name, drawn)?);
-    let written = files::write(&parts, &[scene.files, courses].concat())?;
-    args.format.print(|width| report.text(width) + "\n" + &written, || text::json(&report))?;
-    match report.lost()[..] {
+    let measured = Some(&args.measured);
+    args.telling.deliver(
+        report,
+        json,
+        Place { folder: Some(&folder), inputs: scene.files, measured, ..Place::default() },
+    )?;
+    match lost[..] {
         [] => Ok(()),
         ref lost => Err(failure(format!("{place}: {}", lost.join("; ")))),
     }

@@ -20,7 +20,7 @@ pub mod report;
 mod tests;
 mod turn;
 
-pub use report::Report;
+pub use report::Findings;
 pub use turn::{Turn, least_place};
 
 use crate::cam_geometry::{self, Cam, Follower as Carrier, Plan, Point, Side};
@@ -189,6 +189,11 @@ impl Drive {
         self.plan.is_some_and(|plan| plan.carrier == cam_geometry::Carrier::Flat)
     }
 
+    /// F₀ (N or N·m) of all its springs.
+    fn preload(&self) -> f64 {
+        self.loads.on().map(|load| load.spring.map_or(0.0, |spring| spring.preload)).iter().sum()
+    }
+
     /// What the torque of a law that is an angle acts on.
     fn turned(&self) -> &'static str {
         if self.follower.has_cam() { "torque on the lever" } else { "torque on the crank" }
@@ -311,4 +316,11 @@ pub struct Machine {
     pub inertia: Option<MotionLaw>,
     /// The drives that its cams move.
     pub drives: Vec<Drive>,
+}
+
+impl Machine {
+    /// The name of a follower within its machine, "follower1"; None of a drive of its own.
+    fn part<'a>(&self, drive: &'a Drive) -> Option<&'a str> {
+        drive.name.strip_prefix(&self.name)?.strip_prefix('.')
+    }
 }

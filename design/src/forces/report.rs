@@ -1,23 +1,25 @@
-//! Forces on rollers, joints and shaft over a turn, as numbers, text and CSV.
+//! What rollers, joints and shaft bear over a turn, and the report of it.
 
 use super::turn::{Extreme, State, Turn};
 use super::{Contact, Drive, Forces, Machine};
-use crate::cam_geometry::{Cut, Follower as Carrier, Shape, Side, Tolerances, Verdict};
-use crate::text::{self, NONE, Page, Table, number, rpm};
+use crate::cam_geometry::{self, Cut, Follower as Carrier, Shape, Side, Tolerances};
+use crate::report::unit::{self, DEG, ONE, Unit, W};
+use crate::report::{Level, Report, Table, Value, Verdict, terminal::shown};
+use crate::text::{self, number, rpm};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::linkage::in_turn;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// A unit: coherent SI, as people read it, how many of these make it.
-pub type Unit = (&'static str, &'static str, f64);
+/// Coherent SI, and the unit that people read.
+pub type Units = (&'static str, Unit);
 
-const NEWTON: Unit = ("N", "N", 1.0);
-const TORQUE: Unit = ("N·m", "N·m", 1.0);
-const PRESSURE: Unit = ("Pa", "MPa", 1e-6);
+const NEWTON: Units = ("N", unit::N);
+const TORQUE: Units = ("N·m", unit::NM);
+const PRESSURE: Units = ("Pa", unit::PRESSURE);
+const ANGLE: Units = ("rad", DEG);
 /// A least value or a mean below this part of the largest one is shown as zero.
 const ROUNDING: f64 = 1e-9;
-const ANGLE: Unit = ("rad", "°", 360.0 / TAU);
 
 /// Something that varies over the turn.
 pub struct Quantity<'a> {
@@ -26,7 +28,7 @@ pub struct Quantity<'a> {
     /// Its name for people.
     pub name: String,
     /// The unit.
-    pub unit: Unit,
+    pub unit: Units,
     /// Whether it is a component, whose largest value says little.
     pub part: bool,
     /// Its value.
@@ -71,8 +73,6 @@ pub struct OfDrive {
     pub sign_changes: Vec<f64>,
     /// Where force alone keeps the contact.
     pub keeping: Option<Keeping>,
-    #[serde(skip)]
-    notes: [Vec<String>; 2],
 }
 
 /// The powers (W) on the mean of a turn. Inertia, springs and gravity take as much as they give, so that both are equal but for
@@ -89,7 +89,7 @@ pub struct Power {
 
 /// The forces of a machine over a turn.
 #[derive(Clone, Debug, Serialize)]
-pub struct Report {
+pub struct Findings {
     /// The scene.
     pub scene: String,
     /// ω (rad/s).
@@ -106,7 +106,7 @@ impl Drive {
     /// All that varies, in the order of the flow of force from the cam to the tool.
     pub fn quantities(&self) -> Vec<Quantity<'_>> {
         let mut list: Vec<Quantity<'_>> = Vec::new();
-        let mut add = |key: &str, name: &str, unit: Unit, part: bool, of: Box<dyn Fn(&Forces) -> f64>| {
+        let mut add = |key: &str, name: &str, unit: Units, part: bool, of: Box<dyn Fn(&Forces) -> f64>| {
             let (key, name) = (key.replace(['–', ' '], "_"), name.to_owned());
             list.push(Quantity { key, name, unit, part, of });
         };
@@ -118,7 +118,7 @@ impl Drive {
                 (Some(Cut::Groove), _) => ("_outer".to_owned(), ", outer contour".to_owned()),
                 _ => (String::new(), String::new()),
             };
-            let mut of = |what: &str, words: &str, unit: Unit, of: fn(&Contact) -> f64| {
+            let mut of = |what: &str, words: &str, unit: Units, of: fn(&Contact) -> f64| {
                 let value = Box::new(move |forces: &Forces| of(&forces.contacts[i]));
                 add(&format!("{what}{key}"), &format!("{words}{name}"), unit, false, value);
             };
@@ -178,11 +178,11 @@ impl Drive {
 }
 
 impl Range {
-    fn new(turn: &Turn<'_>, [key, name]: [&str; 2], unit: Unit, of: impl Fn(&State) -> f64) -> Self {
+    fn new(turn: &Turn<'_>, [key, name]: [&str; 2], (si, unit): Units, of: impl Fn(&State) -> f64) -> Self {
         let lowest = turn.largest(|state| -of(state));
         Range {
             quantity: key.to_owned(),
-            unit: unit.0,
+            unit: si,
             largest: turn.largest(&of),
             least: Extreme { value: -lowest.value, ..lowest },
             mean: turn.mean(of),
@@ -190,23 +190,41 @@ impl Range {
         }
     }
 
-    fn row(&self) -> Vec<String> {
-        let (name, (_, unit, factor)) = &self.shown;
-        let (most, least) = (&self.largest, &self.least);
-        let size = most.value.abs().max(least.value.abs());
-        // What roundings leave of nothing.
-        let is_zero = |value: f64| value.abs() <= ROUNDING * size;
-        let value = |value: f64| if is_zero(value) { "0".to_owned() } else { number(factor * value) };
-        let phi = |at: &Extreme| if is_zero(at.value) { NONE.to_owned() } else { format!("{}°", in_turn(at.phi, 1)) };
-        let cells = [value(most.value), phi(most), value(least.value), phi(least), value(self.mean)];
-        [format!("{name} [{unit}]")].into_iter().chain(cells).collect()
+    /// The end that is farther from 0.
+    fn peak(&self) -> Extreme {
+        if self.largest.value >= -self.least.value { self.largest } else { self.least }
     }
+
+    /// A value for people; 0 where it is what roundings leave of nothing.
+    fn clean(&self, value: f64) -> f64 {
+        if value.abs() <= ROUNDING * self.peak().value.abs() { 0.0 } else { value }
+    }
+
+    /// "torque on the shaft 9.57 N·m at φ = 156.4°" of its size.
+    fn told(&self) -> String {
+        let (peak, (name, unit)) = (self.peak(), &self.shown);
+        format!("{name} {} at φ = {}°", shown(peak.value.abs(), unit), in_turn(peak.phi, 1))
+    }
+}
+
+/// Quantities of several units.
+fn ranges<'a>(title: &str, list: impl IntoIterator<Item = &'a Range>) -> Table {
+    let cell = |range: &Range, at: Extreme| match range.clean(at.value) * range.shown.1.factor {
+        0.0 => Value::Number(0.0),
+        value => Value::At(value, at.phi),
+    };
+    Table::of(title, list)
+        .column("quantity", "quantity", ONE, |range| format!("{} [{}]", range.shown.0, range.shown.1.name))
+        .column("largest", "largest", ONE, |range| cell(range, range.largest))
+        .column("least", "least", ONE, |range| cell(range, range.least))
+        .column("mean", "mean", ONE, |range| range.clean(range.mean) * range.shown.1.factor)
+        .into()
 }
 
 impl Keeping {
     /// F₀ ≥ −(Q − F₀ Q₁)/Q₁ with Q₁ = dy/dU all over the turn, and [`Turn::lift_off`].
     fn of(turn: &Turn<'_>, j: usize, drive: &Drive) -> Self {
-        let preload: f64 = drive.loads.on().map(|load| load.spring.map_or(0.0, |spring| spring.preload)).iter().sum();
+        let preload = drive.preload();
         let sense = turn.sense(j);
         let helps = turn.largest(|state| -sense(state) * state.drives[j].travel).value < 0.0;
         let needed = |state: &State| preload - state.drives[j].load / state.drives[j].travel;
@@ -225,164 +243,200 @@ fn angles(list: &[f64]) -> String {
 }
 
 impl OfDrive {
-    fn new(turn: &Turn<'_>, j: usize, drive: &Drive, speed: f64) -> Self {
+    fn new(turn: &Turn<'_>, j: usize, drive: &Drive) -> Self {
         let told = drive.quantities().into_iter().filter(|quantity| !quantity.part);
         let range = |q: Quantity<'_>| Range::new(turn, [&q.key, &q.name], q.unit, |state| (q.of)(&state.drives[j]));
         let pressing = |state: &State| {
             let forces = &state.drives[j];
             forces.contacts.first().map_or(forces.load, |contact| contact.force)
         };
-        let mut of = OfDrive {
+        OfDrive {
             name: drive.name.clone(),
             quantities: told.map(range).collect(),
             sign_changes: turn.sign_changes(pressing),
             keeping: drive.is_force_closed().then(|| Keeping::of(turn, j, drive)),
-            notes: [Vec::new(), Vec::new()],
-        };
-        of.notes = of.notes(drive, speed);
-        of
+        }
     }
 
-    /// The speed of lift-off where this speed (rad/s) reaches it.
-    fn lost_at(&self, speed: f64) -> Option<f64> {
-        let lift_off = self.keeping.as_ref()?.lift_off_speed?.value;
-        (speed.abs() >= lift_off).then_some(lift_off)
+    /// Whether force keeps the follower on its cam at this speed (rad/s), and up to which; None where its cam holds it on both
+    /// sides.
+    fn contact(&self, part: &str, speed: f64) -> Option<(Level, String)> {
+        let at = rpm(speed);
+        Some(match self.keeping.as_ref()?.lift_off_speed {
+            None => (Level::Good, format!("{part} stays on its cam at any speed.")),
+            Some(Extreme { value, phi }) if speed.abs() < value => {
+                let place = in_turn(phi, 2);
+                let leaves = format!("leaves it {}, first at φ = {place}°", from(value));
+                (Level::Good, format!("{part} stays on its cam at {at} rpm; it {leaves}."))
+            }
+            Some(Extreme { value, .. }) => {
+                let holds = if value == 0.0 { "not even at rest" } else { &format!("up to {} rpm", rpm(value)) };
+                let level = if speed.abs() > value { Level::Bad } else { Level::Mind };
+                (level, format!("{part} leaves its cam at {at} rpm: contact holds {holds}."))
+            }
+        })
     }
 
-    /// Remarks and warnings.
-    fn notes(&self, drive: &Drive, speed: f64) -> [Vec<String>; 2] {
-        let (mut known, mut mind) = (Vec::new(), Vec::new());
-        let unit = if drive.follower.turns { "N·m" } else { "N" };
+    /// Adds what holds for this drive, and what to do.
+    fn judge(&self, verdict: &mut Verdict, part: &str, drive: &Drive, speed: f64) {
         let what = match drive.plan {
             Some(_) if drive.is_flat() => "force on the face",
             Some(_) => "force of the roller",
             None if drive.follower.cam_turns() => drive.turned(),
             None => "force on the follower",
         };
-        let place = |phi: f64| format!("φ = {}°", in_turn(phi, 2));
         let changes = angles(&self.sign_changes);
-        if let Some(Keeping { least_preload, lift_off_speed }) = &self.keeping {
-            if let Some(lift_off) = self.lost_at(speed) {
-                let how = if changes.is_empty() {
-                    "never presses".to_owned()
-                } else {
-                    format!("changes its sign at φ = {changes}")
-                };
-                let preload = if least_preload.is_some() { "a larger preload, " } else { "" };
-                let speed = if lift_off == 0.0 { "" } else { "a lower speed, " };
-                let or = if preload.len() + speed.len() > 0 { "or " } else { "" };
-                mind.push(format!(
-                    "{}: the {what} {how}; nothing keeps it on the cam. Remedies: {preload}{speed}{or}a cam that holds it on both sides (groove, conjugate).",
-                    self.name
-                ));
-            }
-            known.push(match *lift_off_speed {
-                Some(Extreme { phi, value }) => {
-                    format!("The follower leaves the cam {}, first at {}.", from(value), place(phi))
-                }
-                None => "The follower stays on the cam at any speed.".to_owned(),
-            });
-            known.push(match *least_preload {
-                Some(Extreme { value, .. }) if value <= 0.0 => {
-                    "It needs no preload of a spring at this speed.".to_owned()
-                }
-                Some(Extreme { phi, value }) => format!(
-                    "Least preload of a return spring at this speed: {} {unit}, needed at {}.",
-                    text::digits(value, 5, -4),
-                    place(phi)
-                ),
-                None => "No preload of a spring at the tool keeps it there: somewhere it would pull the roller off."
-                    .to_owned(),
-            });
-        } else {
-            known.push(match changes.is_empty() {
-                true => format!("The {what} never changes its sign: no play would be crossed."),
-                false => format!("The {what} changes its sign, and any play would be crossed, at φ = {changes}."),
-            });
-        }
+        let (level, sentence) = self.contact(part, speed).unwrap_or_else(|| {
+            let crossed = match changes.is_empty() {
+                true => "never changes its sign: no play is crossed".to_owned(),
+                false => format!("changes its sign, and any play is crossed, at φ = {changes}"),
+            };
+            (Level::Good, format!("{part}: the {what} {crossed}."))
+        });
+        verdict.result(level, sentence);
+        let begins = |range: &&Range, key: &str| range.quantity.starts_with(key);
+        let largest = |key: &str| {
+            let of_kind = self.quantities.iter().filter(|range| begins(range, key));
+            of_kind.max_by(|a, b| a.largest.value.total_cmp(&b.largest.value)).map(Range::told)
+        };
+        let keys = ["roller_force", "contact_force", "hertzian_pressure", "torque"];
+        let loads: Vec<String> = keys.into_iter().filter_map(largest).collect();
+        verdict.result(Level::Good, format!("{part}, largest: {}.", loads.join(", ")));
         // What a tenth of a millimetre shows: whether there is a cam at all.
         let coarse = Tolerances { chord: 1e-4, table: 1e-4 };
-        match drive.plan.map(|plan| Shape::new(&self.name, &drive.follower.cam, plan, coarse)) {
-            Some(Ok(shape)) => mind.extend(shape.complaints(Verdict::Fault)),
-            Some(Err(fault)) => mind.push(format!("{}: {fault}", self.name)),
+        match drive.plan.map(|plan| Shape::new(part, &drive.follower.cam, plan, coarse)) {
+            Some(Ok(shape)) => shape.complaints(cam_geometry::Verdict::Fault).into_iter().for_each(|fault| {
+                verdict.result(Level::Mind, fault);
+            }),
+            Some(Err(fault)) => drop(verdict.result(Level::Mind, format!("{part}: {fault}"))),
             None => {}
         }
+        if let Some(keeping) = &self.keeping {
+            keeping.advise(verdict, part, drive, (level != Level::Good).then_some((what, &changes)));
+        }
+        if self.keeping.is_none() && drive.plan.is_some() && !changes.is_empty() {
+            let times = text::counted(self.sign_changes.len(), "time");
+            verdict.advice(format!("{part}: little play between roller and cam, since it is crossed {times} a turn."));
+        }
         if drive.plan.is_some() && drive.loads.material.is_none() {
-            known.push("With `roller_width` in [forces] the Hertzian pressure follows.".to_owned());
+            verdict.advice(format!("{part}: give `roller_width` in [forces]; the Hertzian pressure follows."));
         }
-        [known, mind]
     }
 }
 
-impl Power {
-    fn text(&self) -> String {
-        let size = self.largest.abs();
-        if self.process == 0.0 {
-            let part = self.shaft.abs() / size;
-            return format!(
-                "Over the turn the shaft gives no power ({part:.0e} of the largest power, {} W): there is no process.",
-                number(size)
-            );
-        }
-        let watts = |power: f64| if power.abs() <= ROUNDING * size { "0".to_owned() } else { number(power) };
-        format!(
-            "Over the turn the shaft gives {} W and the process takes {} W; they differ by {:.0e} of the largest power, {} W.",
-            watts(self.shaft),
-            watts(self.process),
-            (self.shaft - self.process).abs() / size,
-            number(size)
-        )
+impl Keeping {
+    /// Adds what preload keeps a follower on its cam, and what else does where it is `lost`: the force that changes its sign, and
+    /// where.
+    fn advise(&self, verdict: &mut Verdict, part: &str, drive: &Drive, lost: Option<(&str, &String)>) {
+        let unit = if drive.follower.turns { unit::NM } else { unit::N };
+        let force = |value: f64| format!("{} {}", text::digits(value, 5, -4), unit.name);
+        let given = drive.preload();
+        let needed = self.least_preload.map(|at| (force(at.value), in_turn(at.phi, 2)));
+        let Some((what, changes)) = lost else {
+            verdict.advice(match (self.least_preload, needed) {
+                (Some(at), Some((least, phi))) if at.value > 0.0 => format!(
+                    "{part}: keep the preload of the return spring, {}, above {least} at this speed; φ = {phi}° needs it.",
+                    force(given)
+                ),
+                _ => format!("{part}: no preload of a return spring is needed at this speed."),
+            });
+            return;
+        };
+        let how = match changes.is_empty() {
+            true => "never presses".to_owned(),
+            false => format!("changes its sign at φ = {changes}"),
+        };
+        let preload = match needed {
+            Some((least, phi)) => format!("a preload of the return spring above {least}, which φ = {phi}° needs, "),
+            None => String::new(),
+        };
+        let slower = match self.lift_off_speed {
+            Some(at) if at.value > 0.0 => format!("a speed below {} rpm, ", rpm(at.value)),
+            _ => String::new(),
+        };
+        let or = if preload.is_empty() && slower.is_empty() { "" } else { "or " };
+        verdict.advice(format!(
+            "{part}: the {what} {how}. Remedies: {preload}{slower}{or}a cam that holds it on both sides (groove, conjugate)."
+        ));
     }
 }
 
-impl Report {
-    /// The report of this turn.
-    pub fn new(machine: &Machine, turn: &Turn<'_>) -> Self {
-        let names = ["torque", "total torque on the shaft"];
-        let shaft = Range::new(turn, names, TORQUE, |state| state.torque);
+impl Findings {
+    /// What this turn shows.
+    pub fn new(turn: &Turn<'_>) -> Self {
+        let machine = turn.machine;
+        let shaft = Range::new(turn, ["torque", "total torque on the shaft"], TORQUE, |state| state.torque);
         let taken = turn.mean(|state| state.drives.iter().map(|forces| forces.process).sum());
-        let largest = shaft.largest.value.abs().max(shaft.least.value.abs());
-        let [of_shaft, process, largest] = [shaft.mean, taken, largest].map(|torque| torque * machine.speed);
-        let of_drive = |(j, drive)| OfDrive::new(turn, j, drive, machine.speed);
-        Report {
+        let [of_shaft, process, largest] = [shaft.mean, taken, shaft.peak().value].map(|torque| torque * machine.speed);
+        Findings {
             scene: machine.name.clone(),
             speed: machine.speed,
-            drives: machine.drives.iter().enumerate().map(of_drive).collect(),
-            power: Power { shaft: of_shaft, process, largest },
+            drives: machine.drives.iter().enumerate().map(|(j, drive)| OfDrive::new(turn, j, drive)).collect(),
+            power: Power { shaft: of_shaft, process, largest: largest.abs() },
             shaft,
         }
     }
 
     /// That followers leave their cams at this speed, for each of them.
     pub fn lost(&self) -> Vec<String> {
-        let of = |drive: &OfDrive| {
-            let lift_off = drive.lost_at(self.speed).filter(|lift_off| self.speed.abs() > *lift_off)?;
-            let holds = match lift_off {
-                0.0 => "not even at rest".to_owned(),
-                _ => format!("up to {} rpm", rpm(lift_off)),
-            };
-            Some(format!("{} leaves its cam at {} rpm (contact holds {holds})", drive.name, rpm(self.speed)))
-        };
-        self.drives.iter().filter_map(of).collect()
+        let of = |drive: &OfDrive| drive.contact(&drive.name, self.speed).filter(|(level, _)| *level == Level::Bad);
+        self.drives.iter().filter_map(of).map(|(_, sentence)| sentence.trim_end_matches('.').to_owned()).collect()
     }
 
-    /// The report for lines of this width.
-    pub fn text(&self, width: usize) -> String {
-        let rpm = text::digits(self.speed * 60.0 / TAU, 6, -4);
-        let mut page =
-            Page::new(format!("{}: forces at constant {rpm} rpm, without friction and clearance", self.scene), width);
-        let head = "quantity  largest  at φ  least  at φ  mean";
-        for drive in &self.drives {
-            page.table(&drive.name, &Table::new(head, drive.quantities.iter().map(Range::row)));
-            page.section("", &drive.notes[0]);
+    fn verdict(&self, machine: &Machine) -> Verdict {
+        let mut verdict = Verdict::default();
+        for (found, drive) in self.drives.iter().zip(&machine.drives) {
+            found.judge(&mut verdict, machine.part(drive).unwrap_or("The follower"), drive, self.speed);
         }
-        let own = self.drives.first().and_then(|drive| drive.quantities.last());
-        let alone = self.drives.len() == 1 && own.is_some_and(|own| own.largest == self.shaft.largest);
-        if !alone {
-            page.table("Shaft", &Table::new(head, [self.shaft.row()]));
+        let Power { shaft, largest, .. } = self.power;
+        let watts = |power: f64| shown(if power.abs() <= ROUNDING * largest { 0.0 } else { power }, &W);
+        let torque = if self.drives.len() == 1 { String::new() } else { format!("{}, ", self.shaft.told()) };
+        let [mean, most] = [shaft, largest].map(watts);
+        verdict.result(Level::Good, format!("Shaft: {torque}power {mean} on the mean, {most} at most."));
+        verdict.certainty(
+            "Rigid bodies at constant speed, without friction and clearance; vibration adds to these forces.",
+        );
+        verdict
+    }
+
+    /// The report.
+    pub fn report(&self, turn: &Turn<'_>) -> Report {
+        let machine = turn.machine;
+        let speed = text::digits(self.speed * 60.0 / TAU, 6, -4);
+        let mut report = Report::new(&self.scene, format!("forces at constant {speed} rpm"));
+        report.verdict = self.verdict(machine);
+        report.diagram("torque", super::figures::torque(turn, machine));
+        for ((j, drive), found) in machine.drives.iter().enumerate().zip(&self.drives) {
+            let part = machine.part(drive);
+            report.table(ranges(part.unwrap_or("Loads"), &found.quantities));
+            let course = Table::file(part.unwrap_or_default(), turn.states());
+            let course = course.column("phi", "φ", DEG, |state| state.phi);
+            let course = drive.quantities().iter().fold(course, |table, q| {
+                table.column(&q.key, &q.name, q.unit.1.clone(), |state| (q.of)(&state.drives[j]))
+            });
+            report.table(course);
+            for (key, diagram) in super::figures::of_drive(turn, j, drive) {
+                report.diagram(&part.map_or(key.clone(), |part| format!("{part}.{key}")), diagram);
+            }
         }
-        page.section("Power", (self.power.largest != 0.0).then(|| self.power.text()));
-        page.section("Notes", self.drives.iter().flat_map(|drive| &drive.notes[1])).text()
+        if self.drives.len() != 1 || machine.inertia.is_some() {
+            report.table(ranges("Shaft", [&self.shaft]));
+        }
+        report.table(
+            Table::file("torque", turn.states())
+                .column("phi", "φ", DEG, |state| state.phi)
+                .column("torque", "torque", unit::NM, |state| state.torque)
+                .column("power", "power", W, |state| state.torque * self.speed),
+        );
+        let apart = (self.power.shaft - self.power.process).abs() / self.power.largest;
+        report.explain("How it is computed", [
+            "From the tool back to the cam: what the tool demands, m ÿ − F, passes through the mechanisms; by virtual work the roller \
+             presses with N = Q/(n · dp/dU), and the shaft gives M = Q U′ (Dresig, Holzweißig, Maschinendynamik, section 2.4)."
+                .to_owned(),
+            "Hertzian pressure of a line contact: p = √(N E*/(π L R)) (Johnson, Contact Mechanics, section 4.2).".to_owned(),
+            format!("The power of the shaft, from the forces, and that of the process, from the motion of the tools, differ by {} of the largest power.", number(apart)),
+        ]);
+        report
     }
 }
 
@@ -423,7 +477,7 @@ impl Machine {
         let of = |(j, drive): (usize, &Drive)| {
             // Where the scene names nothing that acts, nothing tells what holds the follower.
             let acts = drive.loads.lever_inertia > 0.0 || drive.loads.on().iter().any(|load| !load.is_none());
-            let name = drive.name.rsplit_once('.').map_or("the follower", |(_, follower)| follower);
+            let name = self.part(drive).unwrap_or("the follower");
             (acts && drive.is_force_closed()).then(|| LiftOff {
                 follower: name.to_owned(),
                 lift_off_speed: turn.lift_off(j),
@@ -461,30 +515,4 @@ impl Machine {
             }
         }
     }
-}
-
-/// The torque and the power of the shaft over the turn.
-///
-/// # Errors
-/// None in practice: the writer fills memory.
-pub fn shaft_csv(turn: &Turn<'_>, speed: f64) -> Result<String, Fault> {
-    let row = |state: &State| (state.phi.to_degrees(), vec![state.torque, state.torque * speed]);
-    text::csv("phi_deg,torque_Nm,power_W", turn.states().map(row))
-}
-
-/// Every quantity of a drive over the turn.
-///
-/// # Errors
-/// None in practice: the writer fills memory.
-pub fn csv(turn: &Turn<'_>, j: usize, drive: &Drive) -> Result<String, Fault> {
-    let quantities = drive.quantities();
-    let mut head = "phi_deg".to_owned();
-    for Quantity { key, unit: (_, unit, _), .. } in &quantities {
-        head += &format!(",{key}_{}", unit.replace('·', "").replace('°', "deg"));
-    }
-    let row = |state: &State| {
-        let values = quantities.iter().map(|q| q.unit.2 * (q.of)(&state.drives[j]));
-        (state.phi.to_degrees(), values.collect::<Vec<f64>>())
-    };
-    text::csv(&head, turn.states().map(row))
 }

@@ -201,7 +201,7 @@ fn what_keeps_a_roller_on_its_cam() {
     let keeping = |speed: f64, stiffness: f64| {
         let machine = valve(speed, stiffness);
         let turn = machine.turn().expect("a turn");
-        Report::new(&machine, &turn).drives[0].keeping.clone().expect("one contour")
+        Findings::new(&turn).drives[0].keeping.clone().expect("one contour")
     };
     let lift_off = keeping(60.0, 9e3).lift_off_speed.expect("a speed");
     assert!((lift_off.value - 169.986482).abs() < 1e-6 && (lift_off.phi - 4.296224749).abs() < 1e-6, "{lift_off:?}");
@@ -214,7 +214,7 @@ fn what_keeps_a_roller_on_its_cam() {
         let plan = plan(Held::Translating { eccentricity: 0.0 }, false, 0.05, 1.0, 0.01, cut);
         machine(50.0, follower(mass), plan, loaded([preload, 0.0], 0.0, None))
     };
-    let found = |machine: &Machine| Report::new(machine, &machine.turn().expect("a turn")).drives[0].clone();
+    let found = |machine: &Machine| Findings::new(&machine.turn().expect("a turn")).drives[0].clone();
     let disc = found(&held(Cut::Inner, 20.0, 2.0));
     let keeping = disc.keeping.expect("one contour");
     close(keeping.least_preload.expect("a preload").value, 50.0);
@@ -375,16 +375,15 @@ fn a_machine_without_followers_has_a_torque() {
     let inertia = Some(series(&[0.0, 0.0, 0.3], &[]));
     let machine = Machine { name: "x".to_owned(), speed: 20.0, inertia, drives: Vec::new() };
     let turn = machine.turn().expect("a turn");
-    let report = Report::new(&machine, &turn);
-    close(report.shaft.largest.value, 120.0);
-    assert!(report.power.shaft.abs() < 1e-10 && report.lost().is_empty(), "{:?}", report.power);
-    let text = report.text(400);
-    assert!(text.contains("Shaft") && text.contains("the largest power, 2400 W"), "{text}");
-    assert!(
-        text.contains("gives no power") && text.contains("there is no process") && !text.contains("takes"),
-        "{text}"
-    );
-    let table = report::shaft_csv(&turn, machine.speed).expect("a table");
+    let findings = Findings::new(&turn);
+    close(findings.shaft.largest.value, 120.0);
+    assert!(findings.power.shaft.abs() < 1e-10 && findings.lost().is_empty(), "{:?}", findings.power);
+    let report = findings.report(&turn);
+    let [shaft] = &report.verdict.result[..] else { panic!("{:?}", report.verdict) };
+    assert!(shaft.contains("120 N·m") && shaft.contains("power 0 W on the mean, 2400 W at most"), "{shaft}");
+    let files = report.files();
+    let table =
+        files.iter().find(|(ending, _)| ending == "torque.csv").expect("the torque").1.as_ref().expect("a table");
     let row = |line: &str| -> Vec<f64> { line.split(',').map(|cell| cell.parse().expect("a number")).collect() };
     for line in table.lines().skip(1) {
         let [phi, torque, power] = row(line)[..] else { panic!("{line}") };
@@ -397,8 +396,9 @@ fn a_cam_that_cannot_be_cut_is_to_be_minded() {
     for (roller, minded) in [(0.01, false), (0.06, true)] {
         let plan = plan(Held::Translating { eccentricity: 0.0 }, false, 0.05, 1.0, roller, Cut::Inner);
         let machine = machine(50.0, Follower::new(2.0, series(&[0.01, -0.01], &[])), plan, Loads::default());
-        let text = Report::new(&machine, &machine.turn().expect("a turn")).text(400);
-        assert_eq!(text.contains("covers the cam's centre"), minded, "{text}");
+        let turn = machine.turn().expect("a turn");
+        let verdict = Findings::new(&turn).report(&turn).verdict;
+        assert_eq!(verdict.result.concat().contains("covers the cam's centre"), minded, "{verdict:?}");
     }
 }
 
@@ -417,7 +417,7 @@ fn play_is_crossed_where_the_acceleration_changes_its_sign_and_in_no_dwell() {
     };
     let plan = plan(lever(0.18, 0.12, 0.12, 1.0), false, 0.6, 1.0, 0.02, Cut::Groove);
     let machine = machine(30.0, Follower::new(1.5, MotionLaw::Cycle(Cycle::new(law))), plan, Loads::default());
-    let changes = Report::new(&machine, &machine.turn().expect("a turn")).drives[0].sign_changes.clone();
+    let changes = Findings::new(&machine.turn().expect("a turn")).drives[0].sign_changes.clone();
     let [rise, back] = changes[..] else { panic!("{changes:?}") };
     assert!((rise - 0.9).abs() < 1e-12 && (back - 3.0).abs() < 1e-12, "{changes:?}");
 }
@@ -500,7 +500,7 @@ fn the_mean_torque_is_the_work_against_the_process() {
     let drive = Drive::new("x".to_owned(), follower, plan, loaded([0.0; 2], 0.0, process)).expect("a cam");
     let inertia = Some(series(&[0.0, 0.3], &[]));
     let machine = Machine { name: "x".to_owned(), speed: 20.0, inertia, drives: vec![drive] };
-    let report = Report::new(&machine, &machine.turn().expect("a turn"));
+    let report = Findings::new(&machine.turn().expect("a turn"));
     let mean = report.shaft.mean;
     assert!((mean - 0.2).abs() < 1e-13, "{mean}");
     assert!(
@@ -536,7 +536,7 @@ fn damping_counts_in_forces_power_and_lift_off() {
         let (v, a) = (0.01 * phi.sin() * w, 0.01 * phi.cos() * w * w);
         close(at(&machine, phi).drives[0].load, 2.0 * a + b * v + 105.0);
         // ∮ b ẏ² dt over the period.
-        let report = Report::new(&machine, &machine.turn().expect("a turn"));
+        let report = Findings::new(&machine.turn().expect("a turn"));
         close(report.power.shaft, 0.5 * b * (0.01 * w).powi(2));
         close(report.power.process, report.power.shaft);
         let lift_off = lift_off(&machine).expect("a speed");

@@ -26,7 +26,8 @@ pub struct State {
 
 /// A machine over a turn.
 pub struct Turn<'a> {
-    machine: &'a Machine,
+    /// The machine.
+    pub machine: &'a Machine,
     /// States on each piece of the turn where all laws are smooth, at an even number of equal steps.
     pub pieces: Vec<Vec<State>>,
 }

@@ -3,6 +3,7 @@
 use super::table::{Column, Table, Value};
 use super::{Block, Report};
 use crate::text::{self, NONE, Page, digits};
+use camdrive::drives::rigid_machine::linkage::in_turn;
 
 /// A number for people in a unit: three significant digits.
 pub fn shown(value: f64, unit: &super::Unit) -> String {
@@ -52,7 +53,7 @@ pub fn cell(value: &Value, column: &Column) -> String {
         Value::Number(value) => number(*value),
         Value::AtMost(value) => format!("< {}", number(*value)),
         Value::Range(ends) => interval(ends.map(|end| end * column.unit.factor), &|text| text),
-        Value::At(value, phi) => format!("{} at {}°", number(*value), digits(phi.to_degrees(), 4, -1)),
+        Value::At(value, phi) => format!("{} at {}°", number(*value), in_turn(*phi, 1)),
     }
 }
 
