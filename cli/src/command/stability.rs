@@ -1,22 +1,22 @@
 //! `camdrive stability SCENE`
 
+use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, Format, failure, files, quantity, read};
+use super::{Failure, failure, files, quantity, read};
 use camdrive::drives::Fault;
 use camdrive::drives::unit;
-use camdrive_design::stability::{self, MOST_ORDERS, Options, Report, figures, table};
-use camdrive_design::text::{self, Page};
-use std::path::{Path, PathBuf};
+use camdrive_design::stability::{self, MOST_ORDERS, Options};
+use std::path::PathBuf;
 
 /// Maps the speeds at which a drive with periodic coefficients is unstable, and the damping that prevents it.
 ///
-/// Takes every drive that is an oscillator with periodic coefficients; the elastic input shaft is linearised. Floquet
-/// multipliers at the speed of the scene; for each order j the unstable speeds, the critical damping ratio θ* and the
-/// safety θ/θ*, exact, with the classical bounds beside them; the load of the elastic member over its kinetostatic
-/// value R, and the resonances.
+/// Takes every drive that is an oscillator with periodic coefficients; the elastic input shaft is linearised. Tells whether
+/// the machine may run at its speeds, which speeds to avoid, the damping from which they are stable, how far the load exceeds
+/// its kinetostatic value and where it resonates; then the unstable speeds by order, the start from rest, the resonances.
+/// --explain adds Floquet multipliers, Hill's matrices and the printed formulas beside the exact values.
 ///
-/// Prints the tables and writes NAME.csv (orders), NAME.json, and unless --quick NAME.map.csv, NAME.modulation.svg and
+/// Prints the report and writes NAME.csv (orders), NAME.json, and unless --quick NAME.map.csv, NAME.modulation.svg and
 /// NAME.damping.svg, the latter with the borders of the classical formulas dashed beside the exact ones, and of a parallel
 /// crank NAME.crank.svg, θ* over the stiffness σ; for drives with a load NAME.load.csv and .svg, the load over the turn
 /// beside the kinetostatic one, NAME.amplification.csv and .svg as well.
@@ -56,7 +56,7 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    format: Format,
+    telling: Telling,
 }
 
 impl Args {
@@ -106,50 +106,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = read(&args.scene)?;
     let fault = |fault: Fault| failure(format!("{}: {fault}", args.scene.display()));
     let folder = files::folder(args.output.as_deref(), "stability", &scene.name)?;
-    let report = Bar::beside(&scene.name, |tell| stability::study_scene(&scene.resource(), &options, tell));
-    let report = report.map_err(fault)?;
-    let (parts, courses) = parts(&folder, &report, &args.measured)?;
-    let written = files::write(&parts, &[scene.files, courses].concat())?;
-    args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))
-}
-
-type Parts = (Vec<(PathBuf, String)>, Vec<PathBuf>);
-
-/// Tables and diagrams, and the files of measured courses.
-fn parts(folder: &Path, report: &Report, measured: &Measured) -> Result<Parts, Failure> {
-    let mut parts = vec![("csv", table::orders_csv(report)), ("json", text::json(report))];
-    if !report.over_damping.is_empty() || !report.over_modulation.is_empty() {
-        parts.push(("map.csv", table::map_csv(report)));
-        parts.push(("damping.svg", Ok(figures::over_damping(report).svg())));
-        parts.push(("modulation.svg", Ok(figures::over_modulation(report).svg())));
-    }
-    if let Some(crank) = &report.crank {
-        parts.push(("crank.svg", Ok(figures::crank(report, crank).svg())));
-    }
-    if !report.amplification.is_empty() {
-        parts.push(("amplification.csv", table::amplification_csv(report)));
-        parts.push(("amplification.svg", Ok(figures::amplification(report).svg())));
-    }
-    let mut load = (!report.courses.is_empty()).then(|| figures::load(report));
-    let courses = measured.lay_over(load.iter_mut().map(|diagram| ("load", diagram)))?;
-    if let Some(load) = load {
-        parts.push(("load.csv", table::load_csv(report)));
-        parts.push(("load.svg", Ok(load.svg())));
-    }
-    Ok((files::report(folder, &report.scene, parts)?, courses))
-}
-
-/// The report for a terminal.
-fn text(report: &Report, width: usize) -> String {
-    Page::new(format!("{} ({})", report.scene, report.model), width)
-        .lines(table::about(report))
-        .section("Stability", table::of_speeds(report))
-        .table("Instabilities", &table::of_orders(report))
-        .section("", table::below_orders(report))
-        .table("Formulas of the source beside the exact values", &table::of_approximations(report))
-        .section("", table::below_approximations(report))
-        .table("Start from rest", &table::of_transients(report))
-        .table("Resonances with harmonic k of the load", &table::of_resonances(report))
-        .section("Notes", table::warnings(report))
-        .text()
+    let findings = Bar::beside(&scene.name, |tell| stability::study_scene(&scene.resource(), &options, tell));
+    let findings = findings.map_err(fault)?;
+    let place =
+        Place { folder: Some(&folder), inputs: scene.files, measured: Some(&args.measured), ..Place::default() };
+    args.telling.deliver(findings.report(), findings.json(), place)
 }

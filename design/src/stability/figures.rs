@@ -1,11 +1,13 @@
 //! The diagrams of a report: the two stability maps, the amplification over the speed, θ* of a parallel crank.
 
-use super::Report;
-use super::crank::{Crank, Curve, Point};
+use super::Findings;
 use super::map::Region;
-use super::table::{RPM, exact};
+use super::printed::{Crank, Curve, Point};
 use crate::plot::{Axis, Diagram, Rule, Series, Shade};
-use crate::text::number;
+use crate::text::{number, rpm};
+
+/// rad/s → rpm.
+const RPM: f64 = 60.0 / std::f64::consts::TAU;
 
 /// A word takes this part of the width of a diagram, and this part of its height; a number half of the width.
 const WORD: [f64; 2] = [0.1, 0.05];
@@ -20,7 +22,7 @@ const SCENE: &str = "speed examined";
 const APPROXIMATE: &str = "by formulas (9), (13)";
 
 /// The abscissa of all three: Ω in rpm, between the ends of the report.
-fn speed_axis(report: &Report) -> Axis {
+fn speed_axis(report: &Findings) -> Axis {
     let rpm = report.oscillator.natural_frequency * RPM;
     let [low, high] = report.ranges[0];
     Axis::logarithmic("Speed [rpm]").between(low * rpm, high * rpm)
@@ -35,7 +37,7 @@ fn is_free(written: &mut Vec<[f64; 2]>, place: [f64; 2], [wide, high]: [f64; 2])
 
 /// Elements of a map.
 struct Map<'a> {
-    report: &'a Report,
+    report: &'a Findings,
     rules: Vec<Rule>,
     /// Whether orders are written to the right of their places, rather than about them.
     beside: bool,
@@ -45,7 +47,7 @@ struct Map<'a> {
 
 impl<'a> Map<'a> {
     /// A map with a line across it.
-    fn new(report: &'a Report, line: f64, name: &str, beside: bool) -> Self {
+    fn new(report: &'a Findings, line: f64, name: &str, beside: bool) -> Self {
         let rules = vec![Rule::Horizontal(line, String::new()), Rule::Key(None, name.to_owned())];
         Map { report, rules, beside, words: Vec::new() }
     }
@@ -99,7 +101,7 @@ impl<'a> Map<'a> {
 }
 
 /// The scene itself as points of a map at this height.
-fn own_points(report: &Report, height: f64) -> Vec<Series> {
+fn own_points(report: &Findings, height: f64) -> Vec<Series> {
     let points: Vec<[f64; 2]> = report.speeds.iter().map(|at| [at.speed * RPM, height]).collect();
     if points.is_empty() {
         return Vec::new();
@@ -108,7 +110,7 @@ fn own_points(report: &Report, height: f64) -> Vec<Series> {
 }
 
 /// Unstable speeds over the damping ratio.
-pub fn over_damping(report: &Report) -> Diagram {
+pub fn over_damping(report: &Findings) -> Diagram {
     let (top, theta) = (report.ranges[1][1], report.oscillator.damping_ratio);
     let mut map = Map::new(report, theta, "damping of the scene", false);
     map.rules.push(Rule::Key(Some(Shade::Dark), "unstable".to_owned()));
@@ -135,7 +137,7 @@ fn height(region: &Region) -> f64 {
 }
 
 /// Unstable speeds over the modulation: without damping, and at that of the scene.
-pub fn over_modulation(report: &Report) -> Diagram {
+pub fn over_modulation(report: &Findings) -> Diagram {
     let top = report.ranges[2][1];
     let mut map = Map::new(report, 1.0, "modulation of the scene", true);
     let theta = number(report.oscillator.damping_ratio);
@@ -165,7 +167,7 @@ pub fn over_modulation(report: &Report) -> Diagram {
 const LARGEST_AMPLIFICATION: f64 = 100.0;
 
 /// The amplification of the load over the speed, without the unstable speeds.
-pub fn amplification(report: &Report) -> Diagram {
+pub fn amplification(report: &Findings) -> Diagram {
     let w0 = report.oscillator.natural_frequency;
     let [low, high] = report.ranges[0];
     let value = |s: &super::PeriodicMotion| s.amplification.filter(|_| s.stable);
@@ -203,12 +205,12 @@ pub fn amplification(report: &Report) -> Diagram {
 const MOST_SPEEDS: usize = 3;
 
 /// The load of the elastic member over the turn beside the kinetostatic one, M₀ = f + Ω² f₂: of an elastic shaft −m U′U″Ω².
-pub fn load(report: &Report) -> Diagram {
+pub fn load(report: &Findings) -> Diagram {
     let unit = report.units[1].replace('.', "·");
     let (name, sign) = if report.units[1] == "N" { ("Force", "F") } else { ("Torque", "M") };
     let mut series = Vec::new();
     for (at, course) in report.speeds.iter().zip(&report.courses).take(MOST_SPEEDS) {
-        let rpm = exact(at.speed * RPM);
+        let rpm = rpm(at.speed);
         let line = |name: &str, of: usize| {
             let points = course.iter().map(|point| [point[0].to_degrees(), point[of]]);
             Series::line(format!("{name}, {rpm} rpm"), points)
@@ -225,7 +227,7 @@ pub fn load(report: &Report) -> Diagram {
 const APART: f64 = 1.5;
 
 /// θ* of a parallel crank over σ, without r₂ as well: exact, and dashed by the formula of the source.
-pub fn crank(report: &Report, crank: &Crank) -> Diagram {
+pub fn crank(report: &Findings, crank: &Crank) -> Diagram {
     let theta = report.oscillator.damping_ratio;
     let value = |point: &Point| [point.sigma, point.exact.unwrap_or(f64::NAN)];
     let all = || crank.curves.iter().flat_map(|curve| &curve.points);

@@ -4,9 +4,9 @@
 //! modulation; the lines lie as densely as the picture needs. No grid of the map is evaluated, so the width of a
 //! tongue does not matter.
 
-use super::bounds::Harmonics;
 use super::hill;
 use super::modulation;
+use super::printed::Harmonics;
 use super::system::System;
 use super::tongue::{Apex, Extent, Tongue};
 use crate::parallel;

@@ -4,39 +4,37 @@
 //! Of any drive that is an oscillator with periodic coefficients ([`crate::oscillator`]), [`study`] finds the
 //! Floquet multipliers at a speed; the boundaries of the instability of every order by Hill's eigenproblem ([`hill`]
 //! numbers them, [`tongue`] makes them exact); the damping and the
-//! modulation at which each vanishes; the classical approximations beside them ([`bounds`]), θ* of a parallel crank over its
-//! stiffness ([`crank`]); maps over speed and damping, speed and modulation ([`map`]); and the motion under load
-//! ([`response`]). [`table`] and [`figures`] show all that.
+//! modulation at which each vanishes; the printed approximations beside them ([`printed`]); maps over speed and damping, speed and modulation ([`map`]); and the motion under load
+//! ([`response`]). [`report`] and [`figures`] show all that.
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, sections 4.5 and 4.6.3.
 
-pub mod bounds;
-pub mod crank;
 pub mod figures;
 pub mod hill;
 pub mod map;
 pub mod modulation;
 mod orders;
+pub mod printed;
+pub mod report;
 pub mod response;
 pub mod system;
-pub mod table;
 #[cfg(test)]
 mod tests;
 pub mod tongue;
 
 use crate::oscillator::{self, PeriodicOscillator, Terms};
 use crate::resource::Resource;
+use crate::text::{number, rpm};
 use crate::{Progress, parallel, search, work};
-use bounds::Bounds;
 use camdrive::drives::Fault;
 use map::{Known, Modulation, Region};
 use orders::{Tongues, tongues};
+use printed::Bounds;
 use response::{PeriodicMotion, Resonance, Transient};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use system::{System, Unfollowed};
-use table::exact;
 use tongue::{Extent, multipliers, spectral_radius};
 
 /// Options of a study.
@@ -79,10 +77,13 @@ const SPEEDS: usize = 240;
 const BESIDE: f64 = 1e-4;
 /// Harmonics of the load among which resonances are listed.
 const RESONANCES: usize = 40;
-/// A classical bound further from the exact value than this part of it is warned of.
-pub const TOLERATED: f64 = 0.1;
 /// Residual of |1 ∓ tr M + det M| where no boundary is: far above rounding.
 const LOST: f64 = 1e-6;
+/// Said of a drive that turns backwards.
+const BACKWARDS: &str = "The drive turns backwards: all speeds are for this sense, without their sign.";
+/// Definition of θ where the damping is negative somewhere.
+const ACTIVE: &str = "The damping is negative over a part of the turn. θ is the ratio of the constant damping with the \
+     same decay over a turn, mean(b/m)/mean(1/m); its variation stays at every θ, also \"without damping\".";
 /// Free motions that change in a turn by less than this part neither grow nor decay.
 const BORDER: f64 = 1e-12;
 /// Below this θ* an order is of no account: less than any machine's damping by orders of magnitude.
@@ -90,7 +91,7 @@ pub const NEGLIGIBLE: f64 = 1e-12;
 
 /// The result of a study.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Report {
+pub struct Findings {
     /// The name of the scene.
     pub scene: String,
     /// The drive model.
@@ -126,7 +127,7 @@ pub struct Report {
     /// The ranges of η, θ and μ that the maps show.
     pub ranges: [[f64; 2]; 3],
     /// θ* of a parallel crank over its stiffness.
-    pub crank: Option<crank::Crank>,
+    pub crank: Option<printed::Crank>,
 }
 
 /// The oscillator as numbers.
@@ -238,13 +239,13 @@ pub fn study_scene(
     resource: &Resource,
     options: &Options,
     progress: &(dyn Fn(Progress) + Sync),
-) -> Result<Report, Fault> {
+) -> Result<Findings, Fault> {
     let hint = "take fewer --orders or harmonics, or leave out the maps with --quick";
     work::within(work::BUDGET, hint, progress, |tell| studied(resource, options, tell)).map_err(Fault::new)?
 }
 
 /// See [`study_scene`].
-fn studied(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) + Sync)) -> Result<Report, Fault> {
+fn studied(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) + Sync)) -> Result<Findings, Fault> {
     let mut oscillator = oscillator::of(&resource.scene)?;
     let own = oscillator.speed.filter(|_| options.speeds.is_empty());
     let turns: Vec<f64> = options.speeds.iter().chain(options.range.iter().flatten()).copied().chain(own).collect();
@@ -253,7 +254,7 @@ fn studied(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) 
         return Err(Fault::new(format!(
             "the speed {} rpm and others have opposite signs, with different boundaries; examine them one after the \
              other, the range with its sign",
-            exact(w * table::RPM)
+            rpm(*w)
         )));
     }
     let options = &Options {
@@ -266,15 +267,15 @@ fn studied(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) 
     }
     let mut report = study([&resource.name, resource.model()], &oscillator, options, progress)?;
     if backwards {
-        report.note = Some([report.note.as_deref().unwrap_or_default(), table::BACKWARDS].join(" ").trim().to_owned());
+        report.note = Some([report.note.as_deref().unwrap_or_default(), BACKWARDS].join(" ").trim().to_owned());
         for course in &mut report.courses {
             course.iter_mut().for_each(|point| point[0] = TAU - point[0]);
             course.reverse();
         }
     }
-    let counter = Counter::new(progress, "crank", crank::POINTS);
-    let crank = if options.quick { None } else { crank::curves(&resource.scene, &|| counter.step()) };
-    Ok(Report { crank, ..report })
+    let counter = Counter::new(progress, "crank", printed::POINTS);
+    let crank = if options.quick { None } else { printed::curves(&resource.scene, &|| counter.step()) };
+    Ok(Findings { crank, ..report })
 }
 
 /// Studies the oscillator of the model `model` of the scene `scene`.
@@ -286,7 +287,7 @@ pub fn study(
     oscillator: &PeriodicOscillator,
     options: &Options,
     progress: &(dyn Fn(Progress) + Sync),
-) -> Result<Report, Fault> {
+) -> Result<Findings, Fault> {
     let system = System::new(oscillator)?;
     let w0 = system.natural_frequency();
     let theta = options.damping.unwrap_or_else(|| system.damping_ratio());
@@ -304,18 +305,18 @@ pub fn study(
     let counter = Counter::new(progress, "orders", orders);
     let Tongues { start, known, lost } = tongues(&system, orders, options.orders.is_none().then_some(theta), &counter);
 
-    let classical = bounds::Harmonics::new(&system);
+    let classical = printed::Harmonics::new(&system);
     let ranges = ranges(&system, &known, options, &speeds, theta);
     let mut orders: Vec<Order> = known.iter().map(|known| order(&system, known, theta, &classical)).collect();
     let critical = critical_modulations(&system, &orders, theta, ranges[2][1], progress);
     for (order, critical) in orders.iter_mut().zip(&critical) {
         order.modulation_ratio = critical.map(|critical| 1.0 / critical);
     }
-    let mut report = Report {
+    let mut report = Findings {
         scene: scene.to_owned(),
         model: model.to_owned(),
         note: match system.active {
-            true => Some([oscillator.note.as_deref().unwrap_or_default(), table::ACTIVE].join(" ").trim().to_owned()),
+            true => Some([oscillator.note.as_deref().unwrap_or_default(), ACTIVE].join(" ").trim().to_owned()),
             false => oscillator.note.clone(),
         },
         units: [oscillator.coordinate.unit, oscillator.load.unit],
@@ -337,7 +338,7 @@ pub fn study(
         speeds: speeds.iter().map(|speed| at_speed(&system, &known, &orders, *speed, theta)).collect(),
         orders,
         ranges,
-        ..Report::default()
+        ..Findings::default()
     };
     if !options.quick && !known.is_empty() {
         let counter = Counter::new(progress, "map", known.len());
@@ -356,7 +357,7 @@ pub fn study(
     Ok(report)
 }
 
-impl Report {
+impl Findings {
     /// The motion under load: over the turn and from rest at each speed, over the speeds, at the resonances.
     fn add_motions(&mut self, system: &System, known: &[Known], progress: &(dyn Fn(Progress) + Sync)) {
         let Oscillator { natural_frequency: w0, damping_ratio: theta, .. } = self.oscillator;
@@ -379,8 +380,7 @@ impl Report {
 
 /// Why the drive cannot be examined at a speed.
 fn unfollowed(why: Unfollowed, speed: f64, eta: f64, theta: f64) -> Fault {
-    let at =
-        format!("at {} rpm, η = {}, and the damping ratio {}", exact(speed * table::RPM), exact(eta), exact(theta));
+    let at = format!("at {} rpm, η = {}, and the damping ratio {}", rpm(speed), number(eta), number(theta));
     Fault::new(match why {
         Unfollowed::Range => format!(
             "{at} free motions change in a turn by more than numbers can hold, e^±700; examine speeds nearer to the natural \
@@ -389,7 +389,7 @@ fn unfollowed(why: Unfollowed, speed: f64, eta: f64, theta: f64) -> Fault {
         Unfollowed::Cells => format!(
             "{at} a turn cannot be followed to 8 digits: free motions vibrate or decay about {} times in it, or the inertia \
              vanishes up to rounding; examine speeds nearer to the natural frequency, η = 1",
-            exact((1.0 / eta).round())
+            number(1.0 / eta)
         ),
     })
 }
@@ -441,7 +441,7 @@ fn ranges(system: &System, known: &[Known], options: &Options, speeds: &[f64], t
 }
 
 /// An order at the damping ratio θ.
-fn order(system: &System, (tongue, apex): &Known, theta: f64, classical: &bounds::Harmonics) -> Order {
+fn order(system: &System, (tongue, apex): &Known, theta: f64, classical: &printed::Harmonics) -> Order {
     let twice = tongue.n * system.parts.max(1);
     let inverse = |lambda: f64| if lambda > 0.0 { 1.0 / lambda.sqrt() } else { f64::INFINITY };
     let critical = apex.map(|apex| apex.theta);

@@ -7,12 +7,12 @@ mod extremes;
 mod loads;
 mod tables;
 
-use super::bounds::Harmonics;
 use super::hill;
+use super::printed::Harmonics;
 use super::response;
 use super::system::System;
 use super::tongue::{Apex, Tongue, multipliers};
-use super::{Options, figures, study, table};
+use super::{Options, figures, study};
 use crate::oscillator::{PeriodicOscillator, Terms};
 use crate::plot::Rule;
 use camdrive::drives::unit;
@@ -217,7 +217,7 @@ fn constant_coefficients_excite_nothing() {
     let report =
         study(["constant", "test"], &scene, &Options { speeds: vec![0.7], ..Options::default() }, &|_| ()).unwrap();
     assert_eq!((report.oscillator.periods_per_turn, report.orders.len()), (0, 0));
-    assert!(table::about(&report).iter().any(|line| line.contains("do not vary")));
+    assert!(report.verdict().result.iter().any(|line| line.contains("do not vary")));
     // Undamped: on the border.
     assert!((report.speeds[0].radius - 1.0).abs() < 1e-14 && report.speeds[0].critical_damping == 0.0);
 }
@@ -393,8 +393,9 @@ fn damping_and_modulation_agree_at_the_border() {
             }
         }
     }
-    assert!(table::map_csv(&report).unwrap().lines().count() > 40);
-    assert!(table::orders_csv(&report).unwrap().starts_with("j,undamped_low_eta"));
+    let files: std::collections::BTreeMap<_, _> = report.report().files().into_iter().collect();
+    assert!(files["map.csv"].as_ref().unwrap().lines().count() > 40);
+    assert!(files["csv"].as_ref().unwrap().starts_with("j,damped_low_rpm,damped_high_rpm,undamped_low_rpm"));
 }
 
 /// Numbers between 0 and 1 that fill the interval evenly, another sequence for each `which`.

@@ -105,7 +105,7 @@ fn a_damping_of_mean_zero_neither_damps_nor_ends_the_study() {
         // The product of the multipliers is 1.
         assert!(!outside.stable && (outside.radius - 1.0).abs() < 1e-12, "{outside:?}");
         assert!(report.over_damping.len() > 2 && report.over_modulation.len() > 2);
-        let about = table::about(&report).join("\n");
+        let about = report.verdict().certainty.join("\n");
         assert!(about.contains("negative over a part of the turn"), "{about}");
     }
 }

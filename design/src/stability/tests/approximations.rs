@@ -1,7 +1,6 @@
 //! The classical formulas against their numbers: θ*(σ) of the parallel crank and the borders (9)–(13).
 
-use super::super::bounds::Harmonics;
-use super::super::crank;
+use super::super::printed::{self, Harmonics};
 use super::*;
 use camdrive::drives::parametric::Scene;
 use camdrive::drives::parametric::crank::{ParallelCrank, SecondCrank};
@@ -35,7 +34,7 @@ fn damping_of_a_parallel_crank_over_its_stiffness() {
     ];
     let scene = rods(SecondCrank::None);
     for (sigma, expected) in table {
-        let row = crank::row(&scene, sigma);
+        let row = printed::row(&scene, sigma);
         assert_eq!(row.iter().map(|(j, _)| *j).collect::<Vec<_>>(), [1.0, 2.0, 3.0]);
         let [a, b, c] = [0, 1, 2].map(|n| row[n].1);
         let exact = [a, b, c].map(|point| point.exact.unwrap());
@@ -56,7 +55,7 @@ fn damping_of_a_parallel_crank_over_its_stiffness() {
 #[test]
 fn cranks_on_both_sides_leave_every_second_order_and_shared_shafts_none() {
     let quarter = 0.5 * PI;
-    let orders = |second| crank::row(&rods(second), 0.3).iter().map(|(j, _)| *j).collect::<Vec<_>>();
+    let orders = |second| printed::row(&rods(second), 0.3).iter().map(|(j, _)| *j).collect::<Vec<_>>();
     assert_eq!(orders(SecondCrank::OwnShafts(quarter)), [2.0, 4.0, 6.0]);
     assert!(orders(SecondCrank::SharedShafts(quarter)).is_empty());
 }
@@ -145,7 +144,7 @@ fn the_sum_of_moduli_that_is_printed_is_told_beside_the_modulus_of_the_sum() {
             (bounds.printed - printed).abs() < 5e-6 && (bounds.three_term - three_term).abs() < 1e-12,
             "{bounds:?}"
         );
-        let text = table::below_approximations(&report).join("\n");
-        assert!(text.contains("j = 1: ") && text.contains("instead of"), "{text}");
+        let text = report.report().text(1000, true);
+        assert!(text.contains("matters for order 1;"), "{text}");
     }
 }

@@ -2,9 +2,10 @@
 
 use super::{crank, critical, mathieu, oscillator, series};
 use crate::oscillator::{PeriodicOscillator, Terms};
-use crate::stability::bounds::Harmonics;
+use crate::report::Level;
+use crate::stability::printed::Harmonics;
 use crate::stability::system::System;
-use crate::stability::{Options, modulation, study, table};
+use crate::stability::{Options, modulation, study};
 use crate::work;
 use std::f64::consts::{PI, TAU};
 
@@ -58,7 +59,7 @@ fn an_inertia_that_nearly_vanishes_has_its_first_orders() {
     }
     // The others would need more harmonics than are taken, and are told.
     assert!(!report.eigenproblem.incomplete && report.eigenproblem.lost == Some(2.0));
-    assert!(table::warnings(&report).iter().any(|line| line.contains("from order 2 on have not been found")));
+    assert!(report.verdict().certainty.iter().any(|line| line.contains("Orders from 2 on are left out")));
     let report = study(["m", "test"], &inertia(0.99), &Options { quick: true, ..Options::default() }, &|_| ()).unwrap();
     assert!(report.eigenproblem.lost.is_none() && report.orders.len() == 8);
     // Stable without damping, unstable by damping that differs over the turn: ρ = 1.0516757976 at θ = 0.1.
@@ -74,9 +75,9 @@ fn orders_whose_boundaries_are_not_found_are_told() {
     let scene = mathieu(0.3);
     let options = Options { quick: true, ..Options::default() };
     let mut report = study(["mathieu", "test"], &scene, &options, &|_| ()).unwrap();
-    assert!(!table::warnings(&report).iter().any(|line| line.contains("have not been found")));
+    assert!(!report.verdict().certainty.iter().any(|line| line.contains("left out")));
     report.eigenproblem.lost = Some(4.5);
-    assert!(table::warnings(&report).iter().any(|line| line.contains("from order 4.5 on have not been found")));
+    assert!(report.verdict().certainty.iter().any(|line| line.contains("Orders from 4.5 on are left out")));
 }
 
 #[test]
@@ -100,10 +101,11 @@ fn orders_are_counted_and_a_bound_of_zero_is_off_by_all_of_it() {
         (order.critical_damping, order.safety) = (Some(0.1), Some(0.1));
         (order.bounds.three_term, order.bounds.determinant) = (0.0, 0.0);
     }
-    let rows = table::of_orders(&report).rows;
-    assert!(rows.iter().all(|row| row.iter().any(|cell| cell == "0 ! -100 %")), "{rows:?}");
-    let below = table::below_approximations(&report).join(" ");
-    assert!(below.contains("; and 1 more order."), "{below}");
+    let text = report.report().text(1000, true);
+    assert!(
+        text.contains("three terms misses the damping by more than 10 %: order 0.5, 1, 1.5, 2 and 1 more."),
+        "{text}"
+    );
 }
 
 #[test]
@@ -153,8 +155,6 @@ fn the_modulation_at_which_an_order_becomes_unstable_is_told_without_maps_too() 
     let report = study(["mathieu", "test"], &scene, &options, &|_| ()).unwrap();
     let ratio = report.orders[8].modulation_ratio.unwrap();
     assert!((apex(9, 1.0 / ratio) - 1e-7).abs() < 1e-12);
-    let below = table::below_orders(&report).join("\n");
-    assert!(below.contains("ε/ε*") && below.contains("1.5 times"), "{below}");
 }
 
 #[test]
@@ -162,15 +162,10 @@ fn a_stable_speed_is_not_called_unstable() {
     let scene = mathieu(0.3);
     let options = Options { quick: true, damping: Some(5.0), speeds: vec![2.0], ..Options::default() };
     let report = study(["mathieu", "test"], &scene, &options, &|_| ()).unwrap();
-    let line = &table::of_speeds(&report)[0];
-    assert!(line.contains(": stable;") && line.contains("with less damping than θ = 0.07490"), "{line}");
-    // All missed orders are named.
-    let report = study(["crank", "test"], &crank(0.2, false), &Options { quick: true, ..options }, &|_| ()).unwrap();
-    let warnings = table::warnings(&report);
-    assert!(
-        warnings[0].contains("orders listed, j = 2, 3, 4, 5, 6, ") && warnings[0].contains("most that of"),
-        "{warnings:?}"
-    );
+    let verdict = report.verdict();
+    assert_eq!(verdict.level, Level::Good);
+    assert!(verdict.result[0].contains("the machine may run"), "{verdict:?}");
+    assert!(verdict.certainty.iter().any(|line| line.contains("a damping ratio below 0.0749")), "{verdict:?}");
 }
 
 #[test]

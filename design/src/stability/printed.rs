@@ -1,0 +1,329 @@
+//! What the literature prints about the instabilities, to be seen beside the exact values: bounds of the critical damping,
+//! borders, and θ* of a parallel crank; computed and told. Never a verdict.
+//!
+//! **Bounds.** With complex harmonics relative to the means, R_k = 2 ĉ_k and M_k = 2 m̂_k, so that ĉ = 1 + Σ Re(R_k e^(ikφ)), at
+//! j η = 1 and for damping proportional to nothing but itself:
+//!
+//! - three terms, q = A₀ + A cos jφ + B sin jφ: θ > ¼ |M₂ⱼ − R₂ⱼ| for half-integer j, and for integer j
+//!   θ > ¼ |M₂ⱼ − R₂ⱼ + ½ C|, C = (Rⱼ − ½ Mⱼ)² where the inertia turns with the drive, C = Rⱼ (Rⱼ − Mⱼ) where it
+//!   does not;
+//! - second order, all harmonics between: θ > ½ |H_{j,−j} − Σ H_{jn} H_{n,−j}/(1 − n²/j²)|, n ≠ ±j, H_{nl} the
+//!   element of Hill's matrix in row n of e^(inφ), divided by c₀.
+//!
+//! The borders are those of the three terms at any speed, with x = j²η² and the constant eliminated,
+//! E = H_{jj} − H_{j0} H_{0j}, F = H_{j,−j} − H_{j0} H_{0,−j} (without the products for half-integer j):
+//!
+//! |E + 2iθ√x|² = |F|²,  unstable where the left side is less.
+//!
+//! For half-integer j that is (10)–(13), D₂ η⁴ − D₁ η² + D₀ = 0 with D₀ = 1 − ¼(r_c² + r_s²), D₁ = 2j² (1 − ¼ r_c μ − 2θ²),
+//! D₂ = j⁴ (1 − ¼ μ²), for integer j the determinant (9). Validity: one harmonic that outweighs the others, constant damping;
+//! what the mass varies moves borders by per cents, since the mean of 1/m is not 1/m₀.
+//!
+//! **Parallel crank**, θ* over the stiffness of shafts and rod: σ = c₁₂/(c_AB R²), ζ = (√(1 + σ) − √σ)², r₂ₙ = −(1 − ζ) ζⁿ⁻¹. By
+//! the source's (7), θ* = ¼ (|r₂ⱼ| + ½ rⱼ²), of a single crank
+//!
+//! (1 − ζ)/4, (1 − ζ²)/8, (1 − ζ) ζ²/4 for j = 1, 2, 3, and (1 − ζ) ζ/4 for j = 2 without r₂ (its curve 4).
+//!
+//! The exact θ* beside them come from the same oscillator with another c_AB. That r₃ = 0 lets the second term of j = 3 vanish is
+//! an error of the source: r₂ r₄ and r₂³ outweigh r₆, and its conclusion, no danger at Ω ≈ ω₀/3, does not hold.
+//!
+//! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, sections 4.5.2 (9)–(16) and 4.5.3 (7), figure 4.23c: (9) with the entry k_j that its first row has
+//! lost; (12) with r = (c₂ⱼ − jΩ b₂ⱼ)/c₀, whose Ω is not printed, by which Ω cancels where the inertia turns; (15) and (16)
+//! with the modulus of the complex sum, which alone does not depend on where the angle is counted from, as well as printed.
+//! The second order is that of H. Poincaré's determinant as in Yakubovich, Starzhinskii, *Linear Differential Equations with
+//! Periodic Coefficients*, 1975.
+
+use super::system::{Complex, System, coefficient};
+use super::tongue::Tongue;
+use super::{Findings, NEGLIGIBLE, Order, hill};
+use crate::oscillator::of_coefficients;
+use crate::report::unit::{ONE, RPM};
+use crate::report::{Report, Rows, Table};
+use crate::text::number;
+use crate::{parallel, resource, search};
+use camdrive::drives::parametric::Scene;
+use camdrive::drives::parametric::law::Law;
+use serde::Serialize;
+
+/// The approximations of θ*.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Bounds {
+    /// Three terms, at j η = 1.
+    pub three_term: f64,
+    /// Second order.
+    pub second_order: f64,
+    /// (14), (16) as printed, with a sum of moduli.
+    pub printed: f64,
+    /// The three terms at the speed that needs most damping: the summit of the border (9), (10).
+    pub determinant: f64,
+    /// The three terms without the constant A₀: ¼ |M₂ⱼ − R₂ⱼ|.
+    pub without_mean: f64,
+}
+
+/// The harmonics of m̂ and ĉ that the bounds are made of.
+pub struct Harmonics {
+    m: Vec<Complex>,
+    c: Vec<Complex>,
+    turning: bool,
+}
+
+/// j²η² between which a border is looked for: its instability lies about 1.
+const NEAR: [f64; 2] = [0.25, 4.0];
+/// The place of a summit; the damping there is known to more digits.
+const TOLERANCE: f64 = 1e-12;
+
+impl Harmonics {
+    /// Those of a system.
+    pub fn new(system: &System) -> Self {
+        Harmonics { m: system.inertia(), c: system.stiffness(), turning: system.inertia_turns() }
+    }
+
+    /// The bounds of the order j = `twice`/2.
+    pub fn bounds(&self, twice: usize) -> Bounds {
+        let j = twice as i64;
+        Bounds {
+            three_term: 0.5 * self.reduced(twice, 1.0)[1].norm(),
+            second_order: self.second_order(twice),
+            printed: self.printed(twice),
+            determinant: self.summit(twice)[1].max(0.0),
+            without_mean: 0.5 * self.element(j, [j, -j], 1.0).norm(),
+        }
+    }
+
+    /// The speed ratios η of the border of the order j = `twice`/2 at the damping ratio θ, (9) or (13); None where it has no
+    /// roots about j η = 1, the upper one infinite where there is none.
+    pub fn borders(&self, twice: usize, theta: f64) -> Option<[f64; 2]> {
+        let [summit, highest] = self.summit(twice);
+        let excess = highest - theta;
+        if excess.is_nan() || excess <= 0.0 {
+            return None;
+        }
+        let mut f = |x: f64| self.damping(twice, x) - theta;
+        let mut end = |factor: f64| {
+            let outside = (1..=40).map(|i| summit * f64::powi(factor, i)).find(|x| f(*x) < 0.0)?;
+            let value = f(outside);
+            Some(search::zero(&mut f, [summit, outside], [excess, value], 0.0).sqrt() * 2.0 / twice as f64)
+        };
+        Some([end(0.5)?, end(2.0).unwrap_or(f64::INFINITY)])
+    }
+
+    /// x and θ where the border reaches highest: η = √x/j.
+    pub fn summit(&self, twice: usize) -> [f64; 2] {
+        search::maximum(&mut |x| self.damping(twice, x), NEAR, TOLERANCE).into()
+    }
+
+    /// θ on the border at x = j²η²; negative where no damping is needed.
+    fn damping(&self, twice: usize, x: f64) -> f64 {
+        let [e, f] = self.reduced(twice, x);
+        let square = f.norm_sqr() - e.re * e.re;
+        (square.abs().sqrt().copysign(square) - e.im) / (2.0 * x.sqrt())
+    }
+
+    /// E and F at x = j²η².
+    fn reduced(&self, twice: usize, x: f64) -> [Complex; 2] {
+        let j = twice as i64;
+        let element = |n: i64, l: i64| self.element(j, [n, l], x);
+        let through = |l: i64| if twice.is_multiple_of(2) { element(j, 0) * element(0, l) } else { Complex::default() };
+        [j, -j].map(|l| element(j, l) - through(l))
+    }
+
+    /// H_{nl} over c₀ at x = j²η². Orders are counted in halves, so that those of half-integer j are whole numbers.
+    fn element(&self, j: i64, [n, l]: [i64; 2], x: f64) -> Complex {
+        let square = |n: i64| (n as f64 / j as f64).powi(2);
+        let waves = if self.turning { 0.5 * (square(n) + square(l)) } else { square(l) };
+        let k = (n - l) / 2;
+        coefficient(&self.c, k) - coefficient(&self.m, k) * (x * waves)
+    }
+
+    fn printed(&self, twice: usize) -> f64 {
+        let [m, c] = [&self.m, &self.c].map(|list| move |k: usize| 2.0 * coefficient(list, k as i64));
+        // A harmonic is r − i s of r cos and s sin.
+        let (mut cosine, mut sine) = ((m(twice) - c(twice)).re.abs(), -c(twice).im);
+        if twice.is_multiple_of(2) {
+            let (m, r) = (m(twice / 2), c(twice / 2));
+            cosine += 0.5 * (0.5 * m.re - r.re).powi(2);
+            sine += 0.5 * r.im * r.im;
+        }
+        0.25 * (cosine * cosine + sine * sine).sqrt()
+    }
+
+    fn second_order(&self, twice: usize) -> f64 {
+        let j = twice as i64;
+        let element = |n: i64, l: i64| self.element(j, [n, l], 1.0);
+        // H_{jn} vanishes beyond the highest harmonic.
+        let reach = 2 * (self.m.len() as i64 - 1);
+        let between = (j - reach..=j + reach).step_by(2).filter(|n| n.abs() != j);
+        let through = |n: i64| element(j, n) * element(n, -j) / (1.0 - (n as f64 / j as f64).powi(2));
+        0.5 * (element(j, -j) - between.map(through).sum::<Complex>()).norm()
+    }
+}
+
+/// Orders of the source's diagram.
+const CRANK_ORDERS: usize = 3;
+/// σ of the diagram: from a notch at the dead centres to a pure sine.
+const RANGE: [f64; 2] = [0.01, 10.0];
+/// How far it is widened for that of the scene.
+const WIDEST: [f64; 2] = [1e-4, 1e4];
+/// Points of a curve over three decades.
+pub(super) const POINTS: usize = 49;
+
+/// θ* of a parallel crank over its stiffness.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Crank {
+    /// σ of the scene.
+    pub sigma: f64,
+    /// By order.
+    pub curves: Vec<Curve>,
+}
+
+/// The curve of an order.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Curve {
+    /// j.
+    pub j: f64,
+    /// By σ.
+    pub points: Vec<Point>,
+}
+
+/// θ* at a σ.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Point {
+    /// σ.
+    pub sigma: f64,
+    /// Exact; None where the boundaries are not found.
+    pub exact: Option<f64>,
+    /// By the approximations.
+    #[serde(flatten)]
+    pub bounds: Bounds,
+}
+
+/// The curves of a scene with a parallel crank; None of another one, and where the stiffness is constant.
+pub fn curves(scene: &resource::Scene, done: &(dyn Fn() + Sync)) -> Option<Crank> {
+    let resource::Scene::ParametricDrive(scene) = scene else { return None };
+    let Law::Crank(law) = &scene.law else { return None };
+    let sigma = law.crank.sigma();
+    let low = (0.5 * sigma).clamp(WIDEST[0], RANGE[0]);
+    let high = (2.0 * sigma).clamp(RANGE[1], WIDEST[1]);
+    let places: Vec<f64> = (0..POINTS).map(|i| low * (high / low).powf(i as f64 / (POINTS - 1) as f64)).collect();
+    let rows = parallel::map(&places, |sigma| row(scene, *sigma), done);
+    let curve = |n: usize| {
+        let of_order: Vec<(f64, Point)> = rows.iter().filter_map(|row| row.get(n).copied()).collect();
+        Some(Curve { j: of_order.first()?.0, points: of_order.into_iter().map(|(_, point)| point).collect() })
+    };
+    let curves: Vec<Curve> = (0..CRANK_ORDERS).filter_map(curve).collect();
+    (!curves.is_empty()).then_some(Crank { sigma, curves })
+}
+
+/// j and θ* of the first orders of the scene with the σ of another rod.
+pub fn row(scene: &Scene, sigma: f64) -> Vec<(f64, Point)> {
+    let mut scene = scene.clone();
+    if let Law::Crank(law) = &mut scene.law {
+        law.crank.c_ab = law.crank.shafts() / (sigma * law.crank.r * law.crank.r);
+    }
+    let oscillator = of_coefficients(&scene);
+    let Some(system) = System::new(&oscillator).ok().filter(|s| s.parts > 0) else {
+        return Vec::new();
+    };
+    let (start, harmonics) = (hill::boundaries(&system, CRANK_ORDERS), Harmonics::new(&system));
+    let order = |n: usize| {
+        let twice = n * system.parts;
+        let tongue = Tongue::numbered(&system, n, &start);
+        let exact = tongue.and_then(|tongue| tongue.apex(&system)).map(|apex| apex.theta);
+        (0.5 * twice as f64, Point { sigma, exact, bounds: harmonics.bounds(twice) })
+    };
+    (1..=CRANK_ORDERS).map(order).collect()
+}
+
+/// A bound further from the exact value than this part of it is told.
+const TOLERATED: f64 = 0.1;
+/// Orders that a sentence lists.
+const LISTED: usize = 4;
+
+/// How far a bound is from the exact value; None where both are nothing.
+fn deviation(order: &Order, bound: f64) -> Option<f64> {
+    let exact = order.critical_damping?;
+    (exact > NEGLIGIBLE || bound > NEGLIGIBLE).then(|| bound / exact - 1.0)
+}
+
+/// Adds the bounds to the orders in a file.
+pub(super) fn hidden(rows: Rows<'_, Order>, w0: f64) -> Rows<'_, Order> {
+    rows.hidden("three_term", ONE, |o| o.bounds.three_term)
+        .hidden("second_order", ONE, |o| o.bounds.second_order)
+        .hidden("printed", ONE, |o| o.bounds.printed)
+        .hidden("determinant", ONE, |o| o.bounds.determinant)
+        .hidden("without_mean", ONE, |o| o.bounds.without_mean)
+        .hidden("approximate", RPM, move |o| o.approximate.map(|ends| ends.map(|eta| eta * w0)))
+}
+
+/// The printed formulas beside the exact values, their misprints and their effect in this scene.
+pub(super) fn explain(findings: &Findings, report: &mut Report) {
+    if findings.orders.is_empty() {
+        return;
+    }
+    let w0 = findings.oscillator.natural_frequency;
+    let speeds = move |ends: Option<[f64; 2]>| ends.map(|ends| ends.map(|eta| eta * w0));
+    let bound = |value: f64| if value < NEGLIGIBLE { 0.0 } else { value };
+    report.explain_table(
+        Table::of("Critical damping ratio and borders by printed formulas", findings.listed(true))
+            .column("j", "order", ONE, |o| o.j)
+            .column("", "exact", ONE, |o| o.critical_damping.unwrap_or(f64::INFINITY))
+            .column("", "three terms", ONE, move |o| bound(o.bounds.three_term))
+            .column("", "second order", ONE, move |o| bound(o.bounds.second_order))
+            .column("", "(14), (16) as printed", ONE, move |o| bound(o.bounds.printed))
+            .column("", "(9), (10)", ONE, move |o| bound(o.bounds.determinant))
+            .column("", "unstable at this damping", RPM, move |o| speeds(o.damped))
+            .column("", "by (9), (13)", RPM, move |o| speeds(o.approximate)),
+    );
+    let list = |is_one: &dyn Fn(&Order) -> bool| {
+        let cases: Vec<String> = findings.listed(true).filter(|o| is_one(o)).map(|o| o.j.to_string()).collect();
+        let more = cases.len().saturating_sub(LISTED);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        (!cases.is_empty()).then(|| cases[..cases.len().min(LISTED)].join(", ") + &more)
+    };
+    let differs = |o: &Order| (o.bounds.printed - o.bounds.three_term).abs() > 1e-3 * o.bounds.three_term + NEGLIGIBLE;
+    let mut lines = vec![format!(
+        "Dresig, Vulfson, Dynamik der Mechanismen, 4.5.2, is printed wrong: (15), (16) add moduli where the modulus of a \
+         complex sum belongs, which here {}; (9) has lost the entry k_j of its first row, (12) the factor Ω of b₂ⱼ, both \
+         corrected here. Second order: Yakubovich, Starzhinskii. None of them decides anything.",
+        list(&differs).map_or("makes no difference".to_owned(), |orders| format!("matters for order {orders}"))
+    )];
+    let mut off = |name: &str, pick: fn(&Bounds) -> f64| {
+        let is_off = |o: &Order| deviation(o, pick(&o.bounds)).is_some_and(|off| off.abs() > TOLERATED);
+        let line = |orders| format!("{name} misses the damping by more than {} %: order {orders}.", 100.0 * TOLERATED);
+        lines.extend(list(&is_off).map(line));
+    };
+    off("The bound of three terms", |bounds| bounds.three_term);
+    off("That of second order", |bounds| bounds.second_order);
+    let unseen = |o: &Order| {
+        o.critical_damping.is_some_and(|exact| exact > NEGLIGIBLE && o.bounds.determinant < (1.0 - TOLERATED) * exact)
+    };
+    lines.extend(list(&unseen).map(|orders| {
+        format!("Between their own θ* and the exact one (9), (13) have no root, though the drive is unstable: order {orders}.")
+    }));
+    lines.extend(findings.crank.iter().flat_map(Crank::told));
+    report.explain("Printed formulas", lines);
+}
+
+impl Crank {
+    /// What the source's formula makes of the crank.
+    fn told(&self) -> Vec<String> {
+        let ratios = |curve: &Curve| {
+            let ratios = curve.points.iter().filter_map(|point| Some(point.bounds.printed / point.exact?));
+            let [low, high] = ratios.fold([f64::INFINITY, 0.0], |[l, h], ratio| [l.min(ratio), h.max(ratio)]);
+            format!("{} to {} at order {}", number(low), number(high), curve.j)
+        };
+        let mut lines = vec![format!(
+            "Parallel crank, σ = c₁₂/(c_AB R²) = {}: over σ, (7) of section 4.5.3 is {} of the exact θ*.",
+            number(self.sigma),
+            self.curves.iter().map(ratios).collect::<Vec<_>>().join(", ")
+        )];
+        if self.curves.get(2).is_some_and(|curve| curve.j == 3.0) {
+            lines.push(
+                "It takes the second term of order 3 as zero since r₃ = 0, and Ω ≈ ω₀/3 as safe; but r₂ r₄ and r₂³ \
+                 outweigh r₆, so formula and borders miss this order."
+                    .to_owned(),
+            );
+        }
+        lines
+    }
+}
