@@ -257,7 +257,9 @@ impl Diagram {
         let mut size = [WIDTH, top + HEIGHT];
         let names = self.series.iter().map(|series| &series.name).chain(self.keys().map(|(.., name)| name));
         let names: Vec<usize> = names.map(|name| name.chars().count()).collect();
-        let (entries, longest) = (names.len(), names.into_iter().max().unwrap_or(0));
+        let longest = names.iter().copied().max().unwrap_or(0);
+        // Curves without a name need no legend.
+        let entries = if longest > 0 { names.len() } else { 0 };
         let wide = 64.0 + (LETTER * TEXT * longest as f64).floor();
         let own = [wide, LINE * entries as f64 + 8.0];
         let within = legend::free_place(own, ends, &data).filter(|_| entries > 0);
@@ -435,7 +437,7 @@ mod tests {
         let name = "a setting of the solver whose name is so long that the legend is wider than the plot is, by far";
         let series = vec![Series::line(name, [[0.0, 1.0], [1.0, 2.0]]); 30];
         let diagram = Diagram::new("", ["x", "y"].map(Axis::linear), series, Vec::new());
-        let svg = diagram.svg_for_page();
+        let svg = diagram.picture().drawing.svg("", PAGE);
         let number = |name: &str| -> Vec<f64> {
             let value = svg.split_once(&format!(" {name}=\"")).unwrap().1.split('"').next().unwrap();
             value.split(' ').map(|part| part.parse().unwrap()).collect()

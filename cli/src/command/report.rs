@@ -2,7 +2,7 @@
 
 use super::output::Bar;
 use super::tradeoff::StudyArgs;
-use super::{Failure, failure, files, read, show};
+use super::{Failure, failure, files, forces, read, show, steady};
 use crate::export::model_description::unit;
 use crate::scene::Resolved;
 use camdrive::drives::variable::{Causality, Kind};
@@ -12,7 +12,8 @@ use camdrive_design::plot::{Axis, Diagram, Series};
 use camdrive_design::report::terminal::shown;
 use camdrive_design::report::unit::{DEG, ONE, RPM};
 use camdrive_design::report::{Level, Report, Table, Unit, html};
-use camdrive_design::resource::Described;
+use camdrive_design::resource::{Described, Scene};
+use camdrive_design::stability::{self, Options};
 use std::path::{Path, PathBuf};
 
 /// Writes one page of HTML about a scene: what it is, how it moves, its forces, its periodic motion, and what its FMU costs.
@@ -45,14 +46,29 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
     let mut drive = scene.resource().build().map_err(failure)?;
     drive.set_up(0.0, None);
     let mut reports = vec![glance(scene, &drive), values(scene)];
+    let place = format!("{}: ", path.display());
     let mut part = |study: &str, found: Result<Report, Failure>| {
         reports.push(found.unwrap_or_else(|Failure(fault)| {
             let mut report = Report::new(&scene.name, study);
-            let fault = fault.trim_start_matches("error: ").replace("\n  = hint:", " –");
+            let fault = fault.trim_start_matches("error: ").trim_start_matches(&place).replace("\n  = hint:", " –");
             report.verdict.result(Level::Mind, format!("Not studied: {fault}."));
             report
         }));
     };
+    if !matches!(scene.scene, Scene::ParametricDrive(_)) {
+        part("forces", forces::study(path, scene, None).map(|(report, ..)| report));
+    }
+    match &scene.scene {
+        Scene::RigidMachine(_) | Scene::DriveTrain(_) => {
+            part("periodic motion", steady::study(path, scene, "0", None).map(|findings| findings.report()));
+        }
+        Scene::ElasticShaft(_) | Scene::ParametricDrive(_) => {
+            let found =
+                Bar::beside(&scene.name, |tell| stability::study_scene(&scene.resource(), &Options::default(), tell));
+            part("stability", found.map(|findings| findings.report()).map_err(failure));
+        }
+        Scene::ElasticOutput(_) | Scene::BacklashDrive(_) => (),
+    }
     part("speed against accuracy", StudyArgs::quick().study(path, scene).map(|findings| findings.report()));
     reports.push(model(scene, &mut drive).map_err(failure)?);
     Ok(reports)
