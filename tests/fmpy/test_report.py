@@ -1,7 +1,6 @@
 """Pages of reports in a browser: they ask nobody, tell the values of the study, and everybody can read them."""
 
 import csv
-import json
 import math
 import shutil
 import subprocess
@@ -77,15 +76,19 @@ def numbers(tip):
 def test_the_pointer_and_the_keyboard_read_values(folder, page):
     path = folder / "study" / "guide_bar.html"
     page.open(path, 1600)
-    with open(folder / "study" / "guide_bar.settings.csv", newline="") as file:
-        rows = [row for row in csv.DictReader(file) if row["error"] and row["cost_ns_per_ms"]]
-    known = [[float(row["error"]), float(row["cost_ns_per_ms"])] for row in rows]
-    known += [[float(row["known_to"]), cost] for row, (_, cost) in zip(rows, known)]
+    known = []
+    for table, value in (("settings", "error"), ("features", "change")):
+        with open(folder / "study" / f"guide_bar.{table}.csv", newline="") as file:
+            for row in filter(lambda row: row[value] and row["cost_ns_per_ms"], csv.DictReader(file)):
+                # What is smaller than what is known stands there.
+                known += [[float(row[key]), float(row["cost_ns_per_ms"])] for key in (value, "known_to")]
     is_known = lambda x, y: any(math.isclose(x, a, rel_tol=2e-3) and math.isclose(y, b, rel_tol=2e-3) for a, b in known)
     # The pointer on the first point of the first line, where the picture has it.
-    place = page.run("""(() => {
+    place = page.run("""(async () => {
         const figure = document.querySelector('figure[data-x]'), svg = figure.querySelector('svg');
         svg.scrollIntoView({ block: 'center' });
+        // What is read vanishes when the page moves, which it tells a picture later.
+        for (let i = 0; i < 3; i++) await new Promise(requestAnimationFrame);
         const [x, y] = [figure.dataset.x, figure.dataset.y].map((text) => text.split(' ').slice(0, 4).map(Number));
         const point = figure.querySelector('data').value.split(' ')[0].split(',').map(Number);
         const at = svg.createSVGPoint();
@@ -120,7 +123,7 @@ def test_tables_sort_by_the_keyboard_and_tell_all_digits(folder, page):
         page.press("Enter")
         assert page.run(f"document.querySelectorAll('table')[0].tHead.rows[0].cells[{column}].ariaSort") == order
         found = page.run(values)
-        assert len(found) > 4 and found == sorted(found, key=lambda value: sign * value)
+        assert len(found) > 2 and found == sorted(found, key=lambda value: sign * value)
     with open(folder / "study" / "guide_bar.settings.csv", newline="") as file:
         costs = {float(row["cost_ns_per_ms"]) for row in csv.DictReader(file) if row["cost_ns_per_ms"]}
     assert set(found) == costs

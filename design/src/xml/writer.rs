@@ -21,7 +21,8 @@ impl Xml {
 
     /// A document that browsers read as HTML.
     pub fn html() -> Self {
-        let mut xml = Xml(Writer::new_with_indent(Vec::new(), b' ', 2));
+        // Many cells would make pages mostly of indents.
+        let mut xml = Xml(Writer::new_with_indent(Vec::new(), b' ', 0));
         xml.event(Event::DocType(BytesText::from_escaped("html")));
         xml
     }
