@@ -96,12 +96,15 @@ pub fn section(xml: &mut Xml, report: &Report) {
             }
         });
     }
+    // Sentences without a title say what the figures show.
+    let lead = usize::from(matches!(report.body.first(), Some(Block::Lines(title, _)) if title.is_empty()));
+    report.body.iter().take(lead).for_each(|part| block(xml, part));
     if !report.figures.is_empty() {
         xml.element("div", &[("class", "figures".to_owned())], |xml| {
             report.figures.iter().for_each(|figure| picture(xml, &figure.picture));
         });
     }
-    report.body.iter().for_each(|part| block(xml, part));
+    report.body.iter().skip(lead).for_each(|part| block(xml, part));
     if !report.explained.is_empty() {
         xml.element("details", &[], |xml| {
             xml.text("summary", &[], "Formulas, sources, how it was computed");
@@ -119,10 +122,9 @@ fn block(xml: &mut Xml, block: &Block) {
             content.below.iter().for_each(|line| xml.prose("p", line));
         }
         Block::Lines(_, lines) if lines.is_empty() => (),
+        Block::Lines(title, lines) if title.is_empty() => lines.iter().for_each(|line| xml.prose("p", line)),
         Block::Lines(title, lines) => {
-            if !title.is_empty() {
-                xml.text("h3", &[], title);
-            }
+            xml.text("h3", &[], title);
             xml.element("ul", &[], |xml| lines.iter().for_each(|line| xml.prose("li", line)));
         }
     }
