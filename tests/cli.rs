@@ -2019,6 +2019,7 @@ fn tradeoff_writes_tables_and_diagrams() {
         ("settings.csv", "cost_ns_per_ms"),
         ("features.csv", "cost_ratio_percent"),
         ("json", "\"advice\""),
+        ("html", "<h2>Speed against accuracy"),
         ("work_precision.svg", "CPU time per machine time [ns/ms]"),
         ("communication_step.svg", "Communication step [ms]"),
     ] {

@@ -59,7 +59,7 @@ impl Series {
     }
 
     /// The lines between points that have no place, or each point for itself.
-    fn lines(&self, place: impl Fn(&Point) -> Option<Point>) -> Vec<Vec<Point>> {
+    pub fn lines(&self, place: impl Fn(&Point) -> Option<Point>) -> Vec<Vec<Point>> {
         let of = |part: &[Point]| part.iter().filter_map(&place).collect::<Vec<_>>();
         if self.joined {
             self.points.split(|point| place(point).is_none()).filter(|part| !part.is_empty()).map(of).collect()
@@ -144,7 +144,7 @@ const MIDDLE: f64 = 0.36;
 pub const TEXT: f64 = 10.5;
 const TITLE: f64 = 13.0;
 /// That of a page of text, a browser's default, of a diagram's letters.
-const PAGE: f64 = 16.0 / TEXT;
+pub const PAGE: f64 = 16.0 / TEXT;
 const LINE: f64 = 20.0;
 /// Length of the marks of an axis.
 const TICK: f64 = 5.0;
@@ -233,11 +233,6 @@ impl Diagram {
         self.picture().drawing.svg(&self.title, 1.0)
     }
 
-    /// SVG for a page of text: with letters of the height of the page's.
-    pub fn svg_for_page(&self) -> String {
-        self.picture().drawing.svg(&self.title, PAGE)
-    }
-
     /// The entries of the legend beside those of the data; without shade that of a line of this look.
     fn keys(&self) -> impl Iterator<Item = (Option<Shade>, Look, &String)> {
         self.rules.iter().filter_map(|rule| match rule {
@@ -262,7 +257,9 @@ impl Diagram {
         let mut size = [WIDTH, top + HEIGHT];
         let names = self.series.iter().map(|series| &series.name).chain(self.keys().map(|(.., name)| name));
         let names: Vec<usize> = names.map(|name| name.chars().count()).collect();
-        let (entries, longest) = (names.len(), names.into_iter().max().unwrap_or(0));
+        let longest = names.iter().copied().max().unwrap_or(0);
+        // Curves without a name need no legend.
+        let entries = if longest > 0 { names.len() } else { 0 };
         let wide = 64.0 + (LETTER * TEXT * longest as f64).floor();
         let own = [wide, LINE * entries as f64 + 8.0];
         let within = legend::free_place(own, ends, &data).filter(|_| entries > 0);
@@ -440,7 +437,7 @@ mod tests {
         let name = "a setting of the solver whose name is so long that the legend is wider than the plot is, by far";
         let series = vec![Series::line(name, [[0.0, 1.0], [1.0, 2.0]]); 30];
         let diagram = Diagram::new("", ["x", "y"].map(Axis::linear), series, Vec::new());
-        let svg = diagram.svg_for_page();
+        let svg = diagram.picture().drawing.svg("", PAGE);
         let number = |name: &str| -> Vec<f64> {
             let value = svg.split_once(&format!(" {name}=\"")).unwrap().1.split('"').next().unwrap();
             value.split(' ').map(|part| part.parse().unwrap()).collect()

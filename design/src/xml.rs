@@ -1,5 +1,7 @@
 //! An XML document as a tree of elements, as far as attributes say it: model descriptions, structures of systems.
 
+pub mod writer;
+
 use camdrive::drives::Fault;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};

@@ -4,7 +4,7 @@ use super::measured::Measured;
 use super::output::{print, show, width};
 use super::{Failure, failure, files};
 use camdrive::drives::Fault;
-use camdrive_design::report::{Picture, Report};
+use camdrive_design::report::{Picture, Report, html};
 use std::path::{Path, PathBuf};
 
 /// How a study prints its report.
@@ -42,9 +42,11 @@ impl Telling {
                 Picture::Svg(_) => None,
             });
             inputs.extend(measured.map_or(Ok(Vec::new()), |measured| measured.lay_over(diagrams))?);
-            let parts = report.files().into_iter().chain([("json".to_owned(), Ok(json.clone()))]);
-            let parts = files::report(folder, &report.name, parts)?;
-            results.extend(parts);
+            let page = html::page(&report.name, std::slice::from_ref(&report));
+            let own =
+                [("json", json.clone()), ("html", page)].map(|(ending, content)| (ending.to_owned(), Ok(content)));
+            let parts = report.files().into_iter().chain(own);
+            results.extend(files::report(folder, &report.name, parts)?);
         }
         let written = files::write(&results, &inputs)?;
         if self.json {

@@ -4,6 +4,7 @@ use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, failure, files, optional, read};
+use crate::scene::Resolved;
 use crate::scene::forces::machine;
 use camdrive::drives::rigid_machine::Inertia;
 use camdrive::drives::shaft::cam_drive::DriveMode;
@@ -11,8 +12,9 @@ use camdrive::drives::{Fault, unit};
 use camdrive_design::forces::{Findings, Machine};
 use camdrive_design::overview::running;
 use camdrive_design::periodic_train;
+use camdrive_design::report::{self, Report};
 use camdrive_design::resource::Scene;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Computes the loads on rollers, joints and shaft at constant speed.
 ///
@@ -57,27 +59,35 @@ fn speed_of(scene: &Scene) -> Option<f64> {
     }
 }
 
-pub fn run(args: &Args) -> Result<(), Failure> {
-    let speed = optional("speed", &args.speed, &unit::ANGULAR_VELOCITY)?;
-    let scene = read(&args.scene)?;
-    let folder = files::folder(args.output.as_deref(), "forces", &scene.name)?;
-    let place = args.scene.display();
+/// The report on a scene at this speed, or its own, as JSON too, and the followers that leave their cams.
+pub fn study(path: &Path, scene: &Resolved, speed: Option<f64>) -> Result<(Report, Json, Vec<String>), Failure> {
+    let place = path.display();
     let fault = |fault: Fault| failure(format!("{place}: {fault}"));
-    let machine = machine(&scene).map_err(fault)?;
+    let machine = machine(scene).map_err(fault)?;
     let Some(speed) = speed.or_else(|| speed_of(&scene.scene)) else {
         return Err(failure(format!(
             "{place}: the scene gives no speed\n  = hint: give it, for example --speed \"300 rpm\""
         )));
     };
     let machine = Machine { speed, ..machine };
-    let (report, json, lost) = Bar::beside(&scene.name, |_| {
+    Bar::beside(&scene.name, |_| {
         let turn = machine.turn()?;
         let findings = Findings::new(&turn);
         let report = findings.report(&turn);
-        let json = camdrive_design::report::json(&report.verdict, &findings);
+        let json = report::json(&report.verdict, &findings);
         Ok((report, json, findings.lost()))
     })
-    .map_err(fault)?;
+    .map_err(fault)
+}
+
+type Json = Result<String, Fault>;
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let speed = optional("speed", &args.speed, &unit::ANGULAR_VELOCITY)?;
+    let scene = read(&args.scene)?;
+    let folder = files::folder(args.output.as_deref(), "forces", &scene.name)?;
+    let place = args.scene.display();
+    let (report, json, lost) = study(&args.scene, &scene, speed)?;
     let measured = Some(&args.measured);
     args.telling.deliver(
         report,

@@ -21,6 +21,7 @@ mod help;
 mod measured;
 mod new;
 mod output;
+mod report;
 mod run;
 mod schema;
 mod stability;
@@ -73,6 +74,7 @@ enum Command {
     Steady(steady::Args),
     Synthesize(synthesize::Args),
     Tradeoff(tradeoff::Args),
+    Report(report::Args),
     Stability(stability::Args),
     Clearance(clearance::Args),
     Run(run::Args),
@@ -147,6 +149,7 @@ pub fn main() -> ExitCode {
         Some(Command::Steady(args)) => steady::run(&args).map(|code| ending = code),
         Some(Command::Synthesize(args)) => synthesize::run(&args),
         Some(Command::Tradeoff(args)) => tradeoff::run(&args),
+        Some(Command::Report(args)) => report::run(&args),
         Some(Command::Stability(args)) => stability::run(&args),
         Some(Command::Clearance(args)) => clearance::run(&args),
         Some(Command::Run(args)) => run::run(&args),

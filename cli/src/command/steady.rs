@@ -4,11 +4,13 @@ use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, NO_MOTION, driving, failure, files, read};
+use crate::scene::Resolved;
 use crate::scene::forces::machine;
 use camdrive::drives::Fault;
 use camdrive_design::forces::Machine;
-use camdrive_design::{resource, steady};
-use std::path::PathBuf;
+use camdrive_design::resource;
+use camdrive_design::steady::{self, Findings};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Finds all periodic solutions of a machine.
@@ -45,27 +47,32 @@ pub struct Args {
     telling: Telling,
 }
 
+/// The study of a machine under this load, with this period, or of a train, which has neither.
+pub fn study(path: &Path, scene: &Resolved, load: &str, period: Option<&String>) -> Result<Findings, Failure> {
+    let place = path.display();
+    let findings = if let resource::Scene::DriveTrain(train) = &scene.scene {
+        if period.is_some() || load != "0" {
+            return Err(failure(format!(
+                "{place}: --load and --period are for a machine without elastic followers and loads\n  = hint: write the load as `machine.load.torque` into the scene, and choose the speed by its motor"
+            )));
+        }
+        let lift_offs = machine(scene).and_then(Machine::lift_offs).unwrap_or_default();
+        Bar::beside(&scene.name, |_| steady::of_train(&scene.name, train, lift_offs))
+    } else {
+        let (_, machine) = driving::machine(path, "steady")?;
+        let (load, period) = driving::load(&place.to_string(), &machine.motor, load, period)?;
+        Bar::beside(&scene.name, |_| steady::of_machine(&scene.name, &machine, load, period))
+    };
+    findings.map_err(|fault: Fault| failure(format!("{place}: {fault}")))
+}
+
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     args.measured.need(args.report.as_ref())?;
     if let Some(folder) = &args.report {
         files::no_file(folder, "--report")?;
     }
-    let place = args.scene.display();
     let scene = read(&args.scene)?;
-    let findings = if let resource::Scene::DriveTrain(train) = &scene.scene {
-        if args.period.is_some() || args.load != "0" {
-            return Err(failure(format!(
-                "{place}: --load and --period are for a machine without elastic followers and loads\n  = hint: write the load as `machine.load.torque` into the scene, and choose the speed by its motor"
-            )));
-        }
-        let lift_offs = machine(&scene).and_then(Machine::lift_offs).unwrap_or_default();
-        Bar::beside(&scene.name, |_| steady::of_train(&scene.name, train, lift_offs))
-    } else {
-        let (_, machine) = driving::machine(&args.scene, "steady")?;
-        let (load, period) = driving::load(&place.to_string(), &machine.motor, &args.load, args.period.as_ref())?;
-        Bar::beside(&scene.name, |_| steady::of_machine(&scene.name, &machine, load, period))
-    };
-    let findings = findings.map_err(|fault: Fault| failure(format!("{place}: {fault}")))?;
+    let findings = study(&args.scene, &scene, &args.load, args.period.as_ref())?;
     let none = findings.motions.is_empty() && findings.without_torques.is_none();
     let folder = args.report.as_deref();
     let place = Place { folder, inputs: scene.files, measured: Some(&args.measured), ..Place::default() };

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// communication steps, and again without each feature of the scene. Errors are relative to the largest value of an
 /// output, against a reference whose own uncertainty is stated; costs are CPU times of this machine.
 ///
-/// Prints what to use and the tables, and writes NAME.settings.csv, NAME.features.csv, NAME.json, NAME.work_precision.svg and
+/// Prints what to use and the tables, and writes NAME.settings.csv, NAME.features.csv, NAME.json, NAME.html, NAME.work_precision.svg and
 /// NAME.communication_step.svg into a folder.
 ///
 /// A drive with inputs follows a run-up: from standstill to --speed within --ramp (a sinoid of Bestehorn without jumps of
@@ -55,6 +55,11 @@ pub struct StudyArgs {
 }
 
 impl StudyArgs {
+    /// The quick study of what the scene says.
+    pub fn quick() -> Self {
+        StudyArgs { quick: true, ..StudyArgs::default() }
+    }
+
     /// Whether any of them is given.
     pub fn are_given(&self) -> bool {
         self.turns.is_some() || self.speed.is_some() || self.ramp.is_some() || self.quick

@@ -21,7 +21,7 @@ pub mod terminals;
 #[cfg(test)]
 mod test_drive;
 pub mod tradeoff;
-pub mod xml;
+pub use camdrive_design::xml::writer as xml;
 
 pub use date::Date;
 pub use runtime_library::RuntimeLibrary;

@@ -1,7 +1,8 @@
 //! One report for all studies: a [`Verdict`], then typed tables and sentences, diagrams, and what only `--explain` tells. A study
-//! fills it; [`terminal`], [`csv`], and [`json()`] write it.
+//! fills it; [`terminal`], [`csv`], [`html`], and [`json()`] write it.
 
 pub mod csv;
+pub mod html;
 pub mod table;
 pub mod terminal;
 pub mod unit;

@@ -1,6 +1,6 @@
 //! XML written element by element: escaping and indentation are the library's, the rest is here.
 
-use camdrive_design::text::{Table, is_unseen};
+use crate::text::{Table, is_unseen};
 use quick_xml::Writer;
 use quick_xml::escape::partial_escape;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
@@ -21,7 +21,8 @@ impl Xml {
 
     /// A document that browsers read as HTML.
     pub fn html() -> Self {
-        let mut xml = Xml(Writer::new_with_indent(Vec::new(), b' ', 2));
+        // Many cells would make pages mostly of indents.
+        let mut xml = Xml(Writer::new_with_indent(Vec::new(), b' ', 0));
         xml.event(Event::DocType(BytesText::from_escaped("html")));
         xml
     }

@@ -1,0 +1,162 @@
+//! `camdrive report SCENE`
+
+use super::output::Bar;
+use super::tradeoff::StudyArgs;
+use super::{Failure, failure, files, forces, read, show, steady};
+use crate::export::model_description::unit;
+use crate::scene::Resolved;
+use camdrive::drives::variable::{Causality, Kind};
+use camdrive::drives::{Curve, Description, Fault};
+use camdrive_design::overview::{self, Motion};
+use camdrive_design::plot::{Axis, Diagram, Series};
+use camdrive_design::report::terminal::shown;
+use camdrive_design::report::unit::{DEG, ONE, RPM};
+use camdrive_design::report::{Level, Report, Table, Unit, html};
+use camdrive_design::resource::{Described, Scene};
+use camdrive_design::stability::{self, Options};
+use std::path::{Path, PathBuf};
+
+/// Writes one page of HTML about a scene: what it is, how it moves, its forces, its periodic motion, and what its FMU costs.
+///
+/// The page has the reports of all studies that apply to the model. It needs no network: tables sort, diagrams tell their values
+/// under the pointer and by the arrow keys, and it prints on A4. A study that cannot be made is told in its part.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  camdrive report examples/guide_bar/scene.toml
+  camdrive report examples/sealing_machine/scene.toml -o machine.html")]
+pub struct Args {
+    /// Scene file (TOML), or an FMU with its scene inside
+    scene: PathBuf,
+    /// The page [default: NAME.html]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let scene = read(&args.scene)?;
+    let (name, reports) = (scene.name.clone(), of_scene(&args.scene, &scene)?);
+    let path = args.output.clone().unwrap_or_else(|| format!("{name}.html").into());
+    files::no_stream(&path, "-o", "a file")?;
+    show(&files::write(&[(path, html::page(&name, &reports))], &scene.files)?)
+}
+
+/// The reports of all studies of a scene.
+fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
+    let mut drive = scene.resource().build().map_err(failure)?;
+    drive.set_up(0.0, None);
+    let mut reports = vec![glance(scene, &drive), values(scene)];
+    let place = format!("{}: ", path.display());
+    let mut part = |study: &str, found: Result<Report, Failure>| {
+        reports.push(found.unwrap_or_else(|Failure(fault)| {
+            let mut report = Report::new(&scene.name, study);
+            let fault = fault.trim_start_matches("error: ").trim_start_matches(&place).replace("\n  = hint:", " –");
+            report.verdict.result(Level::Mind, format!("Not studied: {fault}."));
+            report
+        }));
+    };
+    if !matches!(scene.scene, Scene::ParametricDrive(_)) {
+        part("forces", forces::study(path, scene, None).map(|(report, ..)| report));
+    }
+    match &scene.scene {
+        Scene::RigidMachine(_) | Scene::DriveTrain(_) => {
+            part("periodic motion", steady::study(path, scene, "0", None).map(|findings| findings.report()));
+        }
+        Scene::ElasticShaft(_) | Scene::ParametricDrive(_) => {
+            let found =
+                Bar::beside(&scene.name, |tell| stability::study_scene(&scene.resource(), &Options::default(), tell));
+            part("stability", found.map(|findings| findings.report()).map_err(failure));
+        }
+        Scene::ElasticOutput(_) | Scene::BacklashDrive(_) => (),
+    }
+    part("speed against accuracy", StudyArgs::quick().study(path, scene).map(|findings| findings.report()));
+    reports.push(model(scene, &mut drive).map_err(failure)?);
+    Ok(reports)
+}
+
+/// What the scene is, and how it moves.
+fn glance(scene: &Resolved, drive: &Described) -> Report {
+    let mut report = Report::new(&scene.name, format!("the design at a glance ({})", scene.scene.said()));
+    let summary = drive.documentation().map_or(String::new(), |text| text.summary);
+    report.lines("", [scene.description.clone(), summary].into_iter().filter(|text| !text.is_empty()));
+    for (i, Curve { title, x_label, y_label, points }) in drive.curves().into_iter().enumerate() {
+        let x = if x_label.ends_with("[°]") { Axis::angular(&x_label) } else { Axis::linear(&x_label) };
+        let series = vec![Series::line("", points)];
+        report.diagram(&i.to_string(), Diagram::new(title, [x, Axis::linear(&y_label)], series, Vec::new()));
+    }
+    report
+}
+
+/// The characteristic values.
+fn values(scene: &Resolved) -> Report {
+    let mut report = Report::new(&scene.name, "characteristic values");
+    let overview = Bar::beside(&scene.name, |_| overview::of(&scene.resource()));
+    for warning in &overview.warnings {
+        report.verdict.result(Level::Mind, format!("{}.", warning.message)).advice(format!("{}.", warning.hint));
+    }
+    let in_unit = |value: f64, name: &str| shown(value, &Unit::of(name));
+    let figures = Table::of("Key figures", &overview.figures)
+        .column("name", "quantity", ONE, |figure| figure.name.replace('_', " "))
+        .column("value", "value", ONE, |figure| figure.shown.clone());
+    let motions = Table::of("Motions", &overview.motions)
+        .column("law", "law", ONE, |motion| &motion.law)
+        .column("from", "from", DEG, |motion| motion.from)
+        .column("to", "to", DEG, |motion| motion.from + motion.angle)
+        .column("lift", "h", ONE, |motion| in_unit(motion.lift, motion.unit))
+        .column("velocity", "C_v", ONE, |motion| motion.velocity)
+        .column("acceleration", "C_a₊", ONE, |motion| motion.acceleration[0])
+        .column("deceleration", "C_a₋", ONE, |motion| motion.acceleration[1])
+        .column("jerk", "C_j", ONE, |motion| motion.jerk)
+        .column("torque", "C_M₊", ONE, |motion| motion.torque[0])
+        .column("counter_torque", "C_M₋", ONE, |motion| motion.torque[1])
+        .below([Motion::SYMBOLS.to_owned()]);
+    let resonances = Table::of("Resonances", &overview.resonances)
+        .column("harmonic", "harmonic", ONE, |resonance| resonance.harmonic)
+        .column("speed", "speed", RPM, |resonance| resonance.speed)
+        .column("amplitude", "amplitude at the speed of the scene", ONE, |resonance| {
+            resonance.amplitude.map(|value| in_unit(value, resonance.unit))
+        })
+        .column("resonant_amplitude", "amplitude in resonance", ONE, |resonance| {
+            resonance.resonant_amplitude.map(|value| in_unit(value, resonance.unit))
+        });
+    report.table(figures).table(motions).table(resonances);
+    report.lines("Jumps", overview.jumps.iter().map(|jump| format!("{}: {}.", jump.law, jump.text())));
+    report
+}
+
+/// The values of the scene, its loads among them, and what the model leaves out.
+fn model(scene: &Resolved, drive: &mut Described) -> Result<Report, Fault> {
+    let mut report = Report::new(&scene.name, "values of the scene, and what the model leaves out");
+    let all = drive.descriptions().to_vec();
+    let mut rows = Vec::new();
+    for (reference, about) in all.iter().enumerate() {
+        if about.causality == Causality::Parameter && !about.name.starts_with("solver.") {
+            rows.push((about, written(about, drive.get(reference)?)));
+        }
+    }
+    let text = drive.documentation()?;
+    report.lines("What the model leaves out", text.left_out).lines("Limits", text.limits);
+    report.lines("Notes", scene.notes.iter().cloned());
+    report.table(
+        Table::of("Values", &rows)
+            .column("name", "name", ONE, |(about, _)| &about.name)
+            .column("value", "value", ONE, |(_, value)| value)
+            .column("meaning", "meaning", ONE, |(about, _)| &about.text),
+    );
+    report.explain(
+        "Equations",
+        text.equations.into_iter().map(|equation| format!("{}: {}", equation.title, equation.text)),
+    );
+    report.explain("Solution and accuracy", text.accuracy.into_iter().map(|(of, text)| format!("{of}: {text}")));
+    report.explain("Sources", text.sources);
+    Ok(report)
+}
+
+/// A value as people read it.
+fn written(about: &Description, value: f64) -> String {
+    match &about.kind {
+        Kind::Boolean => if value != 0.0 { "yes" } else { "no" }.to_owned(),
+        Kind::Enumeration(of) => of.items.get(value as usize - 1).map_or(String::new(), |(name, _)| (*name).to_owned()),
+        kind => shown(value, &Unit::of(unit(kind))),
+    }
+}

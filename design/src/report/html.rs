@@ -1,0 +1,315 @@
+//! Reports as one page of HTML that needs no network; it is well-formed XML, too.
+//!
+//! Without its script the page shows the same; the script sorts tables, reads values at the pointer and by the keyboard. Curves
+//! have as many points as the picture shows: what is left out lies within a tenth of a pixel of the line.
+
+use super::table::{Column, Table, Value};
+use super::terminal::{cell, heading, seen};
+use super::{Block, Level, Picture, Report};
+use crate::drawing::{Drawing, Frame, Point, Shape};
+use crate::plot::{Axis, Diagram, PAGE, Scale};
+use crate::xml::writer::Xml;
+
+/// How pages look, on screens and on paper.
+const STYLE: &str = include_str!("html.css");
+/// What pages do.
+const SCRIPT: &str = include_str!("html.js");
+
+/// How far (pixels) a line may pass by a point that it leaves out.
+const TOLERANCE: f64 = 0.1;
+
+/// One page of reports on the thing of this name.
+pub fn page(name: &str, reports: &[Report]) -> String {
+    let mut xml = Xml::html();
+    let attribute = |key: &'static str, value: &str| (key, value.to_owned());
+    let root = [attribute("xmlns", "http://www.w3.org/1999/xhtml"), attribute("lang", "en")];
+    xml.element("html", &root, |xml| {
+        xml.element("head", &[], |xml| {
+            xml.empty("meta", &[attribute("charset", "utf-8")]);
+            let content = attribute("content", "width=device-width, initial-scale=1");
+            xml.empty("meta", &[attribute("name", "viewport"), content]);
+            xml.text("title", &[], name);
+            xml.text("style", &[], STYLE);
+        });
+        xml.element("body", &[], |xml| {
+            xml.element("main", &[], |xml| {
+                xml.text("h1", &[], name);
+                if reports.len() > 1 {
+                    contents(xml, reports);
+                }
+                for (i, report) in reports.iter().enumerate() {
+                    xml.element("section", &[("id", format!("part{}", i + 1))], |xml| section(xml, report));
+                }
+            });
+            // Browsers read what is in a script as it stands, XML does not.
+            xml.element("script", &[], |xml| xml.markup(&format!("//<![CDATA[\n{SCRIPT}//]]>")));
+        });
+    });
+    xml.finish()
+}
+
+/// The parts of the page, each with its verdict.
+fn contents(xml: &mut Xml, reports: &[Report]) {
+    xml.element("nav", &[("aria-label", "Parts".to_owned())], |xml| {
+        xml.element("ul", &[], |xml| {
+            for (i, report) in reports.iter().enumerate() {
+                xml.element("li", &[], |xml| {
+                    xml.text("a", &[("href", format!("#part{}", i + 1))], &title(report));
+                    if !report.verdict.result.is_empty() {
+                        level(xml, report.verdict.level);
+                    }
+                });
+            }
+        });
+    });
+}
+
+/// What was studied, as a heading.
+fn title(report: &Report) -> String {
+    let mut letters = report.study.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// A level by sign, word and colour.
+fn level(xml: &mut Xml, level: Level) {
+    let (class, text) = match level {
+        Level::Good => ("good", "✔ in order"),
+        Level::Mind => ("mind", "! to be minded"),
+        Level::Bad => ("bad", "✘ fails"),
+    };
+    xml.text("span", &[("class", format!("level {class}"))], text);
+}
+
+/// A report as a part of a page: heading, verdict, figures, tables and sentences; what explains is folded away.
+pub fn section(xml: &mut Xml, report: &Report) {
+    xml.text("h2", &[], &title(report));
+    if report.verdict.parts().iter().any(|(_, sentences)| !sentences.is_empty()) {
+        xml.element("dl", &[("class", "verdict".to_owned())], |xml| {
+            for (heading, sentences) in report.verdict.parts().iter().filter(|(_, list)| !list.is_empty()) {
+                xml.element("dt", &[], |xml| {
+                    xml.text("span", &[], heading);
+                    if *heading == "Result" {
+                        level(xml, report.verdict.level);
+                    }
+                });
+                sentences.iter().for_each(|sentence| xml.prose("dd", sentence));
+            }
+        });
+    }
+    // Sentences without a title say what the figures show.
+    let lead = usize::from(matches!(report.body.first(), Some(Block::Lines(title, _)) if title.is_empty()));
+    report.body.iter().take(lead).for_each(|part| block(xml, part));
+    if !report.figures.is_empty() {
+        xml.element("div", &[("class", "figures".to_owned())], |xml| {
+            report.figures.iter().for_each(|figure| picture(xml, &figure.picture));
+        });
+    }
+    report.body.iter().skip(lead).for_each(|part| block(xml, part));
+    if !report.explained.is_empty() {
+        xml.element("details", &[], |xml| {
+            xml.text("summary", &[], "Formulas, sources, how it was computed");
+            report.explained.iter().for_each(|part| block(xml, part));
+        });
+    }
+}
+
+fn block(xml: &mut Xml, block: &Block) {
+    match block {
+        Block::Table(content) if content.title.is_empty() || content.rows.is_empty() => (),
+        Block::Table(content) => {
+            xml.text("h3", &[], &content.title);
+            table(xml, content);
+            content.below.iter().for_each(|line| xml.prose("p", line));
+        }
+        Block::Lines(_, lines) if lines.is_empty() => (),
+        Block::Lines(title, lines) if title.is_empty() => lines.iter().for_each(|line| xml.prose("p", line)),
+        Block::Lines(title, lines) => {
+            xml.text("h3", &[], title);
+            xml.element("ul", &[], |xml| lines.iter().for_each(|line| xml.prose("li", line)));
+        }
+    }
+}
+
+/// A table in a box that scrolls; a cell has all digits beside those that are shown.
+fn table(xml: &mut Xml, table: &Table) {
+    let seen = seen(table);
+    xml.element("div", &[("class", "table".to_owned())], |xml| {
+        xml.element("table", &[("aria-label", table.title.clone())], |xml| {
+            xml.element("thead", &[], |xml| {
+                xml.element("tr", &[], |xml| {
+                    for column in seen.iter().map(|i| &table.columns[*i]) {
+                        let unit =
+                            Some(("data-unit", column.unit.name.to_string())).filter(|(_, unit)| !unit.is_empty());
+                        let attributes: Vec<_> = [("scope", "col".to_owned())].into_iter().chain(unit).collect();
+                        xml.text("th", &attributes, &heading(column));
+                    }
+                });
+            });
+            xml.element("tbody", &[], |xml| {
+                for row in &table.rows {
+                    xml.element("tr", &[], |xml| {
+                        for (value, column) in seen.iter().map(|i| (&row[*i], &table.columns[*i])) {
+                            match full(value, column) {
+                                Some(full) => xml.text("td", &[("data-v", full)], &cell(value, column)),
+                                None => xml.prose("td", &cell(value, column)),
+                            }
+                        }
+                    });
+                }
+            });
+        });
+    });
+}
+
+/// All digits of a cell, the number by which it is sorted first; None of a word.
+fn full(value: &Value, column: &Column) -> Option<String> {
+    let number = |value: f64| match value * column.unit.factor + 0.0 {
+        value if value.is_infinite() => "Infinity".to_owned(),
+        value => format!("{value:?}").trim_end_matches(".0").to_owned(),
+    };
+    match value {
+        Value::Empty | Value::Text(_) => None,
+        Value::Number(value) => Some(number(*value)),
+        Value::AtMost(value) => Some(format!("{} at most", number(*value))),
+        Value::Range([low, high]) => Some(format!("{} to {}", number(*low), number(*high))),
+        Value::At(value, phi) => Some(format!("{} at {:?}°", number(*value), phi.to_degrees())),
+    }
+}
+
+fn picture(xml: &mut Xml, picture: &Picture) {
+    match picture {
+        Picture::Diagram(content) => diagram(xml, content),
+        Picture::Svg(svg) => xml.element("figure", &[], |xml| xml.markup(svg)),
+    }
+}
+
+/// A diagram with the points of its series, for the script.
+fn diagram(xml: &mut Xml, diagram: &Diagram) {
+    let mut picture = diagram.picture();
+    thin(&mut picture.drawing);
+    let (frame, shown) = (picture.frame, picture.shown);
+    let axis = |i: usize, axis: &Axis| {
+        let ([first, last], [low, high]) = (frame.ends[i], frame.ranges[i]);
+        let scale = if axis.scale == Scale::Logarithmic { "log" } else { "linear" };
+        format!("{first} {last} {low:?} {high:?} {scale} {}", axis.label)
+    };
+    let axes = [("data-x", axis(0, &shown.x)), ("data-y", axis(1, &shown.y))];
+    xml.element("figure", &axes, |xml| {
+        // Letters of a diagram are as high as those of the page.
+        xml.markup(&picture.drawing.svg(&diagram.title, PAGE));
+        for series in &shown.series {
+            let place = |[x, y]: &Point| Some(frame.at([shown.x.place(*x)?, shown.y.place(*y)?]));
+            let lines = series.lines(place);
+            let lines: Vec<String> = lines.iter().map(|line| values(line, &frame, [&shown.x, &shown.y])).collect();
+            let attributes = [("hidden", "hidden".to_owned()), ("value", lines.join(";"))];
+            xml.text("data", &attributes, &series.name);
+        }
+    });
+}
+
+/// The points of a line in pixels as values, in the digits that the picture has.
+fn values(line: &[Point], frame: &Frame, axes: [&Axis; 2]) -> String {
+    let value = |i: usize, pixel: f64| {
+        let ([first, last], [low, high]) = (frame.ends[i], frame.ranges[i]);
+        let place = low + (high - low) * (pixel - first) / (last - first);
+        let decimals = (4.0 - (high - low).log10().floor()).clamp(0.0, 300.0) as i32;
+        match axes[i].scale {
+            Scale::Logarithmic => format!("{:.4e}", 10f64.powf(place)),
+            _ if decimals > 15 => format!("{place:.4e}"),
+            _ => format!("{:?}", format!("{place:.*}", decimals as usize).parse::<f64>().unwrap_or(place) + 0.0)
+                .trim_end_matches(".0")
+                .to_owned(),
+        }
+    };
+    let point = |[x, y]: &Point| format!("{},{}", value(0, *x), value(1, *y));
+    thinned(line).iter().map(point).collect::<Vec<_>>().join(" ")
+}
+
+/// Leaves out the points of lines that nobody sees.
+fn thin(drawing: &mut Drawing) {
+    for shape in &mut drawing.shapes {
+        if let Shape::Line { points, .. } | Shape::Area { points, .. } = shape {
+            *points = thinned(points);
+        }
+    }
+}
+
+/// The points of a line from which none of the others is farther away than the tolerance (Douglas and Peucker).
+fn thinned(points: &[Point]) -> Vec<Point> {
+    let mut kept = vec![false; points.len()];
+    let mut open = vec![(0, points.len().saturating_sub(1))];
+    while let Some((from, to)) = open.pop() {
+        for end in [from, to] {
+            kept.get_mut(end).into_iter().for_each(|kept| *kept = true);
+        }
+        let far = (from + 1..to).map(|i| (distance(points[i], points[from], points[to]), i));
+        if let Some((_, i)) = far.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(far, _)| !(*far <= TOLERANCE)) {
+            open.extend([(from, i), (i, to)]);
+        }
+    }
+    points.iter().zip(kept).filter_map(|(point, kept)| kept.then_some(*point)).collect()
+}
+
+/// The way from a point to the line between two.
+fn distance(point: Point, from: Point, to: Point) -> f64 {
+    let [[x, y], [dx, dy]] = [point, to].map(|[x, y]| [x - from[0], y - from[1]]);
+    let length = dx * dx + dy * dy;
+    let share = if length > 0.0 { ((x * dx + y * dy) / length).clamp(0.0, 1.0) } else { 0.0 };
+    (x - share * dx).hypot(y - share * dy)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::{Rule, Series};
+    use crate::report::unit::MM;
+    use crate::xml::Element;
+
+    fn report() -> Report {
+        let mut report = Report::new("a < b", "stability & \"more\"");
+        report.verdict.result(Level::Mind, "It `runs`.").advice("Add damping.");
+        let rows = [1.23456789e-3, f64::INFINITY];
+        report.table(Table::of("Lifts", &rows).column("lift", "lift", MM, |row| *row).below(["Below.".to_owned()]));
+        report.explain("Method", ["By hand.".to_owned()]);
+        let sine = (0..=3600).map(|i| f64::from(i) / 10.0).map(|x| [x, x.to_radians().sin()]);
+        let axes = [Axis::angular("Angle [°]"), Axis::linear("Lift [m]")];
+        report.diagram("lift", Diagram::new("Lift", axes, vec![Series::line("sine", sine)], Vec::<Rule>::new()));
+        report
+    }
+
+    #[test]
+    fn a_page_is_whole_and_asks_nobody() {
+        let page = page("a < b", &[report(), report()]);
+        let body = page.split_once("<!DOCTYPE html>").unwrap().1;
+        assert_eq!(Element::read(body).unwrap().name, "html");
+        for part in
+            ["<h1>a &lt; b</h1>", "Stability &amp; &quot;more&quot;", "! to be minded", "<code>runs</code>", "By hand."]
+        {
+            assert!(page.contains(part) || page.contains(&part.replace("&quot;", "\"")), "{part}");
+        }
+        assert!(
+            page.contains("<td data-v=\"1.23456789\">1.23</td>") && page.contains("<td data-v=\"Infinity\">∞</td>")
+        );
+        for outside in ["src=", "@import", "url(", "href=\"http"] {
+            assert!(!page.contains(outside), "{outside}");
+        }
+    }
+
+    #[test]
+    fn style_and_script_need_no_escapes() {
+        assert!(!STYLE.contains(['"', '&', '<', '>']));
+        assert!(!SCRIPT.contains("]]>") && !SCRIPT.contains("</"));
+    }
+
+    #[test]
+    fn curves_have_the_points_that_are_seen() {
+        let sine: Vec<Point> =
+            (0..=3600).map(|i| f64::from(i) / 10.0).map(|x| [x, 150.0 * x.to_radians().sin()]).collect();
+        let few = thinned(&sine);
+        assert!(few.len() < 100 && few[0] == sine[0] && few.last() == sine.last());
+        let missed =
+            |p: &Point| few.windows(2).map(|ends| distance(*p, ends[0], ends[1])).fold(f64::INFINITY, f64::min);
+        assert!(sine.iter().map(missed).fold(0.0, f64::max) <= TOLERANCE);
+        assert!(thinned(&[]).is_empty() && thinned(&few[..1]) == few[..1]);
+    }
+}
