@@ -259,9 +259,10 @@ impl Study {
     /// The next number of harmonics of two dwells opposite to each other, and an error (m) that it does not exceed.
     fn more_harmonics(&self) -> Option<(usize, f64)> {
         let task = &self.assignment.task;
-        let column = if task.objective == Objective::LeastSquares { 2 } else { 1 };
-        let errors = matches!(task.objective, Objective::LeastSquares | Objective::Chebyshev) && self.elastic.is_none();
-        let alone = errors && task.points.is_empty() && task.bounds.is_empty() && task.weights == [0.0; 2];
+        let column = if self.asked == Objective::LeastSquares { 2 } else { 1 };
+        let errors = matches!(self.asked, Objective::LeastSquares | Objective::Chebyshev) && self.elastic.is_none();
+        let of_u_alone = task.ranges.iter().all(|range| range.prescribed[1].is_none() && range.prescribed[2].is_none());
+        let alone = errors && of_u_alone && task.points.is_empty() && task.bounds.is_empty();
         let (half, _) = symmetric_dwells(task).filter(|_| alone)?;
         let curve = self.widths.iter().find(|curve| curve.order > task.basis.order())?;
         // A wider dwell includes this one.
