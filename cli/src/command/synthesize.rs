@@ -1,8 +1,9 @@
 //! `camdrive synthesize TASK`
 
+use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, Format, files, read};
+use super::{Failure, files, read};
 use crate::scene;
 use camdrive_design::resource::Scene;
 use camdrive_design::synthesis::Infeasible;
@@ -16,8 +17,9 @@ use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
 /// A task prescribes U, U′, U″ in ranges of the drive angle, dwells, exact points and bounds; the objective is a sum of
 /// squared errors, a largest error, the peak of the acceleration or of the torque. With an elastic output member the cam
 /// is the one that keeps the task at all speeds. Several laws of a task are found together, with restrictions and distances
-/// between their tools, and go to the followers of a machine in their order. Prints a report, writes the profile as a scene fragment [cam] (or the
-/// scene that the task or --scene names, with this cam), and with --report tables and diagrams.
+/// between their tools, and go to the followers of a machine in their order. Prints what the law reaches, what to change
+/// and how sure this is, writes the profile as a scene fragment [cam] (or the scene that the task or --scene names, with this
+/// cam), and with --report tables and diagrams.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -49,7 +51,7 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    format: Format,
+    telling: Telling,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -68,7 +70,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (machine, mut inputs) = machine.unzip();
     inputs.get_or_insert_default().push(args.task.clone());
     inputs.get_or_insert_default().extend(assignment.files.iter().cloned());
-    let mut inputs = inputs.unwrap_or_default();
+    let inputs = inputs.unwrap_or_default();
     files::no_foreign(&target, &inputs, args.force)?;
     if machine.is_none() && args.follower.is_some() {
         return Err(Failure(
@@ -85,14 +87,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         scene::resolve(&target.display().to_string(), &profile, folder)
             .map_err(|faults| Failure(faults.to_string()))?;
     }
-    let mut results = vec![(target, profile.into_bytes())];
-    if let Some(folder) = &args.report {
-        let (parts, courses) = report(folder, &study, &args.measured)?;
-        results.extend(parts);
-        inputs.extend(courses);
-    }
-    let written = files::write(&results, &inputs)?;
-    args.format.print(|width| study.text(width) + "\n" + &written, || study.json())
+    let more = vec![(target, profile.into_bytes())];
+    let place = Place { folder: args.report.as_deref(), more, inputs, measured: Some(&args.measured) };
+    args.telling.deliver(study.report(), study.json(), place)
 }
 
 /// Which law of the task this name is of.
@@ -173,31 +170,4 @@ fn profile(studies: &[Study], args: &Args, machine: Option<DocumentMut>) -> Stri
         (None, []) => (),
     }
     files::signed(&document, "HS profile", &args.task, "synthesize")
-}
-
-type Parts = (Vec<(PathBuf, Vec<u8>)>, Vec<PathBuf>);
-
-/// Tables and diagrams, and the files of measured courses.
-fn report(folder: &Path, together: &Together, measured: &Measured) -> Result<Parts, Failure> {
-    let name = &together.assignment.name;
-    let mut results = files::report(folder, name, [("json", together.json())])?;
-    let mut diagrams: Vec<_> = together
-        .figure()
-        .map(|figure| (name, "distance".to_owned(), "distance".to_owned(), figure))
-        .into_iter()
-        .collect();
-    for study in &together.studies {
-        // Laws of a task are named as their files are.
-        let own = &study.assignment.name;
-        let of = if together.studies.len() > 1 { format!("{own}.") } else { String::new() };
-        diagrams.extend(study.figures().into_iter().map(|(name, diagram)| (own, format!("{of}{name}"), name, diagram)));
-        let tables = study.csv().map_err(|fault| Failure(format!("error: {fault}")))?;
-        let tables = tables.into_iter().map(|(ending, text)| (ending, Ok(text)));
-        results.extend(files::report(folder, own, tables)?);
-    }
-    let courses = measured.lay_over(diagrams.iter_mut().map(|(_, key, _, diagram)| (key.as_str(), diagram)))?;
-    for (own, _, name, diagram) in &diagrams {
-        results.extend(files::report(folder, own, [(format!("{name}.svg"), Ok(diagram.svg()))])?);
-    }
-    Ok((results, courses))
 }

@@ -4,7 +4,7 @@ use super::borders::{Sequel, borders};
 use super::passage::{Clearance, Figures};
 use super::tuning::{Intervals, nearest};
 use super::{Findings, Parameters, Study, figures, printed};
-use crate::report::terminal::{range, shown};
+use crate::report::terminal::{range, ranges, shown};
 use crate::report::unit::{DEG, HZ, J, KG, MM, MM_PER_RAD2, MS, N, NS, ONE, PERCENT, RPM, Unit};
 use crate::report::{Level, Report, Table, Verdict};
 use crate::text::{counted, number};
@@ -23,23 +23,6 @@ pub(super) struct Tunable<'a> {
     pub by_formulas: Option<&'a Intervals>,
     /// The intervals, and the values between which they were looked for.
     pub by_model: Option<(&'a Intervals, [f64; 2])>,
-}
-
-/// "12.1 to 13.4 rpm, from 15 rpm on", the first of them where there are many.
-pub(super) fn list(intervals: &[[f64; 2]], unit: &Unit) -> String {
-    let mut merged = Intervals::new();
-    for ends in intervals {
-        match merged.last_mut() {
-            // Nobody sees what is between them.
-            Some([_, end]) if shown(*end, unit) == shown(ends[0], unit) => *end = ends[1],
-            _ => merged.push(*ends),
-        }
-    }
-    let mut texts: Vec<String> = merged.iter().take(LISTED).map(|ends| range(*ends, unit)).collect();
-    if let Some(last) = merged.last().filter(|_| merged.len() > LISTED) {
-        texts.push(format!("{} more, the last {}", merged.len() - LISTED, range(*last, unit)));
-    }
-    if texts.is_empty() { "none".to_owned() } else { texts.join(", ") }
 }
 
 /// "100.3°, 254°", the first of them where there are many.
@@ -276,7 +259,7 @@ impl Findings {
             .column("", "impacts a turn, settled", ONE, |study| study.settled.map(|settled| settled.impacts))
             .column("", "largest impulse, settled", NS, |study| study.settled.map(|settled| settled.largest_impulse))
             .column("", "admissible natural frequencies", ONE, |study| {
-                study.by_model.as_ref().map(|model| list(&model.frequency, &HZ))
+                study.by_model.as_ref().map(|model| ranges(&model.frequency, &HZ))
             })
             .into()
     }
@@ -338,7 +321,7 @@ impl Findings {
                         .column("", "quantity", ONE, |q| q.name)
                         .column("", "now", ONE, |q| shown(q.value, &q.unit))
                         .column("", "looked for", ONE, |q| q.by_model.map(|(_, searched)| range(searched, &q.unit)))
-                        .column("", "admissible", ONE, |q| q.by_model.map(|(found, _)| list(found, &q.unit))),
+                        .column("", "admissible", ONE, |q| q.by_model.map(|(found, _)| ranges(found, &q.unit))),
                 );
             }
         }

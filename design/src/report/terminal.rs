@@ -1,21 +1,40 @@
 //! Reports as text for a terminal.
 
 use super::table::{Column, Table, Value};
-use super::{Block, Report};
+use super::{Block, Report, Unit};
 use crate::text::{self, NONE, Page, digits};
 use camdrive::drives::rigid_machine::linkage::in_turn;
 
 /// A number for people in a unit: three significant digits.
-pub fn shown(value: f64, unit: &super::Unit) -> String {
+pub fn shown(value: f64, unit: &Unit) -> String {
     with_unit(text::number(value * unit.factor), unit)
 }
 
 /// An interval for people: "12.1 to 13.4 rpm", "from 12.1 rpm on", in as many digits as tell its ends apart.
-pub fn range(ends: [f64; 2], unit: &super::Unit) -> String {
+pub fn range(ends: [f64; 2], unit: &Unit) -> String {
     interval(ends.map(|end| end * unit.factor), &|text| with_unit(text, unit))
 }
 
-fn with_unit(text: String, unit: &super::Unit) -> String {
+/// Intervals that a sentence lists.
+const LISTED: usize = 4;
+
+/// "12.1 to 13.4 rpm, from 15 rpm on", the first of them where there are many; intervals that look like one are told as one.
+pub fn ranges(intervals: &[[f64; 2]], unit: &Unit) -> String {
+    let mut merged: Vec<[f64; 2]> = Vec::new();
+    for ends in intervals {
+        match merged.last_mut() {
+            Some([_, end]) if shown(*end, unit) == shown(ends[0], unit) => *end = ends[1],
+            _ => merged.push(*ends),
+        }
+    }
+    let mut texts: Vec<String> = merged.iter().take(LISTED).map(|ends| range(*ends, unit)).collect();
+    if let Some(last) = merged.last().filter(|_| merged.len() > LISTED) {
+        texts.push(format!("{} more, the last {}", merged.len() - LISTED, range(*last, unit)));
+    }
+    if texts.is_empty() { "none".to_owned() } else { texts.join(", ") }
+}
+
+fn with_unit(text: String, unit: &Unit) -> String {
     match &*unit.name {
         "" => text,
         "°" => text + "°",

@@ -1,6 +1,6 @@
 //! Prescribed curve over a range: a polynomial and motion laws, as functions of the angle from its beginning.
 
-use super::remarks::degrees;
+use super::infeasible::degrees;
 use crate::text::counted;
 use camdrive::motion::MotionLaw;
 use camdrive::motion::table::{CLOSING, Points, Table};

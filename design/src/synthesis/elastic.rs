@@ -86,7 +86,7 @@ pub struct Recipe {
 }
 
 /// A resonance kη = 1 of a cam within a range of speeds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Resonance {
     /// k.
     pub harmonic: usize,

@@ -12,6 +12,7 @@
 //! terms in w₂ and the blocks of (12) corrected. The normal equations printed there are not used: their condition
 //! grows with a high power of 1/Δφ; the singular values of the sampled functions themselves decide here.
 
+mod advice;
 mod banded;
 mod basis;
 pub mod clearance;
@@ -25,6 +26,7 @@ mod exact;
 mod family;
 mod feasibility;
 pub mod figures;
+mod infeasible;
 pub mod laws;
 mod least_torque;
 mod levels;
@@ -32,13 +34,12 @@ mod nonlinear;
 mod plan;
 mod polyhedron;
 pub mod printed;
-mod remarks;
+mod report;
 mod sampling;
 mod semi_infinite;
 pub mod shaft;
 pub mod shaft_study;
 pub mod study;
-pub mod table;
 #[cfg(test)]
 mod tests;
 pub mod together;
@@ -47,8 +48,8 @@ pub mod torque;
 pub use basis::{Basis, Response, Symmetry};
 pub use curve::Curve;
 pub use feasibility::KEPT;
+pub use infeasible::UNITS;
 pub use nonlinear::{Norm, Search};
-pub use remarks::UNITS;
 
 use camdrive::motion::Fourier;
 use clearance::Clearance;
@@ -119,6 +120,11 @@ impl Bound {
     /// Whether it is of this law alone.
     pub fn is_of(&self, law: usize) -> bool {
         self.of.iter().all(|(j, _)| *j == law)
+    }
+
+    /// The largest of its limits.
+    fn size(&self) -> f64 {
+        [self.min, self.max].into_iter().filter(|end| end.is_finite()).fold(0.0, |size, end| size.max(end.abs()))
     }
 
     /// The conditions of its sides, in units of `scale`.

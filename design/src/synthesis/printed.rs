@@ -4,6 +4,8 @@
 
 use super::laws::{symmetric_dwells, two_dwells};
 use super::{Objective, Task};
+use crate::report::terminal::shown;
+use crate::report::unit::MM;
 use crate::text::number;
 use camdrive::motion::Fourier;
 
@@ -25,14 +27,14 @@ impl Cubics {
         Some(Cubics { error: task.largest_error(&cubics(task)?), exact: task.largest_error(exact) })
     }
 
-    /// A line of the report, where errors are told as `length`.
-    pub fn line(&self, length: impl Fn(f64) -> String) -> String {
-        let (error, exact) = (length(self.error), length(self.exact));
+    /// A line of the report.
+    pub fn line(&self) -> String {
+        let (error, exact) = (shown(self.error, &MM), shown(self.exact, &MM));
         if self.error > FAILED * self.exact {
             let times = number(self.error / self.exact);
             format!(
-                "warning: the cubics (4.6.4.1 (2) to (6)) of the source fail here: dwell error {error}, {times} times the \
-                 {exact} of the exact coefficients"
+                "The cubics (4.6.4.1 (2) to (6)) of the source fail here: dwell error {error}, {times} times the {exact} of \
+                 the exact coefficients."
             )
         } else {
             format!("The cubics (4.6.4.1 (2) to (6)) of the source give {error}, the exact coefficients {exact}.")

@@ -2,19 +2,16 @@
 
 use super::clearance::Clearance;
 use super::deviation::Extreme;
-use super::feasibility::KEPT;
-use super::remarks::{UNITS, degrees};
-use super::study::{Assignment, Study};
-use super::table::{LEVELS, words};
+use super::study::{Assignment, Method, Study};
 use super::{Bound, Infeasible};
 use crate::Progress;
 use crate::plot::{Axis, Diagram, Rule, Series};
-use crate::text::{self, Page, Table, number};
 use crate::work;
-use camdrive::drives::Fault;
 use camdrive::motion::Fourier;
-use serde_json::{Value, json};
 use std::f64::consts::TAU;
+
+/// Solvers miss a bound that holds the optimum by less than this part of it.
+const USED_UP: f64 = 1e-9;
 
 /// Points of a curve over the turn.
 const POINTS: usize = 721;
@@ -37,15 +34,22 @@ impl Together {
         Ok(Together { assignment: assignment.clone(), studies })
     }
 
-    fn motions(&self) -> Vec<Fourier> {
-        self.studies.iter().map(|study| study.cam.clone()).collect()
-    }
-
-    /// Each restriction of several laws with its reserve.
-    fn restrictions(&self) -> Vec<(&str, &Bound, Extreme)> {
-        let (motions, given) = (self.motions(), &self.assignment);
-        let named = given.task.bounds.iter().zip(&given.names.bounds).filter(|(bound, _)| bound.of.len() > 1);
-        named.map(|(bound, name)| (name.as_str(), bound, bound.reserve(&motions))).collect()
+    /// Each bound and each restriction with its reserve; one that holds the optimum has none.
+    pub(super) fn bounds(&self) -> Vec<(&str, &Bound, Extreme)> {
+        let [first, others @ ..] = &self.studies[..] else { return Vec::new() };
+        // The recipe keeps them by the motion behind the elastic member.
+        let of_motion = self.assignment.elasticity.is_some_and(|given| given.method == Method::Recipe);
+        let motion = |study: &Study| if of_motion { study.motion.series.clone() } else { study.cam.clone() };
+        let motions: Vec<Fourier> = self.studies.iter().map(motion).collect();
+        let task = if others.is_empty() { &first.assignment.task } else { &self.assignment.task };
+        let named = self.assignment.names.bounds.iter().zip(&task.bounds);
+        let kept = |bound: &Bound| {
+            let reserve = bound.reserve(&motions);
+            let used_up = reserve.value.abs() <= USED_UP * bound.size().max(task.scale());
+            let value = if used_up { 0.0 } else { reserve.value };
+            Extreme { value, ..reserve }
+        };
+        named.map(|(name, bound)| (name.as_str(), bound, kept(bound))).collect()
     }
 
     /// The motions of the two tools of a clearance.
@@ -54,73 +58,12 @@ impl Together {
     }
 
     /// Each clearance with the least distance.
-    fn clearances(&self) -> impl Iterator<Item = (&Clearance, Extreme)> {
+    pub(super) fn clearances(&self) -> impl Iterator<Item = (&Clearance, Extreme)> {
         self.assignment.task.clearances.iter().map(|clearance| (clearance, clearance.least(&self.tools(clearance))))
     }
 
-    fn name_of(&self, law: usize) -> &str {
+    pub(super) fn name_of(&self, law: usize) -> &str {
         self.assignment.names.laws.get(law).map_or("", String::as_str)
-    }
-
-    /// The report; its tables for lines of `width` characters.
-    pub fn text(&self, width: usize) -> String {
-        let [first, others @ ..] = &self.studies[..] else { return String::new() };
-        if others.is_empty() {
-            return first.text(width);
-        }
-        let mut page = Page::new(&self.assignment.name, width);
-        let kind = words(&self.assignment.task);
-        page.lines(first.answer()).lines([format!(
-            "Objective {kind} of {} laws: {}.",
-            self.studies.len(),
-            first.objective_value()
-        )]);
-        page.table(LEVELS, &first.levels());
-        let restrictions = self.restrictions().into_iter().map(|(name, bound, reserve)| {
-            let angles = [bound.from, bound.to].map(degrees);
-            // A bound that holds the optimum is reached but for roundings.
-            let size =
-                [bound.min, bound.max].into_iter().filter(|end| end.is_finite()).fold(0.0, |a: f64, b| a.max(b.abs()));
-            let room = if reserve.value.abs() <= KEPT * size { 0.0 } else { reserve.value };
-            let room = match bound.order {
-                0 => first.length(room),
-                order => format!("{} {}", number(room), UNITS[order]),
-            };
-            [&[name.to_owned()], &angles[..], &[room, degrees(reserve.phi)]].concat()
-        });
-        page.table("Restrictions", &Table::new("restriction  from [deg]  to [deg]  reserve  at [deg]", restrictions));
-        let clearances = self.clearances().map(|(clearance, least)| {
-            let [a, b] = clearance.laws.map(|law| self.name_of(law).to_owned());
-            let lengths = [clearance.distance, least.value].map(|d| first.length(d));
-            [&[a, b], &lengths[..], &[degrees(least.phi)]].concat()
-        });
-        let head = "tool  and tool  distance asked for  least distance  at [deg]";
-        page.table("Distances over the turn", &Table::new(head, clearances));
-        let laws = self.studies.iter().map(|study| study.text(width));
-        std::iter::once(page.text()).chain(laws).collect::<Vec<_>>().join("\n")
-    }
-
-    /// The result as JSON, in SI.
-    ///
-    /// # Errors
-    /// None in practice: all keys are texts.
-    pub fn json(&self) -> Result<String, Fault> {
-        let [first, others @ ..] = &self.studies[..] else { return text::json(&Value::Null) };
-        if others.is_empty() {
-            return text::json(&first.value());
-        }
-        let kept = |(name, _, reserve): (&str, &Bound, Extreme)| json!({ "name": name, "reserve": reserve.value, "phi": reserve.phi });
-        let clear = |(clearance, least): (&Clearance, Extreme)| {
-            let laws = clearance.laws.map(|law| self.name_of(law));
-            json!({ "laws": laws, "distance": clearance.distance, "least_distance": least.value, "phi": least.phi })
-        };
-        text::json(&json!({
-            "name": self.assignment.name,
-            "objective": { "kind": words(&self.assignment.task), "value": first.motion.objective },
-            "restrictions": self.restrictions().into_iter().map(kept).collect::<Vec<_>>(),
-            "clearances": self.clearances().map(clear).collect::<Vec<_>>(),
-            "laws": self.studies.iter().map(Study::value).collect::<Vec<_>>(),
-        }))
     }
 
     /// The distances over the turn, where some are asked for.

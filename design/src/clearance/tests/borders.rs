@@ -1,7 +1,7 @@
 //! The map of multiple impacts and its borders.
 
 use crate::clearance::borders::*;
-use crate::clearance::printed::Passage;
+use crate::clearance::formulas::Passage;
 use crate::clearance::tuning::admissible_ratios;
 use std::f64::consts::{PI, TAU};
 

@@ -2,7 +2,7 @@
 
 use crate::clearance::borders::Sequel;
 use crate::clearance::borders::{admissible, sequel};
-use crate::clearance::printed::Passage;
+use crate::clearance::formulas::Passage;
 use crate::clearance::tuning::*;
 
 #[test]

@@ -156,7 +156,8 @@ fn the_report_tells_the_deviations_of_what_is_delivered() {
     };
     let task = symmetric_task(5, PI / 6.0, Objective::Chebyshev);
     let assignment = Assignment { elasticity: Some(elasticity), ..assignment(task, &[]) };
-    let study = Together::new(&assignment, &|_| {}).unwrap().studies.remove(0);
+    let together = Together::new(&assignment, &|_| {}).unwrap();
+    let study = &together.studies[0];
     let behind = study.elastic.as_ref().unwrap();
     let largest = |list: &[[f64; 3]]| list.iter().map(|e| e[0]).fold(0.0, f64::max);
     // The worst speed is what the robust problem made small, and more than at rest.
@@ -166,9 +167,8 @@ fn the_report_tells_the_deviations_of_what_is_delivered() {
     assert!((largest(&behind.at_rest) - assignment.task.largest_error(&study.cam)).abs() < 1e-15);
     assert!(largest(&behind.at_rest) <= largest(&behind.over_speeds));
     assert!(objective > study.motion.objective);
-    let text = study.text(100);
-    for words in
-        ["of the output, at all speeds", "deviations of the output y from η = 0.0000 to 0.1300", "at rest (η = 0)"]
+    let text = together.report().text(400, true);
+    for words in ["`) from 0 to 124 rpm.", "Largest errors of the output, 0 to 124 rpm", "η = Ω/ω₀ = 0.1300 (124 rpm)"]
     {
         assert!(text.contains(words), "{words}: {text}");
     }
@@ -256,7 +256,7 @@ fn rest_at_the_turning_point_of_an_even_profile_costs_nothing() {
         task.points[1].phi = phi;
         let mut assignment = assignment(task, &[]);
         assignment.names.points = vec!["point[1]".to_owned(), "point[2]".to_owned()];
-        Together::new(&assignment, &|_| {}).unwrap().text(400)
+        Together::new(&assignment, &|_| {}).unwrap().report().text(400, false)
     };
     let warning = "decides U′ at 180°; `point[2]`, close to it";
     assert!(beside(PI - 2.65e-6, task.clone()).contains(warning) && !beside(PI, task).contains(warning));

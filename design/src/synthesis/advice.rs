@@ -1,0 +1,283 @@
+//! The answer of a synthesis: what its laws reach and keep, what would reach more, how sure this is.
+
+use super::deviation::Extreme;
+use super::elastic::SpeedRange;
+use super::infeasible::degrees;
+use super::laws::symmetric_dwells;
+use super::report::{ORDERS, TORQUE};
+use super::sampling::ANGLES;
+use super::study::{Method, Study};
+use super::together::Together;
+use super::{Bound, Objective};
+use crate::report::terminal::{range, shown};
+use crate::report::unit::{DEG, MM, NM, PERCENT, RPM};
+use crate::report::{Level, Verdict};
+use crate::text::{counted, number};
+use std::f64::consts::FRAC_PI_2;
+
+/// A deviation of more than this part of the motion is none any more.
+const FAILED_TASK: f64 = 0.1;
+
+/// An exact point within this angle of an axis of the symmetry, but not on it, is implausible (rad).
+const BESIDE: f64 = 1e-4;
+
+/// So many bounds are told by name.
+const MOST_TOLD: usize = 4;
+
+/// The errors of what is delivered: of the output at all speeds behind an elastic member, else of the motion.
+pub(super) fn delivered(study: &Study) -> &[[f64; 3]] {
+    study.elastic.as_ref().map_or(&study.motion.errors, |behind| &behind.over_speeds)
+}
+
+impl Together {
+    /// The answer.
+    pub fn verdict(&self) -> Verdict {
+        let mut verdict = Verdict::default();
+        let [first, ..] = &self.studies[..] else { return verdict };
+        verdict.result.extend(self.goal(first));
+        let errors: Vec<String> = self.studies.iter().filter_map(Study::largest_error).collect();
+        if !errors.is_empty() {
+            let speeds = first.speeds().map_or(String::new(), |speeds| format!(" from {speeds}"));
+            verdict.result(Level::Good, format!("What is prescribed is met within {}{speeds}.", errors.join(", ")));
+        }
+        first.at_speeds(&mut verdict);
+        first.in_shaft(&mut verdict);
+        let mut bounds = self.bounds();
+        bounds.sort_by(|(_, a, x), (_, b, y)| (x.value / a.size()).total_cmp(&(y.value / b.size())));
+        let reserve = |(name, bound, least): &(&str, &Bound, Extreme)| {
+            format!("{} (`{name}` at {})", shown(least.value, &ORDERS[bound.order.min(3)]), shown(least.phi, &DEG))
+        };
+        if !bounds.is_empty() {
+            let list: Vec<String> = bounds.iter().take(MOST_TOLD).map(reserve).collect();
+            let kept = bounds.iter().all(|(.., least)| least.value >= 0.0);
+            let (level, are) = if kept { (Level::Good, "kept") } else { (Level::Bad, "not all kept") };
+            verdict.result(level, format!("The bounds are {are}; their least reserves are {}.", list.join(", ")));
+        }
+        if bounds.iter().any(|(.., least)| least.value <= 0.0) {
+            verdict.advice("Bounds without reserve hold the optimum: only wider ones let the law be better.");
+        }
+        for (clearance, least) in self.clearances() {
+            let [a, b] = clearance.laws.map(|law| self.name_of(law));
+            let [near, asked] = [least.value, clearance.distance].map(|d| shown(d, &MM));
+            let at = shown(least.phi, &DEG);
+            verdict.result(Level::Good, format!("{a} and {b} come as near as {near} at {at}; {asked} is asked for."));
+        }
+        self.studies.iter().for_each(|study| study.limits(&mut verdict));
+        if let Some((harmonics, error)) = first.more_harmonics() {
+            let error = shown(error, &MM);
+            verdict.advice(format!("Where that is too much: {harmonics} harmonics meet these dwells within {error}."));
+        }
+        verdict.certainty(self.certainty(first));
+        verdict.certainty.extend(first.nonlinear());
+        verdict
+    }
+
+    /// What was made small or large; errors have their own sentence.
+    fn goal(&self, first: &Study) -> Option<String> {
+        let task = &first.assignment.task;
+        let width = |i: usize| format!("{}° (`{}`)", degrees(task.ranges[i].to - task.ranges[i].from), first.range(i));
+        let peak = |study: &Study| format!("{}{}", shown(study.peaks[2].value.abs(), &ORDERS[2]), study.of_law());
+        let join = |list: Vec<String>| list.join(", ");
+        Some(match first.asked {
+            Objective::LongestDwell { dwells: [from, end], .. } => {
+                format!("The longest dwell is {}.", join((from..end).map(width).collect()))
+            }
+            Objective::FewestHarmonics { .. } => format!("{} harmonics are the fewest.", first.tried.last()?[0]),
+            Objective::PeakAcceleration | Objective::MeanSquareAcceleration => {
+                format!("The acceleration |U″| reaches {}.", join(self.studies.iter().map(peak).collect()))
+            }
+            Objective::PeakTorque => format!("|U′U″| reaches {}.", shown(first.motion.objective, &TORQUE)),
+            _ => return None,
+        })
+    }
+
+    fn certainty(&self, first: &Study) -> String {
+        let (task, optima) = (&self.assignment.task, &first.motion.optima);
+        let best = optima.iter().copied().fold(f64::INFINITY, f64::min);
+        // Local optima of equal height to four digits are one.
+        let same = optima.iter().filter(|o| **o < best * (1.0 + 1e-4)).count();
+        let worst = number(optima.iter().copied().fold(0.0, f64::max) / best);
+        if !optima.is_empty() {
+            let (starts, seed) = (optima.len(), task.search.seed);
+            format!(
+                "Not convex: the best of {starts} starts (seed {seed}), to which {same} led, the worst to {worst} times its \
+                 value; more `starts` may find a better one."
+            )
+        } else if !task.clearances.is_empty() {
+            "Not convex: the best that was found on both sides of where the tools are nearest.".to_owned()
+        } else if self.assignment.elasticity.is_some_and(|given| given.method == Method::Recipe) {
+            "The motion is optimal, its inversion a recipe; `robust` may reach further.".to_owned()
+        } else {
+            "Convex: no law of these harmonics is better by more than rounding.".to_owned()
+        }
+    }
+}
+
+impl Study {
+    /// The speeds at which the output is looked at.
+    pub(super) fn speeds(&self) -> Option<String> {
+        let (behind, given) = (self.elastic.as_ref()?, self.assignment.elasticity.as_ref()?);
+        Some(range(behind.looked_at.map(|eta| eta * given.w0), &RPM))
+    }
+
+    /// "0.01 mm (`dwell[1]`)", of the lowest derivative that is prescribed.
+    fn largest_error(&self) -> Option<String> {
+        let of = |order: usize| {
+            let errors = delivered(self).iter().map(|e| e[order]).enumerate().filter(|(_, e)| e.is_finite());
+            errors.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, error)| (order, i, error))
+        };
+        let (order, i, error) = (0..3).find_map(of)?;
+        let least = if order == 0 { self.motion.resolution } else { 0.0 };
+        Some(format!("{} (`{}`)", shown(error.max(least), &ORDERS[order]), self.range(i)))
+    }
+
+    /// Speeds of an elastic output member.
+    fn at_speeds(&self, verdict: &mut Verdict) {
+        let (Some(behind), Some(given)) = (&self.elastic, &self.assignment.elasticity) else { return };
+        let rpm = |eta: f64| shown(eta * given.w0, &RPM);
+        let fastest = given.fastest.map(|w| w / given.w0);
+        let within = shown(given.tolerance.unwrap_or(f64::NAN), &MM);
+        match behind.reached {
+            None if given.tolerance.is_some() => {
+                let slowest = shown(given.slowest, &RPM);
+                verdict.result(
+                    Level::Bad,
+                    format!("`elasticity.tolerance` of {within} cannot be kept, not even at {slowest}."),
+                );
+                verdict.advice("Take more harmonics, shorter ranges or a wider tolerance.");
+            }
+            Some(eta) if fastest.is_some_and(|fastest| eta < fastest) => {
+                verdict.result(Level::Mind, format!("It stays within {within} up to {}.", rpm(eta)));
+            }
+            _ => (),
+        }
+        let laws = self.rivals.iter().zip(&behind.reaches).skip(1);
+        let reach = laws.filter_map(|(law, eta)| Some((&law.name, (*eta)?)));
+        if let Some((name, eta)) = reach.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            let text = format!("Of the standard laws {name} stays within {within} longest, up to {}.", rpm(eta));
+            verdict.result(Level::Good, text);
+        }
+        if behind.worst.is_some_and(|worst| worst > FAILED_TASK * self.way()) {
+            let way = shown(self.way(), &MM);
+            verdict.result(Level::Bad, format!("What is prescribed spans {way}: this is not the motion of the task."));
+            verdict.advice("Lower `fastest`.");
+        }
+        let last = fastest.or(behind.reached).unwrap_or(0.0);
+        let crossed = SpeedRange { fastest: last, ..given.range() }.crossed(&self.assignment.task.basis);
+        if !crossed.is_empty() && given.method == Method::Robust {
+            let list: Vec<String> =
+                crossed.iter().map(|k| format!("{} (harmonic {k})", rpm(1.0 / *k as f64))).collect();
+            let list = list.join(", ");
+            verdict.result(
+                Level::Mind,
+                format!("The speeds cross resonances at {list}: the cam does without these harmonics."),
+            );
+        }
+        let refused = |limit: &f64| behind.resonances.iter().find(|r| r.amplitude > *limit);
+        if let Some((r, limit)) = given.amplitude.and_then(|limit| Some((refused(&limit)?, shown(limit, &MM)))) {
+            let (w, k, size) = (rpm(r.eta), r.harmonic, shown(r.amplitude, &MM));
+            verdict.advice(format!("Stay below {w}: there harmonic {k} resonates with {size}; {limit} is admissible."));
+        }
+        if given.method == Method::Robust && given.damping > 0.0 && self.assignment.task.basis.is_even() {
+            verdict.advice(
+                "Let the cam lead its damped output, to reach further: `half_wave` instead of `even_half_wave`, `none` \
+                 instead of `even`.",
+            );
+        }
+    }
+
+    /// The torque in an elastic shaft.
+    fn in_shaft(&self, verdict: &mut Verdict) {
+        let Some(shaft) = &self.shaft else { return };
+        let largest = |i: usize| shaft.laws[i].points.iter().map(|p| p[1]).fold(0.0, f64::max);
+        let torque = shown(largest(0), &NM);
+        let twice =
+            shaft.laws[0].exceeded[1].map_or("at no speed".to_owned(), |w| format!("from {} on", shown(w, &RPM)));
+        let text = format!("The shaft torque reaches {torque}; {twice} it is more than twice the kinetostatic one.");
+        verdict.result(Level::Good, text);
+        if let Some(i) = (1..self.rivals.len()).min_by(|i, j| largest(*i).total_cmp(&largest(*j))) {
+            let (name, torque) = (&self.rivals[i].name, shown(largest(i), &NM));
+            verdict.result(Level::Good, format!("Of the standard laws {name} has the least, {torque}."));
+        }
+        if let [(w, _), ..] = &shaft.faults[..] {
+            let (count, first) = (counted(shaft.faults.len(), "speed"), shown(*w, &RPM));
+            verdict.result(Level::Bad, format!("There is no stable periodic motion at {count}, the first {first}."));
+        }
+    }
+
+    /// How far the torque of the nonlinear drive is from that of the linear one.
+    fn nonlinear(&self) -> Option<String> {
+        let nonlinear = self.shaft.iter().flat_map(|shaft| &shaft.nonlinear);
+        let differences = nonlinear.filter_map(|at| Some((at, at.difference()?)));
+        let (at, difference) = differences.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+        let (percent, w) = (shown(difference, &PERCENT), shown(at.w, &RPM));
+        let [torque, linear] = [(1.0 + difference) * at.linear, at.linear].map(|torque| shown(torque, &NM));
+        Some(format!(
+            "The largest torque of the nonlinear drive differs by at most {percent}: at {w} it is {torque} instead of {linear}."
+        ))
+    }
+
+    /// What the task or the numbers leave open.
+    fn limits(&self, verdict: &mut Verdict) {
+        let (task, motion) = (&self.assignment.task, &self.motion);
+        if motion.undetermined > 0 {
+            let (all, free) = (task.basis.size(), motion.undetermined);
+            verdict.result(Level::Mind, format!("What is prescribed leaves {free} of {all} coefficients free."));
+            verdict.advice("Take more `points`, fewer harmonics or more symmetry.");
+        }
+        let highest = task.basis.order().max(1) as f64;
+        for (point, name) in task.points.iter().zip(&self.assignment.names.points) {
+            let row = task.basis.row(point.law, point.phi, point.order, None);
+            let size = row.iter().fold(0.0_f64, |size, value| size.max(value.hi.abs()));
+            if (ANGLES..BESIDE).contains(&(size / highest.powi(point.order as i32 + 1))) {
+                let axis = degrees((point.phi / FRAC_PI_2).round() * FRAC_PI_2);
+                let u = "U".to_owned() + &"′".repeat(point.order);
+                let text = format!(
+                    "The symmetry alone decides {u} at {axis}°; `{name}`, close to it, prescribes the next derivative there."
+                );
+                verdict.result(Level::Mind, text).advice(format!("If the axis is meant, write \"{axis} deg\"."));
+            }
+        }
+        let largest = motion.series.a.iter().chain(&motion.series.b).fold(0.0_f64, |largest, c| c.abs().max(largest));
+        let rounding = f64::EPSILON * largest;
+        let errors =
+            !matches!(task.objective, Objective::PeakAcceleration | Objective::PeakTorque | Objective::ShaftTorque(_));
+        if errors && !task.ranges.is_empty() && task.largest_error(&motion.series) < 4.0 * rounding {
+            verdict.advice(
+                "The error is below rounding: take fewer harmonics, or make the `peak_acceleration` small within a `tolerance`.",
+            );
+        }
+        // Each coefficient brings its rounding, enlarged by its order in U′ and once more in U″.
+        if motion.excess > task.basis.size() as f64 * highest.powi(2) * rounding {
+            let excess = shown(motion.excess, &MM);
+            verdict.certainty(format!(
+                "Conditions are kept to {excess}: their extremes are too flat or too close together."
+            ));
+        }
+    }
+
+    /// The next number of harmonics of two dwells opposite to each other, and an error (m) that it does not exceed.
+    fn more_harmonics(&self) -> Option<(usize, f64)> {
+        let task = &self.assignment.task;
+        let column = if self.asked == Objective::LeastSquares { 2 } else { 1 };
+        let errors = matches!(self.asked, Objective::LeastSquares | Objective::Chebyshev) && self.elastic.is_none();
+        let of_u_alone = task.ranges.iter().all(|range| range.prescribed[1].is_none() && range.prescribed[2].is_none());
+        let alone = errors && of_u_alone && task.points.is_empty() && task.bounds.is_empty();
+        let (half, _) = symmetric_dwells(task).filter(|_| alone)?;
+        let curve = self.widths.iter().find(|curve| curve.order > task.basis.order())?;
+        // A wider dwell includes this one.
+        let point = curve.points.iter().find(|point| point[0] >= 2.0 * half - 1e-9)?;
+        let error = point[column] * self.way();
+        (error < 0.5 * task.largest_error(&self.motion.series)).then_some((curve.order, error))
+    }
+
+    /// Between which U the ranges prescribe.
+    fn way(&self) -> f64 {
+        let values = self.assignment.task.ranges.iter().flat_map(|range| {
+            let target = range.prescribed[0].as_ref();
+            target.into_iter().flat_map(|target| [0.0, range.to - range.from].map(|x| target.at(x)))
+        });
+        let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], u| [a.min(u), b.max(u)]);
+        (high - low).max(0.0)
+    }
+}
