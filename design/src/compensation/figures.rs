@@ -8,13 +8,10 @@
 
 use super::iteration::Round;
 use super::report::Findings;
-use super::spectral::amplitude;
+use super::spectral::{POINTS, phase};
 use crate::plot::{Axis, Diagram, Rule, Series};
+use crate::report::unit::RPM;
 use camdrive::motion::Fourier;
-use std::f64::consts::TAU;
-
-/// Points of a curve over the period.
-pub(super) const POINTS: usize = 720;
 
 /// Harmonics below this part of the largest are not shown, nor higher ones than this: HS profiles have none, and cycles no end.
 const LEAST: f64 = 1e-4;
@@ -48,10 +45,11 @@ impl Findings {
 
     /// φ̇(t), at first and at last.
     fn speed_diagram(&self) -> Diagram {
-        let curves = self.at_the_ends().map(|(name, round)| (name, over_period(|psi| round.speeds.at(psi).0[0])));
+        let curves =
+            self.at_the_ends().map(|(name, round)| (name, over_period(|psi| RPM.factor * round.speeds.at(psi).0[0])));
         let series = curves.map(|(name, points)| Series::line(name, points)).collect();
         let title = format!("Speed of {} over a period", self.scene);
-        Diagram::new(title, [period_axis(), Axis::linear("Speed [rad/s]")], series, Vec::new())
+        Diagram::new(title, [period_axis(), Axis::linear("Speed [rpm]")], series, Vec::new())
     }
 
     /// The acceleration of tool `j` over the time, as prescribed, at first and at last.
@@ -70,7 +68,7 @@ impl Findings {
     /// The harmonics of the acceleration of tool `j`.
     fn spectrum_diagram(&self, j: usize) -> Diagram {
         let all = |series: &Fourier, round: &Round| -> Vec<f64> {
-            (1..=series.order().min(HIGHEST)).map(|m| harmonic(round, series, m)).collect()
+            (1..=series.order().min(HIGHEST)).map(|m| round.harmonic(series, m)).collect()
         };
         let wanted = ("as prescribed".to_owned(), all(&self.wanted[j], &self.finished));
         let shown = self.shown().map(|(name, round)| (name, all(&round.motions[j], round)));
@@ -107,17 +105,6 @@ impl Findings {
     fn acceleration(&self, j: usize) -> &'static str {
         if self.turning[j] { "Angular acceleration of the tool [rad/s²]" } else { "Acceleration of the tool [m/s²]" }
     }
-}
-
-/// m²Ω² √(a² + b²): the amplitude of a harmonic of the acceleration (m/s² or rad/s²); 0 beyond the series.
-pub(super) fn harmonic(round: &Round, series: &Fourier, m: usize) -> f64 {
-    let size = if m <= series.order() { amplitude(series, m) } else { 0.0 };
-    (m as f64 * round.mean_speed()).powi(2) * size
-}
-
-/// ψ (rad) of a point.
-pub(super) fn phase(i: usize) -> f64 {
-    TAU * i as f64 / POINTS as f64
 }
 
 /// A function of ψ at equal steps, over ψ in degrees.

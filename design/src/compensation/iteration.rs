@@ -58,6 +58,12 @@ impl Round {
     pub fn mean_speed(&self) -> f64 {
         self.speeds.a[0]
     }
+
+    /// m²Ω² √(a² + b²): the amplitude of a harmonic of the acceleration (m/s² or rad/s²); 0 beyond the series.
+    pub(super) fn harmonic(&self, series: &Fourier, m: usize) -> f64 {
+        let size = if m <= series.order() { amplitude(series, m) } else { 0.0 };
+        (m as f64 * self.mean_speed()).powi(2) * size
+    }
 }
 
 /// J at the points, with the cams as they are, and dφ/dχ there.

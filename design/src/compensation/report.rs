@@ -1,10 +1,10 @@
 //! A compensation and its report.
 
-use super::figures::{POINTS, harmonic, phase};
 use super::iteration::{Cam, Machine, Quality, Round, rounds};
 use super::loaded::Loaded;
 use super::periodic_motion::Driving;
 use super::restrictions::{Kept, Restrictions};
+use super::spectral::{POINTS, phase};
 use super::{Form, Law, Solution, Task, Tool, laws};
 use crate::periodic_motions::periodic_motions;
 use crate::report::terminal::{range, shown};
@@ -488,7 +488,7 @@ impl Findings {
             .hidden("harmonic", ONE, |row| row.2)
             .hidden("speed_cosine", RPM, |row| row.1.speeds.a[row.2])
             .hidden("speed_sine", RPM, |row| row.1.speeds.b[row.2]);
-        report.table(self.over_machines(spectra, harmonic));
+        report.table(self.over_machines(spectra, Round::harmonic));
         for (key, diagram) in self.diagrams() {
             report.diagram(&key, diagram);
         }

@@ -80,6 +80,14 @@ pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
+/// Points of a curve over the period.
+pub const POINTS: usize = 720;
+
+/// ψ (rad) of a point.
+pub fn phase(i: usize) -> f64 {
+    TAU * i as f64 / POINTS as f64
+}
+
 /// aₖ and bₖ together: √(aₖ² + bₖ²).
 pub fn amplitude(series: &Fourier, k: usize) -> f64 {
     series.a[k].hypot(series.b[k])

@@ -1,6 +1,6 @@
 //! Forces over the turn as diagrams.
 
-use super::report::Quantity;
+use super::quantity::Quantity;
 use super::turn::{State, Turn};
 use super::{Drive, Machine};
 use crate::plot::{Axis, Diagram, Rule, Series};

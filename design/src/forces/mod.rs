@@ -15,6 +15,7 @@
 
 pub mod figures;
 pub mod mechanism;
+pub mod quantity;
 pub mod report;
 #[cfg(test)]
 mod tests;

@@ -1,8 +1,7 @@
 //! What to use, what it costs, what may be left out: said once.
 
-use super::report::LEVEL;
 use super::{Feature, Findings, Row, bounded};
-use crate::report::Verdict;
+use crate::report::{Level, Verdict};
 use crate::text::{number, share, time};
 use serde::Serialize;
 
@@ -88,7 +87,7 @@ pub fn verdict(findings: &Findings) -> Verdict {
     if let Some(row) = default.map(|i| &findings.settings[i]) {
         let of = row.worst.as_ref().map_or(String::new(), |output| format!(" ({output})"));
         verdict.result(
-            LEVEL,
+            Level::Good,
             format!(
                 "With {} at communication steps of {} the error is {}{of}, at {} ns per ms of machine time.",
                 words(row),

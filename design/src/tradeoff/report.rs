@@ -3,7 +3,7 @@
 use super::advice::{self, words};
 use super::{Cost, Feature, Findings, Output, figures};
 use crate::report::unit::{MS, ONE, PERCENT, US, Unit};
-use crate::report::{Level, Report, Rows, Table, Value};
+use crate::report::{Report, Rows, Table, Value};
 use crate::text::{self, counted, number, time};
 use camdrive::drives::Fault;
 
@@ -160,6 +160,3 @@ impl Findings {
         crate::report::json(&advice::verdict(self), self)
     }
 }
-
-/// The level of a study that measures: there is nothing to fail.
-pub(super) const LEVEL: Level = Level::Good;
