@@ -3251,7 +3251,7 @@ fn a_study_has_the_same_bits_for_any_number_of_threads_and_jobs() {
     assert!(there.code == 1 && there.err.contains("--resume computes what it lacks"), "{}", there.err);
     let resumed = run("many", &["--resume"]);
     assert!(
-        resumed.code == 0 && resumed.out.contains("24 runs") && resumed.out.contains("16 runs in other parts"),
+        resumed.code == 0 && resumed.out.contains("40 runs: 40 ok") && resumed.out.contains(": 24 runs in "),
         "{}",
         resumed.out
     );
@@ -3278,7 +3278,7 @@ fn runs_that_are_refused_or_fail_are_rows_with_a_message() {
         run.out,
         run.err
     );
-    assert!(run.out.contains("first refused: run 1: `elasticity.damping_ratio`: -1 is out of range"), "{}", run.out);
+    assert!(run.out.contains("First refused: run 1: `elasticity.damping_ratio`: -1 is out of range"), "{}", run.out);
     let explained = camdrive(&["study", &file, "--explain", "--json"]);
     let said: serde_json::Value = serde_json::from_str(&explained.out).unwrap();
     assert_eq!((&said["rows"], &said["parts"]), (&80.into(), &5.into()));
@@ -3350,9 +3350,9 @@ fn turns_of_a_driven_train_and_loads_that_do_not_hold_are_measured() {
         assert!(run.code == 0 && run.out.contains(" 0 refused, 0 failed"), "{}{}", run.out, run.err);
         run.out
     };
-    // 5π, and half of it.
+    // Two turns and a half, and half of that.
     let out = run("valve_train", r#"["max phi", "mean phi"]"#, r#"{ name = "drive.w", values = ["1600 rpm"] }"#);
-    assert!(out.contains("15.708") && out.contains("7.854"), "{out}");
+    assert!(out.contains("max phi: 900°") && out.contains("mean phi: 450°"), "{out}");
     // The contact force of the tappet changes its sign at this speed, which its drive tells at every communication point.
     run("tappet", r#"["max force"]"#, r#"{ name = "drive.w", values = [200] }"#);
 }
@@ -3437,7 +3437,7 @@ count = 10
     let run = |store: &Path, more: &[&str]| camdrive(&[&["study", text(&file), "-o", text(store)], more].concat());
     let whole = run(&store, &["--threads", "1"]);
     assert!(whole.code == 0 && whole.out.contains("10 ok, 30 refused, 0 failed"), "{}{}", whole.out, whole.err);
-    let first = "first refused: run 10: ";
+    let first = "First refused: run 10: ";
     assert!(
         whole.out.contains(first) && whole.out.contains("gripper.toml: `elasticity.damping_ratio`: -1"),
         "{}",
@@ -3496,7 +3496,7 @@ fn a_study_of_an_fmu_of_another_maker() {
     assert_eq!((&said["columns"][1]["unit"], &said["columns"][2]["unit"]), (&"m.s-1".into(), &"K".into()));
     std::fs::remove_dir_all(&store).unwrap();
     let run = camdrive(&["study", text(&file), "-o", text(&store)]);
-    for said in ["first failed: run 2: from t = 0.6 s to 0.8", "ends the simulation", "first refused: run 3: `u`: 1 "] {
+    for said in ["First failed: run 2: from t = 0.6 s to 0.8", "ends the simulation", "First refused: run 3: `u`: 1 "] {
         assert!(run.out.contains(said), "{said}: {}", run.out);
     }
     let without = lines.replace("step = \"0.3 s\"\n", "");
@@ -3970,6 +3970,51 @@ fn a_coupling_report_tells_steps_and_packs_the_one_fmu() {
     let fmu = folder.join("loom_system_train.fmu");
     let checked = camdrive(&["verify", text(&fmu)]);
     assert_eq!(checked.code, 0, "{}{}", checked.out, checked.err);
+}
+
+/// The page of a store, of a study by its usual store, of a system; and what has none.
+#[test]
+fn pages_of_studies_and_systems() {
+    let (folder, file) = study("report", "\n[[vary]]\nname = \"start.mode\"\nvalues = [\"at_rest\"]\n");
+    let (store, page) = (folder.join("store"), folder.join("page.html"));
+    let report = |what: &str| camdrive(&["report", what, "-o", text(&page)]);
+    let missing = folder.join("without.toml");
+    std::fs::copy(&file, &missing).expect("a study");
+    let made = camdrive(&["study", &file, "-o", text(&store), "--part", "1/3"]);
+    assert!(made.code == 0 && made.out.contains("2 parts not there yet"), "{}{}", made.out, made.err);
+    let of_part = report(text(&store));
+    assert_eq!((of_part.code, of_part.err.as_str()), (0, ""));
+    assert!(std::fs::read_to_string(&page).expect("the page").contains("16 runs of 40: 16 ok"));
+    assert_eq!(camdrive(&["study", &file, "-o", text(&store), "--resume"]).code, 0);
+    assert_eq!(report(text(&store)).code, 0);
+    let whole = std::fs::read_to_string(&page).expect("the page");
+    let data = camdrive(&["study", &file, "-o", text(&store), "--resume", "--json"]);
+    let data: serde_json::Value = serde_json::from_str(&data.out).expect("JSON");
+    assert_eq!((&data["computed"], &data["ok"]), (&0.into(), &40.into()));
+    for sentence in data["verdict"]["result"].as_array().expect("sentences") {
+        assert!(whole.contains(sentence.as_str().expect("a sentence")), "{sentence}: {whole}");
+    }
+    let [low, high] = [0, 1].map(|end| data["measures"][0]["runs"][end].as_u64().expect("a run"));
+    assert!(low != high && whole.contains("<td>least max |q|</td>"), "{whole}");
+    assert!(whole.contains(&format!("<td data-v=\"{high}\">{high}</td>")), "{high}: {whole}");
+    let system = report("examples/two_cams/system.toml");
+    assert_eq!(system.code, 0, "{}", system.err);
+    let told = std::fs::read_to_string(&page).expect("the page");
+    for said in ["Ways to couple", "System of 3 parts", "<td>gripper</td>", "pusher.tau", "With run.py errors stay"] {
+        assert!(told.contains(said), "{said}");
+    }
+    std::fs::remove_file(&page).expect("the page");
+    for (what, said) in [
+        (text(&missing), "`camdrive study "),
+        (text(&folder), "this is no store of a study"),
+        (TASK, "`camdrive synthesize "),
+        ("tests/tables/lobe.csv", "a table or another text"),
+        (&format!("{file}.none"), "cannot be read"),
+    ] {
+        let run = report(what);
+        assert!(run.code == 1 && run.err.contains(said) && run.err.contains("= hint:"), "{what}: {}", run.err);
+    }
+    assert!(!page.exists());
 }
 
 /// What no train can be is compared with itself at short steps.

@@ -44,7 +44,10 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     for path in &systems {
         let system = system::read(path)?;
         system.try_out().map_err(|fault| Failure(diagnosed(path, &fault).to_string()))?;
-        out += &system::summary(path, &system);
+        out += if out.is_empty() { "" } else { "\n" };
+        let mut report = system::glance(text::in_one_line(path.display()), &system);
+        report.study += " ok";
+        out += &report.text(width(), args.telling.explain);
     }
     for (path, scene) in paths.iter().zip(&scenes) {
         let mut report =

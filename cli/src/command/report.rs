@@ -1,10 +1,11 @@
-//! `camdrive report SCENE`
+//! `camdrive report SCENE`, `camdrive report SYSTEM` and `camdrive report STUDY`
 
 use super::output::Bar;
 use super::tradeoff::StudyArgs;
-use super::{Failure, failure, files, forces, read, show, steady};
+use super::{Failure, failure, files, forces, read, show, steady, study, system};
 use crate::export::model_description::unit;
 use crate::scene::Resolved;
+use crate::scene::input::{is_study, is_system};
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive::drives::{Curve, Description, Fault};
 use camdrive_design::overview::{self, Motion};
@@ -16,29 +17,61 @@ use camdrive_design::resource::{Described, Scene};
 use camdrive_design::stability::{self, Options};
 use std::path::{Path, PathBuf};
 
-/// Writes one page of HTML about a scene: what it is, how it moves, its forces, its periodic motion, and what its FMU costs.
+/// Writes one page of HTML about a scene, a system or a study.
 ///
-/// The page has the reports of all studies that apply to the model. It needs no network: tables sort, diagrams tell their values
-/// under the pointer and by the arrow keys, and it prints on A4. A study that cannot be made is told in its part.
+/// Of a scene: what it is, how it moves, and the reports of all studies that apply to it. Of a system: its parts, and the error of
+/// its outputs over the communication step of each exchange. Of a study: what its store shows, with the runs that are there by now.
+/// The page needs no network: tables sort, diagrams tell their values under the pointer and by the arrow keys, and it prints on
+/// A4. A study that cannot be made is told in its part.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   camdrive report examples/guide_bar/scene.toml
-  camdrive report examples/sealing_machine/scene.toml -o machine.html")]
+  camdrive report examples/sealing_machine/scene.toml -o machine.html
+  camdrive report examples/two_cams/system.toml
+  camdrive report study-backlash_map/")]
 pub struct Args {
-    /// Scene file (TOML), or an FMU with its scene inside
-    scene: PathBuf,
-    /// The page [default: NAME.html]
+    /// Scene, system or study file (TOML), an FMU with its scene inside, a system by SSP 1.0, or the store of a study
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The page [default: NAME.html, of a study study-NAME.html]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let scene = read(&args.scene)?;
-    let (name, reports) = (scene.name.clone(), of_scene(&args.scene, &scene)?);
-    let path = args.output.clone().unwrap_or_else(|| format!("{name}.html").into());
-    files::no_stream(&path, "-o", "a file")?;
-    show(&files::write(&[(path, html::page(&name, &reports))], &scene.files)?)
+    let path = &args.file;
+    let (name, reports, inputs) = if is_system(path) {
+        let system = system::read(path)?;
+        let coupling = system::study::findings(path, &system).map(|(findings, _)| findings.report());
+        let mut glance = system::glance(&system.name, &system);
+        // The page has room for its connections.
+        glance.body.append(&mut glance.explained);
+        let reports = vec![glance, part(path, "communication steps", coupling)];
+        (system.name, reports, system.files)
+    } else if path.is_dir() || is_study(path) {
+        let findings = study::findings(path)?;
+        (format!("study-{}", findings.name), vec![findings.report()], vec![path.clone()])
+    } else {
+        let scene = read(path)?;
+        let reports = of_scene(path, &scene)?;
+        (scene.name, reports, scene.files)
+    };
+    let page = args.output.clone().unwrap_or_else(|| format!("{name}.html").into());
+    files::no_stream(&page, "-o", "a file")?;
+    let title = reports.first().map_or("", |report| &report.name);
+    show(&files::write(&[(page, html::page(title, &reports))], &inputs)?)
+}
+
+/// The report of a study, or why there is none.
+fn part(path: &Path, study: &str, found: Result<Report, Failure>) -> Report {
+    found.unwrap_or_else(|Failure(fault)| {
+        let mut report = Report::new("", study);
+        let place = format!("{}: ", path.display());
+        let fault = fault.trim_start_matches("error: ").trim_start_matches(&place).replace("\n  = hint:", " –");
+        report.verdict.result(Level::Mind, format!("Not studied: {fault}."));
+        report
+    })
 }
 
 /// The reports of all studies of a scene.
@@ -46,15 +79,7 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
     let mut drive = scene.resource().build().map_err(failure)?;
     drive.set_up(0.0, None);
     let mut reports = vec![glance(scene, &drive), values(scene)];
-    let place = format!("{}: ", path.display());
-    let mut part = |study: &str, found: Result<Report, Failure>| {
-        reports.push(found.unwrap_or_else(|Failure(fault)| {
-            let mut report = Report::new(&scene.name, study);
-            let fault = fault.trim_start_matches("error: ").trim_start_matches(&place).replace("\n  = hint:", " –");
-            report.verdict.result(Level::Mind, format!("Not studied: {fault}."));
-            report
-        }));
-    };
+    let mut part = |study: &str, found: Result<Report, Failure>| reports.push(part(path, study, found));
     if !matches!(scene.scene, Scene::ParametricDrive(_)) {
         part("forces", forces::study(path, scene, None).map(|(report, ..)| report));
     }

@@ -9,16 +9,19 @@ use crate::scene::coupled::Coupled;
 use crate::scene::study::{self, Cell, Quantity, Study, Subject};
 use crate::scene::{Diagnostic, Diagnostics};
 use camdrive::drives::{AnyDrive, Description, Fault};
+use camdrive_design::report;
 use camdrive_design::study::coupled;
 use camdrive_design::study::plan::rows_of_part;
+use camdrive_design::study::report::{Column, Findings};
 use camdrive_design::study::run::Runner;
-use camdrive_design::text::{self, Table, counted, number};
+use camdrive_design::text::{self, counted, number};
 use indicatif::ProgressBar;
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::json;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
@@ -67,7 +70,7 @@ fn share(text: &str) -> Result<(u64, u64), String> {
 }
 
 /// How a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, PartialEq)]
 enum Status {
     Ok,
     /// The scene or the drive does not admit the values.
@@ -218,53 +221,10 @@ struct Part {
     left: usize,
 }
 
-/// What is told of runs.
-#[derive(Default)]
-struct Tally {
-    /// How many ended with each [`Status`].
-    counts: [u64; 3],
-    /// The first run with each but `Ok`, and its message.
-    first: BTreeMap<Status, (u64, String)>,
-    /// Of each measure sum, least and largest value, and their number.
-    sums: Vec<[f64; 4]>,
-}
-
-impl Tally {
-    /// Of no run with so many measures.
-    fn new(measures: usize) -> Self {
-        let sums = vec![[0.0, f64::INFINITY, f64::NEG_INFINITY, 0.0]; measures];
-        Tally { sums, ..Tally::default() }
-    }
-
-    /// Adds a run behind those that were added.
-    fn add(&mut self, row: u64, record: &Record) {
-        self.counts[record.status as usize] += 1;
-        if record.status != Status::Ok {
-            self.first.entry(record.status).or_insert_with(|| (row, record.message.clone()));
-        }
-        for (sum, value) in self.sums.iter_mut().zip(&record.values) {
-            if let Some(value) = *value {
-                *sum = [sum[0] + value, sum[1].min(value), sum[2].max(value), sum[3] + 1.0];
-            }
-        }
-    }
-
-    /// Adds the runs of a part behind those that were added.
-    fn join(&mut self, part: Tally) {
-        self.counts.iter_mut().zip(part.counts).for_each(|(count, of_part)| *count += of_part);
-        for (status, first) in part.first {
-            self.first.entry(status).or_insert(first);
-        }
-        for (sum, of_part) in self.sums.iter_mut().zip(part.sums) {
-            *sum = [sum[0] + of_part[0], sum[1].min(of_part[1]), sum[2].max(of_part[2]), sum[3] + of_part[3]];
-        }
-    }
-}
-
 /// The parts of a study that a call computes.
 struct Parts<'a> {
     study: &'a Study,
-    columns: &'a [Column],
+    columns: &'a [(Column, Content)],
     store: &'a Store,
     /// Rows of a part, of the last one at most.
     size: u64,
@@ -284,11 +244,11 @@ impl Parts<'_> {
         self.ends.last().copied().unwrap_or(0)
     }
 
-    /// Computes and stores them by these workers, each in a thread of its own, and tells of all runs.
+    /// Computes and stores them by these workers, each in a thread of its own.
     ///
     /// # Errors
     /// A part that cannot be written; a signal that ends it. The parts before are kept.
-    fn compute(&self, workers: Vec<Worker<'_>>, bar: &ProgressBar) -> Result<Tally, Failure> {
+    fn compute(&self, workers: Vec<Worker<'_>>, bar: &ProgressBar) -> Result<(), Failure> {
         let (next, stop) = (AtomicU64::new(0), Arc::new(AtomicBool::new(false)));
         // The first signal ends it after the runs under way, a second one at once.
         #[cfg(unix)]
@@ -297,8 +257,6 @@ impl Parts<'_> {
             let _ = signal_hook::flag::register(signal, stop.clone());
         }
         let open: Mutex<BTreeMap<u64, Part>> = Mutex::default();
-        // By part, so that sums have the same bits for any number of threads.
-        let told: Mutex<BTreeMap<u64, Tally>> = Mutex::default();
         let broken: Mutex<Option<Failure>> = Mutex::default();
         let work = |mut worker: Worker<'_>| {
             while !stop.load(Ordering::Relaxed) {
@@ -312,9 +270,6 @@ impl Parts<'_> {
                 let record = worker.run(row);
                 bar.inc(1);
                 let Some(rows) = gathered(&mut held(&open), part, row - range.start, record, &range) else { continue };
-                let mut tally = Tally::new(self.study.measures.len());
-                (range.start..).zip(&rows).for_each(|(row, record)| tally.add(row, record));
-                held(&told).insert(part, tally);
                 if let Err(failure) = self.store.write(part, range.start, self.columns, &rows) {
                     stop.store(true, Ordering::Relaxed);
                     held(&broken).get_or_insert(failure);
@@ -338,9 +293,7 @@ impl Parts<'_> {
                 "ended by a signal; {there} of {whole} are there\n  = hint: --resume goes on"
             )));
         }
-        let mut all = Tally::new(self.study.measures.len());
-        held(&told).split_off(&0).into_values().for_each(|tally| all.join(tally));
-        Ok(all)
+        Ok(())
     }
 }
 
@@ -362,11 +315,33 @@ fn gathered(
     open.remove(&part).map(|whole| whole.rows.into_iter().flatten().collect())
 }
 
+/// Reads a study: its name, too.
+fn read(path: &Path) -> Result<(Study, String), Failure> {
+    let study = study::read(path).map_err(|faults| Failure(faults.to_string()))?;
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let name = if stem == "study" { study.subject.name().to_owned() } else { stem };
+    Ok((study, name))
+}
+
+/// What a store shows, or the one that a study has where no other is named.
+pub fn findings(path: &Path) -> Result<Findings, Failure> {
+    if path.is_dir() {
+        return store::findings(path);
+    }
+    let (study, name) = read(path)?;
+    let folder = files::folder(None, "study", &name)?;
+    if !folder.join(store::SPECIFICATION).is_file() {
+        let (file, store) = (path.display(), folder.display());
+        let hint = format!("`camdrive study {file}` makes it; `camdrive report FOLDER` takes another store");
+        return Err(failure(format!("{file}: its store {store} is not there\n  = hint: {hint}")));
+    }
+    Store::open(&folder, &specification(&study, &columns(&study), rows_of_part(study.rows()))?, true)?;
+    store::findings(&folder)
+}
+
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let study = study::read(&args.study).map_err(|faults| Failure(faults.to_string()))?;
-    let stem = args.study.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let named = if stem == "study" { study.subject.name().to_owned() } else { stem.clone() };
-    let folder = files::folder(args.output.as_deref(), "study", &named)?;
+    let (study, name) = read(&args.study)?;
+    let folder = files::folder(args.output.as_deref(), "study", &name)?;
     let rows = study.rows();
     let size = rows_of_part(rows);
     let threads = args.threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
@@ -402,70 +377,38 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let begin = Instant::now();
     let workers =
         (0..threads.min(end as usize)).map(|_| Worker::new(&study)).collect::<Result<Vec<_>, _>>().map_err(wrong)?;
-    let tally = parts.compute(workers, &counter(&stem, end))?;
+    parts.compute(workers, &counter(&name, end))?;
     let seconds = begin.elapsed().as_secs_f64();
-    let [ok, refused, failed] = tally.counts;
-    let (there, missing): (Vec<u64>, Vec<u64>) = (0..rows.div_ceil(size)).partition(|part| store.has(*part));
-    let kept = there.iter().map(|part| parts.of_part(*part)).map(|rows| rows.end - rows.start).sum::<u64>();
-    let (kept, missing) = (kept.saturating_sub(end), missing.len());
-    let measures = || {
-        let unit = |i| columns.iter().find(|column| column.content == Content::Measured(i)).map(|column| &column.unit);
-        let units = (0..).map_while(unit);
-        study.measures.iter().zip(units).zip(&tally.sums)
-    };
-    let report = |_| {
-        let mut out =
-            format!("{}: {} in {}", text::in_one_line(folder.display()), counted(end, "run"), text::time(seconds));
-        if kept > 0 {
-            out += &format!(", {} in other parts", counted(kept, "run"));
-        }
-        out += &format!("; {ok} ok, {refused} refused, {failed} failed\n");
-        for (status, (row, message)) in &tally.first {
-            out += &format!("first {}: run {row}: {message}\n", status.word());
-        }
-        if missing > 0 {
-            out += &format!("{} of the study are not there yet\n", counted(missing, "part"));
-        }
-        let digits = |value: f64| text::digits(value, 5, -4);
-        let line = |((measure, unit), [sum, least, largest, count]): ((_, &String), &[f64; 4])| {
-            vec![format!("{measure}"), unit.clone(), digits(*least), digits(sum / count), digits(*largest)]
-        };
-        let table =
-            Table::new("measure  unit  least  mean  largest", measures().filter(|(_, sums)| sums[3] > 0.0).map(line));
-        if table.rows.is_empty() {
-            return out;
-        }
-        out + if kept > 0 { "of the runs of this call:\n" } else { "" } + &table.text(usize::MAX) + "\n"
+    let found = store::findings(&folder)?;
+    let report = |width| {
+        let (place, runs) = (text::in_one_line(folder.display()), counted(end, "run"));
+        found.report().text(width, false) + &format!("\n{place}: {runs} in {}\n", text::time(seconds))
     };
     let data = || {
-        let measures = measures().map(|((measure, _), [sum, least, largest, count])| {
-            json!({ "measure": measure.to_string(), "least": least, "mean": sum / count, "largest": largest })
-        });
-        text::json(&json!({
-            "measures": measures.collect::<Vec<_>>(),
-            "store": folder, "scene": study.place, "tables": study.tables,
-            "rows": rows, "computed": end, "ok": ok, "refused": refused, "failed": failed,
-            "missing_parts": missing, "seconds": seconds, "threads": threads,
-            "columns": columns.iter().map(Column::data).collect::<Vec<_>>(),
-        }))
+        let (store, scene, tables) = (&folder, &study.place, &study.tables);
+        report::json(
+            &found.verdict(),
+            &Call { store, scene, tables, computed: end, seconds, threads, findings: &found },
+        )
     };
     args.format.print(report, data)
 }
 
-fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+/// What a call did, and what the store has by now.
+#[derive(Serialize)]
+struct Call<'a> {
+    store: &'a Path,
+    scene: &'a Path,
+    tables: &'a [PathBuf],
+    computed: u64,
+    seconds: f64,
+    threads: usize,
+    #[serde(flatten)]
+    findings: &'a Findings,
 }
 
-/// A column of the store.
-pub struct Column {
-    /// Its name.
-    pub name: String,
-    /// Empty where it has none.
-    pub unit: String,
-    /// What it is.
-    pub meaning: String,
-    /// Which part of a record it is.
-    content: Content,
+fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What a column has of a record.
@@ -479,24 +422,16 @@ enum Content {
     Message,
 }
 
-impl Column {
-    fn data(&self) -> Value {
-        let role = match self.content {
+/// The columns of the store of a study.
+fn columns(study: &Study) -> Vec<(Column, Content)> {
+    let column = |name: &str, unit: &str, meaning: &str, content: Content| {
+        let role = match content {
             Content::Varied(_) | Content::Text(_) => "varied",
             Content::Measured(_) => "measured",
             _ => "run",
         };
-        json!({ "name": self.name, "role": role, "unit": self.unit, "meaning": self.meaning })
-    }
-}
-
-/// The columns of the store of a study.
-fn columns(study: &Study) -> Vec<Column> {
-    let column = |name: &str, unit: &str, meaning: &str, content: Content| Column {
-        name: name.to_owned(),
-        unit: unit.to_owned(),
-        meaning: meaning.to_owned(),
-        content,
+        let [name, role, unit, meaning] = [name, role, unit, meaning].map(str::to_owned);
+        (Column { name, role, unit, meaning }, content)
     };
     let mut columns = vec![column("run", "", "Number of the run, from 0", Content::Run)];
     for (i, Quantity { name, unit, meaning, is_text, .. }) in study.quantities.iter().enumerate() {
@@ -511,7 +446,7 @@ fn columns(study: &Study) -> Vec<Column> {
 }
 
 /// What study.json says: all on which the numbers depend.
-fn specification(study: &Study, columns: &[Column], rows_of_part: u64) -> Result<String, Failure> {
+fn specification(study: &Study, columns: &[(Column, Content)], rows_of_part: u64) -> Result<String, Failure> {
     let [text, scene] = &study.texts;
     let digest = |path: &PathBuf| {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -531,7 +466,7 @@ fn specification(study: &Study, columns: &[Column], rows_of_part: u64) -> Result
         "axes": study.dimensions(),
         "lengths": study.lengths(),
         "sampled": study.is_sampled(),
-        "columns": columns.iter().map(Column::data).collect::<Vec<_>>(),
+        "columns": columns.iter().map(|(column, _)| column).collect::<Vec<_>>(),
     }))
     .map_err(failure)
 }
@@ -543,7 +478,13 @@ const FEW: u64 = 100;
 const SAMPLE: f64 = 0.5;
 
 /// Says what the study would take.
-fn explain(args: &Args, study: &Study, threads: usize, columns: &[Column], size: u64) -> Result<(), Failure> {
+fn explain(
+    args: &Args,
+    study: &Study,
+    threads: usize,
+    columns: &[(Column, Content)],
+    size: u64,
+) -> Result<(), Failure> {
     let wrong = |fault: Fault| failure(format!("{}: {fault}", args.study.display()));
     let mut worker = Worker::new(study).map_err(wrong)?;
     let (rows, begin) = (study.rows(), Instant::now());
@@ -581,7 +522,7 @@ fn explain(args: &Args, study: &Study, threads: usize, columns: &[Column], size:
     let data = || {
         text::json(&json!({
             "rows": rows, "parts": parts, "rows_of_part": size, "threads": threads, "seconds": seconds, "bytes": bytes,
-            "sample": { "runs": count, "ok": ok }, "columns": columns.iter().map(Column::data).collect::<Vec<_>>(),
+            "sample": { "runs": count, "ok": ok }, "columns": columns.iter().map(|(column, _)| column).collect::<Vec<_>>(),
         }))
     };
     args.format.print(report, data)

@@ -2,21 +2,23 @@
 
 mod osp;
 mod ssp;
-mod study;
+pub mod study;
 
 use super::deliver::Telling;
-use super::output::{print, show};
+use super::output::{print, show, width};
 use super::{Failure, failure, files, tell};
 use crate::export::archive::{File, archive};
 use crate::export::xml::number;
 use crate::export::{Date, Extras, RuntimeLibrary, pack_with};
 use crate::scene::Resolved;
 use crate::scene::input::is_archive;
-use crate::scene::system::{self, Connection, Content, End, Part, Seat, System};
+use crate::scene::system::{self, Connection, Content, End, Part, Seat, Shaft, System};
 use camdrive::drives::Fault;
 use camdrive::drives::variable::Kind;
+use camdrive_design::coupling::report::name as named;
 use camdrive_design::coupling::stability::Exchange;
-use camdrive_design::report::{Level, Verdict};
+use camdrive_design::report::unit::{DEG, KGM2, MS, ONE};
+use camdrive_design::report::{Level, Report, Table, Unit, Value as Cell};
 use camdrive_design::text::{self, counted, time};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -79,7 +81,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         data["files"] = written.iter().map(|(path, _)| path.display().to_string()).collect();
         return print(&text::json(&data).map_err(failure)?);
     }
-    show(&format!("{}{lines}", summary(&args.system, &system)))
+    let report = glance(&system.name, &system);
+    show(&format!("{}\n{lines}", report.text(width(), args.telling.explain)))
 }
 
 /// Reads a system and tells its notes.
@@ -194,54 +197,61 @@ fn master(system: &System, files: &[String]) -> String {
     .fold(include_str!("system/master.py").to_owned(), |text, (mark, value)| text.replace(mark, &value))
 }
 
+/// A port as people read it.
+fn end(system: &System, (part, name): &End) -> String {
+    format!("{}.{name}", system.parts[*part].name)
+}
+
 /// The connections of a loop, one behind the other.
 fn loops(system: &System) -> Vec<Vec<String>> {
-    let end = |(part, name): &End| format!("{}.{name}", system.parts[*part].name);
-    let arrow = |i: &usize| format!("{} → {}", end(&system.connections[*i].from), end(&system.connections[*i].to));
-    system.loops().iter().map(|whole| whole.iter().map(arrow).collect()).collect()
+    let arrow = |c: &Connection| format!("{} → {}", end(system, &c.from), end(system, &c.to));
+    system.loops().iter().map(|whole| whole.iter().map(|i| arrow(&system.connections[*i])).collect()).collect()
 }
 
 /// What there is to know before a system runs.
-pub fn summary(path: &Path, system: &System) -> String {
-    let mut out =
-        format!("{}: system of {} ok\n", text::in_one_line(path.display()), counted(system.parts.len(), "part"));
-    let mut line = |label: &str, said: String| {
-        let _ = writeln!(out, "  {label:<22} {said}");
-    };
-    let repeated = if system.repeats > 0 {
-        format!(", repeated {}", counted(system.repeats as usize, "time"))
-    } else {
-        String::new()
-    };
-    let (step, stop) = (time(system.step), time(system.stop));
-    line("exchange", format!("{}, step {step}{repeated}, up to {stop}", system::name_of(system.exchange)));
-    for shaft in &system.shafts {
-        let (name, limit) = (&system.parts[shaft.machine].name, shaft.limit);
-        line("shaft", format!("{name}, at least {} kg·m²", text::number(limit.inertia)));
-        line("kappa = J_load/J", format!("at most {}; stable below 1", text::number(limit.kappa)));
-        if limit.frequency > 0.0 {
-            line("elastic loads", format!("√(k/J) up to {} rad/s", text::number(limit.frequency)));
-            line("largest stable step", limit.stable.map_or_else(|| text::NONE.to_owned(), time));
-        }
-    }
+pub fn glance(name: impl Into<String>, system: &System) -> Report {
+    let mut report = Report::new(name, format!("system of {}", counted(system.parts.len(), "part")));
+    report.verdict.result(Level::Good, "No fault.");
     for whole in loops(system) {
-        line("algebraic loop", whole.join(", "));
+        report.verdict.result(Level::Mind, format!("Algebraic loop: {}.", whole.join(", ")));
     }
-    out
+    let exchange = named(system::name_of(system.exchange), system.repeats);
+    let (step, stop) = (time(system.step), time(system.stop));
+    report.lines("", [format!("The exchange is {exchange}, in steps of {step} up to {stop}.")]);
+    let machine = |place: usize| &system.parts[place].name;
+    let content = |part: &Part| match &part.content {
+        Content::Scene(scene) => scene.scene.said().to_owned(),
+        Content::Fmu(path) => path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+    };
+    let parts = Table::of("Parts", &system.parts)
+        .column("part", "part", ONE, |part| &part.name)
+        .column("content", "is a", ONE, content)
+        .column("shaft", "on the shaft of", ONE, |part| part.seat.map(|seat| machine(seat.machine)))
+        .column("ratio", "ratio", ONE, |part| part.seat.map(|seat| seat.ratio))
+        .column("offset", "offset", DEG, |part| part.seat.map(|seat| seat.offset));
+    let elastic = |shaft: &Shaft| Some(shaft.limit.frequency).filter(|frequency| 0.0 < *frequency);
+    let stable = |shaft: &Shaft| elastic(shaft).map(|_| shaft.limit.stable.map_or("each".into(), Cell::Number));
+    let shafts = Table::of("Shafts", &system.shafts)
+        .column("machine", "machine", ONE, |shaft| machine(shaft.machine))
+        .column("inertia", "least inertia", KGM2, |shaft| shaft.limit.inertia)
+        .column("kappa", "J_load/J", ONE, |shaft| shaft.limit.kappa)
+        .column("frequency", "√(k/J) of elastic loads", Unit::new("rad/s", 1.0), elastic)
+        .column("stable", "largest stable step", MS, stable)
+        .below(["A step can be stable only where J_load/J is below 1.".to_owned()]);
+    let connections = Table::of("Connections", &system.connections)
+        .column("from", "from", ONE, |c| end(system, &c.from))
+        .column("to", "to", ONE, |c| end(system, &c.to))
+        .column("factor", "factor", ONE, |c| factor_of(c).map(|()| c.factor))
+        .column("offset", "offset", ONE, |c| factor_of(c).map(|()| c.offset));
+    report.table(parts).table(shafts).explain_table(connections);
+    report
 }
 
 /// The same as data.
 pub fn data(path: &Path, system: &System) -> Value {
     let shaft = |shaft: &system::Shaft| json!({ "machine": system.parts[shaft.machine].name, "limit": shaft.limit });
-    let connection = |c: &Connection| {
-        let end = |(part, name): &End| format!("{}.{name}", system.parts[*part].name);
-        json!({ "from": end(&c.from), "to": end(&c.to), "factor": c.factor, "offset": c.offset })
-    };
-    let mut verdict = Verdict::default();
-    verdict.result(Level::Good, "No fault.");
-    for whole in loops(system) {
-        verdict.result(Level::Mind, format!("Algebraic loop: {}.", whole.join(", ")));
-    }
+    let connection = |c: &Connection| json!({ "from": end(system, &c.from), "to": end(system, &c.to), "factor": c.factor, "offset": c.offset });
+    let verdict = glance("", system).verdict;
     json!({
         "file": path.display().to_string(), "ok": true, "verdict": verdict, "name": system.name, "model": "system", "notes": system.notes,
         "exchange": system::name_of(system.exchange), "repeats": system.repeats, "step": system.step, "stop": system.stop,

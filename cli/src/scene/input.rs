@@ -112,9 +112,20 @@ pub fn is_system(path: &Path) -> bool {
     if is_archive(path) {
         return true;
     }
-    let Ok((_, text)) = text(path, Kind::System) else { return false };
+    has(path, Kind::System, &["part"])
+}
+
+/// Whether a file can be read and is a study.
+pub fn is_study(path: &Path) -> bool {
+    has(path, Kind::Study, &["vary", "measures"])
+}
+
+/// Whether a file can be read, is no scene and has one of these keys.
+fn has(path: &Path, kind: Kind, keys: &[&str]) -> bool {
+    let Ok((_, text)) = text(path, kind) else { return false };
     let (document, _) = DeTable::parse_recoverable(&text);
-    document.get_ref().get("part").is_some() && document.get_ref().get("model").is_none()
+    let has = |key: &str| document.get_ref().get(key).is_some();
+    keys.iter().any(|key| has(key)) && !has("model")
 }
 
 /// The bytes of a file, a pipe or the beginning of a device.

@@ -7,7 +7,8 @@ use crate::report::{Level, Report, Table, Value, Verdict};
 use crate::text::{number, share, time};
 use camdrive::drives::Fault;
 
-fn name(exchange: &str, repeats: u32) -> String {
+/// An exchange, and how often a step is repeated.
+pub fn name(exchange: &str, repeats: u32) -> String {
     match repeats {
         0 => exchange.to_owned(),
         1 => format!("{exchange}, repeated once"),
@@ -43,7 +44,7 @@ impl Findings {
             }
         }
         if let Some(fmu) = &self.fmu {
-            verdict.advice(format!("The one FMU {fmu} needs no coupling."));
+            verdict.advice(format!("The one FMU {fmu} of `camdrive system --study` needs no coupling."));
         }
         verdict.certainty(format!("Errors are against {}, which is known to {known}.", self.reference));
         verdict
@@ -55,13 +56,13 @@ impl Findings {
         report.verdict = self.verdict();
         let mut faults: Vec<String> = self.ways.iter().filter_map(|way| way.fault.clone()).collect();
         faults.dedup();
-        report.table(self.of_ways()).lines("Not coupled", faults).table(self.of_errors()).table(self.of_outputs());
+        report.table(self.of_ways()).lines("Not coupled", faults).table(self.of_outputs());
         let (spacing, stop) = (time(self.spacing), time(self.stop));
         let measured = format!(
             "Errors are the largest of an output at the multiples of {spacing} up to {stop}, relative to its largest value. The \
              order is that from a step to its half."
         );
-        report.explain("Measurement", [measured]).diagram("", self.diagram());
+        report.explain("Measurement", [measured]).explain_table(self.of_errors()).diagram("", self.diagram());
         report
     }
 

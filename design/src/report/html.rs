@@ -133,6 +133,7 @@ fn block(xml: &mut Xml, block: &Block) {
 /// A table in a box that scrolls; a cell has all digits beside those that are shown.
 fn table(xml: &mut Xml, table: &Table) {
     let seen = seen(table);
+    let has_numbers = |i: usize| table.rows.iter().any(|row| full(&row[i], &table.columns[i]).is_some());
     xml.element("div", &[("class", "table".to_owned())], |xml| {
         xml.element("table", &[("aria-label", table.title.clone())], |xml| {
             xml.element("thead", &[], |xml| {
@@ -148,9 +149,12 @@ fn table(xml: &mut Xml, table: &Table) {
             xml.element("tbody", &[], |xml| {
                 for row in &table.rows {
                     xml.element("tr", &[], |xml| {
-                        for (value, column) in seen.iter().map(|i| (&row[*i], &table.columns[*i])) {
+                        for (i, (value, column)) in seen.iter().map(|i| (*i, (&row[*i], &table.columns[*i]))) {
                             match full(value, column) {
                                 Some(full) => xml.text("td", &[("data-v", full)], &cell(value, column)),
+                                None if has_numbers(i) => {
+                                    xml.text("td", &[("class", "beside".to_owned())], &cell(value, column));
+                                }
                                 None => xml.prose("td", &cell(value, column)),
                             }
                         }

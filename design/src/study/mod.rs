@@ -4,6 +4,7 @@ pub mod coupled;
 pub mod measure;
 pub mod piece;
 pub mod plan;
+pub mod report;
 pub mod run;
 #[cfg(test)]
 mod tests;

@@ -1,21 +1,29 @@
 //! The store of a study: study.json, and in the folder `runs` parts in the format Parquet, which are its checkpoints.
 
-use super::{Column, Content, Record};
+use super::{Content, Record};
 use crate::command::{Failure, failure};
 use crate::scene::study::Cell;
+use camdrive_design::report::Value;
+use camdrive_design::study::report::{Column, Findings};
 use parquet::basic::{ConvertedType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::{KeyValue, ParquetMetaDataReader};
 use parquet::file::properties::WriterProperties;
+use parquet::file::reader::SerializedFileReader;
 use parquet::file::writer::SerializedFileWriter;
+use parquet::record::Field;
 use parquet::schema::types::Type;
+use serde::Deserialize;
 use std::fs::File;
 use std::io::{ErrorKind, Write as _};
 #[cfg(unix)]
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// The file that says which study it is of.
+pub const SPECIFICATION: &str = "study.json";
 
 /// A folder with the runs of one study.
 pub struct Store {
@@ -30,7 +38,7 @@ impl Store {
     /// # Errors
     /// A store of another study, or one that is there without `resume`; a folder that cannot be written.
     pub fn open(folder: &Path, specification: &str, resume: bool) -> Result<Self, Failure> {
-        let (place, runs) = (folder.join("study.json"), folder.join("runs"));
+        let (place, runs) = (folder.join(SPECIFICATION), folder.join("runs"));
         let unwritten = |e: std::io::Error| failure(format!("{} cannot be written: {e}", place.display()));
         std::fs::create_dir_all(&runs).map_err(unwritten)?;
         let is_part = |entry: std::io::Result<std::fs::DirEntry>| {
@@ -54,7 +62,7 @@ impl Store {
             let found = std::fs::read_to_string(&place).map_err(unwritten)?;
             let (message, hint) = if found != specification {
                 let difference = difference(&found, specification);
-                (format!("this store is of another study{difference}"), "choose another -o, or remove the folder")
+                (format!("this store is of another study{difference}"), "take another folder, or remove this one")
             } else if !resume {
                 ("a store of this study exists already".to_owned(), "--resume computes what it lacks")
             } else {
@@ -78,8 +86,22 @@ impl Store {
         File::open(self.place(part)).is_ok_and(|file| footer(file).is_ok())
     }
 
+    /// Adds the runs of a part.
+    fn read(&self, part: u64, found: &mut Findings) -> Result<(), ParquetError> {
+        let cell = |(_, field)| match field {
+            Field::Long(number) => Value::Number(number as f64),
+            Field::Double(number) => Value::Number(number),
+            Field::Str(text) => text.into(),
+            _ => Value::Empty,
+        };
+        for row in SerializedFileReader::new(File::open(self.place(part))?)?.into_iter() {
+            found.add(&row?.into_columns().into_iter().map(cell).collect::<Vec<_>>());
+        }
+        Ok(())
+    }
+
     /// Writes a part, whole or not at all.
-    pub fn write(&self, part: u64, first: u64, columns: &[Column], rows: &[Record]) -> Result<(), Failure> {
+    pub fn write(&self, part: u64, first: u64, columns: &[(Column, Content)], rows: &[Record]) -> Result<(), Failure> {
         let place = self.place(part);
         let hint = "the parts before are kept; --resume goes on with the rest";
         let unwritten = |e: &dyn std::fmt::Display| {
@@ -90,14 +112,14 @@ impl Store {
     }
 
     /// The rows as a Parquet file.
-    fn bytes(&self, first: u64, columns: &[Column], rows: &[Record]) -> Result<Vec<u8>, ParquetError> {
-        let field = |column: &Column| {
-            let (physical, converted) = match column.content {
+    fn bytes(&self, first: u64, columns: &[(Column, Content)], rows: &[Record]) -> Result<Vec<u8>, ParquetError> {
+        let field = |(column, content): &(Column, Content)| {
+            let (physical, converted) = match content {
                 Content::Run => (Physical::INT64, ConvertedType::NONE),
                 Content::Varied(_) | Content::Measured(_) => (Physical::DOUBLE, ConvertedType::NONE),
                 Content::Text(_) | Content::Status | Content::Message => (Physical::BYTE_ARRAY, ConvertedType::UTF8),
             };
-            let optional = matches!(column.content, Content::Measured(_));
+            let optional = matches!(content, Content::Measured(_));
             let field = Type::primitive_type_builder(&column.name, physical).with_converted_type(converted);
             field
                 .with_repetition(if optional { Repetition::OPTIONAL } else { Repetition::REQUIRED })
@@ -111,12 +133,12 @@ impl Store {
         let mut bytes = Vec::new();
         let mut file = SerializedFileWriter::new(&mut bytes, schema, Arc::new(properties))?;
         let mut group = file.next_row_group()?;
-        for column in columns {
+        for (_, content) in columns {
             let Some(mut writer) = group.next_column()? else { break };
             let texts = |of: &dyn Fn(&Record) -> &str| -> Vec<ByteArray> {
                 rows.iter().map(|row| of(row).as_bytes().to_vec().into()).collect()
             };
-            match column.content {
+            match *content {
                 Content::Run => {
                     let numbers: Vec<i64> = (first..).zip(rows).map(|(row, _)| row as i64).collect();
                     writer.typed::<Int64Type>().write_batch(&numbers, None, None)?;
@@ -153,6 +175,41 @@ impl Store {
         file.close()?;
         Ok(bytes)
     }
+}
+
+/// What is in study.json of this.
+#[derive(Deserialize)]
+struct Specification {
+    name: String,
+    /// Of a scene.
+    model: Option<String>,
+    rows: u64,
+    rows_of_part: u64,
+    columns: Vec<Column>,
+}
+
+/// What the runs show that are in a store.
+///
+/// # Errors
+/// A folder that is none; files that cannot be read.
+pub fn findings(folder: &Path) -> Result<Findings, Failure> {
+    let place = folder.join(SPECIFICATION);
+    let unread = |e: &dyn std::fmt::Display| {
+        let hint = "name a scene, a system, a study, or the folder that `camdrive study` wrote";
+        failure(format!("{}: this is no store of a study: {SPECIFICATION}: {e}\n  = hint: {hint}", folder.display()))
+    };
+    let text = std::fs::read_to_string(&place).map_err(|e| unread(&e))?;
+    let of: Specification = serde_json::from_str(&text).map_err(|e| unread(&e))?;
+    let store = Store { runs: folder.join("runs"), columns: String::new() };
+    let mut found = Findings::new(&of.name, of.model.is_some(), of.rows, of.columns);
+    for part in 0..of.rows.div_ceil(of.rows_of_part.max(1)) {
+        if store.has(part) {
+            store.read(part, &mut found).map_err(|e| failure(format!("{}: {e}", store.place(part).display())))?;
+        } else {
+            found.missing_parts += 1;
+        }
+    }
+    Ok(found)
 }
 
 /// Writes a file whole or not at all, in the place of another one only with `replace`.

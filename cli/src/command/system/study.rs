@@ -10,7 +10,7 @@ use crate::scene::system::{self, INERTIA, System};
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive_design::coupling::exchange::Coupling;
 use camdrive_design::coupling::stability::Exchange;
-use camdrive_design::coupling::study::{self, Candidate, Make, Output, Port, Reference, Way};
+use camdrive_design::coupling::study::{self, Candidate, Findings, Make, Output, Port, Reference, Way};
 use camdrive_design::host::{Fmu, Variable};
 use camdrive_design::text::{self, time};
 use std::path::Path;
@@ -35,12 +35,24 @@ const MOTIONS: [&str; 4] = ["m", "rad", "m/s", "rad/s"];
 const TOLERANCES: [f64; 2] = [1e-12, 1e-10];
 
 pub fn run(args: &Args, system: &System, folder: &Path) -> Result<(), Failure> {
+    let (findings, single) = findings(&args.system, system)?;
+    let mut place = Place { folder: Some(folder), inputs: system.files.clone(), ..Place::default() };
+    if let Some(single) = &single {
+        let date = Date::from_environment().map_err(failure)?;
+        let fmu = packed(&single.scene, &libraries()?, date).map_err(failure)?;
+        place.more.push((folder.join(fmu_of(single)), fmu));
+    }
+    args.telling.deliver(findings.report(), findings.json(), place)
+}
+
+/// The errors over the communication step, and the train that the system is.
+pub fn findings(path: &Path, system: &System) -> Result<(Findings, Option<Single>), Failure> {
     let single = system.train();
     if let Err(reason) = &single {
-        tell(&format!("note: {}: no train: {reason}\n", text::in_one_line(args.system.display())));
+        tell(&format!("note: {}: no train: {reason}\n", text::in_one_line(path.display())));
     }
     let single = single.ok();
-    let systems = coupled(args);
+    let systems = coupled(path);
     let mut candidates = Vec::new();
     for (exchange, master, read) in &systems {
         let way = Way {
@@ -77,21 +89,15 @@ pub fn run(args: &Args, system: &System, folder: &Path) -> Result<(), Failure> {
     let findings = Bar::beside(&system.name, |tell| {
         study::study(&system.name, [system.step, system.stop], candidates, outputs, reference, tell)
     });
-    let findings = findings.map_err(|fault| failure(format!("{}: {fault}", args.system.display())))?;
-    let mut place = Place { folder: Some(folder), inputs: system.files.clone(), ..Place::default() };
-    if let Some(single) = &single {
-        let date = Date::from_environment().map_err(failure)?;
-        let fmu = packed(&single.scene, &libraries()?, date).map_err(failure)?;
-        place.more.push((folder.join(fmu_of(single)), fmu));
-    }
-    args.telling.deliver(findings.report(), findings.json(), place)
+    let findings = findings.map_err(|fault| failure(format!("{}: {fault}", path.display())))?;
+    Ok((findings, single))
 }
 
 /// The system as each exchange wires it, or why it cannot.
-fn coupled(args: &Args) -> Vec<(Exchange, &'static str, Result<System, String>)> {
+fn coupled(path: &Path) -> Vec<(Exchange, &'static str, Result<System, String>)> {
     let mut systems = Vec::new();
     for (exchange, master) in MASTERS {
-        let read = system::read_as(&args.system, exchange);
+        let read = system::read_as(path, exchange);
         let read =
             read.map_err(|faults| faults.0.into_iter().map(|fault| fault.message).collect::<Vec<_>>().join("; "));
         // Without a rigid load it is the same as interpolated.

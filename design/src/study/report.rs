@@ -1,0 +1,187 @@
+//! What the runs of a study show.
+
+use crate::report::terminal::{range, shown};
+use crate::report::unit::{ONE, Unit};
+use crate::report::{Level, Report, Table, Value, Verdict};
+use crate::text::counted;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// More quantities than a table can be read with; they are in the store.
+const MOST_QUANTITIES: usize = 8;
+
+/// A column of the store.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct Column {
+    /// Its name.
+    pub name: String,
+    /// `varied`, `measured`, or `run`: number, status and message of the run.
+    pub role: String,
+    /// Empty where it has none.
+    pub unit: String,
+    /// What it is.
+    pub meaning: String,
+}
+
+/// A study and its runs that are there.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Findings {
+    /// Name of the scene or the system.
+    #[serde(skip)]
+    pub name: String,
+    /// Whether one drive is measured by its motion, not by what coupled FMUs tell at communication points.
+    #[serde(skip)]
+    is_drive: bool,
+    rows: u64,
+    ok: u64,
+    refused: u64,
+    failed: u64,
+    /// Parts that are not there.
+    pub missing_parts: u64,
+    measures: Vec<Measured>,
+    columns: Vec<Column>,
+    /// The first run that was refused, that failed, and why.
+    #[serde(skip)]
+    first: BTreeMap<String, (usize, String)>,
+}
+
+/// A measure over the runs that are ok.
+#[derive(Clone, Debug, Default, Serialize)]
+struct Measured {
+    measure: String,
+    least: Option<f64>,
+    mean: Option<f64>,
+    largest: Option<f64>,
+    /// The runs with the least and the largest value.
+    runs: Option<[usize; 2]>,
+    #[serde(skip)]
+    unit: String,
+    /// How these runs differ from others.
+    #[serde(skip)]
+    varied: [Vec<Value>; 2],
+}
+
+impl Column {
+    /// A cell for people: enumerations say what their numbers mean at the end of the meaning, ": 1 at_rest, 2 given".
+    fn said(&self, cell: &Value) -> Value {
+        let Value::Number(number) = cell else { return cell.clone() };
+        let start = format!("{number} ");
+        let items = self.meaning.rsplit_once(": 1 ").map(|(_, rest)| format!("1 {rest}"));
+        let item = |items: String| items.split(", ").find_map(|item| item.strip_prefix(&start)).map(Value::from);
+        items.and_then(item).unwrap_or(Value::Number(*number))
+    }
+}
+
+impl Findings {
+    /// Of a study, without runs.
+    pub fn new(name: &str, is_drive: bool, rows: u64, columns: Vec<Column>) -> Self {
+        let measured = |Column { name, unit, .. }: &Column| Measured {
+            measure: name.clone(),
+            unit: unit.clone(),
+            ..Measured::default()
+        };
+        let measures = columns.iter().filter(|column| column.role == "measured").map(measured).collect();
+        Findings { name: name.to_owned(), is_drive, rows, measures, columns, ..Findings::default() }
+    }
+
+    /// Adds a run behind those that were added: its cells in the order of the columns.
+    pub fn add(&mut self, cells: &[Value]) {
+        let [Value::Number(run), values @ .., Value::Text(status), message] = cells else { return };
+        let run = *run as usize;
+        match &**status {
+            "ok" => self.ok += 1,
+            "refused" => self.refused += 1,
+            _ => self.failed += 1,
+        }
+        if let Value::Text(message) = message {
+            self.first.entry(status.clone()).or_insert_with(|| (run, message.clone()));
+        }
+        let (varied, measured) = values.split_at(values.len() - self.measures.len().min(values.len()));
+        for (of, value) in self.measures.iter_mut().zip(measured) {
+            let Value::Number(value) = *value else { continue };
+            let is_new = match (of.least, of.largest) {
+                (Some(least), Some(largest)) => [value < least, value > largest],
+                _ => [true; 2],
+            };
+            let runs = of.runs.get_or_insert([run; 2]);
+            let ends = [&mut of.least, &mut of.largest].into_iter().enumerate();
+            for (end, extreme) in ends.filter(|(end, _)| is_new[*end]) {
+                (*extreme, runs[end], of.varied[end]) = (Some(value), run, varied.to_vec());
+            }
+            let mean = of.mean.unwrap_or(0.0);
+            of.mean = Some(mean + (value - mean) / self.ok as f64);
+        }
+    }
+
+    /// What the variants show.
+    pub fn verdict(&self) -> Verdict {
+        let mut verdict = Verdict::default();
+        let Findings { rows, ok, refused, failed, missing_parts, .. } = self;
+        let there = ok + refused + failed;
+        let level = match (*ok, refused + failed) {
+            (0, 1..) => Level::Bad,
+            (_, 0) => Level::Good,
+            _ => Level::Mind,
+        };
+        let of = if there < *rows { format!(" of {rows}") } else { String::new() };
+        verdict.result(level, format!("{}{of}: {ok} ok, {refused} refused, {failed} failed.", counted(there, "run")));
+        for (status, (run, message)) in &self.first {
+            verdict.result(level, format!("First {status}: run {run}: {}.", message.trim_end_matches('.')));
+        }
+        for of in &self.measures {
+            let (Some(least), Some(mean), Some(largest), Some([low, high])) = (of.least, of.mean, of.largest, of.runs)
+            else {
+                continue;
+            };
+            let unit = Unit::of(&of.unit);
+            let said = match low == high {
+                true => format!("{}: {} in each run.", of.measure, shown(least, &unit)),
+                false => {
+                    let (range, mean) = (range([least, largest], &unit), shown(mean, &unit));
+                    format!("{}: {range} (runs {low} and {high}), {mean} on average.", of.measure)
+                }
+            };
+            verdict.result(level, said);
+        }
+        if *missing_parts > 0 {
+            verdict.result(Level::Mind, format!("{} not there yet.", counted(*missing_parts, "part")));
+            verdict.advice("`camdrive study` with --resume computes what is missing.");
+        }
+        let sure = match self.is_drive {
+            true => "Runs are measured between communication points, too: no peak and no passage falls between them.",
+            false => {
+                "Between communication points outputs are polynomials of what the FMUs tell there: an impact within a \
+                 step is seen at its end."
+            }
+        };
+        verdict.certainty(sure);
+        verdict
+    }
+
+    /// The report.
+    pub fn report(&self) -> Report {
+        let mut report = Report::new(&self.name, format!("study of {}", counted(self.rows, "variant")));
+        report.verdict = self.verdict();
+        let varied: Vec<&Column> = self.columns.iter().filter(|column| column.role == "varied").collect();
+        if varied.len() > MOST_QUANTITIES {
+            report.lines("Variants", [format!("What varies, {} quantities, is in the store.", varied.len())]);
+            return report;
+        }
+        let of_measure = |of: &'_ Measured| -> Vec<_> {
+            let runs = of.runs.filter(|[low, high]| low != high).into_iter().flatten();
+            let ends = ["least", "largest"].map(|end| format!("{end} {}", of.measure));
+            ends.into_iter().zip(runs).zip(of.varied.clone()).collect()
+        };
+        let rows: Vec<((String, usize), Vec<Value>)> = self.measures.iter().flat_map(of_measure).collect();
+        let mut table = Table::of("Variants", &rows)
+            .column("extreme", "with the", ONE, |((end, _), _)| end)
+            .column("run", "run", ONE, |((_, run), _)| *run)
+            .digits(15);
+        for (i, of) in varied.iter().enumerate() {
+            table = table
+                .column("", &of.name, Unit::of(&of.unit), move |(_, varied)| varied.get(i).map(|cell| of.said(cell)));
+        }
+        report.table(table);
+        report
+    }
+}
