@@ -11,7 +11,7 @@ use super::Infeasible;
 use super::exact::{Coordinates, RANK, dot};
 use super::family::Family;
 use super::polyhedron::Polyhedron;
-use super::semi_infinite::{Frame, Goal, Place, Program, ROUNDS, UNSOLVED};
+use super::semi_infinite::{Frame, Goal, Place, Program, ROUNDS, UNSOLVED, thinned};
 use camdrive::numerics::double_double::Double;
 
 /// Bounds that need to be widened by no more than this part of the task are kept: the roundings of what a user writes.
@@ -90,7 +90,7 @@ impl Program<'_> {
         };
         (0..n).flat_map(|i| [(i, 1.0), (i, -1.0)]).for_each(|(i, sign)| add(i, sign, reach));
         add(n, -1.0, ROOM);
-        let (first, mut looked_at, mut places) = (2 * n + 1, Vec::new(), self.first_places());
+        let (first, mut looked_at, mut places) = (2 * n + 1, Vec::new(), thinned(self.first_places()));
         for _ in 0..ROUNDS {
             for place in &places {
                 let (row, limit) = self.condition(&frame, *place);
@@ -110,7 +110,7 @@ impl Program<'_> {
             let holding = holding.map(|(row, multiplier)| (looked_at[row - first], multiplier)).collect();
             best = Some(Widened { x: x.clone(), level, excess, holding, reached });
             let missed = known(level);
-            if excess <= -0.5 * ROOM || excess - level <= missed {
+            if excess <= 0.5 * level || excess - level <= missed {
                 break;
             }
             places = maxima;

@@ -9,12 +9,16 @@
 //! tells how far from it the result is at most; for a Chebyshev problem without bounds that is the method of Remez. Least
 //! squares are the nearest point to the best one without conditions.
 //!
+//! Where fewer maxima hold the level than there are unknowns, linear programs only close in on the optimum round by round.
+//! There Newton's method solves the equations of Karush, Kuhn and Tucker with the maxima as functions of x (the locally
+//! reduced problem), whose curvature is Σ λᵢ aᵢ′ aᵢ′ᵀ/|gᵢ″|; with λ ≥ 0 they are sufficient, since the program is convex.
+//!
 //! Source: R. Hettich, K. O. Kortanek, "Semi-infinite programming: theory, methods, and applications", SIAM Review 35
 //! (1993) 380–429, section 7; E. Ya. Remez (1934).
 
 use super::Infeasible;
 use super::basis::Basis;
-use super::exact::{Coordinates, RANK, Solutions};
+use super::exact::{Coordinates, Factors, RANK, Solutions, add_multiple, dot};
 use super::family::{Family, ROUNDING};
 use super::polyhedron::Polyhedron;
 use crate::work;
@@ -46,6 +50,16 @@ pub const UNSOLVED: &str =
     "the optimisation does not converge: with these harmonics the conditions differ by less than the rounding of \
                         thirty digits
   = hint: take fewer harmonics, or longer ranges for the bounds";
+
+/// Newton's method begins where the linear programs miss this part of the level.
+const NEAR: f64 = 1e-2;
+
+/// Its steps, which square the error, and the length of the last one.
+const NEWTON: usize = 12;
+const SETTLED: f64 = 1e-12;
+
+/// A maximum that Newton's method would move by less than this (rad) is one within its range, not at an end.
+const STATIONARY: f64 = 1e-6;
 
 /// Where the objective sees less than this part, conditions without a level decide: there the coordinates are not
 /// stretched, so that neither loses more than a dozen of its thirty digits.
@@ -101,6 +115,11 @@ pub struct Frame<'a> {
     pub coordinates: &'a Coordinates,
 }
 
+/// Every fourth place: enough for a first program, since the exchange adds what it misses.
+pub fn thinned(places: Vec<Place>) -> Vec<Place> {
+    places.into_iter().step_by(4).collect()
+}
+
 impl Program<'_> {
     /// The best solution, starting at `centre`, which fulfils the equations; of least squares it is the best one without
     /// conditions.
@@ -118,17 +137,19 @@ impl Program<'_> {
             let level = highest.max(0.0);
             return Ok(Solution { x: centre, level, resolution: rounding, uncertainty, excess: 0.0 });
         }
+        places = thinned(places);
         let frame = Frame { centre: &centre, unit: highest, coordinates: &coordinates };
         let resolved = |level: f64| if squares { RESOLVED_SQUARES } else { RESOLVED * level.abs() };
         let origin = vec![Double::default(); coordinates.len() + 1];
         let mut program = Polyhedron::new(origin.len());
         let mut proven: Option<Solution> = None;
-        let mut last = f64::INFINITY;
+        let (mut last, mut asked) = (f64::INFINITY, Vec::new());
         for _ in 0..ROUNDS {
             for place in &places {
                 let (row, limit) = self.condition(&frame, *place);
                 program.add(row, limit);
             }
+            asked.append(&mut places);
             let tolerance = |level: f64| (FINEST * level.abs()).max(0.5 * rounding);
             let before = highest * program.point()[coordinates.len()].hi;
             let admitted = 0.01 * tolerance(before) / highest;
@@ -138,6 +159,23 @@ impl Program<'_> {
             let (level, violation) = (exact.hi, |place: &Place| self.violation(&x, exact, *place));
             places = self.maxima(&x);
             let excess = places.iter().map(violation).fold(0.0, f64::max);
+            let mut newton = Vec::new();
+            let near = optimal && excess > tolerance(level) && excess <= NEAR * level.abs();
+            if near && !squares && self.families.iter().all(|family| family.tangent.is_none()) {
+                let holding = program.multipliers().map(|(row, multiplier)| (asked[row], multiplier)).collect();
+                if let Some((x, exact)) = self.reduced(&frame, (x.clone(), exact), holding) {
+                    let (level, mut maxima) = (exact.hi, self.maxima(&x));
+                    let violation = |place: &Place| self.violation(&x, exact, *place);
+                    let excess = maxima.iter().map(violation).fold(0.0, f64::max);
+                    if excess <= resolved(level) {
+                        proven = Some(Solution { x, level, resolution: rounding, uncertainty, excess });
+                        break;
+                    }
+                    // What is exceeded near the optimum is looked at next.
+                    maxima.retain(|place| violation(place) > tolerance(level));
+                    newton = maxima;
+                }
+            }
             places.retain(|place| violation(place) > tolerance(level));
             let resolution = rounding.max(excess - resolved(level));
             let found = Solution { x, level, resolution, uncertainty, excess };
@@ -152,11 +190,84 @@ impl Program<'_> {
                 break;
             }
             last = excess;
+            places.append(&mut newton);
         }
         // Conditions are kept to rounding, or nearly: the report tells what is left.
         proven
             .filter(|solution| solution.excess <= DELIVERED * solution.level.abs().max(1.0))
             .ok_or_else(|| Infeasible::Numerical(UNSOLVED.to_owned()))
+    }
+
+    /// The optimum next to (x, t) by Newton's method on the maxima that hold it; None where they are as many as the unknowns,
+    /// so that the linear programs square the error themselves, and where it does not lead to an optimum.
+    fn reduced(
+        &self,
+        frame: &Frame,
+        (mut x, mut level): (Vec<Double>, Double),
+        mut holding: Vec<(Place, f64)>,
+    ) -> Option<(Vec<Double>, Double)> {
+        let n = frame.coordinates.len();
+        let mut last = f64::INFINITY;
+        for _ in 0..NEWTON {
+            holding = self.held(&x, &holding).filter(|held| held.len() <= n)?;
+            let (mut rows, mut values, mut curved) = (Vec::new(), Vec::new(), Vec::new());
+            for &(place, multiplier) in &holding {
+                let family = &self.families[place.0];
+                rows.push(self.condition(frame, place).0);
+                values.push(Double::from(-self.violation(&x, level, place) / frame.unit));
+                let [slope, bend] = [1, 2].map(|n| family.excess(self.basis, &x, place.1, n));
+                if bend < 0.0 && slope.abs() <= STATIONARY * -bend {
+                    let size = Double::from((multiplier * frame.unit / -bend).sqrt());
+                    let turned = self.projected(frame.coordinates, &family.row(self.basis, place.1, 1));
+                    curved.push(turned.into_iter().map(|a| a * size).chain([Double::default()]).collect::<Vec<_>>());
+                }
+            }
+            // τ + ½ |C d|² is least among all d that keep the maxima at the level.
+            let bent = |d: &[Double]| {
+                let mut sum = vec![Double::default(); n + 1];
+                curved.iter().for_each(|row| add_multiple(&mut sum, dot(row, d), row));
+                sum
+            };
+            let kept = Solutions::new(&rows, &values, n + 1, RANK);
+            let downhill = |d: &[Double]| {
+                let mut slope = bent(d);
+                slope[n] = slope[n] + Double::from(1.0);
+                slope.iter().map(|s| -*s).collect::<Vec<Double>>()
+            };
+            let columns: Vec<_> = kept.free.iter().map(|free| kept.projected(&bent(free))).collect();
+            let size = columns.len();
+            let way = Factors::new(columns, size, RANK).solve(&kept.projected(&downhill(&kept.particular)));
+            let step = kept.moved(&kept.particular, &way);
+            let multipliers = Factors::new(rows, n + 1, RANK).solve(&downhill(&step));
+            holding.iter_mut().zip(multipliers).for_each(|(held, multiplier)| held.1 = multiplier.hi);
+            x = self.moved(&Frame { centre: &x, ..*frame }, &step[..n]);
+            level = level + step[n] * Double::from(frame.unit);
+            let length = dot(&step, &step).hi.sqrt();
+            if holding.iter().any(|held| !(held.1 >= 0.0)) || !(length < last) {
+                return None;
+            }
+            if length <= SETTLED {
+                return Some((x, level));
+            }
+            last = length;
+        }
+        None
+    }
+
+    /// The maxima at x that these places have become, with the sum of their multipliers; None where one is lost.
+    fn held(&self, x: &[Double], holding: &[(Place, f64)]) -> Option<Vec<(Place, f64)>> {
+        let maxima = self.maxima(x);
+        let mut held: Vec<(Place, f64)> = Vec::new();
+        for ((family, phi), multiplier) in holding.iter().filter(|held| held.1 > 0.0) {
+            let away = |place: &&Place| (place.1 - phi).abs();
+            let own = maxima.iter().filter(|place| place.0 == *family);
+            let place = *own.min_by(|a, b| away(a).total_cmp(&away(b)))?;
+            match held.iter_mut().find(|held| held.0 == place) {
+                Some(held) => held.1 += multiplier,
+                None => held.push((place, *multiplier)),
+            }
+        }
+        Some(held)
     }
 
     /// The angles that the first program looks at.
