@@ -60,6 +60,11 @@ const CLOSED: f64 = 2e-13;
 const DIFFERENCE: f64 = 1e-4;
 const POLISHING: usize = 8;
 
+/// The parabolas whose vertices lead to θ* are as wide as the last change of the place, between these parts of the tongue:
+/// narrow ones say more, wide ones tell what differs from rounding.
+const COARSE: f64 = 0.05;
+const FINE: f64 = 1e-3;
+
 impl Tongue {
     /// The instability of order n where the truncation of Hill's matrices tells it from its neighbours, and the exact boundaries are
     /// found next to theirs.
@@ -133,11 +138,7 @@ impl Tongue {
         if start >= 0.0 || start.is_nan() {
             return 0.0;
         }
-        // The growth of the undamped motion, which damping proportional to the inertia would make up for exactly.
-        let guess = (spectral_radius(&m).ln() / (system.period() * inverse)).max(f64::MIN_POSITIVE);
-        let mut f = |theta: f64| self.excess(system, inverse, theta);
-        let (low, high) = climb(&mut f, (0.0, start), 1.05 * guess);
-        search::zero(&mut f, [low.0, high.0], [low.1, high.1], 0.0)
+        left(&mut |theta| self.excess(system, inverse, theta), (0.0, start), 1.05 * growth(system, inverse, &m))
     }
 
     /// The damping ratio at which the instability vanishes at this speed, looked for above `theta` where the speed is unstable at it.
@@ -147,8 +148,7 @@ impl Tongue {
         if theta == 0.0 || value >= 0.0 || value.is_nan() {
             return self.critical_at(system, inverse);
         }
-        let (low, high) = climb(&mut f, (theta, value), 1.2 * theta);
-        search::zero(&mut f, [low.0, high.0], [low.1, high.1], 0.0)
+        left(&mut f, (theta, value), 1.2 * theta)
     }
 
     /// The damping ratio θ* at which the instability vanishes at every speed; None where no damping ratio suffices,
@@ -161,9 +161,29 @@ impl Tongue {
             return None;
         }
         let ends = [self.lambda.low.sqrt(), self.lambda.high.sqrt()];
-        // The value is stationary, so half of the digits of the place give all of the value.
-        let tolerance = 1e-8 * (ends[1] - ends[0]);
-        let (inverse, theta) = search::maximum(&mut |inverse| self.critical_at(system, inverse), ends, tolerance);
+        let width = ends[1] - ends[0];
+        let mut undamped = |inverse: f64| growth(system, inverse, &system.monodromy(inverse * inverse, 0.0));
+        let (mut inverse, _) = search::maximum(&mut undamped, ends, 1e-2 * width);
+        let mut theta = self.critical_at(system, inverse);
+        let mut step = COARSE * width;
+        // det E is 0 at (1/η, θ). Next to it there is a speed where it is less; what θ misses there is the square of what
+        // 1/η misses.
+        for _ in 0..2 * POLISHING {
+            let [before, after] = [-step, step].map(|step| self.excess(system, inverse + step, theta));
+            let change = (0.5 * step * (before - after) / (before + after)).clamp(-2.0 * step, 2.0 * step);
+            let next = inverse + change;
+            let value = self.excess(system, next, theta);
+            if before + after > 0.0 && value < 0.0 {
+                let rise = 1.0 + 8.0 * (change / width).powi(2);
+                theta = left(&mut |theta| self.excess(system, next, theta), (theta, value), rise * theta);
+                inverse = next;
+                step = change.abs().clamp(FINE * width, step);
+            } else if step > FINE * width {
+                step = (0.1 * step).max(FINE * width);
+            } else {
+                break;
+            }
+        }
         Some(Apex { theta, eta: 1.0 / inverse, residual: self.excess(system, inverse, theta).abs() })
     }
 
@@ -246,6 +266,18 @@ impl Tongue {
     }
 }
 
+/// The damping ratio at which an instability is left, from θ and det E in it; `next` is a guess.
+fn left(f: &mut dyn FnMut(f64) -> f64, from: (f64, f64), next: f64) -> f64 {
+    let (low, high) = climb(f, from, next);
+    search::zero(f, [low.0, high.0], [low.1, high.1], 0.0)
+}
+
+/// The growth of the undamped motion as the damping ratio that would make up for it exactly if the damping were proportional
+/// to the inertia.
+fn growth(system: &System, inverse: f64, m: &Matrix) -> f64 {
+    (spectral_radius(m).ln() / (system.period() * inverse)).max(f64::MIN_POSITIVE)
+}
+
 /// From θ and det E in an instability to ever higher θ, `next` the first of them, until it is left: the last two.
 fn climb(f: &mut dyn FnMut(f64) -> f64, from: (f64, f64), next: f64) -> ((f64, f64), (f64, f64)) {
     let (mut low, mut high) = (from, (next, f(next)));
@@ -307,11 +339,15 @@ pub fn multipliers(m: &Matrix) -> [[f64; 2]; 2] {
 fn polish(system: &System, s: f64, scale: f64, start: Pair, high: bool) -> f64 {
     let mut lambda = if high { start.high } else { start.low };
     let h = DIFFERENCE * scale;
-    let mut last = f64::INFINITY;
+    let (mut last, mut slope) = (f64::INFINITY, Matrix::default());
     for _ in 0..POLISHING {
         let at = |lambda: f64| system.monodromy(lambda, 0.0);
-        let (e, plus, minus) = (less(&at(lambda), s), at(lambda + h), at(lambda - h));
-        let slope: Matrix = std::array::from_fn(|i| std::array::from_fn(|k| (plus[i][k] - minus[i][k]) / (2.0 * h)));
+        let e = less(&at(lambda), s);
+        // Within the step of the difference the slope stays.
+        if last > h {
+            let [plus, minus] = [h, -h].map(|h| at(lambda + h));
+            slope = std::array::from_fn(|i| std::array::from_fn(|k| (plus[i][k] - minus[i][k]) / (2.0 * h)));
+        }
         let (a, b, c) = (determinant(&slope), mixed(&e, &slope), determinant(&e));
         let Some([near, far]) = quadratic(a, b, c) else { break };
         let (lower, upper) = (near.min(far), near.max(far));
