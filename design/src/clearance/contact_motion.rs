@@ -83,6 +83,21 @@ impl ContactMotion {
         from(machine, &self.samples[after.saturating_sub(1)], time)
     }
 
+    /// The largest |F_K| (N), found between the samples where its rate vanishes.
+    pub fn largest_force(&self, machine: &mut Machine) -> Result<f64, Fault> {
+        let size = |sample: &Sample| sample.force[0].abs();
+        let sampled = self.samples.iter().map(size).fold(0.0, f64::max);
+        let mut largest = sampled;
+        for pair in self.samples.windows(2) {
+            // Between two samples the force grows by far less than a tenth of the largest one.
+            if size(&pair[0]).max(size(&pair[1])) > 0.9 * sampled {
+                largest = largest.max(size(&zero(machine, [pair[0], pair[1]], 1, 0.0)?));
+            }
+        }
+        machine.begin(0.0, Some(self.samples[0].q), true)?;
+        Ok(largest)
+    }
+
     fn find(&self, machine: &mut Machine, parameters: &Parameters, ignore: f64) -> Result<Vec<Release>, Fault> {
         let largest = self.samples.iter().fold(0.0f64, |largest, sample| largest.max(sample.force[0].abs()));
         let rounding = ROUNDING * largest;

@@ -367,7 +367,7 @@ impl Study {
             Ok(motion) => {
                 let releases = motion.releases.len();
                 self.releases = Some(releases);
-                self.contact_force = motion.samples.iter().map(|sample| sample.force[0].abs()).reduce(f64::max);
+                self.contact_force = motion.largest_force(&mut model).ok();
                 if scene.parameters.e == 0.0 && !options.quick {
                     let size = [motion.samples.len(), releases];
                     self.by_model = by_model::around(scene, machine, crossings, ignore, size);

@@ -31,7 +31,7 @@ pub fn draw_rules(shapes: &mut Vec<Shape>, rules: &[(&Rule, Place)], frame: &Fra
     let (mut level, mut above) = (Vec::new(), Vec::new());
     for (rule, place) in rules {
         let line = match (rule, place) {
-            (Rule::Vertical(_, name), [Some(x), _]) if (first..=last).contains(&x) => {
+            (Rule::Vertical(_, name), [Some(x), _]) if (first..=last).contains(x) => {
                 let [x, _] = frame.at([*x, low]);
                 above.extend(place_above(name, x, [left, right], &above).map(|from| (name, from)));
                 vec![[x, bottom], [x, top]]
@@ -39,7 +39,7 @@ pub fn draw_rules(shapes: &mut Vec<Shape>, rules: &[(&Rule, Place)], frame: &Fra
             (Rule::Horizontal(value, name), [_, Some(y)]) => {
                 let [_, at] = frame.at([first, y.clamp(low, high)]);
                 let arrow = if *y > high { "↑ " } else { "↓ " };
-                let is_seen = (low..=high).contains(&y);
+                let is_seen = (low..=high).contains(y);
                 if !name.is_empty() {
                     let beyond = || format!("{arrow}{name}: {}", number(*value));
                     level.push((if is_seen { name.clone() } else { beyond() }, at));

@@ -24,11 +24,6 @@ const BESIDE: f64 = 1e-4;
 /// So many bounds are told by name.
 const MOST_TOLD: usize = 4;
 
-/// The errors of what is delivered: of the output at all speeds behind an elastic member, else of the motion.
-pub(super) fn delivered(study: &Study) -> &[[f64; 3]] {
-    study.elastic.as_ref().map_or(&study.motion.errors, |behind| &behind.over_speeds)
-}
-
 impl Together {
     /// The answer.
     pub fn verdict(&self) -> Verdict {
@@ -123,7 +118,7 @@ impl Study {
     /// "0.01 mm (`dwell[1]`)", of the lowest derivative that is prescribed.
     fn largest_error(&self) -> Option<String> {
         let of = |order: usize| {
-            let errors = delivered(self).iter().map(|e| e[order]).enumerate().filter(|(_, e)| e.is_finite());
+            let errors = self.delivered().iter().map(|e| e[order]).enumerate().filter(|(_, e)| e.is_finite());
             errors.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, error)| (order, i, error))
         };
         let (order, i, error) = (0..3).find_map(of)?;

@@ -1,6 +1,5 @@
 //! The report of a synthesis: tables, files, JSON.
 
-use super::advice::delivered;
 use super::clearance::Clearance;
 use super::deviation::Extreme;
 use super::elastic::Resonance;
@@ -81,7 +80,7 @@ fn errors<'a>(studies: &'a [Study]) -> Table {
         .column("", "angles", DEG, |(_, range, _)| [range.from, range.to]);
     let all = ORDERS.into_iter().zip(NAMES).take(3).enumerate();
     all.fold(table, |table, (order, (unit, (name, _)))| {
-        table.column("", format!("of {name}"), unit, move |(study, _, i)| delivered(study)[*i][order])
+        table.column("", format!("of {name}"), unit, move |(study, _, i)| study.delivered()[*i][order])
     })
     .into()
 }

@@ -107,6 +107,13 @@ pub struct Study {
     pub widths: Vec<Widths>,
 }
 
+impl Study {
+    /// The errors of what is delivered: of the output at all speeds behind an elastic member, else of the motion.
+    pub(super) fn delivered(&self) -> &[[f64; 3]] {
+        self.elastic.as_ref().map_or(&self.motion.errors, |behind| &behind.over_speeds)
+    }
+}
+
 /// Motion behind an elastic output member that the cam drives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Behind {
