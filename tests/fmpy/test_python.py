@@ -131,7 +131,7 @@ def test_files_of_others_are_none_of_a_report(camdrive, tmp_path):
     (tmp_path / "mine.csv").write_text("1")
     first = camdrive.steady(LOOM, output=tmp_path)
     second = camdrive.steady(LOOM, output=tmp_path)
-    assert first.files == second.files and set(first.files) == {f"rapier_loom.{part}" for part in ("steady.csv", "steady.svg", "json")}
+    assert first.files == second.files and set(first.files) == {f"rapier_loom.{part}" for part in ("steady.csv", "steady.svg", "json", "html")}
     assert (tmp_path / "rapier_loom.steady.csv").read_bytes() == first.files["rapier_loom.steady.csv"]
 
 
@@ -147,7 +147,7 @@ def test_clearance_compares_laws(camdrive):
 
 def test_cam_has_contours_and_findings(camdrive):
     report = camdrive.cam(EXAMPLES / "tappet" / "scene.toml")
-    assert "disc cam" in repr(report) and report.plot() == report.svg["tappet"]
+    assert "tappet can be cut" in repr(report) and report.plot() == report.svg["tappet"]
     findings = report.table("followers.cams.findings")
     assert set(findings["followers.name"]) == {"tappet"} and (findings["verdict"] == "good").all()
     contour, steps = report.table("tappet.csv"), report.table("tappet.plcopen.csv")
@@ -158,7 +158,7 @@ def test_cam_has_contours_and_findings(camdrive):
 def test_fields_of_files_are_documented(camdrive):
     page = (EXAMPLES.parent / "docs" / "json.md").read_text()
     for report in (camdrive.tradeoff(GUIDE_BAR, turns=1, quick=True), camdrive.cam(EXAMPLES / "tappet" / "scene.toml")):
-        command = "cam" if isinstance(report.data, list) else "tradeoff"
+        command = "cam" if "followers" in report.data else "tradeoff"
         (section,) = (part for part in page.split("\n## ") if part.startswith(f"`{command}`"))
         names = {name for table in report.tables if ".csv" not in table for name in report.table(table)}
         # What is by the names of outputs has the name of their field.
