@@ -138,10 +138,14 @@ impl Study {
             }
         }
         if !cures.is_empty() {
-            verdict.advice(format!("One of these avoids further impacts: {}.", cures.join(", ")));
+            verdict.advice(format!(
+                "At the border of one of these no further impact follows a single passage: {}. Go beyond it, and look at the \
+                 settled motion there: vibration left of earlier passages may bring impacts back.",
+                cures.join(", ")
+            ));
         }
         if !none.is_empty() {
-            verdict.advice(format!("No other {} alone avoids them.", none.join(", ")));
+            verdict.advice(format!("No other {} alone does so.", none.join(", ")));
         }
     }
 
