@@ -32,8 +32,10 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "\
 Examples:
   camdrive clearance examples/backlash_drive/scene.toml
-  camdrive clearance scene.toml --compare bestehorn,modified_sine,hs7,other_scene.toml
-  camdrive clearance examples/guide_bar/scene.toml --clearance \"0.05 mm\" --m1 \"2 kg\"")]
+  camdrive clearance scene.toml \\
+      --compare bestehorn,modified_sine,hs7,other_scene.toml
+  camdrive clearance examples/guide_bar/scene.toml --clearance \"0.05 mm\" \\
+      --m1 \"2 kg\"")]
 pub struct Args {
     /// Scene file (TOML)
     scene: PathBuf,

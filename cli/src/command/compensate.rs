@@ -38,7 +38,8 @@ const FORMS: [(&str, Form); 3] = [("auto", Form::Auto), ("series", Form::Series)
 #[command(after_help = "\
 Examples:
   camdrive compensate examples/rapier_loom/scene.toml -o compensated.toml
-  camdrive compensate examples/rapier_loom/scene.toml --period \"120 ms\" --report study/
+  camdrive compensate examples/rapier_loom/scene.toml --period \"120 ms\" \\
+      --report study/
   camdrive export compensated.toml")]
 pub struct Args {
     /// Scene file (TOML) of a RigidMachine, or of a DriveTrain with rigid followers; their loads and their motor count

@@ -21,7 +21,8 @@ use std::path::{Path, PathBuf};
 Examples:
   camdrive export examples/guide_bar/scene.toml
   camdrive export examples/*/scene.toml -o fmus/
-  camdrive export scene.toml --runtime linux64=libcamdrive.so --runtime win64=camdrive.dll
+  camdrive export scene.toml --runtime linux64=libcamdrive.so \\
+      --runtime win64=camdrive.dll
   camdrive export scene.toml --platforms linux64,win64
   camdrive export scene.toml --with-tradeoff --quick
   camdrive export old/guide_bar.fmu -o new/

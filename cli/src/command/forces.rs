@@ -30,7 +30,8 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "\
 Examples:
   camdrive forces examples/sealing_machine/scene.toml
-  camdrive forces examples/sealing_machine/scene.toml --speed \"300 rpm\" -o forces/")]
+  camdrive forces examples/sealing_machine/scene.toml --speed \"300 rpm\" \\
+      -o forces/")]
 pub struct Args {
     /// Scene file (TOML)
     scene: PathBuf,

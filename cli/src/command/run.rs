@@ -30,7 +30,8 @@ use std::path::PathBuf;
 Examples:
   camdrive run guide_bar.toml -o result.csv
   camdrive run guide_bar.toml --stop 0.5 --step \"1 ms\" --output y,q
-  camdrive run guide_bar.toml --start \"drive.w=2000 rpm\" --start start.mode=steady_state
+  camdrive run guide_bar.toml --start \"drive.w=2000 rpm\" \\
+      --start start.mode=steady_state
   camdrive run run_up.toml --input speed.csv --json
   camdrive run guide_bar.fmu --start \"drive.w=2000 rpm\" -o result.csv
   camdrive run two_cams/system.toml --step \"0.5 ms\" --output machine.w,pusher.q

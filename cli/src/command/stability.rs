@@ -24,8 +24,10 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Examples:
   camdrive stability examples/transfer_manipulator/hs3.toml
-  camdrive stability examples/transfer_manipulator/hs3.toml --speed \"60 rpm\" --speed \"92 rpm\"
-  camdrive stability examples/transfer_manipulator/scene.toml --from \"30 rpm\" --to \"900 rpm\" --damping 0.01")]
+  camdrive stability examples/transfer_manipulator/hs3.toml --speed \"60 rpm\" \\
+      --speed \"92 rpm\"
+  camdrive stability examples/transfer_manipulator/scene.toml \\
+      --from \"30 rpm\" --to \"900 rpm\" --damping 0.01")]
 pub struct Args {
     /// Scene file (TOML)
     scene: PathBuf,

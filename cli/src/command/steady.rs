@@ -28,7 +28,8 @@ use std::process::ExitCode;
 Examples:
   camdrive steady examples/rapier_loom/scene.toml
   camdrive steady examples/rapier_loom/scene.toml --period \"120 ms\"
-  camdrive steady examples/rapier_loom/scene.toml --load \"40 N.m\" --report study/")]
+  camdrive steady examples/rapier_loom/scene.toml --load \"40 N.m\" \\
+      --report study/")]
 pub struct Args {
     /// Scene file (TOML) of a RigidMachine or a DriveTrain
     scene: PathBuf,

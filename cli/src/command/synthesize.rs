@@ -24,9 +24,12 @@ use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
 #[command(after_help = "\
 Examples:
   camdrive synthesize examples/dwell_synthesis/task.toml
-  camdrive synthesize examples/dwell_synthesis/task.toml -o profile.toml --report report/
-  camdrive synthesize examples/loom/task.toml --scene examples/loom/scene.toml -o loom.toml
-  camdrive synthesize examples/loom/task.toml --law gripper --scene examples/loom/gripper.toml -o gripper.toml")]
+  camdrive synthesize examples/dwell_synthesis/task.toml -o profile.toml \\
+      --report report/
+  camdrive synthesize examples/loom/task.toml \\
+      --scene examples/loom/scene.toml -o loom.toml
+  camdrive synthesize examples/loom/task.toml --law gripper \\
+      --scene examples/loom/gripper.toml -o gripper.toml")]
 pub struct Args {
     /// Task file (TOML)
     task: PathBuf,

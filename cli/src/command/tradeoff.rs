@@ -24,7 +24,8 @@ use std::path::{Path, PathBuf};
 Examples:
   camdrive tradeoff examples/guide_bar/scene.toml
   camdrive tradeoff examples/backlash_drive/scene.toml --turns 10 -o study/
-  camdrive tradeoff examples/guide_bar/run_up.toml --speed \"1800 rpm\" --ramp \"0.2 s\"")]
+  camdrive tradeoff examples/guide_bar/run_up.toml --speed \"1800 rpm\" \\
+      --ramp \"0.2 s\"")]
 pub struct Args {
     /// Scene file (TOML)
     scene: PathBuf,
