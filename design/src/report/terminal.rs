@@ -63,10 +63,10 @@ fn interval([low, high]: [f64; 2], named: &dyn Fn(String) -> String) -> String {
 /// What is smaller than this part of the largest number of its column is only rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// A cell in the unit of its column, which stands in the heading; numbers below `least` (SI) read 0.
+/// A cell in the unit of its column, which stands in the heading; numbers below `least` (SI) read 0, bounds do not.
 fn cell(value: &Value, column: &Column, least: f64) -> String {
+    let told = |value: f64| if value.abs() < least { 0.0 } else { value };
     let number = |value: f64| match (value * column.unit.factor, column.digits) {
-        _ if value.abs() < least => "0".to_owned(),
         (value, _) if value.is_infinite() => "∞".to_owned(),
         (value, 3) => text::number(value),
         (value, count) => digits(value, count, -4),
@@ -74,10 +74,10 @@ fn cell(value: &Value, column: &Column, least: f64) -> String {
     match value {
         Value::Empty => NONE.to_owned(),
         Value::Text(text) => text.clone(),
-        Value::Number(value) => number(*value),
+        Value::Number(value) => number(told(*value)),
         Value::AtMost(value) => format!("< {}", number(*value)),
         Value::Range(ends) => interval(ends.map(|end| end * column.unit.factor), &|text| text),
-        Value::At(value, phi) => format!("{} at {}°", number(*value), in_turn(*phi, 1)),
+        Value::At(value, phi) => format!("{} at {}°", number(told(*value)), in_turn(*phi, 1)),
     }
 }
 
