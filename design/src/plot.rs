@@ -256,10 +256,11 @@ impl Diagram {
         shown.draw_names(&mut shapes, ends);
         let mut size = [WIDTH, top + HEIGHT];
         let names = self.series.iter().map(|series| &series.name).chain(self.keys().map(|(.., name)| name));
-        let names: Vec<usize> = names.map(|name| name.chars().count()).collect();
-        let longest = names.iter().copied().max().unwrap_or(0);
-        // Curves without a name need no legend.
-        let entries = if longest > 0 { names.len() } else { 0 };
+        let names: Vec<&String> = names.collect();
+        let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+        // Curves without a name need no legend, nor does a single one of which the title tells.
+        let is_told = names.len() == 1 && self.title.to_lowercase().contains(&names[0].to_lowercase());
+        let entries = if longest > 0 && !is_told { names.len() } else { 0 };
         let wide = 64.0 + (LETTER * TEXT * longest as f64).floor();
         let own = [wide, LINE * entries as f64 + 8.0];
         let within = legend::free_place(own, ends, &data).filter(|_| entries > 0);

@@ -260,25 +260,11 @@ pub fn wrapped(text: &str, width: usize) -> String {
     text.split('\n').map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// CSV: the line of headings, then a line for each row, the values of its fields, nested ones in their order, numbers with all digits.
+/// CSV of these lines, of which the first has the headings.
 ///
 /// # Errors
 /// None in practice: the writer fills memory.
-pub fn csv(head: &str, rows: impl IntoIterator<Item = impl Serialize>) -> Result<String, Fault> {
-    let fault = |e: &dyn Display| Fault::new(format!("the table cannot be written as CSV: {e}"));
-    let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(format!("{head}\n").into_bytes());
-    for row in rows {
-        writer.serialize(row).map_err(|e| fault(&e))?;
-    }
-    let bytes = writer.into_inner().map_err(|e| fault(&e))?;
-    String::from_utf8(bytes).map_err(|e| fault(&e))
-}
-
-/// CSV of these lines.
-///
-/// # Errors
-/// None in practice: the writer fills memory.
-pub fn csv_lines(lines: impl IntoIterator<Item = Vec<String>>) -> Result<String, Fault> {
+pub fn csv(lines: impl IntoIterator<Item = Vec<String>>) -> Result<String, Fault> {
     let fault = |e: &dyn Display| Fault::new(format!("the table cannot be written as CSV: {e}"));
     let mut writer = csv::Writer::from_writer(Vec::new());
     for line in lines {

@@ -1,7 +1,11 @@
 """Pages of reports in a browser: they ask nobody, tell the values of the study, and everybody can read them."""
 
+import contextlib
 import csv
 import math
+import os
+import pty
+import re
 import shutil
 import subprocess
 
@@ -12,15 +16,31 @@ from conftest import CAMDRIVE, ROOT
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
 AXE = "axe-core@4.10.3"
-SCENE = ROOT / "examples" / "guide_bar" / "scene.toml"
+EXAMPLES = ROOT / "examples"
+SCENE = EXAMPLES / "guide_bar" / "scene.toml"
+STUDY = """
+scene = "scene.toml"
+turns = 1
+measures = ["max |q|", "rms der(y,2)"]
+vary = [{ name = "drive.w", from = "900 rpm", to = "2400 rpm", count = 40 }]
+"""
+PAGES = ["scene.html", "system.html", "variants.html", "study/guide_bar.html"]
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """The page of a scene, and the report of one study with its files."""
+    """The pages of a scene, a system and the variants of a scene, and the report of one study with its files."""
     folder = tmp_path_factory.mktemp("report")
-    for command in (["report", "-o", "page.html"], ["tradeoff", "--quick", "--turns", "1", "-o", "study"]):
-        subprocess.run([CAMDRIVE, command[0], str(SCENE), *command[1:]], check=True, capture_output=True, cwd=folder)
+    shutil.copy(SCENE, folder)
+    (folder / "study.toml").write_text(STUDY)
+    for command, file, *options in (
+        ("report", SCENE, "-o", "scene.html"),
+        ("report", EXAMPLES / "two_cams" / "system.toml", "-o", "system.html"),
+        ("study", "study.toml", "-o", "store"),
+        ("report", "store", "-o", "variants.html"),
+        ("tradeoff", SCENE, "--quick", "--turns", "1", "-o", "study"),
+    ):
+        subprocess.run([CAMDRIVE, command, str(file), *options], check=True, capture_output=True, cwd=folder)
     return folder
 
 
@@ -46,20 +66,24 @@ def axe():
     return source.read_text()
 
 
+@pytest.mark.parametrize("name", PAGES)
 @pytest.mark.parametrize("width", [400, 1600])
-def test_it_is_read_at_any_width(folder, page, width):
-    for path in (folder / "page.html", folder / "study" / "guide_bar.html"):
-        assert path.stat().st_size <= 300_000
-        page.open(path, width)
-        assert page.run("document.documentElement.scrollWidth") <= width
-        smallest = "Math.min(...[...document.querySelectorAll('p, li, td, dd')].map((e) => parseFloat(getComputedStyle(e).fontSize)))"
-        assert page.run(smallest) >= 14
-        assert page.messages == []
+def test_it_is_read_at_any_width(folder, page, name, width):
+    path = folder / name
+    assert path.stat().st_size <= 300_000
+    page.open(path, width)
+    assert page.run("document.documentElement.scrollWidth") <= width
+    # Pictures lie within the window as a whole.
+    assert page.run("[...document.querySelectorAll('figure')].every((e) => e.scrollWidth <= e.clientWidth)")
+    smallest = "Math.min(...[...document.querySelectorAll('p, li, td, dd')].map((e) => parseFloat(getComputedStyle(e).fontSize)))"
+    assert page.run(smallest) >= 14
+    assert page.messages == []
 
 
+@pytest.mark.parametrize("name", PAGES)
 @pytest.mark.parametrize("width", [400, 1600])
-def test_everybody_can_read_it(folder, page, axe, width):
-    page.open(folder / "page.html", width)
+def test_everybody_can_read_it(folder, page, axe, name, width):
+    page.open(folder / name, width)
     page.run("document.querySelectorAll('details').forEach((part) => { part.open = true; })")
     page.run(axe)
     rules = "{runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'best-practice']}"
@@ -110,6 +134,36 @@ def test_the_pointer_and_the_keyboard_read_values(folder, page):
     assert len(read) > 4 and all(is_known(x, y) for _, x, y in read), read
 
 
+@pytest.mark.parametrize("name", PAGES)
+def test_all_tables_sort_and_all_diagrams_tell(folder, page, name):
+    page.open(folder / name, 1600)
+    page.run("document.querySelectorAll('details').forEach((part) => { part.open = true; })")
+    for i in range(page.run("document.querySelectorAll('table').length")):
+        values = f"""[...document.querySelectorAll('table')[{i}].tBodies[0].rows]
+            .map((row) => parseFloat(row.cells[COLUMN].dataset.v)).map((x) => Number.isFinite(x) ? x : null)"""
+        for column in range(page.run(f"document.querySelectorAll('table')[{i}].tHead.rows[0].cells.length")):
+            before = page.run(values.replace("COLUMN", str(column)))
+            page.run(f"document.querySelectorAll('table')[{i}].tHead.rows[0].cells[{column}].firstChild.focus()")
+            page.press("Enter")
+            if None not in before:
+                assert page.run(values.replace("COLUMN", str(column))) == sorted(before)
+    for i in range(page.run("document.querySelectorAll('figure[data-x]').length")):
+        # What is read vanishes when the page moves, which it tells a picture later.
+        page.run(f"""(async () => {{
+            document.querySelectorAll('figure[data-x]')[{i}].focus();
+            for (let i = 0; i < 3; i++) await new Promise(requestAnimationFrame);
+        }})()""")
+        page.press("ArrowRight")
+        told = page.run("document.getElementById('tip').textContent").split("\n")
+        points = page.run(f"""[...document.querySelectorAll('figure[data-x]')[{i}].querySelectorAll('data')]
+            .flatMap((data) => data.value.split(/[ ;]/)).map((point) => point.split(',').map(Number))""")
+        number = lambda text: float(text.rsplit(": ", 1)[1].split(" ")[0].rstrip("°"))
+        size = [max(abs(point[k]) for point in points) for k in range(2)]
+        near = lambda point: all(abs(number(told[k - 2]) - point[k]) <= 1e-3 * size[k] for k in range(2))
+        assert any(map(near, points)), told
+    assert page.messages == []
+
+
 def test_tables_sort_by_the_keyboard_and_tell_all_digits(folder, page):
     page.open(folder / "study" / "guide_bar.html", 1600)
     heads = page.run("[...document.querySelectorAll('table')[0].tHead.rows[0].cells].map((cell) => cell.textContent)")
@@ -133,9 +187,10 @@ def test_tables_sort_by_the_keyboard_and_tell_all_digits(folder, page):
     assert page.run("document.getElementById('tip').textContent") == f"{found[1]!r} ns/ms".replace(".0 ", " ")
 
 
-def test_a_print_shows_all(folder, page):
+@pytest.mark.parametrize("name", PAGES)
+def test_a_print_shows_all(folder, page, name):
     """Nothing is folded away or cut on paper: all words of the page and the last column of every table."""
-    page.open(folder / "page.html", 1600)
+    page.open(folder / name, 1600)
     page.call("Page.printToPDF", preferCSSPageSize=True)
     assert page.run("[...document.querySelectorAll('details')].every((part) => part.open)")
     page.call("Emulation.setEmulatedMedia", media="print")
@@ -144,3 +199,22 @@ def test_a_print_shows_all(folder, page):
     wide = page.run("[...document.querySelectorAll('table, svg')].map((e) => e.getBoundingClientRect().right).filter((x) => x > 680)")
     page.call("Emulation.setEmulatedMedia", media="")
     assert wide == []
+
+
+def test_long_commands_show_their_progress(folder):
+    """On a terminal a bar with the name of the scene and the stage; elsewhere nothing."""
+    ours, theirs = pty.openpty()
+    command = [CAMDRIVE, "tradeoff", str(SCENE), "--quick", "--turns", "1"]
+    ran = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=theirs, env=os.environ | {"TERM": "xterm"})
+    os.close(theirs)
+    shown = b""
+    # Reading fails when nobody is left at the other end.
+    with contextlib.suppress(OSError):
+        while part := os.read(ours, 1 << 16):
+            shown += part
+    os.close(ours)
+    assert ran.wait() == 0
+    # The name, the stage, the bar and the time.
+    assert re.search(r"guide_bar +[a-z]+[^\n]*[█░][^\n]*\d+s", shown.decode()), shown
+    quiet = subprocess.run(command, cwd=folder, capture_output=True, check=True)
+    assert b"\r" not in quiet.stderr and "█".encode() not in quiet.stderr

@@ -323,7 +323,7 @@ fn cams(machine: &Machine, findings: &Findings, output: &Path) -> Result<Vec<Cam
             let (places, bends) = (points.points(), points.bends());
             let row = |(i, (phi, u)): (usize, (&f64, &f64))| {
                 let bend = bends.get(i).map(|bend| [bend.slope, bend.before, bend.behind]);
-                (*phi, *u, bend.as_slice().as_flattened().to_vec())
+                [&[*phi, *u], bend.as_slice().as_flattened()].concat().iter().map(|x| format!("{x:?}")).collect()
             };
             let mut head = format!("phi_rad,{lift}");
             if points.is_bent() {
@@ -331,7 +331,8 @@ fn cams(machine: &Machine, findings: &Findings, output: &Path) -> Result<Vec<Cam
                 head += ",dU,ddU_before,ddU_behind";
             }
             let rows = places.angles.iter().zip(&places.lifts).enumerate().map(row);
-            let text = text::csv(&head, rows).map_err(failure)?;
+            let head = head.split(',').map(str::to_owned).collect();
+            let text = text::csv(std::iter::once(head).chain(rows)).map_err(failure)?;
             Ok(Cam { table, points: Some((output.parent().unwrap_or(Path::new("")).join(name), text)) })
         }
         _ => Err(failure("a compensated cam is a series or a table")),

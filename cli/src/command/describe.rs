@@ -2,11 +2,12 @@
 
 use super::output::Bar;
 use super::{Failure, Format, failure, print, read, show, width};
+use crate::export::documentation::kind_of;
 use crate::export::{self, model_description::unit};
 use crate::scene::Resolved;
 use crate::scene::forces::machine;
 use crate::scene::units::short;
-use camdrive::drives::variable::{Causality, Kind, Variability};
+use camdrive::drives::variable::Kind;
 use camdrive::drives::{AnyDrive, Description, Fault};
 use camdrive_design::forces::Machine;
 use camdrive_design::forces::report::LiftOff;
@@ -116,7 +117,7 @@ fn variables(drive: &mut AnyDrive) -> Result<Table, Fault> {
         rows.push(vec![
             reference.to_string(),
             d.name.clone(),
-            kind(d),
+            kind_of(d),
             start(d, value),
             unit(&d.kind).to_owned(),
             range(&d.kind),
@@ -124,18 +125,6 @@ fn variables(drive: &mut AnyDrive) -> Result<Table, Fault> {
         ]);
     }
     Ok(Table::new("ref  name  kind  start  unit  range  description", rows))
-}
-
-/// "parameter", "tunable", "input" …; a state says so.
-fn kind(d: &Description) -> String {
-    let kind = match (d.causality, d.variability) {
-        (Causality::Parameter, Variability::Tunable) => "tunable parameter",
-        (Causality::Parameter, _) => "parameter",
-        (Causality::Input, _) => "input",
-        (Causality::Output, _) => "output",
-        (Causality::Local, _) => "local",
-    };
-    if d.state { format!("{kind}, state") } else { kind.to_owned() }
 }
 
 fn start(d: &Description, value: f64) -> String {

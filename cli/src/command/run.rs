@@ -36,12 +36,12 @@ Examples:
   camdrive run guide_bar.fmu --start \"drive.w=2000 rpm\" -o result.csv
   camdrive run two_cams/system.toml --step \"0.5 ms\" --output machine.w,pusher.q
 
-The table of --input has the headings time and names of inputs, with units where they are not SI:
-\"time [ms],w [rpm]\". Between its rows inputs are linear, outside of them they are held; steps end at
-its times, too. Of phi, w, a the last one in the table is linear, and from row to row the others
+The table of --input has the headings time and names of inputs, with units where they are not SI: \
+\"time [ms],w [rpm]\". Between its rows inputs are linear, outside of them they are held; steps end at \
+its times, too. Of phi, w, a the last one in the table is linear, and from row to row the others \
 follow from it.
 What an FMU declares as discrete is held from row to row.
-The results of an FMU have the units that it declares; where they are not SI, headings tell them, and
+The results of an FMU have the units that it declares; where they are not SI, headings tell them, and \
 --start takes no number without a unit.")]
 pub struct Args {
     /// The scene or the system (TOML), an FMU 2.0 of Co-Simulation, whose name ends in .fmu, or a system of them by SSP 1.0, .ssp

@@ -306,7 +306,8 @@ fn variables(drive: &mut AnyDrive) -> Result<Table, Fault> {
     Ok(Table::new("Name  Kind  Unit  Start  Range  Description", rows?))
 }
 
-fn kind_of(d: &Description) -> String {
+/// "parameter", "tunable parameter", "input" …; a state says so.
+pub fn kind_of(d: &Description) -> String {
     let tunable = if d.variability == Variability::Tunable { "tunable " } else { "" };
     let state = if d.state { ", state" } else { "" };
     format!("{tunable}{}{state}", causality(d.causality))

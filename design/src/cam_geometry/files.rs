@@ -377,7 +377,8 @@ pub fn csv(drawn: &Drawn<'_>) -> Result<String, Fault> {
             let point = side.point(drawn.cam, at) * MILLIMETRES;
             cells.extend([point.re, point.im, bulge * side.curvature(drawn.cam, at)]);
         }
-        cells
+        cells.iter().map(|cell| format!("{cell:?}")).collect()
     };
-    text::csv(&head, drawn.mesh.at.iter().map(row))
+    let head = head.split(',').map(str::to_owned).collect();
+    text::csv(std::iter::once(head).chain(drawn.mesh.at.iter().map(row)))
 }

@@ -60,5 +60,5 @@ pub fn write(table: &Table) -> Result<String, Fault> {
     let line = |cells: &dyn Fn(usize) -> Vec<String>| (0..kinds.len()).flat_map(cells).collect::<Vec<_>>();
     let head = line(&|i| headings(&table.columns[i], kinds[i]));
     let rows = table.rows.iter().map(|row| line(&|i| cells(&row[i], &table.columns[i], kinds[i])));
-    text::csv_lines(std::iter::once(head).chain(rows))
+    text::csv(std::iter::once(head).chain(rows))
 }

@@ -4,7 +4,7 @@
 //! have as many points as the picture shows: what is left out lies within a tenth of a pixel of the line.
 
 use super::table::{Column, Table, Value};
-use super::terminal::{cell, heading, seen};
+use super::terminal::{cells, seen};
 use super::{Block, Level, Picture, Report};
 use crate::drawing::{Drawing, Frame, Point, Shape};
 use crate::plot::{Axis, Diagram, PAGE, Scale};
@@ -92,7 +92,7 @@ pub fn section(xml: &mut Xml, report: &Report) {
                         level(xml, report.verdict.level);
                     }
                 });
-                sentences.iter().for_each(|sentence| xml.prose("dd", sentence));
+                sentences.iter().for_each(|sentence| xml.prose("dd", &kept(sentence)));
             }
         });
     }
@@ -119,43 +119,55 @@ fn block(xml: &mut Xml, block: &Block) {
         Block::Table(content) => {
             xml.text("h3", &[], &content.title);
             table(xml, content);
-            content.below.iter().for_each(|line| xml.prose("p", line));
+            content.below.iter().for_each(|line| xml.prose("p", &kept(line)));
         }
         Block::Lines(_, lines) if lines.is_empty() => (),
-        Block::Lines(title, lines) if title.is_empty() => lines.iter().for_each(|line| xml.prose("p", line)),
+        Block::Lines(title, lines) if title.is_empty() => lines.iter().for_each(|line| xml.prose("p", &kept(line))),
         Block::Lines(title, lines) => {
             xml.text("h3", &[], title);
-            xml.element("ul", &[], |xml| lines.iter().for_each(|line| xml.prose("li", line)));
+            xml.element("ul", &[], |xml| lines.iter().for_each(|line| xml.prose("li", &kept(line))));
         }
     }
 }
 
+/// Words that stay in the line of the number before them.
+const UNITS: &str = " mm mm/rad mm/rad² m/s m/s² rpm rad/s ms µs ns s ns/ms Hz % kg kg·m² N kN N·m N·s N/mm² J W kW ";
+
+/// The text with numbers that keep their units.
+fn kept(text: &str) -> String {
+    let words = text.split(' ').scan(' ', |last, word| {
+        let unit = word.trim_end_matches(['.', ',', ';', ':', ')']);
+        let is_unit = last.is_ascii_digit() && !unit.is_empty() && UNITS.contains(&format!(" {unit} "));
+        *last = word.chars().last().unwrap_or(' ');
+        Some(if is_unit { format!("\u{a0}{word}") } else { format!(" {word}") })
+    });
+    words.collect::<String>().chars().skip(1).collect()
+}
+
 /// A table in a box that scrolls; a cell has all digits beside those that are shown.
 fn table(xml: &mut Xml, table: &Table) {
-    let seen = seen(table);
+    let (seen, shown) = (seen(table), cells(table));
     let has_numbers = |i: usize| table.rows.iter().any(|row| full(&row[i], &table.columns[i]).is_some());
     xml.element("div", &[("class", "table".to_owned())], |xml| {
         xml.element("table", &[("aria-label", table.title.clone())], |xml| {
             xml.element("thead", &[], |xml| {
                 xml.element("tr", &[], |xml| {
-                    for column in seen.iter().map(|i| &table.columns[*i]) {
+                    for (column, heading) in seen.iter().map(|i| &table.columns[*i]).zip(&shown.head) {
                         let unit =
                             Some(("data-unit", column.unit.name.to_string())).filter(|(_, unit)| !unit.is_empty());
                         let attributes: Vec<_> = [("scope", "col".to_owned())].into_iter().chain(unit).collect();
-                        xml.text("th", &attributes, &heading(column));
+                        xml.text("th", &attributes, heading);
                     }
                 });
             });
             xml.element("tbody", &[], |xml| {
-                for row in &table.rows {
+                for (row, cells) in table.rows.iter().zip(&shown.rows) {
                     xml.element("tr", &[], |xml| {
-                        for (i, (value, column)) in seen.iter().map(|i| (*i, (&row[*i], &table.columns[*i]))) {
-                            match full(value, column) {
-                                Some(full) => xml.text("td", &[("data-v", full)], &cell(value, column)),
-                                None if has_numbers(i) => {
-                                    xml.text("td", &[("class", "beside".to_owned())], &cell(value, column));
-                                }
-                                None => xml.prose("td", &cell(value, column)),
+                        for (i, cell) in seen.iter().zip(cells) {
+                            match full(&row[*i], &table.columns[*i]) {
+                                Some(full) => xml.text("td", &[("data-v", full)], cell),
+                                None if has_numbers(*i) => xml.text("td", &[("class", "beside".to_owned())], cell),
+                                None => xml.prose("td", &kept(cell)),
                             }
                         }
                     });

@@ -60,8 +60,12 @@ fn interval([low, high]: [f64; 2], named: &dyn Fn(String) -> String) -> String {
     }
 }
 
-/// A cell in the unit of its column, which stands in the heading.
-pub fn cell(value: &Value, column: &Column) -> String {
+/// What is smaller than this part of the largest number of its column is only rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// A cell in the unit of its column, which stands in the heading; numbers below `least` (SI) read 0, bounds do not.
+fn cell(value: &Value, column: &Column, least: f64) -> String {
+    let told = |value: f64| if value.abs() < least { 0.0 } else { value };
     let number = |value: f64| match (value * column.unit.factor, column.digits) {
         (value, _) if value.is_infinite() => "∞".to_owned(),
         (value, 3) => text::number(value),
@@ -70,10 +74,10 @@ pub fn cell(value: &Value, column: &Column) -> String {
     match value {
         Value::Empty => NONE.to_owned(),
         Value::Text(text) => text.clone(),
-        Value::Number(value) => number(*value),
+        Value::Number(value) => number(told(*value)),
         Value::AtMost(value) => format!("< {}", number(*value)),
         Value::Range(ends) => interval(ends.map(|end| end * column.unit.factor), &|text| text),
-        Value::At(value, phi) => format!("{} at {}°", number(*value), in_turn(*phi, 1)),
+        Value::At(value, phi) => format!("{} at {}°", number(told(*value)), in_turn(*phi, 1)),
     }
 }
 
@@ -96,7 +100,15 @@ pub fn seen(table: &Table) -> Vec<usize> {
 pub fn cells(table: &Table) -> text::Table {
     let seen = seen(table);
     let head = seen.iter().map(|i| heading(&table.columns[*i])).collect();
-    let row = |row: &Vec<Value>| seen.iter().map(|i| cell(&row[*i], &table.columns[*i])).collect();
+    let size = |value: &Value| match value {
+        Value::Number(value) | Value::At(value, _) if value.is_finite() => value.abs(),
+        _ => 0.0,
+    };
+    let least = |i: &usize| ROUNDING * table.rows.iter().map(|row| size(&row[*i])).fold(0.0, f64::max);
+    let least: Vec<f64> = seen.iter().map(least).collect();
+    let row = |row: &Vec<Value>| {
+        seen.iter().zip(&least).map(|(i, least)| cell(&row[*i], &table.columns[*i], *least)).collect()
+    };
     text::Table { head, rows: table.rows.iter().map(row).collect() }
 }
 
