@@ -238,10 +238,19 @@ pub fn crank(report: &Findings, crank: &Crank) -> Diagram {
     rules.extend(crank.curves.iter().enumerate().map(|(i, curve)| {
         Rule::Dashed(course(curve, |p| p.bounds.printed), if i == 0 { "by formula (7)" } else { "" }.to_owned())
     }));
-    let exact =
-        |curve: &Curve| Series::line(format!("j = {}", curve.j), course(curve, |p| p.exact.unwrap_or(f64::NAN)));
-    let series = crank.curves.iter().map(exact).chain([Series::dots("scene", [[crank.sigma, theta]])]).collect();
-    let axes = [Axis::logarithmic("σ = c₁₂/(c_AB R²) [1]"), Axis::linear("Critical damping ratio θ* [1]")];
+    for curve in &crank.curves {
+        let exact = course(curve, |p| p.exact.unwrap_or(f64::NAN));
+        rules.push(Rule::Word(exact[exact.len() * 3 / 4], format!("j = {}", curve.j)));
+        rules.push(Rule::Border(exact, 2.0));
+    }
+    let all = || crank.curves.iter().flat_map(|curve| &curve.points);
+    let top = 1.1 * all().map(|p| p.bounds.printed.max(p.exact.unwrap_or(0.0))).fold(theta, f64::max);
+    let [low, high] = all().fold([crank.sigma; 2], |[low, high], p| [low.min(p.sigma), high.max(p.sigma)]);
+    let axes = [
+        Axis::logarithmic("σ = c₁₂/(c_AB R²) [1]").between(low, high),
+        Axis::linear("Critical damping ratio θ* [1]").between(0.0, top),
+    ];
+    let series = vec![Series::dots("scene", [[crank.sigma, theta]])];
     let title =
         format!("Damping beyond which the instabilities of {} vanish: solid exact, dashed by (7)", report.scene);
     Diagram::new(title, axes, series, rules)
