@@ -238,13 +238,15 @@ pub fn crank(report: &Findings, crank: &Crank) -> Diagram {
     rules.extend(crank.curves.iter().enumerate().map(|(i, curve)| {
         Rule::Dashed(course(curve, |p| p.bounds.printed), if i == 0 { "by formula (7)" } else { "" }.to_owned())
     }));
-    for curve in &crank.curves {
-        let exact = course(curve, |p| p.exact.unwrap_or(f64::NAN));
-        rules.push(Rule::Word(exact[exact.len() * 3 / 4], format!("j = {}", curve.j)));
-        rules.push(Rule::Border(exact, 2.0));
-    }
     let all = || crank.curves.iter().flat_map(|curve| &curve.points);
     let top = 1.1 * all().map(|p| p.bounds.printed.max(p.exact.unwrap_or(0.0))).fold(theta, f64::max);
+    for curve in &crank.curves {
+        let exact = course(curve, |p| p.exact.unwrap_or(f64::NAN));
+        // Below the curve, where the formula is not.
+        let [sigma, height] = exact[exact.len() * 3 / 4];
+        rules.push(Rule::Word([sigma, height - 1.2 * WORD[1] * top], format!("j = {}", curve.j)));
+        rules.push(Rule::Border(exact, 2.0));
+    }
     let [low, high] = all().fold([crank.sigma; 2], |[low, high], p| [low.min(p.sigma), high.max(p.sigma)]);
     let axes = [
         Axis::logarithmic("σ = c₁₂/(c_AB R²) [1]").between(low, high),
