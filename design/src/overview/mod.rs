@@ -43,7 +43,7 @@ pub struct Overview {
     /// Where derivatives of its plans jump.
     pub jumps: Vec<Jump>,
     /// The resonances nearest to the speed; without a speed the strongest ones. None where coefficients vary over the turn: those
-    /// of their means may be off by a third, and [`crate::stability`] has the right ones.
+    /// of their means lie off (18 % in the transfer manipulator), and [`crate::stability`] has the right ones.
     pub resonances: Vec<Resonance>,
     /// Whether they vary.
     #[serde(skip)]
