@@ -303,8 +303,8 @@ fn check_tells_what_a_scene_amounts_to_and_finds_nothing_odd_in_ours() {
     let run = camdrive(&arguments);
     assert!(run.code == 0 && !run.out.contains("Advice"), "{}", run.out);
     for part in [
-        "1800 rpm = 30 Hz = 188.5 rad/s",
-        "16200 rpm = 270 Hz = 1696 rad/s",
+        "1800 rpm ",
+        "16200 rpm   270\n",
         "frequency ratio",
         "natural frequency in flight",
         "\nResonances\n",
@@ -330,13 +330,13 @@ fn check_warns_of_forgotten_units() {
         (bar, "\"1800 rpm\"", "1800", "deformation of stroke 151.6 %", "\"1800 rpm\""),
         (bar, "\"270 Hz\"", "270", "deformation of stroke 65.65 %", "\"270 Hz\""),
         (bar, "ratio = 0.03", "ratio = 3", "damping ratio 3:", "\"3 %\""),
-        (bar, "\"0.94 mm\"", "20", "stroke 20.01 m:", "\"0.94 mm\""),
+        (bar, "\"0.94 mm\"", "20", "stroke 20010 mm:", "\"0.94 mm\""),
         (bar, "\"1800 rpm\"", "18000", "speed 171900 rpm", "\"1800 rpm\""),
         (loom, "\"500 rpm\"", "500", "follower[1].largest acceleration 200", "\"1800 rpm\""),
         (loom, "s_k = 0.16", "s_k = 16", "breakdown slip 16:", "\"15 %\""),
         (bar, "\"0.94 mm\"", "0.94", "largest velocity 1", "\"0.94 mm\""),
         (BACKLASH, "\"0.05 mm\"", "0.05", "clearance of stroke 2", "\"0.94 mm\""),
-        (rods, "\"0.3 m\"", "300", "crank radius 300 m:", "\"0.94 mm\""),
+        (rods, "\"0.3 m\"", "300", "crank radius 300000 mm:", "\"0.94 mm\""),
         (rods, "\"9 MN.m/rad\"", "9", "frequency ratio", "units of m and c"),
     ] {
         let text_of_scene = std::fs::read_to_string(root().join(original)).expect("the example");
@@ -557,7 +557,7 @@ fn check_warns_of_a_rough_table() {
     let run = camdrive(&["check", text(&scene)]);
     // The lifts were given a noise of 5 µm.
     let told = unwrapped(&run.out);
-    assert!(run.code == 0 && told.contains("Advice") && told.contains("scatter by 5.2"), "{told}");
+    assert!(run.code == 0 && told.contains("Advice") && told.contains("scatter by 0.0052"), "{told}");
     assert!(told.contains("% of the largest value"), "{told}");
     // The noise is estimated to a sixth.
     std::fs::write(&scene, whole("noise = \"estimate\"\n")).expect("the folder can be written to");
@@ -2289,7 +2289,8 @@ fn stability_writes_tables_and_maps() {
     for part in [
         "may run",
         "decay by 99.4 %",
-        "Avoid 465 to 554 rpm",
+        "318.76 rpm, 6.9 times the speed",
+        "465 to 554",
         "Unstable speeds",
         "Resonances",
         "1.12 times",
@@ -2313,7 +2314,11 @@ fn stability_writes_tables_and_maps() {
     assert_diagrams_read_well(&folder.join("study"));
     let quick = folder.join("quick");
     let run = camdrive(&["stability", scene, "--quick", "--speed", "500 rpm", "--orders", "2", "-o", text(&quick)]);
-    assert!(run.code == 0 && run.out.contains("must not run") && run.out.contains("order 2"), "{}", run.out);
+    assert!(
+        run.code == 0 && run.out.contains("must not run") && run.out.contains("Avoid 465 to 554 rpm"),
+        "{}",
+        run.out
+    );
     assert!(!quick.join("transfer_hs3.damping.svg").exists());
 }
 

@@ -17,6 +17,9 @@ const SAME: f64 = 1e-12;
 /// What is said of an input.
 const INPUT: &str = "The input F is taken as 0.";
 
+/// What is said of a shaft that is not linear.
+const LINEARISED: &str = "The drive of the scene is not linear; this is its linearisation about q = 0.";
+
 /// m(φ) q̈ + [b(φ) + Ω b₁(φ)] q̇ + [c(φ) + Ω c₁(φ) + Ω² c₂(φ)] q = f(φ) + Ω f₁(φ) + Ω² f₂(φ) at φ = Ω t, one degree of freedom q.
 ///
 /// Either b₁ = c₂ = 0, or the inertia turns with the drive: b₁ = m′ and c₂ = m″/2, as the kinetic energy ½ m ψ̇²
@@ -81,11 +84,19 @@ pub fn of(scene: &Scene) -> Result<PeriodicOscillator, Fault> {
     match scene {
         Scene::ElasticShaft(scene) => Ok(of_shaft(scene)),
         Scene::ParametricDrive(scene) => Ok(of_coefficients(scene)),
-        other => Err(Fault::new(format!(
-            "{} is not an oscillator with periodic coefficients; ElasticCamDrive with an elastic input shaft \
-             and ParametricDrive are; write a follower of a machine or a train as a scene of its own",
-            other.model()
-        ))),
+        other => {
+            let hint = match other {
+                Scene::RigidMachine(_) | Scene::DriveTrain(_) => {
+                    "write a follower of a machine or a train as a scene of its own"
+                }
+                _ => "its coefficients do not vary over the turn; `camdrive check` tells its resonances",
+            };
+            Err(Fault::new(format!(
+                "{} is not an oscillator with periodic coefficients; ElasticCamDrive with an elastic input shaft and \
+                 ParametricDrive are\n  = hint: {hint}",
+                other.model()
+            )))
+        }
     }
 }
 
@@ -150,17 +161,10 @@ pub fn of_shaft(scene: &elastic_shaft::Scene) -> PeriodicOscillator {
         start,
         coordinate: &unit::ANGLE,
         load: &unit::TORQUE,
-        note: match (scene.linear, scene.load.input) {
-            (true, false) => None,
-            (linear, input) => {
-                let linear = if linear {
-                    ""
-                } else {
-                    "The drive of the scene is not linear; this is its linearisation about q = 0."
-                };
-                let input = if input { INPUT } else { "" };
-                Some(format!("{linear} {input}").trim().to_owned())
-            }
+        note: {
+            let linearised = (!scene.linear).then_some(LINEARISED);
+            let notes: Vec<&str> = linearised.into_iter().chain(scene.load.input.then_some(INPUT)).collect();
+            (!notes.is_empty()).then(|| notes.join(" "))
         },
     }
 }

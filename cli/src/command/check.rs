@@ -5,6 +5,7 @@ use super::output::Bar;
 use super::{Failure, failure, open, print, read_all, show, system, tell_notes, width};
 use crate::scene::forces::machine;
 use crate::scene::input::is_system;
+use crate::scene::system::System;
 use crate::scene::{self, Diagnostic, Diagnostics, Resolved};
 use camdrive::drives::Fault;
 use camdrive_design::forces::Machine;
@@ -75,40 +76,33 @@ fn overview_of(scene: &Resolved) -> Overview {
 fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
     let (mut entries, mut ending) = (Vec::new(), ExitCode::SUCCESS);
     for path in paths {
-        let mut entry = json!({ "file": path.display().to_string() });
-        if is_system(path) {
-            let read = scene::system::read(path);
-            match read.and_then(|system| system.try_out().map(|()| system).map_err(|fault| diagnosed(path, &fault))) {
-                Ok(system) => entries.push(system::data(path, &system)),
-                Err(Diagnostics(faults)) => {
-                    ending = ExitCode::FAILURE;
-                    entry["ok"] = false.into();
-                    entry["faults"] = faults.iter().map(fault).collect();
-                    entries.push(entry);
-                }
-            }
-            continue;
-        }
-        let more = match open(path) {
-            Ok(scene) => {
-                let found = overview_of(&scene);
-                let verdict = json!({ "verdict": found.verdict() });
-                let overview = serde_json::to_value(found).map_err(failure)?;
-                let own = json!({ "ok": true, "name": scene.name, "model": scene.scene.said(), "notes": scene.notes });
-                let leaving = json!({ "lift_offs": lift_offs(&scene) });
-                vec![own, verdict, overview, leaving]
-            }
-            Err(Diagnostics(faults)) => {
-                ending = ExitCode::FAILURE;
-                vec![json!({ "ok": false, "faults": faults.iter().map(fault).collect::<Vec<Value>>() })]
-            }
+        let found = if is_system(path) {
+            let tried = |system: System| system.try_out().map(|()| system::data(path, &system));
+            scene::system::read(path).and_then(|system| tried(system).map_err(|fault| diagnosed(path, &fault)))
+        } else {
+            open(path).map(|scene| data(path, &scene))
         };
-        if let Some(entry) = entry.as_object_mut() {
-            entry.extend(more.into_iter().filter_map(|part| part.as_object().cloned()).flatten());
-        }
-        entries.push(entry);
+        entries.push(found.unwrap_or_else(|Diagnostics(faults)| {
+            ending = ExitCode::FAILURE;
+            let faults: Vec<Value> = faults.iter().map(fault).collect();
+            json!({ "file": path.display().to_string(), "ok": false, "faults": faults })
+        }));
     }
     print(&text::json(&entries).map_err(failure)?).map(|()| ending)
+}
+
+/// The entry of a scene.
+fn data(path: &Path, scene: &Resolved) -> Value {
+    let found = overview_of(scene);
+    let mut entry = json!(found);
+    let own = json!({
+        "file": path.display().to_string(), "ok": true, "name": scene.name, "model": scene.scene.said(),
+        "notes": scene.notes, "verdict": found.verdict(), "lift_offs": lift_offs(scene)
+    });
+    if let (Some(entry), Value::Object(own)) = (entry.as_object_mut(), own) {
+        entry.extend(own);
+    }
+    entry
 }
 
 /// A fault of a file as a whole.

@@ -8,10 +8,10 @@ use crate::scene::Resolved;
 use crate::scene::input::{is_study, is_system};
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive::drives::{Curve, Description, Fault};
-use camdrive_design::overview::{self, Motion};
+use camdrive_design::overview;
 use camdrive_design::plot::{Axis, Diagram, Series};
 use camdrive_design::report::terminal::shown;
-use camdrive_design::report::unit::{DEG, ONE, RPM};
+use camdrive_design::report::unit::ONE;
 use camdrive_design::report::{Level, Report, Table, Unit, html};
 use camdrive_design::resource::{Described, Scene};
 use camdrive_design::stability::{self, Options};
@@ -78,7 +78,10 @@ fn part(path: &Path, study: &str, found: Result<Report, Failure>) -> Report {
 fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
     let mut drive = scene.resource().build().map_err(failure)?;
     drive.set_up(0.0, None);
-    let mut reports = vec![glance(scene, &drive), values(scene)];
+    let mut reports = vec![
+        glance(scene, &drive),
+        Bar::beside(&scene.name, |_| overview::of(&scene.resource())).report(&scene.name, "characteristic values"),
+    ];
     let mut part = |study: &str, found: Result<Report, Failure>| reports.push(part(path, study, found));
     if !matches!(scene.scene, Scene::ParametricDrive(_)) {
         part("forces", forces::study(path, scene, None).map(|(report, ..)| report));
@@ -109,43 +112,6 @@ fn glance(scene: &Resolved, drive: &Described) -> Report {
         let series = vec![Series::line("", points)];
         report.diagram(&i.to_string(), Diagram::new(title, [x, Axis::linear(&y_label)], series, Vec::new()));
     }
-    report
-}
-
-/// The characteristic values.
-fn values(scene: &Resolved) -> Report {
-    let mut report = Report::new(&scene.name, "characteristic values");
-    let overview = Bar::beside(&scene.name, |_| overview::of(&scene.resource()));
-    for warning in &overview.warnings {
-        report.verdict.result(Level::Mind, format!("{}.", warning.message)).advice(format!("{}.", warning.hint));
-    }
-    let in_unit = |value: f64, name: &str| shown(value, &Unit::of(name));
-    let figures = Table::of("Key figures", &overview.figures)
-        .column("name", "quantity", ONE, |figure| figure.name.replace('_', " "))
-        .column("value", "value", ONE, |figure| figure.shown.clone());
-    let motions = Table::of("Motions", &overview.motions)
-        .column("law", "law", ONE, |motion| &motion.law)
-        .column("from", "from", DEG, |motion| motion.from)
-        .column("to", "to", DEG, |motion| motion.from + motion.angle)
-        .column("lift", "h", ONE, |motion| in_unit(motion.lift, motion.unit))
-        .column("velocity", "C_v", ONE, |motion| motion.velocity)
-        .column("acceleration", "C_a₊", ONE, |motion| motion.acceleration[0])
-        .column("deceleration", "C_a₋", ONE, |motion| motion.acceleration[1])
-        .column("jerk", "C_j", ONE, |motion| motion.jerk)
-        .column("torque", "C_M₊", ONE, |motion| motion.torque[0])
-        .column("counter_torque", "C_M₋", ONE, |motion| motion.torque[1])
-        .below([Motion::SYMBOLS.to_owned()]);
-    let resonances = Table::of("Resonances", &overview.resonances)
-        .column("harmonic", "harmonic", ONE, |resonance| resonance.harmonic)
-        .column("speed", "speed", RPM, |resonance| resonance.speed)
-        .column("amplitude", "amplitude at the speed of the scene", ONE, |resonance| {
-            resonance.amplitude.map(|value| in_unit(value, resonance.unit))
-        })
-        .column("resonant_amplitude", "amplitude in resonance", ONE, |resonance| {
-            resonance.resonant_amplitude.map(|value| in_unit(value, resonance.unit))
-        });
-    report.table(figures).table(motions).table(resonances);
-    report.lines("Jumps", overview.jumps.iter().map(|jump| format!("{}: {}.", jump.law, jump.text())));
     report
 }
 

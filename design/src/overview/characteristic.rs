@@ -61,26 +61,22 @@ impl Motion {
 
     /// A line for each of the motions.
     pub fn table<'a>(motions: impl IntoIterator<Item = &'a Motion>) -> Table {
-        Table::of("Motions", motions)
+        let values: [(_, _, fn(&Motion) -> f64); 6] = [
+            ("C_v", "C_v", |motion| motion.velocity),
+            ("C_a_largest", "C_a+", |motion| motion.acceleration[0]),
+            ("C_a_least", "C_a-", |motion| motion.acceleration[1]),
+            ("C_j", "C_j", |motion| motion.jerk),
+            ("C_M_largest", "C_M+", |motion| motion.torque[0]),
+            ("C_M_least", "C_M-", |motion| motion.torque[1]),
+        ];
+        let rows = Table::of("Motions", motions)
             .column("law", "law", ONE, |motion| &motion.law)
             .column("from", "from", DEG, |motion| rounded(motion.from))
             .digits(4)
             .column("to", "to", DEG, |motion| rounded(motion.from + motion.angle))
             .digits(4)
-            .column("h", "h", ONE, |motion| shown(motion.lift, motion.unit))
-            .column("C_v", "C_v", ONE, |motion| motion.velocity)
-            .digits(4)
-            .column("C_a_largest", "C_a+", ONE, |motion| motion.acceleration[0])
-            .digits(4)
-            .column("C_a_least", "C_a-", ONE, |motion| motion.acceleration[1])
-            .digits(4)
-            .column("C_j", "C_j", ONE, |motion| motion.jerk)
-            .digits(4)
-            .column("C_M_largest", "C_M+", ONE, |motion| motion.torque[0])
-            .digits(4)
-            .column("C_M_least", "C_M-", ONE, |motion| motion.torque[1])
-            .digits(4)
-            .into()
+            .column("h", "h", ONE, |motion| shown(motion.lift, motion.unit));
+        values.into_iter().fold(rows, |rows, (key, heading, of)| rows.column(key, heading, ONE, of).digits(4)).into()
     }
 }
 

@@ -20,6 +20,8 @@ pub use machine::running;
 pub use characteristic::{Jump, Motion};
 
 use crate::oscillator;
+use crate::report::terminal::with_unit;
+use crate::report::unit::Unit;
 use crate::resource::{Resource, Scene, Tool};
 use crate::search::{greatest, segments};
 use crate::text;
@@ -30,7 +32,6 @@ use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::motion::MotionLaw;
 use camdrive::numerics::angle::reduce;
 use serde::Serialize;
-use std::f64::consts::TAU;
 
 /// The characteristic values of a scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -41,8 +42,12 @@ pub struct Overview {
     pub motions: Vec<Motion>,
     /// Where derivatives of its plans jump.
     pub jumps: Vec<Jump>,
-    /// The resonances nearest to the speed; without a speed the strongest ones.
+    /// The resonances nearest to the speed; without a speed the strongest ones. None where coefficients vary over the turn: those
+    /// of their means lie off (18 % in the transfer manipulator), and [`crate::stability`] has the right ones.
     pub resonances: Vec<Resonance>,
+    /// Whether they vary.
+    #[serde(skip)]
+    pub varies: bool,
     /// Values that are implausible.
     pub warnings: Vec<Warning>,
 }
@@ -131,22 +136,17 @@ pub fn of(resource: &Resource) -> Overview {
 impl Overview {
     /// A quantity in coherent SI.
     fn figure(&mut self, name: impl Into<String>, value: f64, unit: &'static str) {
-        self.told(name, value, unit, shown(value, unit));
+        self.figures.push(Figure { name: name.into(), value, unit, shown: shown(value, unit) });
     }
 
-    fn told(&mut self, name: impl Into<String>, value: f64, unit: &'static str, shown: String) {
-        self.figures.push(Figure { name: name.into(), value, unit, shown });
-    }
-
-    /// A speed or a natural frequency (rad/s), in all units in which people give it.
+    /// A speed or a natural frequency (rad/s).
     fn speed(&mut self, name: &str, value: f64) {
-        let [rpm, hz, own] = [value * 60.0 / TAU, value / TAU, value].map(digits);
-        self.told(name, value, "rad/s", format!("{rpm} rpm = {hz} Hz = {own} rad/s"));
+        self.figure(name, value, "rad/s");
     }
 
     /// A part of something.
     fn share(&mut self, name: &str, value: f64) {
-        self.told(name, value, "1", format!("{} %", digits(100.0 * value)));
+        self.figures.push(Figure { name: name.to_owned(), value, unit: "1", shown: shown(100.0 * value, "%") });
     }
 
     /// The speed of a drive, if it has one of its own.
@@ -212,35 +212,8 @@ pub fn stroke(law: &MotionLaw, position: impl Fn([f64; 5]) -> f64) -> f64 {
     greatest_of(law, &position) + greatest_of(law, |u| -position(u))
 }
 
-/// Four significant digits, in powers of ten where that is shorter.
-fn digits(value: f64) -> String {
-    text::digits(value, 4, -3)
-}
-
-/// The value in a unit that suits its size.
+/// The value in the one unit that people read the quantity in, with four significant digits.
 fn shown(value: f64, unit: &str) -> String {
-    let suited = |units: &[(&str, f64)]| {
-        // 9.9996 is shown as 10.
-        let fits = |(_, factor): &&(&str, f64)| (value * factor).abs() >= 0.99995;
-        let plain = |(_, factor): &&(&str, f64)| *factor == 1.0;
-        let suited = if value == 0.0 {
-            units.iter().find(plain).or(units.first())
-        } else {
-            units.iter().find(fits).or(units.last())
-        };
-        let (unit, factor) = suited.copied().unwrap_or((unit, 1.0));
-        format!("{} {unit}", digits(value * factor))
-    };
-    match unit {
-        "1" => digits(value),
-        "rad" => format!("{}°", digits(value.to_degrees())),
-        // Drawings are in millimetres, up to ten metres.
-        "m" if value.abs() < 9.9995 => suited(&[("mm", 1e3), ("µm", 1e6), ("nm", 1e9)]),
-        "N" => suited(&[("MN", 1e-6), ("kN", 1e-3), ("N", 1.0), ("mN", 1e3)]),
-        "N.m" => suited(&[("kN·m", 1e-3), ("N·m", 1.0), ("mN·m", 1e3)]),
-        "m/rad" => format!("{} mm/rad", digits(1e3 * value)),
-        "m/rad2" => format!("{} mm/rad²", digits(1e3 * value)),
-        "m/rad3" => format!("{} mm/rad³", digits(1e3 * value)),
-        _ => format!("{} {}", digits(value), unit.replace('.', "·").replace('2', "²")),
-    }
+    let unit = Unit::of(unit);
+    with_unit(text::digits(value * unit.factor, 4, -3), &unit)
 }

@@ -1,7 +1,7 @@
 //! The characteristic values as a report.
 
-use super::{Jump, Motion, Overview, Resonance, shown};
-use crate::report::unit::{ONE, RPM};
+use super::{Figure, Jump, Motion, Overview};
+use crate::report::unit::{HZ, ONE, RPM, Unit};
 use crate::report::{Level, Report, Table, Verdict};
 
 impl Overview {
@@ -19,23 +19,26 @@ impl Overview {
 
     /// The report under a title "NAME: STUDY".
     pub fn report(&self, name: impl Into<String>, study: impl Into<String>) -> Report {
-        let amplitude = |of: &Resonance, value: Option<f64>| value.map(|value| shown(value, of.unit));
+        let q = Unit::of(self.resonances.first().map_or("", |resonance| resonance.unit));
         let resonances = Table::of("Resonances", &self.resonances)
             .column("harmonic", "harmonic", ONE, |of| of.harmonic)
             .column("speed", "speed", RPM, |of| of.speed)
             .digits(4)
-            .column("amplitude", "deformation in it here", ONE, |of| amplitude(of, of.amplitude))
-            .column("resonant_amplitude", "at that speed", ONE, |of| {
-                amplitude(of, of.resonant_amplitude).unwrap_or_else(|| "without bound".to_owned())
-            });
+            .column("amplitude", "deformation in it here", q.clone(), |of| of.amplitude)
+            .column("resonant_amplitude", "at that speed", q, |of| of.resonant_amplitude.unwrap_or(f64::INFINITY));
+        let frequency = |of: &Figure| (of.unit == "rad/s" && of.name.contains("frequency")).then_some(of.value);
         let figures = Table::of("Characteristic values", &self.figures)
             .column("name", "quantity", ONE, |figure| figure.name.replace('_', " "))
-            .column("value", "value", ONE, |figure| &figure.shown);
+            .column("value", "value", ONE, |figure| &figure.shown)
+            .column("frequency", "as frequency", HZ, frequency)
+            .digits(4);
         let mut report = Report::new(name, study);
         report.verdict = self.verdict();
         report.table(figures).table(Motion::table(&self.motions));
         report.lines("Jumps", self.jumps.iter().map(|jump| format!("{}: {}", jump.law, Jump::text(jump))));
         report.table(resonances);
+        let varying = "The coefficients vary over the turn: `camdrive stability` finds resonances and unstable speeds.";
+        report.lines("Resonances", self.varies.then(|| varying.to_owned()));
         if !self.motions.is_empty() {
             report.explain("Characteristic values of motions", [Motion::SYMBOLS.to_owned()]);
         }

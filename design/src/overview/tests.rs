@@ -11,6 +11,7 @@ use camdrive::drives::shaft::cam_drive::{Start, StartMode};
 use camdrive::drives::{backlash, elastic_shaft, rigid_machine};
 use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, StandardLaw, Table};
+use std::f64::consts::TAU;
 
 const REST: Start = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
 
@@ -75,7 +76,7 @@ fn the_figures_of_an_elastic_output_on_a_cosine_are_those_of_the_closed_form() {
     assert!((resonance.resonant_amplitude.unwrap() / (a / (2.0 * d)) - 1.0).abs() < 1e-9);
     assert!((resonance.speed / w0 - 1.0).abs() < 1e-9);
     assert!(overview.warnings.is_empty(), "{:?}", overview.warnings);
-    for part in ["1814 rpm = 30.24 Hz = 190 rad/s", "1 mm", "0.095 m/s", "18.05 m/s²", "216.6 N", "0.6246 %"] {
+    for part in ["1814 rpm", "16230 rpm", "270.6", "1 mm", "0.095 m/s", "18.05 m/s²", "216.6 N", "0.6246 %"] {
         assert!(told(&overview).contains(part), "{part} is missing in\n{}", told(&overview));
     }
 }
@@ -135,7 +136,7 @@ fn a_drive_with_backlash_has_two_natural_frequencies_and_one_on_inputs_no_speed(
         "{:?}",
         overview.figures
     );
-    assert!(told(&overview).contains("without bound"), "{}", told(&overview));
+    assert!(told(&overview).contains("∞"), "{}", told(&overview));
 }
 
 #[test]

@@ -14,6 +14,9 @@ const HARMONICS: usize = 48;
 /// A harmonic that deforms by less than this part of the strongest at resonance is not told.
 const OF_NO_ACCOUNT: f64 = 1e-4;
 
+/// The part of a coefficient that is no variation but rounding.
+const SAME: f64 = 1e-12;
+
 /// As many resonances are told.
 const TOLD: usize = 3;
 
@@ -73,7 +76,11 @@ impl Overview {
                 }
             }
         }
-        self.resonances = resonances(&turn, [m, b, c], oscillator.speed, length);
+        let departs = |value: f64, mean: f64| (value - mean).abs() > SAME * mean.abs();
+        self.varies = turn.iter().any(|(.., t)| departs(t.m, m) || departs(t.b, b) || departs(t.c, c));
+        if !self.varies {
+            self.resonances = resonances(&turn, [m, b, c], oscillator.speed, length);
+        }
     }
 }
 

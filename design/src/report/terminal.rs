@@ -34,7 +34,8 @@ pub fn ranges(intervals: &[[f64; 2]], unit: &Unit) -> String {
     if texts.is_empty() { "none".to_owned() } else { texts.join(", ") }
 }
 
-fn with_unit(text: String, unit: &Unit) -> String {
+/// A number, written out, with its unit.
+pub fn with_unit(text: String, unit: &Unit) -> String {
     match &*unit.name {
         "" => text,
         "°" => text + "°",

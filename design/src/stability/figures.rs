@@ -3,6 +3,7 @@
 use super::Findings;
 use super::map::Region;
 use super::printed::{Crank, Curve, Point};
+use super::response::Resonance;
 use crate::plot::{Axis, Diagram, Rule, Series, Shade};
 use crate::text::{number, rpm};
 
@@ -183,7 +184,12 @@ pub fn amplification(report: &Findings) -> Diagram {
             rules.push(Rule::Area(vec![[from, bottom], [to, bottom], [to, top], [from, top]], Shade::Dark));
         }
     }
-    rules.extend(report.resonances.iter().map(|r| Rule::Vertical(r.speed * RPM, format!("k = {}", r.k))));
+    // Names that come first have room: the nearest and the highest.
+    let mut resonances: Vec<&Resonance> = report.resonances.iter().collect();
+    let rank = |r: &Resonance| report.distance([r.speed; 2]) / r.amplification.unwrap_or(f64::INFINITY).sqrt();
+    resonances.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
+    let name = |(i, k): (usize, usize)| if i == 0 { format!("k = {k}") } else { k.to_string() };
+    rules.extend(resonances.iter().enumerate().map(|(i, r)| Rule::Vertical(r.speed * RPM, name((i, r.k)))));
     // One line for each stretch of stable speeds.
     let stretches = report.amplification.chunk_by(|a, b| {
         let between = |ends: &[f64; 2]| a.eta < ends[1] && ends[0] < b.eta;
@@ -223,54 +229,31 @@ pub fn load(report: &Findings) -> Diagram {
     Diagram::new(title, axes, series, Vec::new())
 }
 
-/// The smallest ratio of exact and printed θ* from which on the dashed curve lies apart and has its own name.
-const APART: f64 = 1.5;
-
-/// θ* of a parallel crank over σ, without r₂ as well: exact, and dashed by the formula of the source.
+/// θ* of a parallel crank over σ: exact, and dashed by the formula of the source.
 pub fn crank(report: &Findings, crank: &Crank) -> Diagram {
     let theta = report.oscillator.damping_ratio;
-    let value = |point: &Point| [point.sigma, point.exact.unwrap_or(f64::NAN)];
-    let all = || crank.curves.iter().flat_map(|curve| &curve.points);
-    let top = 1.1 * all().map(|p| p.bounds.printed.max(value(p)[1])).fold(theta, f64::max);
-    let ends = all().map(|p| p.sigma).fold([f64::INFINITY, 0.0], |[low, high], s| [low.min(s), high.max(s)]);
+    let course =
+        |curve: &Curve, of: fn(&Point) -> f64| curve.points.iter().map(|p| [p.sigma, of(p)]).collect::<Vec<_>>();
     let mut rules = vec![Rule::Key(None, "damping of the scene".to_owned()), Rule::Horizontal(theta, String::new())];
-    // The highest point, so far from the ends that a word has room.
-    let summit = |curve: &Curve, of: &dyn Fn(&Point) -> f64| {
-        let far = curve.points[curve.points.len() / 8..curve.points.len() * 7 / 8].iter();
-        far.map(|p| [p.sigma, of(p)]).filter(|p| p[1].is_finite()).max_by(|a, b| a[1].total_cmp(&b[1]))
-    };
-    let under = |part: f64| move |[sigma, theta]: [f64; 2]| [sigma, theta - part * WORD[1] * top];
-    let below = under(1.2);
-    let mut dashed = |curve: &Curve, of: &dyn Fn(&Point) -> f64, name: &str| {
-        rules.push(Rule::Dashed(curve.points.iter().map(|p| [p.sigma, of(p)]).collect(), name.to_owned()));
-        let apart = curve.points.iter().any(|p| value(p)[1] > APART * of(p));
-        summit(curve, of).filter(|_| apart)
-    };
-    let mut words = Vec::new();
-    for (i, curve) in crank.curves.iter().enumerate() {
-        let place = summit(curve, &|p| value(p)[1]).map(below);
-        words.extend(place.map(|place| Rule::Word(place, format!("j = {}", curve.j))));
-        let place = dashed(curve, &|p| p.bounds.printed, if i == 0 { "by formula (7)" } else { "" }).map(under(0.9));
-        words.extend(place.map(|place| Rule::Word(place, format!("j = {} by (7)", curve.j))));
-        // Only where r_j is not zero does the constant matter.
-        if curve.points.iter().any(|p| p.bounds.printed > 1.01 * p.bounds.without_mean) {
-            let place = dashed(curve, &|p| p.bounds.without_mean, "").map(below);
-            words.extend(place.map(|place| Rule::Word(place, format!("j = {} without r_j", curve.j))));
-        }
+    rules.extend(crank.curves.iter().enumerate().map(|(i, curve)| {
+        Rule::Dashed(course(curve, |p| p.bounds.printed), if i == 0 { "by formula (7)" } else { "" }.to_owned())
+    }));
+    let all = || crank.curves.iter().flat_map(|curve| &curve.points);
+    let top = 1.1 * all().map(|p| p.bounds.printed.max(p.exact.unwrap_or(0.0))).fold(theta, f64::max);
+    for curve in &crank.curves {
+        let exact = course(curve, |p| p.exact.unwrap_or(f64::NAN));
+        // Below the curve, where the formula is not.
+        let [sigma, height] = exact[exact.len() * 3 / 4];
+        rules.push(Rule::Word([sigma, height - 1.2 * WORD[1] * top], format!("j = {}", curve.j)));
+        rules.push(Rule::Border(exact, 2.0));
     }
-    // Words that others would cover are left out.
-    let mut written: Vec<[f64; 2]> = Vec::new();
-    words.retain(|word| {
-        let Rule::Word([sigma, theta], _) = word else { return true };
-        let place = [(sigma / ends[0]).ln() / (ends[1] / ends[0]).ln(), theta / top];
-        is_free(&mut written, place, [2.0 * WORD[0], 0.6 * WORD[1]])
-    });
-    let exact = crank.curves.iter().map(|curve| Rule::Border(curve.points.iter().map(value).collect(), 2.0));
-    rules.extend(exact.chain(words));
-    let own = vec![Series::dots("scene", [[crank.sigma, theta]])];
-    let x = Axis::logarithmic("σ = c₁₂/(c_AB R²) [1]").between(ends[0], ends[1]);
-    let y = Axis::linear("Critical damping ratio θ* [1]").between(0.0, top);
+    let [low, high] = all().fold([crank.sigma; 2], |[low, high], p| [low.min(p.sigma), high.max(p.sigma)]);
+    let axes = [
+        Axis::logarithmic("σ = c₁₂/(c_AB R²) [1]").between(low, high),
+        Axis::linear("Critical damping ratio θ* [1]").between(0.0, top),
+    ];
+    let series = vec![Series::dots("scene", [[crank.sigma, theta]])];
     let title =
         format!("Damping beyond which the instabilities of {} vanish: solid exact, dashed by (7)", report.scene);
-    Diagram::new(title, [x, y], own, rules)
+    Diagram::new(title, axes, series, rules)
 }

@@ -252,7 +252,7 @@ fn studied(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) 
     let backwards = turns.iter().any(|w| *w < 0.0);
     if let Some(w) = turns.iter().find(|w| backwards && **w > 0.0) {
         return Err(Fault::new(format!(
-            "the speed {} rpm and others have opposite signs, with different boundaries; examine them one after the \
+            "the speed {} rpm and others have opposite signs, with different boundaries\n  = hint: examine them one after the \
              other, the range with its sign",
             rpm(*w)
         )));
@@ -383,12 +383,12 @@ fn unfollowed(why: Unfollowed, speed: f64, eta: f64, theta: f64) -> Fault {
     let at = format!("at {} rpm, η = {}, and the damping ratio {}", rpm(speed), number(eta), number(theta));
     Fault::new(match why {
         Unfollowed::Range => format!(
-            "{at} free motions change in a turn by more than numbers can hold, e^±700; examine speeds nearer to the natural \
-             frequency, η = 1, or less damping"
+            "{at} free motions change in a turn by more than numbers can hold, e^±700\n  = hint: examine speeds nearer to the \
+             natural frequency, η = 1, or less damping"
         ),
         Unfollowed::Cells => format!(
             "{at} a turn cannot be followed to 8 digits: free motions vibrate or decay about {} times in it, or the inertia \
-             vanishes up to rounding; examine speeds nearer to the natural frequency, η = 1",
+             vanishes up to rounding\n  = hint: examine speeds nearer to the natural frequency, η = 1",
             number(1.0 / eta)
         ),
     })

@@ -39,7 +39,6 @@ use super::{Findings, NEGLIGIBLE, Order, hill};
 use crate::oscillator::of_coefficients;
 use crate::report::unit::{ONE, RPM};
 use crate::report::{Report, Rows, Table};
-use crate::text::number;
 use crate::{parallel, resource, search};
 use camdrive::drives::parametric::Scene;
 use camdrive::drives::parametric::law::Law;
@@ -234,17 +233,6 @@ pub fn row(scene: &Scene, sigma: f64) -> Vec<(f64, Point)> {
     (1..=CRANK_ORDERS).map(order).collect()
 }
 
-/// A bound further from the exact value than this part of it is told.
-const TOLERATED: f64 = 0.1;
-/// Orders that a sentence lists.
-const LISTED: usize = 4;
-
-/// How far a bound is from the exact value; None where both are nothing.
-fn deviation(order: &Order, bound: f64) -> Option<f64> {
-    let exact = order.critical_damping?;
-    (exact > NEGLIGIBLE || bound > NEGLIGIBLE).then(|| bound / exact - 1.0)
-}
-
 /// Adds the bounds to the orders in a file.
 pub(super) fn hidden(rows: Rows<'_, Order>, w0: f64) -> Rows<'_, Order> {
     rows.hidden("three_term", ONE, |o| o.bounds.three_term)
@@ -274,56 +262,11 @@ pub(super) fn explain(findings: &Findings, report: &mut Report) {
             .column("", "unstable at this damping", RPM, move |o| speeds(o.damped))
             .column("", "by (9), (13)", RPM, move |o| speeds(o.approximate)),
     );
-    let list = |is_one: &dyn Fn(&Order) -> bool| {
-        let cases: Vec<String> = findings.listed(true).filter(|o| is_one(o)).map(|o| o.j.to_string()).collect();
-        let more = cases.len().saturating_sub(LISTED);
-        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-        (!cases.is_empty()).then(|| cases[..cases.len().min(LISTED)].join(", ") + &more)
-    };
-    let differs = |o: &Order| (o.bounds.printed - o.bounds.three_term).abs() > 1e-3 * o.bounds.three_term + NEGLIGIBLE;
-    let mut lines = vec![format!(
-        "Dresig, Vulfson, Dynamik der Mechanismen, 4.5.2, is printed wrong: (15), (16) add moduli where the modulus of a \
-         complex sum belongs, which here {}; (9) has lost the entry k_j of its first row, (12) the factor Ω of b₂ⱼ, both \
-         corrected here. Second order: Yakubovich, Starzhinskii. None of them decides anything.",
-        list(&differs).map_or("makes no difference".to_owned(), |orders| format!("matters for order {orders}"))
-    )];
-    let mut off = |name: &str, pick: fn(&Bounds) -> f64| {
-        let is_off = |o: &Order| deviation(o, pick(&o.bounds)).is_some_and(|off| off.abs() > TOLERATED);
-        let line = |orders| format!("{name} misses the damping by more than {} %: order {orders}.", 100.0 * TOLERATED);
-        lines.extend(list(&is_off).map(line));
-    };
-    off("The bound of three terms", |bounds| bounds.three_term);
-    off("That of second order", |bounds| bounds.second_order);
-    let unseen = |o: &Order| {
-        o.critical_damping.is_some_and(|exact| exact > NEGLIGIBLE && o.bounds.determinant < (1.0 - TOLERATED) * exact)
-    };
-    lines.extend(list(&unseen).map(|orders| {
-        format!("Between their own θ* and the exact one (9), (13) have no root, though the drive is unstable: order {orders}.")
-    }));
-    lines.extend(findings.crank.iter().flat_map(Crank::told));
-    report.explain("Printed formulas", lines);
-}
-
-impl Crank {
-    /// What the source's formula makes of the crank.
-    fn told(&self) -> Vec<String> {
-        let ratios = |curve: &Curve| {
-            let ratios = curve.points.iter().filter_map(|point| Some(point.bounds.printed / point.exact?));
-            let [low, high] = ratios.fold([f64::INFINITY, 0.0], |[l, h], ratio| [l.min(ratio), h.max(ratio)]);
-            format!("{} to {} at order {}", number(low), number(high), curve.j)
-        };
-        let mut lines = vec![format!(
-            "Parallel crank, σ = c₁₂/(c_AB R²) = {}: over σ, (7) of section 4.5.3 is {} of the exact θ*.",
-            number(self.sigma),
-            self.curves.iter().map(ratios).collect::<Vec<_>>().join(", ")
-        )];
-        if self.curves.get(2).is_some_and(|curve| curve.j == 3.0) {
-            lines.push(
-                "It takes the second term of order 3 as zero since r₃ = 0, and Ω ≈ ω₀/3 as safe; but r₂ r₄ and r₂³ \
-                 outweigh r₆, so formula and borders miss this order."
-                    .to_owned(),
-            );
-        }
-        lines
-    }
+    let misprints = "Dresig, Vulfson, Dynamik der Mechanismen, 4.5.2, is printed wrong: (15), (16) add moduli where the modulus of \
+                     a complex sum belongs; (9) has lost the entry k_j of its first row, (12) the factor Ω of b₂ⱼ, both \
+                     corrected here. Second order: Yakubovich, Starzhinskii. None of them decides anything.";
+    let crank = "Section 4.5.3 takes the second term of order 3 as zero since r₃ = 0, and Ω ≈ ω₀/3 as safe; but r₂ r₄ and r₂³ \
+                 outweigh r₆, so formula and borders miss this order.";
+    let of_crank = findings.crank.as_ref().map(|_| crank);
+    report.explain("Printed formulas", [misprints].into_iter().chain(of_crank).map(str::to_owned));
 }

@@ -1,44 +1,29 @@
 //! The findings as a report: whether the machine may run at its speeds, which speeds to avoid, which damping cures.
 
-use super::response::{Resonance, Transient};
+use super::response::Transient;
 use super::tongue::Extent;
-use super::{AtSpeed, BORDER, Findings, NEGLIGIBLE, Order, PeriodicMotion, figures, is_listed, printed};
-use crate::report::terminal::{range, shown};
+use super::{AtSpeed, BORDER, Findings, Order, PeriodicMotion, figures, is_listed, printed};
+use crate::report::terminal::{ranges, shown};
 use crate::report::unit::{DEG, HZ, ONE, PERCENT, RPM, Unit};
 use crate::report::{Level, Report, Rows, Table, Value, Verdict};
-use crate::text::{counted, number, rpm};
+use crate::text::{counted, digits, number, rpm};
 use camdrive::drives::Fault;
+use std::cmp::Ordering;
+use std::f64::consts::PI;
 
 /// An unstable speed nearer than this part of the speed is one to be minded.
 const CLOSE: f64 = 0.1;
-/// A load so many times its kinetostatic value is told as a resonance.
+/// A load so many times its kinetostatic value is one to be minded, and so is a resonance.
 const LOUD: f64 = 2.0;
-/// Speeds to avoid, and resonances, that the verdict lists.
-const MOST_TOLD: usize = 6;
-/// Free motions that shrink to less than this part of themselves in a turn are gone.
-const GONE: f64 = 1e-3;
-/// Boundaries are exact where no more than this is left at them, relative to the multipliers.
-const EXACT: f64 = 1e-12;
+/// Speeds to avoid lie within this factor of the working speed: farther ones are passed at most when the machine starts.
+const BAND: f64 = 2.0;
+/// As many resonances are told, the nearest ones.
+const MOST_TOLD: usize = 3;
+/// The linear equation has the coefficients at φ, not at φ + q. A harmonic k of them is then wrong by 1 − cos kq or more; of the
+/// sixth, which motions over 60° have, that is 13 % at a twist q of 5° (rad).
+const LINEAR: f64 = PI / 36.0;
 /// Turns.
 const TURNS: Unit = Unit::new("turns", 1.0);
-
-impl From<Extent> for Value {
-    fn from(extent: Extent) -> Self {
-        Value::from(match extent {
-            Extent::Bounded => "bounded",
-            Extent::Closed => "closed",
-            Extent::Open => "open",
-            Extent::Absent => "absent",
-        })
-    }
-}
-
-impl Order {
-    /// Its boundaries without damping (rad/s); none where it is absent.
-    fn undamped_speeds(&self, w0: f64) -> Option<[f64; 2]> {
-        (self.extent != Extent::Absent).then(|| self.undamped.map(|eta| eta * w0))
-    }
-}
 
 impl Findings {
     /// Unstable speeds at the damping of the scene (rad/s), with their orders.
@@ -53,14 +38,22 @@ impl Findings {
         orders.into_iter().filter(move |(i, order)| is_listed(*i, order) == told).map(|(_, order)| order)
     }
 
+    /// How far the interval is from the nearest speed that is examined, as a factor; 1 where none is.
+    pub(super) fn distance(&self, [from, to]: [f64; 2]) -> f64 {
+        let factor = |at: &AtSpeed| (from / at.speed).max(at.speed / to).max(1.0);
+        self.speeds.iter().map(factor).reduce(f64::min).unwrap_or(1.0)
+    }
+
+    /// Whether the linear equation reaches what it does not hold for.
+    fn is_beyond(&self, amplitude: f64) -> bool {
+        self.units[0] == "rad" && amplitude > LINEAR
+    }
+
     /// The answer.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         for (i, at) in self.speeds.iter().enumerate() {
-            self.judge(at, &mut verdict);
-            if let Some(motion) = self.transients.get(i).and_then(|transient| Some(&transient.as_ref()?.steady)) {
-                self.judge_load(motion, &mut verdict);
-            }
+            self.judge(at, self.transients.get(i).and_then(Option::as_ref), &mut verdict);
         }
         if self.oscillator.periods_per_turn == 0 {
             verdict.result(
@@ -73,145 +66,122 @@ impl Findings {
         verdict
     }
 
-    /// Whether the drive may run at a speed, and how far it is to the next unstable one.
-    fn judge(&self, at: &AtSpeed, verdict: &mut Verdict) {
+    /// Whether the drive may run at a speed, what load it bears there, and how far it is to the next unstable speed.
+    fn judge(&self, at: &AtSpeed, transient: Option<&Transient>, verdict: &mut Verdict) {
         let speed = rpm(at.speed);
         if at.radius > 1.0 + BORDER {
-            let growth = match at.radius {
-                radius if radius < 2.0 => format!("by {}", shown(radius - 1.0, &PERCENT)),
-                radius => format!("{} times", number(radius)),
-            };
+            let growth = digits(at.radius, 5, -4);
             verdict.result(
                 Level::Bad,
-                format!("At {speed} rpm the machine must not run: free motions grow {growth} a turn."),
+                format!("At {speed} rpm the machine must not run: free motions grow by the factor {growth} in a turn."),
             );
-            if at.critical_damping > 0.0 {
-                let now = number(self.oscillator.damping_ratio);
-                verdict.advice(format!(
-                    "At {speed} rpm a damping ratio above {} is needed (now {now}), or another speed.",
-                    number(at.critical_damping)
-                ));
-            }
             return;
         }
-        let [below, above] = at.next.map(|next| next.map(|[_, speed]| speed));
-        let next = [(below, "below"), (above, "above")].map(|(next, side)| {
-            let next = next?;
-            Some(format!("{} rpm ({} {side})", rpm(next), shown((next / at.speed - 1.0).abs(), &PERCENT)))
+        let steady = transient.map(|start| &start.steady).filter(|steady| steady.stable);
+        let ratio = steady.and_then(|steady| steady.amplification).unwrap_or(0.0);
+        let load = steady.filter(|_| ratio > 0.0).map(|steady| {
+            let (load, but) =
+                (shown(steady.load, &Unit::of(self.units[1])), if ratio < LOUD { ", and" } else { ", but" });
+            format!("{but} the load reaches {load}, {} times its kinetostatic value", number(ratio))
         });
-        let next: Vec<String> = next.into_iter().flatten().collect();
-        let next = match next.len() {
-            0 => String::new(),
-            1 => format!("; the next unstable speed is {}", next[0]),
-            _ => format!("; the next unstable speeds are {}", next.join(" and ")),
-        };
-        let near = [below, above].iter().flatten().any(|next| (next / at.speed - 1.0).abs() < CLOSE);
-        if !at.stable {
-            verdict.result(Level::Mind, format!("At {speed} rpm free motions neither grow nor decay, undamped{next}."));
-            return;
-        }
-        let decay = if at.radius < GONE {
-            format!("more than {}", shown(1.0 - GONE, &PERCENT))
+        let decay = if at.stable {
+            format!("free motions decay by {} a turn", shown(1.0 - at.radius, &PERCENT))
         } else {
-            shown(1.0 - at.radius, &PERCENT)
+            "free motions neither grow nor decay".to_owned()
         };
-        let level = if near { Level::Mind } else { Level::Good };
-        verdict
-            .result(level, format!("At {speed} rpm the machine may run: free motions decay by {decay} a turn{next}."));
+        let near = at.next.iter().flatten().any(|[_, next]| (next / at.speed - 1.0).abs() < CLOSE);
+        let level = if near || ratio >= LOUD || !at.stable { Level::Mind } else { Level::Good };
+        verdict.result(level, format!("At {speed} rpm the machine may run{}; {decay}.", load.unwrap_or_default()));
+        let next = |[_, next]: &[f64; 2]| format!("{} rpm, {} times the speed", rpm(*next), number(next / at.speed));
+        let next: Vec<String> = at.next.iter().flatten().map(next).collect();
+        if !next.is_empty() {
+            verdict.result(level, format!("Next unstable: {}.", next.join(", and ")));
+        }
+        if let Some(peak) = transient.map(|start| start.peak).filter(|peak| self.is_beyond(*peak)) {
+            let twist = shown(peak, &DEG);
+            verdict.result(
+                Level::Mind,
+                format!("At {speed} rpm it twists by {twist}, for which the linear equation does not hold."),
+            );
+        }
         if at.critical_damping > 0.0 {
             let least = number(at.critical_damping);
             verdict.certainty(format!("At {speed} rpm a damping ratio below {least} would make it unstable."));
         }
     }
 
-    /// How much more than the kinetostatic load the elastic member bears.
-    fn judge_load(&self, motion: &PeriodicMotion, verdict: &mut Verdict) {
-        let Some(ratio) = motion.amplification.filter(|_| motion.stable) else { return };
-        let level = if ratio < LOUD { Level::Good } else { Level::Mind };
-        let load = shown(motion.load, &Unit::of(self.units[1]));
-        verdict
-            .result(level, format!("There the load reaches {load}, {} times its kinetostatic value.", number(ratio)));
-    }
-
-    /// Speeds to avoid, and the damping from which there are none.
+    /// Speeds to avoid about those that are examined, and the damping from which there are none.
     fn advise(&self, verdict: &mut Verdict) {
-        let theta = self.oscillator.damping_ratio;
-        let unstable: Vec<String> =
-            self.unstable().map(|(order, ends)| format!("{} (order {})", range(ends, &RPM), order.j)).collect();
-        let more = unstable.len().saturating_sub(MOST_TOLD);
-        let more = if more > 0 { format!(", and {} below", counted(more, "interval")) } else { String::new() };
-        if !unstable.is_empty() {
-            let told = unstable[..unstable.len().min(MOST_TOLD)].join(", ");
-            verdict.advice(format!("Avoid {told}{more}."));
-            if self.speeds.is_empty() {
-                verdict.result(Level::Mind, format!("Unstable in {}.", counted(unstable.len(), "interval of speeds")));
-            }
-        } else if !self.orders.is_empty() {
-            verdict.result(Level::Good, format!("No speed is unstable at the damping ratio {}.", number(theta)));
+        let theta = number(self.oscillator.damping_ratio);
+        let count = self.unstable().count();
+        if count == 0 && !self.orders.is_empty() {
+            verdict.result(Level::Good, format!("No speed is unstable at the damping ratio {theta}."));
+        } else if count > 0 && self.speeds.is_empty() {
+            verdict.result(Level::Mind, format!("Unstable in {}.", counted(count, "interval of speeds")));
         }
-        let needed = self.orders.iter().filter_map(|order| order.critical_damping).fold(0.0, f64::max);
-        let open = self.unstable().find(|(order, _)| order.critical_damping.is_none());
-        if let Some((order, [from, _])) = open {
-            verdict.advice(format!("No damping makes speeds from {} rpm on stable (order {}).", rpm(from), order.j));
+        let mut near: Vec<(&Order, [f64; 2])> =
+            self.unstable().filter(|(_, ends)| self.distance(*ends) <= BAND).collect();
+        near.sort_by(|a, b| self.distance(a.1).total_cmp(&self.distance(b.1)));
+        if !near.is_empty() {
+            let ends: Vec<[f64; 2]> = near.iter().map(|(_, ends)| *ends).collect();
+            let most =
+                near.iter().map(|(order, _)| order.critical_damping.unwrap_or(f64::INFINITY)).fold(0.0, f64::max);
+            let cure = match most {
+                f64::INFINITY => "no damping makes all of them stable".to_owned(),
+                most => format!("they are stable from a damping ratio of {} on (now {theta})", number(most)),
+            };
+            verdict.advice(format!("Avoid {}; {cure}.", ranges(&ends, &RPM)));
         }
-        if needed > theta && needed > NEGLIGIBLE && !unstable.is_empty() {
-            let others = if open.is_some() { "all other orders are stable" } else { "all speeds are stable" };
-            verdict.advice(format!("From a damping ratio of {} on (now {}) {others}.", number(needed), number(theta)));
-        }
-        let amplification = |r: &Resonance| r.amplification.filter(|ratio| *ratio >= LOUD && !r.unstable);
+        let loud = |ratio: &f64| *ratio >= LOUD;
         let mut loud: Vec<(f64, f64)> =
-            self.resonances.iter().filter_map(|r| Some((r.speed, amplification(r)?))).collect();
-        loud.sort_by(|a, b| b.1.total_cmp(&a.1));
+            self.resonances.iter().filter_map(|r| Some((r.speed, r.amplification.filter(loud)?))).collect();
+        loud.retain(|(speed, _)| self.distance([*speed; 2]) <= BAND);
+        let nearness = |(speed, ratio): &(f64, f64)| (self.distance([*speed; 2]), -ratio);
+        loud.sort_by(|a, b| nearness(a).partial_cmp(&nearness(b)).unwrap_or(Ordering::Equal));
         let told: Vec<String> = loud
             .iter()
             .take(MOST_TOLD)
-            .map(|(speed, ratio)| format!("{} rpm ({} times the kinetostatic load)", rpm(*speed), number(*ratio)))
+            .map(|(speed, ratio)| format!("{} rpm ({})", rpm(*speed), number(*ratio)))
             .collect();
         if !told.is_empty() {
-            verdict.advice(format!("Keep away from the resonances at {}.", told.join(", ")));
+            let told = told.join(", ");
+            verdict.advice(format!("Keep away from resonances (times the kinetostatic load): {told}."));
         }
     }
 
     /// How sure it is.
     fn certify(&self, verdict: &mut Verdict) {
-        let (theta, e) = (self.oscillator.damping_ratio, &self.eigenproblem);
-        if let Some(note) = &self.note {
-            verdict.certainty(note);
-        }
-        if self.oscillator.periods_per_turn > 0 {
-            verdict.certainty(if e.residual > EXACT {
-                format!("Boundaries are exact to {} of the multipliers.", number(e.residual))
-            } else {
-                "Boundaries are exact for the model, to rounding; what is uncertain is its damping.".to_owned()
-            });
-        }
-        let spare = self.orders.iter().filter(|order| order.damped.is_none());
-        let next = spare.filter_map(|order| Some((order.critical_damping?, order.critical_eta?)));
-        if let Some((critical, eta)) = next.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(next, _)| 2.0 * next > theta) {
-            let speed = rpm(eta * self.oscillator.natural_frequency);
-            verdict.certainty(format!(
-                "Below a damping ratio of {} speeds near {speed} rpm are unstable, too.",
-                number(critical)
-            ));
-        }
-        if self.orders.last().is_some_and(|order| order.damped.is_some() && theta > 0.0) {
-            verdict.certainty("More unstable speeds lie below those listed: ask for them with --orders.");
-        }
-        if let Some(j) = e.lost {
-            verdict.certainty(format!(
-                "Orders from {j} on are left out: inertia or stiffness nearly vanishes, and they are not told apart."
-            ));
-        }
-        if e.unnumbered {
-            verdict.certainty(
-                "The map over the modulation has gaps: at some modulations inertia or stiffness nearly vanishes.",
-            );
-        }
-        if e.incomplete {
-            verdict.certainty(
-                "At some speeds free motions leave the range of numbers in a turn, or the inertia vanishes: numbers that \
-                 depend on them are missing or coarse.",
-            );
+        let e = &self.eigenproblem;
+        verdict.certainty.extend(self.note.clone());
+        let more =
+            self.orders.last().is_some_and(|order| order.damped.is_some() && self.oscillator.damping_ratio > 0.0);
+        let lost = e.lost.unwrap_or_default();
+        for (holds, text) in [
+            (
+                self.oscillator.periods_per_turn > 0,
+                format!(
+                    "Boundaries are exact to {} for the model; what is uncertain is its damping.",
+                    number(e.residual)
+                ),
+            ),
+            (more, "More unstable speeds lie below those listed: ask for them with --orders.".to_owned()),
+            (
+                e.lost.is_some(),
+                format!(
+                    "Orders from {lost} on are left out: inertia or stiffness nearly vanishes, and they are not told apart."
+                ),
+            ),
+            (
+                e.unnumbered,
+                "The map over the modulation has gaps, where inertia or stiffness nearly vanishes.".to_owned(),
+            ),
+            (
+                e.incomplete,
+                "Some numbers are missing or coarse: free motions leave the range of numbers, or the inertia vanishes."
+                    .to_owned(),
+            ),
+        ] {
+            verdict.certainty.extend(holds.then_some(text));
         }
     }
 
@@ -221,62 +191,56 @@ impl Findings {
         let rows = rows
             .column("j", "order", ONE, |o| o.j)
             .column("damped", "unstable at this damping", RPM, move |o| o.damped.map(|ends| ends.map(|eta| eta * w0)))
-            .column("undamped", "without damping", RPM, move |o| o.undamped_speeds(w0))
+            .column("undamped", "without damping", RPM, move |o| {
+                (o.extent != Extent::Absent).then(|| o.undamped.map(|eta| eta * w0))
+            })
             .column("critical_damping", "stable from damping ratio", ONE, |o| {
                 o.critical_damping.unwrap_or(f64::INFINITY)
             })
-            .column("critical", "last at", RPM, move |o| {
+            .hidden("critical", RPM, move |o| {
                 o.critical_eta.filter(|_| o.extent == Extent::Bounded).map(|eta| eta * w0)
             })
-            .column("safety", "damping over it", ONE, |o| o.safety)
+            .hidden("safety", ONE, |o| o.safety)
             .hidden("modulation_ratio", ONE, |o| o.modulation_ratio)
-            .hidden("extent", ONE, |o| o.extent);
+            .hidden("extent", ONE, |o| format!("{:?}", o.extent).to_lowercase());
         printed::hidden(rows, w0)
     }
 
     /// What the table of the orders leaves out.
-    fn below_orders(&self) -> Vec<String> {
-        let mut lines = Vec::new();
-        if let (Some(first), Some(last)) = (self.listed(false).next(), self.listed(false).next_back()) {
-            let largest = self.listed(false).filter_map(|order| order.critical_damping).fold(0.0, f64::max);
-            let which = if first.j == last.j { first.j.to_string() } else { format!("{} to {}", first.j, last.j) };
-            lines.push(format!("Order {which}: stable from a damping ratio of {} on.", number(largest)));
-        }
-        let closed: Vec<String> =
-            self.listed(true).filter(|o| o.extent == Extent::Closed).map(|o| o.j.to_string()).collect();
-        if !closed.is_empty() {
-            lines.push(format!("Order {}: the boundaries coincide, no speed is unstable.", closed.join(", ")));
-        }
-        lines
+    fn below_orders(&self) -> Option<String> {
+        let (first, last) = (self.listed(false).next()?, self.listed(false).next_back()?);
+        let largest = self.listed(false).filter_map(|order| order.critical_damping).fold(0.0, f64::max);
+        let which = if first.j == last.j { first.j.to_string() } else { format!("{} to {}", first.j, last.j) };
+        Some(format!("Order {which}: stable from a damping ratio of {} on.", number(largest)))
     }
 
-    fn transients<'a>(&self, rows: &'a [(f64, &'a Option<Transient>)]) -> Table {
+    fn starts(&self) -> Table {
         let [q, load] = self.units.map(Unit::of);
-        let of = |value: fn(&Transient) -> f64| move |row: &(f64, &Option<Transient>)| row.1.as_ref().map(value);
         let steady = |value: fn(&PeriodicMotion) -> f64| {
-            move |row: &(f64, &Option<Transient>)| {
-                row.1.as_ref().map(|t| &t.steady).filter(|steady| steady.stable).map(value)
-            }
+            move |start: &Transient| Some(&start.steady).filter(|steady| steady.stable).map(value)
         };
-        Table::of("Start from rest", rows)
-            .column("speed", "speed", RPM, |row| row.0)
+        Table::of("Start from rest", self.transients.iter().flatten())
+            .column("speed", "speed", RPM, |start| start.speed)
             .digits(5)
-            .column("peak", "largest |q|", q.clone(), |row| {
-                row.1.as_ref().map_or(Value::from("unbounded"), |t| t.peak.into())
-            })
+            .column("peak", "largest |q|", q.clone(), |start| start.peak)
             .column("amplitude", "steady |q|", q, steady(|s| s.amplitude))
-            .column("peak_load", "largest load", load.clone(), of(|t| t.peak_load))
+            .column("peak_load", "largest load", load.clone(), |start| start.peak_load)
             .column("load", "steady load", load.clone(), steady(|s| s.load))
-            .column("kinetostatic", "kinetostatic", load, of(|t| t.steady.kinetostatic))
-            .column("amplification", "steady over it", ONE, steady(|s| s.amplification.unwrap_or(f64::NAN)))
-            .column("settled_after", "settled after", TURNS, |row| {
-                row.1.as_ref().map(|t| t.settled_after.map_or(Value::from("never"), Value::from))
+            .column("kinetostatic", "kinetostatic load", load, |start| start.steady.kinetostatic)
+            .column("amplification", "steady over kinetostatic", ONE, steady(|s| s.amplification.unwrap_or(f64::NAN)))
+            .column("settled_after", "settled after", TURNS, |start| {
+                start.settled_after.map_or(Value::from("never"), Value::from)
             })
             .into()
     }
 
     fn of_resonances(&self) -> Table {
         let q = Unit::of(self.units[0]);
+        let beyond = self.resonances.iter().filter_map(|r| r.amplitude).any(|amplitude| self.is_beyond(amplitude));
+        let limit = format!(
+            "Above |q| = {} the linear equation does not hold: such a speed is to be avoided in any case.",
+            shown(LINEAR, &DEG)
+        );
         Table::of("Resonances with the harmonics of the load", &self.resonances)
             .column("k", "harmonic", ONE, |r| r.k)
             .column("speed", "speed", RPM, |r| r.speed)
@@ -285,6 +249,7 @@ impl Findings {
             .column("amplification", "load over kinetostatic", ONE, |r| {
                 if r.unstable { "unstable".into() } else { Value::from(r.amplification) }
             })
+            .below(beyond.then_some(limit))
             .into()
     }
 
@@ -372,12 +337,10 @@ impl Findings {
         let o = &self.oscillator;
         let mut report = Report::new(&self.scene, format!("stability ({})", self.model));
         report.verdict = self.verdict();
-        let starts: Vec<(f64, &Option<Transient>)> =
-            self.speeds.iter().map(|at| at.speed).zip(&self.transients).collect();
         report
             .table(self.orders(Table::of("Unstable speeds", self.listed(true))).below(self.below_orders()))
             .table(self.orders(Table::file("", &self.orders)))
-            .table(self.transients(&starts))
+            .table(self.starts())
             .table(self.of_resonances())
             .lines(
                 "Drive",

@@ -2,7 +2,7 @@
 
 use super::{Feature, Findings, Row, bounded};
 use crate::report::{Level, Verdict};
-use crate::text::{number, share, time};
+use crate::text::{number, time};
 use serde::Serialize;
 
 /// The accuracies that people ask for.
@@ -11,9 +11,6 @@ const TARGETS: [f64; 4] = [1e-3, 1e-6, 1e-9, 1e-12];
 /// Costs closer than this are the same: then the smaller error decides, and no advice is given. Medians of CPU times repeat to
 /// some per cent.
 const SAME_COST: f64 = 1.05;
-
-/// A sentence names this many features that must stay, those with the smallest changes.
-const MOST_TOLD: usize = 3;
 
 /// The choice for a target accuracy.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -78,7 +75,7 @@ fn spare(findings: &Findings, target: f64) -> impl Iterator<Item = &Feature> {
     findings.features.iter().filter(may)
 }
 
-/// The answer: what the default does, what saves time for which error, and what must stay.
+/// The answer: what the default does, and what saves time for which error.
 pub fn verdict(findings: &Findings) -> Verdict {
     let mut verdict = Verdict::default();
     let floor = findings.reference.floor;
@@ -119,9 +116,6 @@ pub fn verdict(findings: &Findings) -> Verdict {
     }
     if told.is_empty() {
         verdict.advice("Nothing else saves 5 % of the time: keep the default settings.");
-    }
-    if let Some(text) = kept(findings) {
-        verdict.advice(text);
     }
     verdict.certainty(format!("Errors below {} are not known; costs repeat to some per cent.", number(floor)));
     if findings.reference.compared_until < findings.experiment.stop * (1.0 - 1e-9) {
@@ -165,23 +159,6 @@ fn saved(findings: &Findings, target: f64, default: Option<usize>) -> Option<Str
     (!parts.is_empty()).then(|| parts.join("; "))
 }
 
-/// What must stay for the widest target.
-fn kept(findings: &Findings) -> Option<String> {
-    let [target, ..] = TARGETS;
-    let changing = |f: &&Feature| f.change.is_some_and(|change| change > target && change > f.known_to);
-    let mut kept: Vec<&Feature> = findings.features.iter().filter(changing).collect();
-    kept.sort_by(|f, g| f.change.unwrap_or(0.0).total_cmp(&g.change.unwrap_or(0.0)));
-    let more = if kept.len() > MOST_TOLD { "; the others change more" } else { "" };
-    let told: Vec<String> = kept.iter().take(MOST_TOLD).map(|f| loss(f)).collect();
-    (!told.is_empty()).then(|| format!("Keep, for errors up to {}: {}{more}.", number(target), told.join(", ")))
-}
-
-/// "damping (q changes by 12 %)"
-fn loss(feature: &Feature) -> String {
-    let output = feature.worst.as_deref().unwrap_or("nothing");
-    format!("{} ({output} would change by {})", feature.feature, share(feature.change.unwrap_or(0.0)))
-}
-
 /// The values of the dials that are not left to the default.
 pub fn dials(row: &Row) -> String {
     let tolerance = row.tolerance.filter(|value| *value > 0.0);
@@ -199,7 +176,7 @@ pub fn words(row: &Row) -> String {
     let dials = dials(row);
     let settings = match (row.is_default(), dials.is_empty()) {
         (true, true) => Some("the default settings".to_owned()),
-        (true, false) => Some(format!("{dials}, its default settings")),
+        (true, false) => Some(format!("{dials} and its default settings")),
         (false, _) => Some(dials),
     };
     let inputs = row.inputs.map(|inputs| match inputs {

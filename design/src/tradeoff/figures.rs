@@ -59,7 +59,16 @@ pub fn work_precision(report: &Findings) -> Diagram {
     }));
     let labels =
         ["Largest error (change) of an output, relative to its largest value [1]", "CPU time per machine time [ns/ms]"];
-    let rules = vec![Rule::Vertical(report.reference.floor, String::new()), Rule::Key(None, KNOWN.to_owned())];
+    let floor = report.reference.floor;
+    let mut rules = vec![Rule::Vertical(floor, String::new()), Rule::Key(None, KNOWN.to_owned())];
+    // All settings on that line and changes decades beside it would leave the picture empty: then the cost alone is told.
+    let default = report.settings.iter().find(|row| at_default_step(row)).and_then(|row| row.cost);
+    let exact = report.settings.iter().all(|row| row.error.is_none_or(|error| error <= floor));
+    if let Some(cost) = default.filter(|_| exact && report.features.iter().any(|f| f.change.is_some())) {
+        series.retain(|series| !series.joined);
+        let name = format!("whole drive, error {KNOWN}");
+        rules = vec![Rule::Horizontal(cost.ns_per_ms, String::new()), Rule::Key(None, name)];
+    }
     Diagram::new(format!("Work-precision diagram of {}", report.scene), labels.map(Axis::logarithmic), series, rules)
 }
 

@@ -1,9 +1,9 @@
 //! The findings as a report.
 
 use super::advice::{self, words};
-use super::{Cost, Feature, Findings, Output, figures};
+use super::{Cost, Findings, figures};
 use crate::report::unit::{MS, ONE, PERCENT, US, Unit};
-use crate::report::{Report, Rows, Table, Value};
+use crate::report::{Report, Table, Value};
 use crate::text::{self, counted, number, time};
 use camdrive::drives::Fault;
 
@@ -64,18 +64,6 @@ fn features(findings: &Findings) -> Table {
     table.into()
 }
 
-/// The change of each output without each feature: outputs in rows.
-fn changes<'a>(findings: &'a Findings) -> Table {
-    let table = Table::of("Changes, relative to the largest value", &findings.outputs)
-        .column("output", "output", ONE, |output| &output.name)
-        .column("largest", "largest value", ONE, |output| format!("{} {}", number(output.largest), output.unit));
-    let column = |table: Rows<'a, Output>, f: &'a Feature| {
-        let change = |output: &Output| known(f.changes.get(&output.name).copied(), f.known_to);
-        table.column("", format!("without {}", f.feature), ONE, change)
-    };
-    findings.features.iter().fold(table, column).into()
-}
-
 /// Settings and features without result, each with its fault.
 fn faults(findings: &Findings) -> Vec<String> {
     let settings = findings.settings.iter().filter_map(|row| Some((words(row), row.fault.as_ref()?)));
@@ -122,18 +110,13 @@ fn measured(findings: &Findings) -> Vec<String> {
          millisecond of machine time; start is instantiation and initialisation."
             .to_owned(),
     );
-    if findings.settings.iter().any(|row| row.error_estimate.is_some()) {
+    lines.push(
+        "The estimate is that of the states: differences and derivatives of them may have larger errors.".to_owned(),
+    );
+    if findings.experiment.run_up.is_some() {
         lines.push(
-            "The estimate is solver.error_estimate, which is that of the states: outputs that are differences of large numbers \
-             or derivatives may have larger errors."
-                .to_owned(),
-        );
-    }
-    if findings.settings.iter().any(|row| row.inputs.is_some()) {
-        lines.push(
-            "With values of the inputs alone the drive follows the polynomial that they begin over each communication step, and \
-             with derivatives a better one: what these polynomials miss of the run-up is in the errors, but unknown to the \
-             estimate."
+            "Between communication points inputs follow polynomials, better ones with derivatives: what they miss of the run-up \
+             is in the errors, but not in the estimate."
                 .to_owned(),
         );
     }
@@ -146,7 +129,7 @@ impl Findings {
         let mut report = Report::new(&self.scene, format!("speed against accuracy ({})", self.model));
         report.verdict = advice::verdict(self);
         report.table(settings(self)).table(features(self)).lines("Without result", faults(self));
-        report.explain_table(changes(self)).explain("Measurement", measured(self));
+        report.explain("Measurement", measured(self));
         report.diagram("work_precision", figures::work_precision(self));
         report.diagram("communication_step", figures::communication_step(self));
         report

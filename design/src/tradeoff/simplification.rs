@@ -256,7 +256,14 @@ fn of_train(scene: &drive_train::Scene, add: &mut impl FnMut(&str, &str, Scene))
         let of = format!(" of follower {}", j + 1);
         let mut fewer = scene.followers.clone();
         fewer.remove(j);
-        add(&format!("follower {}", j + 1), "none", drive_train::Scene { followers: fewer, ..scene.clone() }.into());
+        // On a shaft that is driven the others would not notice.
+        if matches!(scene.shaft, Shaft::Free(_)) {
+            add(
+                &format!("follower {}", j + 1),
+                "none",
+                drive_train::Scene { followers: fewer, ..scene.clone() }.into(),
+            );
+        }
         let mut instead = |feature: &str, instead: &str, other: Follower| {
             let mut simpler = scene.clone();
             // A rigid shaft takes its cam along.

@@ -230,3 +230,40 @@ fn options_without_an_experiment_are_refused_by_name() {
 fn the_median_is_the_middle() {
     assert_eq!((median(&[3.0, 1.0, 2.0]), median(&[4.0, 1.0, 2.0, 3.0]), median(&[])), (Some(2.0), Some(2.5), None));
 }
+
+/// Costs and errors of any size about the same study; the default reaches every target.
+#[test]
+fn nothing_that_saves_less_than_five_per_cent_is_advised() {
+    let mut report = study(&resource(shaft()), &quick(), &|_| ()).unwrap();
+    let number = |i: usize| (i as f64 * 0.618_033_988_75).fract();
+    let usual = |row: &Row| row.is_default() && row.communication_step == report.experiment.step;
+    let default = report.settings.iter().position(usual).unwrap();
+    let (mut advised, mut left_out) = (0, 0);
+    for round in 0..200 {
+        for (i, row) in report.settings.iter_mut().enumerate() {
+            let ns_per_ms = if i == default { 1e3 } else { 900.0 + 150.0 * number(37 * round + i) };
+            row.cost = Some(Cost { ns_per_ms, start_us: 1.0, steps: None, evaluations: None });
+            row.error = Some(if i == default { 1e-14 } else { 10f64.powf(-14.0 * number(53 * round + 2 * i)) });
+        }
+        for (i, feature) in report.features.iter_mut().enumerate() {
+            let ratio = 0.9 + 0.15 * number(41 * round + 3 * i);
+            feature.cost = Some(Cost { ns_per_ms: 1e3 * ratio, start_us: 1.0, steps: None, evaluations: None });
+            (feature.cost_ratio, feature.change) = (Some(ratio), Some(10f64.powf(-14.0 * number(59 * round + 5 * i))));
+        }
+        report.reference.floor = 1e-14;
+        for sentence in advice::verdict(&report).advice {
+            for part in sentence.split(" ns per ms").filter(|part| part.ends_with(|c: char| c.is_ascii_digit())) {
+                let told: f64 = part.rsplit(' ').next().unwrap().parse().unwrap();
+                // Three digits are told.
+                assert!(told <= 1e3 / 1.05 + 0.5, "{sentence}");
+                advised += 1;
+            }
+        }
+        for name in advice::of(&report).into_iter().flat_map(|advice| advice.may_be_left_out) {
+            let feature = report.features.iter().find(|f| name == format!("{}: {}", f.feature, f.instead)).unwrap();
+            assert!(feature.cost_ratio.unwrap() <= 1.0 / 1.05, "{name}");
+            left_out += 1;
+        }
+    }
+    assert!(advised > 100 && left_out > 100, "{advised} {left_out}");
+}

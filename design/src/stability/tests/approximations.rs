@@ -145,6 +145,6 @@ fn the_sum_of_moduli_that_is_printed_is_told_beside_the_modulus_of_the_sum() {
             "{bounds:?}"
         );
         let text = report.report().text(1000, true);
-        assert!(text.contains("matters for order 1;"), "{text}");
+        assert!(text.contains("add moduli where the modulus of a complex sum belongs"), "{text}");
     }
 }

@@ -92,23 +92,6 @@ fn a_study_that_takes_too_much_work_ends_and_says_so() {
 }
 
 #[test]
-fn orders_are_counted_and_a_bound_of_zero_is_off_by_all_of_it() {
-    let mut report =
-        study(["m", "test"], &mathieu(0.3), &Options { quick: true, ..Options::default() }, &|_| ()).unwrap();
-    // One order more than a sentence lists.
-    report.orders.truncate(5);
-    for order in &mut report.orders {
-        (order.critical_damping, order.safety) = (Some(0.1), Some(0.1));
-        (order.bounds.three_term, order.bounds.determinant) = (0.0, 0.0);
-    }
-    let text = report.report().text(1000, true);
-    assert!(
-        text.contains("three terms misses the damping by more than 10 %: order 0.5, 1, 1.5, 2 and 1 more."),
-        "{text}"
-    );
-}
-
-#[test]
 fn every_order_that_is_listed_is_in_the_map_over_the_modulation() {
     let scene = crank(0.2, false);
     let options = Options { damping: Some(0.03), orders: Some(11), ..Options::default() };
