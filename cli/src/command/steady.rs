@@ -64,7 +64,8 @@ pub fn study(path: &Path, scene: &Resolved, load: &str, period: Option<&String>)
         let (load, period) = driving::load(&place.to_string(), &machine.motor, load, period)?;
         Bar::beside(&scene.name, |_| steady::of_machine(&scene.name, &machine, load, period))
     };
-    findings.map_err(|fault: Fault| failure(format!("{place}: {fault}")))
+    findings
+        .map_err(|fault: Fault| failure(format!("{place}: {fault}").replacen("; choose ", "\n  = hint: choose ", 1)))
 }
 
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {

@@ -3,11 +3,15 @@
 //! The formulas tell them at once ([`super::tuning`]), but rest on a quasi-static release and a cubic U. Here the model is
 //! followed through all passages of a turn at values around those of the scene, and the borders between calm and other
 //! values are bisected. A range of values narrower than the distance of two samples may be missed.
+//!
+//! A passage that ends well from permanent contact may not do so with the vibration of those before it: what the motion settles
+//! to at a value within each interval tells which [`Change`] makes the drive gentler.
 
 use super::contact_motion::ContactMotion;
 use super::law::Crossing;
 use super::machine::Machine;
 use super::passage::Clearance;
+use super::settled::{self, Settled};
 use super::tuning::Intervals;
 use super::{Parameters, passages};
 use crate::clearance::borders::Sequel;
@@ -27,6 +31,8 @@ const SAMPLES: [usize; 2] = [10, 36];
 const MOST_INSTANTS: usize = 10_000_000;
 /// Instants of a passage: its flight and twice the natural period after it.
 const INSTANTS_OF_A_PASSAGE: usize = 1000;
+/// A change stands so far within its interval: masses, stiffnesses and speeds of machines that are built scatter by some per cent.
+const MARGIN: f64 = 1.05;
 /// A border is known to this part: the three digits that are shown.
 const BORDER: f64 = 5e-4;
 /// Internal steps of an evaluation; a drive that needs more vibrates too often to be followed.
@@ -53,6 +59,29 @@ pub struct ByModel {
     pub damping_ratio: f64,
     /// Samples at which the model could not be followed; they count as not admissible.
     pub unknown: usize,
+    /// What the motion settles to at a value within each interval, the gentlest impacts first.
+    pub changes: Vec<Change>,
+}
+
+/// Another value of one quantity, and the motion that the drive settles to there.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Change {
+    /// The quantity.
+    pub quantity: &'static str,
+    /// Its value (SI).
+    pub value: f64,
+    /// The motion there.
+    pub settled: Settled,
+}
+
+/// The quantities, in the order of their intervals.
+pub const QUANTITIES: [&str; COUNT] = ["natural frequency", "speed", "clearance", "mass m1", "damping ratio"];
+
+impl ByModel {
+    /// The intervals of a quantity, by its place in [`QUANTITIES`].
+    pub fn intervals(&self, which: usize) -> &Intervals {
+        [&self.frequency, &self.speed, &self.clearance, &self.mass, &self.damping][which]
+    }
 }
 
 /// Whether each passage ends with one impact on the other flank and lasting contact; None where the model has not
@@ -90,23 +119,35 @@ fn middle([low, high]: [f64; 2]) -> f64 {
     (low * high).sqrt()
 }
 
-/// Whether the scene is calm; None where the model cannot be followed.
-fn evaluate(scene: &Scene, machine: &Parameters, crossings: &[Crossing], ignore: f64) -> Option<bool> {
+/// The value in an interval that is next to `own`, with its margin; the middle of an interval that is too narrow or has it.
+fn within([low, high]: [f64; 2], own: f64) -> f64 {
+    let [inner, outer] = [low * MARGIN, high / MARGIN];
+    if inner < outer && !(low..=high).contains(&own) { own.clamp(inner, outer) } else { middle([low, high]) }
+}
+
+/// The model of a scene and its motion of permanent contact; None where it cannot be followed.
+fn model(scene: &Scene, machine: &Parameters, ignore: f64) -> Option<(Machine, ContactMotion)> {
     let mut model = Machine::new(scene, machine.speed).ok()?;
     model.allow(MOST_STEPS);
     let motion = ContactMotion::new(&mut model, scene, ignore).ok()?;
+    Some((model, motion))
+}
+
+/// Whether the scene is calm; None where the model cannot be followed.
+fn evaluate(scene: &Scene, machine: &Parameters, crossings: &[Crossing], ignore: f64) -> Option<bool> {
+    let (mut model, motion) = model(scene, machine, ignore)?;
     let passages = passages(scene, machine, crossings, Some((&mut model, &motion)));
     is_calm(&passages, Some(motion.releases.len()))
 }
 
-/// The values around those of a scene whose periodic motion has so many samples and releases; None where that would take
-/// long or the model cannot be followed.
+/// The values around those of a scene whose periodic motion has so many samples and releases, with changes that settle for
+/// `turns`; None where that would take long or the model cannot be followed.
 pub fn around(
     scene: &Scene,
     machine: &Parameters,
     crossings: &[Crossing],
     ignore: f64,
-    [samples, releases]: [usize; 2],
+    [samples, releases, turns]: [usize; 3],
 ) -> Option<ByModel> {
     // Borders are about as many evaluations again.
     let each = 2 * COUNT * 2 * (samples + INSTANTS_OF_A_PASSAGE * releases.max(1));
@@ -152,6 +193,19 @@ pub fn around(
         ends.extend(found[last].then_some(places[last].1));
         ends.chunks_exact(2).map(|pair| [own[which] * pair[0], own[which] * pair[1]]).collect::<Intervals>()
     };
+    let now = [own[0], own[1], own[2], own[3], 0.5 * machine.b / (machine.m2 * machine.omega)];
+    let trials: Vec<(usize, f64)> = (0..COUNT)
+        .flat_map(|which| intervals(which).into_iter().map(move |ends| (which, within(ends, now[which]))))
+        .collect();
+    let settle = |(which, value): &(usize, f64)| {
+        let (scene, machine) = changed(scene, machine, *which, value / own[*which]);
+        let (mut model, motion) = model(&scene, &machine, ignore)?;
+        model.allow(super::MOST_STEPS);
+        let settled = settled::run(&mut model, motion.samples[0].q, turns).ok()?;
+        Some(Change { quantity: QUANTITIES[*which], value: *value, settled })
+    };
+    let mut changes: Vec<Change> = parallel::map(&trials, settle, &|| ()).into_iter().flatten().collect();
+    changes.sort_by(|a, b| a.settled.largest_impulse.total_cmp(&b.settled.largest_impulse));
     Some(ByModel {
         frequency: intervals(0),
         speed: intervals(1),
@@ -162,5 +216,6 @@ pub fn around(
         ratio: ratio(0),
         damping_ratio: ratio(COUNT - 1),
         unknown,
+        changes,
     })
 }

@@ -47,7 +47,7 @@ fn by_law<'a>(
     point: impl Fn(&Clearance) -> Option<[f64; 2]> + 'a,
 ) -> impl Iterator<Item = Series> + 'a {
     let laws = report.laws.iter().take(MOST_LAWS);
-    laws.map(move |study| Series::dots(&study.law, study.passages.iter().filter_map(&point)))
+    laws.map(move |study| Series::dots(format!("passages of {}", study.law), study.passages.iter().filter_map(&point)))
 }
 
 /// τ₁ over K for several μ, with the passages of the laws.
@@ -82,8 +82,10 @@ pub fn multiple_impacts(report: &Findings) -> Diagram {
         rules.push(Rule::Area(outline, shade));
     }
     let [elastic, immediate] = lines;
-    let mut series =
-        vec![Series::line("elastic release beyond", elastic), Series::line("immediate release within", immediate)];
+    let mut series = vec![
+        Series::line("contact opens again beyond", elastic),
+        Series::line("contact opens at once within", immediate),
+    ];
     let ratio = report.machine.mu;
     let differs = |passage: &Clearance| {
         let by = passage.formula.zip(passage.model);

@@ -162,18 +162,6 @@ pub struct Calm {
     pub by_model: Option<bool>,
 }
 
-impl Calm {
-    /// The model where it tells.
-    pub fn verdict(&self) -> Option<bool> {
-        self.by_model.or(self.by_formulas)
-    }
-
-    /// Whether both tell, and different things.
-    pub fn differs(&self) -> bool {
-        self.by_formulas.zip(self.by_model).is_some_and(|(formulas, model)| formulas != model)
-    }
-}
-
 /// Studies the passages of the clearance.
 ///
 /// # Errors
@@ -207,8 +195,8 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
             let elastic_output::Parameters { m, c, b } = parameters;
             let (Some(s), Some(m1)) = (options.clearance, options.m1) else {
                 return Err(Fault::new(
-                    "an ElasticCamDrive with an elastic output has no clearance of its own: give --clearance and --m1, \
-                     the mass between the flanks; its m becomes m2",
+                    "an ElasticCamDrive with an elastic output has no clearance of its own\n  = hint: give --clearance and \
+                     --m1, the mass between the flanks; its m becomes m2",
                 ));
             };
             Scene {
@@ -222,15 +210,15 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
         }
         resource::Scene::DriveTrain(_) => {
             return Err(Fault::new(
-                "the study is for a single drive without loads that has both flanks: write a follower of a machine or a train as a scene of its own, \
-                 leave `load` out of it, and give `s` a value",
+                "the study is for a single drive without loads that has both flanks\n  = hint: write a follower of a machine or a train \
+                 as a scene of its own, leave `load` out of it, and give `s` a value",
             ));
         }
         other => {
             let model = other.model();
             return Err(Fault::new(format!(
                 "the model is {model}; the study is for a BacklashDrive, or for an ElasticCamDrive with \
-                 place = \"output\" together with --clearance and --m1; write a follower of a machine or a train as a scene of its own"
+                 place = \"output\" together with --clearance and --m1\n  = hint: write a follower of a machine or a train as a scene of its own"
             )));
         }
     };
@@ -239,13 +227,15 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
     for (name, value, unit) in [("clearance", scene.parameters.s, "m"), ("m1", scene.parameters.m1, "kg")] {
         if !(value > 0.0 && value.is_finite()) {
             return Err(Fault::new(format!(
-                "{name}: {value} {unit} is not greater than 0; give another one by --{name}"
+                "{name}: {value} {unit} is not greater than 0\n  = hint: give another one by --{name}"
             )));
         }
     }
     if let Some(omega) = options.natural_frequency {
         if !(omega > 0.0 && omega.is_finite()) {
-            return Err(Fault::new(format!("--natural-frequency is {omega} rad/s, it must be greater than 0")));
+            return Err(Fault::new(format!(
+                "--natural-frequency is {omega} rad/s, it must be greater than 0\n  = hint: write for example \"80 Hz\""
+            )));
         }
         let backlash::Parameters { m2, c, b, .. } = &mut scene.parameters;
         let before = (*c / *m2).sqrt();
@@ -253,13 +243,17 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
     }
     if let Some(ratio) = options.damping {
         if !(ratio >= 0.0 && ratio.is_finite()) {
-            return Err(Fault::new(format!("--damping is {ratio}, it must be at least 0; write for example 0.03")));
+            return Err(Fault::new(format!(
+                "--damping is {ratio}, it must be at least 0\n  = hint: write for example 0.03"
+            )));
         }
         let backlash::Parameters { m2, c, b, .. } = &mut scene.parameters;
         *b = 2.0 * ratio * (*c * *m2).sqrt();
     }
     if options.ignore.is_some_and(|ignore| !(0.0..1.0).contains(&ignore)) {
-        return Err(Fault::new("--ignore is a part of the largest value, from 0 to below 1, for example 1e-3"));
+        return Err(Fault::new(
+            "--ignore is a part of the largest value, from 0 to below 1\n  = hint: write for example 1e-3",
+        ));
     }
     Ok(scene)
 }
@@ -270,14 +264,16 @@ fn speed(scene: &Scene, options: &Options) -> Result<f64, Fault> {
         (Some(w), _) => w,
         (None, DriveMode::Constant { w, .. }) => *w,
         (None, DriveMode::Input | DriveMode::Speed { .. }) => {
-            return Err(Fault::new("the inputs move the drive of this scene; give the speed of the study, --speed"));
+            return Err(Fault::new(
+                "the inputs move the drive of this scene\n  = hint: give the speed of the study, --speed \"300 rpm\"",
+            ));
         }
     };
     if turns(w) && w.is_finite() {
         return Ok(w);
     }
     Err(Fault::new(format!(
-        "the speed is {} rpm: a shaft at rest passes no clearance; give --speed",
+        "the speed is {} rpm: a shaft at rest passes no clearance\n  = hint: give --speed \"300 rpm\"",
         Number(w * 60.0 / TAU)
     )))
 }
@@ -369,7 +365,7 @@ impl Study {
                 self.releases = Some(releases);
                 self.contact_force = motion.largest_force(&mut model).ok();
                 if scene.parameters.e == 0.0 && !options.quick {
-                    let size = [motion.samples.len(), releases];
+                    let size = [motion.samples.len(), releases, options.turns.unwrap_or(settled::TURNS)];
                     self.by_model = by_model::around(scene, machine, crossings, ignore, size);
                 }
                 start = motion.samples[0].q;

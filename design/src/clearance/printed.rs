@@ -117,6 +117,14 @@ pub(super) fn explain(findings: &Findings, report: &mut Report) {
     );
     let signs = study.releases.map_or(String::new(), |n| format!("; the contact force of the periodic motion has {n}"));
     let ignored = if study.ignored > 0 { format!(" ({} more are too small)", study.ignored) } else { String::new() };
+    let differs = |study: &&Study| study.calm.by_formulas.zip(study.calm.by_model).is_some_and(|(a, b)| a != b);
+    let differing: Vec<&str> = findings.laws.iter().filter(differs).map(|study| &*study.law).collect();
+    if !differing.is_empty() {
+        let laws = differing.join(", ");
+        lines.push(format!(
+            "Of further impacts after a passage they say otherwise than the model, which decides: {laws}."
+        ));
+    }
     lines.push(format!("U″ has {} changes of sign in a turn{ignored}{signs}.", study.crossings));
     report.explain("Closed formulas", lines);
 }

@@ -1,20 +1,26 @@
 //! The findings as a report: where the contact opens, how hard it closes, whether further impacts follow, which change cures.
 
 use super::borders::{Sequel, borders};
+use super::by_model::{Change, QUANTITIES};
 use super::passage::{Clearance, Figures};
-use super::tuning::{Intervals, nearest};
+use super::settled::Settled;
+use super::tuning::Intervals;
 use super::{Findings, Parameters, Study, figures, printed};
 use crate::report::terminal::{range, ranges, shown};
 use crate::report::unit::{DEG, HZ, J, KG, MM, MM_PER_RAD2, MS, N, NS, ONE, PERCENT, RPM, Unit};
 use crate::report::{Level, Report, Table, Verdict};
 use crate::text::{counted, number};
 use camdrive::drives::Fault;
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 /// Places and laws that a sentence lists, intervals that a cell lists; the others are in the files.
 const LISTED: usize = 6;
 
-/// A quantity of the machine, and where it avoids further impacts.
+/// A change is worth it that takes this part of the hardest impact at least: the sequences of impacts scatter by some per cent.
+const GAIN: f64 = 0.1;
+
+/// A quantity of the machine, and where it avoids further impacts after a single passage.
 pub(super) struct Tunable<'a> {
     pub name: &'static str,
     pub unit: Unit,
@@ -44,6 +50,17 @@ fn sequel(figures: &Figures) -> &'static str {
     }
 }
 
+/// "2 impacts a turn, the hardest with 0.0289 N·s".
+fn impacts(settled: &Settled) -> String {
+    match settled.impacts {
+        0.0 => "no impact".to_owned(),
+        impacts => {
+            let count = counted(number(impacts), "impact");
+            format!("{count} a turn, the hardest with {}", shown(settled.largest_impulse, &NS))
+        }
+    }
+}
+
 impl Study {
     /// The passages that are known, by the model where it has followed them.
     fn known(&self) -> Vec<(&Clearance, Figures)> {
@@ -54,63 +71,59 @@ impl Study {
         self.known().into_iter().map(|(_, figures)| figures).max_by(|a, b| a.impulse.total_cmp(&b.impulse))
     }
 
-    /// What the passages are like.
+    /// Whether the settled motion repeats itself with no more impacts than passages; where it is not known, whether each passage
+    /// ends with one.
+    fn is_calm(&self) -> Option<bool> {
+        match self.settled.zip(self.releases) {
+            Some((settled, releases)) => Some(settled.repeats && settled.impacts <= releases as f64),
+            None => self.calm.by_model.or(self.calm.by_formulas),
+        }
+    }
+
+    /// What the passages and the motion that they settle to are like.
     fn judge(&self, machine: &Parameters, verdict: &mut Verdict) {
-        let known = self.known();
-        let Some(hardest) = self.hardest() else {
-            let word = if self.passages.is_empty() {
-                "The contact never opens: it stays on one flank."
-            } else {
-                "The contact opens, but no passage could be followed."
-            };
-            verdict.result(if self.passages.is_empty() { Level::Good } else { Level::Mind }, word);
+        if self.passages.is_empty() {
+            verdict.result(Level::Good, "The contact never opens: it stays on one flank.");
             return;
-        };
-        let closes = |f: &Figures| (f.release + f.angle * machine.speed.signum()).rem_euclid(TAU);
-        let opened = places(known.iter().map(|(_, figures)| figures.release));
+        }
+        let level = if self.is_calm() == Some(true) { Level::Good } else { Level::Mind };
+        let opened = places(self.known().iter().map(|(_, figures)| figures.release));
         let count = counted(self.releases.unwrap_or(self.crossings), "time");
-        verdict.result(Level::Good, format!("The contact opens {count} a turn, at {opened}."));
-        let force = known.iter().filter_map(|(_, figures)| figures.force).reduce(f64::max);
-        let force = force.map_or(String::new(), |force| {
-            let times = self.contact_force.filter(|without| *without > 0.0).map_or(String::new(), |without| {
-                format!(", {} times the largest one without clearance", number(force / without))
-            });
-            format!("; the contact force after an impact reaches {}{times}", shown(force, &N))
-        });
-        verdict.result(
-            Level::Good,
-            format!(
-                "It closes hardest at {} with {}{force}.",
-                places([closes(&hardest)].into_iter()),
-                shown(hardest.impulse, &NS)
-            ),
-        );
-        let further = known.iter().filter(|(_, figures)| figures.sequel != Sequel::None);
-        let further = places(further.map(|(_, figures)| figures.release));
-        match self.calm.verdict() {
-            Some(true) => {
-                verdict.result(Level::Good, "After each passage the contact lasts: no further impact follows.")
+        let told = match (&self.settled, level) {
+            (Some(settled), _) if !settled.repeats => {
+                format!("The motion does not settle: {}, and no turn is like the one before", impacts(settled))
             }
-            Some(false) if further.is_empty() => verdict.result(Level::Mind, "Further impacts follow."),
-            Some(false) => verdict.result(Level::Mind, format!("Further impacts follow the passages from {further}.")),
-            None => verdict.result(Level::Mind, "Whether further impacts follow is not known."),
+            (Some(settled), Level::Good) => format!("The settled motion has {}", impacts(settled)),
+            (Some(settled), _) => format!("The settled motion has further impacts: {}", impacts(settled)),
+            (None, Level::Good) => {
+                "After a single passage the contact lasts; the settled motion is not known".to_owned()
+            }
+            (None, _) => "Further impacts may follow: the settled motion is not known".to_owned(),
         };
-        if let Some(settled) = &self.settled {
-            let repeats = if settled.repeats { "" } else { "; no turn is like the one before" };
+        verdict.result(level, format!("{told}."));
+        verdict.result(level, format!("The contact opens {count} a turn, at {opened}."));
+        if let Some(hardest) = self.hardest() {
+            let at = places(
+                [hardest.release + hardest.angle * machine.speed.signum()].map(|phi| phi.rem_euclid(TAU)).into_iter(),
+            );
+            let force = self.known().iter().filter_map(|(_, figures)| figures.force).reduce(f64::max);
+            let force = force.map_or(String::new(), |force| {
+                let times = self.contact_force.filter(|without| *without > 0.0).map_or(String::new(), |without| {
+                    format!(", {} times the largest one without clearance", number(force / without))
+                });
+                format!("; the contact force after it reaches {}{times}", shown(force, &N))
+            });
+            let impulse = shown(hardest.impulse, &NS);
             verdict.result(
-                Level::Good,
-                format!(
-                    "The settled motion has {} a turn, the hardest with {}{repeats}.",
-                    counted(number(settled.impacts), "impact"),
-                    shown(settled.largest_impulse, &NS)
-                ),
+                level,
+                format!("A single passage from permanent contact closes hardest at {at} with {impulse}{force}."),
             );
         }
     }
 
-    /// Which change avoids further impacts.
+    /// Which changes make the settled motion gentler.
     fn advise(&self, machine: &Parameters, verdict: &mut Verdict) {
-        if self.passages.is_empty() || self.calm.verdict() == Some(true) {
+        if self.passages.is_empty() || self.is_calm() == Some(true) {
             return;
         }
         if machine.e > 0.0 {
@@ -120,67 +133,39 @@ impl Study {
             ));
             return;
         }
-        let (mut cures, mut none) = (Vec::new(), Vec::new());
-        for quantity in self.quantities(machine) {
-            let Some(intervals) = quantity.by_model.map(|(intervals, _)| intervals).or(quantity.by_formulas) else {
-                continue;
-            };
-            match nearest(intervals, quantity.value) {
-                Err(Some(end)) => cures.push(format!(
-                    "{} {} instead of {}",
-                    quantity.name,
-                    shown(end, &quantity.unit),
-                    shown(quantity.value, &quantity.unit)
-                )),
-                Err(None) => none.push(quantity.name),
-                // The formulas admit what the model does not.
-                Ok(_) => {}
+        let (Some(model), Some(settled)) = (&self.by_model, &self.settled) else { return };
+        let now = settled.largest_impulse;
+        let quantities = self.quantities(machine);
+        let mut cures: Vec<(&str, String)> = Vec::new();
+        for change in model.changes.iter().filter(|change| change.settled.largest_impulse <= (1.0 - GAIN) * now) {
+            let known = cures.iter().any(|(name, _)| *name == change.quantity);
+            if let Some(of) = quantities.iter().find(|of| of.name == change.quantity && !known) {
+                let [value, before] = [change.value, of.value].map(|value| shown(value, &of.unit));
+                cures
+                    .push((of.name, format!("{} {value} instead of {before} ({})", of.name, impacts(&change.settled))));
             }
         }
-        if !cures.is_empty() {
-            verdict.advice(format!(
-                "At the border of one of these no further impact follows a single passage: {}. Go beyond it, and look at the \
-                 settled motion there: vibration left of earlier passages may bring impacts back.",
-                cures.join(", ")
-            ));
-        }
-        if !none.is_empty() {
-            verdict.advice(format!("No other {} alone does so.", none.join(", ")));
-        }
+        let cures: Vec<String> = cures.into_iter().map(|(_, cure)| cure).collect();
+        verdict.advice(match cures.is_empty() {
+            true => "No change of one quantity was found that makes the hardest impact gentler by a tenth.".to_owned(),
+            false => format!("Gentler in the settled motion, the gentlest first: {}.", cures.join("; ")),
+        });
     }
 
     /// How sure this is.
-    fn certify(&self, machine: &Parameters, verdict: &mut Verdict) {
+    fn certify(&self, verdict: &mut Verdict) {
         if let Some(model) = &self.by_model {
-            let unknown = match model.unknown {
-                0 => String::new(),
-                count => format!("; {count} of them could not be followed and count as not admissible"),
-            };
             verdict.certainty(format!(
-                "By the event-driven model, at values {} apart (damping {}); narrower intervals may be missing{unknown}.",
+                "By the event-driven model. Changes were looked for at values {} apart (damping {}), one in each interval.",
                 shown(model.ratio - 1.0, &PERCENT),
                 shown(model.damping_ratio - 1.0, &PERCENT)
             ));
-        } else if machine.e == 0.0 && self.calm.verdict() == Some(false) {
-            verdict.certainty(
-                "The model has not been followed at other values: changes are those of the closed formulas.",
-            );
         }
         if self.calm.by_model.is_none() && self.calm.by_formulas.is_some() {
-            verdict.certainty("The model gives no answer: this is by the closed formulas.");
-        } else if self.calm.differs() {
-            verdict.certainty("The closed formulas say otherwise; they do not hold here.");
+            verdict.certainty("The model has not followed all passages: closed formulas stand in for it.");
         }
-        let mut faults: Vec<(&String, Vec<String>)> = Vec::new();
-        for (i, fault) in self.passages.iter().enumerate().filter_map(|(i, p)| Some((i, p.fault.as_ref()?))) {
-            match faults.iter_mut().find(|(known, _)| *known == fault) {
-                Some((_, list)) => list.push((i + 1).to_string()),
-                None => faults.push((fault, vec![(i + 1).to_string()])),
-            }
-        }
-        for (fault, list) in faults {
-            verdict.certainty(format!("Passage {}: {fault}.", list.join(", ")));
-        }
+        let faults: BTreeSet<&String> = self.passages.iter().filter_map(|p| p.fault.as_ref()).collect();
+        verdict.certainty.extend(faults.into_iter().map(|fault| format!("A passage was not followed: {fault}.")));
         verdict.certainty.extend(self.remarks.iter().cloned());
     }
 
@@ -188,26 +173,39 @@ impl Study {
     pub(super) fn quantities(&self, machine: &Parameters) -> Vec<Tunable<'_>> {
         let Parameters { m1, m2, b, omega, speed, s, .. } = *machine;
         let Some(tuning) = &self.tuning else { return Vec::new() };
-        let model = self.by_model.as_ref();
-        let of_model = |which: usize| {
-            model.map(|m| ([&m.frequency, &m.speed, &m.clearance, &m.mass, &m.damping][which], m.searched[which]))
-        };
         let by_formulas = [&tuning.frequency, &tuning.speed, &tuning.clearance, &tuning.mass];
-        let quantities = [
-            ("natural frequency", HZ, omega),
-            ("speed", RPM, speed.abs()),
-            ("clearance", MM, s),
-            ("mass m1", KG, m1),
-            ("damping ratio", ONE, 0.5 * b / (m2 * omega)),
-        ];
-        let all = quantities.into_iter().enumerate().map(|(i, (name, unit, value))| Tunable {
+        let values = [(HZ, omega), (RPM, speed.abs()), (MM, s), (KG, m1), (ONE, 0.5 * b / (m2 * omega))];
+        let all = QUANTITIES.into_iter().zip(values).enumerate().map(|(i, (name, (unit, value)))| Tunable {
             name,
             unit,
             value,
             by_formulas: by_formulas.get(i).copied(),
-            by_model: of_model(i),
+            by_model: self.by_model.as_ref().map(|model| (model.intervals(i), model.searched[i])),
         });
         all.collect()
+    }
+
+    /// What was looked for and tried.
+    fn tables(&self, machine: &Parameters) -> Option<[Table; 2]> {
+        let model = self.by_model.as_ref()?;
+        let quantities = self.quantities(machine);
+        let admissible = Table::of("A single passage without further impact", &quantities)
+            .column("", "quantity", ONE, |q| q.name)
+            .column("", "now", ONE, |q| shown(q.value, &q.unit))
+            .column("", "looked for", ONE, |q| q.by_model.map(|(_, searched)| range(searched, &q.unit)))
+            .column("", "admissible", ONE, |q| q.by_model.map(|(found, _)| ranges(found, &q.unit)));
+        let unit =
+            |change: &Change| quantities.iter().find(|q| q.name == change.quantity).map_or(ONE, |q| q.unit.clone());
+        let now = self.settled.map(|settled| Change { quantity: "as it is", value: f64::NAN, settled });
+        let rows: Vec<&Change> = now.iter().chain(&model.changes).collect();
+        let tried = Table::of("Settled motion", rows)
+            .column("", "with", ONE, |change| change.quantity)
+            .column("", "value", ONE, |change| (!change.value.is_nan()).then(|| shown(change.value, &unit(change))))
+            .column("", "impacts a turn", ONE, |change| change.settled.impacts)
+            .column("", "largest impulse", NS, |change| change.settled.largest_impulse)
+            .column("", "loss a turn", J, |change| change.settled.loss)
+            .column("", "repeats", ONE, |change| change.settled.repeats);
+        Some([admissible.into(), tried.into()])
     }
 }
 
@@ -218,17 +216,13 @@ impl Findings {
         if let Some(study) = self.laws.first() {
             study.judge(&self.machine, &mut verdict);
             study.advise(&self.machine, &mut verdict);
-            study.certify(&self.machine, &mut verdict);
+            study.certify(&mut verdict);
         }
         if self.laws.len() > 1 {
-            let calm = self.laws.iter().filter(|study| study.calm.verdict() == Some(true));
+            let calm = self.laws.iter().filter(|study| study.is_calm() == Some(true));
             let names: Vec<&str> = calm.map(|study| study.law.as_str()).collect();
             let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
             verdict.advice(format!("Laws without further impacts: {names}."));
-            let others = self.laws.iter().skip(1).filter(|study| study.calm.differs());
-            for study in others {
-                verdict.certainty(format!("{}: the closed formulas say otherwise; they do not hold.", study.law));
-            }
         }
         verdict
     }
@@ -257,7 +251,7 @@ impl Findings {
             .column("", "stroke", MM, |study| study.stroke)
             .column("", "largest U″", MM_PER_RAD2, |study| study.acceleration)
             .column("", "passages", ONE, |study| study.releases.unwrap_or(study.crossings))
-            .column("", "further impacts", ONE, |study| study.calm.verdict().map(|calm| !calm))
+            .column("", "further impacts", ONE, |study| study.is_calm().map(|calm| !calm))
             .column("", "largest impulse", NS, known(|f| f.impulse))
             .column("", "loss a turn", J, |study| study.known().iter().map(|(_, f)| f.loss).sum::<f64>())
             .column("", "impacts a turn, settled", ONE, |study| study.settled.map(|settled| settled.impacts))
@@ -319,15 +313,9 @@ impl Findings {
         report.verdict = self.verdict();
         if let Some(study) = self.laws.first() {
             report.table(self.passages(study, &study.known()));
-            if study.by_model.is_some() {
-                report.table(
-                    Table::of("Without further impacts", &study.quantities(&self.machine))
-                        .column("", "quantity", ONE, |q| q.name)
-                        .column("", "now", ONE, |q| shown(q.value, &q.unit))
-                        .column("", "looked for", ONE, |q| q.by_model.map(|(_, searched)| range(searched, &q.unit)))
-                        .column("", "admissible", ONE, |q| q.by_model.map(|(found, _)| ranges(found, &q.unit))),
-                );
-            }
+            study.tables(&self.machine).into_iter().flatten().for_each(|table| {
+                report.table(table);
+            });
         }
         if self.laws.len() > 1 {
             report.table(self.laws());

@@ -105,16 +105,6 @@ fn intersection(a: &[[f64; 2]], b: &[[f64; 2]]) -> Intervals {
     pairs.filter(|[low, high]| low < high).collect()
 }
 
-/// Where `value` is in the list, or the nearest admissible value.
-pub fn nearest(intervals: &[[f64; 2]], value: f64) -> Result<[f64; 2], Option<f64>> {
-    if let Some(ends) = intervals.iter().find(|[low, high]| (*low..=*high).contains(&value)) {
-        return Ok(*ends);
-    }
-    let ends = intervals.iter().flatten().copied().filter(|end| end.is_finite() && *end > 0.0);
-    // As ratios: frequencies and speeds are scales.
-    Err(ends.min_by(|a, b| (a / value).ln().abs().total_cmp(&(b / value).ln().abs())))
-}
-
 /// The mass ratios without a second impact at one K.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AdmissibleRatios {

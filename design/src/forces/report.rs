@@ -105,10 +105,10 @@ impl Range {
         if value.abs() <= ROUNDING * self.peak().value.abs() { 0.0 } else { value }
     }
 
-    /// "torque on the shaft 9.57 N·m at φ = 156.4°" of its size.
-    fn told(&self) -> String {
+    /// "torque on the shaft of follower1 -9.57 N·m at φ = 156.4°".
+    fn told(&self, of: &str) -> String {
         let (peak, (name, unit)) = (self.peak(), &self.shown);
-        format!("{name} {} at φ = {}°", shown(peak.value.abs(), unit), in_turn(peak.phi, 1))
+        format!("{name}{of} {} at φ = {}°", shown(self.clean(peak.value), unit), in_turn(peak.phi, 1))
     }
 }
 
@@ -181,50 +181,15 @@ impl OfDrive {
             }
         })
     }
+}
 
-    /// Adds what holds for this drive, and what to do.
-    fn judge(&self, verdict: &mut Verdict, part: &str, drive: &Drive, speed: f64) {
-        let what = match drive.plan {
-            Some(_) if drive.is_flat() => "force on the face",
-            Some(_) => "force of the roller",
-            None if drive.follower.cam_turns() => drive.turned(),
-            None => "force on the follower",
-        };
-        let changes = angles(&self.sign_changes);
-        let (level, sentence) = self.contact(part, speed).unwrap_or_else(|| {
-            let crossed = match changes.is_empty() {
-                true => "never changes its sign: no play is crossed".to_owned(),
-                false => format!("changes its sign, and any play is crossed, at φ = {changes}"),
-            };
-            (Level::Good, format!("{part}: the {what} {crossed}."))
-        });
-        verdict.result(level, sentence);
-        let largest = |key: &str| {
-            let of_kind = self.quantities.iter().filter(|range| range.quantity.starts_with(key));
-            of_kind.max_by(|a, b| a.largest.value.total_cmp(&b.largest.value)).map(Range::told)
-        };
-        let keys = ["roller_force", "contact_force", "hertzian_pressure", "torque"];
-        let loads: Vec<String> = keys.into_iter().filter_map(largest).collect();
-        verdict.result(Level::Good, format!("{part}, largest: {}.", loads.join(", ")));
-        // What a tenth of a millimetre shows: whether there is a cam at all.
-        let coarse = Tolerances { chord: 1e-4, table: 1e-4 };
-        let faults = drive.plan.map(|plan| match Shape::new(part, &drive.follower.cam, plan, coarse) {
-            Ok(shape) => shape.complaints(Level::Bad),
-            Err(fault) => vec![format!("{part}: {fault}")],
-        });
-        for fault in faults.into_iter().flatten() {
-            verdict.result(Level::Mind, fault);
-        }
-        if let Some(keeping) = &self.keeping {
-            keeping.advise(verdict, part, drive, (level != Level::Good).then_some((what, &changes)));
-        }
-        if self.keeping.is_none() && drive.plan.is_some() && !changes.is_empty() {
-            let times = text::counted(self.sign_changes.len(), "time");
-            verdict.advice(format!("{part}: little play between roller and cam, since it is crossed {times} a turn."));
-        }
-        if drive.plan.is_some() && drive.loads.material.is_none() {
-            verdict.advice(format!("{part}: give `roller_width` in [forces]; the Hertzian pressure follows."));
-        }
+/// What presses on the cam of a drive, or on its follower.
+fn pressing(drive: &Drive) -> &'static str {
+    match drive.plan {
+        Some(_) if drive.is_flat() => "force on the face",
+        Some(_) => "force of the roller",
+        None if drive.follower.cam_turns() => drive.turned(),
+        None => "force on the follower",
     }
 }
 
@@ -238,10 +203,10 @@ impl Keeping {
         let needed = self.least_preload.map(|at| (force(at.value), in_turn(at.phi, 2)));
         let Some((what, changes)) = lost else {
             verdict.advice(match (self.least_preload, needed) {
-                (Some(at), Some((least, phi))) if at.value > 0.0 => format!(
-                    "{part}: keep the preload of the return spring, {}, above {least} at this speed; φ = {phi}° needs it.",
-                    force(given)
-                ),
+                (Some(at), Some((least, _))) if at.value > 0.0 => {
+                    let given = force(given);
+                    format!("{part}: the return spring needs a preload of {least} at this speed; it has {given}.")
+                }
                 _ => format!("{part}: no preload of a return spring is needed at this speed."),
             });
             return;
@@ -250,10 +215,10 @@ impl Keeping {
             true => "never presses".to_owned(),
             false => format!("changes its sign at φ = {changes}"),
         };
-        let preload = match needed {
-            Some((least, phi)) => format!("a preload of the return spring above {least}, which φ = {phi}° needs, "),
-            None => String::new(),
-        };
+        let preload = needed.map_or(String::new(), |(least, phi)| {
+            let given = force(given);
+            format!("a preload of the return spring above {least} instead of {given}, which φ = {phi}° needs, ")
+        });
         let slower = match self.lift_off_speed {
             Some(at) if at.value > 0.0 => format!("a speed below {} rpm, ", rpm(at.value)),
             _ => String::new(),
@@ -289,14 +254,63 @@ impl Findings {
 
     fn verdict(&self, machine: &Machine) -> Verdict {
         let mut verdict = Verdict::default();
-        for (found, drive) in self.drives.iter().zip(&machine.drives) {
-            found.judge(&mut verdict, machine.part(drive).unwrap_or("The follower"), drive, self.speed);
+        let name = |drive| machine.part(drive).unwrap_or("The follower");
+        let all = || self.drives.iter().zip(&machine.drives);
+        for (found, drive) in all() {
+            if let (Some((level, sentence)), Some(keeping)) = (found.contact(name(drive), self.speed), &found.keeping) {
+                let changes = angles(&found.sign_changes);
+                verdict.result(level, sentence);
+                let lost = (level != Level::Good).then_some((pressing(drive), &changes));
+                keeping.advise(&mut verdict, name(drive), drive, lost);
+            }
         }
+        let is_crossed = |(found, _): &(&OfDrive, _)| found.keeping.is_none() && !found.sign_changes.is_empty();
+        let crossed = all().filter(is_crossed).map(|(found, drive)| {
+            let of = machine.part(drive).map_or(String::new(), |part| format!("in {part} "));
+            format!("{of}the {} changes its sign at φ = {}", pressing(drive), angles(&found.sign_changes))
+        });
+        let crossed: Vec<String> = crossed.collect();
+        if !crossed.is_empty() {
+            verdict.result(Level::Mind, format!("Backlash is crossed: {}.", crossed.join("; ")));
+        }
+        // What a tenth of a millimetre shows: whether there is a cam at all.
+        let coarse = Tolerances { chord: 1e-4, table: 1e-4 };
+        for (drive, plan) in machine.drives.iter().filter_map(|drive| Some((drive, drive.plan?))) {
+            let faults = match Shape::new(name(drive), &drive.follower.cam, plan, coarse) {
+                Ok(shape) => shape.complaints(Level::Bad),
+                Err(fault) => vec![format!("{}: {fault}", name(drive))],
+            };
+            for fault in faults {
+                verdict.result(Level::Mind, fault);
+            }
+        }
+        let largest = |key: &str| {
+            let of_kind = all().flat_map(|(found, drive)| found.quantities.iter().map(move |range| (range, drive)));
+            let of_kind = of_kind.filter(|(range, _)| range.quantity.starts_with(key));
+            let most = of_kind.max_by(|(a, _), (b, _)| a.peak().value.abs().total_cmp(&b.peak().value.abs()))?;
+            Some(most.0.told(&machine.part(most.1).map_or(String::new(), |part| format!(" of {part}"))))
+        };
+        let keys = ["roller_force", "contact_force", "hertzian_pressure"];
+        let loads: Vec<String> = keys.into_iter().filter_map(largest).chain([self.shaft.told("")]).collect();
         let Power { shaft, largest, .. } = self.power;
-        let watts = |power: f64| shown(if power.abs() <= ROUNDING * largest { 0.0 } else { power }, &W);
-        let torque = if self.drives.len() == 1 { String::new() } else { format!("{}, ", self.shaft.told()) };
-        let [mean, most] = [shaft, largest].map(watts);
-        verdict.result(Level::Good, format!("Shaft: {torque}power {mean} on the mean, {most} at most."));
+        let mean = if shaft.abs() <= ROUNDING * largest { 0.0 } else { shaft };
+        let [mean, most] = [mean, largest].map(|power| shown(power, &W));
+        let loads = loads.join(", ");
+        verdict.result(
+            Level::Good,
+            format!("Largest: {loads}; power {mean} on the mean, {most} at most in either sense."),
+        );
+        let names = |of: &dyn Fn(&OfDrive, &Drive) -> bool| {
+            let those = all().filter(|(found, drive)| drive.plan.is_some() && of(found, drive));
+            let names: Vec<&str> = those.map(|(_, drive)| machine.part(drive).unwrap_or("the follower")).collect();
+            (!names.is_empty()).then(|| names.join(", "))
+        };
+        if let Some(names) = names(&|found, _| found.keeping.is_none() && !found.sign_changes.is_empty()) {
+            verdict.advice(format!("Keep the clearance between roller and cam small: {names}."));
+        }
+        if let Some(names) = names(&|_, drive| drive.loads.material.is_none()) {
+            verdict.advice(format!("Give `roller_width` in [forces], and the Hertzian pressure follows: {names}."));
+        }
         verdict.certainty(
             "Rigid bodies at constant speed, without friction and clearance; vibration adds to these forces.",
         );
@@ -323,9 +337,12 @@ impl Findings {
                 report.diagram(&part.map_or(key.clone(), |part| format!("{part}.{key}")), diagram);
             }
         }
-        if self.drives.len() != 1 || machine.inertia.is_some() {
-            report.table(ranges("Shaft", [&self.shaft]));
-        }
+        let at_speed = |at: Extreme| Extreme { value: at.value * self.speed, ..at };
+        let [largest, least] = [self.shaft.largest, self.shaft.least].map(at_speed);
+        let [largest, least] = if self.speed < 0.0 { [least, largest] } else { [largest, least] };
+        let (mean, shown) = (self.power.shaft, ("power".to_owned(), W));
+        let power = Range { quantity: "power".to_owned(), unit: "W", largest, least, mean, shown };
+        report.table(ranges("Shaft", [&self.shaft, &power]));
         report.table(
             Table::file("torque", turn.states())
                 .column("phi", "φ", DEG, |state| state.phi)

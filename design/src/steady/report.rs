@@ -118,6 +118,10 @@ impl Findings {
         for mechanism in self.mechanisms.iter().filter(|mechanism| !mechanism.is_usual()) {
             verdict.result(Level::Mind, mechanism.sentence());
         }
+        verdict.certainty(match self.train {
+            Some(_) => "The motion near the speed of the motor or of the start; there may be others. Decay is that of small disturbances.",
+            None => "All periodic motions of the rigid machine are here. Decay is that of small disturbances.",
+        });
         for period in &self.lost_periods {
             verdict.certainty(format!("Without the lag of the motor's torque there would be a motion of {} as well; with it none was found near: there is none, or disturbances grow too fast to follow it around a turn.", time(*period)));
         }
@@ -140,7 +144,8 @@ impl Findings {
     /// Torques, impacts and contact of a train.
     fn of_train(&self, turn: &Turn, verdict: &mut Verdict) {
         let (torque, power) = (shown(turn.mean_torque, &NM), shown(turn.mean_power, &W));
-        verdict.result(Level::Good, format!("On the mean of a turn it needs {torque} and {power}."));
+        let needs = format!("On the mean of a turn it needs a torque of {torque} and a power of {power}.");
+        verdict.result(Level::Good, needs);
         for (j, impacts) in turn.impacts.iter().enumerate() {
             if let Some(impacts) = impacts.filter(|impacts| *impacts > 0.0) {
                 let j = j + 1;
