@@ -1,6 +1,5 @@
 //! The diagrams of a synthesis.
 
-use super::laws::symmetric_dwells;
 use super::shaft_study::Shafted;
 use super::study::Study;
 use crate::plot::{Axis, Diagram, Rule, Series, Shade};
@@ -40,9 +39,6 @@ impl Study {
         if let Some(shaft) = &self.shaft {
             figures.push(("shaft_speed".to_owned(), self.shaft_speed_diagram(shaft)));
             figures.push(("shaft_torque".to_owned(), self.shaft_torque_diagram(shaft)));
-        }
-        if !self.widths.is_empty() {
-            figures.push(("dwell_width".to_owned(), self.widths_diagram()));
         }
         figures
     }
@@ -205,22 +201,5 @@ impl Study {
         }));
         let title = format!("Torque in the elastic shaft of {} at the fastest speed", self.assignment.name);
         Diagram::new(title, [Axis::angular("Angle φ [°]"), Axis::linear("Torque M [N·m]")], series, Vec::new())
-    }
-
-    /// Bild 4.24.
-    fn widths_diagram(&self) -> Diagram {
-        let mut series: Vec<Series> = Vec::new();
-        for (column, words) in [(1, "Chebyshev"), (2, "least squares")] {
-            series.extend(self.widths.iter().map(|curve| {
-                let points = curve.points.iter().map(|p| [deg(p[0]), p[column]]).filter(|p| p[1] > LEAST);
-                Series::line(format!("K = {}, {words}", curve.order), points)
-            }));
-        }
-        let mut rules = Vec::new();
-        if let Some((half, _)) = symmetric_dwells(&self.assignment.task) {
-            rules.push(Rule::Vertical(2.0 * deg(half), "this task".to_owned()));
-        }
-        let axes = [Axis::angular("Dwell width 2Δφ [°]"), Axis::logarithmic("Largest deviation over stroke [1]")];
-        Diagram::new("Dwell error of symmetric dwells over their width, after K harmonics", axes, series, rules)
     }
 }

@@ -41,7 +41,7 @@ pub mod shaft;
 pub mod shaft_study;
 pub mod study;
 #[cfg(test)]
-mod tests;
+pub mod tests;
 pub mod together;
 pub mod torque;
 

@@ -7,7 +7,7 @@ use super::infeasible::degrees;
 use super::laws::Rival;
 use super::shaft::ShaftGoal;
 use super::shaft_study::Nonlinear;
-use super::study::{Method, Study, Widths};
+use super::study::{Method, Study};
 use super::together::Together;
 use super::{Bound, Norm, Objective, Range, Task};
 use crate::report::terminal::shown;
@@ -134,13 +134,6 @@ fn curves<'a>(study: &'a Study) -> Vec<Table> {
         let table = Table::file("shaft", &points).hidden("law", ONE, |(law, _)| *law);
         let table = table.hidden("speed", RPM, |(_, p)| p[0]).hidden("peak_torque", NM, |(_, p)| p[1]);
         tables.push(table.hidden("over_kinetostatic", ONE, |(_, p)| p[2]).into());
-    }
-    if !study.widths.is_empty() {
-        let of = |curve: &'a Widths| curve.points.iter().map(move |point| (curve, point));
-        let points: Vec<_> = study.widths.iter().flat_map(of).collect();
-        let table = Table::file("dwell_width", &points).hidden("harmonics", ONE, |(curve, _)| curve.order);
-        let table = table.hidden("dwell_width", DEG, |(_, p)| p[0]).hidden("chebyshev", ONE, |(_, p)| p[1]);
-        tables.push(table.hidden("least_squares", ONE, |(_, p)| p[2]).into());
     }
     tables
 }

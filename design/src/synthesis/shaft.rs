@@ -331,7 +331,7 @@ fn mean_square(series: &Fourier) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::study::symmetric_task;
+    use super::super::tests::symmetric_task;
     use super::super::{Objective, Symmetry, laws};
     use super::*;
     use std::f64::consts::PI;

@@ -152,7 +152,7 @@ pub fn on_periodic_motion(shaft: &Shaft, law: &Fourier, w: f64, linear: bool) ->
 
 #[cfg(test)]
 mod tests {
-    use super::super::study::symmetric_task;
+    use super::super::tests::symmetric_task;
     use super::super::{Objective, laws};
     use super::*;
     use std::f64::consts::PI;

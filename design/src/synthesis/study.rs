@@ -2,15 +2,15 @@
 
 use super::deviation::{self, Extreme};
 use super::elastic::{self, Resonance, SpeedRange};
-use super::laws::{self, Rival, as_rival, symmetric_dwells};
+use super::laws::{self, Rival, as_rival};
 use super::printed::Cubics;
 use super::shaft::ShaftGoal;
 use super::shaft_study::{self, Shafted};
-use super::{Basis, Curve, Infeasible, Objective, Profile, Range, Response, Solved, Symmetry, Task, Told};
+use super::{Infeasible, Objective, Profile, Response, Solved, Task};
 use crate::Progress;
 use crate::text::number;
 use camdrive::motion::Fourier;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 /// Content of a task file.
@@ -103,8 +103,6 @@ pub struct Study {
     pub elastic: Option<Behind>,
     /// In front of the cam an elastic shaft.
     pub shaft: Option<Shafted>,
-    /// Dwell error over dwell width, where the dwells are symmetric.
-    pub widths: Vec<Widths>,
 }
 
 impl Study {
@@ -141,20 +139,11 @@ pub struct Behind {
     pub resonances: Vec<Resonance>,
 }
 
-/// Dwell error over dwell width for one number of harmonics (Bild 4.24).
-#[derive(Clone, Debug, PartialEq)]
-pub struct Widths {
-    /// K.
-    pub order: usize,
-    /// Full width of a dwell (rad), its error by Chebyshev's and by Gauss's objective, relative to the stroke.
-    pub points: Vec<[f64; 3]>,
-}
-
 /// A cam, η_opt and the objective of the robust problem.
 type Cam = (Fourier, Option<f64>, Option<f64>);
 
 /// η up to which speeds are looked at: the resonance of the first harmonic.
-const HIGHEST: f64 = 1.0;
+pub(super) const HIGHEST: f64 = 1.0;
 
 /// The highest harmonic whose resonance a curve over the speed shows.
 const CURVE: usize = 24;
@@ -162,9 +151,6 @@ const CURVE: usize = 24;
 /// A profile whose |U′| is below this part of its height rests: angles that are off by a rounding leave no more. At the
 /// height 0 the numbers of the task count, a few roundings of them.
 const STILL: f64 = 1e-9;
-
-/// Widths of Bild 4.24: 5° to 170° in steps of 5°.
-const WIDTHS: usize = 34;
 
 impl Assignment {
     /// The profiles of all laws with their reports.
@@ -220,10 +206,6 @@ impl Assignment {
         stage("speeds");
         let elastic = self.elasticity.as_ref().map(|elasticity| self.behind(elasticity, &rivals, optimum, robust));
         let shaft = self.shaft.map(|goal| shaft_study::study(goal, &rivals));
-        let widths = match symmetric_dwells(&self.task) {
-            Some(_) => widths(&|done, total| progress(Progress { done, total, stage: "widths" }))?,
-            None => Vec::new(),
-        };
         Ok(Study {
             cubics: Cubics::beside(&motion.series, &self.task),
             peaks: std::array::from_fn(|order| deviation::peak(&cam, order)),
@@ -235,7 +217,6 @@ impl Assignment {
             rivals,
             elastic,
             shaft,
-            widths,
         })
     }
 
@@ -358,48 +339,4 @@ fn without_rounding(mut series: Fourier) -> Fourier {
         }
     }
     series
-}
-
-/// The symmetric dwell task of section 4.6.4.1: stroke 1, dwells of half-width `half` at 0 and π.
-pub fn symmetric_task(order: usize, half: f64, objective: Objective) -> Task {
-    let dwell = |centre: f64, u: f64| Range {
-        law: 0,
-        from: centre - half,
-        to: centre + half,
-        prescribed: [Some(Curve::polynomial(vec![u])), None, None],
-        weight: 1.0,
-    };
-    Task {
-        basis: Basis::new(order, Symmetry { even: true, half_wave: true }),
-        ranges: vec![dwell(0.0, 0.5), dwell(PI, -0.5)],
-        laws: vec![1.0],
-        points: Vec::new(),
-        bounds: Vec::new(),
-        clearances: Vec::new(),
-        integral: None,
-        objective,
-        weights: [0.0; 2],
-        speeds: None,
-        search: super::Search::default(),
-    }
-}
-
-/// Bild 4.24: dwell error over dwell width for K = 3, 5, 7, 9.
-pub fn widths(progress: Told<'_>) -> Result<Vec<Widths>, Infeasible> {
-    let orders = [3, 5, 7, 9];
-    let mut curves = Vec::new();
-    for (i, order) in orders.into_iter().enumerate() {
-        let mut points = Vec::new();
-        for j in 1..=WIDTHS {
-            let width = PI / 36.0 * j as f64;
-            let error = |objective| {
-                let task = symmetric_task(order, 0.5 * width, objective);
-                task.solve().map(|profile| task.largest_error(&profile.series))
-            };
-            points.push([width, error(Objective::Chebyshev)?, error(Objective::LeastSquares)?]);
-            progress(i * WIDTHS + j, orders.len() * WIDTHS);
-        }
-        curves.push(Widths { order, points });
-    }
-    Ok(curves)
 }

@@ -7,10 +7,33 @@ mod levels;
 mod tables;
 
 use super::elastic::SpeedRange;
-use super::study::symmetric_task;
 use super::*;
 use crate::work;
 use std::f64::consts::{PI, TAU};
+
+/// The symmetric dwell task of section 4.6.4.1: stroke 1, dwells of half-width `half` at 0 and π.
+pub fn symmetric_task(order: usize, half: f64, objective: Objective) -> Task {
+    let dwell = |centre: f64, u: f64| Range {
+        law: 0,
+        from: centre - half,
+        to: centre + half,
+        prescribed: [Some(Curve::polynomial(vec![u])), None, None],
+        weight: 1.0,
+    };
+    Task {
+        basis: Basis::new(order, Symmetry { even: true, half_wave: true }),
+        ranges: vec![dwell(0.0, 0.5), dwell(PI, -0.5)],
+        laws: vec![1.0],
+        points: Vec::new(),
+        bounds: Vec::new(),
+        clearances: Vec::new(),
+        integral: None,
+        objective,
+        weights: [0.0; 2],
+        speeds: None,
+        search: Search::default(),
+    }
+}
 
 fn worst(profile: &Profile) -> f64 {
     profile.errors.iter().map(|e| e[0]).fold(0.0, f64::max)
