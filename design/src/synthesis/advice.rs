@@ -139,8 +139,9 @@ impl Study {
         let last = fastest.or(behind.reached).unwrap_or(0.0);
         let crossed = SpeedRange { fastest: last, ..given.range() }.crossed(&self.assignment.task.basis);
         if !crossed.is_empty() && given.method == Method::Robust {
-            let list: Vec<String> = crossed.iter().map(usize::to_string).collect();
-            let text = format!("The speeds cross resonances: the cam does without harmonic {}.", list.join(", "));
+            let named = |k: &usize| format!("{} (harmonic {k})", rpm(1.0 / *k as f64));
+            let list = crossed.iter().map(named).collect::<Vec<_>>().join(", ");
+            let text = format!("The speeds cross resonances at {list}: the cam does without these harmonics.");
             verdict.result(Level::Mind, text);
         }
         let admissible = given.amplitude.unwrap_or(f64::INFINITY);
