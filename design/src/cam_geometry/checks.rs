@@ -61,7 +61,7 @@ impl Finding {
     /// The property with its value and its angle.
     pub fn placed(&self) -> String {
         let at = if self.value.is_infinite() { String::new() } else { format!(" at φ = {:.3}°", degrees(self.phi)) };
-        format!("{}, {}{at}", self.what, self.shown())
+        format!("{} {}{at}", self.what, self.shown())
     }
 
     /// The value as a workshop reads it.
@@ -118,7 +118,7 @@ pub fn worst(cam: &Cam, f: impl Fn(usize, f64) -> Result<f64, Standstill>) -> Re
 }
 
 fn millimetres(length: f64) -> String {
-    format!("{:.4} mm", 1e3 * length)
+    format!("{:.4} mm", (1e7 * length).round() / 1e4 + 0.0)
 }
 
 /// All findings of a cam whose contours are these polygons.
@@ -167,7 +167,7 @@ fn face(cam: &Cam) -> Result<[Finding; 2], Standstill> {
     let ((phi, radius), (_, low)) =
         (worst(cam, radius)?, worst(cam, |segment, phi| Ok(-cam.law.at_in(segment, phi).0[0]))?);
     let (radius, base) = (-radius, cam.follower.coordinate(-low));
-    let what = "undercut of the inner contour: least radius of curvature";
+    let what = "undercut of the inner contour: smallest radius of curvature";
     Ok([
         Finding::new("least width of the face", farthest, left + right, "m").remark(remark),
         Finding::new(what, phi, radius, "m").unless(radius > 0.0, Level::Bad, || {
@@ -240,11 +240,11 @@ fn size(cam: &Cam, plan: &Plan) -> Result<Vec<Finding>, Standstill> {
     let (high_at, farthest) = worst(cam, |segment, phi| Ok(cam.at_in(segment, phi)?.centre.norm()))?;
     let mut list = Vec::new();
     if !matches!(cam.follower, Follower::Flat { .. }) {
-        list.push(Finding::new("prime circle: least radius of the path", low_at, -nearest, "m"));
+        list.push(Finding::new("prime circle: smallest radius of the roller path", low_at, -nearest, "m"));
     }
     if plan.cut.sides().contains(&Side::Inner) {
         let (least, most, hub) = (-nearest - cam.roller, farthest - cam.roller, plan.limits.hub);
-        list.push(Finding::new("base circle: least radius of the inner contour", low_at, least, "m").unless(
+        list.push(Finding::new("base circle: smallest radius of the inner contour", low_at, least, "m").unless(
             least > hub,
             Level::Bad,
             || match hub > 0.0 {
@@ -274,8 +274,8 @@ fn sharpest_of_path(cam: &Cam) -> Result<Finding, Standstill> {
     let (phi, curvature) = worst(cam, |segment, phi| Ok(cam.at_in(segment, phi)?.curvature.abs()))?;
     let at = cam.at(phi.rem_euclid(TAU))?;
     // The path of a cam that turns counter-clockwise is run clockwise: convex to the right.
-    let shape = if at.curvature * cam.sense <= 0.0 { "bulge" } else { "hollow" };
-    Ok(Finding::new("least radius of curvature of the path", phi, 1.0 / curvature, "m").remark(shape))
+    let shape = if at.curvature * cam.sense <= 0.0 { "convex" } else { "concave" };
+    Ok(Finding::new("smallest radius of curvature of the roller path", phi, 1.0 / curvature, "m").remark(shape))
 }
 
 /// Undercut, bulges and hollows of a contour.
@@ -284,7 +284,7 @@ fn contour(cam: &Cam, side: Side, cutter: f64) -> Result<Vec<Finding>, Standstil
     // The roller at whose radius the contour gets a cusp, at the sharpest place of the path.
     let (phi, sharpest) = worst(cam, |segment, phi| Ok(side.sign(cam.sense) * cam.at_in(segment, phi)?.curvature))?;
     let most = if sharpest > 0.0 { 1.0 / sharpest } else { f64::INFINITY };
-    let undercut = Finding::new(format!("undercut of the {name}: largest roller without"), phi, most, "m").unless(
+    let undercut = Finding::new(format!("undercut of the {name}: largest admissible roller radius"), phi, most, "m").unless(
         cam.roller < most,
         Level::Bad,
         || {
@@ -305,7 +305,7 @@ fn contour(cam: &Cam, side: Side, cutter: f64) -> Result<Vec<Finding>, Standstil
     if good {
         let (phi, curvature) = worst(cam, |segment, phi| bulge(segment, phi).map(|[_, k]| k))?;
         if curvature > 0.0 {
-            list.push(Finding::new(format!("sharpest bulge of the {name}: radius"), phi, 1.0 / curvature, "m"));
+            list.push(Finding::new(format!("smallest convex radius of curvature, {name}"), phi, 1.0 / curvature, "m"));
         }
     }
     // Hollows are hollows of the path too, beyond which an undercut contour turns over.
@@ -313,7 +313,7 @@ fn contour(cam: &Cam, side: Side, cutter: f64) -> Result<Vec<Finding>, Standstil
     let (phi, curvature) = worst(cam, |segment, phi| bulge(segment, phi).map(hollow))?;
     if curvature > 0.0 {
         let radius = 1.0 / curvature;
-        list.push(Finding::new(format!("sharpest hollow of the {name}: radius"), phi, radius, "m").unless(
+        list.push(Finding::new(format!("smallest concave radius of curvature, {name}"), phi, radius, "m").unless(
             radius >= cutter,
             Level::Bad,
             || format!("a cutter of radius {} does not fit", millimetres(cutter)),

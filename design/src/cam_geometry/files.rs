@@ -351,17 +351,17 @@ pub fn csv(drawn: &Drawn<'_>) -> Result<String, Fault> {
     let flat = drawn.face().is_some();
     let contact = if flat { "contact_x_mm" } else { "pressure_angle_deg" };
     let mut head = format!(
-        "phi_deg,{lift},{coordinate},centre_x_mm,centre_y_mm,centre_r_mm,centre_beta_deg,{contact},curvature_1_m"
+        "phi_deg,{lift},{coordinate},centre_x_mm,centre_y_mm,centre_r_mm,centre_beta_deg,{contact},curvature_1_per_mm"
     );
     for side in drawn.sides {
         head += match side {
-            Side::Inner => ",inner_x_mm,inner_y_mm,inner_curvature_1_m",
-            _ => ",outer_x_mm,outer_y_mm,outer_curvature_1_m",
+            Side::Inner => ",inner_x_mm,inner_y_mm,inner_curvature_1_per_mm",
+            _ => ",outer_x_mm,outer_y_mm,outer_curvature_1_per_mm",
         };
     }
     // As in the diagram: positive where a curve bulges away from the cam's axis.
     let bulge = -drawn.cam.sense;
-    let row = |at: &At| {
+    let row = |at: &At| -> Vec<String> {
         let mut cells = vec![
             at.phi.to_degrees(),
             if drawn.angular { at.lift.to_degrees() } else { MILLIMETRES * at.lift },
@@ -371,13 +371,14 @@ pub fn csv(drawn: &Drawn<'_>) -> Result<String, Fault> {
             MILLIMETRES * at.centre.norm(),
             at.centre.arg().to_degrees(),
             if flat { MILLIMETRES * at.place.re } else { at.pressure.to_degrees() },
-            bulge * at.curvature,
+            bulge * at.curvature / MILLIMETRES,
         ];
         for side in drawn.sides {
             let point = side.point(drawn.cam, at) * MILLIMETRES;
-            cells.extend([point.re, point.im, bulge * side.curvature(drawn.cam, at)]);
+            cells.extend([point.re, point.im, bulge * side.curvature(drawn.cam, at) / MILLIMETRES]);
         }
-        cells.iter().map(|cell| format!("{cell:?}")).collect()
+        // What is only rounding is nothing.
+        cells.into_iter().map(|cell: f64| format!("{:?}", if cell.abs() < 1e-12 { 0.0 } else { cell })).collect()
     };
     let head = head.split(',').map(str::to_owned).collect();
     text::csv(std::iter::once(head).chain(drawn.mesh.at.iter().map(row)))

@@ -3,9 +3,9 @@
 use super::files::{self, Drawn};
 use super::{Carrier, Cut, Disc, Finding, Shape, degrees, figures};
 use crate::plot::Diagram;
-use crate::report::unit::ONE;
+use crate::report::terminal::shown;
+use crate::report::unit::{DEG, MM, ONE};
 use crate::report::{Block, Level, Report, Table, Value, Verdict};
-use crate::text::number;
 use camdrive::drives::Fault;
 use serde::Serialize;
 
@@ -34,14 +34,12 @@ impl Shape {
 
     /// The angle and curvature of its contours, and what they allow, in a table for each cam.
     fn tables(&self, scene: &str) -> impl Iterator<Item = Table> {
-        let error = match self.plan.angular {
-            true => format!("{} µrad", number(1e6 * self.table.error)),
-            false => format!("{} µm", number(1e6 * self.table.error)),
-        };
+        let unit = if self.plan.angular { DEG } else { MM };
+        let error = shown(self.table.error, &unit);
         let rows = self.table.rows.len();
         self.cams.iter().map(move |disc| {
             let contour =
-                format!("{} points, chord error at most {:.3} µm", disc.mesh.at.len(), 1e6 * disc.mesh.chord_error);
+                format!("{} points, chord error at most {}", disc.mesh.at.len(), shown(disc.mesh.chord_error, &MM));
             Table::of(format!("{}: {}", self.part(scene, disc.name), self.about()), &disc.findings)
                 .column("what", "property", ONE, |f| &f.what)
                 .column("value", "value", ONE, Finding::shown)
@@ -71,6 +69,10 @@ impl Shape {
             let told: Vec<String> = self.cams.iter().map(of).collect();
             let what = self.part(scene, "");
             verdict.result(Level::Good, format!("{what} can be cut, without undercut: {}.", told.join("; ")));
+            let all = self.cams.iter().flat_map(|disc| &disc.findings).filter(|f| f.what.ends_with(ROLLER));
+            if let Some(least) = all.min_by(|a, b| a.value.total_cmp(&b.value)).filter(|f| f.value.is_finite()) {
+                verdict.advice(format!("{what}: keep the roller radius below {}.", least.shown()));
+            }
         }
     }
 
@@ -119,7 +121,10 @@ impl Shape {
 
 /// What the verdict tells of a cam that can be cut.
 const TOLD: [&str; 4] =
-    ["largest pressure angle", "least width of the face", "undercut of the inner contour: least", "sharpest"];
+    ["largest pressure angle", "least width of the face", "undercut of the inner contour: smallest", "smallest con"];
+
+/// The finding that limits the roller.
+const ROLLER: &str = "largest admissible roller radius";
 
 /// The cams of a scene, in SI units.
 #[derive(Serialize)]

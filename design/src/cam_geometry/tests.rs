@@ -92,11 +92,11 @@ fn without_motion_the_cam_is_a_circle() {
         assert!(error < 1e-7 && error > 1e-8 && (mesh.chord_error - error).abs() < 1e-3 * error);
         let list = findings(&cam, &plan(&cam, Cut::Groove), &outlines(&cam, Cut::Groove, 1e-6)).unwrap();
         let close = |what: &str, value: f64| assert!((find(&list, what).value - value).abs() < 1e-12, "{what}");
-        close("least radius of curvature of the path", radius);
+        close("smallest radius of curvature of the roller path", radius);
         close("undercut of the inner contour", radius);
         close("base circle", radius - cam.roller);
-        close("sharpest bulge of the inner", radius - cam.roller);
-        close("sharpest hollow of the outer", radius + cam.roller);
+        close("smallest convex radius of curvature, inner", radius - cam.roller);
+        close("smallest concave radius of curvature, outer", radius + cam.roller);
         assert_eq!(find(&list, "undercut of the outer").value, f64::INFINITY);
         assert!(!list.iter().any(|f| f.what.contains("cross") || f.what.contains("hollow of the inner")));
     }
@@ -286,13 +286,13 @@ fn undercut_begins_where_the_roller_is_as_large_as_the_radius_of_curvature() {
     let finding = find(&look(&cam), "undercut");
     assert!(finding.verdict == Level::Bad && finding.remark.contains("smaller"), "{finding:?}");
     // It does not hide what else is wrong: hollows of the path are no places of undercut, ϱ wider than those of the path.
-    let hollow = |cam: &Cam| find(&look(cam), "sharpest hollow").value - cam.roller;
+    let hollow = |cam: &Cam| find(&look(cam), "smallest concave").value - cam.roller;
     let slender = Cam { roller: 0.5 * most, ..cam.clone() };
     assert!((hollow(&cam) / hollow(&slender) - 1.0).abs() < 1e-12);
     let mut coarse = plan(&cam, Cut::Inner);
     coarse.limits.cutter = 2.0 * hollow(&cam) + cam.roller;
     let list = findings(&cam, &coarse, &outlines(&cam, Cut::Inner, 1e-6)).unwrap();
-    assert!(["undercut", "sharpest hollow"].iter().all(|what| find(&list, what).verdict == Level::Bad));
+    assert!(["undercut", "smallest concave"].iter().all(|what| find(&list, what).verdict == Level::Bad));
     // A much larger roller leaves a contour that crosses itself, which the search for crossings finds by itself.
     cam.roller = 1.3 * most;
     assert_eq!(find(&look(&cam), "crosses itself").verdict, Level::Bad);

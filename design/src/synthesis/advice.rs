@@ -1,14 +1,14 @@
 //! The answer of a synthesis: what its laws reach and keep, what would reach more, how sure this is.
 
+use super::Objective;
 use super::deviation::Extreme;
 use super::elastic::SpeedRange;
 use super::infeasible::degrees;
 use super::laws::symmetric_dwells;
 use super::report::{ORDERS, TORQUE};
 use super::sampling::ANGLES;
-use super::study::{Method, Study};
+use super::study::{HIGHEST, Method, Study};
 use super::together::Together;
-use super::{Bound, Objective};
 use crate::report::terminal::{range, shown};
 use crate::report::unit::{DEG, MM, NM, PERCENT, RPM};
 use crate::report::{Level, Verdict};
@@ -20,9 +20,6 @@ const FAILED_TASK: f64 = 0.1;
 
 /// An exact point within this angle of an axis of the symmetry, but not on it, is implausible (rad).
 const BESIDE: f64 = 1e-4;
-
-/// So many bounds are told by name.
-const MOST_TOLD: usize = 4;
 
 impl Together {
     /// The answer.
@@ -37,19 +34,15 @@ impl Together {
         }
         first.at_speeds(&mut verdict);
         first.in_shaft(&mut verdict);
-        let mut bounds = self.bounds();
-        bounds.sort_by(|(_, a, x), (_, b, y)| (x.value / a.size()).total_cmp(&(y.value / b.size())));
-        let reserve = |(name, bound, least): &(&str, &Bound, Extreme)| {
-            format!("{} (`{name}` at {})", shown(least.value, &ORDERS[bound.order.min(3)]), shown(least.phi, &DEG))
-        };
-        if !bounds.is_empty() {
-            let list: Vec<String> = bounds.iter().take(MOST_TOLD).map(reserve).collect();
-            let kept = bounds.iter().all(|(.., least)| least.value >= 0.0);
-            let (level, are) = if kept { (Level::Good, "kept") } else { (Level::Bad, "not all kept") };
-            verdict.result(level, format!("The bounds are {are}; their least reserves are {}.", list.join(", ")));
-        }
-        if bounds.iter().any(|(.., least)| least.value <= 0.0) {
-            verdict.advice("Bounds without reserve hold the optimum: only wider ones let the law be better.");
+        let bounds = self.bounds().into_iter();
+        let tightest = bounds.min_by(|(_, a, x), (_, b, y)| (x.value / a.size()).total_cmp(&(y.value / b.size())));
+        if let Some((name, bound, Extreme { value, phi })) = tightest {
+            let (level, are) = if value >= 0.0 { (Level::Good, "kept") } else { (Level::Bad, "not all kept") };
+            let (reserve, at) = (shown(value, &ORDERS[bound.order.min(3)]), shown(phi, &DEG));
+            verdict.result(level, format!("The bounds are {are}, the tightest by {reserve} (`{name}` at {at})."));
+            if value <= 0.0 {
+                verdict.advice("Bounds without reserve hold the optimum: only wider ones let the law be better.");
+            }
         }
         for (clearance, least) in self.clearances() {
             let [a, b] = clearance.laws.map(|law| self.name_of(law));
@@ -135,43 +128,36 @@ impl Study {
         match behind.reached {
             None if given.tolerance.is_some() => {
                 let slowest = shown(given.slowest, &RPM);
-                verdict.result(
-                    Level::Bad,
-                    format!("`elasticity.tolerance` of {within} cannot be kept, not even at {slowest}."),
-                );
-                verdict.advice("Take more harmonics, shorter ranges or a wider tolerance.");
+                let text = format!("`elasticity.tolerance` of {within} cannot be kept, not even at {slowest}.");
+                verdict.result(Level::Bad, text).advice("Take more harmonics, shorter ranges or a wider tolerance.");
             }
             Some(eta) if fastest.is_some_and(|fastest| eta < fastest) => {
                 verdict.result(Level::Mind, format!("It stays within {within} up to {}.", rpm(eta)));
             }
             _ => (),
         }
-        let laws = self.rivals.iter().zip(&behind.reaches).skip(1);
-        let reach = laws.filter_map(|(law, eta)| Some((&law.name, (*eta)?)));
-        if let Some((name, eta)) = reach.max_by(|a, b| a.1.total_cmp(&b.1)) {
-            let text = format!("Of the standard laws {name} stays within {within} longest, up to {}.", rpm(eta));
-            verdict.result(Level::Good, text);
-        }
         if behind.worst.is_some_and(|worst| worst > FAILED_TASK * self.way()) {
             let way = shown(self.way(), &MM);
-            verdict.result(Level::Bad, format!("What is prescribed spans {way}: this is not the motion of the task."));
-            verdict.advice("Lower `fastest`.");
+            let text = format!("What is prescribed spans {way}: this is not the motion of the task.");
+            verdict.result(Level::Bad, text).advice("Lower `fastest`.");
         }
         let last = fastest.or(behind.reached).unwrap_or(0.0);
         let crossed = SpeedRange { fastest: last, ..given.range() }.crossed(&self.assignment.task.basis);
         if !crossed.is_empty() && given.method == Method::Robust {
-            let list: Vec<String> =
-                crossed.iter().map(|k| format!("{} (harmonic {k})", rpm(1.0 / *k as f64))).collect();
-            let list = list.join(", ");
-            verdict.result(
-                Level::Mind,
-                format!("The speeds cross resonances at {list}: the cam does without these harmonics."),
-            );
+            let named = |k: &usize| format!("{} (harmonic {k})", rpm(1.0 / *k as f64));
+            let list = crossed.iter().map(named).collect::<Vec<_>>().join(", ");
+            let text = format!("The speeds cross resonances at {list}: the cam does without these harmonics.");
+            verdict.result(Level::Mind, text);
         }
-        let refused = |limit: &f64| behind.resonances.iter().find(|r| r.amplitude > *limit);
-        if let Some((r, limit)) = given.amplitude.and_then(|limit| Some((refused(&limit)?, shown(limit, &MM)))) {
-            let (w, k, size) = (rpm(r.eta), r.harmonic, shown(r.amplitude, &MM));
-            verdict.advice(format!("Stay below {w}: there harmonic {k} resonates with {size}; {limit} is admissible."));
+        let admissible = given.amplitude.unwrap_or(f64::INFINITY);
+        let refused = behind.resonances.iter().find(|r| r.amplitude > admissible).map(|r| {
+            let (k, size, limit) = (r.harmonic, shown(r.amplitude, &MM), shown(admissible, &MM));
+            (r.eta, format!("harmonic {k} resonates with {size}; {limit} is admissible"))
+        });
+        let left = behind.reached.filter(|eta| *eta < HIGHEST).map(|eta| (eta, format!("the output leaves {within}")));
+        // The slower one governs.
+        if let Some((eta, why)) = refused.into_iter().chain(left).min_by(|a, b| a.0.total_cmp(&b.0)) {
+            verdict.advice(format!("Stay below {}: there {why}.", rpm(eta)));
         }
         if given.method == Method::Robust && given.damping > 0.0 && self.assignment.task.basis.is_even() {
             verdict.advice(
@@ -184,16 +170,11 @@ impl Study {
     /// The torque in an elastic shaft.
     fn in_shaft(&self, verdict: &mut Verdict) {
         let Some(shaft) = &self.shaft else { return };
-        let largest = |i: usize| shaft.laws[i].points.iter().map(|p| p[1]).fold(0.0, f64::max);
-        let torque = shown(largest(0), &NM);
-        let twice =
-            shaft.laws[0].exceeded[1].map_or("at no speed".to_owned(), |w| format!("from {} on", shown(w, &RPM)));
+        let torque = shown(shaft.laws[0].points.iter().map(|p| p[1]).fold(0.0, f64::max), &NM);
+        let twice = shaft.laws[0].exceeded[1];
+        let twice = twice.map_or("at no speed".to_owned(), |w| format!("from {} on", shown(w, &RPM)));
         let text = format!("The shaft torque reaches {torque}; {twice} it is more than twice the kinetostatic one.");
         verdict.result(Level::Good, text);
-        if let Some(i) = (1..self.rivals.len()).min_by(|i, j| largest(*i).total_cmp(&largest(*j))) {
-            let (name, torque) = (&self.rivals[i].name, shown(largest(i), &NM));
-            verdict.result(Level::Good, format!("Of the standard laws {name} has the least, {torque}."));
-        }
         if let [(w, _), ..] = &shaft.faults[..] {
             let (count, first) = (counted(shaft.faults.len(), "speed"), shown(*w, &RPM));
             verdict.result(Level::Bad, format!("There is no stable periodic motion at {count}, the first {first}."));

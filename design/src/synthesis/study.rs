@@ -154,7 +154,7 @@ pub struct Widths {
 type Cam = (Fourier, Option<f64>, Option<f64>);
 
 /// η up to which speeds are looked at: the resonance of the first harmonic.
-const HIGHEST: f64 = 1.0;
+pub(super) const HIGHEST: f64 = 1.0;
 
 /// The highest harmonic whose resonance a curve over the speed shows.
 const CURVE: usize = 24;

@@ -177,7 +177,7 @@ fn undercut_gaps_and_wrong_sizes_are_named_with_their_place() {
     }
     // A roller that is wider than the sharpest hollow, and a flat face on a hollow.
     let list = findings(&cam, &right, &outlines(&cam, Cut::Inner, 1e-6)).unwrap();
-    let hollow = find(&list, "sharpest hollow");
+    let hollow = find(&list, "smallest concave");
     for (plan, what) in [
         (Plan { roller: 1.05 * hollow.value, ..right }, "a roller with a radius of"),
         (Plan { carrier: Carrier::Flat, start: Start::Coordinate(0.03), ..right }, "a flat face"),
