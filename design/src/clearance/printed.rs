@@ -39,7 +39,7 @@ fn passages(findings: &Findings) -> Table {
         .column("passage", "passage", ONE, |row| row.1)
         .column("from", "from", ONE, |row| row.2.from.to_string())
         .column("by", "by", ONE, |row| row.3)
-        .column("U3", "U‴", MM_PER_RAD3, |row| row.2.crossing.map(|c| c.jerk))
+        .column("dddU", "U‴", MM_PER_RAD3, |row| row.2.crossing.map(|c| c.jerk))
         .column("K", "K", ONE, |row| row.2.k)
         .hidden("mu", ONE, move |_| mu)
         .column("release", "release", DEG, |row| row.4.map(|f| f.release))

@@ -253,7 +253,7 @@ pub(super) fn explain(findings: &Findings, report: &mut Report) {
     let bound = |value: f64| if value < NEGLIGIBLE { 0.0 } else { value };
     report.explain_table(
         Table::of("Critical damping ratio and borders by printed formulas", findings.listed(true))
-            .column("j", "order", ONE, |o| o.j)
+            .column("order", "order", ONE, |o| o.j)
             .column("", "exact", ONE, |o| o.critical_damping.unwrap_or(f64::INFINITY))
             .column("", "three terms", ONE, move |o| bound(o.bounds.three_term))
             .column("", "second order", ONE, move |o| bound(o.bounds.second_order))

@@ -189,7 +189,7 @@ impl Findings {
     fn orders<'a>(&'a self, rows: Rows<'a, Order>) -> Rows<'a, Order> {
         let w0 = self.oscillator.natural_frequency;
         let rows = rows
-            .column("j", "order", ONE, |o| o.j)
+            .column("order", "order", ONE, |o| o.j)
             .column("damped", "unstable at this damping", RPM, move |o| o.damped.map(|ends| ends.map(|eta| eta * w0)))
             .column("undamped", "without damping", RPM, move |o| {
                 (o.extent != Extent::Absent).then(|| o.undamped.map(|eta| eta * w0))
@@ -268,7 +268,7 @@ impl Findings {
         if !rows.is_empty() {
             let table = Table::file("map", &rows)
                 .column("map", "", ONE, |row| row.0)
-                .column("j", "", ONE, |row| row.1.j)
+                .column("order", "", ONE, |row| row.1.j)
                 .column("damping_ratio", "", ONE, |(_, region, line)| region.theta.unwrap_or(line[0]))
                 .column("modulation", "", ONE, |(_, region, line)| region.theta.map_or(1.0, |_| line[0]))
                 .column("speed", "", RPM, move |(.., line)| [w0 * line[1], w0 * line[2]]);

@@ -395,7 +395,7 @@ fn damping_and_modulation_agree_at_the_border() {
     }
     let files: std::collections::BTreeMap<_, _> = report.report().files().into_iter().collect();
     assert!(files["map.csv"].as_ref().unwrap().lines().count() > 40);
-    assert!(files["csv"].as_ref().unwrap().starts_with("j,damped_low_rpm,damped_high_rpm,undamped_low_rpm"));
+    assert!(files["csv"].as_ref().unwrap().starts_with("order,damped_low_rpm,damped_high_rpm,undamped_low_rpm"));
 }
 
 /// Numbers between 0 and 1 that fill the interval evenly, another sequence for each `which`.
