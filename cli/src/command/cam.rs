@@ -37,10 +37,10 @@ pub struct Args {
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
     /// Largest distance between a contour and its chords, "1 um" or in m
-    #[arg(long, value_name = "LENGTH", default_value = "1 um")]
+    #[arg(long, value_name = "LENGTH", default_value = "1 um", allow_hyphen_values = true)]
     chord_error: String,
     /// Largest error of a motion controller that joins the points of the cam table by straight lines
-    #[arg(long, value_name = "LENGTH", default_value = "1 um")]
+    #[arg(long, value_name = "LENGTH", default_value = "1 um", allow_hyphen_values = true)]
     table_error: String,
     /// Cut only this follower, counted from 1; several are possible
     #[arg(long, value_name = "NUMBER", value_delimiter = ',')]

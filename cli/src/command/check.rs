@@ -1,6 +1,7 @@
 //! `camdrive check SCENE…`
 
 use super::deliver::Telling;
+use super::forces::speed_of;
 use super::output::Bar;
 use super::{Failure, failure, open, print, read_all, show, system, tell_notes, width};
 use crate::scene::forces::machine;
@@ -11,6 +12,7 @@ use camdrive::drives::Fault;
 use camdrive_design::forces::Machine;
 use camdrive_design::forces::report::LiftOff;
 use camdrive_design::overview::{self, Overview};
+use camdrive_design::report::{Level, Verdict};
 use camdrive_design::text;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -51,9 +53,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         out += &report.text(width(), args.telling.explain);
     }
     for (path, scene) in paths.iter().zip(&scenes) {
-        let mut report =
-            overview_of(scene).report(text::in_one_line(path.display()), format!("{} ok", scene.scene.said()));
-        report.lines("Contact", lift_offs(scene).iter().map(LiftOff::text));
+        let found = overview_of(scene);
+        let mut report = found.report(text::in_one_line(path.display()), format!("{} ok", scene.scene.said()));
+        let contact = lift_offs(scene);
+        report.verdict = verdict_of(scene, &found, &contact);
+        report.lines("Contact", contact.iter().map(LiftOff::text));
         out += if out.is_empty() { "" } else { "\n" };
         out += &report.text(width(), args.telling.explain);
     }
@@ -64,6 +68,21 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 fn lift_offs(scene: &Resolved) -> Vec<LiftOff> {
     let all = machine(scene).and_then(Machine::lift_offs).unwrap_or_default();
     all.into_iter().filter(|of| of.may_leave).collect()
+}
+
+/// What was found, with the followers that leave their cams at the speed of the scene.
+fn verdict_of(scene: &Resolved, found: &Overview, contact: &[LiftOff]) -> Verdict {
+    let mut verdict = Verdict::default();
+    let speed = speed_of(&scene.scene).unwrap_or(0.0).abs();
+    for of in contact.iter().filter(|of| of.lift_off_speed.as_ref().is_some_and(|from| from.value <= speed)) {
+        verdict.result(Level::Mind, of.text());
+        verdict.advice(format!("`camdrive forces` tells which preload or speed keeps {} on its cam.", of.follower));
+    }
+    let Verdict { level, result, advice, .. } = found.verdict();
+    verdict.level = verdict.level.max(level);
+    verdict.result.extend(result);
+    verdict.advice.extend(advice);
+    verdict
 }
 
 fn overview_of(scene: &Resolved) -> Overview {
@@ -95,9 +114,10 @@ fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
 fn data(path: &Path, scene: &Resolved) -> Value {
     let found = overview_of(scene);
     let mut entry = json!(found);
+    let contact = lift_offs(scene);
     let own = json!({
         "file": path.display().to_string(), "ok": true, "name": scene.name, "model": scene.scene.said(),
-        "notes": scene.notes, "verdict": found.verdict(), "lift_offs": lift_offs(scene)
+        "notes": scene.notes, "verdict": verdict_of(scene, &found, &contact), "lift_offs": contact
     });
     if let (Some(entry), Value::Object(own)) = (entry.as_object_mut(), own) {
         entry.extend(own);

@@ -82,8 +82,8 @@ pub struct Args {
 const SHORT_NAMES: [(&str, StandardLaw); 3] =
     [("sine", StandardLaw::SimpleSine), ("345", StandardLaw::Polynomial345), ("4567", StandardLaw::Polynomial4567)];
 
-/// Turns of the settled motion: half of them are left out, and a million turns take seconds to minutes.
-const TURNS: RangeInclusive<usize> = 2..=1_000_000;
+/// Turns of the settled motion: half of them are left out, two are compared, and a million turns take seconds to minutes.
+const TURNS: RangeInclusive<usize> = 4..=1_000_000;
 
 /// Points of a turn from which the harmonics of a law are found; those beyond alias with less than 1e-12 of the stroke.
 const ANALYSED: usize = 4096;
@@ -133,7 +133,7 @@ fn cam(scene: &Resolved) -> Result<MotionLaw, Failure> {
 }
 
 /// The height of lobes of U″ of the cam of a scene that are noise (m).
-fn noise(scene: &Resolved) -> f64 {
+pub fn noise(scene: &Resolved) -> f64 {
     scene.smoothed.iter().find(|table| table.section == "cam").map_or(0.0, |table| table.left)
 }
 
@@ -149,7 +149,9 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw, f64)
         let angles: Vec<f64> = (0..ANALYSED).map(|i| TAU * i as f64 / ANALYSED as f64).collect();
         let lifts = angles.iter().map(|phi| own.at(*phi).0[0]).collect();
         if !(1..=HIGHEST_HARMONIC).contains(&harmonics) {
-            return Err(failure(format!("--compare {name}: from hs1 to hs{HIGHEST_HARMONIC}")));
+            return Err(failure(format!(
+                "--compare {name}: no such number of harmonics\n  = admissible: hs1 to hs{HIGHEST_HARMONIC}\n  = hint: write for example hs7"
+            )));
         }
         let analysis =
             analyse(Points { angles, lifts }, harmonics).map_err(|e| failure(format!("--compare {name}: {e}")))?;

@@ -48,7 +48,7 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Period, "120 ms" or in s: the motor gets the synchronous speed that yields it; a machine without a motor needs it
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     period: Option<String>,
     /// Constant load torque, "30 N.m"; positive brakes
     #[arg(long, value_name = "TORQUE", default_value = "0", allow_hyphen_values = true)]
@@ -57,7 +57,7 @@ pub struct Args {
     #[arg(long, value_name = "NUMBER", value_delimiter = ',')]
     keep: Vec<usize>,
     /// How much the finite laws of the cams may change a tool's acceleration, relative to its largest value
-    #[arg(long, value_name = "PART", default_value_t = 1e-6)]
+    #[arg(long, value_name = "PART", default_value_t = 1e-6, allow_negative_numbers = true)]
     tolerance: f64,
     /// Write the laws as Fourier series in the angle, or as tables beside the result, points of periodic splines of
     /// degree 5; auto takes a table where a series would need more harmonics than a scene takes. Motions that are not
@@ -65,7 +65,7 @@ pub struct Args {
     #[arg(long, value_name = "FORM", default_value = FORMS[0].0, value_parser = PossibleValuesParser::new(FORMS.map(|(name, _)| name)))]
     laws: String,
     /// Rounds of the iteration to report
-    #[arg(long, value_name = "NUMBER", default_value_t = 3, value_parser = clap::value_parser!(u16).range(..=MOST_ROUNDS))]
+    #[arg(long, value_name = "NUMBER", default_value_t = 3, allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(..=MOST_ROUNDS))]
     rounds: u16,
     /// Motion task (TOML) with bounds, tolerances, exact points and distances to check the tools of every round
     /// against; its laws are those of the followers in their order

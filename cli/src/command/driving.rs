@@ -54,7 +54,9 @@ pub fn load(place: &str, motor: &Motor, load: &str, period: Option<&String>) -> 
 /// Refuses periods that no machine has, or not with this motor.
 fn admissible(motor: &Motor, text: &str, period: f64) -> Result<(), Failure> {
     if !(period > 0.0 && period.is_finite()) {
-        return Err(failure(format!("--period: {period} s is not a period: it must be positive")));
+        return Err(failure(format!(
+            "--period: {period} s is not a period: it must be positive\n  = hint: write for example \"120 ms\""
+        )));
     }
     let (speeds, whose) = match *motor {
         Motor::Kloss(Kloss { synchronous_speed, .. }) => {

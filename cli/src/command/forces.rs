@@ -48,7 +48,7 @@ pub struct Args {
 }
 
 /// The speed that follows from the scene, if one does.
-fn speed_of(scene: &Scene) -> Option<f64> {
+pub fn speed_of(scene: &Scene) -> Option<f64> {
     match (scene, scene.drive()) {
         (_, Some(DriveMode::Constant { w, .. })) => Some(*w),
         (Scene::RigidMachine(machine), _) => {

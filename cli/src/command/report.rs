@@ -1,5 +1,6 @@
 //! `camdrive report SCENE`, `camdrive report SYSTEM` and `camdrive report STUDY`
 
+use super::clearance::noise;
 use super::output::Bar;
 use super::tradeoff::StudyArgs;
 use super::{Failure, failure, files, forces, read, show, steady, study, system};
@@ -8,6 +9,7 @@ use crate::scene::Resolved;
 use crate::scene::input::{is_study, is_system};
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive::drives::{Curve, Description, Fault};
+use camdrive_design::clearance;
 use camdrive_design::overview;
 use camdrive_design::plot::{Axis, Diagram, Series};
 use camdrive_design::report::terminal::shown;
@@ -83,7 +85,9 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
         Bar::beside(&scene.name, |_| overview::of(&scene.resource())).report(&scene.name, "characteristic values"),
     ];
     let mut part = |study: &str, found: Result<Report, Failure>| reports.push(part(path, study, found));
-    if !matches!(scene.scene, Scene::ParametricDrive(_)) {
+    // Where inputs give the speed there is none to study.
+    let turns = forces::speed_of(&scene.scene).is_some();
+    if turns && !matches!(scene.scene, Scene::ParametricDrive(_)) {
         part("forces", forces::study(path, scene, None).map(|(report, ..)| report));
     }
     match &scene.scene {
@@ -94,6 +98,11 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
             let found =
                 Bar::beside(&scene.name, |tell| stability::study_scene(&scene.resource(), &Options::default(), tell));
             part("stability", found.map(|findings| findings.report()).map_err(failure));
+        }
+        Scene::BacklashDrive(_) if turns => {
+            let options = clearance::Options { noise: noise(scene), ..clearance::Options::default() };
+            let found = Bar::beside(&scene.name, |tell| clearance::study(&scene.resource(), &options, tell));
+            part("passage of the clearance", found.map(|findings| findings.report()).map_err(failure));
         }
         Scene::ElasticOutput(_) | Scene::BacklashDrive(_) => (),
     }

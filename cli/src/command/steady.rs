@@ -34,7 +34,7 @@ pub struct Args {
     /// Scene file (TOML) of a RigidMachine or a DriveTrain
     scene: PathBuf,
     /// Prescribed period, "120 ms" or in s
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     period: Option<String>,
     /// Constant load torque, "30 N.m"; positive brakes
     #[arg(long, value_name = "TORQUE", default_value = "0", allow_hyphen_values = true)]

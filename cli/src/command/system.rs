@@ -230,7 +230,7 @@ pub fn glance(name: impl Into<String>, system: &System) -> Report {
         .column("ratio", "ratio", ONE, |part| part.seat.map(|seat| seat.ratio))
         .column("offset", "offset", DEG, |part| part.seat.map(|seat| seat.offset));
     let elastic = |shaft: &Shaft| Some(shaft.limit.frequency).filter(|frequency| 0.0 < *frequency);
-    let stable = |shaft: &Shaft| elastic(shaft).map(|_| shaft.limit.stable.map_or("each".into(), Cell::Number));
+    let stable = |shaft: &Shaft| elastic(shaft).map(|_| shaft.limit.stable.map_or("any".into(), Cell::Number));
     let shafts = Table::of("Shafts", &system.shafts)
         .column("machine", "machine", ONE, |shaft| machine(shaft.machine))
         .column("inertia", "least inertia", KGM2, |shaft| shaft.limit.inertia)

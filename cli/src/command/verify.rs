@@ -8,7 +8,7 @@ use camdrive::drives::resource::{BUILD, Content, FILE_NAME};
 use camdrive::drives::variable::Causality;
 use camdrive::drives::{Description, Fault};
 use camdrive_design::host::{self, Fmu, ModelDescription};
-use camdrive_design::report::unit::ONE;
+use camdrive_design::report::unit::{ONE, Unit};
 use camdrive_design::report::{Level, Report, Table, Verdict};
 use camdrive_design::resource::Scene;
 use camdrive_design::text::{self, number};
@@ -271,12 +271,13 @@ impl Comparison {
     fn report(&self) -> Report {
         let mut report = Report::new(&self.file, "results inside");
         report.verdict = self.verdict();
+        let in_unit = |output: &Output, value: f64| value * Unit::of(&output.unit).factor;
         let outputs = Table::of("Outputs", &self.outputs)
             .column("output", "output", ONE, |output| &output.name)
-            .column("unit", "unit", ONE, |output| &output.unit)
-            .column("largest", "largest value", ONE, |output| output.largest)
-            .column("difference", "difference", ONE, |output| output.difference)
-            .column("admissible", "admissible", ONE, |output| output.admissible)
+            .column("unit", "unit", ONE, |output| Unit::of(&output.unit).name.into_owned())
+            .column("largest", "largest value", ONE, |output| in_unit(output, output.largest))
+            .column("difference", "difference", ONE, |output| in_unit(output, output.difference))
+            .column("admissible", "admissible", ONE, |output| in_unit(output, output.admissible))
             .column("time", "at t [s]", ONE, |output| output.time)
             .column("agrees", "agrees", ONE, |output| output.agrees);
         report.table(outputs);

@@ -70,8 +70,10 @@ impl Shape {
             let what = self.part(scene, "");
             verdict.result(Level::Good, format!("{what} can be cut, without undercut: {}.", told.join("; ")));
             let all = self.cams.iter().flat_map(|disc| &disc.findings).filter(|f| f.what.ends_with(ROLLER));
-            if let Some(least) = all.min_by(|a, b| a.value.total_cmp(&b.value)).filter(|f| f.value.is_finite()) {
-                verdict.advice(format!("{what}: keep the roller radius below {}.", least.shown()));
+            let least = all.min_by(|a, b| a.value.total_cmp(&b.value));
+            if let Some(least) = least.filter(|least| least.value < RESERVE * self.plan.roller) {
+                let (limit, own) = (least.shown(), shown(self.plan.roller, &MM));
+                verdict.advice(format!("{what}: no roller of a radius above {limit} instead of {own}."));
             }
         }
     }
@@ -123,6 +125,18 @@ impl Shape {
 const TOLD: [&str; 4] =
     ["largest pressure angle", "least width of the face", "undercut of the inner contour: smallest", "smallest con"];
 
+/// A roller whose radius has this reserve to undercut may be exchanged without a thought.
+const RESERVE: f64 = 2.0;
+
+/// The equations, of rollers and of flat faces.
+const EQUATIONS: [&str; 3] = [
+    "z = e^(−iσφ) p is the path of the roller's centre seen from the cam; its curvature is κ = Im(z̄′z″)/|z′|³, that of a contour \
+     at the distance ϱ is κ/(1 ∓ ϱκ). Undercut begins at ϱ = 1/κ.",
+    "The pressure angle lies between the common normal and the direction in which the roller's centre moves. A flat face touches \
+     at x = U′; there the radius of curvature is h + U″.",
+    "Sources: VDI 2142 and VDI 2143; Norton, Cam Design and Manufacturing Handbook, section 7.4 (flat face).",
+];
+
 /// The finding that limits the roller.
 const ROLLER: &str = "largest admissible roller radius";
 
@@ -162,6 +176,7 @@ impl<'a> Findings<'a> {
     /// The report.
     pub fn report(&self) -> Report {
         let mut report = Report::new(self.scene, "cams");
+        report.explain("Geometry of cams", EQUATIONS.map(str::to_owned));
         for shape in self.shapes {
             shape.judge(self.scene, &mut report.verdict);
             shape.tables(self.scene).for_each(|table| report.body.push(Block::Table(table)));

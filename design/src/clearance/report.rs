@@ -101,7 +101,7 @@ impl Study {
             (None, _) => "Further impacts may follow: the settled motion is not known".to_owned(),
         };
         verdict.result(level, format!("{told}."));
-        verdict.result(level, format!("The contact opens {count} a turn, at {opened}."));
+        verdict.result(level, format!("From permanent contact it opens {count} a turn, at {opened}."));
         if let Some(hardest) = self.hardest() {
             let at = places(
                 [hardest.release + hardest.angle * machine.speed.signum()].map(|phi| phi.rem_euclid(TAU)).into_iter(),
@@ -114,10 +114,7 @@ impl Study {
                 format!("; the contact force after it reaches {}{times}", shown(force, &N))
             });
             let impulse = shown(hardest.impulse, &NS);
-            verdict.result(
-                level,
-                format!("A single passage from permanent contact closes hardest at {at} with {impulse}{force}."),
-            );
+            verdict.result(level, format!("A single passage closes hardest at {at} with {impulse}{force}."));
         }
     }
 

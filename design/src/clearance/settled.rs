@@ -59,6 +59,7 @@ pub fn run(machine: &mut Machine, start: [f64; 2], turns: usize) -> Result<Settl
         impacts: mean(&impacts),
         largest_impulse: largest,
         loss: mean(&losses),
-        repeats: pairs(&impacts, 0.0) && pairs(&losses, REPEATS * scale),
+        // A single turn tells nothing of the next one.
+        repeats: impacts.len() > 1 && pairs(&impacts, 0.0) && pairs(&losses, REPEATS * scale),
     })
 }

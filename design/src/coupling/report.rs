@@ -27,8 +27,6 @@ impl Findings {
             let known = format!("the reference itself is known to {known} only");
             verdict.result(Level::Mind, format!("No step can be said for errors of {accuracy}: {known}."));
         } else {
-            let longest = ways().filter_map(|way| way.steps[0]).fold(0.0, f64::max);
-            let level = if self.step > longest { Level::Mind } else { Level::Good };
             let least = self.rows.iter().map(|row| row.step).fold(f64::INFINITY, f64::min);
             for way in ways() {
                 let said = match (way.steps[0], &way.fault) {
@@ -36,11 +34,15 @@ impl Findings {
                     (None, None) => format!("no step from {} on keeps errors within {accuracy}", time(least)),
                     (None, Some(_)) => "it cannot be coupled, as told below".to_owned(),
                 };
+                let fits = way.steps[0].is_some_and(|step| self.step <= step);
+                let level = if fits { Level::Good } else { Level::Mind };
                 verdict.result(level, format!("With {} {said}.", way.master));
-            }
-            if self.step > longest && longest > 0.0 {
-                let (own, longest) = (time(self.step), time(longest));
-                verdict.advice(format!("The step of the file, {own}, is too long: take at most {longest}."));
+                if let Some(step) = way.steps[0].filter(|_| !fits) {
+                    let (own, step) = (time(self.step), time(step));
+                    let text =
+                        format!("The step of the file, {own}, is too long with {}: take at most {step}.", way.master);
+                    verdict.advice(text);
+                }
             }
         }
         if let Some(fmu) = &self.fmu {
@@ -79,7 +81,7 @@ impl Findings {
         let [first, second] = ACCURACIES.map(|accuracy| format!("{} up to", share(accuracy)));
         let stable = |way: &Way| match (&way.fault, way.stable) {
             (Some(_), _) => Value::Empty,
-            (None, stable) => stable.map_or("each".into(), Value::Number),
+            (None, stable) => stable.map_or("any".into(), Value::Number),
         };
         Table::of("Ways to couple", &self.ways)
             .column("exchange", "exchange", ONE, |way| name(&way.exchange, way.repeats))

@@ -202,13 +202,14 @@ impl Keeping {
         let given = drive.preload();
         let needed = self.least_preload.map(|at| (force(at.value), in_turn(at.phi, 2)));
         let Some((what, changes)) = lost else {
-            verdict.advice(match (self.least_preload, needed) {
+            match (self.least_preload, needed) {
                 (Some(at), Some((least, _))) if at.value > 0.0 => {
                     let given = force(given);
-                    format!("{part}: the return spring needs a preload of {least} at this speed; it has {given}.")
+                    verdict
+                        .advice(format!("{part}: keep the preload of the return spring above {least}; it is {given}."))
                 }
-                _ => format!("{part}: no preload of a return spring is needed at this speed."),
-            });
+                _ => verdict.result(Level::Good, format!("{part}: the contact needs no preload at this speed.")),
+            };
             return;
         };
         let how = match changes.is_empty() {
@@ -271,7 +272,7 @@ impl Findings {
         });
         let crossed: Vec<String> = crossed.collect();
         if !crossed.is_empty() {
-            verdict.result(Level::Mind, format!("Backlash is crossed: {}.", crossed.join("; ")));
+            verdict.result(Level::Mind, format!("Where there is clearance it is crossed: {}.", crossed.join("; ")));
         }
         // What a tenth of a millimetre shows: whether there is a cam at all.
         let coarse = Tolerances { chord: 1e-4, table: 1e-4 };
@@ -296,10 +297,7 @@ impl Findings {
         let mean = if shaft.abs() <= ROUNDING * largest { 0.0 } else { shaft };
         let [mean, most] = [mean, largest].map(|power| shown(power, &W));
         let loads = loads.join(", ");
-        verdict.result(
-            Level::Good,
-            format!("Largest: {loads}; power {mean} on the mean, {most} at most in either sense."),
-        );
+        verdict.result(Level::Good, format!("Largest magnitudes: {loads}; mean power {mean}, peak power {most}."));
         let names = |of: &dyn Fn(&OfDrive, &Drive) -> bool| {
             let those = all().filter(|(found, drive)| drive.plan.is_some() && of(found, drive));
             let names: Vec<&str> = those.map(|(_, drive)| machine.part(drive).unwrap_or("the follower")).collect();

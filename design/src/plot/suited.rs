@@ -8,7 +8,7 @@ type Suited = (&'static str, &'static [(&'static str, f64)]);
 
 const SUITED: [Suited; 12] = [
     ("m", &[("mm", 1e3), ("µm", 1e6), ("nm", 1e9)]),
-    ("Pa", &[("MPa", 1e-6), ("kPa", 1e-3), ("Pa", 1.0)]),
+    ("Pa", &[("N/mm²", 1e-6)]),
     ("m/rad", &[("mm/rad", 1e3), ("µm/rad", 1e6)]),
     ("m/rad²", &[("mm/rad²", 1e3), ("µm/rad²", 1e6)]),
     ("m²", &[("m²", 1.0), ("cm²", 1e4), ("mm²", 1e6)]),

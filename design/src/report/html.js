@@ -10,7 +10,11 @@ const show = (text, { left, right, top, bottom }) => {
   tip.style.left = Math.max(4, Math.min((left + right - width) / 2, innerWidth - width - 4)) + 'px';
   tip.style.top = (bottom + height + 12 > innerHeight ? Math.max(4, top - height - 8) : bottom + 8) + 'px';
 };
-addEventListener('scroll', hide, { capture: true, passive: true });
+// A cell that is read by the keyboard keeps its words when its focus moves the page.
+addEventListener('scroll', () => {
+  hide();
+  if (document.activeElement.matches('td')) document.activeElement.dispatchEvent(new FocusEvent('focusin', { bubbles: true }));
+}, { capture: true, passive: true });
 addEventListener('keydown', (event) => { if (event.key === 'Escape') hide(); });
 addEventListener('beforeprint', () => document.querySelectorAll('details').forEach((part) => { part.open = true; }));
 

@@ -73,8 +73,8 @@ fn title(report: &Report) -> String {
 /// A level by sign, word and colour.
 fn level(xml: &mut Xml, level: Level) {
     let (class, text) = match level {
-        Level::Good => ("good", "✔ in order"),
-        Level::Mind => ("mind", "! to be minded"),
+        Level::Good => ("good", "✔ good"),
+        Level::Mind => ("mind", "! attention"),
         Level::Bad => ("bad", "✘ fails"),
     };
     xml.text("span", &[("class", format!("level {class}"))], text);
@@ -299,7 +299,7 @@ mod tests {
         let body = page.split_once("<!DOCTYPE html>").unwrap().1;
         assert_eq!(Element::read(body).unwrap().name, "html");
         for part in
-            ["<h1>a &lt; b</h1>", "Stability &amp; &quot;more&quot;", "! to be minded", "<code>runs</code>", "By hand."]
+            ["<h1>a &lt; b</h1>", "Stability &amp; &quot;more&quot;", "! attention", "<code>runs</code>", "By hand."]
         {
             assert!(page.contains(part) || page.contains(&part.replace("&quot;", "\"")), "{part}");
         }

@@ -43,17 +43,28 @@ pub fn with_unit(text: String, unit: &Unit) -> String {
     }
 }
 
+/// A number between two others, in as many digits as these have in [`range`].
+pub fn among(value: f64, ends: [f64; 2], unit: &Unit) -> String {
+    let value = value * unit.factor;
+    let text = decimals(ends.map(|end| end * unit.factor)).map(|decimals| format!("{value:.decimals$}"));
+    with_unit(text.unwrap_or_else(|| text::number(value)), unit)
+}
+
+/// The decimals that tell two ends apart; None of ends so far apart that any do.
+fn decimals([low, high]: [f64; 2]) -> Option<usize> {
+    let size = low.abs().max(high.abs());
+    let needed = if high > low { (size / (high - low)).log10().ceil().max(0.0) as usize + 2 } else { 4 };
+    let near = size > 0.0 && 2.0 * low.abs().min(high.abs()) >= size && (1e-2..1e6).contains(&size);
+    near.then(|| (needed.clamp(3, 15) as i32 - 1 - size.log10().floor() as i32).max(0) as usize)
+}
+
 fn interval([low, high]: [f64; 2], named: &dyn Fn(String) -> String) -> String {
     if high.is_infinite() {
         return format!("from {} on", named(text::number(low)));
     }
-    let size = low.abs().max(high.abs());
-    let needed = if high > low { (size / (high - low)).log10().ceil().max(0.0) as usize + 2 } else { 4 };
-    let decimals = (needed.clamp(3, 15) as i32 - 1 - size.log10().floor() as i32).max(0) as usize;
-    // Ends far apart tell themselves apart.
-    if size == 0.0 || 2.0 * low.abs().min(high.abs()) < size || !(1e-2..1e6).contains(&size) {
+    let Some(decimals) = decimals([low, high]) else {
         return format!("{} to {}", text::number(low), named(text::number(high)));
-    }
+    };
     if high > low {
         format!("{low:.decimals$} to {}", named(format!("{high:.decimals$}")))
     } else {

@@ -82,7 +82,12 @@ impl Findings {
         let load = steady.filter(|_| ratio > 0.0).map(|steady| {
             let (load, but) =
                 (shown(steady.load, &Unit::of(self.units[1])), if ratio < LOUD { ", and" } else { ", but" });
-            format!("{but} the load reaches {load}, {} times its kinetostatic value", number(ratio))
+            let start = transient.map_or(0.0, |start| start.peak_load);
+            let start = match start > steady.load * (1.0 + CLOSE) {
+                true => format!(", on starting from rest {}", shown(start, &Unit::of(self.units[1]))),
+                false => String::new(),
+            };
+            format!("{but} the load reaches {load}, {} times its kinetostatic value{start}", number(ratio))
         });
         let decay = if at.stable {
             format!("free motions decay by {} a turn", shown(1.0 - at.radius, &PERCENT))

@@ -144,12 +144,12 @@ impl Findings {
     /// Torques, impacts and contact of a train.
     fn of_train(&self, turn: &Turn, verdict: &mut Verdict) {
         let (torque, power) = (shown(turn.mean_torque, &NM), shown(turn.mean_power, &W));
-        let needs = format!("On the mean of a turn it needs a torque of {torque} and a power of {power}.");
+        let needs = format!("Over a turn it takes a mean torque of {torque} and a mean power of {power}.");
         verdict.result(Level::Good, needs);
         for (j, impacts) in turn.impacts.iter().enumerate() {
             if let Some(impacts) = impacts.filter(|impacts| *impacts > 0.0) {
                 let j = j + 1;
-                verdict.result(Level::Mind, format!("follower[{j}] has {} in a turn.", counted(impacts, "impact")));
+                verdict.result(Level::Mind, format!("follower{j} has {} in a turn.", counted(impacts, "impact")));
             }
         }
         let speed = self.motions.iter().map(|motion| motion.speeds.mean_speed.abs()).fold(0.0, f64::max);
@@ -187,6 +187,12 @@ impl Findings {
         if let Some(turn) = &self.train {
             report.table(outputs(turn)).explain_table(multipliers(turn));
         }
+        let equation = "J(φ) φ̈ + ½ J′(φ) φ̇² = M is integrated over turns; a motion is periodic where a turn ends as it began, and \
+                        stable where all multipliers of Floquet, the eigenvalues of that map, are below 1 in size.";
+        let kloss = "The torque of an asynchronous motor is that of Kloss, M = 2 M_k / (s/s_k + s_k/s), with its lag where the \
+                     scene names one.";
+        let lines = [Some(equation), self.motor.as_ref().map(|_| kloss)];
+        report.explain("How it was found", lines.into_iter().flatten().map(str::to_owned));
         report.diagram("steady", self.diagram(&rows));
         report
     }

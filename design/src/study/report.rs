@@ -1,6 +1,6 @@
 //! What the runs of a study show.
 
-use crate::report::terminal::{range, shown};
+use crate::report::terminal::{among, range, shown};
 use crate::report::unit::{ONE, Unit};
 use crate::report::{Level, Report, Table, Value, Verdict};
 use crate::text::counted;
@@ -137,7 +137,7 @@ impl Findings {
             let said = match low == high {
                 true => format!("{}: {} in each run.", of.measure, shown(least, &unit)),
                 false => {
-                    let (range, mean) = (range([least, largest], &unit), shown(mean, &unit));
+                    let (range, mean) = (range([least, largest], &unit), among(mean, [least, largest], &unit));
                     format!("{}: {range} (runs {low} and {high}), {mean} on average.", of.measure)
                 }
             };

@@ -41,12 +41,12 @@ fn reaching(findings: &Findings, target: f64) -> Vec<usize> {
     (0..findings.settings.len()).filter(|i| reached(i) && cost_of(findings, *i).is_finite()).collect()
 }
 
-/// Another communication step at which a setting reaches the target for less than half of the cost of the chosen one.
+/// Another communication step at which a setting reaches the target for less than the cost of the chosen one.
 fn saving(findings: &Findings, target: f64, chosen: usize) -> Option<usize> {
     let step = |i: usize| findings.settings[i].communication_step;
     reaching(findings, target)
         .into_iter()
-        .filter(|i| step(*i) != step(chosen) && cost_of(findings, *i) < 0.5 * cost_of(findings, chosen))
+        .filter(|i| step(*i) != step(chosen) && SAME_COST * cost_of(findings, *i) <= cost_of(findings, chosen))
         .min_by(|i, j| cost_of(findings, *i).total_cmp(&cost_of(findings, *j)))
 }
 
@@ -67,10 +67,12 @@ fn choose(findings: &Findings, target: f64) -> Option<usize> {
     candidates.into_iter().min_by(|i, j| error(i).total_cmp(&error(j)))
 }
 
-/// The features that may be left out for the target.
+/// The features that may be left out for the target and then save time against the default and what is chosen otherwise.
 fn spare(findings: &Findings, target: f64) -> impl Iterator<Item = &Feature> {
+    let chosen = choose(findings, target).map_or(f64::INFINITY, |i| cost_of(findings, i));
     let may = move |f: &&Feature| {
-        f.change.is_some_and(|change| change <= target) && f.cost_ratio.is_some_and(|ratio| ratio * SAME_COST <= 1.0)
+        let saves = f.cost.as_ref().is_some_and(|cost| cost.ns_per_ms * SAME_COST <= chosen);
+        saves && f.change.is_some_and(|change| change <= target) && f.cost_ratio.is_some_and(|r| r * SAME_COST <= 1.0)
     };
     findings.features.iter().filter(may)
 }
@@ -117,7 +119,7 @@ pub fn verdict(findings: &Findings) -> Verdict {
     if told.is_empty() {
         verdict.advice("Nothing else saves 5 % of the time: keep the default settings.");
     }
-    verdict.certainty(format!("Errors below {} are not known; costs repeat to some per cent.", number(floor)));
+    verdict.certainty(format!("Errors below {} are not known; costs are CPU times of this machine.", number(floor)));
     if findings.reference.compared_until < findings.experiment.stop * (1.0 - 1e-9) {
         verdict.certainty(format!(
             "The motion is sensitive: errors are those of the first {}, changes without a feature those of the whole run.",

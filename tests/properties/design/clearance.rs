@@ -19,8 +19,8 @@ fn printed(scene: &CamScene, image: &Image) -> Result<Value, String> {
         },
     });
     let mut result = files.printed("clearance", &["--json", "--quick", "--turns=4", "-o", "out"].map(str::to_owned))?;
-    // Its sentences have the numbers of the image.
-    result["verdict"] = result["verdict"]["level"].take();
+    // It is that of the settled motion, which so few turns after the start depends on where the start is.
+    result["verdict"] = Value::Null;
     let law = &mut result["laws"][0];
     // Of more the model follows the first ones from φ = 0 on.
     if law["releases"].as_u64().is_some_and(|count| count > 40) {
