@@ -377,7 +377,7 @@ pub fn csv(drawn: &Drawn<'_>) -> Result<String, Fault> {
             let point = side.point(drawn.cam, at) * MILLIMETRES;
             cells.extend([point.re, point.im, bulge * side.curvature(drawn.cam, at) / MILLIMETRES]);
         }
-        // What is only rounding is nothing.
+        // What is only rounding is nothing: these are mm, ° and 1/mm, of which 1e-12 is below the last digit of a cam of 1 m.
         cells.into_iter().map(|cell: f64| format!("{:?}", if cell.abs() < 1e-12 { 0.0 } else { cell })).collect()
     };
     let head = head.split(',').map(str::to_owned).collect();

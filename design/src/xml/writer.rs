@@ -112,7 +112,8 @@ fn tag<'a>(name: &'a str, attributes: &[Attribute]) -> BytesStart<'a> {
     tag
 }
 
-/// The text with all white space but the blank at which no line ends, the characters that XML 1.0 forbids and those that nobody sees turned into blanks: attributes
+/// The text with all white space but the blank at which no line ends, the characters that XML 1.0 forbids and those that nobody
+/// sees turned into blanks: attributes
 /// are normalised strings anyway, and a scene's text may hold anything.
 pub fn legal(text: &str) -> String {
     text.chars()
