@@ -30,8 +30,9 @@ pub fn number(value: f64) -> String {
     format!("{:e}", rounded(value, 2))
 }
 
-/// So many significant digits. Numbers that differ by roundings of their computation look the same, on both sides of a tie too.
-fn rounded(value: f64, count: usize) -> f64 {
+/// The nearest number of so many significant digits. Numbers that differ by roundings of their computation look the same, on both
+/// sides of a tie too.
+pub fn rounded(value: f64, count: usize) -> f64 {
     let as_number = |value: f64, digits: usize| format!("{value:.0$e}", digits - 1).parse().unwrap_or(value);
     // The sum makes 0 of a negative zero, which has no sign for a reader.
     as_number(as_number(value, count.max(12)), count) + 0.0
@@ -49,6 +50,19 @@ pub fn digits(value: f64, count: usize, low: i32) -> String {
     let rounded = rounded(value, count);
     let plain = rounded == 0.0 || (10f64.powi(low)..1e6).contains(&rounded.abs());
     if plain { rounded.to_string() } else { format!("{rounded:e}") }
+}
+
+/// So many significant digits, powers of ten as in [`number`], of the number of this many that is next in size above or below.
+pub fn digits_beyond(value: f64, count: usize, up: bool) -> String {
+    let (size, nearest) = (rounded(value.abs(), count.max(12)), rounded(value.abs(), count));
+    // The last digit of the nearest one.
+    let last = 10f64.powi(nearest.log10().floor() as i32 + 1 - count as i32);
+    let moved = match up {
+        true if nearest < size => nearest + last,
+        false if nearest > size => nearest - last,
+        _ => nearest,
+    };
+    digits(moved.copysign(value), count, -4)
 }
 
 /// A speed (rad/s) in revolutions per minute.

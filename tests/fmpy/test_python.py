@@ -32,7 +32,7 @@ def refused(kind, call, *arguments, **keywords):
 
 def answers(report):
     """Whether the answer has all that holds and all that is to be done."""
-    said = [*report.verdict["result"], *report.verdict["advice"]]
+    said = [*report.verdict["result"], *(advice["text"] for advice in report.verdict["advice"])]
     return said and all(sentence in report.answer for sentence in said)
 
 

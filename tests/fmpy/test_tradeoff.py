@@ -59,8 +59,8 @@ def test_the_tables_say_the_same_in_every_form(exported):
     assert finer and all(row["error"] < 1e-7 for row in finer)
     assert 0 < report["reference"]["floor"] < 1e-9
     page = files[PAGE].decode()
-    for sentence in report["verdict"]["advice"]:
-        assert sentence.split(":")[0] in page
+    for advice in report["verdict"]["advice"]:
+        assert advice["text"].split(":")[0] in page
     # The page stays well-formed, with the pictures of the cam and of the experiment, and the two diagrams.
     tree = ElementTree.fromstring(page.split("?>", 1)[-1].replace("<!DOCTYPE html>", ""))
     assert len(tree.findall(".//{http://www.w3.org/2000/svg}svg")) == 4

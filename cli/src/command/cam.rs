@@ -121,15 +121,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let refused = shapes.iter().any(|shape| shape.verdict() == Level::Bad) && !args.force;
     let findings = Findings::new(&scene.name, &shapes);
     let report = findings.report();
-    let json = camdrive_design::report::json(&report.verdict, &findings);
-    let mut place = Place { measured: Some(&args.measured), inputs: scene.files, ..Place::default() };
+    let mut place =
+        Place { measured: Some(&args.measured), inputs: scene.files, scene: Some(&scene.text.0), ..Place::default() };
     if !refused {
         place.folder = Some(&folder);
         for shape in &shapes {
             place.more.extend(files::report(&folder, &shape.name, shape.files())?);
         }
     }
-    args.telling.deliver(report, json, place)?;
+    args.telling.deliver(report, &findings, place)?;
     if !refused {
         return Ok(());
     }

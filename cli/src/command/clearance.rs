@@ -94,9 +94,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let options = args.options(&scene)?;
     let findings = Bar::beside(&scene.name, |tell| clearance::study(&scene.resource(), &options, tell));
     let findings = findings.map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
-    let place =
-        Place { folder: Some(&folder), inputs: scene.files, measured: Some(&args.measured), ..Place::default() };
-    args.telling.deliver(findings.report(), findings.json(), place)
+    let (inputs, scene, measured) = (scene.files, Some(&*scene.text.0), Some(&args.measured));
+    let place = Place { folder: Some(&folder), inputs, scene, measured, ..Place::default() };
+    args.telling.deliver(findings.report(), &findings, place)
 }
 
 impl Args {

@@ -14,9 +14,11 @@ use camdrive_design::compensation::loaded::Loaded;
 use camdrive_design::compensation::periodic_motion::Driving;
 use camdrive_design::compensation::report::{Findings, Options, study};
 use camdrive_design::compensation::{Form, Restrictions, Task, Tool};
+use camdrive_design::report::{Advice, Claim, Level, Setting, Verdict};
 use camdrive_design::resource;
 use camdrive_design::text;
 use clap::builder::PossibleValuesParser;
+use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use toml_edit::{Item, Table, TableLike, Value, value};
 
@@ -252,25 +254,28 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     results.extend(cams.iter().filter_map(|cam| cam.points.clone()));
     let mut report = findings.report();
-    report.verdict.advice.extend(on_start(&machine, &findings));
-    let json = camdrive_design::report::json(&report.verdict, &findings);
+    on_start(&machine, &findings, &mut report.verdict);
     let results = results.into_iter().map(|(path, text)| (path, text.into_bytes())).collect();
-    let place = Place { folder: args.report.as_deref(), more: results, inputs, measured: Some(&args.measured) };
-    args.telling.deliver(report, json, place)
+    let place =
+        Place { folder: args.report.as_deref(), more: results, inputs, measured: Some(&args.measured), scene: None };
+    args.telling.deliver(report, &findings, place)
 }
 
 /// What the start of the compensated machine needs.
-fn on_start(machine: &Machine, findings: &Findings) -> Option<String> {
+fn on_start(machine: &Machine, findings: &Findings, verdict: &mut Verdict) {
     let Driving { motor, load, .. } = machine.task.driving;
     if motor == Motor::None {
         let w = findings.speed_at(machine.phi_start);
-        return Some(format!(
-            "Without a motor the machine keeps the period that it starts with: start.w_start = {w:.9} rad/s."
-        ));
+        let text =
+            format!("Without a motor the machine keeps the period that it starts with: start.w_start = {w:.9} rad/s.");
+        verdict.result(Level::Good, text);
+    } else if load != 0.0 {
+        let text = format!(
+            "Set the input `tau` of the FMU to {load} N·m before initialisation, so that the machine starts on this motion: the load is not part of the scene."
+        );
+        let mean = (TAU / findings.period).copysign(findings.speed_at(machine.phi_start));
+        verdict.advice(Advice::new(text).set([Setting::new("tau", load)], Claim::Speed { mean }));
     }
-    (load != 0.0).then(|| format!(
-        "The load of {load} N·m is not part of the scene; it is the input `tau` of the FMU, 0 unless it is set. Set it before initialisation, so that the machine starts on this motion."
-    ))
 }
 
 /// Tables that the scene names by a path from its own folder are named from that of the result.

@@ -3,8 +3,9 @@
 use super::measured::Measured;
 use super::output::{print, show, width};
 use super::{Failure, failure, files};
-use camdrive::drives::Fault;
-use camdrive_design::report::{Picture, Report, html};
+use crate::scene::study::has_place;
+use camdrive_design::report::{self, Picture, Report, html};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// How a study prints its report.
@@ -23,6 +24,8 @@ pub struct Telling {
 pub struct Place<'a> {
     /// The folder for tables and pictures; None writes none of them.
     pub folder: Option<&'a Path>,
+    /// The text of the scene whose keys advice sets.
+    pub scene: Option<&'a str>,
     /// Files that are no part of the report.
     pub more: Vec<(PathBuf, Vec<u8>)>,
     /// Files that were read, which no result replaces.
@@ -32,10 +35,13 @@ pub struct Place<'a> {
 }
 
 impl Telling {
-    /// Writes the files of a report, all or none, and prints it.
-    pub fn deliver(self, mut report: Report, json: Result<String, Fault>, place: Place) -> Result<(), Failure> {
-        let json = json.map_err(failure)?;
-        let Place { folder, more: mut results, mut inputs, measured } = place;
+    /// Writes the files of a report on these findings, all or none, and prints it.
+    pub fn deliver(self, mut report: Report, findings: &impl Serialize, place: Place) -> Result<(), Failure> {
+        let Place { folder, scene, more: mut results, mut inputs, measured } = place;
+        if let Some(scene) = scene {
+            report.verdict.advice.iter_mut().for_each(|advice| advice.spell(&|key| has_place(scene, key)));
+        }
+        let json = report::json(&report.verdict, findings).map_err(failure)?;
         if let Some(folder) = folder {
             let diagrams = report.figures.iter_mut().filter_map(|figure| match &mut figure.picture {
                 Picture::Diagram(diagram) => Some((figure.key.as_str(), diagram)),

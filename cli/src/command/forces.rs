@@ -12,7 +12,7 @@ use camdrive::drives::{Fault, unit};
 use camdrive_design::forces::{Findings, Machine};
 use camdrive_design::overview::running;
 use camdrive_design::periodic_train;
-use camdrive_design::report::{self, Report};
+use camdrive_design::report::Report;
 use camdrive_design::resource::Scene;
 use std::path::{Path, PathBuf};
 
@@ -60,8 +60,8 @@ pub fn speed_of(scene: &Scene) -> Option<f64> {
     }
 }
 
-/// The report on a scene at this speed, or its own, as JSON too, and the followers that leave their cams.
-pub fn study(path: &Path, scene: &Resolved, speed: Option<f64>) -> Result<(Report, Json, Vec<String>), Failure> {
+/// The report on a scene at this speed, or its own, and the findings.
+pub fn study(path: &Path, scene: &Resolved, speed: Option<f64>) -> Result<(Report, Findings), Failure> {
     let place = path.display();
     let fault = |fault: Fault| failure(format!("{place}: {fault}"));
     let machine = machine(scene).map_err(fault)?;
@@ -74,28 +74,24 @@ pub fn study(path: &Path, scene: &Resolved, speed: Option<f64>) -> Result<(Repor
     Bar::beside(&scene.name, |_| {
         let turn = machine.turn()?;
         let findings = Findings::new(&turn);
-        let report = findings.report(&turn);
-        let json = report::json(&report.verdict, &findings);
-        Ok((report, json, findings.lost()))
+        Ok((findings.report(&turn), findings))
     })
     .map_err(fault)
 }
-
-type Json = Result<String, Fault>;
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let speed = optional("speed", &args.speed, &unit::ANGULAR_VELOCITY)?;
     let scene = read(&args.scene)?;
     let folder = files::folder(args.output.as_deref(), "forces", &scene.name)?;
     let place = args.scene.display();
-    let (report, json, lost) = study(&args.scene, &scene, speed)?;
+    let (report, findings) = study(&args.scene, &scene, speed)?;
     let measured = Some(&args.measured);
     args.telling.deliver(
         report,
-        json,
-        Place { folder: Some(&folder), inputs: scene.files, measured, ..Place::default() },
+        &findings,
+        Place { folder: Some(&folder), inputs: scene.files, scene: Some(&scene.text.0), measured, ..Place::default() },
     )?;
-    match lost[..] {
+    match findings.lost()[..] {
         [] => Ok(()),
         ref lost => Err(failure(format!("{place}: {}", lost.join("; ")))),
     }

@@ -88,7 +88,7 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
     // Where inputs give the speed there is none to study.
     let turns = forces::speed_of(&scene.scene).is_some();
     if turns && !matches!(scene.scene, Scene::ParametricDrive(_)) {
-        part("forces", forces::study(path, scene, None).map(|(report, ..)| report));
+        part("forces", forces::study(path, scene, None).map(|(report, _)| report));
     }
     match &scene.scene {
         Scene::RigidMachine(_) | Scene::DriveTrain(_) => {

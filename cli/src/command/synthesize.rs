@@ -91,8 +91,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             .map_err(|faults| Failure(faults.to_string()))?;
     }
     let more = vec![(target, profile.into_bytes())];
-    let place = Place { folder: args.report.as_deref(), more, inputs, measured: Some(&args.measured) };
-    args.telling.deliver(study.report(), study.json(), place)
+    let place = Place { folder: args.report.as_deref(), more, inputs, scene: None, measured: Some(&args.measured) };
+    args.telling.deliver(study.report(), &study.findings(), place)
 }
 
 /// Which law of the task this name is of.

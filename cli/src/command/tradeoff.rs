@@ -87,6 +87,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = read(&args.scene)?;
     let folder = files::folder(args.output.as_deref(), "tradeoff", &scene.name)?;
     let findings = args.study.study(&args.scene, &scene)?;
-    let place = Place { folder: Some(&folder), inputs: scene.files, ..Place::default() };
-    args.telling.deliver(findings.report(), findings.json(), place)
+    let place = Place { folder: Some(&folder), inputs: scene.files, scene: Some(&scene.text.0), ..Place::default() };
+    args.telling.deliver(findings.report(), &findings, place)
 }

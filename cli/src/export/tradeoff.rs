@@ -3,7 +3,7 @@
 use super::archive::File;
 use super::xml::Xml;
 use camdrive::drives::Fault;
-use camdrive_design::report::html;
+use camdrive_design::report::{self, html};
 use camdrive_design::tradeoff::Findings;
 
 /// The folder of the tables in `extra/`; the standard asks for a reverse domain name.
@@ -11,8 +11,9 @@ const FOLDER: &str = "extra/org.camdrive.tradeoff";
 
 /// The tables for programs.
 pub fn files(findings: &Findings) -> Result<Vec<File>, Fault> {
-    let tables = findings.report().files().into_iter().filter(|(ending, _)| ending.ends_with(".csv"));
-    let files = tables.chain([("tradeoff.json".to_owned(), findings.json())]);
+    let report = findings.report();
+    let tables = report.files().into_iter().filter(|(ending, _)| ending.ends_with(".csv"));
+    let files = tables.chain([("tradeoff.json".to_owned(), report::json(&report.verdict, findings))]);
     files.map(|(name, content)| Ok(File::new(format!("{FOLDER}/{name}"), content?))).collect()
 }
 

@@ -885,6 +885,20 @@ fn entry<'a>(document: &'a mut DocumentMut, path: &str) -> Option<&'a mut Item> 
     (!item.is_table() && !item.is_array_of_tables()).then_some(item)
 }
 
+/// Tables that every scene may have, and whose keys are variables of its FMU as well.
+const ALWAYS: [&str; 2] = ["solver.", "start."];
+
+/// Whether a scene has a key (true), or place for it (false); None of a key that it cannot have. A speed is no key of a drive
+/// that inputs move.
+pub fn has_place(text: &str, key: &str) -> Option<bool> {
+    let mut document: DocumentMut = text.parse().ok()?;
+    match entry(&mut document, key) {
+        Some(item) if !item.is_none() => Some(true),
+        Some(_) => (key != "drive.speed").then_some(false),
+        None => ALWAYS.iter().any(|table| key.starts_with(table)).then_some(false),
+    }
+}
+
 impl Study {
     /// The number of runs.
     pub fn rows(&self) -> u64 {

@@ -5,9 +5,12 @@ use super::{Carrier, Cut, Disc, Finding, Shape, degrees, figures};
 use crate::plot::Diagram;
 use crate::report::terminal::shown;
 use crate::report::unit::{DEG, MM, ONE};
-use crate::report::{Block, Level, Report, Table, Value, Verdict};
+use crate::report::{Advice, Block, Claim, Level, Report, Setting, Table, Value, Verdict};
 use camdrive::drives::Fault;
 use serde::Serialize;
+
+/// Significant digits of a radius that decides.
+const FINE: usize = 4;
 
 /// A file: its ending and its content.
 pub type File = (String, Result<String, Fault>);
@@ -30,6 +33,18 @@ impl Shape {
     fn part(&self, scene: &str, disc: &str) -> String {
         let follower = self.name.strip_prefix(scene).and_then(|rest| rest.strip_prefix('.')).unwrap_or(&self.name);
         format!("{follower} {disc}").trim_end().to_owned()
+    }
+
+    /// The number of its follower in the scene.
+    fn number(&self, scene: &str) -> Option<usize> {
+        self.name.strip_prefix(scene)?.strip_prefix(".follower")?.parse().ok()
+    }
+
+    /// What sets the largest radius (m) of its rollers.
+    fn roller(&self, scene: &str, most: f64) -> Setting {
+        let key = |number| format!("follower[{number}].geometry.roller_radius");
+        let key = self.number(scene).map_or("geometry.roller_radius".to_owned(), key);
+        Setting::at_most(key, most, &MM, FINE)
     }
 
     /// The angle and curvature of its contours, and what they allow, in a table for each cam.
@@ -57,7 +72,9 @@ impl Shape {
             if finding.verdict != Level::Good {
                 let part = self.part(scene, disc.name);
                 verdict.result(finding.verdict, format!("{part}: {}.", finding.placed()));
-                verdict.advice(format!("{part}: {}.", finding.remark));
+                let advice = Advice::new(format!("{part}: {}.", finding.remark));
+                let smaller = finding.what.ends_with(ROLLER).then(|| self.roller(scene, finding.value));
+                verdict.advice(advice.set(smaller, Claim::Cut { follower: self.number(scene) }));
             }
         }
         if self.verdict() != Level::Bad {
@@ -72,8 +89,10 @@ impl Shape {
             let all = self.cams.iter().flat_map(|disc| &disc.findings).filter(|f| f.what.ends_with(ROLLER));
             let least = all.min_by(|a, b| a.value.total_cmp(&b.value));
             if let Some(least) = least.filter(|least| least.value < RESERVE * self.plan.roller) {
-                let (limit, own) = (least.shown(), shown(self.plan.roller, &MM));
-                verdict.advice(format!("{what}: no roller of a radius above {limit} instead of {own}."));
+                let own = shown(self.plan.roller, &MM);
+                let limit = self.roller(scene, least.value);
+                let text = format!("{what}: no roller of a radius above {} instead of {own}.", limit.value);
+                verdict.advice(Advice::new(text).set([limit], Claim::Cut { follower: self.number(scene) }));
             }
         }
     }

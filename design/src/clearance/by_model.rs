@@ -16,6 +16,9 @@ use super::tuning::Intervals;
 use super::{Parameters, passages};
 use crate::clearance::borders::Sequel;
 use crate::parallel;
+use crate::report::Unit;
+use crate::report::unit::{HZ, KG, MM, ONE, RPM};
+use crate::text;
 use camdrive::drives::backlash::Scene;
 use serde::Serialize;
 
@@ -76,6 +79,12 @@ pub struct Change {
 
 /// The quantities, in the order of their intervals.
 pub const QUANTITIES: [&str; COUNT] = ["natural frequency", "speed", "clearance", "mass m1", "damping ratio"];
+
+/// Their units for people.
+pub const UNITS: [Unit; COUNT] = [HZ, RPM, MM, KG, ONE];
+
+/// Significant digits of a change: what is tried is what is told.
+pub const DIGITS: usize = 3;
 
 impl ByModel {
     /// The intervals of a quantity, by its place in [`QUANTITIES`].
@@ -194,9 +203,12 @@ pub fn around(
         ends.chunks_exact(2).map(|pair| [own[which] * pair[0], own[which] * pair[1]]).collect::<Intervals>()
     };
     let now = [own[0], own[1], own[2], own[3], 0.5 * machine.b / (machine.m2 * machine.omega)];
-    let trials: Vec<(usize, f64)> = (0..COUNT)
-        .flat_map(|which| intervals(which).into_iter().map(move |ends| (which, within(ends, now[which]))))
-        .collect();
+    let tried = |which: usize, ends: [f64; 2]| {
+        let factor = UNITS[which].factor;
+        (which, text::rounded(within(ends, now[which]) * factor, DIGITS) / factor)
+    };
+    let trials: Vec<(usize, f64)> =
+        (0..COUNT).flat_map(|which| intervals(which).into_iter().map(move |ends| tried(which, ends))).collect();
     let settle = |(which, value): &(usize, f64)| {
         let (scene, machine) = changed(scene, machine, *which, value / own[*which]);
         let (mut model, motion) = model(&scene, &machine, ignore)?;

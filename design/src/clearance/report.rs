@@ -1,16 +1,15 @@
 //! The findings as a report: where the contact opens, how hard it closes, whether further impacts follow, which change cures.
 
 use super::borders::{Sequel, borders};
-use super::by_model::{Change, QUANTITIES};
+use super::by_model::{Change, DIGITS, QUANTITIES, UNITS};
 use super::passage::{Clearance, Figures};
 use super::settled::Settled;
 use super::tuning::Intervals;
 use super::{Findings, Parameters, Study, figures, printed};
 use crate::report::terminal::{range, ranges, shown};
 use crate::report::unit::{DEG, HZ, J, KG, MM, MM_PER_RAD2, MS, N, NS, ONE, PERCENT, RPM, Unit};
-use crate::report::{Level, Report, Table, Verdict};
+use crate::report::{Advice, Claim, Level, Report, Setting, Table, Verdict, Written};
 use crate::text::{counted, number};
-use camdrive::drives::Fault;
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
@@ -37,6 +36,24 @@ fn places(angles: impl Iterator<Item = f64>) -> String {
     let more = texts.len().saturating_sub(LISTED);
     texts.truncate(LISTED);
     if more > 0 { format!("{} and {more} more", texts.join(", ")) } else { texts.join(", ") }
+}
+
+/// What sets another value (SI) of a quantity, by its place in [`QUANTITIES`].
+fn settings(machine: &Parameters, which: usize, value: f64) -> Vec<Setting> {
+    let Parameters { m2, b, omega, speed, .. } = *machine;
+    let written = |value: f64| Written::nearest(value, &UNITS[which], DIGITS);
+    let damping = 0.5 * b / (m2 * omega);
+    match which {
+        // The damping ratio stays, that is b follows.
+        0 => vec![
+            Setting::new("backlash.natural_frequency", written(value)).or("backlash.c", m2 * value * value),
+            Setting::new("backlash.damping_ratio", damping).or("backlash.b", b * value / omega),
+        ],
+        1 => vec![Setting::new("drive.speed", written(value.copysign(speed)))],
+        2 => vec![Setting::new("backlash.s", written(value))],
+        3 => vec![Setting::new("backlash.m1", written(value))],
+        _ => vec![Setting::new("backlash.damping_ratio", written(value)).or("backlash.b", 2.0 * value * m2 * omega)],
+    }
 }
 
 /// What follows an impact, in words.
@@ -133,20 +150,22 @@ impl Study {
         let (Some(model), Some(settled)) = (&self.by_model, &self.settled) else { return };
         let now = settled.largest_impulse;
         let quantities = self.quantities(machine);
-        let mut cures: Vec<(&str, String)> = Vec::new();
+        let mut cured: Vec<&str> = Vec::new();
         for change in model.changes.iter().filter(|change| change.settled.largest_impulse <= (1.0 - GAIN) * now) {
-            let known = cures.iter().any(|(name, _)| *name == change.quantity);
-            if let Some(of) = quantities.iter().find(|of| of.name == change.quantity && !known) {
-                let [value, before] = [change.value, of.value].map(|value| shown(value, &of.unit));
-                cures
-                    .push((of.name, format!("{} {value} instead of {before} ({})", of.name, impacts(&change.settled))));
+            let known = cured.contains(&change.quantity);
+            if let Some(i) = quantities.iter().position(|of| of.name == change.quantity && !known) {
+                let of = &quantities[i];
+                let [value, before] = [change.value, of.value].map(|value| Written::nearest(value, &of.unit, DIGITS));
+                let settled = impacts(&change.settled);
+                let text = format!("Gentler: a {} of {value} instead of {before} ({settled}).", of.name);
+                let claim = Claim::Impulse { at_most: (1.0 - GAIN) * now };
+                verdict.advice(Advice::new(text).set(settings(machine, i, change.value), claim));
+                cured.push(of.name);
             }
         }
-        let cures: Vec<String> = cures.into_iter().map(|(_, cure)| cure).collect();
-        verdict.advice(match cures.is_empty() {
-            true => "No change of one quantity was found that makes the hardest impact gentler by a tenth.".to_owned(),
-            false => format!("Gentler in the settled motion, the gentlest first: {}.", cures.join("; ")),
-        });
+        if cured.is_empty() {
+            verdict.advice("No change of one quantity was found that makes the hardest impact gentler by a tenth.");
+        }
     }
 
     /// How sure this is.
@@ -171,8 +190,8 @@ impl Study {
         let Parameters { m1, m2, b, omega, speed, s, .. } = *machine;
         let Some(tuning) = &self.tuning else { return Vec::new() };
         let by_formulas = [&tuning.frequency, &tuning.speed, &tuning.clearance, &tuning.mass];
-        let values = [(HZ, omega), (RPM, speed.abs()), (MM, s), (KG, m1), (ONE, 0.5 * b / (m2 * omega))];
-        let all = QUANTITIES.into_iter().zip(values).enumerate().map(|(i, (name, (unit, value)))| Tunable {
+        let values = [omega, speed.abs(), s, m1, 0.5 * b / (m2 * omega)];
+        let all = QUANTITIES.into_iter().zip(UNITS).zip(values).enumerate().map(|(i, ((name, unit), value))| Tunable {
             name,
             unit,
             value,
@@ -219,7 +238,7 @@ impl Findings {
             let calm = self.laws.iter().filter(|study| study.is_calm() == Some(true));
             let names: Vec<&str> = calm.map(|study| study.law.as_str()).collect();
             let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-            verdict.advice(format!("Laws without further impacts: {names}."));
+            verdict.result(Level::Good, format!("Laws without further impacts: {names}."));
         }
         verdict
     }
@@ -331,13 +350,5 @@ impl Findings {
         self.add_files(&mut report);
         printed::explain(self, &mut report);
         report
-    }
-
-    /// The findings with the verdict as JSON.
-    ///
-    /// # Errors
-    /// None in practice.
-    pub fn json(&self) -> Result<String, Fault> {
-        crate::report::json(&self.verdict(), self)
     }
 }

@@ -3,9 +3,11 @@
 use super::study::{ACCURACIES, Findings, Output, Row, SURE, Way};
 use crate::plot::{Axis, Diagram, Rule, Series};
 use crate::report::unit::{MS, ONE};
-use crate::report::{Level, Report, Table, Value, Verdict};
+use crate::report::{Advice, Claim, Level, Report, Setting, Table, Value, Verdict};
 use crate::text::{number, share, time};
-use camdrive::drives::Fault;
+
+/// Significant digits of steps, which are multiples of that of the file.
+const FINE: usize = 6;
 
 /// An exchange, and how often a step is repeated.
 pub fn name(exchange: &str, repeats: u32) -> String {
@@ -38,10 +40,15 @@ impl Findings {
                 let level = if fits { Level::Good } else { Level::Mind };
                 verdict.result(level, format!("With {} {said}.", way.master));
                 if let Some(step) = way.steps[0].filter(|_| !fits) {
-                    let (own, step) = (time(self.step), time(step));
-                    let text =
-                        format!("The step of the file, {own}, is too long with {}: take at most {step}.", way.master);
-                    verdict.advice(text);
+                    let (own, step) = (time(self.step), Setting::at_most("step", step, &MS, FINE));
+                    let text = format!(
+                        "The step of the file, {own}, is too long with {}: take at most {}.",
+                        way.master, step.value
+                    );
+                    let exchange = Setting::new("exchange", &*way.exchange);
+                    let repeat = (way.repeats > 0).then(|| Setting::new("repeat", way.repeats as usize));
+                    let claim = Claim::Error { at_most: ACCURACIES[0], step: None };
+                    verdict.advice(Advice::new(text).set([step, exchange].into_iter().chain(repeat), claim));
                 }
             }
         }
@@ -66,14 +73,6 @@ impl Findings {
         );
         report.explain("Measurement", [measured]).explain_table(self.of_errors()).diagram("", self.diagram());
         report
-    }
-
-    /// The findings with the verdict as JSON.
-    ///
-    /// # Errors
-    /// None in practice.
-    pub fn json(&self) -> Result<String, Fault> {
-        crate::report::json(&self.verdict(), self)
     }
 
     /// The ways with the steps that they need.

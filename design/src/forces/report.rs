@@ -4,8 +4,8 @@ use super::quantity::{Quantity, TORQUE, Units};
 use super::turn::{Extreme, State, Turn};
 use super::{Drive, Machine};
 use crate::cam_geometry::{Shape, Tolerances};
-use crate::report::unit::{self, DEG, ONE, Unit, W};
-use crate::report::{Level, Report, Table, Value, Verdict, terminal::shown};
+use crate::report::unit::{self, DEG, ONE, RPM, Unit, W};
+use crate::report::{Advice, Claim, Level, Report, Setting, Table, Value, Verdict, Written, terminal::shown};
 use crate::text::{self, number, rpm};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::linkage::in_turn;
@@ -14,6 +14,9 @@ use std::f64::consts::TAU;
 
 /// A least value or a mean below this part of the largest one is shown as zero.
 const ROUNDING: f64 = 1e-9;
+
+/// Significant digits of speeds and preloads that decide.
+const FINE: usize = 5;
 
 /// A quantity over the turn.
 #[derive(Clone, Debug, Serialize)]
@@ -196,19 +199,25 @@ fn pressing(drive: &Drive) -> &'static str {
 impl Keeping {
     /// Adds what preload keeps a follower on its cam, and what else does where it is `lost`: the force that changes its sign, and
     /// where.
-    fn advise(&self, verdict: &mut Verdict, part: &str, drive: &Drive, lost: Option<(&str, &String)>) {
+    fn advise(&self, verdict: &mut Verdict, machine: &Machine, drive: &Drive, lost: Option<(&str, &String)>) {
+        let part = machine.part(drive).unwrap_or("The follower");
+        let claim = || Claim::Contact { follower: machine.number(drive) };
         let unit = if drive.follower.turns { unit::NM } else { unit::N };
-        let force = |value: f64| format!("{} {}", text::digits(value, 5, -4), unit.name);
-        let given = drive.preload();
-        let needed = self.least_preload.map(|at| (force(at.value), in_turn(at.phi, 2)));
+        let force = |value: f64| format!("{} {}", text::digits(value, FINE, -4), unit.name);
+        let given = force(drive.preload());
+        let preload = self.least_preload.map(|at| (machine.preload(drive, at.value, &unit), in_turn(at.phi, 2)));
         let Some((what, changes)) = lost else {
-            match (self.least_preload, needed) {
-                (Some(at), Some((least, _))) if at.value > 0.0 => {
-                    let given = force(given);
-                    verdict
-                        .advice(format!("{part}: keep the preload of the return spring above {least}; it is {given}."))
+            match preload {
+                Some((preload, _)) if self.least_preload.is_some_and(|at| at.value > 0.0) => {
+                    let text = format!(
+                        "{part}: keep the preload of the return spring above {}; it is {given}.",
+                        preload.least
+                    );
+                    verdict.advice(Advice::new(text).set(preload.setting, claim()));
                 }
-                _ => verdict.result(Level::Good, format!("{part}: the contact needs no preload at this speed.")),
+                _ => {
+                    verdict.result(Level::Good, format!("{part}: the contact needs no preload at this speed."));
+                }
             };
             return;
         };
@@ -216,18 +225,55 @@ impl Keeping {
             true => "never presses".to_owned(),
             false => format!("changes its sign at φ = {changes}"),
         };
-        let preload = needed.map_or(String::new(), |(least, phi)| {
-            let given = force(given);
-            format!("a preload of the return spring above {least} instead of {given}, which φ = {phi}° needs, ")
-        });
-        let slower = match self.lift_off_speed {
-            Some(at) if at.value > 0.0 => format!("a speed below {} rpm, ", rpm(at.value)),
-            _ => String::new(),
-        };
-        let or = if preload.is_empty() && slower.is_empty() { "" } else { "or " };
-        verdict.advice(format!(
-            "{part}: the {what} {how}. Remedies: {preload}{slower}{or}a cam that holds it on both sides (groove, conjugate)."
-        ));
+        verdict.result(Level::Mind, format!("{part}: the {what} {how}."));
+        if let Some((preload, phi)) = preload {
+            let text = match preload.setting.is_some() {
+                true => format!(
+                    "{part}: raise the preload of the return spring from {given} to {}; φ = {phi}° needs it.",
+                    preload.least
+                ),
+                false => {
+                    format!("{part}: a return spring keeps the contact; φ = {phi}° needs {} of it.", preload.least)
+                }
+            };
+            verdict.advice(Advice::new(text).set(preload.setting, claim()));
+        }
+        if let Some(at) = self.lift_off_speed.filter(|at| at.value > 0.0) {
+            let speed = Setting::at_most("drive.speed", at.value.copysign(machine.speed), &RPM, FINE);
+            let text = format!("{part}: or run below {}.", Written::rounded(at.value, &RPM, FINE, false));
+            verdict.advice(Advice::new(text).set([speed], claim()));
+        }
+        let held = (drive.plan.is_some() && !drive.is_flat())
+            .then(|| Setting::new(machine.key(drive, "geometry.contour"), "groove"));
+        let text = format!("{part}: or let its cam hold it on both sides, by a groove or conjugate cams.");
+        verdict.advice(Advice::new(text).set(held, claim()));
+    }
+}
+
+/// A preload of the return springs of a drive, and what sets it where it has one.
+struct Preload {
+    least: String,
+    setting: Option<Setting>,
+}
+
+impl Machine {
+    /// The number of a follower in its scene; None of a drive of its own.
+    fn number(&self, drive: &Drive) -> Option<usize> {
+        self.part(drive)?.strip_prefix("follower")?.parse().ok()
+    }
+
+    /// The key of a follower as the scene has it.
+    fn key(&self, drive: &Drive, key: &str) -> String {
+        self.number(drive).map_or(key.to_owned(), |number| format!("follower[{number}].{key}"))
+    }
+
+    /// The least preload (N or N·m) of all springs of a drive together; one of them takes what the others leave.
+    fn preload(&self, drive: &Drive, least: f64, unit: &Unit) -> Preload {
+        let keys = ["load.spring.preload", "load.roller.spring.preload"];
+        let springs = drive.loads.on().into_iter().zip(keys).find_map(|(load, key)| Some((load.spring?.preload, key)));
+        let setting = springs
+            .map(|(own, key)| Setting::at_least(self.key(drive, key), least - (drive.preload() - own), unit, FINE));
+        Preload { least: Written::rounded(least, unit, FINE, true).to_string(), setting }
     }
 }
 
@@ -262,7 +308,7 @@ impl Findings {
                 let changes = angles(&found.sign_changes);
                 verdict.result(level, sentence);
                 let lost = (level != Level::Good).then_some((pressing(drive), &changes));
-                keeping.advise(&mut verdict, name(drive), drive, lost);
+                keeping.advise(&mut verdict, machine, drive, lost);
             }
         }
         let is_crossed = |(found, _): &(&OfDrive, _)| found.keeping.is_none() && !found.sign_changes.is_empty();

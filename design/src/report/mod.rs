@@ -1,6 +1,7 @@
 //! One report for all studies: a [`Verdict`], then typed tables and sentences, diagrams, and what only `--explain` tells. A study
 //! fills it; [`terminal`], [`csv`], [`html`], and [`json()`] write it.
 
+mod advice;
 pub mod csv;
 pub mod html;
 pub mod table;
@@ -9,6 +10,7 @@ pub mod unit;
 
 use crate::plot::Diagram;
 use crate::text;
+pub use advice::{Advice, Claim, Reach, Setting, Written};
 use camdrive::drives::Fault;
 use serde::Serialize;
 pub use table::{Column, Rows, Table, Value};
@@ -22,7 +24,7 @@ pub struct Verdict {
     /// What holds.
     pub result: Vec<String>,
     /// What to do.
-    pub advice: Vec<String>,
+    pub advice: Vec<Advice>,
     /// How sure this is.
     pub certainty: Vec<String>,
 }
@@ -93,8 +95,8 @@ impl Verdict {
     }
 
     /// Adds to what is to be done.
-    pub fn advice(&mut self, sentence: impl Into<String>) -> &mut Self {
-        self.advice.push(sentence.into());
+    pub fn advice(&mut self, advice: impl Into<Advice>) -> &mut Self {
+        self.advice.push(advice.into());
         self
     }
 
@@ -104,9 +106,11 @@ impl Verdict {
         self
     }
 
-    /// Its parts with their headings.
-    pub fn parts(&self) -> [(&'static str, &[String]); 3] {
-        [("Result", &self.result), ("Advice", &self.advice), ("Certainty", &self.certainty)]
+    /// The sentences of its parts with their headings.
+    pub fn parts(&self) -> [(&'static str, Vec<&str>); 3] {
+        let [result, certainty] = [&self.result, &self.certainty].map(|list| list.iter().map(String::as_str).collect());
+        let advice = self.advice.iter().map(|advice| advice.text.as_str()).collect();
+        [("Result", result), ("Advice", advice), ("Certainty", certainty)]
     }
 }
 

@@ -7,7 +7,6 @@ use crate::report::terminal::{ranges, shown};
 use crate::report::unit::{DEG, HZ, ONE, PERCENT, RPM, Unit};
 use crate::report::{Level, Report, Rows, Table, Value, Verdict};
 use crate::text::{counted, digits, number, rpm};
-use camdrive::drives::Fault;
 use std::cmp::Ordering;
 use std::f64::consts::PI;
 
@@ -360,13 +359,5 @@ impl Findings {
         self.add_files(&mut report);
         self.explain(&mut report);
         report
-    }
-
-    /// The findings with the verdict as JSON.
-    ///
-    /// # Errors
-    /// None in practice.
-    pub fn json(&self) -> Result<String, Fault> {
-        crate::report::json(&self.verdict(), self)
     }
 }

@@ -5,10 +5,9 @@ use crate::periodic_train::{Range, Turn};
 use crate::plot::{Axis, Diagram, Series};
 use crate::report::terminal::shown;
 use crate::report::unit::{DEG, MS, NM, ONE, PERCENT, RPM, W};
-use crate::report::{Level, Report, Table, Unit, Value, Verdict};
-use crate::text::{counted, digits, number, rpm, share, time};
+use crate::report::{Advice, Claim, Level, Report, Setting, Table, Unit, Value, Verdict, Written};
+use crate::text::{counted, number, rpm, share, time};
 use crate::transmission::Transmission;
-use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::Kloss;
 
 /// A part of the first disturbance that nobody sees.
@@ -16,6 +15,9 @@ const GONE: f64 = 0.01;
 
 /// Significant digits of speeds and periods: with fewer, motions with and without torques look alike.
 const FINE: usize = 7;
+
+/// Those of a speed that yields a prescribed period.
+const PRESCRIBED: usize = 10;
 
 /// Name of the motion of a machine without torques.
 const FREE: &str = "without torques";
@@ -79,7 +81,12 @@ impl Findings {
                 if !speeds.is_empty() {
                     verdict
                         .result(level, format!("It runs as well at {} rpm, by the way it starts.", speeds.join(", ")))
-                        .advice("`start.mode` = steady_state begins with the fastest stable motion.");
+                        .advice(
+                            Advice::new("`start.mode` = \"steady_state\" begins with the fastest stable motion.").set(
+                                [Setting::new("start.mode", "steady_state")],
+                                Claim::Speed { mean: first.speeds.mean_speed },
+                            ),
+                        );
                 }
                 let slower = |motion: &&Motion| !motion.stable && motion.speeds.period > first.speeds.period;
                 if let Some(slow) = all.iter().find(slower) {
@@ -107,10 +114,10 @@ impl Findings {
             }
         }
         if let Some(speed) = self.synchronous_speed {
-            let speed = digits(speed * RPM.factor, 10, -4);
-            verdict.advice(format!(
-                "The period needs a motor with a synchronous speed of {speed} rpm: set motor.w_s to it."
-            ));
+            let speed = Written::nearest(speed, &RPM, PRESCRIBED);
+            let text = format!("The period needs a synchronous speed of the motor of {speed}: set `motor.w_s` to it.");
+            let mean = stable.first().map_or(f64::NAN, |motion| motion.speeds.mean_speed);
+            verdict.advice(Advice::new(text).set([Setting::new("motor.w_s", speed)], Claim::Speed { mean }));
         }
         if let Some(turn) = &self.train {
             self.of_train(turn, &mut verdict);
@@ -137,8 +144,11 @@ impl Findings {
             0 => ("stalls", "there is no periodic motion"),
             _ => ("stalls or runs away", "no periodic motion is stable"),
         };
-        verdict.result(Level::Bad, format!("The motor {does}: against a load of {load} {found}."));
-        verdict.advice(format!("Reduce the load, or take a motor with a breakdown torque well above {torque}."));
+        verdict.result(
+            Level::Bad,
+            format!("The motor {does}: against a load of {load} {found}. Its breakdown torque is {torque}."),
+        );
+        verdict.advice("Reduce the load, or take a stronger motor.");
     }
 
     /// Torques, impacts and contact of a train.
@@ -195,14 +205,6 @@ impl Findings {
         report.explain("How it was found", lines.into_iter().flatten().map(str::to_owned));
         report.diagram("steady", self.diagram(&rows));
         report
-    }
-
-    /// The findings with the verdict as JSON.
-    ///
-    /// # Errors
-    /// None in practice.
-    pub fn json(&self) -> Result<String, Fault> {
-        crate::report::json(&self.verdict(), self)
     }
 
     fn diagram(&self, rows: &[(String, &Speeds, Option<&Motion>)]) -> Diagram {

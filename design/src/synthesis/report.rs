@@ -14,7 +14,6 @@ use crate::report::terminal::shown;
 use crate::report::unit::{DEG, MM, MM_PER_RAD, MM_PER_RAD2, MM_PER_RAD3, NM, ONE, RPM, Unit};
 use crate::report::{Block, Report, Table, Value};
 use crate::text::digits;
-use camdrive::drives::Fault;
 use serde_json::json;
 use std::f64::consts::TAU;
 
@@ -292,11 +291,8 @@ impl Together {
         report
     }
 
-    /// The result with the verdict as JSON, in SI.
-    ///
-    /// # Errors
-    /// None in practice: all keys are texts.
-    pub fn json(&self) -> Result<String, Fault> {
+    /// The result in SI, as JSON has it.
+    pub fn findings(&self) -> serde_json::Value {
         let kept = |(name, bound, reserve): (&str, &Bound, Extreme)| {
             (bound.of.len() > 1).then(|| json!({ "name": name, "reserve": reserve.value, "phi": reserve.phi }))
         };
@@ -304,7 +300,7 @@ impl Together {
             let laws = clearance.laws.map(|law| self.name_of(law));
             json!({ "laws": laws, "distance": clearance.distance, "least_distance": least.value, "phi": least.phi })
         };
-        let findings = match &self.studies[..] {
+        match &self.studies[..] {
             [only] => only.value(),
             all => json!({
                 "name": self.assignment.name,
@@ -313,8 +309,7 @@ impl Together {
                 "clearances": self.clearances().map(clear).collect::<Vec<_>>(),
                 "laws": all.iter().map(Study::value).collect::<Vec<_>>(),
             }),
-        };
-        crate::report::json(&self.verdict(), &findings)
+        }
     }
 }
 

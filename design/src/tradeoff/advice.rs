@@ -1,7 +1,7 @@
 //! What to use, what it costs, what may be left out: said once.
 
 use super::{Feature, Findings, Row, bounded};
-use crate::report::{Level, Verdict};
+use crate::report::{Advice as Advised, Claim, Level, Setting, Verdict};
 use crate::text::{number, time};
 use serde::Serialize;
 
@@ -97,15 +97,17 @@ pub fn verdict(findings: &Findings) -> Verdict {
         );
     }
     // Targets with the same choice are one, and the strictest of them says more.
-    let mut told: Vec<(f64, String)> = Vec::new();
+    let mut told: Vec<(f64, Saving)> = Vec::new();
     for target in TARGETS.into_iter().filter(|target| *target >= floor) {
-        if let Some(text) = saved(findings, target, default) {
-            told.retain(|(_, other)| *other != text);
-            told.push((target, text));
+        for saving in saved(findings, target, default) {
+            told.retain(|(_, other)| *other != saving);
+            told.push((target, saving));
         }
     }
-    for (target, text) in &told {
-        verdict.advice(format!("For errors up to {}: {text}.", number(*target)));
+    for (target, Saving { text, set, step }) in &told {
+        let claim = Claim::Error { at_most: *target, step: *step };
+        let text = format!("For errors up to {}: {text}.", number(*target));
+        verdict.advice(Advised::new(text).set(set.iter().cloned(), claim));
     }
     let all = TARGETS.iter().filter(|target| **target >= floor && choose(findings, **target).is_none());
     if let Some(missed) = all.copied().reduce(f64::max) {
@@ -129,8 +131,16 @@ pub fn verdict(findings: &Findings) -> Verdict {
     verdict
 }
 
-/// What saves time for a target against the default settings; None where nothing saves 5 %.
-fn saved(findings: &Findings, target: f64, default: Option<usize>) -> Option<String> {
+/// What saves time: in words, by the dials that are set, at a communication step (s) that is not the default one.
+#[derive(PartialEq)]
+struct Saving {
+    text: String,
+    set: Vec<Setting>,
+    step: Option<f64>,
+}
+
+/// What saves time for a target against the default settings, each 5 % at least.
+fn saved(findings: &Findings, target: f64, default: Option<usize>) -> Vec<Saving> {
     let cost = |i: usize| number(cost_of(findings, i));
     let mut parts = Vec::new();
     let chosen = choose(findings, target);
@@ -142,13 +152,15 @@ fn saved(findings: &Findings, target: f64, default: Option<usize>) -> Option<Str
         let step =
             default.map(|i| findings.settings[i].communication_step).filter(|step| *step != row.communication_step);
         let at = step.map_or(String::new(), |_| format!(" at communication steps of {}", time(row.communication_step)));
-        parts.push(format!("{}{at}, {} ns per ms", words(row), cost(i)));
+        let text = format!("{}{at}, {} ns per ms", words(row), cost(i));
+        parts.push(Saving { text, set: settings(row), step: step.map(|_| row.communication_step) });
     }
     if let Some(other) = chosen.and_then(|i| saving(findings, target, i)) {
         let row = &findings.settings[other];
         let step = time(row.communication_step);
         let setting = if row.is_default() { String::new() } else { format!(" with {}", words(row)) };
-        parts.push(format!("at communication steps of {step}{setting}, {} ns per ms are enough", cost(other)));
+        let text = format!("at communication steps of {step}{setting}, {} ns per ms are enough", cost(other));
+        parts.push(Saving { text, set: settings(row), step: Some(row.communication_step) });
     }
     let spare: Vec<String> = spare(findings, target)
         .map(|f| {
@@ -156,9 +168,19 @@ fn saved(findings: &Findings, target: f64, default: Option<usize>) -> Option<Str
         })
         .collect();
     if !spare.is_empty() {
-        parts.push(format!("{} may be left out", spare.join(", ")));
+        let text = format!("{} may be left out", spare.join(", "));
+        parts.push(Saving { text, set: Vec::new(), step: None });
     }
-    (!parts.is_empty()).then(|| parts.join("; "))
+    parts
+}
+
+/// The dials of a row as a scene sets them.
+fn settings(row: &Row) -> Vec<Setting> {
+    let number = |key: &str, value: Option<f64>| Some(Setting::new(key, value?));
+    let method = row.method.as_ref().map(|method| Setting::new("solver.method", method.as_str()));
+    let numbers = [("solver.tolerance", row.tolerance), ("solver.step_size", row.step_size)];
+    let numbers = numbers.into_iter().filter_map(|(key, value)| number(key, value));
+    method.into_iter().chain(numbers).collect()
 }
 
 /// The values of the dials that are not left to the default.

@@ -5,7 +5,6 @@ use super::{Cost, Findings, figures};
 use crate::report::unit::{MS, ONE, PERCENT, US, Unit};
 use crate::report::{Report, Table, Value};
 use crate::text::{self, counted, number, time};
-use camdrive::drives::Fault;
 
 /// CPU time per time of the machine (ns/ms).
 const NS_PER_MS: Unit = Unit::new("ns/ms", 1.0);
@@ -133,13 +132,5 @@ impl Findings {
         report.diagram("work_precision", figures::work_precision(self));
         report.diagram("communication_step", figures::communication_step(self));
         report
-    }
-
-    /// The findings with the verdict as JSON.
-    ///
-    /// # Errors
-    /// None in practice.
-    pub fn json(&self) -> Result<String, Fault> {
-        crate::report::json(&advice::verdict(self), self)
     }
 }

@@ -88,7 +88,7 @@ fn changes_are_those_of_the_closed_form() {
     assert!(report.settings.iter().all(|row| row.fault.is_none() && row.cost.is_some()));
     assert_eq!(report.advice.len(), 4);
     let verdict = advice::verdict(&report);
-    assert!(verdict.result.iter().chain(&verdict.advice).chain(&verdict.certainty).all(|text| text.ends_with('.')));
+    assert!(verdict.parts().iter().flat_map(|(_, texts)| texts).all(|text| text.ends_with('.')));
     nothing_is_told_below_the_floor(&report);
     assert!(report.advice[1].may_be_left_out.is_empty());
 }
@@ -191,7 +191,7 @@ fn a_tolerance_buys_accuracy_and_the_advice_knows() {
     // Tables hold every row, and CSV and JSON every number.
     assert_eq!(written(&report, "settings").lines().count(), 1 + report.settings.len());
     assert_eq!(written(&report, "features").lines().count(), 1 + report.features.len());
-    let json: serde_json::Value = serde_json::from_str(&report.json().unwrap()).unwrap();
+    let json: serde_json::Value = serde_json::to_value(&report).unwrap();
     assert_eq!(json["settings"].as_array().unwrap().len(), report.settings.len());
     for diagram in [figures::work_precision(&report), figures::communication_step(&report)] {
         assert!(!diagram.series.is_empty());
@@ -251,7 +251,7 @@ fn nothing_that_saves_less_than_five_per_cent_is_advised() {
             (feature.cost_ratio, feature.change) = (Some(ratio), Some(10f64.powf(-14.0 * number(59 * round + 5 * i))));
         }
         report.reference.floor = 1e-14;
-        for sentence in advice::verdict(&report).advice {
+        for sentence in advice::verdict(&report).advice.into_iter().map(|advice| advice.text) {
             for part in sentence.split(" ns per ms").filter(|part| part.ends_with(|c: char| c.is_ascii_digit())) {
                 let told: f64 = part.rsplit(' ').next().unwrap().parse().unwrap();
                 // Three digits are told.

@@ -49,7 +49,8 @@ class Report:
         fields = self._fields
         name = next((fields[key] for key in ("name", "scene", "system", "file") if key in fields), "")
         verdict = fields.get("verdict", {"result": [fields.get("summary", "")], "advice": []})
-        return "\n".join(line for line in (name, *verdict["result"], *verdict["advice"]) if line)
+        advice = [advice["text"] for advice in verdict["advice"]]
+        return "\n".join(line for line in (name, *verdict["result"], *advice) if line)
 
     @property
     def _fields(self) -> dict[str, Any]:

@@ -42,7 +42,7 @@ pub fn run(args: &Args, system: &System, folder: &Path) -> Result<(), Failure> {
         let fmu = packed(&single.scene, &libraries()?, date).map_err(failure)?;
         place.more.push((folder.join(fmu_of(single)), fmu));
     }
-    args.telling.deliver(findings.report(), findings.json(), place)
+    args.telling.deliver(findings.report(), &findings, place)
 }
 
 /// The errors over the communication step, and the train that the system is.
