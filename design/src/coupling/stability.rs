@@ -304,8 +304,8 @@ impl Loaded {
     }
 }
 
-/// States of the shaft: φ, φ̇, φ̈ as the drives know it; of each drive x, ẋ, τ and its rate.
-const SHAFT: usize = 3;
+/// States of the shaft: φ, φ̇, φ̈ and its rate as the drives know them; of each drive x, ẋ, τ and its rate.
+const SHAFT: usize = 4;
 const DRIVE: usize = 4;
 
 /// The factor by which an error grows in a step, of a shaft with J = 1.
@@ -336,7 +336,7 @@ fn growth(exchange: Exchange, repeats: u32, step: f64, loads: &[Load]) -> f64 {
 
 /// The state after a step of the exchange.
 fn one_step(exchange: Exchange, repeats: u32, h: f64, loads: &[Load], state: &[f64]) -> Vec<f64> {
-    let (&[phi, w, known], drives) = state.split_first_chunk().expect("a shaft");
+    let (&[phi, w, known, known_rate], drives) = state.split_first_chunk().expect("a shaft");
     let sum = |drives: &[f64], place: usize| drives.chunks(DRIVE).map(|drive| drive[place]).sum::<f64>();
     let extrapolates = !matches!(exchange, Exchange::Held | Exchange::GaussSeidel);
     let a = -sum(drives, 2);
@@ -345,7 +345,7 @@ fn one_step(exchange: Exchange, repeats: u32, h: f64, loads: &[Load], state: &[f
     let shaft = |[a1, a2, a3]: [f64; 3]| {
         let w_end = w + h * (a + h / 2.0 * (a1 + h / 3.0 * (a2 + h / 4.0 * a3)));
         let phi_end = phi + h * (w + h / 2.0 * (a + h / 3.0 * (a1 + h / 4.0 * (a2 + h / 5.0 * a3))));
-        [phi_end, w_end, a + h * (a1 + h / 2.0 * (a2 + h / 3.0 * a3))]
+        [phi_end, w_end, a + h * (a1 + h / 2.0 * (a2 + h / 3.0 * a3)), a1 + h * (a2 + h / 2.0 * a3)]
     };
     let driven = |course: [f64; 5]| -> Vec<f64> {
         let each = loads.iter().zip(drives.chunks(DRIVE));
@@ -354,7 +354,8 @@ fn one_step(exchange: Exchange, repeats: u32, h: f64, loads: &[Load], state: &[f
     let mut end = shaft([rate, 0.0, 0.0]);
     let course = match exchange {
         Exchange::Held => [phi, w, known, 0.0, 0.0],
-        Exchange::Extrapolated => [phi, w, known, rate, 0.0],
+        // The machine tells φ̈ and its rate with the torque of the step before.
+        Exchange::Extrapolated => [phi, w, known, known_rate, 0.0],
         Exchange::GaussSeidel => [end[0], end[1], end[2], 0.0, 0.0],
         // The motion of the shaft itself, which is as simple as that.
         Exchange::Interpolated | Exchange::EffectiveInertia => [phi, w, a, rate, 0.0],
@@ -465,6 +466,7 @@ mod tests {
         for (exchange, zeta, limits) in [
             (Exchange::Held, 0.02, [0.33, 0.21, 0.26]),
             (Exchange::Held, 0.0, [0.06, 0.06, 0.06]),
+            (Exchange::Extrapolated, 0.02, [0.417, 0.595, 0.584]),
             (Exchange::GaussSeidel, 0.02, [0.65, 0.94, 0.93]),
             (Exchange::GaussSeidel, 0.0, [0.63, 0.96, 1.00]),
             (Exchange::Interpolated, 0.02, [0.56, 0.77, 1.32]),
