@@ -1895,6 +1895,106 @@ fn run_and_verify_refuse_what_is_no_fmu_for_them() {
     refused(&["cannot be read"]);
 }
 
+/// A drive of another maker whose inputs and torque have these units; values of the parameters that tell its library so.
+fn foreign_drive(folder: &Path, units: [&str; 4]) -> String {
+    const UNITS: [(&str, &str, f64); 7] = [
+        ("rad", "rad=\"1\"", 1.0),
+        ("deg", "rad=\"1\" factor=\"0.017453292519943295\"", std::f64::consts::PI / 180.0),
+        ("rad/s", "rad=\"1\" s=\"-1\"", 1.0),
+        ("rpm", "rad=\"1\" s=\"-1\" factor=\"0.10471976\"", std::f64::consts::PI / 30.0),
+        ("rad/s2", "rad=\"1\" s=\"-2\"", 1.0),
+        ("N.m", "kg=\"1\" m=\"2\" s=\"-2\"", 1.0),
+        ("N.mm", "kg=\"1\" m=\"2\" s=\"-2\" factor=\"0.001\"", 1e-3),
+    ];
+    let unit = |name: &str| UNITS.iter().find(|of| of.0 == name).expect("a unit");
+    let defined: String =
+        UNITS.iter().map(|(name, base, _)| format!("<Unit name=\"{name}\"><BaseUnit {base}/></Unit>\n")).collect();
+    let variable = |i: usize, name: &str, causality: &str, real: String| {
+        format!(
+            "<ScalarVariable name=\"{name}\" valueReference=\"{i}\" causality=\"{causality}\">{real}</ScalarVariable>\n"
+        )
+    };
+    let with_unit = |unit: &str, start: &str| format!("<Real unit=\"{unit}\"{start}/>");
+    let inputs = ["phi", "w", "a"].into_iter().zip(units).enumerate();
+    let mut variables: String =
+        inputs.map(|(i, (name, unit))| variable(i, name, "input", with_unit(unit, " start=\"0\""))).collect();
+    for (i, name) in ["m", "h", "by_phi", "by_w", "by_a", "by_tau"].into_iter().enumerate() {
+        variables += &variable(i + 3, name, "parameter", "<Real start=\"1\"/>".to_owned());
+    }
+    variables += &variable(9, "tau", "output", with_unit(units[3], ""));
+    let description = format!(
+        "<fmiModelDescription fmiVersion=\"2.0\" modelName=\"drive\" guid=\"{{drive}}\">\n<CoSimulation modelIdentifier=\"drive\" \
+         canHandleVariableCommunicationStepSize=\"true\"/>\n<UnitDefinitions>\n{defined}</UnitDefinitions>\n<ModelVariables>\n{variables}\
+         </ModelVariables>\n<ModelStructure/>\n</fmiModelDescription>\n"
+    );
+    packed(folder, "drive", "foreign_drive.rs", description.as_bytes(), &[]);
+    let scales = ["by_phi", "by_w", "by_a", "by_tau"].into_iter().zip(units);
+    let scales: Vec<String> = scales.map(|(name, of)| format!("{name} = {:?}", unit(of).2)).collect();
+    format!("h = 0.03, {}", scales.join(", "))
+}
+
+/// The speed (rad/s) at 0.2 s of the machine of the test below with such a drive of mass m, of all as one equation, by Runge and Kutta.
+fn with_rigid_drive(m: f64) -> f64 {
+    let (inertia, ratio, offset, h) = (1.6, -2.0, 40f64.to_radians(), 0.03);
+    let rates = |[phi, w]: [f64; 2]| {
+        let slip = 1.0 - w / (10.0 * std::f64::consts::PI);
+        let motor = 2.0 * 90.0 * slip * 0.18 / (slip * slip + 0.18 * 0.18);
+        let (sin, cos) = (ratio * phi + offset).sin_cos();
+        let (first, second) = (h * sin, h * cos);
+        [w, (motor - m * ratio.powi(3) * first * second * w * w) / (inertia + m * (ratio * first).powi(2))]
+    };
+    let (steps, mut state) = (20_000, [0.0, 20.0 * std::f64::consts::PI / 3.0]);
+    let step = 0.2 / f64::from(steps);
+    let along = |[phi, w]: [f64; 2], [a, b]: [f64; 2], by: f64| [phi + by * a, w + by * b];
+    for _ in 0..steps {
+        let k1 = rates(state);
+        let k2 = rates(along(state, k1, step / 2.0));
+        let k3 = rates(along(state, k2, step / 2.0));
+        let k4 = rates(along(state, k3, step));
+        for i in 0..2 {
+            state[i] += step / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
+        }
+    }
+    state[1]
+}
+
+#[test]
+fn a_rigid_drive_of_another_maker_is_coupled_with_the_order_2_in_any_units() {
+    let folder = folder("foreign_drive");
+    let file = folder.join("system.toml");
+    let machine = "name = \"machine\"\nmodel = \"RigidMachine\"\nmachine.J0 = 1.6\n\
+                   motor = { kind = \"kloss\", M_k = 90, s_k = 0.18, w_s = \"300 rpm\" }\n";
+    std::fs::write(folder.join("machine.toml"), machine).expect("a scene");
+    let run = |scales: &str, m: f64, step: f64| {
+        let system = format!(
+            "name = \"foreign\"\nstop = 0.2\nstep = {step:?}\n[part.machine]\nscene = \"machine.toml\"\n\
+             start = {{ w_start = \"200 rpm\" }}\n[part.drive]\nfmu = \"drive.fmu\"\nshaft = \"machine\"\nratio = -2\n\
+             offset = \"40 deg\"\nstart = {{ m = {m:?}, {scales} }}\n"
+        );
+        std::fs::write(&file, system).expect("a system");
+        let run = camdrive(&["run", text(&file), "--output", "machine.w"]);
+        assert!(run.code == 0 && run.err.contains("takes no input derivatives"), "{}", run.err);
+        // In any units the work on both sides is compared.
+        assert!(run.err.contains("note: machine and drive: "), "{}", run.err);
+        table(&run.out).1.pop().expect("rows")[1]
+    };
+    // κ = 0.22 and 0.9.
+    for m in [100.0, 400.0] {
+        let exact = with_rigid_drive(m);
+        let scales = foreign_drive(&folder, ["rad", "rad/s", "rad/s2", "N.m"]);
+        let errors = [4e-4, 2e-4, 1e-4].map(|step| (run(&scales, m, step) - exact).abs());
+        for pair in errors.windows(2) {
+            assert!((pair[0] / pair[1]).log2() > 1.8, "{m}: {errors:?}");
+        }
+        assert!(errors[2] < 1e-3, "{m}: {errors:?}");
+        for units in [["deg", "rpm", "rad/s2", "N.mm"], ["rad", "rpm", "rad/s2", "N.m"]] {
+            let scales = foreign_drive(&folder, units);
+            let error = (run(&scales, m, 1e-4) - exact).abs();
+            assert!((error - errors[2]).abs() < 0.01 * errors[2] + 1e-6, "{units:?}: {error} {errors:?}");
+        }
+    }
+}
+
 /// What the FMU of `tests/foreign.rs` says of itself, in Latin-1.
 const CART: &str = r#"<?xml version="1.0" encoding="ISO-8859-1"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Cart with blanks" guid="{cart}">
@@ -1924,24 +2024,28 @@ const CART: &str = r#"<?xml version="1.0" encoding="ISO-8859-1"?>
 
 /// Compiles the library of another maker, and packs it with this word for whether its steps may differ.
 fn cart(folder: &Path, variable_steps: &str) -> PathBuf {
-    let library = folder.join(format!("cart{}", std::env::consts::DLL_SUFFIX));
+    let description: Vec<u8> = CART.replace("VARIABLE", variable_steps).chars().map(|c| c as u8).collect();
+    packed(folder, "cart", "foreign.rs", &description, &[("resources/start.txt", b"1.5")])
+}
+
+/// Compiles a library of `tests`, and packs it with its model description and more files as NAME.fmu.
+fn packed(folder: &Path, name: &str, source: &str, description: &[u8], more: &[(&str, &[u8])]) -> PathBuf {
+    let library = folder.join(format!("{name}{}", std::env::consts::DLL_SUFFIX));
     if !library.exists() {
         let done = Command::new(Path::new(env!("CARGO")).with_file_name("rustc"))
             .args(["--edition", "2024", "-o", text(&library)])
-            .arg(root().join("tests/foreign.rs"))
+            .arg(root().join("tests").join(source))
             .output()
             .expect("the compiler of this test starts");
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     }
-    let fmu = folder.join("cart.fmu");
-    let description: Vec<u8> = CART.replace("VARIABLE", variable_steps).chars().map(|c| c as u8).collect();
+    let fmu = folder.join(format!("{name}.fmu"));
     let runtime = runtime();
     let (platform, _) = runtime.split_once('=').unwrap();
-    let path = format!("binaries/{platform}/cart{}", std::env::consts::DLL_SUFFIX);
+    let path = format!("binaries/{platform}/{name}{}", std::env::consts::DLL_SUFFIX);
     let library = std::fs::read(&library).unwrap();
-    let files: [(&str, &[u8]); 3] =
-        [("modelDescription.xml", &description), (&path, &library), ("resources/start.txt", b"1.5")];
-    pack(&fmu, &files);
+    let files = [("modelDescription.xml", description), (path.as_str(), library.as_slice())];
+    pack(&fmu, &[&files, more].concat());
     fmu
 }
 
@@ -1978,7 +2082,7 @@ fn run_drives_an_fmu_of_another_maker() {
     assert_eq!(document["columns"][1]["description"], "Länge");
     // u = 2 t mm/s is held during a step: x = 1.5 mm + 0 + 0.5 · 1 mm; what is discrete is held from row to row.
     let input = folder.join("input.csv");
-    for headings in ["time,u [m/s],gear,open", "time,u,gear,open", "time [s],u [mm/s],gear,open"] {
+    for headings in ["time,u [m/s],gear,open", "time [s],u [mm/s],gear,open"] {
         let u = if headings.contains("mm") { 2.0 } else { 0.002 };
         std::fs::write(&input, format!("{headings}\n0,0,0,0\n1,{u},7,1\n2,{u},0,0\n")).unwrap();
         let run = with(&["--input", text(&input)]);
@@ -3578,9 +3682,58 @@ fn torques_are_connected_once_and_with_their_impulses() {
     let mean = wire("pusher.tau_mean", "machine.tau");
     let whole = check(&format!("{motion}{mean}"));
     assert!(whole.code == 0 && !whole.err.contains("impulses"), "{}", whole.err);
-    let twice = check(&format!("shaft = \"machine\"\n{mean}"));
-    let said = "`pusher.tau_mean` acts on `machine` already";
-    assert!(twice.code == 1 && (twice.out + &twice.err).contains(said), "{said}");
+    // By its shaft and by a connection, or by two connections, with impulses or without.
+    let both = [mean, wire("pusher.tau", "machine.tau")];
+    for (name, connection) in ["tau_mean", "tau"].into_iter().zip(&both) {
+        for rest in [format!("shaft = \"machine\"\n{connection}"), format!("{motion}{}{connection}", both.concat())] {
+            let twice = check(&rest);
+            let said = format!("`pusher.{name}` acts on `machine` already");
+            assert!(twice.code == 1 && twice.err.contains(&said), "{said}: {}", twice.err);
+        }
+    }
+}
+
+/// A torque that acts with another factor than the motion, on the shaft itself or by way of another part.
+#[test]
+fn work_that_is_lost_between_a_drive_and_its_shaft_is_told() {
+    let folder = folder("balance");
+    let parts = root().join("examples/two_cams");
+    let part = |name: &str| format!("[part.{name}]\nscene = {:?}\n", text(&parts.join(format!("{name}.toml"))));
+    let wire = |from: &str, to: &str, factor: u8| {
+        format!("[[connection]]\nfrom = \"{from}\"\nto = \"{to}\"\nfactor = {factor}\n")
+    };
+    let motion: String =
+        ["phi", "w", "a"].map(|name| wire(&format!("machine.{name}"), &format!("pusher.{name}"), 2)).concat();
+    // τ = m h² a at φ = 90°: what comes in goes out.
+    let scales = foreign_drive(&folder, ["rad", "rad/s", "N.m", "N.m"]).replace("h = 0.03", "h = 1");
+    let gear = format!("[part.gear]\nfmu = \"drive.fmu\"\nstart = {{ phi = \"90 deg\", m = 1, {scales} }}\n");
+    let head = format!("name = \"balance\"\nstop = 0.2\nstep = 1e-3\n{}{}", part("machine"), part("pusher"));
+    let file = folder.join("system.toml");
+    let mut ran = |command: &str, rest: &str| {
+        std::fs::write(&file, format!("{head}{rest}")).expect("a system");
+        let run = camdrive(&[command, text(&file)]);
+        assert_eq!(run.code, 0, "{}", run.err);
+        (run.out + &run.err).split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let direct = |factor: u8| format!("{motion}{}", wire("pusher.tau", "machine.tau", factor));
+    let by_gear = |factor: u8| {
+        format!("{gear}{motion}{}{}", wire("pusher.tau", "gear.a", 1), wire("gear.tau", "machine.tau", factor))
+    };
+    let lost = "pusher: the work forth and back is ";
+    let check = ran("check", &direct(1));
+    assert!(
+        check.contains("pusher.tau acts on machine with the factor 1; with 2") && !check.contains("No fault"),
+        "{check}"
+    );
+    let told = ran("run", &direct(1));
+    assert!(told.contains("acts on machine with the factor 1") && told.contains(lost), "{told}");
+    let told = ran("run", &by_gear(1));
+    assert!(told.contains(lost) && told.contains("by way of gear"), "{told}");
+    assert!(ran("check", &direct(2)).contains("No fault"));
+    for right in [direct(2), by_gear(2)] {
+        let told = ran("run", &right);
+        assert!(!told.contains(lost), "{told}");
+    }
 }
 
 #[test]
@@ -3833,14 +3986,18 @@ fn an_fmu_of_another_maker_is_checked_in_a_system() {
         let [run, _] = check(&format!("{times}{parts}{more}"));
         assert!(run.code == 1 && run.err.contains(said), "{said}: {}", run.err);
     }
-    // A number is SI whatever the unit of the input is, a text has its own: both are 30 mm/s.
-    for offset in ["0.03", "\"30 mm/s\""] {
+    // A text has its unit, a number none: it may be SI or that of the FMU.
+    for offset in ["0.03", "\"0.03 m/s\"", "\"30 mm/s\""] {
         let speed = "[part.bar]\nscene = \"bar.toml\"\n";
         let scene = "name = \"bar\"\nmodel = \"ElasticCamDrive\"\ncam = { law = \"fourier\", a = [0, \"1 mm\"] }\n\
              drive = { speed = \"600 rpm\" }\nelasticity = { place = \"output\", m = 12, c = 1e6 }\n";
         std::fs::write(folder.join("bar.toml"), scene).expect("a scene");
         let connection = format!("[[connection]]\nfrom = \"bar.der(y)\"\nto = \"cart.u\"\noffset = {offset}\n");
         let [run, data] = check(&format!("stop = 3e-3\nstep = 1e-3\n{parts}{speed}{connection}"));
+        if offset == "0.03" {
+            assert!(run.code == 1 && run.err.contains("0.03 may be in SI or in mm/s"), "{}", run.err);
+            continue;
+        }
         assert_eq!(run.code, 0, "{}", run.err);
         let data: serde_json::Value = serde_json::from_str(&data.out).expect("JSON");
         let found = &data[0]["connections"][0];

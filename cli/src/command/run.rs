@@ -42,7 +42,7 @@ its times, too. Of phi, w, a the last one in the table is linear, and from row t
 follow from it.
 What an FMU declares as discrete is held from row to row.
 The results of an FMU have the units that it declares; where they are not SI, headings tell them, and \
---start takes no number without a unit.")]
+--start and --input take no number without a unit.")]
 pub struct Args {
     /// The scene or the system (TOML), an FMU 2.0 of Co-Simulation, whose name ends in .fmu, or a system of them by SSP 1.0, .ssp
     #[arg(value_name = "FILE")]

@@ -88,7 +88,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// Reads a system and tells its notes.
 pub fn read(path: &Path) -> Result<System, Failure> {
     let system = system::read(path).map_err(|faults| Failure(faults.to_string()))?;
-    for note in &system.notes {
+    for note in system.remarks() {
         tell(&format!("note: {}: {note}\n", text::in_one_line(path.display())));
     }
     Ok(system)
@@ -139,7 +139,7 @@ struct Started {
 
 fn started(part: &Part) -> Vec<Started> {
     let of = |(name, value): &(String, f64)| {
-        let kind = part.variables.iter().find(|v| v.about.name == *name).map(|v| &v.about.kind);
+        let kind = part.description.variables.iter().find(|v| v.about.name == *name).map(|v| &v.about.kind);
         let (kind, value) = match kind {
             Some(Kind::Integer { .. } | Kind::Enumeration(_)) => ("Integer", (*value as i32).to_string()),
             Some(Kind::Boolean) => ("Boolean", (*value != 0.0).to_string()),
@@ -211,7 +211,13 @@ fn loops(system: &System) -> Vec<Vec<String>> {
 /// What there is to know before a system runs.
 pub fn glance(name: impl Into<String>, system: &System) -> Report {
     let mut report = Report::new(name, format!("system of {}", counted(system.parts.len(), "part")));
-    report.verdict.result(Level::Good, "No fault.");
+    let unbalanced = system.unbalanced();
+    if unbalanced.is_empty() {
+        report.verdict.result(Level::Good, "No fault.");
+    }
+    for said in unbalanced {
+        report.verdict.result(Level::Mind, said);
+    }
     for whole in loops(system) {
         report.verdict.result(Level::Mind, format!("Algebraic loop: {}.", whole.join(", ")));
     }

@@ -126,7 +126,7 @@ fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
     if !table.is_file() && all.iter().any(|about| about.causality == Causality::Input) {
         changes.push(format!("{} is missing: the inputs keep their start values", references::INPUT));
     }
-    let signals = table.is_file().then(|| Signals::read(&table, &all)).transpose();
+    let signals = table.is_file().then(|| Signals::read(&table, &all, |_| None)).transpose();
     let signals =
         signals.map_err(|Failure(text)| Fault::new(text.replace(&table.display().to_string(), references::INPUT)))?;
     let signals = signals.unwrap_or_default();

@@ -108,17 +108,10 @@ impl Coupled {
     /// One that cannot be loaded.
     pub fn of_fmu(path: &Path) -> Result<Self, Fault> {
         let fmu = Fmu::open(path)?;
-        let ModelDescription { name, experiment, capabilities, .. } = fmu.description().clone();
+        let description = fmu.description().clone();
+        let ModelDescription { name, experiment, .. } = description.clone();
         let content = Content::Fmu(path.to_owned());
-        let part = Part {
-            name: String::new(),
-            content,
-            start: Vec::new(),
-            variables: Vec::new(),
-            capabilities,
-            scene: None,
-            seat: None,
-        };
+        let part = Part { name: String::new(), content, start: Vec::new(), description, scene: None, seat: None };
         let system = System {
             name,
             // Where the FMU tells none, the study has to.

@@ -901,7 +901,7 @@ tables! {
         "ratio": real(&unit::NUMBER, ANY).or(1.0).also(&["i"]);
         /// its angle where that of the shaft is 0
         "offset": real(&unit::ANGLE, ANY).or(0.0).also(&["phase"]);
-        /// parameters and inputs of its FMU that are set before the start: { w_start = "300 rpm" }
+        /// parameters and inputs of its FMU that are set before the start: { w_start = "300 rpm" }; where the unit of an FMU is not SI, with a unit
         "start": value(Value::Variables);
     }
 
@@ -913,7 +913,7 @@ tables! {
         "to": value(Value::Text).required().also(&["target"]);
         /// by which the value is multiplied, not 0; of Reals only
         "factor": real(&unit::NUMBER, ANY).or(1.0).also(&["scale"]);
-        /// what is added to it: a number in SI, or a text with its unit, whatever that of the input is; of Reals only
+        /// what is added to it: a number in SI, or a text with its unit, which it must have where that of the input is not SI; of Reals only
         "offset": value(Value::Real(Of::Other, ANY)).or(0.0);
     }
 

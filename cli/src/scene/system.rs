@@ -17,7 +17,7 @@ use camdrive::drives::unit::Quantity;
 use camdrive::drives::variable::{Causality, Kind as Type};
 use camdrive::drives::{Fault, Number};
 use camdrive_design::coupling::stability::{self, Exchange, Limit, least_inertia};
-use camdrive_design::host::{Capabilities, Fmu, ModelDescription, Variable};
+use camdrive_design::host::{Fmu, ModelDescription, Variable};
 use camdrive_design::resource::{Scene, is_name};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -65,10 +65,8 @@ pub struct Part {
     pub content: Content,
     /// Variables that are set before it is initialised, in the coherent SI unit or, of FMUs, in their own.
     pub start: Vec<(String, f64)>,
-    /// Its variables.
-    pub variables: Vec<Variable>,
-    /// What its importer may do.
-    pub capabilities: Capabilities,
+    /// Its variables, and what its importer may do.
+    pub description: ModelDescription,
     /// Model and values, of an FMU that holds its scene, too; without those of `start`.
     pub scene: Option<Scene>,
     /// The shaft it sits on.
@@ -188,13 +186,10 @@ impl Part {
     /// # Errors
     /// A file that is none for this platform.
     pub fn foreign(name: &str, path: PathBuf) -> Result<Self, Fault> {
-        let fmu = Fmu::open(&path)?;
-        let ModelDescription { variables, capabilities, .. } = fmu.description();
         Ok(Part {
             name: name.to_owned(),
             start: Vec::new(),
-            variables: variables.clone(),
-            capabilities: *capabilities,
+            description: Fmu::open(&path)?.description().clone(),
             scene: open(&path).ok().map(|resolved| resolved.scene),
             content: Content::Fmu(path),
             seat: None,
@@ -203,7 +198,7 @@ impl Part {
 
     /// The variable with this name and causality.
     pub fn find(&self, name: &str, causality: Causality) -> Option<&Variable> {
-        self.variables.iter().find(|v| v.about.name == name && v.about.causality == causality)
+        self.description.variables.iter().find(|v| v.about.name == name && v.about.causality == causality)
     }
 
     fn has(&self, names: &[&str], causality: Causality) -> bool {
@@ -212,7 +207,8 @@ impl Part {
 
     /// The names of its inputs for torques.
     fn torque_inputs(&self) -> Vec<&str> {
-        let inputs = self.variables.iter().map(|v| &v.about).filter(|about| about.causality == Causality::Input);
+        let inputs =
+            self.description.variables.iter().map(|v| &v.about).filter(|about| about.causality == Causality::Input);
         inputs.map(|about| about.name.as_str()).filter(|name| name.rsplit('.').next() == Some(TORQUE)).collect()
     }
 
@@ -236,10 +232,9 @@ impl Part {
 
     /// One that is a scene.
     fn of_scene(name: &str, resolved: Resolved) -> Result<Self, Fault> {
-        let ModelDescription { variables, capabilities, .. } =
-            ModelDescription::of(name, "", &mut resolved.resource().build()?)?;
+        let description = ModelDescription::of(name, "", &mut resolved.resource().build()?)?;
         let (scene, content) = (Some(resolved.scene.clone()), Content::Scene(Box::new(resolved)));
-        Ok(Part { name: name.to_owned(), content, start: Vec::new(), variables, capabilities, scene, seat: None })
+        Ok(Part { name: name.to_owned(), content, start: Vec::new(), description, scene, seat: None })
     }
 
     fn set(&mut self, resolved: Resolved) -> Result<(), Fault> {
@@ -466,17 +461,17 @@ fn entries<'a>(prefix: &str, table: &'a DeTable<'a>, path: &str, values: &mut Ve
 impl Part {
     /// The value that a text gives a variable at the start, in the unit of the variable.
     fn value(&self, name: &str, text: &str) -> Result<f64, String> {
-        let all = || self.variables.iter().map(|v| v.about.name.as_str());
-        let Some(of) = self.variables.iter().find(|v| v.about.name == name) else {
-            return Err(variable::unknown(name, all()));
+        let all = &self.description.variables;
+        let Some(place) = self.description.find(name) else {
+            return Err(variable::unknown(name, all.iter().map(|v| v.about.name.as_str())));
         };
-        if let Some((_, item)) = of.items.iter().find(|(item, _)| item == text) {
-            return Ok(f64::from(*item));
+        let Variable { about, unit, .. } = &all[place];
+        if !matches!(about.causality, Causality::Parameter | Causality::Input) {
+            return Err(format!("`{name}` is computed and cannot be set"));
         }
-        match of.about.causality {
-            Causality::Parameter | Causality::Input => variable::value(&of.about, text).map(|si| of.unit.of_si(si)),
-            _ => Err(format!("`{name}` is computed and cannot be set")),
-        }
+        let value = variable::imported(&self.description, place, text)?;
+        about.check(value).map_err(|fault| fault.to_string())?;
+        Ok(unit.of_si(value))
     }
 }
 

@@ -4,7 +4,7 @@ use super::diagnostics::nearest;
 use super::units;
 use camdrive::drives::Description;
 use camdrive::drives::variable::Kind;
-use camdrive_design::host::{ModelDescription, Variable};
+use camdrive_design::host::{ModelDescription, Unit, Variable};
 
 /// The place in the list, which is the value reference, of the variable with this name.
 ///
@@ -66,6 +66,12 @@ pub const CONNECTED: &str = "the input is connected, so that a value would have 
 /// Two values of a text that differ by less are one: model descriptions have factors with some digits only.
 const SAME: f64 = 1e-6;
 
+/// What is wrong with a number without a unit where the FMU has another than SI, and a hint.
+pub fn ambiguous(number: f64, unit: &Unit) -> (String, String) {
+    let unit = &unit.name;
+    (format!("{number} may be in SI or in {unit}, the unit of the FMU"), format!("write the unit, \"{number} {unit}\""))
+}
+
 /// The same as [`parsed`] of a variable of an FMU, which may define units of its own; the value is in SI.
 ///
 /// # Errors
@@ -83,10 +89,10 @@ pub fn imported(description: &ModelDescription, variable: usize, text: &str) -> 
     let number: Option<f64> = number.parse().ok();
     let theirs = number.and_then(|number| Some(description.unit(variable, word)?.to_si(number)));
     match (number, theirs, parsed(about, text)) {
-        (Some(number), ..) if word.is_empty() && !unit.is_si() => Err(format!(
-            "`{name}`: {number} may be in SI or in {unit}, the unit of the FMU\n  = hint: write the unit, \"{number} {unit}\"",
-            unit = unit.name
-        )),
+        (Some(number), ..) if word.is_empty() && !unit.is_si() => {
+            let (message, hint) = ambiguous(number, unit);
+            Err(format!("`{name}`: {message}\n  = hint: {hint}"))
+        }
         (_, Some(theirs), Ok(ours)) if (theirs - ours).abs() > SAME * ours.abs() => {
             Err(format!("`{name}`: {word} has another meaning in the FMU\n  = hint: give the value in another unit"))
         }

@@ -21,12 +21,17 @@
 //! The inertia J of a load that the shaft takes for its own is J + J′ Δ + ½ J″ Δ² over the angle Δ, with its own derivative. J″
 //! is that at t, and of a drive that has stepped the one with which J meets its value at t + H, so that the energy of the load does.
 //!
+//! A part that takes no derivatives of its inputs stands at t + H with those of t: it gets those of t + H before its outputs are
+//! read. Where its torque depends on φ̈ at once, that is an equation for φ̈, affine with the factor −κ, which is solved as such.
+//!
+//! Values are in coherent SI units, whatever the units of the FMUs.
+//!
 //! What an FMU declares as discrete, such as the mean over the last step `tau_mean`, is constant over a step. The error of the torque over a step is that of
 //! its polynomial, so that held inputs have the order 1, extrapolated ones 2; it is what the shaft and the drives disagree about
 //! in energy, ∫ (τ of the shaft − τ of the drive) φ̇ dt, the [`Residual`].
 
 use super::stability::Exchange;
-use crate::host::{Host, ModelDescription, Variable};
+use crate::host::{Host, ModelDescription, Unit, Variable};
 use camdrive::drives::Fault;
 use camdrive::drives::variable::{Kind, Variability};
 
@@ -60,6 +65,35 @@ pub struct Residual {
     pub order: u32,
 }
 
+/// The work between a shaft and drives on it, whose torques reach it by connections or by way of other parts.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Balance {
+    /// The part of the shaft.
+    pub shaft: usize,
+    /// Those of the drives.
+    pub drives: Vec<usize>,
+    /// The parts that the torques pass.
+    pub by: Vec<usize>,
+    /// What the drives take and what the shaft gives, ∫ τ φ̇ dt on each side, in magnitudes of the steps (J).
+    pub work: [f64; 2],
+    /// Σ of the products of both, and of the squares of the first one (J²): their ratio is the part of the work that the shaft gives.
+    products: [f64; 2],
+    /// The place of the wire of φ̇ and the source of the torque, of each torque of the drives.
+    taken: Vec<((usize, usize), usize)>,
+    /// The wires of the torques on the shaft.
+    given: Vec<usize>,
+    /// The source of φ̇ of the shaft.
+    speed: usize,
+}
+
+impl Balance {
+    /// The part of the work of the drives that the shaft gives; None where they take none.
+    pub fn part(&self) -> Option<f64> {
+        let [both, own] = self.products;
+        (own > 0.0).then_some(both / own)
+    }
+}
+
 /// An output that is read, with its first derivative (1/s), at both ends of the step.
 #[derive(Clone, Copy, Debug, Default)]
 struct Source {
@@ -74,6 +108,8 @@ struct Outputs {
     references: Vec<u32>,
     orders: Vec<i32>,
     values: Vec<f64>,
+    /// Those of all that are read.
+    units: Vec<Unit>,
     /// Whether the FMU tells their derivatives.
     derivatives: bool,
     /// The places of those of other types.
@@ -103,13 +139,40 @@ struct Wire {
     /// The place of the input, and its reference where it is a Real.
     to: usize,
     reference: Option<u32>,
+    /// That of the input.
+    unit: Unit,
+    /// Between SI values, with the offset.
     factor: f64,
     offset: f64,
     course: Course,
     /// Whether the part of the source tells derivatives, so that a slope is none between two points.
     is_smooth: bool,
-    /// Value and derivatives that it took at the beginning of the last step, in the unit of the source.
+    /// Value and derivatives that it took at the beginning of the last step, of the source.
     taken: [f64; 4],
+}
+
+impl Wire {
+    fn new(connection: &Connection, source: usize, from: (&Variable, &ModelDescription), to: &Variable) -> Self {
+        let (output, input) = (&from.0.unit, &to.unit);
+        let factor = connection.factor * input.factor / output.factor;
+        Wire {
+            source,
+            from: connection.from.0,
+            to: connection.to.1,
+            reference: is_real(to).then_some(to.reference),
+            unit: input.clone(),
+            factor,
+            offset: input.to_si(connection.offset) - factor * output.offset,
+            course: course(from.0, to),
+            is_smooth: from.1.capabilities.output_derivatives > 0,
+            taken: [0.0; 4],
+        }
+    }
+
+    /// The value of the input, in its unit, of that of the source.
+    fn input(&self, source: f64) -> f64 {
+        self.unit.of_si(self.factor * source + self.offset)
+    }
 }
 
 /// A shaft and a drive on it, by the place of their wires: φ̇ of the motion, and the torque back.
@@ -132,6 +195,15 @@ struct Inputs {
     derived: Vec<f64>,
 }
 
+/// A shaft with the drives on it that take no derivatives, whose torques may depend on its φ̈ at once.
+#[derive(Debug)]
+struct Loop {
+    shaft: usize,
+    /// The source of φ̈.
+    acceleration: usize,
+    drives: Vec<usize>,
+}
+
 /// Coupled FMUs.
 pub struct Coupling {
     names: Vec<String>,
@@ -147,7 +219,9 @@ pub struct Coupling {
     /// Which parts move others.
     leads: Vec<bool>,
     powers: Vec<(usize, usize, Power)>,
+    loops: Vec<Loop>,
     residuals: Vec<Residual>,
+    balances: Vec<Balance>,
     /// How often a step is repeated.
     repeats: u32,
 }
@@ -198,6 +272,7 @@ impl Coupling {
                 orders: vec![1; references.len()],
                 values: vec![0.0; references.len()],
                 references,
+                units: used.iter().map(|place| variable((part, *place)).unit.clone()).collect(),
                 derivatives: parts[part].description().capabilities.output_derivatives > 0,
                 others: used.iter().copied().filter(|place| !is_real(variable((part, *place)))).collect(),
             });
@@ -207,18 +282,8 @@ impl Coupling {
             .map(|part| {
                 let own: Vec<&Connection> = connections.iter().filter(|c| c.to.0 == part).collect();
                 let wires = own.iter().map(|c| {
-                    let to = variable(c.to);
-                    Wire {
-                        source: sources.iter().position(|source| *source == c.from).unwrap_or_default(),
-                        from: c.from.0,
-                        to: c.to.1,
-                        reference: is_real(to).then_some(to.reference),
-                        factor: c.factor,
-                        offset: c.offset,
-                        course: course(variable(c.from), to),
-                        is_smooth: parts[c.from.0].description().capabilities.output_derivatives > 0,
-                        taken: [0.0; 4],
-                    }
+                    let source = sources.iter().position(|source| *source == c.from).unwrap_or_default();
+                    Wire::new(c, source, (variable(c.from), parts[c.from.0].description()), variable(c.to))
                 });
                 let mut inputs = Inputs { wires: wires.collect(), ..Inputs::default() };
                 motions(&mut inputs.wires, |i| &variable(own[i].to).about.name);
@@ -238,6 +303,9 @@ impl Coupling {
             order.reverse();
         }
         let powers: Vec<_> = (0..count).flat_map(|drive| powers(&inputs, &sources, &parts, drive)).collect();
+        let is_torque = |port: (usize, usize)| is_torque(&variable(port).about.name);
+        let balances = (0..count).flat_map(|shaft| balances(&inputs, &sources, shaft, is_torque)).collect();
+        let loops = (0..count).filter_map(|shaft| loop_of(&inputs, shaft)).collect();
         let residual = |(shaft, drive, power): &(usize, usize, Power)| {
             let order = match (exchange, inputs[*shaft].wires[power.torque].course) {
                 (_, Course::Discrete) => 0,
@@ -261,6 +329,8 @@ impl Coupling {
             outputs,
             inputs,
             powers,
+            loops,
+            balances,
             repeats,
         })
     }
@@ -293,6 +363,11 @@ impl Coupling {
     /// What shafts and drives disagree about in energy so far.
     pub fn residuals(&self) -> &[Residual] {
         &self.residuals
+    }
+
+    /// The work of drives and their shafts so far.
+    pub fn balances(&self) -> &[Balance] {
+        &self.balances
     }
 
     /// Begins the initialisation of all parts at `time` (s); their start values have been set, inputs may be.
@@ -335,6 +410,9 @@ impl Coupling {
         }
         (0..self.parts.len()).try_for_each(|part| self.read(part))?;
         self.sources.iter_mut().for_each(|source| source.ends[0] = source.ends[1]);
+        for balance in &mut self.balances {
+            (balance.work, balance.products) = ([0.0; 2], [0.0; 2]);
+        }
         for residual in &mut self.residuals {
             *residual = Residual { parts: residual.parts, order: residual.order, ..Residual::default() };
         }
@@ -348,8 +426,7 @@ impl Coupling {
             let part = self.order[at];
             let Coupling { inputs, sources, parts, .. } = self;
             for wire in &inputs[part].wires {
-                let value = wire.factor * sources[wire.source].ends[1][0] + wire.offset;
-                parts[part].set(wire.to, value)?;
+                parts[part].set(wire.to, wire.input(sources[wire.source].ends[1][0]))?;
             }
             let Outputs { first, references, others, .. } = &self.outputs[part];
             let range = *first..*first + references.len() + others.len();
@@ -376,6 +453,7 @@ impl Coupling {
             self.round(time, step)?;
         }
         self.weigh(time, step);
+        self.balance(step);
         self.sources.iter_mut().for_each(|source| source.ends[0] = source.ends[1]);
         Ok(())
     }
@@ -405,9 +483,58 @@ impl Coupling {
             self.of(part, stepped)?;
             self.read(part)?;
             self.stepped[part] = true;
-            if !self.outputs[part].derivatives {
-                self.differences(part, step);
+            self.differences(part, step);
+            if interpolates {
+                self.stand(part, step)?;
             }
+        }
+        (0..self.parts.len()).try_for_each(|part| self.stand(part, step))?;
+        (0..self.loops.len()).try_for_each(|at| self.meet(at, step))
+    }
+
+    /// Gives a part that takes no derivatives the inputs of the end of the step, as far as they are known, and reads its outputs.
+    fn stand(&mut self, part: usize, step: f64) -> Result<(), Fault> {
+        if self.inputs[part].derivatives || self.inputs[part].wires.is_empty() {
+            return Ok(());
+        }
+        self.renew(part)?;
+        self.differences(part, step);
+        Ok(())
+    }
+
+    /// Gives a part what the others say at the end of the step, and reads its outputs.
+    fn renew(&mut self, part: usize) -> Result<(), Fault> {
+        let Coupling { inputs, sources, parts, stepped, .. } = self;
+        for wire in inputs[part].wires.iter().filter(|wire| stepped[wire.from]) {
+            parts[part].set(wire.to, wire.input(sources[wire.source].ends[1][0]))?;
+        }
+        let read = self.read_values(part);
+        self.of(part, read)
+    }
+
+    /// φ̈ of a shaft and the torques on it at the end of a step: two rounds between both tell the affine function, whose fixed point
+    /// they meet.
+    fn meet(&mut self, at: usize, step: f64) -> Result<(), Fault> {
+        let acceleration = self.loops[at].acceleration;
+        let mut told = [self.sources[acceleration].ends[1][0]; 3];
+        for round in 1..=told.len() {
+            for drive in 0..self.loops[at].drives.len() {
+                self.renew(self.loops[at].drives[drive])?;
+            }
+            self.renew(self.loops[at].shaft)?;
+            let own = &mut self.sources[acceleration].ends[1][0];
+            if let Some(next) = told.get_mut(round) {
+                *next = *own;
+            }
+            if round == 2 {
+                let [first, second, third] = told;
+                let met = first - (second - first) * (second - first) / (third - 2.0 * second + first);
+                *own = if met.is_finite() { met } else { third };
+            }
+        }
+        self.differences(self.loops[at].shaft, step);
+        for drive in 0..self.loops[at].drives.len() {
+            self.differences(self.loops[at].drives[drive], step);
         }
         Ok(())
     }
@@ -415,23 +542,23 @@ impl Coupling {
     /// Reads the outputs of a part with their derivatives.
     fn read(&mut self, part: usize) -> Result<(), Fault> {
         self.read_values(part)?;
-        let Outputs { first, references, orders, values, derivatives, .. } = &mut self.outputs[part];
+        let Outputs { first, references, orders, values, units, derivatives, .. } = &mut self.outputs[part];
         if *derivatives && !references.is_empty() {
             self.parts[part].get_output_derivatives(references, orders, values)?;
-            for (source, value) in self.sources[*first..].iter_mut().zip(values) {
-                source.ends[1][1] = *value;
+            for ((source, value), unit) in self.sources[*first..].iter_mut().zip(values).zip(units) {
+                source.ends[1][1] = unit.factor * *value;
             }
         }
         Ok(())
     }
 
     fn read_values(&mut self, part: usize) -> Result<(), Fault> {
-        let Outputs { first, references, values, others, .. } = &mut self.outputs[part];
+        let Outputs { first, references, values, units, others, .. } = &mut self.outputs[part];
         if !references.is_empty() {
             self.parts[part].get_reals(references, values)?;
         }
-        for (source, value) in self.sources[*first..].iter_mut().zip(values.iter()) {
-            source.ends[1][0] = *value;
+        for ((source, value), unit) in self.sources[*first..].iter_mut().zip(values.iter()).zip(units) {
+            source.ends[1][0] = unit.to_si(*value);
         }
         for (source, place) in self.sources[*first + references.len()..].iter_mut().zip(others.iter()) {
             source.ends[1][0] = self.parts[part].get(*place)?;
@@ -441,9 +568,44 @@ impl Coupling {
 
     /// The slopes of the outputs of a part that does not tell them, at the end of a step of this length (s).
     fn differences(&mut self, part: usize, step: f64) {
-        let Outputs { first, references, .. } = &self.outputs[part];
+        let Outputs { first, references, derivatives, .. } = &self.outputs[part];
+        if *derivatives {
+            return;
+        }
         for source in &mut self.sources[*first..*first + references.len()] {
             source.ends[1][1] = (source.ends[1][0] - source.ends[0][0]) / step;
+        }
+    }
+
+    /// Adds a step to the balances.
+    fn balance(&mut self, step: f64) {
+        let Coupling { inputs, sources, balances, .. } = self;
+        let over = |source: usize, is_held: bool| {
+            let [start, end] = sources[source].ends;
+            if is_held { [end[0]; 3] } else { [start[0], middle(start, end, step), end[0]] }
+        };
+        for balance in balances {
+            // Simpson's rule; the wire is that of the first one.
+            let work = |Wire { factor, offset, .. }: &Wire, wired: [f64; 3], other: [f64; 3]| -> f64 {
+                let powers = wired.into_iter().zip(other).map(|(wired, other)| (factor * wired + offset) * other);
+                powers.zip([1.0, 4.0, 1.0]).map(|(power, weight)| weight * step / 6.0 * power).sum()
+            };
+            let is_held = |torque: usize| {
+                let mut wires = inputs.iter().flat_map(|of| &of.wires);
+                wires.any(|wire| wire.source == torque && wire.course == Course::Discrete)
+            };
+            let speeds = over(balance.speed, false);
+            let of_drive = |&((drive, place), torque): &((usize, usize), usize)| {
+                work(&inputs[drive].wires[place], speeds, over(torque, is_held(torque)))
+            };
+            let of_shaft = |place: &usize| {
+                let wire = &inputs[balance.shaft].wires[*place];
+                work(wire, over(wire.source, wire.course == Course::Discrete), speeds)
+            };
+            let taken: f64 = balance.taken.iter().map(of_drive).sum();
+            let given: f64 = balance.given.iter().map(of_shaft).sum();
+            balance.work = [balance.work[0] + taken.abs(), balance.work[1] + given.abs()];
+            balance.products = [balance.products[0] + taken * given, balance.products[1] + taken * taken];
         }
     }
 
@@ -496,7 +658,7 @@ fn give(
         wire.taken = polynomial(wire, sources, exchange, stepped[wire.from], step);
         let [value, rest @ ..] = wire.taken;
         let Some(reference) = wire.reference else {
-            part.set(wire.to, wire.factor * value + wire.offset)?;
+            part.set(wire.to, wire.input(value))?;
             continue;
         };
         let start = match *derivatives || matches!(wire.course, Course::Motion | Course::Acceleration(_)) {
@@ -505,11 +667,11 @@ fn give(
             false => mean(value, rest, step),
         };
         references.push(reference);
-        values.push(wire.factor * start + wire.offset);
+        values.push(wire.input(start));
         for (order, rate) in (1..).zip(rest).filter(|(_, rate)| *derivatives && *rate != 0.0) {
             of.push(reference);
             orders.push(order);
-            derived.push(wire.factor * rate);
+            derived.push(wire.factor * rate / wire.unit.factor);
         }
     }
     if !references.is_empty() {
@@ -537,8 +699,11 @@ fn course(from: &Variable, to: &Variable) -> Course {
     if is_discrete { Course::Discrete } else { Course::Signal }
 }
 
+/// Two ratios that differ by a smaller part are one: model descriptions have factors of units with some digits only.
+pub const SAME_RATIO: f64 = 1e-6;
+
 /// Joins wires to the inputs φ, φ̇, φ̈ of one part: those named phi, w, a, behind the same prefix, that come from one part with one
-/// factor.
+/// ratio.
 fn motions<'a>(wires: &mut [Wire], name: impl Fn(usize) -> &'a String) {
     for a in 0..wires.len() {
         let Some(prefix) = name(a).strip_suffix('a').filter(|prefix| prefix.is_empty() || prefix.ends_with('.')) else {
@@ -546,7 +711,9 @@ fn motions<'a>(wires: &mut [Wire], name: impl Fn(usize) -> &'a String) {
         };
         let find = |last: &str| {
             let is = |i: &usize| name(*i).strip_prefix(prefix) == Some(last);
-            let fits = |i: &usize| wires[*i].from == wires[a].from && wires[*i].factor == wires[a].factor;
+            let ratio = wires[a].factor;
+            let is_same = |other: f64| (other - ratio).abs() <= SAME_RATIO * ratio.abs();
+            let fits = |i: &usize| wires[*i].from == wires[a].from && is_same(wires[*i].factor);
             (0..wires.len()).find(is).filter(fits)
         };
         if let (Some(phi), Some(w)) = (find("phi"), find("w")) {
@@ -584,6 +751,16 @@ fn moves(wire: &Wire, part: usize) -> bool {
     wire.from == part && matches!(wire.course, Course::Acceleration(_))
 }
 
+/// The loop of a shaft, where there is one.
+fn loop_of(inputs: &[Inputs], shaft: usize) -> Option<Loop> {
+    let motion = |drive: &usize| inputs[*drive].wires.iter().find(|wire| moves(wire, shaft));
+    let acts = |drive: usize| inputs[shaft].wires.iter().any(|wire| wire.from == drive);
+    let drives = (0..inputs.len()).filter(|i| !inputs[*i].derivatives && acts(*i) && motion(i).is_some());
+    let drives: Vec<usize> = drives.collect();
+    let acceleration = motion(drives.first()?)?.source;
+    Some(Loop { shaft, acceleration, drives })
+}
+
 /// The parts, each before those that it moves; otherwise in their own order.
 fn leaders_first(inputs: &[Inputs]) -> Result<Vec<usize>, Fault> {
     let mut order = Vec::new();
@@ -600,12 +777,75 @@ fn leaders_first(inputs: &[Inputs]) -> Result<Vec<usize>, Fault> {
     Ok(order)
 }
 
+/// Whether a variable is the torque of a drive.
+fn is_torque(name: &str) -> bool {
+    matches!(name.rsplit('.').next(), Some("tau" | "tau_mean" | "tau_rest"))
+}
+
+/// The balances of a shaft: of each drive whose torque acts on it, and of all together whose torques pass other parts.
+fn balances(
+    inputs: &[Inputs],
+    sources: &[(usize, usize)],
+    shaft: usize,
+    is_torque: impl Fn((usize, usize)) -> bool,
+) -> Vec<Balance> {
+    let from = |part: usize| {
+        let all = inputs.iter().enumerate().flat_map(|(to, of)| of.wires.iter().map(move |wire| (to, wire)));
+        all.filter(move |(_, wire)| wire.from == part)
+    };
+    let speed = |drive: usize| {
+        let wires = &inputs[drive].wires;
+        let w = wires.iter().find_map(|wire| match wire.course {
+            Course::Acceleration([_, w]) if wire.from == shaft => Some(w),
+            _ => None,
+        })?;
+        Some((w, wires.iter().position(|wire| wire.source == w)?))
+    };
+    let (mut all, mut passing) = (Vec::new(), Balance { shaft, ..Balance::default() });
+    for drive in 0..inputs.len() {
+        let Some((w, place)) = speed(drive) else { continue };
+        let mut torques: Vec<usize> =
+            (0..sources.len()).filter(|i| sources[*i].0 == drive && is_torque(sources[*i])).collect();
+        let acts = |torque: &usize| inputs[shaft].wires.iter().any(|wire| wire.source == *torque);
+        if torques.iter().any(acts) {
+            torques.retain(acts);
+            let on_shaft = |i: &usize| torques.contains(&inputs[shaft].wires[*i].source);
+            let given = (0..inputs[shaft].wires.len()).filter(on_shaft).collect();
+            let taken = torques.iter().map(|torque| ((drive, place), *torque)).collect();
+            all.push(Balance { shaft, drives: vec![drive], taken, given, speed: w, ..Balance::default() });
+            continue;
+        }
+        let mut open: Vec<usize> =
+            from(drive).filter(|(_, wire)| torques.contains(&wire.source)).map(|of| of.0).collect();
+        let (mut passed, mut reaches) = (Vec::new(), false);
+        while let Some(part) = open.pop() {
+            reaches |= part == shaft;
+            if part != shaft && speed(part).is_none() && !passed.contains(&part) {
+                passed.push(part);
+                open.extend(from(part).map(|(to, _)| to));
+            }
+        }
+        if reaches {
+            passing.drives.push(drive);
+            passing.taken.extend(torques.into_iter().map(|torque| ((drive, place), torque)));
+            passing.speed = w;
+            passing.by.extend(passed.into_iter().filter(|part| from(*part).any(|(to, _)| to == shaft)));
+        }
+    }
+    passing.by.sort_unstable();
+    passing.by.dedup();
+    let wires = &inputs[shaft].wires;
+    let is_of = |i: &usize| passing.by.contains(&wires[*i].from) && is_torque((shaft, wires[*i].to));
+    passing.given = (0..wires.len()).filter(is_of).collect();
+    all.extend((!passing.drives.is_empty()).then_some(passing));
+    all
+}
+
 /// The torques that a drive gives back to the shafts that move it: those called tau or tau_mean.
 fn powers(inputs: &[Inputs], sources: &[(usize, usize)], parts: &[Host], drive: usize) -> Vec<(usize, usize, Power)> {
     let is_torque = |wire: &Wire| {
         let (part, place) = sources[wire.source];
-        let name = &parts[part].description().variables[place].about.name;
-        part == drive && matches!(name.rsplit('.').next(), Some("tau" | "tau_mean" | "tau_rest"))
+        part == drive && is_torque(&parts[part].description().variables[place].about.name)
     };
     let motion = inputs[drive].wires.iter().find_map(|wire| match wire.course {
         Course::Acceleration([_, w]) => {
@@ -619,7 +859,7 @@ fn powers(inputs: &[Inputs], sources: &[(usize, usize)], parts: &[Host], drive: 
     })
 }
 
-/// Value and derivatives at the beginning of a step, in the unit of the source; `stepped`: the part of the source has taken
+/// Value and derivatives of the source at the beginning of a step; `stepped`: the part of the source has taken
 /// this step.
 fn polynomial(wire: &Wire, sources: &[Source], exchange: Exchange, stepped: bool, step: f64) -> [f64; 4] {
     let [[start, rate], [end, last]] = sources[wire.source].ends;
@@ -634,7 +874,7 @@ fn polynomial(wire: &Wire, sources: &[Source], exchange: Exchange, stepped: bool
         (Course::Acceleration([phi, w]), _) => {
             let [[phi, _], [phi_end, _]] = sources[phi].ends;
             let [[w, _], [w_end, _]] = sources[w].ends;
-            // What is left of φ and φ̇ behind φ̈, in the unit of an acceleration.
+            // What is left of φ and φ̇ behind φ̈ (rad/s²).
             let angle = (phi_end - phi - step * (w + step / 2.0 * start)) / (step * step);
             let speed = (w_end - w - step * start) / step;
             [start, (24.0 * angle - 6.0 * speed) / step, (24.0 * speed - 72.0 * angle) / (step * step), 0.0]

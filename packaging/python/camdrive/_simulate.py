@@ -7,6 +7,7 @@ import functools
 import json
 import os
 import platform
+import re
 import shutil
 import sys
 import threading
@@ -76,10 +77,12 @@ def simulate(
     `drive.w` or `cam.a[3]`. A value is a number in SI units, True or False, the name of an item of an enumeration, or
     a text with a unit, "2000 rpm". `output` names the variables to return, by default all outputs. `stop_time` and the
     communication step `step`, in s or with a unit, are by default those of the FMU's experiment. `input` is a
-    structured array with `time` and inputs in SI units, which are interpolated. Several threads may call it at once.
+    structured array with `time` and inputs in SI units or in those of its fields, "w [rpm]", which are interpolated.
+    Where the unit of an FMU is not SI, a number without one is refused. Several threads may call it at once.
 
     A system is a TOML file with parts, or NAME.ssp; its variables are called `machine.w`. The `engine` is "native", the
-    tool, or "fmpy": FMPy drives the FMU, which is exported of a scene, and takes no texts with units: `pip install fmpy`.
+    tool, or "fmpy": FMPy drives the FMU, which is exported of a scene, and takes those units that its variables have:
+    `pip install fmpy`.
 
     Raises `SceneError` where the scene has faults, `SimulationError` where the drive refuses something, else `Error`.
     """
@@ -87,7 +90,8 @@ def simulate(
     outputs = [output] if isinstance(output, str) else None if output is None else list(output)
     if engine not in ("native", "fmpy", None):
         raise Error(f'engine = {engine!r}: admissible is "native" or "fmpy"')
-    if input is not None and "time" not in (getattr(getattr(input, "dtype", None), "names", None) or ()):
+    fields = getattr(getattr(input, "dtype", None), "names", None) or ()
+    if input is not None and not any(field.split("[")[0].strip() == "time" for field in fields):
         raise Error("input: a structured array with the fields `time` and inputs is expected")
     with temporary_folder() as folder:
         if engine != "fmpy":
@@ -147,14 +151,64 @@ def _instantiate(fmpy: Any, folder: str, description: Any) -> Any:
             fmpy.fmi1.os = before
 
 
-def _number(value: Any, variable: Any) -> Any:
-    """The value of a variable of an FMU, of an enumeration by the name of the item as well."""
+def _units(description: Any) -> dict[str, tuple[Any, float, float]]:
+    """Dimension, factor and offset to SI of the units that variables of an FMU have."""
+    known: dict[str, tuple[Any, float, float]] = {}
+    for unit in description.unitDefinitions:
+        base = unit.baseUnit
+        names = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+        dimension = unit.name if base is None else tuple(int(getattr(base, name)) for name in names)
+        factor, offset = (1.0, 0.0) if base is None else (float(base.factor), float(base.offset))
+        known[unit.name] = (dimension, factor, offset)
+    return known
+
+
+def _in_own_unit(value: Any, unit: str, variable: Any, units: dict[str, tuple[Any, float, float]]) -> Any:
+    """Numbers in a unit, or in SI without one, in that of the variable; None where the FMU does not define the unit."""
+    own = units.get(variable.unit, (variable.unit, 1.0, 0.0))
+    if unit == (variable.unit or "") or not unit and own[1:] == (1.0, 0.0):
+        return value
+    if not unit:
+        hint = f'write the unit: "2 {variable.unit}", of a field of `input` "{variable.name} [{variable.unit}]"'
+        raise SimulationError(
+            f"`{variable.name}`: numbers may be in SI or in {variable.unit}, the unit of the FMU\n  = hint: {hint}"
+        )
+    other = units.get(unit)
+    return None if other is None or other[0] != own[0] else (other[1] * value + other[2] - own[2]) / own[1]
+
+
+def _in_own_units(input: Array, known: dict[str, Any], units: dict[str, tuple[Any, float, float]]) -> Array:
+    """The inputs over time as FMPy takes them: by their names, in the units of the FMU, `time` in s."""
+    fields = [re.fullmatch(r"(.*?)\s*(?:\[([^\[\]]*[^\[\]\d][^\[\]]*)\])?", field) for field in input.dtype.names or ()]
+    pairs = [(field[1], field[2] or "") if field else ("", "") for field in fields]
+    inputs = {"time", *(name for name, variable in known.items() if variable.causality == "input")}
+    unknown = [name for name, _ in pairs if name not in inputs]
+    if unknown:
+        raise SimulationError(f"the FMU has no variable or no input {', '.join(unknown)}")
+    rows = np.atleast_1d(input)
+    columns = []
+    for (name, unit), field in zip(pairs, input.dtype.names or ()):
+        variable = SimpleNamespace(name="time", unit="s") if name == "time" else known[name]
+        column = rows[field] if name == "time" and unit in ("", "s") else _in_own_unit(rows[field], unit, variable, units)
+        if column is None:
+            raise SimulationError(f"`{name}`: {unit} is no unit of it that the FMU defines")
+        columns.append(column)
+    types = [(name, np.asarray(column).dtype) for (name, _), column in zip(pairs, columns)]
+    return np.array([*zip(*columns)], types)
+
+
+def _number(value: Any, variable: Any, units: dict[str, tuple[Any, float, float]]) -> Any:
+    """The value of a variable of an FMU in its unit, of an enumeration by the name of the item as well."""
     items = {item.name: int(item.value) for item in getattr(variable.declaredType, "items", None) or ()}
     if variable.type == "Boolean":
         items = {"true": True, "false": False}
     number = items.get(value, value) if isinstance(value, str) else value
     if isinstance(number, (int, float, np.number, np.bool_)):
-        return number
+        return _in_own_unit(number, "", variable, units) if variable.type == "Real" else number
+    text = re.fullmatch(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\D.*?)\s*", str(number)) if not items else None
+    own = _in_own_unit(float(text[1]), text[2], variable, units) if text else None
+    if own is not None:
+        return own
     admissible = " or ".join([f"a number in {variable.unit}" if variable.unit else "a number", *items])
     hint = "" if items else '\n  = hint: texts with units are for scenes with engine = "native"'
     raise SimulationError(f"`{variable.name}` = {value!r}\n  = admissible: {admissible}{hint}")
@@ -164,7 +218,6 @@ def _by_fmpy(
     path: Path, values: Values, outputs: Names, stop: Time, step: Time, input: Optional[Array], folder: str
 ) -> Result:
     fmpy = module("fmpy")
-    fields = input.dtype.names or () if input is not None else ()
     for name, given in (("stop_time", stop), ("step", step)):
         if isinstance(given, str):
             raise SimulationError(f'{name} = {given!r}: a number in s is expected; texts are for engine = "native"')
@@ -180,11 +233,12 @@ def _by_fmpy(
             shutil.copytree(arm, arm.with_name("linux64"), dirs_exist_ok=True)
         description = fmpy.read_model_description(unpacked)
         known = {variable.name: variable for variable in description.modelVariables}
-        inputs = {"time", *(name for name, variable in known.items() if variable.causality == "input")}
+        units_of_fmu = _units(description)
         unknown = [name for name in (*values, *(outputs or ())) if name not in known]
-        unknown += [name for name in fields if name not in inputs]
         if unknown:
             raise SimulationError(f"the FMU has no variable or no input {', '.join(unknown)}")
+        if input is not None:
+            input = _in_own_units(input, known, units_of_fmu)
         if step is None and description.defaultExperiment and description.defaultExperiment.stepSize:
             # FMPy would lengthen the step of the FMU in a long experiment.
             step = float(description.defaultExperiment.stepSize)
@@ -193,7 +247,7 @@ def _by_fmpy(
         try:
             array = fmpy.simulate_fmu(
                 unpacked,
-                start_values={name: _number(value, known[name]) for name, value in values.items()},
+                start_values={name: _number(value, known[name], units_of_fmu) for name, value in values.items()},
                 output=outputs,
                 stop_time=stop,
                 output_interval=step,

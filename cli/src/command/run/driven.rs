@@ -54,7 +54,8 @@ pub fn run<S: Source>(
     };
     run.columns.extend(outputs.iter().map(|i| column(*i)));
     run.files.extend(args.input.clone());
-    let signals = args.input.as_ref().map(|path| Signals::read(path, all)).transpose()?.unwrap_or_default();
+    let own = |variable| Some(column(variable)).filter(|column| !column.is_si).and_then(|column| column.unit);
+    let signals = args.input.as_ref().map(|path| Signals::read(path, all, own)).transpose()?.unwrap_or_default();
     let mut driven = Driven { source, outputs, signals, start: run.start };
     let mut given = Vec::new();
     for text in &args.start {

@@ -8,7 +8,7 @@ use crate::scene::variable::{self, CONNECTED};
 use camdrive::drives::unit::TIME;
 use camdrive::drives::variable::{Kind, Variability};
 use camdrive::drives::{Description, Experiment, Fault, Number};
-use camdrive_design::coupling::exchange::{Coupling, Residual};
+use camdrive_design::coupling::exchange::{Balance, Coupling, Residual};
 use camdrive_design::coupling::stability::Exchange;
 use camdrive_design::coupling::variables::variables;
 use camdrive_design::host::{Fmu, Host, ModelDescription, Variable};
@@ -46,9 +46,9 @@ pub fn run_system(args: &Args, system: System) -> Result<(), Failure> {
         (Err(_), _) => plain?,
     };
     let coupling = system.coupled(system.exchange, repeats).map_err(failure)?;
-    for Shared { shaft, drive, exchanged, difference, largest, largest_at, needed_step } in
-        coupled(args, run, coupling)?.residuals()
-    {
+    let run = coupled(args, run, coupling)?;
+    run.unbalanced().iter().for_each(|said| tell(&format!("note: {said}\n")));
+    for Shared { shaft, drive, exchanged, difference, largest, largest_at, needed_step } in run.residuals() {
         let part = number(100.0 * difference / exchanged);
         let [difference, largest, at] = [difference, largest, largest_at].map(number);
         let needed = needed_step.map_or_else(String::new, |step| format!("; 0.1 % at steps of {}", time(step)));
@@ -86,6 +86,9 @@ fn coupled(args: &Args, run: Run, coupling: Coupling) -> Result<Imported, Failur
     Ok(imported)
 }
 
+/// The part of the work of drives that a shaft may not give, before it is told: below it lies the error of usual steps.
+const BALANCED: f64 = 0.02;
+
 /// Coupled instances, and the times of their run (s).
 struct Imported {
     coupling: Coupling,
@@ -96,6 +99,22 @@ struct Imported {
 }
 
 impl Imported {
+    /// The shafts that give other work than their drives take.
+    fn unbalanced(&self) -> Vec<String> {
+        let name = |part: &usize| self.coupling.name(*part);
+        let names = |parts: &[usize]| parts.iter().map(name).collect::<Vec<_>>().join(", ");
+        let differs = |of: &&Balance| of.part().is_some_and(|part| (part - 1.0).abs() > BALANCED);
+        let said = |of: &Balance| {
+            let ([taken, given], part) = (of.work.map(number), number(100.0 * of.part().unwrap_or_default()));
+            let by = if of.by.is_empty() { String::new() } else { format!(" by way of {}", names(&of.by)) };
+            let (drives, shaft) = (names(&of.drives), name(&of.shaft));
+            format!(
+                "{drives}: the work forth and back is {taken} J; the shaft of {shaft} gives {given} J{by}, {part} % of it"
+            )
+        };
+        self.coupling.balances().iter().filter(differs).map(said).collect()
+    }
+
     /// The instance that a variable is of, and its place there.
     fn host(&mut self, variable: usize) -> (&mut Host, usize) {
         let (part, place) = self.places[variable];

@@ -31,11 +31,12 @@ struct Course {
 }
 
 impl Signals {
-    /// The table of the inputs among these variables.
-    pub fn read(path: &Path, all: &[Description]) -> Result<Self, Failure> {
+    /// The table of the inputs among these variables; `own` is the unit of a variable where it is another than SI.
+    pub fn read(path: &Path, all: &[Description], own: impl Fn(usize) -> Option<String>) -> Result<Self, Failure> {
         let inputs: Vec<usize> = (0..all.len()).filter(|i| all[*i].causality == Causality::Input).collect();
         let of: Vec<&Description> = inputs.iter().map(|i| &all[*i]).collect();
-        let table = scene::courses(path, &of).map_err(|faults| Failure(faults.to_string()))?;
+        let table =
+            scene::courses(path, &of, |input| own(inputs[input])).map_err(|faults| Failure(faults.to_string()))?;
         let is_it = |d: &Description, (name, of): (&str, &Quantity)| {
             d.name == name && matches!(d.kind, Kind::Real { quantity, .. } if quantity.base == of.base)
         };

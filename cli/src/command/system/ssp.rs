@@ -82,7 +82,7 @@ fn component(xml: &mut Xml, system: &System, (i, part): (usize, &Part), file: &s
     ];
     xml.element("ssd:Component", &attributes, |xml| {
         xml.element("ssd:Connectors", &[], |xml| {
-            for variable in part.variables.iter().filter(|variable| is_connector(system, i, variable)) {
+            for variable in part.description.variables.iter().filter(|variable| is_connector(system, i, variable)) {
                 let kind = if variable.about.causality == Causality::Input { "input" } else { "output" };
                 let attributes = [("name", variable.about.name.clone()), ("kind", kind.to_owned())];
                 xml.element("ssd:Connector", &attributes, |xml| match &variable.about.kind {
@@ -108,7 +108,7 @@ fn connection(xml: &mut Xml, system: &System, connection: &Connection) {
         ("endConnector", to.1.clone()),
     ];
     let unit_of = |(part, name): &(usize, String)| {
-        system.parts[*part].variables.iter().find(|v| v.about.name == *name).map(|v| v.unit.name.clone())
+        system.parts[*part].description.variables.iter().find(|v| v.about.name == *name).map(|v| v.unit.name.clone())
     };
     // Factor and offset are all that happens to the value.
     if unit_of(from) != unit_of(to) {
@@ -141,7 +141,7 @@ fn unit(variable: &Variable) -> Option<(String, Vec<Attribute>)> {
 fn units(xml: &mut Xml, system: &System) {
     let mut all: Vec<(String, Vec<Attribute>)> = Vec::new();
     for (i, part) in system.parts.iter().enumerate() {
-        for variable in part.variables.iter().filter(|variable| is_connector(system, i, variable)) {
+        for variable in part.description.variables.iter().filter(|variable| is_connector(system, i, variable)) {
             if let Some(unit) = unit(variable).filter(|(name, _)| all.iter().all(|(known, _)| known != name)) {
                 all.push(unit);
             }

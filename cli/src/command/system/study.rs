@@ -148,7 +148,7 @@ fn compared(system: &System, single: Option<&Single>) -> Result<Vec<Output>, Fai
     let has_impacts = system.connections.iter().any(|c| c.from.1.ends_with("_mean"));
     let mut outputs = Vec::new();
     for (p, part) in system.parts.iter().enumerate() {
-        for Variable { about, unit, .. } in &part.variables {
+        for Variable { about, unit, .. } in &part.description.variables {
             let is_mean = about.name.ends_with("_mean") || INERTIA.contains(&&*about.name);
             let is_real = matches!(about.kind, Kind::Real { .. }) && about.variability != Variability::Discrete;
             let jumps = has_impacts && !MOTIONS.contains(&&*unit.name);

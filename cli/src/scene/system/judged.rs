@@ -4,6 +4,7 @@ use super::wiring::Wiring;
 use super::{Connection, INERTIA, MOTION, Part, Shaft, System};
 use crate::scene::section::Section;
 use camdrive::drives::variable::Causality;
+use camdrive_design::coupling::exchange::SAME_RATIO;
 use camdrive_design::coupling::stability::{self, Exchange, Loaded, least_inertia};
 use camdrive_design::resource::Scene;
 use camdrive_design::text::{number, time};
@@ -31,6 +32,77 @@ impl System {
     }
 }
 
+/// Factor and offset of a connection between SI values.
+fn between(parts: &[&Part], connection: &Connection) -> Option<[f64; 2]> {
+    let Connection { from, to, factor, offset } = connection;
+    let output = &parts[from.0].find(&from.1, Causality::Output)?.unit;
+    let input = &parts[to.0].find(&to.1, Causality::Input)?.unit;
+    let factor = factor * input.factor / output.factor;
+    Some([factor, input.to_si(*offset) - factor * output.offset])
+}
+
+/// Whether two ratios are one.
+fn is_same(a: f64, b: f64) -> bool {
+    (a - b).abs() <= SAME_RATIO * a.abs()
+}
+
+impl System {
+    /// Where the work that a drive takes is not what its shaft gives, a sentence each: τ φ̇ is the same on both sides where the torque has
+    /// the factor of the motion.
+    pub fn unbalanced(&self) -> Vec<String> {
+        let parts: Vec<&Part> = self.parts.iter().collect();
+        let pairs = (0..parts.len()).flat_map(|machine| (0..parts.len()).map(move |drive| (machine, drive)));
+        pairs.filter(|(machine, drive)| machine != drive).flat_map(|at| self.unbalanced_drive(&parts, at)).collect()
+    }
+
+    /// Its notes, with those of the work that does not balance.
+    pub fn remarks(&self) -> Vec<String> {
+        [&self.notes[..], &self.unbalanced()].concat()
+    }
+
+    fn unbalanced_drive(&self, parts: &[&Part], (machine, drive): (usize, usize)) -> Vec<String> {
+        let last = |name: &str| name.rsplit('.').next().unwrap_or_default().to_owned();
+        let between_both = |from: usize, to: usize| {
+            let own = self.connections.iter().filter(move |c| (c.from.0, c.to.0) == (from, to));
+            own.filter_map(|c| Some((c, between(parts, c)?)))
+        };
+        let motion = MOTION.map(|name| {
+            between_both(machine, drive).find(|(c, _)| last(&c.from.1) == name && last(&c.to.1) == name).map(|of| of.1)
+        });
+        let [phi, Some([ratio, beyond]), a] = motion else { return Vec::new() };
+        let names = [machine, drive].map(|part| &parts[part].name);
+        let differs = |of: Option<[f64; 2]>| of.is_some_and(|[factor, _]| !is_same(ratio, factor));
+        if differs(phi) || differs(a) || beyond != 0.0 || a.is_some_and(|[_, offset]| offset != 0.0) {
+            let [machine, drive] = names;
+            return vec![format!(
+                "phi, w and a of {drive} contradict each other: they need one factor of those of {machine}, and only phi an offset."
+            )];
+        }
+        let mut all = Vec::new();
+        for (c, [factor, offset]) in between_both(drive, machine) {
+            let expected = match last(&c.from.1).as_str() {
+                "tau" | "tau_mean" | "tau_rest" => ratio,
+                "J_load" => ratio * ratio,
+                "dJ_load" => ratio.powi(3),
+                _ => continue,
+            };
+            if !is_same(expected, factor) {
+                let [machine, drive] = names;
+                all.push(format!(
+                    "{drive}.{} acts on {machine} with the factor {}; with {} the shaft would give the work that {drive} takes.",
+                    c.from.1,
+                    number(factor),
+                    number(expected)
+                ));
+            } else if offset != 0.0 {
+                let [machine, drive] = names;
+                all.push(format!("{machine} feels {} N·m more than {drive} gives: {}.", number(offset), c.from.1));
+            }
+        }
+        all
+    }
+}
+
 impl Part {
     /// Whether an output depends directly on an input.
     fn depends(&self, output: &str, input: &str) -> bool {
@@ -42,7 +114,8 @@ impl Part {
 /// Refuses a step that does not divide the time of the run where a part takes steps of one length only.
 pub fn lengths(root: &Section<'_>, wiring: &Wiring<'_>, stop: f64, step: f64) -> Option<()> {
     let rest = stop - (stop / step).round() * step;
-    let Some(part) = wiring.raw.iter().map(|raw| &raw.part).find(|part| !part.capabilities.variable_steps) else {
+    let Some(part) = wiring.raw.iter().map(|raw| &raw.part).find(|part| !part.description.capabilities.variable_steps)
+    else {
         return Some(());
     };
     if rest.abs() <= SAME * stop {
@@ -85,7 +158,13 @@ impl Judged {
                 }
             }
             for part in on.iter().filter(|_| on.len() > 1) {
+                let capabilities = &parts[*part].description.capabilities;
                 let unknown = match &scenes[*part] {
+                    None if *part != machine && !capabilities.interpolates_inputs => {
+                        "it takes no input derivatives: what it makes of phi, w, a within a step is not known, nor are its inertia \
+                         and stiffness; the limits of its shaft leave them out. Compare a run with one at half the step"
+                            .to_owned()
+                    }
                     None => "inertia and stiffness of an FMU are not known; the limits of its shaft leave them out"
                         .to_owned(),
                     Some((_, unknown)) if unknown.is_empty() => continue,
@@ -98,7 +177,7 @@ impl Judged {
             (!loads.is_empty()).then(|| (machine, Loaded::new(inertia, &loads)))
         };
         let known = (0..scenes.len()).filter_map(of_shaft).collect();
-        let restorable = parts.iter().all(|part| part.capabilities.saves_states);
+        let restorable = parts.iter().all(|part| part.description.capabilities.saves_states);
         let repeatable = exchange.interpolates() && restorable && scenes.iter().all(Option::is_some);
         Judged { exchange, known, repeatable, notes }
     }
@@ -148,8 +227,8 @@ fn ratio(parts: &[&Part], connections: &[Connection], machine: usize, drive: usi
     };
     let [phi, w, a] = MOTION.map(factor);
     let acts = connections.iter().any(|c| c.from.0 == drive && c.to.0 == machine);
-    let is_same = |other: Option<f64>| phi.zip(other).is_some_and(|(a, b)| (a - b).abs() <= SAME * a.abs());
-    phi.filter(|_| acts && is_same(w) && is_same(a))
+    let fits = |other: Option<f64>| phi.zip(other).is_some_and(|(a, b)| is_same(a, b));
+    phi.filter(|_| acts && fits(w) && fits(a))
 }
 
 /// The limits of all shafts and how often a step is repeated; refuses a step beyond.
@@ -190,7 +269,7 @@ pub fn shafts(
     stable.map(|()| (shafts, repeats))
 }
 
-/// The rounding of a time or a factor.
+/// The rounding of a time.
 const SAME: f64 = 1e-9;
 
 /// The largest J_load/J at which a step may be repeated, however often: one repetition is stable up to 0.41.
@@ -201,7 +280,7 @@ const REPEATED: f64 = 0.2;
 
 /// Refuses to repeat steps that cannot be, or would be unstable.
 fn repeated(root: &Section<'_>, wiring: &Wiring<'_>, exchange: Exchange, times: u32, kappa: f64) -> Option<()> {
-    let fixed = wiring.raw.iter().map(|raw| &raw.part).find(|part| !part.capabilities.saves_states);
+    let fixed = wiring.raw.iter().map(|raw| &raw.part).find(|part| !part.description.capabilities.saves_states);
     if times == 0 {
         return Some(());
     }

@@ -1,13 +1,14 @@
 //! The connections of a system: those that shafts mean, and those that the file adds.
 
-use super::{Connection, Content, End, INERTIA, MEAN_TORQUE, MOTION, Raw, Seat, TORQUE, converted, quantity};
-use crate::scene::Resolved;
+use super::{Connection, Content, End, INERTIA, MEAN_TORQUE, MOTION, Raw, Seat, TORQUE, converted, hinted, quantity};
 use crate::scene::diagnostics::{Diagnostic, Diagnostics, nearest};
-use crate::scene::section::Section;
-use camdrive::drives::unit;
+use crate::scene::section::{Node, Section};
+use crate::scene::{Resolved, variable};
+use camdrive::drives::unit::{self, Quantity};
 use camdrive::drives::variable::Causality;
 use camdrive_design::coupling::stability;
 use camdrive_design::resource::Scene;
+use toml::de::DeValue;
 use toml_edit::{Array, DocumentMut, Item, Table};
 
 /// A torque on a machine.
@@ -77,13 +78,14 @@ impl Wiring<'_> {
         if let Err((said, hint)) = converted(&output, &input, section.has("factor")) {
             return section.refuse(section.fault_of("to", said).hint(hint));
         }
+        let is_number = |node: &Node<'_>| !matches!(node.value, DeValue::String(_));
+        if !input.unit.is_si() && section.node("offset").as_ref().is_some_and(is_number) && offset != 0.0 {
+            let said = variable::ambiguous(offset, &input.unit);
+            return section.refuse(hinted(section.fault_of("offset", format!(": {}", said.0)), &said.1));
+        }
+        self.acts_once(section, &from, to.0, of)?;
         let machine = &self.raw[to.0].part;
         if matches!(machine.content, Content::Scene(_)) && to.1 == TORQUE && machine.is_machine() {
-            if self.torques.iter().any(|(machine, torque)| (*machine, &torque.from) == (to.0, &from)) {
-                let said =
-                    format!(": `{}` acts on `{}` already, by another connection", self.name(&from), machine.name);
-                return section.refuse(section.fault_of("from", said).hint("remove the connection"));
-            }
             self.impulses(section, &from);
             self.torques.push((to.0, Torque { from, factor, offset, inertia: None }));
             return Some(());
@@ -102,6 +104,24 @@ impl Wiring<'_> {
         }
         self.connections.push(self.wired(from, to, factor, offset));
         Some(())
+    }
+
+    /// Refuses a torque of a part on a machine on which it acts already, by its shaft or by another connection; with the impulses and
+    /// without them it is one torque.
+    fn acts_once(&self, section: &Section<'_>, from: &End, machine: usize, of: Option<&Quantity>) -> Option<()> {
+        let is_torque = of.is_some_and(|of| of.base == unit::TORQUE.base) && torque_of(&from.1).is_some();
+        let same = |other: &End| other.0 == from.0 && torque_of(&other.1) == torque_of(&from.1);
+        let on_machine = |part: usize| part == machine;
+        let wired = self.connections.iter().filter(|c| on_machine(c.to.0)).map(|c| &c.from);
+        let summed = self.torques.iter().filter(|(part, _)| on_machine(*part)).map(|(_, torque)| &torque.from);
+        let by_shaft = self.raw[from.0].part.seat.is_some_and(|seat| on_machine(seat.machine));
+        let twice = by_shaft || wired.chain(summed).any(same);
+        if !is_torque || !twice {
+            return Some(());
+        }
+        let by = if by_shaft { "its `shaft`" } else { "another connection" };
+        let said = format!(": `{}` acts on `{}` already, by {by}", self.name(from), self.raw[machine].part.name);
+        section.refuse(section.fault_of("from", said).hint("remove the connection"))
     }
 
     /// Notes a torque without its impulses where the part has one with them.
@@ -148,7 +168,7 @@ impl Wiring<'_> {
         let Some(place) = names.iter().position(|known| *known == part) else {
             return section.refuse(suggested(format!(": there is no part `{part}`"), part, &names));
         };
-        let all = &self.raw[place].part.variables;
+        let all = &self.raw[place].part.description.variables;
         let word = if causality == Causality::Input { "input" } else { "output" };
         match all.iter().map(|v| &v.about).find(|about| about.name == name) {
             Some(found) if found.causality == causality => Some((place, name.to_owned())),
@@ -173,14 +193,6 @@ impl Wiring<'_> {
             let Some(Seat { machine, ratio, offset }) = self.raw[i].part.seat else { continue };
             let mut torques: Vec<Torque> = Vec::new();
             for from in self.raw[i].part.torques() {
-                if self.torques.iter().any(|(at, torque)| *at == machine && torque.from == (i, from.clone())) {
-                    let Raw { part, section, .. } = &self.raw[i];
-                    let said = format!(
-                        ": `{}.{from}` acts on `{}` already, by a connection",
-                        part.name, self.raw[machine].part.name
-                    );
-                    return section.refuse(section.fault_of("shaft", said).hint("remove the [[connection]]"));
-                }
                 torques.push(Torque { from: (i, from), factor: ratio, offset: 0.0, inertia: None });
             }
             if by_inertia && self.has_rigid_load(i) {
@@ -322,7 +334,7 @@ impl Wiring<'_> {
     /// Notes the inputs that nothing is connected to.
     pub fn loose_ends(&self, root: &Section<'_>) {
         for (i, Raw { part, .. }) in self.raw.iter().enumerate() {
-            let loose = part.variables.iter().filter(|v| {
+            let loose = part.description.variables.iter().filter(|v| {
                 let set = part.start.iter().any(|(name, _)| *name == v.about.name);
                 v.about.causality == Causality::Input
                     && !set
@@ -338,6 +350,12 @@ impl Wiring<'_> {
             }
         }
     }
+}
+
+/// What a torque is one of: of tau, tau_mean and tau_rest the name before them; None of what is called otherwise.
+fn torque_of(name: &str) -> Option<&str> {
+    let prefix = |torque: &&str| name.strip_suffix(*torque).filter(|rest| rest.is_empty() || rest.ends_with('.'));
+    [MEAN_TORQUE, TORQUE, INERTIA[2]].iter().find_map(prefix)
 }
 
 /// Sets a key of `[coupling]`.

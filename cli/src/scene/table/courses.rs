@@ -25,12 +25,17 @@ enum Content {
     Input(usize),
 }
 
-/// The courses of some of these inputs, in SI units or in those of the headings, "w [rpm]".
+/// The courses of some of these inputs, in SI units or in those of the headings, "w [rpm]"; `own` is the unit that the FMU has for an
+/// input, where it is another than SI.
 ///
 /// # Errors
 /// A file that cannot be read, headings that name no input, rows that are none, times that do not rise, values out of
 /// range.
-pub fn courses(path: &Path, inputs: &[&Description]) -> Result<Courses, Diagnostics> {
+pub fn courses(
+    path: &Path,
+    inputs: &[&Description],
+    own: impl Fn(usize) -> Option<String>,
+) -> Result<Courses, Diagnostics> {
     let name = shown(path);
     let names: Vec<&str> = std::iter::once("time").chain(inputs.iter().map(|input| input.name.as_str())).collect();
     let example = "a table has the headings time and names of inputs, and below them numbers";
@@ -59,6 +64,14 @@ pub fn courses(path: &Path, inputs: &[&Description]) -> Result<Courses, Diagnost
         };
         if contents.iter().any(|(other, _)| *other == content) {
             return Err(whole(format!("`{}` has two columns", names[place(content)])));
+        }
+        if let (Content::Input(input), None) = (content, unit)
+            && let Some(own) = own(input)
+        {
+            let (name, place) = (&inputs[input].name, column + 1);
+            let said = format!("column {place}, `{name}`: its numbers may be in SI or in {own}, the unit of the FMU");
+            let hint = format!("write the unit into the heading, \"{name} [{own}]\"");
+            return Err(Diagnostics(vec![Diagnostic::new(&shown(path), said).hint(hint)]));
         }
         let quantity = quantity(content, inputs);
         let factor = unit.map_or(Ok((1.0, 1.0)), |unit| units::factor(unit, quantity)).map_err(|fault| {
