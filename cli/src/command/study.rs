@@ -344,10 +344,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let folder = files::folder(args.output.as_deref(), "study", &name)?;
     let rows = study.rows();
     let size = rows_of_part(rows);
+    study.notes.iter().for_each(|note| tell(&format!("note: {}: {note}\n", args.study.display())));
     let threads = args.threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
     let threads = match &study.subject {
         Subject::Coupled(coupled) => {
-            coupled.system.notes.iter().for_each(|note| tell(&format!("note: {}: {note}\n", study.place.display())));
+            let place = study.place.display();
+            coupled.system.remarks().iter().for_each(|remark| tell(&format!("note: {place}: {remark}\n")));
             if coupled.is_single() {
                 tell(
                     "note: an FMU admits one instance in a process (canBeInstantiatedOnlyOncePerProcess): one thread\n",

@@ -62,6 +62,7 @@ impl Kind {
         let has = |key: &str| document.get(key).is_some();
         let study = has("vary") || has("measures");
         let system = has("part") && !has("model");
+        let task = !has("model") && (has("objective") || has("harmonics"));
         let found = match self {
             Kind::System if !has("part") && has("model") => {
                 Some(("a scene", "a system names it: [part.machine] scene = \"machine.toml\"".to_owned()))
@@ -76,7 +77,11 @@ impl Kind {
             Kind::Study if !study && has("model") => {
                 Some(("a scene", "a study names it: scene = \"scene.toml\"".to_owned()))
             }
-            Kind::Scene if !has("model") && (has("objective") || has("harmonics")) => {
+            Kind::Study if system => Some((
+                "a system",
+                format!("`camdrive run {file}` and `check` take it; a study of it names it: scene = \"system.toml\""),
+            )),
+            Kind::Scene | Kind::Study | Kind::System if task => {
                 Some(("a motion task", format!("`camdrive synthesize {file}` makes a cam profile from it")))
             }
             Kind::Scene if document.len() == 1 && has("cam") => Some((

@@ -13,11 +13,12 @@ use super::{Resolved, units, variable};
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Kind as Type};
 use camdrive::drives::{Description, Fault, Number};
+use camdrive_design::overview;
 use camdrive_design::study::coupled;
 use camdrive_design::study::measure::{FORMS, Measure};
 use camdrive_design::study::plan::{MOST_ROWS, Samples, Sampling, Spread, grid, places};
 use camdrive_design::study::run::{Runner, Span, Window};
-use camdrive_design::text::counted;
+use camdrive_design::text::{self, counted};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::de::DeValue;
@@ -49,6 +50,8 @@ pub struct Study {
     pub measured: Vec<[String; 2]>,
     /// The tables that it and its scene name.
     pub tables: Vec<PathBuf>,
+    /// What numbers without a unit mean, and what is implausible.
+    pub notes: Vec<String>,
 }
 
 /// What a study runs variants of.
@@ -329,6 +332,7 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, subject: Subject) -> O
         measures,
         measured: Vec::new(),
         tables,
+        notes: root.faults.notes(),
     };
     let first = study.is_keyed().then(|| study.variant(&study.cells(0)));
     // What no scene has is a fault of the study, what this one does not admit one of the run.
@@ -394,6 +398,8 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, subject: Subject) -> O
         [unit.to_owned(), measure.meaning(output.map_or("", |d| &d.text))]
     };
     study.measured = study.measures.iter().map(about).collect();
+    let implausible = study.implausible(&all);
+    study.notes.extend(implausible);
     Some(study)
 }
 
@@ -674,7 +680,7 @@ impl Variation<'_> {
     fn present(&self, section: &Section<'_>, name: &str) -> Option<Placed> {
         match self.subject.start(name) {
             Some(value) => Some(Placed {
-                value: Written::Number(value, String::new()),
+                value: Written::Number(value, self.si_unit(name)),
                 span: section.span.clone(),
                 path: section.path.clone(),
             }),
@@ -685,6 +691,12 @@ impl Variation<'_> {
                 )
             }
         }
+    }
+
+    /// The SI unit of a variable.
+    fn si_unit(&self, name: &str) -> String {
+        let kind = self.variables.iter().find(|d| d.name == name).map(|d| &d.kind);
+        if let Some(Type::Real { quantity, .. }) = kind { quantity.unit.to_owned() } else { String::new() }
     }
 
     /// Lists of values of these quantities.
@@ -745,6 +757,10 @@ impl Variation<'_> {
     fn quantity(&self, section: &Section<'_>, name: &str, values: &[&Placed]) -> Option<Quantity> {
         let all = self.variables;
         let name = name.to_owned();
+        // Keys of a scene have their variables, too.
+        if let Some(d) = all.iter().find(|d| d.name == name || d.key == name) {
+            in_other_units(section, &name, d, values);
+        }
         if let Some(reference) = all.iter().position(|d| d.name == name) {
             let d = &all[reference];
             let fixed = match self.subject {
@@ -841,6 +857,28 @@ impl Variation<'_> {
                 section.refuse(fault.of(&placed.path))
             }
         }
+    }
+}
+
+/// Notes what numbers without a unit are in the unit that people use: 900 rad/s, meant as rpm.
+fn in_other_units(section: &Section<'_>, name: &str, of: &Description, values: &[&Placed]) {
+    let Type::Real { quantity: unit::Quantity { unit, display: Some((usual, factor)), .. }, .. } = of.kind else {
+        return;
+    };
+    let plain =
+        values.iter().filter(|placed| placed.value.unit().is_empty()).filter_map(|placed| placed.value.number());
+    let plain: Vec<f64> = plain.filter(|value| *value != 0.0).collect();
+    let (least, most) = plain.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+    let range = |factor: f64| match least == most {
+        true => text::number(factor * least),
+        false => format!("{} to {}", text::number(factor * least), text::number(factor * most)),
+    };
+    if !plain.is_empty() {
+        section.faults.note(format!(
+            "`{name}` without a unit is in {unit}: {} {unit}, which is {} {usual}",
+            range(1.0),
+            range(*factor)
+        ));
     }
 }
 
@@ -957,6 +995,31 @@ impl Study {
         let description = |part| coupled.description(part);
         let variables = (&*coupled.places, &*coupled.variables);
         coupled::Runner::new(variables, description, step, &self.window, &self.measures)
+    }
+
+    /// What is implausible about the first and the last run, but not about the scene itself.
+    fn implausible(&self, all: &[Description]) -> Vec<String> {
+        let (Subject::Scene(scene), [document, ..]) = (&self.subject, &self.documents[..]) else { return Vec::new() };
+        let warnings = |scene: &Resolved| overview::of(&scene.resource()).warnings;
+        let own = warnings(scene);
+        let folder = self.place.parent().unwrap_or(Path::new(""));
+        let of_run = |row: u64| {
+            let mut changed = document.content.clone();
+            for (Quantity { name, unit, variable, .. }, cell) in self.quantities.iter().zip(self.cells(row)) {
+                let key = variable.and_then(|place| all.get(place)).map_or(&**name, |d| &*d.key);
+                let (Cell::Number(value), Some(item)) = (cell, entry(&mut changed, key)) else { continue };
+                let value = match variable {
+                    None if !unit.is_empty() => Value::from(format!("{value} {unit}")),
+                    _ => Value::from(value),
+                };
+                *item = toml_edit::value(value);
+            }
+            let found = super::resolve(&self.place.display().to_string(), &changed.to_string(), folder);
+            let found = found.map(|scene| warnings(&scene)).unwrap_or_default();
+            let new = found.into_iter().filter(|warning| !own.contains(warning));
+            new.map(move |warning| format!("run {row}: {}; {}", warning.message, warning.hint)).collect::<Vec<_>>()
+        };
+        [0, self.rows() - 1].into_iter().take(self.rows().min(2) as usize).flat_map(of_run).collect()
     }
 
     /// What a run has in which keys vary.
