@@ -3693,6 +3693,66 @@ fn torques_are_connected_once_and_with_their_impulses() {
     }
 }
 
+#[test]
+fn files_of_another_kind_are_named_with_the_command_that_takes_them() {
+    let files = [
+        ("examples/guide_bar/study.toml", "this is a study", "study", &["study", "report"][..]),
+        ("examples/two_cams/system.toml", "this is a system", "run", &["system", "check", "run", "report"]),
+        ("examples/dwell_synthesis/task.toml", "this is a motion task", "synthesize", &["synthesize"]),
+    ];
+    let commands = [
+        "check",
+        "describe",
+        "export",
+        "run",
+        "forces",
+        "cam",
+        "clearance",
+        "stability",
+        "steady",
+        "tradeoff",
+        "compensate",
+        "synthesize",
+        "study",
+        "system",
+        "report",
+        "verify",
+    ];
+    for (file, what, taker, takers) in files {
+        for command in commands.into_iter().filter(|command| !takers.contains(command)) {
+            let run = camdrive(&[command, file]);
+            assert!(run.code == 1 && run.err.contains(what), "{command} {file}: {}", run.err);
+            let hint = [format!("`camdrive {taker} "), format!("`{taker}` take it")];
+            assert!(hint.iter().any(|hint| run.err.contains(hint)), "{command} {file}: {}", run.err);
+        }
+    }
+}
+
+#[test]
+fn a_study_tells_what_numbers_without_a_unit_mean() {
+    let folder = folder("study_units");
+    let scene = root().join("examples/guide_bar/scene.toml");
+    let explain = |vary: &str| {
+        let file = folder.join("study.toml");
+        let study = format!("scene = {:?}\nturns = 1\nmeasures = [\"max |q|\"]\nvary = [{{ {vary} }}]\n", text(&scene));
+        std::fs::write(&file, study).expect("a study");
+        let run = camdrive(&["study", text(&file), "--explain", "-o", text(&folder.join("store"))]);
+        assert_eq!(run.code, 0, "{}", run.err);
+        run.err.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    for name in ["drive.w", "drive.speed"] {
+        let plain = explain(&format!("name = \"{name}\", values = [900, 1200]"));
+        assert!(
+            plain.contains(&format!(
+                "`{name}` without a unit is in rad/s: 900 to 1200 rad/s, which is 8590 to 11500 rpm"
+            )),
+            "{plain}"
+        );
+        assert!(plain.contains("run 0: ") && plain.contains("the tool would hardly follow the cam"), "{plain}");
+        assert_eq!(explain(&format!("name = \"{name}\", values = [\"900 rpm\", \"1200 rpm\"]")), "");
+    }
+}
+
 /// A torque that acts with another factor than the motion, on the shaft itself or by way of another part.
 #[test]
 fn work_that_is_lost_between_a_drive_and_its_shaft_is_told() {

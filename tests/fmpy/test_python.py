@@ -4,6 +4,7 @@ import math
 import os
 import pickle
 import re
+import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -286,6 +287,30 @@ def test_engines_that_do_not_fit_are_refused(camdrive, tmp_path):
     assert "`drive.w` = '2000 rpm'" in str(error) and "a number in rad/s" in str(error) and "native" in str(error)
     late = {"stop_time": "10 ms", "engine": "fmpy"}
     assert "stop_time" in str(refused(camdrive.SimulationError, camdrive.simulate, fmu, **late))
+
+
+def test_numbers_without_the_unit_of_an_fmu_are_refused(camdrive, tmp_path):
+    fmu = camdrive.export(EXAMPLES / "guide_bar" / "run_up.toml", tmp_path / "si.fmu")
+    unit = '<Unit name="U/min"><BaseUnit s="-1" rad="1" factor="0.10471975511965977"/></Unit>'
+    other = tmp_path / "rpm.fmu"
+    with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(other, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            if name == "modelDescription.xml":
+                head, tail = content.decode().split('name="w"', 1)
+                tail = tail.replace('unit="rad/s"', 'unit="U/min"', 1)
+                content = (head.replace("<UnitDefinitions>", "<UnitDefinitions>" + unit) + 'name="w"' + tail).encode()
+            new.writestr(name, content)
+    course = np.zeros(2, [(name, float) for name in ("time", "w")])
+    course["time"], course["w"] = [0, 0.1], [10, 10]
+    common = {"stop_time": 0.1, "step": 1e-3, "output": ["y"]}
+    for engine in ("native", "fmpy"):
+        for keywords in ({"input": course}, {"start_values": {"w": 10.0}}):
+            error = refused(camdrive.Error, camdrive.simulate, other, engine=engine, **keywords, **common)
+            assert "SI or in U/min" in str(error)
+    start = {"start_values": {"w": "10 U/min"}}
+    native, fmpy = (camdrive.simulate(other, engine=engine, **start, **common) for engine in ("native", "fmpy"))
+    assert np.abs(native["y"] - fmpy["y"]).max() < 1e-9 * np.abs(fmpy["y"]).max()
 
 
 def test_threads_simulate_natively(camdrive):

@@ -4,6 +4,8 @@ use super::run::signals::Signals;
 use super::{Failure, Format, open, tell};
 use crate::export::results::{self, Results};
 use crate::export::{references, sbom};
+use crate::scene::Diagnostics;
+use crate::scene::source::is_fmu;
 use camdrive::drives::resource::{BUILD, Content, FILE_NAME};
 use camdrive::drives::variable::Causality;
 use camdrive::drives::{Description, Fault};
@@ -97,8 +99,23 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     Ok(if agree == all.len() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
+/// The fault of a file of another kind, with the command that takes it.
+fn other(path: &Path) -> Option<Fault> {
+    if is_fmu(path) {
+        return None;
+    }
+    let (what, hint) = match open(path) {
+        Ok(_) => ("this is a scene".to_owned(), format!("`camdrive export {}` makes an FMU of it", path.display())),
+        Err(Diagnostics(faults)) => {
+            let fault = faults.into_iter().find(|fault| fault.message.ends_with(", not a scene"))?;
+            (fault.message.trim_end_matches(", not a scene").to_owned(), fault.hint?)
+        }
+    };
+    Some(Fault::new(format!("{what}, not an FMU\n  = hint: {hint}")))
+}
+
 fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
-    let fmu = Fmu::open(path)?;
+    let fmu = Fmu::open(path).map_err(|fault| other(path).unwrap_or(fault))?;
     let folder = host::unpacked(path, &[&format!("{}/", references::FOLDER), "resources/", sbom::PATH])?;
     let (names, rows) = results_of(folder.path())?;
     let description = fmu.description();
