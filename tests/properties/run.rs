@@ -31,7 +31,11 @@ impl Run {
             other => other,
         };
         let scene: Scene = serde_json::from_value(json!({ variant: scene })).expect("a scene");
-        let mut drive = scene.build()?;
+        Run::of(scene.build()?, inputs, derivatives)
+    }
+
+    /// A drive at its start.
+    pub fn of(mut drive: Described, inputs: &[(&str, f64)], derivatives: &[(&str, f64)]) -> Result<Self, Fault> {
         let list = drive.descriptions();
         let names: Vec<String> = list.iter().map(|d| d.name.clone()).collect();
         let real = |i: &usize| matches!(list[*i].kind, Kind::Real { .. });

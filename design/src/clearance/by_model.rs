@@ -75,6 +75,9 @@ pub struct Change {
     pub value: f64,
     /// The motion there.
     pub settled: Settled,
+    /// The largest impulse (N·s) after a start at rest on the cam: with little damping a motion remembers its start.
+    #[serde(skip)]
+    pub from_rest: f64,
 }
 
 /// The quantities, in the order of their intervals.
@@ -214,7 +217,9 @@ pub fn around(
         let (mut model, motion) = model(&scene, &machine, ignore)?;
         model.allow(super::MOST_STEPS);
         let settled = settled::run(&mut model, motion.samples[0].q, turns).ok()?;
-        Some(Change { quantity: QUANTITIES[*which], value: *value, settled })
+        model.allow(super::MOST_STEPS);
+        let from_rest = settled::run(&mut model, [0.0; 2], turns).map_or(f64::INFINITY, |it| it.largest_impulse);
+        Some(Change { quantity: QUANTITIES[*which], value: *value, settled, from_rest })
     };
     let mut changes: Vec<Change> = parallel::map(&trials, settle, &|| ()).into_iter().flatten().collect();
     changes.sort_by(|a, b| a.settled.largest_impulse.total_cmp(&b.settled.largest_impulse));

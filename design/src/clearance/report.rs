@@ -151,7 +151,8 @@ impl Study {
         let now = settled.largest_impulse;
         let quantities = self.quantities(machine);
         let mut cured: Vec<&str> = Vec::new();
-        for change in model.changes.iter().filter(|change| change.settled.largest_impulse <= (1.0 - GAIN) * now) {
+        let is_gentler = |change: &&Change| change.settled.largest_impulse.max(change.from_rest) <= (1.0 - GAIN) * now;
+        for change in model.changes.iter().filter(is_gentler) {
             let known = cured.contains(&change.quantity);
             if let Some(i) = quantities.iter().position(|of| of.name == change.quantity && !known) {
                 let of = &quantities[i];
@@ -212,7 +213,8 @@ impl Study {
             .column("", "admissible", ONE, |q| q.by_model.map(|(found, _)| ranges(found, &q.unit)));
         let unit =
             |change: &Change| quantities.iter().find(|q| q.name == change.quantity).map_or(ONE, |q| q.unit.clone());
-        let now = self.settled.map(|settled| Change { quantity: "as it is", value: f64::NAN, settled });
+        let now =
+            self.settled.map(|settled| Change { quantity: "as it is", value: f64::NAN, settled, from_rest: f64::NAN });
         let rows: Vec<&Change> = now.iter().chain(&model.changes).collect();
         let tried = Table::of("Settled motion", rows)
             .column("", "with", ONE, |change| change.quantity)

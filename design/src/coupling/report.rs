@@ -46,7 +46,9 @@ impl Findings {
                         way.master, step.value
                     );
                     let exchange = Setting::new("exchange", &*way.exchange);
-                    let repeat = (way.repeats > 0).then(|| Setting::new("repeat", way.repeats as usize));
+                    // Left out, `camdrive run` may repeat interpolated steps.
+                    let repeated = way.repeats > 0 || way.exchange == "interpolated";
+                    let repeat = repeated.then(|| Setting::new("repeat", way.repeats as usize));
                     let claim = Claim::Error { at_most: ACCURACIES[0], step: None };
                     verdict.advice(Advice::new(text).set([step, exchange].into_iter().chain(repeat), claim));
                 }

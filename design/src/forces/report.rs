@@ -2,7 +2,7 @@
 
 use super::quantity::{Quantity, TORQUE, Units};
 use super::turn::{Extreme, State, Turn};
-use super::{Drive, Machine};
+use super::{Drive, Forces, Machine};
 use crate::cam_geometry::{Shape, Tolerances};
 use crate::report::unit::{self, DEG, ONE, RPM, Unit, W};
 use crate::report::{Advice, Claim, Level, Report, Setting, Table, Value, Verdict, Written, terminal::shown};
@@ -38,7 +38,7 @@ pub struct Range {
 /// Conditions that keep a follower on its cam by force alone.
 #[derive(Clone, Debug, Serialize)]
 pub struct Keeping {
-    /// The least F₀ (N or N·m) at this speed and the angle that demands it; None where no preload helps.
+    /// The least F₀ (N or N·m) at all speeds from rest to this one, and the angle that demands it; None where no preload helps.
     pub least_preload: Option<Extreme>,
     /// [`Turn::lift_off`].
     pub lift_off_speed: Option<Extreme>,
@@ -130,12 +130,19 @@ fn ranges<'a>(title: &str, list: impl IntoIterator<Item = &'a Range>) -> Table {
 }
 
 impl Keeping {
-    /// F₀ ≥ −(Q − F₀ Q₁)/Q₁ with Q₁ = dy/dU all over the turn, and [`Turn::lift_off`].
+    /// F₀ ≥ −(Q − F₀ Q₁)/Q₁ with Q₁ = dy/dU all over the turn and on the way from rest to the speed, and [`Turn::lift_off`].
     fn of(turn: &Turn<'_>, j: usize, drive: &Drive) -> Self {
         let preload = drive.preload();
         let sense = turn.sense(j);
         let helps = turn.largest(|state| -sense(state) * state.drives[j].travel).value < 0.0;
-        let needed = |state: &State| preload - state.drives[j].load / state.drives[j].travel;
+        let w = turn.machine.speed;
+        let needed = |state: &State| {
+            let Forces { parts: [rest, damping, inertia], travel, .. } = &state.drives[j];
+            // A part s of the speed demands −(Q_rest + s ω Q_damping + s² ω² Q_inertia)/Q₁.
+            let at = |s: f64| preload - (rest + s * w * (damping + s * w * inertia)) / travel;
+            let summit = -0.5 * damping / (w * inertia);
+            [0.0, summit.clamp(0.0, 1.0), 1.0].into_iter().map(at).fold(f64::NEG_INFINITY, f64::max)
+        };
         Keeping { least_preload: helps.then(|| turn.largest(needed)), lift_off_speed: turn.lift_off(j) }
     }
 }
@@ -243,7 +250,8 @@ impl Keeping {
             let text = format!("{part}: or run below {}.", Written::rounded(at.value, &RPM, FINE, false));
             verdict.advice(Advice::new(text).set([speed], claim()));
         }
-        let held = (drive.plan.is_some() && !drive.is_flat())
+        // A motion that lets the follower leave its cam knows no second flank.
+        let held = (drive.plan.is_some() && !drive.is_flat() && !drive.loads.may_leave)
             .then(|| Setting::new(machine.key(drive, "geometry.contour"), "groove"));
         let text = format!("{part}: or let its cam hold it on both sides, by a groove or conjugate cams.");
         verdict.advice(Advice::new(text).set(held, claim()));

@@ -20,6 +20,7 @@ pub use machine::running;
 pub use characteristic::{Jump, Motion};
 
 use crate::oscillator;
+use crate::report::Setting;
 use crate::report::terminal::with_unit;
 use crate::report::unit::Unit;
 use crate::resource::{Resource, Scene, Tool};
@@ -50,6 +51,9 @@ pub struct Overview {
     pub varies: bool,
     /// Values that are implausible.
     pub warnings: Vec<Warning>,
+    /// What a file sets against warnings, by their places.
+    #[serde(skip)]
+    pub(crate) cures: Vec<(usize, Setting)>,
 }
 
 /// A quantity and its value.

@@ -2,7 +2,7 @@
 
 use super::{Figure, Jump, Motion, Overview};
 use crate::report::unit::{HZ, ONE, RPM, Unit};
-use crate::report::{Level, Report, Table, Verdict};
+use crate::report::{Advice, Claim, Level, Report, Table, Verdict};
 
 impl Overview {
     /// Whether the values are plausible.
@@ -11,8 +11,10 @@ impl Overview {
         if self.warnings.is_empty() {
             verdict.result(Level::Good, "No fault, and no value is implausible.");
         }
-        for warning in &self.warnings {
-            verdict.result(Level::Mind, format!("{}.", warning.message)).advice(format!("{}.", warning.hint));
+        for (i, warning) in self.warnings.iter().enumerate() {
+            let set = self.cures.iter().filter(|(of, _)| *of == i).map(|(_, setting)| setting.clone());
+            let advice = Advice::new(format!("{}.", warning.hint)).set(set, Claim::Plausible);
+            verdict.result(Level::Mind, format!("{}.", warning.message)).advice(advice);
         }
         verdict
     }

@@ -8,6 +8,7 @@
 //! errors that the sampling itself makes.
 
 use super::{Overview, Warning, greatest_of, shown};
+use crate::report::Setting;
 use camdrive::motion::table::{Bend, Points};
 use camdrive::motion::{MotionLaw, Table};
 use std::f64::consts::TAU;
@@ -100,6 +101,10 @@ impl Overview {
             "take points at smaller distances, above all where the acceleration jumps, or the law itself: a cycle, a plan; \
              where `noise` is given, a larger one or \"estimate\""
         };
+        if noisy {
+            let key = format!("{section}.noise");
+            self.cures.push((self.warnings.len(), Setting::new(key, "estimate")));
+        }
         self.warnings.push(Warning { message, hint: hint.to_owned() });
     }
 }

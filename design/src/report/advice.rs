@@ -53,14 +53,19 @@ pub enum Reach {
     AtLeast,
     /// This one and smaller ones.
     AtMost,
-    /// All but those between these two.
-    Outside([Written; 2]),
+    /// All but those between any of these two, the second of which may be missing.
+    Outside(Vec<(Written, Option<Written>)>),
 }
 
 /// What holds once an advice is followed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Claim {
+    /// Free motions do not grow at these speeds (rad/s), at that of the file where there are none.
+    Stable {
+        /// The speeds.
+        at: Vec<f64>,
+    },
     /// Force keeps the follower, numbered from 1 where there are several, on its cam.
     Contact {
         /// Its number.
@@ -71,6 +76,13 @@ pub enum Claim {
         /// That speed (rad/s).
         mean: f64,
     },
+    /// What a task prescribes is met within this deviation (m).
+    Deviation {
+        /// That deviation.
+        at_most: f64,
+    },
+    /// `check` warns of less.
+    Plausible,
     /// Outputs differ from the reference by at most this part of their largest value, at the communication step of the advice
     /// or, without one, of the default experiment.
     Error {
@@ -146,6 +158,11 @@ impl Setting {
     /// The largest value (SI) that does, in so many digits of a unit: rounded down.
     pub fn at_most(key: impl Into<String>, value: f64, unit: &Unit, digits: usize) -> Self {
         Setting { reach: Reach::AtMost, ..Setting::new(key, Written::rounded(value, unit, digits, false)) }
+    }
+
+    /// A value that stands outside of intervals.
+    pub fn outside(key: impl Into<String>, value: Written, intervals: Vec<(Written, Option<Written>)>) -> Self {
+        Setting { reach: Reach::Outside(intervals), ..Setting::new(key, value) }
     }
 
     /// The same quantity under another key.

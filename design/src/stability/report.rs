@@ -2,11 +2,11 @@
 
 use super::response::Transient;
 use super::tongue::Extent;
-use super::{AtSpeed, BORDER, Findings, Order, PeriodicMotion, figures, is_listed, printed};
-use crate::report::terminal::{ranges, shown};
+use super::{AtSpeed, BORDER, Findings, Order, Oscillator, PeriodicMotion, figures, is_listed, printed};
+use crate::report::terminal::shown;
 use crate::report::unit::{DEG, HZ, ONE, PERCENT, RPM, Unit};
-use crate::report::{Level, Report, Rows, Table, Value, Verdict};
-use crate::text::{counted, digits, number, rpm};
+use crate::report::{Advice, Claim, Level, Report, Rows, Setting, Table, Value, Verdict, Written};
+use crate::text::{counted, digits, digits_beyond, number, rpm};
 use std::cmp::Ordering;
 use std::f64::consts::PI;
 
@@ -23,6 +23,50 @@ const MOST_TOLD: usize = 3;
 const LINEAR: f64 = PI / 36.0;
 /// Turns.
 const TURNS: Unit = Unit::new("turns", 1.0);
+
+/// Significant digits of borders, more where they lie close together.
+const DIGITS: usize = 3;
+/// Those of a speed that stays as it is.
+const EXACT: usize = 12;
+/// Intervals that a sentence lists.
+const LISTED: usize = 4;
+/// Rounding widens an interval by no more than this part.
+const WIDENED: f64 = 0.1;
+
+/// Intervals of speeds (rad/s) rounded outward to digits that tell their ends apart, ascending; those that then overlap are one.
+fn outward(ends: &[[f64; 2]]) -> Vec<([f64; 2], usize)> {
+    let mut sorted = ends.to_vec();
+    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let mut list: Vec<([f64; 2], usize)> = Vec::new();
+    for [low, high] in sorted {
+        let rounded = |digits: usize| {
+            let side = |speed: f64, up: bool| {
+                let text = digits_beyond(speed * RPM.factor, digits, up);
+                text.parse::<f64>().map_or(speed, |speed| speed / RPM.factor)
+            };
+            ([side(low, false), if high.is_finite() { side(high, true) } else { high }], digits)
+        };
+        let fits =
+            |([from, to], _): &([f64; 2], usize)| high.is_infinite() || to - from <= (1.0 + WIDENED) * (high - low);
+        let next = (DIGITS..EXACT).map(rounded).find(fits).unwrap_or_else(|| rounded(EXACT));
+        match list.last_mut() {
+            Some((last, digits)) if next.0[0] <= last[1] => {
+                (last[1], *digits) = (last[1].max(next.0[1]), next.1.max(*digits));
+            }
+            _ => list.push(next),
+        }
+    }
+    list
+}
+
+/// "157 to 208 rpm", "from 720 rpm on".
+fn shown_outward([low, high]: [f64; 2], digits: usize) -> String {
+    let side = |speed: f64, up: bool| digits_beyond(speed * RPM.factor, digits, up);
+    match high.is_finite() {
+        true => format!("{} to {} rpm", side(low, false), side(high, true)),
+        false => format!("from {} rpm on", side(low, false)),
+    }
+}
 
 impl Findings {
     /// Unstable speeds at the damping of the scene (rad/s), with their orders.
@@ -127,14 +171,8 @@ impl Findings {
             self.unstable().filter(|(_, ends)| self.distance(*ends) <= BAND).collect();
         near.sort_by(|a, b| self.distance(a.1).total_cmp(&self.distance(b.1)));
         if !near.is_empty() {
-            let ends: Vec<[f64; 2]> = near.iter().map(|(_, ends)| *ends).collect();
-            let most =
-                near.iter().map(|(order, _)| order.critical_damping.unwrap_or(f64::INFINITY)).fold(0.0, f64::max);
-            let cure = match most {
-                f64::INFINITY => "no damping makes all of them stable".to_owned(),
-                most => format!("they are stable from a damping ratio of {} on (now {theta})", number(most)),
-            };
-            verdict.advice(format!("Avoid {}; {cure}.", ranges(&ends, &RPM)));
+            self.avoid(&near.iter().map(|(_, ends)| *ends).collect::<Vec<_>>(), verdict);
+            self.damp(&near.iter().map(|(order, _)| *order).collect::<Vec<_>>(), verdict);
         }
         let loud = |ratio: &f64| *ratio >= LOUD;
         let mut loud: Vec<(f64, f64)> =
@@ -149,8 +187,53 @@ impl Findings {
             .collect();
         if !told.is_empty() {
             let told = told.join(", ");
-            verdict.advice(format!("Keep away from resonances (times the kinetostatic load): {told}."));
+            verdict.result(Level::Good, format!("Resonances (times the kinetostatic load): {told}."));
         }
+    }
+
+    /// Speeds to avoid (rad/s), and the speed of the scene or the nearest one that is outside of them.
+    fn avoid(&self, ends: &[[f64; 2]], verdict: &mut Verdict) {
+        let intervals = outward(ends);
+        let list: Vec<String> =
+            intervals.iter().take(LISTED).map(|(ends, digits)| shown_outward(*ends, *digits)).collect();
+        let more = match intervals.len().saturating_sub(LISTED) {
+            0 => String::new(),
+            more => format!(" and {} more", counted(more, "interval")),
+        };
+        let advice = Advice::new(format!("Avoid {}{more}.", list.join(", ")));
+        let own = self.speeds.first().map_or(0.0, |at| at.speed);
+        let inside = intervals.iter().find(|([low, high], _)| (*low..*high).contains(&own.abs()));
+        let written = |speed: f64, digits: usize, up: bool| Written::rounded(speed.copysign(own), &RPM, digits, up);
+        let value = match inside {
+            Some(([low, high], digits)) if own.abs() - low > high - own.abs() => written(*high, *digits, true),
+            Some(([low, _], digits)) => written(*low, *digits, false),
+            None => Written::nearest(own, &RPM, EXACT),
+        };
+        let ends = |([low, high], digits): &([f64; 2], usize)| {
+            (written(*low, *digits, false), high.is_finite().then(|| written(*high, *digits, true)))
+        };
+        let speed = Setting::outside("drive.speed", value, intervals.iter().map(ends).collect());
+        verdict.advice(advice.set([speed], Claim::Stable { at: Vec::new() }));
+    }
+
+    /// The damping from which the speeds of these orders are stable.
+    fn damp(&self, orders: &[&Order], verdict: &mut Verdict) {
+        let Oscillator { natural_frequency: w0, damping_ratio: theta, mean_inertia, .. } = self.oscillator;
+        let most = orders.iter().map(|order| order.critical_damping.unwrap_or(f64::INFINITY)).fold(0.0, f64::max);
+        if most.is_infinite() {
+            verdict.result(Level::Mind, "No damping makes all speeds stable that are to be avoided.");
+            return;
+        }
+        let ratio = Setting::at_least("elasticity.damping_ratio", most, &ONE, DIGITS);
+        let now = digits(theta, DIGITS + 1, -4);
+        let text = format!("They are stable from a damping ratio of {} on (now {now}).", ratio.value);
+        let b = |ratio: &Written| {
+            if let Written::Number(ratio) = ratio { 2.0 * mean_inertia * w0 * ratio } else { f64::NAN }
+        };
+        let (same, b) = (ratio.value.clone(), b(&ratio.value));
+        let ratio = ratio.or("elasticity.b", b).or("crank.damping_ratio", same).or("crank.b_T", b);
+        let at = orders.iter().filter_map(|order| Some(order.critical_eta? * w0)).collect();
+        verdict.advice(Advice::new(text).set([ratio], Claim::Stable { at }));
     }
 
     /// How sure it is.

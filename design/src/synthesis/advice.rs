@@ -11,12 +11,16 @@ use super::study::{HIGHEST, Method, Study};
 use super::together::Together;
 use crate::report::terminal::{range, shown};
 use crate::report::unit::{DEG, MM, NM, PERCENT, RPM};
-use crate::report::{Level, Verdict};
+use crate::report::{Advice, Claim, Level, Setting, Verdict, Written};
 use crate::text::{counted, number};
 use std::f64::consts::FRAC_PI_2;
 
 /// A deviation of more than this part of the motion is none any more.
 const FAILED_TASK: f64 = 0.1;
+
+/// Significant digits of a deviation, and what is added to one that another number of harmonics yields: its rounding.
+const DIGITS: usize = 3;
+const RESERVE: f64 = 1e-6;
 
 /// An exact point within this angle of an axis of the symmetry, but not on it, is implausible (rad).
 const BESIDE: f64 = 1e-4;
@@ -52,8 +56,10 @@ impl Together {
         }
         self.studies.iter().for_each(|study| study.limits(&mut verdict));
         if let Some((harmonics, error)) = first.more_harmonics() {
-            let error = shown(error, &MM);
-            verdict.advice(format!("Where that is too much: {harmonics} harmonics meet these dwells within {error}."));
+            let shown = Written::rounded(error, &MM, DIGITS, true);
+            let text = format!("Where that is too much: {harmonics} harmonics meet these dwells within {shown}.");
+            let claim = Claim::Deviation { at_most: error * (1.0 + RESERVE) };
+            verdict.advice(Advice::new(text).set([Setting::new("harmonics", harmonics)], claim));
         }
         verdict.certainty(self.certainty(first));
         verdict.certainty.extend(first.nonlinear());
@@ -157,7 +163,8 @@ impl Study {
         let left = behind.reached.filter(|eta| *eta < HIGHEST).map(|eta| (eta, format!("the output leaves {within}")));
         // The slower one governs.
         if let Some((eta, why)) = refused.into_iter().chain(left).min_by(|a, b| a.0.total_cmp(&b.0)) {
-            verdict.advice(format!("Stay below {}: there {why}.", rpm(eta)));
+            let most = Written::rounded(eta * given.w0, &RPM, DIGITS, false);
+            verdict.result(Level::Good, format!("The speeds end at {most}: there {why}."));
         }
         if given.method == Method::Robust && given.damping > 0.0 && self.assignment.task.basis.is_even() {
             verdict.advice(

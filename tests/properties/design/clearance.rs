@@ -4,11 +4,11 @@ use super::super::scenes::{CamScene, backlash};
 use super::*;
 
 /// With a clearance.
-fn loose() -> impl Strategy<Value = CamScene> {
+pub fn loose() -> impl Strategy<Value = CamScene> {
     backlash().prop_filter("a clearance", |scene| scene.s > 0.0)
 }
 
-fn printed(scene: &CamScene, image: &Image) -> Result<Value, String> {
+pub fn files(scene: &CamScene, image: &Image) -> Files {
     let mut files = Files::default();
     let cam = files.law(&image.law(&scene.law, LENGTH));
     files.scene = json!({
@@ -18,6 +18,11 @@ fn printed(scene: &CamScene, image: &Image) -> Result<Value, String> {
             "b": image.even(scene.b, [1, 0, -1]), "s": image.even(scene.s, LENGTH), "e": scene.e,
         },
     });
+    files
+}
+
+fn printed(scene: &CamScene, image: &Image) -> Result<Value, String> {
+    let files = files(scene, image);
     let mut result = files.printed("clearance", &["--json", "--quick", "--turns=4", "-o", "out"].map(str::to_owned))?;
     // It is that of the settled motion, which so few turns after the start depends on where the start is.
     result["verdict"] = Value::Null;

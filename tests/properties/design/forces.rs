@@ -6,7 +6,7 @@ use super::*;
 
 /// A follower with its loads, relative to its inertia.
 #[derive(Clone, Debug)]
-struct Loaded {
+pub struct Loaded {
     body: Body,
     m: f64,
     lever_inertia: f64,
@@ -17,12 +17,12 @@ struct Loaded {
 }
 
 #[derive(Clone, Debug)]
-struct Scene {
-    followers: Vec<Loaded>,
-    w: f64,
+pub struct Scene {
+    pub followers: Vec<Loaded>,
+    pub w: f64,
 }
 
-fn any() -> impl Strategy<Value = Scene> {
+pub fn any() -> impl Strategy<Value = Scene> {
     let spring = prop_oneof![Just(None), [0.0..2.0_f64, 0.0..2.0_f64].prop_map(Some)];
     let gravity = prop_oneof![Just(0.0), -1.0..1.0_f64];
     let process = prop_oneof![Just(None), (super::super::scenes::law(), -1.0..1.0_f64).prop_map(Some)];
@@ -46,37 +46,41 @@ fn any() -> impl Strategy<Value = Scene> {
     })
 }
 
-fn printed(scene: &Scene, image: &Image) -> Result<Value, String> {
-    let mut files = Files::default();
-    let mut follower = |loaded: &Loaded| {
-        let geometry = loaded.body.geometry(image);
+impl Loaded {
+    /// `[[follower]]`.
+    pub fn table(&self, image: &Image, files: &mut Files) -> Value {
+        let geometry = self.body.geometry(image);
         let (mut forces, mut load) = (json!({}), json!({}));
         if geometry["follower"] == "lever" {
-            forces["lever_J"] = image.even(loaded.lever_inertia, INERTIA).into();
+            forces["lever_J"] = image.even(self.lever_inertia, INERTIA).into();
         }
-        if let Some([preload, stiffness]) = loaded.preload {
+        if let Some([preload, stiffness]) = self.preload {
             load["spring"] = json!({"preload": image.even(preload, FORCE), "c": image.even(stiffness, [1, 0, -2])});
         }
-        if loaded.gravity != 0.0 {
-            load["gravity"] = image.even(loaded.gravity.abs(), [0, 1, -2]).into();
-            load["gravity_angle"] = if loaded.gravity > 0.0 { 0.0 } else { TAU / 2.0 }.into();
+        if self.gravity != 0.0 {
+            load["gravity"] = image.even(self.gravity.abs(), [0, 1, -2]).into();
+            load["gravity_angle"] = if self.gravity > 0.0 { 0.0 } else { TAU / 2.0 }.into();
         }
-        if let Some(process) = &loaded.process {
+        if let Some(process) = &self.process {
             load["process"] = files.law(&image.law(process, FORCE));
             if load["process"]["law"] == "table" {
                 load["process"]["interpolation"] = "spline".into();
             }
         }
-        if let Some(width) = loaded.width {
+        if let Some(width) = self.width {
             forces["roller_width"] = image.even(width, LENGTH).into();
             for key in ["E_cam", "E_roller"] {
                 forces[key] = image.even(2e11, [1, -1, -2]).into();
             }
         }
-        let cam = files.law(&image.law(&loaded.body.law, LENGTH));
-        json!({"m": image.even(loaded.m, MASS), "cam": cam, "geometry": geometry, "forces": forces, "load": load})
-    };
-    let followers = image.order(scene.followers.iter().map(&mut follower).collect());
+        let cam = files.law(&image.law(&self.body.law, LENGTH));
+        json!({"m": image.even(self.m, MASS), "cam": cam, "geometry": geometry, "forces": forces, "load": load})
+    }
+}
+
+fn printed(scene: &Scene, image: &Image) -> Result<Value, String> {
+    let mut files = Files::default();
+    let followers = image.order(scene.followers.iter().map(|loaded| loaded.table(image, &mut files)).collect());
     files.scene = json!({"name": "random", "model": "RigidMachine", "machine": {"J0": 1.0}, "follower": followers});
     let speed = option("speed", image.odd(scene.w, RATE));
     files.printed("forces", &["--json".to_owned(), "-o".to_owned(), "out".to_owned(), speed])

@@ -3,6 +3,7 @@
 //!
 //! The tools run as a user runs them, and what they print as JSON is compared.
 
+mod advice;
 mod cam;
 mod clearance;
 mod compensate;
@@ -40,7 +41,7 @@ const TORQUE: Units = [1, 2, -2];
 
 /// The same machine seen otherwise.
 #[derive(Clone, Copy, Debug)]
-struct Image {
+pub struct Image {
     /// Its angle is `sense` φ + `turn`.
     sense: f64,
     turn: f64,
@@ -140,12 +141,14 @@ fn has_no_rest(law: &MotionLaw) -> bool {
 }
 
 /// A scene or a task with the tables that it names.
-#[derive(Debug, Default)]
-struct Files {
+#[derive(Clone, Debug, Default)]
+pub struct Files {
     scene: Value,
     tables: Vec<String>,
     /// The text of the study, where the tool takes one instead of the scene.
     study: String,
+    /// The folder of an example, whose files come along.
+    folder: String,
 }
 
 impl Files {
@@ -191,6 +194,12 @@ impl Files {
     fn run(&self, tool: &str, arguments: &[String]) -> Result<(String, TempDir), String> {
         let folder = tempfile::tempdir().expect("a folder");
         let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("a file");
+        for entry in std::fs::read_dir(&self.folder).into_iter().flatten() {
+            let path = entry.expect("an entry").path();
+            if path.is_file() {
+                std::fs::copy(&path, folder.path().join(path.file_name().expect("a name"))).expect("a copy");
+            }
+        }
         for (text, number) in self.tables.iter().zip(1..) {
             write(&format!("{number}.csv"), text);
         }

@@ -6,12 +6,12 @@ use super::*;
 use camdrive::motion::Fourier;
 
 #[derive(Clone, Debug)]
-enum Scene {
+pub enum Scene {
     Shaft(CamScene),
     Parametric(parametric::Scene),
 }
 
-fn any() -> impl Strategy<Value = Scene> {
+pub fn any() -> impl Strategy<Value = Scene> {
     // A shaft that does not vibrate has no unstable speeds, and a turn of many decays costs some seconds.
     let vibrating = |shaft: CamScene| CamScene { b: shaft.b.min((shaft.c * shaft.second).sqrt()), ..shaft };
     prop_oneof![
@@ -28,7 +28,7 @@ fn without_origin() -> impl Strategy<Value = Scene> {
     })
 }
 
-fn printed(scene: &Scene, image: &Image) -> Result<Value, String> {
+pub fn files(scene: &Scene, image: &Image) -> Files {
     let mut files = Files::default();
     let [damping, stiffness] = [[1, 2, -1], TORQUE];
     files.scene = match scene {
@@ -77,6 +77,11 @@ fn printed(scene: &Scene, image: &Image) -> Result<Value, String> {
         }
     };
     files.scene["name"] = "random".into();
+    files
+}
+
+fn printed(scene: &Scene, image: &Image) -> Result<Value, String> {
+    let files = files(scene, image);
     let mut result = files.printed("stability", &["--json", "--quick", "-o", "out"].map(str::to_owned))?;
     // Its sentences have the numbers of the image.
     result["verdict"] = result["verdict"]["level"].take();

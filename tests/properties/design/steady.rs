@@ -5,11 +5,11 @@ use super::*;
 use camdrive::drives::rigid_machine::Follower;
 
 /// With a motor, which selects motions.
-fn driven() -> impl Strategy<Value = MachineScene> {
+pub fn driven() -> impl Strategy<Value = MachineScene> {
     machine().prop_filter("a motor", |scene| matches!(scene.torque, Torque::Kloss(_)))
 }
 
-fn printed(scene: &MachineScene, image: &Image) -> Result<Value, String> {
+pub fn files(scene: &MachineScene, image: &Image) -> Files {
     let mut files = Files::default();
     // Mechanisms behind the cams are left out.
     let follower = |follower: &Follower| {
@@ -28,7 +28,11 @@ fn printed(scene: &MachineScene, image: &Image) -> Result<Value, String> {
         "name": "random", "model": "RigidMachine", "machine": {"J0": image.even(scene.j0, INERTIA)},
         "follower": followers, "motor": motor,
     });
-    files.printed("steady", &["--json".to_owned(), option("load", image.odd(scene.load, TORQUE))])
+    files
+}
+
+fn printed(scene: &MachineScene, image: &Image) -> Result<Value, String> {
+    files(scene, image).printed("steady", &["--json".to_owned(), option("load", image.odd(scene.load, TORQUE))])
 }
 
 fn holds(scene: &MachineScene, image: &Image) -> Result<(), TestCaseError> {
