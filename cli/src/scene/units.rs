@@ -162,33 +162,22 @@ pub struct UnitFault {
 pub fn parse(text: &str, quantity: &'static Quantity) -> Result<f64, UnitFault> {
     let hint = || format!("write for example {}", example(quantity));
     let text = &*text.replace('\u{2212}', "-");
+    if let Some(fault) = marked(text.trim()) {
+        return Err(fault);
+    }
     let (number, unit_text) = split(text.trim());
     let number: f64 = number.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| UnitFault {
         message: format!("\"{text}\" does not start with a finite number"),
         hint: hint(),
     })?;
-    if let Some(rest) = unit_text.strip_prefix(',') {
-        let point = format!("\"{}\"", text.replacen(',', ".", 1));
-        let of_thousand = rest.len() >= 3
-            && rest[..rest.len().min(3)].bytes().all(|b| b.is_ascii_digit())
-            && !rest[3..].starts_with(|c: char| c.is_ascii_digit());
-        return Err(if of_thousand {
-            UnitFault {
-                message: format!("the comma of \"{text}\" may be one of decimals or of thousands"),
-                hint: format!("write {point} or \"{}\"", text.replacen(',', "", 1)),
-            }
-        } else {
-            UnitFault {
-                message: format!("\"{text}\" has a decimal comma"),
-                hint: format!("write the decimal point: {point}"),
-            }
-        });
-    }
     if unit_text.is_empty() {
         return Ok(number);
     }
-    let unit = parse_unit(unit_text)
-        .map_err(|message| UnitFault { message: format!("\"{text}\": {message}"), hint: hint() })?;
+    let unit = parse_unit(unit_text).map_err(|fault| {
+        let meant = fault.meant(unit_text, quantity);
+        let hint = meant.map_or_else(hint, |(unit, times)| format!("write \"{} {unit}\"", short(number * times)));
+        UnitFault { message: format!("\"{text}\": {}", fault.message(unit_text, quantity)), hint }
+    })?;
     if unit.base == quantity.base {
         let value = number * unit.numerator / unit.denominator;
         let too_large = || UnitFault { message: format!("\"{text}\" is too large a number"), hint: hint() };
@@ -220,7 +209,7 @@ pub fn written<'a>(text: &'a str, quantity: &Quantity) -> Option<(&'a str, f64)>
 pub fn factor(text: &str, quantity: &'static Quantity) -> Result<(f64, f64), UnitFault> {
     let text = text.trim();
     let hint = || format!("write for example \"{}\"", quantity.display.map_or(quantity.unit, |(unit, _)| unit));
-    let unit = parse_unit(text).map_err(|message| UnitFault { message, hint: hint() });
+    let unit = parse_unit(text).map_err(|fault| UnitFault { message: fault.message(text, quantity), hint: hint() });
     match (unit, quantity.display) {
         (Ok(unit), _) if unit.base == quantity.base => Ok((unit.numerator, unit.denominator)),
         _ if text == quantity.unit => Ok((1.0, 1.0)),
@@ -272,17 +261,125 @@ pub fn split(text: &str) -> (&str, &str) {
     (&text[..end], text[end..].trim())
 }
 
+/// The fault of a number with marks of thousands or a decimal comma.
+fn marked(text: &str) -> Option<UnitFault> {
+    let is_mark = |c: char| ".,'\u{2019}_".contains(c) || c.is_whitespace();
+    let end = text.find(|c: char| !c.is_ascii_digit() && !is_mark(c) && !"+-".contains(c)).unwrap_or(text.len());
+    let number = text[..end].trim_end_matches(is_mark);
+    let marks: Vec<char> = number.chars().filter(|c| is_mark(*c)).collect();
+    let (last, others) = marks.split_last()?;
+    let unsigned = number.trim_start_matches(['+', '-']);
+    let groups: Vec<&str> = unsigned.split(is_mark).collect();
+    let of_three = |groups: &[&str]| groups.iter().all(|group| group.len() == 3);
+    let without = |decimal: bool| {
+        let kept = number.rfind(*last).filter(|_| decimal);
+        let point = |(i, c): (usize, char)| if Some(i) == kept { Some('.') } else { Some(c).filter(|c| !is_mark(*c)) };
+        format!("\"{}{}\"", number.char_indices().filter_map(point).collect::<String>(), &text[number.len()..])
+    };
+    let fault = |message: String, hint: String| Some(UnitFault { message, hint });
+    let of_thousands = format!("\"{text}\" has marks of thousands");
+    match (others, *last) {
+        (_, '.' | ',') if !others.is_empty() && !others.contains(last) && of_three(&groups[1..groups.len() - 1]) => {
+            fault(of_thousands, format!("write {}", without(true)))
+        }
+        (_, '.') if others.is_empty() => None,
+        (_, ',') if others.is_empty() && of_three(&groups[1..]) => fault(
+            format!("the comma of \"{text}\" may be one of decimals or of thousands"),
+            format!("write {} or {}", without(true), without(false)),
+        ),
+        (_, ',') if others.is_empty() => {
+            fault(format!("\"{text}\" has a decimal comma"), format!("write the decimal point: {}", without(true)))
+        }
+        _ if others.iter().all(|mark| mark == last) && of_three(&groups[1..]) && groups[0].len() < 4 => {
+            fault(of_thousands, format!("write {}", without(false)))
+        }
+        _ => None,
+    }
+}
+
+/// Why a text is no unit.
+enum NoUnit {
+    /// It holds a name that is none.
+    Unknown(String),
+    Wrong(String),
+}
+
+/// Names of other kinds of units, with what is written for one of them; of several that of the dimension wanted.
+const OTHER_NAMES: &[(&str, f64, &str)] = &[
+    ("lbs", 1.0, "lb"),
+    ("lbs", 1.0, "lbf"),
+    ("pound", 1.0, "lb"),
+    ("pounds", 1.0, "lb"),
+    ("mil", 1e-3, "in"),
+    ("mils", 1e-3, "in"),
+    ("thou", 1e-3, "in"),
+    ("inch", 1.0, "in"),
+    ("inches", 1.0, "in"),
+    ("\"", 1.0, "in"),
+    ("ft", 12.0, "in"),
+    ("kp", 9.80665, "N"),
+    ("kgf", 9.80665, "N"),
+    ("Nmm", 1.0, "N.mm"),
+    ("sec", 1.0, "s"),
+    ("hr", 1.0, "h"),
+    ("degree", 1.0, "deg"),
+    ("degrees", 1.0, "deg"),
+    ("bar", 100.0, "kPa"),
+];
+
+impl NoUnit {
+    /// The unit that is meant by `text`, one of this quantity, and how many of it are one of those that were written.
+    fn meant(&self, text: &str, quantity: &Quantity) -> Option<(String, f64)> {
+        let NoUnit::Unknown(name) = self else { return None };
+        let fitting = |times: f64, other: &str| {
+            let unit = text.replacen(name.as_str(), other, 1);
+            let fits = parse_unit(&unit).is_ok_and(|unit| unit.base == quantity.base);
+            fits.then_some((unit, times))
+        };
+        let others = OTHER_NAMES.iter().filter(|(other, ..)| *other == name.to_lowercase() || other == name);
+        // `KG` and `MM` carry a prefix, which the names of the list have not. A slip in one letter of a short name would make
+        // another unit; there only the case may differ.
+        let known = ["kg", "mm", "kN", "ms", "MPa", "GPa"].into_iter().chain(names());
+        let distance = |unit: &str| strsim::osa_distance(&unit.to_lowercase(), &name.to_lowercase());
+        let alike = known.filter(|unit| distance(unit) == 0 || distance(unit) == 1 && unit.len().min(name.len()) > 2);
+        others
+            .map(|(_, times, other)| (*times, *other))
+            .chain(alike.map(|unit| (1.0, unit)))
+            .find_map(|(times, other)| fitting(times, other))
+    }
+
+    fn message(&self, text: &str, quantity: &Quantity) -> String {
+        let name = match self {
+            NoUnit::Unknown(name) => name,
+            NoUnit::Wrong(message) => return message.clone(),
+        };
+        match self.meant(text, quantity) {
+            Some((meant, 1.0)) => format!("there is no unit `{name}`; did you mean `{meant}`?"),
+            Some((meant, times)) => format!("there is no unit `{name}`; 1 {text} is {} {meant}", short(times)),
+            None => format!(
+                "there is no unit `{name}`; known units are {} and prefixes",
+                names().collect::<Vec<_>>().join(", ")
+            ),
+        }
+    }
+}
+
+/// The names of units without prefixes.
+fn names() -> impl Iterator<Item = &'static str> {
+    PLAIN.iter().chain(PREFIXED).map(|(name, _)| *name).filter(|name| *name != "1")
+}
+
 /// The unit as a factor, or what is wrong with it.
-fn parse_unit(text: &str) -> Result<Unit, String> {
+fn parse_unit(text: &str) -> Result<Unit, NoUnit> {
     let plain = normalise(text);
     if REVOLUTIONS_PER_MINUTE.contains(&plain.as_str()) {
-        return atom("rpm").ok_or_else(String::new);
+        return atom("rpm").ok_or_else(|| NoUnit::Unknown(plain));
     }
     let mut product = one([0; 4]);
     for (i, group) in plain.split('/').enumerate() {
         for factor in group.split('.').filter(|f| !f.is_empty()) {
-            let (name, exponent) = exponent(factor)?;
-            let unit = atom(name).ok_or_else(|| unknown(name))?;
+            let (name, exponent) = exponent(factor).map_err(NoUnit::Wrong)?;
+            let unit = atom(name).ok_or_else(|| NoUnit::Unknown(name.to_owned()))?;
             let exponent = if i == 0 { exponent } else { -exponent };
             product = product.times(&unit, exponent);
         }
@@ -331,20 +428,6 @@ fn atom(name: &str) -> Option<Unit> {
             Some(Unit { numerator: unit.numerator * numerator, denominator: unit.denominator * denominator, ..unit })
         })
     })
-}
-
-fn unknown(name: &str) -> String {
-    let known: Vec<&str> = PLAIN.iter().chain(PREFIXED).map(|(name, _)| *name).filter(|n| *n != "1").collect();
-    // `KG` and `MM` carry a prefix, which the names of the list have not. A slip in one or two letters would make
-    // another unit; there only the case may differ.
-    let meant = known.iter().chain(&["kg", "mm", "kN"]).find(|unit| {
-        let distance = strsim::osa_distance(&unit.to_lowercase(), &name.to_lowercase());
-        distance == 0 || distance == 1 && unit.len() > 2 && name.len() > 2
-    });
-    match meant {
-        Some(meant) => format!("there is no unit `{name}`; did you mean `{meant}`?"),
-        None => format!("there is no unit `{name}`; known units are {} and prefixes", known.join(", ")),
-    }
 }
 
 impl Unit {
@@ -491,12 +574,45 @@ mod tests {
         }
         let unknown = parse("5 furlong", &unit::LENGTH).expect_err("no such unit").message;
         assert!(unknown.contains("there is no unit `furlong`"), "{unknown}");
-        for (text, meant) in
-            [("1800 rmp", "`rpm`"), ("1800 RPM", "`rpm`"), ("12 KG", "`kg`"), ("3 wibble", "known units are")]
-        {
-            let message = parse(text, &unit::MASS).expect_err("no such unit").message;
-            assert!(message.contains(meant), "{text}: {message}");
+        // What is meant has the dimension that is expected.
+        for (text, quantity, meant, hint) in [
+            ("1800 rmp", &unit::ANGULAR_VELOCITY, "`rpm`", "write \"1800 rpm\""),
+            ("1800 RPM", &unit::ANGULAR_VELOCITY, "`rpm`", "write \"1800 rpm\""),
+            ("1800 RPM", &unit::MASS, "known units are", "write for example \"12 kg\""),
+            ("12 KG", &unit::MASS, "`kg`", "write \"12 kg\""),
+            ("3 wibble", &unit::MASS, "known units are", "write for example \"12 kg\""),
+            ("26 lbs", &unit::MASS, "`lb`", "write \"26 lb\""),
+            ("26 lbs", &unit::FORCE, "`lbf`", "write \"26 lbf\""),
+            ("26 lbs/in", &unit::STIFFNESS, "`lbf/in`", "write \"26 lbf/in\""),
+            ("37 mil", &unit::LENGTH, "1 mil is 0.001 in", "write \"0.037 in\""),
+            ("37 mil", &unit::FORCE, "known units are", "write for example \"80 N\""),
+            ("3 inch", &unit::LENGTH, "`in`", "write \"3 in\""),
+            ("3 sec", &unit::TIME, "`s`", "write \"3 s\""),
+            ("5 Nmm", &unit::TORQUE, "`N.mm`", "write \"5 N.mm\""),
+            ("2 kp", &unit::FORCE, "1 kp is 9.80665 N", "write \"19.6133 N\""),
+        ] {
+            let fault = parse(text, quantity).expect_err("no such unit");
+            assert!(fault.message.contains(meant), "{text}: {}", fault.message);
+            assert_eq!(fault.hint, hint, "{text}");
         }
+        // Marks of thousands.
+        for (text, message, hint) in [
+            ("1.800,0 rpm", "marks of thousands", "write \"1800.0 rpm\""),
+            ("1,800.0 rpm", "marks of thousands", "write \"1800.0 rpm\""),
+            ("1.234.567,5 rpm", "marks of thousands", "write \"1234567.5 rpm\""),
+            ("-1.800.000 rpm", "marks of thousands", "write \"-1800000 rpm\""),
+            ("1 800,5 rpm", "marks of thousands", "write \"1800.5 rpm\""),
+            ("1'800 rpm", "marks of thousands", "write \"1800 rpm\""),
+            ("1 800 rpm", "marks of thousands", "write \"1800 rpm\""),
+            ("1,800 rpm", "may be one of decimals or of thousands", "write \"1.800 rpm\" or \"1800 rpm\""),
+            ("1,8 rpm", "decimal comma", "write the decimal point: \"1.8 rpm\""),
+        ] {
+            let fault = parse(text, &unit::ANGULAR_VELOCITY).expect_err("marks");
+            assert!(fault.message.contains(message) && fault.hint == hint, "{text}: {fault:?}");
+        }
+        assert!(
+            parse("1.800 rpm", &unit::ANGULAR_VELOCITY).is_ok() && parse("45 1/min", &unit::ANGULAR_VELOCITY).is_ok()
+        );
         // Absurd exponents must not overflow.
         for text in ["1 m99", "1 m9.m9.m9.m9.m9.m9.m9.m9.m9.m9.m9.m9.m9.m9.m9", "1 /", "1 //", "1 m-", "1 ^"] {
             let _ = parse(text, &unit::LENGTH);
