@@ -146,6 +146,33 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Error> {
     }
 }
 
+/// The text of bytes in UTF-16: with a mark, or without one where the first two characters are ASCII. None where they are in another
+/// encoding, None within where they are damaged.
+pub(super) fn utf16(bytes: &[u8]) -> Option<Option<String>> {
+    let (rest, unit): (&[u8], fn([u8; 2]) -> u16) = match bytes {
+        [0xff, 0xfe, rest @ ..] => (rest, u16::from_le_bytes),
+        [0xfe, 0xff, rest @ ..] => (rest, u16::from_be_bytes),
+        [1..=127, 0, 1..=127, 0, ..] => (bytes, u16::from_le_bytes),
+        [0, 1..=127, 0, 1..=127, ..] => (bytes, u16::from_be_bytes),
+        _ => return None,
+    };
+    let units: Vec<u16> = rest.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
+    Some(String::from_utf16(&units).ok().filter(|text| !text.contains('\0')))
+}
+
+/// What a file of another program is, by its bytes.
+pub(super) fn foreign(bytes: &[u8]) -> Option<&'static str> {
+    let has = |name: &[u8]| bytes.windows(name.len()).any(|part| part == name);
+    match bytes {
+        [b'P', b'K', 3, 4, ..] if has(b"xl/workbook") => Some("a workbook (.xlsx)"),
+        [b'P', b'K', 3, 4, ..] if has(b"opendocument.spreadsheet") => Some("a workbook (.ods)"),
+        [b'P', b'K', 3, 4, ..] => Some("an FMU or another zip archive"),
+        [0xd0, 0xcf, 0x11, 0xe0, ..] => Some("a workbook (.xls) or another document of an office program"),
+        [b'%', b'P', b'D', b'F', ..] => Some("a PDF document"),
+        _ => None,
+    }
+}
+
 /// The name and the text of a file.
 ///
 /// # Errors
@@ -158,14 +185,15 @@ pub fn text(path: &Path, kind: Kind) -> Result<(String, String), Diagnostics> {
     }
     let whole = |message: String| Diagnostics(vec![Diagnostic::new(&file, message).hint(name_one.clone())]);
     let bytes = bytes(path).map_err(|e| whole(format!("the {word} cannot be read: {e}")))?;
-    if bytes.starts_with(b"PK\x03\x04") {
-        let hint = "an FMU is made from a scene; `camdrive run NAME.fmu` drives it";
-        return Err(kind.other(&file, "an FMU or another zip archive", hint));
+    if let Some(what) = foreign(&bytes) {
+        let of_fmu = "an FMU is made from a scene; `camdrive run NAME.fmu` drives it".to_owned();
+        return Err(kind.other(&file, what, if what.contains("FMU") { of_fmu } else { name_one }));
     }
-    if bytes.contains(&0) {
+    let wide = utf16(&bytes);
+    if wide.as_ref().map_or(bytes.contains(&0), Option::is_none) {
         return Err(whole(format!("the {word} is not a text file")));
     }
-    let text = String::from_utf8(bytes).map_err(|e| {
+    let text = wide.flatten().map_or_else(|| String::from_utf8(bytes), Ok).map_err(|e| {
         let good = e.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(e.as_bytes());
         let fault = Diagnostic::new(&file, format!("the {word} is not UTF-8 text")).at(&text, good..good + 1);

@@ -417,6 +417,8 @@ tables! {
         "lift_unit": value(Value::Text).said("the coherent SI unit");
         /// `table`, `contour`: column of the angles, its number from 1 or its heading
         "angle_column": value(Value::Count(1, 1000)).and(Value::Text).said("1; of a contour 2");
+        /// `table`: the distance of the angles where the file has none, only a value in each line; the first is at 0
+        "angle_step": other(POSITIVE);
         /// `table`: column of the values
         "lift_column": value(Value::Count(1, 1000)).and(Value::Text).said("2");
         /// `contour`: unit of x and y, or of r

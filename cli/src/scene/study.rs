@@ -213,10 +213,7 @@ fn step(root: &Section<'_>, subject: &Subject) -> Option<Option<f64>> {
 
 /// The files whose keys may vary, with the text of the first one.
 fn documents(place: &Path, subject: &Subject) -> (String, Vec<Document>) {
-    let text = |path: &Path| {
-        let text = std::fs::read_to_string(path).ok()?;
-        Some(text.trim_start_matches(input::BYTE_ORDER_MARK).to_owned())
-    };
+    let text = |path: &Path| Some(input::text(path, Kind::Scene).ok()?.1);
     // An archive is no text, and has no keys.
     let whole = text(place);
     let mut all = vec![(String::new(), whole.clone())];
@@ -722,6 +719,7 @@ impl Variation<'_> {
         let refused =
             |message: String| section.refuse(section.fault_of("file", format!(": {}: {message}", path.display())));
         let bytes = match input::bytes(&path) {
+            Ok(bytes) if let Some(what) = input::foreign(&bytes) => return refused(format!("this is {what}")),
             Ok(bytes) => bytes,
             Err(error) => return refused(error.to_string()),
         };

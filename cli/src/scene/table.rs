@@ -65,8 +65,11 @@ const LEAST_OF_LOBE: usize = 16;
 /// A spline is told that leaves the range of its neighbours by more than this part of the range of all.
 const OVERSHOOT: f64 = 0.01;
 
-/// Given slopes make at least this part of the differences of the lifts, and the reciprocal at most: 57 degrees are a radian.
-const SLOPES: f64 = 0.25;
+/// Slopes that differ by this part are one: differences over a degree are as accurate.
+const SLOPES: f64 = 1e-3;
+
+/// Between few points true slopes are at most so many times those that the lifts tell: a wave between two points is seen by neither.
+const LARGEST_SLOPES: f64 = 4.0;
 
 /// Rounded values at both ends differ by at most this part of the range.
 const ROUNDED: f64 = 2e-3;
@@ -101,15 +104,36 @@ struct Reading {
     /// Empty where the file does not give them.
     bends: Vec<Bend>,
     places: Vec<Span>,
-    /// The last digit of the lifts.
+    /// The last digits of the lifts and of the slopes.
     digit: f64,
+    slope_digit: f64,
     /// The points between which the cam rests.
     at_rest: Vec<usize>,
 }
 
 impl Reading {
     fn new(points: Points, places: Vec<Span>) -> Self {
-        Reading { points, places, bends: Vec::new(), digit: 0.0, at_rest: Vec::new() }
+        Reading { points, places, bends: Vec::new(), digit: 0.0, slope_digit: 0.0, at_rest: Vec::new() }
+    }
+
+    /// With one row for two at one angle, of which the second has U″ behind it.
+    fn joined(mut self) -> Self {
+        let (mut kept, Points { angles, lifts }): (Vec<usize>, Points) = (Vec::new(), self.points);
+        for i in 0..angles.len() {
+            let same = |j: &&mut usize| {
+                let slopes = [i, **j].map(|i| self.bends[i].slope);
+                angles[i] == angles[**j] && lifts[i] == lifts[**j] && slopes[0] == slopes[1]
+            };
+            // A third row at this angle is a fault.
+            let before = kept.last_mut().filter(|j| **j + 1 == i && same(j));
+            match before {
+                Some(j) => self.bends[*j].behind = self.bends[i].behind,
+                None => kept.push(i),
+            }
+        }
+        let of = |values: &[f64]| kept.iter().map(|i| values[*i]).collect();
+        let (bends, places) = kept.iter().map(|i| (self.bends[*i], self.places[*i].clone())).unzip();
+        Reading { points: Points { angles: of(&angles), lifts: of(&lifts) }, bends, places, ..self }
     }
 
     /// Without rows that are wrong; a row that closes the turn is the first one.
@@ -219,7 +243,13 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     }
     // One period is handled as a turn, and repeated at the end.
     reading.points.angles.iter_mut().for_each(|angle| *angle *= turn.lobes as f64);
-    let reading = closed(section, &file, reading, noise.flatten(), (kind, &turn, quantity))?;
+    let mut reading = closed(section, &file, reading, noise.flatten(), (kind, &turn, quantity))?;
+    if kind == Interpolation::Derivatives
+        && let Some(wrong) = seam(&mut reading).or_else(|| slopes(&reading, turn.lobes as f64))
+    {
+        faults(&file, vec![wrong]).into_iter().for_each(|fault| section.faults.report(fault));
+        return None;
+    }
     let as_told = (kind, &turn, quantity);
     let mut reading = match noise {
         Some(sigma) => smoothed(section, &file, reading, (sigma, drop), as_told)?,
@@ -286,7 +316,15 @@ fn points<'a>(
     let file = file?;
     angle_unit.and(lift_unit)?;
     let mut columns = columns.into_iter();
-    let columns = [columns.next()??, columns.next()??];
+    let mut columns = [columns.next()??, columns.next()??];
+    let step = turn.and_then(|turn| turn.step);
+    if step.is_some() {
+        section.forbid(&["angle_column"], "the angles follow from `angle_step`", "a column of the angles");
+        columns = match (section.has("lift_column"), columns) {
+            (true, [_, lifts]) => [Column::Rows, lifts],
+            (false, _) => [Column::Rows, Column::Number(0)],
+        };
+    }
     let hint = "write plain numbers, without units and marks of thousands; their unit is that of the scene";
     let more = if kind == Interpolation::Derivatives { 3 } else { 0 };
     let sheet = Sheet::new(&file.text).map_err(|wrong| vec![wrong]);
@@ -294,8 +332,10 @@ fn points<'a>(
         Err(wrong) => (Reading::new(Points { angles: Vec::new(), lifts: Vec::new() }, Vec::new()), wrong),
         Ok((rows, sheet)) => {
             doubtful(section, &file, rows.doubtful);
-            let [first, second] = [(0, of_turn), (1, None)]
-                .map(|(i, own)| unit_of(section, axes[i].1, axes[i].0, &sheet, rows.columns[i], own));
+            let [first, second] = [(0, of_turn), (1, None)].map(|(i, own)| match step {
+                Some(_) if i == 0 => Some((1.0, 1.0)),
+                _ => unit_of(section, axes[i].1, axes[i].0, &sheet, rows.columns[i], own),
+            });
             let (first, second) = (first?, second?);
             // Derivatives are by the angle in rad, or by that of the column where the unit of their heading says so.
             let per = [1, 2, 2].into_iter().zip(1..).map(|(order, column)| {
@@ -318,7 +358,7 @@ fn points<'a>(
                     return None;
                 }
             };
-            let angle = |row: &[f64]| row[0] * first.0 / first.1 / per_rad;
+            let angle = |row: &[f64]| step.map_or(row[0] * first.0 / first.1, |step| row[0] * step) / per_rad;
             let lift = |row: &[f64]| row[1] * second.0 / second.1;
             let bend = |row: &[f64]| {
                 let [_, _, slope, before, ref behind @ ..] = *row else { return None };
@@ -328,12 +368,11 @@ fn points<'a>(
             let (angles, lifts) = rows.rows.iter().map(|(row, _)| (angle(row), lift(row))).unzip();
             let bends = rows.rows.iter().filter_map(|(row, _)| bend(row)).collect();
             let places = rows.rows.into_iter().map(|(_, span)| span).collect();
-            let digit = rows.digit * second.0 / second.1;
-            let reading = Reading { bends, digit, ..Reading::new(Points { angles, lifts }, places) };
-            let mut wrong = descents(&reading, twice, name, &told);
-            if wrong.is_empty() {
-                wrong.extend(slopes(&reading));
-            }
+            let digit = rows.digits[1] * second.0 / second.1;
+            let slope_digit = per[0] * rows.digits.get(2).copied().unwrap_or(0.0);
+            let reading = Reading { bends, digit, slope_digit, ..Reading::new(Points { angles, lifts }, places) };
+            let reading = if more > 0 { reading.joined() } else { reading };
+            let wrong = descents(&reading, twice, name, &told);
             (reading, wrong)
         }
     };
@@ -354,10 +393,9 @@ fn open(section: &Section<'_>, admissible: &str, folder: &Path) -> Option<File> 
             note.into_iter().for_each(|note| section.faults.note(note));
             text
         }
-        Err(reason) => {
+        Err((reason, hint)) => {
             let fault = section.fault_of("file", format!(": {} {reason}", shown(&path)));
-            let hint = if reason == NO_TEXT { SAVE_AS_TEXT } else { "the path is relative to the folder of the scene" };
-            return section.refuse(fault.hint(hint));
+            return section.refuse(fault.hint(hint.unwrap_or("the path is relative to the folder of the scene")));
         }
     };
     Some(File { name: shown(&path), text })
@@ -519,18 +557,21 @@ fn told_wrong(
     (drop || wrong.is_empty()).then_some(())
 }
 
-const NO_TEXT: &str = "is not a text file";
-const SAVE_AS_TEXT: &str = "save the table as CSV in UTF-8";
+const SAVE_AS_TEXT: Option<&str> = Some("save the table as CSV in UTF-8");
 
-/// The text of a table, what is to be said of its bytes, and these, or why there is none.
-fn contents(path: &Path) -> Result<(String, Option<&'static str>, Vec<u8>), String> {
+/// Why a file is no table, and what to do about it where that is not where it stands.
+type NoTable = (String, Option<&'static str>);
+
+/// The text of a table, what is to be said of its bytes, and these.
+fn contents(path: &Path) -> Result<(String, Option<&'static str>, Vec<u8>), NoTable> {
     match super::input::bytes(path) {
+        Ok(bytes) if let Some(what) = super::input::foreign(&bytes) => Err((format!("is {what}"), SAVE_AS_TEXT)),
         Ok(bytes) => match dialect::decode(&bytes) {
             Some((text, note)) => Ok((text, note, bytes)),
-            None => Err(NO_TEXT.to_owned()),
+            None => Err(("is not a text file".to_owned(), SAVE_AS_TEXT)),
         },
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err("does not exist".to_owned()),
-        Err(e) => Err(format!("cannot be read: {e}")),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(("does not exist".to_owned(), None)),
+        Err(e) => Err((format!("cannot be read: {e}"), None)),
     }
 }
 
@@ -541,13 +582,19 @@ fn contents(path: &Path) -> Result<(String, Option<&'static str>, Vec<u8>), Stri
 /// A file that cannot be read, lines that hold no point, angles that do not rise or span more than a turn.
 pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Result<Points, Diagnostics> {
     let name = shown(path);
-    let unreadable = |reason: String| Diagnostic::new(&name, reason).hint("name a table of angles and measured values");
-    let (text, ..) = contents(path).map_err(|reason| Diagnostics(vec![unreadable(format!("the curve {reason}"))]))?;
+    let (text, ..) = contents(path).map_err(|(reason, hint)| {
+        let fault = Diagnostic::new(&name, format!("the curve {reason}"));
+        Diagnostics(vec![fault.hint(hint.unwrap_or("name a table of angles and measured values"))])
+    })?;
     let file = File { name: name.clone(), text };
     let told = |wrong: Vec<Wrong>| Diagnostics(faults(&file, wrong));
     let sheet = Sheet::new(&file.text).map_err(|wrong| told(vec![wrong]))?;
     let scale = |column: usize, quantity: Option<&'static Quantity>, usual: (f64, f64)| {
-        let Some((cell, unit)) = sheet.unit(column) else { return Ok(usual) };
+        let alone = || sheet.headings(column).find_map(|heading| headed(heading, quantity?));
+        let Some((cell, unit)) = sheet.unit(column) else {
+            let factor = alone().and_then(|unit| units::factor(unit, quantity?).ok());
+            return Ok(factor.unwrap_or(usual));
+        };
         let wrong = |message: String, hint: String| Diagnostics(vec![fault(&file, cell.clone(), message).hint(hint)]);
         match quantity {
             Some(quantity) => units::factor(&unit, quantity).map_err(|fault| wrong(fault.message, fault.hint)),
@@ -610,7 +657,7 @@ fn unit(
 }
 
 /// Units that headings have without brackets, "s_mm" or "Hub in mm"; others such as m, N or in may as well be letters or words.
-const PLAIN: [&str; 9] = ["mm", "um", "µm", "μm", "deg", "°", "rad", "kN", "kN.m"];
+const PLAIN: [&str; 12] = ["mm", "um", "µm", "μm", "deg", "°", "rad", "kN", "kN.m", "rpm", "Nm", "N.m"];
 
 /// The name in a heading such as "x_mm" or "r [mm]", and its unit.
 fn named(heading: &str) -> (String, Option<&str>) {
@@ -627,6 +674,12 @@ fn named(heading: &str) -> (String, Option<&str>) {
     (name.trim().to_lowercase(), unit.filter(|unit| !unit.eq_ignore_ascii_case("grad")))
 }
 
+/// The unit in the heading of a column of this quantity, or the heading itself, if it is a unit of more than a letter.
+fn headed<'a>(heading: &'a str, quantity: &'static Quantity) -> Option<&'a str> {
+    let alone = || heading.chars().count() > 1 && units::factor(heading, quantity).is_ok();
+    named(heading).1.or_else(|| alone().then_some(heading))
+}
+
 /// The factor of the unit under `key`; where there is none, of that of the heading of this column, of `own`, or SI.
 fn unit_of(
     section: &Section<'_>,
@@ -637,7 +690,8 @@ fn unit_of(
     own: Option<&str>,
 ) -> Option<(f64, f64)> {
     // Numbers in a scale and steps of an encoder may be called anything.
-    let units = || sheet.headings(column).filter(|_| *quantity != unit::NUMBER).filter_map(|heading| named(heading).1);
+    let units =
+        || sheet.headings(column).filter(|_| *quantity != unit::NUMBER).filter_map(|heading| headed(heading, quantity));
     let told = units().find_map(|unit| Some((unit, units::factor(unit, quantity).ok()?)));
     let other = units().find(|unit| !["", "-", "%", "1"].contains(unit)).filter(|_| told.is_none());
     let given = section.has(key);
@@ -709,23 +763,80 @@ fn descents(reading: &Reading, twice: Twice, name: &str, told: &dyn Fn(f64) -> S
         .collect()
 }
 
-/// The fault of given derivatives that are not those of the points: by another angle, or other quantities.
-fn slopes(reading: &Reading) -> Option<Wrong> {
-    let (Points { angles, lifts }, bends) = (&reading.points, &reading.bends);
-    let pieces = || 0..bends.len().saturating_sub(1);
-    let sum = |of: &dyn Fn(usize) -> f64| pieces().map(of).sum::<f64>();
-    let over = |of: &dyn Fn(usize) -> f64| sum(&|i| of(i) * (angles[i + 1] - angles[i]));
-    let rises = sum(&|i| (lifts[i + 1] - lifts[i]).abs());
-    let turns = sum(&|i| (bends[i + 1].slope - bends[i].slope).abs());
-    let by_slopes = over(&|i| 0.5 * (bends[i].slope.abs() + bends[i + 1].slope.abs()));
-    let by_bends = over(&|i| 0.5 * (bends[i].behind.abs() + bends[i + 1].before.abs()));
-    // Of both sums zero the part is no number.
-    let parts = [("U′", "lifts", by_slopes / rises), ("U″", "U′", by_bends / turns)];
-    let (of, what, part) = parts.into_iter().find(|(_, _, part)| *part < SLOPES || *part > 1.0 / SLOPES)?;
-    let message =
-        format!("with {of} of this table its {what} would change by {} times as much as they do", units::short(part));
-    let hint = "they are by the angle in rad, or in the unit that the heading of their column gives, \"V [mm/deg]\"";
+/// Before the seam the closing row holds, behind it the first one. The fault of two slopes there.
+fn seam(reading: &mut Reading) -> Option<Wrong> {
+    let Reading { points: Points { angles, .. }, bends, places, slope_digit, .. } = reading;
+    let n = bends.len();
+    if n < 2 || angles[0] + TAU - angles[n - 1] > CLOSING {
+        return None;
+    }
+    let range = bends.iter().fold(0.0_f64, |range, bend| range.max(bend.slope.abs()));
+    let (first, last) = (bends[0], bends[n - 1]);
+    if (last.slope - first.slope).abs() > (1.5 * *slope_digit).clamp(1e-9 * range, ROUNDED * range) {
+        let message = "U′ of this row, which closes the turn, is not that of the first one";
+        return Some(Wrong::at(
+            &places[n - 1],
+            message,
+            "both rows are one point: give them one U′; U″ may jump there",
+        ));
+    }
+    bends[0].before = last.before;
+    bends[n - 1] = bends[0];
+    None
+}
+
+/// The fault of given derivatives that are not those of the points, of which one of `lobes` lobes is a turn: by another angle, or
+/// other quantities. Rests alone, and rows without U″, tell nothing of it.
+fn slopes(reading: &Reading, lobes: f64) -> Option<Wrong> {
+    let (points, bends) = (&reading.points, &reading.bends);
+    let n = bends.len();
+    if n < 2 {
+        return None;
+    }
+    let widths: Vec<f64> = (1..n).map(|i| (points.angles[i] - points.angles[i - 1]) / lobes).collect();
+    let rises = |of: &[f64]| of.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<f64>>();
+    let slopes: Vec<f64> = bends.iter().map(|bend| bend.slope).collect();
+    let even: Vec<f64> = bends.iter().map(|bend| 0.5 * (bend.before + bend.behind)).collect();
+    let of_spline = |lifts: &[f64]| {
+        let law = Table::new(Points { angles: points.angles.clone(), lifts: lifts.to_vec() }).ok()?;
+        Some(points.angles.iter().map(|phi| lobes * MotionLaw::Table(law.clone()).at(*phi).0[1]).collect::<Vec<f64>>())
+    };
+    // ΔU = h (U′ + V′)/2 + h² (U″ − V″)/12 and ΔU′ = h (U″ + V″)/2, the errors of which are of the order h⁵ and h³.
+    let bent = |i: usize| widths[i] * widths[i] * (bends[i].behind - bends[i + 1].before) / 12.0;
+    let lifted: Vec<f64> = rises(&points.lifts).iter().enumerate().map(|(i, rise)| rise - bent(i)).collect();
+    let by_slopes: Vec<f64> = (0..n - 1).map(|i| 0.5 * widths[i] * (slopes[i] + slopes[i + 1])).collect();
+    let by_bends: Vec<f64> = (0..n - 1).map(|i| 0.5 * widths[i] * (bends[i].behind + bends[i + 1].before)).collect();
+    let pairs = [
+        ("U′", "lifts", [(&slopes, of_spline(&points.lifts)?), (&by_slopes, lifted)]),
+        ("U″", "U′", [(&even, of_spline(&slopes)?), (&by_bends, rises(&slopes))]),
+    ];
+    let (of, what, factor) = pairs.iter().find_map(|(of, what, ways)| Some((of, what, factor(ways)?)))?;
+    let message = format!("{of} of this table is {} times what its {what} say", text::number(factor));
+    let hint = "they are by the angle of the first column, in rad or in the unit that the heading of their column gives, \"V [mm/deg]\"";
     Some(Wrong::at(&reading.places[0], message, hint))
+}
+
+/// How many times as large the given values are as those known in one of two ways, if that is another factor than 1 by more than what
+/// the ways do not know: twice what is left of the better one, and what they differ by.
+fn factor(ways: &[(&Vec<f64>, Vec<f64>); 2]) -> Option<f64> {
+    let fit = |(given, known): &(&Vec<f64>, Vec<f64>)| {
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let factor = product(given, known) / product(given, given);
+        let rest: Vec<f64> = given.iter().zip(known).map(|(given, known)| known - factor * given).collect();
+        (factor, (product(&rest, &rest) / product(known, known)).sqrt())
+    };
+    let [(one, rest), (other, left)] = [fit(&ways[0]), fit(&ways[1])];
+    let (best, rest) = if rest < left { (one, rest) } else { (other, left) };
+    // What has another course is too large in any case. Of values that are all zero nothing is a number.
+    let size = |(given, known): &(&Vec<f64>, Vec<f64>)| {
+        let sum = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+        (sum(given) / sum(known)).sqrt()
+    };
+    let least = size(&ways[0]).min(size(&ways[1]));
+    if least.is_finite() && least > LARGEST_SLOPES {
+        return Some(least);
+    }
+    ((best - 1.0).abs() > 2.0 * rest.max((one - other).abs()).max(SLOPES)).then_some(1.0 / best)
 }
 
 /// One period with ends that fit: a closing row that differs from the first within the noise has the mean of both, as have the ends

@@ -256,3 +256,28 @@ fn an_elastic_drive_has_the_loads_of_its_scene() {
     let drive = resolve("loaded.toml", &shaft, "".as_ref()).unwrap().resource().build().unwrap();
     assert!(expected[..6].iter().all(|name| drive.descriptions().iter().any(|d| d.name == *name)));
 }
+
+#[test]
+fn scenes_may_be_in_utf_16() {
+    let text = "# Größe\nname = \"utf\"\nmodel = \"ElasticCamDrive\"\ncam = { law = \"fourier\", a = [0, \"1 mm\"] }\n\
+                drive = { speed = \"600 rpm\" }\nelasticity = { place = \"output\", m = \"1 kg\", c = 1 }\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    let read = |bytes: Vec<u8>| {
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, bytes).expect("a file");
+        super::read(&path).map(|scene| scene.name).map_err(|faults| faults.to_string())
+    };
+    let units = |unit: fn(u16) -> [u8; 2]| text.encode_utf16().flat_map(unit).collect::<Vec<u8>>();
+    let (little, big) = (units(u16::to_le_bytes), units(u16::to_be_bytes));
+    for bytes in [
+        text.as_bytes().to_vec(),
+        [&[0xff, 0xfe], &little[..]].concat(),
+        [&[0xfe, 0xff], &big[..]].concat(),
+        little,
+        big,
+    ] {
+        assert_eq!(read(bytes), Ok("utf".to_owned()));
+    }
+    let workbook = read(b"PK\x03\x04\0\0xl/workbook.xml\0".to_vec()).unwrap_err();
+    assert!(workbook.contains("this is a workbook (.xlsx), not a scene"), "{workbook}");
+}

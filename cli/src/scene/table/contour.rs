@@ -143,7 +143,7 @@ fn points(section: &Section<'_>, file: &File, side: Side) -> Option<(Vec<Point>,
         if polar { Point::from_polar(a, b) } else { Point::new(a, b) }
     };
     let contour = rows.rows.iter().map(|(row, _)| point(row)).collect();
-    let digit = if polar { 0.0 } else { rows.digit * scales[1] };
+    let digit = if polar { 0.0 } else { rows.digits[1] * scales[1] };
     Some((contour, rows, digit))
 }
 

@@ -46,7 +46,10 @@ pub fn courses(
             Diagnostic::new(&name, message).hint("`camdrive describe SCENE` lists its variables"),
         ]));
     }
-    let (text, ..) = contents(path).map_err(|reason| whole(format!("the table {reason}")))?;
+    let (text, ..) = contents(path).map_err(|(reason, hint)| {
+        let fault = Diagnostic::new(&name, format!("the table {reason}"));
+        Diagnostics(vec![fault.hint(hint.unwrap_or(example))])
+    })?;
     let file = File { name: name.clone(), text };
     let told = |wrong: Vec<Wrong>| Diagnostics(faults(&file, wrong));
     let sheet = Sheet::new(&file.text).map_err(|wrong| told(vec![wrong]))?;
@@ -105,10 +108,14 @@ pub fn courses(
             times = rows.rows.iter().map(|(row, _)| si(row[0], contents[time].1)).collect();
             let spans: Vec<&Span> = rows.rows.iter().map(|(_, span)| span).collect();
             // Nearer to each other they would be one time.
-            if let Some(i) = times.windows(2).position(|pair| pair[1] - pair[0] <= 1e-9 * pair[1].abs()) {
-                let [before, here] = [times[i], times[i + 1]].map(units::short);
-                let fault = fault(&file, spans[i + 1].clone(), format!("the time {here} s does not follow {before} s"));
-                return Err(Diagnostics(vec![fault.hint("times rise; a jump takes a short time, such as 1e-6 s")]));
+            let follows = |i: usize| {
+                let [before, here] = [times[i - 1], times[i]];
+                here - before > 1e-9 * here.abs() || here == before && (i < 2 || times[i - 2] < before)
+            };
+            if let Some(i) = (1..times.len()).find(|i| !follows(*i)) {
+                let [before, here] = [times[i - 1], times[i]].map(units::short);
+                let fault = fault(&file, spans[i].clone(), format!("the time {here} s does not follow {before} s"));
+                return Err(Diagnostics(vec![fault.hint("times rise; two rows at one time are a jump")]));
             }
         }
         columns.push((input, values));

@@ -1,10 +1,11 @@
 //! The dialects of tables as text: from the bytes of a file to its headings and to its rows of cells.
 //!
 //! One separator holds for the whole file: that of a line `sep=`, else `;`, a tab, blanks or `,`, whichever the rows of numbers
-//! have first in this order. Beside the first three a comma is a decimal mark, as it is within quotes. Lines before the first row
-//! of numbers are headings, lines that begin with `#`, `//` or `%` comments, as is what follows `//` or `#` in a row.
+//! have first in this order. Beside the first three a comma is a decimal mark, as it is within quotes. Lines of words before the first
+//! row of numbers are headings, behind the last one the end of a table of a controller; lines that begin with `#`, `//` or `%` are
+//! comments, as is what follows `//`, `#` or `(*` in a row.
 
-use super::super::input::BYTE_ORDER_MARK;
+use super::super::input::{BYTE_ORDER_MARK, utf16};
 use super::super::section::Span;
 use camdrive_design::text::counted;
 use std::collections::BTreeMap;
@@ -41,18 +42,10 @@ const COMMENTS: [&str; 3] = ["#", "//", "%"];
 pub fn decode(bytes: &[u8]) -> Option<(String, Option<&'static str>)> {
     // Lines of old computers end with a carriage return alone.
     let ended = |text: String| if text.contains('\n') { text } else { text.replace('\r', "\n") };
-    let utf16 = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
-        let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
-        String::from_utf16(&units).ok().filter(|text| !text.contains('\0')).map(|text| (ended(text), None))
-    };
-    match bytes {
-        [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes),
-        [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes),
-        // Without a mark: the first two characters are ASCII.
-        [1..=127, 0, 1..=127, 0, ..] => utf16(bytes, u16::from_le_bytes),
-        [0, 1..=127, 0, 1..=127, ..] => utf16(bytes, u16::from_be_bytes),
-        _ if bytes.contains(&0) => None,
-        _ => Some(match std::str::from_utf8(bytes) {
+    match utf16(bytes) {
+        Some(text) => text.map(|text| (ended(text), None)),
+        None if bytes.contains(&0) => None,
+        None => Some(match std::str::from_utf8(bytes) {
             Ok(text) => (ended(text.trim_start_matches(BYTE_ORDER_MARK).to_owned()), None),
             Err(_) => {
                 let text = bytes.iter().map(|byte| char::from(*byte)).collect();
@@ -77,6 +70,8 @@ pub enum Column<'a> {
     Number(usize),
     /// As a line of headings has it.
     Heading(&'a str),
+    /// None: the rows count, from 0.
+    Rows,
 }
 
 /// A table as text.
@@ -95,8 +90,8 @@ pub struct Rows {
     pub rows: Vec<(Vec<f64>, Span)>,
     /// Lines before the first row which might have been meant as one.
     pub doubtful: Vec<Span>,
-    /// The last digit of the second column.
-    pub digit: f64,
+    /// The last digit of each of these columns.
+    pub digits: Vec<f64>,
 }
 
 impl<'a> Sheet<'a> {
@@ -137,7 +132,7 @@ impl<'a> Sheet<'a> {
             let mark = COMMENTS.iter().find(|mark| text[span.clone()].starts_with(**mark));
             let (comment, start) = (mark.is_some(), span.start + mark.map_or(0, |mark| mark.len()));
             let end = if comment { span.end } else { without_comment(text, span).end };
-            let row = text[start..end].trim_end_matches(if separator == ' ' { ';' } else { ' ' });
+            let row = text[start..end].trim_end_matches(if [' ', ','].contains(&separator) { ';' } else { ' ' });
             let mut cells = cells(text, start..start + row.len(), separator);
             let width = cells.len();
             while cells.last().is_some_and(|cell| cell.is_empty()) {
@@ -214,6 +209,18 @@ impl<'a> Sheet<'a> {
         Err(Wrong::at(&longest.span, message, hint))
     }
 
+    /// Whether a line holds words: it begins with a letter or with a mark that no number has, or has nothing like a number; and no cell
+    /// is a value that is not known.
+    fn is_of_words(&self, line: &Line) -> bool {
+        /// What programs write for a value that they do not know.
+        const UNKNOWN: [&str; 11] = ["nan", "-nan", "inf", "-inf", "infinity", "n/a", "na", "null", "none", "-", "?"];
+        let unknown = |cell: &Span| UNKNOWN.contains(&&*self.text[cell.clone()].to_ascii_lowercase());
+        let begins = |c: char| !c.is_ascii_digit() && !"+-\u{2212}.,;\"".contains(c);
+        let digits = |cell: &Span| self.text[cell.clone()].contains(|c: char| c.is_ascii_digit());
+        let words = self.text[line.span.clone()].starts_with(begins) || !line.cells.iter().any(digits);
+        words && !line.cells.iter().any(unknown)
+    }
+
     fn number(&self, cell: &Span) -> Option<f64> {
         let plain = self.text[cell.clone()].replacen(',', ".", 1).replace('\u{2212}', "-");
         plain.parse().ok().filter(|value: &f64| value.is_finite())
@@ -253,6 +260,7 @@ impl<'a> Sheet<'a> {
     fn index(&self, column: &Column<'_>) -> Result<(usize, Option<usize>), Wrong> {
         let heading = match *column {
             Column::Number(number) => return Ok((number, None)),
+            Column::Rows => return Ok((usize::MAX, None)),
             Column::Heading(heading) => heading,
         };
         let is_it = |cell: &Span| &self.text[cell.clone()] == heading;
@@ -287,11 +295,15 @@ impl<'a> Sheet<'a> {
     /// # Errors
     /// Whatever else stands there.
     pub fn rows(&self, of: &[Column<'_>; 2], more: usize, hint: &'static str) -> Result<Rows, Vec<Wrong>> {
-        let (first, named) = match [self.index(&of[0]), self.index(&of[1])] {
+        let (mut first, named) = match [self.index(&of[0]), self.index(&of[1])] {
             [Ok((first, line)), Ok((second, other))] => ([first, second], line.max(other)),
             all => return Err(all.into_iter().filter_map(Result::err).collect()),
         };
-        if first[0] == first[1] {
+        // A column alone stands for both.
+        let alone = matches!(of[0], Column::Rows);
+        if alone {
+            first[0] = first[1];
+        } else if first[0] == first[1] {
             let message = format!("column {} is asked for twice", first[0] + 1);
             return Err(vec![Wrong::new(message, "give each column its own number or heading")]);
         }
@@ -310,13 +322,16 @@ impl<'a> Sheet<'a> {
         let lines: Vec<&Line> =
             self.lines.iter().skip(named.map_or(0, |i| i + 1)).filter(|line| !line.comment).collect();
         // A row is wrong whose first number has no second one beside it; what has no first number is a heading.
-        let like = |line: &&Line| line.cells.len() > 1 && value(line, first[0]).is_some();
+        let like = |line: &&Line| (alone || line.cells.len() > 1) && value(line, first[0]).is_some();
         let any = |line: &&Line| line.cells.iter().any(|cell| self.number(cell).is_some());
         // Words alone are headings, what begins like a number is a row.
         let begins = |line: &Line| line.cells.iter().any(|cell| text(cell).starts_with(|c: char| c.is_ascii_digit()));
         let none = if lines.iter().any(|line| begins(line)) { 0 } else { lines.len() };
         let start = lines.iter().position(like).or_else(|| lines.iter().position(any)).unwrap_or(none);
         let (headings, lines) = lines.split_at(start);
+        let words = |line: &&Line| value(line, first[0]).is_none() && self.is_of_words(line);
+        let end = lines.iter().rposition(|line| !words(&line)).map_or(lines.len(), |last| last + 1);
+        let (lines, trailer) = lines.split_at(end);
         let (mut rows, mut doubtful, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
         // Where blanks or commas separate, what is missing in a row moves the cells behind it.
         let mut counts = BTreeMap::new();
@@ -344,6 +359,18 @@ impl<'a> Sheet<'a> {
             } else {
                 wrong.extend(values.into_iter().filter_map(Result::err));
             }
+        }
+        let counts = |rows: &[(Vec<f64>, Span)]| rows.first().is_some_and(|(row, _)| row[0] == (rows.len() - 1) as f64);
+        if alone && headings.is_empty() && counts(&rows) {
+            let message = "this number is the count of the other rows, or a value";
+            wrong.push(Wrong::at(
+                &rows[0].1,
+                message,
+                "begin the line with # if it is the count; before a value write a line of headings",
+            ));
+        }
+        if alone {
+            rows.iter_mut().enumerate().for_each(|(i, (row, _))| row[0] = i as f64);
         }
         if lines.is_empty() {
             let message = "there is no row with numbers";
@@ -375,6 +402,7 @@ impl<'a> Sheet<'a> {
             let message = format!("{why}{} may be {decimal} or {whole}", text(cell));
             wrong.push(Wrong::at(cell, message, "write all numbers with one decimal mark, and none of thousands"));
         }
+        doubtful.extend(trailer.iter().filter(|line| value(line, first[1]).is_some()).map(|line| line.span.clone()));
         for line in headings {
             let count = if let [only] = &line.cells[..] { self.number(only) } else { None };
             if count.is_some() && self.text[line.span.clone()].ends_with([';', ',']) {
@@ -388,12 +416,19 @@ impl<'a> Sheet<'a> {
                 doubtful.push(line.span.clone());
             }
         }
-        let decimals = |line: &&Line| {
-            let (_, digits) = line.cells.get(first[1]).map(text)?.split_once(['.', ','])?;
-            Some(digits.bytes().take_while(u8::is_ascii_digit).count() as i32)
+        let decimals = |line: &&Line, column: usize| {
+            let (number, exponent) = line
+                .cells
+                .get(column)
+                .map(text)?
+                .split_once(['e', 'E'])
+                .unwrap_or_else(|| (line.cells.get(column).map_or("", text), "0"));
+            let count = number.split_once(['.', ',']).map_or(0, |(_, digits)| digits.len() as i32);
+            Some(count - exponent.parse::<i32>().ok()?)
         };
-        let digit = 0.1_f64.powi(lines.iter().filter_map(decimals).max().unwrap_or(0));
-        if wrong.is_empty() { Ok(Rows { columns, rows, doubtful, digit }) } else { Err(wrong) }
+        let last = |column: &usize| lines.iter().filter_map(|line| decimals(line, *column)).max().unwrap_or(0);
+        let digits = columns.iter().map(|column| 0.1_f64.powi(last(column))).collect();
+        if wrong.is_empty() { Ok(Rows { columns, rows, doubtful, digits }) } else { Err(wrong) }
     }
 }
 
@@ -417,7 +452,13 @@ fn without_comment(text: &str, span: &Span) -> Span {
         let mut places = content.match_indices(*mark).map(|(place, _)| place);
         places.find(|place| !content[..*place].ends_with([';', ',', '\t']))
     };
-    let end = ["//", "#"].iter().filter_map(begins).min().unwrap_or(content.len());
+    // Words behind a semicolon are a comment of a controller, if the row stands before it.
+    let is_number = |word: &&str| word.parse::<f64>().is_ok();
+    let last = content.rfind(';').filter(|place| {
+        content[place + 1..].trim_start().starts_with(char::is_alphabetic)
+            && content[..*place].split([' ', '\t', ',']).filter(is_number).count() > 1
+    });
+    let end = ["//", "#", "(*"].iter().filter_map(begins).chain(last).min().unwrap_or(content.len());
     // A heading such as "Point #" has no comment.
     let row = content.starts_with(|c: char| c.is_ascii_digit() || "+-\u{2212}.\"".contains(c));
     span.start..span.start + if row { content[..end].trim_end().len() } else { content.len() }

@@ -299,10 +299,13 @@ fn x_y_v_a_have_the_units_of_their_headings_or_are_by_the_radian() {
     }
     // The jerk is no U″ behind the points.
     let told = of(&rows("", 1.0, " 2000"), &format!("angle_unit = \"deg\", {keys}")).unwrap_err();
-    assert!(told.contains("with U″ of this table its U′ would change by"), "{told}");
+    assert!(told.contains("U″ of this table is") && told.contains("times what its U′ say"), "{told}");
     // Degrees without a word of it.
     let told = of(&rows("", degree, ""), &format!("angle_unit = \"deg\", {keys}")).unwrap_err();
-    assert!(told.contains("its lifts would change by 0.017") && told.contains("V [mm/deg]"), "{told}");
+    assert!(
+        told.contains("U′ of this table is 0.0175 times what its lifts say") && told.contains("V [mm/deg]"),
+        "{told}"
+    );
 }
 
 #[test]
@@ -420,4 +423,168 @@ fn headings_have_units_where_they_are_clear() {
                 outliers = \"drop\" }\ndrive = { mode = \"input\" }\nelasticity = { place = \"output\", m = 1, c = 1 }";
     let scene = resolve("scene.toml", text, folder.path()).unwrap_or_else(|faults| panic!("{faults}"));
     assert!(scene.description.contains("Of the table of cam 1 wrong row is left out."), "{}", scene.description);
+}
+
+/// A table whose pieces are polynomials 3-4-5 between rests, as U, U′ and U″ at equal distances.
+fn polynomial(step: usize, scale: [f64; 2]) -> String {
+    let part = |z: f64| {
+        [
+            z * z * z * (10.0 - 15.0 * z + 6.0 * z * z),
+            30.0 * (z * (1.0 - z)).powi(2),
+            60.0 * z * (1.0 - 3.0 * z + 2.0 * z * z),
+        ]
+    };
+    let row = |degree: usize| {
+        let (z, down) = (degree as f64 / 120.0, (degree as f64 - 180.0) / 120.0);
+        let [u, v, a] = match degree {
+            0..120 => part(z),
+            120..180 => [1.0, 0.0, 0.0],
+            180..300 => part(1.0 - down)
+                .into_iter()
+                .zip([1.0, -1.0, 1.0])
+                .map(|(d, s)| d * s)
+                .collect::<Vec<_>>()
+                .try_into()
+                .unwrap(),
+            _ => [0.0; 3],
+        };
+        format!("{degree};{};{};{}\n", 20.0 * u, scale[0] * v / 6.0, scale[1] * a / 720.0)
+    };
+    "phi [deg];U [mm];V [mm/deg];A [mm/deg2]\n".to_owned() + &(0..=360).step_by(step).map(row).collect::<String>()
+}
+
+#[test]
+fn rests_alone_tell_their_law() {
+    let keys = "interpolation = \"derivatives\"";
+    let (right, _) = of(&polynomial(5, [1.0, 1.0]), keys).unwrap();
+    let rests = "X [deg],Y [mm],V [mm/deg],A [mm/deg2]\n0,0,0,0\n120,20,0,0\n180,20,0,0\n300,0,0,0\n360,0,0,0\n";
+    let (law, _) = of(rests, keys).unwrap();
+    assert!(error(&law, |phi| right.at(phi).0[0]) < 1e-12, "{}", error(&law, |phi| right.at(phi).0[0]));
+    // U″ is zero in every row where the law turns from one velocity to another.
+    let even = "0;0;0;0\n90;5;0.111111;0\n180;15;0.111111;0\n270;20;0;0\n360;0;0;0\n";
+    let (law, _) = of(even, &format!("{keys}, angle_unit = \"deg\", lift_unit = \"mm\""))
+        .map_or_else(|e| panic!("{e}"), |law| law);
+    assert_eq!(law.at(PI / 2.0).0[2], 0.0);
+}
+
+#[test]
+fn derivatives_of_another_angle_are_refused_by_what_the_lifts_know() {
+    let told = |step: usize, scale: [f64; 2]| of(&polynomial(step, scale), "interpolation = \"derivatives\"");
+    for step in [2, 5, 10] {
+        assert!(told(step, [1.0, 1.0]).is_ok(), "{step}");
+        for part in [0.017_453, 0.3, 0.5, 0.8, 0.95, 1.05, 1.2, 2.0, 3.0, 57.3, -1.0] {
+            let slopes = told(step, [part, 1.0]).unwrap_err();
+            assert!(
+                slopes.contains("U′ of this table is") && slopes.contains("times what its lifts say"),
+                "{part}: {slopes}"
+            );
+            // U′ tells less of U″ than the lifts of U′.
+            if step > 5 && (part - 1.0_f64).abs() < 0.1 {
+                continue;
+            }
+            let bends = told(step, [1.0, part]).unwrap_err();
+            assert!(
+                bends.contains("U″ of this table is") && bends.contains("times what its U′ say"),
+                "{part}: {bends}"
+            );
+        }
+    }
+}
+
+#[test]
+fn before_the_seam_the_closing_row_holds() {
+    let rows = |first: &str, last: &str| {
+        let middle = "30;150;0;0;0.0355555555556\n105;250;2.66666666667;0.0355555555556;-0.0355555555556\n\
+                      180;350;0;-0.0355555555556;-0.0355555555556\n255;250;-2.66666666667;-0.0355555555556;0.0355555555556\n";
+        let head = "phi [deg];U [mm];dU [mm/deg];ddU0 [mm/deg2];ddU1 [mm/deg2]\n";
+        of(&format!("{head}-30;150;{first}\n{middle}330;150;{last}\n"), "interpolation = \"derivatives\"")
+    };
+    let before = "0.0355555555556";
+    let (right, _) = rows(&format!("0;{before};0"), &format!("0;{before};0")).unwrap();
+    let (law, _) = rows("0;0;0", &format!("0;{before};{before}")).unwrap();
+    for order in 0..3 {
+        let off = |phi: f64| (law.at(phi).0[order] - right.at(phi).0[order]).abs();
+        assert!((0..720).all(|i| off((f64::from(i) + 0.5).to_radians() / 2.0) < 1e-12), "{order}");
+    }
+    let told = rows(&format!("0;{before};0"), &format!("0.5;{before};0")).unwrap_err();
+    assert!(told.contains("t.csv:7") && told.contains("U′ of this row, which closes the turn"), "{told}");
+    // One U″ in each row, and two rows where it jumps.
+    let single = "phi [deg];U [mm];dU [mm/deg];ddU [mm/deg2]\n-30;150;0;0\n30;150;0;0\n30;150;0;0.0355555555556\n\
+                  105;250;2.66666666667;0.0355555555556\n105;250;2.66666666667;-0.0355555555556\n180;350;0;-0.0355555555556\n\
+                  255;250;-2.66666666667;-0.0355555555556\n255;250;-2.66666666667;0.0355555555556\n330;150;0;0.0355555555556\n";
+    let (law, _) = of(single, "interpolation = \"derivatives\"").unwrap();
+    let off = |phi: f64| (law.at(phi).0[2] - right.at(phi).0[2]).abs();
+    assert!((0..720).all(|i| off((f64::from(i) + 0.5).to_radians() / 2.0) < 1e-12));
+}
+
+#[test]
+fn controllers_begin_and_end_their_tables() {
+    let lift = |i: u32| 5.0 * (1.0 - (TAU * f64::from(i) / 36.0).cos());
+    let rows = |separator: &str, comment: &str| {
+        (0..=36).map(|i| format!("{}{separator}{:.4}{comment}\n", 10 * i, lift(i))).collect::<String>()
+    };
+    let keys = "angle_unit = \"deg\", lift_unit = \"mm\"";
+    for (begin, separator, comment, end) in [
+        (
+            "Tablename = LIFT   # name\nTable-ID = 17\nLines = 37\nBegintable   # begin\n",
+            "   ",
+            "    # MasterPos SlavePos",
+            "EndTable  # end\n",
+        ),
+        ("* CAM 1\n[TABLE]\nMaster;Slave\n", ";", "", "[END]\n\n"),
+        ("; points\nX;Y\n", ";", " // point", "END_CAM;\n; of the table\n"),
+        ("(* cam *)\nCAM : ARRAY\n", "\t", "\t(* point *)", "END_VAR\n"),
+        ("Master,Slave,Type\n", ",", ",Cubic", "End of table\n"),
+        ("/* cam\n", " ", "", "*/\n}\n"),
+        ("", ";", "", "Checksum: 4711\n"),
+    ] {
+        let (law, _) =
+            of(&format!("{begin}{}{end}", rows(separator, comment)), keys).unwrap_or_else(|e| panic!("{end}: {e}"));
+        assert!((law.at(PI / 2.0).0[0] - 5e-3).abs() < 1e-9, "{end}");
+    }
+    for end in ["36O;0\n", "nan;nan\n", "370;n/a\n", "END\n370;1\n"] {
+        assert!(of(&(rows(";", "") + end), keys).is_err(), "{end}");
+    }
+    // Lifts alone, at equal distances.
+    for (head, keys) in [
+        ("", "angle_step = \"10 deg\", lift_unit = \"mm\""),
+        ("Hub [mm]\n", "angle_step = 10, angle_unit = \"deg\""),
+        ("36 points\n", "angle_step = \"25 ms\", turn = \"0.9 s\", lift_unit = \"mm\""),
+    ] {
+        for count in [36, 37] {
+            let column: String = (0..count).map(|i| format!("{:.4}\n", lift(i))).collect();
+            let (law, _) = of(&(head.to_owned() + &column), keys).unwrap_or_else(|e| panic!("{head}: {e}"));
+            assert!((law.at(PI / 2.0).0[0] - 5e-3).abs() < 1e-9, "{head}");
+        }
+    }
+    let count: String = "36\n".to_owned() + &(0..36).map(|i| format!("{}\n", lift(i))).collect::<String>();
+    let told = of(&count, "angle_step = \"10 deg\"").unwrap_err();
+    assert!(told.contains("is the count of the other rows, or a value"), "{told}");
+    for (keys, part) in [
+        ("angle_step = \"10 deg\", angle_column = 1", "`cam.angle_column`"),
+        ("angle_step = \"-10 deg\"", "`cam.angle_step`"),
+        ("angle_step = \"9 deg\", lift_unit = \"mm\"", "ends here"),
+    ] {
+        let column: String = (0..36).map(|i| format!("{}\n", lift(i))).collect();
+        let told = of(&column, keys).unwrap_err();
+        assert!(told.contains(part), "{keys}: {told}");
+    }
+}
+
+#[test]
+fn what_is_no_text_is_named() {
+    let zip = |name: &str| [b"PK\x03\x04\0\0".as_slice(), name.as_bytes(), b"\0\0"].concat();
+    let ole = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1\0".to_vec();
+    for (content, part) in [
+        (zip("xl/workbook.xml"), "is a workbook (.xlsx)"),
+        (zip("application/vnd.oasis.opendocument.spreadsheet"), "is a workbook (.ods)"),
+        (zip("a"), "another zip archive"),
+        (ole, "is a workbook (.xls)"),
+        (b"%PDF-1.7\n".to_vec(), "is a PDF document"),
+    ] {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("t.csv"), content).expect("a file");
+        let told = cam(folder.path(), "file = \"t.csv\", angle_unit = \"deg\"").unwrap_err();
+        assert!(told.contains(part) && told.contains("save the table as CSV"), "{told}");
+    }
 }

@@ -22,6 +22,8 @@ pub struct Turn<'a> {
     pub lobes: usize,
     /// Whether the cam rests outside of the table.
     pub rests: bool,
+    /// The distance of the angles, in SI units of the column, where the file has none.
+    pub step: Option<f64>,
     /// The unit of messages, and how many of it are one radian of the cam.
     shown: (f64, &'a str),
 }
@@ -30,7 +32,7 @@ impl<'a> Turn<'a> {
     /// The turn of the cam itself.
     pub fn plain() -> Self {
         let shown = (1_f64.to_degrees(), "deg");
-        Turn { quantity: &unit::ANGLE, unit: None, per_rad: 1.0, lobes: 1, rests: false, shown }
+        Turn { quantity: &unit::ANGLE, unit: None, per_rad: 1.0, lobes: 1, rests: false, step: None, shown }
     }
 
     /// The keys of a section with `law = "table"`.
@@ -52,18 +54,21 @@ impl<'a> Turn<'a> {
         let turn = section.real_or("turn", TAU);
         // The period of a prescribed motion is that of the task.
         let period = if section.path.ends_with("target") { Some(None) } else { section.optional("period") };
+        let step = section.optional("angle_step");
         section.of(of, order);
         let named = section.text("angle_unit").flatten().and_then(|unit| units::factor(unit, &unit::ANGLE).ok());
         let is_plain = |node: &Node<'_>| !matches!(node.value, DeValue::String(_));
-        let period = match (named, section.node("period").filter(is_plain)) {
-            // A plain number counts like the angles.
+        // A plain number counts like the angles.
+        let counted = |key: &'static str, value: Option<Option<f64>>| match (named, section.node(key).filter(is_plain))
+        {
             (Some((numerator, denominator)), Some(_)) if *quantity == unit::ANGLE => {
-                period.map(|period| period.map(|period| period * numerator / denominator))
+                value.map(|value| value.map(|value| value * numerator / denominator))
             }
-            _ => period,
+            _ => value,
         };
+        let (period, step) = (counted("period", period), counted("angle_step", step));
         let rests = section.choice_or("outside", &[("rest", true)], false);
-        let (turn, period) = (turn?, period?.unwrap_or(turn?));
+        let (turn, period, step) = (turn?, period?.unwrap_or(turn?), step?);
         let lobes = (turn / period).round();
         // An angle such as a seventh of the turn is written with some five digits.
         if !(lobes >= 1.0 && (lobes * period / turn - 1.0).abs() <= CLOSING / TAU) {
@@ -87,7 +92,7 @@ impl<'a> Turn<'a> {
             None if let Some((unit, (numerator, denominator))) = named => (per_rad * denominator / numerator, unit),
             None => (per_rad.to_degrees(), "deg"),
         };
-        Some(Turn { quantity, unit, per_rad, lobes: lobes as usize, rests: rests?, shown })
+        Some(Turn { quantity, unit, per_rad, lobes: lobes as usize, rests: rests?, step, shown })
     }
 
     /// Whether the column has the angles of the whole turn.

@@ -129,6 +129,12 @@ fn wrong_rows_are_never_taken_for_headings() {
     refused("", 0, &["no row with numbers"]);
     refused("phi;U\n#0;1\n", 0, &["no row with numbers"]);
     refused("0;1\n10;#N/A\n20;2", 2, &["\"#N/A\" is not a finite number"]);
+    // Behind the last row, too; words end a table.
+    refused("0;0\n10;1\n2O;1", 3, &["\"2O\""]);
+    refused("0;0\n10;1\nnan;nan", 3, &["\"nan\""]);
+    refused("0;0\n10;1\n-;1", 3, &["\"-\""]);
+    refused("0;0\n10;1\nEND\n20;1", 3, &["\"END\""]);
+    assert_eq!(read(b"0;0\n10;1\nEND", &FIRST_TWO).unwrap().len(), 2);
 }
 
 #[test]
@@ -158,7 +164,7 @@ fn columns_are_found_by_their_heading() {
     assert_eq!(sheet.headings(1).collect::<Vec<_>>(), ["s (mm)"]);
     let sheet = Sheet::new("X [deg];Y [mm];V (mm/deg)\n0;1.25;2").unwrap();
     assert_eq!((sheet.unit(2).map(|unit| unit.1), sheet.unit(7)), (Some("mm/deg".to_owned()), None));
-    assert!((sheet.rows(&FIRST_TWO, 0, "").unwrap().digit - 0.01).abs() < 1e-17);
+    assert!((sheet.rows(&FIRST_TWO, 0, "").unwrap().digits[1] - 0.01).abs() < 1e-17);
 }
 
 #[test]
