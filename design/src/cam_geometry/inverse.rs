@@ -5,11 +5,14 @@
 //! φ = σ arg(p/z). A flat face that touches at c has h = Re(c n̄) and φ = σ arg(i/n). An error δ of the direction of n moves the
 //! pair (φ, U) along the law and changes it by ϱδ²/2 only, so that the pairs are as accurate as the points; the law gives normals for
 //! better pairs. It is the periodic quintic spline through them; where U″ jumps by J the spline is that of U − J b(φ), b periodic
-//! with b″ = ½ − φ/2π behind the jump.
+//! with b″ = ½ − φ/2π behind the jump. Without noise the law of a flat face needs no spline: contact and curvature give U, U′ and U″
+//! (module `flat`).
 //!
 //! Symbols: c point of the contour seen from the cam (m), others as in [`super`]. The contour has to go around the cam's centre
 //! once, with each point in contact at an angle of its own: hollows narrower than the roller, hollows at all below a flat face
 //! and parts without points are refused. Source: derived here; the forward equations are those of [`super`].
+
+mod flat;
 
 use super::contour::Side;
 use super::{Carrier, I, Plan, Point, Start, degrees};
@@ -18,6 +21,7 @@ use crate::table_error::told;
 use camdrive::drives::Fault;
 use camdrive::motion::table::{Bend, Points};
 use camdrive::motion::{MotionLaw, Table};
+use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 /// The law that a contour gives, as points of a table.
@@ -31,6 +35,8 @@ pub struct Traced {
     pub rows: Vec<usize>,
     /// The standard deviation of the lifts over that of the points.
     pub noise: f64,
+    /// How far the contour between its points is not determined (m), and the row after which; None where that is not known.
+    pub open: Option<(f64, usize)>,
     /// The coordinate of the follower at U = 0.
     start: f64,
 }
@@ -41,6 +47,10 @@ struct Contact {
     phi: f64,
     coordinate: f64,
     curvature: f64,
+    /// The point to which it belongs, of those without repetitions.
+    point: usize,
+    /// h′ and h″ below a flat face.
+    bend: Option<Bend>,
 }
 
 /// Why a contour gives no law.
@@ -70,8 +80,11 @@ const GAP: (f64, f64) = (PI / 72.0, 3.0);
 /// The least radius may differ from the given one by this part of the stroke, the tolerance of a finished cam.
 const SIZE: f64 = 0.01;
 
-/// An angle (rad) by which a correction of a normal cannot be meant.
-const FAR: f64 = 0.02;
+/// A bend with a radius beyond so many times the distance from the cam's centre is a straight line to the eye.
+const STRAIGHT: f64 = 1e3;
+
+/// What to do about points that no follower passes in their order.
+const ORDER: &str = "are the follower, its `roller_radius` and the order of the points right? points with noise need `noise`, for example \"estimate\"";
 
 fn millimetres(length: f64) -> String {
     format!("{:.4} mm", 1e3 * length)
@@ -101,8 +114,6 @@ pub fn trace(plan: &Plan, contour: &[Point], noise: Option<Option<f64>>) -> Resu
         return Err(missing(&seen, k, (k + 1) % n, "around the cam's centre"));
     }
     let left = winding.signum();
-    let [x, y] = [|p: &Point| p.re, |p: &Point| p.im].map(|part| smoothed(&angles, points.iter().map(part), noise));
-    let (x, y) = (x?, y?);
     let outwards = if plan.cut.sides()[0] == Side::Outer { -plan.roller } else { plan.roller };
     let flat = plan.carrier == Carrier::Flat;
     let below = matches!(plan.start, Start::Coordinate(start) if start < 0.0);
@@ -121,21 +132,32 @@ pub fn trace(plan: &Plan, contour: &[Point], noise: Option<Option<f64>>) -> Resu
         let turned = held * centre.conj() / (held * centre).norm();
         Ok((plan.sense * turned.arg(), coordinate, 1.0 / (turned * normal * by_lift.conj()).re))
     };
-    let (mut found, mut noise_of_lift) = (Vec::new(), 0.0);
+    let (mut noise_of_lift, mut open) = (0.0, None);
     let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY];
-    for i in 0..n {
-        let [curve, slope, bend] =
-            [0, 1, 2].map(|order| Point::new(x.at(angles[i]).0[order], y.at(angles[i]).0[order]));
-        let normal = -I * left * slope / slope.norm();
-        // What moves a point along the contour does not change it.
-        let off = ((points[i] - curve) * normal.conj()).re;
-        let (phi, coordinate, per) = place(i, curve + normal * off, normal)?;
-        noise_of_lift += per * per / n as f64;
-        let even = place(i, curve, normal)?.1;
-        (low, high) = (low.min(even), high.max(even));
-        let curvature = left * (slope.conj() * bend).im / slope.norm().powi(3);
-        found.push(Contact { phi, coordinate, curvature });
+    let mut found = Vec::new();
+    if flat && noise.is_none() {
+        let touched = below_face(plan.sense, &points, left > 0.0).map_err(|i| dented(plan, &points, &rows, i))?;
+        open = Some((touched.1.0, rows[touched.1.1]));
+        found = touched.0;
+        (low, high) = found.iter().fold((low, high), |(low, high), c| (low.min(c.coordinate), high.max(c.coordinate)));
+    } else {
+        let [x, y] = [|p: &Point| p.re, |p: &Point| p.im].map(|part| smoothed(&angles, points.iter().map(part), noise));
+        let (x, y) = (x?, y?);
+        for i in 0..n {
+            let [curve, slope, bend] =
+                [0, 1, 2].map(|order| Point::new(x.at(angles[i]).0[order], y.at(angles[i]).0[order]));
+            let normal = -I * left * slope / slope.norm();
+            // What moves a point along the contour does not change it.
+            let off = ((points[i] - curve) * normal.conj()).re;
+            let (phi, coordinate, per) = place(i, curve + normal * off, normal)?;
+            noise_of_lift += per * per / n as f64;
+            let even = place(i, curve, normal)?.1;
+            (low, high) = (low.min(even), high.max(even));
+            let curvature = left * (slope.conj() * bend).im / slope.norm().powi(3);
+            found.push(Contact { phi, coordinate, curvature, point: i, bend: None });
+        }
     }
+    let n = found.len();
     // A cam that turns counter-clockwise sees its follower run around it clockwise.
     let mut order: Vec<usize> = (0..n).collect();
     if left * plan.sense > 0.0 {
@@ -144,15 +166,14 @@ pub fn trace(plan: &Plan, contour: &[Point], noise: Option<Option<f64>>) -> Resu
     let next = |k: usize| order[(k + 1) % n];
     let steps = steps((0..n).map(|k| found[next(k)].phi - found[order[k]].phi));
     if let Some(k) = gap(&steps) {
-        return Err(missing(&steps, k, next(k), &format!("of φ, up to {:.3}°", degrees(found[next(k)].phi))));
+        let after = found[next(k)];
+        return Err(missing(&steps, k, after.point, &format!("of φ, up to {:.3}°", degrees(after.phi))));
     }
     if let Some(k) = (0..n).find(|&k| !(steps[k] > 0.0)) {
         let beside: Vec<usize> = (n + k - 2..=n + k + 3).map(|j| order[j % n]).collect();
         let (i, message) = backwards(plan, outwards, &found, &beside);
-        let place = format!("{} and {} in x and y", millimetres(points[i].re), millimetres(points[i].im));
-        let message = format!("at φ = {:.3}°, {place}, {message}", degrees(found[i].phi));
-        let hint = "are the follower, its `roller_radius` and the order of the points right? points with noise need `noise`, for example \"estimate\"";
-        return Err(Refusal::at(rows[i], message, hint));
+        let (phi, i) = (degrees(found[i].phi), found[i].point);
+        return Err(Refusal::at(rows[i], format!("at φ = {phi:.3}°, {}, {message}", placed(points[i])), ORDER));
     }
     let mut start = match plan.start {
         Start::Coordinate(start) => start,
@@ -182,16 +203,16 @@ pub fn trace(plan: &Plan, contour: &[Point], noise: Option<Option<f64>>) -> Resu
     let seam = by_width[n / 2];
     let first = (found[next(seam)].phi - 0.5 * steps[seam]).rem_euclid(TAU);
     let law = |found: &[Contact]| {
-        let pair =
-            |i: usize| (first + (found[i].phi - first).rem_euclid(TAU), per * (found[i].coordinate - start), rows[i]);
+        let pair = |i: usize| (first + (found[i].phi - first).rem_euclid(TAU), per * (found[i].coordinate - start), i);
         let mut pairs: Vec<(f64, f64, usize)> = (0..n).map(pair).collect();
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (angles, lifts) = pairs.iter().map(|(angle, lift, _)| (*angle, *lift)).unzip();
-        let rows = pairs.iter().map(|(.., row)| *row).collect();
-        Traced { points: Points { angles, lifts }, bends: Vec::new(), rows, noise: noise_of_lift.sqrt(), start }
+        let bends = pairs.iter().filter_map(|(.., i)| found[*i].bend).collect();
+        let rows = pairs.iter().map(|(.., i)| rows[found[*i].point]).collect();
+        Traced { points: Points { angles, lifts }, bends, rows, noise: noise_of_lift.sqrt(), open, start }
     };
     let mut traced = law(&found);
-    if noise.is_none() {
+    if noise.is_none() && !flat {
         traced = traced.cornered();
         // The law gives better normals where the curvature jumps between points far apart.
         for _ in 0..2 {
@@ -200,13 +221,7 @@ pub fn trace(plan: &Plan, contour: &[Point], noise: Option<Option<f64>>) -> Resu
             for i in 0..n {
                 let turned = |phi: f64| Point::from_polar(1.0, plan.sense * phi);
                 let Ok(at) = cam.at(found[i].phi.rem_euclid(TAU)) else { continue };
-                let mut phi = at.phi;
-                if flat {
-                    // Where the face would touch at this point.
-                    let off = (turned(phi) * points[i]).re - at.place.re;
-                    phi += (plan.sense * off / (at.coordinate + cam.law.at(at.phi).0[2])).clamp(-FAR, FAR);
-                }
-                if let Ok((phi, coordinate, _)) = place(i, points[i], turned(phi).conj() * at.normal) {
+                if let Ok((phi, coordinate, _)) = place(i, points[i], turned(at.phi).conj() * at.normal) {
                     found[i] = Contact { phi, coordinate, ..found[i] };
                 }
             }
@@ -214,6 +229,53 @@ pub fn trace(plan: &Plan, contour: &[Point], noise: Option<Option<f64>>) -> Resu
         }
     }
     Ok(traced)
+}
+
+fn placed(point: Point) -> String {
+    format!("{} and {} in x and y", millimetres(point.re), millimetres(point.im))
+}
+
+/// The contacts of a flat face, and how far the contour is open at most after which point.
+fn below_face(sense: f64, points: &[Point], left: bool) -> Result<(Vec<Contact>, (f64, usize)), usize> {
+    let last = points.len() - 1;
+    let of = |i: usize| if left { i } else { last - i };
+    let in_order: Vec<Point> = (0..=last).map(|i| points[of(i)]).collect();
+    let (touches, open) = flat::touches(&in_order).map_err(of)?;
+    let contact = |touch: &flat::Touch| {
+        let (phi, [coordinate, slope], [mut before, mut behind]) = touch.contact(sense);
+        // θ falls while the cam turns counter-clockwise.
+        if sense > 0.0 {
+            (before, behind) = (behind, before);
+        }
+        let bend = Some(Bend { slope, before, behind });
+        Contact { phi, coordinate, curvature: touch.curvatures[0], point: of(touch.index), bend }
+    };
+    let most = (0..=last).max_by(|a, b| open[*a].total_cmp(&open[*b])).unwrap_or(0);
+    let mut contacts: Vec<Contact> = touches.iter().map(contact).collect();
+    if !left {
+        contacts.reverse();
+    }
+    Ok((contacts, (open[most], of(most))))
+}
+
+/// The refusal of a contour that a flat face does not follow at this point.
+fn dented(plan: &Plan, points: &[Point], rows: &[usize], i: usize) -> Refusal {
+    let n = points.len();
+    let [before, own, after] = [i + n - 1, i, i + 1].map(|i| points[i % n]);
+    let [arriving, leaving] = [own - before, after - own];
+    let turn = (leaving / arriving).arg() * (after / before).arg().signum();
+    let radius = 0.5 * (arriving.norm() + leaving.norm()) / turn.abs();
+    let what = if radius > STRAIGHT * own.norm() || turn > 0.0 {
+        "the contour is straight: a flat face touches all of it at one angle, at which U′ jumps".to_owned()
+    } else {
+        let radius = millimetres(radius);
+        format!(
+            "the contour is undercut: it bends inwards with a radius of {radius}, which a flat face does not follow"
+        )
+    };
+    let normal = if (own * (-I * leaving).conj()).re > 0.0 { -I * leaving } else { I * leaving };
+    let phi = degrees(plan.sense * (I * normal.conj()).arg());
+    Refusal::at(rows[i], format!("at φ = {phi:.1}°, {}, {what}", placed(own)), ORDER)
 }
 
 /// Where the follower would have to turn back at one of these points, and why.
@@ -315,11 +377,16 @@ impl Traced {
         let (cam, side) = (plan.with(law.clone(), self.start), plan.cut.sides()[0]);
         let off = self.rows.iter().zip(&self.points.angles).filter_map(|(row, phi)| {
             let at = cam.at(*phi).ok()?;
-            Some(((contour[*row] - side.point(&cam, &at)) * (I * at.tangent).conj()).re.abs())
+            Some((*row, ((contour[*row] - side.point(&cam, &at)) * (I * at.tangent).conj()).re.abs()))
+        });
+        // A corner between points has none of its own; it is listed with one beside it.
+        let mut nearest: BTreeMap<usize, f64> = BTreeMap::new();
+        off.for_each(|(row, off)| {
+            nearest.entry(row).and_modify(|least| *least = least.min(off)).or_insert(off);
         });
         let (sum, largest) =
-            off.fold((0.0, 0.0), |(sum, largest): (f64, f64), off| (sum + off * off, largest.max(off)));
-        [(sum / self.rows.len() as f64).sqrt(), largest]
+            nearest.values().fold((0.0, 0.0), |(sum, largest): (f64, f64), off| (sum + off * off, largest.max(*off)));
+        [(sum / nearest.len() as f64).sqrt(), largest]
     }
 
     /// The law through the points; None where they are no table.

@@ -13,6 +13,7 @@ use camdrive::motion::MotionLaw;
 use camdrive::motion::table::Points;
 use camdrive_design::cam_geometry::inverse::{Refusal, trace};
 use camdrive_design::cam_geometry::{Point, Side};
+use camdrive_design::overview::Warning;
 use camdrive_design::text::{counted, number};
 use std::path::Path;
 
@@ -76,19 +77,42 @@ pub fn read(
         Ok(law) => law,
         Err(part) => return section.refuse(part.fault),
     };
-    told(section, &file, traced.misfit(&plan, &law, &contour), contour.len());
+    let misfit = traced.misfit(&plan, &law, &contour);
+    let line = |row: usize| file.text[..places[row].start].matches('\n').count() + 1;
+    let lifts = &traced.points.lifts;
+    let stroke = lifts.iter().fold(0.0_f64, |most, lift| most.max(lift - lifts[0]))
+        - lifts.iter().fold(0.0_f64, |least, lift| least.min(lift - lifts[0]));
+    let open = traced.open.map(|(open, row)| (open, line(row), open > LARGEST_GAP * stroke));
+    told(section, &file, misfit, contour.len(), open);
     Some(law)
 }
 
-/// Says where the law comes from and how far the points are off its contour.
-fn told(section: &Section<'_>, file: &File, misfit: [f64; 2], count: usize) {
+/// The part of the stroke by which the law between the points may be uncertain without a warning.
+const LARGEST_GAP: f64 = 1e-3;
+
+/// Says where the law comes from, how far the points are off its contour, and by how much and after which line it is uncertain between
+/// them, if that is much.
+fn told(section: &Section<'_>, file: &File, misfit: [f64; 2], count: usize, open: Option<(f64, usize, bool)>) {
     let path = section.path.clone();
-    let [mean, largest] = misfit.map(|off| format!("{} µm", number(1e6 * off)));
+    let micrometres = |length: f64| format!("{} µm", number(1e6 * length));
+    let [mean, largest] = misfit.map(micrometres);
     let count = counted(count, "point");
-    let off = format!("its {count} are off the contour of this law by {mean} (root mean square), {largest} at most");
+    let mut off =
+        format!("its {count} are off the contour of this law by {mean} (root mean square), {largest} at most");
+    if let Some((open, ..)) = open {
+        off += &format!("; between them it is uncertain by up to {}", micrometres(open));
+    }
+    let warning = open.filter(|(.., much)| *much).map(|(open, line, _)| Warning {
+        message: format!(
+            "{path}: after line {line} the points of {} leave the contour uncertain by {}",
+            file.name,
+            micrometres(open)
+        ),
+        hint: "measure more points where the contour bends sharply".to_owned(),
+    });
     section.faults.note(format!("`{path}`: the law comes from the contour {}: {off}", file.name));
     let sentence = format!("The law of {path} comes from a contour: {off}");
-    section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left: 0.0, sentence, warning: None });
+    section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left: 0.0, sentence, warning });
 }
 
 /// The points of the file, its rows and the last digit of a length.
