@@ -51,7 +51,16 @@ impl Drive for Integrator {
 
     fn variables(&self) -> List<Self> {
         let mut list = List::<Self>::default();
-        list.input("u", "Speed", real(&unit::LENGTH), |d, _| d.u, |d, _, v| (d.u, d.u_dot) = (v, 0.0));
+        list.input(
+            "u",
+            "Speed",
+            real(&unit::LENGTH),
+            |d, _| d.u,
+            |d, _, order, v| match order {
+                0 => (d.u, d.u_dot) = (v, 0.0),
+                _ => d.u_dot = v,
+            },
+        );
         let g = real_within(&unit::NUMBER, 0.0, 10.0);
         list.parameter("g", "Gain", g, |d, _| d.g, |d, _, v| d.g = v).description.variability = Variability::Tunable;
         list.parameter("x0", "Start", real(&unit::LENGTH), |d, _| d.x, |d, _, v| d.x = v);
@@ -118,10 +127,6 @@ impl Drive for Integrator {
 
     fn evaluate(&self, values: &mut [f64]) {
         values.copy_from_slice(&[self.x, self.tolerance]);
-    }
-
-    fn set_input_derivative(&mut self, _: usize, _: usize, value: f64) {
-        self.u_dot = value;
     }
 
     fn request_tolerance(&mut self, tolerance: f64) {

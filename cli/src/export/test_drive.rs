@@ -60,7 +60,7 @@ impl Drive for Lag {
 
     fn variables(&self) -> List<Self> {
         let mut list = List::<Self>::default();
-        list.input("u", "Demand <u>", real(&unit::ANGLE), |d, _| d.u, |d, _, value| d.u = value);
+        list.input("u", "Demand <u>", real(&unit::ANGLE), |d, _| d.u, |d, _, _, value| d.u = value);
         list.group::<Parameters>();
         list.parameter("on", "Switch", Kind::Boolean, |d, _| d.on, |d, _, value| d.on = value);
         list.parameter("colour", "Paint", Kind::Enumeration(&COLOUR), |d, _| d.colour, |d, _, value| d.colour = value);
@@ -118,8 +118,6 @@ impl Drive for Lag {
     fn evaluate(&self, values: &mut [f64]) {
         values.copy_from_slice(&[self.x, self.rate(), 0.0, 0.0]);
     }
-
-    fn set_input_derivative(&mut self, _: usize, _: usize, _: f64) {}
 
     fn request_tolerance(&mut self, _: f64) {}
 

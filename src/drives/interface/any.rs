@@ -58,14 +58,13 @@ impl<D: Drive> DynDrive for Typed<D> {
     }
 
     fn get(&self, reference: usize) -> Option<f64> {
-        let (index, Access::Set { get, .. }) = self.access[reference] else { return None };
-        Some(get(&self.drive, index))
+        let (index, access) = &self.access[reference];
+        access.get(&self.drive, *index)
     }
 
     fn set(&mut self, reference: usize, value: f64) {
-        if let (index, Access::Set { set, .. }) = self.access[reference] {
-            set(&mut self.drive, index, value);
-        }
+        let (index, access) = &self.access[reference];
+        access.set(&mut self.drive, *index, value);
     }
 
     fn series(&self, reference: usize, seed: Seed) -> Option<Series> {
@@ -96,7 +95,8 @@ impl<D: Drive> DynDrive for Typed<D> {
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
-        self.drive.set_input_derivative(reference, order, value);
+        let (index, access) = &self.access[reference];
+        access.set_derivative(&mut self.drive, *index, order, value);
     }
 
     fn request_tolerance(&mut self, tolerance: f64) {
@@ -115,12 +115,11 @@ impl<D: Drive> DynDrive for Typed<D> {
         let (mut drive, rest): (D, _) = postcard::take_from_bytes(bytes).map_err(unreadable)?;
         let mut made = self.drive.clone();
         for ((index, access), description) in self.access.iter().zip(all) {
-            let Access::Set { get, set } = access else { continue };
-            let value = get(&drive, *index);
+            let Some(value) = access.get(&drive, *index) else { continue };
             // What the scene itself says is not looked at again, and what nobody changes stays shared.
-            if value != get(&made, *index) {
+            if access.get(&made, *index) != Some(value) {
                 description.check(value)?;
-                set(&mut made, *index, value);
+                access.set(&mut made, *index, value);
             }
         }
         drive.restored(&made)?;
@@ -248,7 +247,7 @@ impl AnyDrive {
         }
         let place = |(index, access): &(usize, Access<D>)| match access {
             Access::Computed { .. } => *index,
-            Access::Set { .. } => NO_PLACE,
+            Access::Set { .. } | Access::Input { .. } => NO_PLACE,
         };
         let places: Box<[usize]> = access.iter().map(place).collect();
         let real = |(d, place): (&Description, &usize)| if d.kind.r#type() == Type::Real { *place } else { NO_PLACE };

@@ -70,9 +70,6 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// ([`super::Variable::at`]).
     fn evaluate(&self, values: &mut [f64]);
 
-    /// Sets the time derivative of order ≥ 1 of the input `reference`, valid for the next step.
-    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64);
-
     /// The relative tolerance that the importer asked for at set-up, 0 for none; never makes the result worse than
     /// the documented default.
     fn request_tolerance(&mut self, tolerance: f64);

@@ -172,23 +172,59 @@ pub struct Variable<D> {
 
 /// Reads a parameter or an input.
 pub type Get<D> = fn(&D, usize) -> f64;
-/// Writes it; the value is finite and within its range.
+/// Writes a parameter; the value is finite and within its range.
 pub type Set<D> = fn(&mut D, usize, f64);
+/// Writes an input, where the order is 0, or its time derivative of the order n > 0 (unit of the input over sⁿ), which holds for
+/// the next step; the value is finite, that of the input within its range.
+pub type SetInput<D> = fn(&mut D, usize, usize, f64);
 
 /// How the value of a variable is had.
 pub enum Access<D> {
-    /// A parameter or an input.
+    /// A parameter.
     Set {
         /// Reads the value.
         get: Get<D>,
         /// Writes it.
         set: Set<D>,
     },
+    /// An input.
+    Input {
+        /// Reads the value.
+        get: Get<D>,
+        /// Writes it, or a derivative.
+        set: SetInput<D>,
+    },
     /// [`super::Drive::evaluate`] puts the value in its place.
     Computed {
         /// The Taylor series of a continuous output.
         series: Option<fn(&D, Seed, usize) -> Series>,
     },
+}
+
+impl<D> Access<D> {
+    /// The value of a parameter or an input; None of what is computed.
+    pub fn get(&self, drive: &D, index: usize) -> Option<f64> {
+        match self {
+            Access::Set { get, .. } | Access::Input { get, .. } => Some(get(drive, index)),
+            Access::Computed { .. } => None,
+        }
+    }
+
+    /// Sets a parameter or an input; does nothing to what is computed.
+    pub fn set(&self, drive: &mut D, index: usize, value: f64) {
+        match self {
+            Access::Set { set, .. } => set(drive, index, value),
+            Access::Input { set, .. } => set(drive, index, 0, value),
+            Access::Computed { .. } => {}
+        }
+    }
+
+    /// Sets the derivative of this order of an input; does nothing to what is none.
+    pub fn set_derivative(&self, drive: &mut D, index: usize, order: usize, value: f64) {
+        if let Access::Input { set, .. } = self {
+            set(drive, index, order, value);
+        }
+    }
 }
 
 /// The variables of a drive, built in the order of their value references.
@@ -244,8 +280,8 @@ impl<D> List<D> {
     }
 
     /// A continuous input.
-    pub fn input(&mut self, name: &str, text: &str, kind: Kind, get: Get<D>, set: Set<D>) -> &mut Variable<D> {
-        self.push([name, text], kind, Causality::Input, Variability::Continuous, Access::Set { get, set })
+    pub fn input(&mut self, name: &str, text: &str, kind: Kind, get: Get<D>, set: SetInput<D>) -> &mut Variable<D> {
+        self.push([name, text], kind, Causality::Input, Variability::Continuous, Access::Input { get, set })
     }
 
     /// A continuous output with its Taylor series; [`Variable::at`] tells its place. `der(x)` is the derivative of `x`, `der(x,2)`
@@ -344,21 +380,16 @@ impl<D> List<D> {
 impl<D: super::Drive> Variable<D> {
     /// Sets a parameter or an input.
     pub fn set(&self, drive: &mut D, value: f64) {
-        if let Access::Set { set, .. } = self.access {
-            set(drive, self.index, value);
-        }
+        self.access.set(drive, self.index, value);
     }
 
     /// The value in `drive`, apart from all others.
     pub fn value(&self, drive: &D) -> f64 {
-        match self.access {
-            Access::Set { get, .. } => get(drive, self.index),
-            Access::Computed { .. } => {
-                let mut values = drive.variables().places();
-                drive.evaluate(&mut values);
-                values[self.index]
-            }
-        }
+        self.access.get(drive, self.index).unwrap_or_else(|| {
+            let mut values = drive.variables().places();
+            drive.evaluate(&mut values);
+            values[self.index]
+        })
     }
 }
 
@@ -368,8 +399,13 @@ impl<D: super::Drive> Variable<D> {
     pub fn series(&self) -> Option<fn(&D, Seed, usize) -> Series> {
         match self.access {
             Access::Computed { series } => series,
-            Access::Set { .. } => None,
+            _ => None,
         }
+    }
+
+    /// Sets the derivative of this order of an input.
+    pub fn set_derivative(&self, drive: &mut D, order: usize, value: f64) {
+        self.access.set_derivative(drive, self.index, order, value);
     }
 }
 
@@ -455,7 +491,7 @@ mod tests {
             list.output(name, "", Kind::Boolean, series).at(place);
         }
         // What is set has no place among the computed values.
-        list.input("u", "", Kind::Boolean, |_, _| 0.0, |_, _, _| {}).at(7);
+        list.input("u", "", Kind::Boolean, |_, _| 0.0, |_, _, _, _| {}).at(7);
         assert_eq!((list.places().len(), list.reference("der(y,2)"), list.reference("z")), (3, Some(2), None));
         let of: Vec<_> = list.0.iter().map(|v| v.description.derivative_of.as_deref()).collect();
         assert_eq!(of, [None, Some("y"), Some("der(y)"), None]);

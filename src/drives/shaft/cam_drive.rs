@@ -4,7 +4,7 @@
 use super::led::Led;
 pub use super::led::roundings;
 use crate::drives::limits::{FASTEST, INPUTS, LARGEST_ANGLE};
-use crate::drives::variable::{Get, Set};
+use crate::drives::variable::{Get, Set, SetInput};
 use crate::drives::{EventLog, List, Rounded, Seed, Variable, unit, variable};
 use crate::motion::parameter::ParameterKind;
 use crate::motion::plan::MAX_LENGTH;
@@ -423,8 +423,11 @@ impl<Law> CamDrive<Law> {
         }
     }
 
-    /// Sets the derivative of order ≥ 1 of input `which` (0: phi, 1: w, 2: a).
+    /// Sets the derivative of this order of input `which` (0: phi, 1: w, 2: a), of order 0 the input itself.
     pub fn set_input_derivative(&mut self, which: usize, order: usize, value: f64) {
+        if order == 0 {
+            return self.set_input(which, value);
+        }
         if self.integrates() && order == 1 {
             self.input[2] = value;
         }
@@ -507,16 +510,6 @@ macro_rules! as_every_cam_drive {
             variables::evaluate(self, values);
         }
 
-        fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
-            let inputs = self.cam.inputs();
-            match reference.checked_sub(inputs.len()) {
-                None => self.cam.set_input_derivative(inputs.start + reference, order, value),
-                Some(number) => {
-                    $crate::drives::shaft::cam_drive::HasCamDrive::set_force_derivative(self, number, order, value)
-                }
-            }
-        }
-
         fn request_tolerance(&mut self, tolerance: f64) {
             self.solver.requested = tolerance;
         }
@@ -586,7 +579,7 @@ impl<D> Outputs<'_, D> {
 }
 
 /// Declares the inputs of the motion, those of φ, w, a that are `inputs`.
-pub fn declare_inputs<D>(list: &mut List<D>, inputs: Range<usize>, get: Get<D>, set: Set<D>) {
+pub fn declare_inputs<D>(list: &mut List<D>, inputs: Range<usize>, get: Get<D>, set: SetInput<D>) {
     let speed = match inputs.len() {
         1 => "Angular velocity of the drive; without derivatives held over the communication step",
         _ => "Angular velocity of the drive, der(phi)",
@@ -631,13 +624,9 @@ pub trait HasCamDrive: Sized {
     /// The cam, to change it.
     fn cam_mut(&mut self) -> &mut CamDrive<Self::Law>;
 
-    /// Sets the derivative of order ≥ 1 of an input force; `number` counts the inputs behind those of the shaft.
-    fn set_force_derivative(&mut self, _number: usize, _order: usize, _value: f64) {}
-
-    /// Declares the inputs `phi`, `w`, `a`, or those of them that there are, and the drive parameters; in the list of a cam
-    /// drive they come first, so that the value references of the inputs count from 0.
+    /// Declares the inputs `phi`, `w`, `a`, or those of them that there are, and the drive parameters.
     fn declare_drive(&self, list: &mut List<Self>) {
-        let set = |d: &mut Self, i: usize, value| d.cam_mut().set_input(i, value);
+        let set = |d: &mut Self, i: usize, order: usize, value| d.cam_mut().set_input_derivative(i, order, value);
         declare_inputs(list, self.cam().inputs(), |d, i| d.cam().input(i), set);
         let set =
             |d: &mut Self, i: usize, value| d.cam_mut().mode.parameter_mut(i).into_iter().for_each(|p| *p = value);

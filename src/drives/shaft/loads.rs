@@ -24,12 +24,6 @@ pub trait HasLoads {
     fn signal_mut(&mut self, _which: usize) -> Option<&mut Signal> {
         None
     }
-    /// The input F of this number among those that are declared.
-    fn nth_signal_mut(&mut self, number: usize) -> Option<&mut Signal> {
-        let loads = (0..).map_while(|which| Some((which, self.load(which)?.input)));
-        let which = loads.filter(|(_, input)| *input).map(|(which, _)| which).nth(number)?;
-        self.signal_mut(which)
-    }
 }
 
 /// Tells once that the contact force at `time` (s) changes its sign where loads are to hold the follower on its cam with the force
@@ -145,7 +139,7 @@ pub fn declare_force<'a, D: HasLoads>(
         text,
         kind,
         |drive, which| drive.signal(which).map_or(0.0, Signal::set_value),
-        |drive, which, value| drive.signal_mut(which).into_iter().for_each(|signal| signal.set(value)),
+        |drive, which, order, value| drive.signal_mut(which).into_iter().for_each(|s| s.set_derivative(order, value)),
     );
     Some(input.at(which))
 }
@@ -154,7 +148,7 @@ pub fn declare_force<'a, D: HasLoads>(
 mod tests {
     use super::*;
     use crate::drives::follower::load::Spring;
-    use crate::drives::variable::{Access, Kind};
+    use crate::drives::variable::Kind;
     use crate::motion::{Cycle, CyclePlan, Fourier, StandardLaw};
 
     struct Two([Load; 2], Signal);
@@ -217,24 +211,19 @@ mod tests {
         );
         assert_eq!(names[names.len() - 8..], roller);
         for (i, variable) in list.0.iter().enumerate() {
-            let Access::Set { get, set } = variable.access else { unreachable!("all can be set") };
-            let before: Vec<f64> = list
-                .0
-                .iter()
-                .map(|v| if let Access::Set { get, .. } = v.access { get(&drive, v.index) } else { 0.0 })
-                .collect();
+            let before: Vec<f64> =
+                list.0.iter().map(|v| v.access.get(&drive, v.index).expect("all can be set")).collect();
             // Angles of the cycle have room for this; laws by their number do not.
             let value = if variable.description.kind == law_parameter_kind(ParameterKind::Law) {
                 2.0
             } else {
                 0.75 + 1e-3 * i as f64
             };
-            set(&mut drive, variable.index, value);
-            assert_eq!(get(&drive, variable.index), value, "{}", names[i]);
+            variable.access.set(&mut drive, variable.index, value);
+            assert_eq!(variable.access.get(&drive, variable.index), Some(value), "{}", names[i]);
             for (j, other) in list.0.iter().enumerate().filter(|(j, _)| *j != i) {
-                if let Access::Set { get, .. } = other.access {
-                    assert_eq!(get(&drive, other.index), before[j], "{} changes {}", names[i], names[j]);
-                }
+                let after = other.access.get(&drive, other.index);
+                assert_eq!(after, Some(before[j]), "{} changes {}", names[i], names[j]);
             }
         }
         let quantity = |name: &str| match list.0[list.reference(name).unwrap()].description.kind {

@@ -239,7 +239,7 @@ fn run<D: Drive<Scene = S> + HasSolver, S, const N: usize>(
             variables[reference].set(drive, value);
         }
         if jerk != 0.0 {
-            drive.set_input_derivative(2, 1, jerk);
+            variables[2].set_derivative(drive, 1, jerk);
         }
     };
     set(&mut drive, 0.0);
@@ -670,8 +670,8 @@ fn machine(kind: usize) -> Rows {
                     let reference = list.reference(name).unwrap();
                     list.0[reference].set(machine, larger * (a + t * (b + t * c)));
                     if varies != 0.0 {
-                        machine.set_input_derivative(reference, 1, larger * (b + 2.0 * c * t));
-                        machine.set_input_derivative(reference, 2, larger * 2.0 * c);
+                        list.0[reference].set_derivative(machine, 1, larger * (b + 2.0 * c * t));
+                        list.0[reference].set_derivative(machine, 2, larger * 2.0 * c);
                     }
                 }
             };

@@ -83,8 +83,6 @@ pub struct DriveTrain {
     laid: Inputs,
     /// The end of the last step, before inputs jump, where the shaft is driven by them.
     end: Option<Box<End>>,
-    /// The value references of the inputs.
-    references: Vec<usize>,
     /// Whether a parameter has been changed since the last step.
     tuned: bool,
     /// Of which followers it has been told that their cams pull.
@@ -116,7 +114,6 @@ impl DriveTrain {
             time: 0.0,
             step: 0.0,
             end: None,
-            references: Vec::new(),
             tuned: false,
             told: Vec::new(),
             log: EventLog::default(),
@@ -291,10 +288,8 @@ impl Drive for DriveTrain {
     const INPUT_DERIVATIVES: usize = MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let mut train = DriveTrain::of(scene);
+        let train = DriveTrain::of(scene);
         train.check()?;
-        let list = train.variables();
-        train.references = train.input_names().iter().filter_map(|name| list.reference(&train.name_of(name))).collect();
         Ok(train)
     }
 
@@ -395,16 +390,6 @@ impl Drive for DriveTrain {
 
     fn evaluate(&self, values: &mut [f64]) {
         variables::evaluate(self, values);
-    }
-
-    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
-        let driven = self.course.inputs();
-        let Some(number) = self.references.iter().position(|input| *input == reference) else { return };
-        if number < driven.len() {
-            self.course.set_input_derivative(driven.start + number, order, value);
-        } else if let Some(signal) = self.signal_at(number - driven.len()) {
-            signal.set_derivative(order, value);
-        }
     }
 
     fn request_tolerance(&mut self, tolerance: f64) {

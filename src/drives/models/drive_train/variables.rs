@@ -520,19 +520,19 @@ impl DriveTrain {
     }
 
     fn declare_inputs(&self, list: &mut List<Self>) {
-        let set = |d: &mut Self, i: usize, value| d.course.set_input(i, value);
+        let set = |d: &mut Self, i: usize, order: usize, value| d.course.set_input_derivative(i, order, value);
         declare_inputs(list, self.course.inputs(), |d, i| d.course.input(i), set);
         macro_rules! input {
             ($if:expr, $name:literal, $text:literal, $quantity:expr, $signal:ident) => {
                 if $if {
-                    let set = |d: &mut Self, _: usize, value: f64| d.inputs.$signal.set(value);
+                    let set = |d: &mut Self, _: usize, order, value| d.inputs.$signal.set_derivative(order, value);
                     list.input($name, $text, real($quantity), |d, _| d.inputs.$signal.set_value(), set);
                 }
             };
         }
         if let Some(machine) = self.train.machine() {
-            let set = |d: &mut Self, at: usize, value| {
-                d.inputs.loads.signal_mut(at).into_iter().for_each(|signal| signal.set(value));
+            let set = |d: &mut Self, at: usize, order: usize, value| {
+                d.inputs.loads.signal_mut(at).into_iter().for_each(|signal| signal.set_derivative(order, value));
             };
             let get = |d: &Self, at: usize| d.inputs.loads.signal(at).map_or(0.0, Signal::set_value);
             declare_loads(list, &self.inputs.loads, get, set);

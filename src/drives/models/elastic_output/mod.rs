@@ -32,7 +32,6 @@ use crate::drives::shaft::cam_drive::{
     CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, ShaftState, Start, StartMode, as_every_cam_drive, field,
 };
 use crate::drives::shaft::instant::Instant;
-use crate::drives::shaft::loads::HasLoads;
 use crate::drives::solver::response::Response;
 use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::motion::MotionLaw;
@@ -254,12 +253,6 @@ impl HasCamDrive for ElasticOutput {
 
     field!(cam, cam_mut: CamDrive = cam);
     field!(start_values, start_values_mut: Start = start);
-
-    fn set_force_derivative(&mut self, number: usize, order: usize, value: f64) {
-        if let Some(signal) = self.nth_signal_mut(number) {
-            signal.set_derivative(order, value);
-        }
-    }
 }
 
 impl HasSolver for ElasticOutput {

@@ -169,7 +169,7 @@ fn set_inputs(drive: &mut ElasticOutput, derivatives: &[f64], time: f64) {
         list.0[k].set(drive, *value);
     }
     for order in 1..=8 {
-        drive.set_input_derivative(2, order, values[2 + order]);
+        list.0[2].set_derivative(drive, order, values[2 + order]);
     }
 }
 

@@ -375,13 +375,6 @@ impl Drive for RigidMachine {
         variables::evaluate(self, values);
     }
 
-    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
-        let Shaft { loads, driving, .. } = &mut self.shaft;
-        let of_load = loads.inputs().nth(reference);
-        let signal = of_load.and_then(|at| loads.signal_mut(at)).unwrap_or(driving);
-        signal.set_derivative(order, value);
-    }
-
     fn request_tolerance(&mut self, tolerance: f64) {
         self.solver.requested = tolerance;
     }

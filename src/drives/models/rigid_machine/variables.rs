@@ -217,7 +217,9 @@ impl RigidMachine {
     }
 
     fn declare_inputs(&self, list: &mut List<Self>) {
-        let set = |d: &mut Self, at: usize, value| d.shaft.loads.signal_mut(at).into_iter().for_each(|s| s.set(value));
+        let set = |d: &mut Self, at: usize, order: usize, value| {
+            d.shaft.loads.signal_mut(at).into_iter().for_each(|signal| signal.set_derivative(order, value));
+        };
         declare_loads(list, &self.shaft.loads, |d, at| d.shaft.loads.signal(at).map_or(0.0, Signal::set_value), set);
         if self.shaft.motor == Motor::Input {
             list.input(
@@ -225,7 +227,7 @@ impl RigidMachine {
                 "Driving torque on the shaft; positive accelerates",
                 real(&unit::TORQUE),
                 |d, _| d.shaft.driving.set_value(),
-                |d, _, value| d.shaft.driving.set(value),
+                |d, _, order, value| d.shaft.driving.set_derivative(order, value),
             );
         }
     }

@@ -12,7 +12,7 @@
 use super::State;
 use super::signal::Signal;
 use crate::drives::unit::Quantity;
-use crate::drives::variable::{Get, Set, real_within};
+use crate::drives::variable::{Get, SetInput, real_within};
 use crate::drives::{Fault, List, Number, Seed, unit};
 use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::double_double::{Double, two_product};
@@ -279,7 +279,7 @@ impl Polynomial {
 }
 
 /// Declares the inputs of the loads.
-pub fn declare_loads<D>(list: &mut List<D>, loads: &Loads, get: Get<D>, set: Set<D>) {
+pub fn declare_loads<D>(list: &mut List<D>, loads: &Loads, get: Get<D>, set: SetInput<D>) {
     for at in loads.inputs() {
         let (text, quantity) = match at % 4 {
             0 => (

@@ -32,10 +32,11 @@ impl Signal {
         *self = Signal { value, ..Signal::default() };
     }
 
-    /// Sets vⱼ, j = `order` ∈ 1 … [`MAX_INPUT_DERIVATIVE`], for the next step.
+    /// Sets vⱼ, j = `order` ∈ 1 … [`MAX_INPUT_DERIVATIVE`], for the next step; v₀ as [`Signal::set`] does.
     pub fn set_derivative(&mut self, order: usize, value: f64) {
+        let Some(j) = order.checked_sub(1) else { return self.set(value) };
         self.step_begins();
-        self.derivatives[order - 1] = value;
+        self.derivatives[j] = value;
         self.varies = self.derivatives.iter().any(|d| *d != 0.0);
     }
 

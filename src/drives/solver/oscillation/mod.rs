@@ -457,10 +457,6 @@ impl<E: Equation> HasCamDrive for Oscillation<E> {
 
     field!(cam, cam_mut: CamDrive<E::Law> = cam);
     field!(start_values, start_values_mut: Start = start);
-
-    fn set_force_derivative(&mut self, _: usize, order: usize, value: f64) {
-        self.force.iter_mut().for_each(|force| force.set_derivative(order, value));
-    }
 }
 
 impl<E: Equation> HasLoads for Oscillation<E> {

@@ -39,6 +39,11 @@ fn set(drive: &mut ElasticOutput, name: &str, value: f64) {
     list.0[list.reference(name).unwrap_or_else(|| panic!("no {name}"))].set(drive, value);
 }
 
+fn set_derivative(drive: &mut ElasticOutput, name: &str, order: usize, value: f64) {
+    let list = drive.variables();
+    list.0[list.reference(name).unwrap_or_else(|| panic!("no {name}"))].set_derivative(drive, order, value);
+}
+
 fn assert_close(found: f64, expected: f64, tolerance: f64, case: &str) {
     assert!((found - expected).abs() <= tolerance, "{case}: {found} instead of {expected}");
 }
@@ -262,7 +267,7 @@ fn run_under(scene: &Scene, [phi, w, a]: [f64; 3], end: f64, steps: u32, size: f
         let [f, derivatives @ ..] = input(t, size);
         set(drive, "F", f);
         for (i, derivative) in derivatives.into_iter().enumerate() {
-            drive.set_input_derivative(drive.cam.inputs().len(), i + 1, derivative);
+            set_derivative(drive, "F", i + 1, derivative);
         }
     };
     enter(&mut drive, 0.0);
@@ -274,6 +279,24 @@ fn run_under(scene: &Scene, [phi, w, a]: [f64; 3], end: f64, steps: u32, size: f
         drive.advance(time, next - time).unwrap();
     }
     drive
+}
+
+/// F = 3 N + 50 N/s t, each step with its value and its derivative: numbers of an integration.
+#[test]
+fn the_derivative_of_an_input_force_acts_at_constant_speed() {
+    let law = MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01], vec![]));
+    let mode = DriveMode::Constant { w: 10.0, phi_start: 0.0 };
+    let load = Load { input: true, ..Load::default() };
+    let mut drive = ElasticOutput::new(Scene { load, ..scene([1.0, 1e4, 20.0], law, mode, at_rest()) }).unwrap();
+    for n in 0..4 {
+        let time = 0.05 * f64::from(n);
+        set(&mut drive, "F", 3.0 + 50.0 * time);
+        set_derivative(&mut drive, "F", 1, 50.0);
+        if n == 0 { drive.start(time) } else { drive.apply(time) }.unwrap();
+        drive.advance(time, 0.05).unwrap();
+    }
+    assert_close(get(&drive, "q"), 0.00121298, 5e-9, "q");
+    assert_close(get(&drive, "der(q)"), 0.00840802, 5e-9, "der(q)");
 }
 
 #[test]
@@ -591,7 +614,7 @@ fn a_drive_under_loads_is_restored_bit_by_bit_and_tuned_as_one_that_starts_there
             copy.restored(&made).unwrap();
             let before = original.deformation();
             for drive in [&mut original, &mut copy] {
-                drive.set_input_derivative(0, 1, 3.0);
+                set_derivative(drive, "F", 1, 3.0);
                 drive.apply(drive.now.time).unwrap();
                 let now = drive.now.time;
                 run(drive, now + 0.5 * end, 0.1 * end);
@@ -607,7 +630,7 @@ fn a_drive_under_loads_is_restored_bit_by_bit_and_tuned_as_one_that_starts_there
                 set(&mut fresh, "load.b", 0.2 * scene.parameters.b);
                 set(&mut fresh, "F", 0.1 * scene.parameters.c * scene.cam.bound(0));
                 fresh.start(0.0).unwrap();
-                fresh.set_input_derivative(0, 1, 3.0);
+                set_derivative(&mut fresh, "F", 1, 3.0);
                 run(&mut fresh, 0.5 * end, 0.1 * end);
                 let size = scene.cam.bound(0) + before[0].abs();
                 let rate = fresh.response.equation().oscillator.stiffness().sqrt();
@@ -715,7 +738,7 @@ fn dependencies_and_derivatives_of_a_drive_under_loads() {
             for (name, value) in [("phi", 0.7), ("w", 20.0), ("a", 5.0), ("F", 11.0)] {
                 set(drive, name, value);
             }
-            drive.set_input_derivative(3, 1, 300.0);
+            set_derivative(drive, "F", 1, 300.0);
         };
         enter(&mut drive);
         drive.start(0.0).unwrap();

@@ -303,9 +303,9 @@ fn an_input_force_acts_between_communication_points() {
             for n in 0..steps {
                 let t = h * f64::from(n);
                 set(&mut drive, "F", force(t));
-                let reference = variable(&drive, "F");
+                let list = drive.variables();
                 for (order, value) in [(1, -200.0 + 600.0 * t), (2, 600.0)] {
-                    drive.set_input_derivative(reference, order, value);
+                    list.0[variable(&drive, "F")].set_derivative(&mut drive, order, value);
                 }
                 drive.apply(t).unwrap();
                 if n % 50 == 8 {
@@ -579,8 +579,8 @@ fn a_loaded_drive_restored_goes_on_bit_by_bit() {
         let t = 0.05 * f64::from(n);
         if drive.force.is_some() {
             set(drive, "F", 20.0 * (7.0 * t).sin());
-            let reference = variable(drive, "F");
-            drive.set_input_derivative(reference, 1, 140.0 * (7.0 * t).cos());
+            let list = drive.variables();
+            list.0[variable(drive, "F")].set_derivative(drive, 1, 140.0 * (7.0 * t).cos());
         }
         if n == 12 {
             set(drive, "load.F0", 11.0);

@@ -129,7 +129,7 @@ fn acceleration_that_begins_in_a_dwell() {
             drive.start(0.0).unwrap();
             drive.advance(0.0, start).unwrap();
             drive.cam.set_inputs([3.2 - 126.0 * start, -126.0, 0.0]);
-            drive.set_input_derivative(2, 1, jerk);
+            drive.cam.set_input_derivative(2, 1, jerk);
             drive.advance(start, h).unwrap();
             let expected = [-jerk * h.powi(3) / 6.0, -jerk * h.powi(2) / 2.0];
             for (got, expected) in drive.state.into_iter().zip(expected) {
