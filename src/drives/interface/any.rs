@@ -220,15 +220,6 @@ pub struct AnyDrive {
     time: f64,
 }
 
-/// A known of a direction before the start: its component, its value, the range of that and what is a usual change of it.
-struct Along {
-    known: usize,
-    component: f64,
-    centre: f64,
-    range: [f64; 2],
-    size: f64,
-}
-
 /// A saved state.
 pub struct Snapshot {
     drive: Box<dyn DynDrive>,
@@ -576,68 +567,42 @@ impl AnyDrive {
         Fault::new(format!("a derivative of `{name}` is not a finite number at t = {} s", Number(self.time)))
     }
 
-    /// [`AnyDrive::directional_derivatives`] of the start values, in which the states follow from inputs and parameters
-    /// (y = U(phi) + start.q), by differences on copies, since a start may be the result of an iteration. The unknowns share the
-    /// starts along the direction, and no call those of another: what a call takes must not depend on the calls before it.
+    /// [`AnyDrive::directional_derivatives`] of the start values: the sum of the columns, each by itself, so that none depends on
+    /// what else is asked for.
     fn initial_derivatives(&self, unknowns: &[usize], direction: &[(usize, f64)]) -> Result<Vec<f64>, Fault> {
-        let (plan, drive, time) = (&self.plan, &self.drive, self.time);
-        let known = |&(known, component): &(usize, f64)| {
-            let d = &plan.descriptions[known];
-            let (Some(centre), Kind::Real { quantity, min, max, .. }) = (drive.get(known), &d.kind) else {
-                return Err(Fault::new(format!(
-                    "`{}` follows from inputs and parameters before the start; derivatives exist for those",
-                    d.name
-                )));
-            };
-            // A law repeats itself every turn however large the angle; other quantities are scaled by themselves, unless they
-            // are next to nothing.
-            let usual = quantity.usual();
-            let size = if **quantity == unit::ANGLE {
-                1.0
-            } else if centre.abs() > 1e-6 * usual {
-                centre.abs()
-            } else {
-                usual
-            };
-            Ok(Along { known, component, centre, range: [*min, *max], size })
-        };
-        let line = direction.iter().map(known).collect::<Result<Vec<Along>, _>>()?;
-        // The place on the line is the value of the known that moves most for its size; the others keep within theirs.
-        let reach = |along: &Along| along.size / along.component.abs();
-        let Some(lead) = line.iter().min_by(|a, b| reach(a).total_cmp(&reach(b))) else {
-            return Ok(vec![0.0; unknowns.len()]);
-        };
-        let [low, high] = line.iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[low, high], along| {
-            let place = |end: f64| lead.centre + (end - along.centre) * (lead.component / along.component);
-            let [a, b] = along.range.map(place);
-            [low.max(a.min(b)), high.min(a.max(b))]
-        });
-        let step = 0.02 * lead.size;
-        // Knowns at opposite ends of their ranges have hardly a step in common: what can grow along the direction and what can
-        // only fall back go apart.
-        if high - low < step {
-            let room = |along: &Along| along.range.map(|end| (end - along.centre) / along.component);
-            // Without bounds it can do either.
-            let grows = |along: &Along| !(room(along).into_iter().sum::<f64>() < 0.0);
-            let part = |wanted: bool| -> Vec<(usize, f64)> {
-                line.iter().filter(|along| grows(along) == wanted).map(|along| (along.known, along.component)).collect()
-            };
-            let [growing, falling] = [true, false].map(part);
-            if !growing.is_empty() && !falling.is_empty() {
-                let mut sum = self.initial_derivatives(unknowns, &growing)?;
-                let other = self.initial_derivatives(unknowns, &falling)?;
-                sum.iter_mut().zip(other).for_each(|(sum, slope)| *sum += slope);
-                return Ok(sum);
-            }
+        let (begin, mut sums) = (Since::now(), vec![0.0; unknowns.len()]);
+        for &(known, component) in direction {
+            let column = self.initial_column(unknowns, known, &begin)?;
+            sums.iter_mut().zip(column).for_each(|(sum, slope)| *sum += slope * component);
         }
-        let begin = Since::now();
+        Ok(sums)
+    }
+
+    /// ∂unknown/∂known of the start values, in which the states follow from inputs and parameters (y = U(phi) + start.q), by
+    /// differences on copies, since a start may be the result of an iteration. The unknowns share the starts, and no call those of
+    /// another: what a call takes must not depend on the calls before it.
+    fn initial_column(&self, unknowns: &[usize], known: usize, begin: &Since) -> Result<Vec<f64>, Fault> {
+        let (plan, drive, d) = (&self.plan, &self.drive, &self.plan.descriptions[known]);
+        let (Some(centre), Kind::Real { quantity, min, max, .. }) = (drive.get(known), &d.kind) else {
+            return Err(Fault::new(format!(
+                "`{}` follows from inputs and parameters before the start; derivatives exist for those",
+                d.name
+            )));
+        };
+        // A law repeats itself every turn however large the angle; other quantities are scaled by themselves, unless they are next
+        // to nothing.
+        let usual = quantity.usual();
+        let size = if **quantity == unit::ANGLE {
+            1.0
+        } else if centre.abs() > 1e-6 * usual {
+            centre.abs()
+        } else {
+            usual
+        };
         let values_at = |place: f64| -> Result<Box<[f64]>, Fault> {
             let mut drive = drive.copy();
-            for &Along { known, component, range: [min, max], .. } in &line {
-                let moved = drive.get(known).unwrap_or(0.0) + (place - lead.centre) * (component / lead.component);
-                drive.set(known, moved.clamp(min, max));
-            }
-            drive.start(time)?;
+            drive.set(known, place);
+            drive.start(self.time)?;
             let mut values = plan.no_values();
             drive.evaluate(&mut values);
             Ok(values)
@@ -651,7 +616,7 @@ impl AnyDrive {
             let too_much = || {
                 Fault::new(format!(
                     "the derivative of `{name}` before the start needs more work than one call may take, since each of its trial \
-                     starts needs much; take differences of whole runs"
+                     starts needs much; ask for one known at a time, or take differences of whole runs"
                 ))
             };
             let value_at = |value: f64| {
@@ -661,8 +626,8 @@ impl AnyDrive {
                 });
                 trials[done].1.as_ref().map(|values| values[place]).map_err(Fault::clone)
             };
-            let slope = difference::derivative(value_at, lead.centre, step, [low, high])?;
-            if begin.is_exhausted() { Err(too_much()) } else { Ok(slope * lead.component) }
+            let slope = difference::derivative(value_at, centre, 0.02 * size, [*min, *max])?;
+            if begin.is_exhausted() { Err(too_much()) } else { Ok(slope) }
         };
         unknowns.iter().map(&mut derivative).collect()
     }
