@@ -24,8 +24,8 @@ use std::process::ExitCode;
 /// relative tolerance of the experiment, of its largest value, and the last digit of the results. Exit code 1 where one
 /// does not, where rows of the results are missing, and where the scene inside is no longer the one of the drive. Inputs
 /// move as the table inside says: phi, w, a turn the shaft twice in a smooth run-up, every other one rises smoothly, the
-/// last by 1 in its unit, each one before it by half of that of the next. A chaotic motion agrees on machines of one kind
-/// only.
+/// last by 1 in its unit or by a part of it that leaves a free shaft near its speed, each one before it by half of that
+/// of the next. A chaotic motion agrees on machines of one kind only.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  camdrive verify guide_bar.fmu")]
 pub struct Args {

@@ -36,10 +36,18 @@ const MOTION: [&str; 3] = ["phi", "w", "a"];
 /// What the run-up adds to φ over the experiment (rad).
 const WAY: f64 = 2.0 * TAU;
 
+/// By which part of its speed the inputs may change that of a free shaft: within the torque of the machine itself.
+const CHANGE: f64 = 0.5;
+
+/// Rises of inputs that are tried, each a tenth of the one before it. Where none leaves the shaft near its speed the inputs rest.
+const SIZES: i32 = 12;
+
 /// Inputs and outputs over the default experiment.
 pub struct Results {
     inputs: Vec<Description>,
     outputs: Vec<Description>,
+    /// By how much the last of the inputs that turn no shaft rises, in its unit.
+    size: f64,
     /// The time (s) and the values of the inputs at each communication point of the experiment.
     courses: Vec<Vec<f64>>,
     /// The time (s) and the values of the outputs at each communication point.
@@ -69,60 +77,47 @@ impl Results {
     /// # Errors
     /// A drive that cannot be started.
     pub fn of(drive: &mut AnyDrive) -> Result<Self, Fault> {
-        let (e, begin) = (drive.experiment(), Since::now());
+        let stop = drive.experiment().stop;
         let all = drive.descriptions().to_vec();
-        let [inputs, references] = [Causality::Input, Causality::Output]
-            .map(|wanted| (0..all.len()).filter(|i| all[*i].causality == wanted).collect::<Vec<usize>>());
+        let of = |wanted: Causality| (0..all.len()).filter(|i| all[*i].causality == wanted).collect::<Vec<usize>>();
+        let [inputs, outputs] = [Causality::Input, Causality::Output].map(of);
         drive.reset();
-        drive.set_up(0.0, Some(e.tolerance));
-        let count = (e.stop / e.step).round() as usize;
-        let time_of = |i: usize| if i == count { e.stop } else { i as f64 * e.step };
         let starts = inputs.iter().map(|input| drive.get(*input)).collect::<Result<Vec<f64>, Fault>>()?;
-        let moved: Vec<&Description> = inputs.iter().map(|input| &all[*input]).collect();
-        let courses: Vec<Vec<f64>> = (0..=count).map(|i| course(&moved, &starts, time_of(i), e.stop)).collect();
-        let derived = moved.iter().any(|input| input.name == "a");
-        // As `camdrive run` gives a table of inputs: what is no integral of another input goes on to its next value.
-        let give = |drive: &mut AnyDrive, i: usize, slopes: bool| -> Result<(), Fault> {
-            for (j, input) in inputs.iter().enumerate() {
-                drive.set(*input, courses[i][j + 1])?;
-                let Description { name, variability, .. } = &all[*input];
-                let goes_on =
-                    *variability == Variability::Continuous && !(derived && MOTION[..2].contains(&name.as_str()));
-                if slopes && goes_on && drive.input_derivative_order() > 0 {
-                    let slope = |next: &Vec<f64>| (next[j + 1] - courses[i][j + 1]) / (next[0] - courses[i][0]);
-                    drive.set_input_derivative(*input, 1, courses.get(i + 1).map_or(0.0, slope))?;
-                }
-            }
-            Ok(())
+        let mut run = |size: f64, keeps: &dyn Fn(usize, &[f64]) -> bool| -> Result<Option<Results>, Fault> {
+            let moved: Vec<&Description> = inputs.iter().map(|input| &all[*input]).collect();
+            let courses: Vec<_> = times(drive).map(|time| course(&moved, &starts, [time, stop], size)).collect();
+            let run = rows(drive, [&inputs, &outputs], &courses, keeps)?;
+            Ok(run.map(|(rows, whole)| Results { inputs: vec![], outputs: vec![], size, courses, rows, whole }))
         };
-        give(drive, 0, false)?;
-        drive.start()?;
-        let (mut rows, mut whole) = (Vec::new(), false);
-        for i in 0..=count {
-            let values = give(drive, i, true).and_then(|()| {
-                let values = references.iter().map(|reference| drive.get(*reference));
-                [Ok(time_of(i))].into_iter().chain(values).collect::<Result<Vec<f64>, Fault>>()
-            });
-            match values {
-                Ok(row) => rows.push(row),
-                Err(fault) if i == 0 => return Err(fault),
-                Err(_) => break,
+        let place = |name: &str| outputs.iter().position(|i| all[*i].name == name).map(|place| 1 + place);
+        let mut results = match (place("w"), place("E")) {
+            // A free shaft, which torques may turn at any speed.
+            (Some(w), Some(_)) if !inputs.is_empty() => {
+                let still = run(0.0, &|_, _| true)?;
+                let speeds: Vec<f64> = still.iter().flat_map(|run| &run.rows).map(|row| row[w]).collect();
+                let most = speeds.iter().fold(WAY / stop, |most, speed| most.max(CHANGE * speed.abs()));
+                let keeps = |i: usize, row: &[f64]| speeds.get(i).is_none_or(|speed| (row[w] - speed).abs() <= most);
+                let mut sizes = (0..SIZES).map(|n| 1.0 / 10f64.powi(n));
+                sizes.find_map(|size| run(size, &keeps).transpose()).transpose()?.or(still)
             }
-            whole = i == count;
-            if whole || begin.drawn() > MOST_WORK || drive.advance(time_of(i), time_of(i + 1) - time_of(i)).is_err() {
-                break;
-            }
+            _ => run(1.0, &|_, _| true)?,
         }
+        .ok_or_else(|| Fault::new("the drive has no communication point"))?;
         drive.reset();
-        let [inputs, outputs] =
-            [inputs, references].map(|of| of.into_iter().map(|i| all[i].clone()).collect::<Vec<_>>());
-        for (i, output) in outputs.iter().enumerate() {
+        let described = |of: Vec<usize>| of.into_iter().map(|i| all[i].clone()).collect::<Vec<_>>();
+        (results.inputs, results.outputs) = (described(inputs), described(outputs));
+        results.round();
+        Ok(results)
+    }
+
+    /// Rounds the outputs to the digits that are told.
+    fn round(&mut self) {
+        for (i, output) in self.outputs.iter().enumerate() {
             if matches!(output.kind, Kind::Real { .. }) {
-                let last = last_place(rows.iter().map(|row| row[i + 1].abs()).fold(0.0, f64::max));
-                rows.iter_mut().for_each(|row| row[i + 1] = rounded(row[i + 1], last));
+                let last = last_place(self.rows.iter().map(|row| row[i + 1].abs()).fold(0.0, f64::max));
+                self.rows.iter_mut().for_each(|row| row[i + 1] = rounded(row[i + 1], last));
             }
         }
-        Ok(Results { inputs, outputs, courses, rows, whole })
     }
 
     /// The last time (s).
@@ -146,10 +141,11 @@ impl Results {
         };
         let rise = match others.len() {
             0 => String::new(),
-            1 => format!("{} rises smoothly by 1 in its unit", others[0]),
+            1 => format!("{} rises smoothly by {} in its unit", others[0], self.size),
             _ => format!(
-                "{} rise smoothly, the last one by 1 in its unit, each one before it by half of what the next one does",
-                others.join(", ")
+                "{} rise smoothly, the last one by {} in its unit, each one before it by half of what the next one does",
+                others.join(", "),
+                self.size
             ),
         };
         [turn, rise].into_iter().filter(|said| !said.is_empty()).collect::<Vec<_>>().join("; ")
@@ -167,6 +163,63 @@ impl Results {
         let columns: Vec<Course> = self.outputs.iter().map(column).collect();
         diagram("Default experiment", &columns, &self.rows)
     }
+}
+
+/// The communication points of the default experiment (s).
+fn times(drive: &AnyDrive) -> impl Iterator<Item = f64> + use<> {
+    let e = drive.experiment();
+    let count = (e.stop / e.step).round() as usize;
+    (0..=count).map(move |i| if i == count { e.stop } else { i as f64 * e.step })
+}
+
+/// The time (s) and the outputs at each communication point where the inputs take these courses, and whether the last row is the
+/// end of the experiment; None where `keeps` refuses a row.
+fn rows(
+    drive: &mut AnyDrive,
+    [inputs, outputs]: [&[usize]; 2],
+    courses: &[Vec<f64>],
+    keeps: &dyn Fn(usize, &[f64]) -> bool,
+) -> Result<Option<(Vec<Vec<f64>>, bool)>, Fault> {
+    let begin = Since::now();
+    let about: Vec<(bool, bool)> = inputs
+        .iter()
+        .map(|i| &drive.descriptions()[*i])
+        .map(|d| (d.variability == Variability::Continuous, MOTION[..2].contains(&d.name.as_str())))
+        .collect();
+    let derived = inputs.iter().any(|i| drive.descriptions()[*i].name == "a");
+    drive.reset();
+    drive.set_up(0.0, Some(drive.experiment().tolerance));
+    // As `camdrive run` gives a table of inputs: what is no integral of another input goes on to its next value.
+    let give = |drive: &mut AnyDrive, i: usize, slopes: bool| -> Result<(), Fault> {
+        for (j, (input, (continuous, integral))) in inputs.iter().zip(&about).enumerate() {
+            drive.set(*input, courses[i][j + 1])?;
+            if slopes && *continuous && !(derived && *integral) && drive.input_derivative_order() > 0 {
+                let slope = |next: &Vec<f64>| (next[j + 1] - courses[i][j + 1]) / (next[0] - courses[i][0]);
+                drive.set_input_derivative(*input, 1, courses.get(i + 1).map_or(0.0, slope))?;
+            }
+        }
+        Ok(())
+    };
+    give(drive, 0, false)?;
+    drive.start()?;
+    let mut rows: Vec<Vec<f64>> = Vec::new();
+    for (i, course) in courses.iter().enumerate() {
+        let values = give(drive, i, true).and_then(|()| {
+            let values = outputs.iter().map(|output| drive.get(*output));
+            [Ok(course[0])].into_iter().chain(values).collect::<Result<Vec<f64>, Fault>>()
+        });
+        match values {
+            Ok(row) if !keeps(i, &row) => return Ok(None),
+            Ok(row) => rows.push(row),
+            Err(fault) if i == 0 => return Err(fault),
+            Err(_) => break,
+        }
+        let Some(next) = courses.get(i + 1) else { return Ok(Some((rows, true))) };
+        if begin.drawn() > MOST_WORK || drive.advance(course[0], next[0] - course[0]).is_err() {
+            break;
+        }
+    }
+    Ok(Some((rows, false)))
 }
 
 /// A column behind the time.
@@ -245,13 +298,13 @@ fn table(columns: &[Description], rows: &[Vec<f64>]) -> String {
 }
 
 /// The time and the inputs at it, from these start values to the end `stop` (s): phi, w and a turn the shaft twice in a
-/// smooth run-up; every other input rises smoothly, the last one by 1 in its unit, each one before it by half of what the
+/// smooth run-up; every other input rises smoothly, the last one by `size` in its unit, each one before it by half of what the
 /// next one does, so that no torques cancel.
-fn course(inputs: &[&Description], starts: &[f64], time: f64, stop: f64) -> Vec<f64> {
+fn course(inputs: &[&Description], starts: &[f64], [time, stop]: [f64; 2], size: f64) -> Vec<f64> {
     let named = |name: &str| inputs.iter().position(|input| input.name == name).map_or(0.0, |i| starts[i]);
     let [way, value, slope] = rise(time / stop);
     let speed = (2.0 * WAY / stop).copysign(named("w"));
-    let mut size = 2.0;
+    let mut size = 2.0 * size;
     let of = |(input, start): (&&Description, &f64)| match (input.name.as_str(), &input.kind) {
         ("phi", _) => start + named("w") * time + speed * stop * way,
         ("w", _) => start + speed * value,
@@ -304,6 +357,29 @@ mod tests {
             assert_eq!(rounded(value, last_place(largest)).to_bits(), f64::to_bits(told), "{value} of {largest}");
         }
         assert_eq!(last_digit(188.5), 1e-4);
+    }
+
+    /// A torque of 1 N·m would turn these shafts of 1e-6 kg·m² at some 10⁴ rad/s.
+    #[test]
+    fn inputs_leave_a_free_shaft_near_its_speed() {
+        let follower = "[[follower]]\nm = 0.001\ncam = { law = \"fourier\", a = [0.0, 0.01] }\n";
+        for (model, motor, w_start) in
+            [("DriveTrain", "none", 10.0), ("RigidMachine", "none", 10.0), ("RigidMachine", "input", 0.0)]
+        {
+            let load = if model == "DriveTrain" { "load = { input = true }" } else { "" };
+            let text = format!(
+                "name = \"small\"\nmodel = \"{model}\"\n[machine]\nJ0 = 1e-6\n{load}\n[motor]\nkind = \"{motor}\"\n\
+                 [start]\nw_start = {w_start}\n{follower}"
+            );
+            let scene = crate::scene::resolve("small.toml", &text, std::path::Path::new("")).unwrap();
+            let mut drive = scene.resource().build().unwrap();
+            let results = Results::of(&mut drive).unwrap();
+            let w = results.outputs.iter().position(|output| output.name == "w").unwrap();
+            let far = results.rows.iter().map(|row| (row[w + 1] - w_start).abs()).fold(0.0, f64::max);
+            assert!(results.whole && results.size < 1e-2, "{model} {motor}: {}", results.size);
+            assert!(0.1 < far && far <= 30.0, "{model} {motor}: {far} rad/s");
+            assert!(results.motion().contains(&format!("{} in its unit", results.size)), "{}", results.motion());
+        }
     }
 
     #[test]
