@@ -10,7 +10,7 @@ use camdrive_design::resource::Resource;
 use std::path::{Path, PathBuf};
 
 /// The folder of the workspace.
-fn root() -> &'static Path {
+pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
 }
 

@@ -8,6 +8,7 @@
 mod coupling;
 mod creep;
 mod design;
+mod every_fmu;
 mod forged;
 mod inputs;
 mod limits;
