@@ -15,6 +15,8 @@ use crate::drives::follower::contact::Mode;
 use crate::drives::follower::member::Joint;
 use crate::drives::shaft::train::{MOST_STATES, Train};
 use crate::drives::solver::step_control::RESERVE;
+use crate::numerics::double_double::Double;
+use crate::numerics::oscillator::Oscillator;
 use serde::{Deserialize, Serialize};
 
 /// The series whose difference carries errors leave out terms below this part of the first ones, over which an undamped vibration loses
@@ -27,36 +29,78 @@ const CONVERGED: f64 = 0.1;
 /// Of what a state is disturbed for it, as part of its size: a third of the digits.
 const DISTURBED: f64 = 1e-5;
 
-/// Errors of the states with their signs, the largest of each so far, and the largest size of each state so far.
+/// Errors of the states with their signs, and the largest size of each state so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     pub(super) values: Vec<f64>,
-    most: Vec<f64>,
     pub sizes: Vec<f64>,
+    /// The largest error and the largest size of each state at communication points: where a stiff member settles between them,
+    /// nobody sees how fast it did, and the error of its small velocity counts by that velocity.
+    seen: Vec<[f64; 2]>,
+    /// The largest |U′| of each follower with backlash, whose gap counts by the motion of its cam, and when m1 was last at a flank (s).
+    flanks: Vec<[f64; 2]>,
     /// The order that the last difference asks for.
     order: usize,
 }
 
 impl Errors {
-    /// None so far, of so many states.
-    pub fn none(count: usize) -> Self {
-        Errors { values: vec![0.0; count], most: vec![0.0; count], sizes: vec![f64::MIN_POSITIVE; count], order: LEAST }
+    /// None so far.
+    pub fn none(train: &Train) -> Self {
+        let count = train.layout.count;
+        let (mut seen, mut flanks) = (vec![[0.0, f64::MIN_POSITIVE]; count], Vec::new());
+        for (follower, at) in train.followers.iter().zip(&train.layout.followers) {
+            let gap = matches!(follower.joint, Joint::Backlash(_));
+            let [place, slope] = [0, 1].map(|order| if gap { follower.rigid.cam.bound(order) } else { 0.0 });
+            if gap {
+                seen[*at][1] += place;
+            }
+            flanks.push([slope, f64::NEG_INFINITY]);
+        }
+        let (values, sizes) = (vec![0.0; count], vec![f64::MIN_POSITIVE; count]);
+        Errors { values, sizes, seen, flanks, order: LEAST }
     }
 
-    /// Whether they are those of so many states.
-    pub fn fit(&self, count: usize) -> bool {
-        [&self.values, &self.most, &self.sizes].iter().all(|list| list.len() == count)
+    /// Whether they are those of this train.
+    pub fn fit(&self, train: &Train) -> bool {
+        let states = [self.values.len(), self.sizes.len(), self.seen.len()];
+        states == [train.layout.count; 3] && self.flanks.len() == train.followers.len()
+    }
+
+    /// The size by which a state is disturbed: a gap that is all but closed counts by the motion of its cam, since the disturbance
+    /// of all else would drown in rounding beside it.
+    fn size(&self, k: usize) -> f64 {
+        self.sizes[k].max(self.seen[k][1])
     }
 
     /// The largest present error, as part of the size of its state.
     fn largest(&self) -> f64 {
-        self.values.iter().zip(&self.sizes).fold(0.0_f64, |most, (e, size)| most.max(e.abs() / size))
+        self.values.iter().enumerate().fold(0.0_f64, |most, (k, e)| most.max(e.abs() / self.size(k)))
     }
 
-    /// The estimated relative error of the motion so far.
-    fn estimate(&mut self) -> f64 {
-        self.most.iter_mut().zip(&self.values).for_each(|(most, e)| *most = most.max(e.abs()));
-        RESERVE * self.most.iter().zip(&self.sizes).fold(0.0_f64, |most, (e, size)| most.max(e / size))
+    /// Takes up the states at a communication point, at which the shaft turns with `w` (rad/s); the estimated relative error of the
+    /// motion so far. The angle of a free shaft counts in radians.
+    fn see(&mut self, train: &Train, y: &[f64], w: f64) -> f64 {
+        for ([slope, _], at) in self.flanks.iter().zip(&train.layout.followers).filter(|([slope, _], _)| *slope > 0.0) {
+            let size = &mut self.seen[at + 1][1];
+            *size = size.max(slope * w.abs());
+        }
+        let (mut largest, free) = (0.0_f64, train.machine().is_some());
+        for (k, ([most, size], (e, y))) in self.seen.iter_mut().zip(self.values.iter().zip(y)).enumerate() {
+            *most = most.max(e.abs());
+            *size = if k == 0 && free { 1.0 } else { size.max(y.abs()) };
+            largest = largest.max(*most / *size);
+        }
+        RESERVE * largest
+    }
+
+    /// m1 of a follower leaves its flank at `time` (s).
+    pub(super) fn open(&mut self, j: usize, time: f64) {
+        self.flanks.iter_mut().skip(j).take(1).for_each(|[_, opened]| *opened = time);
+    }
+
+    /// How long m1 of a follower has been in flight at `time` (s).
+    pub(super) fn flight(&self, j: usize, time: f64) -> f64 {
+        self.flanks.get(j).map_or(f64::INFINITY, |[_, opened]| time - opened)
     }
 }
 
@@ -85,13 +129,28 @@ impl Run {
         [left.copysign(last[1]), rounded, self.errors.sizes[k].max(size)]
     }
 
-    /// What the present step up to its end, which may be all of a run, adds to the estimate.
-    pub(super) fn look_ahead(&mut self, train: &Train) {
-        let part = |k: usize| {
-            let [left, _, size] = self.term(k, self.length, train.machine().is_some());
-            left.abs() / size
-        };
-        self.ahead = RESERVE * (0..self.errors.values.len()).map(part).fold(0.0, f64::max);
+    /// A communication point at the place `theta` of the present step, which up to its end may be all of a run: what the step adds to
+    /// the estimate up to there counts, too.
+    pub(super) fn arrive(&mut self, train: &Train, theta: f64, w: f64) {
+        if self.errors.values.is_empty() {
+            return;
+        }
+        let [mut y, mut end] = [[0.0; MOST_STATES]; 2];
+        self.read(theta, &mut y);
+        self.read(self.length, &mut end);
+        self.error = self.errors.see(train, &y, if train.machine().is_some() { y[1] } else { w });
+        let part =
+            |(k, seen): (usize, &[f64; 2])| self.term(k, self.length, false)[0].abs() / seen[1].max(end[k].abs());
+        self.ahead = RESERVE * self.errors.seen.iter().enumerate().map(part).fold(0.0, f64::max);
+    }
+
+    /// The end of a step within which there was a communication point counts like one.
+    pub(super) fn depart(&mut self, train: &Train, w: f64) {
+        if std::mem::take(&mut self.arrived) && !self.errors.values.is_empty() {
+            let mut y = [0.0; MOST_STATES];
+            self.from(&mut y);
+            self.error = self.errors.see(train, &y, if train.machine().is_some() { y[1] } else { w });
+        }
     }
 
     /// Carries the errors over the step up to `theta`. The series are those of another motion afterwards.
@@ -105,7 +164,6 @@ impl Run {
             self.vary(train, outside, theta, DISTURBED / largest);
         }
         self.errors.values.iter_mut().zip(left_out).for_each(|(e, left_out)| *e += left_out);
-        self.error = self.errors.estimate();
     }
 
     /// ∂y⁺/∂y e, by a motion that is disturbed by `scale` e.
@@ -131,16 +189,33 @@ impl Run {
         let at = (self.start, &angles[..], self.turns);
         self.recorded.fill(train, &self.modes, at, outside, (low, self.unit));
         self.recorded.tape.expand(low, self.unit);
-        let (mut rest, sizes) = (0.0_f64, &self.errors.sizes);
+        let mut rest = 0.0_f64;
         for k in 0..count {
             let c = self.recorded.tape.series(k);
-            rest = rest.max((c[low] - tops[k]).abs() * powers[low] / sizes[k]);
+            rest = rest.max((c[low] - tops[k]).abs() * powers[low] / self.errors.size(k));
             sums[k] = (partial(c, low) - sums[k]) / scale;
         }
         if rest < CONVERGED * DISTURBED {
             self.errors.values.iter_mut().zip(sums).for_each(|(e, change)| *e += change);
+        } else {
+            self.settle_errors(train, theta * self.unit);
         }
         self.errors.order = if rest < CARRIED * DISTURBED { low - 1 } else { low + 2 };
+    }
+
+    /// Where the difference does not converge a member is stiff: its errors go on as its free vibration does, those of all else stay.
+    fn settle_errors(&mut self, train: &Train, time: f64) {
+        for (follower, at) in train.followers.iter().zip(&train.layout.followers) {
+            let (at, [m, c, b]) = match follower.joint {
+                Joint::Output(p, _) => (*at, [p.m, p.c, p.b]),
+                Joint::Backlash(p) if p.m2 > 0.0 => (at + 2, [p.m2, p.c, p.b]),
+                _ => continue,
+            };
+            let vibration = Oscillator::new(Double::from(c / m), Double::from(0.5 * b / m)).free(Double::from(time));
+            let e = &mut self.errors.values[at..at + 2];
+            let [q, v] = vibration.map(|[by_q, by_v]| by_q * e[0] + by_v * e[1]);
+            (e[0], e[1]) = (q, v);
+        }
     }
 
     /// The end of a step on inputs of the shaft, which themselves are rounded: by them place and velocity of the cams jump. Vibrations
@@ -163,7 +238,7 @@ impl Run {
                 *e += (place * if i % 2 == 0 { 1.0 } else { w.abs() }).copysign(*e);
             }
         }
-        self.error = self.errors.estimate();
+        self.arrive(train, theta, w);
     }
 
     /// States and rates.
@@ -175,13 +250,14 @@ impl Run {
         [y, train.instant(&self.modes, phi, &y, &given).1.rates]
     }
 
-    /// What an event makes of the errors, before which states and rates were these.
+    /// What an event makes of the errors, before which states and rates were these, and for how long m1 of a follower that hits has
+    /// been in flight (s).
     pub(super) fn carry_over(
         &mut self,
         train: &Train,
         outside: &Outside,
         event: Event,
-        before: [[f64; MOST_STATES]; 2],
+        (before, flight): ([[f64; MOST_STATES]; 2], f64),
     ) {
         let ([y0, f0], [y1, f1]) = (before, self.rates(train, outside));
         let died_away = matches!(event, Event::Impact(j, _) if self.died_away(train, j));
@@ -208,7 +284,9 @@ impl Run {
             // Where the gap closes slowly, its curvature bounds the delay.
             rate = (rate * rate + (2.0 * (f1[at] - f0[at]) * guard).abs()).sqrt().copysign(rate);
         }
-        let delay = if rate == 0.0 { 0.0 } else { -guard / rate };
+        // A bounce that is lower than the error is gone, or one more, in the disturbed motion: that changes all else for as long as
+        // it takes, no longer.
+        let delay = if rate == 0.0 { 0.0 } else { (-guard / rate).min(flight).max(-flight) };
         let struck = speed.filter(|_| rate != 0.0).map_or(0.0, |at| (e[at] + f0[at] * delay) / rate);
         for (k, e) in e.iter_mut().enumerate() {
             *e += (f0[k] - f1[k]) * delay + (y1[k] - y0[k]) * struck;
@@ -218,7 +296,6 @@ impl Run {
                 e[train.layout.followers[j]..][..2].fill(0.0);
             }
         }
-        self.error = self.errors.estimate();
     }
 
     /// Whether m1 of follower j, which bounces, is in contact.

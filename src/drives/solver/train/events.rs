@@ -24,7 +24,8 @@ impl Run {
         self.from(&mut y);
         let phi = self.phi(outside, self.start, &y);
         let jumps = matches!(event, Event::Border(..) | Event::Impact(..)) && !self.errors.values.is_empty();
-        let before = jumps.then(|| self.rates(train, outside));
+        let flight = if let Event::Impact(j, _) = event { self.errors.flight(j, self.start.hi) } else { f64::INFINITY };
+        let before = jumps.then(|| (self.rates(train, outside), flight));
         match event {
             Event::Border(which, ahead) => {
                 let angles = train.angles(phi, &y);
@@ -62,6 +63,7 @@ impl Run {
     /// m1 of follower j leaves its flank; the gap begins with a zero of this order.
     fn open(&mut self, j: usize, zeros: usize) {
         (self.modes.contacts[j], self.modes.zeros[j]) = (Mode::Free, zeros);
+        self.errors.open(j, self.start.hi);
     }
 
     /// The modes at the start: segments, pieces, flanks.

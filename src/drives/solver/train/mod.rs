@@ -36,6 +36,13 @@ pub struct Outside<'a> {
     pub inputs: &'a Inputs,
 }
 
+impl Outside<'_> {
+    /// ω of a driven shaft where the communication step begins (rad/s).
+    fn speed(&self) -> f64 {
+        self.motion.map_or(0.0, |motion| motion.coefficients[1])
+    }
+}
+
 /// What ends a step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Event {
@@ -96,6 +103,8 @@ pub struct Run {
     /// Estimated relative error up to the present step, and what that adds.
     pub error: f64,
     pub ahead: f64,
+    /// Whether a communication point has been in the present step.
+    arrived: bool,
     /// What it comes from; without states while a periodic motion is searched for.
     pub errors: Errors,
     /// Relative.
@@ -195,7 +204,7 @@ impl Run {
         let piece = train.machine().and_then(|m| m.motor.table()).map_or(0, |table| table.speeds.len());
         let order = (ORDERS[0]..=ORDERS[1]).contains(&self.order);
         self.states.len() == train.layout.count
-            && self.errors.fit(self.states.len())
+            && self.errors.fit(train)
             && right
             && bounded
             && order
@@ -353,7 +362,6 @@ impl Run {
         }
         (self.length, self.event, self.summed) = (reach.min(1.0).min(horizon / self.unit), None, 0.0);
         self.find_event(train, outside);
-        self.look_ahead(train);
         self.steps += 1.0;
         Ok(())
     }
@@ -531,6 +539,7 @@ impl Run {
                 self.turns += turns;
             }
         }
+        self.depart(train, outside.speed());
         // The next step is expected to be as long as this one might have been.
         self.unit *= reach.clamp(0.1, 2.0);
     }
@@ -553,11 +562,13 @@ impl Run {
 
     /// The first step.
     pub fn first(&mut self, train: &Train, outside: &Outside, horizon: f64) -> Result<(), Fault> {
-        self.errors = Errors::none(self.states.len());
+        self.errors = Errors::none(train);
         if horizon > 0.0 {
-            return self.lay(train, outside, horizon);
+            self.lay(train, outside, horizon)?;
+        } else {
+            self.expand(train, outside);
         }
-        self.expand(train, outside);
+        self.arrive(train, 0.0, outside.speed());
         Ok(())
     }
 
@@ -573,6 +584,9 @@ impl Run {
         loop {
             let left = (target - self.end()).hi;
             if self.length > 0.0 && (left < 0.0 || (left == 0.0 && self.event.is_none())) {
+                if !std::mem::replace(&mut self.arrived, true) {
+                    self.arrive(train, self.theta(target), outside.speed());
+                }
                 return Ok(());
             }
             if self.length > 0.0 || self.event.is_some() {
@@ -594,6 +608,7 @@ impl Run {
                 self.length = 0.0;
                 self.event = None;
                 self.expand(train, outside);
+                self.arrive(train, 0.0, outside.speed());
                 return Ok(());
             }
             self.lay(train, outside, if horizon.is_finite() { left } else { f64::INFINITY })?;
