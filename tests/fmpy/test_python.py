@@ -313,6 +313,25 @@ def test_numbers_without_the_unit_of_an_fmu_are_refused(camdrive, tmp_path):
     assert np.abs(native["y"] - fmpy["y"]).max() < 1e-9 * np.abs(fmpy["y"]).max()
 
 
+DESCRIPTION = """<fmiModelDescription fmiVersion="2.0" modelName="bad" guid="g"><CoSimulation modelIdentifier="bad"/>
+<DefaultExperiment startTime="0" stopTime="1" stepSize="0.1"/><ModelVariables>
+<ScalarVariable name="y" valueReference="0" causality="output"><Real/></ScalarVariable></ModelVariables><ModelStructure/>
+</fmiModelDescription>"""
+
+
+def test_a_foreign_fmu_that_fails_names_its_cause(camdrive, tmp_path):
+    fmu = tmp_path / "bad.fmu"
+    with zipfile.ZipFile(fmu, "w") as archive:
+        archive.writestr("modelDescription.xml", DESCRIPTION)
+        for library in ("linux64/bad.so", "aarch64-linux/bad.so", "win64/bad.dll", "darwin64/bad.dylib"):
+            archive.writestr(f"binaries/{library}", "no library")
+    error = refused(camdrive.SimulationError, camdrive.simulate, fmu, timeout="5 s")
+    assert "its library cannot be loaded" in str(error) and "scene" not in str(error)
+    measured = {"measures": "last y", "time": "1 s", "timeout": 5}
+    error = refused(camdrive.Error, camdrive.study, fmu, {"y": [1.0]}, **measured)
+    assert "its library cannot be loaded" in str(error)
+
+
 def test_threads_simulate_natively(camdrive):
     def last(speed):
         return camdrive.simulate(GUIDE_BAR, output="y", stop_time=0.01, step=1e-3, **{"drive.w": speed})["y"][-1]

@@ -35,9 +35,9 @@ mod verify;
 use crate::export::{RuntimeLibrary, TOOL};
 use crate::scene::source::open;
 use crate::scene::{Resolved, units};
-use camdrive::drives::Fault;
-use camdrive::drives::unit::Quantity;
-use camdrive_design::text;
+use camdrive::drives::unit::{Quantity, TIME};
+use camdrive::drives::{Fault, Number};
+use camdrive_design::{host, text};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use output::{print, show, tell, width};
@@ -108,6 +108,31 @@ impl Format {
     }
 }
 
+/// How foreign libraries are driven.
+#[derive(Clone, Debug, clap::Args)]
+struct Foreign {
+    /// Longest time that one call of a foreign FMU's library may take, in s or with a unit [default: 60 s]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    timeout: Option<String>,
+}
+
+impl Foreign {
+    /// Limits the calls of this command.
+    fn limit(&self) -> Result<(), Failure> {
+        let time = optional("timeout", &self.timeout, &TIME)?.unwrap_or(host::LIMIT);
+        if !(LEAST_TIMEOUT..=LONGEST_TIMEOUT).contains(&time) {
+            let [time, least, most] = [time, LEAST_TIMEOUT, LONGEST_TIMEOUT].map(Number);
+            return Err(failure(format!("--timeout: {time} s is not admissible; expected {least} to {most} s")));
+        }
+        host::limit(time);
+        Ok(())
+    }
+}
+
+/// Limits of a call (s): loading a library takes some milliseconds; a year is no limit.
+const LEAST_TIMEOUT: f64 = 0.1;
+const LONGEST_TIMEOUT: f64 = 3e7;
+
 /// Message on the standard error when a command fails.
 struct Failure(String);
 
@@ -117,6 +142,10 @@ fn failure(text: impl std::fmt::Display) -> Failure {
 
 /// Runs the command line.
 pub fn main() -> ExitCode {
+    // A process that was started for a foreign library serves nothing else.
+    if let Some(code) = host::serve() {
+        return code;
+    }
     // A limit on the size of files lets writing fail, as a full disk does, rather than end the program halfway; without the
     // handler it still writes.
     #[cfg(unix)]

@@ -5,8 +5,8 @@ mod fmu;
 mod native;
 pub(super) mod signals;
 
-use super::output::{counter, print};
-use super::{Failure, Format, failure, files, optional, system};
+use super::output::{counter, print, tell};
+use super::{Failure, Foreign, Format, failure, files, optional, system};
 use crate::export::picture;
 use crate::export::results::{self, Course};
 use crate::scene::input::is_system;
@@ -70,10 +70,13 @@ pub struct Args {
     #[arg(long, value_name = "FILE.svg")]
     diagram: Option<PathBuf>,
     #[command(flatten)]
+    foreign: Foreign,
+    #[command(flatten)]
     format: Format,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
+    args.foreign.limit()?;
     if let Some(file) = &args.result {
         files::no_stream(file, "-o", "a file; without it the result goes to the standard output")?;
     }
@@ -107,8 +110,8 @@ trait Machine {
     fn start(&mut self) -> Result<(), Failure>;
     /// Appends the values of the columns behind the time to a line.
     fn read(&mut self, line: &mut Vec<f64>) -> Result<(), Failure>;
-    /// From a communication point to the next (s).
-    fn advance(&mut self, from: f64, to: f64) -> Result<(), Failure>;
+    /// From a communication point to the next (s), or why the simulation ends before it.
+    fn advance(&mut self, from: f64, to: f64) -> Result<Option<String>, Failure>;
     /// What shafts and drives disagree about, by the names of the parts.
     fn residuals(&self) -> Vec<Shared<'_>>;
 }
@@ -146,6 +149,9 @@ struct Document<'a> {
     name: &'a str,
     model: Option<&'static str>,
     columns: Vec<Recorded<'a>>,
+    /// Why it ends before the stop time; None where it does not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ended: Option<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     shared: Vec<Shared<'a>>,
 }
@@ -175,14 +181,21 @@ impl Run {
     fn new(args: &Args, name: &str, start: f64, experiment: &Experiment) -> Result<Self, Failure> {
         let stop = optional("stop", &args.stop, &unit::TIME)?.unwrap_or(experiment.stop);
         let step = optional("step", &args.step, &unit::TIME)?.unwrap_or(experiment.step);
-        if stop <= start {
-            let (stop, start) = (Number(stop), Number(start));
-            return Err(failure(format!("--stop: {stop} s does not exceed the start time {start} s")));
+        let of = |name: &str, given: &Option<String>| match given {
+            Some(_) => format!("--{name}"),
+            None => format!("--{name}, by default"),
+        };
+        if !(stop > start && (stop - start).is_finite()) {
+            let (of, stop, start) = (of("stop", &args.stop), Number(stop), Number(start));
+            return Err(failure(format!("{of}: {stop} s does not exceed the start time {start} s by a finite time")));
         }
         let least = (stop - start) / MOST_POINTS;
-        if step < least || step == 0.0 {
-            let (step, least) = (Number(step), Number(least));
-            return Err(failure(format!("--step: {step} s is not admissible; expected at least {least} s")));
+        if !(step >= least && step.is_finite()) {
+            let (of, step, least) = (of("step", &args.step), Number(step), Number(least));
+            let hint = "give one, such as --step \"1 ms\"";
+            return Err(failure(format!(
+                "{of}: {step} s is not admissible; expected at least {least} s\n  = hint: {hint}"
+            )));
         }
         let column =
             Column { name: "time".to_owned(), unit: Some("s".to_owned()), description: "Time".to_owned(), is_si: true };
@@ -197,12 +210,12 @@ impl Run {
         }
         self.may_be_kept()?;
         let mut rows: Vec<Vec<f64>> = Vec::new();
-        self.drive(machine, |line| {
+        let ended = self.drive(machine, |line| {
             rows.push(line.to_vec());
             Ok(true)
         })?;
         let text = if args.format.json {
-            self.document(&rows, machine)?
+            self.document(&rows, ended, machine)?
         } else {
             rows.iter().fold(self.headings(), |mut table, line| {
                 append(&mut table, line);
@@ -255,10 +268,10 @@ impl Run {
     }
 
     /// The result as JSON.
-    fn document(&self, rows: &[Vec<f64>], machine: &dyn Machine) -> Result<String, Failure> {
+    fn document(&self, rows: &[Vec<f64>], ended: Option<String>, machine: &dyn Machine) -> Result<String, Failure> {
         let of = |(i, column)| Recorded { column, values: rows.iter().map(|row| row[i]).collect() };
         let columns = self.columns.iter().enumerate().map(of).collect();
-        let document = Document { name: &self.name, model: self.model, columns, shared: machine.residuals() };
+        let document = Document { name: &self.name, model: self.model, columns, ended, shared: machine.residuals() };
         text::json(&document).map_err(failure)
     }
 
@@ -291,12 +304,12 @@ impl Run {
         )))
     }
 
-    /// Gives each line, the time and the values, to `write`, until that says false.
+    /// Gives each line, the time and the values, to `write`, until that says false. Says why an FMU ended the simulation.
     fn drive(
         &self,
         machine: &mut dyn Machine,
         mut write: impl FnMut(&[f64]) -> Result<bool, Failure>,
-    ) -> Result<(), Failure> {
+    ) -> Result<Option<String>, Failure> {
         // Lines that come on a terminal show how far the run is.
         let bar = counter("run", ((self.stop - self.start) / self.step).ceil() as u64);
         if std::io::stdout().is_terminal() {
@@ -309,13 +322,17 @@ impl Run {
             line.push(time);
             machine.read(&mut line)?;
             if !write(&line)? || time >= self.stop {
-                return Ok(());
+                return Ok(None);
             }
             count += 1.0;
             // Within a millionth of a step of the end, the end is meant.
             let next = self.start + count * self.step;
             let next = if next > self.stop - 1e-6 * self.step { self.stop } else { next };
-            machine.advance(time, next)?;
+            let ended = machine.advance(time, next)?;
+            if let Some(why) = &ended {
+                tell(&format!("warning: {why}; the result ends at t = {} s\n", Number(time)));
+                return Ok(ended);
+            }
             bar.inc(1);
             time = next;
         }

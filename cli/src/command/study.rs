@@ -3,7 +3,7 @@
 mod store;
 
 use super::output::counter;
-use super::{Failure, Format, failure, files, tell};
+use super::{Failure, Foreign, Format, failure, files, tell};
 use crate::export::hash;
 use crate::scene::coupled::Coupled;
 use crate::scene::study::{self, Cell, Quantity, Study, Subject};
@@ -59,6 +59,8 @@ pub struct Args {
     /// Threads [default: all cores]
     #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+    #[command(flatten)]
+    foreign: Foreign,
     #[command(flatten)]
     format: Format,
 }
@@ -340,27 +342,17 @@ pub fn findings(path: &Path) -> Result<Findings, Failure> {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
+    args.foreign.limit()?;
     let (study, name) = read(&args.study)?;
     let folder = files::folder(args.output.as_deref(), "study", &name)?;
     let rows = study.rows();
     let size = rows_of_part(rows);
     study.notes.iter().for_each(|note| tell(&format!("note: {}: {note}\n", args.study.display())));
     let threads = args.threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
-    let threads = match &study.subject {
-        Subject::Coupled(coupled) => {
-            let place = study.place.display();
-            coupled.system.remarks().iter().for_each(|remark| tell(&format!("note: {place}: {remark}\n")));
-            if coupled.is_single() {
-                tell(
-                    "note: an FMU admits one instance in a process (canBeInstantiatedOnlyOncePerProcess): one thread\n",
-                );
-                1
-            } else {
-                threads
-            }
-        }
-        Subject::Scene(_) => threads,
-    };
+    if let Subject::Coupled(coupled) = &study.subject {
+        let place = study.place.display();
+        coupled.system.remarks().iter().for_each(|remark| tell(&format!("note: {place}: {remark}\n")));
+    }
     let columns = columns(&study);
     if args.explain {
         return explain(args, &study, threads, &columns, size);

@@ -6,7 +6,7 @@ pub mod study;
 
 use super::deliver::Telling;
 use super::output::{print, show, width};
-use super::{Failure, failure, files, tell};
+use super::{Failure, Foreign, failure, files, tell};
 use crate::export::archive::{File, archive};
 use crate::export::xml::number;
 use crate::export::{Date, Extras, RuntimeLibrary, pack_with};
@@ -51,10 +51,13 @@ pub struct Args {
     #[arg(long)]
     study: bool,
     #[command(flatten)]
+    foreign: Foreign,
+    #[command(flatten)]
     telling: Telling,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
+    args.foreign.limit()?;
     if is_archive(&args.system) {
         let hint = "`camdrive run` and `check` take it; a system file names FMUs: [part.motor] fmu = \"motor.fmu\"";
         return Err(failure(format!("{}: this is an archive already\n  = hint: {hint}", args.system.display())));

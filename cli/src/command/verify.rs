@@ -1,7 +1,7 @@
 //! `camdrive verify FMU…`
 
 use super::run::signals::Signals;
-use super::{Failure, Format, open, tell};
+use super::{Failure, Foreign, Format, open, tell};
 use crate::export::results::{self, Results};
 use crate::export::{references, sbom};
 use crate::scene::Diagnostics;
@@ -32,6 +32,8 @@ pub struct Args {
     /// FMUs that camdrive exported
     #[arg(required = true, value_name = "FMU")]
     fmus: Vec<PathBuf>,
+    #[command(flatten)]
+    foreign: Foreign,
     #[command(flatten)]
     format: Format,
 }
@@ -80,6 +82,7 @@ struct Output {
 const NEAR: f64 = 1e-9;
 
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    args.foreign.limit()?;
     let answer = |path: &PathBuf| {
         let file = text::in_one_line(path.display());
         let fault = match compare(path, &file) {

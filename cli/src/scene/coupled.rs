@@ -137,11 +137,6 @@ impl Coupled {
         self.fmus[part].description()
     }
 
-    /// An FMU of which a process can have one instance only.
-    pub fn is_single(&self) -> bool {
-        self.fmus.iter().any(|fmu| fmu.description().capabilities.only_once)
-    }
-
     /// Why a variable cannot be set; None where it can.
     pub fn fixed(&self, variable: usize) -> Option<&'static str> {
         let (part, place) = self.places[variable];

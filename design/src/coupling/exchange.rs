@@ -188,6 +188,8 @@ struct Inputs {
     wires: Vec<Wire>,
     /// Whether the part takes derivatives.
     derivatives: bool,
+    /// Whether it refused those of a higher order than 1.
+    is_linear: bool,
     references: Vec<u32>,
     values: Vec<f64>,
     of: Vec<u32>,
@@ -353,6 +355,11 @@ impl Coupling {
     /// What the model description of a part says.
     pub fn description(&self, part: usize) -> &ModelDescription {
         self.parts[part].description()
+    }
+
+    /// Whether a part ended the simulation itself.
+    pub fn has_ended(&self) -> bool {
+        self.parts.iter().any(|part| part.has_ended())
     }
 
     /// The parts.
@@ -545,6 +552,13 @@ impl Coupling {
         let Outputs { first, references, orders, values, units, derivatives, .. } = &mut self.outputs[part];
         if *derivatives && !references.is_empty() {
             self.parts[part].get_output_derivatives(references, orders, values)?;
+            if values.iter().any(|value| !value.is_finite()) {
+                // It declares derivatives and has none.
+                *derivatives = false;
+                let wires = self.inputs.iter_mut().flat_map(|inputs| &mut inputs.wires);
+                wires.filter(|wire| wire.from == part).for_each(|wire| wire.is_smooth = false);
+                return Ok(());
+            }
             for ((source, value), unit) in self.sources[*first..].iter_mut().zip(values).zip(units) {
                 source.ends[1][1] = unit.factor * *value;
             }
@@ -650,13 +664,17 @@ fn give(
     exchange: Exchange,
     step: f64,
 ) -> Result<(), Fault> {
-    let Inputs { wires, derivatives, references, values, of, orders, derived } = inputs;
+    let Inputs { wires, derivatives, is_linear, references, values, of, orders, derived } = inputs;
     [&mut *values, &mut *derived].into_iter().for_each(Vec::clear);
     [&mut *references, &mut *of].into_iter().for_each(Vec::clear);
     orders.clear();
     for wire in wires.iter_mut() {
         wire.taken = polynomial(wire, sources, exchange, stepped[wire.from], step);
-        let [value, rest @ ..] = wire.taken;
+        let [value, mut rest @ ..] = wire.taken;
+        if *is_linear {
+            // The straight line of the same mean.
+            rest = [2.0 / step * (mean(value, rest, step) - value), 0.0, 0.0];
+        }
         let Some(reference) = wire.reference else {
             part.set(wire.to, wire.input(value))?;
             continue;
@@ -677,10 +695,17 @@ fn give(
     if !references.is_empty() {
         part.set_reals(references, values)?;
     }
-    if !of.is_empty() {
-        part.set_input_derivatives(of, orders, derived)?;
+    if of.is_empty() {
+        return Ok(());
     }
-    Ok(())
+    match part.set_input_derivatives(of, orders, derived) {
+        // The model description does not say which orders an FMU takes.
+        Err(_) if orders.iter().any(|order| *order > 1) => {
+            *is_linear = true;
+            give(inputs, part, sources, stepped, exchange, step)
+        }
+        given => given,
+    }
 }
 
 /// The mean of a polynomial with these derivatives over a step.

@@ -2,14 +2,15 @@
 
 use super::description::ModelDescription;
 use super::functions::Functions;
+use super::process::{Idle, Process, isolates};
 use crate::resource::Resource;
 use camdrive::drives::Fault;
-use camdrive::drives::resource::FILE_NAME;
+use camdrive::drives::resource::{BUILD, FILE_NAME};
 use libloading::Library;
 use std::fmt::Display;
 use std::fs::File;
 use std::io::{Read, Seek, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tempfile::TempDir;
 use zip::ZipArchive;
@@ -33,17 +34,31 @@ pub const MODEL: &str = "model";
 /// instance.
 pub struct Fmu(pub(super) Arc<Content>);
 
-/// What all instances share.
+/// What all instances share. The library is unloaded before its folder is removed.
 pub(super) struct Content {
     pub description: ModelDescription,
-    pub functions: Functions,
-    /// It is unloaded before its folder is removed. None where it is the one in this tool.
-    _library: Option<Library>,
-    folder: TempDir,
+    pub runtime: Runtime,
+    pub folder: PathBuf,
+    /// None in a process that serves a library: the one that started it removes the folder.
+    _removed: Option<TempDir>,
+}
+
+/// Where the library of an FMU runs.
+pub(super) enum Runtime {
+    /// In this process; it is the one in this tool where none is loaded.
+    Here { functions: Arc<Functions>, _library: Option<Library> },
+    /// Each instance in a process of its own.
+    Apart(Arc<Idle>),
+}
+
+impl Runtime {
+    fn here(functions: Functions, _library: Option<Library>) -> Self {
+        Runtime::Here { functions: Arc::new(functions), _library }
+    }
 }
 
 impl Fmu {
-    /// Opens an FMU, and loads its library into this process.
+    /// Opens an FMU, and loads its library: into a process of its own where it is a foreign one.
     ///
     /// # Errors
     /// With the path: a file that is no FMU 2.0 of Co-Simulation, that has no library for this platform, or one that cannot be
@@ -59,23 +74,41 @@ impl Fmu {
         let mut text = Vec::new();
         let entry = archive.by_name(DESCRIPTION).map_err(|_| no_fmu(&format!("{DESCRIPTION} is not in it")))?;
         entry.take(LARGEST_DESCRIPTION).read_to_end(&mut text).map_err(|e| no_fmu(&e))?;
-        // What is not UTF-8 in spite of the standard is mostly Latin-1, and only in texts.
-        let text = String::from_utf8(text).unwrap_or_else(|e| e.into_bytes().into_iter().map(char::from).collect());
-        let description =
-            ModelDescription::read(&text).map_err(|fault| Fault::new(format!("{DESCRIPTION}: {fault}")))?;
+        let description = described(text)?;
         let names: Vec<String> = archive.file_names().map(|name| name.unwrap_or_default().replace('\\', "/")).collect();
-        let library = |platform: &&&str| {
-            let path = format!("binaries/{platform}/{}{}", description.identifier, std::env::consts::DLL_SUFFIX);
-            names.contains(&path).then_some(path)
+        let library = library(&description, |path| names.iter().any(|name| name == path));
+        let library = library.ok_or_else(|| without_platform(&names))?;
+        let binaries = &library[..=library.rfind('/').unwrap_or(0)];
+        let folder = unpack(&mut archive, &[binaries, "resources/", DESCRIPTION])?;
+        let path = folder.path().join(&library);
+        let read = std::fs::read(&path).map_err(|e| no_folder(&e))?;
+        // A library names the sources that it is made of.
+        let (build, first) = (BUILD.as_bytes(), BUILD.as_bytes()[0]);
+        let is_own = read.windows(build.len()).any(|part| part[0] == first && part == build);
+        let runtime = if is_own || !isolates() {
+            Functions::load(&path).map(|(functions, library)| Runtime::here(functions, Some(library)))
+        } else {
+            Process::start(folder.path()).map(|process| {
+                let idle = Arc::<Idle>::default();
+                idle.keep(process);
+                Runtime::Apart(idle)
+            })
         };
-        let Some((platform, library)) = platforms().iter().find_map(|platform| Some((*platform, library(&platform)?)))
-        else {
-            return Err(without_platform(&names));
-        };
-        let folder = unpack(&mut archive, &[&format!("binaries/{platform}/"), "resources/"])?;
-        let loaded = Functions::load(&folder.path().join(library));
-        let (functions, library) = loaded.map_err(|fault| description.not_started(fault))?;
-        Ok(Fmu(Arc::new(Content { description, functions, _library: Some(library), folder })))
+        let runtime = runtime.map_err(|fault| description.not_started(fault))?;
+        let (path, _removed) = (folder.path().to_owned(), Some(folder));
+        Ok(Fmu(Arc::new(Content { description, runtime, folder: path, _removed })))
+    }
+
+    /// The FMU that was unpacked into this folder, its library loaded into this process.
+    ///
+    /// # Errors
+    /// Those of [`Fmu::open`].
+    pub(super) fn loaded(folder: &Path) -> Result<Self, Fault> {
+        let description = described(std::fs::read(folder.join(DESCRIPTION)).map_err(|e| no_folder(&e))?)?;
+        let library = library(&description, |path| folder.join(path).is_file());
+        let (functions, library) = Functions::load(&folder.join(library.ok_or_else(|| without_platform(&[]))?))?;
+        let runtime = Runtime::here(functions, Some(library));
+        Ok(Fmu(Arc::new(Content { description, runtime, folder: folder.to_owned(), _removed: None })))
     }
 
     /// The FMU of a scene by the library in this tool.
@@ -91,7 +124,9 @@ impl Fmu {
             std::fs::write(resources.join(FILE_NAME), resource.to_bytes().map_err(std::io::Error::other)?)
         };
         written().map_err(|e| no_folder(&e))?;
-        Ok(Fmu(Arc::new(Content { description, functions: Functions::linked(), _library: None, folder })))
+        let runtime = Runtime::here(Functions::linked(), None);
+        let (path, _removed) = (folder.path().to_owned(), Some(folder));
+        Ok(Fmu(Arc::new(Content { description, runtime, folder: path, _removed })))
     }
 
     /// What its model description says.
@@ -104,7 +139,7 @@ impl Content {
     /// The URI of the resources.
     pub fn location(&self) -> String {
         let mut uri = "file://".to_owned();
-        let path = self.folder.path().join("resources");
+        let path = self.folder.join("resources");
         let bytes = path.as_os_str().as_encoded_bytes();
         // Before the drive of Windows.
         if !bytes.starts_with(b"/") {
@@ -120,6 +155,19 @@ impl Content {
         }
         uri
     }
+}
+
+/// The model description of this text.
+fn described(text: Vec<u8>) -> Result<ModelDescription, Fault> {
+    // What is not UTF-8 in spite of the standard is mostly Latin-1, and only in texts.
+    let text = String::from_utf8(text).unwrap_or_else(|e| e.into_bytes().into_iter().map(char::from).collect());
+    ModelDescription::read(&text).map_err(|fault| Fault::new(format!("{DESCRIPTION}: {fault}")))
+}
+
+/// The library for this platform among the files that an FMU has.
+fn library(description: &ModelDescription, has: impl Fn(&str) -> bool) -> Option<String> {
+    let file = format!("{}{}", description.identifier, std::env::consts::DLL_SUFFIX);
+    platforms().iter().map(|platform| format!("binaries/{platform}/{file}")).find(|path| has(path))
 }
 
 fn no_fmu(why: &dyn Display) -> Fault {

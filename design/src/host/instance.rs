@@ -1,9 +1,10 @@
-//! An instance of an FMU, driven through the functions of FMI 2.0.
+//! An instance of an FMU whose library is in this process, driven through the functions of FMI 2.0.
 
+use super::Instance;
 use super::callbacks::Log;
 use super::description::ModelDescription;
-use super::fmu::{Content, Fmu};
-use crate::resource::Resource;
+use super::fmu::Content;
+use super::functions::Functions;
 use camdrive::drives::variable::Type;
 use camdrive::drives::{Fault, Number};
 use camdrive::fmi2::abi::*;
@@ -12,32 +13,30 @@ use std::ptr::null_mut;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// An instance of an FMU.
-///
-/// Values have the units of the variables, see [`super::Variable`]. After an error the instance is of no use but to be dropped; only a
-/// step that was discarded may be tried anew from a state that was saved. The handle is a pointer, so that a host stays in the
-/// thread that made it.
-pub struct Host {
+/// An instance whose library is in this process. The handle is a pointer, so that it stays in the thread that made it.
+pub(super) struct Loaded {
     component: fmi2Component,
     saved: fmi2FMUstate,
     /// Of a broken instance no function may be called.
     broken: bool,
+    /// It has ended the simulation.
+    ended: bool,
     log: Arc<Log>,
     /// Instances hold its address, and those of the texts, longer than the standard lets them.
     _callbacks: Rc<fmi2CallbackFunctions>,
     _texts: [CString; 3],
+    functions: Arc<Functions>,
     /// The library is unloaded after the instance is freed.
     content: Arc<Content>,
 }
 
-impl Fmu {
-    /// An instance of this name.
+impl Loaded {
+    /// An instance of this name by these functions of the FMU.
     ///
     /// # Errors
     /// What the library says where it refuses; a second instance where the FMU admits one only.
-    pub fn instantiate(&self, name: &str) -> Result<Host, Fault> {
-        let content = &self.0;
-        if content.description.capabilities.only_once && Arc::strong_count(content) > 1 {
+    pub fn new(content: &Arc<Content>, functions: &Arc<Functions>, name: &str) -> Result<Self, Fault> {
+        if content.description.capabilities.only_once && Arc::strong_count(functions) > 1 {
             let hint = "open the FMU once for each instance";
             return Err(Fault::new(format!(
                 "the FMU can have one instance only (canBeInstantiatedOnlyOncePerProcess)\n  = hint: {hint}"
@@ -50,7 +49,7 @@ impl Fmu {
         let callbacks = Rc::new(log.callbacks());
         // SAFETY: strings that end in NUL, a log and callbacks that outlive the instance.
         let component = unsafe {
-            (content.functions.fmi2Instantiate)(
+            (functions.fmi2Instantiate)(
                 instance_name,
                 CO_SIMULATION,
                 guid,
@@ -60,29 +59,25 @@ impl Fmu {
                 TRUE,
             )
         };
-        let content = Arc::clone(content);
-        let mut host =
-            Host { component, saved: null_mut(), broken: false, log, _callbacks: callbacks, _texts: texts, content };
+        let mut instance = Loaded {
+            component,
+            saved: null_mut(),
+            broken: false,
+            ended: false,
+            log,
+            _callbacks: callbacks,
+            _texts: texts,
+            functions: Arc::clone(functions),
+            content: Arc::clone(content),
+        };
         if component.is_null() {
-            let fault = host.fault(|| "the FMU refuses to start and does not say why".to_owned());
-            return Err(host.description().not_started(fault));
+            return Err(instance.fault(|| "the FMU refuses to start and does not say why".to_owned()));
         }
-        host.choose_messages();
-        Ok(host)
-    }
-}
-
-impl Host {
-    /// An instance of the FMU of this scene.
-    ///
-    /// # Errors
-    /// Those of [`Fmu::linked`] and [`Fmu::instantiate`].
-    pub fn instantiate(resource: &Resource) -> Result<Self, Fault> {
-        Fmu::linked(resource)?.instantiate(&resource.name)
+        instance.choose_messages();
+        Ok(instance)
     }
 
-    /// What the model description of its FMU says.
-    pub fn description(&self) -> &ModelDescription {
+    fn description(&self) -> &ModelDescription {
         &self.content.description
     }
 
@@ -91,7 +86,7 @@ impl Host {
         let names = self.description().categories.iter().filter_map(|name| CString::new(name.as_str()).ok());
         let names: Vec<CString> = names.collect();
         let pointers: Vec<fmi2String> = names.iter().map(|name| name.as_ptr()).collect();
-        if let (Some(choose), false) = (self.content.functions.fmi2SetDebugLogging, pointers.is_empty()) {
+        if let (Some(choose), false) = (self.functions.fmi2SetDebugLogging, pointers.is_empty()) {
             // SAFETY: the handle lives; an array of strings. A refusal leaves more messages.
             unsafe { choose(self.component, TRUE, pointers.len(), pointers.as_ptr()) };
         }
@@ -117,46 +112,53 @@ impl Host {
         self.fault(|| format!("{function}: the FMU returns {word} and does not say why"))
     }
 
-    /// Tells start and stop time (s), and the relative tolerance.
-    ///
-    /// # Errors
-    /// What the instance says where it refuses; so in all functions below.
-    pub fn set_up(&mut self, start: f64, stop: Option<f64>, tolerance: Option<f64>) -> Result<(), Fault> {
+    #[cold]
+    fn discarded(&mut self) -> Fault {
+        let (mut ended, mut last) = (FALSE, f64::NAN);
+        let functions = &self.functions;
+        // SAFETY: see `set_up`; places of one value each.
+        let (knows_end, knows_last) = unsafe {
+            let end = functions.fmi2GetBooleanStatus.map(|get| get(self.component, TERMINATED, &raw mut ended));
+            let last = functions.fmi2GetRealStatus.map(|get| get(self.component, LAST_SUCCESSFUL_TIME, &raw mut last));
+            (end == Some(OK), last == Some(OK))
+        };
+        let place = if knows_last { format!(" at t = {} s", Number(last)) } else { String::new() };
+        // That a status is not known is no news.
+        let said = std::mem::take(&mut self.log.messages().errors).into_iter().next();
+        let why = said.map(|said| format!(": {said}")).unwrap_or_default();
+        self.ended = knows_end && ended != FALSE;
+        Fault::new(if self.ended {
+            format!("the FMU ends the simulation{place}{why}")
+        } else {
+            format!("the FMU discards the rest of a step{place}{why}\n  = hint: take a shorter communication step")
+        })
+    }
+}
+
+impl Instance for Loaded {
+    fn set_up(&mut self, start: f64, stop: Option<f64>, tolerance: Option<f64>) -> Result<(), Fault> {
         let given = |value: Option<f64>| (fmi2Boolean::from(value.is_some()), value.unwrap_or(0.0));
         let ((has_stop, stop), (has_tolerance, tolerance)) = (given(stop), given(tolerance));
         // SAFETY: the handle lives as long as the host; so in all functions below.
         let status = unsafe {
-            (self.content.functions.fmi2SetupExperiment)(
-                self.component,
-                has_tolerance,
-                tolerance,
-                start,
-                has_stop,
-                stop,
-            )
+            (self.functions.fmi2SetupExperiment)(self.component, has_tolerance, tolerance, start, has_stop, stop)
         };
         self.checked(status, "fmi2SetupExperiment")
     }
 
-    /// Begins initialisation.
-    pub fn enter_initialization(&mut self) -> Result<(), Fault> {
+    fn enter_initialization(&mut self) -> Result<(), Fault> {
         // SAFETY: see `set_up`.
-        let status = unsafe { (self.content.functions.fmi2EnterInitializationMode)(self.component) };
+        let status = unsafe { (self.functions.fmi2EnterInitializationMode)(self.component) };
         self.checked(status, "fmi2EnterInitializationMode")
     }
 
-    /// Ends initialisation: the initial state is computed.
-    pub fn exit_initialization(&mut self) -> Result<(), Fault> {
+    fn exit_initialization(&mut self) -> Result<(), Fault> {
         // SAFETY: see `set_up`.
-        let status = unsafe { (self.content.functions.fmi2ExitInitializationMode)(self.component) };
+        let status = unsafe { (self.functions.fmi2ExitInitializationMode)(self.component) };
         self.checked(status, "fmi2ExitInitializationMode")
     }
 
-    /// Sets a variable of any type, by its place in the description.
-    ///
-    /// # Errors
-    /// A value that is none of its type, too.
-    pub fn set(&mut self, variable: usize, value: f64) -> Result<(), Fault> {
+    fn set(&mut self, variable: usize, value: f64) -> Result<(), Fault> {
         let about = &self.description().variables[variable];
         let (reference, kind) = (about.reference, about.about.kind.r#type());
         if kind == Type::Real {
@@ -167,7 +169,7 @@ impl Host {
             let (name, value) = (&about.about.name, Number(value));
             return Err(Fault::named(name, format!(": {value} is not admissible; expected a whole number")));
         }
-        let functions = &self.content.functions;
+        let functions = &self.functions;
         // SAFETY: see `set_up`; arrays of one element each.
         let status = unsafe {
             match kind {
@@ -178,8 +180,7 @@ impl Host {
         self.checked(status, if kind == Type::Boolean { "fmi2SetBoolean" } else { "fmi2SetInteger" })
     }
 
-    /// Reads a variable of any type, by its place in the description.
-    pub fn get(&mut self, variable: usize) -> Result<f64, Fault> {
+    fn get(&mut self, variable: usize) -> Result<f64, Fault> {
         let about = &self.description().variables[variable];
         let (reference, kind) = (about.reference, about.about.kind.r#type());
         if kind == Type::Real {
@@ -187,7 +188,7 @@ impl Host {
             return self.get_reals(&[reference], &mut value).map(|()| value[0]);
         }
         let mut whole: fmi2Integer = 0;
-        let functions = &self.content.functions;
+        let functions = &self.functions;
         // SAFETY: see `set_up`; arrays of one element each.
         let status = unsafe {
             match kind {
@@ -199,54 +200,41 @@ impl Host {
         self.checked(status, function).map(|()| f64::from(whole))
     }
 
-    /// Sets Reals by their references; the lists are of one length.
-    pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Fault> {
+    fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Fault> {
         let count = references.len().min(values.len());
-        let set = self.content.functions.fmi2SetReal;
+        let set = self.functions.fmi2SetReal;
         // SAFETY: see `set_up`; `count` elements are in both arrays.
         let status = unsafe { set(self.component, references.as_ptr(), count, values.as_ptr()) };
         self.checked(status, "fmi2SetReal")
     }
 
-    /// Reads Reals by their references; the lists are of one length.
-    pub fn get_reals(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), Fault> {
+    fn get_reals(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), Fault> {
         let count = references.len().min(values.len());
-        let get = self.content.functions.fmi2GetReal;
+        let get = self.functions.fmi2GetReal;
         // SAFETY: see `set_up`; `count` elements are in both arrays.
         let status = unsafe { get(self.component, references.as_ptr(), count, values.as_mut_ptr()) };
         self.checked(status, "fmi2GetReal")
     }
 
-    /// Sets input derivatives by references and orders; the lists are of one length.
-    pub fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Result<(), Fault> {
+    fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Result<(), Fault> {
         let count = references.len().min(orders.len()).min(values.len());
-        let set = needed(self.content.functions.fmi2SetRealInputDerivatives, "fmi2SetRealInputDerivatives")?;
+        let set = needed(self.functions.fmi2SetRealInputDerivatives, "fmi2SetRealInputDerivatives")?;
         // SAFETY: see `set_up`; `count` elements are in all three arrays.
         let status = unsafe { set(self.component, references.as_ptr(), count, orders.as_ptr(), values.as_ptr()) };
         self.checked(status, "fmi2SetRealInputDerivatives")
     }
 
-    /// Reads output derivatives by references and orders; the lists are of one length.
-    pub fn get_output_derivatives(
-        &mut self,
-        references: &[u32],
-        orders: &[i32],
-        values: &mut [f64],
-    ) -> Result<(), Fault> {
+    fn get_output_derivatives(&mut self, references: &[u32], orders: &[i32], values: &mut [f64]) -> Result<(), Fault> {
         let count = references.len().min(orders.len()).min(values.len());
-        let get = needed(self.content.functions.fmi2GetRealOutputDerivatives, "fmi2GetRealOutputDerivatives")?;
+        let get = needed(self.functions.fmi2GetRealOutputDerivatives, "fmi2GetRealOutputDerivatives")?;
         // SAFETY: see `set_up`; `count` elements are in all three arrays.
         let status = unsafe { get(self.component, references.as_ptr(), count, orders.as_ptr(), values.as_mut_ptr()) };
         self.checked(status, "fmi2GetRealOutputDerivatives")
     }
 
-    /// Advances from the communication point `time` by `step` (s). States of earlier points are not restored any more.
-    ///
-    /// # Errors
-    /// Of a step that the FMU discards: whether it ends the simulation, and how far it went.
-    pub fn do_step(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+    fn do_step(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         // SAFETY: see `set_up`.
-        let status = unsafe { (self.content.functions.fmi2DoStep)(self.component, time, step, TRUE) };
+        let status = unsafe { (self.functions.fmi2DoStep)(self.component, time, step, TRUE) };
         match status {
             OK | WARNING => Ok(()),
             DISCARD => Err(self.discarded()),
@@ -254,64 +242,37 @@ impl Host {
         }
     }
 
-    #[cold]
-    fn discarded(&mut self) -> Fault {
-        let (mut ended, mut last) = (FALSE, f64::NAN);
-        let functions = &self.content.functions;
-        // SAFETY: see `set_up`; places of one value each.
-        let (knows_end, knows_last) = unsafe {
-            let end = functions.fmi2GetBooleanStatus.map(|get| get(self.component, TERMINATED, &raw mut ended));
-            let last = functions.fmi2GetRealStatus.map(|get| get(self.component, LAST_SUCCESSFUL_TIME, &raw mut last));
-            (end == Some(OK), last == Some(OK))
-        };
-        let place = if knows_last { format!(" at t = {} s", Number(last)) } else { String::new() };
-        // That a status is not known is no news.
-        let said = std::mem::take(&mut self.log.messages().errors).into_iter().next();
-        let why = said.map(|said| format!(": {said}")).unwrap_or_default();
-        Fault::new(if knows_end && ended != FALSE {
-            format!("the FMU ends the simulation{place}{why}\n  = hint: stop there")
-        } else {
-            format!("the FMU discards the rest of a step{place}{why}\n  = hint: take a shorter communication step")
-        })
-    }
-
-    /// Keeps the present state, instead of the one that was kept before.
-    ///
-    /// # Errors
-    /// An FMU that cannot save states, too.
-    pub fn save(&mut self) -> Result<(), Fault> {
+    fn save(&mut self) -> Result<(), Fault> {
         if !self.description().capabilities.saves_states {
             return Err(Fault::new("the FMU cannot save its state (canGetAndSetFMUstate)"));
         }
-        let save = needed(self.content.functions.fmi2GetFMUstate, "fmi2GetFMUstate")?;
+        let save = needed(self.functions.fmi2GetFMUstate, "fmi2GetFMUstate")?;
         // SAFETY: see `set_up`; the place holds NULL or a state of this instance.
         let status = unsafe { save(self.component, &raw mut self.saved) };
         self.checked(status, "fmi2GetFMUstate")
     }
 
-    /// Goes back to the state that was kept; it may be restored any number of times.
-    ///
-    /// # Errors
-    /// No state is kept, too.
-    pub fn restore(&mut self) -> Result<(), Fault> {
+    fn restore(&mut self) -> Result<(), Fault> {
         if self.saved.is_null() {
             return Err(Fault::new("no state is kept"));
         }
-        let restore = needed(self.content.functions.fmi2SetFMUstate, "fmi2SetFMUstate")?;
+        let restore = needed(self.functions.fmi2SetFMUstate, "fmi2SetFMUstate")?;
         // SAFETY: see `set_up`; a state of this instance.
         let status = unsafe { restore(self.component, self.saved) };
         self.checked(status, "fmi2SetFMUstate")
     }
 
-    /// Ends the simulation; the values can still be read.
-    pub fn terminate(&mut self) -> Result<(), Fault> {
+    fn terminate(&mut self) -> Result<(), Fault> {
         // SAFETY: see `set_up`.
-        let status = unsafe { (self.content.functions.fmi2Terminate)(self.component) };
+        let status = unsafe { (self.functions.fmi2Terminate)(self.component) };
         self.checked(status, "fmi2Terminate")
     }
 
-    /// The warnings that nobody has read yet, a hundred at most.
-    pub fn warnings(&mut self) -> Vec<String> {
+    fn has_ended(&self) -> bool {
+        self.ended
+    }
+
+    fn warnings(&mut self) -> Vec<String> {
         std::mem::take(&mut self.log.messages().warnings)
     }
 }
@@ -321,12 +282,12 @@ fn needed<F>(function: Option<F>, name: &str) -> Result<F, Fault> {
     function.ok_or_else(|| Fault::new(format!("the library of the FMU has no function {name}")))
 }
 
-impl Drop for Host {
+impl Drop for Loaded {
     fn drop(&mut self) {
         if self.component.is_null() || self.broken {
             return;
         }
-        let functions = &self.content.functions;
+        let functions = &self.functions;
         // SAFETY: handle and state are alive, and used no more; log, texts and library are dropped after them.
         unsafe {
             if let (Some(free), false) = (functions.fmi2FreeFMUstate, self.saved.is_null()) {
@@ -340,6 +301,8 @@ impl Drop for Host {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::host::Host;
+    use crate::resource::Resource;
     use camdrive::drives::follower::load::Load;
     use camdrive::drives::parametric;
     use camdrive::drives::parametric::law::{Coordinate, Law, SeriesLaw};

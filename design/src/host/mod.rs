@@ -1,8 +1,8 @@
 //! A host of FMUs: it drives an instance as an importer does and is safe to use.
 //!
-//! An [`Fmu`] comes from a file, whose library is loaded into this process, or from a [`crate::resource::Resource`], whose
-//! library is the one in this tool. Both give instances of one kind, [`Host`]. The studies of [`crate`] measure through it what
-//! an importer will get.
+//! An [`Fmu`] comes from a file or from a [`crate::resource::Resource`], whose library is the one in this tool. A library of this
+//! tool's own sources is in this process; a foreign one is in a process of its own, where the program calls [`serve`]. All give instances of
+//! one kind, [`Host`]. The studies of [`crate`] measure through it what an importer will get.
 
 #[allow(unsafe_code)]
 mod callbacks;
@@ -12,7 +12,110 @@ mod fmu;
 mod functions;
 #[allow(unsafe_code)]
 mod instance;
+mod process;
+mod serve;
 
+use camdrive::drives::Fault;
 pub use description::{Capabilities, Experiment, ModelDescription, Unit, Variable};
+use fmu::Runtime;
 pub use fmu::{Fmu, MODEL, REFERENCES, platforms, unpacked};
-pub use instance::Host;
+use instance::Loaded;
+use process::Remote;
+pub use process::{LIMIT, limit};
+pub use serve::serve;
+use std::ops::{Deref, DerefMut};
+use std::sync::Arc;
+
+/// The functions of an instance. Values have the units of the variables, see [`Variable`].
+///
+/// # Errors
+/// Of each: what the instance says where it refuses; of one in another process, how that died.
+pub trait Instance {
+    /// Tells start and stop time (s), and the relative tolerance.
+    fn set_up(&mut self, start: f64, stop: Option<f64>, tolerance: Option<f64>) -> Result<(), Fault>;
+    /// Begins initialisation.
+    fn enter_initialization(&mut self) -> Result<(), Fault>;
+    /// Ends initialisation: the initial state is computed.
+    fn exit_initialization(&mut self) -> Result<(), Fault>;
+    /// Sets a variable of any type, by its place in the description. A value that is none of its type is refused.
+    fn set(&mut self, variable: usize, value: f64) -> Result<(), Fault>;
+    /// Reads a variable of any type, by its place in the description.
+    fn get(&mut self, variable: usize) -> Result<f64, Fault>;
+    /// Sets Reals by their references; the lists are of one length.
+    fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Fault>;
+    /// Reads Reals by their references; the lists are of one length.
+    fn get_reals(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), Fault>;
+    /// Sets input derivatives by references and orders; the lists are of one length.
+    fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Result<(), Fault>;
+    /// Reads output derivatives by references and orders; the lists are of one length.
+    fn get_output_derivatives(&mut self, references: &[u32], orders: &[i32], values: &mut [f64]) -> Result<(), Fault>;
+    /// Advances from the communication point `time` by `step` (s). States of earlier points are not restored any more. The fault of
+    /// a step that the FMU discards tells whether it ends the simulation, and how far it went.
+    fn do_step(&mut self, time: f64, step: f64) -> Result<(), Fault>;
+    /// Keeps the present state, instead of the one that was kept before. An FMU that cannot save states refuses.
+    fn save(&mut self) -> Result<(), Fault>;
+    /// Goes back to the state that was kept; it may be restored any number of times.
+    fn restore(&mut self) -> Result<(), Fault>;
+    /// Ends the simulation; the values can still be read.
+    fn terminate(&mut self) -> Result<(), Fault>;
+    /// Whether its process is gone.
+    fn is_lost(&self) -> bool {
+        false
+    }
+    /// Whether the instance itself ended the simulation in the last step.
+    fn has_ended(&self) -> bool;
+    /// The warnings that nobody has read yet, a hundred at most of each call.
+    fn warnings(&mut self) -> Vec<String>;
+}
+
+/// An instance of an FMU.
+///
+/// After an error it is of no use but to be dropped; only a step that was discarded may be tried anew from a state that was saved.
+pub struct Host {
+    instance: Box<dyn Instance>,
+    content: Arc<fmu::Content>,
+}
+
+impl Fmu {
+    /// An instance of this name.
+    ///
+    /// # Errors
+    /// What the library says where it refuses; a second instance in this process where the FMU admits one only.
+    pub fn instantiate(&self, name: &str) -> Result<Host, Fault> {
+        let content = Arc::clone(&self.0);
+        let instance: Result<Box<dyn Instance>, Fault> = match &content.runtime {
+            Runtime::Here { functions, .. } => Loaded::new(&content, functions, name).map(|of| Box::new(of) as _),
+            Runtime::Apart(idle) => Remote::new(&content.folder, idle, name).map(|of| Box::new(of) as _),
+        };
+        let instance = instance.map_err(|fault| content.description.not_started(fault))?;
+        Ok(Host { instance, content })
+    }
+}
+
+impl Host {
+    /// An instance of the FMU of this scene.
+    ///
+    /// # Errors
+    /// Those of [`Fmu::linked`] and [`Fmu::instantiate`].
+    pub fn instantiate(resource: &crate::resource::Resource) -> Result<Self, Fault> {
+        Fmu::linked(resource)?.instantiate(&resource.name)
+    }
+
+    /// What the model description of its FMU says.
+    pub fn description(&self) -> &ModelDescription {
+        &self.content.description
+    }
+}
+
+impl Deref for Host {
+    type Target = dyn Instance;
+    fn deref(&self) -> &Self::Target {
+        &*self.instance
+    }
+}
+
+impl DerefMut for Host {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut *self.instance
+    }
+}

@@ -127,7 +127,8 @@ impl<'a> Runner<'a> {
             coupling
                 .advance(time, next - time)
                 .map_err(|fault| Fault::new(format!("from t = {} s to {} s: {fault}", Number(time), Number(next))))?;
-            let after = self.read(coupling)?;
+            let after = self.read(coupling);
+            let after = after.map_err(|fault| Fault::new(format!("at t = {} s: {fault}", Number(next))))?;
             let piece = |(k, of): (usize, &Followed)| of.piece([before[k], after[k]], next - time);
             let mut pieces: Vec<Piece> = self.followed.iter().enumerate().map(piece).collect();
             let mut from = time;
@@ -177,6 +178,10 @@ impl Followed {
         let host = &mut coupling.parts()[self.part];
         let [factor, offset] = self.unit;
         let value = host.get(self.place)?;
+        if !value.is_finite() {
+            let name = &host.description().variables[self.place].about.name;
+            return Err(Fault::named(name, format!(" is {value}, which is no result")));
+        }
         let mut derivatives = [0.0; 2];
         if self.order > 0 {
             let known = ..self.order;
@@ -190,7 +195,9 @@ impl Followed {
 
     /// The course over a step (s) between what is known at its ends.
     fn piece(&self, [mut first, mut last]: [Jet; 2], step: f64) -> Piece {
-        match self.order {
+        // A derivative that is not finite is none.
+        let known = |jet: &Jet| jet[1..].iter().take_while(|derivative| derivative.is_finite()).count();
+        match self.order.min(known(&first)).min(known(&last)) {
             _ if self.is_discrete => Piece::constant(last[0]),
             0 => Piece::line(first[0], last[0]),
             1 => {

@@ -201,9 +201,12 @@ def check(scene: PathLike) -> Report:
     return _report("check", scene, {}, places=())
 
 
-def verify(fmu: PathLike) -> Report:
-    """Runs the default experiment of an FMU again: whether it `agrees` with the results inside, `outputs`, `changes`."""
-    return _report("verify", fmu, {}, places=())
+def verify(fmu: PathLike, *, timeout: Option = None) -> Report:
+    """Runs the default experiment of an FMU again: whether it `agrees` with the results inside, `outputs`, `changes`.
+
+    One call of its library, unless it is the one of this tool, may take `timeout`, by default 60 s.
+    """
+    return _report("verify", fmu, {"timeout": timeout}, places=())
 
 
 def describe(scene: PathLike) -> Report:

@@ -11,6 +11,7 @@ import re
 import shutil
 import sys
 import threading
+import warnings
 from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
@@ -19,7 +20,7 @@ from typing import Any, Optional, Union
 
 import numpy as np
 
-from ._tool import Error, PathLike, SimulationError, export, failure, module, run, temporary_folder, words
+from ._tool import Error, PathLike, SimulationError, export, failure, is_fmu, module, run, temporary_folder, words
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Time = Union[float, str, None]
@@ -69,6 +70,7 @@ def simulate(
     step: Time = None,
     input: Optional[Array] = None,
     engine: Optional[str] = None,
+    timeout: Time = None,
     **more_start_values: Any,
 ) -> Result:
     """Simulates a scene, an FMU or a system and returns a structured array of `time` and the outputs, with their units.
@@ -84,6 +86,10 @@ def simulate(
     tool, or "fmpy": FMPy drives the FMU, which is exported of a scene, and takes those units that its variables have:
     `pip install fmpy`.
 
+    The tool runs the library of a foreign FMU in a process of its own; one call of it may take `timeout`, in s or with a
+    unit, by default 60 s. FMPy runs it in this process. An FMU that ends the simulation itself gives its rows so far, and
+    a `UserWarning` says why.
+
     Raises `SceneError` where the scene has faults, `SimulationError` where the drive refuses something, else `Error`.
     """
     values = {**(start_values or {}), **more_start_values}
@@ -95,18 +101,25 @@ def simulate(
         raise Error("input: a structured array with the fields `time` and inputs is expected")
     with temporary_folder() as folder:
         if engine != "fmpy":
-            return _by_tool(os.fspath(scene_or_fmu), values, outputs, stop_time, step, input, folder)
+            return _by_tool(os.fspath(scene_or_fmu), values, outputs, stop_time, step, input, timeout, folder)
         return _by_fmpy(Path(scene_or_fmu), values, outputs, stop_time, step, input, folder)
 
 
 def _by_tool(
-    scene: str, values: Values, outputs: Names, stop: Time, step: Time, input: Optional[Array], folder: str
+    scene: str,
+    values: Values,
+    outputs: Names,
+    stop: Time,
+    step: Time,
+    input: Optional[Array],
+    timeout: Time,
+    folder: str,
 ) -> Result:
     # TOML and the tool write true, Python True.
     texts = {str(True): "true", str(False): "false"}
     arguments = [f"--start={name}={texts.get(str(value), value)}" for name, value in values.items()]
     names = None if outputs is None else ",".join(outputs)
-    options = (("output", names), ("stop", stop), ("step", step))
+    options = (("output", names), ("stop", stop), ("step", step), ("timeout", timeout))
     arguments += [f"--{option}={given}" for option, given in options if given is not None]
     if input is not None:
         table, names = os.path.join(folder, "input.csv"), ",".join(input.dtype.names or ())
@@ -115,8 +128,12 @@ def _by_tool(
         arguments.append(f"--input={table}")
     done = run("run", "--json", *arguments, "--", scene)
     if done.returncode != 0:
-        raise failure(done.stderr, scene, SimulationError)
-    columns = {column["name"]: column for column in json.loads(done.stdout)["columns"]}
+        raise SimulationError(done.stderr) if is_fmu(scene) else failure(done.stderr, scene, SimulationError)
+    document = json.loads(done.stdout)
+    if "ended" in document:
+        # At the line that called `simulate`.
+        warnings.warn(document["ended"], stacklevel=3)
+    columns = {column["name"]: column for column in document["columns"]}
     lists = [[np.nan if value is None else value for value in column["values"]] for column in columns.values()]
     types = [(name, np.asarray(values).dtype) for name, values in zip(columns, lists)]
     units, descriptions = ({name: column[key] for name, column in columns.items()} for key in ("unit", "description"))

@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Optional, Union
 
-from ._tool import Error, PathLike, failure, module, run, temporary_folder, words
+from ._tool import Error, PathLike, failure, is_fmu, module, run, temporary_folder, words
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -114,6 +114,7 @@ def study(
     resume: bool = False,
     threads: Optional[int] = None,
     explain: bool = False,
+    timeout: Union[str, float, None] = None,
     **keys: Union[str, float, None],
 ) -> Study:
     """Runs many variants of a scene and measures each; the numbers are the same wherever they are computed.
@@ -130,7 +131,7 @@ def study(
     `store` is a folder, by default a temporary one; with `resume` the parts of this study that it has are kept.
     `client` is a dask.distributed.Client or the address of a scheduler whose workers have camdrive; they compute shares
     and parts are stored as they arrive. Without it `threads` of this machine do, by default all. With `explain` only
-    a sample is run.
+    a sample is run. One call of a foreign FMU's library may take `timeout`, in s or with a unit, by default 60 s.
 
     Raises `SceneError` where the scene has faults, else `Error`; parts that a store has are kept.
     """
@@ -149,20 +150,21 @@ def study(
         raise Error(f"{target}: a store is there\n  = hint: resume=True computes what it lacks")
     options = {"--explain": explain, "--resume": resume, _NOTHING: is_sent, f"--output={target}": not explain}
     options[f"--threads={threads}"] = threads is not None
+    limit = () if timeout is None else (f"--timeout={timeout}",)
     with temporary_folder() as folder:
         file = place if vary is None else os.path.join(folder, "study.toml")
         if vary is not None:
             texts = [measures] if isinstance(measures, str) else [*(measures or ())]
             Path(file).write_bytes(_text(vary, {"scene": place, **keys, "measures": texts}).encode(errors="replace"))
-        ran = run("study", "--json", *(option for option, is_given in options.items() if is_given), "--", file)
+        ran = run("study", "--json", *limit, *(option for option, is_given in options.items() if is_given), "--", file)
         if ran.returncode != 0:
-            raise Error(ran.stderr) if vary is None else failure(ran.stderr, place)
+            raise Error(ran.stderr) if vary is None or is_fmu(place) else failure(ran.stderr, place)
         told = json.loads(ran.stdout)
         if explain:
             return Study(None, told)
         done = Study(target, open_study(target).data, temporary)
         if is_sent:
-            _distribute(client, done, [file, told["scene"], *told["tables"]])
+            _distribute(client, done, [file, told["scene"], *told["tables"]], limit)
         return done
 
 
@@ -195,20 +197,23 @@ def _toml(value: Any, name: str = "vary", between: str = ", ") -> str:
     raise Error(f"`{name}` = {value!r}: a finite number, a text, True or False is expected, or a list of these")
 
 
-def _share(files: dict[str, bytes], file: str, share: str) -> tuple[dict[str, Any], dict[str, bytes]]:
+def _share(
+    files: dict[str, bytes], file: str, share: str, limit: tuple[str, ...]
+) -> tuple[dict[str, Any], dict[str, bytes]]:
     """What a worker does: its study.json, and the parts of a share by name."""
     with temporary_folder() as folder:
         for name, content in files.items():
             Path(folder, name).parent.mkdir(parents=True, exist_ok=True)
             Path(folder, name).write_bytes(content)
         store = Path(folder, "store")
-        done = run("study", "--threads=1", f"--part={share}", f"--output={store}", "--", os.path.join(folder, file))
+        options = "--threads=1", *limit, f"--part={share}", f"--output={store}"
+        done = run("study", *options, "--", os.path.join(folder, file))
         if done.returncode != 0:
             raise Error(done.stderr)
         return open_study(store).data, {part.name: part.read_bytes() for part in (store / "runs").glob("*.parquet")}
 
 
-def _distribute(client: Any, done: Study, files: list[str]) -> None:
+def _distribute(client: Any, done: Study, files: list[str], limit: tuple[str, ...]) -> None:
     """Sends the parts that a store does not have to the workers of a cluster, with study, scene and tables."""
     distributed, data, runs = module("distributed"), done.data, Path(done.folder or "", "runs")
     # Below a folder of the worker all paths are as here, so that what study and scene name is found.
@@ -233,7 +238,7 @@ def _distribute(client: Any, done: Study, files: list[str]) -> None:
         # A task as well, which is done again where a worker is lost that had the result.
         sent = cluster.submit(dict, bundle, pure=False)
         shares = [f"{i + 1}/{n}" for i in range(n) if missing.intersection(parts[i::n])]
-        futures = [cluster.submit(compute, sent, inside[0], share, pure=False) for share in shares]
+        futures = [cluster.submit(compute, sent, inside[0], share, limit, pure=False) for share in shares]
         with tempfile.TemporaryDirectory(prefix=".", dir=done.folder) as drafts:
             for future in distributed.as_completed(futures):
                 theirs, found = future.result()

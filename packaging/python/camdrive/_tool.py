@@ -102,6 +102,11 @@ def run(*arguments: str) -> subprocess.CompletedProcess[str]:
     return done
 
 
+def is_fmu(path: str) -> bool:
+    """Whether a file is an FMU: running it needs no scene inside, so that its failures are none of a scene."""
+    return Path(path).suffix.lower() == ".fmu"
+
+
 def failure(text: str, scene: str, kind: type[Error] = Error) -> Error:
     """The exception for a command that failed with this text: `SceneError` where `check` finds faults in the scene."""
     try:

@@ -21,6 +21,10 @@ pub trait Source {
     fn get(&mut self, variable: usize) -> Result<f64, Fault>;
     /// From a communication point on by a step (s).
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
+    /// Whether it ended the simulation itself.
+    fn has_ended(&self) -> bool {
+        false
+    }
     /// Tells warnings.
     fn warn(&mut self);
     /// What shafts and drives of a system disagree about.
@@ -35,6 +39,8 @@ struct Driven<S> {
     outputs: Vec<usize>,
     signals: Signals,
     start: f64,
+    /// The first value that is none: the variable, the value and the time (s).
+    undefined: Option<(usize, f64, f64)>,
 }
 
 /// Runs a source with these variables; `column` is that of a variable.
@@ -56,7 +62,7 @@ pub fn run<S: Source>(
     run.files.extend(args.input.clone());
     let own = |variable| Some(column(variable)).filter(|column| !column.is_si).and_then(|column| column.unit);
     let signals = args.input.as_ref().map(|path| Signals::read(path, all, own)).transpose()?.unwrap_or_default();
-    let mut driven = Driven { source, outputs, signals, start: run.start };
+    let mut driven = Driven { source, outputs, signals, start: run.start, undefined: None };
     let mut given = Vec::new();
     for text in &args.start {
         let wrong = |message: String| failure(format!("--start {text}: {message}"));
@@ -73,6 +79,10 @@ pub fn run<S: Source>(
         driven.source.set(variable, value).map_err(|fault| wrong(fault.to_string()))?;
     }
     run.record(args, &mut driven)?;
+    if let Some((variable, value, time)) = driven.undefined {
+        let (name, time) = (&all[variable].name, Number(time));
+        return Err(failure(format!("`{name}` is {value} at t = {time} s, which is no result")));
+    }
     Ok(driven.source)
 }
 
@@ -95,25 +105,33 @@ impl<S: Source> Machine for Driven<S> {
     }
 
     fn read(&mut self, line: &mut Vec<f64>) -> Result<(), Failure> {
+        let time = line[0];
         for variable in &self.outputs {
-            line.push(self.source.get(*variable).map_err(failure)?);
+            let value = self.source.get(*variable).map_err(failure)?;
+            if !value.is_finite() {
+                self.undefined.get_or_insert((*variable, value, time));
+            }
+            line.push(value);
         }
         self.source.warn();
         Ok(())
     }
 
-    fn advance(&mut self, from: f64, to: f64) -> Result<(), Failure> {
+    fn advance(&mut self, from: f64, to: f64) -> Result<Option<String>, Failure> {
         let mut from = from;
         while from < to {
             let next = self.signals.next(from, to);
             let step = self.source.advance(from, next - from);
             let step = step.and_then(|()| give(&mut self.source, &self.signals, next, true));
             let span = || format!("from t = {} s to {} s", Number(from), Number(next));
-            step.map_err(|fault| failure(format!("{}: {fault}", span())))?;
+            match step {
+                Err(fault) if self.source.has_ended() => return Ok(Some(format!("{}: {fault}", span()))),
+                other => other.map_err(|fault| failure(format!("{}: {fault}", span())))?,
+            }
             self.source.warn();
             from = next;
         }
-        Ok(())
+        Ok(None)
     }
 
     fn residuals(&self) -> Vec<Shared<'_>> {

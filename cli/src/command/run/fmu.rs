@@ -80,6 +80,9 @@ fn coupled(args: &Args, run: Run, coupling: Coupling) -> Result<Imported, Failur
     let mut imported = driven::run(args, run, &all, |variable| columns[variable].clone(), imported)?;
     for part in imported.coupling.parts() {
         if let Err(fault) = part.terminate() {
+            if part.is_lost() {
+                return Err(failure(fault));
+            }
             tell(&format!("warning: {fault}\n"));
         }
     }
@@ -173,6 +176,10 @@ impl Source for Imported {
             )));
         }
         self.coupling.advance(time, step)
+    }
+
+    fn has_ended(&self) -> bool {
+        self.coupling.has_ended()
     }
 
     fn warn(&mut self) {
