@@ -3853,7 +3853,7 @@ fn work_that_is_lost_between_a_drive_and_its_shaft_is_told() {
     let gear = format!("[part.gear]\nfmu = \"drive.fmu\"\nstart = {{ phi = \"90 deg\", m = 1, {scales} }}\n");
     let head = format!("name = \"balance\"\nstop = 0.2\nstep = 1e-3\n{}{}", part("machine"), part("pusher"));
     let file = folder.join("system.toml");
-    let mut ran = |command: &str, rest: &str| {
+    let ran = |command: &str, rest: &str| {
         std::fs::write(&file, format!("{head}{rest}")).expect("a system");
         let run = camdrive(&[command, text(&file)]);
         assert_eq!(run.code, 0, "{}", run.err);

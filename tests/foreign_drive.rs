@@ -69,7 +69,7 @@ extern "C" fn fmi2DoStep(_: *mut Drive, _: f64, _: f64, _: c_int) -> c_uint {
     0
 }
 
-/// Functions that take the instance alone and have nothing to do.
+/// Functions that have nothing to do; of their arguments the instance is enough.
 macro_rules! idle {
     ($($name:ident)*) => {
         $(
@@ -81,4 +81,7 @@ macro_rules! idle {
     };
 }
 
-idle! { fmi2EnterInitializationMode fmi2ExitInitializationMode fmi2Terminate fmi2Reset }
+idle! {
+    fmi2EnterInitializationMode fmi2ExitInitializationMode fmi2Terminate fmi2Reset
+    fmi2GetInteger fmi2SetInteger fmi2GetBoolean fmi2SetBoolean
+}
