@@ -147,7 +147,9 @@ impl Loads {
     /// F_L at rest at y, where the follower has the mass `m` in all.
     fn push(&self, m: f64, y: f64, process: f64) -> f64 {
         let (m_roller, roller) = &self.roller;
-        self.load.force(m - m_roller, [y, 0.0], Some(process), None) + roller.force(*m_roller, [y, 0.0], None, None)
+        // Without a second mass both loads act on the one that is there.
+        let tool = if m > *m_roller { m - m_roller } else { m };
+        self.load.force(tool, [y, 0.0], Some(process), None) + roller.force(*m_roller, [y, 0.0], None, None)
     }
 }
 

@@ -339,6 +339,16 @@ fn the_speed_of_lift_off_of_random_scenes() {
 }
 
 #[test]
+fn a_follower_of_one_mass_has_its_weight() {
+    // At the top F₀ + c h + m g = m ω² h/2, on whichever side the one mass is counted.
+    for m_roller in [2.0, 0.0] {
+        let loads = Loads { roller: (m_roller, Load::default()), may_leave: true, ..loaded([20.0, 1e3], 9.81, None) };
+        let found = lift_off(&machine(60.0, Follower::new(2.0, series(&[0.005, -0.005], &[])), None, loads));
+        close(found.expect("a speed").value, ((20.0 + 10.0 + 2.0 * 9.81) / 0.01_f64).sqrt());
+    }
+}
+
+#[test]
 fn what_the_motion_leaves_out_is_told() {
     let still = |loads: Loads| machine(0.0, Follower::new(2.0, series(&[0.01, -0.01], &[])), None, loads).left_out();
     assert_eq!(still(Loads { material: steel(0.01), ..Loads::default() }), None);
