@@ -274,14 +274,29 @@ pub fn wrapped(text: &str, width: usize) -> String {
     text.split('\n').map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// CSV of these lines, of which the first has the headings.
+/// What makes a formula of a cell in a spreadsheet.
+const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
+
+/// The heading with an apostrophe in front where a spreadsheet would compute it; [`heading`] takes it away.
+fn harmless(name: String) -> String {
+    if name.starts_with(FORMULA) { format!("'{name}") } else { name }
+}
+
+/// The name that a heading of a table of CSV has.
+pub fn heading(cell: &str) -> &str {
+    cell.strip_prefix('\'').filter(|name| name.starts_with(FORMULA)).unwrap_or(cell)
+}
+
+/// CSV of these lines, of which the first has the headings, after RFC 4180: cells with commas, quotes or ends of lines stand in
+/// quotes, a quote in them is doubled.
 ///
 /// # Errors
 /// None in practice: the writer fills memory.
 pub fn csv(lines: impl IntoIterator<Item = Vec<String>>) -> Result<String, Fault> {
     let fault = |e: &dyn Display| Fault::new(format!("the table cannot be written as CSV: {e}"));
     let mut writer = csv::Writer::from_writer(Vec::new());
-    for line in lines {
+    for (i, line) in lines.into_iter().enumerate() {
+        let line = if i == 0 { line.into_iter().map(harmless).collect() } else { line };
         writer.write_record(line).map_err(|e| fault(&e))?;
     }
     let bytes = writer.into_inner().map_err(|e| fault(&e))?;

@@ -3,7 +3,7 @@
 use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, failure, files, read, tell};
+use super::{Failure, failure, files, read, tell, wrong_argument};
 use crate::scene::geometry::CamPlan;
 use crate::scene::units;
 use camdrive::drives::{Fault, unit};
@@ -45,7 +45,7 @@ pub struct Args {
     /// Cut only this follower, counted from 1; several are possible
     #[arg(long, value_name = "NUMBER", value_delimiter = ',')]
     follower: Vec<usize>,
-    /// Write the files even if a cam is refused
+    /// Write the files even if a cam is refused, and replace files that no command wrote
     #[arg(long)]
     force: bool,
     #[command(flatten)]
@@ -63,11 +63,11 @@ const COARSEST: f64 = 1e-2;
 /// A length of an option.
 fn length(name: &str, text: &str) -> Result<f64, Failure> {
     let value = units::parse(text, &unit::LENGTH)
-        .map_err(|e| failure(format!("--{name}: {}\n  = hint: write for example \"1 um\"", e.message)))?;
+        .map_err(|e| wrong_argument(format!("--{name}: {}\n  = hint: write for example \"1 um\"", e.message)))?;
     if (FINEST..=COARSEST).contains(&value) {
         return Ok(value);
     }
-    Err(failure(format!(
+    Err(wrong_argument(format!(
         "--{name}: {text} is out of range\n  = admissible: {FINEST:e} to {COARSEST} m\n  = hint: write for example \"1 um\""
     )))
 }
@@ -76,13 +76,13 @@ fn length(name: &str, text: &str) -> Result<f64, Failure> {
 fn chosen(args: &Args, cams: &[CamPlan], followers: usize) -> Result<Vec<CamPlan>, Failure> {
     let place = args.scene.display();
     if let Some(wrong) = args.follower.iter().find(|j| !(1..=followers).contains(j)) {
-        return Err(failure(match followers {
+        return Err(wrong_argument(match followers {
             0 => format!("--follower: {place} is not a machine with followers\n  = hint: leave --follower out"),
             _ => format!("--follower: there is no follower {wrong}; the scene has {followers}, counted from 1"),
         }));
     }
     if let Some(plain) = args.follower.iter().find(|j| !cams.iter().any(|cam| cam.follower == Some(**j))) {
-        return Err(failure(format!("--follower: {place} has no [follower.geometry] for follower {plain}")));
+        return Err(wrong_argument(format!("--follower: {place} has no [follower.geometry] for follower {plain}")));
     }
     let wanted = |cam: &&CamPlan| args.follower.is_empty() || cam.follower.is_some_and(|j| args.follower.contains(&j));
     Ok(cams.iter().filter(wanted).cloned().collect())
@@ -121,13 +121,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let refused = shapes.iter().any(|shape| shape.verdict() == Level::Bad) && !args.force;
     let findings = Findings::new(&scene.name, &shapes);
     let report = findings.report();
-    let mut place =
-        Place { measured: Some(&args.measured), inputs: scene.files, scene: Some(&scene.text.0), ..Place::default() };
+    let mut place = Place {
+        measured: Some(&args.measured),
+        inputs: scene.files,
+        scene: Some(&scene.text.0),
+        force: args.force,
+        ..Place::default()
+    };
     if !refused {
         place.folder = Some(&folder);
         for shape in &shapes {
             place.more.extend(files::report(&folder, &shape.name, shape.files())?);
         }
+        files::keep(&place.more, &place.inputs, args.force)?;
     }
     args.telling.deliver(report, &findings, place)?;
     if !refused {
@@ -135,5 +141,5 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let faults = shapes.iter().flat_map(|shape| shape.complaints(Level::Bad));
     let faults: String = faults.map(|line| format!("error: {line}\n")).collect();
-    Err(Failure(faults + "  = hint: no file is written; --force writes them all the same"))
+    Err(Failure::new(faults + "  = hint: no file is written; --force writes them all the same"))
 }

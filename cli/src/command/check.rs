@@ -46,7 +46,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut out = String::new();
     for path in &systems {
         let system = system::read(path)?;
-        system.try_out().map_err(|fault| Failure(diagnosed(path, &fault).to_string()))?;
+        system.try_out().map_err(|fault| Failure::new(diagnosed(path, &fault).to_string()))?;
         out += if out.is_empty() { "" } else { "\n" };
         let mut report = system::glance(text::in_one_line(path.display()), &system);
         report.study += " ok";

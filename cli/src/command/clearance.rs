@@ -3,7 +3,7 @@
 use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, failure, files, optional, read};
+use super::{Failure, failure, files, optional, read, wrong_argument};
 use crate::scene::Resolved;
 use crate::scene::keys::LAW;
 use crate::scene::plan::STANDARD_LAWS;
@@ -72,6 +72,9 @@ pub struct Args {
     /// Leave out which natural frequencies, speeds, clearances, masses m1 and damping ratios the model admits
     #[arg(long)]
     quick: bool,
+    /// Replace files that no command wrote
+    #[arg(long)]
+    force: bool,
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
@@ -95,15 +98,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let findings = Bar::beside(&scene.name, |tell| clearance::study(&scene.resource(), &options, tell));
     let findings = findings.map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
     let (inputs, scene, measured) = (scene.files, Some(&*scene.text.0), Some(&args.measured));
-    let place = Place { folder: Some(&folder), inputs, scene, measured, ..Place::default() };
+    let place = Place { folder: Some(&folder), inputs, scene, measured, force: args.force, ..Place::default() };
     args.telling.deliver(findings.report(), &findings, place)
 }
 
 impl Args {
     fn options(&self, scene: &Resolved) -> Result<Options, Failure> {
         if let Some(turns) = self.turns.filter(|turns| !TURNS.contains(turns)) {
-            let text = format!("error: --turns: {turns} is not from {} to {}", TURNS.start(), TURNS.end());
-            return Err(Failure(text + "\n  = hint: half of them are left out; without the option it is 40"));
+            let text = format!("--turns: {turns} is not from {} to {}", TURNS.start(), TURNS.end());
+            return Err(wrong_argument(text + "\n  = hint: half of them are left out; without the option it is 40"));
         }
         let mut laws = Vec::new();
         for name in &self.compare {
@@ -127,8 +130,8 @@ impl Args {
 /// The cam of a scene.
 fn cam(scene: &Resolved) -> Result<MotionLaw, Failure> {
     scene.scene.cam().cloned().ok_or_else(|| {
-        let text = format!("error: --compare: the scene {} ({}) has no cam", scene.name, scene.scene.model());
-        Failure(text + "\n  = hint: name a scene with [cam]")
+        let text = format!("--compare: the scene {} ({}) has no cam", scene.name, scene.scene.model());
+        wrong_argument(text + "\n  = hint: name a scene with [cam]")
     })
 }
 
@@ -149,12 +152,12 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw, f64)
         let angles: Vec<f64> = (0..ANALYSED).map(|i| TAU * i as f64 / ANALYSED as f64).collect();
         let lifts = angles.iter().map(|phi| own.at(*phi).0[0]).collect();
         if !(1..=HIGHEST_HARMONIC).contains(&harmonics) {
-            return Err(failure(format!(
+            return Err(wrong_argument(format!(
                 "--compare {name}: no such number of harmonics\n  = admissible: hs1 to hs{HIGHEST_HARMONIC}\n  = hint: write for example hs7"
             )));
         }
-        let analysis =
-            analyse(Points { angles, lifts }, harmonics).map_err(|e| failure(format!("--compare {name}: {e}")))?;
+        let analysis = analyse(Points { angles, lifts }, harmonics)
+            .map_err(|e| wrong_argument(format!("--compare {name}: {e}")))?;
         return Ok(vec![(name.to_owned(), MotionLaw::Fourier(analysis.series), noise(scene))]);
     }
     let short = SHORT_NAMES.iter().find(|(short, _)| *short == name).map(|(_, law)| *law);
@@ -165,16 +168,16 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw, f64)
         None if name == "all" => StandardLaw::ALL.to_vec(),
         None => {
             let known: Vec<&str> = StandardLaw::ALL.iter().map(|law| law.name()).collect();
-            return Err(Failure(format!(
-                "error: --compare: the law `{name}` is not known\n  = hint: one of {}, bestehorn, harmonic, all; hsN; or a \
+            return Err(wrong_argument(format!(
+                "--compare: the law `{name}` is not known\n  = hint: one of {}, bestehorn, harmonic, all; hsN; or a \
                  scene file NAME.toml",
                 known.join(", ")
             )));
         }
     };
     let MotionLaw::Cycle(cycle) = &own else {
-        return Err(Failure(format!(
-            "error: --compare {name}: the scene {} has no cycle, so that stroke and angles of the task are not known\n  = \
+        return Err(wrong_argument(format!(
+            "--compare {name}: the scene {} has no cycle, so that stroke and angles of the task are not known\n  = \
              hint: write the task as `law = \"cycle\"` and compare this scene's file with it, or name scene files",
             scene.name
         )));

@@ -3,7 +3,7 @@
 use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, driving, failure, files, quantity, read};
+use super::{Failure, driving, failure, files, quantity, read, wrong_argument};
 use crate::scene;
 use camdrive::drives::drive_train::{self, Follower, Joint, Shaft};
 use camdrive::drives::rigid_machine::{self, Inertia, InertiaFunction, Motor, Scene};
@@ -163,17 +163,19 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
         (Motor::Input, Some(_)) if own_torque => {
             let hint =
                 "change its torque, its table or w_ref; with --period a motor of kind \"kloss\" gets another w_s";
-            return Err(failure(format!("--period: which motor yields it is not known\n  = hint: {hint}")));
+            return Err(wrong_argument(format!("--period: which motor yields it is not known\n  = hint: {hint}")));
         }
         _ => driving::load(&place, &motor, &args.load, args.period.as_ref())?,
     };
     let followers: Vec<rigid_machine::Follower> = followers;
     let count = followers.len();
     if let Some(wrong) = args.keep.iter().find(|j| !(1..=count).contains(j)) {
-        return Err(failure(format!("--keep: there is no follower {wrong}; the scene has {count}, counted from 1")));
+        return Err(wrong_argument(format!(
+            "--keep: there is no follower {wrong}; the scene has {count}, counted from 1"
+        )));
     }
     if !(args.tolerance > 0.0 && args.tolerance < 1.0) {
-        return Err(failure(format!("--tolerance: {} is not between 0 and 1", args.tolerance)));
+        return Err(wrong_argument(format!("--tolerance: {} is not between 0 and 1", args.tolerance)));
     }
     let (mut tools, mut kept, mut moved, mut turning) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (j, follower) in followers.into_iter().enumerate() {
@@ -214,11 +216,11 @@ fn restrictions(
     tolerance: f64,
     files: &mut Vec<PathBuf>,
 ) -> Result<Restrictions, Failure> {
-    let assignment = scene::synthesis::read(path).map_err(|faults| Failure(faults.to_string()))?;
+    let assignment = scene::synthesis::read(path).map_err(|faults| Failure::new(faults.to_string()))?;
     files.push(path.to_owned());
     files.extend(assignment.files.iter().cloned());
     Restrictions::of(&assignment, tools, tolerance).map_err(|missing| {
-        failure(format!(
+        wrong_argument(format!(
             "--task: {} has a law for follower {missing}, whose tool is not compensated\n  = hint: the laws of a task are those of the followers in their order, without --keep",
             path.display()
         ))
@@ -245,7 +247,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         files::no_foreign(&target, &read, args.force)?;
         inputs.extend(read);
         if results.iter().any(|(other, _)| *other == target) {
-            return Err(failure(format!(
+            return Err(wrong_argument(format!(
                 "--cam: \"{pair}\" would be written to {}, like another result\n  = hint: rename the file, or choose another -o",
                 target.display()
             )));
@@ -256,8 +258,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut report = findings.report();
     on_start(&machine, &findings, &mut report.verdict);
     let results = results.into_iter().map(|(path, text)| (path, text.into_bytes())).collect();
-    let place =
-        Place { folder: args.report.as_deref(), more: results, inputs, measured: Some(&args.measured), scene: None };
+    let place = Place {
+        folder: args.report.as_deref(),
+        more: results,
+        inputs,
+        measured: Some(&args.measured),
+        scene: None,
+        force: args.force,
+    };
     args.telling.deliver(report, &findings, place)
 }
 
@@ -379,7 +387,7 @@ fn with_cam(
 ) -> Result<(PathBuf, String, Vec<PathBuf>), Failure> {
     let wrong = || {
         let tools: Vec<String> = machine.tools.iter().map(|j| (j + 1).to_string()).collect();
-        failure(format!(
+        wrong_argument(format!(
             "--cam: \"{pair}\" is not NUMBER=FILE with the number of a compensated follower ({})\n  = hint: write for example --cam 1=gripper.toml",
             tools.join(", ")
         ))
@@ -390,14 +398,14 @@ fn with_cam(
     let path = PathBuf::from(file.trim());
     let scene = read(&path)?;
     if machine.turning[place] {
-        return Err(failure(format!(
+        return Err(wrong_argument(format!(
             "--cam: the cam of follower {number} moves a lever or a tool by an angle; the cam of {} moves a mass along a line",
             path.display()
         )));
     }
     let mut document = files::document(&path)?;
     if !document.contains_key("cam") {
-        return Err(failure(format!("--cam: {} is a machine, not a drive with one cam", path.display())));
+        return Err(wrong_argument(format!("--cam: {} is a machine, not a drive with one cam", path.display())));
     }
     document["name"] = value(renamed(&scene.name, &cams[place..=place]));
     carry_over(document.as_table_mut(), path.parent().unwrap_or(Path::new("")));

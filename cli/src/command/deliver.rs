@@ -30,6 +30,8 @@ pub struct Place<'a> {
     pub more: Vec<(PathBuf, Vec<u8>)>,
     /// Files that were read, which no result replaces.
     pub inputs: Vec<PathBuf>,
+    /// Whether files that no command wrote are replaced.
+    pub force: bool,
     /// Courses that are laid over the diagrams.
     pub measured: Option<&'a Measured>,
 }
@@ -37,7 +39,7 @@ pub struct Place<'a> {
 impl Telling {
     /// Writes the files of a report on these findings, all or none, and prints it.
     pub fn deliver(self, mut report: Report, findings: &impl Serialize, place: Place) -> Result<(), Failure> {
-        let Place { folder, scene, more: mut results, mut inputs, measured } = place;
+        let Place { folder, scene, more: mut results, mut inputs, force, measured } = place;
         if let Some(scene) = scene {
             report.verdict.advice.iter_mut().for_each(|advice| advice.spell(&|key| has_place(scene, key)));
         }
@@ -52,7 +54,9 @@ impl Telling {
             let own =
                 [("json", json.clone()), ("html", page)].map(|(ending, content)| (ending.to_owned(), Ok(content)));
             let parts = report.files().into_iter().chain(own);
-            results.extend(files::report(folder, &report.name, parts)?);
+            let parts = files::report(folder, &report.name, parts)?;
+            files::keep(&parts, &inputs, force)?;
+            results.extend(parts);
         }
         let written = files::write(&results, &inputs)?;
         if self.json {

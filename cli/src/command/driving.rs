@@ -1,6 +1,6 @@
 //! Drive of a machine on its periodic motion, by the options of `steady` and `compensate`: load and period.
 
-use super::{Failure, failure, quantity, read};
+use super::{Failure, failure, quantity, read, wrong_argument};
 use crate::scene::Resolved;
 use camdrive::drives::rigid_machine::{Kloss, Motor, Scene};
 use camdrive::drives::unit;
@@ -37,7 +37,7 @@ pub fn load(place: &str, motor: &Motor, load: &str, period: Option<&String>) -> 
         Motor::Input => Err(failure(format!(
             "{place}: the torque of the motor is an input: no periodic motion follows from it\n  = hint: choose `motor.kind` = \"kloss\" or \"none\""
         ))),
-        Motor::None if load != 0.0 => Err(failure(format!(
+        Motor::None if load != 0.0 => Err(wrong_argument(format!(
             "{place}: without a motor nothing balances the load of {load} N.m\n  = hint: omit --load, or add a motor"
         ))),
         Motor::None if period.is_none() => Err(failure(format!(
@@ -54,7 +54,7 @@ pub fn load(place: &str, motor: &Motor, load: &str, period: Option<&String>) -> 
 /// Refuses periods that no machine has, or not with this motor.
 fn admissible(motor: &Motor, text: &str, period: f64) -> Result<(), Failure> {
     if !(period > 0.0 && period.is_finite()) {
-        return Err(failure(format!(
+        return Err(wrong_argument(format!(
             "--period: {period} s is not a period: it must be positive\n  = hint: write for example \"120 ms\""
         )));
     }
@@ -71,7 +71,7 @@ fn admissible(motor: &Motor, text: &str, period: f64) -> Result<(), Failure> {
     if (slow..=fast).contains(&speed) {
         return Ok(());
     }
-    Err(failure(format!(
+    Err(wrong_argument(format!(
         "--period: \"{text}\" would be a mean speed of {} rpm{whose}\n  = admissible: {:.3e} to {:.3e} s\n  = hint: a time with its unit, such as \"120 ms\"; a plain number is in s",
         rpm(speed),
         TAU / fast,

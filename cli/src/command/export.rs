@@ -1,7 +1,7 @@
 //! `camdrive export SCENE…`
 
 use super::tradeoff::StudyArgs;
-use super::{Failure, Format, failure, files, read_all, tell, tell_notes};
+use super::{Failure, Format, failure, files, read_all, tell, tell_notes, wrong_argument};
 use crate::export::runtime_library::MADE;
 use crate::export::runtime_library::PLATFORMS;
 use crate::export::{Date, Extras, Packed, RuntimeLibrary, pack_with};
@@ -60,7 +60,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     if args.study.are_given() && !args.with_tradeoff {
         let message = "--turns, --speed, --ramp and --quick belong to the study";
-        return Err(failure(format!("{message}\n  = hint: add --with-tradeoff")));
+        return Err(wrong_argument(format!("{message}\n  = hint: add --with-tradeoff")));
     }
     let scenes = read_all(&args.scenes)?;
     tell_notes(&args.scenes, &scenes);
@@ -101,25 +101,25 @@ fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {
     let is_file = !is_folder && output.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu"));
     if is_file && scenes.len() > 1 {
         let message = "several scenes do not fit into one file; give a folder with -o";
-        return Err(failure(format!("{}: {message}", output.display())));
+        return Err(wrong_argument(format!("{}: {message}", output.display())));
     }
     if is_file {
         return Ok(vec![output.to_owned()]);
     }
     if output.is_file() {
         let message = "this is a file; -o takes a folder or a file NAME.fmu";
-        return Err(failure(format!("{}: {message}", output.display())));
+        return Err(wrong_argument(format!("{}: {message}", output.display())));
     }
     if !is_file && !is_folder && output.extension().is_some() {
         let message = "the file of an FMU is called NAME.fmu\n  = hint: the name of a new folder ends with /";
-        return Err(failure(format!("{}: {message}", output.display())));
+        return Err(wrong_argument(format!("{}: {message}", output.display())));
     }
     let mut of_scene: BTreeMap<PathBuf, &Path> = BTreeMap::new();
     let targets: Vec<PathBuf> = scenes.iter().map(|scene| output.join(format!("{}.fmu", scene.name))).collect();
     for (target, scene) in targets.iter().zip(&args.scenes) {
         if let Some(other) = of_scene.insert(target.clone(), scene) {
             let (a, b, target) = (other.display(), scene.display(), target.display());
-            return Err(Failure(format!(
+            return Err(Failure::new(format!(
                 "error: {a} and {b} would both be written to {target}; give one another name"
             )));
         }

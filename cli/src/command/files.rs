@@ -1,17 +1,17 @@
 //! Files of several commands: reports into folders, scenes with another cam.
 
-use super::{Failure, failure};
+use super::{Failure, ending, failure, wrong_argument};
 use crate::scene::input::{self, Kind};
 use camdrive::drives::Fault;
 use camdrive::motion::Fourier;
+use camdrive_design::report::html;
 use camdrive_design::resource::is_device;
 use camdrive_design::text;
 use std::fs::File;
-use std::io::{Error, ErrorKind, Write as _};
+use std::io::{Error, ErrorKind, Read, Write as _};
 #[cfg(unix)]
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst};
 use tempfile::NamedTempFile;
 use toml_edit::{Array, DocumentMut, Table, Value, value};
 
@@ -24,7 +24,7 @@ pub fn folder(output: Option<&Path>, command: &str, scene: &str) -> Result<PathB
 /// Refuses a folder for a report, given by this option, that is a file or is called like one.
 pub fn no_file(folder: &Path, option: &str) -> Result<(), Failure> {
     no_stream(folder, option, "a folder")?;
-    let refused = |message: &str| Err(failure(format!("{}: {message}", folder.display())));
+    let refused = |message: &str| Err(wrong_argument(format!("{}: {message}", folder.display())));
     if folder.is_file() {
         return refused(&format!("this is a file; {option} takes a folder"));
     }
@@ -38,6 +38,10 @@ pub fn no_file(folder: &Path, option: &str) -> Result<(), Failure> {
 pub fn is_folder(path: &Path) -> bool {
     path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::is_separator)
 }
+
+/// Why a file is not replaced.
+const NOT_OURS: &str =
+    "no command wrote this file; it is kept\n  = hint: choose another -o, or replace it with --force";
 
 /// Stands in the first line of every scene and profile that a command wrote.
 const ORIGIN: &str = " by camdrive ";
@@ -54,16 +58,15 @@ pub fn no_foreign(path: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Fa
     no_input(path, inputs)?;
     let place = path.display();
     if is_folder(path) {
-        return Err(failure(format!("{place}: this is a folder; -o takes a file NAME.toml")));
+        return Err(wrong_argument(format!("{place}: this is a folder; -o takes a file NAME.toml")));
     }
     if path.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("toml")) {
         let message = "a scene or a profile is TOML\n  = hint: -o takes a file NAME.toml";
-        return Err(failure(format!("{place}: {message}")));
+        return Err(wrong_argument(format!("{place}: {message}")));
     }
     let is_signed = |text: String| text.lines().next().is_some_and(|line| line.contains(ORIGIN));
     if path.is_file() && !force && !std::fs::read_to_string(path).is_ok_and(is_signed) {
-        let message = "no command wrote this file; it is kept\n  = hint: choose another -o, or replace it with --force";
-        return Err(failure(format!("{place}: {message}")));
+        return Err(failure(format!("{place}: {NOT_OURS}")));
     }
     Ok(())
 }
@@ -85,35 +88,20 @@ pub fn no_stream(path: &Path, option: &str, takes: &str) -> Result<(), Failure> 
     let mut new = path.ancestors().filter(|place| !place.is_dir()).filter_map(Path::file_name);
     if new.any(|name| is_device(name.to_string_lossy().split('.').next().unwrap_or_default())) {
         let message = "Windows has a device of this name\n  = hint: choose another";
-        return Err(failure(format!("{}: {message} {option}", path.display())));
+        return Err(wrong_argument(format!("{}: {message} {option}", path.display())));
     }
     match path == Path::new("-") {
-        true => Err(failure(format!("{option} -: {option} takes {takes}; the standard output has the report"))),
+        true => Err(wrong_argument(format!("{option} -: {option} takes {takes}; the standard output has the report"))),
         false => Ok(()),
     }
 }
 
-/// Whether a signal may end the program at once.
-static FREE: AtomicBool = AtomicBool::new(true);
-/// The signal that came meanwhile, or 0.
-static CAME: AtomicUsize = AtomicUsize::new(0);
-
 /// Writes all files, or none: where one cannot be written, existing ones stay as they were. Earlier results are
 /// replaced, inputs never. The lines that name the files.
 pub fn write<C: AsRef<[u8]>>(files: &[(PathBuf, C)], inputs: &[PathBuf]) -> Result<String, Failure> {
-    FREE.store(false, SeqCst);
-    #[cfg(unix)]
-    for &signal in signal_hook::consts::TERM_SIGNALS {
-        let _ = signal_hook::flag::register_conditional_default(signal, &FREE);
-        let _ = signal_hook::flag::register_usize(signal, &CAME, signal as usize);
-    }
-    // A signal waits: hidden files would be left, or a part of the results.
+    let writing = ending::writing();
     let written = write_files(files, inputs);
-    FREE.store(true, SeqCst);
-    #[cfg(unix)]
-    if let signal @ 1.. = CAME.load(SeqCst) {
-        let _ = signal_hook::low_level::emulate_default_handler(signal as i32);
-    }
+    drop(writing);
     let (lines, streams) = written?;
     // A pipe may wait for its reader without end.
     for (path, content) in streams {
@@ -121,6 +109,43 @@ pub fn write<C: AsRef<[u8]>>(files: &[(PathBuf, C)], inputs: &[PathBuf]) -> Resu
     }
     Ok(lines)
 }
+
+/// Refuses results in the place of inputs, and of files that no command wrote unless `--force` is given.
+pub fn keep<C: AsRef<[u8]>>(files: &[(PathBuf, C)], inputs: &[PathBuf], force: bool) -> Result<(), Failure> {
+    files.iter().try_for_each(|(path, _)| no_input(path, inputs))?;
+    let foreign = |(path, content): &&(PathBuf, C)| path.is_file() && !is_result(path, content.as_ref());
+    match files.iter().find(foreign) {
+        Some((path, _)) if !force => Err(failure(format!("{}: {NOT_OURS}", path.display()))),
+        _ => Ok(()),
+    }
+}
+
+/// Whether the file is a result of the kind of this one: a page has its mark, everything else begins alike but for numbers. A table
+/// beside a page may have other columns behind the first.
+fn is_result(path: &Path, new: &[u8]) -> bool {
+    let head = |file: &mut dyn Read| {
+        let mut bytes = Vec::new();
+        let read = file.take(HEAD).read_to_end(&mut bytes);
+        read.map(|_| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default()
+    };
+    let of = |path: &Path| File::open(path).map_or(String::new(), |mut file| head(&mut file));
+    let (old, new) = (of(path), head(&mut &new[..]));
+    if new.contains(html::MARK) {
+        return old.contains(html::MARK);
+    }
+    let is_digit = |c: char| c.is_ascii_digit() || ".-".contains(c);
+    // The second line of JSON has its first field.
+    let lines = |text: &str| text.lines().take(if text.starts_with('{') { 2 } else { 1 }).collect::<String>();
+    // What a picture shows may change its title.
+    let untitled = |text: &str| text.split(" aria-label=").next().unwrap_or_default().replace(is_digit, "");
+    let [old, new] = [old, new].map(|text| untitled(&lines(&text)));
+    let first = |text: &str| text.split([',', ';']).next().unwrap_or_default().to_owned();
+    let page = || of(&path.with_extension("").with_extension("html")).contains(html::MARK);
+    old == new || (path.extension() == Some("csv".as_ref()) && first(&old) == first(&new) && page())
+}
+
+/// How much of a file shows what it is (bytes).
+const HEAD: u64 = 2000;
 
 /// The lines that name all files, and those that are devices or pipes, which are left to be written.
 fn write_files<'a, C: AsRef<[u8]>>(
@@ -138,7 +163,7 @@ fn write_files<'a, C: AsRef<[u8]>>(
             Some(hidden) => staged.push((path, hidden)),
             None => streams.push(file),
         }
-        if CAME.load(SeqCst) != 0 {
+        if ending::is_near() {
             return Err(failure("ended by a signal"));
         }
         lines += &format!("{}{}\n", text::in_one_line(path.display()), if path.is_file() { " (replaced)" } else { "" });
@@ -204,7 +229,7 @@ pub fn report<S: std::fmt::Display>(
 
 /// The TOML of a scene, with its comments, to be changed.
 pub fn document(path: &Path) -> Result<DocumentMut, Failure> {
-    let (file, text) = input::text(path, Kind::Scene).map_err(|faults| Failure(faults.to_string()))?;
+    let (file, text) = input::text(path, Kind::Scene).map_err(|faults| Failure::new(faults.to_string()))?;
     text.parse().map_err(|e| failure(format!("{file}: {e}")))
 }
 

@@ -41,6 +41,9 @@ pub struct Args {
     /// Speed, "400 rpm" or in rad/s [default: that of the scene; of a machine its mean speed]
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     speed: Option<String>,
+    /// Replace files that no command wrote
+    #[arg(long)]
+    force: bool,
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
@@ -89,7 +92,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.telling.deliver(
         report,
         &findings,
-        Place { folder: Some(&folder), inputs: scene.files, scene: Some(&scene.text.0), measured, ..Place::default() },
+        Place {
+            folder: Some(&folder),
+            inputs: scene.files,
+            scene: Some(&scene.text.0),
+            measured,
+            force: args.force,
+            ..Place::default()
+        },
     )?;
     match findings.lost()[..] {
         [] => Ok(()),

@@ -1,7 +1,7 @@
 //! `camdrive help [COMMAND | scene | task | study | system] [SECTION]`
 
 use super::output::show;
-use super::{Cli, Failure, failure};
+use super::{Cli, Failure, wrong_argument};
 use crate::scene::input::Kind;
 use crate::scene::reference::tables;
 use clap::{CommandFactory, ValueEnum};
@@ -27,7 +27,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let Ok(kind) = Kind::from_str(subject, false) else {
         let command = commands.find_subcommand_mut(subject);
         let unknown = || {
-            failure(format!(
+            wrong_argument(format!(
                 "there is no command {subject}\n  = hint: `camdrive help` lists them, and `scene`, `task`, `study` and `system`"
             ))
         };
@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let text = if whole.is_empty() { asked(section.rsplit('.').next().unwrap_or_default()) } else { whole };
     if text.is_empty() {
         let files = if kind == Kind::Study { "studies".to_owned() } else { format!("{subject}s") };
-        return Err(failure(format!(
+        return Err(wrong_argument(format!(
             "{files} have no section {section}\n  = hint: `camdrive help {subject}` lists them"
         )));
     }

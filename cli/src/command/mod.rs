@@ -2,7 +2,7 @@
 //!
 //! Results go to the standard output, everything else to the standard error. Exit code 0: done; 1: a fault in a
 //! scene or in the export, a follower that leaves its cam in `forces`, or an output that does not agree in `verify`;
-//! 2: a wrong command line; 3: `steady` found no periodic motion.
+//! 2: a wrong command line; 3: `steady` found no periodic motion; 130: ended by Ctrl-C.
 //!
 #![doc = include_str!("../../../docs/json.md")]
 
@@ -14,6 +14,7 @@ mod completions;
 mod deliver;
 mod describe;
 mod driving;
+mod ending;
 mod export;
 mod files;
 mod forces;
@@ -60,7 +61,8 @@ A scene is a TOML file; a plain number is SI, a string carries its unit (\"1800 
 A command writes all of its files or none; it replaces earlier results, never an input.
 Lines are as wide as the terminal, or COLUMNS; NO_COLOR leaves out the colours.
 Exit codes: 0 done, 1 a fault in a scene or in the export, a follower that leaves its cam (forces), or
-an output that does not agree (verify), 2 a wrong command line, 3 no periodic motion (steady).";
+an output that does not agree (verify), 2 a wrong command line, 3 no periodic motion (steady),
+130 ended by Ctrl-C.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -122,7 +124,7 @@ impl Foreign {
         let time = optional("timeout", &self.timeout, &TIME)?.unwrap_or(host::LIMIT);
         if !(LEAST_TIMEOUT..=LONGEST_TIMEOUT).contains(&time) {
             let [time, least, most] = [time, LEAST_TIMEOUT, LONGEST_TIMEOUT].map(Number);
-            return Err(failure(format!("--timeout: {time} s is not admissible; expected {least} to {most} s")));
+            return Err(wrong_argument(format!("--timeout: {time} s is not admissible; expected {least} to {most} s")));
         }
         host::limit(time);
         Ok(())
@@ -133,11 +135,29 @@ impl Foreign {
 const LEAST_TIMEOUT: f64 = 0.1;
 const LONGEST_TIMEOUT: f64 = 3e7;
 
-/// Message on the standard error when a command fails.
-struct Failure(String);
+/// The exit code of a wrong command line.
+const WRONG_LINE: u8 = 2;
+
+/// A command that fails: its message on the standard error, and its exit code.
+struct Failure {
+    text: String,
+    code: u8,
+}
+
+impl Failure {
+    /// Of a scene or another file, or of what is computed of it.
+    fn new(text: String) -> Self {
+        Failure { text, code: 1 }
+    }
+}
 
 fn failure(text: impl std::fmt::Display) -> Failure {
-    Failure(format!("error: {text}"))
+    Failure::new(format!("error: {text}"))
+}
+
+/// Of a value on the command line.
+fn wrong_argument(text: impl std::fmt::Display) -> Failure {
+    Failure { code: WRONG_LINE, ..failure(text) }
 }
 
 /// Runs the command line.
@@ -150,6 +170,7 @@ pub fn main() -> ExitCode {
     // handler it still writes.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
+    ending::watch();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) if error.kind() == ErrorKind::DisplayVersion => {
@@ -157,7 +178,7 @@ pub fn main() -> ExitCode {
         }
         Err(error) if error.use_stderr() => {
             tell(&error.render().to_string());
-            return ExitCode::from(2);
+            return ExitCode::from(WRONG_LINE);
         }
         Err(error) => {
             // A closed terminal is no reason to complain.
@@ -191,9 +212,9 @@ pub fn main() -> ExitCode {
     };
     match outcome {
         Ok(()) => ending,
-        Err(Failure(text)) => {
+        Err(Failure { text, code }) => {
             tell(&(text.trim_end().to_owned() + "\n"));
-            ExitCode::FAILURE
+            ExitCode::from(ending::code().unwrap_or(code))
         }
     }
 }
@@ -208,7 +229,7 @@ fn version() -> String {
 
 /// The value of the option `--name`.
 fn quantity(name: &str, text: &str, quantity: &'static Quantity) -> Result<f64, Failure> {
-    units::parse(text, quantity).map_err(|e| failure(format!("--{name}: {}\n  = hint: {}", e.message, e.hint)))
+    units::parse(text, quantity).map_err(|e| wrong_argument(format!("--{name}: {}\n  = hint: {}", e.message, e.hint)))
 }
 
 /// The value of the option `--name`, which may be left out.
@@ -218,7 +239,7 @@ fn optional(name: &str, text: &Option<String>, of: &'static Quantity) -> Result<
 
 /// Reads a scene, or that in an FMU.
 fn read(path: &Path) -> Result<Resolved, Failure> {
-    open(path).map_err(|faults| Failure(faults.to_string()))
+    open(path).map_err(|faults| Failure::new(faults.to_string()))
 }
 
 /// Reads all scenes; the faults of all of them come together.
@@ -230,7 +251,7 @@ fn read_all(paths: &[PathBuf]) -> Result<Vec<Resolved>, Failure> {
             Err(more) => faults += &more.to_string(),
         }
     }
-    if faults.is_empty() { Ok(scenes) } else { Err(Failure(faults)) }
+    if faults.is_empty() { Ok(scenes) } else { Err(Failure::new(faults)) }
 }
 
 /// Says on the standard error what is to be known of the laws as the scenes give them: by the commands that judge or pack

@@ -39,6 +39,9 @@ pub struct Args {
     /// The page [default: NAME.html, of a study study-NAME.html]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Replace files that no command wrote
+    #[arg(long)]
+    force: bool,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -62,12 +65,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let page = args.output.clone().unwrap_or_else(|| format!("{name}.html").into());
     files::no_stream(&page, "-o", "a file")?;
     let title = reports.first().map_or("", |report| &report.name);
-    show(&files::write(&[(page, html::page(title, &reports))], &inputs)?)
+    let results = [(page, html::page(title, &reports))];
+    files::keep(&results, &inputs, args.force)?;
+    show(&files::write(&results, &inputs)?)
 }
 
 /// The report of a study, or why there is none.
 fn part(path: &Path, study: &str, found: Result<Report, Failure>) -> Report {
-    found.unwrap_or_else(|Failure(fault)| {
+    found.unwrap_or_else(|Failure { text: fault, .. }| {
         let mut report = Report::new("", study);
         let place = format!("{}: ", path.display());
         let fault = fault.trim_start_matches("error: ").trim_start_matches(&place).replace("\n  = hint:", " –");

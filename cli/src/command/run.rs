@@ -6,7 +6,7 @@ mod native;
 pub(super) mod signals;
 
 use super::output::{counter, print, tell};
-use super::{Failure, Foreign, Format, failure, files, optional, system};
+use super::{Failure, Foreign, Format, failure, files, optional, system, wrong_argument};
 use crate::export::picture;
 use crate::export::results::{self, Course};
 use crate::scene::input::is_system;
@@ -83,10 +83,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(file) = &args.diagram {
         files::no_stream(file, "--diagram", "a file")?;
         if file.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("svg")) {
-            return Err(failure(format!("--diagram {}: expected a file NAME.svg", file.display())));
+            return Err(wrong_argument(format!("--diagram {}: expected a file NAME.svg", file.display())));
         }
         if args.result.as_ref() == Some(file) {
-            return Err(failure(format!("--diagram {}: -o is the same file", file.display())));
+            return Err(wrong_argument(format!("--diagram {}: -o is the same file", file.display())));
         }
     }
     if is_fmu(&args.file) {
@@ -187,13 +187,15 @@ impl Run {
         };
         if !(stop > start && (stop - start).is_finite()) {
             let (of, stop, start) = (of("stop", &args.stop), Number(stop), Number(start));
-            return Err(failure(format!("{of}: {stop} s does not exceed the start time {start} s by a finite time")));
+            return Err(wrong_argument(format!(
+                "{of}: {stop} s does not exceed the start time {start} s by a finite time"
+            )));
         }
         let least = (stop - start) / MOST_POINTS;
         if !(step >= least && step.is_finite()) {
             let (of, step, least) = (of("step", &args.step), Number(step), Number(least));
             let hint = "give one, such as --step \"1 ms\"";
-            return Err(failure(format!(
+            return Err(wrong_argument(format!(
                 "{of}: {step} s is not admissible; expected at least {least} s\n  = hint: {hint}"
             )));
         }
@@ -217,7 +219,7 @@ impl Run {
         let text = if args.format.json {
             self.document(&rows, ended, machine)?
         } else {
-            rows.iter().fold(self.headings(), |mut table, line| {
+            rows.iter().fold(self.headings()?, |mut table, line| {
                 append(&mut table, line);
                 table
             })
@@ -247,7 +249,7 @@ impl Run {
             Err(e) => Err(failure(format!("the result cannot be written: {e}"))),
             Ok(()) => Ok(true),
         };
-        let mut text = self.headings();
+        let mut text = self.headings()?;
         self.drive(machine, |line| {
             append(&mut text, line);
             let written = open(out.write_all(text.as_bytes()));
@@ -257,14 +259,12 @@ impl Run {
         open(out.flush()).map(|_| ())
     }
 
-    fn headings(&self) -> String {
-        // A name with a comma in it is quoted, as CSV has it.
-        let quoted = |name: String| if name.contains(',') { format!("\"{name}\"") } else { name };
+    fn headings(&self) -> Result<String, Failure> {
         let heading = |column: &Column| match &column.unit {
             Some(unit) if !column.is_si => format!("{} [{unit}]", column.name),
             _ => column.name.clone(),
         };
-        self.columns.iter().map(|column| quoted(heading(column))).collect::<Vec<_>>().join(",") + "\n"
+        text::csv([self.columns.iter().map(heading).collect()]).map_err(failure)
     }
 
     /// The result as JSON.
@@ -285,7 +285,9 @@ impl Run {
         let columns: Vec<Course> = self.columns[1..].iter().map(course).collect();
         let drawn = results::diagram(&self.name, &columns, rows);
         let (drawing, label) = drawn.ok_or_else(|| {
-            failure("--diagram: no column changes, but angles that go on turning\n  = hint: choose others by --output")
+            wrong_argument(
+                "--diagram: no column changes, but angles that go on turning\n  = hint: choose others by --output",
+            )
         })?;
         Ok(drawing.svg(&label, picture::SCALE))
     }
@@ -299,7 +301,7 @@ impl Run {
         let hint =
             "take a longer --step, fewer columns by --output, or CSV on the standard output, which may have any length";
         let step = Number(self.step);
-        Err(failure(format!(
+        Err(wrong_argument(format!(
             "--step: {step} s yields {numbers:.1e} numbers; expected at most {MOST_NUMBERS:.0e}\n  = hint: {hint}"
         )))
     }
@@ -361,7 +363,8 @@ fn names_of(text: &str) -> Vec<&str> {
 
 /// Name and text of the value of `--start`.
 fn name_and_value(text: &str) -> Result<(&str, &str), Failure> {
-    let (name, value) = text.split_once('=').ok_or_else(|| failure(format!("--start {text}: expected NAME=VALUE")))?;
+    let (name, value) =
+        text.split_once('=').ok_or_else(|| wrong_argument(format!("--start {text}: expected NAME=VALUE")))?;
     Ok((name.trim(), value.trim()))
 }
 

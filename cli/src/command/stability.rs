@@ -3,7 +3,7 @@
 use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, failure, files, quantity, read};
+use super::{Failure, failure, files, quantity, read, wrong_argument};
 use camdrive::drives::Fault;
 use camdrive::drives::unit;
 use camdrive_design::stability::{self, MOST_ORDERS, Options};
@@ -55,6 +55,9 @@ pub struct Args {
     /// Without the maps
     #[arg(long)]
     quick: bool,
+    /// Replace files that no command wrote
+    #[arg(long)]
+    force: bool,
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
@@ -63,7 +66,8 @@ pub struct Args {
 
 impl Args {
     fn options(&self) -> Result<Options, Failure> {
-        let refused = |name: &str, message: &str, hint: &str| failure(format!("--{name}: {message}\n  = hint: {hint}"));
+        let refused =
+            |name: &str, message: &str, hint: &str| wrong_argument(format!("--{name}: {message}\n  = hint: {hint}"));
         let speed = |name: &str, text: &String| {
             let value = quantity(name, text, &unit::ANGULAR_VELOCITY)?;
             let hint = "at rest the coefficients do not vary; the speed of a drive that turns backwards is negative";
@@ -111,6 +115,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let findings = Bar::beside(&scene.name, |tell| stability::study_scene(&scene.resource(), &options, tell));
     let findings = findings.map_err(fault)?;
     let (inputs, scene, measured) = (scene.files, Some(&*scene.text.0), Some(&args.measured));
-    let place = Place { folder: Some(&folder), inputs, scene, measured, ..Place::default() };
+    let place = Place { folder: Some(&folder), inputs, scene, measured, force: args.force, ..Place::default() };
     args.telling.deliver(findings.report(), &findings, place)
 }

@@ -3,7 +3,7 @@
 use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, NO_MOTION, driving, failure, files, read};
+use super::{Failure, NO_MOTION, driving, failure, files, read, wrong_argument};
 use crate::scene::Resolved;
 use crate::scene::forces::machine;
 use camdrive::drives::Fault;
@@ -42,6 +42,9 @@ pub struct Args {
     /// Folder for the speed over the turn, NAME.steady.csv and NAME.steady.svg, and NAME.json
     #[arg(long, value_name = "FOLDER")]
     report: Option<PathBuf>,
+    /// Replace files that no command wrote
+    #[arg(long)]
+    force: bool,
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
@@ -53,7 +56,7 @@ pub fn study(path: &Path, scene: &Resolved, load: &str, period: Option<&String>)
     let place = path.display();
     let findings = if let resource::Scene::DriveTrain(train) = &scene.scene {
         if period.is_some() || load != "0" {
-            return Err(failure(format!(
+            return Err(wrong_argument(format!(
                 "{place}: --load and --period are for a machine without elastic followers and loads\n  = hint: write the load as `machine.load.torque` into the scene, and choose the speed by its motor"
             )));
         }
@@ -78,7 +81,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let none = findings.motions.is_empty() && findings.without_torques.is_none();
     let folder = args.report.as_deref();
     let (inputs, scene, measured) = (scene.files, Some(&*scene.text.0), Some(&args.measured));
-    let place = Place { folder, inputs, scene, measured, ..Place::default() };
+    let place = Place { folder, inputs, scene, measured, force: args.force, ..Place::default() };
     args.telling.deliver(findings.report(), &findings, place)?;
     Ok(if none { ExitCode::from(NO_MOTION) } else { ExitCode::SUCCESS })
 }

@@ -3,9 +3,10 @@
 mod store;
 
 use super::output::counter;
-use super::{Failure, Foreign, Format, failure, files, tell};
+use super::{Failure, Foreign, Format, ending, failure, files, tell};
 use crate::export::hash;
 use crate::scene::coupled::Coupled;
+use crate::scene::input;
 use crate::scene::study::{self, Cell, Quantity, Study, Subject};
 use crate::scene::{Diagnostic, Diagnostics};
 use camdrive::drives::{AnyDrive, Description, Fault};
@@ -26,6 +27,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use store::Store;
+use toml_edit::DocumentMut;
 
 /// Runs many variants of a scene, a system or an FMU on all cores and measures each.
 ///
@@ -253,11 +255,7 @@ impl Parts<'_> {
     fn compute(&self, workers: Vec<Worker<'_>>, bar: &ProgressBar) -> Result<(), Failure> {
         let (next, stop) = (AtomicU64::new(0), Arc::new(AtomicBool::new(false)));
         // The first signal ends it after the runs under way, a second one at once.
-        #[cfg(unix)]
-        for &signal in signal_hook::consts::TERM_SIGNALS {
-            let _ = signal_hook::flag::register_conditional_default(signal, stop.clone());
-            let _ = signal_hook::flag::register(signal, stop.clone());
-        }
+        ending::stopping(&stop);
         let open: Mutex<BTreeMap<u64, Part>> = Mutex::default();
         let broken: Mutex<Option<Failure>> = Mutex::default();
         let work = |mut worker: Worker<'_>| {
@@ -289,7 +287,7 @@ impl Parts<'_> {
             return Err(failure);
         }
         if stop.load(Ordering::Relaxed) {
-            let there = self.numbers.iter().filter(|part| self.store.has(**part)).count();
+            let there = self.numbers.iter().filter(|part| self.store.has(**part).is_ok_and(|there| there)).count();
             let whole = counted(self.numbers.len(), "part");
             return Err(failure(format!(
                 "ended by a signal; {there} of {whole} are there\n  = hint: --resume goes on"
@@ -319,7 +317,7 @@ fn gathered(
 
 /// Reads a study: its name, too.
 fn read(path: &Path) -> Result<(Study, String), Failure> {
-    let study = study::read(path).map_err(|faults| Failure(faults.to_string()))?;
+    let study = study::read(path).map_err(|faults| Failure::new(faults.to_string()))?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let name = if stem == "study" { study.subject.name().to_owned() } else { stem };
     Ok((study, name))
@@ -360,7 +358,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let wrong = |fault: Fault| failure(format!("{}: {fault}", args.study.display()));
     let store = Store::open(&folder, &specification(&study, &columns, size)?, args.resume || args.part.is_some())?;
     let (i, n) = args.part.unwrap_or((1, 1));
-    let numbers: Vec<u64> = (0..rows.div_ceil(size)).filter(|part| part % n == i - 1 && !store.has(*part)).collect();
+    let mut numbers = Vec::new();
+    for part in (0..rows.div_ceil(size)).filter(|part| part % n == i - 1) {
+        let there = store.has(part).unwrap_or_else(|Failure { text, .. }| {
+            let fault = text.split('\n').next().unwrap_or_default().trim_start_matches("error: ");
+            tell(&format!("warning: {fault}; its runs are computed again\n"));
+            false
+        });
+        if !there {
+            numbers.push(part);
+        }
+    }
     let mut parts = Parts { study: &study, columns: &columns, store: &store, size, numbers, ends: Vec::new() };
     let mut end = 0;
     for part in &parts.numbers {
@@ -444,17 +452,29 @@ fn specification(study: &Study, columns: &[(Column, Content)], rows_of_part: u64
     let [text, scene] = &study.texts;
     let digest = |path: &PathBuf| {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        [name, hash::hexadecimal(&hash::sha256(&std::fs::read(path).unwrap_or_default()))]
+        [
+            name,
+            hash::hexadecimal(&hash::sha256(
+                &if path.is_file() { std::fs::read(path) } else { input::bytes(path) }.unwrap_or_default(),
+            )),
+        ]
     };
+    let tables: Vec<[String; 2]> = study.tables.iter().map(digest).collect();
+    // Elsewhere the scene has another path.
+    let mut anywhere: DocumentMut = text.parse().unwrap_or_default();
+    anywhere.remove("scene");
+    let of_tables = tables.iter().map(|[_, digest]| digest.as_str()).collect::<String>();
+    let identity = hash::sha256_of_parts(&[&anywhere.to_string(), scene, &of_tables].map(|text| text.as_bytes()));
     text::json(&json!({
-        "format": 1,
+        "format": store::FORMAT,
+        "identity": hash::hexadecimal(&identity),
         "tool": crate::export::TOOL,
         "commit": env!("CAMDRIVE_COMMIT"),
         "name": study.subject.name(),
         "model": if let Subject::Scene(scene) = &study.subject { Some(scene.scene.said()) } else { None },
         "study": text,
         "scene": scene,
-        "tables": study.tables.iter().map(digest).collect::<Vec<_>>(),
+        "tables": tables,
         "rows": study.rows(),
         "rows_of_part": rows_of_part,
         "axes": study.dimensions(),

@@ -3,7 +3,7 @@
 use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, files, read};
+use super::{Failure, files, read, wrong_argument};
 use crate::scene;
 use camdrive_design::resource::Scene;
 use camdrive_design::synthesis::Infeasible;
@@ -58,7 +58,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut assignment = scene::synthesis::read(&args.task).map_err(|faults| Failure(faults.to_string()))?;
+    let mut assignment = scene::synthesis::read(&args.task).map_err(|faults| Failure::new(faults.to_string()))?;
     assignment.scene = args.scene.clone().or(assignment.scene);
     let target = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}_profile.toml", assignment.name)));
     args.measured.need(args.report.as_ref())?;
@@ -76,22 +76,27 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let inputs = inputs.unwrap_or_default();
     files::no_foreign(&target, &inputs, args.force)?;
     if machine.is_none() && args.follower.is_some() {
-        return Err(Failure(
-            "error: --follower: there is no scene\n  = hint: name the machine with --scene".to_owned(),
-        ));
+        return Err(wrong_argument("--follower: there is no scene\n  = hint: name the machine with --scene"));
     }
     let study = Bar::beside(&assignment.name, |tell| Together::new(&assignment, &tell));
     let words = |fault: Infeasible| fault.words(&assignment.task, &assignment.names);
-    let study = study.map_err(|fault| Failure(format!("error: {}: {}", args.task.display(), words(fault))))?;
+    let study = study.map_err(|fault| Failure::new(format!("error: {}: {}", args.task.display(), words(fault))))?;
     let written = chosen.map_or(&study.studies[..], |law| std::slice::from_ref(&study.studies[law]));
     let profile = profile(written, args, machine);
     if let Some(scene) = &assignment.scene {
         let folder = scene.parent().unwrap_or(Path::new(""));
         scene::resolve(&target.display().to_string(), &profile, folder)
-            .map_err(|faults| Failure(faults.to_string()))?;
+            .map_err(|faults| Failure::new(faults.to_string()))?;
     }
     let more = vec![(target, profile.into_bytes())];
-    let place = Place { folder: args.report.as_deref(), more, inputs, scene: None, measured: Some(&args.measured) };
+    let place = Place {
+        folder: args.report.as_deref(),
+        more,
+        inputs,
+        scene: None,
+        force: args.force,
+        measured: Some(&args.measured),
+    };
     args.telling.deliver(study.report(), &study.findings(), place)
 }
 
@@ -99,7 +104,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn law(laws: &[String], name: &str) -> Result<usize, Failure> {
     laws.iter().position(|law| law == name).ok_or_else(|| {
         let hint = if laws.is_empty() { "leave --law out" } else { &format!("choose {}", laws.join(", ")) };
-        Failure(format!("error: --law: the task has no law `{name}`\n  = hint: {hint}"))
+        wrong_argument(format!("--law: the task has no law `{name}`\n  = hint: {hint}"))
     })
 }
 
@@ -107,7 +112,7 @@ fn law(laws: &[String], name: &str) -> Result<usize, Failure> {
 fn machine(path: &Path, follower: Option<usize>, laws: usize) -> Result<(DocumentMut, Vec<PathBuf>), Failure> {
     let resolved = read(path)?;
     let document = files::document(path)?;
-    let failure = |message: &str| Failure(format!("error: {}: {message}", path.display()));
+    let failure = |message: &str| Failure::new(format!("error: {}: {message}", path.display()));
     let followers = document.get("follower").and_then(|item| item.as_array_of_tables());
     let first = follower.unwrap_or(1);
     let replaced = followers.iter().flat_map(|list| list.iter()).skip(first.saturating_sub(1)).take(laws.max(1));

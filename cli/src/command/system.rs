@@ -90,7 +90,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Reads a system and tells its notes.
 pub fn read(path: &Path) -> Result<System, Failure> {
-    let system = system::read(path).map_err(|faults| Failure(faults.to_string()))?;
+    let system = system::read(path).map_err(|faults| Failure::new(faults.to_string()))?;
     for note in system.remarks() {
         tell(&format!("note: {}: {note}\n", text::in_one_line(path.display())));
     }

@@ -34,6 +34,9 @@ pub struct Args {
     output: Option<PathBuf>,
     #[command(flatten)]
     study: StudyArgs,
+    /// Replace files that no command wrote
+    #[arg(long)]
+    force: bool,
     #[command(flatten)]
     telling: Telling,
 }
@@ -87,6 +90,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = read(&args.scene)?;
     let folder = files::folder(args.output.as_deref(), "tradeoff", &scene.name)?;
     let findings = args.study.study(&args.scene, &scene)?;
-    let place = Place { folder: Some(&folder), inputs: scene.files, scene: Some(&scene.text.0), ..Place::default() };
+    let place = Place {
+        folder: Some(&folder),
+        inputs: scene.files,
+        scene: Some(&scene.text.0),
+        force: args.force,
+        ..Place::default()
+    };
     args.telling.deliver(findings.report(), &findings, place)
 }

@@ -3,7 +3,7 @@
 use super::run::signals::Signals;
 use super::{Failure, Foreign, Format, open, tell};
 use crate::export::results::{self, Results};
-use crate::export::{references, sbom};
+use crate::export::{self, references, sbom};
 use crate::scene::Diagnostics;
 use crate::scene::source::is_fmu;
 use camdrive::drives::resource::{BUILD, Content, FILE_NAME};
@@ -14,7 +14,9 @@ use camdrive_design::report::unit::{ONE, Unit};
 use camdrive_design::report::{Level, Report, Table, Verdict};
 use camdrive_design::resource::Scene;
 use camdrive_design::text::{self, number};
+use camdrive_design::xml::Element;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -22,7 +24,8 @@ use std::process::ExitCode;
 ///
 /// The FMU's own library computes them on this machine. An output agrees where it differs nowhere by more than the
 /// relative tolerance of the experiment, of its largest value, and the last digit of the results. Exit code 1 where one
-/// does not, where rows of the results are missing, and where the scene inside is no longer the one of the drive. Inputs
+/// does not, where rows of the results are missing, and where the scene inside is no longer the one of the drive or
+/// of modelDescription.xml. Inputs
 /// move as the table inside says: phi, w, a turn the shaft twice in a smooth run-up, every other one rises smoothly, the
 /// last by 1 in its unit or by a part of it that leaves a free shaft near its speed, each one before it by half of that
 /// of the next. A chaotic motion agrees on machines of one kind only.
@@ -119,7 +122,8 @@ fn other(path: &Path) -> Option<Fault> {
 
 fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
     let fmu = Fmu::open(path).map_err(|fault| other(path).unwrap_or(fault))?;
-    let folder = host::unpacked(path, &[&format!("{}/", references::FOLDER), "resources/", sbom::PATH])?;
+    let parts = [&*format!("{}/", references::FOLDER), "resources/", sbom::PATH, host::DESCRIPTION];
+    let folder = host::unpacked(path, &parts)?;
     let (names, rows) = results_of(folder.path())?;
     let description = fmu.description();
     let is_output = |about: &Description| about.causality == Causality::Output;
@@ -147,8 +151,8 @@ fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
         changes.push(format!("{} is missing: the inputs keep their start values", references::INPUT));
     }
     let signals = table.is_file().then(|| Signals::read(&table, &all, |_| None)).transpose();
-    let signals =
-        signals.map_err(|Failure(text)| Fault::new(text.replace(&table.display().to_string(), references::INPUT)))?;
+    let signals = signals
+        .map_err(|Failure { text, .. }| Fault::new(text.replace(&table.display().to_string(), references::INPUT)))?;
     let signals = signals.unwrap_or_default();
     let mut host = fmu.instantiate(&description.name)?;
     let give = |host: &mut host::Host, time: f64, initialised: bool| {
@@ -216,9 +220,15 @@ fn changes(path: &Path, folder: &Path, about: &ModelDescription, rows: &[Vec<f64
     // Other sources may encode the same scene in another way.
     if String::from_utf8_lossy(&read(sbom::PATH)?).contains(BUILD) {
         let bytes = read(&format!("resources/{FILE_NAME}"))?;
-        let Content { model, scene, .. } = Content::from_bytes(&bytes)?;
-        if about.name != resource.name || !are_near(&Scene::decoded(model, scene)?, &resource.scene) {
+        let Content { model, scene: encoded, .. } = Content::from_bytes(&bytes)?;
+        if about.name != resource.name
+            || !are_near(&format!("{:?}", Scene::decoded(model, encoded)?), &format!("{:?}", resource.scene))
+        {
             changes.push(format!("the scene inside is not the one of the drive, resources/{FILE_NAME}"));
+        } else {
+            let wanted = Element::read(&export::description_of(&resource, &scene.description)?)?;
+            let found = Element::read(&String::from_utf8_lossy(&read(host::DESCRIPTION)?))?;
+            changes.extend(difference(&found, &wanted).map(|what| format!("{}: {what}", host::DESCRIPTION)));
         }
     } else {
         tell(&format!(
@@ -234,10 +244,41 @@ fn changes(path: &Path, folder: &Path, about: &ModelDescription, rows: &[Vec<f64
     Ok(changes)
 }
 
-/// Whether two scenes differ at most in the last digits of numbers, which sin and cos of another machine may give.
-fn are_near(one: &Scene, other: &Scene) -> bool {
-    let [one, other] = [one, other].map(|scene| format!("{scene:?}"));
-    let [one, other] = [&one, &other].map(|text| text.split([' ', ',', '(', ')', '[', ']']).collect::<Vec<&str>>());
+/// Attributes of the root that no scene has.
+const OF_THE_EXPORT: [&str; 2] = ["guid", "generationDateAndTime"];
+
+/// The first thing in which an element is not the wanted one, but for the last digits of numbers.
+fn difference(found: &Element, wanted: &Element) -> Option<String> {
+    let name = found.get("name").map_or(String::new(), |name| format!(" name=\"{name}\""));
+    let here = format!("<{}{name}>", found.name);
+    let own = |element: &Element| -> BTreeMap<String, String> {
+        element.attributes.iter().filter(|(key, _)| !OF_THE_EXPORT.contains(&key.as_str())).cloned().collect()
+    };
+    let (mut rest, wants) = (own(found), own(wanted));
+    for (key, value) in wants {
+        let is = rest.remove(&key);
+        if !is.as_ref().is_some_and(|is| are_near(is, &value)) {
+            let is = is.map_or("is missing".to_owned(), |is| format!("is \"{is}\""));
+            return Some(format!("{here}: {key} {is}, the scene gives \"{value}\""));
+        }
+    }
+    if let Some(key) = rest.keys().next() {
+        return Some(format!("{here}: the scene gives no {key}"));
+    }
+    if found.children.len() != wanted.children.len() {
+        let [is, gives] = [found, wanted].map(|element| element.children.len());
+        return Some(format!("{here} has {is} elements, the scene gives {gives}"));
+    }
+    let named = |(found, wanted): (&Element, &Element)| match found.name == wanted.name {
+        true => difference(found, wanted),
+        false => Some(format!("{here} has <{}>, the scene gives <{}>", found.name, wanted.name)),
+    };
+    found.children.iter().zip(&wanted.children).find_map(named)
+}
+
+/// Whether two texts differ at most in the last digits of numbers, which sin and cos of another machine may give.
+fn are_near(one: &str, other: &str) -> bool {
+    let [one, other] = [one, other].map(|text| text.split([' ', ',', '(', ')', '[', ']']).collect::<Vec<&str>>());
     let number = |text: &str| text.parse::<f64>().unwrap_or(f64::NAN);
     let near = |a: f64, b: f64| (a - b).abs() <= NEAR * a.abs();
     one.len() == other.len() && one.iter().zip(other).all(|(a, b)| *a == b || near(number(a), number(b)))

@@ -108,7 +108,7 @@ fn experiment(xml: &mut Xml, name: &str, drive: &AnyDrive, results: &Results) {
     };
     let mut text = format!("{} s in steps of {} s{until}. ", short(e.stop), short(e.step));
     let folder = references::FOLDER;
-    if results.inputs().is_some() {
+    if !results.motion().is_empty() {
         text += &format!(
             "The inputs move: {} ({folder}/{} inside this FMU). {} ",
             results.motion(),

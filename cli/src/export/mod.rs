@@ -145,7 +145,7 @@ fn pack_drive(
     let identity = Identity { name: &resource.name, description, guid: "", date: None };
     (page.results, page.study) = (Some(&results), extras.study);
     replace(File::new(DOCUMENTATION, documentation::html(&identity, resource, drive, &page)?));
-    content.extend(references::files(extras.sources, &results));
+    content.extend(references::files(extras.sources, &results)?);
     if let Some(report) = extras.study {
         content.extend(tradeoff::files(report)?);
     }
@@ -159,6 +159,16 @@ fn pack_drive(
         variables: descriptions.len(),
         states: descriptions.iter().filter(|d| d.state).count(),
     })
+}
+
+/// modelDescription.xml of a scene, without guid and date.
+///
+/// # Errors
+/// A scene that its drive refuses.
+pub fn description_of(resource: &Resource, description: &str) -> Result<String, Fault> {
+    let drive = &mut resource.build()?;
+    let identity = Identity { name: &resource.name, description: &stated(description, drive)?, guid: "", date: None };
+    model_description::xml(&identity, drive)
 }
 
 /// The files that hold the guid.

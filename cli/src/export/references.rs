@@ -4,6 +4,7 @@
 use super::archive::File;
 use super::results::Results;
 use super::xml::Xml;
+use camdrive::drives::Fault;
 pub use camdrive_design::host::{MODEL, REFERENCES as FOLDER};
 use std::fmt::Write as _;
 
@@ -18,7 +19,11 @@ pub const CONVENTION: &str = "Continuous inputs go on linearly between the rows,
 canInterpolateInputs says so, but phi and w beside an input a, which moves them; outputs are read after the inputs of their row have been set.";
 
 /// The files in `extra/`: the manifest, the sources by name, the scene first, inputs and results of the experiment.
-pub fn files(sources: &[(String, Vec<u8>)], results: &Results) -> Vec<File> {
+///
+/// # Errors
+/// Those of the tables of results.
+pub fn files(sources: &[(String, Vec<u8>)], results: &Results) -> Result<Vec<File>, Fault> {
+    let (inputs, outputs) = (results.inputs()?, results.csv()?);
     let mut files = Vec::new();
     let mut manifest = Xml::document();
     let attributes = [
@@ -42,7 +47,7 @@ pub fn files(sources: &[(String, Vec<u8>)], results: &Results) -> Vec<File> {
             let description = if i == 0 { "Scene of which the FMU was made" } else { "Table that the scene names" };
             related(format!("{MODEL}/{name}"), content, "model", description);
         }
-        if let Some(inputs) = results.inputs() {
+        if let Some(inputs) = inputs {
             related(
                 INPUT.to_owned(),
                 inputs.as_bytes(),
@@ -52,10 +57,10 @@ pub fn files(sources: &[(String, Vec<u8>)], results: &Results) -> Vec<File> {
         }
         let until = if results.whole { String::new() } else { format!(" up to t = {} s", results.end()) };
         let description = format!("Outputs over the default experiment{until}");
-        related(RESULT.to_owned(), results.csv().as_bytes(), "result", &description);
+        related(RESULT.to_owned(), outputs.as_bytes(), "result", &description);
     });
     files.insert(0, File::new(format!("{FOLDER}/fmi-ls-manifest.xml"), manifest.finish()));
-    files
+    Ok(files)
 }
 
 /// A relative URI of a path.

@@ -8,8 +8,8 @@ use camdrive::drives::{AnyDrive, Curve, Description, Fault};
 use camdrive::numerics::work::{BUDGET, Since};
 use camdrive_design::drawing::Drawing;
 use camdrive_design::plot::Axis;
+use camdrive_design::text;
 use std::f64::consts::TAU;
-use std::fmt::Write as _;
 
 /// Digits that are told of the largest value of an output. Platforms differ in the last bits of sin and cos, which seldom reaches
 /// so far: the same scene has the same table on each.
@@ -126,7 +126,10 @@ impl Results {
     }
 
     /// The table of the outputs, as `camdrive run` writes it.
-    pub fn csv(&self) -> String {
+    ///
+    /// # Errors
+    /// Those of [`text::csv`].
+    pub fn csv(&self) -> Result<String, Fault> {
         table(&self.outputs, &self.rows)
     }
 
@@ -152,8 +155,11 @@ impl Results {
     }
 
     /// The table of the inputs, as `camdrive run --input` reads it; None of a drive without.
-    pub fn inputs(&self) -> Option<String> {
-        (!self.inputs.is_empty()).then(|| table(&self.inputs, &self.courses))
+    ///
+    /// # Errors
+    /// Those of [`text::csv`].
+    pub fn inputs(&self) -> Result<Option<String>, Fault> {
+        (!self.inputs.is_empty()).then(|| table(&self.inputs, &self.courses)).transpose()
     }
 
     /// The course of the main outputs, and what it shows; None where none of them changes.
@@ -281,20 +287,11 @@ fn thinned(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     points.chunks(points.len().div_ceil(MOST_POINTS / 2)).flat_map(ends).collect()
 }
 
-fn table(columns: &[Description], rows: &[Vec<f64>]) -> String {
-    let names: Vec<&str> = ["time"].into_iter().chain(columns.iter().map(|d| d.name.as_str())).collect();
-    let mut text = String::new();
-    // A name with a comma in it is quoted.
-    for (i, name) in names.into_iter().enumerate() {
-        let quote = if name.contains(',') { "\"" } else { "" };
-        let _ = write!(text, "{}{quote}{name}{quote}", if i == 0 { "" } else { "," });
-    }
-    for row in rows {
-        for (i, value) in row.iter().enumerate() {
-            let _ = write!(text, "{}{value:?}", if i == 0 { "\n" } else { "," });
-        }
-    }
-    text + "\n"
+fn table(columns: &[Description], rows: &[Vec<f64>]) -> Result<String, Fault> {
+    let names = ["time"].into_iter().chain(columns.iter().map(|d| d.name.as_str()));
+    let head = names.map(str::to_owned).collect();
+    let rows = rows.iter().map(|row| row.iter().map(|value| format!("{value:?}")).collect());
+    text::csv(std::iter::once(head).chain(rows))
 }
 
 /// The time and the inputs at it, from these start values to the end `stop` (s): phi, w and a turn the shaft twice in a
@@ -388,7 +385,7 @@ mod tests {
         let results = Results::of(&mut drive).unwrap();
         let e = drive.experiment();
         assert!(results.whole && results.end() == e.stop, "{}", results.end());
-        let csv = results.csv();
+        let csv = results.csv().unwrap();
         let mut lines = csv.lines();
         assert!(lines.next().unwrap().starts_with("time,x"), "{csv}");
         assert_eq!(lines.count(), (e.stop / e.step).round() as usize + 1);

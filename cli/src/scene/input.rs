@@ -2,9 +2,11 @@
 
 use super::diagnostics::{Diagnostic, Diagnostics};
 use super::keys::{self, Table};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use toml::de::DeTable;
 
 /// Some editors begin a UTF-8 file with it; an editor does not count it as a column.
@@ -133,13 +135,30 @@ fn has(path: &Path, kind: Kind, keys: &[&str]) -> bool {
     keys.iter().any(|key| has(key)) && !has("model")
 }
 
-/// The bytes of a file, a pipe or the beginning of a device.
+/// What came from pipes and devices, which can be read but once.
+static STREAMS: Mutex<BTreeMap<PathBuf, Vec<u8>>> = Mutex::new(BTreeMap::new());
+
+/// The bytes of a file, a pipe or the beginning of a device; of the standard input, called `-`.
 ///
 /// # Errors
 /// A file that cannot be read, or is too large for a scene, a task or a table.
 pub fn bytes(path: &Path) -> Result<Vec<u8>, Error> {
+    let standard = path == Path::new("-");
+    if !standard && std::fs::metadata(path)?.is_file() {
+        return content(File::open(path)?);
+    }
+    let mut streams = STREAMS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(bytes) = streams.get(path) {
+        return Ok(bytes.clone());
+    }
+    let bytes = if standard { content(std::io::stdin()) } else { content(File::open(path)?) }?;
+    streams.insert(path.to_owned(), bytes.clone());
+    Ok(bytes)
+}
+
+fn content(file: impl std::io::Read) -> Result<Vec<u8>, Error> {
     let mut bytes = Vec::new();
-    File::open(path)?.take(LARGEST + 1).read_to_end(&mut bytes)?;
+    file.take(LARGEST + 1).read_to_end(&mut bytes)?;
     match bytes.len() as u64 > LARGEST {
         true => Err(Error::new(ErrorKind::FileTooLarge, format!("it has more than {} MB", LARGEST / 1_000_000))),
         false => Ok(bytes),

@@ -17,12 +17,11 @@ use camdrive::drives::unit::Quantity;
 use camdrive::drives::variable::{Causality, Kind as Type};
 use camdrive::drives::{Fault, Number};
 use camdrive_design::coupling::stability::{self, Exchange, Limit, least_inertia};
-use camdrive_design::host::{Fmu, ModelDescription, Variable};
+use camdrive_design::host::{Fmu, ModelDescription, TemporaryFolder, Variable};
 use camdrive_design::resource::{Scene, is_name};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use tempfile::TempDir;
 use toml::de::{DeTable, DeValue};
 use toml_edit::{DocumentMut, value};
 use wiring::Wiring;
@@ -53,7 +52,7 @@ pub struct System {
     /// The files that it was read from.
     pub files: Vec<PathBuf>,
     /// Where the FMUs of an archive are.
-    pub(super) _folder: Option<Arc<TempDir>>,
+    pub(super) _folder: Option<Arc<TemporaryFolder>>,
 }
 
 /// A part of a system.

@@ -200,9 +200,12 @@ impl ModelDescription {
             root.list("ModelVariables").iter().filter(|child| child.name == "ScalarVariable").collect();
         let names: Vec<&str> = all.iter().map(|variable| variable.get("name").unwrap_or_default()).collect();
         let known = dependencies(&root, &names)?;
+        // By their names, since an FMU may have as many types and units as variables; the first one of a name counts.
+        let types = first_of(root.list("TypeDefinitions").iter().filter_map(|t| Some((t.get("name")?, t))));
+        let si = first_of(units.iter().map(|si| (si.unit.name.as_str(), si)));
         for (variable, name) in all.iter().zip(&names) {
             let named = |fault: Fault| Fault::new(format!("`{name}`: {fault}"));
-            let mut read = Variable::read(variable, &units, root.list("TypeDefinitions")).map_err(named)?;
+            let mut read = Variable::read(variable, &si, &types).map_err(named)?;
             if let (Some(variable), Some(known)) = (&mut read, known.get(name)) {
                 variable.by_all = false;
                 variable.about.dependencies = known.iter().map(|name| (*name).to_owned()).collect();
@@ -242,18 +245,22 @@ impl ModelDescription {
 
 impl Variable {
     /// Of its element; None of a String.
-    fn read(element: &Element, units: &[SiUnit], types: &[Element]) -> Result<Option<Self>, Fault> {
+    fn read(
+        element: &Element,
+        units: &HashMap<&str, &SiUnit>,
+        types: &HashMap<&str, &Element>,
+    ) -> Result<Option<Self>, Fault> {
         const TYPES: [&str; 4] = ["Real", "Integer", "Boolean", "Enumeration"];
         let kind_of = |element: &'_ Element| element.children.iter().position(|child| TYPES.contains(&&*child.name));
         let Some(own) = kind_of(element).map(|place| &element.children[place]) else { return Ok(None) };
-        let declared = own.get("declaredType").and_then(|name| types.iter().find(|t| t.get("name") == Some(name)));
+        let declared = own.get("declaredType").and_then(|name| types.get(name));
         let declared = declared.and_then(|t| kind_of(t).map(|place| &t.children[place]));
         let empty = Element::default();
         let declared = declared.unwrap_or(&empty);
         let number = |name: &str| own.number::<f64>(name).and_then(|own| Ok(own.or(declared.number(name)?)));
         let unit_name = own.get("unit").or(declared.get("unit")).unwrap_or_default();
         let unknown = SiUnit { base: None, unit: Unit { name: unit_name.to_owned(), factor: 1.0, offset: 0.0 } };
-        let si = units.iter().find(|si| si.unit.name == unit_name).unwrap_or(&unknown);
+        let si = units.get(unit_name).copied().unwrap_or(&unknown);
         let unit = si.unit.clone();
         let items = declared.all("Item").map(|item| {
             let value = item.number("value")?.ok_or_else(|| Fault::new("an item of its type has no value"))?;
@@ -309,6 +316,15 @@ impl Variable {
         let reference = reference.parse().map_err(|_| Fault::new(format!("valueReference=\"{reference}\" is none")))?;
         Ok(Some(Variable { about, reference, unit, start, items, by_all: true }))
     }
+}
+
+/// The first value of each name.
+fn first_of<'a, T>(all: impl Iterator<Item = (&'a str, T)>) -> HashMap<&'a str, T> {
+    let mut first = HashMap::new();
+    for (name, value) in all {
+        first.entry(name).or_insert(value);
+    }
+    first
 }
 
 /// What the outputs depend on, by their names, as far as ModelStructure tells it; indices count all variables from 1.

@@ -11,7 +11,7 @@ use std::fmt::Display;
 use std::fs::File;
 use std::io::{Read, Seek, Write as _};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use tempfile::TempDir;
 use zip::ZipArchive;
 
@@ -22,7 +22,7 @@ const LARGEST: u64 = 4_000_000_000;
 const LARGEST_DESCRIPTION: u64 = 200_000_000;
 
 /// The file that makes an archive an FMU.
-const DESCRIPTION: &str = "modelDescription.xml";
+pub const DESCRIPTION: &str = "modelDescription.xml";
 
 /// The folder of what an FMU carries to be traced and checked, by the layered standard FMI-LS-REF.
 pub const REFERENCES: &str = "extra/org.fmi-standard.fmi-ls-ref";
@@ -40,7 +40,7 @@ pub(super) struct Content {
     pub runtime: Runtime,
     pub folder: PathBuf,
     /// None in a process that serves a library: the one that started it removes the folder.
-    _removed: Option<TempDir>,
+    _removed: Option<TemporaryFolder>,
 }
 
 /// Where the library of an FMU runs.
@@ -65,8 +65,7 @@ impl Fmu {
     /// loaded; a temporary folder that cannot be written.
     pub fn open(path: &Path) -> Result<Self, Fault> {
         let of_file = |fault: Fault| Fault::new(format!("{}: {fault}", crate::text::in_one_line(path.display())));
-        let file = File::open(path).map_err(|e| of_file(Fault::new(format!("the FMU cannot be read: {e}"))))?;
-        Fmu::unpacked(file).map_err(of_file)
+        opened(path, "FMU").and_then(Fmu::unpacked).map_err(of_file)
     }
 
     fn unpacked(file: File) -> Result<Self, Fault> {
@@ -117,7 +116,7 @@ impl Fmu {
     /// A scene that its drive refuses; a temporary folder that cannot be written.
     pub fn linked(resource: &Resource) -> Result<Self, Fault> {
         let description = ModelDescription::of(&resource.name, &resource.guid, &mut resource.build()?)?;
-        let folder = temporary_folder()?;
+        let folder = TemporaryFolder::new()?;
         let resources = folder.path().join("resources");
         let written = || {
             std::fs::create_dir(&resources)?;
@@ -180,27 +179,67 @@ fn no_folder(why: &dyn Display) -> Fault {
     Fault::new(format!("the archive cannot be unpacked into the temporary folder {}: {why}", folder.display()))
 }
 
-fn temporary_folder() -> Result<TempDir, Fault> {
-    tempfile::Builder::new().prefix("camdrive-").tempdir().map_err(|e| no_folder(&e))
+/// A folder that vanishes when it is dropped, or with the program.
+#[derive(Debug)]
+pub struct TemporaryFolder(TempDir);
+
+/// The folders that are there.
+static FOLDERS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+impl TemporaryFolder {
+    fn new() -> Result<Self, Fault> {
+        let folder = tempfile::Builder::new().prefix("camdrive-").tempdir().map_err(|e| no_folder(&e))?;
+        FOLDERS.lock().unwrap_or_else(PoisonError::into_inner).push(folder.path().to_owned());
+        Ok(TemporaryFolder(folder))
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// Removes all, since a signal ends the program without dropping anything.
+    pub fn remove_all() {
+        for folder in FOLDERS.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+            let _ = std::fs::remove_dir_all(folder);
+        }
+    }
+}
+
+impl Drop for TemporaryFolder {
+    fn drop(&mut self) {
+        FOLDERS.lock().unwrap_or_else(PoisonError::into_inner).retain(|folder| folder != self.0.path());
+    }
 }
 
 fn damaged(why: &dyn Display) -> Fault {
     Fault::new(format!("the archive is damaged: {why}"))
 }
 
+/// A file that can be read from its end, as archives are.
+fn opened(path: &Path, what: &str) -> Result<File, Fault> {
+    let unread = |e: &dyn Display| Fault::new(format!("the {what} cannot be read: {e}"));
+    let about = std::fs::metadata(path).map_err(|e| unread(&e))?;
+    match about.is_file() || about.is_dir() {
+        true => File::open(path).map_err(|e| unread(&e)),
+        // Opening a pipe would wait for its other end.
+        false => Err(unread(&"it is a pipe or a device; an archive is a file")),
+    }
+}
+
 /// The files below these folders of an FMU or another archive in a temporary folder, whatever else it holds.
 ///
 /// # Errors
 /// A file that is no archive; a temporary folder that cannot be written.
-pub fn unpacked(path: &Path, folders: &[&str]) -> Result<TempDir, Fault> {
-    let file = File::open(path).map_err(|e| Fault::new(format!("the archive cannot be read: {e}")))?;
-    let archive = ZipArchive::new(file).map_err(|e| Fault::new(format!("this is no zip archive: {e}")));
+pub fn unpacked(path: &Path, folders: &[&str]) -> Result<TemporaryFolder, Fault> {
+    let archive =
+        ZipArchive::new(opened(path, "archive")?).map_err(|e| Fault::new(format!("this is no zip archive: {e}")));
     unpack(&mut archive?, folders)
 }
 
 /// Writes the files below these folders of the archive to a temporary one.
-fn unpack<R: Read + Seek>(archive: &mut ZipArchive<R>, folders: &[&str]) -> Result<TempDir, Fault> {
-    let target = temporary_folder()?;
+fn unpack<R: Read + Seek>(archive: &mut ZipArchive<R>, folders: &[&str]) -> Result<TemporaryFolder, Fault> {
+    let target = TemporaryFolder::new()?;
     let mut left = LARGEST;
     for i in 0..archive.len() {
         let entry = archive.by_index(i).map_err(|e| damaged(&e))?;

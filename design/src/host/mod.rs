@@ -18,7 +18,7 @@ mod serve;
 use camdrive::drives::Fault;
 pub use description::{Capabilities, Experiment, ModelDescription, Unit, Variable};
 use fmu::Runtime;
-pub use fmu::{Fmu, MODEL, REFERENCES, platforms, unpacked};
+pub use fmu::{DESCRIPTION, Fmu, MODEL, REFERENCES, TemporaryFolder, platforms, unpacked};
 use instance::Loaded;
 use process::Remote;
 pub use process::{LIMIT, limit};

@@ -13,6 +13,9 @@ use crate::xml::writer::Xml;
 /// How pages look, on screens and on paper.
 const STYLE: &str = include_str!("html.css");
 /// What pages do.
+/// Stands in the head of every page: by it a command knows a page of its own.
+pub const MARK: &str = "<meta name=\"generator\" content=\"camdrive\"";
+
 const SCRIPT: &str = include_str!("html.js");
 
 /// How far (pixels) a line may pass by a point that it leaves out.
@@ -26,6 +29,7 @@ pub fn page(name: &str, reports: &[Report]) -> String {
     xml.element("html", &root, |xml| {
         xml.element("head", &[], |xml| {
             xml.empty("meta", &[attribute("charset", "utf-8")]);
+            xml.empty("meta", &[attribute("name", "generator"), attribute("content", "camdrive")]);
             let content = attribute("content", "width=device-width, initial-scale=1");
             xml.empty("meta", &[attribute("name", "viewport"), content]);
             xml.text("title", &[], name);

@@ -103,8 +103,8 @@ impl Piece {
     pub fn above(&self, sign: f64, least: f64) -> f64 {
         let bound = self.0.iter().fold(f64::NEG_INFINITY, |bound, value| bound.max(sign * value));
         let least = least.max(sign * self.0[0]).max(sign * self.0[5]);
-        // What is left cannot be told from the rounding of the control values.
-        if bound <= least + 4.0 * f64::EPSILON * bound.abs() {
+        // What is left cannot be told from the rounding of the control values. A comparison with NaN is false.
+        if !(bound > least + 4.0 * f64::EPSILON * bound.abs()) {
             return least;
         }
         let [low, high] = self.split(0.5);
@@ -174,6 +174,7 @@ mod tests {
         let greatest = low.above(1.0, f64::NEG_INFINITY);
         assert!((greatest - inner).abs() < 1e-14 && low.above(1.0, 5.0) == 5.0, "{greatest} {inner}");
         assert_eq!(Piece::constant(3.0).above(-1.0, f64::NEG_INFINITY), -3.0);
+        assert!(!Piece::constant(f64::NAN).above(1.0, f64::NEG_INFINITY).is_finite());
     }
 
     #[test]

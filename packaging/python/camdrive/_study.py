@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
 import json
 import math
 import os
+import re
 import tempfile
 from collections.abc import Iterable, Mapping
 from functools import cached_property
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
 
     Vary = Union[Mapping[Any, Any], Iterable[Mapping[str, Any]], pd.DataFrame]
 
+_FORMAT = 2
 _EXPLAINED = ("rows", "parts", "seconds", "bytes")
 # A share without parts: with it the tool makes or checks a store and computes nothing.
 _NOTHING = "--part=1000000000000000000/1000000000000000000"
@@ -60,8 +64,11 @@ class Study:
         if not runs.is_dir():
             raise Error(f"{self.folder} is there no more")
         try:
-            parts = [pandas.read_parquet(part, engine="pyarrow") for part in sorted(runs.glob("*.parquet"))]
-        except (OSError, ValueError) as error:
+            parts = [
+                pandas.read_parquet(io.BytesIO(_sealed(part, self.data["identity"])), engine="pyarrow")
+                for part in sorted(runs.glob("*.parquet"))
+            ]
+        except (OSError, ValueError, KeyError) as error:
             raise Error(f"{runs}: {words(error)}") from error
         table: pd.DataFrame = pandas.concat(parts or [pandas.DataFrame(columns=[*self.units])]).set_index("run")
         table.attrs.update(units=self.units, meanings=self.meanings)
@@ -99,7 +106,10 @@ class Study:
 def open_study(folder: PathLike) -> Study:
     """The study in a store, complete or not. Raises `Error` where there is none."""
     try:
-        return Study(Path(folder), json.loads(Path(folder, "study.json").read_bytes()))
+        data = json.loads(Path(folder, "study.json").read_bytes())
+        if data["format"] != _FORMAT:
+            raise ValueError(f"its format is {data['format']}, this version reads {_FORMAT}")
+        return Study(Path(folder), data)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise Error(f"{os.fspath(folder)} is no store of a study: {words(error)}") from error
 
@@ -154,11 +164,13 @@ def study(
     with temporary_folder() as folder:
         file = place if vary is None else os.path.join(folder, "study.toml")
         if vary is not None:
+            vary = _by_name(vary)
             texts = [measures] if isinstance(measures, str) else [*(measures or ())]
             Path(file).write_bytes(_text(vary, {"scene": place, **keys, "measures": texts}).encode(errors="replace"))
         ran = run("study", "--json", *limit, *(option for option, is_given in options.items() if is_given), "--", file)
         if ran.returncode != 0:
-            raise Error(ran.stderr) if vary is None or is_fmu(place) else failure(ran.stderr, place)
+            text = ran.stderr if vary is None else _of_dictionary(ran.stderr, file, [*vary])
+            raise Error(text) if vary is None or is_fmu(place) else failure(text, place)
         told = json.loads(ran.stdout)
         if explain:
             return Study(None, told)
@@ -168,16 +180,27 @@ def study(
         return done
 
 
-def _text(vary: Any, keys: dict[str, Any]) -> str:
-    """The text of a study file."""
-    lines = [f"{_toml(key)} = {_toml(value, key)}" for key, value in keys.items()]
+def _by_name(vary: Any) -> Mapping[Any, Any]:
+    """What varies by the names of its variables."""
     if hasattr(vary, "itertuples"):
-        vary = {tuple(vary.columns): [*vary.itertuples(index=False, name=None)]}
-    elif not isinstance(vary, Mapping):
+        return {tuple(vary.columns): [*vary.itertuples(index=False, name=None)]}
+    if not isinstance(vary, Mapping):
         table = [*vary] if isinstance(vary, Iterable) else [vary]
         if any(not isinstance(row, Mapping) or row.keys() != table[0].keys() for row in table):
             raise Error("vary: a mapping, a DataFrame or a list of mappings with the same names is expected")
-        vary = {tuple(table[0] if table else ()): [[row[name] for name in table[0]] for row in table]}
+        return {tuple(table[0] if table else ()): [[row[name] for name in table[0]] for row in table]}
+    return vary
+
+
+def _of_dictionary(text: str, file: str, names: list[Any]) -> str:
+    """The message with keys of the dictionary in the place of tables of the file, which is there no more."""
+    text = re.sub(r"(?m)^ *(-->|\d* *\|).*\n", "", text).replace(file, "study")
+    return re.sub(r"vary\[(\d+)\]", lambda place: f"vary[{names[int(place[1]) - 1]!r}]", text)
+
+
+def _text(vary: Mapping[Any, Any], keys: dict[str, Any]) -> str:
+    """The text of a study file."""
+    lines = [f"{_toml(key)} = {_toml(value, key)}" for key, value in keys.items()]
     for name, values in vary.items():
         said, between = values if isinstance(values, Mapping) else {"values": values}, ",\n"
         lines += ["[[vary]]", f"{'names' if isinstance(name, tuple) else 'name'} = {_toml(name)}"]
@@ -195,6 +218,30 @@ def _toml(value: Any, name: str = "vary", between: str = ", ") -> str:
     if isinstance(value, Iterable) and not isinstance(value, (bytes, Mapping)):
         return f"[{between.join(_toml(item, name) for item in value)}]"
     raise Error(f"`{name}` = {value!r}: a finite number, a text, True or False is expected, or a list of these")
+
+
+def _sealed(part: Path, identity: str) -> bytes:
+    """The bytes of a part whose checksum is right: SHA-256 of the study, of its number, and of its bytes with zeros in the
+    place of the checksum, each after its length."""
+    whole = part.read_bytes()
+    # Its key among the metadata, and the type and the length of a text.
+    first = whole.rfind(b"camdrive.checksum") + 19
+    bare = whole[:first] + b"0" * 64 + whole[first + 64 :]
+    number = int(part.stem.rpartition("-")[2]).to_bytes(8, "little")
+    digest = hashlib.sha256()
+    for piece in (identity.encode(), number, bare):
+        digest.update(len(piece).to_bytes(8, "little") + piece)
+    if digest.hexdigest().encode() != whole[first : first + 64]:
+        hint = "resume=True, or `camdrive study --resume`, computes it again"
+        raise ValueError(f"{part.name} is damaged, or of another place or study\n  = hint: {hint}")
+    return whole
+
+
+def _is_whole(part: Path, identity: str) -> bool:
+    try:
+        return bool(_sealed(part, identity))
+    except (OSError, ValueError):
+        return False
 
 
 def _share(
@@ -222,7 +269,7 @@ def _distribute(client: Any, done: Study, files: list[str], limit: tuple[str, ..
     scene = os.path.relpath(inside[1], os.path.dirname(inside[0]))
     bundle[inside[0]] = data["study"].replace(_toml(files[1]), _toml(scene), 1).encode()
     parts = [f"part-{part:05}.parquet" for part in range(math.ceil(data["rows"] / data["rows_of_part"]))]
-    missing = {name for name in parts if not (runs / name).is_file()}
+    missing = {name for name in parts if not _is_whole(runs / name, data["identity"])}
 
     def compute(*arguments: Any) -> Any:
         # Nested, it goes to workers by value: one without camdrive says so instead of breaking down at the message.

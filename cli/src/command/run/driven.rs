@@ -2,7 +2,7 @@
 
 use super::signals::Signals;
 use super::{Args, Column, Machine, Run, Shared, name_and_value, names_of};
-use crate::command::{Failure, failure};
+use crate::command::{Failure, failure, wrong_argument};
 use crate::scene::variable::find;
 use camdrive::drives::variable::Causality;
 use camdrive::drives::{Description, Fault, Number};
@@ -55,7 +55,7 @@ pub fn run<S: Source>(
         None => (0..all.len()).filter(|i| all[*i].causality == Causality::Output).collect(),
         Some(names) => {
             let found = names_of(names).into_iter().map(|name| find(all, name));
-            found.collect::<Result<_, _>>().map_err(|e| failure(format!("--output: {e}")))?
+            found.collect::<Result<_, _>>().map_err(|e| wrong_argument(format!("--output: {e}")))?
         }
     };
     run.columns.extend(outputs.iter().map(|i| column(*i)));
@@ -65,7 +65,7 @@ pub fn run<S: Source>(
     let mut driven = Driven { source, outputs, signals, start: run.start, undefined: None };
     let mut given = Vec::new();
     for text in &args.start {
-        let wrong = |message: String| failure(format!("--start {text}: {message}"));
+        let wrong = |message: String| wrong_argument(format!("--start {text}: {message}"));
         let (name, word) = name_and_value(text)?;
         let variable = find(all, name).map_err(wrong)?;
         if given.contains(&variable) {

@@ -2,7 +2,7 @@
 
 use super::driven::{self, Source};
 use super::{Args, Column, Run, Shared};
-use crate::command::{Failure, failure, optional, tell};
+use crate::command::{Failure, failure, optional, tell, wrong_argument};
 use crate::scene::system::System;
 use crate::scene::variable::{self, CONNECTED};
 use camdrive::drives::unit::TIME;
@@ -24,9 +24,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let fmu = Fmu::open(&args.file).map_err(failure)?;
     let ModelDescription { name, experiment, .. } = fmu.description();
     let start = experiment.start.unwrap_or(0.0);
-    let stop = optional("stop", &args.stop, &TIME)?
-        .or(experiment.stop)
-        .ok_or_else(|| failure("--stop: the FMU tells no stop time\n  = hint: give one, such as --stop \"1 s\""))?;
+    let stop = optional("stop", &args.stop, &TIME)?.or(experiment.stop).ok_or_else(|| {
+        wrong_argument("--stop: the FMU tells no stop time\n  = hint: give one, such as --stop \"1 s\"")
+    })?;
     let step = experiment.step.unwrap_or((stop - start) / STEPS);
     let run = Run::new(args, name, start, &Experiment { stop, step, tolerance: 0.0 })?;
     let host = fmu.instantiate(name).map_err(|fault| failure(format!("{}: {fault}", args.file.display())))?;
@@ -38,11 +38,11 @@ pub fn run_system(args: &Args, system: System) -> Result<(), Failure> {
     let mut run =
         Run::new(args, &system.name, 0.0, &Experiment { stop: system.stop, step: system.step, tolerance: 0.0 })?;
     run.files.extend(system.files.iter().cloned());
-    let plain = system.repeats(&[], run.step).map_err(|message| failure(format!("--step: {message}")));
+    let plain = system.repeats(&[], run.step).map_err(|message| wrong_argument(format!("--step: {message}")));
     let starts: Vec<(usize, &str, f64)> = args.start.iter().filter_map(|text| system.started(text)).collect();
     let repeats = match (system.repeats(&starts, run.step), starts.is_empty()) {
         (Ok(repeats), _) => repeats,
-        (Err(message), false) if plain.is_ok() => return Err(failure(format!("--start: {message}"))),
+        (Err(message), false) if plain.is_ok() => return Err(wrong_argument(format!("--start: {message}"))),
         (Err(_), _) => plain?,
     };
     let coupling = system.coupled(system.exchange, repeats).map_err(failure)?;

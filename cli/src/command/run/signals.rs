@@ -36,7 +36,7 @@ impl Signals {
         let inputs: Vec<usize> = (0..all.len()).filter(|i| all[*i].causality == Causality::Input).collect();
         let of: Vec<&Description> = inputs.iter().map(|i| &all[*i]).collect();
         let table =
-            scene::courses(path, &of, |input| own(inputs[input])).map_err(|faults| Failure(faults.to_string()))?;
+            scene::courses(path, &of, |input| own(inputs[input])).map_err(|faults| Failure::new(faults.to_string()))?;
         let is_it = |d: &Description, (name, of): (&str, &Quantity)| {
             d.name == name && matches!(d.kind, Kind::Real { quantity, .. } if quantity.base == of.base)
         };

@@ -1,14 +1,15 @@
 //! The store of a study: study.json, and in the folder `runs` parts in the format Parquet, which are its checkpoints.
 
 use super::{Content, Record};
-use crate::command::{Failure, failure};
+use crate::command::{Failure, ending, failure};
+use crate::export::hash::{hexadecimal, sha256_of_parts};
 use crate::scene::study::Cell;
 use camdrive_design::report::Value;
 use camdrive_design::study::report::{Column, Findings};
 use parquet::basic::{ConvertedType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
-use parquet::file::metadata::{KeyValue, ParquetMetaDataReader};
+use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::reader::SerializedFileReader;
 use parquet::file::writer::SerializedFileWriter;
@@ -17,6 +18,7 @@ use parquet::schema::types::Type;
 use serde::Deserialize;
 use std::fs::File;
 use std::io::{ErrorKind, Write as _};
+use std::ops::Range;
 #[cfg(unix)]
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
@@ -25,11 +27,30 @@ use std::sync::Arc;
 /// The file that says which study it is of.
 pub const SPECIFICATION: &str = "study.json";
 
+/// The format of a store.
+pub const FORMAT: u64 = 2;
+
+/// The key of the checksum of a part among its metadata.
+const CHECKSUM: &str = "camdrive.checksum";
+
+/// How many digits it has.
+const DIGITS: usize = 64;
+
+/// Where a part has its checksum. In the metadata, which come last, it follows its key and two bytes, the type and the length of a
+/// text (compact protocol of Thrift).
+fn seal(bytes: &[u8]) -> Option<Range<usize>> {
+    let key = bytes.windows(CHECKSUM.len()).rposition(|window| window == CHECKSUM.as_bytes())?;
+    let first = key + CHECKSUM.len() + 2;
+    bytes.get(first..first + DIGITS).map(|_| first..first + DIGITS)
+}
+
 /// A folder with the runs of one study.
 pub struct Store {
     runs: PathBuf,
     /// Units and meanings of the columns, as every part has them.
     columns: String,
+    /// Which study it is, wherever its scene lies.
+    identity: String,
 }
 
 impl Store {
@@ -72,18 +93,45 @@ impl Store {
                 return Err(failure(format!("{}: {message}\n  = hint: {hint}", folder.display())));
             }
         }
-        let columns = serde_json::from_str::<serde_json::Value>(specification).map_err(failure)?["columns"].to_string();
-        Ok(Store { runs, columns })
+        let of: serde_json::Value = serde_json::from_str(specification).map_err(failure)?;
+        let identity = of["identity"].as_str().unwrap_or_default().to_owned();
+        Ok(Store { runs, columns: of["columns"].to_string(), identity })
     }
 
     fn place(&self, part: u64) -> PathBuf {
         self.runs.join(format!("part-{part:05}.parquet"))
     }
 
-    /// Whether a part is there and whole: what ends too early has no footer.
-    pub fn has(&self, part: u64) -> bool {
-        let footer = |file: File| ParquetMetaDataReader::new().parse_and_finish(&file);
-        File::open(self.place(part)).is_ok_and(|file| footer(file).is_ok())
+    /// Whether a part is there and its checksum right.
+    ///
+    /// # Errors
+    /// A part that is there, but damaged, or not the one of this number in this study.
+    pub fn has(&self, part: u64) -> Result<bool, Failure> {
+        let place = self.place(part);
+        let fault = |message: &str| Err(failure(format!("{}: {message}", place.display())));
+        let mut bytes = match std::fs::read(&place) {
+            Ok(bytes) => bytes,
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(false),
+            Err(e) => return fault(&format!("it cannot be read: {e}")),
+        };
+        let found = seal(&bytes).map(|place| bytes[place].to_owned());
+        self.sign(part, &mut bytes);
+        let right = seal(&bytes).map(|place| bytes[place].to_owned());
+        if right.is_some() && found == right {
+            return Ok(true);
+        }
+        fault(
+            "this part is damaged, or of another place or study\n  = hint: `camdrive study --resume` computes it again",
+        )
+    }
+
+    /// Writes the checksum of a part into it: SHA-256 of the study, of its number, and of its bytes with zeros in the place of
+    /// the checksum, so that a changed bit is seen, and a part in the place of another one.
+    fn sign(&self, part: u64, bytes: &mut [u8]) {
+        let Some(place) = seal(bytes) else { return };
+        bytes[place.clone()].fill(b'0');
+        let digest = sha256_of_parts(&[self.identity.as_bytes(), &part.to_le_bytes(), bytes]);
+        bytes[place].copy_from_slice(hexadecimal(&digest).as_bytes());
     }
 
     /// Adds the runs of a part.
@@ -107,7 +155,8 @@ impl Store {
         let unwritten = |e: &dyn std::fmt::Display| {
             failure(format!("{} cannot be written: {e}\n  = hint: {hint}", place.display()))
         };
-        let bytes = self.bytes(first, columns, rows).map_err(|e| unwritten(&e))?;
+        let mut bytes = self.bytes(first, columns, rows).map_err(|e| unwritten(&e))?;
+        self.sign(part, &mut bytes);
         whole(&place, &bytes, true).map_err(|e| unwritten(&e))
     }
 
@@ -128,7 +177,8 @@ impl Store {
         };
         let fields = columns.iter().map(field).collect::<Result<_, _>>()?;
         let schema = Arc::new(Type::group_type_builder("run").with_fields(fields).build()?);
-        let said = vec![KeyValue::new("camdrive.columns".to_owned(), self.columns.clone())];
+        let said = [("camdrive.columns", self.columns.clone()), (CHECKSUM, "0".repeat(DIGITS))];
+        let said = said.map(|(key, value)| KeyValue::new(key.to_owned(), value)).to_vec();
         let properties = WriterProperties::builder().set_key_value_metadata(Some(said)).build();
         let mut bytes = Vec::new();
         let mut file = SerializedFileWriter::new(&mut bytes, schema, Arc::new(properties))?;
@@ -180,6 +230,8 @@ impl Store {
 /// What is in study.json of this.
 #[derive(Deserialize)]
 struct Specification {
+    format: u64,
+    identity: String,
     name: String,
     /// Of a scene.
     model: Option<String>,
@@ -200,10 +252,13 @@ pub fn findings(folder: &Path) -> Result<Findings, Failure> {
     };
     let text = std::fs::read_to_string(&place).map_err(|e| unread(&e))?;
     let of: Specification = serde_json::from_str(&text).map_err(|e| unread(&e))?;
-    let store = Store { runs: folder.join("runs"), columns: String::new() };
+    if of.format != FORMAT {
+        return Err(unread(&format!("its format is {}, this tool reads {FORMAT}", of.format)));
+    }
+    let store = Store { runs: folder.join("runs"), columns: String::new(), identity: of.identity };
     let mut found = Findings::new(&of.name, of.model.is_some(), of.rows, of.columns);
     for part in 0..of.rows.div_ceil(of.rows_of_part.max(1)) {
-        if store.has(part) {
+        if store.has(part)? {
             store.read(part, &mut found).map_err(|e| failure(format!("{}: {e}", store.place(part).display())))?;
         } else {
             found.missing_parts += 1;
@@ -220,6 +275,7 @@ fn whole(place: &Path, bytes: &[u8], replace: bool) -> std::io::Result<()> {
     #[cfg(unix)]
     builder.permissions(std::fs::Permissions::from_mode(0o666));
     let mut file = builder.prefix(".").tempfile_in(folder)?;
+    let _writing = ending::writing();
     file.write_all(bytes)?;
     // Some file systems report only now that they are full.
     file.as_file().sync_all()?;

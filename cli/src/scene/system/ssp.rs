@@ -5,7 +5,7 @@ use super::{Connection, End, Part, System, converted};
 use camdrive::drives::Fault;
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive_design::coupling::stability::Exchange;
-use camdrive_design::host::{Variable, unpacked};
+use camdrive_design::host::{TemporaryFolder, Variable, unpacked};
 use camdrive_design::xml::Element;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -67,7 +67,7 @@ pub fn read(path: &Path) -> Result<System, Fault> {
     system(path, folder).map_err(|fault| Fault::new(fault.to_string().replace(&outside, "")))
 }
 
-fn system(path: &Path, folder: Arc<tempfile::TempDir>) -> Result<System, Fault> {
+fn system(path: &Path, folder: Arc<TemporaryFolder>) -> Result<System, Fault> {
     let file = |uri: &str| {
         let place = folder.path().join(inside(uri)?);
         let missing = || Fault::new(format!("{uri} is not in the archive\n  = hint: {HINT}"));

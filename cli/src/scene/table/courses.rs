@@ -8,6 +8,7 @@ use crate::scene::units;
 use camdrive::drives::Description;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::drives::variable::Kind;
+use camdrive_design::text;
 use std::path::Path;
 
 /// Courses over time.
@@ -148,8 +149,8 @@ fn content<'a>(heading: &'a str, inputs: &[&Description]) -> Option<(Content, Op
         _ => inputs.iter().position(|input| input.name == name).map(Content::Input),
     };
     let with_unit = || {
-        let (name, unit) = heading.rsplit_once(['[', '('])?;
+        let (name, unit) = text::heading(heading).rsplit_once(['[', '('])?;
         Some((named(name.trim())?, Some(unit.trim_end_matches([']', ')', ' ']))))
     };
-    named(heading).map(|content| (content, None)).or_else(with_unit)
+    named(text::heading(heading)).map(|content| (content, None)).or_else(with_unit)
 }

@@ -1,0 +1,68 @@
+//! How a signal ends the program: after what is being written, and without leaving temporary folders.
+
+use camdrive_design::host::TemporaryFolder;
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering::SeqCst};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Held while files are written: a signal waits, lest hidden files or a part of the results be left.
+static WRITING: Mutex<()> = Mutex::new(());
+/// The signal that came, or 0.
+static CAME: AtomicU8 = AtomicU8::new(0);
+/// Whether it ends the program as soon as nothing is written.
+static ENDING: AtomicBool = AtomicBool::new(false);
+/// What the first signal only asks to stop.
+static STOPPED: Mutex<Option<Arc<AtomicBool>>> = Mutex::new(None);
+
+fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Waits for signals in a thread of its own. On Windows the system ends the program.
+pub fn watch() {
+    #[cfg(unix)]
+    if let Ok(mut signals) = signal_hook::iterator::Signals::new(signal_hook::consts::TERM_SIGNALS) {
+        std::thread::spawn(move || {
+            for signal in signals.forever() {
+                CAME.store(signal as u8, SeqCst);
+                if let Some(stop) = held(&STOPPED).take() {
+                    stop.store(true, SeqCst);
+                    continue;
+                }
+                ENDING.store(true, SeqCst);
+                let _written = held(&WRITING);
+                TemporaryFolder::remove_all();
+                let _ = signal_hook::low_level::emulate_default_handler(signal);
+            }
+        });
+    }
+}
+
+/// Lets signals wait while it lives.
+pub fn writing() -> impl Drop {
+    struct Written(Option<MutexGuard<'static, ()>>);
+    impl Drop for Written {
+        fn drop(&mut self) {
+            self.0 = None;
+            // The other thread ends the program.
+            while is_near() {
+                std::thread::park();
+            }
+        }
+    }
+    Written(Some(held(&WRITING)))
+}
+
+/// Whether the program ends as soon as nothing is written.
+pub fn is_near() -> bool {
+    ENDING.load(SeqCst)
+}
+
+/// The first signal only sets this, and the program ends by itself; a second one ends it at once.
+pub fn stopping(stop: &Arc<AtomicBool>) {
+    *held(&STOPPED) = Some(stop.clone());
+}
+
+/// The exit code of a signal that came, as shells give it.
+pub fn code() -> Option<u8> {
+    Some(CAME.load(SeqCst)).filter(|signal| *signal != 0).map(|signal| 128 + signal)
+}
