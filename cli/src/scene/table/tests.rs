@@ -461,7 +461,7 @@ fn rests_alone_tell_their_law() {
     let (law, _) = of(rests, keys).unwrap();
     assert!(error(&law, |phi| right.at(phi).0[0]) < 1e-12, "{}", error(&law, |phi| right.at(phi).0[0]));
     // U″ is zero in every row where the law turns from one velocity to another.
-    let even = "0;0;0;0\n90;5;0.111111;0\n180;15;0.111111;0\n270;20;0;0\n360;0;0;0\n";
+    let even = "0;0;0;0\n90;5;6.36620;0\n180;15;6.36620;0\n270;20;0;0\n360;0;0;0\n";
     let (law, _) = of(even, &format!("{keys}, angle_unit = \"deg\", lift_unit = \"mm\""))
         .map_or_else(|e| panic!("{e}"), |law| law);
     assert_eq!(law.at(PI / 2.0).0[2], 0.0);
