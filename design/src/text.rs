@@ -55,6 +55,9 @@ pub fn digits(value: f64, count: usize, low: i32) -> String {
 /// So many significant digits, powers of ten as in [`number`], of the number of this many that is next in size above or below.
 pub fn digits_beyond(value: f64, count: usize, up: bool) -> String {
     let (size, nearest) = (rounded(value.abs(), count.max(12)), rounded(value.abs(), count));
+    if nearest == 0.0 || !nearest.is_finite() {
+        return digits(value, count, -4);
+    }
     // The last digit of the nearest one.
     let last = 10f64.powi(nearest.log10().floor() as i32 + 1 - count as i32);
     let moved = match up {

@@ -181,23 +181,21 @@ impl Run {
     fn new(args: &Args, name: &str, start: f64, experiment: &Experiment) -> Result<Self, Failure> {
         let stop = optional("stop", &args.stop, &unit::TIME)?.unwrap_or(experiment.stop);
         let step = optional("step", &args.step, &unit::TIME)?.unwrap_or(experiment.step);
-        let of = |name: &str, given: &Option<String>| match given {
-            Some(_) => format!("--{name}"),
-            None => format!("--{name}, by default"),
+        let refused = |name: &str, given: &Option<String>, message: String| match given {
+            Some(_) => Err(wrong_argument(format!("--{name}: {message}"))),
+            None => Err(failure(format!("--{name}, by default: {message}"))),
         };
         if !(stop > start && (stop - start).is_finite()) {
-            let (of, stop, start) = (of("stop", &args.stop), Number(stop), Number(start));
-            return Err(wrong_argument(format!(
-                "{of}: {stop} s does not exceed the start time {start} s by a finite time"
-            )));
+            let (stop, start) = (Number(stop), Number(start));
+            let message = format!("{stop} s does not exceed the start time {start} s by a finite time");
+            return refused("stop", &args.stop, message);
         }
         let least = (stop - start) / MOST_POINTS;
         if !(step >= least && step.is_finite()) {
-            let (of, step, least) = (of("step", &args.step), Number(step), Number(least));
+            let (step, least) = (Number(step), Number(least));
             let hint = "give one, such as --step \"1 ms\"";
-            return Err(wrong_argument(format!(
-                "{of}: {step} s is not admissible; expected at least {least} s\n  = hint: {hint}"
-            )));
+            let message = format!("{step} s is not admissible; expected at least {least} s\n  = hint: {hint}");
+            return refused("step", &args.step, message);
         }
         let column =
             Column { name: "time".to_owned(), unit: Some("s".to_owned()), description: "Time".to_owned(), is_si: true };
