@@ -262,10 +262,30 @@ impl DriveTrain {
         Ok(())
     }
 
-    /// The equations hold anew from the communication point `time` (s) on.
-    fn restart(&mut self, time: f64) {
+    /// A parameter is about to be changed: the step up to the communication point belongs to the equations before.
+    fn retune(&mut self) {
+        if !self.tuned {
+            self.tuned = true;
+            self.end_step(self.time);
+        }
+    }
+
+    /// Ends the present internal step at the communication point `time` (s).
+    fn end_step(&mut self, time: f64) {
         let before = Outside { time: self.time - self.step, motion: self.motion.as_ref(), inputs: &self.laid };
         self.run.restart(&self.train, &before, time);
+    }
+
+    /// Finds the pieces of all laws anew, whose number and borders a parameter may have changed.
+    fn locate(&mut self) {
+        let outside = Outside { time: self.time, motion: self.motion.as_ref(), inputs: &self.inputs };
+        self.run.locate(&self.train, &outside);
+        self.end.iter_mut().for_each(|end| end.locate(&self.train));
+    }
+
+    /// The equations hold anew from the communication point `time` (s) on.
+    fn restart(&mut self, time: f64) {
+        self.end_step(time);
         self.laid.take(&self.inputs);
         // Where inputs drive the shaft, it has jumped or is about to.
         if self.end.is_none() {
@@ -359,6 +379,7 @@ impl Drive for DriveTrain {
         if self.tuned {
             self.check()?;
             self.run.forget();
+            self.locate();
         }
         if self.tuned || !self.inputs.are_like(&self.laid) {
             self.tuned = false;
@@ -404,8 +425,27 @@ impl Drive for DriveTrain {
         &mut self.log
     }
 
+    /// Of the train only the parameters count, and they are those of `made`.
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
-        if !self.run.fits(&self.train) || !self.inputs.loads.fit(&made.inputs.loads) {
+        self.train = made.train.clone();
+        (self.names, self.start, self.coupling) = (made.names, made.start, made.coupling);
+        self.course.take(&made.course);
+        let alike = [&self.inputs, &self.laid].iter().all(|inputs| inputs.fit(&made.inputs));
+        let driven = self.train.machine().is_none();
+        let fits = alike
+            && self.motion.is_some() == driven
+            && self.end.is_some() == self.motion_is_input()
+            && self.told.len() == self.train.followers.len()
+            && self.end.as_ref().is_none_or(|end| end.fits(&self.train))
+            && self.run.fits(&self.train);
+        if !fits {
+            return Err(no_state());
+        }
+        if self.tuned {
+            // The pieces are those of laws that have changed since.
+            self.locate();
+        }
+        if !self.run.has_segments_of(&self.train) {
             return Err(no_state());
         }
         let outside = Outside { time: self.time - self.step, motion: self.motion.as_ref(), inputs: &self.laid };

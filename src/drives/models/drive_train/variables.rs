@@ -707,7 +707,7 @@ impl DriveTrain {
                     $kind,
                     |d, _| d.$of().map_or(0.0, |$v| $place),
                     |d, _, value| {
-                        d.tuned = true;
+                        d.retune();
                         d.$of_mut().into_iter().for_each(|$v| $place = value)
                     },
                 )
@@ -901,7 +901,7 @@ fn declare_joint<P: OfJoint>(list: &mut List<DriveTrain>, j: usize, wanted: impl
             real_within(p.quantity, p.range[0], p.range[1]),
             |d, index| P::of(&d.train.followers[index & 0xff].joint).map_or(0.0, P::TABLE[index >> 8].get),
             |d, index, value| {
-                d.tuned = true;
+                d.retune();
                 P::of_mut(&mut d.train.followers[index & 0xff].joint)
                     .into_iter()
                     .for_each(|group| (P::TABLE[index >> 8].set)(group, value));
@@ -951,7 +951,7 @@ impl HasLaws for DriveTrain {
         }
     }
     fn change_law(&mut self, number: usize, change: impl FnMut(&mut MotionLaw)) {
-        self.tuned = true;
+        self.retune();
         let law = match number {
             INERTIA_LAW => self.machine_mut().and_then(|machine| machine.inertia.varying.as_mut()),
             LOAD_LAW => self.machine_mut().and_then(|machine| machine.load.as_mut()),
@@ -972,7 +972,7 @@ impl Has<InertiaFunction> for DriveTrain {
         self.machine().map(|machine| &machine.inertia)
     }
     fn group_mut(&mut self) -> Option<&mut InertiaFunction> {
-        self.tuned = true;
+        self.retune();
         self.machine_mut().map(|machine| &mut machine.inertia)
     }
 }
@@ -982,7 +982,7 @@ impl Has<Kloss> for DriveTrain {
         self.kloss()
     }
     fn group_mut(&mut self) -> Option<&mut Kloss> {
-        self.tuned = true;
+        self.retune();
         self.kloss_mut()
     }
 }
@@ -993,7 +993,7 @@ impl HasLoads for DriveTrain {
         Some(if which.is_multiple_of(2) { &follower.load } else { &follower.roller })
     }
     fn load_mut(&mut self, which: usize) -> Option<&mut Load> {
-        self.tuned = true;
+        self.retune();
         let follower = self.train.followers.get_mut(which / 2)?;
         Some(if which.is_multiple_of(2) { &mut follower.load } else { &mut follower.roller })
     }

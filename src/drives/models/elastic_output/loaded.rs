@@ -169,11 +169,16 @@ impl ElasticOutput {
         loaded.validate()?;
         loaded.tuned = false;
         loaded.push.restart();
-        let Some(Process { law, response, now, .. }) = &mut loaded.process else { return Ok(true) };
+        let Some(Process { law, response, now, end }) = &mut loaded.process else { return Ok(true) };
         if let Some(changed) = loaded.loads[0].process.as_ref().filter(|changed| **changed != **law) {
             let motion = response.motion;
             (*law, *response) = (Arc::new(changed.clone()), Response::new(equation, changed, tolerance));
             response.motion = motion;
+            if self.cam.is_input() {
+                *end = Instant::new(end.time, end.shaft, &ShaftState::at_angle(end.shaft).on(law), end.q);
+            } else {
+                *now = Instant::on(&motion, law, now.time, now.q.array());
+            }
         }
         response.set_equation(equation.of_force());
         if !self.cam.is_input() {
@@ -235,7 +240,7 @@ impl ElasticOutput {
             (None, None) => return true,
             _ => return false,
         };
-        loaded.loads = made.loads.clone();
+        (loaded.loads, loaded.coupling) = (made.loads.clone(), made.coupling);
         let Some(Process { law, response, now, .. }) = &mut loaded.process else { return true };
         let made = made.process.as_ref().map(|process| &process.response);
         let same = loaded.tuned || loaded.loads[0].process.as_ref() == Some(&**law);

@@ -196,6 +196,11 @@ impl Inputs {
         self.all().zip(other.each()).for_each(|(own, other)| own.clone_from(other));
     }
 
+    /// Whether they are as many as those of the same train.
+    pub fn fit(&self, made: &Self) -> bool {
+        self.loads.fit(&made.loads) && self.forces.len() == made.forces.len()
+    }
+
     /// Whether none depends on time.
     pub fn are_constant(&self) -> bool {
         self.each().all(Signal::is_constant)
@@ -245,6 +250,27 @@ pub struct Dynamics<S> {
 }
 
 impl Train {
+    /// Whether these may be modes of this train, whose laws may have other pieces.
+    pub fn takes(&self, modes: &Modes) -> bool {
+        let motor = self.machine().map(|machine| &machine.motor);
+        let knots = motor.and_then(|motor| motor.table()).map_or(0, |table| table.speeds.len());
+        let saturates = motor.is_some_and(|motor| motor.servo().is_some());
+        let is_of = |j: usize, mode: &Mode| *mode == Mode::Free || self.has_clearance(j);
+        modes.contacts.iter().enumerate().all(|(j, mode)| is_of(j, mode))
+            && modes.piece <= knots
+            && modes.saturation.abs() <= i8::from(saturates)
+    }
+
+    /// Whether there is a follower j with backlash.
+    pub fn has_clearance(&self, j: usize) -> bool {
+        self.followers.get(j).is_some_and(|follower| matches!(follower.joint, Joint::Backlash(_)))
+    }
+
+    /// Whether these segments are some of its laws.
+    pub fn has_segments(&self, segments: &[[usize; 2]]) -> bool {
+        self.laws().all(|(number, law, _)| segments[number / 2][number % 2] < law.breakpoints().len().max(1))
+    }
+
     /// The train of these parts.
     pub fn new(shaft: Shaft, followers: Vec<Follower>) -> Self {
         let mut layout = Layout::default();

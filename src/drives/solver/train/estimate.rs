@@ -187,6 +187,7 @@ impl Run {
         }
         let angles = train.angles(self.phi(outside, self.start, &y), &y);
         let at = (self.start, &angles[..], self.turns);
+        self.series += 1.0;
         self.recorded.fill(train, &self.modes, at, outside, (low, self.unit));
         self.recorded.tape.expand(low, self.unit);
         let mut rest = 0.0_f64;

@@ -5,7 +5,7 @@ use crate::drives::follower::contact::{Flank, Mode};
 use crate::drives::follower::member::Joint;
 use crate::drives::shaft::cam_drive::goes_on;
 use crate::drives::shaft::train::switching::Strike;
-use crate::drives::shaft::train::{Functions, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
+use crate::drives::shaft::train::{Dynamics, Functions, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use crate::drives::{About, Event as Entry, EventLog, Fault};
 use crate::numerics::double_double::Double;
 
@@ -16,6 +16,14 @@ const CLOSURE: f64 = 1e-10;
 
 /// Impacts that would bounce for less than this part of that time are none: m1 stays.
 const FAINT: f64 = 1e-14;
+
+impl End {
+    /// Finds the segments of all laws anew.
+    pub fn locate(&mut self, train: &Train) {
+        let [phi, w] = self.course;
+        self.modes.segments = train.segments(&train.angles(Double::from(phi), &self.states), w >= 0.0);
+    }
+}
 
 impl Run {
     /// Takes up what ends the step, which has been left there.
@@ -80,14 +88,8 @@ impl Run {
         let mut y = [0.0; MOST_STATES];
         self.from(&mut y);
         let phi = self.phi(outside, self.start, &y);
-        let angles = train.angles(phi, &y);
         let given = self.given(train, outside, self.start, &y);
-        // At rest the acceleration tells where the shaft will turn.
-        self.modes.segments = train.segments(&angles, true);
-        let (_, d) = train.instant(&self.modes, phi, &y, &given);
-        let w = if train.machine().is_some() { y[1] } else { given.course[0] };
-        let forward = if w != 0.0 { w > 0.0 } else { d.a >= 0.0 };
-        self.modes.segments = train.segments(&angles, forward);
+        let d = self.locate(train, outside);
         if let Some(motor) = train.machine().map(|machine| &machine.motor) {
             if let Some(table) = motor.table() {
                 self.modes.piece = table.piece(d.demand);
@@ -102,6 +104,22 @@ impl Run {
             self.press(train, outside, log);
         }
         Ok(())
+    }
+
+    /// The segments of all laws at the start of the step; the shaft's acceleration and what comes with it there.
+    pub fn locate(&mut self, train: &Train, outside: &Outside) -> Dynamics<f64> {
+        let mut y = [0.0; MOST_STATES];
+        self.from(&mut y);
+        let phi = self.phi(outside, self.start, &y);
+        let angles = train.angles(phi, &y);
+        let given = self.given(train, outside, self.start, &y);
+        // At rest the acceleration tells where the shaft will turn.
+        self.modes.segments = train.segments(&angles, true);
+        let (_, d) = train.instant(&self.modes, phi, &y, &given);
+        let w = if train.machine().is_some() { y[1] } else { given.course[0] };
+        let forward = if w != 0.0 { w > 0.0 } else { d.a >= 0.0 };
+        self.modes.segments = train.segments(&angles, forward);
+        d
     }
 
     /// What the present inputs and parameters decide: the limit of a servo, and who stays on its flank.

@@ -167,7 +167,7 @@ fn turn(
             let time = (run.start - start).hi + theta * run.unit;
             return Ok(Turned { begun, y: end, sizes, modes: run.modes, time });
         }
-        if work.draw(super::cost(train)).is_err() {
+        if work.draw(run.done(train)).is_err() {
             return Err(search_too_much("choose at_rest or equilibrium, stiffer contacts or a smaller restitution"));
         }
         let event = run.event;

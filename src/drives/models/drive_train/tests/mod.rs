@@ -3,3 +3,4 @@
 
 mod jumps;
 mod reference;
+mod tuning;

@@ -27,7 +27,7 @@ pub(super) fn output(cam: MotionLaw, [m, c, b]: [f64; 3], m_x: f64) -> Follower 
     follower(cam, 0.0, Joint::Output(elastic_output::Parameters { m, c, b }, m_x))
 }
 
-fn shaft(cam: MotionLaw, [m, inertia, c, b]: [f64; 4]) -> Follower {
+pub(super) fn shaft(cam: MotionLaw, [m, inertia, c, b]: [f64; 4]) -> Follower {
     follower(cam, 0.0, Joint::Shaft(elastic_shaft::Parameters { m, inertia, c, b }))
 }
 
@@ -677,8 +677,8 @@ fn lines(points: &[[f64; 2]]) -> MotionLaw {
     MotionLaw::Polyline(Polyline::new(Points { angles, lifts }).unwrap())
 }
 
-#[test]
-fn press() {
+/// A servo that drives a slider-crank on the shaft.
+pub(super) fn press_scene() -> Scene {
     let servo = Servo {
         proportional: 3.0,
         integral: 12.0,
@@ -703,7 +703,12 @@ fn press() {
     f.load.frames = vec![[9.81, 0.0]];
     f.load.process =
         Some(lines(&[[0.0, 0.0], [330.0, 0.0], [330.0, -20000.0], [345.0, -90000.0], [356.0, -90000.0], [360.0, 0.0]]));
-    let train = scene(Shaft::Free(machine(60.0, [3.0, 12.0], motor)), vec![f]);
+    scene(Shaft::Free(machine(60.0, [3.0, 12.0], motor)), vec![f])
+}
+
+#[test]
+fn press() {
+    let train = press_scene();
     check(
         "press",
         &train,
