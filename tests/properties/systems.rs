@@ -240,65 +240,6 @@ fn a_drive_that_connections_move_is_judged_as_on_a_shaft() {
     assert!((by_wires.shafts[0].limit.kappa / on_shaft.shafts[0].limit.kappa - 4.0).abs() < 1e-9);
 }
 
-/// The factor of an error per step in a run of a free shaft with an elastic drive at steps of this length.
-fn growth_of_a_run(files: &Files, exchange: Exchange, step: f64) -> f64 {
-    const STEPS: usize = 2000;
-    let mut coupling = files.coupled(exchange, 0);
-    coupling.begin(0.0, None).and_then(|()| coupling.start()).unwrap_or_else(|fault| panic!("{fault}"));
-    let mut windows = [0.0f64; 4];
-    for i in 0..STEPS {
-        coupling.advance(i as f64 * step, step).unwrap_or_else(|fault| panic!("{fault}"));
-        let q = get(&mut coupling, 1, "q").abs();
-        windows[4 * i / STEPS] = windows[4 * i / STEPS].max(q);
-        if q > 1.0 {
-            // A millionfold: it grows by more than is asked.
-            return (1e6f64.ln() / (i + 1) as f64).exp();
-        }
-    }
-    ((windows[3] / windows[1]).ln() / (STEPS / 2) as f64).exp()
-}
-
-#[test]
-fn runs_are_stable_up_to_the_limits_of_all_exchanges() {
-    let mut state = 59u64;
-    let mut random = |least: f64, most: f64| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        least * (most / least).powf((state >> 11) as f64 / (1u64 << 53) as f64)
-    };
-    for (name, exchange) in system::EXCHANGES {
-        for ratio in [1.0, -2.0, 0.5] {
-            let (inertia, damping, stiffness) = (random(0.03, 5.0), random(0.01, 0.1), random(1e2, 1e4));
-            let files = Files::new();
-            files.write(
-                "machine.toml",
-                "name = \"machine\"\nmodel = \"RigidMachine\"\nmachine.J0 = 1\nstart.w_start = 0.01\n",
-            );
-            let b = 2.0 * damping * (stiffness * inertia).sqrt();
-            files.write(
-                "drive.toml",
-                &format!(
-                    "name = \"drive\"\nmodel = \"ElasticCamDrive\"\ncam = {{ law = \"fourier\", a = [0, 1e-3] }}\ndrive.mode = \"input\"\n\
-                     elasticity = {{ place = \"shaft\", J = {inertia:?}, m = 1e-9, c = {stiffness:?}, b = {b:?} }}\n\
-                     start = {{ mode = \"given\", q = 1e-6 }}\n"
-                ),
-            );
-            files.write(
-                "system.toml",
-                &format!(
-                    "name = \"system\"\nstop = 1\nstep = 1e-9\nexchange = \"{name}\"\n[part.machine]\nscene = \"machine.toml\"\n\
-                     [part.drive]\nscene = \"drive.toml\"\nshaft = \"machine\"\nratio = {ratio:?}\n"
-                ),
-            );
-            let limit = read(&files).limits(0)[0].limit.stable.expect("a limit");
-            let [below, above] = [0.98, 1.02].map(|part| growth_of_a_run(&files, *exchange, part * limit) - 1.0);
-            assert!(
-                below < 1.3e-3 && above > 0.7e-3,
-                "{name}, J = {inertia}, damping ratio {damping}, c = {stiffness}, ratio {ratio}: {below} {above}"
-            );
-        }
-    }
-}
-
 #[test]
 fn a_torque_has_the_factor_of_its_motion() {
     let files = Files::elastic("interpolated", &[(CAM, OUTPUT)]);

@@ -194,7 +194,8 @@ def _by_name(vary: Any) -> Mapping[Any, Any]:
 
 def _of_dictionary(text: str, file: str, names: list[Any]) -> str:
     """The message with keys of the dictionary in the place of tables of the file, which is there no more."""
-    text = re.sub(r"(?m)^ *(-->|\d* *\|).*\n", "", text).replace(file, "study")
+    # Without the place in the file, and what stands there.
+    text = re.sub(rf"(?m)^ *--> {re.escape(file)}.*\n(?: *\d* *\|.*\n)*", "", text).replace(file, "study")
     return re.sub(r"vary\[(\d+)\]", lambda place: f"vary[{names[int(place[1]) - 1]!r}]", text)
 
 

@@ -111,7 +111,7 @@ impl Store {
         let fault = |message: &str| Err(failure(format!("{}: {message}", place.display())));
         let mut bytes = match std::fs::read(&place) {
             Ok(bytes) => bytes,
-            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(false),
+            Err(_) if !place.is_file() => return Ok(false),
             Err(e) => return fault(&format!("it cannot be read: {e}")),
         };
         let found = seal(&bytes).map(|place| bytes[place].to_owned());
