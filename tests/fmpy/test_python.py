@@ -298,7 +298,7 @@ def test_numbers_without_the_unit_of_an_fmu_are_refused(camdrive, tmp_path):
             content = old.read(name)
             if name == "modelDescription.xml":
                 head, tail = content.decode().split('name="w"', 1)
-                tail = tail.replace('unit="rad/s"', 'unit="U/min"', 1)
+                tail = tail.replace('unit="rad/s"', 'unit="U/min"', 1).replace(' displayUnit="rpm"', "", 1)
                 content = (head.replace("<UnitDefinitions>", "<UnitDefinitions>" + unit) + 'name="w"' + tail).encode()
             new.writestr(name, content)
     course = np.zeros(2, [(name, float) for name in ("time", "w")])
