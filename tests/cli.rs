@@ -316,8 +316,8 @@ fn check_tells_what_a_scene_amounts_to_and_finds_nothing_odd_in_ours() {
         "frequency ratio",
         "natural frequency in flight",
         "\nResonances\n",
-        "mean speed                        499.8 rpm",
-        "follower[2].largest acceleration",
+        "mean speed                              499.8 rpm",
+        "follower[2].largest kinetostatic force",
     ] {
         assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
     }
@@ -335,8 +335,8 @@ fn check_warns_of_forgotten_units() {
     let (bar, loom) = ("examples/guide_bar/scene.toml", "examples/rapier_loom/scene.toml");
     let rods = "examples/rod_drive/scene.toml";
     for (original, from, to, what, hint) in [
-        (bar, "\"1800 rpm\"", "1800", "deformation of stroke 151.6 %", "\"1800 rpm\""),
-        (bar, "\"270 Hz\"", "270", "deformation of stroke 65.65 %", "\"270 Hz\""),
+        (bar, "\"1800 rpm\"", "1800", "kinetostatic deformation of stroke 151.6 %", "\"1800 rpm\""),
+        (bar, "\"270 Hz\"", "270", "kinetostatic deformation of stroke 65.65 %", "\"270 Hz\""),
         (bar, "ratio = 0.03", "ratio = 3", "damping ratio 3:", "\"3 %\""),
         (bar, "\"0.94 mm\"", "20", "stroke 20010 mm:", "\"0.94 mm\""),
         (bar, "\"1800 rpm\"", "18000", "speed 171900 rpm", "\"1800 rpm\""),
@@ -3354,7 +3354,7 @@ fn forces_over_the_turn_are_monotone_or_lines_of_any_size() {
 #[test]
 fn what_of_forces_the_motion_leaves_out_is_said() {
     let folder = folder("left_out");
-    let left_out = "in the motion of the FMU contact holds at any speed; in the machine the follower would leave its cam from 1623.3 rpm on (BacklashDrive with s = \"inf\" models that)";
+    let left_out = "in the motion of the FMU contact holds at any speed; in the machine the kinetostatic force would lift the follower off its cam from 1623.3 rpm on (BacklashDrive with s = \"inf\" models that)";
     let note = format!("note: {TAPPET}: {left_out}\n");
     assert_eq!(camdrive(&["check", TAPPET]).err, note);
     let json: serde_json::Value = serde_json::from_str(&camdrive(&["check", TAPPET, "--json"]).out).expect("JSON");

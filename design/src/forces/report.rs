@@ -364,7 +364,7 @@ impl Findings {
             verdict.advice(format!("Give `roller_width` in [forces], and the Hertzian pressure follows: {names}."));
         }
         verdict.certainty(
-            "Rigid bodies at constant speed, without friction and clearance; vibration adds to these forces.",
+            "Kinetostatic: rigid bodies at constant speed, without friction and clearance; vibration and impacts are left out.",
         );
         verdict
     }
@@ -373,7 +373,7 @@ impl Findings {
     pub fn report(&self, turn: &Turn<'_>) -> Report {
         let machine = turn.machine;
         let speed = text::digits(self.speed * 60.0 / TAU, 6, -4);
-        let mut report = Report::new(&self.scene, format!("forces at constant {speed} rpm"));
+        let mut report = Report::new(&self.scene, format!("kinetostatic forces at constant {speed} rpm"));
         report.verdict = self.verdict(machine);
         report.diagram("torque", super::figures::torque(turn, machine));
         for ((j, drive), found) in machine.drives.iter().enumerate().zip(&self.drives) {
@@ -432,7 +432,7 @@ impl LiftOff {
             None => format!("{} stays on its cam at any speed.", self.follower),
             Some(Extreme { phi, value }) => {
                 let at = in_turn(phi, 2);
-                format!("{} leaves its cam {}, first at φ = {at}°, as a rigid body{held}.", self.follower, from(value))
+                format!("{} leaves its cam {}, first at φ = {at}° (kinetostatic){held}.", self.follower, from(value))
             }
         }
     }
@@ -469,10 +469,13 @@ impl Machine {
         } else {
             "BacklashDrive with s = \"inf\""
         };
-        let leaving =
-            self.lift_offs().unwrap_or_default().into_iter().filter(|of| !of.may_leave).filter_map(|of| {
-                Some(format!("{} would leave its cam {}", of.follower, from(of.lift_off_speed?.value)))
-            });
+        let leaving = self.lift_offs().unwrap_or_default().into_iter().filter(|of| !of.may_leave).filter_map(|of| {
+            Some(format!(
+                "the kinetostatic force would lift {} off its cam {}",
+                of.follower,
+                from(of.lift_off_speed?.value)
+            ))
+        });
         let leaving = leaving.collect::<Vec<_>>().join(", ");
         let leaving = if leaving.is_empty() {
             leaving

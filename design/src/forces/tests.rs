@@ -355,8 +355,9 @@ fn what_the_motion_leaves_out_is_told() {
     // m ω² h cos φ against F₀ + m g − P = 20 + 20 − 10 N.
     let rpm = text::digits(1500.0_f64.sqrt() * 60.0 / TAU, 5, -4);
     let mut loads = loaded([20.0, 0.0], 10.0, constant(10.0));
-    let leaves =
-        format!("the follower would leave its cam from {rpm} rpm on (BacklashDrive with s = \"inf\" models that)");
+    let leaves = format!(
+        "the kinetostatic force would lift the follower off its cam from {rpm} rpm on (BacklashDrive with s = \"inf\" models that)"
+    );
     // A motion is told of where it holds a contact that is none.
     let holds = format!("in the motion of the FMU contact holds at any speed; in the machine {leaves}");
     assert_eq!(still(loads.clone()), Some(holds.clone()));
@@ -374,7 +375,11 @@ fn what_the_motion_leaves_out_is_told() {
         holds.replace("in the motion of the FMU", "forces.lever_J is not part of the motion of the FMU, in which");
     assert_eq!(still(levers), Some(told));
     loads.load.process = constant(50.0);
-    assert!(still(loads).is_some_and(|told| told.contains("the follower would leave its cam even at rest")));
+    assert!(
+        still(loads).is_some_and(
+            |told| told.contains("the kinetostatic force would lift the follower off its cam even at rest")
+        )
+    );
     let levers = Loads { lever_inertia: 0.1, ..Loads::default() };
     assert_eq!(still(levers), Some("forces.lever_J is not part of the motion of the FMU".to_owned()));
 }

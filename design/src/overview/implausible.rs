@@ -47,7 +47,7 @@ const LIMITS: [Limit; 12] = [
     // Backlash is some hundredths of a millimetre.
     ("clearance_of_stroke", 0.3, "the tool would hardly follow the cam", FORGOTTEN_LENGTH),
     // The tool would not do what its law says; in HS drives of machines it misses some per cent.
-    ("deformation_of_stroke", 0.3, "the tool would hardly follow the cam", FORGOTTEN_IN_VIBRATION),
+    ("kinetostatic_deformation_of_stroke", 0.3, "the tool would hardly follow the cam", FORGOTTEN_IN_VIBRATION),
     // In the middle of the first tongue of instability it is 2.
     ("frequency_ratio", 10.0, "so far above its natural frequency no member follows its drive", FORGOTTEN_IN_VIBRATION),
     // At slip 2 the shaft turns backwards with the synchronous speed; motors for standstill come to a little above 1.

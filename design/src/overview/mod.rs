@@ -200,7 +200,11 @@ impl Overview {
         tell("largest_acceleration", acceleration, ["m/s2", "rad/s2"]);
         // Where mechanisms carry all masses, this is no figure of theirs.
         if mass > 0.0 {
-            tell(if turns { "largest_torque" } else { "largest_force" }, mass * acceleration, ["N", "N.m"]);
+            tell(
+                if turns { "largest_kinetostatic_torque" } else { "largest_kinetostatic_force" },
+                mass * acceleration,
+                ["N", "N.m"],
+            );
         }
     }
 }

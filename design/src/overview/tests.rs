@@ -64,9 +64,9 @@ fn the_figures_of_an_elastic_output_on_a_cosine_are_those_of_the_closed_form() {
             ("stroke", 2.0 * a),
             ("largest_velocity", a * w),
             ("largest_acceleration", a * w * w),
-            ("largest_force", m * a * w * w),
-            ("largest_deformation", a * eta * eta),
-            ("deformation_of_stroke", 0.5 * eta * eta),
+            ("largest_kinetostatic_force", m * a * w * w),
+            ("largest_kinetostatic_deformation", a * eta * eta),
+            ("kinetostatic_deformation_of_stroke", 0.5 * eta * eta),
         ],
     );
     let [resonance] = overview.resonances[..] else { panic!("one harmonic: {:?}", overview.resonances) };
@@ -102,9 +102,9 @@ fn the_figures_of_an_elastic_shaft_are_those_of_its_mean_inertia() {
         &[
             ("natural_frequency", (c / mean).sqrt()),
             ("damping_ratio", 18.0 / (2.0 * (c * mean).sqrt())),
-            ("largest_torque", torque),
-            ("largest_deformation", torque / c),
-            ("largest_force", m * a * w * w),
+            ("largest_kinetostatic_torque", torque),
+            ("largest_kinetostatic_deformation", torque / c),
+            ("largest_kinetostatic_force", m * a * w * w),
         ],
     );
 }
@@ -557,9 +557,9 @@ fn a_train_is_told_by_its_motor_its_shaft_and_its_followers() {
     let of_followers = [
         ("follower[1].natural_frequency", w0),
         ("follower[1].damping_ratio", b / (2.0 * m * w0)),
-        ("follower[1].largest_force", (m + 0.5) * a * w * w),
+        ("follower[1].largest_kinetostatic_force", (m + 0.5) * a * w * w),
         ("follower[2].stroke", 2.0 * a),
-        ("follower[2].largest_force", 2.0 * a * w * w),
+        ("follower[2].largest_kinetostatic_force", 2.0 * a * w * w),
         ("follower[3].natural_frequency", ((c + back) / 0.8_f64).sqrt()),
         ("follower[3].natural_frequency_in_flight", (c / 0.16_f64).sqrt()),
         ("follower[4].natural_frequency", (800.0_f64 / 0.2).sqrt()),

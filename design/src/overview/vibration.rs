@@ -64,15 +64,19 @@ impl Overview {
             };
             let largest = greatest(&segments, load_at).value;
             if moved.is_none_or(|(_, twists)| twists) {
-                self.figure(if load == "N" { "largest_force" } else { "largest_torque" }, largest, load);
+                self.figure(
+                    if load == "N" { "largest_kinetostatic_force" } else { "largest_kinetostatic_torque" },
+                    largest,
+                    load,
+                );
             }
-            self.figure("largest_deformation", largest / c, length);
+            self.figure("largest_kinetostatic_deformation", largest / c, length);
             if let Some((law, twists)) = moved {
                 let missed = |i: usize, phi: f64| load_at(i, phi) * law.at_in(i, reduce(phi.into())).0[1].abs();
                 let missed = if twists { greatest(&segments, missed).value } else { largest };
                 let share = missed / c / stroke(law, |u| u[0]);
                 if share.is_finite() {
-                    self.share("deformation_of_stroke", share);
+                    self.share("kinetostatic_deformation_of_stroke", share);
                 }
             }
         }
