@@ -162,8 +162,14 @@ impl Findings {
     fn advise(&self, verdict: &mut Verdict) {
         let theta = number(self.oscillator.damping_ratio);
         let count = self.unstable().count();
-        if count == 0 && !self.orders.is_empty() {
-            verdict.result(Level::Good, format!("No speed is unstable at the damping ratio {theta}."));
+        let lost = self.eigenproblem.lost;
+        // What is left out may be unstable at any speed.
+        let level = if lost.is_some() { Level::Mind } else { Level::Good };
+        if let (0, Some(highest)) = (count, self.orders.last()) {
+            let j = highest.j;
+            verdict.result(level, format!("Orders up to {j} make no speed unstable at the damping ratio {theta}."));
+        } else if let (0, Some(lost)) = (count, lost) {
+            verdict.result(level, format!("No order below {lost} is judged: any speed may be unstable."));
         } else if count > 0 && self.speeds.is_empty() {
             verdict.result(Level::Mind, format!("Unstable in {}.", counted(count, "interval of speeds")));
         }
@@ -255,7 +261,8 @@ impl Findings {
             (
                 e.lost.is_some(),
                 format!(
-                    "Orders from {lost} on are left out: inertia or stiffness nearly vanishes, and they are not told apart."
+                    "Orders from {lost} on are left out: inertia or stiffness nearly vanishes, and they are not told apart. \
+                     They may make any speed unstable; --speed judges the speeds you need."
                 ),
             ),
             (

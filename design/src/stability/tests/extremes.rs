@@ -77,6 +77,13 @@ fn orders_whose_boundaries_are_not_found_are_told() {
     let mut report = study(["mathieu", "test"], &scene, &options, &|_| ()).unwrap();
     assert!(!report.verdict().certainty.iter().any(|line| line.contains("left out")));
     report.eigenproblem.lost = Some(4.5);
+    // No order is unstable: that says nothing of those that were not found.
+    report.orders.iter_mut().for_each(|order| order.damped = None);
+    let verdict = report.verdict();
+    let claim = verdict.result.iter().find(|line| line.contains("make no speed unstable")).unwrap();
+    assert!(claim.starts_with("Orders up to 4 ") && verdict.level == Level::Mind, "{verdict:?}");
+    report.orders.clear();
+    assert!(report.verdict().result.iter().any(|line| line.starts_with("No order below 4.5 is judged")));
     assert!(report.verdict().certainty.iter().any(|line| line.contains("Orders from 4.5 on are left out")));
 }
 
