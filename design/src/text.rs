@@ -73,13 +73,22 @@ pub fn rpm(speed: f64) -> String {
     digits(speed * 60.0 / TAU, 5, -4)
 }
 
+/// A unit that suits a duration, and how many of it a second has.
+fn unit_of_time(seconds: f64) -> (&'static str, f64) {
+    let fits = |(_, scale): &(&str, f64)| (seconds * scale).abs() >= 0.9995;
+    [("s", 1.0), ("ms", 1e3), ("µs", 1e6), ("ns", 1e9)].into_iter().find(fits).unwrap_or(("ns", 1e9))
+}
+
 /// A duration with a unit that suits it.
 pub fn time(seconds: f64) -> String {
-    let (unit, scale) = [("s", 1.0), ("ms", 1e3), ("µs", 1e6), ("ns", 1e9)]
-        .into_iter()
-        .find(|(_, scale)| (seconds * scale).abs() >= 0.9995)
-        .unwrap_or(("ns", 1e9));
+    let (unit, scale) = unit_of_time(seconds);
     format!("{} {unit}", number(seconds * scale))
+}
+
+/// A duration that is admissible, rounded down.
+pub fn time_within(seconds: f64) -> String {
+    let (unit, scale) = unit_of_time(seconds);
+    format!("{} {unit}", digits_beyond(seconds * scale, 3, false))
 }
 
 /// A change relative to the largest value, as people say it.

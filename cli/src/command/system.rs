@@ -17,6 +17,7 @@ use camdrive::drives::Fault;
 use camdrive::drives::variable::Kind;
 use camdrive_design::coupling::report::name as named;
 use camdrive_design::coupling::stability::Exchange;
+use camdrive_design::report::terminal::Rounding;
 use camdrive_design::report::unit::{DEG, KGM2, MS, ONE};
 use camdrive_design::report::{Level, Report, Table, Unit, Value as Cell};
 use camdrive_design::text::{self, counted, time};
@@ -246,6 +247,7 @@ pub fn glance(name: impl Into<String>, system: &System) -> Report {
         .column("kappa", "J_load/J", ONE, |shaft| shaft.limit.kappa)
         .column("frequency", "√(k/J) of elastic loads", Unit::new("rad/s", 1.0), elastic)
         .column("stable", "largest stable step", MS, stable)
+        .rounded(Rounding::Inward)
         .below(["A step can be stable only where J_load/J is below 1.".to_owned()]);
     let connections = Table::of("Connections", &system.connections)
         .column("from", "from", ONE, |c| end(system, &c.from))

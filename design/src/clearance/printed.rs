@@ -1,11 +1,12 @@
 //! What Kaltofen's closed formulas ([`super::formulas`]) tell beside the model: for `--explain`.
 
+use super::by_model::DIGITS;
 use super::passage::{Clearance, Figures};
 use super::tuning::SOURCE_BOUND;
 use super::{Findings, Study, WARN};
-use crate::report::terminal::{ranges, shown};
+use crate::report::terminal::{admissible, shown};
 use crate::report::unit::{DEG, HZ, J, KG, MM, MM_PER_RAD3, MS, N, NS, ONE, PERCENT, RPM, Unit};
-use crate::report::{Report, Table};
+use crate::report::{Report, Table, Written};
 use crate::text::number;
 
 /// A figure of a passage in files: its key, its heading, its unit.
@@ -68,7 +69,7 @@ pub(super) fn explain(findings: &Findings, report: &mut Report) {
         Table::of("Without further impacts by the closed formulas", &quantities)
             .column("", "quantity", ONE, |q| q.name)
             .column("", "now", ONE, |q| shown(q.value, &q.unit))
-            .column("", "admissible", ONE, |q| q.by_formulas.map(|found| ranges(found, &q.unit))),
+            .column("", "admissible", ONE, |q| q.by_formulas.map(|found| admissible(found, &q.unit))),
     );
     let mut lines = vec![
         "K. Kaltofen, Zur Dynamik spielbehafteter periodischer Antriebe, Liberec 1996: U a cubic about the release, no \
@@ -80,13 +81,13 @@ pub(super) fn explain(findings: &Findings, report: &mut Report) {
         lines.push(format!(
             "Admissible K at μ = {}: {}{}. The source's K ≤ {SOURCE_BOUND}, natural frequencies up to {}, {}.",
             number(machine.mu),
-            ranges(&tuning.k.intervals, &ONE),
+            admissible(&tuning.k.intervals, &ONE),
             if tuning.k.cut {
                 format!(", and narrower intervals up to {}", number(tuning.k.elastic))
             } else {
                 String::new()
             },
-            shown(tuning.source_frequency, &HZ),
+            Written::rounded(tuning.source_frequency, &HZ, DIGITS, false),
             if tuning.k.intervals.len() > 1 {
                 "leaves out the releases right after the impact"
             } else {
@@ -101,8 +102,8 @@ pub(super) fn explain(findings: &Findings, report: &mut Report) {
             lines.push(format!(
                 "Their quasi-static release is right to 5 % from a natural frequency of {} on at this speed, up to {} at \
                  this natural frequency.",
-                shown(tuning.quasi_static_frequency, &HZ),
-                shown(tuning.quasi_static_speed, &RPM)
+                Written::rounded(tuning.quasi_static_frequency, &HZ, DIGITS, true),
+                Written::rounded(tuning.quasi_static_speed, &RPM, DIGITS, false)
             ));
         }
     }

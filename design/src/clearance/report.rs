@@ -6,7 +6,7 @@ use super::passage::{Clearance, Figures};
 use super::settled::Settled;
 use super::tuning::Intervals;
 use super::{Findings, Parameters, Study, figures, printed};
-use crate::report::terminal::{range, ranges, shown};
+use crate::report::terminal::{admissible, range, shown};
 use crate::report::unit::{DEG, HZ, J, KG, MM, MM_PER_RAD2, MS, N, NS, ONE, PERCENT, RPM, Unit};
 use crate::report::{Advice, Claim, Level, Report, Setting, Table, Verdict, Written};
 use crate::text::{counted, number};
@@ -206,11 +206,11 @@ impl Study {
     fn tables(&self, machine: &Parameters) -> Option<[Table; 2]> {
         let model = self.by_model.as_ref()?;
         let quantities = self.quantities(machine);
-        let admissible = Table::of("A single passage without further impact", &quantities)
+        let single = Table::of("A single passage without further impact", &quantities)
             .column("", "quantity", ONE, |q| q.name)
             .column("", "now", ONE, |q| shown(q.value, &q.unit))
             .column("", "looked for", ONE, |q| q.by_model.map(|(_, searched)| range(searched, &q.unit)))
-            .column("", "admissible", ONE, |q| q.by_model.map(|(found, _)| ranges(found, &q.unit)));
+            .column("", "admissible", ONE, |q| q.by_model.map(|(found, _)| admissible(found, &q.unit)));
         let unit =
             |change: &Change| quantities.iter().find(|q| q.name == change.quantity).map_or(ONE, |q| q.unit.clone());
         let now =
@@ -223,7 +223,7 @@ impl Study {
             .column("", "largest impulse", NS, |change| change.settled.largest_impulse)
             .column("", "loss a turn", J, |change| change.settled.loss)
             .column("", "repeats", ONE, |change| change.settled.repeats);
-        Some([admissible.into(), tried.into()])
+        Some([single.into(), tried.into()])
     }
 }
 
@@ -275,7 +275,7 @@ impl Findings {
             .column("", "impacts a turn, settled", ONE, |study| study.settled.map(|settled| settled.impacts))
             .column("", "largest impulse, settled", NS, |study| study.settled.map(|settled| settled.largest_impulse))
             .column("", "admissible natural frequencies", ONE, |study| {
-                study.by_model.as_ref().map(|model| ranges(&model.frequency, &HZ))
+                study.by_model.as_ref().map(|model| admissible(&model.frequency, &HZ))
             })
             .into()
     }

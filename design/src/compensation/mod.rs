@@ -39,6 +39,7 @@ pub use restrictions::Restrictions;
 pub use tool::Tool;
 
 use crate::search::root;
+use crate::text::digits_beyond;
 use crate::{Progress, work};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::{self, Kloss, Motor, Place};
@@ -67,6 +68,9 @@ const RESOLVED: f64 = 1e-14;
 /// A motion whose last harmonics are above this part of the largest has corners, as a table of torques and the limit of a servo
 /// make them.
 const SMOOTH: f64 = 1e-10;
+
+/// Significant digits of the least inertia.
+const LEAST: usize = 6;
 
 /// The share of the tools' inertia grows by this much at first where Newton's method needs to be led to the solution, and
 /// by this much at least.
@@ -318,7 +322,7 @@ impl Task {
                 )),
             };
         }
-        let least = self.least_inertia_without_motor();
+        let least = digits_beyond(self.least_inertia_without_motor(), LEAST, true);
         let constant = self.own.function.constant;
         let with_motor = || {
             let least = work::within(LEAST_INERTIA, "", &|_| (), |_| self.least_inertia()).ok().flatten();
@@ -326,7 +330,7 @@ impl Task {
         };
         let needed = if self.driving.motor == Motor::None { None } else { with_motor() }.unwrap_or_default();
         Fault::new(format!(
-            "no law of the cams makes the tools move like this: with J0 = {constant} kg.m2 the machine would come to rest where the tools are fastest (it needs at least {least:.6} kg.m2 without a motor{needed}). Increase J0, or make the tools lighter or slower"
+            "no law of the cams makes the tools move like this: with J0 = {constant} kg.m2 the machine would come to rest where the tools are fastest (it needs at least {least} kg.m2 without a motor{needed}). Increase J0, or make the tools lighter or slower"
         ))
     }
 

@@ -5,13 +5,13 @@ use super::loaded::Loaded;
 use super::periodic_motion::Driving;
 use super::restrictions::{Kept, Restrictions};
 use super::spectral::{POINTS, phase};
-use super::{Form, Law, Solution, Task, Tool, laws};
+use super::{Form, LEAST, Law, Solution, Task, Tool, laws};
 use crate::periodic_motions::periodic_motions;
 use crate::report::terminal::{range, shown};
 use crate::report::unit::{DEG, MS, ONE, PERCENT, RPM, Unit};
 use crate::report::{Level, Report, Rows, Table, Verdict};
 use crate::synthesis::{KEPT, UNITS};
-use crate::text::{counted, number, share, time};
+use crate::text::{counted, digits_beyond, number, share, time};
 use crate::transmission::{self, Transmission};
 use crate::{Progress, work};
 use camdrive::drives::Fault;
@@ -184,9 +184,10 @@ fn beside_least_inertia(task: &Task, fault: Fault) -> Fault {
     if task.own.varies() {
         return fault;
     }
-    let (given, least) = (task.own.function.constant, task.least_inertia_without_motor());
+    let given = task.own.function.constant;
+    let least = digits_beyond(task.least_inertia_without_motor(), LEAST, true);
     Fault::new(format!(
-        "{fault}. (J0 = {given} kg.m2; without a motor it must be above {least:.6} kg.m2, and the closer to that, the more harmonics the cams need)"
+        "{fault}. (J0 = {given} kg.m2; without a motor it must be above {least} kg.m2, and the closer to that, the more harmonics the cams need)"
     ))
 }
 
@@ -493,7 +494,8 @@ impl Findings {
             report.diagram(&key, diagram);
         }
         let least = self.least_inertia_without_motor;
-        let least = least.map(|j| format!("Without a motor J0 would have to be at least {j:.6} kg·m²."));
+        let least = least
+            .map(|j| format!("Without a motor J0 would have to be at least {} kg·m².", digits_beyond(j, LEAST, true)));
         let factor = format!(
             "In the end each round of the iteration (K. Kaltofen, HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit, section 3) reduces the error by the factor {:.4}; the finished cams are found directly, by Newton's method.",
             self.factor

@@ -2,9 +2,10 @@
 
 use super::study::{ACCURACIES, Findings, Output, Row, SURE, Way};
 use crate::plot::{Axis, Diagram, Rule, Series};
+use crate::report::terminal::Rounding;
 use crate::report::unit::{MS, ONE};
 use crate::report::{Advice, Claim, Level, Report, Setting, Table, Value, Verdict};
-use crate::text::{number, share, time};
+use crate::text::{number, share, time, time_within};
 
 /// Significant digits of steps, which are multiples of that of the file.
 const FINE: usize = 6;
@@ -32,7 +33,7 @@ impl Findings {
             let least = self.rows.iter().map(|row| row.step).fold(f64::INFINITY, f64::min);
             for way in ways() {
                 let said = match (way.steps[0], &way.fault) {
-                    (Some(step), _) => format!("errors stay within {accuracy} at steps up to {}", time(step)),
+                    (Some(step), _) => format!("errors stay within {accuracy} at steps up to {}", time_within(step)),
                     (None, None) => format!("no step from {} on keeps errors within {accuracy}", time(least)),
                     (None, Some(_)) => "it cannot be coupled, as told below".to_owned(),
                 };
@@ -88,8 +89,11 @@ impl Findings {
             .column("exchange", "exchange", ONE, |way| name(&way.exchange, way.repeats))
             .column("master", "master", ONE, |way| &way.master)
             .column("stable", "stable up to", MS, stable)
+            .rounded(Rounding::Inward)
             .column("first", first, MS, |way| way.steps[0])
+            .rounded(Rounding::Inward)
             .column("second", second, MS, |way| way.steps[1])
+            .rounded(Rounding::Inward)
             .into()
     }
 

@@ -6,7 +6,7 @@ use super::{Drive, Forces, Machine};
 use crate::cam_geometry::{Shape, Tolerances};
 use crate::report::unit::{self, DEG, ONE, RPM, Unit, W};
 use crate::report::{Advice, Claim, Level, Report, Setting, Table, Value, Verdict, Written, terminal::shown};
-use crate::text::{self, number, rpm};
+use crate::text::{self, number};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::linkage::in_turn;
 use serde::Serialize;
@@ -17,6 +17,8 @@ const ROUNDING: f64 = 1e-9;
 
 /// Significant digits of speeds and preloads that decide.
 const FINE: usize = 5;
+/// Those that rounding of the computation leaves.
+const EXACT: usize = 12;
 
 /// A quantity over the turn.
 #[derive(Clone, Debug, Serialize)]
@@ -147,9 +149,26 @@ impl Keeping {
     }
 }
 
-/// "from 1623.3 rpm on" of a speed of lift-off.
-fn from(lift_off: f64) -> String {
-    if lift_off == 0.0 { "even at rest".to_owned() } else { format!("from {} rpm on", rpm(lift_off)) }
+/// A speed of lift-off, up to which the contact holds.
+fn up_to(lift_off: f64, digits: usize) -> String {
+    Written::rounded(lift_off, &RPM, digits, false).to_string()
+}
+
+/// "from 1623.2 rpm on" of a speed of lift-off.
+fn from(lift_off: f64, digits: usize) -> String {
+    if lift_off == 0.0 { "even at rest".to_owned() } else { format!("from {} on", up_to(lift_off, digits)) }
+}
+
+/// The significant digits that tell a speed from that of lift-off.
+fn telling(speed: f64, lift_off: f64) -> usize {
+    let differs = |digits: &usize| {
+        let [at, from] = [
+            text::rounded(speed.abs() * RPM.factor, *digits),
+            text::digits_beyond(lift_off * RPM.factor, *digits, false).parse().unwrap_or(f64::NAN),
+        ];
+        (at < from) == (speed.abs() < lift_off)
+    };
+    (FINE..EXACT).find(differs).unwrap_or(EXACT)
 }
 
 /// Angles in a row.
@@ -176,18 +195,20 @@ impl OfDrive {
     /// Whether force keeps the follower on its cam at this speed (rad/s), and up to which; None where its cam holds it on both
     /// sides.
     fn contact(&self, part: &str, speed: f64) -> Option<(Level, String)> {
-        let at = rpm(speed);
-        Some(match self.keeping.as_ref()?.lift_off_speed {
+        let lift_off = self.keeping.as_ref()?.lift_off_speed;
+        let fine = lift_off.map_or(FINE, |lift_off| telling(speed, lift_off.value));
+        let at = Written::nearest(speed, &RPM, fine);
+        Some(match lift_off {
             None => (Level::Good, format!("{part} stays on its cam at any speed.")),
             Some(Extreme { value, phi }) if speed.abs() < value => {
                 let place = in_turn(phi, 2);
-                let leaves = format!("leaves it {}, first at φ = {place}°", from(value));
-                (Level::Good, format!("{part} stays on its cam at {at} rpm; it {leaves}."))
+                let leaves = format!("leaves it {}, first at φ = {place}°", from(value, fine));
+                (Level::Good, format!("{part} stays on its cam at {at}; it {leaves}."))
             }
             Some(Extreme { value, .. }) => {
-                let holds = if value == 0.0 { "not even at rest" } else { &format!("up to {} rpm", rpm(value)) };
+                let holds = if value == 0.0 { "not even at rest" } else { &format!("up to {}", up_to(value, fine)) };
                 let level = if speed.abs() > value { Level::Bad } else { Level::Mind };
-                (level, format!("{part} leaves its cam at {at} rpm: contact holds {holds}."))
+                (level, format!("{part} leaves its cam at {at}: contact holds {holds}."))
             }
         })
     }
@@ -210,8 +231,8 @@ impl Keeping {
         let part = machine.part(drive).unwrap_or("The follower");
         let claim = || Claim::Contact { follower: machine.number(drive) };
         let unit = if drive.follower.turns { unit::NM } else { unit::N };
-        let force = |value: f64| format!("{} {}", text::digits(value, FINE, -4), unit.name);
-        let given = force(drive.preload());
+        // Rounded away from the least one.
+        let given = Written::rounded(drive.preload(), &unit, FINE, lost.is_none());
         let preload = self.least_preload.map(|at| (machine.preload(drive, at.value, &unit), in_turn(at.phi, 2)));
         let Some((what, changes)) = lost else {
             match preload {
@@ -247,7 +268,7 @@ impl Keeping {
         }
         if let Some(at) = self.lift_off_speed.filter(|at| at.value > 0.0) {
             let speed = Setting::at_most("drive.speed", at.value.copysign(machine.speed), &RPM, FINE);
-            let text = format!("{part}: or run below {}.", Written::rounded(at.value, &RPM, FINE, false));
+            let text = format!("{part}: or run below {}.", up_to(at.value, FINE));
             verdict.advice(Advice::new(text).set([speed], claim()));
         }
         // A motion that lets the follower leave its cam knows no second flank.
@@ -432,7 +453,11 @@ impl LiftOff {
             None => format!("{} stays on its cam at any speed.", self.follower),
             Some(Extreme { phi, value }) => {
                 let at = in_turn(phi, 2);
-                format!("{} leaves its cam {}, first at φ = {at}° (kinetostatic){held}.", self.follower, from(value))
+                format!(
+                    "{} leaves its cam {}, first at φ = {at}° (kinetostatic){held}.",
+                    self.follower,
+                    from(value, FINE)
+                )
             }
         }
     }
@@ -473,7 +498,7 @@ impl Machine {
             Some(format!(
                 "the kinetostatic force would lift {} off its cam {}",
                 of.follower,
-                from(of.lift_off_speed?.value)
+                from(of.lift_off_speed?.value, FINE)
             ))
         });
         let leaving = leaving.collect::<Vec<_>>().join(", ");

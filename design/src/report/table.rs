@@ -1,5 +1,6 @@
 //! Typed tables: one definition of a column serves terminal, CSV and page.
 
+use super::terminal::Rounding;
 use super::unit::Unit;
 use std::ops::{Deref, DerefMut};
 
@@ -79,6 +80,8 @@ pub struct Column {
     pub unit: Unit,
     /// Significant digits for people.
     pub digits: usize,
+    /// To which side limits are rounded for people; None of what is rounded to the nearest number.
+    pub rounding: Option<Rounding>,
     /// Whether it stands in the file alone.
     pub file_only: bool,
 }
@@ -136,7 +139,8 @@ impl<'a, R> Rows<'a, R> {
         unit: Unit,
         cell: impl Fn(&'a R) -> V,
     ) -> Self {
-        let column = Column { key: key.into(), heading: heading.into(), unit, digits: 3, file_only: false };
+        let column =
+            Column { key: key.into(), heading: heading.into(), unit, digits: 3, rounding: None, file_only: false };
         self.table.columns.push(column);
         for (cells, row) in self.table.rows.iter_mut().zip(&self.rows) {
             cells.push(cell(row).into());
@@ -154,6 +158,12 @@ impl<'a, R> Rows<'a, R> {
     /// Significant digits of the column that was added last.
     pub fn digits(mut self, digits: usize) -> Self {
         self.table.columns.iter_mut().rev().take(1).for_each(|column| column.digits = digits);
+        self
+    }
+
+    /// Rounds the limits in the column that was added last to their safe side.
+    pub fn rounded(mut self, rounding: Rounding) -> Self {
+        self.table.columns.iter_mut().rev().take(1).for_each(|column| column.rounding = Some(rounding));
         self
     }
 

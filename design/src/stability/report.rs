@@ -3,7 +3,7 @@
 use super::response::Transient;
 use super::tongue::Extent;
 use super::{AtSpeed, BORDER, Findings, Order, Oscillator, PeriodicMotion, figures, is_listed, printed};
-use crate::report::terminal::shown;
+use crate::report::terminal::{Rounded, Rounding, shown};
 use crate::report::unit::{DEG, HZ, ONE, PERCENT, RPM, Unit};
 use crate::report::{Advice, Claim, Level, Report, Rows, Setting, Table, Value, Verdict, Written};
 use crate::text::{counted, digits, digits_beyond, number, rpm};
@@ -28,45 +28,6 @@ const TURNS: Unit = Unit::new("turns", 1.0);
 const DIGITS: usize = 3;
 /// Those of a speed that stays as it is.
 const EXACT: usize = 12;
-/// Intervals that a sentence lists.
-const LISTED: usize = 4;
-/// Rounding widens an interval by no more than this part.
-const WIDENED: f64 = 0.1;
-
-/// Intervals of speeds (rad/s) rounded outward to digits that tell their ends apart, ascending; those that then overlap are one.
-fn outward(ends: &[[f64; 2]]) -> Vec<([f64; 2], usize)> {
-    let mut sorted = ends.to_vec();
-    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let mut list: Vec<([f64; 2], usize)> = Vec::new();
-    for [low, high] in sorted {
-        let rounded = |digits: usize| {
-            let side = |speed: f64, up: bool| {
-                let text = digits_beyond(speed * RPM.factor, digits, up);
-                text.parse::<f64>().map_or(speed, |speed| speed / RPM.factor)
-            };
-            ([side(low, false), if high.is_finite() { side(high, true) } else { high }], digits)
-        };
-        let fits =
-            |([from, to], _): &([f64; 2], usize)| high.is_infinite() || to - from <= (1.0 + WIDENED) * (high - low);
-        let next = (DIGITS..EXACT).map(rounded).find(fits).unwrap_or_else(|| rounded(EXACT));
-        match list.last_mut() {
-            Some((last, digits)) if next.0[0] <= last[1] => {
-                (last[1], *digits) = (last[1].max(next.0[1]), next.1.max(*digits));
-            }
-            _ => list.push(next),
-        }
-    }
-    list
-}
-
-/// "157 to 208 rpm", "from 720 rpm on".
-fn shown_outward([low, high]: [f64; 2], digits: usize) -> String {
-    let side = |speed: f64, up: bool| digits_beyond(speed * RPM.factor, digits, up);
-    match high.is_finite() {
-        true => format!("{} to {} rpm", side(low, false), side(high, true)),
-        false => format!("from {} rpm on", side(low, false)),
-    }
-}
 
 impl Findings {
     /// Unstable speeds at the damping of the scene (rad/s), with their orders.
@@ -153,7 +114,7 @@ impl Findings {
             );
         }
         if at.critical_damping > 0.0 {
-            let least = number(at.critical_damping);
+            let least = digits_beyond(at.critical_damping, DIGITS, true);
             verdict.certainty(format!("At {speed} rpm a damping ratio below {least} would make it unstable."));
         }
     }
@@ -199,23 +160,19 @@ impl Findings {
 
     /// Speeds to avoid (rad/s), and the speed of the scene or the nearest one that is outside of them.
     fn avoid(&self, ends: &[[f64; 2]], verdict: &mut Verdict) {
-        let intervals = outward(ends);
-        let list: Vec<String> =
-            intervals.iter().take(LISTED).map(|(ends, digits)| shown_outward(*ends, *digits)).collect();
-        let more = match intervals.len().saturating_sub(LISTED) {
-            0 => String::new(),
-            more => format!(" and {} more", counted(more, "interval")),
-        };
-        let advice = Advice::new(format!("Avoid {}{more}.", list.join(", ")));
+        let intervals = Rounding::Outward.of(ends, &RPM);
+        let advice = Advice::new(format!("Avoid {}.", Rounding::Outward.list(&intervals, &RPM)));
         let own = self.speeds.first().map_or(0.0, |at| at.speed);
-        let inside = intervals.iter().find(|([low, high], _)| (*low..*high).contains(&own.abs()));
+        let inside = intervals.iter().find(|Rounded { ends: [low, high], .. }| (*low..*high).contains(&own.abs()));
         let written = |speed: f64, digits: usize, up: bool| Written::rounded(speed.copysign(own), &RPM, digits, up);
         let value = match inside {
-            Some(([low, high], digits)) if own.abs() - low > high - own.abs() => written(*high, *digits, true),
-            Some(([low, _], digits)) => written(*low, *digits, false),
+            Some(Rounded { ends: [low, high], digits }) if own.abs() - low > high - own.abs() => {
+                written(*high, *digits, true)
+            }
+            Some(Rounded { ends: [low, _], digits }) => written(*low, *digits, false),
             None => Written::nearest(own, &RPM, EXACT),
         };
-        let ends = |([low, high], digits): &([f64; 2], usize)| {
+        let ends = |Rounded { ends: [low, high], digits }: &Rounded| {
             (written(*low, *digits, false), high.is_finite().then(|| written(*high, *digits, true)))
         };
         let speed = Setting::outside("drive.speed", value, intervals.iter().map(ends).collect());
@@ -231,7 +188,7 @@ impl Findings {
             return;
         }
         let ratio = Setting::at_least("elasticity.damping_ratio", most, &ONE, DIGITS);
-        let now = digits(theta, DIGITS + 1, -4);
+        let now = digits_beyond(theta, DIGITS + 1, false);
         let text = format!("They are stable from a damping ratio of {} on (now {now}).", ratio.value);
         let b = |ratio: &Written| {
             if let Written::Number(ratio) = ratio { 2.0 * mean_inertia * w0 * ratio } else { f64::NAN }
@@ -285,12 +242,15 @@ impl Findings {
         let rows = rows
             .column("order", "order", ONE, |o| o.j)
             .column("damped", "unstable at this damping", RPM, move |o| o.damped.map(|ends| ends.map(|eta| eta * w0)))
+            .rounded(Rounding::Outward)
             .column("undamped", "without damping", RPM, move |o| {
                 (o.extent != Extent::Absent).then(|| o.undamped.map(|eta| eta * w0))
             })
+            .rounded(Rounding::Outward)
             .column("critical_damping", "stable from damping ratio", ONE, |o| {
                 o.critical_damping.unwrap_or(f64::INFINITY)
             })
+            .rounded(Rounding::Outward)
             .hidden("critical", RPM, move |o| {
                 o.critical_eta.filter(|_| o.extent == Extent::Bounded).map(|eta| eta * w0)
             })
@@ -305,7 +265,7 @@ impl Findings {
         let (first, last) = (self.listed(false).next()?, self.listed(false).next_back()?);
         let largest = self.listed(false).filter_map(|order| order.critical_damping).fold(0.0, f64::max);
         let which = if first.j == last.j { first.j.to_string() } else { format!("{} to {}", first.j, last.j) };
-        Some(format!("Order {which}: stable from a damping ratio of {} on.", number(largest)))
+        Some(format!("Order {which}: stable from a damping ratio of {} on.", digits_beyond(largest, DIGITS, true)))
     }
 
     fn starts(&self) -> Table {

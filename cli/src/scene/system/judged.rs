@@ -7,7 +7,7 @@ use camdrive::drives::variable::Causality;
 use camdrive_design::coupling::exchange::SAME_RATIO;
 use camdrive_design::coupling::stability::{self, Exchange, Loaded, least_inertia};
 use camdrive_design::resource::Scene;
-use camdrive_design::text::{number, time};
+use camdrive_design::text::{number, time, time_within};
 
 impl System {
     /// The algebraic loops: connections each of which depends directly on all the others.
@@ -262,7 +262,7 @@ pub fn shafts(
         let name = &wiring.raw[*machine].part.name;
         let longest = limit.stable.unwrap_or_default();
         let said = format!(": at {} the exchange on the shaft of `{name}` is unstable", time(step));
-        let fault = root.fault_of("step", said).admissible(format!("at most {}", time(longest)));
+        let fault = root.fault_of("step", said).admissible(format!("at most {}", time_within(longest)));
         stable = root
             .refuse(fault.hint("errors are small at a small part of that: `camdrive system --study` measures them"));
     }
@@ -334,7 +334,7 @@ impl System {
                 return Err(format!("{what}; repeated steps are unstable"));
             }
             if loaded.grows(self.exchange, repeats, step) {
-                let most = loaded.limit(self.exchange, repeats).stable.map_or_else(String::new, time);
+                let most = loaded.limit(self.exchange, repeats).stable.map_or_else(String::new, time_within);
                 let step = time(step);
                 return Err(format!(
                     "at {step} the exchange on the shaft of `{name}` is unstable; expected at most {most}"
