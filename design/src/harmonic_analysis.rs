@@ -55,6 +55,15 @@ pub fn analyse(points: Points, harmonics: usize) -> Result<HarmonicAnalysis, Tab
     Ok(HarmonicAnalysis { series, largest_residual, mean_residual })
 }
 
+/// A series whose coefficients that are rounding alone, below the last digit of the largest one, are zero.
+pub fn without_rounding(mut series: Fourier) -> Fourier {
+    let largest = series.a.iter().chain(&series.b).fold(0.0_f64, |largest, c| c.abs().max(largest));
+    for c in series.a.iter_mut().chain(&mut series.b).filter(|c| c.abs() < f64::EPSILON * largest) {
+        *c = 0.0;
+    }
+    series
+}
+
 /// Whether the angles divide the turn into equal parts, up to `least` (rad).
 pub fn is_equidistant(angles: &[f64], least: f64) -> bool {
     let distance = TAU / angles.len() as f64;

@@ -10,6 +10,7 @@
 use super::corners::{Instant, Turn, divided};
 use super::spectral::{Mesh, amplitude, largest, largest_between};
 use super::{Angle, Solution, Tool};
+use crate::harmonic_analysis::without_rounding;
 use camdrive::drives::Fault;
 use camdrive::motion::fourier::HIGHEST_HARMONIC;
 use camdrive::motion::table::{MOST_POINTS, Points};
@@ -123,7 +124,7 @@ impl Wanted<'_> {
         // harmonic keep the aliases out.
         let mesh = Mesh::new(5 * HIGHEST_HARMONIC / 2);
         let lifts: Vec<f64> = (0..mesh.len()).map(|i| tool.driven(self.angle.inverse(mesh.point(i)))[0]).collect();
-        let full = mesh.series(&lifts);
+        let full = without_rounding(mesh.series(&lifts));
         let floor = ROUNDING * largest(tool.wanted.order(), |psi| tool.driven(psi)[0])[1];
         let last = (1..=HIGHEST_HARMONIC).rev().find(|k| amplitude(&full, *k) > floor).unwrap_or(1);
         let cut = |order: usize| MotionLaw::Fourier(Fourier::new(full.a[..=order].to_vec(), full.b[..=order].to_vec()));

@@ -1,6 +1,6 @@
 //! The answer of a synthesis: what its laws reach and keep, what would reach more, how sure this is.
 
-use super::Objective;
+use super::basis::{Basis, Symmetry};
 use super::deviation::Extreme;
 use super::elastic::SpeedRange;
 use super::infeasible::degrees;
@@ -9,6 +9,7 @@ use super::report::{ORDERS, TORQUE};
 use super::sampling::ANGLES;
 use super::study::{HIGHEST, Method, Study};
 use super::together::Together;
+use super::{Objective, Task};
 use crate::report::terminal::{range, shown};
 use crate::report::unit::{DEG, MM, NM, PERCENT, RPM};
 use crate::report::{Advice, Claim, Level, Setting, Verdict, Written};
@@ -130,6 +131,8 @@ impl Study {
         let (Some(behind), Some(given)) = (&self.elastic, &self.assignment.elasticity) else { return };
         let rpm = |eta: f64| shown(eta * given.w0, &RPM);
         let fastest = given.fastest.map(|w| w / given.w0);
+        // A speed that is reached.
+        let up_to = |eta: f64| Written::rounded(eta * given.w0, &RPM, DIGITS, false);
         let within = shown(given.tolerance.unwrap_or(f64::NAN), &MM);
         match behind.reached {
             None if given.tolerance.is_some() => {
@@ -138,7 +141,7 @@ impl Study {
                 verdict.result(Level::Bad, text).advice("Take more harmonics, shorter ranges or a wider tolerance.");
             }
             Some(eta) if fastest.is_some_and(|fastest| eta < fastest) => {
-                verdict.result(Level::Mind, format!("It stays within {within} up to {}.", rpm(eta)));
+                verdict.result(Level::Mind, format!("It stays within {within} up to {}.", up_to(eta)));
             }
             _ => (),
         }
@@ -163,8 +166,7 @@ impl Study {
         let left = behind.reached.filter(|eta| *eta < HIGHEST).map(|eta| (eta, format!("the output leaves {within}")));
         // The slower one governs.
         if let Some((eta, why)) = refused.into_iter().chain(left).min_by(|a, b| a.0.total_cmp(&b.0)) {
-            let most = Written::rounded(eta * given.w0, &RPM, DIGITS, false);
-            verdict.result(Level::Good, format!("The speeds end at {most}: there {why}."));
+            verdict.result(Level::Good, format!("The speeds end at {}: there {why}.", up_to(eta)));
         }
         if given.method == Method::Robust && given.damping > 0.0 && self.assignment.task.basis.is_even() {
             verdict.advice(
@@ -179,7 +181,8 @@ impl Study {
         let Some(shaft) = &self.shaft else { return };
         let torque = shown(shaft.laws[0].points.iter().map(|p| p[1]).fold(0.0, f64::max), &NM);
         let twice = shaft.laws[0].exceeded[1];
-        let twice = twice.map_or("at no speed".to_owned(), |w| format!("from {} on", shown(w, &RPM)));
+        let twice =
+            twice.map_or("at no speed".to_owned(), |w| format!("from {} on", Written::rounded(w, &RPM, DIGITS, false)));
         let text = format!("The shaft torque reaches {torque}; {twice} it is more than twice the kinetostatic one.");
         verdict.result(Level::Good, text);
         if let [(w, _), ..] = &shaft.faults[..] {
@@ -239,18 +242,17 @@ impl Study {
         }
     }
 
-    /// The next number of harmonics of two dwells opposite to each other, and an error (m) that it does not exceed.
+    /// The next number of harmonics of two dwells opposite to each other, and the error (m) that they leave.
     fn more_harmonics(&self) -> Option<(usize, f64)> {
         let task = &self.assignment.task;
-        let column = if self.asked == Objective::LeastSquares { 2 } else { 1 };
         let errors = matches!(self.asked, Objective::LeastSquares | Objective::Chebyshev) && self.elastic.is_none();
         let of_u_alone = task.ranges.iter().all(|range| range.prescribed[1].is_none() && range.prescribed[2].is_none());
         let alone = errors && of_u_alone && task.points.is_empty() && task.bounds.is_empty();
-        let (half, _) = symmetric_dwells(task).filter(|_| alone)?;
+        symmetric_dwells(task).filter(|_| alone)?;
         let curve = self.widths.iter().find(|curve| curve.order > task.basis.order())?;
-        // A wider dwell includes this one.
-        let point = curve.points.iter().find(|point| point[0] >= 2.0 * half - 1e-9)?;
-        let error = point[column] * self.way();
+        let symmetry = Symmetry { even: task.basis.is_even(), half_wave: task.basis.harmonics().all(|k| k % 2 == 1) };
+        let more = Task { basis: Basis::new(curve.order, symmetry), ..task.clone() };
+        let error = more.largest_error(&more.solve().ok()?.series);
         (error < 0.5 * task.largest_error(&self.motion.series)).then_some((curve.order, error))
     }
 

@@ -166,7 +166,8 @@ impl Study {
             let curves = self.rivals.iter().zip(&behind.curves).enumerate();
             for (_, (rival, curve)) in curves.filter(|(i, (rival, _))| drawn((*i, &rival.name))) {
                 let points = curve.iter().map(|[eta, d]| [*eta, *d]).filter(|p| seen.contains(&p[1]));
-                series.push(Series::line(&rival.name, points));
+                // Without damping laws that resonate at every speed have no curve.
+                series.extend((!curve.is_empty()).then(|| Series::line(&rival.name, points)));
             }
             rules.extend(given.tolerance.map(|t| Rule::Horizontal(t, "tolerance".to_owned())));
             rules.extend(behind.reached.map(|eta| Rule::Vertical(eta, "reached".to_owned())));

@@ -10,7 +10,7 @@ use super::shaft_study::Nonlinear;
 use super::study::{Method, Study, Widths};
 use super::together::Together;
 use super::{Bound, Norm, Objective, Range, Task};
-use crate::report::terminal::shown;
+use crate::report::terminal::{Rounding, shown};
 use crate::report::unit::{DEG, MM, MM_PER_RAD, MM_PER_RAD2, MM_PER_RAD3, NM, ONE, RPM, Unit};
 use crate::report::{Block, Report, Table, Value};
 use crate::text::digits;
@@ -49,7 +49,11 @@ fn laws<'a>(studies: &'a [Study]) -> Table {
         .column("harmonics", "harmonics", ONE, |(_, law, _)| law.harmonics);
     if let (Some(behind), Some(given)) = (&studies[0].elastic, &studies[0].assignment.elasticity) {
         let reached = |i: usize| behind.reaches[i].map(|eta| eta * given.w0);
-        table = table.column("reached", "within tolerance up to", RPM, move |(.., i)| reached(*i));
+        let note = "Without damping a law with dwells resonates at every speed: its harmonics do not end.";
+        table = table
+            .column("reached", "within tolerance up to", RPM, move |(.., i)| reached(*i))
+            .rounded(Rounding::Inward)
+            .below((given.damping == 0.0 && rows.iter().any(|(.., i)| *i > 0)).then(|| note.to_owned()));
     }
     if let Some(shaft) = &studies[0].shaft {
         let last = |i: usize, n: usize| shaft.laws[i].points.last().map(|point| point[n]);

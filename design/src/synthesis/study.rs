@@ -8,6 +8,7 @@ use super::shaft::ShaftGoal;
 use super::shaft_study::{self, Shafted};
 use super::{Basis, Curve, Infeasible, Objective, Profile, Range, Response, Solved, Symmetry, Task, Told};
 use crate::Progress;
+use crate::harmonic_analysis::without_rounding;
 use crate::text::number;
 use camdrive::motion::Fourier;
 use std::f64::consts::{PI, TAU};
@@ -295,11 +296,22 @@ impl Assignment {
         let deviation = |cam: &Fourier, eta: f64| elastic::deviation(&self.task, cam, response(eta));
         let cam = &rivals[0].series;
         // The speeds that are of interest: a little further than what is asked for or reached.
-        let reach = |cam: &Fourier| elastic::reachable(&self.task, cam, whole, given.tolerance?);
-        let reaches: Vec<Option<f64>> = rivals.iter().map(|rival| reach(&rival.series)).collect();
+        // The harmonics of a law with dwells do not end: without damping they resonate at speeds as low as one likes.
+        let resonates = |i: usize| i > 0 && given.damping == 0.0;
+        let reach = |(i, rival): (usize, &Rival)| {
+            let tolerance = given.tolerance?;
+            match resonates(i) {
+                true => (whole.slowest == 0.0).then_some(0.0),
+                false => elastic::reachable(&self.task, &rival.series, whole, tolerance),
+            }
+        };
+        let reaches: Vec<Option<f64>> = rivals.iter().enumerate().map(reach).collect();
         let last = given.fastest.map(|w| w / given.w0).into_iter().chain(reaches[0]).fold(0.02, f64::max);
         let shown = SpeedRange { fastest: (1.5 * last).min(HIGHEST.max(last)), ..given.range() };
-        let curve = |rival: &Rival| {
+        let curve = |(i, rival): (usize, &Rival)| {
+            if resonates(i) {
+                return Vec::new();
+            }
             let speeds = elastic::speeds(rival.series.order().min(CURVE), shown);
             speeds.into_iter().map(|eta| [eta, deviation(&rival.series, eta)]).collect()
         };
@@ -322,7 +334,7 @@ impl Assignment {
             optimum,
             reached: reaches[0],
             worst: given.fastest.map(|_| elastic::worst_over(&self.task, cam, given.range())),
-            curves: rivals.iter().map(curve).collect(),
+            curves: rivals.iter().enumerate().map(curve).collect(),
             reaches,
             resonances: elastic::resonances(cam, given.damping, HIGHEST),
         }
@@ -346,18 +358,6 @@ impl Elasticity {
             fastest: self.fastest.map_or(HIGHEST, |w| w / self.w0),
         }
     }
-}
-
-/// A series whose coefficients that are rounding alone are zero.
-fn without_rounding(mut series: Fourier) -> Fourier {
-    let largest = series.a.iter().chain(&series.b).fold(0.0_f64, |largest, c| c.abs().max(largest));
-    for c in series.a.iter_mut().chain(&mut series.b) {
-        // An eighth of the last digit of the largest one.
-        if c.abs() < 0.125 * f64::EPSILON * largest {
-            *c = 0.0;
-        }
-    }
-    series
 }
 
 /// The symmetric dwell task of section 4.6.4.1: stroke 1, dwells of half-width `half` at 0 and π.

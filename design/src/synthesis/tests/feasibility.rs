@@ -3,6 +3,8 @@
 use super::super::study::{Assignment, Elasticity, Method, Names};
 use super::super::together::Together;
 use super::*;
+use crate::report::Written;
+use crate::report::unit::MM;
 use camdrive::numerics::double_double::Double;
 
 /// How many coefficients the exact points leave.
@@ -176,6 +178,46 @@ fn the_report_tells_the_deviations_of_what_is_delivered() {
     let [low, high] = behind.envelope(PI);
     let u = study.cam.at(PI).0[0];
     assert!(low <= u && u <= high && high - low > 1e-5);
+}
+
+#[test]
+fn without_damping_a_standard_law_resonates_at_every_speed() {
+    let elasticity = Elasticity {
+        w0: 100.0,
+        damping: 0.0,
+        slowest: 0.0,
+        fastest: None,
+        tolerance: Some(1e-3),
+        method: Method::None,
+        amplitude: None,
+    };
+    let task = symmetric_task(5, PI / 6.0, Objective::Chebyshev);
+    let assignment = Assignment { elasticity: Some(elasticity), ..assignment(task.clone(), &[]) };
+    let together = Together::new(&assignment, &|_| {}).unwrap();
+    let behind = together.studies[0].elastic.clone().unwrap();
+    let (reaches, curves) = (&behind.reaches[1..], &behind.curves[1..]);
+    assert!(!reaches.is_empty() && reaches.iter().all(|eta| *eta == Some(0.0)), "{reaches:?}");
+    assert!(curves.iter().all(Vec::is_empty));
+    // Damping lets the same law reach a speed.
+    let range = SpeedRange { damping: 0.05, slowest: 0.0, fastest: 1.0 };
+    let damped = elastic::reachable(&task, &laws::rivals(&task)[0].series, range, 1e-3);
+    assert!(damped.is_some_and(|eta| eta > 0.01), "{damped:?}");
+}
+
+#[test]
+fn more_harmonics_are_told_with_their_error_at_the_width_of_the_task() {
+    let half = 30.5 * PI / 180.0;
+    for objective in [Objective::LeastSquares, Objective::Chebyshev] {
+        let verdict = |order: usize| {
+            let task = assignment(symmetric_task(order, half, objective), &["lower", "upper"]);
+            Together::new(&task, &|_| {}).unwrap().verdict()
+        };
+        let reached = symmetric_task(5, half, objective).solve().unwrap();
+        let error = symmetric_task(5, half, objective).largest_error(&reached.series);
+        let text = format!("5 harmonics meet these dwells within {}", Written::rounded(error, &MM, 3, true));
+        let advice = verdict(3).advice;
+        assert!(advice.iter().any(|advice| advice.text.contains(&text)), "{text}: {advice:?}");
+    }
 }
 
 /// U⁽ⁿ⁾ = value at an angle in degrees, converted as a task file is.
