@@ -257,9 +257,13 @@ impl AnyDrive {
         &self.plan.descriptions
     }
 
-    /// The default experiment.
+    /// The default experiment. Importers ask for its tolerance, and the stricter one counts: a coarser one of the scene is
+    /// that of the experiment too.
     pub fn experiment(&self) -> Experiment {
-        self.drive.experiment()
+        let own = self.plan.descriptions.iter().position(|description| description.name == "solver.tolerance");
+        let coarsest = own.and_then(|reference| self.drive.get(reference)).unwrap_or(0.0);
+        let experiment = self.drive.experiment();
+        Experiment { tolerance: experiment.tolerance.max(coarsest), ..experiment }
     }
 
     /// Events since the log was last cleared.
