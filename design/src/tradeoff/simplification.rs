@@ -237,11 +237,13 @@ fn rigid_follower(follower: &Follower) -> Follower {
         Joint::Shaft(p) => [p.m, 0.0],
         Joint::Backlash(p) => [p.m2, p.m1],
     };
+    // Without a second mass both loads act on the one that is there.
+    let tool = if m > 0.0 { m } else { m_x };
     let known = |value: f64| (value != 0.0).then_some(value);
     let sum = |of: fn(&Load) -> f64| of(load) + of(roller);
     let load = Load {
         gravity: None,
-        constant: known(load.constant_part(m) + roller.constant_part(m_x)),
+        constant: known(load.constant_part(tool) + roller.constant_part(m_x)),
         spring: known(sum(Load::stiffness)).map(|c| Spring { c, ..Spring::default() }),
         damping: known(sum(|load| load.damping.unwrap_or(0.0))),
         ..load.clone()
