@@ -377,3 +377,70 @@ fn what_no_train_can_be_is_told() {
         assert!(found.contains(said) && !found.contains('\n'), "{said}: {found}");
     }
 }
+
+/// The factor by which the twist of an elastic shaft grows in a step, on a machine that nothing else acts on.
+fn grown(files: &Files, exchange: Exchange, repeats: u32, step: f64) -> f64 {
+    /// Steps until the fastest growing motion alone is left, and steps over which it is measured, in windows.
+    const STEPS: [u32; 2] = [1000, 3000];
+    const WINDOW: u32 = 20;
+    /// Beyond this change the growth is known.
+    const KNOWN: f64 = 1e5;
+    let mut coupling = files.coupled(exchange, repeats);
+    coupling.begin(0.0, None).and_then(|()| coupling.start()).unwrap_or_else(|fault| panic!("{fault}"));
+    let mut largest: Vec<f64> = Vec::new();
+    let [settled, all] = STEPS.map(|steps| (steps / WINDOW) as usize);
+    for i in 0..STEPS[1] {
+        coupling.advance(f64::from(i) * step, step).unwrap_or_else(|fault| panic!("{fault}"));
+        if i % WINDOW == 0 {
+            let change = largest.last().zip(largest.first()).map_or(1.0, |(last, first): (&f64, &f64)| last / first);
+            if !(KNOWN.recip()..KNOWN).contains(&change) {
+                break;
+            }
+            largest.push(0.0);
+        }
+        let size = get(&mut coupling, 1, "q").abs();
+        largest.iter_mut().rev().take(1).for_each(|most| *most = most.max(size));
+    }
+    let last = largest.len() - 1;
+    let first = if largest.len() >= all { settled } else { 0 };
+    (largest[last] / largest[first]).powf(1.0 / f64::from((last - first) as u32 * WINDOW))
+}
+
+/// Linear pairs run just below and just above the largest steps: they grow by less and by more than 1e-3 a step.
+#[test]
+fn runs_grow_beyond_the_largest_steps() {
+    let ways =
+        [(Held, 0), (Extrapolated, 0), (GaussSeidel, 0), (Interpolated, 0), (Interpolated, 1), (Interpolated, 2)];
+    let mut checked = 0;
+    for mu in [0.05, 0.5, 5.0] {
+        // J = 1, k = 1; a mass too small to be felt.
+        let damping = 2.0 * 0.02 * f64::sqrt(mu);
+        let files = Files::new();
+        files.write(
+            "machine.toml",
+            "name = \"machine\"\nmodel = \"RigidMachine\"\n[machine]\nJ0 = 1\n[start]\nw_start = 1e-3\n",
+        );
+        files.write(
+            "drive.toml",
+            &format!(
+                "name = \"drive\"\nmodel = \"ElasticCamDrive\"\n[drive]\nmode = \"input\"\n[cam]\n{CAM}[elasticity]\n\
+                 place = \"shaft\"\nlinear = true\nm = 1e-12\nJ = {mu}\nc = 1\nb = {damping}\n[start]\nmode = \"given\"\nq = 1e-6\n"
+            ),
+        );
+        for (exchange, repeats) in ways {
+            let name = system::name_of(exchange);
+            files.write(
+                "system.toml",
+                &format!(
+                    "name = \"system\"\nstop = 1\nstep = 1e-3\nexchange = \"{name}\"\nrepeat = 0\n[part.machine]\n\
+                     scene = \"machine.toml\"\n[part.drive]\nscene = \"drive.toml\"\nshaft = \"machine\"\n"
+                ),
+            );
+            let Some(limit) = read(&files).limits(repeats)[0].limit.stable else { continue };
+            let [below, above] = [0.98, 1.02].map(|part| grown(&files, exchange, repeats, part * limit) - 1.0);
+            checked += 1;
+            assert!(below < 1e-3 && above > 1e-3, "{mu} {exchange:?} {repeats}: {below} and {above} at {limit} s");
+        }
+    }
+    assert!(checked >= 12, "{checked}");
+}
