@@ -278,11 +278,19 @@ fn on_start(machine: &Machine, findings: &Findings, verdict: &mut Verdict) {
             format!("Without a motor the machine keeps the period that it starts with: start.w_start = {w:.9} rad/s.");
         verdict.result(Level::Good, text);
     } else if load != 0.0 {
+        // A steady state is the fastest stable one.
+        let starts = findings.other_motion.is_none();
+        let start = match starts {
+            true => ", and `start.mode` to \"steady_state\", so that the machine starts on this motion",
+            false => "",
+        };
         let text = format!(
-            "Set the input `tau` of the FMU to {load} N·m before initialisation, so that the machine starts on this motion: the load is not part of the scene."
+            "Set the input `tau` of the FMU to {load} N·m before initialisation{start}: the load is not part of the scene."
         );
         let mean = (TAU / findings.period).copysign(findings.speed_at(machine.phi_start));
-        verdict.advice(Advice::new(text).set([Setting::new("tau", load)], Claim::Speed { mean }));
+        let set = [Setting::new("tau", load), Setting::new("start.mode", "steady_state")];
+        let set = set.into_iter().filter(|_| starts);
+        verdict.advice(Advice::new(text).set(set, Claim::Speed { mean }));
     }
 }
 

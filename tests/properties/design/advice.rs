@@ -3,9 +3,9 @@
 
 use super::super::run::Run;
 use super::super::scenes::{CamScene, MachineScene};
-use super::{clearance, forces, stability, steady, *};
+use super::forces::tappet;
+use super::{clearance, compensate, forces, stability, steady, *};
 use camdrive::drives::shaft::cam_drive::DriveMode;
-use camdrive_cli::scene::{self, Resolved};
 use std::collections::BTreeMap;
 
 /// How far beyond a limit its claim has to fail.
@@ -166,6 +166,7 @@ impl Advised {
                 let is_undercut = |of: &Value| of["what"].as_str().is_some_and(|what| what.contains("undercut"));
                 Ok(findings.filter(|of| is_undercut(of)).all(|of| of["verdict"] != "bad"))
             }
+            "speed" if before.tool == "compensate" => self.is_compensated(before, number("mean")),
             "speed" => {
                 // In the period of this speed the machine makes a turn.
                 let period = TAU / number("mean").abs();
@@ -204,6 +205,21 @@ impl Advised {
         }
     }
 
+    /// Whether the compensated machine starts on the motion of this mean speed (rad/s) under the input `tau` that is set.
+    fn is_compensated(&self, before: &Self, mean: f64) -> Result<bool, String> {
+        let (_, folder) = before.files.run(before.tool, &before.arguments)?;
+        let mut machine: Value = toml::from_str(&read(&folder, "cams.toml")).expect("a scene");
+        *place(&mut machine, "start.mode") = self.files.scene["start"]["mode"].clone();
+        let text = toml::to_string(&machine).expect("a scene");
+        let machine = scene::resolve("cams.toml", &text, folder.path()).map_err(|faults| faults.to_string())?;
+        let load = self.files.scene["tau"].as_f64().expect("a torque");
+        let drive = machine.scene.build().map_err(|fault| fault.to_string())?;
+        let mut run = Run::of(drive, &[("tau", load)], &[]).map_err(|fault| fault.to_string())?;
+        let from = run.get("phi");
+        run.to(TAU / mean.abs()).map_err(|fault| fault.to_string())?;
+        Ok(((run.get("phi") - from) / TAU - mean.signum()).abs() < MISS)
+    }
+
     /// Whether the run with these settings has no larger errors than claimed, for less work than the one before.
     fn is_followed(&self, before: &Self, claim: &Value, found: &Value) -> Result<bool, String> {
         let size = claim["step"].as_f64().or(found["experiment"]["step"].as_f64()).expect("a step");
@@ -234,16 +250,6 @@ impl Advised {
         }
     }
 
-    /// The scene as a drive has it.
-    fn resolved(&self) -> Result<Resolved, String> {
-        let folder = tempfile::tempdir().expect("a folder");
-        for (text, number) in self.files.tables.iter().zip(1..) {
-            std::fs::write(folder.path().join(format!("{number}.csv")), text).expect("a file");
-        }
-        let text = toml::to_string(&self.files.scene).expect("a scene");
-        scene::resolve("scene.toml", &text, folder.path()).map_err(|faults| faults.to_string())
-    }
-
     /// The factor by which free motions of the linear equation grow in a turn at a speed (rad/s): that of the map of q, q̇ over a
     /// turn of the drive, from three starts.
     fn radius(&self, speed: f64) -> Result<f64, String> {
@@ -255,8 +261,13 @@ impl Advised {
         let scale = speed.abs();
         let end = |q: f64, rate: f64| {
             let start = json!({"mode": "given", "q": q, "q_dot": rate * scale});
-            let drive =
-                at_speed.with(&[("start", start)]).resolved()?.scene.build().map_err(|fault| fault.to_string())?;
+            let drive = at_speed
+                .with(&[("start", start)])
+                .files
+                .resolved()?
+                .scene
+                .build()
+                .map_err(|fault| fault.to_string())?;
             let mut run = Run::of(drive, &[], &[]).map_err(|fault| fault.to_string())?;
             run.to(TAU / speed.abs()).map_err(|fault| fault.to_string())?;
             let [q, rate] = run.all(["q", "der(q)"]);
@@ -273,7 +284,7 @@ impl Advised {
 
     /// The drive at the start that the scene names, and its speed.
     fn started(&self) -> Result<(Run, f64), String> {
-        let scene = self.resolved()?.scene;
+        let scene = self.files.resolved()?.scene;
         let Some(&DriveMode::Constant { w, .. }) = scene.drive() else { panic!("a constant speed") };
         let run = scene.build().and_then(|drive| Run::of(drive, &[], &[]));
         run.map(|run| (run, w)).map_err(|fault| fault.to_string())
@@ -302,29 +313,6 @@ impl Advised {
         run.to(2.0 * TAU / w.abs()).map_err(|fault| fault.to_string())?;
         Ok(run.drive.events().count() > 0)
     }
-}
-
-/// A tappet on a cam at constant speed: elastic, or without gravity as one mass that may leave its cam.
-fn tappet(scene: &forces::Scene, rigid: bool) -> Files {
-    let mut files = Files::default();
-    let mut table = scene.followers[0].table(&SAME, &mut files);
-    let m = table.as_object_mut().expect("a table").remove("m").expect("a mass");
-    if rigid {
-        table["backlash"] = json!({"m1": m, "s": "inf"});
-        table["model"] = "BacklashDrive".into();
-        // The motion has no lever.
-        table["forces"].as_object_mut().expect("a table").remove("lever_J");
-        table["load"].as_object_mut().expect("a table").retain(|key, _| !key.starts_with("gravity"));
-    } else {
-        // Far above the speed, so that it starts.
-        let stiff = m.as_f64().expect("a mass") * (50.0 * scene.w).powi(2);
-        table["elasticity"] = json!({"place": "output", "m": m, "c": stiff, "damping_ratio": 0.1});
-        table["model"] = "ElasticCamDrive".into();
-    }
-    table["name"] = "random".into();
-    table["drive"] = json!({"speed": scene.w});
-    files.scene = table;
-    files
 }
 
 /// So many random values from this seed on.
@@ -367,11 +355,11 @@ fn all(list: impl IntoIterator<Item = Advised>) -> Counts {
 #[test]
 fn of_forces() {
     let examples = ["tappet/scene.toml", "valve_train/forces.toml", "sealing_machine/loaded.toml"].map(example);
-    let elastic = random(5000, 16, forces::any()).map(|scene| tappet(&scene, false));
-    let rigid = random(5050, 16, forces::any()).map(|scene| tappet(&scene, true));
+    let elastic = random(5000, 32, forces::any()).map(|scene| tappet(&scene, false));
+    let rigid = random(5050, 32, forces::any()).map(|scene| tappet(&scene, true));
     let files = examples.into_iter().chain(elastic).chain(rigid);
     let counts = all(files.map(|files| Advised::new("forces", files, &["-o", "out"])));
-    assert!(counts["forces contact"] >= 10, "{counts:?}");
+    assert!(counts["forces contact"] >= 20, "{counts:?}");
 }
 
 /// Speeds to avoid, and the damping that makes them stable, of drives that run near them.
@@ -437,6 +425,17 @@ fn of_solvers() {
     let files = ["transfer_manipulator/scene.toml", "sealing_machine/scene.toml"].map(example);
     let counts = all(files.map(|files| Advised::new("tradeoff", files, &["--quick", "-o", "out"])));
     assert!(counts["tradeoff error"] >= 2, "{counts:?}");
+}
+
+/// Of a machine with compensated cams under a load, which stands in no scene.
+#[test]
+fn of_compensations() {
+    let loaded = |scene: compensate::Scene| {
+        let load = option("load", scene.load);
+        Advised::new("compensate", scene.files(&SAME), &["-o", "cams.toml", "--rounds=0", "--report=out", &load])
+    };
+    let counts = all(random(5700, 8, compensate::any()).map(loaded));
+    assert!(counts["compensate speed"] >= 4, "{counts:?}");
 }
 
 /// Tables with noise, of a lobe and of a law with dwells.

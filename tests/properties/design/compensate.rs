@@ -6,16 +6,16 @@ use camdrive::motion::Fourier;
 
 /// A machine that may be compensated.
 #[derive(Clone, Debug)]
-struct Scene {
+pub struct Scene {
     j0: f64,
     /// Mass and motion in time.
     tools: Vec<(f64, MotionLaw)>,
     /// M_k, s_k, w_s and the lag, 0 for none.
     motor: [f64; 4],
-    load: f64,
+    pub load: f64,
 }
 
-fn any() -> impl Strategy<Value = Scene> {
+pub fn any() -> impl Strategy<Value = Scene> {
     let law = || law().prop_filter("a series", |law| law.series().is_some());
     let tools = prop::collection::vec((decades(-1.0, 1.0), law(), decades(-2.0, 0.0)), 1..3);
     let motor =
@@ -29,25 +29,32 @@ fn any() -> impl Strategy<Value = Scene> {
     })
 }
 
+impl Scene {
+    pub fn files(&self, image: &Image) -> Files {
+        let mut files = Files::default();
+        let tool = |(m, law): &(f64, MotionLaw)| {
+            let cam = files.law(&image.law(law, LENGTH));
+            json!({"m": image.even(*m, MASS), "cam": cam})
+        };
+        let followers = image.order(self.tools.iter().map(tool).collect());
+        let [torque, slip, speed, lag] = self.motor;
+        let mut motor = json!({
+            "kind": "kloss", "M_k": image.even(torque, TORQUE), "s_k": slip, "w_s": image.odd(speed, RATE),
+        });
+        if lag > 0.0 {
+            motor["lag"] = image.even(lag, TIME).into();
+        }
+        files.scene = json!({
+            "name": "random", "model": "RigidMachine", "machine": {"J0": image.even(self.j0, INERTIA)},
+            "follower": followers, "motor": motor,
+        });
+        files
+    }
+}
+
 /// The report and the compensated cams.
 fn results(scene: &Scene, image: &Image) -> Result<(Value, Vec<Value>), String> {
-    let mut files = Files::default();
-    let tool = |(m, law): &(f64, MotionLaw)| {
-        let cam = files.law(&image.law(law, LENGTH));
-        json!({"m": image.even(*m, MASS), "cam": cam})
-    };
-    let followers = image.order(scene.tools.iter().map(tool).collect());
-    let [torque, slip, speed, lag] = scene.motor;
-    let mut motor = json!({
-        "kind": "kloss", "M_k": image.even(torque, TORQUE), "s_k": slip, "w_s": image.odd(speed, RATE),
-    });
-    if lag > 0.0 {
-        motor["lag"] = image.even(lag, TIME).into();
-    }
-    files.scene = json!({
-        "name": "random", "model": "RigidMachine", "machine": {"J0": image.even(scene.j0, INERTIA)},
-        "follower": followers, "motor": motor,
-    });
+    let files = scene.files(image);
     let load = option("load", image.odd(scene.load, TORQUE));
     let arguments = ["--report", "out", "-o", "cams.toml", "--rounds=1"].map(str::to_owned);
     let (_, folder) = files.run("compensate", &arguments.into_iter().chain([load]).collect::<Vec<_>>())?;

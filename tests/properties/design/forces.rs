@@ -1,8 +1,10 @@
 //! `forces`: loads on rollers and shaft.
 
+use super::super::run::Run;
 use super::super::scenes::{decades, sign};
 use super::cam::{Body, body};
 use super::*;
+use std::cell::Cell;
 
 /// A follower with its loads, relative to its inertia.
 #[derive(Clone, Debug)]
@@ -76,6 +78,28 @@ impl Loaded {
         let cam = files.law(&image.law(&self.body.law, LENGTH));
         json!({"m": image.even(self.m, MASS), "cam": cam, "geometry": geometry, "forces": forces, "load": load})
     }
+}
+
+/// A tappet on a cam at constant speed: elastic, or as one mass that may leave its cam.
+pub fn tappet(scene: &Scene, rigid: bool) -> Files {
+    let mut files = Files::default();
+    let mut table = scene.followers[0].table(&SAME, &mut files);
+    let m = table.as_object_mut().expect("a table").remove("m").expect("a mass");
+    if rigid {
+        table["backlash"] = json!({"m1": m, "s": "inf"});
+        table["model"] = "BacklashDrive".into();
+        // The motion has no lever.
+        table["forces"].as_object_mut().expect("a table").remove("lever_J");
+    } else {
+        // Far above the speed, so that it starts.
+        let stiff = m.as_f64().expect("a mass") * (50.0 * scene.w).powi(2);
+        table["elasticity"] = json!({"place": "output", "m": m, "c": stiff, "damping_ratio": 0.1});
+        table["model"] = "ElasticCamDrive".into();
+    }
+    table["name"] = "random".into();
+    table["drive"] = json!({"speed": scene.w});
+    files.scene = table;
+    files
 }
 
 fn printed(scene: &Scene, image: &Image) -> Result<Value, String> {
@@ -155,4 +179,76 @@ fn scaled() {
 #[test]
 fn permuted() {
     for_all(4400, 8, any(), |scene| holds(scene, &PERMUTATION));
+}
+
+/// At which speeds a follower of one mass leaves its cam, and the extremes of its loads, as its drive has them.
+fn holds_of_the_drive(scene: &Scene, compared: &Cell<usize>) -> Result<(), TestCaseError> {
+    let files = tappet(scene, true);
+    if ["groove", "conjugate"].iter().any(|both| files.scene["geometry"]["contour"] == *both) {
+        return Ok(());
+    }
+    let arguments = ["--json", "-o", "out"].map(str::to_owned);
+    let found = files.printed("forces", &arguments).map_err(TestCaseError::reject)?;
+    let w = scene.w;
+    let started = |files: &Files, w: f64| -> Result<Run, TestCaseError> {
+        let mut files = files.clone();
+        files.scene["drive"]["speed"] = w.into();
+        let resolved = files.resolved().map_err(TestCaseError::reject)?;
+        let run = resolved.scene.build().and_then(|drive| Run::of(drive, &[], &[]));
+        run.map_err(|fault| TestCaseError::reject(fault.to_string()))
+    };
+    let moved = |run: &mut Run, time: f64| run.to(time).map_err(|fault| TestCaseError::fail(fault.to_string()));
+    let keeping = &found["drives"][0]["keeping"];
+    let lift_off = keeping["lift_off_speed"]["value"].as_f64().filter(|_| keeping.is_object());
+    if keeping.is_object() && lift_off.is_none_or(|from| from > w.abs() * (1.0 + NEAR)) {
+        let quantities = found["drives"][0]["quantities"].as_array().expect("a list");
+        let sizes = |quantity: &&Value| COMPARED.iter().find(|(name, _)| quantity["quantity"] == *name);
+        for (quantity, (_, output)) in quantities.iter().filter_map(|quantity| Some((quantity, sizes(&quantity)?))) {
+            let at =
+                |key: &str| [&quantity[key]["phi"], &quantity[key]["value"]].map(|v| v.as_f64().expect("a number"));
+            let size = at("largest")[1].abs().max(at("least")[1].abs());
+            for [phi, value] in ["largest", "least"].map(at) {
+                let mut run = started(&files, w)?;
+                // On either side of a jump.
+                let mut miss = f64::INFINITY;
+                let time = (phi * w.signum()).rem_euclid(TAU) / w.abs() + TAU / w.abs();
+                for beside in [-SIDE, 0.0, SIDE] {
+                    moved(&mut run, time * (1.0 + beside))?;
+                    miss = miss.min((run.get(output) - value).abs());
+                }
+                prop_assert!(miss <= 1e-6 * size, "{output} at {phi}: off by {miss:e} of {size:e}");
+            }
+        }
+    }
+    let Some(from) = lift_off.filter(|from| *from > 0.0) else { return Ok(()) };
+    compared.set(compared.get() + 1);
+    for factor in [1.0 - NEAR, 1.0 + NEAR] {
+        let mut run = started(&files, (factor * from).copysign(w))?;
+        moved(&mut run, 2.0 * TAU / (factor * from))?;
+        let leaves = run.drive.events().count() > 0;
+        prop_assert!(leaves == (factor > 1.0), "{factor} of {from}: {leaves}");
+    }
+    Ok(())
+}
+
+/// This part above and below a speed of lift-off.
+const NEAR: f64 = 1e-3;
+/// This part beside a place.
+const SIDE: f64 = 1e-9;
+/// Quantities and the outputs that they are.
+const COMPARED: [(&str, &str); 2] = [("follower_force", "force"), ("torque", "tau")];
+
+/// Seen to find the weight of a follower of one mass left out.
+#[test]
+fn of_the_drive() {
+    let compared = Cell::new(0);
+    // A spring that keeps the contact at rest.
+    let pressed = any().prop_map(|mut scene| {
+        let follower = &mut scene.followers[0];
+        let force = follower.m * follower.body.stroke * scene.w * scene.w;
+        follower.preload.get_or_insert([0.0; 2])[0] += 2.0 * force;
+        scene
+    });
+    for_all(4500, 32, pressed, |scene| holds_of_the_drive(scene, &compared));
+    assert!(compared.get() >= 8, "{compared:?}");
 }

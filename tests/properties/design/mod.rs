@@ -16,6 +16,7 @@ mod synthesize;
 use super::scenes::{backwards, times};
 use super::{chosen, config};
 use camdrive::motion::{Cycle, CyclePlan, MotionLaw, MotionPlan, PlanPoint, Table, table::Points};
+use camdrive_cli::scene::{self, Resolved};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
@@ -216,6 +217,16 @@ impl Files {
             Some(1) if !output.stdout.is_empty() => Ok((text(&output.stdout), folder)),
             _ => Err(text(&output.stderr)),
         }
+    }
+
+    /// The scene as a drive has it.
+    fn resolved(&self) -> Result<Resolved, String> {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (text, number) in self.tables.iter().zip(1..) {
+            std::fs::write(folder.path().join(format!("{number}.csv")), text).expect("a file");
+        }
+        let text = toml::to_string(&self.scene).expect("a scene");
+        scene::resolve("scene.toml", &text, folder.path()).map_err(|faults| faults.to_string())
     }
 
     fn printed(&self, tool: &str, arguments: &[String]) -> Result<Value, String> {
