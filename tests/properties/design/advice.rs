@@ -220,33 +220,44 @@ impl Advised {
         Ok(((run.get("phi") - from) / TAU - mean.signum()).abs() < MISS)
     }
 
-    /// Whether the run with these settings has no larger errors than claimed, for less work than the one before.
+    /// Whether the run with these settings has no larger errors than claimed, for less work than the one before where that does as
+    /// well.
     fn is_followed(&self, before: &Self, claim: &Value, found: &Value) -> Result<bool, String> {
         let size = claim["step"].as_f64().or(found["experiment"]["step"].as_f64()).expect("a step");
         let stop = found["experiment"]["stop"].as_f64().expect("an end");
-        let run = |of: &Self| {
+        let run = |of: &Self, more: &[&str]| {
             let (stop, step) = (format!("--stop={stop:e} s"), format!("--step={size:e} s"));
-            of.printed("run", &["--json", &stop, &step]).map(|found| found["columns"].clone())
+            let arguments = ["--json", &stop, &step].iter().chain(more).copied().collect::<Vec<_>>();
+            of.printed("run", &arguments).map(|found| found["columns"].clone())
         };
-        let reference = run(&before.with(&[("solver.tolerance", 1e-12.into()), ("solver.method", "adaptive".into())]))?;
-        let (usual, own) = (run(before)?, run(self)?);
-        let mut worst: f64 = 0.0;
-        for right in reference.as_array().expect("columns") {
-            let name = right["name"].as_str().expect("a name");
-            if name.starts_with("solver.") {
-                continue;
-            }
-            let [right, own] = [&reference, &own].map(|columns| column(columns, name).expect("the output"));
-            let largest = right.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
-            let difference = right.iter().zip(&own).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            worst = worst.max(if difference > 0.0 { difference / largest } else { 0.0 });
-        }
-        let work = |columns: &Value| column(columns, "solver.evaluations").map(|values| values[values.len() - 1]);
-        let (own, usual) = (work(&own), work(&usual));
-        let cheaper = own.zip(usual).is_none_or(|(own, usual)| own < usual);
-        match worst <= claim["at_most"].as_f64().expect("an error") && cheaper {
+        let exact = before.with(&[("solver.tolerance", 1e-12.into()), ("solver.method", "adaptive".into())]);
+        let reference = run(&exact, &[])?;
+        let error = |of: &Self| -> Result<f64, String> {
+            let columns = run(of, &[])?;
+            let names =
+                reference.as_array().expect("columns").iter().map(|right| right["name"].as_str().expect("a name"));
+            let of_output = |name: &str| {
+                let [right, own] = [&reference, &columns].map(|columns| column(columns, name).expect("the output"));
+                let largest = right.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+                let difference = right.iter().zip(&own).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                if difference > 0.0 { difference / largest } else { 0.0 }
+            };
+            Ok(names.filter(|name| !name.starts_with("solver.")).map(of_output).fold(0.0, f64::max))
+        };
+        // Closed forms count none.
+        let work = |of: &Self| {
+            let found = run(of, &["--output=solver.evaluations"]).ok()?;
+            column(&found, "solver.evaluations").map(|values| values[values.len() - 1])
+        };
+        let most = claim["at_most"].as_f64().expect("an error");
+        let (worst, usual) = (error(self)?, error(before)?);
+        let (own, without) = (work(self), work(before));
+        // Longer communication steps save none of it.
+        let saves = usual <= most && claim["step"].is_null();
+        let cheaper = !saves || own.zip(without).is_none_or(|(own, without)| own < without);
+        match worst <= most && cheaper {
             true => Ok(true),
-            false => Err(format!("the error is {worst:e}, with {own:?} evaluations instead of {usual:?}")),
+            false => Err(format!("the error is {worst:e}, with {own:?} evaluations instead of {without:?}")),
         }
     }
 
@@ -434,8 +445,8 @@ fn of_compensations() {
         let load = option("load", scene.load);
         Advised::new("compensate", scene.files(&SAME), &["-o", "cams.toml", "--rounds=0", "--report=out", &load])
     };
-    let counts = all(random(5700, 8, compensate::any()).map(loaded));
-    assert!(counts["compensate speed"] >= 4, "{counts:?}");
+    let counts = all(random(5700, 5, compensate::any()).map(loaded));
+    assert!(counts["compensate speed"] >= 3, "{counts:?}");
 }
 
 /// Tables with noise, of a lobe and of a law with dwells.
