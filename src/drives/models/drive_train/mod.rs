@@ -445,7 +445,8 @@ impl Drive for DriveTrain {
             // The pieces are those of laws that have changed since.
             self.locate();
         }
-        if !self.run.has_segments_of(&self.train) {
+        let of_end = self.end.as_ref().is_none_or(|end| end.has_segments_of(&self.train));
+        if !(of_end && self.run.has_segments_of(&self.train)) {
             return Err(no_state());
         }
         let outside = Outside { time: self.time - self.step, motion: self.motion.as_ref(), inputs: &self.laid };

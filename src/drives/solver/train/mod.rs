@@ -141,11 +141,15 @@ pub struct End {
 }
 
 impl End {
-    /// Whether it may be one of this train; before the first step it has no states.
+    /// Whether its pieces are some of the train's laws.
+    pub fn has_segments_of(&self, train: &Train) -> bool {
+        train.has_segments(&self.modes.segments)
+    }
+
+    /// Whether it may be one of this train, whose laws may have other pieces.
     pub fn fits(&self, train: &Train) -> bool {
-        [0, train.layout.count].contains(&self.states.len())
+        self.states.len() == train.layout.count
             && train.takes(&self.modes)
-            && train.has_segments(&self.modes.segments)
             && self.course.iter().chain([&self.time]).all(|number| number.is_finite())
     }
 }

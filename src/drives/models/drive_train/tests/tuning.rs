@@ -1,4 +1,4 @@
-//! A tunable of a law that is changed between two steps gives the motion of a train that had it from the start.
+//! A tunable that is changed between two steps gives the motion of a train that had it from the start.
 
 use super::super::*;
 use super::reference::{backlash, kloss, machine, output, press_scene, scene, series, shaft};
@@ -151,6 +151,36 @@ fn changes(r: &mut Random, scene: &Scene, of: impl Fn(&str) -> bool) -> Vec<(usi
         }
     }
     changes
+}
+
+/// Whatever was read from a saved state between the change and the step, the motion is the same.
+fn saved(tuned: &mut Tuned, scene: &Scene) -> Tuned {
+    let bytes = tuned.drive.save().serialize().unwrap();
+    let mut other =
+        Tuned { drive: AnyDrive::new(DriveTrain::new(scene.clone()).unwrap()), time: tuned.time, phi: tuned.phi };
+    let state = other.drive.deserialize(&bytes).unwrap();
+    other.drive.restore(&state);
+    other
+}
+
+#[test]
+fn tunables_changed_at_any_angle_of_the_start_act_as_from_the_start() {
+    let r = &mut Random(1);
+    let mut compared = 0;
+    for case in 0..120 {
+        let (phi, law) = (TAU * r.next(), case / 4);
+        let scene = train(case % 4, phi, law);
+        let changes = changes(r, &scene, |_| true);
+        let Ok(mut expected) = Tuned::new(scene.clone(), phi, &changes) else { continue };
+        let mut tuned = Tuned::new(scene.clone(), phi, &[]).unwrap();
+        tuned.set(&changes);
+        let mut restored = saved(&mut tuned, &scene);
+        let found = tuned.run(STEPS).unwrap();
+        assert_eq!(restored.run(STEPS).unwrap(), found, "case {case}");
+        agree(&found, &expected.run(STEPS).unwrap(), &format!("case {case}, {changes:?}"));
+        compared += 1;
+    }
+    assert!(compared > 60, "{compared}");
 }
 
 #[test]
