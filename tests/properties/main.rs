@@ -19,6 +19,7 @@ mod run;
 mod scenes;
 mod systems;
 mod train;
+mod tuning;
 
 use camdrive::drives::Fault;
 use proptest::prelude::*;

@@ -35,17 +35,22 @@ impl Run {
     }
 
     /// A drive at its start.
-    pub fn of(mut drive: Described, inputs: &[(&str, f64)], derivatives: &[(&str, f64)]) -> Result<Self, Fault> {
+    pub fn of(drive: Described, inputs: &[(&str, f64)], derivatives: &[(&str, f64)]) -> Result<Self, Fault> {
+        let mut run = Run::before_start(drive);
+        run.set(inputs)?;
+        derivatives.iter().try_for_each(|(name, value)| run.set_derivative(name, *value))?;
+        run.drive.start()?;
+        Ok(run)
+    }
+
+    /// A drive before its start at t = 0.
+    pub fn before_start(mut drive: Described) -> Self {
         let list = drive.descriptions();
         let names: Vec<String> = list.iter().map(|d| d.name.clone()).collect();
         let real = |i: &usize| matches!(list[*i].kind, Kind::Real { .. });
         let outputs = (0..list.len()).filter(|i| list[*i].causality == Causality::Output).filter(real).collect();
         drive.set_up(0.0, None);
-        let mut run = Run { drive, names, outputs, time: 0.0 };
-        run.set(inputs)?;
-        derivatives.iter().try_for_each(|(name, value)| run.set_derivative(name, *value))?;
-        run.drive.start()?;
-        Ok(run)
+        Run { drive, names, outputs, time: 0.0 }
     }
 
     pub fn set(&mut self, inputs: &[(&str, f64)]) -> Result<(), Fault> {

@@ -64,8 +64,7 @@ impl Equation for Twist {
 
     fn prepare(&mut self, law: &MotionLaw) -> Result<(), Fault> {
         law.validate().map_err(|message| Fault::new(message).of("cam"))?;
-        let process = self.process().map_or(Ok(()), MotionLaw::validate);
-        process.map_err(|message| Fault::new(format!("load.process: {message}")).of("load.process"))
+        self.load.as_ref().map_or(Ok(()), |load| load.validate("load"))
     }
 
     fn is_linear(&self) -> bool {

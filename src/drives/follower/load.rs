@@ -9,6 +9,7 @@
 //! What a scene does not name is None here: it costs nothing and has no variable. Valid for linear springs and dampers; P is
 //! taken at the angle of the drive also where the cam sits behind an elastic shaft.
 
+use crate::drives::Fault;
 use crate::motion::MotionLaw;
 use crate::numerics::taylor::Arithmetic;
 use serde::{Deserialize, Serialize};
@@ -48,6 +49,14 @@ impl Load {
     /// Whether there is none.
     pub fn is_none(&self) -> bool {
         *self == Load::default()
+    }
+
+    /// Refuses a process force whose parameters make no law; the load has this `name`.
+    pub fn validate(&self, name: &str) -> Result<(), Fault> {
+        self.process.as_ref().map_or(Ok(()), MotionLaw::validate).map_err(|message| {
+            let name = format!("{name}.process");
+            Fault::new(format!("{name}: {message}")).of(name)
+        })
     }
 
     /// Conditions of the text: the parts of F_L.

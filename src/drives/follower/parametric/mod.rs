@@ -103,7 +103,7 @@ impl Equation for Vibration {
             *self = anew;
         }
         law.validate()?;
-        self.process().map_or(Ok(()), MotionLaw::validate).map_err(|message| Fault::new(message).of("load.process"))
+        self.load.as_ref().map_or(Ok(()), |load| load.validate("load"))
     }
 
     fn is_undamped(&self) -> bool {

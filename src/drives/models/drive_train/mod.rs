@@ -24,6 +24,7 @@ use crate::drives::solver::train::periodic::periodic;
 pub use crate::drives::solver::train::periodic::{Periodic, STABLE};
 use crate::drives::solver::train::{End, Outside, Run};
 use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Number, Text};
+use crate::motion::MotionLaw;
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
@@ -470,12 +471,15 @@ impl DriveTrain {
             let named = |message| Fault::new(message).of(format!("follower[{}].cam", j + 1));
             follower.rigid.cam.validate().map_err(named)?;
             follower.rigid.check_linkage(&format!("follower[{}].linkage", j + 1))?;
+            follower.load.validate(&self.name_of(&format!("follower[{}].load", j + 1)))?;
             if let Joint::Backlash(contact::Parameters { s: 0.0, .. }) = follower.joint {
                 let message = " = 0: without clearance it is an elastic output with the mass m1 on the cam's side; use `elasticity` with `m_roller`";
                 return Err(Fault::named(format!("follower[{}].s", j + 1), message));
             }
         }
         let Some(machine) = self.machine() else { return Ok(()) };
+        let load = machine.load.as_ref().map_or(Ok(()), MotionLaw::validate);
+        load.map_err(|message| Fault::new(format!("load.M: {message}")).of("load.M"))?;
         let rigid = self.train.followers.iter().filter(|follower| follower.joint == Joint::Rigid);
         let inertia = Inertia::new(machine.inertia.clone(), rigid.map(|follower| follower.rigid.clone()).collect());
         inertia.validate()?;

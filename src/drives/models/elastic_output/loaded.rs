@@ -61,8 +61,7 @@ impl Loaded {
         if roller.process.is_some() || roller.input {
             return Err(Fault::new("a process force or an input acts on the mass only").of("load.roller"));
         }
-        let process = load.process.as_ref().map_or(Ok(()), MotionLaw::validate);
-        process.map_err(|message| Fault::new(message).of("load.process"))
+        load.validate("load")
     }
 
     /// What the process force on the mass makes, in front of its start.

@@ -93,6 +93,7 @@ macro_rules! as_every_oscillation {
         $crate::drives::shaft::cam_drive::as_every_cam_drive!();
 
         fn apply(&mut self, time: f64) -> Result<(), Fault> {
+            self.check_loads()?;
             self.take_up(time);
             Ok(())
         }
@@ -195,6 +196,12 @@ impl<E: Equation> Oscillation<E> {
         }
         self.remember();
         Ok(())
+    }
+
+    /// Refuses loads that were changed to what makes no law.
+    pub(in crate::drives) fn check_loads(&self) -> Result<(), Fault> {
+        let changed = self.equation.load().as_ref().filter(|_| self.loaded_anew);
+        changed.map_or(Ok(()), |load| load.validate("load"))
     }
 
     /// Takes up parameters and inputs at the communication point `time` (s); whether the shaft jumps there.
@@ -317,6 +324,10 @@ impl<E: Equation> Oscillation<E> {
         self.equation = made.equation.clone();
         // What is no law is refused when it starts.
         let _ = self.equation.prepare(&self.cam.law);
+        if self.loaded_anew {
+            // They are those of a process force that has changed since; the next step finds them anew.
+            self.segments = [0; 2];
+        }
         let breakpoints = self.equation.breakpoints(&self.cam.law);
         if [0, 1].iter().any(|i| self.segments[*i] >= breakpoints[*i].len().max(1)) {
             return Err(no_state());
