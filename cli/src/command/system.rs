@@ -143,7 +143,7 @@ struct Started {
 
 fn started(part: &Part) -> Vec<Started> {
     let of = |(name, value): &(String, f64)| {
-        let kind = part.description.variables.iter().find(|v| v.about.name == *name).map(|v| &v.about.kind);
+        let kind = part.description.variable(name).map(|v| &v.about.kind);
         let (kind, value) = match kind {
             Some(Kind::Integer { .. } | Kind::Enumeration(_)) => ("Integer", (*value as i32).to_string()),
             Some(Kind::Boolean) => ("Boolean", (*value != 0.0).to_string()),

@@ -197,7 +197,7 @@ impl Part {
 
     /// The variable with this name and causality.
     pub fn find(&self, name: &str, causality: Causality) -> Option<&Variable> {
-        self.description.variables.iter().find(|v| v.about.name == name && v.about.causality == causality)
+        self.description.variable(name).filter(|variable| variable.about.causality == causality)
     }
 
     fn has(&self, names: &[&str], causality: Causality) -> bool {
@@ -460,11 +460,11 @@ fn entries<'a>(prefix: &str, table: &'a DeTable<'a>, path: &str, values: &mut Ve
 impl Part {
     /// The value that a text gives a variable at the start, in the unit of the variable.
     fn value(&self, name: &str, text: &str) -> Result<f64, String> {
-        let all = &self.description.variables;
         let Some(place) = self.description.find(name) else {
-            return Err(variable::unknown(name, all.iter().map(|v| v.about.name.as_str())));
+            let names = self.description.variables.iter().map(|v| v.about.name.as_str());
+            return Err(variable::unknown(name, names));
         };
-        let Variable { about, unit, .. } = &all[place];
+        let Variable { about, unit, .. } = &self.description.variables[place];
         if !matches!(about.causality, Causality::Parameter | Causality::Input) {
             return Err(format!("`{name}` is computed and cannot be set"));
         }

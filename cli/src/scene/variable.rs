@@ -5,13 +5,17 @@ use super::units;
 use camdrive::drives::Description;
 use camdrive::drives::variable::Kind;
 use camdrive_design::host::{ModelDescription, Unit, Variable};
+use std::collections::HashMap;
 
-/// The place in the list, which is the value reference, of the variable with this name.
+/// Finds the place in the list, which is the value reference, of the variable with a name.
 ///
 /// # Errors
 /// There is none: with the name that it is most like.
-pub fn find(all: &[Description], name: &str) -> Result<usize, String> {
-    all.iter().position(|d| d.name == name).ok_or_else(|| unknown(name, all.iter().map(|d| d.name.as_str())))
+pub fn finder(all: &[Description]) -> impl Fn(&str) -> Result<usize, String> {
+    // From the end, since the first one of a name counts.
+    let places: HashMap<&str, usize> =
+        all.iter().enumerate().rev().map(|(place, d)| (d.name.as_str(), place)).collect();
+    move |name| places.get(name).copied().ok_or_else(|| unknown(name, all.iter().map(|d| d.name.as_str())))
 }
 
 /// Says that none of `all` has this name.
@@ -115,7 +119,7 @@ mod tests {
     #[test]
     fn texts_are_values_of_the_variable_or_refused() {
         let all = variables("guide_bar/scene.toml");
-        let of = |name: &str, text: &str| value(&all[find(&all, name)?], text);
+        let of = |name: &str, text: &str| value(&all[finder(&all)(name)?], text);
         for (name, text, expected) in [
             ("drive.w", "200", 200.0),
             ("drive.w", " 30 rpm ", std::f64::consts::PI),

@@ -5,7 +5,7 @@ use crate::xml::Element;
 use camdrive::drives::unit::Quantity;
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{self, Fault};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::{Mutex, PoisonError};
 
 /// An FMU as its importer sees it.
@@ -29,6 +29,8 @@ pub struct ModelDescription {
     pub(super) categories: Vec<String>,
     /// Its units, also those that are only displayed.
     units: Vec<SiUnit>,
+    /// The place of each name among the variables; the first one counts.
+    places: HashMap<String, usize>,
 }
 
 /// A variable. A host passes values in its own unit; range and quantity of `about` are those of the coherent SI unit.
@@ -110,7 +112,12 @@ const OUTPUT_DERIVATIVES: usize = 2;
 impl ModelDescription {
     /// The place of the variable with this name.
     pub fn find(&self, name: &str) -> Option<usize> {
-        self.variables.iter().position(|variable| variable.about.name == name)
+        self.places.get(name).copied()
+    }
+
+    /// The variable with this name.
+    pub fn variable(&self, name: &str) -> Option<&Variable> {
+        self.find(name).map(|place| &self.variables[place])
     }
 
     /// The unit of this name that the FMU defines, if it is one of the quantity of a variable.
@@ -156,6 +163,7 @@ impl ModelDescription {
             name: name.to_owned(),
             guid: guid.to_owned(),
             identifier: name.to_owned(),
+            places: places(&variables),
             variables,
             experiment: Experiment { start: Some(0.0), stop: Some(stop), step: Some(step), tolerance: Some(tolerance) },
             capabilities: Capabilities {
@@ -220,6 +228,7 @@ impl ModelDescription {
             name: root.needed("modelName")?.to_owned(),
             guid: root.needed("guid")?.to_owned(),
             identifier,
+            places: places(&variables),
             variables,
             experiment: Experiment {
                 start: time("startTime")?,
@@ -318,6 +327,11 @@ impl Variable {
     }
 }
 
+/// The place of each name; from the end, since the first one of a name counts.
+fn places(variables: &[Variable]) -> HashMap<String, usize> {
+    variables.iter().enumerate().rev().map(|(place, variable)| (variable.about.name.clone(), place)).collect()
+}
+
 /// The first value of each name.
 fn first_of<'a, T>(all: impl Iterator<Item = (&'a str, T)>) -> HashMap<&'a str, T> {
     let mut first = HashMap::new();
@@ -391,7 +405,8 @@ impl SiUnit {
 ///
 /// Quantities live as long as the program; each one is kept once, however many variables and FMUs have it.
 fn quantity(SiUnit { unit: own, base: exponents }: &SiUnit) -> &'static Quantity {
-    static KEPT: Mutex<Vec<&'static Quantity>> = Mutex::new(Vec::new());
+    type Key<'a> = (&'a str, [i8; 4], Option<(&'a str, u64)>);
+    static KEPT: Mutex<BTreeMap<Key<'static>, &'static Quantity>> = Mutex::new(BTreeMap::new());
     // No unit that a person writes has the dimension of one that is not told, or of electricity, heat, light or matter.
     let base = match exponents {
         Some([kg, m, s, 0, 0, 0, 0, rad]) => [*kg, *m, *s, *rad],
@@ -403,13 +418,16 @@ fn quantity(SiUnit { unit: own, base: exponents }: &SiUnit) -> &'static Quantity
     let unit = if own.is_si() { own.name.clone() } else { product.collect::<Vec<_>>().join(".") };
     let display = (!own.is_si() && own.offset == 0.0).then_some((own.name.as_str(), 1.0 / own.factor));
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
-    let same = |other: &&&'static Quantity| (other.unit, other.base, other.display) == (&*unit, base, display);
-    if let Some(found) = kept.iter().find(same) {
+    let bits = |(name, factor): (_, f64)| (name, factor.to_bits());
+    let key: Key<'_> = (&unit, base, display.map(bits));
+    // With the lifetime of a key that is only sought.
+    let sought: &BTreeMap<Key<'_>, &'static Quantity> = &kept;
+    if let Some(found) = sought.get(&key) {
         return found;
     }
     let display = display.map(|(name, factor)| (&*name.to_owned().leak(), factor));
     let new: &'static Quantity = Box::leak(Box::new(Quantity { name: "", unit: unit.leak(), base, display }));
-    kept.push(new);
+    kept.insert((new.unit, base, display.map(|(name, factor)| (name, factor.to_bits()))), new);
     new
 }
 
@@ -483,6 +501,22 @@ mod tests {
         assert!(read("").unwrap().variables[2].by_all);
         let fault = read("<Outputs><Unknown index=\"4\" dependencies=\"0\"/></Outputs>").unwrap_err();
         assert!(fault.message.contains("index 0 is of no variable"), "{fault}");
+    }
+
+    #[test]
+    fn of_a_name_the_first_variable_is_found() {
+        let variables: String = ["a", "b", "a"]
+            .iter()
+            .zip(5..)
+            .map(|(name, i)| format!("<ScalarVariable name=\"{name}\" valueReference=\"{i}\"><Real/></ScalarVariable>"))
+            .collect();
+        let description = ModelDescription::read(&format!(
+            "<fmiModelDescription fmiVersion=\"2.0\" modelName=\"t\" guid=\"g\"><CoSimulation modelIdentifier=\"t\"/>\
+             <ModelVariables>{variables}</ModelVariables></fmiModelDescription>"
+        ))
+        .unwrap();
+        assert_eq!(["a", "b", "c"].map(|name| description.find(name)), [Some(0), Some(1), None]);
+        assert_eq!(["a", "b"].map(|name| description.variable(name).unwrap().reference), [5, 6]);
     }
 
     #[test]

@@ -17,6 +17,7 @@
 use super::Instance;
 use camdrive::drives::{Fault, Number};
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 use std::io::{self, BufReader, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -77,7 +78,7 @@ pub(super) enum Call {
 }
 
 /// Values that can be read at any time.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Debug, Deserialize, Eq, Hash, PartialEq, Serialize)]
 pub(super) enum Read {
     Variable(usize),
     Reals(Vec<u32>),
@@ -386,8 +387,10 @@ pub(super) struct Remote {
     idle: Arc<Idle>,
     /// What was read since the last change and at the point before, and what came of it.
     readings: Vec<Reading>,
-    /// The reading that follows the last one.
-    next: usize,
+    /// The place of each of them.
+    places: HashMap<Read, usize>,
+    /// Those of which nothing has come since the last change.
+    open: Vec<usize>,
     warnings: Vec<String>,
     has_ended: bool,
 }
@@ -409,7 +412,8 @@ impl Remote {
             process: Some(process),
             idle: Arc::clone(idle),
             readings: Vec::new(),
-            next: 0,
+            places: HashMap::new(),
+            open: Vec::new(),
             warnings: Vec::new(),
             has_ended: false,
         };
@@ -426,33 +430,33 @@ impl Remote {
 
     /// A call after which values may differ.
     fn change(&mut self, call: Call) -> Result<(), Fault> {
-        if self.readings.iter().any(|reading| reading.is_used) {
+        let used = self.readings.iter().filter(|reading| reading.is_used).count();
+        if (1..self.readings.len()).contains(&used) {
             self.readings.retain(|reading| reading.is_used);
+            self.places = self.readings.iter().map(|reading| reading.read.clone()).zip(0..).collect();
         }
         for reading in &mut self.readings {
             (reading.outcome, reading.is_used) = (None, false);
         }
-        self.next = 0;
+        self.open = (0..self.readings.len()).collect();
         self.call(&call)?.all()
     }
 
     fn read(&mut self, read: Read) -> Result<Vec<f64>, Fault> {
-        let count = self.readings.len();
-        // Mostly they come in the order of the point before.
-        let place = (0..count).map(|i| (self.next + i) % count).find(|place| self.readings[*place].read == read);
-        let place = place.unwrap_or_else(|| {
+        let place = self.places.get(&read).copied().unwrap_or_else(|| {
+            let place = self.readings.len();
+            self.places.insert(read.clone(), place);
             self.readings.push(Reading { read, outcome: None, is_used: false });
-            count
+            self.open.push(place);
+            place
         });
         if self.readings[place].outcome.is_none() {
-            let is_open = |reading: &&mut Reading| reading.outcome.is_none();
-            let open = self.readings.iter_mut().filter(is_open).map(|reading| reading.read.clone()).collect();
-            let outcomes = self.call(&Call::Read(open))?.outcomes;
-            for (reading, outcome) in self.readings.iter_mut().filter(is_open).zip(outcomes) {
-                reading.outcome = Some(outcome);
+            let open = std::mem::take(&mut self.open);
+            let asked = open.iter().map(|place| self.readings[*place].read.clone()).collect();
+            for (place, outcome) in open.iter().zip(self.call(&Call::Read(asked))?.outcomes) {
+                self.readings[*place].outcome = Some(outcome);
             }
         }
-        self.next = place + 1;
         let reading = &mut self.readings[place];
         reading.is_used = true;
         reading.outcome.clone().map_or_else(|| Err(Fault::new("the value is missing")), result)

@@ -3,7 +3,7 @@
 use super::signals::Signals;
 use super::{Args, Column, Machine, Run, Shared, name_and_value, names_of};
 use crate::command::{Failure, failure, wrong_argument};
-use crate::scene::variable::find;
+use crate::scene::variable::finder;
 use camdrive::drives::variable::Causality;
 use camdrive::drives::{Description, Fault, Number};
 
@@ -51,10 +51,11 @@ pub fn run<S: Source>(
     column: impl Fn(usize) -> Column,
     source: S,
 ) -> Result<S, Failure> {
+    let find = finder(all);
     let outputs: Vec<usize> = match &args.output {
         None => (0..all.len()).filter(|i| all[*i].causality == Causality::Output).collect(),
         Some(names) => {
-            let found = names_of(names).into_iter().map(|name| find(all, name));
+            let found = names_of(names).into_iter().map(&find);
             found.collect::<Result<_, _>>().map_err(|e| wrong_argument(format!("--output: {e}")))?
         }
     };
@@ -67,7 +68,7 @@ pub fn run<S: Source>(
     for text in &args.start {
         let wrong = |message: String| wrong_argument(format!("--start {text}: {message}"));
         let (name, word) = name_and_value(text)?;
-        let variable = find(all, name).map_err(wrong)?;
+        let variable = find(name).map_err(wrong)?;
         if given.contains(&variable) {
             return Err(wrong(format!("`{name}` is given twice")));
         }

@@ -107,9 +107,8 @@ fn connection(xml: &mut Xml, system: &System, connection: &Connection) {
         ("endElement", system.parts[to.0].name.clone()),
         ("endConnector", to.1.clone()),
     ];
-    let unit_of = |(part, name): &(usize, String)| {
-        system.parts[*part].description.variables.iter().find(|v| v.about.name == *name).map(|v| v.unit.name.clone())
-    };
+    let unit_of =
+        |(part, name): &(usize, String)| system.parts[*part].description.variable(name).map(|v| v.unit.name.clone());
     // Factor and offset are all that happens to the value.
     if unit_of(from) != unit_of(to) {
         attributes.push(("suppressUnitConversion", "true".to_owned()));

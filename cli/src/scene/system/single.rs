@@ -143,7 +143,7 @@ fn started(part: &Part) -> Result<(Table, Scene), String> {
     }
     let mut expected = parameters(&before)?;
     for (name, value) in &part.start {
-        let about = part.description.variables.iter().map(|v| &v.about).find(|about| about.name == *name);
+        let about = part.description.variable(name).map(|v| &v.about);
         let set = about.filter(|about| !about.key.contains('[')).and_then(|about| {
             let value = match about.kind {
                 Type::Enumeration(e) => Value::from(e.items.get((*value as usize).checked_sub(1)?)?.0),

@@ -211,7 +211,7 @@ struct Parameter {
 impl Part {
     /// Sets the variable `name`.
     fn set_start(&mut self, name: &str, Parameter { value, unit, .. }: &Parameter) -> Result<(), Fault> {
-        let Some(variable) = self.description.variables.iter().find(|v| v.about.name == name) else {
+        let Some(variable) = self.description.variable(name) else {
             return Err(Fault::new(format!("`{name}`, which a parameter sets, is no variable")));
         };
         if let Some(unit) = unit.as_ref().filter(|unit| **unit != variable.unit.name) {

@@ -168,9 +168,9 @@ impl Wiring<'_> {
         let Some(place) = names.iter().position(|known| *known == part) else {
             return section.refuse(suggested(format!(": there is no part `{part}`"), part, &names));
         };
-        let all = &self.raw[place].part.description.variables;
+        let description = &self.raw[place].part.description;
         let word = if causality == Causality::Input { "input" } else { "output" };
-        match all.iter().map(|v| &v.about).find(|about| about.name == name) {
+        match description.variable(name).map(|v| &v.about) {
             Some(found) if found.causality == causality => Some((place, name.to_owned())),
             Some(found) => {
                 let fault = section.fault_of(key, format!(": `{name}` of `{part}` is no {word}"));
@@ -180,7 +180,8 @@ impl Wiring<'_> {
                 })
             }
             None => {
-                let known = all.iter().filter(|v| v.about.causality == causality).map(|v| v.about.name.as_str());
+                let of_kind = description.variables.iter().filter(|v| v.about.causality == causality);
+                let known = of_kind.map(|v| v.about.name.as_str());
                 let said = format!(": `{part}` has no {word} `{name}`");
                 section.refuse(suggested(said, name, &known.collect::<Vec<_>>()))
             }
