@@ -1933,10 +1933,10 @@ fn foreign_drive(folder: &Path, units: [&str; 4]) -> String {
     variables += &variable(9, "tau", "output", with_unit(units[3], ""));
     let description = format!(
         "<fmiModelDescription fmiVersion=\"2.0\" modelName=\"drive\" guid=\"{{drive}}\">\n<CoSimulation modelIdentifier=\"drive\" \
-         canHandleVariableCommunicationStepSize=\"true\"/>\n<UnitDefinitions>\n{defined}</UnitDefinitions>\n<ModelVariables>\n{variables}\
+         canHandleVariableCommunicationStepSize=\"true\"{capabilities}/>\n<UnitDefinitions>\n{defined}</UnitDefinitions>\n<ModelVariables>\n{variables}\
          </ModelVariables>\n<ModelStructure/>\n</fmiModelDescription>\n"
     );
-    packed(folder, "drive", "foreign_drive.rs", description.as_bytes(), &[]);
+    packed(folder, "drive", "drive.rs", description.as_bytes(), &[]);
     let scales = ["by_phi", "by_w", "by_a", "by_tau"].into_iter().zip(units);
     let scales: Vec<String> = scales.map(|(name, of)| format!("{name} = {:?}", unit(of).2)).collect();
     format!("h = 0.03, {}", scales.join(", "))
@@ -2004,7 +2004,7 @@ fn a_rigid_drive_of_another_maker_is_coupled_with_the_order_2_in_any_units() {
     }
 }
 
-/// What the FMU of `tests/foreign.rs` says of itself, in Latin-1.
+/// What the FMU of `tests/foreign/cart.rs` says of itself, in Latin-1.
 const CART: &str = r#"<?xml version="1.0" encoding="ISO-8859-1"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Cart with blanks" guid="{cart}">
 <CoSimulation modelIdentifier="cart" canHandleVariableCommunicationStepSize="VARIABLE"/>
@@ -2034,16 +2034,16 @@ const CART: &str = r#"<?xml version="1.0" encoding="ISO-8859-1"?>
 /// Compiles the library of another maker, and packs it with this word for whether its steps may differ.
 fn cart(folder: &Path, variable_steps: &str) -> PathBuf {
     let description: Vec<u8> = CART.replace("VARIABLE", variable_steps).chars().map(|c| c as u8).collect();
-    packed(folder, "cart", "foreign.rs", &description, &[("resources/start.txt", b"1.5")])
+    packed(folder, "cart", "cart.rs", &description, &[("resources/start.txt", b"1.5")])
 }
 
-/// Compiles a library of `tests`, and packs it with its model description and more files as NAME.fmu.
+/// Compiles a library of `tests/foreign`, and packs it with its model description and more files as NAME.fmu.
 fn packed(folder: &Path, name: &str, source: &str, description: &[u8], more: &[(&str, &[u8])]) -> PathBuf {
     let library = folder.join(format!("{name}{}", std::env::consts::DLL_SUFFIX));
     if !library.exists() {
         let done = Command::new(Path::new(env!("CARGO")).with_file_name("rustc"))
             .args(["--edition", "2024", "-o", text(&library)])
-            .arg(root().join("tests").join(source))
+            .arg(root().join("tests/foreign").join(source))
             .output()
             .expect("the compiler of this test starts");
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
@@ -2058,11 +2058,11 @@ fn packed(folder: &Path, name: &str, source: &str, description: &[u8], more: &[(
     fmu
 }
 
-/// The FMU of `tests/misbehaving.rs` with this default experiment.
-fn misbehaving(folder: &Path, experiment: &str) -> PathBuf {
+/// The FMU of `tests/foreign/misbehaving.rs` with this guid and default experiment.
+fn misbehaving(folder: &Path, guid: &str, experiment: &str) -> PathBuf {
     let description = format!(
         r#"<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="2.0" modelName="bad" guid="g">
+<fmiModelDescription fmiVersion="2.0" modelName="bad" guid="{guid}">
 <CoSimulation modelIdentifier="bad" canHandleVariableCommunicationStepSize="true" maxOutputDerivativeOrder="2"/>
 <DefaultExperiment startTime="0" {experiment}/>
 <ModelVariables>
@@ -2081,7 +2081,7 @@ fn misbehaving(folder: &Path, experiment: &str) -> PathBuf {
 #[test]
 fn a_foreign_library_that_fails_fails_its_run() {
     let folder = folder("misbehaving");
-    let (fmu, temporary) = (misbehaving(&folder, r#"stopTime="1" stepSize="0.25""#), folder.join("a folder"));
+    let (fmu, temporary) = (misbehaving(&folder, "g", r#"stopTime="1" stepSize="0.25""#), folder.join("a folder"));
     let cases = [
         (0, "", 5, 0),
         (1, "from t = 0.25 s to 0.5 s: fmi2DoStep: the library of the FMU ends its process (exit code 0)", 2, 1),
@@ -2093,12 +2093,16 @@ fn a_foreign_library_that_fails_fails_its_run() {
         (7, "does not return within 1 s", 2, 1),
         (8, "warning: from t = 0.25 s to 0.5 s: the FMU ends the simulation; the result ends at t = 0.25 s", 2, 0),
         (9, "fmi2Terminate: the library of the FMU crashes", 5, 1),
+        (10, "setting a variable: the library of the FMU crashes", 0, 1),
+        (11, "fmi2EnterInitializationMode: the library of the FMU crashes", 0, 1),
+        (12, "fmi2ExitInitializationMode: the library of the FMU crashes", 0, 1),
     ];
     for (fault, said, rows, code) in cases {
         let start = format!("fault={fault}");
         let run = run_fmu(&[text(&fmu), "--start", &start, "--timeout", "1 s"], &temporary);
         assert!(run.code == code && run.err.contains(said), "{fault}: {} {}", run.code, run.err);
-        assert_eq!(table(&run.out).1.len(), rows, "{fault}: {}", run.out);
+        // Where nothing was computed there are no headings.
+        assert_eq!(run.out.lines().skip(1).count(), rows, "{fault}: {}", run.out);
         let json = run_fmu(&[text(&fmu), "--start", &start, "--timeout", "1 s", "--json"], &temporary);
         assert!(json.code == code && json.err.contains(said), "{fault}: {}", json.err);
         if code == 0 {
@@ -2107,13 +2111,13 @@ fn a_foreign_library_that_fails_fails_its_run() {
             assert_eq!(document["ended"].is_string(), fault == 8);
         }
     }
-    // Of a study the row fails. Derivatives that are NaN are none.
+    // Of a study the row fails, also before its first step. Derivatives that are NaN are none.
     let lines = "time = \"1 s\"\nmeasures = [\"last y\", \"mean y\"]\nvary = [{ name = \"fault\", values = [0, 1, 3, 4, \
-                 5, 6, 7, 8, 9] }]\n";
+                 5, 6, 7, 8, 9, 10, 11, 12] }]\n";
     let (file, store) = study_over(&folder, &fmu, "store", lines);
     let run = camdrive(&["study", text(&file), "-o", text(&store), "--timeout", "1", "--threads", "2", "--json"]);
     let said: serde_json::Value = serde_json::from_str(&run.out).unwrap_or_else(|_| panic!("{}", run.err));
-    assert_eq!(["ok", "refused", "failed"].map(|key| said[key].as_u64()), [3, 0, 6].map(Some));
+    assert_eq!(["ok", "refused", "failed"].map(|key| said[key].as_u64()), [3, 0, 9].map(Some));
     let of = |measure: usize| said["measures"][measure]["largest"].as_f64().unwrap();
     assert!((of(0) - 1.0).abs() < 1e-12 && (of(1) - 0.5).abs() < 1e-12);
     // In a system the part is named.
@@ -2122,6 +2126,14 @@ fn a_foreign_library_that_fails_fails_its_run() {
     std::fs::write(&system, format!("name = \"s\"\nstop = \"1 s\"\nstep = \"0.25 s\"\n{part}")).unwrap();
     let run = camdrive(&["run", text(&system)]);
     assert!(run.code == 1 && run.err.contains("part bad: fmi2DoStep: the library of the FMU crashes"), "{}", run.err);
+    let fmu = misbehaving(&folder, "dead", r#"stopTime="1" stepSize="0.25""#);
+    let (file, store) = study_over(&folder, &fmu, "dead", lines);
+    let run = camdrive(&["study", text(&file), "-o", text(&store), "--threads", "2"]);
+    for said in
+        ["12 runs: 0 ok, 0 refused, 12 failed", "First failed: run 0: fmi2Instantiate: the library of the FMU crashes"]
+    {
+        assert!(run.out.contains(said), "{said}: {} {}", run.out, run.err);
+    }
     for wrong in ["0", "-1 s", "1 m", "nan"] {
         let run = camdrive(&["run", text(&fmu), "--timeout", wrong]);
         assert!(run.code != 0 && run.err.contains("--timeout"), "{wrong}: {}", run.err);
@@ -2132,12 +2144,12 @@ fn a_foreign_library_that_fails_fails_its_run() {
 fn a_default_experiment_that_is_none_is_refused() {
     let folder = folder("default_experiment");
     for step in ["NaN", "0", "-0.1", "INF"] {
-        let fmu = misbehaving(&folder, &format!(r#"stopTime="1" stepSize="{step}""#));
+        let fmu = misbehaving(&folder, "g", &format!(r#"stopTime="1" stepSize="{step}""#));
         let run = camdrive(&["run", text(&fmu)]);
         assert!(run.code == 1 && run.err.contains("--step, by default:"), "{step}: {}", run.err);
         assert_eq!(camdrive(&["run", text(&fmu), "--step", "0.5"]).code, 0, "{step}");
     }
-    let fmu = misbehaving(&folder, r#"stopTime="NaN" stepSize="0.1""#);
+    let fmu = misbehaving(&folder, "g", r#"stopTime="NaN" stepSize="0.1""#);
     let run = camdrive(&["run", text(&fmu)]);
     assert!(run.code == 1 && run.err.contains("--stop, by default:"), "{}", run.err);
 }

@@ -172,8 +172,10 @@ impl<'a> Worker<'a> {
     }
 }
 
+/// What refuses the values; a library that is gone refuses none.
 fn refused(fault: Fault) -> (Status, String) {
-    (Status::Refused, fault.to_string())
+    let status = if fault.is_loss { Status::Failed } else { Status::Refused };
+    (status, fault.to_string())
 }
 
 fn failed(fault: Fault) -> (Status, String) {

@@ -67,7 +67,11 @@ impl System {
 
 impl Part {
     fn said(&self, fault: Fault) -> Fault {
-        if self.name.is_empty() { fault } else { Fault::new(format!("part {}: {fault}", self.name)) }
+        if self.name.is_empty() {
+            return fault;
+        }
+        let said = format!("part {}: {fault}", self.name);
+        fault.told(said)
     }
 }
 

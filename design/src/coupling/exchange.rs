@@ -468,7 +468,13 @@ impl Coupling {
     /// A result of a part, whose name faults tell.
     fn of<T>(&self, part: usize, result: Result<T, Fault>) -> Result<T, Fault> {
         let name = &self.names[part];
-        result.map_err(|fault| if name.is_empty() { fault } else { Fault::new(format!("part {name}: {fault}")) })
+        result.map_err(|fault| {
+            if name.is_empty() {
+                return fault;
+            }
+            let said = format!("part {name}: {fault}");
+            fault.told(said)
+        })
     }
 
     /// One step of each part.

@@ -134,7 +134,8 @@ impl ModelDescription {
         let Some(tool) = &self.needs_tool else { return fault };
         let what = fault.to_string();
         let what = what.split("\n  = hint").next().unwrap_or_default();
-        Fault::new(format!("{what}\n  = hint: the FMU needs {tool} on this machine (needsExecutionTool)"))
+        let said = format!("{what}\n  = hint: the FMU needs {tool} on this machine (needsExecutionTool)");
+        fault.told(said)
     }
 
     /// Of the FMU of a drive.

@@ -252,6 +252,12 @@ impl Process {
     #[cold]
     fn lost(&mut self, function: &str, error: &io::Error) -> Fault {
         (self.is_sound, self.is_lost) = (false, true);
+        let mut fault = self.cause_of(function, error);
+        fault.0.is_loss = true;
+        fault
+    }
+
+    fn cause_of(&self, function: &str, error: &io::Error) -> Fault {
         if self.watched.is_late.load(Relaxed) {
             let longest = Number(LONGEST.load(Relaxed) as f64 * 1e-3);
             let hint = "--timeout admits longer calls (Python: timeout)";

@@ -13,12 +13,14 @@ pub struct Reason {
     pub message: String,
     /// Whether the name of the variable stands before the message, which then goes on from there.
     pub named: bool,
+    /// Whether what computes is gone, such as the process of a library: other values say nothing of these.
+    pub is_loss: bool,
 }
 
 impl Fault {
     /// A fault of no variable in particular.
     pub fn new(message: impl Into<String>) -> Self {
-        Fault(Box::new(Reason { variable: String::new(), message: message.into(), named: false }))
+        Fault(Box::new(Reason { variable: String::new(), message: message.into(), named: false, is_loss: false }))
     }
 
     /// That of a variable.
@@ -29,7 +31,12 @@ impl Fault {
 
     /// A fault of a variable, with whose name the message begins.
     pub fn named(variable: impl Into<String>, message: impl Into<String>) -> Self {
-        Fault(Box::new(Reason { variable: variable.into(), message: message.into(), named: true }))
+        Fault(Box::new(Reason { variable: variable.into(), message: message.into(), named: true, is_loss: false }))
+    }
+
+    /// The fault as it is told elsewhere: in these words, and of no variable there.
+    pub fn told(self, message: String) -> Self {
+        Fault(Box::new(Reason { is_loss: self.is_loss, ..*Fault::new(message).0 }))
     }
 }
 

@@ -77,7 +77,8 @@ pub fn run<S: Source>(
         }
         given.push(variable);
         let value = driven.source.value(variable, word).map_err(wrong)?;
-        driven.source.set(variable, value).map_err(|fault| wrong(fault.to_string()))?;
+        let set = driven.source.set(variable, value);
+        set.map_err(|fault| if fault.is_loss { failure(fault) } else { wrong(fault.to_string()) })?;
     }
     run.record(args, &mut driven)?;
     if let Some((variable, value, time)) = driven.undefined {
