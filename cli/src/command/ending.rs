@@ -1,5 +1,6 @@
 //! How a signal ends the program: after what is being written, and without leaving temporary folders.
 
+#[cfg(unix)]
 use camdrive_design::host::TemporaryFolder;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering::SeqCst};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -1,7 +1,9 @@
 //! The child's side of [`super::process`]: it serves the library of one FMU.
 
 use super::functions::leave;
-use super::process::{Answer, Call, LOOK, MARK, PROGRAM, Read, Stream, outcome, receive, send};
+#[cfg(unix)]
+use super::process::LOOK;
+use super::process::{Answer, Call, MARK, PROGRAM, Read, Stream, outcome, receive, send};
 use super::{Fmu, Host};
 use camdrive::drives::Fault;
 use std::ffi::OsString;
@@ -10,7 +12,9 @@ use std::io::{self, BufReader};
 use std::io::{Read as _, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
-use std::thread::{sleep, spawn};
+#[cfg(unix)]
+use std::thread::sleep;
+use std::thread::spawn;
 
 /// To be called first by a program that drives foreign FMUs: their libraries then run in processes of their own.
 ///
