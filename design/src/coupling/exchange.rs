@@ -21,8 +21,11 @@
 //! The inertia J of a load that the shaft takes for its own is J + J′ Δ + ½ J″ Δ² over the angle Δ, with its own derivative. J″
 //! is that at t, and of a drive that has stepped the one with which J meets its value at t + H, so that the energy of the load does.
 //!
-//! A part that takes no derivatives of its inputs stands at t + H with those of t: it gets those of t + H before its outputs are
-//! read. Where its torque depends on φ̈ at once, that is an equation for φ̈, affine with the factor −κ, which is solved as such.
+//! To the FMU of another maker φ, φ̇, φ̈ are three inputs like any others: where it takes derivatives, it gets those of all three. One
+//! that refuses orders above 1 gets the straight line that has the mean of each input over the step.
+//!
+//! A part that takes no derivatives of its inputs stands at t + H with those of t, the FMU of another maker perhaps with the ends of
+//! lines: both get the inputs of t + H before their outputs are read. Where its torque depends on φ̈ at once, that is an equation for φ̈, affine with the factor −κ, which is solved as such.
 //!
 //! Values are in coherent SI units, whatever the units of the FMUs.
 //!
@@ -188,7 +191,9 @@ struct Inputs {
     wires: Vec<Wire>,
     /// Whether the part takes derivatives.
     derivatives: bool,
-    /// Whether it refused those of a higher order than 1.
+    /// Whether φ, φ̇ and φ̈ are one motion to it, whose course φ̈ has.
+    is_joint: bool,
+    /// Whether it refused derivatives of a higher order than 1.
     is_linear: bool,
     references: Vec<u32>,
     values: Vec<f64>,
@@ -197,7 +202,14 @@ struct Inputs {
     derived: Vec<f64>,
 }
 
-/// A shaft with the drives on it that take no derivatives, whose torques may depend on its φ̈ at once.
+impl Inputs {
+    /// Whether its outputs at the end of a step are known to be those of the inputs there.
+    fn follows(&self) -> bool {
+        self.derivatives && self.is_joint
+    }
+}
+
+/// A shaft with the drives on it that do not follow their inputs, whose torques may depend on its φ̈ at once.
 #[derive(Debug)]
 struct Loop {
     shaft: usize,
@@ -290,6 +302,7 @@ impl Coupling {
                 let mut inputs = Inputs { wires: wires.collect(), ..Inputs::default() };
                 motions(&mut inputs.wires, |i| &variable(own[i].to).about.name);
                 inputs.derivatives = parts[part].description().capabilities.interpolates_inputs;
+                inputs.is_joint = parts[part].is_own();
                 // A step allocates nothing: φ̈ has two derivatives, a signal three.
                 let room = inputs.wires.len();
                 (inputs.references, inputs.values) = (Vec::with_capacity(room), Vec::with_capacity(room));
@@ -505,9 +518,9 @@ impl Coupling {
         (0..self.loops.len()).try_for_each(|at| self.meet(at, step))
     }
 
-    /// Gives a part that takes no derivatives the inputs of the end of the step, as far as they are known, and reads its outputs.
+    /// Gives a part that does not follow its inputs the inputs of the end of the step, as far as they are known, and reads its outputs.
     fn stand(&mut self, part: usize, step: f64) -> Result<(), Fault> {
-        if self.inputs[part].derivatives || self.inputs[part].wires.is_empty() {
+        if self.inputs[part].follows() || self.inputs[part].wires.is_empty() {
             return Ok(());
         }
         self.renew(part)?;
@@ -670,12 +683,17 @@ fn give(
     exchange: Exchange,
     step: f64,
 ) -> Result<(), Fault> {
-    let Inputs { wires, derivatives, is_linear, references, values, of, orders, derived } = inputs;
+    let Inputs { wires, derivatives, is_joint, is_linear, references, values, of, orders, derived } = inputs;
     [&mut *values, &mut *derived].into_iter().for_each(Vec::clear);
     [&mut *references, &mut *of].into_iter().for_each(Vec::clear);
     orders.clear();
     for wire in wires.iter_mut() {
         wire.taken = polynomial(wire, sources, exchange, stepped[wire.from], step);
+    }
+    if *derivatives && !*is_joint && !matches!(exchange, Exchange::Held | Exchange::GaussSeidel) {
+        part_motions(wires);
+    }
+    for wire in wires.iter() {
         let [value, mut rest @ ..] = wire.taken;
         if *is_linear {
             // The straight line of the same mean.
@@ -711,6 +729,23 @@ fn give(
             give(inputs, part, sources, stepped, exchange, step)
         }
         given => given,
+    }
+}
+
+/// Gives φ and φ̇ of each motion the derivatives that they have by φ̈ and its own.
+fn part_motions(wires: &mut [Wire]) {
+    for at in 0..wires.len() {
+        let Course::Acceleration([phi, w]) = wires[at].course else { continue };
+        let [a, first, second, _] = wires[at].taken;
+        let is = |wire: &Wire, source: usize| wire.course == Course::Motion && wire.source == source;
+        let speed = wires.iter().find(|wire| is(wire, w)).map_or(0.0, |wire| wire.taken[0]);
+        for wire in wires.iter_mut() {
+            if is(wire, phi) {
+                wire.taken[1..].copy_from_slice(&[speed, a, first]);
+            } else if is(wire, w) {
+                wire.taken[1..].copy_from_slice(&[a, first, second]);
+            }
+        }
     }
 }
 
@@ -786,7 +821,7 @@ fn moves(wire: &Wire, part: usize) -> bool {
 fn loop_of(inputs: &[Inputs], shaft: usize) -> Option<Loop> {
     let motion = |drive: &usize| inputs[*drive].wires.iter().find(|wire| moves(wire, shaft));
     let acts = |drive: usize| inputs[shaft].wires.iter().any(|wire| wire.from == drive);
-    let drives = (0..inputs.len()).filter(|i| !inputs[*i].derivatives && acts(*i) && motion(i).is_some());
+    let drives = (0..inputs.len()).filter(|i| !inputs[*i].follows() && acts(*i) && motion(i).is_some());
     let drives: Vec<usize> = drives.collect();
     let acceleration = motion(drives.first()?)?.source;
     Some(Loop { shaft, acceleration, drives })

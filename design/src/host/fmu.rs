@@ -38,6 +38,8 @@ pub struct Fmu(pub(super) Arc<Content>);
 pub(super) struct Content {
     pub description: ModelDescription,
     pub runtime: Runtime,
+    /// Whether the library is of this tool's own sources.
+    pub is_own: bool,
     pub folder: PathBuf,
     /// None in a process that serves a library: the one that started it removes the folder.
     _removed: Option<TemporaryFolder>,
@@ -95,7 +97,7 @@ impl Fmu {
         };
         let runtime = runtime.map_err(|fault| description.not_started(fault))?;
         let (path, _removed) = (folder.path().to_owned(), Some(folder));
-        Ok(Fmu(Arc::new(Content { description, runtime, folder: path, _removed })))
+        Ok(Fmu(Arc::new(Content { description, runtime, is_own, folder: path, _removed })))
     }
 
     /// The FMU that was unpacked into this folder, its library loaded into this process.
@@ -107,7 +109,8 @@ impl Fmu {
         let library = library(&description, |path| folder.join(path).is_file());
         let (functions, library) = Functions::load(&folder.join(library.ok_or_else(|| without_platform(&[]))?))?;
         let runtime = Runtime::here(functions, Some(library));
-        Ok(Fmu(Arc::new(Content { description, runtime, folder: folder.to_owned(), _removed: None })))
+        let folder = folder.to_owned();
+        Ok(Fmu(Arc::new(Content { description, runtime, is_own: false, folder, _removed: None })))
     }
 
     /// The FMU of a scene by the library in this tool.
@@ -125,7 +128,7 @@ impl Fmu {
         written().map_err(|e| no_folder(&e))?;
         let runtime = Runtime::here(Functions::linked(), None);
         let (path, _removed) = (folder.path().to_owned(), Some(folder));
-        Ok(Fmu(Arc::new(Content { description, runtime, folder: path, _removed })))
+        Ok(Fmu(Arc::new(Content { description, runtime, is_own: true, folder: path, _removed })))
     }
 
     /// What its model description says.

@@ -101,6 +101,11 @@ impl Host {
         Fmu::linked(resource)?.instantiate(&resource.name)
     }
 
+    /// Whether its library is of this tool's own sources.
+    pub fn is_own(&self) -> bool {
+        self.content.is_own
+    }
+
     /// What the model description of its FMU says.
     pub fn description(&self) -> &ModelDescription {
         &self.content.description
