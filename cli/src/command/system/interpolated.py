@@ -3,7 +3,7 @@ def step(parts, time, h):
     motion = lambda name: [parts[name].get(output) for output in ("phi", "w", "a")]
     first = [name for name in parts if name not in SHAFTS]
     for name in first:
-        connect(parts, name, rates=True)
+        connect(parts, name, h)
     # With the torques of this step: with those of the one before, the exchange is less stable.
     begin = {machine: motion(machine) for machine, _, _ in SHAFTS.values()}
     for name in first:
@@ -11,6 +11,12 @@ def step(parts, time, h):
     for name, (machine, ratio, offset) in SHAFTS.items():
         connect(parts, name)
         (phi, w, a), end = begin[machine], motion(machine)
+        if not parts[name].follows:
+            # An FMU may refuse derivatives of higher orders: lines.
+            for variable, value, last in zip(("phi", "w", "a"), (ratio * phi + offset, ratio * w, ratio * a), end):
+                parts[name].set(variable, value, (ratio * last + offset * (variable == "phi") - value) / h)
+            parts[name].fmu.doStep(time, h)
+            continue
         # phi + w h + a h²/2 + a1 h³/6 + a2 h⁴/24 and its derivative are those of the end.
         place, speed = end[0] - phi - w * h - a * h * h / 2, (end[1] - w - a * h) * h
         a1, a2 = (24 * place - 6 * speed) / h**3, (24 * speed - 72 * place) / h**4

@@ -21,6 +21,10 @@ class Part:
         self.variables = {v.name: v for v in self.about.modelVariables}
         self.fmu = FMU2Slave(guid=self.about.guid, unzipDirectory=extract(path), instanceName=name,
                              modelIdentifier=self.about.coSimulation.modelIdentifier)
+        # To the FMUs of other makers phi, w, a are three inputs like any others.
+        own = (self.about.generationTool or "").startswith("camdrive")
+        self.follows = own and self.about.coSimulation.canInterpolateInputs
+        self.last = {}
         self.fmu.instantiate()
         self.fmu.setupExperiment(startTime=0.0)
 
@@ -37,21 +41,25 @@ class Part:
             references = [self.variables[name].valueReference] * len(rates)
             self.fmu.setRealInputDerivatives(references, range(1, len(rates) + 1), rates)
 
-    def rate(self, name):
-        v = self.variables[name]
+    def rate(self, name, h):
+        """The derivative of an output; where the FMU does not tell it, that over the last step."""
+        v, value = self.variables[name], self.get(name)
+        last, self.last[name] = self.last.get(name, value), value
         known = v.variability == "continuous" and self.about.coSimulation.maxOutputDerivativeOrder
-        return self.fmu.getRealOutputDerivatives([v.valueReference], [1])[0] if known else 0.0
+        rate = self.fmu.getRealOutputDerivatives([v.valueReference], [1])[0] if known else math.nan
+        own = (value - last) / h if v.variability == "continuous" else 0.0
+        return rate if math.isfinite(rate) else own
 
-def connect(parts, to, rates=False):
-    """Gives the inputs of a part what the outputs say now."""
+def connect(parts, to, h=None):
+    """Gives the inputs of a part what the outputs say now, for a step of h with their derivatives."""
     for source, output, part, name, factor, offset in CONNECTIONS:
         if part == to:
-            slope = [factor * parts[source].rate(output)] if rates else []
+            slope = [factor * parts[source].rate(output, h)] if h else []
             parts[part].set(name, factor * parts[source].get(output) + offset, *slope)
 
 def meet(parts):
-    """Parts without input derivatives stand with the inputs of the beginning: they get those of the end, in turn with machines."""
-    late = [name for name, part in parts.items() if not part.about.coSimulation.canInterpolateInputs]
+    """Parts that do not follow their inputs get those of the end, in turn with machines."""
+    late = [name for name, part in parts.items() if not part.follows]
     machines = [machine for name, (machine, _, _) in SHAFTS.items() if name in late]
     for name in (late + machines) * 20:
         connect(parts, name)
