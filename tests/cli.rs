@@ -1929,7 +1929,7 @@ fn foreign_drive(folder: &Path, capabilities: &str, units: [&str; 4]) -> String 
     let mut variables: String =
         inputs.map(|(i, (name, unit))| variable(i, name, "input", with_unit(unit, " start=\"0\""))).collect();
     for (i, name) in ["m", "h", "by_phi", "by_w", "by_a", "by_tau"].into_iter().enumerate() {
-        variables += &variable(i + 3, name, "parameter", "<Real start=\"1\"/>".to_owned());
+        variables += &variable(i + 3, name, "parameter\" variability=\"fixed", "<Real start=\"1\"/>".to_owned());
     }
     variables += &variable(9, "tau", "output", with_unit(units[3], ""));
     let description = format!(

@@ -136,7 +136,9 @@ def _by_tool(
     columns = {column["name"]: column for column in document["columns"]}
     lists = [[np.nan if value is None else value for value in column["values"]] for column in columns.values()]
     types = [(name, np.asarray(values).dtype) for name, values in zip(columns, lists)]
-    units, descriptions = ({name: column[key] for name, column in columns.items()} for key in ("unit", "description"))
+    # A unit that is not known is null.
+    keys = ("unit", "description")
+    units, descriptions = ({name: column[key] or "" for name, column in columns.items()} for key in keys)
     return _result(np.array([*zip(*lists)], types), units, descriptions)
 
 
