@@ -1,13 +1,13 @@
-//! What the FMUs of the example scenes cost an importer, measured through fmi-rs.
+//! What the FMUs of the example scenes cost an importer, measured through rust-fmi.
 //!
 //! `cargo bench --features import --bench do_step` packs every scene below `examples` with the runtime library of the same
 //! build and prints one row per FMU. Each number is the median of repetitions that are interleaved, one FMU after the
 //! other, so that a change of the clock rate or a busy machine touches all of them alike.
 //!
-//! - *export*: scene file to FMU in memory; *open*: unzip and parse the model description (fmi-rs);
+//! - *export*: scene file to FMU in memory; *open*: unzip and parse the model description (rust-fmi);
 //! - *start*: load the library, instantiate, initialise;
 //! - *step*: `fmi2DoStep` of 1 ms; *step+3*: the same and three `fmi2GetReal` of one variable each;
-//! - *call*: `fmi2GetReal` of nothing, what fmi-rs and the checks of the C interface take.
+//! - *call*: `fmi2GetReal` of nothing, what rust-fmi and the checks of the C interface take.
 
 use camdrive_cli::export::{Packed, RuntimeLibrary, pack};
 use camdrive_cli::scene;

@@ -1,4 +1,4 @@
-//! An exported FMU driven through fmi-rs, as an importer would.
+//! An exported FMU driven through rust-fmi, as an importer would.
 
 use camdrive::drives::elastic_shaft::{Parameters, Scene};
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};

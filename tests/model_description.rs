@@ -601,7 +601,7 @@ fn before_the_start_directional_derivatives_are_limits_of_differences() {
 
 #[cfg(feature = "import")]
 #[test]
-fn fmi_rs_reads_the_golden_files() {
+fn rust_fmi_reads_the_golden_files() {
     use fmi::schema::fmi2::Fmi2ModelDescription;
     for (path, scene) in scenes() {
         let text = std::fs::read_to_string(path.with_extension("xml")).unwrap();
