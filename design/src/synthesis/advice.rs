@@ -10,7 +10,7 @@ use super::sampling::ANGLES;
 use super::study::{HIGHEST, Method, Study};
 use super::together::Together;
 use super::{Objective, Task};
-use crate::report::terminal::{range, shown};
+use crate::report::terminal::{admissible, shown};
 use crate::report::unit::{DEG, MM, NM, PERCENT, RPM};
 use crate::report::{Advice, Claim, Level, Setting, Verdict, Written};
 use crate::text::{counted, number};
@@ -19,8 +19,10 @@ use std::f64::consts::FRAC_PI_2;
 /// A deviation of more than this part of the motion is none any more.
 const FAILED_TASK: f64 = 0.1;
 
-/// Significant digits of a deviation, and what is added to one that another number of harmonics yields: its rounding.
+/// Significant digits of a speed that is reached.
 const DIGITS: usize = 3;
+
+/// What is added to a deviation that another number of harmonics yields, by its size: its rounding.
 const RESERVE: f64 = 1e-6;
 
 /// An exact point within this angle of an axis of the symmetry, but not on it, is implausible (rad).
@@ -57,8 +59,8 @@ impl Together {
         }
         self.studies.iter().for_each(|study| study.limits(&mut verdict));
         if let Some((harmonics, error)) = first.more_harmonics() {
-            let shown = Written::rounded(error, &MM, DIGITS, true);
-            let text = format!("Where that is too much: {harmonics} harmonics meet these dwells within {shown}.");
+            let within = shown(error, &MM);
+            let text = format!("Where that is too much: {harmonics} harmonics meet these dwells within {within}.");
             let claim = Claim::Deviation { at_most: error * (1.0 + RESERVE) };
             verdict.advice(Advice::new(text).set([Setting::new("harmonics", harmonics)], claim));
         }
@@ -112,7 +114,7 @@ impl Study {
     /// The speeds at which the output is looked at.
     pub(super) fn speeds(&self) -> Option<String> {
         let (behind, given) = (self.elastic.as_ref()?, self.assignment.elasticity.as_ref()?);
-        Some(range(behind.looked_at.map(|eta| eta * given.w0), &RPM))
+        Some(admissible(&[behind.looked_at.map(|eta| eta * given.w0)], &RPM))
     }
 
     /// "0.01 mm (`dwell[1]`)", of the lowest derivative that is prescribed.

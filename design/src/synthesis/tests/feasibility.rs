@@ -3,7 +3,7 @@
 use super::super::study::{Assignment, Elasticity, Method, Names};
 use super::super::together::Together;
 use super::*;
-use crate::report::Written;
+use crate::report::terminal::shown;
 use crate::report::unit::MM;
 use camdrive::numerics::double_double::Double;
 
@@ -214,7 +214,7 @@ fn more_harmonics_are_told_with_their_error_at_the_width_of_the_task() {
         };
         let reached = symmetric_task(5, half, objective).solve().unwrap();
         let error = symmetric_task(5, half, objective).largest_error(&reached.series);
-        let text = format!("5 harmonics meet these dwells within {}", Written::rounded(error, &MM, 3, true));
+        let text = format!("5 harmonics meet these dwells within {}", shown(error, &MM));
         let advice = verdict(3).advice;
         assert!(advice.iter().any(|advice| advice.text.contains(&text)), "{text}: {advice:?}");
     }
