@@ -2857,7 +2857,7 @@ fn synthesize_writes_a_profile_that_export_takes() {
     for part in [
         "dwell_synthesis",
         "met within 0.01 mm (`dwell[",
-        "]`) from 0 to 2260 rpm",
+        "]`) from 0 to 2250 rpm",
         "Convex: ",
         "Resonances",
         "profile.toml",
