@@ -12,13 +12,29 @@ pub struct CamTable {
     pub error: f64,
     /// Whether U is an angle.
     pub angular: bool,
+    /// The angles (rad) at which U″ jumps: a row there has the value after the jump, as controllers take one U″ for each master.
+    pub jumps: Vec<f64>,
 }
 
 /// The most rows of a table; controllers take some thousand.
 const MOST_ROWS: usize = 65_536;
 
+/// The most jumps that are listed.
+const MOST_TOLD: usize = 12;
+
+/// U″ jumps where it changes at a breakpoint by more than this part of its bound; smooth laws have roundings.
+const JUMP: f64 = 1e-6;
+
 /// The units of slaves that move along a line and of those that turn: how many of them make one SI unit.
 const UNITS: [(&str, f64); 2] = [("mm", 1e3), ("deg", 360.0 / TAU)];
+
+/// The breakpoints at which U″ jumps, `bound` being its bound.
+fn jumps(law: &MotionLaw, bound: f64) -> Vec<f64> {
+    let breakpoints = law.breakpoints();
+    let bend = |phi: f64, forward| law.at_in(law.segment(phi, forward), phi).0[2];
+    let jumps = |phi: &f64| (bend(*phi, true) - bend(*phi, false)).abs() > JUMP * bound;
+    breakpoints.iter().copied().filter(jumps).collect()
+}
 
 impl CamTable {
     /// The table of this law whose error is at most `tolerance` (m or rad), or the longest one. Between neighbours at the distance h
@@ -33,11 +49,23 @@ impl CamTable {
             let [u, u1, u2, ..] = law.at(if i == n { 0.0 } else { phi }).0;
             [phi, u, u1, u2]
         };
-        CamTable { rows: (0..=n).map(row).collect(), error: (TAU / n as f64).powi(2) * bound / 8.0, angular }
+        let error = (TAU / n as f64).powi(2) * bound / 8.0;
+        CamTable { rows: (0..=n).map(row).collect(), error, angular, jumps: jumps(law, bound) }
     }
 
     fn unit(&self) -> (&'static str, f64) {
         UNITS[usize::from(self.angular)]
+    }
+
+    /// Where U″ jumps, which its column cannot hold; None where it does not.
+    pub fn jumps_told(&self) -> Option<String> {
+        let shown = |phi: &f64| format!("{:.2}°", phi.to_degrees());
+        let mut angles = self.jumps.iter().take(MOST_TOLD).map(shown).collect::<Vec<_>>().join(", ");
+        if self.jumps.len() > MOST_TOLD {
+            angles += &format!(" and {} other angles", self.jumps.len() - MOST_TOLD);
+        }
+        let told = || format!("U″ jumps at {angles}; a row of the cam table has only the U″ after a jump");
+        (!self.jumps.is_empty()).then(told)
     }
 
     /// Master (deg), slave (mm or deg), and the derivatives of the slave, with a heading, as PLCopen cam editors import them.

@@ -62,6 +62,7 @@ impl Shape {
                 .column("verdict", "", ONE, |f| Value::Text(["", "warning", "fault"][f.verdict as usize].to_owned()))
                 .column("remark", "", ONE, |f| Value::Text(f.remark.clone()))
                 .below([contour, format!("cam table of {rows} rows, straight interpolation within {error}")])
+                .below(self.table.jumps_told())
                 .into()
         })
     }

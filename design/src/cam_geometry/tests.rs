@@ -485,6 +485,35 @@ fn the_report_tells_all() {
 }
 
 #[test]
+fn jumps_of_the_acceleration_are_told_with_the_cam_table() {
+    let cycle = |rise_law| {
+        let [rise_angle, upper_dwell, return_angle] = [100_f64, 60.0, 90.0].map(f64::to_radians);
+        let plan = CyclePlan {
+            stroke: 0.02,
+            lower: 0.0,
+            rise_start: 0.0,
+            rise_angle,
+            upper_dwell,
+            return_angle,
+            rise_law,
+            return_law: StandardLaw::ModifiedTrapezoid,
+            inflections: [None; 2],
+        };
+        MotionLaw::Cycle(plan.into())
+    };
+    let told = |law| cam_table::CamTable::new(&cycle(law), false, 1e-6).jumps_told();
+    assert_eq!(told(StandardLaw::Polynomial345), None);
+    let told = told(StandardLaw::SimpleSine).unwrap();
+    assert!(told.starts_with("U″ jumps at 0.00°, 100.00°;"), "{told}");
+    // Of a table its spline has none.
+    let points = |i: i32| (f64::from(i) * TAU / 36.0, (f64::from(i) * TAU / 36.0).sin());
+    let (angles, lifts) = (0..36).map(points).unzip();
+    let table =
+        MotionLaw::Table(camdrive::motion::Table::new(camdrive::motion::table::Points { angles, lifts }).unwrap());
+    assert_eq!(cam_table::CamTable::new(&table, false, 1e-2).jumps_told(), None);
+}
+
+#[test]
 fn a_law_of_the_levers_angle_cuts_the_same_cam() {
     // U/R = 0.2⁻¹ U as an angle with the ratio 1: contours, and the controller's table in degrees within 1 µm of the roller.
     let (along, tolerances) = (lever(lively(), 1.0, 1.0), Tolerances { chord: 1e-6, table: 1e-6 });
