@@ -4,12 +4,14 @@
 //! distances ([`penalised`]); where σ is known λ is chosen by Mallows' criterion, else by robust cross-validation ([`wrong_rows`]).
 //! The periodic quintic spline through its values at the rows is s itself.
 
+mod jumps;
 mod penalised;
 #[cfg(test)]
 mod tests;
 mod wrong_rows;
 
-pub use wrong_rows::WrongRow;
+pub use jumps::Jump;
+pub use wrong_rows::{Found, WrongRow};
 
 use camdrive::motion::table::{Points, TableError};
 use camdrive::motion::{MotionLaw, Table};
@@ -25,6 +27,13 @@ const SWING: f64 = 0.2;
 
 /// A curve with more than this many freedoms per row goes through the rows: they tell no noise.
 const NO_NOISE: f64 = 0.9;
+
+/// A pass about the level of a rest brings its order nearer to that of the right level; the third changes nothing that matters.
+const PASSES: usize = 2;
+
+/// Beside the rows that were measured the curve leaves the level of a rest by up to the noise, and comes back to it like exp(−K φ/2): the
+/// least poles of 1/(1 + (k/K)⁶) are ±i K/2 off the real axis. From this K φ on what is left is below 1e-4 of the noise.
+const SETTLED: f64 = 20.0;
 
 /// Lifts without their noise, and what that changes.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,8 +52,21 @@ pub struct Smoothed {
     pub half: f64,
     /// Lobes of U″ up to this height (per rad²) are noise that is left or swings of the smoothing.
     pub left: f64,
-    /// Rows that are left out.
-    pub dropped: Vec<WrongRow>,
+    /// Rows that are left out, specks that are not, and jumps of the law, which it smooths away.
+    pub found: Found,
+    /// The points of rows at rest that are so far from those that were measured that the curve has the level there.
+    pub at_rest: Vec<usize>,
+}
+
+/// What becomes of rows that are wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outliers {
+    /// They are refused.
+    Refuse,
+    /// They are left out, and specks.
+    Drop,
+    /// They are left out of a curve that is no law, whose jumps and specks are not sought.
+    DropOfCurve,
 }
 
 /// Why lifts cannot be smoothed.
@@ -61,15 +83,23 @@ pub enum SmoothingError {
 }
 
 /// The lifts without noise of the standard deviation `noise`, or of one that they tell themselves; two rows may have one angle.
-/// Wrong rows are left out or refused.
+/// Wrong rows are left out or refused. The rows `at_rest` were not measured: they have one level, that of the least minimum.
 ///
 /// # Errors
 /// Where the points are no table, have wrong rows, or no such noise.
-pub fn smooth(points: Points, noise: Option<f64>, drop: bool) -> Result<Smoothed, SmoothingError> {
+pub fn smooth(
+    points: Points,
+    noise: Option<f64>,
+    outliers: Outliers,
+    at_rest: &[usize],
+) -> Result<Smoothed, SmoothingError> {
     let mut rows = Rows::new(points).map_err(SmoothingError::Table)?;
-    let dropped = rows.leave_out_wrong(noise);
-    if !drop && !dropped.is_empty() {
-        return Err(SmoothingError::Wrong(dropped));
+    let found = rows.leave_out_wrong(noise, outliers);
+    if outliers == Outliers::Refuse && !found.wrong.is_empty() {
+        return Err(SmoothingError::Wrong(found.wrong));
+    }
+    if !at_rest.is_empty() {
+        (0..PASSES).for_each(|_| rows.settle(noise, at_rest));
     }
     let n = rows.weights.iter().sum::<f64>();
     let sum = |f: &dyn Fn(usize) -> f64| (0..rows.lifts.len()).map(|i| rows.weights[i] * f(i)).sum::<f64>() / n;
@@ -94,7 +124,14 @@ pub fn smooth(points: Points, noise: Option<f64>, drop: bool) -> Result<Smoothed
         values.push(values[0] + turn);
         values
     };
-    let lifts = close(fit.states.iter().map(|state| state[0]).collect(), 0.0);
+    let mut lifts = close(fit.states.iter().map(|state| state[0]).collect(), 0.0);
+    let angle = |row: usize| rows.angles[row];
+    let ends = at_rest.first().zip(at_rest.last()).map(|(first, last)| [*first, *last].map(angle));
+    let rests =
+        |row: &&usize| ends.is_some_and(|[a, b]| (angle(**row) - a).min(b - angle(**row)) * look.order > SETTLED);
+    let resting: Vec<usize> = at_rest.iter().filter(rests).copied().collect();
+    resting.iter().for_each(|row| lifts[rows.knot[*row]] = rows.lifts[*row]);
+    let at_rest = resting.iter().map(|row| rows.knot[*row]).collect();
     let points = Points { angles: close(rows.knots.clone(), TAU), lifts };
     let law = MotionLaw::Table(Table::new(points.clone()).map_err(SmoothingError::Table)?);
     let third = rows.knots.iter().map(|angle| law.at(*angle).0[3].abs()).fold(0.0, f64::max);
@@ -103,7 +140,7 @@ pub fn smooth(points: Points, noise: Option<f64>, drop: bool) -> Result<Smoothed
     let left = noise * (PI * look.order.powi(5) / (9.0 * n)).sqrt();
     let left = NOISE * left + SWING * third / look.order;
     let changes = [sum(&|i| change(i).powi(2)).sqrt(), largest];
-    Ok(Smoothed { points, point: rows.knot, noise, changes, part, half: look.order, left, dropped })
+    Ok(Smoothed { points, point: rows.knot, noise, changes, part, half: look.order, left, found, at_rest })
 }
 
 /// σ of the noise that the lifts tell themselves; None where they tell none or are no table.
@@ -113,7 +150,7 @@ pub fn noise(points: Points) -> Option<f64> {
     (look.noise > 0.0 && look.freedom <= NO_NOISE * rows.lifts.len() as f64).then_some(look.noise)
 }
 
-/// Rows that are wrong; none where the points are no table.
-pub fn wrong_rows(points: Points) -> Vec<WrongRow> {
-    Rows::new(points).map(|mut rows| rows.leave_out_wrong(None)).unwrap_or_default()
+/// Wrong rows, specks and jumps of the law; none where the points are no table.
+pub fn found(points: Points, outliers: Outliers) -> Found {
+    Rows::new(points).map(|mut rows| rows.leave_out_wrong(None, outliers)).unwrap_or_default()
 }

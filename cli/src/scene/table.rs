@@ -17,7 +17,7 @@ use camdrive::motion::table::{Bend, CLOSING, LEAST_DISTANCE, MOST_POINTS, Points
 use camdrive::motion::{MotionLaw, Polyline, Table};
 use camdrive_design::harmonic_analysis;
 use camdrive_design::overview::Warning;
-use camdrive_design::smoothing::{self, SmoothingError, WrongRow, smooth, wrong_rows};
+use camdrive_design::smoothing::{self, Found, Outliers, SmoothingError, WrongRow, found, smooth};
 use camdrive_design::table_error::told;
 use camdrive_design::text::{self, counted};
 use std::f64::consts::{PI, TAU};
@@ -171,7 +171,7 @@ pub struct Smoothed {
     pub left: f64,
     /// Noise and largest change, or how well the points fit, without a full stop.
     pub sentence: String,
-    /// That the largest change is more than noise.
+    /// That the largest change is more than noise, or where the law jumps.
     pub warning: Option<Warning>,
 }
 
@@ -453,9 +453,9 @@ fn smoothed(
     let (_, turn, quantity) = as_told;
     let lobes = turn.lobes as f64;
     let said = |value: f64| format!("{} {}", text::number(value), quantity.unit);
-    let fault = match smooth(reading.points.clone(), sigma, drop) {
+    let fault = match smooth(reading.points.clone(), sigma, outliers(drop), &reading.at_rest) {
         Ok(smooth) => {
-            told_wrong(section, file, &reading, (&smooth.dropped, drop), as_told)?;
+            told_wrong(section, file, &reading, (&smooth.found.wrong, drop), as_told)?;
             let [mean, largest] = smooth.changes.map(said);
             let (path, noise) = (section.path.clone(), said(smooth.noise));
             let percent = format!("{} % of the stroke", text::number(100.0 * smooth.part));
@@ -468,8 +468,8 @@ fn smoothed(
             let origin = if sigma.is_some() { "given" } else { "estimated" };
             let mut sentence =
                 format!("The table of {path} is smoothed: noise {noise} ({origin}), largest change {largest}");
-            if !smooth.dropped.is_empty() {
-                sentence += &format!(", {} left out", counted(smooth.dropped.len(), "wrong row"));
+            if !smooth.found.wrong.is_empty() {
+                sentence += &format!(", {} left out", counted(smooth.found.wrong.len(), "wrong row"));
             }
             let warning = (smooth.part > LARGEST_CHANGE).then(|| Warning {
                 message: format!("{path}: smoothing changes a lift of {} by {largest}, {percent}", file.name),
@@ -477,16 +477,15 @@ fn smoothed(
             });
             let left = lobes * lobes * smooth.left;
             section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left, sentence, warning });
-            let (mut points, mut places) = (smooth.points, Vec::new());
+            told_strange(section, file, &reading, &smooth.found, as_told);
+            let (points, mut places) = (smooth.points, Vec::new());
             for (point, place) in smooth.point.iter().zip(&reading.places) {
                 if *point == places.len() {
                     places.push(place.clone());
                 }
             }
             places.extend(reading.places.last().cloned());
-            let at_rest: Vec<usize> = reading.at_rest.iter().map(|i| smooth.point[*i]).collect();
-            at_rest.iter().zip(&reading.at_rest).for_each(|(at, i)| points.lifts[*at] = reading.points.lifts[*i]);
-            return Some(Reading { points, places, at_rest, ..reading });
+            return Some(Reading { points, places, at_rest: smooth.at_rest, ..reading });
         }
         Err(SmoothingError::Wrong(wrong)) => {
             told_wrong(section, file, &reading, (&wrong, false), as_told)?;
@@ -495,6 +494,11 @@ fn smoothed(
         Err(SmoothingError::Table(error)) => faulty(section, file, &reading.places, &error, as_told),
         Err(SmoothingError::NoNoise) => {
             section.faults.note(format!("`{}`: {} has no noise; its lifts are unchanged", section.path, file.name));
+            let mut reading = reading;
+            if let [first, ..] = reading.at_rest[..] {
+                let level = reading.points.lifts[first];
+                [0, first - 1].into_iter().for_each(|end| reading.points.lifts[end] = level);
+            }
             return right(section, file, reading, drop, as_told);
         }
         Err(SmoothingError::NothingLeft(motion)) => section
@@ -504,18 +508,72 @@ fn smoothed(
     section.refuse(fault)
 }
 
+fn outliers(drop: bool) -> Outliers {
+    if drop { Outliers::Drop } else { Outliers::Refuse }
+}
+
 /// The rows that are not wrong, if the others may be left out.
 fn right(section: &Section<'_>, file: &File, reading: Reading, drop: bool, as_told: Told<'_>) -> Option<Reading> {
-    let wrong = wrong_rows(reading.points.clone());
-    told_wrong(section, file, &reading, (&wrong, drop), as_told)?;
-    if !wrong.is_empty() {
-        let (section_of, rows) = (section.path.clone(), counted(wrong.len(), "wrong row"));
-        let sentence =
-            format!("Of the table of {section_of} {rows} {} left out", if wrong.len() == 1 { "is" } else { "are" });
+    let found = found(reading.points.clone(), outliers(drop));
+    told_wrong(section, file, &reading, (&found.wrong, drop), as_told)?;
+    if !found.wrong.is_empty() {
+        let (section_of, rows) = (section.path.clone(), counted(found.wrong.len(), "wrong row"));
+        let verb = if found.wrong.len() == 1 { "is" } else { "are" };
+        let sentence = format!("Of the table of {section_of} {rows} {verb} left out");
         let smoothed = Smoothed { section: section_of, left: 0.0, sentence, warning: None };
         section.faults.smoothed.borrow_mut().push(smoothed);
     }
-    Some(reading.without(&wrong))
+    told_strange(section, file, &reading, &found, as_told);
+    Some(reading.without(&found.wrong))
+}
+
+/// The most angles that a warning lists.
+const MOST_ANGLES: usize = 8;
+
+/// Warns of specks, and of jumps that a spline rounds off, with their angles and the largest of their sizes.
+fn told_strange(section: &Section<'_>, file: &File, reading: &Reading, found: &Found, (_, turn, quantity): Told<'_>) {
+    let of = if is_motion(quantity) { "lift" } else { "value" };
+    let (shown, lobes) = (shown_in(section, quantity), turn.lobes as f64);
+    let size = |value: f64, order: i32| shown(&text::number, value * (lobes * 1_f64.to_radians()).powi(order));
+    let warn = |at: Vec<(String, f64)>, order: i32, what: &dyn Fn(&str, String) -> String, hint: &str| {
+        let largest = at.iter().fold(0.0_f64, |most, (_, by)| most.max(by.abs()));
+        let mut angles = at.iter().take(MOST_ANGLES).map(|(at, _)| at.as_str()).collect::<Vec<_>>().join(", ");
+        if at.len() > MOST_ANGLES {
+            angles += &format!(" and at {} other angles", at.len() - MOST_ANGLES);
+        }
+        if !at.is_empty() {
+            let message = format!("{}: {} {}", section.path, what(&angles, size(largest, order)), file.name);
+            let (sentence, section_of) = (message.clone(), section.path.clone());
+            let warning = Some(Warning { message, hint: hint.to_owned() });
+            section.faults.smoothed.borrow_mut().push(Smoothed { section: section_of, left: 0.0, sentence, warning });
+        }
+    };
+    let angle = |row: &WrongRow| turn.shown(reading.points.angles[row.index] / lobes);
+    let speck = |rows: &Vec<WrongRow>| {
+        let by = rows.iter().fold(0.0_f64, |most, row| if row.by.abs() > most.abs() { row.by } else { most });
+        let [first, .., last] = &rows[..] else { return (rows.iter().map(&angle).collect(), by) };
+        (format!("{} to {}", angle(first), angle(last)), by)
+    };
+    // Their places between the rows are no more exact.
+    let hundredths = |angle: f64| ((100.0 * angle.to_degrees()).round() / 100.0).to_radians();
+    let jumps = |order: usize| {
+        let jumps = found.jumps.iter().filter(|jump| jump.order == order);
+        jumps.map(|jump| (turn.shown(hundredths(jump.angle / lobes)), jump.by)).collect()
+    };
+    let rows = |at: &str, by| format!("neighbouring rows at {at} are off together by up to {by} in");
+    let hint = "measure again there, or leave them out by `outliers = \"drop\"`";
+    warn(found.specks.iter().map(speck).collect(), 0, &rows, hint);
+    let hint = "mend the rows before or after these angles";
+    warn(jumps(0), 0, &|at, by| format!("the {of} itself jumps at {at}, by up to {by}, in"), hint);
+    let hint = "give the law a ramp there; of lifts less a clearance give the whole lift";
+    let kink =
+        |at: &str, by| format!("kinks, where the acceleration is infinite: U′ jumps at {at}, by up to {by}/°, in");
+    warn(jumps(1), 1, &kink, hint);
+    let hint = "give the law itself, or U′ and U″ in columns with interpolation = \"derivatives\"";
+    let jump = |at: &str, by| {
+        format!("U″ jumps at {at}, by up to {by}/°², and the spline overshoots there by up to a fifth, in")
+    };
+    warn(jumps(2), 2, &jump, hint);
 }
 
 /// A value as the file has it.
@@ -871,7 +929,16 @@ fn closed(
         let shown = shown_in(section, quantity);
         let of = |value: f64| shown(&units::short, value);
         let values = format!("{} and {}", of(start), of(end));
-        if (end - start).abs() <= noise.max((1.5 * *digit).min(ROUNDED * range)) {
+        if (end - start).abs() > noise.max((1.5 * *digit).min(ROUNDED * range)) {
+            if turn.rests {
+                let fault = fault(
+                    file,
+                    places[n - 1].clone(),
+                    format!("the ends of the lobe, {values}, are not one level of rest"),
+                );
+                return section.refuse(fault.hint("give the whole turn, or with `noise` that of the values"));
+            }
+        } else if !(turn.rests && section.has("noise")) {
             (lifts[0], lifts[n - 1]) = (0.5 * (start + end), 0.5 * (start + end));
             section.faults.note(format!(
                 "`{}`: the first and the last row of {}, {values}, differ within the noise: both have their mean, {}",
@@ -879,13 +946,6 @@ fn closed(
                 file.name,
                 of(lifts[0])
             ));
-        } else if turn.rests {
-            let fault = fault(
-                file,
-                places[n - 1].clone(),
-                format!("the ends of the lobe, {values}, are not one level of rest"),
-            );
-            return section.refuse(fault.hint("give the whole turn, or with `noise` that of the values"));
         }
     }
     if turn.rests {
@@ -894,7 +954,8 @@ fn closed(
         let wanted = if even { gap * (n - 1) as f64 / (last - first) } else { 2.0 };
         let parts = (wanted.round() as usize).clamp(2, (MOST_POINTS / turn.lobes).saturating_sub(n).max(2));
         angles.extend((1..parts).map(|k| last + gap * k as f64 / parts as f64));
-        lifts.resize(n + parts - 1, lifts[n - 1]);
+        // Where noise is removed, the level is found with it.
+        lifts.resize(n + parts - 1, 0.5 * (lifts[0] + lifts[n - 1]));
         places.resize(n + parts - 1, places[n - 1].clone());
         at_rest.extend((n..n + parts - 1).chain((!even).then_some(0)).chain((!even).then_some(n - 1)));
     }

@@ -16,7 +16,7 @@ mod flat;
 
 use super::contour::Side;
 use super::{Carrier, I, Plan, Point, Start, degrees};
-use crate::smoothing::{SmoothingError, smooth};
+use crate::smoothing::{Outliers, SmoothingError, smooth};
 use crate::table_error::told;
 use camdrive::drives::Fault;
 use camdrive::motion::table::{Bend, Points};
@@ -361,7 +361,7 @@ fn smoothed(
     points.lifts.push(points.lifts[0]);
     let refuse = |message: String| Refusal::at(None, message, "are the unit of the points and `noise` right?");
     if let Some(sigma) = noise {
-        match smooth(points.clone(), sigma, true) {
+        match smooth(points.clone(), sigma, Outliers::DropOfCurve, &[]) {
             Ok(smooth) => points = smooth.points,
             Err(SmoothingError::NoNoise) => {}
             Err(_) => return Err(refuse("this noise leaves nothing of the contour".to_owned())),

@@ -2,7 +2,7 @@
 
 use super::roughness::{scatter, scatter_and_error};
 use super::*;
-use crate::smoothing::smooth;
+use crate::smoothing::{Outliers, smooth};
 use crate::synthesis::laws::torque_peak;
 use camdrive::drives::follower::load::Load;
 use camdrive::drives::rigid_machine::{Follower, InertiaFunction, MachineStart, Motor};
@@ -257,8 +257,10 @@ fn too_few_points_are_no_noise_and_told_as_such() {
     assert_eq!(exact(72), None);
     // Half the noise taken out leaves a table rough, and all of it does not.
     let noisy = table(StandardLaw::ModifiedSine, 360, |i, u| u + 1e-5 * random(i));
-    let smoothed =
-        |noise| smooth(noisy.points().clone(), noise, false).map(|smooth| told(Table::new(smooth.points).unwrap()));
+    let smoothed = |noise| {
+        smooth(noisy.points().clone(), noise, Outliers::Refuse, &[])
+            .map(|smooth| told(Table::new(smooth.points).unwrap()))
+    };
     assert!(smoothed(Some(2e-6)).unwrap().expect("a warning").contains("in place of a `noise` that is too small"));
     assert_eq!(smoothed(None).unwrap(), None);
     assert!(told(noisy).expect("a warning").contains("smooth it by `noise"));

@@ -1,6 +1,7 @@
 //! Noisy laws whose motion is known, against the spline of their exact lifts and a penalised Fourier series.
 
 mod bars;
+mod jumps;
 mod wrong;
 
 use super::*;
@@ -82,7 +83,7 @@ fn noise_of_some_micrometres_no_longer_hides_the_acceleration() {
         let law = law(kind);
         for seed in 1..4 {
             let points = measured(&law, sigma, seed);
-            let smoothed = smooth(points.clone(), None, false).unwrap();
+            let smoothed = smooth(points.clone(), None, Outliers::Refuse, &[]).unwrap();
             assert!((smoothed.noise / sigma - 1.0).abs() < 0.2, "{kind:?} {:e}", smoothed.noise);
             assert!(smoothed.changes[0] <= smoothed.noise);
             let errors = [error(&law, points), error(&law, smoothed.points)];
@@ -105,7 +106,7 @@ fn rounding_is_noise_too() {
             points.lifts.iter_mut().for_each(|lift| *lift = (*lift / unit).round() * unit);
             // Angles of four digits, as well.
             points.angles.iter_mut().for_each(|phi| *phi = (*phi * 1e4).round() * 1e-4);
-            let smoothed = smooth(points, None, false).unwrap();
+            let smoothed = smooth(points, None, Outliers::Refuse, &[]).unwrap();
             let left = error(&law, smoothed.points);
             assert!(smoothed.half < 120.0 && left < limit, "{kind:?} {unit:e}: {left:e} {:?}", smoothed.half);
         }
@@ -116,7 +117,7 @@ fn rounding_is_noise_too() {
 fn a_harmonic_loses_what_its_order_says() {
     let series = Fourier::new(vec![0.0, 0.01, 0.0, 0.0, 0.002], vec![0.0; 5]);
     let points = measured(&MotionLaw::Fourier(series), 1e-6, 7);
-    let smoothed = smooth(points.clone(), Some(1e-6), false).unwrap();
+    let smoothed = smooth(points.clone(), Some(1e-6), Outliers::Refuse, &[]).unwrap();
     let coefficient = |lifts: &[f64], k: usize| {
         let part = |(angle, lift): (&f64, &f64)| lift * (k as f64 * angle).cos();
         points.angles.iter().zip(lifts).map(part).sum::<f64>()
@@ -176,9 +177,9 @@ fn the_points_are_their_own_smoothing_spline() {
 fn what_cannot_be_smoothed_is_named() {
     let law = law(StandardLaw::ModifiedSine);
     let exact = measured(&law, 0.0, 1);
-    let smoothed = smooth(exact.clone(), None, false);
+    let smoothed = smooth(exact.clone(), None, Outliers::Refuse, &[]);
     assert!(matches!(smoothed, Err(SmoothingError::NoNoise)), "{:?}", smoothed.map(|s| (s.noise, s.half, s.changes)));
-    assert!(matches!(smooth(exact, Some(0.02), false), Err(SmoothingError::NothingLeft(_))));
+    assert!(matches!(smooth(exact, Some(0.02), Outliers::Refuse, &[]), Err(SmoothingError::NothingLeft(_))));
     let none = Points { angles: vec![0.0, 1.0], lifts: vec![0.0] };
-    assert!(matches!(smooth(none, None, false), Err(SmoothingError::Table(_))));
+    assert!(matches!(smooth(none, None, Outliers::Refuse, &[]), Err(SmoothingError::Table(_))));
 }

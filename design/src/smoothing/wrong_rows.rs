@@ -11,6 +11,8 @@
 //! Source: M. A. Lukas, *Robust generalized cross-validation for choosing the regularization parameter*, Inverse Problems
 //! 22 (2006) 1883–1902; G. Wahba, *Spline Models for Observational Data*, SIAM 1990, sections 4.7 and 4.8.
 
+use super::Outliers;
+use super::jumps::Jump;
 use super::penalised::Rows;
 use std::f64::consts::TAU;
 
@@ -80,6 +82,17 @@ pub struct WrongRow {
     pub times: f64,
 }
 
+/// What is wrong with a table, or strange.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Found {
+    /// Rows that are wrong.
+    pub wrong: Vec<WrongRow>,
+    /// The rows of each speck that is not left out: neighbours that are off together.
+    pub specks: Vec<Vec<WrongRow>>,
+    /// Jumps of the law.
+    pub jumps: Vec<Jump>,
+}
+
 /// What the curves of all λ say.
 pub struct Look {
     /// The best order.
@@ -145,15 +158,38 @@ impl Rows {
         Look { order: MARGIN * orders[best] * shift.exp(), noise: (squares / (n - freedom)).sqrt(), freedom, suspect }
     }
 
-    /// Leaves wrong rows out, and names them; of noise that is known or not.
-    pub fn leave_out_wrong(&mut self, noise: Option<f64>) -> Vec<WrongRow> {
+    /// Gives the rows `at_rest` the level L at which the minimum, a square of lifts y + L e with e = 1 of these rows, is least: with
+    /// the residuals r of y and rₑ of e, L = −Σ e r/Σ e rₑ.
+    pub fn settle(&mut self, noise: Option<f64>, at_rest: &[usize]) {
+        let order = self.look(noise).order;
+        let mut rest = vec![0.0; self.lifts.len()];
+        at_rest.iter().for_each(|row| rest[*row] = 1.0);
+        let sum = |residuals: Vec<f64>| at_rest.iter().map(|row| residuals[*row]).sum::<f64>();
+        let level = -sum(self.fit(&self.lifts, order).residuals) / sum(self.fit(&rest, order).residuals);
+        at_rest.iter().for_each(|row| self.lifts[*row] += level);
+    }
+
+    /// Leaves wrong rows out, of noise that is known or not, and names what it finds. Rows beside a jump of the law are right.
+    pub fn leave_out_wrong(&mut self, noise: Option<f64>, outliers: Outliers) -> Found {
         let n = self.lifts.len();
+        let law = outliers != Outliers::DropOfCurve;
+        let (jumps, mut specks) = if law { self.jumps_and_specks() } else { Default::default() };
+        let mut wrong = if outliers == Outliers::Drop { std::mem::take(&mut specks).concat() } else { Vec::new() };
+        wrong.iter().for_each(|row| self.weights[row.index] = 0.0);
+        let at_kink = |index: usize| {
+            let apart = |jump: &Jump| {
+                let angle = (self.angles[index] - jump.angle + 0.5 * TAU).rem_euclid(TAU) - 0.5 * TAU;
+                jump.order > 0 && angle.abs() <= NEAR as f64 * self.unit
+            };
+            jumps.iter().any(apart)
+        };
+        let kinks: Vec<bool> = (0..n).map(at_kink).collect();
         let (mut suspects, mut bends): (Vec<usize>, Vec<usize>) = Default::default();
         let mut look = self.look(None);
         while look.suspect.times >= SUSPECT && suspects.len() + bends.len() < MOST_SUSPECTS.min(n / 16) {
             let Suspect { index, order, .. } = look.suspect;
             let beside = |bend: &usize| (index + n - bend + NEAR) % n <= 2 * NEAR;
-            let bend = bends.iter().any(beside) || self.beside_jump(index, order)[1] >= JUMP;
+            let bend = kinks[index] || bends.iter().any(beside) || self.beside_jump(index, order)[1] >= JUMP;
             if bend { &mut bends } else { &mut suspects }.push(index);
             self.weights[index] = 0.0;
             look = self.look(None);
@@ -175,7 +211,6 @@ impl Rows {
         }
         let fit = self.fit(&self.lifts, look.order);
         let off = |i: usize| fit.residuals[i].abs() / (1.0 - fit.leverages[i]).sqrt();
-        let mut wrong = Vec::new();
         for index in suspects {
             let (by, variance) = (fit.residuals[index], fit.leverages[index]);
             let distance = by.abs() / (1.0 + variance).sqrt();
@@ -194,7 +229,7 @@ impl Rows {
         }
         wrong.iter().for_each(|row| self.weights[row.index] = 0.0);
         wrong.sort_by_key(|row| row.index);
-        wrong
+        Found { wrong, specks, jumps }
     }
 
     /// The least distance of row `index`, over its standard deviation by σ, from a law whose U″ jumps near its knot; and the

@@ -5,6 +5,7 @@ use camdrive::drives::parametric::{self, law::Law};
 use camdrive::motion::{Fourier, MotionLaw};
 use camdrive_design::cam_geometry::cam_table::CamTable;
 use camdrive_design::resource::Scene;
+use camdrive_design::text::number;
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
@@ -587,4 +588,70 @@ fn what_is_no_text_is_named() {
         let told = cam(folder.path(), "file = \"t.csv\", angle_unit = \"deg\"").unwrap_err();
         assert!(told.contains(part) && told.contains("save the table as CSV"), "{told}");
     }
+}
+
+/// The warnings of the tables of a scene whose law is in a file with this content.
+fn warnings(content: &str, keys: &str) -> Vec<String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("t.csv"), content).expect("a file");
+    let text = format!(
+        "name = \"x\"\nmodel = \"ElasticCamDrive\"\ncam = {{ law = \"table\", file = \"t.csv\", {keys} }}\ndrive = {{ mode = \"input\" }}\n\
+         elasticity = {{ place = \"output\", m = 1, c = 1 }}"
+    );
+    let scene = resolve("scene.toml", &text, folder.path()).unwrap_or_else(|faults| panic!("{keys}: {faults}"));
+    scene.smoothed.into_iter().filter_map(|table| table.warning).map(|warning| warning.message).collect()
+}
+
+#[test]
+fn jumps_and_kinks_are_told_with_their_angles() {
+    let keys = "angle_unit = \"deg\", lift_unit = \"mm\"";
+    let rows =
+        |lift: &dyn Fn(f64) -> f64| (0..360).map(|i| format!("{i};{:.5}\n", lift(f64::from(i)))).collect::<String>();
+    // Parabolas of 75° between 30.4° and 330.4°: U″ = ±0.00711 mm/°² jumps at their ends and in their middle.
+    let parabola = |x: f64| {
+        let z = 1.0 - ((x - 180.4).abs() / 150.0).min(1.0);
+        20.0 * if z < 0.5 { 2.0 * z * z } else { 1.0 - 2.0 * (1.0 - z).powi(2) }
+    };
+    let told = warnings(&rows(&parabola), keys);
+    let angles = ["30.4 deg, 105.4 deg, 255.4 deg, 330.4 deg", "by up to 7.1e-3 mm/°²"];
+    assert!(told.len() == 1 && angles.iter().all(|part| told[0].contains(part)), "{told:?}");
+    // A lift less a clearance: at ±80° of 180.3° the cosine has the slope 10 π/220 sin(80/110 π) mm/°.
+    let whole = |x: f64| 5.0 * (1.0 + (((x - 180.3).abs() / 110.0).min(1.0) * PI).cos());
+    let kinked = |x: f64| (whole(x) - whole(180.3 + 80.0)).max(0.0);
+    let told = warnings(&rows(&kinked), keys);
+    let slope = format!("by up to {} mm/°", number(5.0 * PI / 110.0 * (80.0 / 110.0 * PI).sin()));
+    assert!(told.len() == 1 && told[0].contains("U′ jumps at") && told[0].contains(&slope), "{told:?} {slope}");
+    assert!(told[0].contains(" 100.3 deg, 260.3 deg,"), "{told:?}");
+}
+
+#[test]
+fn the_level_of_the_rest_beside_a_noisy_lobe_is_fitted() {
+    // A polynomial 3-4-5 up and down over 240° with 12 µm of noise, 24 µm at both ends.
+    let law = |x: f64| {
+        let z = 1.0 - ((x - 180.0).abs() / 120.0).min(1.0);
+        10.0 * z.powi(3) * (10.0 - 15.0 * z + 6.0 * z * z)
+    };
+    let row = |i: i32| {
+        let random = 0.04 * ((12.9898 * f64::from(i)).sin() * 43758.5453).fract().abs() - 0.02;
+        let noise = if [0, 250].contains(&i) { 0.024 } else { random };
+        format!("{};{:.5}\n", i + 55, law(f64::from(i + 55)) + noise)
+    };
+    let table = (0..=250).map(row).collect::<String>();
+    let keys = "angle_unit = \"deg\", lift_unit = \"mm\", outside = \"rest\"";
+    for noise in ["\"estimate\"", "\"12 um\""] {
+        let (found, _) = of(&table, &format!("{keys}, noise = {noise}")).unwrap();
+        // The largest U″ is 10 · 5.77/(2/3 π)² mm.
+        let largest = 10e-3 * 5.7735 / (TAU / 3.0).powi(2);
+        let bend = |x: f64| found.at(x.to_radians()).0[2];
+        let joints = (400..700).chain(2900..3200).map(|i| f64::from(i) / 10.0);
+        let most = joints.map(|x| (bend(x) - 1e-3 * second(&law, x)).abs()).fold(0.0, f64::max);
+        assert!(most < 0.25 * largest, "{noise}: {}", most / largest);
+        assert!(found.at(0.0).0[0].abs() < 16e-6, "{noise}: {:e}", found.at(0.0).0[0]);
+    }
+}
+
+/// The second derivative of a law of the angle in degrees (1/rad²).
+fn second(law: &dyn Fn(f64) -> f64, x: f64) -> f64 {
+    let step = 0.01_f64;
+    (law(x + step) - 2.0 * law(x) + law(x - step)) / step.to_radians().powi(2)
 }

@@ -87,7 +87,8 @@ fn error(cam: &Cam, cut: Cut, points: &[Point], noise: Option<Option<f64>>) -> R
     let law = match noise {
         Some(sigma) => {
             let sigma = sigma.map(|sigma| sigma * found.noise);
-            let smooth = crate::smoothing::smooth(found.points.clone(), sigma, true).unwrap();
+            let smooth =
+                crate::smoothing::smooth(found.points.clone(), sigma, crate::smoothing::Outliers::Drop, &[]).unwrap();
             MotionLaw::Table(Table::new(smooth.points).unwrap())
         }
         None => found.law().unwrap(),

@@ -463,7 +463,13 @@ fn what_a_measured_table_does_within_its_noise_is_no_passage() {
             sum
         };
         let lifts = angles.iter().map(|phi| cycle.at(*phi).0[0] + noise * random()).collect();
-        let smooth = crate::smoothing::smooth(Points { angles: angles.clone(), lifts }, None, false).unwrap();
+        let smooth = crate::smoothing::smooth(
+            Points { angles: angles.clone(), lifts },
+            None,
+            crate::smoothing::Outliers::Refuse,
+            &[],
+        )
+        .unwrap();
         // What the noise makes of U″ in the middle of both dwells, where nothing else does.
         let law = MotionLaw::Table(Table::new(smooth.points).unwrap());
         let rests = [[2.5, 2.7], [5.2, 6.2]].map(|[from, to]: [f64; 2]| {
@@ -516,7 +522,8 @@ fn a_rounded_table_has_the_passages_of_its_law() {
         let exact = MotionLaw::Plan(MotionPlan::new(points));
         let angles: Vec<f64> = (0..360).map(|i| TAU * f64::from(i) / 360.0).collect();
         let lifts = angles.iter().map(|phi| (exact.at(*phi).0[0] / unit).round() * unit).collect();
-        let smooth = crate::smoothing::smooth(Points { angles, lifts }, None, false).unwrap();
+        let smooth =
+            crate::smoothing::smooth(Points { angles, lifts }, None, crate::smoothing::Outliers::Refuse, &[]).unwrap();
         let of = |law: MotionLaw, noise: f64, ignore: Option<f64>| {
             let mut scene = with(scene(law, 0.0, 5e-5), |p| p.b = 60.0);
             scene.drive = DriveMode::Constant { w, phi_start: 0.0 };

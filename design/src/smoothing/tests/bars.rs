@@ -163,7 +163,8 @@ fn tables_of_all_laws_and_spacings_lose_their_noise() {
             let [most, ..] = of_spline(&case.law, closed(Points { lifts: exact, ..case.points.clone() }));
             let series = penalised_series(&case);
             for (noise, missed) in [Some(case.sigma), None].into_iter().zip(&mut missed) {
-                let smoothed = smooth(case.points.clone(), noise, false).map(|smoothed| smoothed.points);
+                let smoothed =
+                    smooth(case.points.clone(), noise, Outliers::Refuse, &[]).map(|smoothed| smoothed.points);
                 let own = of_spline(&case.law, smoothed.unwrap_or_else(|_| closed(case.points.clone())));
                 let ratios = [own[1] / series[1] / 1.5, own[2] / series[2] / 1.5];
                 let bar = own[0] / (3.0 * case.sigma + 1.5 * most);

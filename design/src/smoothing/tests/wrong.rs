@@ -4,7 +4,7 @@ use super::bars::{SPACINGS, case};
 use super::*;
 
 fn wrong_in(points: Points, noise: Option<f64>) -> Vec<WrongRow> {
-    Rows::new(points).unwrap().leave_out_wrong(noise)
+    Rows::new(points).unwrap().leave_out_wrong(noise, Outliers::Refuse).wrong
 }
 
 /// Where the rows tell the motion without one of them: from 120 rows on; with fewer, no clean row is named, either.
@@ -118,7 +118,7 @@ fn an_angle_may_be_measured_twice_and_the_first_one_at_the_end_too() {
     }
     points.lifts[362] = points.lifts[0];
     points.lifts[361] += 2e-6;
-    let smoothed = smooth(points, None, false).unwrap();
+    let smoothed = smooth(points, None, Outliers::Refuse, &[]).unwrap();
     assert_eq!((smoothed.point[100], smoothed.point[101], smoothed.point[361]), (100, 100, 0));
     assert!((smoothed.noise / 3e-6 - 1.0).abs() < 0.2 && error(&law, smoothed.points) < 0.03);
 }
