@@ -33,8 +33,8 @@ def test_all_steps_run_and_keep_their_promises(tmp_path):
     assert {"sealing_machine_hs.follower1.P.csv", "sealing_machine_hs.follower2.dxf"} <= names
 
 
-def test_a_derivative_is_the_same_when_asked_for_again_and_many_at_once_are_refused(fmu):
-    """Before the start each parameter takes many starts of the machine: those of one fit into a call."""
+def test_a_derivative_along_some_parameters_is_their_sum_and_many_at_once_are_refused(fmu):
+    """Before the start each parameter takes many starts of the machine: those of some fit into a call."""
     package = fmu("sealing_machine")
     chosen = [v for v in package.variables.values() if v.type == "Real" and v.causality == "parameter"]
     knowns = [v.valueReference for v in chosen if not v.name.startswith("solver.")]
@@ -45,6 +45,10 @@ def test_a_derivative_is_the_same_when_asked_for_again_and_many_at_once_are_refu
         derivative = unit.slave.getDirectionalDerivative
         for known in knowns[::20]:
             assert derivative(unknown, [known], [1.0]) == derivative(unknown, [known], [1.0])
+        some = [package.variables[name].valueReference for name in ("J0", "follower[2].cam.a[2]", "follower[1].m")]
+        together = derivative(unknown, some, [0.7, 1e-3, 0.1])[0]
+        columns = [derivative(unknown, [known], [part])[0] for known, part in zip(some, [0.7, 1e-3, 0.1])]
+        assert together == pytest.approx(sum(columns), rel=1e-12)
         with pytest.raises(FMICallException):
             derivative(unknown, knowns, [1.0] * len(knowns))
         assert any("ask for one known at a time" in message for _, _, message in unit.log)

@@ -38,9 +38,6 @@ const FINEST: f64 = 256.0;
 const MOST_SAMPLES: f64 = 65536.0;
 const HIGHEST_RATIO: f64 = MOST_SAMPLES / 32.0;
 
-/// The evaluation of a mechanism (nominal µs).
-const MECHANISM: f64 = 0.15;
-
 impl Follower {
     /// A mass that the cam moves itself.
     pub fn new(m: f64, cam: MotionLaw) -> Self {
@@ -108,7 +105,7 @@ impl Follower {
 
     /// Cost of an evaluation of its inertia (nominal µs).
     pub fn cost(&self) -> f64 {
-        self.cam.cost() + MECHANISM * self.linkage.0.len() as f64
+        self.cam.cost() + self.linkage.cost()[0]
     }
 
     /// For each mechanism where its transmission angle is least over the turn.

@@ -138,6 +138,17 @@ impl Mechanism {
         }
     }
 
+    /// Nominal work (µs), see [`crate::numerics::work`], of output and links to the fourth derivative, and to the highest order of
+    /// a train: processor times of an optimised build, which took 0.35 and 38 µs for a four-bar linkage where a nominal
+    /// microsecond takes two and a half. The series of ψ takes a pass for each order.
+    pub fn cost(&self) -> [f64; 2] {
+        match self.kind {
+            Kind::FourBar(_) => [0.15, 15.0],
+            Kind::SliderCrank(_) => [0.05, 1.5],
+            Kind::Gear(_) => [0.005, 0.1],
+        }
+    }
+
     /// Whether the output is an angle.
     pub fn output_turns(&self) -> bool {
         match self.kind {
@@ -167,6 +178,11 @@ impl Linkage {
     /// Whether the cam moves the tool itself.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
+    }
+
+    /// Nominal work of all of them, see [`Mechanism::cost`].
+    pub fn cost(&self) -> [f64; 2] {
+        self.0.iter().map(Mechanism::cost).fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]])
     }
 
     /// Tool and inertia moved by the lever's angle χ (or by the tool itself where there is no mechanism), the tool having the

@@ -184,14 +184,11 @@ const COST: [f64; 2] = [2.0, 1.0];
 /// The series of a law takes so many times the work of its value, U … U⁗: measured on trains of 2 and 16 laws of 256 harmonics.
 const SERIES_OF_LAW: f64 = 1.3;
 
-/// Nominal work of the series of a mechanism (µs): measured on trains of 1 and 16 four-bar linkages.
-const SERIES_OF_MECHANISM: f64 = 19.0;
-
 /// Nominal work of a step of this train with so many series of its laws and mechanisms (µs).
 fn cost(train: &Train, series: f64) -> f64 {
     let laws: f64 = train.laws().map(|(_, law, _)| law.cost()).sum();
-    let mechanisms: f64 = train.followers.iter().map(|follower| follower.rigid.linkage.0.len() as f64).sum();
-    let of_functions = SERIES_OF_LAW * laws + SERIES_OF_MECHANISM * mechanisms;
+    let mechanisms: f64 = train.followers.iter().map(|follower| follower.rigid.linkage.cost()[1]).sum();
+    let of_functions = SERIES_OF_LAW * laws + mechanisms;
     COST[0] + COST[1] * train.followers.len() as f64 + series * of_functions
 }
 
