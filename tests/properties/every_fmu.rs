@@ -1,9 +1,10 @@
 //! What every FMU owes whatever its model: over the scenes of the golden files, of the tests of FMUs and of the examples, and over
 //! cam drives in each mode of their drive with an input force as well.
 
-use super::limits::root;
+use super::limits::{CLEAR, root};
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{AnyDrive, Description, Fault};
+use camdrive::numerics::work::{BUDGET, drawn};
 use camdrive_cli::scene;
 use camdrive_design::resource::Resource;
 use std::path::{Path, PathBuf};
@@ -95,6 +96,34 @@ fn default_experiments_are_whole_numbers_of_whole_nanoseconds() {
         assert!(count.fract() == 0.0 && (1.0..=1000.0).contains(&count), "{name}: {count} steps");
         assert!((nanoseconds - nanoseconds.round()).abs() < 1e-6 * nanoseconds.min(1.0), "{name}: {nanoseconds} ns");
     }
+}
+
+/// Whatever its drive, a step of thirty years ends in numbers, or in a fault that says why, within the work of a call.
+#[test]
+fn a_step_of_thirty_years_takes_the_work_of_a_call_and_no_more() {
+    let mut wrong = String::new();
+    for (name, resource) in scenes() {
+        let mut drive = resource.build().unwrap();
+        drive.set_up(0.0, None);
+        drive.start().unwrap_or_else(|fault| panic!("{name}: {fault}"));
+        // What is far too much is so for a part of the work, too, which takes less time.
+        let budget = 0.02 * BUDGET;
+        let _limited = drawn::limit(budget);
+        drawn::since_last();
+        let outcome = drive.advance(0.0, 1e9);
+        let drawn = drawn::since_last();
+        let said = outcome.as_ref().err().map_or(String::new(), |fault| fault.to_string());
+        let is_clear = said.is_empty() || CLEAR.iter().any(|part| said.contains(part));
+        // The last draw may go beyond it by an internal step.
+        if drawn > 1.2 * budget || !is_clear {
+            wrong += &format!("{name}: {drawn:e} of {budget:e}, {said}\n");
+        }
+        let mut values = (0..drive.descriptions().len()).map(|reference| drive.get(reference));
+        if outcome.is_ok() && !values.all(|value| value.is_ok_and(f64::is_finite)) {
+            wrong += &format!("{name}: a value is no number\n");
+        }
+    }
+    assert!(wrong.is_empty(), "\n{wrong}");
 }
 
 /// The polynomial of an input after `time` (s): its value and its derivatives up to the order of the last one.
