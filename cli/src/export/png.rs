@@ -1,10 +1,7 @@
-//! A drawing as PNG, for importers. Its text is drawn with an embedded font: a machine without fonts draws the same picture.
+//! A drawing as PNG, for importers. Its letters are outlines of its own: a machine without fonts draws the same picture.
 
 use camdrive::drives::Fault;
 use camdrive_design::drawing::{Anchor, BLACK, Drawing, Ink, Shape};
-use skrifa::outline::{DrawSettings, OutlinePen};
-use skrifa::prelude::{FontRef, LocationRef, Size};
-use skrifa::{GlyphId, MetadataProvider};
 use tiny_skia::{Color, FillRule, LineJoin, Paint, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
 /// The drawing as a PNG file, `scale` times as large.
@@ -13,14 +10,13 @@ pub fn png(drawing: &Drawing, scale: f64) -> Result<Vec<u8>, Fault> {
     let [width, height] = drawing.size.map(|length| (scale * length).ceil() as u32);
     let mut image = Pixmap::new(width, height).ok_or_else(|| fault("it has no area"))?;
     image.fill(Color::WHITE);
-    let font = FontRef::new(dejavu::sans::regular()).map_err(|e| fault(&e.to_string()))?;
     for shape in &drawing.shapes {
-        paint(shape, &mut image, &font, Transform::from_scale(scale as f32, scale as f32));
+        paint(shape, &mut image, Transform::from_scale(scale as f32, scale as f32));
     }
     image.encode_png().map_err(|e| fault(&e.to_string()))
 }
 
-fn paint(shape: &Shape, image: &mut Pixmap, font: &FontRef, scale: Transform) {
+fn paint(shape: &Shape, image: &mut Pixmap, scale: Transform) {
     let mut fill = |path: Option<tiny_skia::Path>, ink: Ink, transform: Transform| {
         if let Some(path) = path {
             image.fill_path(&path, &colour(ink), FillRule::Winding, transform.post_concat(scale), None);
@@ -38,17 +34,21 @@ fn paint(shape: &Shape, image: &mut Pixmap, font: &FontRef, scale: Transform) {
             fill(PathBuilder::from_circle(*x as f32, *y as f32, *radius as f32), *ink, Transform::identity());
         }
         Shape::Text { at, size, anchor, text, upright } => {
-            let mut pen = Pen::new(font, *size);
+            let (glyphs, unit): (Vec<Glyph>, _) = (text.chars().map(Glyph::of).collect(), *size as f32 / UNITS_OF_SIZE);
+            let length = unit * glyphs.iter().map(|glyph| glyph.advance).sum::<f32>();
             let before = match anchor {
                 Anchor::Start => 0.0,
-                Anchor::Middle => 0.5 * pen.length(text),
-                Anchor::End => pen.length(text),
+                Anchor::Middle => 0.5 * length,
+                Anchor::End => length,
             };
             let [x, y] = at.map(|length| length as f32);
-            (pen.x, pen.y) = (x - before as f32, y);
-            pen.write(text);
+            let (mut pen, mut letters) = (x - before, PathBuilder::new());
+            for glyph in glyphs {
+                glyph.draw(&mut letters, [pen, y], unit);
+                pen += unit * glyph.advance;
+            }
             let angle = if *upright { -90.0 } else { 0.0 };
-            fill(pen.path.finish(), BLACK, Transform::from_rotate_at(angle, x, y));
+            fill(letters.finish(), BLACK, Transform::from_rotate_at(angle, x, y));
         }
     }
 }
@@ -75,66 +75,53 @@ fn path(points: &[[f64; 2]], closed: bool) -> Option<tiny_skia::Path> {
     path.finish()
 }
 
-/// Writes the outlines of glyphs along a base line.
-struct Pen<'a> {
-    font: &'a FontRef<'a>,
-    /// Of the letters, in pixels.
-    size: Size,
-    /// The current place on the base line.
-    x: f32,
-    y: f32,
-    path: PathBuilder,
+/// The letters of pictures, from DejaVu Sans: packaging/glyphs writes the file and tells its form.
+const GLYPHS: &str = include_str!("glyphs.txt");
+/// Its unit is this part of the size of letters.
+const UNITS_OF_SIZE: f32 = 2048.0;
+
+/// A letter: how far it moves the pen, and its outline as the path of an SVG, y upwards.
+#[derive(Clone, Copy, Default)]
+struct Glyph {
+    advance: f32,
+    outline: &'static str,
 }
 
-impl<'a> Pen<'a> {
-    fn new(font: &'a FontRef<'a>, size: f64) -> Self {
-        Pen { font, size: Size::new(size as f32), x: 0.0, y: 0.0, path: PathBuilder::new() }
+impl Glyph {
+    /// That of a character, or the box of those that the file does not have.
+    fn of(c: char) -> Self {
+        let wanted = u32::from(c).to_string();
+        let line = |name: &str| GLYPHS.lines().find_map(|line| line.split_once(' ').filter(|line| line.0 == name));
+        let (_, glyph) = line(&wanted).or_else(|| line("-")).unwrap_or_default();
+        let (advance, outline) = glyph.split_once(' ').unwrap_or((glyph, ""));
+        Glyph { advance: advance.parse().unwrap_or(0.0), outline }
     }
 
-    fn glyph(&self, c: char) -> GlyphId {
-        self.font.charmap().map(c).unwrap_or_default()
-    }
-
-    fn advance(&self, c: char) -> f32 {
-        let metrics = self.font.glyph_metrics(self.size, LocationRef::default());
-        metrics.advance_width(self.glyph(c)).unwrap_or(0.0)
-    }
-
-    fn length(&self, text: &str) -> f64 {
-        text.chars().map(|c| f64::from(self.advance(c))).sum()
-    }
-
-    fn write(&mut self, text: &str) {
-        let outlines = self.font.outline_glyphs();
-        let settings = |size| DrawSettings::unhinted(size, LocationRef::default());
-        for c in text.chars() {
-            // A glyph that the font does not have leaves a gap.
-            if let Some(outline) = outlines.get(self.glyph(c)) {
-                let _ = outline.draw(settings(self.size), self);
+    /// Adds the outline with its origin at a place, so many pixels to a unit.
+    fn draw(self, path: &mut PathBuilder, [x0, y0]: [f32; 2], scale: f32) {
+        let mut words = self.outline.split(' ');
+        let mut point = [0.0; 2];
+        while let Some(command) = words.next() {
+            let mut next = || {
+                point = [0, 1].map(|_| words.next().and_then(|word| word.parse().ok()).unwrap_or(0.0));
+                (x0 + scale * point[0], y0 - scale * point[1])
+            };
+            match command {
+                "M" => {
+                    let (x, y) = next();
+                    path.move_to(x, y);
+                }
+                "L" => {
+                    let (x, y) = next();
+                    path.line_to(x, y);
+                }
+                "Q" => {
+                    let ((x1, y1), (x, y)) = (next(), next());
+                    path.quad_to(x1, y1, x, y);
+                }
+                _ => path.close(),
             }
-            self.x += self.advance(c);
         }
-    }
-}
-
-/// Outlines have y upwards.
-impl OutlinePen for Pen<'_> {
-    fn move_to(&mut self, x: f32, y: f32) {
-        self.path.move_to(self.x + x, self.y - y);
-    }
-    fn line_to(&mut self, x: f32, y: f32) {
-        self.path.line_to(self.x + x, self.y - y);
-    }
-    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
-        let (x0, y0) = (self.x, self.y);
-        self.path.quad_to(x0 + x1, y0 - y1, x0 + x, y0 - y);
-    }
-    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
-        let (x0, y0) = (self.x, self.y);
-        self.path.cubic_to(x0 + x1, y0 - y1, x0 + x2, y0 - y2, x0 + x, y0 - y);
-    }
-    fn close(&mut self) {
-        self.path.close();
     }
 }
 
