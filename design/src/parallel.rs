@@ -7,15 +7,23 @@ use std::sync::{Mutex, PoisonError};
 /// `work` of every item, in their order, as many at once as there are cores; `done` is told after each. They share
 /// the budget of the caller.
 pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync, done: &(dyn Fn() + Sync)) -> Vec<R> {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from).min(items.len());
+    let results: Vec<Mutex<Option<R>>> = items.iter().map(|_| Mutex::new(None)).collect();
+    each(items.len(), &|i| {
+        let result = work(&items[i]);
+        *results[i].lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
+        done();
+    });
+    results.into_iter().filter_map(|result| result.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
+}
+
+/// `work` of every number below `count`. (Not generic: it is compiled once.)
+fn each(count: usize, work: &(dyn Fn(usize) + Sync)) {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from).min(count);
     let next = AtomicUsize::new(0);
-    let results: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::with_capacity(items.len()));
     let left = work::left();
     let share = || {
-        while let Some((i, item)) = Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|i| Some((i, items.get(i)?))) {
-            let result = work(item);
-            results.lock().unwrap_or_else(PoisonError::into_inner).push((i, result));
-            done();
+        while let Some(i) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < count) {
+            work(i);
         }
     };
     std::thread::scope(|scope| {
@@ -27,9 +35,6 @@ pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync, done: &
             };
         }
     });
-    let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-    results.sort_by_key(|(i, _)| *i);
-    results.into_iter().map(|(_, result)| result).collect()
 }
 
 #[cfg(test)]

@@ -232,8 +232,8 @@ impl<D: Drive> Said for D {
 
 impl Described {
     /// Of this drive.
-    pub fn of<D: Drive>(drive: D) -> Self {
-        Described { said: Box::new(drive.clone()), drive: AnyDrive::new(drive) }
+    pub fn of<D: Drive + Into<AnyDrive>>(drive: D) -> Self {
+        Described { said: Box::new(drive.clone()), drive: drive.into() }
     }
 
     /// Documentation of the drive.

@@ -145,7 +145,7 @@ pub fn summit(f: &mut dyn FnMut(f64) -> f64, [low, high]: [f64; 2], (x, fx): (f6
 }
 
 /// Where `f` has local maxima that may reach `least`, looked for at `candidates` and then between their neighbours.
-pub fn local_maxima(candidates: &[f64], least: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
+pub fn local_maxima(candidates: &[f64], least: f64, f: &dyn Fn(f64) -> f64) -> Vec<f64> {
     let values: Vec<f64> = candidates.iter().map(|x| f(*x)).collect();
     let last = candidates.len() - 1;
     let beside = |i: usize| [i.saturating_sub(1), (i + 1).min(last)];
@@ -173,6 +173,11 @@ pub fn segments(breakpoints: &[f64]) -> Vec<[f64; 2]> {
 
 /// The greatest value of a function of segment and angle (rad) that is smooth on each of the segments, ends included.
 pub fn greatest(segments: &[[f64; 2]], f: impl Fn(usize, f64) -> f64) -> Extreme {
+    highest(segments, &f)
+}
+
+/// [`greatest`], compiled once for all functions.
+fn highest(segments: &[[f64; 2]], f: &dyn Fn(usize, f64) -> f64) -> Extreme {
     // Eight to a wave of the order 512.
     const SAMPLES: f64 = 4096.0 / TAU;
     let higher = |a: Extreme, b: Extreme| if b.value > a.value { b } else { a };
@@ -183,7 +188,7 @@ pub fn greatest(segments: &[[f64; 2]], f: impl Fn(usize, f64) -> f64) -> Extreme
         let at = |phi: f64| Extreme { phi, value: f(i, phi) };
         greatest = places.iter().map(|phi| at(*phi)).fold(greatest, higher);
         // A constant has no summit to look for.
-        let summits = local_maxima(&places, greatest.value.next_up(), |phi| f(i, phi));
+        let summits = local_maxima(&places, greatest.value.next_up(), &|phi| f(i, phi));
         greatest = summits.into_iter().map(at).fold(greatest, higher);
     }
     greatest
@@ -191,11 +196,11 @@ pub fn greatest(segments: &[[f64; 2]], f: impl Fn(usize, f64) -> f64) -> Extreme
 
 /// The local maxima of a function with these values at ascending places, by its slope and bend; each with the index of the place
 /// that it is nearest to.
-pub fn crests(places: &[f64], values: &[f64], slopes: impl Fn(f64) -> [f64; 2]) -> Vec<(usize, f64)> {
+pub fn crests(places: &[f64], values: &[f64], slopes: &dyn Fn(f64) -> [f64; 2]) -> Vec<(usize, f64)> {
     let last = places.len() - 1;
     let beside = |i: usize| [i.saturating_sub(1), (i + 1).min(last)];
     let highest = |i: &usize| beside(*i).iter().all(|j| values[*i] >= values[*j]);
-    let crest = |i: usize| (i, stationary(places[i], beside(i).map(|j| places[j]), &slopes));
+    let crest = |i: usize| (i, stationary(places[i], beside(i).map(|j| places[j]), slopes));
     let mut crests: Vec<(usize, f64)> = (0..=last).filter(highest).map(crest).collect();
     // Two places of equal height lead to one maximum.
     crests.dedup_by(|a, b| (a.1 - b.1).abs() < 1e-9);
@@ -203,7 +208,7 @@ pub fn crests(places: &[f64], values: &[f64], slopes: impl Fn(f64) -> [f64; 2]) 
 }
 
 /// The maximum near `x` between two ends of a function with this slope and bend, by Newton's method on the slope.
-pub fn stationary(mut x: f64, [low, high]: [f64; 2], f: impl Fn(f64) -> [f64; 2]) -> f64 {
+pub fn stationary(mut x: f64, [low, high]: [f64; 2], f: &dyn Fn(f64) -> [f64; 2]) -> f64 {
     for _ in 0..12 {
         let [slope, bend] = f(x);
         let next = if bend < 0.0 { x - slope / bend } else { x + slope.signum() * (high - low) };

@@ -4,7 +4,7 @@ use camdrive::drives::parameter::parameters;
 use camdrive::drives::rigid_machine;
 use camdrive::drives::settings::Settings;
 use camdrive::drives::variable::{Enumeration, Kind, real};
-use camdrive::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Seed, Text, unit};
+use camdrive::drives::{AnyDrive, Curve, Drive, EventLog, Experiment, Fault, List, Seed, Text, unit};
 use camdrive::numerics::taylor::Series;
 use camdrive_design::resource::{Described, Resource};
 use serde::{Deserialize, Serialize};
@@ -28,6 +28,12 @@ pub struct Lag {
     on: f64,
     colour: f64,
     events: EventLog,
+}
+
+impl From<Lag> for AnyDrive {
+    fn from(lag: Lag) -> Self {
+        AnyDrive::new(lag)
+    }
 }
 
 /// The lag as the exporter sees it.

@@ -62,7 +62,7 @@ impl Machine {
         let start = Start { mode: StartMode::Given, q: 0.0, q_dot: 0.0 };
         let scene = Scene { drive: DriveMode::Constant { w, phi_start: 0.0 }, start, ..scene.clone() };
         let clearance = scene.parameters.s;
-        let drive = AnyDrive::new(BacklashDrive::new(scene)?);
+        let drive = AnyDrive::from(BacklashDrive::new(scene)?);
         let find = |name: &str| {
             let list = drive.descriptions();
             list.iter().position(|d| d.name == name).ok_or_else(|| Fault::new(format!("the drive has no `{name}`")))

@@ -61,7 +61,7 @@ impl Clearance {
     pub fn least(&self, motions: &[Fourier; 2]) -> Extreme {
         let order = motions.iter().map(Fourier::order).max().unwrap_or(0);
         let near = |phi: f64| -self.apart(motions, phi);
-        let places = local_maxima(&angles(0.0, TAU, 2 * order, FINE), f64::NEG_INFINITY, near);
+        let places = local_maxima(&angles(0.0, TAU, 2 * order, FINE), f64::NEG_INFINITY, &near);
         let extremes = places.into_iter().map(|phi| Extreme { value: -near(phi), phi });
         extremes.min_by(|a, b| a.value.total_cmp(&b.value)).unwrap_or(Extreme { value: 0.0, phi: 0.0 })
     }

@@ -134,7 +134,7 @@ fn at_all_speeds(range: SpeedRange, program: &mut Program, mut centre: Vec<Doubl
         };
         let least = elastic::SOLVED * best.level.abs() + 1e-14;
         let exceeded: Vec<f64> =
-            local_maxima(&candidates, least, excess).into_iter().filter(|eta| excess(*eta) > least).collect();
+            local_maxima(&candidates, least, &excess).into_iter().filter(|eta| excess(*eta) > least).collect();
         if exceeded.is_empty() {
             return Ok(best);
         }

@@ -79,7 +79,7 @@ impl Window<'_> {
             // A summit that rounding has missed is not above the sample.
             if sign * summit.value > signed[i] { summit } else { Extreme { value: values[i], phi: angles[i] } }
         };
-        crests(angles, &signed, slopes).into_iter().map(summit).collect()
+        crests(angles, &signed, &slopes).into_iter().map(summit).collect()
     }
 }
 

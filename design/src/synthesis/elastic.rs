@@ -169,7 +169,7 @@ pub fn worst_over(task: &Task, cam: &Fourier, range: SpeedRange) -> f64 {
     let at = |eta: f64| deviation(task, cam, Response { damping: range.damping, eta });
     let candidates = speeds(cam.order(), range);
     let least = candidates.iter().map(|eta| at(*eta)).fold(0.0, f64::max);
-    local_maxima(&candidates, least, at).into_iter().map(at).fold(least, f64::max)
+    local_maxima(&candidates, least, &at).into_iter().map(at).fold(least, f64::max)
 }
 
 /// The profile whose task is fulfilled up to the largest speed: the robust problem, its range widened until the

@@ -165,7 +165,7 @@ impl Family {
             }
         }
         let values: Vec<f64> = angles.iter().map(|phi| self.excess(basis, x, *phi, 0)).collect();
-        crests(&angles, &values, |phi| self.slopes(basis, x, phi)).into_iter().map(|(_, phi)| phi).collect()
+        crests(&angles, &values, &|phi| self.slopes(basis, x, phi)).into_iter().map(|(_, phi)| phi).collect()
     }
 
     /// Slope and bend of the excess; of a tangent, whose direction turns with the angle, by differences.

@@ -55,7 +55,7 @@ fn in_shaft(task: &Task, goal: ShaftGoal, region: &Region, progress: Told<'_>) -
             let peak = |w: f64| goal.peak(&series, w);
             let least = level * (1.0 + 1e-4);
             let exceeded: Vec<f64> =
-                local_maxima(&candidates, least, peak).into_iter().filter(|w| peak(*w) > least).collect();
+                local_maxima(&candidates, least, &peak).into_iter().filter(|w| peak(*w) > least).collect();
             if exceeded.is_empty() {
                 break;
             }

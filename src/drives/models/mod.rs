@@ -1,6 +1,6 @@
 //! The drive models: each a constructor of shaft, followers and solver, with its variables and its text.
 //!
-//! A model is one folder and two lines here, `pub mod` and its entry in [`MODELS`]; everything that an importer sees of
+//! A model is one folder and two lines here, `pub mod` and its name in `models!`; everything that an importer sees of
 //! it (variables, units, dependencies, equations, documentation) comes from there.
 
 pub mod backlash;
@@ -10,14 +10,27 @@ pub mod elastic_shaft;
 pub mod parametric;
 pub mod rigid_machine;
 
-use super::Model;
+use super::{AnyDrive, Model};
 
-/// All drive models.
-pub const MODELS: &[Model] = &[
-    Model::of::<elastic_output::ElasticOutput>(),
-    Model::of::<elastic_shaft::ElasticShaft>(),
-    Model::of::<backlash::BacklashDrive>(),
-    Model::of::<rigid_machine::RigidMachine>(),
-    Model::of::<parametric::ParametricDrive>(),
-    Model::of::<drive_train::DriveTrain>(),
-];
+macro_rules! models {
+    ($($drive:ty),* $(,)?) => {
+        /// All drive models.
+        pub const MODELS: &[Model] = &[$(Model::of::<$drive>()),*];
+
+        // Compiled here, so that crates above need not compile every drive with its engine once more.
+        $(impl From<$drive> for AnyDrive {
+            fn from(drive: $drive) -> Self {
+                AnyDrive::new(drive)
+            }
+        })*
+    };
+}
+
+models!(
+    elastic_output::ElasticOutput,
+    elastic_shaft::ElasticShaft,
+    backlash::BacklashDrive,
+    rigid_machine::RigidMachine,
+    parametric::ParametricDrive,
+    drive_train::DriveTrain,
+);
