@@ -271,8 +271,60 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, subject: Subject) -> O
         return root
             .refuse(root.fault_of("vary", " is empty: nothing varies").hint("add [[vary]] with `name` and `values`"));
     }
+    let Space { quantities, axes, spreads } = space(root, read.into_iter().flatten(), runs)?;
+    let samples = runs.map(|runs| Samples::new(design, runs as u32, seed as u64, spreads));
+    let mut tables = reader.tables;
+    let files = match &subject {
+        Subject::Scene(scene) => &scene.files,
+        Subject::Coupled(coupled) => &coupled.system.files,
+    };
+    // What is no text is known by its hash alone.
+    tables.extend(files.iter().filter(|file| *file != place || documents.is_empty()).cloned());
+    let (place, texts) = (place.to_owned(), [String::new(), text]);
+    let mut study = Study {
+        texts,
+        place,
+        subject,
+        documents,
+        step,
+        quantities,
+        axes,
+        samples,
+        window,
+        measures,
+        measured: Vec::new(),
+        tables,
+        notes: root.faults.notes(),
+    };
+    let first = first_variant(root, &study)?;
+    let built = first.as_ref().unwrap_or(&study.subject);
+    let all = built.variables().unwrap_or(variables);
+    check_measures(root, &study, built, &all)?;
+    let about = |measure: &Measure| {
+        let output = all.iter().find(|d| d.name == measure.output);
+        let unit = match output.map(|d| &d.kind) {
+            Some(Type::Real { quantity, .. }) => quantity.unit,
+            _ => "1",
+        };
+        [unit.to_owned(), measure.meaning(output.map_or("", |d| &d.text))]
+    };
+    study.measured = study.measures.iter().map(about).collect();
+    let implausible = study.implausible(&all);
+    study.notes.extend(implausible);
+    Some(study)
+}
+
+/// What varies: the quantities, those with lists first, and how the others spread.
+struct Space {
+    quantities: Vec<Quantity>,
+    axes: Vec<Axis>,
+    spreads: Vec<Spread>,
+}
+
+/// The space of what was read from [[vary]], with so many runs of samples.
+fn space(root: &Section<'_>, read: impl Iterator<Item = Varied>, runs: Option<usize>) -> Option<Space> {
     let (mut quantities, mut axes, mut sampled, mut spreads) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for varied in read.into_iter().flatten() {
+    for varied in read {
         match varied {
             Varied::Listed(list, rows) => {
                 axes.push(Axis { rows, width: list.len() });
@@ -307,30 +359,11 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, subject: Subject) -> O
             fault.admissible(format!("at most {MOST_ROWS}")).hint("take fewer values, or sample: runs = 1000"),
         );
     }
-    let samples = runs.map(|runs| Samples::new(design, runs as u32, seed as u64, spreads));
-    let mut tables = reader.tables;
-    let files = match &subject {
-        Subject::Scene(scene) => &scene.files,
-        Subject::Coupled(coupled) => &coupled.system.files,
-    };
-    // What is no text is known by its hash alone.
-    tables.extend(files.iter().filter(|file| *file != place || documents.is_empty()).cloned());
-    let (place, texts) = (place.to_owned(), [String::new(), text]);
-    let mut study = Study {
-        texts,
-        place,
-        subject,
-        documents,
-        step,
-        quantities,
-        axes,
-        samples,
-        window,
-        measures,
-        measured: Vec::new(),
-        tables,
-        notes: root.faults.notes(),
-    };
+    Some(Space { quantities, axes, spreads })
+}
+
+/// The first run of a study whose keys vary; None inside of one without, or where the scene does not admit it.
+fn first_variant(root: &Section<'_>, study: &Study) -> Option<Option<Subject>> {
     let first = study.is_keyed().then(|| study.variant(&study.cells(0)));
     // What no scene has is a fault of the study, what this one does not admit one of the run.
     if let Some(Err(Diagnostics(faults))) = &first {
@@ -357,8 +390,11 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, subject: Subject) -> O
             return root.refuse(fault.hint("vary one of them"));
         }
     }
-    let built = first.as_ref().unwrap_or(&study.subject);
-    let all = built.variables().unwrap_or(variables);
+    Some(first)
+}
+
+/// Whether the measures can be taken of what the first run builds, which has these variables.
+fn check_measures(root: &Section<'_>, study: &Study, built: &Subject, all: &[Description]) -> Option<()> {
     let checked = match built {
         Subject::Scene(scene) => {
             scene.resource().build().and_then(|drive| Runner::new(&drive, &study.window, &study.measures).map(|_| ()))
@@ -386,18 +422,7 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, subject: Subject) -> O
         let wrong = hinted(root.fault_of("measures", format!(": {message}")), &hint.unwrap_or(own.to_owned()));
         return root.refuse(wrong);
     }
-    let about = |measure: &Measure| {
-        let output = all.iter().find(|d| d.name == measure.output);
-        let unit = match output.map(|d| &d.kind) {
-            Some(Type::Real { quantity, .. }) => quantity.unit,
-            _ => "1",
-        };
-        [unit.to_owned(), measure.meaning(output.map_or("", |d| &d.text))]
-    };
-    study.measured = study.measures.iter().map(about).collect();
-    let implausible = study.implausible(&all);
-    study.notes.extend(implausible);
-    Some(study)
+    Some(())
 }
 
 /// The window.

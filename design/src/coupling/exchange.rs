@@ -250,6 +250,55 @@ const SETTLED: f64 = 1e-12;
 /// Over a smaller angle (rad) the curvature of an inertia is that at its beginning: rounding would exceed a ten-thousandth of J.
 const LEAST_TURN: f64 = 1e-6;
 
+/// A variable of a part.
+fn variable(parts: &[Host], (part, place): (usize, usize)) -> &Variable {
+    &parts[part].description().variables[place]
+}
+
+/// What is read of each part, and the variables that connections come from, in the order in which they are read.
+fn outputs(parts: &[Host], connections: &[Connection]) -> (Vec<Outputs>, Vec<(usize, usize)>) {
+    let (mut outputs, mut sources) = (Vec::new(), Vec::new());
+    for part in 0..parts.len() {
+        let mut used: Vec<usize> = connections.iter().filter(|c| c.from.0 == part).map(|c| c.from.1).collect();
+        used.sort_unstable();
+        used.dedup();
+        // Reals first.
+        used.sort_by_key(|place| !is_real(variable(parts, (part, *place))));
+        let reals = used.iter().map(|place| variable(parts, (part, *place))).filter(|v| is_real(v));
+        let references: Vec<u32> = reals.map(|v| v.reference).collect();
+        outputs.push(Outputs {
+            first: sources.len(),
+            orders: vec![1; references.len()],
+            values: vec![0.0; references.len()],
+            references,
+            units: used.iter().map(|place| variable(parts, (part, *place)).unit.clone()).collect(),
+            derivatives: parts[part].description().capabilities.output_derivatives > 0,
+            others: used.iter().copied().filter(|place| !is_real(variable(parts, (part, *place)))).collect(),
+        });
+        sources.extend(used.into_iter().map(|place| (part, place)));
+    }
+    (outputs, sources)
+}
+
+/// What a part takes, from these sources.
+fn inputs_of(parts: &[Host], connections: &[Connection], sources: &[(usize, usize)], part: usize) -> Inputs {
+    let own: Vec<&Connection> = connections.iter().filter(|c| c.to.0 == part).collect();
+    let wires = own.iter().map(|c| {
+        let source = sources.iter().position(|source| *source == c.from).unwrap_or_default();
+        Wire::new(c, source, (variable(parts, c.from), parts[c.from.0].description()), variable(parts, c.to))
+    });
+    let mut inputs = Inputs { wires: wires.collect(), ..Inputs::default() };
+    motions(&mut inputs.wires, |i| &variable(parts, own[i].to).about.name);
+    inputs.derivatives = parts[part].description().capabilities.interpolates_inputs;
+    inputs.is_joint = parts[part].is_own();
+    // A step allocates nothing: φ̈ has two derivatives, a signal three.
+    let room = inputs.wires.len();
+    (inputs.references, inputs.values) = (Vec::with_capacity(room), Vec::with_capacity(room));
+    (inputs.of, inputs.orders, inputs.derived) =
+        (Vec::with_capacity(3 * room), Vec::with_capacity(3 * room), Vec::with_capacity(3 * room));
+    inputs
+}
+
 impl Coupling {
     /// Of these parts with their names, which faults tell; the connections lead from outputs to inputs. Each step is repeated
     /// `repeats` times.
@@ -271,47 +320,9 @@ impl Coupling {
                 "part {name}: it cannot restore its state, so that no step can be repeated\n  = hint: repeat = 0"
             )));
         }
-        let variable = |(part, place): (usize, usize)| -> &Variable { &parts[part].description().variables[place] };
-        let (mut outputs, mut sources) = (Vec::new(), Vec::new());
-        for part in 0..count {
-            let mut used: Vec<usize> = connections.iter().filter(|c| c.from.0 == part).map(|c| c.from.1).collect();
-            used.sort_unstable();
-            used.dedup();
-            // Reals first.
-            used.sort_by_key(|place| !is_real(variable((part, *place))));
-            let reals = used.iter().map(|place| variable((part, *place))).filter(|v| is_real(v));
-            let references: Vec<u32> = reals.map(|v| v.reference).collect();
-            outputs.push(Outputs {
-                first: sources.len(),
-                orders: vec![1; references.len()],
-                values: vec![0.0; references.len()],
-                references,
-                units: used.iter().map(|place| variable((part, *place)).unit.clone()).collect(),
-                derivatives: parts[part].description().capabilities.output_derivatives > 0,
-                others: used.iter().copied().filter(|place| !is_real(variable((part, *place)))).collect(),
-            });
-            sources.extend(used.into_iter().map(|place| (part, place)));
-        }
-        let inputs: Vec<Inputs> = (0..count)
-            .map(|part| {
-                let own: Vec<&Connection> = connections.iter().filter(|c| c.to.0 == part).collect();
-                let wires = own.iter().map(|c| {
-                    let source = sources.iter().position(|source| *source == c.from).unwrap_or_default();
-                    Wire::new(c, source, (variable(c.from), parts[c.from.0].description()), variable(c.to))
-                });
-                let mut inputs = Inputs { wires: wires.collect(), ..Inputs::default() };
-                motions(&mut inputs.wires, |i| &variable(own[i].to).about.name);
-                inputs.derivatives = parts[part].description().capabilities.interpolates_inputs;
-                inputs.is_joint = parts[part].is_own();
-                // A step allocates nothing: φ̈ has two derivatives, a signal three.
-                let room = inputs.wires.len();
-                (inputs.references, inputs.values) = (Vec::with_capacity(room), Vec::with_capacity(room));
-                (inputs.of, inputs.orders, inputs.derived) =
-                    (Vec::with_capacity(3 * room), Vec::with_capacity(3 * room), Vec::with_capacity(3 * room));
-                inputs
-            })
-            .collect();
-        let mut inputs = inputs;
+        let variable = |of: (usize, usize)| variable(&parts, of);
+        let (outputs, sources) = outputs(&parts, connections);
+        let mut inputs: Vec<Inputs> = (0..count).map(|part| inputs_of(&parts, connections, &sources, part)).collect();
         inertias(&mut inputs, |source| &variable(sources[source]).about.name);
         let mut order = leaders_first(&inputs)?;
         if exchange == Exchange::GaussSeidel {

@@ -20,6 +20,16 @@ pub enum Span {
     Turns(f64),
 }
 
+impl Span {
+    /// The instant (s) at which it is over at the latest, and its turns.
+    fn end(self, begin: f64, experiment: &Experiment) -> (f64, f64) {
+        match self {
+            Span::Time(time) => (begin + time, f64::INFINITY),
+            Span::Turns(turns) => (begin + SLOWEST * experiment.stop * turns, turns),
+        }
+    }
+}
+
 /// What is measured, and when.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Window {
@@ -94,6 +104,26 @@ impl Rewound<'_> {
         }
         self.pairs = 1;
         Ok(())
+    }
+
+    /// Advances to an instant that nothing is read before, in calls of no more than `most` (s).
+    fn run_to(&mut self, end: f64, most: f64) -> Result<(), Fault> {
+        while self.time() < end {
+            let next = (self.time() + most).min(end);
+            self.advance(next)?;
+            self.save();
+        }
+        Ok(())
+    }
+
+    /// Saves the state where it is time to; whether it was.
+    fn keep(&mut self) -> bool {
+        let due = self.points.len() > 2 * self.pairs;
+        if due {
+            self.save();
+            self.pairs = PAIRS.min(2 * self.pairs);
+        }
+        due
     }
 
     fn save(&mut self) {
@@ -221,6 +251,117 @@ impl Followed {
     }
 }
 
+/// Two steps of the outputs that are followed.
+struct Pair<'f> {
+    followed: &'f [Followed],
+    /// Whether the first of them is the angle.
+    angle: bool,
+    /// The largest magnitude of each so far.
+    scales: Vec<f64>,
+    first: Vec<Jet>,
+    middle: Vec<Jet>,
+    last: Vec<Jet>,
+    /// Over the first step and over the second one.
+    pieces: [Vec<Piece>; 2],
+}
+
+impl<'f> Pair<'f> {
+    /// One that begins where the drive is.
+    fn new(followed: &'f [Followed], angle: bool, drive: &mut Rewound<'_>) -> Result<Self, Fault> {
+        let mut scales = vec![0.0; followed.len()];
+        if angle {
+            scales[0] = ANGLE;
+        }
+        let pieces = [(); 2].map(|()| vec![Piece::constant(0.0); followed.len()]);
+        let mut pair =
+            Pair { followed, angle, scales, first: Vec::new(), middle: Vec::new(), last: Vec::new(), pieces };
+        read(followed, drive, &mut pair.first)?;
+        Ok(pair)
+    }
+
+    /// Advances to the middle and to the end; the first event on the way, behind which nothing is read.
+    fn advance(&mut self, drive: &mut Rewound<'_>, [half, to]: [f64; 2]) -> Result<Option<f64>, Fault> {
+        for (point, jets) in [(half, &mut self.middle), (to, &mut self.last)] {
+            let event = drive.advance(point)?;
+            if event.is_some() {
+                return Ok(event);
+            }
+            read(self.followed, drive, jets)?;
+        }
+        Ok(None)
+    }
+
+    /// Advances over an event to where the next pair begins; the first piece leads there.
+    fn pass_event(&mut self, drive: &mut Rewound<'_>, behind: f64) -> Result<(), Fault> {
+        drive.advance(behind)?;
+        read(self.followed, drive, &mut self.last)?;
+        line(self.followed, [&self.first, &self.last], &mut self.pieces[0]);
+        std::mem::swap(&mut self.first, &mut self.last);
+        Ok(())
+    }
+
+    /// Joins the three points by lines: a jump that is no event lies between them.
+    fn jump(&mut self) {
+        line(self.followed, [&self.first, &self.middle], &mut self.pieces[0]);
+        line(self.followed, [&self.middle, &self.last], &mut self.pieces[1]);
+    }
+
+    /// Fits the pieces between these instants (s); the largest error in parts of the accuracy.
+    fn fit(&mut self, [from, half, to]: [f64; 3], accuracy: f64) -> f64 {
+        let whole = to - from;
+        let mut error: f64 = 0.0;
+        for (k, scale) in self.scales.iter_mut().enumerate() {
+            let [first, middle, last] = [&self.first, &self.middle, &self.last].map(|jets| jets[k]);
+            if self.followed[k].slopes == Slopes::None {
+                self.pieces[0][k] = Piece::constant(middle[0]);
+                self.pieces[1][k] = Piece::constant(last[0]);
+                continue;
+            }
+            if !(self.angle && k == 0) {
+                *scale = [first, middle, last].iter().fold(*scale, |scale, jet| scale.max(jet[0].abs()));
+            }
+            let both = Piece::new(first, last, whole);
+            let miss = (both.at(0.5) - middle[0]).abs() + UNEVEN * (both.slope(0.5) - whole * middle[1]).abs();
+            if miss != 0.0 {
+                error = error.max(miss / (64.0 * accuracy * *scale));
+            }
+            self.pieces[0][k] = Piece::new(first, middle, half - from);
+            self.pieces[1][k] = Piece::new(middle, last, to - half);
+        }
+        error
+    }
+
+    /// When the angle passes a level (s).
+    fn crossing(&self, level: f64, [from, half, to]: [f64; 3]) -> Option<f64> {
+        let [first, second] = &self.pieces;
+        let found = first[0].crossing(level).map(|z| from + z * (half - from));
+        found.or_else(|| second[0].crossing(level).map(|z| half + z * (to - half)))
+    }
+}
+
+/// By which factor the next pair is longer than one with this error. A small error may be a zero of the sixth derivative, so that
+/// pairs grow slowly.
+fn growth(error: f64) -> f64 {
+    if error > 0.04 { (0.85 / error.sqrt().cbrt()).clamp(0.3, GROWTH) } else { GROWTH }
+}
+
+/// What is followed, where the drive is.
+fn read(followed: &[Followed], drive: &mut Rewound<'_>, jets: &mut Vec<Jet>) -> Result<(), Fault> {
+    jets.clear();
+    for output in followed {
+        jets.push(output.jet(drive.drive)?);
+    }
+    Ok(())
+}
+
+/// Lines between two points; what is constant between events may be a mean over the last step.
+fn line(followed: &[Followed], jets: [&[Jet]; 2], pieces: &mut [Piece]) {
+    for (k, piece) in pieces.iter_mut().enumerate() {
+        let [from, to] = jets.map(|jets| jets[k][0]);
+        *piece = if followed[k].slopes == Slopes::None { Piece::constant(to) } else { Piece::line(from, to) };
+    }
+}
+
 /// An instant at which a pair has to end.
 #[derive(Clone, Copy, PartialEq)]
 enum Limit {
@@ -229,6 +370,20 @@ enum Limit {
     Event(f64),
     /// The end of the span.
     End(f64),
+}
+
+impl Limit {
+    fn event(self) -> Option<f64> {
+        if let Limit::Event(time) = self { Some(time) } else { None }
+    }
+
+    /// Where a pair has to end that may come to `end` (s).
+    fn before(self, end: f64) -> f64 {
+        match self {
+            Limit::Event(time) | Limit::End(time) => time.min(end),
+            Limit::None => end,
+        }
+    }
 }
 
 /// The output that is the angle of the shaft.
@@ -310,69 +465,28 @@ impl<'a> Runner<'a> {
             return Ok(0.0);
         }
         let experiment = drive.drive.experiment();
-        let begin = drive.time();
-        let (end, turns) = match span {
-            Span::Time(time) => (begin + time, f64::INFINITY),
-            Span::Turns(turns) => (begin + SLOWEST * experiment.stop * turns, turns),
-        };
+        let (end, turns) = span.end(drive.time(), &experiment);
         if followed.is_empty() {
-            while drive.time() < end {
-                // No longer than what a call may take.
-                let next = (drive.time() + experiment.stop).min(end);
-                drive.advance(next)?;
-                drive.save();
-            }
-            return Ok(0.0);
+            return drive.run_to(end, experiment.stop).map(|()| 0.0);
         }
         let angle = self.angle && followed.first() == self.followed.first();
         // Of the angle alone only harmonics have a scale of their own.
         let others = followed.len() > usize::from(angle) || (self.followed.len() == 1 && self.harmonic() > 0);
-        let mut scales: Vec<f64> = followed.iter().map(|_| 0.0).collect();
-        if angle {
-            scales[0] = ANGLE;
-        }
-        let read = |drive: &mut Rewound<'_>, jets: &mut Vec<Jet>| -> Result<(), Fault> {
-            jets.clear();
-            for output in followed {
-                jets.push(output.jet(drive.drive)?);
-            }
-            Ok(())
-        };
-        let [mut first, mut middle, mut last] = [const { Vec::new() }; 3];
-        read(drive, &mut first)?;
-        let start = first[0][0];
-        let mut pieces = [vec![Piece::constant(0.0); followed.len()], vec![Piece::constant(0.0); followed.len()]];
+        let mut pair = Pair::new(followed, angle, drive)?;
+        let start = pair.first[0][0];
+        let has_turned = |jet: &Jet| angle && (jet[0] - start).abs() >= TAU * turns;
         let mut longest = self.longest(drive, &experiment, others)?;
         let mut length = longest.min(2.0 * experiment.step);
         let mut limit = Limit::None;
-        // What is constant between events may be a mean over the last step.
-        let jump = |jets: [&[Jet]; 2], pieces: &mut [Piece]| {
-            for (k, piece) in pieces.iter_mut().enumerate() {
-                let [from, to] = jets.map(|jets| jets[k][0]);
-                *piece = if followed[k].slopes == Slopes::None { Piece::constant(to) } else { Piece::line(from, to) };
-            }
-        };
         loop {
             let from = drive.time();
-            let stop = match limit {
-                Limit::Event(time) | Limit::End(time) => time.min(end),
-                Limit::None => end,
-            };
+            let stop = limit.before(end);
             if stop <= from {
-                let Limit::Event(time) = limit else { break };
-                if end <= from {
-                    break;
-                }
-                // Over the event.
-                let behind = time + 2.0 * beside(time, experiment.step);
-                drive.advance(behind.min(end))?;
-                read(drive, &mut last)?;
-                jump([&first, &last], &mut pieces[0]);
-                take(&pieces[0], drive.time() - from);
-                std::mem::swap(&mut first, &mut last);
+                let Some(time) = limit.event().filter(|_| end > from) else { break };
+                pair.pass_event(drive, (time + 2.0 * beside(time, experiment.step)).min(end))?;
+                take(&pair.pieces[0], drive.time() - from);
                 drive.save();
-                let turned = angle && (first[0][0] - start).abs() >= TAU * turns;
-                limit = if turned { Limit::End(drive.time()) } else { Limit::None };
+                limit = if has_turned(&pair.first[0]) { Limit::End(drive.time()) } else { Limit::None };
                 continue;
             }
             // No short rest is left before the stop.
@@ -380,79 +494,43 @@ impl<'a> Runner<'a> {
             let to = if whole { stop } else { from + length };
             let half = from + 0.5 * (to - from);
             let least = to - from <= 2.0 * LEAST * experiment.step || half <= from || half >= to;
-            let mut event = None;
-            for (point, jets) in [(half, &mut middle), (to, &mut last)] {
-                event = drive.advance(point)?;
-                if event.is_some() {
-                    break;
-                }
-                read(drive, jets)?;
-            }
-            if let Some(event) = event {
+            if let Some(event) = pair.advance(drive, [half, to])? {
                 drive.back(if drive.time() == to { 2 } else { 1 })?;
-                let before = (event - beside(event, experiment.step)).min(to);
-                limit = Limit::Event(before.max(from));
+                limit = Limit::Event((event - beside(event, experiment.step)).min(to).max(from));
                 continue;
             }
-            let steps = [half - from, to - half];
-            let mut error: f64 = 0.0;
-            for (k, scale) in scales.iter_mut().enumerate() {
-                if followed[k].slopes == Slopes::None {
-                    pieces[0][k] = Piece::constant(middle[k][0]);
-                    pieces[1][k] = Piece::constant(last[k][0]);
+            let instants = [from, half, to];
+            let error = pair.fit(instants, self.window.accuracy);
+            let error = if angle && others { error.max(self.error_of_harmonics(&pair)) } else { error };
+            let next = (to - from) * growth(error);
+            length = if whole && error <= 1.0 { length.max(next) } else { next };
+            if error > 1.0 {
+                if !least {
+                    drive.back(2)?;
                     continue;
                 }
-                if !(angle && k == 0) {
-                    *scale = [&first, &middle, &last].iter().fold(*scale, |scale, jets| scale.max(jets[k][0].abs()));
-                }
-                let both = Piece::new(first[k], last[k], to - from);
-                let [value, slope, _] = middle[k];
-                let miss = (both.at(0.5) - value).abs() + UNEVEN * (both.slope(0.5) - (to - from) * slope).abs();
-                if miss != 0.0 {
-                    error = error.max(miss / (64.0 * self.window.accuracy * *scale));
-                }
-                pieces[0][k] = Piece::new(first[k], middle[k], steps[0]);
-                pieces[1][k] = Piece::new(middle[k], last[k], steps[1]);
-            }
-            if angle && others {
-                let turned = (last[0][0] - first[0][0]).abs() / 2.0;
-                error = error.max((f64::from(self.harmonic()) * turned / HARMONIC).powi(6));
-            }
-            // A small error may be a zero of the sixth derivative, so that steps grow slowly.
-            let factor = if error > 0.04 { (0.85 / error.sqrt().cbrt()).clamp(0.3, GROWTH) } else { GROWTH };
-            length = if whole && error <= 1.0 { length.max((to - from) * factor) } else { (to - from) * factor };
-            if error > 1.0 && !least {
-                drive.back(2)?;
-                continue;
-            }
-            if error > 1.0 {
-                jump([&first, &middle], &mut pieces[0]);
-                jump([&middle, &last], &mut pieces[1]);
+                pair.jump();
             }
             length = length.min(longest);
-            if angle && !matches!(limit, Limit::End(_)) && (last[0][0] - start).abs() >= TAU * turns {
-                let level = start + (TAU * turns).copysign(last[0][0] - start);
-                let found = pieces[0][0].crossing(level).map(|z| from + z * steps[0]);
-                let found = found.or_else(|| pieces[1][0].crossing(level).map(|z| half + z * steps[1]));
-                limit = Limit::End(found.unwrap_or(to).min(to));
+            if !matches!(limit, Limit::End(_)) && has_turned(&pair.last[0]) {
+                let level = start + (TAU * turns).copysign(pair.last[0][0] - start);
+                limit = Limit::End(pair.crossing(level, instants).unwrap_or(to).min(to));
                 if limit != Limit::End(to) {
                     drive.back(2)?;
                     continue;
                 }
             }
-            take(&pieces[0], steps[0]);
-            take(&pieces[1], steps[1]);
-            std::mem::swap(&mut first, &mut last);
-            if drive.points.len() > 2 * drive.pairs {
-                drive.save();
-                drive.pairs = PAIRS.min(2 * drive.pairs);
+            take(&pair.pieces[0], half - from);
+            take(&pair.pieces[1], to - half);
+            std::mem::swap(&mut pair.first, &mut pair.last);
+            if drive.keep() {
                 longest = self.longest(drive, &experiment, others)?;
             }
         }
         if angle && turns.is_finite() && !matches!(limit, Limit::End(_)) {
             return Err(Fault::new(format!("the shaft has not made its turns ({turns}) by t = {end:.3e} s")));
         }
-        Ok(first[0][0] - start)
+        Ok(pair.first[0][0] - start)
     }
 
     /// The longest pair of steps (s).
@@ -462,6 +540,12 @@ impl<'a> Runner<'a> {
         }
         let speed = self.speed.map_or(Ok(0.0), |reference| drive.drive.get(reference))?;
         Ok((2.0 * TAU / (POINTS * speed.abs())).min(8.0 * experiment.step))
+    }
+
+    /// The error of Gauss's rule for the highest harmonic over a pair, in parts of what it may have.
+    fn error_of_harmonics(&self, pair: &Pair<'_>) -> f64 {
+        let turned = (pair.last[0][0] - pair.first[0][0]).abs() / 2.0;
+        (f64::from(self.harmonic()) * turned / HARMONIC).powi(6)
     }
 
     /// The highest harmonic that is measured.

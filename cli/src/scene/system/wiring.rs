@@ -246,33 +246,7 @@ impl Wiring<'_> {
             let single =
                 own.len() == 1 && own[0].inertia.is_none() && self.raw[i].part.has(&[TORQUE], Causality::Input);
             if is_scene && !single {
-                let with_inertia = names.iter().zip(&own).filter(|(_, torque)| torque.inertia.is_some());
-                let with_inertia: Array = with_inertia.map(|(name, _)| name.as_str()).collect();
-                let Raw { part, section, .. } = &self.raw[i];
-                if !with_inertia.is_empty() && !matches!(part.scene, Some(Scene::RigidMachine(_))) {
-                    let said = ": it takes no inertia of loads, as a RigidMachine does whose motor is none, kloss or input, without \
-                                transmission and without loads of its own";
-                    let hint = "take exchange = \"interpolated\", or make all one DriveTrain";
-                    return section.refuse(section.fault_of("scene", said).hint(hint));
-                }
-                self.change(i, |document| {
-                    let list = document.entry("torques").or_insert(Array::new().into());
-                    let known = list.as_array_mut().map(std::mem::take).unwrap_or_default();
-                    let has = |name: &String| known.iter().any(|known| known.as_str() == Some(name));
-                    let more: Vec<&String> = names.iter().filter(|name| !has(name)).collect();
-                    let mut torques = known.clone();
-                    torques.extend(more);
-                    *list = torques.into();
-                    if !with_inertia.is_empty() {
-                        let said = document.get("coupling").and_then(|table| table.get("inertia"));
-                        let mut all = said.and_then(|list| list.as_array()).cloned().unwrap_or_default();
-                        let known: Vec<String> =
-                            all.iter().filter_map(|name| Some(name.as_str()?.to_owned())).collect();
-                        let names = with_inertia.iter().filter_map(|name| name.as_str());
-                        all.extend(names.filter(|name| !known.iter().any(|known| known == name)));
-                        set(document, "inertia", all.into());
-                    }
-                })?;
+                self.declare(i, &names, &own)?;
             }
             for (name, torque) in names.iter().zip(own) {
                 let input = |of: &str| if single { of.to_owned() } else { format!("{name}.{of}") };
@@ -287,25 +261,7 @@ impl Wiring<'_> {
                 };
                 for (from, to, factor) in wires {
                     if self.raw[i].part.find(&to, Causality::Input).is_none() {
-                        let Raw { section, part, .. } = &self.raw[from.0];
-                        let said = format!(
-                            ": `{}` has no input `{to}` for the torque of `{}`",
-                            self.raw[i].part.name, part.name
-                        );
-                        let hint = match &self.raw[i].part.content {
-                            Content::Scene(_) => {
-                                "its scene takes inertias, `coupling.inertia`: remove it, or take exchange = \"effective_inertia\""
-                                    .to_owned()
-                            }
-                            Content::Fmu(_) => {
-                                let names: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
-                                let coupling = if torque.inertia.is_some() { ", coupling.inertia = the same list" } else { "" };
-                                format!("write torques = [{}]{coupling} in its scene and export it again", names.join(", "))
-                            }
-                        };
-                        let fault = section.fault_of("shaft", said).hint(hint);
-                        let known = self.raw[i].part.torque_inputs().join(", ");
-                        return section.refuse(if known.is_empty() { fault } else { fault.admissible(known) });
+                        return self.refuse_torque(i, &to, torque, &names);
                     }
                     let to = (i, to);
                     if self.connections.iter().any(|other| other.to == to) {
@@ -318,6 +274,56 @@ impl Wiring<'_> {
             }
         }
         Some(())
+    }
+
+    /// Gives the scene of a machine inputs for these torques.
+    fn declare(&mut self, i: usize, names: &[String], own: &[&Torque]) -> Option<()> {
+        let with_inertia = names.iter().zip(own).filter(|(_, torque)| torque.inertia.is_some());
+        let with_inertia: Array = with_inertia.map(|(name, _)| name.as_str()).collect();
+        let Raw { part, section, .. } = &self.raw[i];
+        if !with_inertia.is_empty() && !matches!(part.scene, Some(Scene::RigidMachine(_))) {
+            let said = ": it takes no inertia of loads, as a RigidMachine does whose motor is none, kloss or input, without \
+                                transmission and without loads of its own";
+            let hint = "take exchange = \"interpolated\", or make all one DriveTrain";
+            return section.refuse(section.fault_of("scene", said).hint(hint));
+        }
+        self.change(i, |document| {
+            let list = document.entry("torques").or_insert(Array::new().into());
+            let known = list.as_array_mut().map(std::mem::take).unwrap_or_default();
+            let has = |name: &String| known.iter().any(|known| known.as_str() == Some(name));
+            let more: Vec<&String> = names.iter().filter(|name| !has(name)).collect();
+            let mut torques = known.clone();
+            torques.extend(more);
+            *list = torques.into();
+            if !with_inertia.is_empty() {
+                let said = document.get("coupling").and_then(|table| table.get("inertia"));
+                let mut all = said.and_then(|list| list.as_array()).cloned().unwrap_or_default();
+                let known: Vec<String> = all.iter().filter_map(|name| Some(name.as_str()?.to_owned())).collect();
+                let names = with_inertia.iter().filter_map(|name| name.as_str());
+                all.extend(names.filter(|name| !known.iter().any(|known| known == name)));
+                set(document, "inertia", all.into());
+            }
+        })
+    }
+
+    /// That a machine has no input `to` for a torque.
+    fn refuse_torque(&self, i: usize, to: &str, torque: &Torque, names: &[String]) -> Option<()> {
+        let Raw { section, part, .. } = &self.raw[torque.from.0];
+        let said = format!(": `{}` has no input `{to}` for the torque of `{}`", self.raw[i].part.name, part.name);
+        let hint = match &self.raw[i].part.content {
+            Content::Scene(_) => {
+                "its scene takes inertias, `coupling.inertia`: remove it, or take exchange = \"effective_inertia\""
+                    .to_owned()
+            }
+            Content::Fmu(_) => {
+                let names: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
+                let coupling = if torque.inertia.is_some() { ", coupling.inertia = the same list" } else { "" };
+                format!("write torques = [{}]{coupling} in its scene and export it again", names.join(", "))
+            }
+        };
+        let fault = section.fault_of("shaft", said).hint(hint);
+        let known = self.raw[i].part.torque_inputs().join(", ");
+        section.refuse(if known.is_empty() { fault } else { fault.admissible(known) })
     }
 
     /// The name of each torque of a machine: that of its part, numbered where the part has several.
