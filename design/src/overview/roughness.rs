@@ -3,7 +3,7 @@
 //! σ̂ = √(mean of squares of the 8th divided differences, each divided by the root of the sum of its squared weights). White
 //! noise of the standard deviation σ has σ̂ = σ, from all points and from every second one. What a law adds grows with the
 //! distance of the points: every second one has 4.7 times as much of it where U″ jumps, and more where it does not. So the
-//! table is noisy where that factor is below 3.5, and σ̂ is the noise. At points h apart the quintic spline makes of it errors
+//! table is noisy where that factor is below 3.5 and a tenth of the squares is above a tenth of their mean, and σ̂ is the noise. At points h apart the quintic spline makes of it errors
 //! of U″ whose root mean square over the turn is 3.89 σ̂/h², h that of each difference. Without noise that is the size of the
 //! errors that the sampling itself makes.
 
@@ -22,6 +22,9 @@ const LEAST_POINTS: usize = 26;
 /// σ̂ of every second point over σ̂ below which a table is noisy. Of 600 cycles of all standard laws with 26 … 720 points one
 /// exact table in ten thousand is below.
 const NOISY: f64 = 3.5;
+
+/// Squares of differences of which a tenth is above this part of their mean are those of noise; a kink or a jump has its share in few.
+const SPREAD: f64 = 0.1;
 
 /// The factor from σ/h² to the root mean square error of U″ of the periodic quintic spline.
 const AMPLIFICATION: f64 = 3.89;
@@ -49,12 +52,25 @@ pub fn scatter_and_error(table: &Table) -> Option<[f64; 2]> {
 /// σ̂, the standard deviation of the noise of lifts; None where they are not noisy.
 pub(super) fn scatter(points: &Points) -> Option<f64> {
     let enough = points.angles.len() >= LEAST_POINTS;
-    let sigma = enough.then(|| deviation(points, 1, |_| 1.0))?;
-    (deviation(points, 2, |_| 1.0) < NOISY * sigma).then_some(sigma)
+    let mut squares = enough.then(|| squares(points, 1, |_| 1.0))?;
+    squares.sort_by(f64::total_cmp);
+    let mean = mean(&squares);
+    let is_everywhere = squares[squares.len() * 9 / 10] > SPREAD * mean;
+    let sigma = mean.sqrt();
+    (is_everywhere && deviation(points, 2, |_| 1.0) < NOISY * sigma).then_some(sigma)
 }
 
 /// σ̂ of points that are `step` points apart; the mean of squares is weighted by their distance (rad).
 fn deviation(points: &Points, step: usize, weight: fn(f64) -> f64) -> f64 {
+    mean(&squares(points, step, weight)).sqrt()
+}
+
+fn mean(squares: &[f64]) -> f64 {
+    squares.iter().sum::<f64>() / squares.len() as f64
+}
+
+/// The squares whose mean σ̂ is the root of.
+fn squares(points: &Points, step: usize, weight: fn(f64) -> f64) -> Vec<f64> {
     let n = points.angles.len();
     // In mean distances, so that products of eight of them stay near 1.
     let place = |i: usize| (points.angles[i % n] + TAU * (i / n) as f64) * n as f64 / (TAU * step as f64);
@@ -69,7 +85,7 @@ fn deviation(points: &Points, step: usize, weight: fn(f64) -> f64) -> f64 {
         let distance = (place(first + ORDER * step) - place(first)) * TAU / (n * ORDER) as f64;
         sum * sum / weights * weight(distance * step as f64)
     };
-    ((0..n).map(square).sum::<f64>() / n as f64).sqrt()
+    (0..n).map(square).collect()
 }
 
 impl Overview {

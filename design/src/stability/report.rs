@@ -208,7 +208,7 @@ impl Findings {
         let lost = e.lost.unwrap_or_default();
         for (holds, text) in [
             (
-                self.oscillator.periods_per_turn > 0,
+                self.oscillator.periods_per_turn > 0 && e.residual > 0.0,
                 format!(
                     "Boundaries are exact to {} for the model; what is uncertain is its damping.",
                     number(e.residual)
