@@ -17,7 +17,7 @@ use camdrive::drives::Fault;
 use camdrive::drives::variable::Kind;
 use camdrive_design::coupling::report::name as named;
 use camdrive_design::coupling::stability::Exchange;
-use camdrive_design::report::terminal::Rounding;
+use camdrive_design::report::rounding::Rounding;
 use camdrive_design::report::unit::{DEG, KGM2, MS, ONE};
 use camdrive_design::report::{Level, Report, Table, Unit, Value as Cell};
 use camdrive_design::text::{self, counted, time};

@@ -2,7 +2,7 @@
 
 use super::study::{ACCURACIES, Findings, Output, Row, SURE, Way};
 use crate::plot::{Axis, Diagram, Rule, Series};
-use crate::report::terminal::Rounding;
+use crate::report::rounding::Rounding;
 use crate::report::unit::{MS, ONE};
 use crate::report::{Advice, Claim, Level, Report, Setting, Table, Value, Verdict};
 use crate::text::{number, share, time, time_within};

@@ -21,7 +21,6 @@ pub use characteristic::{Jump, Motion};
 
 use crate::oscillator;
 use crate::report::Setting;
-use crate::report::terminal::with_unit;
 use crate::report::unit::Unit;
 use crate::resource::{Resource, Scene, Tool};
 use crate::search::{greatest, segments};
@@ -223,5 +222,5 @@ pub fn stroke(law: &MotionLaw, position: impl Fn([f64; 5]) -> f64) -> f64 {
 /// The value in the one unit that people read the quantity in, with four significant digits.
 fn shown(value: f64, unit: &str) -> String {
     let unit = Unit::of(unit);
-    with_unit(text::digits(value * unit.factor, 4, -3), &unit)
+    unit.after(text::digits(value * unit.factor, 4, -3))
 }

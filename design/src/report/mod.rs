@@ -4,6 +4,7 @@
 mod advice;
 pub mod csv;
 pub mod html;
+pub mod rounding;
 pub mod table;
 pub mod terminal;
 pub mod unit;

@@ -1,6 +1,6 @@
 //! Typed tables: one definition of a column serves terminal, CSV and page.
 
-use super::terminal::Rounding;
+use super::rounding::Rounding;
 use super::unit::Unit;
 use std::ops::{Deref, DerefMut};
 

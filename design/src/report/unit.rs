@@ -36,6 +36,15 @@ impl Unit {
         }
     }
 
+    /// A number, written out, with this unit.
+    pub fn after(&self, text: String) -> String {
+        match &*self.name {
+            "" => text,
+            "°" => text + "°",
+            name => format!("{text} {name}"),
+        }
+    }
+
     /// As it stands in the headings of a CSV: "mm_per_rad2"; empty for a plain number.
     pub fn key(&self) -> String {
         let words = [("²", "2"), ("³", "3"), ("°", "deg"), ("%", "percent"), ("µ", "u"), ("·", ""), ("/", "_per_")];

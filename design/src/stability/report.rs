@@ -3,7 +3,8 @@
 use super::response::Transient;
 use super::tongue::Extent;
 use super::{AtSpeed, BORDER, Findings, Order, Oscillator, PeriodicMotion, figures, is_listed, printed};
-use crate::report::terminal::{Rounded, Rounding, shown};
+use crate::report::rounding::{Rounded, Rounding};
+use crate::report::terminal::shown;
 use crate::report::unit::{DEG, HZ, ONE, PERCENT, RPM, Unit};
 use crate::report::{Advice, Claim, Level, Report, Rows, Setting, Table, Value, Verdict, Written};
 use crate::text::{counted, digits, digits_beyond, number, rpm};
