@@ -889,6 +889,40 @@ fn estimates_cover_errors() {
     assert!(median <= 1e6, "{median:e}");
 }
 
+/// Four followers of sixteen bounce and open each other's contacts at every bounce, which come later all together: neither is the error
+/// larger than its estimate, nor is that without use.
+///
+/// Seen to find: an estimate of 1 beside an error of 4e-13, as limits for the delay of each impact differed.
+#[test]
+fn estimates_outlive_chatter() {
+    let path = super::limits::root().join("tests/fmpy/extremes/scenes/train_sixteen.toml");
+    let at = |tolerance: f64| {
+        let scene = camdrive_cli::scene::read(&path).expect("a scene");
+        let mut run = Run::before_start(scene.resource().build().expect("a train"));
+        run.set(&[("solver.tolerance", tolerance)]).unwrap();
+        run.drive.start().unwrap();
+        let mut values = Vec::new();
+        for i in 1..=50 {
+            run.to(0.01 * f64::from(i)).unwrap();
+            values.push(
+                [4, 8, 12, 16]
+                    .map(|j| [format!("follower[{j}].q"), format!("der(follower[{j}].q)")].map(|name| run.get(&name))),
+            );
+        }
+        (values.into_iter().map(|row| row.concat()).collect::<Vec<_>>(), run.get("solver.error_estimate"))
+    };
+    let (truth, _) = at(1e-14);
+    for tolerance in [1e-6, 1e-10] {
+        let (got, estimate) = at(tolerance);
+        let part = |k: usize| {
+            let most = |of: &dyn Fn(usize) -> f64| (0..truth.len()).map(|i| of(i).abs()).fold(0.0, f64::max);
+            most(&|i| got[i][k] - truth[i][k]) / most(&|i| truth[i][k])
+        };
+        let error = (0..truth[0].len()).map(part).fold(0.0, f64::max);
+        assert!(error <= estimate && estimate <= 10.0 * tolerance, "{tolerance:e}: {estimate:e} for {error:e}");
+    }
+}
+
 /// A rigid follower is the sum of two halves.
 fn split(scene: &TrainScene) -> Result<(), TestCaseError> {
     let mut image = scene.clone();

@@ -261,9 +261,8 @@ impl Run {
         (before, flight): ([[f64; MOST_STATES]; 2], f64),
     ) {
         let ([y0, f0], [y1, f1]) = (before, self.rates(train, outside));
-        let died_away = matches!(event, Event::Impact(j, _) if self.died_away(train, j));
-        let e = &mut self.errors.values;
-        let (guard, mut rate, speed) = match event {
+        let e = &self.errors.values;
+        let (delay, struck) = match event {
             Event::Border(which, _) => {
                 let (mut guard, mut rate) =
                     if train.machine().is_some() { (e[0], y0[1]) } else { (0.0, f64::INFINITY) };
@@ -271,24 +270,20 @@ impl Run {
                     let at = train.layout.followers[which - 1];
                     (guard, rate) = (guard + e[at], rate + y0[at + 1]);
                 }
-                (guard, rate, None)
+                (if rate == 0.0 { 0.0 } else { -guard / rate }, 0.0)
             }
-            // Bounces that have died away have pressed as much as the contact after them.
-            Event::Impact(..) if died_away => (0.0, 0.0, None),
             Event::Impact(j, _) => {
                 let at = train.layout.followers[j];
-                (e[at], y0[at + 1], Some(at + 1))
+                let of = |y: &[f64]| [y[at], y[at + 1]];
+                let [[_, closing], [_, before], [_, behind]] = [&y0, &f0, &f1].map(|y| of(y));
+                later(of(e), closing, before).unwrap_or_else(|| {
+                    // Bounces that have died away have pressed as much as the contact after them.
+                    if self.died_away(train, j) { (0.0, 0.0) } else { apart(of(e), closing, [before, behind], flight) }
+                })
             }
             _ => return,
         };
-        if let Some(at) = speed {
-            // Where the gap closes slowly, its curvature bounds the delay.
-            rate = (rate * rate + (2.0 * (f1[at] - f0[at]) * guard).abs()).sqrt().copysign(rate);
-        }
-        // A bounce that is lower than the error is gone, or one more, in the disturbed motion: that changes all else for as long as
-        // it takes, no longer.
-        let delay = if rate == 0.0 { 0.0 } else { (-guard / rate).min(flight).max(-flight) };
-        let struck = speed.filter(|_| rate != 0.0).map_or(0.0, |at| (e[at] + f0[at] * delay) / rate);
+        let e = &mut self.errors.values;
         for (k, e) in e.iter_mut().enumerate() {
             *e += (f0[k] - f1[k]) * delay + (y1[k] - y0[k]) * struck;
         }
@@ -304,4 +299,28 @@ impl Run {
         let bounces = matches!(train.followers[j].joint, Joint::Backlash(p) if p.e > 0.0);
         bounces && self.modes.contacts[j] != Mode::Free
     }
+}
+
+/// Delay of an impact and the part v/ż⁻ of its jump, with these errors of gap and velocity, closing velocity and acceleration before it,
+/// where the motion mostly comes later, by δt = −e_z/ż⁻: what its velocity errs by otherwise is less than ż⁻, or half of the whole.
+///
+/// All impacts of one that chatters, and all flights and contacts of others that it opens, then have the same δt, however short they
+/// are, and what they add of f⁻ δt and f⁺ δt cancels to the first and the last.
+fn later([gap, speed]: [f64; 2], closing: f64, acceleration: f64) -> Option<(f64, f64)> {
+    let delay = -gap / closing;
+    let rest = speed + acceleration * delay;
+    (closing != 0.0 && rest.abs() <= closing.abs().max(0.5 * speed.abs())).then_some((delay, rest / closing))
+}
+
+/// The same where impacts of the disturbed motion are others, with the accelerations before and behind it and the time of flight (s).
+fn apart([gap, speed]: [f64; 2], closing: f64, [before, behind]: [f64; 2], flight: f64) -> (f64, f64) {
+    // Where the gap closes slowly, its curvature bounds the delay.
+    let rate = (closing * closing + (2.0 * (behind - before) * gap).abs()).sqrt().copysign(closing);
+    if rate == 0.0 {
+        return (0.0, 0.0);
+    }
+    // A bounce that is lower than the error is gone, or one more, in the disturbed motion: that changes all else for as long as
+    // it takes, no longer.
+    let delay = (-gap / rate).min(flight).max(-flight);
+    (delay, (speed + before * delay) / rate)
 }
