@@ -93,7 +93,7 @@ pub fn imported(description: &ModelDescription, variable: usize, text: &str) -> 
     let number: Option<f64> = number.parse().ok();
     let theirs = number.and_then(|number| Some(description.unit(variable, word)?.to_si(number)));
     match (number, theirs, parsed(about, text)) {
-        (Some(number), ..) if word.is_empty() && !unit.is_si() => {
+        (Some(number), ..) if word.is_empty() && unit.to_si(number) != number => {
             let (message, hint) = ambiguous(number, unit);
             Err(format!("`{name}`: {message}\n  = hint: {hint}"))
         }

@@ -7,7 +7,7 @@ use camdrive::drives::variable::Causality;
 use camdrive_design::coupling::exchange::SAME_RATIO;
 use camdrive_design::coupling::stability::{self, Exchange, Loaded, least_inertia};
 use camdrive_design::resource::Scene;
-use camdrive_design::text::{number, time, time_within};
+use camdrive_design::text::{self, number, time, time_within};
 
 impl System {
     /// The algebraic loops: connections each of which depends directly on all the others.
@@ -91,8 +91,8 @@ impl System {
                 all.push(format!(
                     "{drive}.{} acts on {machine} with the factor {}; with {} the shaft would give the work that {drive} takes.",
                     c.from.1,
-                    number(factor),
-                    number(expected)
+                    text::digits(factor, FINE, -4),
+                    text::digits(expected, FINE, -4)
                 ));
             } else if offset != 0.0 {
                 let [machine, drive] = names;
@@ -196,10 +196,16 @@ impl Judged {
         self.known.iter().fold(0.0, |most: f64, (_, loaded)| most.max(loaded.kappa()))
     }
 
-    /// How often a step of this length (s) is repeated unasked: once where that is known to be stable.
+    /// How often a step of this length (s) is repeated unasked: once where that is known to be stable. Where no number of repetitions
+    /// is, that which admits the longer steps.
     fn unasked(&self, step: f64) -> u32 {
-        let grows = || self.known.iter().any(|(_, loaded)| loaded.grows(self.exchange, 1, step));
-        u32::from(self.repeatable && self.kappa() <= REPEATED && !grows())
+        let grows = |repeats: u32| self.known.iter().any(|(_, loaded)| loaded.grows(self.exchange, repeats, step));
+        let longest = |repeats: u32| {
+            let limits = self.limits(repeats).into_iter().filter_map(|shaft| shaft.limit.stable);
+            limits.fold(f64::INFINITY, f64::min)
+        };
+        let once = || !grows(1) || (grows(0) && longest(1) > longest(0));
+        u32::from(self.repeatable && self.kappa() <= REPEATED && once())
     }
 
     /// The limits, and how often a step of this length (s) is repeated.
@@ -268,6 +274,9 @@ pub fn shafts(
     }
     stable.map(|()| (shafts, repeats))
 }
+
+/// Significant digits of a factor: those that tell it from one that is taken for the same.
+const FINE: usize = 7;
 
 /// The rounding of a time.
 const SAME: f64 = 1e-9;
