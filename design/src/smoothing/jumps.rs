@@ -90,6 +90,13 @@ pub struct Jump {
     better: f64,
 }
 
+impl Jump {
+    /// A jump of U′ at a row.
+    pub fn kink(angle: f64, by: f64, row: usize) -> Self {
+        Self { angle, order: 1, by, gap: row, variance: 0.0, better: 0.0 }
+    }
+}
+
 /// Neighbouring rows that are off together.
 #[derive(Clone, Copy, Debug)]
 struct Block {

@@ -68,6 +68,16 @@ const DIGITS: f64 = 3.0;
 /// A given σ is taken for that of the rows where the estimated one is at most so many times as large.
 const TRUSTED: f64 = 1.5;
 
+/// A row that is off by so many σ may lie at a kink, which no noise hides.
+const ALONE: f64 = 100.0;
+
+/// It is wrong where it is off by so many times as much as the rows around it are from the curve without each of them: at kinks a right
+/// row has up to 7, and nearly all that are wrong have more than 50.
+const CONFIRMED: f64 = 10.0;
+
+/// The largest mean distance of rows (rad) among which jumps and specks are told: of fewer rows the ramps of smooth laws look like some.
+const COARSE: f64 = TAU / 90.0;
+
 /// Lifts that differ by less than this part of the stroke are the same.
 const LEAST_STEP: f64 = 1e-9;
 
@@ -173,7 +183,10 @@ impl Rows {
     pub fn leave_out_wrong(&mut self, noise: Option<f64>, outliers: Outliers) -> Found {
         let n = self.lifts.len();
         let law = outliers != Outliers::DropOfCurve;
-        let (jumps, mut specks) = if law { self.jumps_and_specks() } else { Default::default() };
+        let (mut jumps, mut specks) = if law { self.jumps_and_specks() } else { Default::default() };
+        if self.unit > COARSE {
+            specks.clear();
+        }
         let mut wrong = if outliers == Outliers::Drop { std::mem::take(&mut specks).concat() } else { Vec::new() };
         wrong.iter().for_each(|row| self.weights[row.index] = 0.0);
         let at_kink = |index: usize| {
@@ -211,11 +224,17 @@ impl Rows {
         }
         let fit = self.fit(&self.lifts, look.order);
         let off = |i: usize| fit.residuals[i].abs() / (1.0 - fit.leverages[i]).sqrt();
-        for index in suspects {
+        if self.unit > COARSE {
+            jumps.clear();
+        }
+        // Between equal lifts there is no kink.
+        let in_rest = |i: usize| [2, n - 1, n - 2].iter().all(|to| self.lifts[(i + to) % n] == self.lifts[(i + 1) % n]);
+        for index in suspects.iter().copied() {
             let (by, variance) = (fit.residuals[index], fit.leverages[index]);
             let distance = by.abs() / (1.0 + variance).sqrt();
             let near = (1..=NEAR).flat_map(|d| [(index + d) % n, (index + n - d) % n]);
-            let most = near.filter(|i| self.weights[*i] > 0.0).map(off).fold(0.0, f64::max);
+            let right = |i: &usize| self.weights[*i] > 0.0 && !suspects.contains(i);
+            let most = near.filter(right).map(off).fold(0.0, f64::max);
             self.weights[index] = 1.0;
             let few = few(&look) || variance > MOST_VARIANCE;
             let clear = few && distance >= CLEAR * most && by.abs() > DIGITS * digit;
@@ -224,12 +243,28 @@ impl Rows {
             if by.abs() > LEAST_PART * range
                 && (clear || far && self.beside_jump(index, look.order)[0] >= at_jump * sigma)
             {
-                wrong.push(WrongRow { index, by, times: by.abs() / sigma });
+                let row = WrongRow { index, by, times: by.abs() / sigma };
+                if law && row.times >= ALONE && distance < CONFIRMED * most && !in_rest(index) {
+                    jumps.push(self.kink(index));
+                } else {
+                    wrong.push(row);
+                }
             }
         }
         wrong.iter().for_each(|row| self.weights[row.index] = 0.0);
         wrong.sort_by_key(|row| row.index);
+        jumps.sort_by(|a, b| a.angle.total_cmp(&b.angle));
         Found { wrong, specks, jumps }
+    }
+
+    /// The kink at a row, of the slopes beside it.
+    fn kink(&self, row: usize) -> Jump {
+        let n = self.lifts.len();
+        let slope = |from: usize| {
+            let (from, to) = (from % n, (from + 1) % n);
+            (self.lifts[to] - self.lifts[from]) / (self.angles[to] - self.angles[from]).rem_euclid(TAU)
+        };
+        Jump::kink(self.angles[row], slope(row) - slope(row + n - 1), row)
     }
 
     /// The least distance of row `index`, over its standard deviation by σ, from a law whose U″ jumps near its knot; and the

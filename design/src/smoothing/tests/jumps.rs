@@ -135,3 +135,52 @@ fn specks_over_some_rows_are_named_row_by_row() {
         assert!((first..first + rows).all(|row| found.contains(&row)) && found.len() <= rows + 1, "{rows}: {found:?}");
     }
 }
+
+/// Lifts (m) of whole tens of picometres at equal distances.
+fn table(count: usize, lift: impl Fn(f64) -> f64) -> Points {
+    let angles: Vec<f64> = (0..count).map(|i| TAU * i as f64 / count as f64).collect();
+    Points { lifts: angles.iter().map(|phi| (lift(*phi) * 1e11).round() * 1e-11).collect(), angles }
+}
+
+/// A cycloid of these starts and lengths of rise and return (degrees).
+fn cycloid(phi: f64, [rise, length]: [f64; 2], [back, last]: [f64; 2]) -> f64 {
+    let part = |start: f64, length: f64| {
+        let x = ((phi.to_degrees() - start) / length).clamp(0.0, 1.0);
+        x - (TAU * x).sin() / TAU
+    };
+    part(rise, length) - part(back, last)
+}
+
+#[test]
+fn a_right_row_beside_a_kink_is_not_wrong_and_one_that_is_off_is() {
+    let law = |phi: f64| (0.01 * cycloid(phi, [40.0, 70.0], [130.0, 70.0]) - 1e-4).max(0.0);
+    let points = table(180, law);
+    let found = found(points, Outliers::Refuse);
+    assert!(found.wrong.is_empty(), "{found:?}");
+    assert!(
+        found.jumps.iter().any(|jump| jump.order == 1 && (jump.angle.to_degrees() - 48.0).abs() < 2.0),
+        "{found:?}"
+    );
+    let mut points = table(180, |phi| 0.01 * cycloid(phi, [40.0, 70.0], [130.0, 70.0]));
+    for row in [24, 35, 60, 80, 120] {
+        points.lifts[row] += 2e-5;
+        let wrong: Vec<usize> =
+            super::found(points.clone(), Outliers::Refuse).wrong.iter().map(|row| row.index).collect();
+        assert_eq!(wrong, [row]);
+        points.lifts[row] -= 2e-5;
+    }
+    let mut points = table(120, |phi| 0.01 * cycloid(phi, [30.0, 90.0], [160.0, 100.0]));
+    points.lifts[7] += 5e-6;
+    let wrong: Vec<usize> = super::found(points, Outliers::Refuse).wrong.iter().map(|row| row.index).collect();
+    assert_eq!(wrong, [7]);
+}
+
+#[test]
+fn few_rows_of_smooth_laws_have_no_jumps() {
+    let bell = |phi: f64| 0.008 * (-((phi.to_degrees() - 180.0) / 22.0).powi(2)).exp();
+    let motion = |phi: f64| 0.008 * cycloid(phi, [0.0, 100.0], [150.0, 100.0]);
+    for points in [table(60, bell), table(60, motion), table(72, motion)] {
+        let found = found(points, Outliers::Refuse);
+        assert_eq!((found.jumps, found.specks), (vec![], vec![]));
+    }
+}
