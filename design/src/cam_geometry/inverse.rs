@@ -37,6 +37,8 @@ pub struct Traced {
     pub noise: f64,
     /// How far the contour between its points is not determined (m), and the row after which; None where that is not known.
     pub open: Option<(f64, usize)>,
+    /// By which part of its largest value U″ between the points is uncertain; None where that is not known.
+    pub bend_open: Option<f64>,
     /// The coordinate of the follower at U = 0.
     start: f64,
 }
@@ -132,12 +134,13 @@ pub fn trace(plan: &Plan, contour: &[Point], noise: Option<Option<f64>>) -> Resu
         let turned = held * centre.conj() / (held * centre).norm();
         Ok((plan.sense * turned.arg(), coordinate, 1.0 / (turned * normal * by_lift.conj()).re))
     };
-    let (mut noise_of_lift, mut open) = (0.0, None);
+    let (mut noise_of_lift, mut open, mut bend_open) = (0.0, None, None);
     let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY];
     let mut found = Vec::new();
     if flat && noise.is_none() {
         let touched = below_face(plan.sense, &points, left > 0.0).map_err(|i| dented(plan, &points, &rows, i))?;
         open = Some((touched.1.0, rows[touched.1.1]));
+        bend_open = Some(touched.2);
         found = touched.0;
         (low, high) = found.iter().fold((low, high), |(low, high), c| (low.min(c.coordinate), high.max(c.coordinate)));
     } else {
@@ -209,7 +212,7 @@ pub fn trace(plan: &Plan, contour: &[Point], noise: Option<Option<f64>>) -> Resu
         let (angles, lifts) = pairs.iter().map(|(angle, lift, _)| (*angle, *lift)).unzip();
         let bends = pairs.iter().filter_map(|(.., i)| found[*i].bend).collect();
         let rows = pairs.iter().map(|(.., i)| rows[found[*i].point]).collect();
-        Traced { points: Points { angles, lifts }, bends, rows, noise: noise_of_lift.sqrt(), open, start }
+        Traced { points: Points { angles, lifts }, bends, rows, noise: noise_of_lift.sqrt(), open, bend_open, start }
     };
     let mut traced = law(&found);
     if noise.is_none() && !flat {
@@ -235,12 +238,12 @@ fn placed(point: Point) -> String {
     format!("{} and {} in x and y", millimetres(point.re), millimetres(point.im))
 }
 
-/// The contacts of a flat face, and how far the contour is open at most after which point.
-fn below_face(sense: f64, points: &[Point], left: bool) -> Result<(Vec<Contact>, (f64, usize)), usize> {
+/// The contacts of a flat face, how far the contour is open at most after which point, and by which part of its largest value U″ is.
+fn below_face(sense: f64, points: &[Point], left: bool) -> Result<(Vec<Contact>, (f64, usize), f64), usize> {
     let last = points.len() - 1;
     let of = |i: usize| if left { i } else { last - i };
     let in_order: Vec<Point> = (0..=last).map(|i| points[of(i)]).collect();
-    let (touches, open) = flat::touches(&in_order).map_err(of)?;
+    let (touches, open, bend) = flat::touches(&in_order).map_err(of)?;
     let contact = |touch: &flat::Touch| {
         let (phi, [coordinate, slope], [mut before, mut behind]) = touch.contact(sense);
         // θ falls while the cam turns counter-clockwise.
@@ -255,7 +258,7 @@ fn below_face(sense: f64, points: &[Point], left: bool) -> Result<(Vec<Contact>,
     if !left {
         contacts.reverse();
     }
-    Ok((contacts, (open[most], of(most))))
+    Ok((contacts, (open[most], of(most)), bend))
 }
 
 /// The refusal of a contour that a flat face does not follow at this point.

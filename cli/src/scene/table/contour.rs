@@ -83,16 +83,22 @@ pub fn read(
     let stroke = lifts.iter().fold(0.0_f64, |most, lift| most.max(lift - lifts[0]))
         - lifts.iter().fold(0.0_f64, |least, lift| least.min(lift - lifts[0]));
     let open = traced.open.map(|(open, row)| (open, line(row), open > LARGEST_GAP * stroke));
-    told(section, &file, misfit, contour.len(), open);
+    told(section, &file, misfit, contour.len(), (open, traced.bend_open));
     Some(law)
 }
 
 /// The part of the stroke by which the law between the points may be uncertain without a warning.
 const LARGEST_GAP: f64 = 1e-3;
 
+/// The part of its largest value by which U″ may be uncertain without a warning: where U‴ jumps, 360 points leave up to half of it.
+const LARGEST_OF_BEND: f64 = 0.1;
+
+/// How far lift and U″ between the points are uncertain: the lift with its line and whether that is much, U″ in parts of its largest.
+type Open = (Option<(f64, usize, bool)>, Option<f64>);
+
 /// Says where the law comes from, how far the points are off its contour, and by how much and after which line it is uncertain between
 /// them, if that is much.
-fn told(section: &Section<'_>, file: &File, misfit: [f64; 2], count: usize, open: Option<(f64, usize, bool)>) {
+fn told(section: &Section<'_>, file: &File, misfit: [f64; 2], count: usize, (open, bend): Open) {
     let path = section.path.clone();
     let micrometres = |length: f64| format!("{} µm", number(1e6 * length));
     let [mean, largest] = misfit.map(micrometres);
@@ -102,6 +108,9 @@ fn told(section: &Section<'_>, file: &File, misfit: [f64; 2], count: usize, open
     if let Some((open, ..)) = open {
         off += &format!("; between them it is uncertain by up to {}", micrometres(open));
     }
+    if let Some(bend) = bend {
+        off += &format!(", its U″ by {} % of the largest", number(100.0 * bend));
+    }
     let warning = open.filter(|(.., much)| *much).map(|(open, line, _)| Warning {
         message: format!(
             "{path}: after line {line} the points of {} leave the contour uncertain by {}",
@@ -110,6 +119,15 @@ fn told(section: &Section<'_>, file: &File, misfit: [f64; 2], count: usize, open
         ),
         hint: "measure more points where the contour bends sharply".to_owned(),
     });
+    let rough = bend.filter(|bend| *bend > LARGEST_OF_BEND).map(|bend| Warning {
+        message: format!(
+            "{path}: the points of {} leave U″, and with it the acceleration, uncertain by about {:.0} % of its largest value",
+            file.name,
+            100.0 * bend
+        ),
+        hint: "write the coordinates with more digits; with few points measure more of them".to_owned(),
+    });
+    let warning = warning.or(rough);
     section.faults.note(format!("`{path}`: the law comes from the contour {}: {off}", file.name));
     let sentence = format!("The law of {path} comes from a contour: {off}");
     section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left: 0.0, sentence, warning });

@@ -12,6 +12,7 @@
 //! Uniformly high order accurate essentially non-oscillatory schemes III, J. Comput. Phys. 71 (1987), 231–303.
 
 use super::super::{I, Point};
+use super::LEAST;
 use camdrive::numerics::gauss::Gauss;
 use std::f64::consts::{PI, TAU};
 
@@ -45,6 +46,20 @@ const SMALL: f64 = 1e-8;
 /// Two directions nearer to each other than this (rad) are one: ten times the least distance of points of a table.
 const ONE: f64 = 1e-5;
 
+/// Rounded coordinates may leave h″ uncertain between two contacts by this part of its largest value before one of them is left out: a
+/// third of the percent to which an acceleration is wanted.
+const ROUGH: f64 = 3e-3;
+
+/// What is left out makes h″ less uncertain at least by this factor.
+const BETTER: f64 = 0.9;
+
+/// Contacts are left out within this angle (rad), a third of what is taken for a gap; over it h″ of a law that is no arc bends little.
+const NARROW: f64 = 0.015;
+
+/// Those that are nearer to another by this factor are left out also within a wider angle (rad): over it a polynomial of degree 5 has h
+/// of an arc to Δθ⁶/46080 = 1e-7 of its radius.
+const NEAR: (f64, f64) = (0.1, 0.4);
+
 /// The contour in contact with the face.
 #[derive(Clone, Copy, Debug)]
 pub struct Touch {
@@ -65,6 +80,53 @@ impl Touch {
         let bends = self.curvatures.map(|curvature| 1.0 / curvature - seen.re);
         (sense * (PI - self.direction), [seen.re, -sense * seen.im], bends)
     }
+}
+
+/// By how much h″ between two contacts is uncertain: how far the polynomial of degree 5 in θ with h, h′ and h″ of both leaves h″ of an
+/// arc there. With Δθ their distance, what is left of h′ by the rule of the trapezium, e₁ = [h′] − Δθ (h″₁ + h″₂)/2 − Δθ³ h̄″/12, where
+/// h⁗ = −h″, and of h by that of Euler and Maclaurin, e₀ = [h] − Δθ (h′₁ + h′₂)/2 + Δθ² [h″]/12, move h″ by 3 e₁/(2 Δθ) and
+/// 10 e₀/(√3 Δθ²): an error in the last digit of a coordinate counts the more, the nearer both are.
+fn rough(own: &Touch, next: &Touch) -> f64 {
+    let [(start, [low, low_slope], [_, before]), (end, [high, high_slope], [behind, _])] =
+        [own, next].map(|touch| touch.contact(-1.0));
+    let width = (end - start).rem_euclid(TAU);
+    let (sum, step) = (before + behind, behind - before);
+    let turned = high_slope - low_slope - 0.5 * width * sum - width.powi(3) * sum / 24.0;
+    let moved = high - low - 0.5 * width * (low_slope + high_slope) + width * width * step / 12.0;
+    1.5 * turned.abs() / width + 10.0 / 3.0_f64.sqrt() * moved.abs() / (width * width)
+}
+
+/// The contacts without those with which h″ is more uncertain than without, and by which part of its largest value it still is.
+fn settled(mut list: Vec<Touch>) -> (Vec<Touch>, f64) {
+    let bends = list.iter().flat_map(|touch| touch.contact(-1.0).2).map(f64::abs);
+    let most = bends.fold(f64::MIN_POSITIVE, f64::max);
+    let distance = |own: &Touch, next: &Touch| (next.direction - own.direction).rem_euclid(TAU);
+    let mut k = 0;
+    while k < list.len() && list.len() > LEAST {
+        let n = list.len();
+        let at = |i: usize| &list[i % n];
+        let (own, near) = (rough(at(k), at(k + 1)), distance(at(k), at(k + 1)));
+        // Of both ends the one without which it is better; a jump of κ stays.
+        let ends = [(k, k + n - 1, k + 1), (k + 1, k, k + 2)].into_iter();
+        let without = ends
+            .filter(|&(i, from, to)| {
+                let [before, behind] = at(i).curvatures;
+                let width = distance(at(from), at(to));
+                before == behind && (width < NARROW || width < NEAR.1 && near < NEAR.0 * width)
+            })
+            .map(|(i, from, to)| (i, rough(at(from), at(to))))
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        match without.filter(|(_, without)| own > ROUGH * most && *without < BETTER * own) {
+            Some((i, _)) => {
+                list.remove(i % n);
+                k = k.saturating_sub(1);
+            }
+            None => k += 1,
+        }
+    }
+    let n = list.len();
+    let left = (0..n).map(|k| rough(&list[k], &list[(k + 1) % n])).fold(0.0, f64::max);
+    (list, left / most)
 }
 
 /// The chords of a closed contour that runs counter-clockwise.
@@ -89,11 +151,11 @@ struct Local {
 }
 
 /// The contacts of the contour through these points, counter-clockwise in the order of θ, and for each interval how far (m) the
-/// polynomials on both sides of it are apart.
+/// polynomials on both sides of it are apart, and the part of its largest value by which h″ is uncertain.
 ///
 /// # Errors
 /// The index of a point at which the contour is not convex.
-pub fn touches(points: &[Point]) -> Result<(Vec<Touch>, Vec<f64>), usize> {
+pub fn touches(points: &[Point]) -> Result<(Vec<Touch>, Vec<f64>, f64), usize> {
     let mut course = Course::new(points)?;
     let n = points.len();
     for pass in 1.. {
@@ -115,7 +177,8 @@ pub fn touches(points: &[Point]) -> Result<(Vec<Touch>, Vec<f64>), usize> {
                 let bend = of.iter().map(|local| course.at(*local, start)[2].abs()).fold(0.0, f64::max);
                 if lost { apart + bend * width * width / 8.0 } else { apart }
             };
-            return Ok((course.contacts(&locals, &corners), (0..n).map(apart).collect()));
+            let (touches, bend) = settled(course.contacts(&locals, &corners));
+            return Ok((touches, (0..n).map(apart).collect(), bend));
         }
         course.correct(&locals, &corners);
     }

@@ -328,3 +328,45 @@ fn a_flat_face_on_arcs() {
         }
     }
 }
+
+#[test]
+fn rounded_coordinates_leave_the_acceleration_of_a_flat_face_right() {
+    // Shallow flanks: a rounding of 0.1 nm counts over angles of 1e-3 rad between points, and of less beside the ends of the arcs.
+    for [base, nose, flank, stroke] in
+        [[0.03, 0.015, 0.3, 0.012], [0.016, 0.005, 0.06, 0.008], [0.018, 0.006, 0.1, 0.012]]
+    {
+        let lobe = Lobe { base, flank, nose, stroke };
+        let [d, k, nose, lobe_angle] = lobe.arcs();
+        let (most, ends) = (d.max(k), [nose, lobe_angle]);
+        // U″ of the arcs.
+        let bend = |phi: f64| match phi.abs() {
+            at if at <= nose => -d * at.cos(),
+            at if at < lobe_angle => k * (lobe_angle - at).cos(),
+            _ => 0.0,
+        };
+        let limits = Limits { pressure: 0.785, cutter: 0.005, hub: 0.0 };
+        for (i, n) in [180, 240, 360, 480, 720, 1000, 1440, 2000].into_iter().enumerate() {
+            for around in [true, false] {
+                let (carrier, start) = (Carrier::Flat, Start::Base(base));
+                let plan = Plan { carrier, angular: false, start, sense: 1.0, roller: 0.0, cut: Cut::Inner, limits };
+                let traced = trace(&plan, &lobe.points(&plan, n, around, 0.37 * i as f64), None).unwrap();
+                let law = traced.law().unwrap();
+                let mut off: f64 = 0.0;
+                for phi in traced.points.angles.windows(2).flat_map(|row| {
+                    let [start, end] = [row[0], row[1]];
+                    (0..=8).map(move |part| start + (end - start) * f64::from(part) / 8.0)
+                }) {
+                    let seen = (phi + PI).rem_euclid(TAU) - PI;
+                    // Where it jumps it may do so a little earlier or later.
+                    if ends.iter().all(|end| (seen.abs() - end).abs() > 1e-4) {
+                        off = off.max((law.at(phi.rem_euclid(TAU)).0[2] - bend(seen)).abs() / most);
+                    }
+                }
+                let told = traced.bend_open.unwrap();
+                let message = format!("{base} m, {n} points, {around}: U″ off by {off:.1e}, told {told:.1e}");
+                assert!(n > 1000 || off < 0.01, "{message}");
+                assert!(off < 5e-3 + 2.5 * told, "{message}");
+            }
+        }
+    }
+}
