@@ -73,7 +73,7 @@ const ALONE: f64 = 100.0;
 
 /// It is wrong where it is off by so many times as much as the rows around it are from the curve without each of them: at kinks a right
 /// row has up to 7, and nearly all that are wrong have more than 50.
-const CONFIRMED: f64 = 10.0;
+const CONFIRMED: f64 = 8.0;
 
 /// The largest mean distance of rows (rad) among which jumps and specks are told: of fewer rows the ramps of smooth laws look like some.
 const COARSE: f64 = TAU / 90.0;
