@@ -76,7 +76,7 @@ const ALONE: f64 = 100.0;
 const CONFIRMED: f64 = 8.0;
 
 /// The largest mean distance of rows (rad) among which jumps and specks are told: of fewer rows the ramps of smooth laws look like some.
-const COARSE: f64 = TAU / 90.0;
+const SPARSE: f64 = TAU / 90.0;
 
 /// Lifts that differ by less than this part of the stroke are the same.
 const LEAST_STEP: f64 = 1e-9;
@@ -184,7 +184,7 @@ impl Rows {
         let n = self.lifts.len();
         let law = outliers != Outliers::DropOfCurve;
         let (mut jumps, mut specks) = if law { self.jumps_and_specks() } else { Default::default() };
-        if self.unit > COARSE {
+        if self.unit > SPARSE {
             specks.clear();
         }
         let mut wrong = if outliers == Outliers::Drop { std::mem::take(&mut specks).concat() } else { Vec::new() };
@@ -224,7 +224,7 @@ impl Rows {
         }
         let fit = self.fit(&self.lifts, look.order);
         let off = |i: usize| fit.residuals[i].abs() / (1.0 - fit.leverages[i]).sqrt();
-        if self.unit > COARSE {
+        if self.unit > SPARSE {
             jumps.clear();
         }
         // Between equal lifts there is no kink.
