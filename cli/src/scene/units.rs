@@ -373,7 +373,7 @@ fn names() -> impl Iterator<Item = &'static str> {
 fn parse_unit(text: &str) -> Result<Unit, NoUnit> {
     let plain = normalise(text);
     if REVOLUTIONS_PER_MINUTE.contains(&plain.as_str()) {
-        return atom("rpm").ok_or_else(|| NoUnit::Unknown(plain));
+        return atom("rpm").ok_or(NoUnit::Unknown(plain));
     }
     let mut product = one([0; 4]);
     for (i, group) in plain.split('/').enumerate() {

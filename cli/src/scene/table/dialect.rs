@@ -329,8 +329,8 @@ impl<'a> Sheet<'a> {
         let none = if lines.iter().any(|line| begins(line)) { 0 } else { lines.len() };
         let start = lines.iter().position(like).or_else(|| lines.iter().position(any)).unwrap_or(none);
         let (headings, lines) = lines.split_at(start);
-        let words = |line: &&Line| value(line, first[0]).is_none() && self.is_of_words(line);
-        let end = lines.iter().rposition(|line| !words(&line)).map_or(lines.len(), |last| last + 1);
+        let words = |line: &Line| value(line, first[0]).is_none() && self.is_of_words(line);
+        let end = lines.iter().rposition(|line| !words(line)).map_or(lines.len(), |last| last + 1);
         let (lines, trailer) = lines.split_at(end);
         let (mut rows, mut doubtful, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
         // Where blanks or commas separate, what is missing in a row moves the cells behind it.

@@ -463,8 +463,8 @@ fn rests_alone_tell_their_law() {
     assert!(error(&law, |phi| right.at(phi).0[0]) < 1e-12, "{}", error(&law, |phi| right.at(phi).0[0]));
     // U″ is zero in every row where the law turns from one velocity to another.
     let even = "0;0;0;0\n90;5;6.36620;0\n180;15;6.36620;0\n270;20;0;0\n360;0;0;0\n";
-    let (law, _) = of(even, &format!("{keys}, angle_unit = \"deg\", lift_unit = \"mm\""))
-        .map_or_else(|e| panic!("{e}"), |law| law);
+    let (law, _) =
+        of(even, &format!("{keys}, angle_unit = \"deg\", lift_unit = \"mm\"")).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(law.at(PI / 2.0).0[2], 0.0);
 }
 
