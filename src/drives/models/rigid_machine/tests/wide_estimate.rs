@@ -14,6 +14,9 @@ const SUBSTEPS: [usize; 8] = [2, 4, 6, 8, 10, 12, 14, 16];
 /// φ, φ̇, M_an.
 type Unknowns = [f64; 3];
 
+/// What the last extrapolation changes of a step that is known to rounding, relative to the scales.
+const KNOWN: f64 = 1e-15;
+
 struct Truth<'a> {
     machine: &'a RigidMachine,
     load: [f64; 3],
@@ -74,6 +77,9 @@ impl Truth<'_> {
                 change = (0..3).map(|m| ((value[m] - last[m]) / scales[m]).abs()).fold(0.0, f64::max);
             }
             row.insert(0, value);
+            if change <= KNOWN {
+                break;
+            }
         }
         (row[0], change)
     }
@@ -99,7 +105,7 @@ impl Truth<'_> {
             let mut h = left.min(reach / rate[0].abs().max(1e-9)).min((2.0 * reach / rate[1].abs().max(1e-9)).sqrt());
             let mut gone = loop {
                 let (gone, change) = self.extrapolated(h);
-                if change <= 1e-15 || h < 1e-9 * left.max(1e-9) {
+                if change <= KNOWN || h < 1e-9 * left.max(1e-9) {
                     break gone;
                 }
                 h *= 0.5;
@@ -115,20 +121,22 @@ impl Truth<'_> {
             };
             let crosses = border.is_finite();
             if crosses {
-                // The secant between a place before and one behind the border.
-                let (mut before, mut behind) = ((0.0, beyond(border, [0.0; 3])), (h, beyond(border, gone)));
-                if before.1 * behind.1 >= 0.0 {
+                // Newton's method between a place before and one behind the border, halved where it leaves them.
+                let (mut before, mut behind, mut miss) = (0.0, h, beyond(border, gone));
+                let side = miss;
+                if beyond(border, [0.0; 3]) * side >= 0.0 {
                     (h, gone) = (0.0, [0.0; 3]);
                 } else {
-                    for i in 0..80 {
-                        let part = if i % 8 == 7 { 0.5 } else { before.1 / (before.1 - behind.1) };
-                        h = before.0 + part * (behind.0 - before.0);
-                        (gone, _) = self.extrapolated(h);
-                        let miss = beyond(border, gone);
-                        if miss.abs() <= 1e-16 {
+                    for i in 1..80 {
+                        let newton = h - miss / (self.y[1] + gone[1]);
+                        if miss.abs() <= 1e-16 || (newton - h).abs() <= f64::EPSILON * h {
                             break;
                         }
-                        if miss * behind.1 > 0.0 { behind = (h, miss) } else { before = (h, miss) }
+                        let inside = before < newton && newton < behind && i % 8 != 0;
+                        h = if inside { newton } else { 0.5 * (before + behind) };
+                        (gone, _) = self.extrapolated(h);
+                        miss = beyond(border, gone);
+                        if miss * side > 0.0 { behind = h } else { before = h }
                     }
                 }
             }
