@@ -10,6 +10,7 @@ use crate::drives::follower::parametric::crank::{ParallelCrank, SecondCrank};
 use crate::drives::follower::parametric::law::{Coordinate, CrankLaw, SeriesLaw};
 use crate::drives::shaft::cam_drive::{AngleMotion, StartMode};
 use crate::drives::solver::oscillation::Moving;
+use crate::drives::variable::Variable;
 use crate::motion::Fourier;
 use crate::numerics::collocation::{Collocation, System};
 use crate::numerics::double_double::Double;
@@ -246,9 +247,11 @@ fn work(drive: &mut ParametricDrive, end: f64, steps: usize, power: impl Fn(&Par
 
 /// The value of an output.
 fn output(drive: &ParametricDrive, name: &str) -> f64 {
-    let list = drive.variables();
-    let v = &list.0[list.reference(name).unwrap_or_else(|| panic!("no `{name}`"))];
-    v.value(drive)
+    named(&drive.variables(), name).value(drive)
+}
+
+fn named<'a>(list: &'a List<ParametricDrive>, name: &str) -> &'a Variable<ParametricDrive> {
+    &list.0[list.reference(name).unwrap_or_else(|| panic!("no `{name}`"))]
 }
 
 #[test]
@@ -261,9 +264,11 @@ fn the_energy_balances_close() {
         0.5 * (v.m[0] * v_q * v_q + v.c[0] * q * q)
     };
     let before = energy(&drive);
+    let list = drive.variables();
+    let parametric = named(&list, "tau_parametric");
     let given = work(&mut drive, 3.0, 6000, |d| {
         let (v, rate) = (values(d), d.state[1]);
-        v.f[0] * rate - v.b[0] * rate * rate + 5.0 * output(d, "tau_parametric")
+        v.f[0] * rate - v.b[0] * rate * rate + 5.0 * parametric.value(d)
     });
     assert!((energy(&drive) - before - given).abs() < 1e-9 * before, "{:e}", energy(&drive) - before - given);
     // Of the crank the whole energy ½ J ψ̇² + ½ c q² comes from the drive and the load.
@@ -274,9 +279,11 @@ fn the_energy_balances_close() {
         0.5 * (v.m[0] * (w + rate).powi(2) + v.c[0] * q * q)
     };
     let before = energy(&drive);
+    let list = drive.variables();
+    let [tau, parametric] = ["tau", "tau_parametric"].map(|name| named(&list, name));
     let given = work(&mut drive, 1.0, 40_000, |d| {
         let (v, rate) = (values(d), d.state[1]);
-        (output(d, "tau") + output(d, "tau_parametric")) * w - v.b[0] * rate * rate + v.f[0] * (w + rate)
+        (tau.value(d) + parametric.value(d)) * w - v.b[0] * rate * rate + v.f[0] * (w + rate)
     });
     assert!((energy(&drive) - before - given).abs() < 1e-9 * before, "{:e}", energy(&drive) - before - given);
 }

@@ -3,16 +3,11 @@
 use super::*;
 use crate::numerics::gauss::Gauss;
 
-fn get(drive: &ElasticOutput, name: &str) -> f64 {
-    let list = drive.variables();
-    let v = &list.0[list.reference(name).unwrap()];
-    v.value(drive)
-}
-
 /// Miss of E against ∫ (tau ω − b q̇²) dt over the next forty panels, as part of the energy that drive, damper and mass exchange.
 /// A panel is at most 8 rad of the fastest wave and ends where the law has a breakpoint.
 fn missed(drive: &mut ElasticOutput, w: f64) -> f64 {
-    let law = drive.cam().law.clone();
+    let (law, list) = (drive.cam().law.clone(), drive.variables());
+    let get = |drive: &ElasticOutput, name: &str| named(&list, name).value(drive);
     let rate = drive.parameters.equation().oscillator.rates().1.max(law.resolution() * w.abs());
     let energy = |drive: &ElasticOutput| {
         0.5 * (drive.parameters.m * get(drive, "der(y)").powi(2) + drive.parameters.c * get(drive, "q").powi(2))

@@ -30,18 +30,15 @@ fn reference_scene() -> Scene {
 }
 
 fn get(drive: &ElasticOutput, name: &str) -> f64 {
-    let list = drive.variables();
-    list.0[list.reference(name).unwrap_or_else(|| panic!("no {name}"))].value(drive)
+    named(&drive.variables(), name).value(drive)
 }
 
 fn set(drive: &mut ElasticOutput, name: &str, value: f64) {
-    let list = drive.variables();
-    list.0[list.reference(name).unwrap_or_else(|| panic!("no {name}"))].set(drive, value);
+    named(&drive.variables(), name).set(drive, value);
 }
 
 fn set_derivative(drive: &mut ElasticOutput, name: &str, order: usize, value: f64) {
-    let list = drive.variables();
-    list.0[list.reference(name).unwrap_or_else(|| panic!("no {name}"))].set_derivative(drive, order, value);
+    named(&drive.variables(), name).set_derivative(drive, order, value);
 }
 
 fn assert_close(found: f64, expected: f64, tolerance: f64, case: &str) {
@@ -257,17 +254,17 @@ fn input(t: f64, size: f64) -> [f64; 4] {
 /// Runs the scene, whose shaft follows its inputs from `phi`, `w`, `a` on, to `end` (s) under the input F.
 fn run_under(scene: &Scene, [phi, w, a]: [f64; 3], end: f64, steps: u32, size: f64) -> ElasticOutput {
     let mut drive = ElasticOutput::new(scene.clone()).unwrap();
-    let is_input = drive.cam.is_input();
+    let (is_input, list) = (drive.cam.is_input(), drive.variables());
+    let force = named(&list, "F");
+    let shaft = is_input.then(|| ["phi", "w", "a"].map(|name| named(&list, name)));
     let enter = |drive: &mut ElasticOutput, t: f64| {
-        if is_input {
-            for (name, value) in [("phi", phi + (w + 0.5 * a * t) * t), ("w", w + a * t), ("a", a)] {
-                set(drive, name, value);
-            }
+        for (variable, value) in shaft.into_iter().flatten().zip([phi + (w + 0.5 * a * t) * t, w + a * t, a]) {
+            variable.set(drive, value);
         }
         let [f, derivatives @ ..] = input(t, size);
-        set(drive, "F", f);
+        force.set(drive, f);
         for (i, derivative) in derivatives.into_iter().enumerate() {
-            set_derivative(drive, "F", i + 1, derivative);
+            force.set_derivative(drive, i + 1, derivative);
         }
     };
     enter(&mut drive, 0.0);
@@ -470,6 +467,8 @@ fn energy_is_balanced_with_a_roller_and_all_loads() {
         scene.roller = (m_x, on_roller.clone());
         let stops = stops(&scene, [phi, w], end);
         let drive = &mut drive(scene.clone());
+        let list = drive.variables();
+        let get = |drive: &ElasticOutput, name: &str| named(&list, name).value(drive);
         let energy = |drive: &ElasticOutput| {
             let [x, y, v, q] = ["x", "y", "der(y)", "q"].map(|name| get(drive, name));
             let x1 = v - get(drive, "der(q)");

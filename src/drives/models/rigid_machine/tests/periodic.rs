@@ -30,13 +30,15 @@ fn a_machine_that_reads_the_table_moves_as_one_that_solves() {
             let solver = Settings { tolerance, ..Settings::default() };
             let scene = Scene { solver, ..scene.clone() };
             let (mut reads, mut solves) = (started(scene.clone()), without_table(scene));
+            let list = reads.variables();
+            let compared = ["phi", "w", "E"].map(|name| (name, &list.0[list.reference(name).unwrap()]));
             for i in 0..1000 {
                 let h = 9e-3;
                 reads.advance(f64::from(i) * h, h).unwrap();
                 solves.advance(f64::from(i) * h, h).unwrap();
                 let bound = 2.0 * reads.solver.error_estimate.max(solves.solver.error_estimate);
-                for name in ["phi", "w", "E"] {
-                    let (one, other) = (get(&reads, name), get(&solves, name));
+                for (name, variable) in compared {
+                    let (one, other) = (variable.value(&reads), variable.value(&solves));
                     // The angle passed counts, which is at least half of a radian per step.
                     let part = if name == "phi" { reads.state.travelled.max(1.0) / other.abs() } else { 1.0 };
                     assert_near(one, other, 2.0 * bound * part.max(1.0), &format!("{number} {tolerance} {name} {i}"));
