@@ -143,7 +143,7 @@ fn rounded_otherwise(scene: &Scene) -> Scene {
 fn the_error_estimate_is_honest() {
     let mut dice = Dice(20_261_121);
     let mut ratios: Vec<f64> = Vec::new();
-    for number in 0..600 {
+    for number in 0..300 {
         let (scene, span) = random(&mut dice, TOLERANCES[number % TOLERANCES.len()]);
         let DriveMode::Constant { w, .. } = scene.drive else { unreachable!("random scenes have a speed") };
         let ramp = (dice.roll() < 0.5).then(|| dice.between(-0.5, 0.5) * w / span);

@@ -647,7 +647,7 @@ fn a_load_may_be_tuned() {
 fn the_estimate_under_load_covers_the_error() {
     let mut r = Random(99);
     let mut ratios = Vec::new();
-    while ratios.len() < 240 {
+    while ratios.len() < 120 {
         let (mut scene, span) = random_scene(&mut r);
         let Parameters { c, m, .. } = scene.parameters;
         // A load that twists the shaft by about a twentieth of a radian, springs of its stiffness.

@@ -70,7 +70,7 @@ pub(super) fn random_scene(r: &mut Random) -> (Scene, f64) {
 fn at_constant_speed() {
     let r = &mut Random(41);
     let (mut ratios, mut of_default) = (Vec::new(), Vec::new());
-    for i in 0..420 {
+    for i in 0..230 {
         let (mut scene, span) = random_scene(r);
         if i % 2 == 0 {
             scene.solver = Settings::default();
@@ -90,9 +90,9 @@ fn at_constant_speed() {
 /// Runs over `span` in communication steps on the inputs φ₀ + ω t + α t²/2; the states, and the drive.
 fn on_inputs(scene: &Scene, ramp: [f64; 3], span: f64, steps: usize) -> Option<(Vec<[f64; 2]>, ParametricDrive)> {
     let mut drive = ParametricDrive::new(scene.clone()).unwrap();
+    let variables = drive.variables().0;
     let set = |drive: &mut ParametricDrive, t: f64| {
         let [phi, w, a] = ramp;
-        let variables = drive.variables().0;
         for (variable, value) in variables.iter().zip([phi + (w + 0.5 * a * t) * t, w + a * t, a]) {
             variable.set(drive, value);
         }
@@ -113,7 +113,7 @@ fn on_inputs(scene: &Scene, ramp: [f64; 3], span: f64, steps: usize) -> Option<(
 fn on_ramped_inputs() {
     let r = &mut Random(42);
     let mut ratios = [Vec::new(), Vec::new()];
-    for i in 0..440 {
+    for i in 0..240 {
         let (mut scene, _) = random_scene(r);
         let DriveMode::Constant { w, phi_start } = scene.drive else { unreachable!("a constant speed") };
         let span = r.scale(1.0, 6.0) * TAU / w.abs();

@@ -210,7 +210,10 @@ impl Tally {
         let median = all[all.len() / 2];
         println!("{machines} machines, {beyond} beyond, {} ratios, median {median:e}", all.len());
         assert!(100 * *beyond <= *machines, "{beyond} of {machines} errors exceed their estimates");
-        assert!(median <= 100.0 && all.len() >= 200, "the estimates are {median} times the errors in the median");
+        assert!(
+            median <= 100.0 && 5 * all.len() >= 2 * *machines,
+            "the estimates are {median} times the errors in the median"
+        );
     }
 }
 
@@ -218,12 +221,12 @@ impl Tally {
 fn the_estimate_is_honest() {
     let mut r = Random(20261121);
     let mut tally = Tally::default();
-    for number in 0..320 {
+    for number in 0..144 {
         let (scene, load, driving, duration) = random_machine(&mut r, number);
         if let Some(found) = errors(scene, load, driving, duration) {
             tally.add(number, found);
         }
     }
-    assert!(tally.machines >= 300, "{}", tally.machines);
+    assert!(tally.machines >= 135, "{}", tally.machines);
     tally.assert_honest();
 }
