@@ -15,7 +15,7 @@
 mod flat;
 
 use super::contour::Side;
-use super::{Carrier, I, Plan, Point, Start, degrees};
+use super::{Cam, Carrier, I, Plan, Point, Start, degrees};
 use crate::smoothing::{Outliers, SmoothingError, smooth};
 use crate::table_error::told;
 use camdrive::drives::Fault;
@@ -98,140 +98,232 @@ fn millimetres(length: f64) -> String {
 /// # Errors
 /// Where the contour does not determine the law.
 pub fn trace(plan: &Plan, contour: &[Point], noise: Option<Option<f64>>) -> Result<Traced, Refusal> {
-    let (rows, angles) = around(contour)?;
-    let points: Vec<Point> = rows.iter().map(|&row| contour[row]).collect();
-    let n = points.len();
-    let seen = steps((0..n).map(|i| (points[(i + 1) % n] / points[i]).arg()));
-    let winding = seen.iter().sum::<f64>();
-    if !((winding.abs() - TAU).abs() < 1.0) {
-        let hint = "the origin is the cam's centre; are columns and units right?";
-        return Err(Refusal::at(None, "the contour does not go around the cam's centre once", hint));
+    let outline = Outline::new(plan, contour)?;
+    let mut contacts = outline.contacts(noise)?;
+    let (order, steps) = outline.order(&contacts.list)?;
+    let start = outline.start(contacts.range)?;
+    let n = order.len();
+    // It begins between points that are neither near enough to be taken for one nor so far apart that some may be missing.
+    let mut by_width: Vec<usize> = (0..n).collect();
+    by_width.sort_by(|a, b| steps[*a].total_cmp(&steps[*b]));
+    let seam = by_width[n / 2];
+    let first = (contacts.list[order[(seam + 1) % n]].phi - 0.5 * steps[seam]).rem_euclid(TAU);
+    let mut traced = outline.law(&contacts, first, start);
+    if noise.is_none() && plan.carrier != Carrier::Flat {
+        traced = traced.cornered();
+        // The law gives better normals where the curvature jumps between points far apart.
+        for _ in 0..2 {
+            let Some(motion) = traced.law() else { break };
+            outline.touch_again(&mut contacts.list, &plan.with(motion, start));
+            traced = outline.law(&contacts, first, start).cornered();
+        }
     }
-    let missing = |steps: &[f64], k: usize, i: usize, of: &str| {
-        let message = format!("before this point the contour has none over {:.3}° {of}", steps[k].abs().to_degrees());
+    Ok(traced)
+}
+
+/// The points of a contour, which go around the cam's centre once, and the follower on them.
+struct Outline<'a> {
+    plan: &'a Plan,
+    points: Vec<Point>,
+    /// Their places among all points.
+    rows: Vec<usize>,
+    /// 2π (sum of chords)/(length).
+    angles: Vec<f64>,
+    /// 1 where they go around counter-clockwise, else −1.
+    left: f64,
+}
+
+/// The contacts of all points of a contour.
+struct Contacts {
+    list: Vec<Contact>,
+    /// The least and the largest coordinate of the follower.
+    range: [f64; 2],
+    noise: f64,
+    open: Option<(f64, usize)>,
+    bend_open: Option<f64>,
+}
+
+impl<'a> Outline<'a> {
+    fn new(plan: &'a Plan, contour: &[Point]) -> Result<Self, Refusal> {
+        let (rows, angles) = around(contour)?;
+        let points: Vec<Point> = rows.iter().map(|&row| contour[row]).collect();
+        let n = points.len();
+        let seen = steps((0..n).map(|i| (points[(i + 1) % n] / points[i]).arg()));
+        let winding = seen.iter().sum::<f64>();
+        if !((winding.abs() - TAU).abs() < 1.0) {
+            let hint = "the origin is the cam's centre; are columns and units right?";
+            return Err(Refusal::at(None, "the contour does not go around the cam's centre once", hint));
+        }
+        let outline = Outline { plan, points, rows, angles, left: winding.signum() };
+        match gap(&seen) {
+            Some(k) => Err(outline.missing(seen[k], (k + 1) % n, "around the cam's centre")),
+            None => Ok(outline),
+        }
+    }
+
+    /// The refusal of a contour that has no points over this step before a point.
+    fn missing(&self, step: f64, point: usize, of: &str) -> Refusal {
+        let message = format!("before this point the contour has none over {:.3}° {of}", step.abs().to_degrees());
         let hint = "measure the whole turn; where nothing is missing the contour has a corner there, by undercut; are columns and units right?";
-        Refusal::at(rows[i], message, hint)
-    };
-    if let Some(k) = gap(&seen) {
-        return Err(missing(&seen, k, (k + 1) % n, "around the cam's centre"));
+        Refusal::at(self.rows[point], message, hint)
     }
-    let left = winding.signum();
-    let outwards = if plan.cut.sides()[0] == Side::Outer { -plan.roller } else { plan.roller };
-    let flat = plan.carrier == Carrier::Flat;
-    let below = matches!(plan.start, Start::Coordinate(start) if start < 0.0);
-    let place = |i: usize, c: Point, normal: Point| {
-        if flat {
+
+    /// From a point of contact outwards to the roller's centre.
+    fn outwards(&self) -> f64 {
+        if self.plan.cut.sides()[0] == Side::Outer { -self.plan.roller } else { self.plan.roller }
+    }
+
+    /// Angle and coordinate of the follower that touches at c with this normal, the point being the one of this number, and the
+    /// coordinate by a shift of c along the normal.
+    fn place(&self, point: usize, c: Point, normal: Point) -> Result<(f64, f64, f64), Refusal> {
+        let plan = self.plan;
+        if plan.carrier == Carrier::Flat {
             return Ok((plan.sense * (I * normal.conj()).arg(), (c * normal.conj()).re, 1.0));
         }
-        let centre = c + outwards * normal;
+        let centre = c + self.outwards() * normal;
         let coordinate = plan.coordinate_at(centre.norm()).map_err(|fault: Fault| {
             let message = format!("no roller of this follower touches the contour here: {fault}");
-            Refusal::at(rows[i], message, "are the lengths of the follower and the unit of the points right?")
+            Refusal::at(self.rows[point], message, "are the lengths of the follower and the unit of the points right?")
         })?;
+        let below = matches!(plan.start, Start::Coordinate(start) if start < 0.0);
         let coordinate =
             if below && matches!(plan.carrier, Carrier::Translating { .. }) { -coordinate } else { coordinate };
         let ([held, ..], by_lift) = plan.follower(coordinate).position([0.0; 3]);
         let turned = held * centre.conj() / (held * centre).norm();
         Ok((plan.sense * turned.arg(), coordinate, 1.0 / (turned * normal * by_lift.conj()).re))
-    };
-    let (mut noise_of_lift, mut open, mut bend_open) = (0.0, None, None);
-    let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY];
-    let mut found = Vec::new();
-    if flat && noise.is_none() {
-        let touched = below_face(plan.sense, &points, left > 0.0).map_err(|i| dented(plan, &points, &rows, i))?;
-        open = Some((touched.1.0, rows[touched.1.1]));
-        bend_open = Some(touched.2);
-        found = touched.0;
-        (low, high) = found.iter().fold((low, high), |(low, high), c| (low.min(c.coordinate), high.max(c.coordinate)));
-    } else {
-        let [x, y] = [|p: &Point| p.re, |p: &Point| p.im].map(|part| smoothed(&angles, points.iter().map(part), noise));
+    }
+
+    /// The contacts, those of a roller by normals of a spline.
+    fn contacts(&self, noise: Option<Option<f64>>) -> Result<Contacts, Refusal> {
+        let (points, n) = (&self.points, self.points.len());
+        let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY];
+        if self.plan.carrier == Carrier::Flat && noise.is_none() {
+            let (list, (open, after), bend_open) =
+                below_face(self.plan.sense, points, self.left > 0.0).map_err(|i| self.dented(i))?;
+            list.iter().for_each(|c| (low, high) = (low.min(c.coordinate), high.max(c.coordinate)));
+            let open = Some((open, self.rows[after]));
+            return Ok(Contacts { list, range: [low, high], noise: 0.0, open, bend_open: Some(bend_open) });
+        }
+        let angles = &self.angles;
+        let [x, y] = [|p: &Point| p.re, |p: &Point| p.im].map(|part| smoothed(angles, points.iter().map(part), noise));
         let (x, y) = (x?, y?);
+        let (mut list, mut variance) = (Vec::new(), 0.0);
         for i in 0..n {
             let [curve, slope, bend] =
                 [0, 1, 2].map(|order| Point::new(x.at(angles[i]).0[order], y.at(angles[i]).0[order]));
-            let normal = -I * left * slope / slope.norm();
+            let normal = -I * self.left * slope / slope.norm();
             // What moves a point along the contour does not change it.
             let off = ((points[i] - curve) * normal.conj()).re;
-            let (phi, coordinate, per) = place(i, curve + normal * off, normal)?;
-            noise_of_lift += per * per / n as f64;
-            let even = place(i, curve, normal)?.1;
+            let (phi, coordinate, per) = self.place(i, curve + normal * off, normal)?;
+            variance += per * per / n as f64;
+            let even = self.place(i, curve, normal)?.1;
             (low, high) = (low.min(even), high.max(even));
-            let curvature = left * (slope.conj() * bend).im / slope.norm().powi(3);
-            found.push(Contact { phi, coordinate, curvature, point: i, bend: None });
+            let curvature = self.left * (slope.conj() * bend).im / slope.norm().powi(3);
+            list.push(Contact { phi, coordinate, curvature, point: i, bend: None });
         }
+        Ok(Contacts { list, range: [low, high], noise: variance.sqrt(), open: None, bend_open: None })
     }
-    let n = found.len();
-    // A cam that turns counter-clockwise sees its follower run around it clockwise.
-    let mut order: Vec<usize> = (0..n).collect();
-    if left * plan.sense > 0.0 {
-        order.reverse();
+
+    /// The contacts in the order in which the follower passes them, and the steps of φ from each to the next.
+    fn order(&self, found: &[Contact]) -> Result<(Vec<usize>, Vec<f64>), Refusal> {
+        let n = found.len();
+        // A cam that turns counter-clockwise sees its follower run around it clockwise.
+        let mut order: Vec<usize> = (0..n).collect();
+        if self.left * self.plan.sense > 0.0 {
+            order.reverse();
+        }
+        let next = |k: usize| order[(k + 1) % n];
+        let steps = steps((0..n).map(|k| found[next(k)].phi - found[order[k]].phi));
+        if let Some(k) = gap(&steps) {
+            let after = found[next(k)];
+            return Err(self.missing(steps[k], after.point, &format!("of φ, up to {:.3}°", degrees(after.phi))));
+        }
+        if let Some(k) = (0..n).find(|&k| !(steps[k] > 0.0)) {
+            let beside: Vec<usize> = (n + k - 2..=n + k + 3).map(|j| order[j % n]).collect();
+            let (i, message) = backwards(self.plan, self.outwards(), found, &beside);
+            let (phi, i) = (degrees(found[i].phi), found[i].point);
+            let message = format!("at φ = {phi:.3}°, {}, {message}", placed(self.points[i]));
+            return Err(Refusal::at(self.rows[i], message, ORDER));
+        }
+        Ok((order, steps))
     }
-    let next = |k: usize| order[(k + 1) % n];
-    let steps = steps((0..n).map(|k| found[next(k)].phi - found[order[k]].phi));
-    if let Some(k) = gap(&steps) {
-        let after = found[next(k)];
-        return Err(missing(&steps, k, after.point, &format!("of φ, up to {:.3}°", degrees(after.phi))));
+
+    /// U by the coordinate of the follower.
+    fn transmission(&self) -> f64 {
+        if let Carrier::Lever { transmission, .. } = self.plan.carrier { transmission } else { 1.0 }
     }
-    if let Some(k) = (0..n).find(|&k| !(steps[k] > 0.0)) {
-        let beside: Vec<usize> = (n + k - 2..=n + k + 3).map(|j| order[j % n]).collect();
-        let (i, message) = backwards(plan, outwards, &found, &beside);
-        let (phi, i) = (degrees(found[i].phi), found[i].point);
-        return Err(Refusal::at(rows[i], format!("at φ = {phi:.3}°, {}, {message}", placed(points[i])), ORDER));
-    }
-    let mut start = match plan.start {
-        Start::Coordinate(start) => start,
-        Start::Prime(radius) => known(plan, radius)?,
-        Start::Base(radius) => known(plan, radius + plan.roller)?,
-    };
-    let per = if let Carrier::Lever { transmission, .. } = plan.carrier { transmission } else { 1.0 };
-    if !matches!(plan.start, Start::Coordinate(_)) {
+
+    /// The coordinate of the follower at U = 0, whose least and largest one are these.
+    fn start(&self, range: [f64; 2]) -> Result<f64, Refusal> {
+        let start = match self.plan.start {
+            Start::Coordinate(start) => return Ok(start),
+            Start::Prime(radius) => known(self.plan, radius)?,
+            Start::Base(radius) => known(self.plan, radius + self.plan.roller)?,
+        };
+        let [low, high] = range;
         if !((low - start).abs() <= SIZE * (high - low)) {
-            let nearest = points.iter().map(|c| c.norm()).fold(f64::INFINITY, f64::min);
+            let nearest = millimetres(self.points.iter().map(|c| c.norm()).fold(f64::INFINITY, f64::min));
             let message = format!(
-                "the least radius of the contour is {}, which `base_radius` or `prime_radius` does not fit",
-                millimetres(nearest)
+                "the least radius of the contour is {nearest}, which `base_radius` or `prime_radius` does not fit"
             );
-            return Err(Refusal::at(
-                None,
-                message,
-                "correct one of them, the unit of the points or the radius of the roller",
-            ));
+            let hint = "correct one of them, the unit of the points or the radius of the roller";
+            return Err(Refusal::at(None, message, hint));
         }
         // Where the tool moves against the arm its least U belongs to the largest coordinate.
-        start = if per < 0.0 { high } else { start };
+        Ok(if self.transmission() < 0.0 { high } else { start })
     }
-    // It begins between points that are neither near enough to be taken for one nor so far apart that some may be missing.
-    let mut by_width: Vec<usize> = (0..n).collect();
-    by_width.sort_by(|a, b| steps[*a].total_cmp(&steps[*b]));
-    let seam = by_width[n / 2];
-    let first = (found[next(seam)].phi - 0.5 * steps[seam]).rem_euclid(TAU);
-    let law = |found: &[Contact]| {
+
+    /// The law through these contacts from the angle `first` on.
+    fn law(&self, contacts: &Contacts, first: f64, start: f64) -> Traced {
+        let Contacts { list: found, noise, open, bend_open, .. } = contacts;
+        let per = self.transmission();
         let pair = |i: usize| (first + (found[i].phi - first).rem_euclid(TAU), per * (found[i].coordinate - start), i);
-        let mut pairs: Vec<(f64, f64, usize)> = (0..n).map(pair).collect();
+        let mut pairs: Vec<(f64, f64, usize)> = (0..found.len()).map(pair).collect();
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (angles, lifts) = pairs.iter().map(|(angle, lift, _)| (*angle, *lift)).unzip();
         let bends = pairs.iter().filter_map(|(.., i)| found[*i].bend).collect();
-        let rows = pairs.iter().map(|(.., i)| rows[found[*i].point]).collect();
-        Traced { points: Points { angles, lifts }, bends, rows, noise: noise_of_lift.sqrt(), open, bend_open, start }
-    };
-    let mut traced = law(&found);
-    if noise.is_none() && !flat {
-        traced = traced.cornered();
-        // The law gives better normals where the curvature jumps between points far apart.
-        for _ in 0..2 {
-            let Some(motion) = traced.law() else { break };
-            let cam = plan.with(motion, start);
-            for i in 0..n {
-                let turned = |phi: f64| Point::from_polar(1.0, plan.sense * phi);
-                let Ok(at) = cam.at(found[i].phi.rem_euclid(TAU)) else { continue };
-                if let Ok((phi, coordinate, _)) = place(i, points[i], turned(at.phi).conj() * at.normal) {
-                    found[i] = Contact { phi, coordinate, ..found[i] };
-                }
-            }
-            traced = law(&found).cornered();
+        let rows = pairs.iter().map(|(.., i)| self.rows[found[*i].point]).collect();
+        Traced {
+            points: Points { angles, lifts },
+            bends,
+            rows,
+            noise: *noise,
+            open: *open,
+            bend_open: *bend_open,
+            start,
         }
     }
-    Ok(traced)
+
+    /// Moves the contacts of a roller to those of its cam with the normals of this one.
+    fn touch_again(&self, found: &mut [Contact], cam: &Cam) {
+        for (i, contact) in found.iter_mut().enumerate() {
+            let turned = |phi: f64| Point::from_polar(1.0, self.plan.sense * phi);
+            let Ok(at) = cam.at(contact.phi.rem_euclid(TAU)) else { continue };
+            if let Ok((phi, coordinate, _)) = self.place(i, self.points[i], turned(at.phi).conj() * at.normal) {
+                *contact = Contact { phi, coordinate, ..*contact };
+            }
+        }
+    }
+
+    /// The refusal of a contour that a flat face does not follow at this point.
+    fn dented(&self, i: usize) -> Refusal {
+        let n = self.points.len();
+        let [before, own, after] = [i + n - 1, i, i + 1].map(|i| self.points[i % n]);
+        let [arriving, leaving] = [own - before, after - own];
+        let turn = (leaving / arriving).arg() * (after / before).arg().signum();
+        let radius = 0.5 * (arriving.norm() + leaving.norm()) / turn.abs();
+        let what = if radius > STRAIGHT * own.norm() || turn > 0.0 {
+            "the contour is straight: a flat face touches all of it at one angle, at which U′ jumps".to_owned()
+        } else {
+            let radius = millimetres(radius);
+            format!(
+                "the contour is undercut: it bends inwards with a radius of {radius}, which a flat face does not follow"
+            )
+        };
+        let normal = if (own * (-I * leaving).conj()).re > 0.0 { -I * leaving } else { I * leaving };
+        let phi = degrees(self.plan.sense * (I * normal.conj()).arg());
+        Refusal::at(self.rows[i], format!("at φ = {phi:.1}°, {}, {what}", placed(own)), ORDER)
+    }
 }
 
 fn placed(point: Point) -> String {
@@ -259,26 +351,6 @@ fn below_face(sense: f64, points: &[Point], left: bool) -> Result<(Vec<Contact>,
         contacts.reverse();
     }
     Ok((contacts, (open[most], of(most)), bend))
-}
-
-/// The refusal of a contour that a flat face does not follow at this point.
-fn dented(plan: &Plan, points: &[Point], rows: &[usize], i: usize) -> Refusal {
-    let n = points.len();
-    let [before, own, after] = [i + n - 1, i, i + 1].map(|i| points[i % n]);
-    let [arriving, leaving] = [own - before, after - own];
-    let turn = (leaving / arriving).arg() * (after / before).arg().signum();
-    let radius = 0.5 * (arriving.norm() + leaving.norm()) / turn.abs();
-    let what = if radius > STRAIGHT * own.norm() || turn > 0.0 {
-        "the contour is straight: a flat face touches all of it at one angle, at which U′ jumps".to_owned()
-    } else {
-        let radius = millimetres(radius);
-        format!(
-            "the contour is undercut: it bends inwards with a radius of {radius}, which a flat face does not follow"
-        )
-    };
-    let normal = if (own * (-I * leaving).conj()).re > 0.0 { -I * leaving } else { I * leaving };
-    let phi = degrees(plan.sense * (I * normal.conj()).arg());
-    Refusal::at(rows[i], format!("at φ = {phi:.1}°, {}, {what}", placed(own)), ORDER)
 }
 
 /// Where the follower would have to turn back at one of these points, and why.
