@@ -66,6 +66,11 @@ impl Drawn<'_> {
         radii.fold([f64::INFINITY, 0.0], |[least, most], r| [least.min(r), most.max(r)])
     }
 
+    /// The radius of the roller (mm), 0 where there is none.
+    fn roller_radius(&self) -> f64 {
+        if self.face().is_some() { 0.0 } else { self.cam.roller * MILLIMETRES }
+    }
+
     /// From the cam's centre to where φ (rad) is marked: that points at the roller of the first cam when the cam has turned by φ.
     fn mark(&self, phi: f64) -> Point {
         let start = self.roller();
@@ -234,6 +239,91 @@ impl Sheet {
         let ends = [tip, tip - back * Point::new(1.0, 0.25), tip - back * Point::new(1.0, -0.25)];
         self.shapes.push(Shape::Area { points: ends.map(down).into(), ink: BLACK });
     }
+
+    /// Contours, roller, lever and largest radius of the cam with this number.
+    fn cam(&mut self, number: usize, cam: &Drawn<'_>) {
+        let origin = Point::from(0.0);
+        for side in cam.curves() {
+            let closed = cam.points(side).chain(cam.points(side).take(1));
+            match side {
+                Side::Path => self.line(closed, 0.3, GREY, CENTRE),
+                _ => self.line(closed, 0.7, BLACK, if number == 0 { &[] } else { HIDDEN }),
+            }
+        }
+        let [least, most] = cam.radii();
+        self.circle(origin, least, BASE);
+        match cam.face() {
+            Some(face) => self.line(face, 0.35, GREY, &[]),
+            None => self.circle(cam.roller(), cam.roller_radius(), &[]),
+        }
+        if let Some(pivot) = cam.pivot() {
+            self.line([origin, pivot], 0.25, GREY, CENTRE);
+            self.line([pivot, cam.roller()], 0.35, GREY, &[]);
+            self.circle(pivot, 1.5, &[]);
+        }
+        let named = |what: String| if cam.name.is_empty() { what } else { format!("{} {what}", cam.name) };
+        let far = cam.sides.iter().flat_map(|side| cam.points(*side)).max_by(|a, b| a.norm().total_cmp(&b.norm()));
+        if let Some(far) = far {
+            self.line([origin, far], 0.25, BLACK, &[]);
+            self.head(far, far);
+            self.words(far * 0.75, &named(format!("R {}", hundredths(most))));
+        }
+        // Away from the rollers and from the largest radius, the second one beside the first.
+        let away = cam.mark(0.0).arg() + 0.5 * TAU + 0.6 * number as f64;
+        let is_beside = far.is_some_and(|far| (far / Point::from_polar(1.0, away)).arg().abs() < 0.6);
+        let below = Point::from_polar(least, if is_beside { away + 1.2 } else { away });
+        self.words(below, &named(format!("Ø {}", hundredths(2.0 * least))));
+        if !cam.name.is_empty() {
+            self.words(cam.roller(), cam.name);
+        }
+    }
+
+    /// The angles φ on a ring of this radius.
+    fn scale(&mut self, cam: &Drawn<'_>, ring: f64) {
+        let letter = self.letter;
+        for degrees in (0..360_u16).step_by(10) {
+            let mark = cam.mark(f64::from(degrees).to_radians());
+            let is_named = degrees.is_multiple_of(30);
+            let long = if is_named { 1.0 } else { 0.5 } * letter;
+            self.line([mark * ring, mark * (ring + long)], 0.3, BLACK, &[]);
+            if is_named {
+                self.words(mark * (ring + 2.2 * letter), &format!("{degrees}°"));
+            }
+        }
+    }
+
+    /// Hub and sense of rotation, an arrow between the hub and the least radius.
+    fn rotation(&mut self, cam: &Drawn<'_>, least: f64) {
+        let hub = cam.hub * MILLIMETRES;
+        if hub > 0.0 {
+            self.circle(Point::from(0.0), hub, &[]);
+        }
+        let radius = hub + 0.5 * (least - hub);
+        let sense = cam.cam.sense;
+        let ends = [0.5, 1.3].map(|way| cam.mark(0.0).arg() + sense * (FRAC_PI_2 + way - 0.9));
+        let (points, tip) = (arc([0.0; 2], radius, ends), Point::from_polar(radius, ends[1]));
+        self.shapes.push(Shape::line(points, 0.5, BLACK));
+        self.head(tip, Point::new(0.0, sense) * tip);
+    }
+
+    /// The drawing of what lies between two corners, with notes below.
+    fn framed(mut self, notes: &[String], low: Point, high: Point) -> Drawing {
+        let letter = self.letter;
+        let across = ((high.re - low.re - 2.0 * ROOM) / (LETTER * letter)) as usize;
+        let lines: Vec<String> = notes
+            .iter()
+            .flat_map(|note| text::wrapped(note, across).lines().map(str::to_owned).collect::<Vec<_>>())
+            .collect();
+        let longest = lines.iter().map(|line| line.chars().count()).max().unwrap_or(0);
+        let width = (high.re - low.re).max(LETTER * letter * longest as f64 + 2.0 * ROOM);
+        let height = high.im - low.im + 1.5 * letter * lines.len() as f64 + 2.0 * ROOM;
+        for (i, line) in lines.into_iter().enumerate() {
+            let at = Point::new(low.re + ROOM, low.im - 1.5 * letter * (i + 1) as f64);
+            self.shapes.push(Shape::text(down(at), letter, Anchor::Start, line));
+        }
+        let shapes = self.shapes.into_iter().map(|shape| shape.moved([-low.re, high.im])).collect();
+        Drawing { size: [width, height], unit: Unit::Millimetre, shapes }
+    }
 }
 
 fn down(p: Point) -> [f64; 2] {
@@ -247,97 +337,32 @@ pub fn svg(title: &str, drawn: &[Drawn<'_>]) -> String {
     let curves = || drawn.iter().flat_map(|cam| cam.curves().flat_map(|side| cam.points(side)));
     let largest = curves().map(Point::norm).fold(0.0, f64::max);
     let mut sheet = Sheet { shapes: Vec::new(), letter: LETTERS[0].max(LETTERS[1] * largest) };
-    let letter = sheet.letter;
     // The marks lie beyond the rollers.
-    let roller = |cam: &Drawn<'_>| if cam.face().is_some() { 0.0 } else { cam.cam.roller * MILLIMETRES };
-    let ring = largest + drawn.iter().map(roller).fold(0.0, f64::max) + 0.5 * letter;
-    let origin = Point::from(0.0);
+    let ring = largest + drawn.iter().map(Drawn::roller_radius).fold(0.0, f64::max) + 0.5 * sheet.letter;
     for (x, y) in [(ring, 0.0), (0.0, ring)] {
         sheet.line([Point::new(-x, -y), Point::new(x, y)], 0.25, GREY, CENTRE);
     }
     for (i, cam) in drawn.iter().enumerate() {
-        for side in cam.curves() {
-            let closed = cam.points(side).chain(cam.points(side).take(1));
-            match side {
-                Side::Path => sheet.line(closed, 0.3, GREY, CENTRE),
-                _ => sheet.line(closed, 0.7, BLACK, if i == 0 { &[] } else { HIDDEN }),
-            }
-        }
-        let [least, most] = cam.radii();
-        sheet.circle(origin, least, BASE);
-        match cam.face() {
-            Some(face) => sheet.line(face, 0.35, GREY, &[]),
-            None => sheet.circle(cam.roller(), roller(cam), &[]),
-        }
-        if let Some(pivot) = cam.pivot() {
-            sheet.line([origin, pivot], 0.25, GREY, CENTRE);
-            sheet.line([pivot, cam.roller()], 0.35, GREY, &[]);
-            sheet.circle(pivot, 1.5, &[]);
-        }
-        let named = |what: String| if cam.name.is_empty() { what } else { format!("{} {what}", cam.name) };
-        let far = cam.sides.iter().flat_map(|side| cam.points(*side)).max_by(|a, b| a.norm().total_cmp(&b.norm()));
-        if let Some(far) = far {
-            sheet.line([origin, far], 0.25, BLACK, &[]);
-            sheet.head(far, far);
-            sheet.words(far * 0.75, &named(format!("R {}", hundredths(most))));
-        }
-        // Away from the rollers and from the largest radius, the second one beside the first.
-        let away = cam.mark(0.0).arg() + 0.5 * TAU + 0.6 * i as f64;
-        let is_beside = far.is_some_and(|far| (far / Point::from_polar(1.0, away)).arg().abs() < 0.6);
-        let below = Point::from_polar(least, if is_beside { away + 1.2 } else { away });
-        sheet.words(below, &named(format!("Ø {}", hundredths(2.0 * least))));
-        if !cam.name.is_empty() {
-            sheet.words(cam.roller(), cam.name);
-        }
+        sheet.cam(i, cam);
     }
     let mut notes = vec![format!("Cam of {title}")];
     if let Some(first) = drawn.first() {
-        for degrees in (0..360_u16).step_by(10) {
-            let mark = first.mark(f64::from(degrees).to_radians());
-            let is_named = degrees.is_multiple_of(30);
-            let long = if is_named { 1.0 } else { 0.5 } * letter;
-            sheet.line([mark * ring, mark * (ring + long)], 0.3, BLACK, &[]);
-            if is_named {
-                sheet.words(mark * (ring + 2.2 * letter), &format!("{degrees}°"));
-            }
-        }
-        let hub = first.hub * MILLIMETRES;
-        if hub > 0.0 {
-            sheet.circle(origin, hub, &[]);
-        }
+        sheet.scale(first, ring);
         let least = drawn.iter().map(|cam| cam.radii()[0]).fold(f64::INFINITY, f64::min);
-        let radius = hub + 0.5 * (least - hub);
-        let sense = first.cam.sense;
-        let ends = [0.5, 1.3].map(|way| first.mark(0.0).arg() + sense * (FRAC_PI_2 + way - 0.9));
-        let (points, tip) = (arc([0.0; 2], radius, ends), Point::from_polar(radius, ends[1]));
-        sheet.shapes.push(Shape::line(points, 0.5, BLACK));
-        sheet.head(tip, Point::new(0.0, sense) * tip);
-        let turns = if sense > 0.0 { "counter-clockwise" } else { "clockwise" };
+        sheet.rotation(first, least);
+        let turns = if first.cam.sense > 0.0 { "counter-clockwise" } else { "clockwise" };
         notes.push(format!("Scale 1 : 1, drawn at φ = 0, the cam turns {turns}; lengths in mm"));
     }
     notes.extend(drawn.iter().map(Drawn::dimensions));
     let (mut low, mut high) = (Point::new(-ring, -ring), Point::new(ring, ring));
-    low -= Point::new(4.0, 4.0) * letter;
-    high += Point::new(4.0, 4.0) * letter;
+    low -= Point::new(4.0, 4.0) * sheet.letter;
+    high += Point::new(4.0, 4.0) * sheet.letter;
     let far = drawn.iter().flat_map(|cam| cam.pivot().into_iter().chain(cam.face().into_iter().flatten()));
     for p in far {
         low = Point::new(low.re.min(p.re - ROOM), low.im.min(p.im));
         high = Point::new(high.re.max(p.re + ROOM), high.im.max(p.im));
     }
-    let across = ((high.re - low.re - 2.0 * ROOM) / (LETTER * letter)) as usize;
-    let lines: Vec<String> = notes
-        .iter()
-        .flat_map(|note| text::wrapped(note, across).lines().map(str::to_owned).collect::<Vec<_>>())
-        .collect();
-    let longest = lines.iter().map(|line| line.chars().count()).max().unwrap_or(0);
-    let width = (high.re - low.re).max(LETTER * letter * longest as f64 + 2.0 * ROOM);
-    let height = high.im - low.im + 1.5 * letter * lines.len() as f64 + 2.0 * ROOM;
-    for (i, line) in lines.into_iter().enumerate() {
-        let at = Point::new(low.re + ROOM, low.im - 1.5 * letter * (i + 1) as f64);
-        sheet.shapes.push(Shape::text(down(at), letter, Anchor::Start, line));
-    }
-    let shapes = sheet.shapes.into_iter().map(|shape| shape.moved([-low.re, high.im])).collect();
-    Drawing { size: [width, height], unit: Unit::Millimetre, shapes }.svg(&format!("Cam of {title}"), 1.0)
+    sheet.framed(&notes, low, high).svg(&format!("Cam of {title}"), 1.0)
 }
 
 /// A cam as CSV: one line for each of its angles, with the centre of roller or cutter also in polar coordinates r(β) of the cam.
