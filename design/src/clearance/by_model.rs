@@ -145,94 +145,131 @@ fn model(scene: &Scene, machine: &Parameters, ignore: f64) -> Option<(Machine, C
     Some((model, motion))
 }
 
-/// Whether the scene is calm; None where the model cannot be followed.
-fn evaluate(scene: &Scene, machine: &Parameters, crossings: &[Crossing], ignore: f64) -> Option<bool> {
-    let (mut model, motion) = model(scene, machine, ignore)?;
-    let passages = passages(scene, machine, crossings, Some((&mut model, &motion)));
-    is_calm(&passages, Some(motion.releases.len()))
+/// A scene whose values are changed one at a time.
+pub struct Variation<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its parameters.
+    pub machine: &'a Parameters,
+    /// Where its contact force changes its sign by the formulas.
+    pub crossings: &'a [Crossing],
+    /// The part of the largest force up to which a change of sign is ignored.
+    pub ignore: f64,
 }
 
-/// The values around those of a scene whose periodic motion has so many samples and releases, with changes that settle for
-/// `turns`; None where that would take long or the model cannot be followed.
-pub fn around(
-    scene: &Scene,
-    machine: &Parameters,
-    crossings: &[Crossing],
-    ignore: f64,
-    [samples, releases, turns]: [usize; 3],
-) -> Option<ByModel> {
-    // Borders are about as many evaluations again.
-    let each = 2 * COUNT * 2 * (samples + INSTANTS_OF_A_PASSAGE * releases.max(1));
-    let count = (MOST_INSTANTS / each).min(SAMPLES[1]);
-    if count < SAMPLES[0] {
-        return None;
-    }
-    // What cannot be followed with so few steps here cannot be nearby.
-    evaluate(scene, machine, crossings, ignore)?;
-    let reach = |which: usize| if which < COUNT - 1 { REACH } else { DAMPING[1] / middle(DAMPING) };
-    let ratio = |which: usize| reach(which).powf(1.0 / count as f64);
-    let calm = |which: usize, factor: f64| {
-        let (scene, machine) = changed(scene, machine, which, factor);
-        evaluate(&scene, &machine, crossings, ignore)
-    };
-    let exponents: Vec<i32> = (-(count as i32)..=count as i32).collect();
-    let places: Vec<(usize, f64)> =
-        (0..COUNT).flat_map(|which| exponents.iter().map(move |i| (which, ratio(which).powi(*i)))).collect();
-    let found = parallel::map(&places, |(which, factor)| calm(*which, *factor), &|| ());
-    let unknown = found.iter().filter(|calm| calm.is_none()).count();
-    let found: Vec<bool> = found.into_iter().map(|calm| calm == Some(true)).collect();
-    // A border lies between neighbours that differ.
-    let neighbours: Vec<usize> =
-        (1..places.len()).filter(|i| places[*i].0 == places[i - 1].0 && found[*i] != found[i - 1]).collect();
-    let border = |i: &usize| {
-        let (which, mut low, mut high) = (places[*i].0, places[i - 1].1, places[*i].1);
-        while high / low > 1.0 + BORDER {
-            let middle = (low * high).sqrt();
-            if (calm(which, middle) == Some(true)) == found[i - 1] { low = middle } else { high = middle }
+impl Variation<'_> {
+    /// The values around those of the scene, whose periodic motion is `motion`, with changes that settle for `turns`; None where
+    /// that would take long or the model cannot be followed.
+    pub fn around(&self, motion: &ContactMotion, turns: usize) -> Option<ByModel> {
+        // Borders are about as many evaluations again.
+        let instants = motion.samples.len() + INSTANTS_OF_A_PASSAGE * motion.releases.len().max(1);
+        let count = (MOST_INSTANTS / (2 * COUNT * 2 * instants)).min(SAMPLES[1]);
+        if count < SAMPLES[0] {
+            return None;
         }
-        // The end that is calm.
-        if found[*i] { high } else { low }
-    };
-    let borders = parallel::map(&neighbours, border, &|| ());
-    let own = [machine.omega, machine.speed.abs(), machine.s, machine.m1, middle(DAMPING)];
-    let intervals = |which: usize| {
-        let of = |i: usize| places[i].0 == which;
-        let mut ends: Vec<f64> = Vec::new();
-        let first = which * exponents.len();
-        ends.extend(found[first].then_some(places[first].1));
-        ends.extend(neighbours.iter().zip(&borders).filter(|(i, _)| of(**i)).map(|(_, border)| *border));
-        let last = first + exponents.len() - 1;
-        ends.extend(found[last].then_some(places[last].1));
-        ends.chunks_exact(2).map(|pair| [own[which] * pair[0], own[which] * pair[1]]).collect::<Intervals>()
-    };
-    let now = [own[0], own[1], own[2], own[3], 0.5 * machine.b / (machine.m2 * machine.omega)];
-    let tried = |which: usize, ends: [f64; 2]| {
-        let factor = UNITS[which].factor;
-        (which, text::rounded(within(ends, now[which]) * factor, DIGITS) / factor)
-    };
-    let trials: Vec<(usize, f64)> =
-        (0..COUNT).flat_map(|which| intervals(which).into_iter().map(move |ends| tried(which, ends))).collect();
-    let settle = |(which, value): &(usize, f64)| {
-        let (scene, machine) = changed(scene, machine, *which, value / own[*which]);
-        let (mut model, motion) = model(&scene, &machine, ignore)?;
-        model.allow(super::MOST_STEPS);
-        let settled = settled::run(&mut model, motion.samples[0].q, turns).ok()?;
-        model.allow(super::MOST_STEPS);
-        let from_rest = settled::run(&mut model, [0.0; 2], turns).map_or(f64::INFINITY, |it| it.largest_impulse);
-        Some(Change { quantity: QUANTITIES[*which], value: *value, settled, from_rest })
-    };
-    let mut changes: Vec<Change> = parallel::map(&trials, settle, &|| ()).into_iter().flatten().collect();
-    changes.sort_by(|a, b| a.settled.largest_impulse.total_cmp(&b.settled.largest_impulse));
-    Some(ByModel {
-        frequency: intervals(0),
-        speed: intervals(1),
-        clearance: intervals(2),
-        mass: intervals(3),
-        damping: intervals(4),
-        searched: std::array::from_fn(|which| [own[which] / reach(which), own[which] * reach(which)]),
-        ratio: ratio(0),
-        damping_ratio: ratio(COUNT - 1),
-        unknown,
-        changes,
-    })
+        // What cannot be followed with so few steps here cannot be nearby.
+        self.is_calm(self.scene, self.machine)?;
+        let (intervals, unknown) = self.admissible(count);
+        let changes = self.changes(&intervals, turns);
+        let own = self.own();
+        let [frequency, speed, clearance, mass, damping] = intervals;
+        Some(ByModel {
+            frequency,
+            speed,
+            clearance,
+            mass,
+            damping,
+            searched: std::array::from_fn(|which| [own[which] / reach(which), own[which] * reach(which)]),
+            ratio: ratio(0, count),
+            damping_ratio: ratio(COUNT - 1, count),
+            unknown,
+            changes,
+        })
+    }
+
+    /// The values that are multiplied: those of the scene, of damping ratios the middle one.
+    fn own(&self) -> [f64; COUNT] {
+        let Parameters { omega, speed, s, m1, .. } = *self.machine;
+        [omega, speed.abs(), s, m1, middle(DAMPING)]
+    }
+
+    /// Whether these values are calm; None where the model cannot be followed.
+    fn is_calm(&self, scene: &Scene, machine: &Parameters) -> Option<bool> {
+        let (mut model, motion) = model(scene, machine, self.ignore)?;
+        let passages = passages(scene, machine, self.crossings, Some((&mut model, &motion)));
+        is_calm(&passages, Some(motion.releases.len()))
+    }
+
+    /// The admissible values of each quantity by `count` samples on either side, and how many samples could not be followed.
+    fn admissible(&self, count: usize) -> ([Intervals; COUNT], usize) {
+        let calm = |which: usize, factor: f64| {
+            let (scene, machine) = changed(self.scene, self.machine, which, factor);
+            self.is_calm(&scene, &machine)
+        };
+        let exponents: Vec<i32> = (-(count as i32)..=count as i32).collect();
+        let places: Vec<(usize, f64)> =
+            (0..COUNT).flat_map(|which| exponents.iter().map(move |i| (which, ratio(which, count).powi(*i)))).collect();
+        let found = parallel::map(&places, |(which, factor)| calm(*which, *factor), &|| ());
+        let unknown = found.iter().filter(|calm| calm.is_none()).count();
+        let found: Vec<bool> = found.into_iter().map(|calm| calm == Some(true)).collect();
+        // A border lies between neighbours that differ.
+        let neighbours: Vec<usize> =
+            (1..places.len()).filter(|i| places[*i].0 == places[i - 1].0 && found[*i] != found[i - 1]).collect();
+        let border = |i: &usize| {
+            let (which, mut low, mut high) = (places[*i].0, places[i - 1].1, places[*i].1);
+            while high / low > 1.0 + BORDER {
+                let middle = (low * high).sqrt();
+                if (calm(which, middle) == Some(true)) == found[i - 1] { low = middle } else { high = middle }
+            }
+            // The end that is calm.
+            if found[*i] { high } else { low }
+        };
+        let borders = parallel::map(&neighbours, border, &|| ());
+        let own = self.own();
+        let intervals = |which: usize| {
+            let of = |i: usize| places[i].0 == which;
+            let mut ends: Vec<f64> = Vec::new();
+            let first = which * exponents.len();
+            ends.extend(found[first].then_some(places[first].1));
+            ends.extend(neighbours.iter().zip(&borders).filter(|(i, _)| of(**i)).map(|(_, border)| *border));
+            let last = first + exponents.len() - 1;
+            ends.extend(found[last].then_some(places[last].1));
+            ends.chunks_exact(2).map(|pair| [own[which] * pair[0], own[which] * pair[1]]).collect::<Intervals>()
+        };
+        (std::array::from_fn(intervals), unknown)
+    }
+
+    /// What the motion settles to for `turns` at a value within each interval, the gentlest impacts first.
+    fn changes(&self, intervals: &[Intervals; COUNT], turns: usize) -> Vec<Change> {
+        let (own, machine) = (self.own(), self.machine);
+        let now = [own[0], own[1], own[2], own[3], 0.5 * machine.b / (machine.m2 * machine.omega)];
+        let tried = |which: usize, ends: [f64; 2]| {
+            let factor = UNITS[which].factor;
+            (which, text::rounded(within(ends, now[which]) * factor, DIGITS) / factor)
+        };
+        let trials: Vec<(usize, f64)> =
+            (0..COUNT).flat_map(|which| intervals[which].iter().map(move |ends| tried(which, *ends))).collect();
+        let settle = |(which, value): &(usize, f64)| {
+            let (scene, machine) = changed(self.scene, self.machine, *which, value / own[*which]);
+            let (mut model, motion) = model(&scene, &machine, self.ignore)?;
+            model.allow(super::MOST_STEPS);
+            let settled = settled::run(&mut model, motion.samples[0].q, turns).ok()?;
+            model.allow(super::MOST_STEPS);
+            let from_rest = settled::run(&mut model, [0.0; 2], turns).map_or(f64::INFINITY, |it| it.largest_impulse);
+            Some(Change { quantity: QUANTITIES[*which], value: *value, settled, from_rest })
+        };
+        let mut changes: Vec<Change> = parallel::map(&trials, settle, &|| ()).into_iter().flatten().collect();
+        changes.sort_by(|a, b| a.settled.largest_impulse.total_cmp(&b.settled.largest_impulse));
+        changes
+    }
+}
+
+/// Values are looked for between the part 1/reach and reach of the own one.
+fn reach(which: usize) -> f64 {
+    if which < COUNT - 1 { REACH } else { DAMPING[1] / middle(DAMPING) }
+}
+
+/// The ratio of neighbours among `count` samples on either side.
+fn ratio(which: usize, count: usize) -> f64 {
+    reach(which).powf(1.0 / count as f64)
 }

@@ -365,8 +365,8 @@ impl Study {
                 self.releases = Some(releases);
                 self.contact_force = motion.largest_force(&mut model).ok();
                 if scene.parameters.e == 0.0 && !options.quick {
-                    let size = [motion.samples.len(), releases, options.turns.unwrap_or(settled::TURNS)];
-                    self.by_model = by_model::around(scene, machine, crossings, ignore, size);
+                    let variation = by_model::Variation { scene, machine, crossings, ignore };
+                    self.by_model = variation.around(&motion, options.turns.unwrap_or(settled::TURNS));
                 }
                 start = motion.samples[0].q;
                 let followed = self.passages.iter().filter(|p| p.model.is_some() || p.fault.is_some()).count();

@@ -8,7 +8,7 @@ use super::borders::{self, Sequel};
 use super::contact_motion::{ContactMotion, Release, Sample};
 use super::formulas::Passage;
 use super::law::Crossing;
-use super::machine::Machine;
+use super::machine::{Machine, Moment};
 use crate::search::greatest;
 use camdrive::drives::Fault;
 use camdrive::drives::backlash::{Parameters, Scene};
@@ -167,7 +167,7 @@ impl Bench<'_> {
             angle: self.machine.w.abs() * (impact - released),
             impulse: impulse.abs(),
             loss: after.loss - before.loss,
-            vibration: self.vibration(release, (after.q, after.contact, after.far_speed), instant, &contact),
+            vibration: self.vibration(release, &after, instant, &contact),
             elongation: None,
             force: None,
             sequel: match after.contact {
@@ -225,15 +225,10 @@ impl Bench<'_> {
         Err(Fault::new("within a turn m1 does not come to the other flank"))
     }
 
-    /// The amplitude of q about the motion of permanent contact. Where m1 has left the flank again, q̇ is that of m2 against
-    /// the flank.
-    fn vibration(
-        &self,
-        release: &Release,
-        (q, contact, far_speed): ([f64; 2], i32, f64),
-        time: f64,
-        motion: &Sample,
-    ) -> f64 {
+    /// The amplitude of q `time` (s) after a release, about the motion of permanent contact there. Where m1 has left the flank
+    /// again, q̇ is that of m2 against the flank.
+    fn vibration(&self, release: &Release, now: &Moment, time: f64, motion: &Sample) -> f64 {
+        let Moment { q, contact, far_speed, .. } = *now;
         let omega = (self.scene.parameters.c / self.scene.parameters.m2).sqrt();
         let flank = (self.slope)(self.angle(release, time)) * self.machine.w;
         let rate = if contact == 0 { far_speed - flank } else { q[1] };
