@@ -207,6 +207,16 @@ impl Inputs {
     fn follows(&self) -> bool {
         self.derivatives && self.is_joint
     }
+
+    /// Takes the courses of its wires over a step of this length (s).
+    fn follow(&mut self, sources: &[Source], stepped: &[bool], exchange: Exchange, step: f64) {
+        for wire in self.wires.iter_mut() {
+            wire.taken = polynomial(wire, sources, exchange, stepped[wire.from], step);
+        }
+        if self.derivatives && !self.is_joint && !matches!(exchange, Exchange::Held | Exchange::GaussSeidel) {
+            part_motions(&mut self.wires);
+        }
+    }
 }
 
 /// A shaft with the drives on it that do not follow their inputs, whose torques may depend on its φ̈ at once.
@@ -505,8 +515,9 @@ impl Coupling {
     fn round(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         for at in 0..self.order.len() {
             let part = self.order[at];
-            let given =
-                give(&mut self.inputs[part], &mut self.parts[part], &self.sources, &self.stepped, self.exchange, step);
+            let inputs = &mut self.inputs[part];
+            inputs.follow(&self.sources, &self.stepped, self.exchange, step);
+            let given = give(inputs, &mut self.parts[part], step);
             self.of(part, given)?;
             let interpolates = matches!(self.exchange, Exchange::Interpolated | Exchange::EffectiveInertia);
             if interpolates && self.leads[part] && !self.stepped[part] {
@@ -685,25 +696,12 @@ impl Coupling {
     }
 }
 
-/// Sets the inputs of a part for a step of this length (s).
-fn give(
-    inputs: &mut Inputs,
-    part: &mut Host,
-    sources: &[Source],
-    stepped: &[bool],
-    exchange: Exchange,
-    step: f64,
-) -> Result<(), Fault> {
-    let Inputs { wires, derivatives, is_joint, is_linear, references, values, of, orders, derived } = inputs;
+/// Sets the inputs of a part to the courses of its wires over a step of this length (s).
+fn give(inputs: &mut Inputs, part: &mut Host, step: f64) -> Result<(), Fault> {
+    let Inputs { wires, derivatives, is_linear, references, values, of, orders, derived, .. } = inputs;
     [&mut *values, &mut *derived].into_iter().for_each(Vec::clear);
     [&mut *references, &mut *of].into_iter().for_each(Vec::clear);
     orders.clear();
-    for wire in wires.iter_mut() {
-        wire.taken = polynomial(wire, sources, exchange, stepped[wire.from], step);
-    }
-    if *derivatives && !*is_joint && !matches!(exchange, Exchange::Held | Exchange::GaussSeidel) {
-        part_motions(wires);
-    }
     for wire in wires.iter() {
         let [value, mut rest @ ..] = wire.taken;
         if *is_linear {
@@ -737,7 +735,7 @@ fn give(
         // The model description does not say which orders an FMU takes.
         Err(_) if orders.iter().any(|order| *order > 1) => {
             *is_linear = true;
-            give(inputs, part, sources, stepped, exchange, step)
+            give(inputs, part, step)
         }
         given => given,
     }

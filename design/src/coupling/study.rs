@@ -145,35 +145,51 @@ pub struct Findings {
     pub rows: Vec<Row>,
 }
 
+/// A system under study.
+#[derive(Clone, Copy, Debug)]
+pub struct System<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// The communication step (s).
+    pub step: f64,
+    /// The end of the runs (s).
+    pub stop: f64,
+}
+
+/// The points that all runs have in common, after that of the start.
+#[derive(Clone, Copy)]
+struct Points {
+    /// Their distance (s).
+    spacing: f64,
+    count: usize,
+}
+
 /// Values of the outputs at the points, and the part of the work that differs.
 struct Course {
     values: Vec<Vec<f64>>,
     residual: f64,
 }
 
-/// A system `name` with communication step and end (s), coupled in these ways.
+/// A system coupled in these ways.
 ///
 /// # Errors
 /// What happens in the reference.
 pub fn study(
-    name: &str,
-    [step, stop]: [f64; 2],
+    system: System<'_>,
     candidates: Vec<Candidate<'_>>,
     mut outputs: Vec<Output>,
     reference: Reference<'_>,
     tell: &(dyn Fn(Progress<'_>) + Sync),
 ) -> Result<Findings, Fault> {
+    let System { name, step, stop } = system;
     let ladder: Vec<f64> =
         LADDER.into_iter().filter(|by| *by <= 1.0 || by * step * POINTS <= stop).map(|by| by * step).collect();
     let spacing = ladder[0];
-    let count = (stop / spacing * (1.0 + 1e-9)) as usize;
+    let points = Points { spacing, count: (stop / spacing * (1.0 + 1e-9)) as usize };
     let ports = |which: usize| outputs.iter().map(|output| output.ports[which].clone()).collect::<Vec<Port>>();
     let (of_system, of_reference) = (ports(0), ports(1));
-    let runs = parallel::map(
-        &reference.runs,
-        |(make, step)| course(make, *step, (spacing, count), &of_reference, |_, _| true),
-        &|| (),
-    );
+    let runs =
+        parallel::map(&reference.runs, |(make, step)| course(make, *step, points, &of_reference, |_, _| true), &|| ());
     let runs: Vec<Course> = runs.into_iter().collect::<Result<_, _>>()?;
     let [exact, check] = &runs[..] else { return Err(Fault::new("a reference is missing")) };
     for (o, output) in outputs.iter_mut().enumerate() {
@@ -190,9 +206,10 @@ pub fn study(
     let mut order: Vec<usize> = (0..jobs.len()).collect();
     order.sort_by(|a, b| jobs[*a].1.total_cmp(&jobs[*b].1));
     let (done, total) = (AtomicUsize::new(0), jobs.len());
+    let comparison = Comparison { outputs: &outputs, ports: &of_system, points, exact };
     let one = |job: &usize| {
         let (i, step) = jobs[*job];
-        row(&candidates[i], i, step, ((spacing, count), &of_system), &outputs, exact)
+        comparison.row(i, &candidates[i], step)
     };
     let found = parallel::map(&order, one, &|| {
         tell(Progress { done: done.fetch_add(1, Ordering::Relaxed) + 1, total, stage: "steps" });
@@ -232,10 +249,11 @@ pub fn study(
 fn course(
     make: &Make<'_>,
     step: f64,
-    (spacing, count): (f64, usize),
+    points: Points,
     ports: &[Port],
     goes_on: impl Fn(usize, &[f64]) -> bool,
 ) -> Result<Course, Fault> {
+    let Points { spacing, count } = points;
     let mut coupling = make()?;
     coupling.begin(0.0, None)?;
     coupling.start()?;
@@ -274,55 +292,60 @@ fn difference(a: &Course, b: &Course, output: usize, largest: f64) -> f64 {
     if largest == 0.0 { 0.0 } else { most / largest }
 }
 
-/// The errors of a way at a step.
-fn row(
-    candidate: &Candidate<'_>,
-    place: usize,
-    step: f64,
-    (points, ports): ((f64, usize), &[Port]),
-    outputs: &[Output],
-    exact: &Course,
-) -> Row {
-    let way = &candidate.way;
-    let mut row = Row {
-        way: place,
-        exchange: way.exchange.clone(),
-        repeats: way.repeats,
-        step,
-        error: None,
-        worst: None,
-        order: None,
-        residual: None,
-        unstable: None,
-        errors: vec![None; outputs.len()],
-    };
-    let Some(make) = &candidate.make else { return row };
-    if let Some(stable) = way.stable.filter(|stable| step > *stable) {
-        row.unstable = Some(format!("errors grow beyond {}", time(stable)));
-        return row;
-    }
-    let near = |point: usize, values: &[f64]| {
-        let is_near = |o: usize| {
-            let largest = outputs[o].largest;
-            (values[o] - exact.values[point][o]).abs() <= DIVERGED * largest || largest == 0.0
+/// What the runs of all ways are compared with.
+struct Comparison<'a> {
+    outputs: &'a [Output],
+    /// The ports of the outputs in the system.
+    ports: &'a [Port],
+    points: Points,
+    exact: &'a Course,
+}
+
+impl Comparison<'_> {
+    /// The errors of a way at a step.
+    fn row(&self, place: usize, candidate: &Candidate<'_>, step: f64) -> Row {
+        let Comparison { outputs, ports, points, exact } = *self;
+        let way = &candidate.way;
+        let mut row = Row {
+            way: place,
+            exchange: way.exchange.clone(),
+            repeats: way.repeats,
+            step,
+            error: None,
+            worst: None,
+            order: None,
+            residual: None,
+            unstable: None,
+            errors: vec![None; outputs.len()],
         };
-        (0..values.len()).all(is_near)
-    };
-    match course(make, step, points, ports, near) {
-        Ok(course) if course.values.len() == exact.values.len() => {
-            let errors: Vec<f64> =
-                (0..outputs.len()).map(|o| difference(exact, &course, o, outputs[o].largest)).collect();
-            let worst = (0..errors.len()).max_by(|a, b| errors[*a].total_cmp(&errors[*b]));
-            row.error = worst.map(|o| errors[o]);
-            row.worst = worst.map(|o| outputs[o].name.clone());
-            row.errors = errors.into_iter().map(Some).collect();
-            row.residual = Some(course.residual);
+        let Some(make) = &candidate.make else { return row };
+        if let Some(stable) = way.stable.filter(|stable| step > *stable) {
+            row.unstable = Some(format!("errors grow beyond {}", time(stable)));
+            return row;
         }
-        Ok(course) => {
-            let end = time((course.values.len() - 1) as f64 * points.0);
-            row.unstable = Some(format!("diverged until {end}"));
+        let near = |point: usize, values: &[f64]| {
+            let is_near = |o: usize| {
+                let largest = outputs[o].largest;
+                (values[o] - exact.values[point][o]).abs() <= DIVERGED * largest || largest == 0.0
+            };
+            (0..values.len()).all(is_near)
+        };
+        match course(make, step, points, ports, near) {
+            Ok(course) if course.values.len() == exact.values.len() => {
+                let errors: Vec<f64> =
+                    (0..outputs.len()).map(|o| difference(exact, &course, o, outputs[o].largest)).collect();
+                let worst = (0..errors.len()).max_by(|a, b| errors[*a].total_cmp(&errors[*b]));
+                row.error = worst.map(|o| errors[o]);
+                row.worst = worst.map(|o| outputs[o].name.clone());
+                row.errors = errors.into_iter().map(Some).collect();
+                row.residual = Some(course.residual);
+            }
+            Ok(course) => {
+                let end = time((course.values.len() - 1) as f64 * points.spacing);
+                row.unstable = Some(format!("diverged until {end}"));
+            }
+            Err(fault) => row.unstable = Some(fault.to_string()),
         }
-        Err(fault) => row.unstable = Some(fault.to_string()),
+        row
     }
-    row
 }

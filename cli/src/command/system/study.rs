@@ -87,7 +87,8 @@ pub fn findings(path: &Path, system: &System) -> Result<(Findings, Option<Single
         }
     };
     let findings = Bar::beside(&system.name, |tell| {
-        study::study(&system.name, [system.step, system.stop], candidates, outputs, reference, tell)
+        let system = study::System { name: &system.name, step: system.step, stop: system.stop };
+        study::study(system, candidates, outputs, reference, tell)
     });
     let findings = findings.map_err(|fault| failure(format!("{}: {fault}", path.display())))?;
     Ok((findings, single))
