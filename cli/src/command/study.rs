@@ -215,7 +215,7 @@ fn of_coupled(
     let values = values(study, &coupled.variables, cells).map_err(refused)?;
     let step = study.step.unwrap_or(coupled.system.step);
     let mut coupling = coupled.started(&values, step).map_err(refused)?;
-    let measured = runner.run(&mut coupling, coupled.begin).map_err(failed)?;
+    let measured = runner.run(&mut coupling, coupled.begin, step).map_err(failed)?;
     // What it has to say behind its results does not change them.
     coupling.parts().iter_mut().for_each(|part| drop(part.terminate()));
     Ok(measured)

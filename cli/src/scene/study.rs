@@ -1014,10 +1014,8 @@ impl Study {
     /// # Errors
     /// Outputs that it does not have, or that cannot be measured so.
     pub fn runner<'a>(&'a self, coupled: &'a Coupled) -> Result<coupled::Runner<'a>, Fault> {
-        let step = self.step.unwrap_or(coupled.system.step);
         let description = |part| coupled.description(part);
-        let variables = (&*coupled.places, &*coupled.variables);
-        coupled::Runner::new(variables, description, step, &self.window, &self.measures)
+        coupled::Runner::new(&coupled.places, &coupled.variables, description, &self.window, &self.measures)
     }
 
     /// What is implausible about the first and the last run, but not about the scene itself.

@@ -22,8 +22,6 @@ use std::f64::consts::TAU;
 pub struct Runner<'a> {
     window: &'a Window,
     measures: &'a [Measure],
-    /// The communication step (s).
-    step: f64,
     /// The place of each measure's output among those that are followed.
     outputs: Vec<usize>,
     /// The angle first where it matters.
@@ -50,14 +48,14 @@ const ROUNDING: f64 = 1e-6;
 const REACH: f64 = 1e-9;
 
 impl<'a> Runner<'a> {
-    /// Of these measures of coupled FMUs with these variables, each with its part and its place there.
+    /// Of these measures of coupled FMUs with all these variables; `places` has the part of each and its place there.
     ///
     /// # Errors
     /// Where there is no such output, it cannot be measured so, or no angle is known.
     pub fn new(
-        (places, all): (&[(usize, usize)], &[Description]),
+        places: &[(usize, usize)],
+        all: &[Description],
         description: impl Fn(usize) -> &'a ModelDescription,
-        step: f64,
         window: &'a Window,
         measures: &'a [Measure],
     ) -> Result<Self, Fault> {
@@ -91,14 +89,14 @@ impl<'a> Runner<'a> {
             Followed { part, place, reference: variable.reference, order, is_discrete, unit }
         };
         let outputs = measured.iter().filter_map(|(_, place)| *place).collect();
-        Ok(Runner { window, measures, step, outputs, followed: followed.into_iter().map(of).collect() })
+        Ok(Runner { window, measures, outputs, followed: followed.into_iter().map(of).collect() })
     }
 
-    /// The measures of FMUs that were started at `start` (s), in their order.
+    /// The measures of FMUs that were started at `start` (s), in their order, with communication steps of `step` (s).
     ///
     /// # Errors
     /// What a part says, with its name and the time; what cannot be measured of the motion.
-    pub fn run(&self, coupling: &mut Coupling, start: f64) -> Result<Vec<f64>, Fault> {
+    pub fn run(&self, coupling: &mut Coupling, start: f64, step: f64) -> Result<Vec<f64>, Fault> {
         let mut before = self.read(coupling)?;
         // Time and angle at which the span under way began.
         let mut begin = [start, before[0][0]];
@@ -118,11 +116,11 @@ impl<'a> Runner<'a> {
         let mut time = start;
         for count in 1..=MOST_STEPS {
             let span = |measures: bool| if measures { self.window.over } else { self.window.settle };
-            let mut next = start + count as f64 * self.step;
+            let mut next = start + count as f64 * step;
             if let Span::Time(length) = span(measures) {
                 let end = begin[0] + length;
                 let is_short = measures && is_free && end < next;
-                next = if is_short || (end - next).abs() < ROUNDING * self.step { end } else { next };
+                next = if is_short || (end - next).abs() < ROUNDING * step { end } else { next };
             }
             coupling
                 .advance(time, next - time)
@@ -132,7 +130,7 @@ impl<'a> Runner<'a> {
             let piece = |(k, of): (usize, &Followed)| of.piece([before[k], after[k]], next - time);
             let mut pieces: Vec<Piece> = self.followed.iter().enumerate().map(piece).collect();
             let mut from = time;
-            while let Some(z) = end(span(measures), begin, &pieces[0], [from, next]) {
+            while let Some(z) = end(span(measures), begin, [from, next], &pieces[0]) {
                 let at = if z < 1.0 { from + z * (next - from) } else { next };
                 let parts: Vec<[Piece; 2]> = pieces.iter().map(|piece| parted(piece, z)).collect();
                 let [low, high] = [0, 1].map(|side| parts.iter().map(|parts| parts[side]).collect::<Vec<_>>());
@@ -212,8 +210,9 @@ impl Followed {
     }
 }
 
-/// The part of a step at which a span ends that began at this time (s) and angle; None where it goes on.
-fn end(span: Span, [begin, angle]: [f64; 2], phi: &Piece, [from, to]: [f64; 2]) -> Option<f64> {
+/// The part of a piece of φ over these times (s) at which a span ends that began at this time and angle; None where it goes on.
+fn end(span: Span, begin: [f64; 2], times: [f64; 2], phi: &Piece) -> Option<f64> {
+    let ([begin, angle], [from, to]) = (begin, times);
     match span {
         Span::Time(time) => {
             let end = begin + time;
@@ -258,13 +257,13 @@ mod tests {
         let fmu = Fmu::linked(&Resource { guid: "{1}".into(), ..Resource::new("flywheel", scene) }).unwrap();
         let (places, all) = variables([("shaft", fmu.description())], |_, _| false);
         let measures: Vec<Measure> = texts.iter().map(|text| Measure::parse(text).unwrap()).collect();
-        let runner = Runner::new((&places, &all), |_| fmu.description(), step, window, &measures);
+        let runner = Runner::new(&places, &all, |_| fmu.description(), window, &measures);
         let runner = runner.map_err(|fault| fault.to_string())?;
         let mut host = fmu.instantiate("flywheel").unwrap();
         host.set(fmu.description().find("M_an").unwrap(), torque).unwrap();
         let mut coupling = Coupling::new(vec![("shaft".to_owned(), host)], &[], Exchange::Held, 0).unwrap();
         coupling.begin(0.0, None).and_then(|()| coupling.start()).unwrap();
-        runner.run(&mut coupling, 0.0).map_err(|fault| fault.to_string())
+        runner.run(&mut coupling, 0.0, step).map_err(|fault| fault.to_string())
     }
 
     /// φ = 3 t + M t²/4 at a time, and ω.
