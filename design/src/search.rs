@@ -16,10 +16,10 @@ pub struct Extreme {
 /// Evaluations after which a search is ended: bisection alone takes 60 from one end of a `f64` to the last digit.
 const MOST_EVALUATIONS: usize = 120;
 
-/// A zero of `f` between `a` and `b`, at whose ends it has the values `fa` and `fb` of different signs, to the
-/// rounding of x or to `tolerance`. Brent's method.
-pub fn zero(f: &mut dyn FnMut(f64) -> f64, [a, b]: [f64; 2], [fa, fb]: [f64; 2], tolerance: f64) -> f64 {
-    let (mut a, mut b, mut fa, mut fb) = (a, b, fa, fb);
+/// A zero of `f` between the ends of an interval, at which it has these values of different signs, to the rounding of x or
+/// to `tolerance`. Brent's method.
+pub fn zero(f: &mut dyn FnMut(f64) -> f64, ends: [f64; 2], values: [f64; 2], tolerance: f64) -> f64 {
+    let ([mut a, mut b], [mut fa, mut fb]) = (ends, values);
     let (mut c, mut fc) = (a, fa);
     let mut step = b - a;
     let mut last = step;
@@ -86,11 +86,10 @@ pub fn maximum(f: &mut dyn FnMut(f64) -> f64, [a, b]: [f64; 2], tolerance: f64) 
     summit(f, [place(best), place(best + 2)], (place(best + 1), values[best]), tolerance)
 }
 
-/// The maximum of `f` from a place `x` that is at least as high as the ends, on or between them.
-pub fn summit(f: &mut dyn FnMut(f64) -> f64, [low, high]: [f64; 2], (x, fx): (f64, f64), tolerance: f64) -> (f64, f64) {
+/// The maximum of `f` from a point (x, f(x)) that is at least as high as the ends, on or between them.
+pub fn summit(f: &mut dyn FnMut(f64) -> f64, ends: [f64; 2], from: (f64, f64), tolerance: f64) -> (f64, f64) {
     const GOLDEN: f64 = 0.381_966_011_250_105_2;
-    let (mut low, mut high) = (low, high);
-    let (mut x, mut fx) = (x, fx);
+    let ([mut low, mut high], (mut x, mut fx)) = (ends, from);
     let (mut w, mut fw, mut v, mut fv) = (x, fx, x, fx);
     let (mut step, mut last) = (0.0_f64, 0.0_f64);
     for _ in 0..MOST_EVALUATIONS {

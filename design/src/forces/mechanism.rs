@@ -72,28 +72,32 @@ fn inertia(link: &Link, joint: Moving, along: Moving, gravity: Point) -> (Point,
     (force, cross(centre * along[0], force) + link.inertia * cross(along[0], along[2]))
 }
 
-/// The reactions of a mechanism whose input and output move like this, if the output demands τ. `carried` is the mass (kg) of a
-/// tool on a slider, which weighs on its guide; `gravity` is g in the frame of the mechanism.
-pub fn reactions(
-    mechanism: &Mechanism,
-    [input, output]: [[f64; 3]; 2],
-    tau: f64,
-    carried: f64,
-    gravity: Point,
-    teeth: Teeth,
-) -> Reactions {
+/// What acts on a mechanism besides its input.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Demand {
+    /// τ: what the output demands (N·m or N).
+    pub tau: f64,
+    /// The mass (kg) of a tool on a slider, which weighs on its guide.
+    pub carried: f64,
+    /// g in the frame of the mechanism (m/s²).
+    pub gravity: Point,
+}
+
+/// The reactions of a mechanism whose input and output move like `motions`.
+pub fn reactions(mechanism: &Mechanism, motions: [[f64; 3]; 2], demand: Demand, teeth: Teeth) -> Reactions {
     let shifted = |[x, v, a]: [f64; 3], offset: f64| [x + offset, v, a];
-    let theta = shifted(input, mechanism.input_offset);
-    let output = shifted(output, mechanism.output_offset);
+    let theta = shifted(motions[0], mechanism.input_offset);
+    let output = shifted(motions[1], mechanism.output_offset);
     match &mechanism.kind {
-        Kind::FourBar(linkage) => four_bar(linkage, direction(theta), direction(output), tau, gravity),
-        Kind::SliderCrank(linkage) => slider_crank(linkage, direction(theta), output, tau, carried, gravity),
-        Kind::Gear(gear) => gear_pair(gear, theta, tau, teeth),
+        Kind::FourBar(linkage) => four_bar(linkage, direction(theta), direction(output), demand),
+        Kind::SliderCrank(linkage) => slider_crank(linkage, direction(theta), output, demand),
+        Kind::Gear(gear) => gear_pair(gear, theta[2], demand.tau, teeth),
     }
 }
 
 /// (B − g) × F_B from the output link and (B − A) × F_B from the coupler; the rest follows from the sums of forces.
-fn four_bar(linkage: &FourBar, input: Moving, output: Moving, tau: f64, gravity: Point) -> Reactions {
+fn four_bar(linkage: &FourBar, input: Moving, output: Moving, demand: Demand) -> Reactions {
+    let Demand { tau, gravity, .. } = demand;
     let (a, b, c) = (linkage.input.length, linkage.coupler.length, linkage.output.length);
     let zero = [Point::from(0.0); 3];
     let ground = [Point::from(linkage.ground), zero[1], zero[2]];
@@ -113,14 +117,8 @@ fn four_bar(linkage: &FourBar, input: Moving, output: Moving, tau: f64, gravity:
 }
 
 /// F_Bx from the slider along its line, (B − A) × F_B from the rod.
-fn slider_crank(
-    linkage: &SliderCrank,
-    input: Moving,
-    [s, v, a]: [f64; 3],
-    tau: f64,
-    carried: f64,
-    gravity: Point,
-) -> Reactions {
+fn slider_crank(linkage: &SliderCrank, input: Moving, output: [f64; 3], demand: Demand) -> Reactions {
+    let ([s, v, a], Demand { tau, carried, gravity }) = (output, demand);
     let (r, l) = (linkage.crank.length, linkage.rod.length);
     let zero = [Point::from(0.0); 3];
     let slider = [Point::new(s, linkage.offset), Point::from(v), Point::from(a)];
@@ -140,7 +138,7 @@ fn slider_crank(
 }
 
 /// M = J θ̈ + i τ, and on the teeth τ/r along the pitch circle, τ/r tan α across.
-fn gear_pair(gear: &Gear, [_, _, acceleration]: [f64; 3], tau: f64, teeth: Teeth) -> Reactions {
+fn gear_pair(gear: &Gear, acceleration: f64, tau: f64, teeth: Teeth) -> Reactions {
     let forces = teeth.arm(gear).map(|arm| Point::new(tau / arm, (tau / arm).abs() * teeth.angle.tan()));
     let input = gear.inertia * acceleration + gear.ratio * tau;
     Reactions { output: tau, input, joints: forces.into_iter().collect() }

@@ -30,7 +30,7 @@ use camdrive::drives::follower::load::Load;
 use camdrive::drives::rigid_machine::Follower;
 use camdrive::drives::rigid_machine::linkage::{Linkage, in_turn};
 pub use mechanism::Teeth;
-use mechanism::{Reactions, reactions};
+use mechanism::{Demand, Reactions, reactions};
 use std::f64::consts::PI;
 
 /// The contact of roller and cam.
@@ -231,8 +231,8 @@ impl Drive {
         for (i, mechanism) in self.follower.linkage.0.iter().enumerate().rev() {
             let frame = self.loads.load.frames.get(i).map_or([0.0; 2], |gravity| gravity.map(|g| g * weight));
             let gravity = Point::new(frame[0], frame[1]);
-            let moves = [motions[i], motions[i + 1]];
-            list.push(reactions(mechanism, moves, load, mass, gravity, self.loads.teeth));
+            let demand = Demand { tau: load, carried: mass, gravity };
+            list.push(reactions(mechanism, [motions[i], motions[i + 1]], demand, self.loads.teeth));
             load = list[list.len() - 1].input;
         }
         list.reverse();

@@ -25,9 +25,10 @@ fn steel(width: f64) -> Option<Material> {
     Some(Material { width, elasticity: [210e9; 2], poisson: [0.3; 2] })
 }
 
-fn plan(carrier: Held, angular: bool, start: f64, sense: f64, roller: f64, cut: Cut) -> Option<Plan> {
+/// A cam that turns counter-clockwise and whose lift is a length.
+fn plan(carrier: Held, start: f64, roller: f64, cut: Cut) -> Plan {
     let limits = Limits { pressure: 1.0, cutter: 0.0, hub: 0.0 };
-    Some(Plan { carrier, angular, start: Start::Coordinate(start), sense, roller, cut, limits })
+    Plan { carrier, angular: false, start: Start::Coordinate(start), sense: 1.0, roller, cut, limits }
 }
 
 fn lever(pivot: f64, length: f64, transmission: f64, side: f64) -> Held {
@@ -53,7 +54,7 @@ fn part(kind: Kind, input_offset: f64) -> Mechanism {
 /// A translating follower with a return spring.
 fn valve(speed: f64, stiffness: f64) -> Machine {
     let law = series(&[0.010, -0.0085, -0.0015], &[0.0, 0.0004]);
-    let plan = plan(Held::Translating { eccentricity: 0.006 }, false, 0.055, 1.0, 0.016, Cut::Inner);
+    let plan = Some(plan(Held::Translating { eccentricity: 0.006 }, 0.055, 0.016, Cut::Inner));
     let loads = Loads { material: steel(0.012), ..loaded([260.0, stiffness], 9.81, constant(-40.0)) };
     machine(speed, Follower::new(1.8, law), plan, loads)
 }
@@ -67,7 +68,7 @@ fn rocker() -> Machine {
     let linkage = Linkage(vec![part(Kind::FourBar(four_bar), 1.1)]);
     let load = Load { frames: vec![[0.0, -9.81]], process: constant(-12.0), ..Load::default() };
     let loads = Loads { lever_inertia: 0.004, load, material: steel(0.015), ..Loads::default() };
-    let plan = plan(lever(0.16, 0.11, 1.0, 1.0), true, 0.55, 1.0, 0.02, Cut::Groove);
+    let plan = Some(Plan { angular: true, ..plan(lever(0.16, 0.11, 1.0, 1.0), 0.55, 0.02, Cut::Groove) });
     machine(45.0, Follower { m: 0.03, turns: true, cam: law, linkage }, plan, loads)
 }
 
@@ -78,7 +79,7 @@ fn slider() -> Machine {
         SliderCrank { crank: bar(0.13, 0.5), rod: bar(0.3, 0.7), offset: 0.02, slider_mass: 0.3, branch: Branch::Plus };
     let linkage = Linkage(vec![part(Kind::SliderCrank(kind), 1.0)]);
     let loads = Loads { lever_inertia: 0.003, material: steel(0.014), ..loaded([0.0; 2], 0.0, constant(-150.0)) };
-    let plan = plan(lever(0.15, 0.1, 1.0, 1.0), true, 0.6, -1.0, 0.018, Cut::Groove);
+    let plan = Some(Plan { angular: true, sense: -1.0, ..plan(lever(0.15, 0.1, 1.0, 1.0), 0.6, 0.018, Cut::Groove) });
     machine(50.0, Follower { m: 2.4, turns: false, cam: law, linkage }, plan, loads)
 }
 
@@ -96,7 +97,7 @@ fn geared() -> Machine {
     let linkage = Linkage(vec![part(Kind::FourBar(four_bar), 0.9), part(Kind::Gear(gear), 0.0)]);
     let teeth = Teeth { radius: Some(0.09), angle: 20_f64.to_radians() };
     let loads = Loads { lever_inertia: 0.005, teeth, material: steel(0.016), ..loaded([0.0; 2], 0.0, constant(25.0)) };
-    let plan = plan(lever(0.17, 0.12, -0.8, -1.0), true, 0.9, 1.0, 0.022, Cut::Groove);
+    let plan = Some(Plan { angular: true, ..plan(lever(0.17, 0.12, -0.8, -1.0), 0.9, 0.022, Cut::Groove) });
     machine(40.0, Follower { m: 0.9, turns: true, cam: law, linkage }, plan, loads)
 }
 
@@ -211,7 +212,7 @@ fn what_keeps_a_roller_on_its_cam() {
     // m ω² h cos φ alone: h = 10 mm, ω = 50 rad/s.
     let follower = |mass: f64| Follower::new(mass, series(&[0.01, -0.01], &[]));
     let held = |cut, preload, mass| {
-        let plan = plan(Held::Translating { eccentricity: 0.0 }, false, 0.05, 1.0, 0.01, cut);
+        let plan = Some(plan(Held::Translating { eccentricity: 0.0 }, 0.05, 0.01, cut));
         machine(50.0, follower(mass), plan, loaded([preload, 0.0], 0.0, None))
     };
     let found = |machine: &Machine| Findings::new(&machine.turn().expect("a turn")).drives[0].clone();
@@ -230,8 +231,8 @@ fn what_keeps_a_roller_on_its_cam() {
 }
 
 /// A follower without a known cam, on a spring from U = 0 on and under gravity.
-fn held(law: MotionLaw, mass: f64, [preload, stiffness, gravity]: [f64; 3], process: Option<MotionLaw>) -> Machine {
-    machine(0.0, Follower::new(mass, law), None, loaded([preload, stiffness], gravity, process))
+fn held(law: MotionLaw, mass: f64, loads: Loads) -> Machine {
+    machine(0.0, Follower::new(mass, law), None, loads)
 }
 
 fn lift_off(machine: &Machine) -> Option<turn::Extreme> {
@@ -264,16 +265,17 @@ fn the_speed_of_lift_off_of_series_and_cycles() {
         (cycle(ModifiedSine, SimpleSine), 103.887898589061, 3.4906585040),
         (cycle(SimpleSine, Polynomial345), 95.2482183321852, 3.8697852005),
     ] {
-        let found = lift_off(&held(law, 0.6, [90.0, 2500.0, 9.81], None)).expect("a speed");
+        let found = lift_off(&held(law, 0.6, loaded([90.0, 2500.0], 9.81, None))).expect("a speed");
         assert!((found.value / speed - 1.0).abs() < 1e-13 && (found.phi - phi).abs() < 1e-7, "{found:?} for {speed}");
     }
     // A spring without preload presses by nothing at φ = 0, where inertia does: c U > −m ω² U″ up to ω² = 2 c/m.
-    let found = lift_off(&held(series(&[0.01, -0.01], &[]), 0.6, [0.0, 2500.0, 0.0], None)).expect("a speed");
+    let found = lift_off(&held(series(&[0.01, -0.01], &[]), 0.6, loaded([0.0, 2500.0], 0.0, None))).expect("a speed");
     assert!((found.value / (2.0 * 2500.0 / 0.6_f64).sqrt() - 1.0).abs() < 1e-13, "{found:?}");
 }
 
 /// min √((F₀ + c U + m g − P)/(−m U″)) over U″ < 0: the best of 20000 angles, refined by thirds.
-fn closed_form(law: &MotionLaw, mass: f64, [preload, stiffness, gravity]: [f64; 3], process: &MotionLaw) -> f64 {
+fn closed_form(law: &MotionLaw, mass: f64, spring: [f64; 2], gravity: f64, process: &MotionLaw) -> f64 {
+    let [preload, stiffness] = spring;
     let square = |phi: f64| {
         let [u, _, u2, ..] = law.at(phi).0;
         let rest = preload + stiffness * u + mass * gravity - process.at(phi).0[0];
@@ -321,13 +323,13 @@ fn the_speed_of_lift_off_of_random_scenes() {
             let ((a1, b1), (p1, q1)) = (turned(&a[1..], &b), turned(&p, &q));
             let law = series(&[&a[..1], &a1].concat(), &b1);
             let process = series(&[&[-force], &p1[..]].concat(), &q1);
-            let expected = closed_form(&law, mass, [force, stiffness, gravity], &process);
-            let plain = held(law.clone(), mass, [force, stiffness, gravity], Some(process));
+            let expected = closed_form(&law, mass, [force, stiffness], gravity, &process);
+            let plain = held(law.clone(), mass, loaded([force, stiffness], gravity, Some(process)));
             let loads = &plain.drives[0].loads;
             let carriers = [Held::Translating { eccentricity: 0.004 }, lever(0.3, 0.2, 0.2, 1.0)];
             let placed = carriers.map(|carrier| {
                 let start = if matches!(carrier, Held::Lever { .. }) { 0.7 } else { 0.1 };
-                let plan = plan(carrier, false, start, -1.0, 0.01, Cut::Inner);
+                let plan = Some(Plan { sense: -1.0, ..plan(carrier, start, 0.01, Cut::Inner) });
                 machine(0.0, Follower::new(mass, law.clone()), plan, loads.clone())
             });
             for machine in placed.iter().chain([&plain]) {
@@ -409,7 +411,7 @@ fn a_machine_without_followers_has_a_torque() {
 #[test]
 fn a_cam_that_cannot_be_cut_is_to_be_minded() {
     for (roller, minded) in [(0.01, false), (0.06, true)] {
-        let plan = plan(Held::Translating { eccentricity: 0.0 }, false, 0.05, 1.0, roller, Cut::Inner);
+        let plan = Some(plan(Held::Translating { eccentricity: 0.0 }, 0.05, roller, Cut::Inner));
         let machine = machine(50.0, Follower::new(2.0, series(&[0.01, -0.01], &[])), plan, Loads::default());
         let turn = machine.turn().expect("a turn");
         let verdict = Findings::new(&turn).report(&turn).verdict;
@@ -430,7 +432,7 @@ fn play_is_crossed_where_the_acceleration_changes_its_sign_and_in_no_dwell() {
         return_law: StandardLaw::Polynomial345,
         inflections: [None; 2],
     };
-    let plan = plan(lever(0.18, 0.12, 0.12, 1.0), false, 0.6, 1.0, 0.02, Cut::Groove);
+    let plan = Some(plan(lever(0.18, 0.12, 0.12, 1.0), 0.6, 0.02, Cut::Groove));
     let machine = machine(30.0, Follower::new(1.5, MotionLaw::Cycle(Cycle::new(law))), plan, Loads::default());
     let changes = Findings::new(&machine.turn().expect("a turn")).drives[0].sign_changes.clone();
     let [rise, back] = changes[..] else { panic!("{changes:?}") };
@@ -489,7 +491,7 @@ fn the_cam_turns_against_the_force_of_the_roller() {
 #[test]
 fn the_second_roller_of_a_pair_bears_what_the_first_does_not() {
     let second = Second { place: 1.9, length: 0.1, roller: 0.015 };
-    let plan = plan(lever(0.16, 0.11, 0.3, 1.0), false, 0.6, 1.0, 0.02, Cut::Conjugate(second));
+    let plan = Some(plan(lever(0.16, 0.11, 0.3, 1.0), 0.6, 0.02, Cut::Conjugate(second)));
     let law = series(&[0.03, -0.03], &[0.0, 0.002]);
     let machine = machine(50.0, Follower::new(1.0, law), plan, Loads::default());
     for k in 0..40 {
@@ -510,7 +512,7 @@ fn the_mean_torque_is_the_work_against_the_process() {
     // P = −100 N − 40 N sin φ on y = h (1 − cos φ): the shaft gives 40 N · h/2 on the mean.
     let process = Some(series(&[-100.0], &[-40.0]));
     let carrier = Held::Translating { eccentricity: 0.0 };
-    let plan = plan(carrier, false, 0.05, 1.0, 0.01, Cut::Groove);
+    let plan = Some(plan(carrier, 0.05, 0.01, Cut::Groove));
     let follower = Follower::new(2.0, series(&[0.01, -0.01], &[]));
     let drive = Drive::new("x".to_owned(), follower, plan, loaded([0.0; 2], 0.0, process)).expect("a cam");
     let inertia = Some(series(&[0.0, 0.3], &[]));
@@ -565,7 +567,7 @@ fn damping_counts_in_forces_power_and_lift_off() {
 fn what_has_no_contact_is_refused() {
     let with = |start: f64, mass: f64| {
         let carrier = Held::Translating { eccentricity: 0.0 };
-        let plan = plan(carrier, false, start, 1.0, 0.03, Cut::Inner);
+        let plan = Some(plan(carrier, start, 0.03, Cut::Inner));
         let loads = Loads { material: steel(0.01), ..loaded([1e3, 0.0], 0.0, None) };
         let follower = Follower::new(mass, series(&[0.02, 0.0, -0.02], &[]));
         let drive = Drive::new("x".to_owned(), follower, plan, loads).expect("a cam");
@@ -604,7 +606,7 @@ fn the_highest_summit_need_not_have_the_highest_sample() {
 fn a_flat_face_bears_the_force_beside_the_line_of_its_follower() {
     let law = series(&[0.010, -0.0085, -0.0015], &[0.0, 0.0004]);
     for (sense, cutter) in [(1.0, 0.0), (-1.0, 0.02)] {
-        let plan = plan(Held::Flat, false, 0.05, sense, cutter, Cut::Inner);
+        let plan = Some(Plan { sense, ..plan(Held::Flat, 0.05, cutter, Cut::Inner) });
         let loads = Loads { material: steel(0.01), ..loaded([800.0, 9e3], 0.0, None) };
         let drive = Drive::new("tappet".to_owned(), Follower::new(0.4, law.clone()), plan, loads).expect("a cam");
         assert!(drive.is_force_closed());

@@ -147,7 +147,7 @@ pub fn motions(section: &str, law: &MotionLaw, unit: &'static str) -> Vec<Motion
         _ => RIPPLE * ends.iter().fold(0.0, |most: f64, ends| most.max(lift(*ends).abs())),
     };
     ends.retain(|ends| lift(*ends).abs() > ripple);
-    ends.into_iter().map(|ends| motion((section, unit), law, ends, lift(ends))).collect()
+    ends.into_iter().map(|ends| motion(section, unit, law, ends, lift(ends))).collect()
 }
 
 /// Where U′ vanishes between two places, at the end of a rest or between two motions of different sense.
@@ -159,7 +159,8 @@ fn stop(before: ([f64; 2], f64), behind: ([f64; 2], f64), slope: impl Fn(f64) ->
     }
 }
 
-fn motion((section, unit): (&str, &'static str), law: &MotionLaw, [from, to]: [f64; 2], lift: f64) -> Motion {
+fn motion(section: &str, unit: &'static str, law: &MotionLaw, ends: [f64; 2], lift: f64) -> Motion {
+    let [from, to] = ends;
     let angle = to - from;
     let turns = [0.0, TAU].map(|turn| law.breakpoints().iter().map(move |phi| phi + turn));
     let inner = turns.into_iter().flatten().filter(|phi| from < *phi && *phi < to);

@@ -46,7 +46,8 @@ impl Overview {
     pub(super) fn elastic(&mut self, oscillator: &PeriodicOscillator, moved: Option<(&MotionLaw, bool)>) {
         let turn = sample(oscillator, HARMONICS);
         let mean = |term: fn(&Terms) -> f64| turn.iter().map(|(_, weight, t)| weight * term(t)).sum::<f64>();
-        let [m, b, c] = [mean(|t| t.m), mean(|t| t.b), mean(|t| t.c)];
+        let own = Terms { m: mean(|t| t.m), b: mean(|t| t.b), c: mean(|t| t.c), ..Terms::default() };
+        let Terms { m, b, c, .. } = own;
         // A drive whose mean stiffness draws it away has no natural frequency.
         if !(m > 0.0 && c > 0.0) {
             return;
@@ -83,17 +84,13 @@ impl Overview {
         let departs = |value: f64, mean: f64| (value - mean).abs() > SAME * mean.abs();
         self.varies = turn.iter().any(|(.., t)| departs(t.m, m) || departs(t.b, b) || departs(t.c, c));
         if !self.varies {
-            self.resonances = resonances(&turn, [m, b, c], oscillator.speed, length);
+            self.resonances = resonances(&turn, &own, oscillator.speed, length);
         }
     }
 }
 
-fn resonances(
-    turn: &[(f64, f64, Terms)],
-    [m, b, c]: [f64; 3],
-    speed: Option<f64>,
-    unit: &'static str,
-) -> Vec<Resonance> {
+fn resonances(turn: &[(f64, f64, Terms)], own: &Terms, speed: Option<f64>, unit: &'static str) -> Vec<Resonance> {
+    let Terms { m, b, c, .. } = *own;
     let w0 = (c / m).sqrt();
     let mut waves = [[Complex::default(); 3]; HARMONICS + 1];
     for (phi, weight, t) in turn {

@@ -63,27 +63,37 @@ pub fn over_damping(system: &System, known: &[Known], top: f64, done: &(dyn Fn()
 }
 
 /// The lines with more of them between where the curves bend.
-fn refined(first: Vec<(f64, [f64; 3])>, at: &dyn Fn(f64) -> Option<[f64; 3]>, top: f64) -> Vec<[f64; 3]> {
-    let mut lines = Vec::new();
+fn refined(first: Vec<Line>, at: &dyn Fn(f64) -> Option<[f64; 3]>, top: f64) -> Vec<[f64; 3]> {
+    let mut refinement = Refinement { at, top, lines: Vec::new() };
     for pair in first.windows(2) {
-        lines.push(pair[0].1);
-        halve(pair[0], pair[1], at, top, HALVINGS, &mut lines);
+        refinement.lines.push(pair[0].1);
+        refinement.halve(pair[0], pair[1], HALVINGS);
     }
-    lines.extend(first.last().map(|(_, line)| *line));
-    lines
+    refinement.lines.extend(first.last().map(|(_, line)| *line));
+    refinement.lines
 }
 
 type Line = (f64, [f64; 3]);
 
-fn halve(a: Line, b: Line, at: &dyn Fn(f64) -> Option<[f64; 3]>, top: f64, depth: usize, lines: &mut Vec<[f64; 3]>) {
-    let s = 0.5 * (a.0 + b.0);
-    let Some(line) = at(s) else { return };
-    if depth > 0 && deviates(&a.1, &line, &b.1, top) {
-        halve(a, (s, line), at, top, depth - 1, lines);
-        lines.push(line);
-        halve((s, line), b, at, top, depth - 1, lines);
-    } else {
-        lines.push(line);
+/// The lines of a region that is being refined, up to the height `top`.
+struct Refinement<'a> {
+    at: &'a dyn Fn(f64) -> Option<[f64; 3]>,
+    top: f64,
+    lines: Vec<[f64; 3]>,
+}
+
+impl Refinement<'_> {
+    /// Adds the lines between two.
+    fn halve(&mut self, a: Line, b: Line, depth: usize) {
+        let s = 0.5 * (a.0 + b.0);
+        let Some(line) = (self.at)(s) else { return };
+        if depth > 0 && deviates(&a.1, &line, &b.1, self.top) {
+            self.halve(a, (s, line), depth - 1);
+            self.lines.push(line);
+            self.halve((s, line), b, depth - 1);
+        } else {
+            self.lines.push(line);
+        }
     }
 }
 

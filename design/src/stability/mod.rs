@@ -524,11 +524,12 @@ fn at_speed(system: &System, known: &[Known], orders: &[Order], speed: f64, thet
 /// of the amplification between them.
 fn amplification(
     system: &System,
-    [low, high]: [f64; 2],
+    range: [f64; 2],
     orders: &[Order],
     theta: f64,
     done: &(dyn Fn() + Sync),
 ) -> Vec<PeriodicMotion> {
+    let [low, high] = range;
     let eta = |i: usize| low * (high / low).powf(i as f64 / (SPEEDS - 1) as f64);
     let beside = |[from, to]: [f64; 2]| [from * (1.0 - BESIDE), to * (1.0 + BESIDE)];
     let borders = orders.iter().filter_map(|order| order.damped).flat_map(beside);

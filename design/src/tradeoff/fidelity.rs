@@ -4,7 +4,7 @@ use super::reference::Reference;
 use super::rigid::{Formula, Shaft};
 use super::run::{Inputs, Trace};
 use super::simplification::{Simplification, Simplified};
-use super::{Bench, Feature, Samples, sweep, worst_of};
+use super::{Bench, Feature, sweep, worst_of};
 use camdrive::drives::Fault;
 use cpu_time::ThreadTime;
 use std::collections::BTreeMap;
@@ -47,15 +47,14 @@ fn outputs(simpler: &Simplification) -> Vec<String> {
     }
 }
 
-/// Runs it and compares with the run of the whole drive.
+/// Runs it and compares with the run of the whole drive; with its own run, where it ends.
 pub(super) fn first_run(
     simpler: &Simplification,
     bench: &Bench,
     shaft: &[Shaft],
     full: &Trace,
     reference: &Reference,
-    samples: &mut Samples,
-) -> Feature {
+) -> (Feature, Option<Trace>) {
     let mut feature = Feature {
         feature: simpler.feature.clone(),
         instead: simpler.instead.clone(),
@@ -68,7 +67,10 @@ pub(super) fn first_run(
         fault: None,
     };
     match run(simpler, bench, shaft) {
-        Err(fault) => feature.fault = Some(fault.to_string()),
+        Err(fault) => {
+            feature.fault = Some(fault.to_string());
+            (feature, None)
+        }
         Ok(trace) => {
             let outputs = outputs(simpler);
             feature.changes = changes(bench, full, reference, &trace, &outputs);
@@ -82,11 +84,9 @@ pub(super) fn first_run(
                 Some(_) => worst_of(remaining, feature.known_to),
                 None => worst_of(feature.changes.iter(), feature.known_to),
             };
-            samples.statistics = Some([trace.statistics[0], trace.statistics[1]]);
-            samples.add(trace.run_ns, trace.start_ns);
+            (feature, Some(trace))
         }
     }
-    feature
 }
 
 /// The formulas at the instants.

@@ -27,7 +27,7 @@ use crate::text::{number, time};
 use crate::{Progress, work};
 use camdrive::drives::Fault;
 
-use run::{Grid, Inputs, Interface, Plan, run};
+use run::{Grid, Inputs, Interface, Plan, Trace, run};
 use run_up::RunUp;
 use serde::Serialize;
 use std::cmp::Ordering;
@@ -185,6 +185,12 @@ struct Samples {
 }
 
 impl Samples {
+    /// The run that tells the work, too.
+    fn first(&mut self, trace: &Trace) {
+        self.statistics = Some([trace.statistics[0], trace.statistics[1]]);
+        self.add(trace.run_ns, trace.start_ns);
+    }
+
     fn add(&mut self, run_ns: f64, start_ns: f64) {
         self.run.push(run_ns);
         self.start.push(start_ns);
@@ -358,7 +364,9 @@ fn studied(resource: &Resource, options: &Options, progress: &dyn Fn(Progress)) 
     let whole = sweep::whole(&settings);
     let full = bench.setting(&settings[whole])?;
     for (simpler, samples) in simpler.iter().zip(samples.iter_mut().skip(settings.len())) {
-        features.push(fidelity::first_run(simpler, &bench, &shaft, &full, &reference, samples));
+        let (feature, trace) = fidelity::first_run(simpler, &bench, &shaft, &full, &reference);
+        features.push(feature);
+        trace.iter().for_each(|trace| samples.first(trace));
         done += 1;
         progress(Progress { done, total: jobs * (1 + LEAST_REPETITIONS), stage: "features" });
     }
@@ -500,10 +508,9 @@ fn first_run(
             let errors = reference.errors(&trace, reference.until).into_iter().map(|e| e.max(row.known_to));
             row.errors = names.iter().cloned().zip(errors).collect();
             (row.worst, row.error) = worst_of(row.errors.iter(), row.known_to);
-            let [steps, evaluations, estimate] = trace.statistics;
+            let estimate = trace.statistics[2];
             row.error_estimate = estimate.is_finite().then_some(estimate);
-            samples.statistics = Some([steps, evaluations]);
-            samples.add(trace.run_ns, trace.start_ns);
+            samples.first(&trace);
         }
     }
     row

@@ -38,8 +38,8 @@ fn point(law: usize, degrees: f64, value: f64) -> Point {
 }
 
 /// Bounds of Σ αⱼ Uⱼ⁽ⁿ⁾ between angles in degrees.
-fn bound(of: &[(usize, f64)], [from, to]: [f64; 2], order: usize, [min, max]: [f64; 2]) -> Bound {
-    let [from, to] = [from, to].map(f64::to_radians);
+fn bound(of: &[(usize, f64)], angles: [f64; 2], order: usize, range: [f64; 2]) -> Bound {
+    let ([from, to], [min, max]) = (angles.map(f64::to_radians), range);
     Bound { of: of.to_vec(), from, to, order, around: Curve::default(), min, max }
 }
 
