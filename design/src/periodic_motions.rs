@@ -6,6 +6,7 @@
 
 use crate::search::{Extreme, greatest, summit};
 use camdrive::drives::rigid_machine::{Inertia, Kloss, MachineStart, Motor, Place, RigidMachine, Scene};
+use camdrive::drives::shaft::free::State;
 use camdrive::drives::solver::free_shaft::lagging_turn::LaggingTurn;
 use camdrive::drives::solver::free_shaft::turn_map::{PERIODIC_TOLERANCE, SCAN_TOLERANCE, TurnMap};
 use camdrive::drives::{Drive as _, Fault};
@@ -149,7 +150,8 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
             });
             continue;
         }
-        match with_lag(&LaggingTurn::new(&inertia, &scene.motor, load, zero, None), energy, breakdown_torque) {
+        let at_zero = State { interval: zero.0, angle: zero.1.into(), ..State::default() };
+        match with_lag(&LaggingTurn::new(&inertia, &scene.motor, load, &at_zero, None), energy, breakdown_torque) {
             Some(motion) => continued.push((period, motion)),
             None => lost.push(period),
         }

@@ -247,9 +247,11 @@ fn the_multipliers_of_a_lagging_torque_are_those_of_the_map() {
     let motions = periodic_motions(&scene, load).unwrap();
     assert_eq!(motions.len(), 2);
     let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
+    let (interval, angle) = inertia.interval(0.0, true);
+    let start = State { interval, angle: angle.into(), ..State::default() };
     let at_start = |motion: &PeriodicMotion| [(2.0 * motion.energy).sqrt(), motion.torque];
     for motion in motions {
-        let turn = LaggingTurn::new(&inertia, &scene.motor, load, inertia.interval(0.0, true), None);
+        let turn = LaggingTurn::new(&inertia, &scene.motor, load, &start, None);
         let y = at_start(&motion);
         let after = |k: [f64; 2]| turn.after([y[0] * (1.0 + k[0]), y[1] + 15.0 * k[1]]).unwrap();
         let column = |k: [f64; 2], scale: f64| {

@@ -41,7 +41,7 @@ use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::free::{Shaft, State};
 use crate::drives::solver::free_shaft::grid::Grid;
 use crate::drives::solver::free_shaft::in_angle::InAngle;
-use crate::drives::solver::free_shaft::in_time::InTime;
+use crate::drives::solver::free_shaft::in_time::{InTime, Room};
 use crate::drives::solver::free_shaft::mesh::Mesh;
 use crate::drives::solver::free_shaft::steady;
 use crate::drives::solver::step_control::ROUNDINGS;
@@ -221,7 +221,8 @@ impl RigidMachine {
             } else if may_turn && in_angle.begin(shaft, state, solver, now, in_time.deviations()) {
                 continue;
             } else {
-                in_time.extend(shaft, state, solver, (time, now), (!goes_beyond).then_some(target))?
+                let room = Room { time, from: now, limit: (!goes_beyond).then_some(target) };
+                in_time.extend(shaft, state, solver, room)?
             };
             if work.draw(cost).is_err() {
                 return Err(self.too_long([time, target.hi], now.hi));

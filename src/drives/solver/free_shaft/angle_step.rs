@@ -148,12 +148,22 @@ impl End {
     }
 }
 
+/// N over a step.
+struct Net<'a> {
+    /// At the nodes.
+    nodes: &'a [f64; STAGES],
+    /// Its coefficients.
+    modes: &'a [f64],
+    /// The residual of the collocation equations as part of E.
+    left: f64,
+}
+
 impl Estimate {
-    /// `slow` and `modes` are the coefficients of 1/φ̇ and of N, `net` is N at the nodes, `left` the residual of the collocation
-    /// equations as part of E.
-    fn new(length: f64, [first, last]: [&End; 2], [slow, modes]: [&[f64]; 2], net: &[f64; STAGES], left: f64) -> Self {
+    /// `slow` are the coefficients of 1/φ̇.
+    fn new(length: f64, ends: [&End; 2], slow: &[f64], net: &Net) -> Self {
+        let ([first, last], &Net { nodes, modes, left }) = (ends, net);
         let least = first.energy.min(last.energy);
-        let largest = net.iter().fold(1e-300_f64, |largest, n| largest.max(n.abs()));
+        let largest = nodes.iter().fold(1e-300_f64, |largest, n| largest.max(n.abs()));
         let steep = 2.0 * first.energy * first.slope.abs().max(last.slope.abs());
         let noise = f64::EPSILON * (largest + steep.min(STIFFEST * first.energy / length));
         let nu = (neglected(modes) - NOISE_OF_MODES * noise).max(0.0);
@@ -174,6 +184,24 @@ impl Estimate {
             time: time.max(CAUTION * (sigma * decay(slow).powi(3))) + 2.0 * f64::EPSILON,
         }
     }
+}
+
+/// How a step changes with another place and energy at its beginning.
+#[derive(Clone, Copy)]
+pub struct Shift {
+    /// Where it begins then.
+    pub from: Position,
+    /// How E grows over the step (J), and by how much more then.
+    pub gain: Double,
+    pub more: f64,
+    /// How long the step takes (s), and by how much longer then.
+    pub duration: Double,
+    pub longer: f64,
+    /// The same as a part of the duration.
+    pub slower: f64,
+    /// The relative errors of E that this makes at the end and, besides, between the ends.
+    pub ends: f64,
+    pub between: f64,
 }
 
 /// A step in the angle: the motion between its ends.
@@ -216,61 +244,76 @@ pub struct AngleStep {
     bend: f64,
 }
 
-/// E at the nodes where N at the nodes is `net`.
-#[inline(always)]
-fn energies(from: Double, length: f64, net: &[f64; STAGES]) -> [f64; STAGES] {
-    combine(&MATRIX_COLUMNS, net).map(|sum| from.hi + (from.lo + length * sum))
+/// The part of a cell that a step is to pass.
+pub struct Part<'a> {
+    /// Where it begins.
+    pub from: Position,
+    /// Its length (rad).
+    pub length: f64,
+    /// Whether it ends where its cell ends.
+    pub to_edge: bool,
+    /// 2/J at its ends and nodes in the order in which they are passed.
+    pub reciprocal: &'a Tabulated,
 }
 
-/// Solves Nᵢ = N(Eᵢ(N)) from the guess `net` on, to an error of `remainder` relative to E; returns what may remain of it.
-fn solve(
-    net: &mut [f64; STAGES],
-    (from, length): (Double, f64),
-    reciprocal: &[f64; STAGES],
-    torques: &Torques,
-    stiff: bool,
-    remainder: f64,
-    evaluations: &mut f64,
-) -> Option<f64> {
-    let mut newton: Option<Lu<STAGES>> = None;
-    // Unknown before the first correction; a comparison with it is false.
-    let mut last = f64::NAN;
-    for _ in 0..ITERATIONS {
-        let e = energies(from, length, net);
-        // A comparison with NaN is false too.
-        if !e.iter().all(|e| *e > LEAST_ENERGY * from.hi) {
-            return None;
-        }
-        let mut correction = [0.0; STAGES];
-        for i in 0..STAGES {
-            correction[i] = torques.net((e[i] * reciprocal[i]).sqrt()) - net[i];
-        }
-        *evaluations += STAGES as f64;
-        if stiff {
-            if newton.is_none() {
-                newton = Some(factorise(length, torques, &e, reciprocal)?);
-            }
-            newton.as_ref()?.solve(&mut correction);
-        }
-        let mut size = 0.0;
-        for i in 0..STAGES {
-            net[i] += correction[i];
-            size = f64::max(size, correction[i].abs());
-        }
-        size *= length / from.hi;
-        let rate = size / last;
-        // Later sweeps contract faster than earlier ones, so that this overestimates what is left.
-        let left = if rate < 1.0 { size * rate / (1.0 - rate) } else { size };
-        let rounding = rate > 0.3 && size <= 1e-13;
-        if left <= remainder || rounding {
-            return Some(left);
-        }
-        if rate > 0.05 {
-            newton = None;
-        }
-        last = size;
+impl Part<'_> {
+    /// E at the nodes where N at the nodes is `net`.
+    #[inline(always)]
+    fn energies(&self, net: &[f64; STAGES]) -> [f64; STAGES] {
+        let (from, length) = (self.from.energy, self.length);
+        combine(&MATRIX_COLUMNS, net).map(|sum| from.hi + (from.lo + length * sum))
     }
-    None
+
+    /// Solves Nᵢ = N(Eᵢ(N)) from the guess `net` on, to an error of `remainder` relative to E; returns what may remain of it.
+    fn solve(
+        &self,
+        net: &mut [f64; STAGES],
+        torques: &Torques,
+        stiff: bool,
+        remainder: f64,
+        evaluations: &mut f64,
+    ) -> Option<f64> {
+        let (from, length, reciprocal) = (self.from.energy, self.length, &self.reciprocal.nodes);
+        let mut newton: Option<Lu<STAGES>> = None;
+        // Unknown before the first correction; a comparison with it is false.
+        let mut last = f64::NAN;
+        for _ in 0..ITERATIONS {
+            let e = self.energies(net);
+            // A comparison with NaN is false too.
+            if !e.iter().all(|e| *e > LEAST_ENERGY * from.hi) {
+                return None;
+            }
+            let mut correction = [0.0; STAGES];
+            for i in 0..STAGES {
+                correction[i] = torques.net((e[i] * reciprocal[i]).sqrt()) - net[i];
+            }
+            *evaluations += STAGES as f64;
+            if stiff {
+                if newton.is_none() {
+                    newton = Some(factorise(length, torques, &e, reciprocal)?);
+                }
+                newton.as_ref()?.solve(&mut correction);
+            }
+            let mut size = 0.0;
+            for i in 0..STAGES {
+                net[i] += correction[i];
+                size = f64::max(size, correction[i].abs());
+            }
+            size *= length / from.hi;
+            let rate = size / last;
+            // Later sweeps contract faster than earlier ones, so that this overestimates what is left.
+            let left = if rate < 1.0 { size * rate / (1.0 - rate) } else { size };
+            let rounding = rate > 0.3 && size <= 1e-13;
+            if left <= remainder || rounding {
+                return Some(left);
+            }
+            if rate > 0.05 {
+                newton = None;
+            }
+            last = size;
+        }
+        None
+    }
 }
 
 /// The matrix δᵢⱼ − h ∂N/∂E aᵢⱼ of Newton's method for the Nᵢ, factorised.
@@ -323,23 +366,21 @@ fn guessed(guess: &[f64; 6], s: f64) -> f64 {
 }
 
 impl AngleStep {
-    /// The step of `length` from `from` on, with 2/J at its ends and nodes in the order in which they are passed. N of
-    /// the step `before`, which ends here, goes on as a first guess. Adds to the number of evaluations. None where
-    /// the equations cannot be solved to an error of `remainder`, relative to E.
+    /// The step over a part of a cell. N of the step `before`, which ends where it begins, goes on as a first guess. Adds to the
+    /// number of evaluations. None where the equations cannot be solved to an error of `remainder`, relative to E.
     pub fn new(
-        from: Position,
-        (length, to_edge): (f64, bool),
-        reciprocal: &Tabulated,
+        part: &Part,
         torques: &Torques,
         before: Option<&AngleStep>,
         remainder: f64,
         evaluations: &mut f64,
     ) -> Option<Self> {
+        let Part { from, length, to_edge, reciprocal } = *part;
         let first = End::new(from.energy.hi, reciprocal.ends[0], torques);
         let before = before.filter(|step| length <= STRETCH * step.length);
         let mut net = before.map_or([first.net; STAGES], |step| step.continued(length));
         let stiff = length * first.slope.abs() > STIFF;
-        let left = solve(&mut net, (from.energy, length), &reciprocal.nodes, torques, stiff, remainder, evaluations)?;
+        let left = part.solve(&mut net, torques, stiff, remainder, evaluations)?;
 
         let work: f64 = (0..STAGES).map(|i| WEIGHTS[i] * net[i]).sum();
         let energy = from.energy + Double::from(length * work);
@@ -347,7 +388,7 @@ impl AngleStep {
             return None;
         }
         let last = End::new(energy.hi, reciprocal.ends[1], torques);
-        let e = energies(from.energy, length, &net);
+        let e = part.energies(&net);
         let slow: [f64; STAGES] = std::array::from_fn(|i| 1.0 / (e[i] * reciprocal.nodes[i]).sqrt());
         let slow_modes = Interpolant::modes_through(&slow, [1.0 / first.speed, 1.0 / last.speed]);
         let net_modes = modes(&net);
@@ -378,22 +419,20 @@ impl AngleStep {
             converged: 4.0 * INSTANT * remainder / (length * steepest * fastest),
             net: net_modes,
             work: Interpolant::new(&integrated(&net_modes.map(|mode| 0.5 * length * mode))),
-            estimate: Estimate::new(length, [&first, &last], [&slow_modes, &net_modes], &net, left),
+            estimate: Estimate::new(
+                length,
+                [&first, &last],
+                &slow_modes,
+                &Net { nodes: &net, modes: &net_modes, left },
+            ),
             bend: 2.0 * steepest * fastest / length,
         })
     }
 
-    /// Moves this step to another place and energy, where E grows by `gain` and `more` (J) and it takes `duration` and
-    /// `longer` (s), which is the part `slower`; it then errs by these relative errors of E at the end and, besides,
-    /// between the ends.
+    /// Moves this step to another place and energy.
     #[inline(always)]
-    pub fn shift(
-        &mut self,
-        from: Position,
-        (gain, more): (Double, f64),
-        (duration, longer, slower): (Double, f64, f64),
-        [ends, between]: [f64; 2],
-    ) {
+    pub fn shift(&mut self, shift: Shift) {
+        let Shift { from, gain, more, duration, longer, slower, ends, between } = shift;
         let error = ends + between;
         self.from = from;
         self.end = from.time + duration + Double::from(longer);

@@ -1,6 +1,6 @@
 //! Steps in the angle, one after the other: how long each may be.
 
-use super::angle_step::{AngleStep, Position};
+use super::angle_step::{AngleStep, Part, Position};
 use super::mesh::{Mesh, tabulate};
 use crate::drives::shaft::free::torques::Torques;
 use crate::numerics::collocation::fit;
@@ -70,8 +70,8 @@ impl AngleSteps {
             if !forward {
                 table.reverse();
             }
-            let (part, evaluations) = ((length, to_edge), &mut self.evaluations);
-            let step = AngleStep::new(position, part, &table, &self.torques, before, remainder, evaluations);
+            let part = Part { from: position, length, to_edge, reciprocal: &table };
+            let step = AngleStep::new(&part, &self.torques, before, remainder, &mut self.evaluations);
             let error = step.as_ref().map_or(f64::INFINITY, |step| step.estimate.error);
             let next_length = || length * growth(error, self.tolerance);
             if error <= self.tolerance {

@@ -8,7 +8,7 @@
 //! follows from the parameters and the load, so that all instances with the same ones share it, and a machine that reads
 //! it computes the same whatever has happened before.
 
-use super::angle_step::{AngleStep, Position};
+use super::angle_step::{AngleStep, Position, Shift};
 use super::mesh::Mesh;
 use super::turn_map::{ROUNDING, TurnMap};
 use crate::drives::shaft::free::motor::{Kloss, Motor};
@@ -95,12 +95,16 @@ impl Lap {
         }
         let relative = delta * self.per_joule;
         *step = *own;
-        step.shift(
-            position,
-            (self.gain, self.growth * delta),
-            (self.duration, self.delay * delta, self.slower * delta),
-            [relative * relative, relative.abs() * self.bent],
-        );
+        step.shift(Shift {
+            from: position,
+            gain: self.gain,
+            more: self.growth * delta,
+            duration: self.duration,
+            longer: self.delay * delta,
+            slower: self.slower * delta,
+            ends: relative * relative,
+            between: relative.abs() * self.bent,
+        });
         true
     }
 }

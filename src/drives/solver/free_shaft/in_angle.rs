@@ -69,7 +69,7 @@ impl InAngle {
         Ok(())
     }
 
-    /// Begins at the time `now` with these deviations of φ and u where E is large against the work of the torques over a cell;
+    /// Begins at the time `now` with these deviations of φ, u and M_an where E is large against the work of the torques over a cell;
     /// whether a step meets the tolerance.
     pub fn begin(
         &mut self,
@@ -77,8 +77,9 @@ impl InAngle {
         state: &State,
         solver: &mut Solver,
         now: Double,
-        [phi, of_u, _]: [f64; 3],
+        deviations: [f64; 3],
     ) -> bool {
+        let [phi, of_u, _] = deviations;
         let State { interval, u, .. } = *state;
         if !(0.5 * u.hi * u.hi > SLOW * shaft.net_torque(state, state.w).abs() * self.mesh.widest) {
             return false;

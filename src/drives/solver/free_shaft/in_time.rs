@@ -158,6 +158,17 @@ fn encounter<const N: usize>(
     (reversal, exit)
 }
 
+/// The room that a step in time has.
+#[derive(Clone, Copy)]
+pub struct Room {
+    /// The communication step begins (s).
+    pub time: f64,
+    /// The step begins.
+    pub from: Double,
+    /// It ends at the latest.
+    pub limit: Option<Double>,
+}
+
 /// What the search for a step works with beside the integrator.
 struct Search<'a> {
     shaft: &'a Shaft,
@@ -286,16 +297,10 @@ impl InTime {
         self.span.map(|span| span.end)
     }
 
-    /// The step from `from` on, in the communication step that begins at `time` (s): to a border, to `limit`, to the next point of
-    /// the grid, or as far as the tolerance allows. Returns what it cost (nominal µs).
-    pub fn extend(
-        &mut self,
-        shaft: &Shaft,
-        state: &mut State,
-        solver: &mut Solver,
-        (time, from): (f64, Double),
-        limit: Option<Double>,
-    ) -> Result<f64, Fault> {
+    /// The next step: to a border, to a limit, to the next point of the grid, or as far as the tolerance allows. Returns what it cost
+    /// (nominal µs).
+    pub fn extend(&mut self, shaft: &Shaft, state: &mut State, solver: &mut Solver, room: Room) -> Result<f64, Fault> {
+        let Room { time, from, limit } = room;
         let InTime { integrator, span, idle, grid } = self;
         let tolerance = (solver.settings.method == Method::Adaptive).then(|| solver.effective_tolerance());
         let end = match limit {
@@ -345,7 +350,8 @@ impl InTime {
 
 /// The larger error at the ends of a step that begins `here`, by these deviations: of φ relative to the angle passed, of φ̇ = u/√J
 /// to the greatest speed and of a lagging torque to the breakdown torque.
-fn error_of(shaft: &Shaft, here: &State, increment: [f64; 3], [phi, u, torque]: [f64; 3]) -> f64 {
+fn error_of(shaft: &Shaft, here: &State, increment: [f64; 3], deviations: [f64; 3]) -> f64 {
+    let [phi, u, torque] = deviations;
     let mut there = *here;
     there.add(shaft, increment);
     let travelled = here.travelled + increment[0].abs();

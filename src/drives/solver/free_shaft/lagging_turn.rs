@@ -13,9 +13,9 @@
 //! whose Floquet multipliers have the product exp(−∮ dψ/(T_el|φ̇|)) = exp(−T/T_el) (Liouville).
 
 use crate::drives::follower::place::Place;
-use crate::drives::shaft::free::beside;
 use crate::drives::shaft::free::inertia::Inertia;
 use crate::drives::shaft::free::motor::{Kloss, Motor};
+use crate::drives::shaft::free::{State, beside};
 use crate::numerics::collocation::{Collocation, System};
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::Gauss;
@@ -103,14 +103,9 @@ impl System<3> for OnLeg<'_> {
 }
 
 impl<'a> LaggingTurn<'a> {
-    /// The turn against the load `tau` (N·m) from an angle (rad) of this interval on.
-    pub fn new(
-        inertia: &'a Inertia,
-        motor: &'a Motor,
-        tau: f64,
-        (interval, phi_start): (usize, f64),
-        work: Option<&'a Cell<Work>>,
-    ) -> Self {
+    /// The turn against the load `tau` (N·m) from the angle of a state on.
+    pub fn new(inertia: &'a Inertia, motor: &'a Motor, tau: f64, start: &State, work: Option<&'a Cell<Work>>) -> Self {
+        let (phi_start, interval) = (start.angle.hi, start.interval);
         LaggingTurn { inertia, motor, tau, sense: motor.sense(), phi_start, interval, work }
     }
 

@@ -6,7 +6,7 @@
 //! angle to the tolerance; they end at the borders of the motion laws. Where the motor's torque varies more than √J at
 //! its synchronous speed, cells are divided.
 
-use super::angle_step::{AngleStep, Position, Tabulated};
+use super::angle_step::{AngleStep, Part, Position, Tabulated};
 use crate::drives::shaft::free::beside;
 use crate::drives::shaft::free::motor::{Kloss, Motor};
 use crate::drives::shaft::free::profile::Profile;
@@ -173,8 +173,8 @@ impl Mesh {
         let remainder = FINER * tolerance;
         let mut divided = Vec::with_capacity(2 * cells.len());
         for cell in cells {
-            let step =
-                AngleStep::new(position, (cell.width, true), &cell.reciprocal, &torques, None, remainder, &mut 0.0);
+            let part = Part { from: position, length: cell.width, to_edge: true, reciprocal: &cell.reciprocal };
+            let step = AngleStep::new(&part, &torques, None, remainder, &mut 0.0);
             let error = step.map_or(f64::INFINITY, |step| step.estimate.error);
             // The error goes with the ninth power of the width.
             let parts = (error / tolerance).powf(1.0 / 9.0).ceil().clamp(1.0, MOST_PARTS) as usize;

@@ -109,7 +109,7 @@ fn search(shaft: &Shaft, mesh: &Mesh, phi: f64, work: &Cell<Work>) -> Result<Per
     let (on_mesh, _) = state.on_mesh(inertia);
     let mut energy = map.energy_at(energy, (state.interval, on_mesh.hi)).ok_or_else(none)?;
     if motor.lag().is_some() {
-        let turn = LaggingTurn::new(inertia, motor, tau, (state.interval, state.angle.hi), Some(work));
+        let turn = LaggingTurn::new(inertia, motor, tau, &state, Some(work));
         let v = (2.0 * energy.hi).sqrt();
         let (motion, t) = turn.refine(v, breakdown_torque).ok_or_else(none)?;
         let (growth, _) = turn.growth_and_motion(motion).ok_or_else(none)?;
