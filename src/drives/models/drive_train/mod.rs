@@ -165,7 +165,8 @@ impl DriveTrain {
         let (y, turns) = self.first_states();
         let tolerance = self.solver.effective_tolerance().max(FINEST_TOLERANCE);
         let count = self.train.layout.count;
-        let mut run = Run::begin(&self.train, Double::from(time), (&y[..count], turns), Modes::default(), tolerance);
+        let mut run = Run::begin(&self.train, Double::from(time), &y[..count], Modes::default(), tolerance);
+        run.turns = turns;
         let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
         run.choose_modes(&self.train, &outside, self.start == Start::Equilibrium, &mut self.log)?;
         let steady = self.start == Start::SteadyState;
@@ -179,7 +180,8 @@ impl DriveTrain {
                 );
                 return Err(refused_start(message));
             }
-            run = Run::begin(&self.train, Double::from(time), (&found.y[..count], turns), found.modes, tolerance);
+            run = Run::begin(&self.train, Double::from(time), &found.y[..count], found.modes, tolerance);
+            run.turns = turns;
             run = run.with_period(found);
         }
         // As a BacklashDrive tells it.

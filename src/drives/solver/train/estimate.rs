@@ -10,6 +10,7 @@
 //!
 //! Source: P. C. Müller, Chaos, Solitons & Fractals 5 (1995) 1671–1681 (linearisation at discontinuities).
 
+use super::record::About;
 use super::{Event, ORDERS, Outside, Run};
 use crate::drives::follower::contact::Mode;
 use crate::drives::follower::member::Joint;
@@ -186,9 +187,9 @@ impl Run {
             self.recorded.tape.set(k, y[k]);
         }
         let angles = train.angles(self.phi(outside, self.start, &y), &y);
-        let at = (self.start, &angles[..], self.turns);
+        let about = About { time: self.start, angles: &angles, turns: self.turns, order: low, unit: self.unit };
         self.series += 1.0;
-        self.recorded.fill(train, &self.modes, at, outside, (low, self.unit));
+        self.recorded.fill(train, &self.modes, outside, &about);
         self.recorded.tape.expand(low, self.unit);
         let mut rest = 0.0_f64;
         for k in 0..count {
@@ -313,7 +314,8 @@ fn later([gap, speed]: [f64; 2], closing: f64, acceleration: f64) -> Option<(f64
 }
 
 /// The same where impacts of the disturbed motion are others, with the accelerations before and behind it and the time of flight (s).
-fn apart([gap, speed]: [f64; 2], closing: f64, [before, behind]: [f64; 2], flight: f64) -> (f64, f64) {
+fn apart(errors: [f64; 2], closing: f64, accelerations: [f64; 2], flight: f64) -> (f64, f64) {
+    let ([gap, speed], [before, behind]) = (errors, accelerations);
     // Where the gap closes slowly, its curvature bounds the delay.
     let rate = (closing * closing + (2.0 * (behind - before) * gap).abs()).sqrt().copysign(closing);
     if rate == 0.0 {

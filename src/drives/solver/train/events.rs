@@ -17,6 +17,47 @@ const CLOSURE: f64 = 1e-10;
 /// Impacts that would bounce for less than this part of that time are none: m1 stays.
 const FAINT: f64 = 1e-14;
 
+/// What tells of an event.
+struct Figure {
+    quantity: &'static str,
+    value: f64,
+    unit: &'static str,
+}
+
+impl Figure {
+    fn angle(value: f64) -> Self {
+        Figure { quantity: "angle", value, unit: "rad" }
+    }
+
+    fn impulse(value: f64) -> Self {
+        Figure { quantity: "impulse", value, unit: "N.s" }
+    }
+
+    fn force(value: f64) -> Self {
+        Figure { quantity: "force", value, unit: "N" }
+    }
+}
+
+/// m1 of follower j at a flank that it has hit: its bounces end when all that are to come take less than this part of the time in
+/// which the pressing force changes.
+struct Bounce {
+    j: usize,
+    flank: Flank,
+    part: f64,
+}
+
+/// How cam and flank of a follower jump.
+struct Jump {
+    /// By how much place (m) and velocity (m/s) do.
+    moved: [f64; 2],
+    /// What these differences round to.
+    rounding: [f64; 2],
+    /// U′ behind it.
+    slope: f64,
+    /// Whether inputs make it.
+    is_input: bool,
+}
+
 impl End {
     /// Finds the segments of all laws anew.
     pub fn locate(&mut self, train: &Train) {
@@ -42,7 +83,7 @@ impl Run {
             }
             Event::Release(j) => {
                 self.open(j, 3);
-                self.log(log, ("release", j + 1), ("angle", phi.hi, "rad"));
+                self.log(log, "release", j + 1, Figure::angle(phi.hi));
                 self.settle(train, outside, Some(j), log);
             }
             Event::Impact(j, flank) => self.hit(train, outside, (j, flank), log),
@@ -50,7 +91,7 @@ impl Run {
                 self.modes.saturation = sign;
                 let kind =
                     if sign == 0 { "torque of the servo below its limit" } else { "torque of the servo at its limit" };
-                self.log(log, (kind, 0), ("angle", phi.hi, "rad"));
+                self.log(log, kind, 0, Figure::angle(phi.hi));
             }
             Event::Knot(piece) => self.modes.piece = piece,
         }
@@ -59,12 +100,8 @@ impl Run {
         }
     }
 
-    fn log(
-        &self,
-        log: &mut EventLog,
-        (kind, follower): (&'static str, usize),
-        (quantity, value, unit): (&'static str, f64, &'static str),
-    ) {
+    fn log(&self, log: &mut EventLog, kind: &'static str, follower: usize, figure: Figure) {
+        let Figure { quantity, value, unit } = figure;
         log.push(Entry { time: self.start.hi, kind, quantity, value, unit, follower, about: About::Machine });
     }
 
@@ -198,51 +235,15 @@ impl Run {
         self.modes.segments = train.segments(&angles, w >= 0.0);
         let new = cams(&self.modes, &angles);
         let mut struck = [None; MOST_FOLLOWERS];
-        for (j, follower) in train.followers.iter().enumerate() {
-            let at = train.layout.followers[j];
+        for j in 0..train.followers.len() {
             let [from, to] = [[old[j][0], old[j][1] * end.course[1]], [new[j][0], new[j][1] * w]];
-            let moved = [to[0] - from[0], to[1] - from[1]];
-            // What these differences round to.
-            let rounding = [0, 1].map(|n| 8.0 * f64::EPSILON * (from[n].abs() + to[n].abs()));
-            let mut follow = |at: usize| (y[at], y[at + 1]) = (y[at] - moved[0], y[at + 1] - moved[1]);
-            match (follower.joint, self.modes.contacts[j]) {
-                (Joint::Output(..), _) => follow(at),
-                (Joint::Backlash(p), Mode::Contact(_)) => {
-                    let pulls = jumps && p.s.is_infinite() && moved[1] < 0.0;
-                    if p.m2 > 0.0 {
-                        y[at + 2] -= moved[0];
-                        y[at + 3] -= if pulls { 0.0 } else { moved[1] };
-                    }
-                    if pulls {
-                        y[at + 1] = -moved[1];
-                        self.open(j, 1);
-                        self.log(log, ("release", j + 1), ("impulse", p.m1 * moved[1], "N.s"));
-                    } else {
-                        self.count(j, p.m1 * moved[1], new[j][1]);
-                    }
-                }
-                (Joint::Backlash(p), Mode::Free) => {
-                    follow(at);
-                    for flank in [Flank::A, Flank::B] {
-                        let sign = flank.sign();
-                        let beyond = flank.pick(0.0, p.s) - self.modes.home(j, p.s) - y[at];
-                        let rests = beyond.abs() <= rounding[0] && y[at + 1].abs() <= rounding[1];
-                        if rests || sign * beyond > 0.0 {
-                            (y[at], self.modes.beyond[j]) = (0.0, flank == Flank::B);
-                            y[at + 1] *= if rests { 0.0 } else { 1.0 };
-                            if p.m2 > 0.0 {
-                                y[at + 2] -= beyond;
-                            }
-                            struck[j] = (sign * y[at + 1] < 0.0).then_some(flank);
-                            break;
-                        }
-                    }
-                    if y[at + 1] != 0.0 {
-                        self.modes.zeros[j] = 0;
-                    }
-                }
-                _ => {}
-            }
+            let jump = Jump {
+                moved: [to[0] - from[0], to[1] - from[1]],
+                rounding: [0, 1].map(|n| 8.0 * f64::EPSILON * (from[n].abs() + to[n].abs())),
+                slope: new[j][1],
+                is_input: jumps,
+            };
+            struck[j] = self.displace(train, j, &jump, &mut y, log);
         }
         self.states.iter_mut().zip(y).for_each(|(state, y)| *state = Double::from(y));
         for (j, flank) in struck.into_iter().enumerate().filter_map(|(j, flank)| Some((j, flank?))) {
@@ -254,6 +255,59 @@ impl Run {
             self.rebuild(train, outside);
         }
         jumps
+    }
+
+    /// Puts follower j where a jump leaves it; the flank that a free mass then hits.
+    fn displace(
+        &mut self,
+        train: &Train,
+        j: usize,
+        jump: &Jump,
+        y: &mut [f64; MOST_STATES],
+        log: &mut EventLog,
+    ) -> Option<Flank> {
+        let (at, &Jump { moved, rounding, slope, is_input }) = (train.layout.followers[j], jump);
+        let mut follow = |at: usize| (y[at], y[at + 1]) = (y[at] - moved[0], y[at + 1] - moved[1]);
+        let mut struck = None;
+        match (train.followers[j].joint, self.modes.contacts[j]) {
+            (Joint::Output(..), _) => follow(at),
+            (Joint::Backlash(p), Mode::Contact(_)) => {
+                let pulls = is_input && p.s.is_infinite() && moved[1] < 0.0;
+                if p.m2 > 0.0 {
+                    y[at + 2] -= moved[0];
+                    y[at + 3] -= if pulls { 0.0 } else { moved[1] };
+                }
+                if pulls {
+                    y[at + 1] = -moved[1];
+                    self.open(j, 1);
+                    self.log(log, "release", j + 1, Figure::impulse(p.m1 * moved[1]));
+                } else {
+                    self.count(j, p.m1 * moved[1], slope);
+                }
+            }
+            (Joint::Backlash(p), Mode::Free) => {
+                follow(at);
+                for flank in [Flank::A, Flank::B] {
+                    let sign = flank.sign();
+                    let beyond = flank.pick(0.0, p.s) - self.modes.home(j, p.s) - y[at];
+                    let rests = beyond.abs() <= rounding[0] && y[at + 1].abs() <= rounding[1];
+                    if rests || sign * beyond > 0.0 {
+                        (y[at], self.modes.beyond[j]) = (0.0, flank == Flank::B);
+                        y[at + 1] *= if rests { 0.0 } else { 1.0 };
+                        if p.m2 > 0.0 {
+                            y[at + 2] -= beyond;
+                        }
+                        struck = (sign * y[at + 1] < 0.0).then_some(flank);
+                        break;
+                    }
+                }
+                if y[at + 1] != 0.0 {
+                    self.modes.zeros[j] = 0;
+                }
+            }
+            _ => {}
+        }
+        struck
     }
 
     /// The followers at their flanks.
@@ -292,7 +346,7 @@ impl Run {
             if pressed < -resolution && p.s > 0.0 {
                 self.open(j, 2);
                 if !touched {
-                    self.log(log, ("release", j + 1), ("force", forces[j], "N"));
+                    self.log(log, "release", j + 1, Figure::force(forces[j]));
                 }
             } else if pressed > resolution && touched {
                 self.modes.contacts[j] = Mode::Contact(*flank);
@@ -332,7 +386,7 @@ impl Run {
         let (f, _) = train.instant(&self.modes, phi, &y, &given);
         let slopes: [f64; MOST_FOLLOWERS] = std::array::from_fn(|i| f.cams[i][1]);
         // Two that chatter at once open each other at every bounce, to the last digit.
-        if self.close(train, outside, (j, flank, FAINT), &slopes, &mut y) {
+        if self.close(train, outside, Bounce { j, flank, part: FAINT }, &slopes, &mut y) {
             self.states.iter_mut().zip(y).filter(|(s, y)| s.hi != *y).for_each(|(s, y)| *s = Double::from(y));
             return self.settle(train, outside, None, log);
         }
@@ -347,14 +401,14 @@ impl Run {
             if was_free {
                 self.tallies[i].impacts += 1.0;
                 let kind = touched.pick("impact on flank A", "impact on flank B");
-                self.log(log, (kind, i + 1), ("impulse", impulse, "N.s"));
+                self.log(log, kind, i + 1, Figure::impulse(impulse));
             }
             if strike.after[i] == 0.0 {
                 self.modes.contacts[i] = Mode::Contact(touched);
             } else {
                 self.open(i, 1);
                 if was_free {
-                    self.close(train, outside, (i, touched, CLOSURE), &slopes, &mut y);
+                    self.close(train, outside, Bounce { j: i, flank: touched, part: CLOSURE }, &slopes, &mut y);
                 }
             }
         }
@@ -378,10 +432,11 @@ impl Run {
         &mut self,
         train: &Train,
         outside: &Outside,
-        (j, flank, part): (usize, Flank, f64),
+        bounce: Bounce,
         slopes: &[f64; MOST_FOLLOWERS],
         y: &mut [f64],
     ) -> bool {
+        let Bounce { j, flank, part } = bounce;
         let Joint::Backlash(p) = train.followers[j].joint else { return false };
         let mut at_flank = self.at_flanks(None);
         at_flank[j] = Some(flank);

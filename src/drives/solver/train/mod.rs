@@ -15,6 +15,7 @@ use crate::drives::follower::contact::{Flank, Mode};
 use crate::drives::follower::member::Joint;
 use crate::drives::limits::step_too_much;
 use crate::drives::shaft::cam_drive::AngleMotion;
+use crate::drives::shaft::motor::Motor;
 use crate::drives::shaft::train::{Given, Inputs, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use crate::drives::{EventLog, Fault, Rounded};
 use crate::numerics::angle::WHOLE_TURN;
@@ -24,7 +25,7 @@ use crate::numerics::gauss::Gauss;
 use crate::numerics::taylor::Series;
 use crate::numerics::work::Work;
 use estimate::Errors;
-use record::Recorded;
+use record::{About, Recorded};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -200,11 +201,11 @@ fn order(tolerance: f64) -> usize {
 }
 
 impl Run {
-    /// Begins at `time` in these states and modes.
-    pub fn begin(train: &Train, time: Double, (y, turns): (&[f64], f64), modes: Modes, tolerance: f64) -> Self {
+    /// Begins at `time` in these states and modes, within the first turn.
+    pub fn begin(train: &Train, time: Double, y: &[f64], modes: Modes, tolerance: f64) -> Self {
         let states = y.iter().map(|y| Double::from(*y)).collect();
         let order = order(tolerance);
-        let mut run = Run { start: time, states, turns, modes, order, tolerance, unit: LONGEST, ..Run::default() };
+        let mut run = Run { start: time, states, modes, order, tolerance, unit: LONGEST, ..Run::default() };
         run.unit = run.pace(train);
         run
     }
@@ -348,8 +349,8 @@ impl Run {
             self.recorded.tape.set(k, state.hi);
         }
         let angles = train.angles(self.phi(outside, self.start, &y), &y);
-        let at = (self.start, &angles[..], self.turns);
-        self.recorded.fill(train, &self.modes, at, outside, (self.order, self.unit));
+        let about = About { time: self.start, angles: &angles, turns: self.turns, order: self.order, unit: self.unit };
+        self.recorded.fill(train, &self.modes, outside, &about);
         self.recorded.tape.expand(self.order, self.unit);
     }
 
@@ -429,66 +430,84 @@ impl Run {
 
     /// Shortens the step to the first event.
     fn find_event(&mut self, train: &Train, outside: &Outside) {
-        let count = self.order;
-        // A guard: its value now, and the course of a series in one sense or the other.
-        let guard = |value: f64, sign: f64, c: &[f64]| {
-            let mut guard = [0.0; ORDERS[1]];
-            guard[0] = value;
-            guard[1..count].iter_mut().zip(&c[1..]).for_each(|(g, c)| *g = sign * c);
-            guard
-        };
         let mut y = [0.0; MOST_STATES];
         self.from(&mut y);
-        let angles = train.angles(self.phi(outside, self.start, &y), &y);
-        let ways = train.ways(&self.modes, &angles);
+        self.watch_borders(train, &train.angles(self.phi(outside, self.start, &y), &y));
         let w = outside.motion.map_or(y[1], |motion| motion.at_instant(self.start).kinematics.0[1]);
+        for j in 0..train.followers.len() {
+            self.watch_follower(train, j, w);
+        }
+        if let Some(machine) = train.machine() {
+            self.watch_motor(&machine.motor);
+        }
+    }
+
+    /// A guard: its value now, and the course of a series in one sense or the other.
+    fn guard(&self, value: f64, sign: f64, c: &[f64]) -> [f64; ORDERS[1]] {
+        let mut guard = [0.0; ORDERS[1]];
+        guard[0] = value;
+        guard[1..self.order].iter_mut().zip(&c[1..]).for_each(|(g, c)| *g = sign * c);
+        guard
+    }
+
+    /// The ends of the segments at these angles.
+    fn watch_borders(&mut self, train: &Train, angles: &[f64]) {
+        let count = self.order;
+        let ways = train.ways(&self.modes, angles);
         for (which, [ahead, back]) in ways.into_iter().enumerate().filter(|(_, way)| way[0].is_finite()) {
-            let mut way = guard(back, 1.0, self.recorded.phi());
+            let mut way = self.guard(back, 1.0, self.recorded.phi());
             if which > 0 {
                 let twist = self.recorded.tape.series(train.layout.followers[which - 1]);
                 way[1..count].iter_mut().zip(&twist[1..]).for_each(|(way, twist)| *way += twist);
             }
             self.watch(&way[..count], Event::Border(which, false));
-            let way = guard(ahead, -1.0, &way);
+            let way = self.guard(ahead, -1.0, &way);
             self.watch(&way[..count], Event::Border(which, true));
         }
-        for j in 0..train.followers.len() {
-            let Joint::Backlash(p) = train.followers[j].joint else { continue };
-            match self.modes.contacts[j] {
-                Mode::Contact(_) if p.s == 0.0 => {}
-                Mode::Contact(flank) => {
-                    let force = self.recorded.normal(j)[0];
-                    let mut force = guard(flank.sign() * force[0], flank.sign(), force);
-                    // Where nothing presses, roundings are no release.
-                    let resolution = self.recorded.resolution(j, w);
-                    force.iter_mut().take_while(|c| c.abs() <= resolution).for_each(|c| *c = 0.0);
-                    self.watch(&force[..count], Event::Release(j));
-                }
-                Mode::Free => {
-                    for flank in [Flank::A, Flank::B] {
-                        let place = flank.pick(0.0, p.s);
-                        if place.is_infinite() {
-                            continue;
-                        }
-                        let z = self.recorded.tape.series(train.layout.followers[j]);
-                        let gap = flank.sign() * (z[0] + (self.modes.home(j, p.s) - place));
-                        let mut gap = guard(gap, flank.sign(), z);
-                        let zeros = if gap[0] == 0.0 { self.modes.zeros[j] } else { 0 };
-                        gap[..zeros].fill(0.0);
-                        let before = self.length;
-                        self.watch(&gap[..count], Event::Impact(j, flank));
-                        let most = gap.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
-                        if zeros >= 2 && self.length < ARMING && gap[zeros] <= NOISE * most {
-                            self.length = ARMING.min(before);
-                        }
+    }
+
+    /// Releases and impacts of a follower while the shaft turns at the speed w.
+    fn watch_follower(&mut self, train: &Train, j: usize, w: f64) {
+        let Joint::Backlash(p) = train.followers[j].joint else { return };
+        let count = self.order;
+        match self.modes.contacts[j] {
+            Mode::Contact(_) if p.s == 0.0 => {}
+            Mode::Contact(flank) => {
+                let force = self.recorded.normal(j)[0];
+                let mut force = self.guard(flank.sign() * force[0], flank.sign(), force);
+                // Where nothing presses, roundings are no release.
+                let resolution = self.recorded.resolution(j, w);
+                force.iter_mut().take_while(|c| c.abs() <= resolution).for_each(|c| *c = 0.0);
+                self.watch(&force[..count], Event::Release(j));
+            }
+            Mode::Free => {
+                for flank in [Flank::A, Flank::B] {
+                    let place = flank.pick(0.0, p.s);
+                    if place.is_infinite() {
+                        continue;
+                    }
+                    let z = self.recorded.tape.series(train.layout.followers[j]);
+                    let gap = flank.sign() * (z[0] + (self.modes.home(j, p.s) - place));
+                    let mut gap = self.guard(gap, flank.sign(), z);
+                    let zeros = if gap[0] == 0.0 { self.modes.zeros[j] } else { 0 };
+                    gap[..zeros].fill(0.0);
+                    let before = self.length;
+                    self.watch(&gap[..count], Event::Impact(j, flank));
+                    let most = gap.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+                    if zeros >= 2 && self.length < ARMING && gap[zeros] <= NOISE * most {
+                        self.length = ARMING.min(before);
                     }
                 }
             }
         }
-        let Some(motor) = train.machine().map(|machine| &machine.motor) else { return };
+    }
+
+    /// The limit of a servo, the ends of a piece of a torque table.
+    fn watch_motor(&mut self, motor: &Motor) {
+        let count = self.order;
         let side = |run: &Self, sign: f64, shift: f64| {
             let demand = run.recorded.demand();
-            guard(sign * demand[0] + shift, sign, demand)
+            run.guard(sign * demand[0] + shift, sign, demand)
         };
         if let Some(servo) = motor.servo() {
             // Behind a limit the guard begins with a zero.

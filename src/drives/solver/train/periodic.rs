@@ -68,12 +68,13 @@ pub fn periodic(
 ) -> Result<Periodic, Fault> {
     let (mut work, first) = (Work::default(), if train.machine().is_some() { 1 } else { 0 });
     let (mut y, mut at, mut sizes) = (guess, modes, [0.0_f64; MOST_STATES]);
+    let section = Section { train, outside, sense };
     for _ in 0..TURNS {
-        let turned = turn(train, outside, (&y, at), sense, &mut work)?;
+        let turned = section.turn(&y, at, &mut work)?;
         (y, at) = (turned.y, turned.modes);
     }
     for _ in 0..ITERATIONS {
-        let base = turn(train, outside, (&y, at), sense, &mut work)?;
+        let base = section.turn(&y, at, &mut work)?;
         sizes.iter_mut().zip(base.sizes).for_each(|(size, own)| *size = size.max(own));
         let held = |k: usize| {
             let gaps = train.layout.followers.iter().zip(&train.followers).zip(&at.contacts);
@@ -94,7 +95,7 @@ pub fn periodic(
         let mut after = |k: usize, step: f64| {
             let mut moved = y;
             moved[unknowns[k]] += step * size(k);
-            turn(train, outside, (&moved, at), sense, &mut work).map(|turned| turned.y)
+            section.turn(&moved, at, &mut work).map(|turned| turned.y)
         };
         let mut map = vec![[0.0; MOST_STATES]; count];
         for (k, column) in map.iter_mut().enumerate() {
@@ -129,58 +130,64 @@ fn none() -> Fault {
     )
 }
 
-/// One turn from the section on.
-fn turn(
-    train: &Train,
-    outside: &Outside,
-    (y, modes): (&[f64; MOST_STATES], Modes),
+/// The section that each turn of the shaft in the sense `sense` begins and ends with.
+struct Section<'a> {
+    train: &'a Train,
+    outside: &'a Outside<'a>,
     sense: f64,
-    work: &mut Work,
-) -> Result<Turned, Fault> {
-    let start = Double::from(outside.time);
-    let mut run = Run::begin(train, start, (&y[..train.layout.count], 0.0), modes, TOLERANCE);
-    // Behind an elastic shaft the cam is elsewhere than where the search began.
-    run.modes.segments = train.segments(&train.angles(run.phi(outside, start, y), y), sense > 0.0);
-    let (begun, mut log, mut sizes) = (run.modes.segments, EventLog::counting(), [0.0_f64; MOST_STATES]);
-    let free = train.machine().is_some();
-    let period = outside.motion.map_or(f64::INFINITY, |motion| TAU / motion.coefficients[1].abs());
-    run.lay(train, outside, f64::INFINITY)?;
-    loop {
-        sizes.iter_mut().zip(&run.states).for_each(|(size, state)| *size = size.max(state.hi.abs()));
-        let passed = |run: &Run, theta: f64| {
-            let mut y = [0.0; MOST_STATES];
-            run.read(theta, &mut y);
-            sense * (y[0] - run.states[0].hi)
-        };
-        let theta = if free {
-            let so_far = sense * (run.turns * TAU + (run.states[0].hi - y[0]));
-            let (left, length) = (TAU - so_far, run.length);
-            (passed(&run, length) >= left).then(|| bisect(length, |theta| passed(&run, theta) - left))
-        } else {
-            let theta = run.theta(start + Double::from(period));
-            (theta <= run.length).then_some(theta)
-        };
-        if let Some(theta) = theta {
-            let mut end = [0.0; MOST_STATES];
-            run.read(theta, &mut end);
-            end[0] = if free { y[0] } else { end[0] };
-            let time = (run.start - start).hi + theta * run.unit;
-            return Ok(Turned { begun, y: end, sizes, modes: run.modes, time });
-        }
-        if work.draw(run.done(train)).is_err() {
-            return Err(search_too_much("choose at_rest or equilibrium, stiffer contacts or a smaller restitution"));
-        }
-        let event = run.event;
-        run.leave(train, outside, run.length);
-        run.since = event;
-        if let Some(event) = event {
-            run.happen(train, outside, event, &mut log);
-        }
-        // A shaft that stands still or turns back never gets around.
-        if free && sense * run.states[1].hi <= 0.0 {
-            return Err(none());
-        }
+}
+
+impl Section<'_> {
+    /// One turn from these states on.
+    fn turn(&self, y: &[f64; MOST_STATES], modes: Modes, work: &mut Work) -> Result<Turned, Fault> {
+        let Section { train, outside, sense } = *self;
+        let start = Double::from(outside.time);
+        let mut run = Run::begin(train, start, &y[..train.layout.count], modes, TOLERANCE);
+        // Behind an elastic shaft the cam is elsewhere than where the search began.
+        run.modes.segments = train.segments(&train.angles(run.phi(outside, start, y), y), sense > 0.0);
+        let (begun, mut log, mut sizes) = (run.modes.segments, EventLog::counting(), [0.0_f64; MOST_STATES]);
+        let free = train.machine().is_some();
+        let period = outside.motion.map_or(f64::INFINITY, |motion| TAU / motion.coefficients[1].abs());
         run.lay(train, outside, f64::INFINITY)?;
+        loop {
+            sizes.iter_mut().zip(&run.states).for_each(|(size, state)| *size = size.max(state.hi.abs()));
+            let passed = |run: &Run, theta: f64| {
+                let mut y = [0.0; MOST_STATES];
+                run.read(theta, &mut y);
+                sense * (y[0] - run.states[0].hi)
+            };
+            let theta = if free {
+                let so_far = sense * (run.turns * TAU + (run.states[0].hi - y[0]));
+                let (left, length) = (TAU - so_far, run.length);
+                (passed(&run, length) >= left).then(|| bisect(length, |theta| passed(&run, theta) - left))
+            } else {
+                let theta = run.theta(start + Double::from(period));
+                (theta <= run.length).then_some(theta)
+            };
+            if let Some(theta) = theta {
+                let mut end = [0.0; MOST_STATES];
+                run.read(theta, &mut end);
+                end[0] = if free { y[0] } else { end[0] };
+                let time = (run.start - start).hi + theta * run.unit;
+                return Ok(Turned { begun, y: end, sizes, modes: run.modes, time });
+            }
+            if work.draw(run.done(train)).is_err() {
+                return Err(search_too_much(
+                    "choose at_rest or equilibrium, stiffer contacts or a smaller restitution",
+                ));
+            }
+            let event = run.event;
+            run.leave(train, outside, run.length);
+            run.since = event;
+            if let Some(event) = event {
+                run.happen(train, outside, event, &mut log);
+            }
+            // A shaft that stands still or turns back never gets around.
+            if free && sense * run.states[1].hi <= 0.0 {
+                return Err(none());
+            }
+            run.lay(train, outside, f64::INFINITY)?;
+        }
     }
 }
 

@@ -195,15 +195,9 @@ impl Recorded {
         }
     }
 
-    /// Fills the known series about the instant `time`, at which the angles are these.
-    pub fn fill(
-        &mut self,
-        train: &Train,
-        modes: &Modes,
-        (time, angles, turns): (Double, &[f64], f64),
-        outside: &Outside,
-        (order, unit): (usize, f64),
-    ) {
+    /// Fills the known series about an instant.
+    pub fn fill(&mut self, train: &Train, modes: &Modes, outside: &Outside, about: &About) {
+        let About { time, angles, turns, order, unit } = *about;
         let Recorded { tape, known, .. } = self;
         let count = order + 3;
         let slope = |from: &[f64], into: &mut [f64], factor: f64| {
@@ -258,6 +252,20 @@ impl Recorded {
             }
         }
     }
+}
+
+/// The instant about which series are taken.
+pub struct About<'a> {
+    /// The instant.
+    pub time: Double,
+    /// The angles there, reduced to one turn.
+    pub angles: &'a [f64],
+    /// The whole turns of φ.
+    pub turns: f64,
+    /// The order of the series.
+    pub order: usize,
+    /// The unit of time (s).
+    pub unit: f64,
 }
 
 /// Which sums over the followers depend on the angle.
