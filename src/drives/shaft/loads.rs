@@ -26,9 +26,10 @@ pub trait HasLoads {
     }
 }
 
-/// Tells once that the contact force at `time` (s) changes its sign where loads are to hold the follower on its cam with the force
-/// `held`; the follower has a number in a train, else 0.
-pub fn tell_of_pull(told: &mut bool, [held, force]: [f64; 2], (time, follower): (f64, usize), log: &mut EventLog) {
+/// Tells once that a follower pulls its cam at `time` (s): `forces` are the one by which loads are to hold it there and the contact
+/// force; the follower has a number in a train, else 0.
+pub fn tell_of_pull(told: &mut bool, forces: [f64; 2], time: f64, follower: usize, log: &mut EventLog) {
+    let [held, force] = forces;
     if *told || !(held * force > 0.0) {
         return;
     }

@@ -14,7 +14,7 @@ use crate::drives::shaft::free::motor::{Kloss, LAG};
 use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::laws::{HasLaws, INERTIA_LAW, LOAD_LAW, declare_law, declare_mechanisms};
 use crate::drives::shaft::loads::{HasLoads, declare_force, declare_load, tell_of_pull};
-use crate::drives::shaft::motor::{Reference, Servo, Source};
+use crate::drives::shaft::motor::{Reference, Servo, Source, Transmission};
 use crate::drives::shaft::train::{Dynamics, Functions, Given, MOST_STATES};
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Kind, Variability, real, real_within};
@@ -103,6 +103,14 @@ struct Point<S> {
     f: Functions<S>,
 }
 
+/// Motion and inputs as series, without the functions of the angle.
+struct Seeded {
+    phi: Series,
+    w: Series,
+    y: [Series; MOST_STATES],
+    given: Given<Series>,
+}
+
 /// Gives the outputs, of numbers or of series, to `put`.
 fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, mut put: impl FnMut(usize, S)) {
     let (train, modes) = (&d.train, &d.run.modes);
@@ -128,43 +136,32 @@ fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, mut put: impl FnMut(usize, S
             put(STATE_RATE, motion.rates[train.layout.motor]);
         }
     }
-    for (j, follower) in train.followers.iter().enumerate() {
-        let ([u, u1, u2], at) = (f.cams[j], train.layout.followers[j]);
-        let mut put = |of: Of, value: S| put(place(j, of), value);
+    for j in 0..train.followers.len() {
+        Member { d, p, motion: &motion, j }.outputs(&mut |of, value| put(place(j, of), value));
+    }
+}
+
+/// A follower of the train at an instant.
+struct Member<'a, S> {
+    d: &'a DriveTrain,
+    p: &'a Point<S>,
+    motion: &'a Dynamics<S>,
+    j: usize,
+}
+
+impl<S: Scalar> Member<'_, S> {
+    fn outputs(&self, put: &mut impl FnMut(Of, S)) {
+        let Member { d, p, motion, j } = *self;
+        let (follower, w) = (&d.train.followers[j], p.w);
+        let ([u, u1, u2], at, y) = (p.f.cams[j], d.train.layout.followers[j], &p.y);
         let (rate, spring) = (motion.rates.get(at..).unwrap_or_default(), motion.spring[j]);
         let [first, tool] = motion.accelerations[j];
-        let x2 = u2 * *w * *w + u1 * motion.a;
         put(Of::U, u);
-        let on_tool = |m: f64, place: [S; 2]| follower.load.force(m, place, Some(f.process[j]), Some(given.forces[j]));
         match follower.joint {
-            Joint::Rigid => {
-                let (speed, m) = (u1 * *w, follower.rigid.m);
-                let load = on_tool(m, [u, speed]);
-                let normal = x2 * m - load;
-                // Of mechanisms the inertia and the weight of the links count, too.
-                let tau = match train.links(modes, j, *phi) {
-                    None => u1 * normal,
-                    Some([inertia, half_slope, weight]) => {
-                        inertia * motion.a + half_slope * *w * *w - weight - u1 * load
-                    }
-                };
-                put(Of::Y, u);
-                put(Of::YDot, speed);
-                put(Of::YDotDot, x2);
-                put(Of::Force, normal);
-                put(Of::Contact, normal);
-                put(Of::Tau, tau);
-                if follower.rigid.has_lever() {
-                    let cam = follower.rigid.cam.at_in(modes.segments[1 + j][0], phi.value()).0;
-                    let [u, u1, u2] = [0, 1, 2].map(|n| phi.compose([cam[n], cam[n + 1], cam[n + 2]]));
-                    put(Of::Lever, u);
-                    put(Of::LeverDot, u1 * *w);
-                    put(Of::LeverDotDot, u2 * *w * *w + u1 * motion.a);
-                }
-            }
+            Joint::Rigid => self.rigid(put),
             Joint::Output(_, m_x) => {
-                let (place, speed) = (u + y[at], u1 * *w + y[at + 1]);
-                let normal = spring + x2 * m_x - follower.roller.force(m_x, [u, u1 * *w], None, None);
+                let (place, speed) = (u + y[at], u1 * w + y[at + 1]);
+                let normal = spring + self.flank() * m_x - follower.roller.force(m_x, [u, u1 * w], None, None);
                 put(Of::Y, place);
                 put(Of::YDot, speed);
                 put(Of::YDotDot, tool);
@@ -175,12 +172,12 @@ fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, mut put: impl FnMut(usize, S
                 put(Of::Contact, normal);
                 put(Of::Tau, u1 * normal);
             }
-            Joint::Shaft(p) => {
-                let speed = *w + y[at + 1];
+            Joint::Shaft(own) => {
+                let speed = w + y[at + 1];
                 let velocity = u1 * speed;
                 let acceleration = u2 * speed * speed + u1 * first;
-                let normal = acceleration * p.m - on_tool(p.m, [u, velocity]);
-                put(Of::Psi, *phi + y[at]);
+                let normal = acceleration * own.m - self.on_tool(own.m, [u, velocity]);
+                put(Of::Psi, p.phi + y[at]);
                 put(Of::Y, u);
                 put(Of::YDot, velocity);
                 put(Of::YDotDot, acceleration);
@@ -191,37 +188,100 @@ fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, mut put: impl FnMut(usize, S
                 put(Of::Contact, normal);
                 put(Of::Tau, spring);
             }
-            Joint::Backlash(p) => {
-                let home = S::from(modes.home(j, p.s));
-                let (gap, speed) = (home + y[at], u1 * *w + y[at + 1]);
-                let place = u + gap;
-                put(Of::X1, place);
-                put(Of::X1Dot, speed);
-                put(Of::Gap, gap);
-                put(Of::Force, motion.normal[j]);
-                put(Of::Contact, motion.normal[j]);
-                put(Of::Tau, u1 * motion.normal[j]);
-                put(Of::X1DotDot, first);
-                // A jump of the inputs takes a mass in contact along.
-                if modes.contacts[j] != Mode::Free && d.motion_is_input() {
-                    let flank = u1 * *w;
-                    put(Of::Impulse, (flank - S::from(flank.value())) * p.m1 + S::from(d.run.tallies[j].impulse));
-                }
-                if p.m2 > 0.0 {
-                    put(Of::Y, place + y[at + 2]);
-                    put(Of::YDot, speed + y[at + 3]);
-                    put(Of::YDotDot, tool);
-                    put(Of::Q, y[at + 2]);
-                    put(Of::QDot, y[at + 3]);
-                    put(Of::QDotDot, rate[3]);
-                } else {
-                    put(Of::Y, place);
-                    put(Of::YDot, speed);
-                    put(Of::YDotDot, first);
-                }
-            }
+            Joint::Backlash(own) => self.backlash(&own, put),
         }
     }
+
+    /// The acceleration of the cam's flank.
+    fn flank(&self) -> S {
+        let [_, u1, u2] = self.p.f.cams[self.j];
+        u2 * self.p.w * self.p.w + u1 * self.motion.a
+    }
+
+    /// The load on a tool of mass m with this place and velocity.
+    fn on_tool(&self, m: f64, place: [S; 2]) -> S {
+        let Point { given, f, .. } = self.p;
+        self.d.train.followers[self.j].load.force(m, place, Some(f.process[self.j]), Some(given.forces[self.j]))
+    }
+
+    fn rigid(&self, put: &mut impl FnMut(Of, S)) {
+        let Member { d, p, motion, j } = *self;
+        let (rigid, [u, u1, _], w, x2) = (&d.train.followers[j].rigid, p.f.cams[j], p.w, self.flank());
+        let (speed, m) = (u1 * w, rigid.m);
+        let load = self.on_tool(m, [u, speed]);
+        let normal = x2 * m - load;
+        // Of mechanisms the inertia and the weight of the links count, too.
+        let tau = match d.train.links(&d.run.modes, j, p.phi) {
+            None => u1 * normal,
+            Some([inertia, half_slope, weight]) => inertia * motion.a + half_slope * w * w - weight - u1 * load,
+        };
+        put(Of::Y, u);
+        put(Of::YDot, speed);
+        put(Of::YDotDot, x2);
+        put(Of::Force, normal);
+        put(Of::Contact, normal);
+        put(Of::Tau, tau);
+        if rigid.has_lever() {
+            let cam = rigid.cam.at_in(d.run.modes.segments[1 + j][0], p.phi.value()).0;
+            let [u, u1, u2] = [0, 1, 2].map(|n| p.phi.compose([cam[n], cam[n + 1], cam[n + 2]]));
+            put(Of::Lever, u);
+            put(Of::LeverDot, u1 * w);
+            put(Of::LeverDotDot, u2 * w * w + u1 * motion.a);
+        }
+    }
+
+    fn backlash(&self, own: &contact::Parameters, put: &mut impl FnMut(Of, S)) {
+        let Member { d, p, motion, j } = *self;
+        let (modes, [u, u1, _], w) = (&d.run.modes, p.f.cams[j], p.w);
+        let (at, y) = (d.train.layout.followers[j], &p.y);
+        let (rate, [first, tool]) = (motion.rates.get(at..).unwrap_or_default(), motion.accelerations[j]);
+        let home = S::from(modes.home(j, own.s));
+        let (gap, speed) = (home + y[at], u1 * w + y[at + 1]);
+        let place = u + gap;
+        put(Of::X1, place);
+        put(Of::X1Dot, speed);
+        put(Of::Gap, gap);
+        put(Of::Force, motion.normal[j]);
+        put(Of::Contact, motion.normal[j]);
+        put(Of::Tau, u1 * motion.normal[j]);
+        put(Of::X1DotDot, first);
+        // A jump of the inputs takes a mass in contact along.
+        if modes.contacts[j] != Mode::Free && d.motion_is_input() {
+            let flank = u1 * w;
+            put(Of::Impulse, (flank - S::from(flank.value())) * own.m1 + S::from(d.run.tallies[j].impulse));
+        }
+        if own.m2 > 0.0 {
+            put(Of::Y, place + y[at + 2]);
+            put(Of::YDot, speed + y[at + 3]);
+            put(Of::YDotDot, tool);
+            put(Of::Q, y[at + 2]);
+            put(Of::QDot, y[at + 3]);
+            put(Of::QDotDot, rate[3]);
+        } else {
+            put(Of::Y, place);
+            put(Of::YDot, speed);
+            put(Of::YDotDot, first);
+        }
+    }
+}
+
+/// Declares a parameter that only some scenes have: how it is read and set behind the accessors of what has it.
+macro_rules! number {
+    ($list:expr, $name:expr, $text:literal, $kind:expr, $variability:ident, $of:ident, $of_mut:ident, $v:ident => $place:expr) => {
+        $list
+            .parameter(
+                $name,
+                $text,
+                $kind,
+                |d, _| d.$of().map_or(0.0, |$v| $place),
+                |d, _, value| {
+                    d.retune();
+                    d.$of_mut().into_iter().for_each(|$v| $place = value)
+                },
+            )
+            .description
+            .variability = Variability::$variability
+    };
 }
 
 pub(super) fn evaluate(d: &DriveTrain, values: &mut [f64]) {
@@ -287,7 +347,7 @@ impl DriveTrain {
         outputs(self, &self.point(), |at, value| values[at] = value);
         for j in 0..self.train.followers.len() {
             let forces = [self.train.followers[j].hold(values[place(j, Of::U)]), values[place(j, Of::Contact)]];
-            tell_of_pull(&mut self.told[j], forces, (self.time, j + 1), &mut self.log);
+            tell_of_pull(&mut self.told[j], forces, self.time, j + 1, &mut self.log);
         }
     }
 
@@ -365,24 +425,25 @@ impl DriveTrain {
     /// The point as series: in time, or with respect to one known.
     fn point_series(&self, seed: Seed) -> Point<Series> {
         let now = self.point();
-        let (time_given, ratio) = self.given_series(&now.y);
-        let (mut y, mut given) = (now.y.map(Series::from), time_given);
-        let mut phi = Series::from(now.phi);
-        let mut w = Series::from(now.w);
+        let (given, ratio) = self.given_series(&now.y);
+        let (phi, w) = (Series::from(now.phi), Series::from(now.w));
+        let mut seeded = Seeded { phi, w, y: now.y.map(Series::from), given };
         if seed == Seed::Time {
-            self.run.series_at(self.time, &mut y);
+            let Seeded { phi, w, y, given } = &mut seeded;
+            self.run.series_at(self.time, y);
             if self.motion.is_some() {
                 let [first, second] = [given.course[0].0[0], given.course[0].0[1]];
-                phi = Series([now.phi, first, 0.5 * second]);
-                w = given.course[0];
+                *phi = Series([now.phi, first, 0.5 * second]);
+                *w = given.course[0];
             } else {
-                (phi, w) = (y[0], y[1]);
-                let Series([_, rate, bend]) = phi;
+                (*phi, *w) = (y[0], y[1]);
+                let Series([_, rate, bend]) = *phi;
                 given.lag = given.lag - Series([0.0, ratio * rate, ratio * bend]);
             }
         } else {
-            self.seed_known(seed, &now, (&mut y, &mut given), (&mut phi, &mut w));
+            self.seed_known(seed, &now, &mut seeded);
         }
+        let Seeded { phi, w, y, given } = seeded;
         // The same numbers as without series, so that what cancels is zero.
         let numbers = self.train.angles(Double::from(now.phi), &now.y);
         let mut angles = numbers.map(|number| Series([number, phi.0[1], phi.0[2]]));
@@ -397,13 +458,8 @@ impl DriveTrain {
     }
 
     /// One input or state moves, the others are held: of what is elastic its place y, so that q = y − U(φ) moves with φ.
-    fn seed_known(
-        &self,
-        seed: Seed,
-        now: &Point<f64>,
-        (y, given): (&mut [Series; MOST_STATES], &mut Given<Series>),
-        (phi, w): (&mut Series, &mut Series),
-    ) {
+    fn seed_known(&self, seed: Seed, now: &Point<f64>, seeded: &mut Seeded) {
+        let Seeded { phi, w, y, given } = seeded;
         let value = |value: f64, slope: f64| Series([value, slope, 0.0]);
         let (turn, speed) = (seed.of("phi"), seed.of("w"));
         (*phi, *w) = (value(now.phi, turn), value(now.w, speed));
@@ -699,78 +755,18 @@ impl DriveTrain {
     }
 
     fn declare_parameters(&self, list: &mut List<Self>) {
-        macro_rules! number {
-            ($name:expr, $text:literal, $kind:expr, $variability:ident, $of:ident, $of_mut:ident, $v:ident => $place:expr) => {
-                list.parameter(
-                    $name,
-                    $text,
-                    $kind,
-                    |d, _| d.$of().map_or(0.0, |$v| $place),
-                    |d, _, value| {
-                        d.retune();
-                        d.$of_mut().into_iter().for_each(|$v| $place = value)
-                    },
-                )
-                .description
-                .variability = Variability::$variability
-            };
-        }
         if let Some(machine) = self.train.machine() {
             list.group::<InertiaFunction>();
             if machine.friction.is_some() {
                 let kind = real_within(&unit::ROTATIONAL_DAMPING, 0.0, 1e12);
-                number!("load.b", "Viscous friction of the shaft", kind, Tunable, friction, friction_mut, b => *b);
+                number!(list, "load.b", "Viscous friction of the shaft", kind, Tunable, friction, friction_mut, b => *b);
             }
-            if let Source::Kloss(kloss) = &machine.motor.source {
-                list.group::<Kloss>();
-                if kloss.dynamics.is_some() {
-                    let kind = real_within(&unit::TIME, LAG[0], LAG[1]);
-                    number!("motor.T_el", "Electrical time constant", kind, Fixed, lag, lag_mut, lag => *lag);
-                }
-            }
-            if let Source::Constant(_) = machine.motor.source {
-                let kind = real_within(&unit::TORQUE, -1e12, 1e12);
-                number!("motor.torque", "Torque of the rotor", kind, Tunable, constant, constant_mut, torque => *torque);
-            }
-            if let Some(servo) = machine.motor.servo() {
-                let gain = |quantity| real_within(quantity, 0.0, 1e12);
-                let torque = real_within(&unit::TORQUE, 0.0, 1e12);
-                number!("motor.K_p", "Gain of the speed control", gain(&unit::ROTATIONAL_DAMPING), Tunable, servo, servo_mut, s => s.proportional);
-                number!("motor.K_i", "Integral gain", gain(&unit::ROTATIONAL_STIFFNESS), Tunable, servo, servo_mut, s => s.integral);
-                number!("motor.K_aw", "Gain of the back-calculation", gain(&unit::RATE), Tunable, servo, servo_mut, s => s.anti_windup);
-                number!("motor.M_max", "Limit of the torque", torque, Tunable, servo, servo_mut, s => s.limit);
-                match servo.reference {
-                    Reference::Constant(_) => {
-                        let kind = real_within(&unit::ANGULAR_VELOCITY, -FASTEST, FASTEST);
-                        number!("motor.w_ref", "Speed that the rotor is to keep", kind, Tunable, reference, reference_mut, w => *w);
-                    }
-                    Reference::Ramp(_) => {
-                        let kind = real_within(&unit::ANGULAR_ACCELERATION, -1e12, 1e12);
-                        number!("motor.ramp", "Rise from rest of the speed that the rotor is to keep", kind, Fixed, reference, reference_mut, w => *w);
-                    }
-                    Reference::Series(..) | Reference::Input => {}
-                }
-                if servo.position.is_some() {
-                    number!("motor.K_v", "Gain of the position loop", gain(&unit::RATE), Tunable, position, position_mut, k => *k);
-                }
-            }
-            let t = machine.motor.transmission;
-            if t.ratio != 1.0 {
-                number!("motor.i", "Speed of the rotor over that of the shaft, not 0", real_within(&unit::NUMBER, -1e6, 1e6), Fixed, motor, motor_mut, m => m.transmission.ratio);
-            }
-            if t.rotor > 0.0 {
-                number!("motor.J", "Moment of inertia of the rotor", real_within(&unit::INERTIA, 0.0, 1e12), Fixed, motor, motor_mut, m => m.transmission.rotor);
-            }
-            if t.coupling.is_some() {
-                let kind = real_within(&unit::ROTATIONAL_STIFFNESS, 1e-12, 1e15);
-                number!("motor.c", "Stiffness of the coupling at the shaft", kind, Tunable, coupling, coupling_mut, c => c[0]);
-                let kind = real_within(&unit::ROTATIONAL_DAMPING, 0.0, 1e12);
-                number!("motor.b", "Damping of the coupling at the shaft", kind, Tunable, coupling, coupling_mut, c => c[1]);
-            }
+            self.declare_source(list, &machine.motor.source);
+            self.declare_transmission(list, &machine.motor.transmission);
             let angle = real_within(&unit::ANGLE, -LARGEST_ANGLE, LARGEST_ANGLE);
-            number!("phi_start", "Angle at the start", angle, Fixed, machine, machine_mut, m => m.phi_start);
+            number!(list, "phi_start", "Angle at the start", angle, Fixed, machine, machine_mut, m => m.phi_start);
             let speed = real_within(&unit::ANGULAR_VELOCITY, -FASTEST, FASTEST);
-            number!("w_start", "Angular velocity at the start", speed, Fixed, machine, machine_mut, m => m.w_start);
+            number!(list, "w_start", "Angular velocity at the start", speed, Fixed, machine, machine_mut, m => m.w_start);
             declare_law(list, self, INERTIA_LAW, "inertia");
             declare_law(list, self, LOAD_LAW, "load.M");
         } else {
@@ -779,6 +775,60 @@ impl DriveTrain {
             declare_parameters(list, &self.course.mode, |d, i| d.course.mode.parameter(i).unwrap_or(0.0), set);
         }
         self.declare_start(list);
+    }
+
+    fn declare_source(&self, list: &mut List<Self>, source: &Source) {
+        match source {
+            Source::Kloss(kloss) => {
+                list.group::<Kloss>();
+                if kloss.dynamics.is_some() {
+                    let kind = real_within(&unit::TIME, LAG[0], LAG[1]);
+                    number!(list, "motor.T_el", "Electrical time constant", kind, Fixed, lag, lag_mut, lag => *lag);
+                }
+            }
+            Source::Constant(_) => {
+                let kind = real_within(&unit::TORQUE, -1e12, 1e12);
+                number!(list, "motor.torque", "Torque of the rotor", kind, Tunable, constant, constant_mut, torque => *torque);
+            }
+            Source::Servo(servo) => {
+                let gain = |quantity| real_within(quantity, 0.0, 1e12);
+                let torque = real_within(&unit::TORQUE, 0.0, 1e12);
+                number!(list, "motor.K_p", "Gain of the speed control", gain(&unit::ROTATIONAL_DAMPING), Tunable, servo, servo_mut, s => s.proportional);
+                number!(list, "motor.K_i", "Integral gain", gain(&unit::ROTATIONAL_STIFFNESS), Tunable, servo, servo_mut, s => s.integral);
+                number!(list, "motor.K_aw", "Gain of the back-calculation", gain(&unit::RATE), Tunable, servo, servo_mut, s => s.anti_windup);
+                number!(list, "motor.M_max", "Limit of the torque", torque, Tunable, servo, servo_mut, s => s.limit);
+                match servo.reference {
+                    Reference::Constant(_) => {
+                        let kind = real_within(&unit::ANGULAR_VELOCITY, -FASTEST, FASTEST);
+                        number!(list, "motor.w_ref", "Speed that the rotor is to keep", kind, Tunable, reference, reference_mut, w => *w);
+                    }
+                    Reference::Ramp(_) => {
+                        let kind = real_within(&unit::ANGULAR_ACCELERATION, -1e12, 1e12);
+                        number!(list, "motor.ramp", "Rise from rest of the speed that the rotor is to keep", kind, Fixed, reference, reference_mut, w => *w);
+                    }
+                    Reference::Series(..) | Reference::Input => {}
+                }
+                if servo.position.is_some() {
+                    number!(list, "motor.K_v", "Gain of the position loop", gain(&unit::RATE), Tunable, position, position_mut, k => *k);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn declare_transmission(&self, list: &mut List<Self>, t: &Transmission) {
+        if t.ratio != 1.0 {
+            number!(list, "motor.i", "Speed of the rotor over that of the shaft, not 0", real_within(&unit::NUMBER, -1e6, 1e6), Fixed, motor, motor_mut, m => m.transmission.ratio);
+        }
+        if t.rotor > 0.0 {
+            number!(list, "motor.J", "Moment of inertia of the rotor", real_within(&unit::INERTIA, 0.0, 1e12), Fixed, motor, motor_mut, m => m.transmission.rotor);
+        }
+        if t.coupling.is_some() {
+            let kind = real_within(&unit::ROTATIONAL_STIFFNESS, 1e-12, 1e15);
+            number!(list, "motor.c", "Stiffness of the coupling at the shaft", kind, Tunable, coupling, coupling_mut, c => c[0]);
+            let kind = real_within(&unit::ROTATIONAL_DAMPING, 0.0, 1e12);
+            number!(list, "motor.b", "Damping of the coupling at the shaft", kind, Tunable, coupling, coupling_mut, c => c[1]);
+        }
     }
 
     fn declare_parameters_of(&self, list: &mut List<Self>, j: usize, follower: &Follower) {

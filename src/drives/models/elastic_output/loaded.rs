@@ -228,7 +228,7 @@ impl ElasticOutput {
         let force = if held == 0.0 { 0.0 } else { self.contact_force() };
         let Some(loaded) = &mut self.loaded else { return };
         loaded.largest = loaded.largest.max(q.abs());
-        tell_of_pull(&mut loaded.told, [held, force], (self.now.time, 0), &mut self.log);
+        tell_of_pull(&mut loaded.told, [held, force], self.now.time, 0, &mut self.log);
     }
 
     /// Called when the drive was read from bytes.

@@ -378,21 +378,15 @@ impl Train {
             let angle = if let Joint::Shaft(_) = follower.joint { 1 + j } else { 0 };
             let mut cam = about(2 + 2 * j, &follower.rigid.cam, angle);
             let process = own(3 + 2 * j, follower.load.process.as_ref());
-            self.add_follower(&mut sums, follower, modes.contacts[j], count, (&mut cam, &process));
+            self.add_follower(&mut sums, follower, modes.contacts[j], Rows { cam: &mut cam, process: &process, count });
             take(j, &cam, &process);
         }
         sums
     }
 
     /// Adds what of a follower goes with the shaft without slip.
-    fn add_follower<const N: usize>(
-        &self,
-        sums: &mut Sums<N>,
-        follower: &Follower,
-        contact: Mode,
-        count: usize,
-        (cam, process): (&mut [f64; N], &[f64; N]),
-    ) {
+    fn add_follower<const N: usize>(&self, sums: &mut Sums<N>, follower: &Follower, contact: Mode, rows: Rows<N>) {
+        let Rows { cam, process, count } = rows;
         // Inertia and weight of what moves by `path`, with its loads at `path` + `away`.
         let mut add = |[m, weight]: [f64; 2], load: &Load, away: f64, path: &[f64; N], process: &[f64; N]| {
             let mut slope = [0.0; N];
@@ -504,7 +498,7 @@ impl Train {
             machine.motor.follow(&self.layout, &mut d);
         }
         for j in 0..self.followers.len() {
-            self.move_follower(modes, j, y, (f, given, w), &mut d);
+            self.move_follower(j, &Motion { modes, y, f, given, w }, &mut d);
         }
         d
     }
@@ -530,14 +524,8 @@ impl Train {
     }
 
     /// The rates of the states of follower j, and N in contact.
-    fn move_follower<S: Arithmetic>(
-        &self,
-        modes: &Modes,
-        j: usize,
-        y: &[S],
-        (f, given, w): (&Functions<S>, &Given<S>, S),
-        d: &mut Dynamics<S>,
-    ) {
+    fn move_follower<S: Arithmetic>(&self, j: usize, motion: &Motion<S>, d: &mut Dynamics<S>) {
+        let Motion { modes, y, f, given, w } = *motion;
         let (follower, at) = (&self.followers[j], self.layout.followers[j]);
         let ([u, u1, u2], process, input) = (f.cams[j], f.process[j], given.forces[j]);
         let on_tool = |m: f64, y: [S; 2]| follower.load.force(m, y, Some(process), Some(input));
@@ -619,6 +607,22 @@ impl Train {
             }
         }
     }
+}
+
+/// Series of a follower's law and process to `count` coefficients; of mechanisms the law becomes the motion of the tool.
+struct Rows<'a, const N: usize> {
+    cam: &'a mut [f64; N],
+    process: &'a [f64; N],
+    count: usize,
+}
+
+/// What the accelerations of the followers depend on beside that of the shaft, which turns at the speed w.
+struct Motion<'a, S> {
+    modes: &'a Modes,
+    y: &'a [S],
+    f: &'a Functions<S>,
+    given: &'a Given<S>,
+    w: S,
 }
 
 /// Angles that lie closer to a breakpoint are on it (rad): some roundings of a turn.

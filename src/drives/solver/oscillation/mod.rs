@@ -241,7 +241,7 @@ impl<E: Equation> Oscillation<E> {
     /// Tells when the cam begins to pull.
     pub(in crate::drives) fn watch(&mut self) {
         let forces = self.equation.contact(|| self.now(E::at));
-        tell_of_pull(&mut self.told, forces, (self.time, 0), &mut self.log);
+        tell_of_pull(&mut self.told, forces, self.time, 0, &mut self.log);
     }
 
     /// A step that leaves the present cell of the table, or goes without one.
