@@ -32,6 +32,7 @@ use crate::drives::shaft::cam_drive::{
     goes_on,
 };
 use crate::drives::shaft::flank::CamFlank;
+use crate::drives::solver::contact::jump::Before;
 use crate::drives::solver::contact::panel::Point;
 use crate::drives::solver::contact::series::terms_for;
 use crate::drives::solver::contact::{Run, Stretch, Tally};
@@ -198,7 +199,8 @@ impl BacklashDrive {
             // The mean rounding is an eighth of the last place.
             let sizes = [slope * phi, (slope + curvature * phi) * w].map(|size| 0.125 * size);
             run.errors.round([sizes[0], sizes[1], sizes[0], sizes[1]]);
-            let phase = run.take_up((&self.bodies, &flank), (self.end.mode, &self.end.point), time, &mut self.log);
+            let before = Before { mode: self.end.mode, point: &self.end.point };
+            let phase = run.take_up(&self.bodies, &flank, before, time, &mut self.log);
             let start = Double::from(time);
             let from = Beginning { start, segment: flank.segment(start), phase, longest: horizon };
             run.restart(&self.bodies, &flank, from);
@@ -305,8 +307,8 @@ impl Drive for BacklashDrive {
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
         // What happens is logged when the step is taken.
         let mut unheard = EventLog::counting();
-        let Phase { mode, state, .. } =
-            run.take_up((&self.bodies, &flank), (self.end.mode, &self.end.point), time, &mut unheard);
+        let before = Before { mode: self.end.mode, point: &self.end.point };
+        let Phase { mode, state, .. } = run.take_up(&self.bodies, &flank, before, time, &mut unheard);
         let u = flank.at(flank.segment(Double::from(time)), Double::from(time)).0;
         let point = Point { state, u: [u[0], u[1], u[2]] };
         self.now = Now { time, mode, point, tally: run.tally };

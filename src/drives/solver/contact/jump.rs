@@ -1,11 +1,19 @@
 //! Jumps of the inputs: their effect on the masses.
 
 use super::panel::Point;
-use super::{Run, release};
+use super::{Arrival, Run, release};
 use crate::drives::EventLog;
 use crate::drives::follower::contact::{Bodies, Flank, Mode, Phase};
 use crate::drives::follower::flank::FlankMotion;
 use crate::numerics::double_double::Double;
+
+/// The motion right before a jump.
+pub struct Before<'a> {
+    /// Whether m1 is on a flank.
+    pub mode: Mode,
+    /// Place and velocity.
+    pub point: &'a Point,
+}
 
 impl Run {
     /// Takes up a jump of the inputs: masses keep place and velocity, but a mass on a flank follows it and takes up
@@ -13,11 +21,13 @@ impl Run {
     /// towards it.
     pub fn take_up(
         &mut self,
-        (bodies, flank): (&Bodies, &impl FlankMotion),
-        (from, end): (Mode, &Point),
+        bodies: &Bodies,
+        flank: &impl FlankMotion,
+        before: Before,
         time: f64,
         log: &mut EventLog,
     ) -> Phase {
+        let Before { mode: from, point: end } = before;
         let place = (Double::from(time), flank.segment(Double::from(time)));
         let u = flank.at(place.1, place.0);
         let jump = [u.0[0] - end.u[0], u.0[1] - end.u[1]];
@@ -56,7 +66,8 @@ impl Run {
                     if sign * state.zeta[1] > 0.0 {
                         return Phase { mode: Mode::Free, state, zeros: 1 };
                     }
-                    return self.strike(bodies, flank, (contact, state), place, log);
+                    let contact = Arrival { hit: contact, state, time: place.0, segment: place.1 };
+                    return self.strike(bodies, flank, contact, log);
                 }
                 Phase { mode: Mode::Free, state, zeros: 0 }
             }

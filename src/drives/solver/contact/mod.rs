@@ -5,7 +5,7 @@
 
 use crate::drives::follower::contact::{Beginning, Bodies, Flank, Mode, Phase, State};
 mod covariance;
-mod jump;
+pub mod jump;
 mod overdamped;
 pub(in crate::drives) mod panel;
 pub(in crate::drives) mod series;
@@ -219,7 +219,7 @@ impl Run {
     fn impact(&mut self, bodies: &Bodies, flank: &impl FlankMotion, (hit, at): (Flank, f64), stretch: &mut Stretch) {
         let (time, segment) = (self.panel.instant(at), self.panel.from.segment);
         let state = self.panel.at(bodies, at).state;
-        let phase = self.strike(bodies, flank, (hit, state), (time, segment), stretch.log);
+        let phase = self.strike(bodies, flank, Arrival { hit, state, time, segment }, stretch.log);
         self.restart(bodies, flank, stretch.beginning(time, segment, phase));
     }
 
@@ -229,15 +229,9 @@ impl Run {
         self.sums = self.sums + Pair::new(impulse, slope * impulse);
     }
 
-    /// Counts an impact on `hit` in the state just before and returns what follows.
-    pub fn strike(
-        &mut self,
-        bodies: &Bodies,
-        flank: &impl FlankMotion,
-        (hit, mut state): (Flank, State),
-        (time, segment): (Double, usize),
-        log: &mut EventLog,
-    ) -> Phase {
+    /// Counts an impact and returns what follows.
+    pub fn strike(&mut self, bodies: &Bodies, flank: &impl FlankMotion, arrival: Arrival, log: &mut EventLog) -> Phase {
+        let Arrival { hit, mut state, time, segment } = arrival;
         let u = flank.at(segment, time);
         let before = Side::of(bodies, Mode::Free, &state, &u);
         self.errors.carry(bodies, Mode::Free);
@@ -286,6 +280,18 @@ impl Run {
         self.sums = self.sums + Pair::new(impulse, slope * impulse);
         Phase { mode: impact.after, state, zeros: impact.zeros }
     }
+}
+
+/// m1 at a flank, just before an impact.
+pub struct Arrival {
+    /// The flank.
+    pub hit: Flank,
+    /// The motion.
+    pub state: State,
+    /// When it is there.
+    pub time: Double,
+    /// The segment of the law there.
+    pub segment: usize,
 }
 
 impl Stretch<'_> {
