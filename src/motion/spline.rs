@@ -210,8 +210,9 @@ fn quintic(width: f64, u: f64, rise: f64, start: Slopes, end: Slopes) -> [f64; 6
     ]
 }
 
-/// U, U′, U″ at the part x ∈ [0, 1] of a piece of degree 5 of this width that has these values at its ends.
-pub fn within(width: f64, [u, u1, u2]: [f64; 3], [v, v1, v2]: [f64; 3], x: f64) -> [f64; 3] {
+/// U, U′, U″ at the part x ∈ [0, 1] of a piece of degree 5 of this width that has these U, U′, U″ at its ends.
+pub fn within(width: f64, start: [f64; 3], end: [f64; 3], x: f64) -> [f64; 3] {
+    let ([u, u1, u2], [v, v1, v2]) = (start, end);
     let coefficients = quintic(width, u, v - u, [u1, u2], [v1, v2]);
     let [u, u1, u2, ..] = Piece { origin: 0.0, middle: 0.5 * width, width, coefficients }.at(x * width);
     [u, u1, u2]

@@ -118,6 +118,22 @@ pub struct Description {
 }
 
 impl Description {
+    /// Of a variable that is no state and depends on nothing.
+    fn new(name: &str, text: &str, kind: Kind, causality: Causality, variability: Variability) -> Self {
+        Description {
+            name: name.to_owned(),
+            key: name.to_owned(),
+            text: text.to_owned(),
+            kind,
+            causality,
+            variability,
+            state: false,
+            derivative_of: None,
+            dependencies: Vec::new(),
+            initial_dependencies: Vec::new(),
+        }
+    }
+
     /// Whether the start value depends on this variable (FMI 2.0, section 2.2.8: the knowns of the initialisation are
     /// inputs and variables with `initial="exact"`, which parameters are).
     pub fn depends_initially_on(&self, known: &Description) -> bool {
@@ -247,41 +263,25 @@ pub fn real_within(quantity: &'static Quantity, min: f64, max: f64) -> Kind {
 }
 
 impl<D> List<D> {
-    fn push(
-        &mut self,
-        [name, text]: [&str; 2],
-        kind: Kind,
-        causality: Causality,
-        variability: Variability,
-        access: Access<D>,
-    ) -> &mut Variable<D> {
-        self.0.push(Variable {
-            description: Description {
-                name: name.to_owned(),
-                key: name.to_owned(),
-                text: text.to_owned(),
-                kind,
-                causality,
-                variability,
-                state: false,
-                derivative_of: None,
-                dependencies: Vec::new(),
-                initial_dependencies: Vec::new(),
-            },
-            index: 0,
-            access,
-        });
+    fn push(&mut self, description: Description, access: Access<D>) -> &mut Variable<D> {
+        self.0.push(Variable { description, index: 0, access });
         self.0.last_mut().expect("just pushed")
     }
 
     /// A fixed parameter.
     pub fn parameter(&mut self, name: &str, text: &str, kind: Kind, get: Get<D>, set: Set<D>) -> &mut Variable<D> {
-        self.push([name, text], kind, Causality::Parameter, Variability::Fixed, Access::Set { get, set })
+        self.push(
+            Description::new(name, text, kind, Causality::Parameter, Variability::Fixed),
+            Access::Set { get, set },
+        )
     }
 
     /// A continuous input.
     pub fn input(&mut self, name: &str, text: &str, kind: Kind, get: Get<D>, set: SetInput<D>) -> &mut Variable<D> {
-        self.push([name, text], kind, Causality::Input, Variability::Continuous, Access::Input { get, set })
+        self.push(
+            Description::new(name, text, kind, Causality::Input, Variability::Continuous),
+            Access::Input { get, set },
+        )
     }
 
     /// A continuous output with its Taylor series; [`Variable::at`] tells its place. `der(x)` is the derivative of `x`, `der(x,2)`
@@ -294,7 +294,7 @@ impl<D> List<D> {
         series: fn(&D, Seed, usize) -> Series,
     ) -> &mut Variable<D> {
         let access = Access::Computed { series: Some(series) };
-        let v = self.push([name, text], kind, Causality::Output, Variability::Continuous, access);
+        let v = self.push(Description::new(name, text, kind, Causality::Output, Variability::Continuous), access);
         let of = name.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')'));
         v.description.derivative_of =
             of.map(|of| of.strip_suffix(",2").map_or(of.to_owned(), |of| format!("der({of})")));
@@ -303,12 +303,18 @@ impl<D> List<D> {
 
     /// A discrete output: a count, a mode, a sum over events or a mean over the last step.
     pub fn discrete_output(&mut self, name: &str, text: &str, kind: Kind) -> &mut Variable<D> {
-        self.push([name, text], kind, Causality::Output, Variability::Discrete, Access::Computed { series: None })
+        self.push(
+            Description::new(name, text, kind, Causality::Output, Variability::Discrete),
+            Access::Computed { series: None },
+        )
     }
 
     /// A discrete local variable, such as a solver statistic.
     pub fn local(&mut self, name: &str, text: &str, kind: Kind) -> &mut Variable<D> {
-        self.push([name, text], kind, Causality::Local, Variability::Discrete, Access::Computed { series: None })
+        self.push(
+            Description::new(name, text, kind, Causality::Local, Variability::Discrete),
+            Access::Computed { series: None },
+        )
     }
 }
 
@@ -423,7 +429,8 @@ mod tests {
     fn description(kind: Kind) -> Description {
         let mut list: List<()> = List::default();
         let access = Access::Computed { series: None };
-        list.push(["x", ""], kind, Causality::Parameter, Variability::Fixed, access).description.clone()
+        let description = Description::new("x", "", kind, Causality::Parameter, Variability::Fixed);
+        list.push(description, access).description.clone()
     }
 
     #[test]
