@@ -108,57 +108,78 @@ pub fn pack_with(
     date: Option<Date>,
     extras: Extras,
 ) -> Result<Packed, Fault> {
-    pack_drive((&mut resource.build()?, &resource.scene.encoded()?), resource, description, runtimes, date, extras)
+    let (drive, scene) = (&mut resource.build()?, &resource.scene.encoded()?);
+    Contents { drive, scene, resource, description, date }.packed(runtimes, extras)
 }
 
-fn pack_drive(
-    (drive, scene): (&mut Described, &[u8]),
-    resource: &Resource,
-    description: &str,
-    runtimes: &[RuntimeLibrary],
+/// What an FMU is made of besides libraries.
+struct Contents<'a> {
+    drive: &'a mut Described,
+    /// The scene as the library reads it.
+    scene: &'a [u8],
+    resource: &'a Resource,
+    description: &'a str,
     date: Option<Date>,
-    extras: Extras,
-) -> Result<Packed, Fault> {
-    check_name(&resource.name)?;
-    check_platforms(runtimes)?;
-    let libraries: Vec<File> = runtimes
-        .iter()
-        .map(|library| File::new(library.path_in_fmu(&resource.name), library.bytes.as_slice()))
-        .collect();
-    let platforms: Vec<&str> = runtimes.iter().map(|library| library.platform).collect();
-    let mut page = documentation::Page { platforms: &platforms, results: None, study: None };
-    let mut content = with_guid((drive, scene), resource, description, date, "")?;
-    content.extend(for_people(drive, resource, description, &page)?);
-    if extras.terminals {
-        content.extend(terminals::files(drive)?);
-    }
-    content.extend(libraries);
-    let parts: Vec<&[u8]> = content.iter().flat_map(|file| [file.path.as_bytes(), file.content.as_slice()]).collect();
-    let guid = hash::guid(&hash::sha256_of_parts(&parts));
-    let mut replace = |file: File| {
-        if let Some(place) = content.iter_mut().find(|other| other.path == file.path) {
-            *place = file;
+}
+
+impl Contents<'_> {
+    fn packed(mut self, runtimes: &[RuntimeLibrary], extras: Extras) -> Result<Packed, Fault> {
+        let (resource, description, date) = (self.resource, self.description, self.date);
+        check_name(&resource.name)?;
+        check_platforms(runtimes)?;
+        let libraries: Vec<File> = runtimes
+            .iter()
+            .map(|library| File::new(library.path_in_fmu(&resource.name), library.bytes.as_slice()))
+            .collect();
+        let platforms: Vec<&str> = runtimes.iter().map(|library| library.platform).collect();
+        let mut page = documentation::Page { platforms: &platforms, results: None, study: None };
+        let mut content = self.with_guid("")?;
+        content.extend(for_people(self.drive, resource, description, &page)?);
+        if extras.terminals {
+            content.extend(terminals::files(self.drive)?);
         }
-    };
-    with_guid((drive, scene), resource, description, date, &guid)?.into_iter().for_each(&mut replace);
-    let results = Results::of(drive)?;
-    let identity = Identity { name: &resource.name, description, guid: "", date: None };
-    (page.results, page.study) = (Some(&results), extras.study);
-    replace(File::new(DOCUMENTATION, documentation::html(&identity, resource, drive, &page)?));
-    content.extend(references::files(extras.sources, &results)?);
-    if let Some(report) = extras.study {
-        content.extend(tradeoff::files(report)?);
+        content.extend(libraries);
+        let parts: Vec<&[u8]> =
+            content.iter().flat_map(|file| [file.path.as_bytes(), file.content.as_slice()]).collect();
+        let guid = hash::guid(&hash::sha256_of_parts(&parts));
+        let mut replace = |file: File| {
+            if let Some(place) = content.iter_mut().find(|other| other.path == file.path) {
+                *place = file;
+            }
+        };
+        self.with_guid(&guid)?.into_iter().for_each(&mut replace);
+        let results = Results::of(self.drive)?;
+        let identity = Identity { name: &resource.name, description, guid: "", date: None };
+        (page.results, page.study) = (Some(&results), extras.study);
+        replace(File::new(DOCUMENTATION, documentation::html(&identity, resource, self.drive, &page)?));
+        content.extend(references::files(extras.sources, &results)?);
+        if let Some(report) = extras.study {
+            content.extend(tradeoff::files(report)?);
+        }
+        let bytes =
+            archive::archive(&content, date).map_err(|e| Fault::new(format!("the archive cannot be written: {e}")))?;
+        let descriptions = self.drive.descriptions();
+        Ok(Packed {
+            bytes,
+            guid,
+            files: content.iter().map(|file| (file.path.clone(), file.content.len())).collect(),
+            variables: descriptions.len(),
+            states: descriptions.iter().filter(|d| d.state).count(),
+        })
     }
-    let bytes =
-        archive::archive(&content, date).map_err(|e| Fault::new(format!("the archive cannot be written: {e}")))?;
-    let descriptions = drive.descriptions();
-    Ok(Packed {
-        bytes,
-        guid,
-        files: content.iter().map(|file| (file.path.clone(), file.content.len())).collect(),
-        variables: descriptions.len(),
-        states: descriptions.iter().filter(|d| d.state).count(),
-    })
+
+    /// The files that hold the guid.
+    fn with_guid(&mut self, guid: &str) -> Result<Vec<File>, Fault> {
+        let date = self.date.map(Date::iso);
+        let description = &stated(self.description, self.drive)?;
+        let identity = Identity { name: &self.resource.name, description, guid, date: date.as_deref() };
+        let xml = model_description::xml(&identity, self.drive)?;
+        let content = Content { model: self.resource.model(), guid, scene: self.scene };
+        Ok(vec![
+            File::new("modelDescription.xml", xml),
+            File::new(format!("resources/{}", resource::FILE_NAME), content.to_bytes()?),
+        ])
+    }
 }
 
 /// modelDescription.xml of a scene, without guid and date.
@@ -169,25 +190,6 @@ pub fn description_of(resource: &Resource, description: &str) -> Result<String, 
     let drive = &mut resource.build()?;
     let identity = Identity { name: &resource.name, description: &stated(description, drive)?, guid: "", date: None };
     model_description::xml(&identity, drive)
-}
-
-/// The files that hold the guid.
-fn with_guid(
-    (drive, scene): (&mut Described, &[u8]),
-    resource: &Resource,
-    description: &str,
-    date: Option<Date>,
-    guid: &str,
-) -> Result<Vec<File>, Fault> {
-    let date = date.map(Date::iso);
-    let description = &stated(description, drive)?;
-    let identity = Identity { name: &resource.name, description, guid, date: date.as_deref() };
-    let xml = model_description::xml(&identity, drive)?;
-    let content = Content { model: resource.model(), guid, scene };
-    Ok(vec![
-        File::new("modelDescription.xml", xml),
-        File::new(format!("resources/{}", resource::FILE_NAME), content.to_bytes()?),
-    ])
 }
 
 /// Documentation, pictures and licences.
@@ -244,11 +246,14 @@ mod tests {
         RuntimeLibrary { platform: "linux64", path: "lib.so".into(), bytes: content.to_vec() }
     }
 
+    fn packed(name: &str, description: &str, runtimes: &[RuntimeLibrary]) -> Result<Packed, Fault> {
+        let (drive, resource) = (&mut lag(), &resource(name));
+        Contents { drive, scene: &[], resource, description, date: None }.packed(runtimes, Extras::default())
+    }
+
     #[test]
     fn the_same_scene_gives_the_same_bytes_and_any_difference_another_guid() {
-        let pack = |name: &str, text: &str, content: &[u8]| {
-            pack_drive((&mut lag(), &[]), &resource(name), text, &[library(content)], None, Extras::default()).unwrap()
-        };
+        let pack = |name: &str, text: &str, content: &[u8]| packed(name, text, &[library(content)]).unwrap();
         let fmu = pack("Lag", "A lag", b"1");
         assert_eq!(fmu.bytes, pack("Lag", "A lag", b"1").bytes);
         for other in [pack("Lag2", "A lag", b"1"), pack("Lag", "Another lag", b"1"), pack("Lag", "A lag", b"2")] {
@@ -261,7 +266,9 @@ mod tests {
     #[test]
     fn an_fmu_has_a_description_even_where_the_scene_gives_none() {
         let described = |own: &str| {
-            let files = with_guid((&mut lag(), &[]), &resource("Lag"), own, None, "").unwrap();
+            let (drive, resource) = (&mut lag(), &resource("Lag"));
+            let mut contents = Contents { drive, scene: &[], resource, description: own, date: None };
+            let files = contents.with_guid("").unwrap();
             let xml = String::from_utf8(files[0].content.clone()).unwrap();
             xml.split(" description=\"").nth(1).unwrap().split('"').next().unwrap().to_owned()
         };
@@ -274,14 +281,11 @@ mod tests {
     #[test]
     fn names_and_platforms_are_checked() {
         for name in ["", "2fast", "a b", "größe", "a_name_of_twenty_five_char", "con", "Lpt1"] {
-            assert!(
-                pack_drive((&mut lag(), &[]), &resource(name), "", &[], None, Extras::default()).is_err(),
-                "{name}"
-            );
+            assert!(packed(name, "", &[]).is_err(), "{name}");
         }
         assert!(["comb", "COM", "con1", "nul_", "com12", "_"].into_iter().all(is_name));
         let twice = [library(b"1"), library(b"2")];
-        let fault = pack_drive((&mut lag(), &[]), &resource("Lag"), "", &twice, None, Extras::default()).unwrap_err();
+        let fault = packed("Lag", "", &twice).unwrap_err();
         assert!(fault.message.contains("two runtime libraries for linux64"));
     }
 }
