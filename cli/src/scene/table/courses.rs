@@ -3,7 +3,6 @@
 use super::dialect::{Column, Sheet, Wrong};
 use super::{File, contents, fault, faults, shown};
 use crate::scene::diagnostics::{Diagnostic, Diagnostics, nearest};
-use crate::scene::section::Span;
 use crate::scene::units;
 use camdrive::drives::Description;
 use camdrive::drives::unit::{self, Quantity};
@@ -26,6 +25,9 @@ enum Content {
     Input(usize),
 }
 
+/// What a table of courses looks like.
+const EXAMPLE: &str = "a table has the headings time and names of inputs, and below them numbers";
+
 /// The courses of some of these inputs, in SI units or in those of the headings, "w [rpm]"; `own` is the unit that the FMU has for an
 /// input, where it is another than SI.
 ///
@@ -38,22 +40,66 @@ pub fn courses(
     own: impl Fn(usize) -> Option<String>,
 ) -> Result<Courses, Diagnostics> {
     let name = shown(path);
-    let names: Vec<&str> = std::iter::once("time").chain(inputs.iter().map(|input| input.name.as_str())).collect();
-    let example = "a table has the headings time and names of inputs, and below them numbers";
-    let whole = |message: String| Diagnostics(vec![Diagnostic::new(&name, message).hint(example)]);
+    let single = |fault: Diagnostic| Diagnostics(vec![fault]);
     if inputs.is_empty() {
-        let message = "there are no inputs".to_owned();
-        return Err(Diagnostics(vec![
-            Diagnostic::new(&name, message).hint("`camdrive describe SCENE` lists its variables"),
-        ]));
+        let hint = "`camdrive describe SCENE` lists its variables";
+        return Err(single(Diagnostic::new(&name, "there are no inputs").hint(hint)));
     }
     let (text, ..) = contents(path).map_err(|(reason, hint)| {
         let fault = Diagnostic::new(&name, format!("the table {reason}"));
-        Diagnostics(vec![fault.hint(hint.unwrap_or(example))])
+        single(fault.hint(hint.unwrap_or(EXAMPLE)))
     })?;
     let file = File { name: name.clone(), text };
     let told = |wrong: Vec<Wrong>| Diagnostics(faults(&file, wrong));
     let sheet = Sheet::new(&file.text).map_err(|wrong| told(vec![wrong]))?;
+    let known = headings(&name, &sheet, inputs, own).map_err(single)?;
+    let Some(time) = known.iter().position(|(content, _)| *content == Content::Time) else {
+        return Err(single(Diagnostic::new(&name, "there is no column `time`").hint(EXAMPLE)));
+    };
+    if known.len() == 1 {
+        let fault = Diagnostic::new(&name, "there is no column of an input");
+        return Err(single(fault.admissible(names(inputs).join(", "))));
+    }
+    let (mut times, mut columns) = (Vec::new(), Vec::new());
+    for (column, (content, factor)) in known.iter().enumerate() {
+        let Content::Input(input) = *content else { continue };
+        let of = [Column::Number(time), Column::Number(column)];
+        let rows = sheet.rows(&of, 0, "write plain numbers; headings give their units").map_err(told)?;
+        if let Some(span) = rows.doubtful.first() {
+            return Err(single(fault(&file, span.clone(), "this line has no time")));
+        }
+        let si = |value: f64, (above, below): (f64, f64)| value * above / below;
+        let values: Vec<f64> = rows.rows.iter().map(|(row, _)| si(row[1], *factor)).collect();
+        for (value, (_, span)) in values.iter().zip(&rows.rows) {
+            inputs[input].check(*value).map_err(|e| single(fault(&file, span.clone(), e.to_string())))?;
+        }
+        if columns.is_empty() {
+            times = rows.rows.iter().map(|(row, _)| si(row[0], known[time].1)).collect();
+            if let Some(i) = (1..times.len()).find(|i| !follows(&times, *i)) {
+                let [before, here] = [times[i - 1], times[i]].map(units::short);
+                let message = format!("the time {here} s does not follow {before} s");
+                let fault = fault(&file, rows.rows[i].1.clone(), message);
+                return Err(single(fault.hint("times rise; two rows at one time are a jump")));
+            }
+        }
+        columns.push((input, values));
+    }
+    Ok(Courses { times, columns })
+}
+
+/// What headings may be.
+fn names<'a>(inputs: &[&'a Description]) -> Vec<&'a str> {
+    std::iter::once("time").chain(inputs.iter().map(|input| input.name.as_str())).collect()
+}
+
+/// What each column has, by its headings, and the factor from its unit to SI.
+fn headings(
+    name: &str,
+    sheet: &Sheet<'_>,
+    inputs: &[&Description],
+    own: impl Fn(usize) -> Option<String>,
+) -> Result<Vec<(Content, (f64, f64))>, Diagnostic> {
+    let names = names(inputs);
     let mut contents = Vec::new();
     for column in 0..sheet.width() {
         let known = sheet.headings(column).find_map(|heading| content(heading, inputs));
@@ -62,66 +108,36 @@ pub fn courses(
                 Some(heading) => (format!("\"{heading}\" is"), nearest(heading, &names)),
                 None => ("without heading is".to_owned(), None),
             };
-            let fault = Diagnostic::new(&name, format!("column {}, {heading} neither time nor an input", column + 1));
-            let hint = guess.map_or(example.to_owned(), |guess| format!("did you mean `{guess}`?"));
-            return Err(Diagnostics(vec![fault.admissible(names.join(", ")).hint(hint)]));
+            let fault = Diagnostic::new(name, format!("column {}, {heading} neither time nor an input", column + 1));
+            let hint = guess.map_or(EXAMPLE.to_owned(), |guess| format!("did you mean `{guess}`?"));
+            return Err(fault.admissible(names.join(", ")).hint(hint));
         };
         if contents.iter().any(|(other, _)| *other == content) {
-            return Err(whole(format!("`{}` has two columns", names[place(content)])));
+            return Err(Diagnostic::new(name, format!("`{}` has two columns", names[place(content)])).hint(EXAMPLE));
         }
         if let (Content::Input(input), None) = (content, unit)
             && let Some(own) = own(input)
         {
-            let (name, place) = (&inputs[input].name, column + 1);
-            let said = format!("column {place}, `{name}`: its numbers may be in SI or in {own}, the unit of the FMU");
-            let hint = format!("write the unit into the heading, \"{name} [{own}]\"");
-            return Err(Diagnostics(vec![Diagnostic::new(&shown(path), said).hint(hint)]));
+            let (heading, place) = (&inputs[input].name, column + 1);
+            let said =
+                format!("column {place}, `{heading}`: its numbers may be in SI or in {own}, the unit of the FMU");
+            let hint = format!("write the unit into the heading, \"{heading} [{own}]\"");
+            return Err(Diagnostic::new(name, said).hint(hint));
         }
         let quantity = quantity(content, inputs);
         let factor = unit.map_or(Ok((1.0, 1.0)), |unit| units::factor(unit, quantity)).map_err(|fault| {
             let message = format!("column {}: {}", column + 1, fault.message);
-            Diagnostics(vec![Diagnostic::new(&name, message).hint(fault.hint)])
+            Diagnostic::new(name, message).hint(fault.hint)
         })?;
         contents.push((content, factor));
     }
-    let Some(time) = contents.iter().position(|(content, _)| *content == Content::Time) else {
-        return Err(whole("there is no column `time`".to_owned()));
-    };
-    if contents.len() == 1 {
-        return Err(Diagnostics(vec![
-            Diagnostic::new(&name, "there is no column of an input").admissible(names.join(", ")),
-        ]));
-    }
-    let (mut times, mut columns) = (Vec::new(), Vec::new());
-    for (column, (content, factor)) in contents.iter().enumerate() {
-        let Content::Input(input) = *content else { continue };
-        let of = [Column::Number(time), Column::Number(column)];
-        let rows = sheet.rows(&of, 0, "write plain numbers; headings give their units").map_err(told)?;
-        if let Some(span) = rows.doubtful.first() {
-            return Err(Diagnostics(vec![fault(&file, span.clone(), "this line has no time")]));
-        }
-        let si = |value: f64, (above, below): (f64, f64)| value * above / below;
-        let values: Vec<f64> = rows.rows.iter().map(|(row, _)| si(row[1], *factor)).collect();
-        for (value, (_, span)) in values.iter().zip(&rows.rows) {
-            inputs[input].check(*value).map_err(|e| Diagnostics(vec![fault(&file, span.clone(), e.to_string())]))?;
-        }
-        if columns.is_empty() {
-            times = rows.rows.iter().map(|(row, _)| si(row[0], contents[time].1)).collect();
-            let spans: Vec<&Span> = rows.rows.iter().map(|(_, span)| span).collect();
-            // Nearer to each other they would be one time.
-            let follows = |i: usize| {
-                let [before, here] = [times[i - 1], times[i]];
-                here - before > 1e-9 * here.abs() || here == before && (i < 2 || times[i - 2] < before)
-            };
-            if let Some(i) = (1..times.len()).find(|i| !follows(*i)) {
-                let [before, here] = [times[i - 1], times[i]].map(units::short);
-                let fault = fault(&file, spans[i].clone(), format!("the time {here} s does not follow {before} s"));
-                return Err(Diagnostics(vec![fault.hint("times rise; two rows at one time are a jump")]));
-            }
-        }
-        columns.push((input, values));
-    }
-    Ok(Courses { times, columns })
+    Ok(contents)
+}
+
+/// Whether a time comes after the one before it, or is the second of two that are one: a jump. Nearer to each other they would be one.
+fn follows(times: &[f64], i: usize) -> bool {
+    let [before, here] = [times[i - 1], times[i]];
+    here - before > 1e-9 * here.abs() || here == before && (i < 2 || times[i - 2] < before)
 }
 
 /// The place among the names: the time, then the inputs.
