@@ -159,13 +159,14 @@ fn distance(one: &[f64], other: &[f64]) -> f64 {
     one.iter().zip(other).map(|(x, y)| (x - y).abs() / (x.abs() + y.abs()).max(1e-9)).fold(0.0, f64::max)
 }
 
-/// Steps under a derivative of one input: what a whole step and its halves differ by, and what it and one without the derivative do.
+/// Steps from a time over a length under a derivative of one input, by its place and order: what a whole step and its halves differ by, and what it and one without the derivative do.
 fn under_derivative(
     drive: &mut AnyDrive,
     list: &[Description],
-    (input, order): (usize, usize),
-    [time, h]: [f64; 2],
+    derivative: (usize, usize),
+    step: [f64; 2],
 ) -> Result<[f64; 2], Fault> {
+    let ((input, order), [time, h]) = (derivative, step);
     let outputs = reals(list, |d| d.causality == Causality::Output && d.variability == Variability::Continuous);
     let inputs = driven(list, input);
     // The shaft goes on, too.

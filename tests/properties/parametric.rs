@@ -252,17 +252,29 @@ fn series(mean: f64, most: f64) -> impl Strategy<Value = Fourier> {
     })
 }
 
-fn common() -> impl Strategy<Value = (f64, f64, f64, [f64; 2], f64)> {
-    // η = w/ω₀, the sense, the angle, the start and the share of the span.
+/// How a drive is moved.
+#[derive(Clone, Copy, Debug)]
+struct Course {
+    /// w/ω₀.
+    eta: f64,
+    sign: f64,
+    phi_start: f64,
+    start: [f64; 2],
+    /// The share of the span.
+    share: f64,
+}
+
+fn common() -> impl Strategy<Value = Course> {
     (decades(-1.5, 1.0), sign(), -1e3..1e3_f64, [-1.0..1.0_f64, -1.0..1.0_f64], 0.1..1.0_f64)
-        .prop_map(|(eta, sign, phi, start, share)| (eta, sign, phi, start, share))
+        .prop_map(|(eta, sign, phi_start, start, share)| Course { eta, sign, phi_start, start, share })
 }
 
 fn damping_ratio() -> impl Strategy<Value = f64> {
     prop_oneof![1 => Just(0.0), 4 => decades(-4.0, 1.0)]
 }
 
-fn finish(law: Law, natural: f64, (eta, sign, phi_start, start, share): (f64, f64, f64, [f64; 2], f64)) -> Scene {
+fn finish(law: Law, natural: f64, course: Course) -> Scene {
+    let Course { eta, sign, phi_start, start, share } = course;
     let w = sign * eta * natural;
     let span = share * (10.0 * TAU / w.abs()).min(60.0 * TAU / natural);
     Scene { law, start: Start::Given, w, phi_start, q: 0.1 * start[0], q_dot: 0.1 * start[1] * natural, span }

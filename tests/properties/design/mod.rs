@@ -298,10 +298,11 @@ impl Reading<'_> {
     fn value(
         &self,
         image: &Image,
-        [above, key]: [&str; 2],
+        path: [&str; 2],
         around: &Map<String, Value>,
-        [expected, got]: [&Value; 2],
+        values: [&Value; 2],
     ) -> Result<(), String> {
+        let ([above, key], [expected, got]) = (path, values);
         let wrong = |why: String| Err(format!("{above}.{key}: {why}"));
         let of = (self.of)(key, above, around);
         // What was the least is the largest with the other sign.

@@ -28,7 +28,9 @@ fn at_rest() -> Start {
     Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 }
 }
 
-fn scene([m, c, b]: [f64; 3], cam: MotionLaw, drive: DriveMode, start: Start) -> Scene {
+/// With m, c and b.
+fn scene(mcb: [f64; 3], cam: MotionLaw, drive: DriveMode, start: Start) -> Scene {
+    let [m, c, b] = mcb;
     let (load, roller) = (Load::default(), (0.0, Load::default()));
     Scene {
         coupling: false,
@@ -117,8 +119,12 @@ const CYCLE: &[CycleCase] = &[
     ([1.0, 2000000.0, 5.0], SimpleSine, Polynomial345, 30.0, [-2.527798582811937e-07, -0.05821322622868708]),
 ];
 
-fn assert_near(found: [f64; 2], expected: [f64; 2], scale: f64, rate: f64, tolerance: f64, case: &str) {
-    let errors = [(found[0] - expected[0]).abs() / scale, (found[1] - expected[1]).abs() / (scale * rate)];
+/// The errors of q as a part of its scale, of q̇ as one of scale · rate.
+fn off(found: [f64; 2], expected: [f64; 2], scale: f64, rate: f64) -> [f64; 2] {
+    [(found[0] - expected[0]).abs() / scale, (found[1] - expected[1]).abs() / (scale * rate)]
+}
+
+fn assert_near(errors: [f64; 2], tolerance: f64, case: &str) {
     assert!(
         errors[0] <= tolerance && errors[1] <= tolerance,
         "{case}: relative errors {:e} {:e}",
@@ -136,10 +142,7 @@ fn harmonic_law_at_constant_speed_after_a_part_of_a_turn_and_after_a_million() {
         for (t, q, v, largest) in points {
             let found = run(&mut drive, *t, *t);
             assert_near(
-                found,
-                [*q, *v],
-                *largest,
-                rate,
+                off(found, [*q, *v], *largest, rate),
                 1e-14,
                 &format!("{name}, t = {t} s, steps as long as the run"),
             );
@@ -154,12 +157,12 @@ fn the_communication_step_does_not_matter() {
         // A third of a turn in microseconds, a turn in longer steps.
         for (step, (t, q, v, largest)) in [(1e-6, points[0]), (1e-4, points[1]), (7.7e-3, points[1])] {
             let found = run(&mut harmonic_drive([*m, *c, *b], *w, given()), t, step);
-            assert_near(found, [q, v], largest, rate, 1e-14, &format!("{name}, step {step} s"));
+            assert_near(off(found, [q, v], largest, rate), 1e-14, &format!("{name}, step {step} s"));
         }
         // Ten turns per step.
         let (t, q, v, largest) = points[2];
         let found = run(&mut harmonic_drive([*m, *c, *b], *w, given()), t, 3.1);
-        assert_near(found, [q, v], largest, rate, 1e-14, &format!("{name}, ten turns per step"));
+        assert_near(off(found, [q, v], largest, rate), 1e-14, &format!("{name}, ten turns per step"));
     }
 }
 
@@ -206,10 +209,7 @@ fn ramps_of_the_speed_also_through_reversal() {
         for (steps, tolerance) in [(1, 1e-12), (10, 1e-12), (1000, 1e-11), (100_000, 1e-10)] {
             let drive = run_inputs(*mcb, MotionLaw::Fourier(series()), derivatives, *t, steps);
             assert_near(
-                drive.now.q.array(),
-                *expected,
-                scale,
-                rate,
+                off(drive.now.q.array(), *expected, scale, rate),
                 tolerance,
                 &format!("{mcb:?} {derivatives:?} {steps} steps"),
             );
@@ -239,11 +239,15 @@ fn cycles_at_constant_speed_and_with_inputs() {
         for step in [1.0, 0.1, 1e-3, 1e-5] {
             let mode = DriveMode::Constant { w, phi_start: 0.1 };
             let found = run(&mut drive(scene(mcb, cycle(rise, back), mode, at_rest())), 1.0, step);
-            assert_near(found, expected, scale, rate, 1e-11, &format!("{mcb:?} {rise:?} {back:?}, step {step} s"));
+            assert_near(off(found, expected, scale, rate), 1e-11, &format!("{mcb:?} {rise:?} {back:?}, step {step} s"));
         }
         for steps in [1, 10, 1000] {
             let found = run_inputs(mcb, cycle(rise, back), &[0.1, w], 1.0, steps).now.q.array();
-            assert_near(found, expected, scale, rate, 1e-10, &format!("{mcb:?} {rise:?} {back:?}, {steps} inputs"));
+            assert_near(
+                off(found, expected, scale, rate),
+                1e-10,
+                &format!("{mcb:?} {rise:?} {back:?}, {steps} inputs"),
+            );
         }
     }
 }
@@ -377,10 +381,7 @@ fn the_steady_state_repeats_itself_every_turn() {
             // (c, b) = (8100, 1e-3) amplifies the rounding by 1/(2πD·3) ~ 1e4.
             let tolerance = if b == 1e-3 { 1e-9 } else { 1e-12 };
             assert_near(
-                drive.now.q.array(),
-                first,
-                largest,
-                c.sqrt().max(150.0),
+                off(drive.now.q.array(), first, largest, c.sqrt().max(150.0)),
                 tolerance,
                 &format!("c = {c}, b = {b}"),
             );
@@ -421,7 +422,7 @@ fn a_tunable_parameter_changes_the_motion_from_now_on() {
     let mode = DriveMode::Constant { w: 20.0, phi_start: 2.3 };
     let mut fresh = drive(scene([1.0, 1e4, 200.0], MotionLaw::Fourier(series()), mode, start));
     run(&mut fresh, 0.1, 0.01);
-    assert_near(changed.now.q.array(), fresh.now.q.array(), 1e-4, 100.0, 1e-13, "after the change");
+    assert_near(off(changed.now.q.array(), fresh.now.q.array(), 1e-4, 100.0), 1e-13, "after the change");
 }
 
 #[test]

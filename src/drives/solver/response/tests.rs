@@ -273,7 +273,8 @@ fn the_estimates_of_pieces_are_honest() {
 
 /// What a cycle errs by from rest at this speed, angle and natural frequency, and what it estimates. The truth: q at some
 /// times, of 34 digits, −ẍ times the impulse response by Gauss's rule on cells of a radian.
-fn error_and_estimate(plan: CyclePlan, [w, phi, omega]: [f64; 3], table: bool, course: &[(f64, f64)]) -> [f64; 2] {
+fn error_and_estimate(plan: CyclePlan, motion: [f64; 3], table: bool, course: &[(f64, f64)]) -> [f64; 2] {
+    let [w, phi, omega] = motion;
     let law = Arc::new(MotionLaw::Cycle(Cycle::new(plan)));
     let mut response = Response::new(Equation::new([1.0, omega * omega, 0.0]), &law, FINEST_TOLERANCE);
     if table {

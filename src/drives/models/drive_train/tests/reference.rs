@@ -31,7 +31,9 @@ pub(super) fn shaft(cam: MotionLaw, [m, inertia, c, b]: [f64; 4]) -> Follower {
     follower(cam, 0.0, Joint::Shaft(elastic_shaft::Parameters { m, inertia, c, b }))
 }
 
-pub(super) fn backlash(cam: MotionLaw, [m1, m2, c, b, s, e]: [f64; 6]) -> Follower {
+/// With m1, m2, c, b, s and e.
+pub(super) fn backlash(cam: MotionLaw, numbers: [f64; 6]) -> Follower {
+    let [m1, m2, c, b, s, e] = numbers;
     follower(cam, 0.0, Joint::Backlash(contact::Parameters { m1, m2, c, b, s, e }))
 }
 

@@ -138,16 +138,12 @@ impl<L: Law> System<2> for Piece<'_, L> {
     }
 }
 
-/// q, q̇ at the ends of so many equal steps to `stop`, from rest at φ, ω, α on inputs or at constant speed; and how often the
+/// The end of the motions (s).
+const STOP: f64 = 1.0;
+
+/// q, q̇ at the ends of so many equal steps, from rest at φ, ω, α on inputs or at constant speed; and how often the
 /// law changed.
-fn course<L: Law>(
-    law: L,
-    cam: &MotionLaw,
-    shaft: [f64; 3],
-    input: bool,
-    stop: f64,
-    steps: u32,
-) -> (Vec<[f64; 2]>, usize) {
+fn course<L: Law>(law: L, cam: &MotionLaw, shaft: [f64; 3], input: bool, steps: u32) -> (Vec<[f64; 2]>, usize) {
     let [phi, w, a] = shaft;
     let mode = if input { DriveMode::Input } else { DriveMode::Constant { w, phi_start: phi } };
     let mut drive = CamDrive::new(cam.clone(), mode);
@@ -158,7 +154,7 @@ fn course<L: Law>(
     let mut integrator = Collocation::new(Double::default(), [0.0; 2]);
     let (control, mut course) = (StepControl::Tolerance(1e-12), Vec::new());
     for n in 0..steps {
-        let [time, end] = [n, n + 1].map(|n| stop * f64::from(n) / f64::from(steps));
+        let [time, end] = [n, n + 1].map(|n| STOP * f64::from(n) / f64::from(steps));
         if input {
             drive.set_inputs([phi + (w + 0.5 * a * time) * time, w + a * time, a]);
             piece.motion = drive.motion(time);
@@ -173,17 +169,18 @@ fn course<L: Law>(
     (course, piece.crossings)
 }
 
-/// The same by the classical Runge–Kutta method in steps of 1e-5 s at most, which end where the cam passes a breakpoint.
-fn reference([m, c, b1, b2]: [f64; 4], cam: &MotionLaw, [phi, w, a]: [f64; 3], stop: f64, steps: u32) -> Vec<[f64; 2]> {
+/// The same of m, c and b = b₁ + b₂ |q̇| by the classical Runge–Kutta method in steps of 1e-5 s at most, which end where the cam passes a breakpoint.
+fn reference(body: [f64; 4], cam: &MotionLaw, shaft: [f64; 3], steps: u32) -> Vec<[f64; 2]> {
+    let ([m, c, b1, b2], [phi, w, a]) = (body, shaft);
     let angle = |t: f64| phi + (w + 0.5 * a * t) * t;
-    let mut ends: Vec<(f64, bool)> = (1..=steps).map(|n| (stop * f64::from(n) / f64::from(steps), true)).collect();
+    let mut ends: Vec<(f64, bool)> = (1..=steps).map(|n| (STOP * f64::from(n) / f64::from(steps), true)).collect();
     for breakpoint in cam.breakpoints() {
         for turn in -50..50 {
             // ½ a t² + w t = way.
             let way = breakpoint + TAU * f64::from(turn) - phi;
             let root = (w * w + 2.0 * a * way).sqrt();
             let times = if a == 0.0 { [way / w, f64::NAN] } else { [(root - w) / a, (-root - w) / a] };
-            ends.extend(times.into_iter().filter(|t| 0.0 < *t && *t < stop).map(|t| (t, false)));
+            ends.extend(times.into_iter().filter(|t| 0.0 < *t && *t < STOP).map(|t| (t, false)));
         }
     }
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -235,9 +232,9 @@ fn a_progressive_damper_is_right_at_constant_speed_and_on_inputs() {
             ([0.3, 20.0, 0.0], true),
             ([0.3, 12.0, -24.0], true),
         ] {
-            let expected = reference([m, c, b1, b2], cam, shaft, 1.0, 40);
+            let expected = reference([m, c, b1, b2], cam, shaft, 40);
             for every in [1, 4] {
-                let (found, crossings) = course(law, cam, shaft, input, 1.0, 40 / every);
+                let (found, crossings) = course(law, cam, shaft, input, 40 / every);
                 let expected: Vec<_> =
                     expected.iter().copied().skip(every as usize - 1).step_by(every as usize).collect();
                 let error = error(&found, &expected);
@@ -253,7 +250,7 @@ fn without_its_second_part_it_is_the_drive() {
     let ([m, c, b1], w) = ([1.5, 8e3, 7.0], 20.0);
     for cam in [MotionLaw::Fourier(series()), cycle(SimpleSine, Polynomial345)] {
         let law = Progressive { equation: Equation::new([m, c, b1]), b2: 0.0, sense: 1.0 };
-        let (found, _) = course(law, &cam, [0.3, w, 0.0], false, 1.0, 20);
+        let (found, _) = course(law, &cam, [0.3, w, 0.0], false, 20);
         let mut drive = drive(scene([m, c, b1], cam, DriveMode::Constant { w, phi_start: 0.3 }, at_rest()));
         let expected: Vec<_> = (1..=20).map(|n| run(&mut drive, f64::from(n) / 20.0, 0.05)).collect();
         assert!(error(&found, &expected) <= 1e-10);

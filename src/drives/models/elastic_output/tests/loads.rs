@@ -116,8 +116,9 @@ fn random_process(dice: &mut Dice, size: f64, series: bool) -> MotionLaw {
     MotionLaw::Polyline(Polyline::new(Points { angles, lifts }).unwrap())
 }
 
-/// Loads on a mass on a spring with `c`, b that a cam moves by about `size`.
-fn random_load(dice: &mut Dice, [m, c, b]: [f64; 3], size: f64, series: bool) -> Load {
+/// Loads on an oscillator with m, c and b that a cam moves by about `size`.
+fn random_load(dice: &mut Dice, mcb: [f64; 3], size: f64, series: bool) -> Load {
+    let [m, c, b] = mcb;
     let force = size * c;
     let spring = Spring {
         preload: dice.between(-1.0, 1.0) * force,
@@ -251,8 +252,9 @@ fn input(t: f64, size: f64) -> [f64; 4] {
     ]
 }
 
-/// Runs the scene, whose shaft follows its inputs from `phi`, `w`, `a` on, to `end` (s) under the input F.
-fn run_under(scene: &Scene, [phi, w, a]: [f64; 3], end: f64, steps: u32, size: f64) -> ElasticOutput {
+/// Runs the scene, whose shaft follows its inputs from φ, ω, α on, to `end` (s) under the input F.
+fn run_under(scene: &Scene, motion: [f64; 3], end: f64, steps: u32, size: f64) -> ElasticOutput {
+    let [phi, w, a] = motion;
     let mut drive = ElasticOutput::new(scene.clone()).unwrap();
     let (is_input, list) = (drive.cam.is_input(), drive.variables());
     let force = named(&list, "F");
@@ -421,7 +423,7 @@ fn the_periodic_motion_under_loads_repeats_itself() {
         run(&mut drive, 3.0 * TAU / w.abs(), 0.37 * TAU / w.abs());
         let rate = drive.response.equation().oscillator.stiffness().sqrt();
         let size = first[0].abs() + scene.cam.bound(0);
-        assert_near(drive.deformation(), first, size, rate, 1e-11, &format!("{number}: {scene:?}"));
+        assert_near(off(drive.deformation(), first, size, rate), 1e-11, &format!("{number}: {scene:?}"));
     }
 }
 
@@ -634,10 +636,7 @@ fn a_drive_under_loads_is_restored_bit_by_bit_and_tuned_as_one_that_starts_there
                 let size = scene.cam.bound(0) + before[0].abs();
                 let rate = fresh.response.equation().oscillator.stiffness().sqrt();
                 assert_near(
-                    original.deformation(),
-                    fresh.deformation(),
-                    size,
-                    rate,
+                    off(original.deformation(), fresh.deformation(), size, rate),
                     1e-11,
                     &format!("{number}: {scene:?}"),
                 );

@@ -143,7 +143,8 @@ fn the_error_estimate_is_honest() {
 }
 
 /// The states at the ends of `count` communication steps of a uniformly accelerated motion, and the error estimate there.
-fn states_on_inputs(scene: &Scene, [phi, w, a]: [f64; 3], span: f64, count: i32) -> Option<(Vec<[f64; 2]>, f64)> {
+fn states_on_inputs(scene: &Scene, motion: [f64; 3], span: f64, count: i32) -> Option<(Vec<[f64; 2]>, f64)> {
+    let [phi, w, a] = motion;
     let mut drive = ElasticShaft::new(Scene { drive: DriveMode::Input, linear: false, ..scene.clone() }).unwrap();
     let (mut all, mut time) = (Vec::new(), 0.0);
     for n in 0..count {
