@@ -412,6 +412,79 @@ fn starts(fmu: &Fmu, mode: i32) -> bool {
     of_mode.iter().all(|vr| drive.set(*vr as usize, f64::from(mode)).is_ok()) && drive.start().is_ok()
 }
 
+/// The call of an instance's life that takes most of the stack, and how much (bytes).
+#[cfg(target_os = "linux")]
+fn deepest_call(fmu: &Fmu, method: i32) -> (&'static str, usize) {
+    let mut deepest = ("", 0);
+    let mut call = |name, action: &mut dyn FnMut()| {
+        let depth = depth(action);
+        if deepest.1 < depth {
+            deepest = (name, depth);
+        }
+    };
+    let (mut c, mut state, mut copy) = (null_mut(), null_mut(), null_mut());
+    let reals = fmu.references(|d| matches!(d.kind, Kind::Real { .. }));
+    // The derivatives by these make the tables anew.
+    let parameters = fmu.references(|d| {
+        let is_real = matches!(d.kind, Kind::Real { .. });
+        d.causality == Causality::Parameter && is_real && !d.name.starts_with("solver.")
+    });
+    let knowns = [parameters[0], parameters[parameters.len() - 1]];
+    let unknowns = fmu.references(|d| d.causality == Causality::Output && d.variability == Variability::Continuous);
+    let states = fmu.references(|d| d.state);
+    let (mut values, mut bytes) = (vec![0.0; reals.len()], Vec::new());
+    unsafe {
+        call("fmi2Instantiate", &mut || c = fmu.instance(false));
+        let mut host = Host::new(fmu, c);
+        for vr in fmu.references(|d| d.name == "solver.method") {
+            assert_eq!(fmi2SetInteger(c, &vr, 1, &method), OK);
+        }
+        for mode in (1..=3).rev().filter(|mode| starts(fmu, *mode)) {
+            call("fmi2Reset", &mut || assert_eq!(fmi2Reset(c), OK));
+            for vr in fmu.references(|d| d.name == "start.mode") {
+                assert_eq!(fmi2SetInteger(c, &vr, 1, &mode), OK);
+            }
+            assert_eq!(fmi2SetupExperiment(c, FALSE, 0.0, 0.0, FALSE, 0.0), OK);
+            assert_eq!(fmi2EnterInitializationMode(c), OK);
+            call("fmi2GetReal before the start", &mut || {
+                assert_eq!(fmi2GetReal(c, reals.as_ptr(), reals.len(), values.as_mut_ptr()), OK);
+            });
+        }
+        call("fmi2GetDirectionalDerivative before the start", &mut || {
+            let (unknown, known, dv) = (unknowns.as_ptr(), knowns.as_ptr(), [1.0; 2].as_ptr());
+            assert_eq!(fmi2GetDirectionalDerivative(c, unknown, 1, known, 2, dv, values.as_mut_ptr()), OK);
+        });
+        call("fmi2ExitInitializationMode", &mut || assert_eq!(fmi2ExitInitializationMode(c), OK));
+        call("fmi2GetFMUstate", &mut || assert_eq!(fmi2GetFMUstate(c, &mut state), OK));
+        for size in STEPS.map(|factor| factor * fmu.step) {
+            call("fmi2DoStep", &mut || assert!((0..40).all(|_| host.step(size))));
+        }
+        call("fmi2GetRealOutputDerivatives", &mut || {
+            fmi2GetRealOutputDerivatives(c, unknowns.as_ptr(), 1, &2, values.as_mut_ptr());
+        });
+        call("fmi2GetDirectionalDerivative", &mut || {
+            let (unknown, known) = (unknowns.as_ptr(), states.as_ptr());
+            assert_eq!(fmi2GetDirectionalDerivative(c, unknown, 1, known, 1, &1.0, values.as_mut_ptr()), OK);
+        });
+        call("fmi2SerializeFMUstate", &mut || {
+            let mut size = 0;
+            assert_eq!(fmi2SerializedFMUstateSize(c, state, &mut size), OK);
+            bytes.resize(size, 0);
+            assert_eq!(fmi2SerializeFMUstate(c, state, bytes.as_mut_ptr().cast(), size), OK);
+        });
+        call("fmi2DeSerializeFMUstate", &mut || {
+            assert_eq!(fmi2DeSerializeFMUstate(c, bytes.as_ptr().cast(), bytes.len(), &mut copy), OK);
+        });
+        call("fmi2SetFMUstate", &mut || assert_eq!(fmi2SetFMUstate(c, copy), OK));
+        call("fmi2FreeFMUstate", &mut || {
+            assert_eq!(fmi2FreeFMUstate(c, &mut state), OK);
+            assert_eq!(fmi2FreeFMUstate(c, &mut copy), OK);
+        });
+        call("fmi2FreeInstance", &mut || fmi2FreeInstance(c));
+    }
+    deepest
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn no_call_takes_more_of_the_stack_than_small_threads_have() {
@@ -420,75 +493,7 @@ fn no_call_takes_more_of_the_stack_than_small_threads_have() {
     for path in scenes() {
         let fmu = Fmu::of(&path, "stack");
         for method in 1..=methods(&fmu) {
-            let mut deepest = ("", 0);
-            let mut call = |name, action: &mut dyn FnMut()| {
-                let depth = depth(action);
-                if deepest.1 < depth {
-                    deepest = (name, depth);
-                }
-            };
-            let (mut c, mut state, mut copy) = (null_mut(), null_mut(), null_mut());
-            let reals = fmu.references(|d| matches!(d.kind, Kind::Real { .. }));
-            // The derivatives by these make the tables anew.
-            let parameters = fmu.references(|d| {
-                let is_real = matches!(d.kind, Kind::Real { .. });
-                d.causality == Causality::Parameter && is_real && !d.name.starts_with("solver.")
-            });
-            let knowns = [parameters[0], parameters[parameters.len() - 1]];
-            let unknowns =
-                fmu.references(|d| d.causality == Causality::Output && d.variability == Variability::Continuous);
-            let states = fmu.references(|d| d.state);
-            let (mut values, mut bytes) = (vec![0.0; reals.len()], Vec::new());
-            unsafe {
-                call("fmi2Instantiate", &mut || c = fmu.instance(false));
-                let mut host = Host::new(&fmu, c);
-                for vr in fmu.references(|d| d.name == "solver.method") {
-                    assert_eq!(fmi2SetInteger(c, &vr, 1, &method), OK);
-                }
-                for mode in (1..=3).rev().filter(|mode| starts(&fmu, *mode)) {
-                    call("fmi2Reset", &mut || assert_eq!(fmi2Reset(c), OK));
-                    for vr in fmu.references(|d| d.name == "start.mode") {
-                        assert_eq!(fmi2SetInteger(c, &vr, 1, &mode), OK);
-                    }
-                    assert_eq!(fmi2SetupExperiment(c, FALSE, 0.0, 0.0, FALSE, 0.0), OK);
-                    assert_eq!(fmi2EnterInitializationMode(c), OK);
-                    call("fmi2GetReal before the start", &mut || {
-                        assert_eq!(fmi2GetReal(c, reals.as_ptr(), reals.len(), values.as_mut_ptr()), OK);
-                    });
-                }
-                call("fmi2GetDirectionalDerivative before the start", &mut || {
-                    let (unknown, known, dv) = (unknowns.as_ptr(), knowns.as_ptr(), [1.0; 2].as_ptr());
-                    assert_eq!(fmi2GetDirectionalDerivative(c, unknown, 1, known, 2, dv, values.as_mut_ptr()), OK);
-                });
-                call("fmi2ExitInitializationMode", &mut || assert_eq!(fmi2ExitInitializationMode(c), OK));
-                call("fmi2GetFMUstate", &mut || assert_eq!(fmi2GetFMUstate(c, &mut state), OK));
-                for size in STEPS.map(|factor| factor * fmu.step) {
-                    call("fmi2DoStep", &mut || assert!((0..40).all(|_| host.step(size))));
-                }
-                call("fmi2GetRealOutputDerivatives", &mut || {
-                    fmi2GetRealOutputDerivatives(c, unknowns.as_ptr(), 1, &2, values.as_mut_ptr());
-                });
-                call("fmi2GetDirectionalDerivative", &mut || {
-                    let (unknown, known) = (unknowns.as_ptr(), states.as_ptr());
-                    assert_eq!(fmi2GetDirectionalDerivative(c, unknown, 1, known, 1, &1.0, values.as_mut_ptr()), OK);
-                });
-                call("fmi2SerializeFMUstate", &mut || {
-                    let mut size = 0;
-                    assert_eq!(fmi2SerializedFMUstateSize(c, state, &mut size), OK);
-                    bytes.resize(size, 0);
-                    assert_eq!(fmi2SerializeFMUstate(c, state, bytes.as_mut_ptr().cast(), size), OK);
-                });
-                call("fmi2DeSerializeFMUstate", &mut || {
-                    assert_eq!(fmi2DeSerializeFMUstate(c, bytes.as_ptr().cast(), bytes.len(), &mut copy), OK);
-                });
-                call("fmi2SetFMUstate", &mut || assert_eq!(fmi2SetFMUstate(c, copy), OK));
-                call("fmi2FreeFMUstate", &mut || {
-                    assert_eq!(fmi2FreeFMUstate(c, &mut state), OK);
-                    assert_eq!(fmi2FreeFMUstate(c, &mut copy), OK);
-                });
-                call("fmi2FreeInstance", &mut || fmi2FreeInstance(c));
-            }
-            let (name, depth) = deepest;
+            let (name, depth) = deepest_call(&fmu, method);
             println!("{}, method {method}: {depth} bytes in {name}", fmu.scene.name);
             let most = if fmu.scene.scene.model() == "DriveTrain" { DEEPEST_OF_TRAIN } else { DEEPEST_CALL };
             if most < depth {

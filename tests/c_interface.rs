@@ -378,12 +378,41 @@ fn a_path_will_do_as_resource_location() {
     unsafe { fmi2FreeInstance(c) };
 }
 
+/// The resource of a scene.
+fn resource_of(scene: &str) -> Resource {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(scene);
+    let scene = camdrive_cli::scene::read(&scene).unwrap_or_else(|faults| panic!("{faults}"));
+    Resource { guid: GUID.to_str().unwrap().to_owned(), ..scene.resource() }
+}
+
+/// An instance in Initialization Mode.
+fn initialising(folder: &Folder, log: &Log) -> fmi2Component {
+    let c = instantiate(Some(&folder.uri()), GUID, CO_SIMULATION, log);
+    unsafe {
+        assert_eq!(fmi2SetupExperiment(c, FALSE, 0.0, 0.0, FALSE, 0.0), OK);
+        assert_eq!(fmi2EnterInitializationMode(c), OK);
+    }
+    c
+}
+
+fn derivatives(c: fmi2Component, unknowns: &[u32], knowns: &[u32], direction: &[f64]) -> (fmi2Status, Vec<f64>) {
+    let mut values = vec![f64::NAN; unknowns.len()];
+    let (unknown, known) = (unknowns.as_ptr(), knowns.as_ptr());
+    let (dv, result) = (direction.as_ptr(), values.as_mut_ptr());
+    let status = unsafe { fmi2GetDirectionalDerivative(c, unknown, unknowns.len(), known, knowns.len(), dv, result) };
+    (status, values)
+}
+
+fn ask(c: fmi2Component, unknowns: &[u32], knowns: &[u32], direction: &[f64]) -> Vec<f64> {
+    let (status, values) = derivatives(c, unknowns, knowns, direction);
+    assert_eq!(status, OK);
+    values
+}
+
 /// A start of this machine takes a sixtieth of the work of a call, and there are 179 knowns.
 #[test]
 fn a_derivative_before_the_start_is_the_same_whenever_it_is_asked_for() {
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/sealing_machine/scene.toml");
-    let scene = camdrive_cli::scene::read(&scene).unwrap_or_else(|faults| panic!("{faults}"));
-    let resource = Resource { guid: GUID.to_str().unwrap().to_owned(), ..scene.resource() };
+    let resource = resource_of("examples/sealing_machine/scene.toml");
     let folder = Folder::of("derivative", &resource);
     let log = Log::default();
     let drive = resource.build().unwrap();
@@ -391,33 +420,7 @@ fn a_derivative_before_the_start_is_the_same_whenever_it_is_asked_for() {
     let unknowns = ["E", "w", "a", "der(U[1],2)", "phi", "lever[2]"].map(reference);
     // Each column takes its own starts, a fifth of the work of a call; of this machine those of some fit into one.
     let knowns = ["J0", "follower[2].cam.a[2]", "follower[1].linkage[1].ground"].map(reference);
-    let initialising = |folder: &Folder| unsafe {
-        let c = instantiate(Some(&folder.uri()), GUID, CO_SIMULATION, &log);
-        assert_eq!(fmi2SetupExperiment(c, FALSE, 0.0, 0.0, FALSE, 0.0), OK);
-        assert_eq!(fmi2EnterInitializationMode(c), OK);
-        c
-    };
-    let asked = |c, unknowns: &[u32], knowns: &[u32], direction: &[f64]| {
-        let mut values = vec![f64::NAN; unknowns.len()];
-        let status = unsafe {
-            fmi2GetDirectionalDerivative(
-                c,
-                unknowns.as_ptr(),
-                unknowns.len(),
-                knowns.as_ptr(),
-                knowns.len(),
-                direction.as_ptr(),
-                values.as_mut_ptr(),
-            )
-        };
-        (status, values)
-    };
-    let ask = |c, unknowns: &[u32], knowns: &[u32], direction: &[f64]| {
-        let (status, values) = asked(c, unknowns, knowns, direction);
-        assert_eq!(status, OK, "{:?}", log.lock().unwrap());
-        values
-    };
-    let (first, second) = (initialising(&folder), initialising(&folder));
+    let (first, second) = (initialising(&folder, &log), initialising(&folder, &log));
     let direction = [0.7, 1e-3, 1e-2];
     let together = ask(first, &unknowns, &knowns, &direction);
     assert_eq!(together, ask(first, &unknowns, &knowns, &direction), "asked again");
@@ -438,19 +441,25 @@ fn a_derivative_before_the_start_is_the_same_whenever_it_is_asked_for() {
         .filter(|i| !drive.descriptions()[*i as usize].name.starts_with("solver."))
         .collect();
     assert!(all.len() > 170);
-    let (status, _) = asked(first, &unknowns, &all, &vec![1e-3; all.len()]);
+    let (status, _) = derivatives(first, &unknowns, &all, &vec![1e-3; all.len()]);
     assert_eq!(status, ERROR);
     assert!(log.lock().unwrap().last().unwrap().2.contains("ask for one known at a time"));
+    unsafe {
+        fmi2FreeInstance(first);
+        fmi2FreeInstance(second);
+    }
+}
 
-    // Two parameters at opposite ends of their ranges, seen along the direction, have no step in common.
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fmpy/scenes/backlash_input.toml");
-    let scene = camdrive_cli::scene::read(&scene).unwrap_or_else(|faults| panic!("{faults}"));
-    let resource = Resource { guid: GUID.to_str().unwrap().to_owned(), ..scene.resource() };
+/// Two parameters at opposite ends of their ranges, seen along the direction, have no step in common.
+#[test]
+fn a_derivative_along_several_knowns_is_the_sum_of_its_parts() {
+    let resource = resource_of("tests/fmpy/scenes/backlash_input.toml");
     let folder = Folder::of("bounds", &resource);
+    let log = Log::default();
     let drive = resource.build().unwrap();
     let reference = |name: &str| drive.descriptions().iter().position(|d| d.name == name).unwrap() as u32;
     let (unknowns, knowns) = (["q", "force", "der(q)"].map(reference), ["b", "e", "c"].map(reference));
-    let third = initialising(&folder);
+    let third = initialising(&folder, &log);
     for direction in [[-2.0, 0.5, 3.0], [2.0, -0.5, 3.0]] {
         let together = ask(third, &unknowns, &knowns, &direction);
         for (i, unknown) in unknowns.iter().enumerate() {
@@ -464,9 +473,5 @@ fn a_derivative_before_the_start_is_the_same_whenever_it_is_asked_for() {
     let twice = ask(third, &unknowns[..1], &[knowns[0], knowns[1], knowns[0]], &[0.25, 0.0, 0.5]);
     let once = ask(third, &unknowns[..1], &knowns[..1], &[0.75]);
     assert!((twice[0] - once[0]).abs() <= 1e-9 * once[0].abs(), "{twice:?} {once:?}");
-    unsafe {
-        fmi2FreeInstance(first);
-        fmi2FreeInstance(second);
-        fmi2FreeInstance(third);
-    }
+    unsafe { fmi2FreeInstance(third) };
 }

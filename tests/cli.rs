@@ -794,6 +794,77 @@ fn the_manifest_lists_what_is_in_its_folder() {
     }
 }
 
+fn changes_of_results_are_found(fmu: &Path, changed: &Path) {
+    let mut files = unzipped(fmu);
+    let name = format!("{EXTRA}result.csv");
+    let results = String::from_utf8(files[&name].clone()).expect("UTF-8");
+    let mut table = csv::Reader::from_reader(results.as_bytes());
+    let column = table.headers().expect("headings").iter().position(|name| name == "y").expect("an output");
+    let mut lines: Vec<String> = results.lines().map(str::to_owned).collect();
+    let mut cells: Vec<String> = lines[300].split(',').map(str::to_owned).collect();
+    let value: f64 = cells[column].parse().expect("a number");
+    cells[column] = (value + 1e-5).to_string();
+    lines[300] = cells.join(",");
+    let mut with = |content: Option<String>| {
+        match content {
+            Some(content) => files.insert(name.clone(), content.into_bytes()),
+            None => files.remove(&name),
+        };
+        camdrive(&["verify", &zipped(changed, &files)])
+    };
+    let run = with(Some(lines.join("\n")));
+    assert!(run.code == 1 && run.out.contains("\n  1 of 10 outputs does not agree"), "{}{}", run.out, run.err);
+    let no: Vec<&str> = run.out.lines().filter(|line| line.ends_with(" no")).collect();
+    assert!(no.len() == 1 && no[0].trim().starts_with("y "), "{}", run.out);
+    let rows = |keep: &dyn Fn(usize) -> bool| {
+        let kept = results.lines().enumerate().filter(|(i, _)| keep(*i));
+        Some(kept.map(|(_, line)| line).collect::<Vec<_>>().join("\n"))
+    };
+    for (content, message) in
+        [(rows(&|i| i < 9), "result.csv ends too early, at t = "), (rows(&|i| i != 9), "rows up to t = 6.5 s, not ")]
+    {
+        let run = with(content);
+        assert!(run.code == 1 && run.out.contains(message), "{message}: {}{}", run.out, run.err);
+    }
+    let second = |column: &str| {
+        let cells = |(i, line): (usize, &str)| format!("{line},{}", if i == 0 { column } else { "1" });
+        Some(results.lines().enumerate().map(cells).collect::<Vec<_>>().join("\n"))
+    };
+    lines[300] = cells[..column].join(",");
+    for (content, message) in [
+        (Some(lines.join("\n")), "result.csv: CSV error"),
+        (Some(results.replacen(",y,", ",z,", 1)), "the output `y` has no column"),
+        (second("z"), "the FMU has no output `z`"),
+        (second("drive.w"), "the FMU has no output `drive.w`"),
+        (second("y"), "`y` has two columns"),
+        (Some(results.replacen("\n0.0,", "\nzero,", 1)), "line 2: `zero` is no number"),
+        (Some(results.replacen("\n0.0,", "\nNaN,", 1)), "line 2: `NaN` is no number"),
+        (Some(results.lines().next().expect("a line").to_owned()), "it has no rows"),
+        (None, "the FMU holds no results\n  = hint: "),
+    ] {
+        let run = with(content);
+        assert!(run.code == 1 && run.out.is_empty() && run.err.contains(message), "{message}: {}{}", run.out, run.err);
+    }
+}
+
+fn changes_of_the_scene_are_found(fmu: &Path, changed: &Path) {
+    let mut files = unzipped(fmu);
+    let scene = format!("{EXTRA}model/scene.toml");
+    let own = String::from_utf8(files[&scene].clone()).expect("UTF-8");
+    for (content, message) in [
+        (format!("# A comment.\n{own}"), ""),
+        (own.replacen("17.85 N", "17.8500001 N", 1), "the scene inside is not the one of the drive"),
+        (own.replacen("name = \"", "name = \"t", 1), "the scene inside is not the one of the drive"),
+        (own.replacen("model = ", "modle = ", 1), "changed.fmu"),
+    ] {
+        assert_ne!(content, own);
+        files.insert(scene.clone(), content.into_bytes());
+        let run = camdrive(&["verify", &zipped(changed, &files)]);
+        let said = run.out.contains("changed: ") && run.out.contains(message);
+        assert!(if message.is_empty() { run.code == 0 } else { run.code == 1 && said }, "{}{}", run.out, run.err);
+    }
+}
+
 #[test]
 fn an_fmu_agrees_with_its_results_and_a_changed_one_does_not() {
     let folder = folder("verify");
@@ -830,72 +901,9 @@ fn an_fmu_agrees_with_its_results_and_a_changed_one_does_not() {
         }
     }
     assert!(!run.err.contains("note: "), "{}", run.err);
-    let mut files = unzipped(&folder.join("transfer_manipulator.fmu"));
-    let name = format!("{EXTRA}result.csv");
-    let results = String::from_utf8(files[&name].clone()).expect("UTF-8");
-    let mut table = csv::Reader::from_reader(results.as_bytes());
-    let column = table.headers().expect("headings").iter().position(|name| name == "y").expect("an output");
-    let mut lines: Vec<String> = results.lines().map(str::to_owned).collect();
-    let mut cells: Vec<String> = lines[300].split(',').map(str::to_owned).collect();
-    let value: f64 = cells[column].parse().expect("a number");
-    cells[column] = (value + 1e-5).to_string();
-    lines[300] = cells.join(",");
-    let changed = folder.join("changed.fmu");
-    let mut with = |content: Option<String>| {
-        match content {
-            Some(content) => files.insert(name.clone(), content.into_bytes()),
-            None => files.remove(&name),
-        };
-        camdrive(&["verify", &zipped(&changed, &files)])
-    };
-    let run = with(Some(lines.join("\n")));
-    assert!(run.code == 1 && run.out.contains("\n  1 of 10 outputs does not agree"), "{}{}", run.out, run.err);
-    let no: Vec<&str> = run.out.lines().filter(|line| line.ends_with(" no")).collect();
-    assert!(no.len() == 1 && no[0].trim().starts_with("y "), "{}", run.out);
-    let rows = |keep: &dyn Fn(usize) -> bool| {
-        let kept = results.lines().enumerate().filter(|(i, _)| keep(*i));
-        Some(kept.map(|(_, line)| line).collect::<Vec<_>>().join("\n"))
-    };
-    for (content, message) in
-        [(rows(&|i| i < 9), "result.csv ends too early, at t = "), (rows(&|i| i != 9), "rows up to t = 6.5 s, not ")]
-    {
-        let run = with(content);
-        assert!(run.code == 1 && run.out.contains(message), "{message}: {}{}", run.out, run.err);
-    }
-    let second = |column: &str| {
-        let cells = |(i, line): (usize, &str)| format!("{line},{}", if i == 0 { column } else { "1" });
-        Some(results.lines().enumerate().map(cells).collect::<Vec<_>>().join("\n"))
-    };
-    lines[300] = cells[..column].join(",");
-    for (content, message) in [
-        (Some(lines.join("\n")), "result.csv: CSV error"),
-        (Some(results.replacen(",y,", ",z,", 1)), "the output `y` has no column"),
-        (second("z"), "the FMU has no output `z`"),
-        (second("drive.w"), "the FMU has no output `drive.w`"),
-        (second("y"), "`y` has two columns"),
-        (Some(results.replacen("\n0.0,", "\nzero,", 1)), "line 2: `zero` is no number"),
-        (Some(results.replacen("\n0.0,", "\nNaN,", 1)), "line 2: `NaN` is no number"),
-        (Some(results.lines().next().expect("a line").to_owned()), "it has no rows"),
-        (None, "the FMU holds no results\n  = hint: "),
-    ] {
-        let run = with(content);
-        assert!(run.code == 1 && run.out.is_empty() && run.err.contains(message), "{message}: {}{}", run.out, run.err);
-    }
-    files.insert(name, results.into_bytes());
-    let scene = format!("{EXTRA}model/scene.toml");
-    let own = String::from_utf8(files[&scene].clone()).expect("UTF-8");
-    for (content, message) in [
-        (format!("# A comment.\n{own}"), ""),
-        (own.replacen("17.85 N", "17.8500001 N", 1), "the scene inside is not the one of the drive"),
-        (own.replacen("name = \"", "name = \"t", 1), "the scene inside is not the one of the drive"),
-        (own.replacen("model = ", "modle = ", 1), "changed.fmu"),
-    ] {
-        assert_ne!(content, own);
-        files.insert(scene.clone(), content.into_bytes());
-        let run = camdrive(&["verify", &zipped(&changed, &files)]);
-        let said = run.out.contains("changed: ") && run.out.contains(message);
-        assert!(if message.is_empty() { run.code == 0 } else { run.code == 1 && said }, "{}{}", run.out, run.err);
-    }
+    let (fmu, changed) = (folder.join("transfer_manipulator.fmu"), folder.join("changed.fmu"));
+    changes_of_results_are_found(&fmu, &changed);
+    changes_of_the_scene_are_found(&fmu, &changed);
     // Each of several FMUs gets its answer, behind a broken one, too.
     std::fs::write(&changed, "no FMU").unwrap();
     let args = ["verify", text(&fmus[0]), text(&changed), text(&fmus[1])];
@@ -2621,7 +2629,14 @@ fn a_measured_course_is_laid_over_a_computed_one() {
     assert!(is_refused(missing.code) && missing.err.contains("the curve does not exist"), "{}", missing.err);
     let other = examined(&format!("lod={file}"));
     assert!(is_refused(other.code) && other.err.contains("admissible: load"), "{}", other.err);
+}
 
+#[test]
+fn each_diagram_takes_measured_courses_in_its_own_units() {
+    let folder = folder("measured_elsewhere");
+    let course = folder.join("course.csv");
+    let write = |content: &str| std::fs::write(&course, content).expect("the folder can be written to");
+    let file = text(&course).to_owned();
     write("0,1\n90,2\n");
     let (sealing, at) = ("examples/sealing_machine/scene.toml", format!("torque={file}"));
     let forces = |measured: &str| camdrive(&["forces", sealing, "-o", text(&folder), "--measured", measured]);
@@ -4002,20 +4017,24 @@ fn a_run_of_a_system_tells_the_step_that_is_needed() {
     }
 }
 
+/// A system in this folder: its file and its archive.
+fn two_cams(folder: &Path) -> [PathBuf; 2] {
+    let read = |name: &str| std::fs::read(root().join("examples/two_cams").join(name)).expect("a file");
+    for name in ["machine.toml", "pusher.toml", "gripper.toml", "system.toml"] {
+        std::fs::write(folder.join(name), read(name)).expect("a file");
+    }
+    let file = folder.join("system.toml");
+    let written = camdrive(&["system", text(&file), "-o", text(folder)]);
+    assert_eq!(written.code, 0, "{}", written.err);
+    [file, folder.join("two_cams.ssp")]
+}
+
 /// A system as its file says it, by the drives in the tool, and as an archive, by the libraries of its FMUs.
 #[test]
 fn a_system_runs_alike_from_its_file_and_from_its_archive() {
     let folder = folder("system");
-    let read = |name: &str| std::fs::read(root().join("examples/two_cams").join(name)).expect("a file");
-    for name in ["machine.toml", "pusher.toml", "gripper.toml"] {
-        std::fs::write(folder.join(name), read(name)).expect("a scene");
-    }
-    let file = folder.join("system.toml");
-    std::fs::write(&file, read("system.toml")).expect("a system");
+    let [file, ssp] = two_cams(&folder);
     let file = text(&file);
-    let written = camdrive(&["system", file, "-o", text(&folder)]);
-    assert_eq!(written.code, 0, "{}", written.err);
-    let ssp = folder.join("two_cams.ssp");
     let options = ["--step", "1 ms", "--stop", "0.1 s"];
     let [of_file, of_archive] = [file, text(&ssp)].map(|path| camdrive(&[&["run", path][..], &options].concat()));
     assert!(of_file.code == 0 && of_file.out.lines().count() == 102, "{}", of_file.err);
@@ -4033,22 +4052,10 @@ fn a_system_runs_alike_from_its_file_and_from_its_archive() {
     assert!(is_refused(run.code) && run.err.contains("--start: at 1.2 ms the exchange on the shaft"), "{}", run.err);
     let check = camdrive(&["check", text(&ssp)]);
     assert!(check.code == 0 && check.out.contains("two_cams.ssp: system of 3 parts ok"), "{}{}", check.out, check.err);
-    // One that is changed. The file with its messages is written anew by BLESS=1.
-    let mut files = unzipped(&ssp);
-    let structure = String::from_utf8(files.remove("SystemStructure.ssd").expect("the structure")).expect("text");
-    let machine = files["resources/machine.fmu"].clone();
-    files.insert("my parts/machine 1.fmu".to_owned(), machine);
-    files.insert("set.ssv".to_owned(), b"<ParameterSet version=\"2.0\" name=\"s\"/>".to_vec());
-    let mut changed = |from: &str, to: &str| {
-        assert!(structure.contains(from), "{from}");
-        files.insert("SystemStructure.ssd".to_owned(), structure.replacen(from, to, 1).into_bytes());
-        let run = camdrive(&["run", &zipped(&folder.join("changed.ssp"), &files), "--stop", "2 ms"]);
-        (run.code, run.err.replace(&*folder.to_string_lossy(), "").replace('\\', "/"))
-    };
-    assert_eq!(changed("source=\"resources/machine.fmu\"", "source=\"my%20parts/machine%201.fmu\"").0, 0);
-    let (code, err) = changed(" stopTime=\"1.2\"", "");
-    assert!(code == 0 && err.contains("tells no stopTime, so that it ends at 1 s"), "{err}");
-    let mut said = String::new();
+}
+
+/// Changes of the structure of [`two_cams`] that no system has: what is replaced by what.
+fn wrong_structures() -> Vec<(&'static str, String)> {
     let element = |what: &str| format!("<ssd:Elements>{what}");
     let binding = |what: &str| {
         format!(
@@ -4063,7 +4070,7 @@ fn a_system_runs_alike_from_its_file_and_from_its_archive() {
              </ssd:ParameterValues></ssd:ParameterBinding>"
         ))
     };
-    for (from, to) in [
+    vec![
         ("startElement=\"machine\"", "startElement=\"motor\"".to_owned()),
         ("startElement=\"machine\" ", String::new()),
         ("endConnector=\"phi\"", "endConnector=\"psi\"".to_owned()),
@@ -4097,7 +4104,30 @@ fn a_system_runs_alike_from_its_file_and_from_its_archive() {
         ("<ssd:Elements>", value("<ssv:Real value=\"-3\"/>")),
         ("<ssd:Elements>", value("<ssv:String value=\"heavy\"/>")),
         ("<ssd:Connections>", "<ssd:Connections".to_owned()),
-    ] {
+    ]
+}
+
+/// The file with the messages is written anew by BLESS=1.
+#[test]
+fn a_wrong_archive_of_a_system_is_refused_with_its_reason() {
+    let folder = folder("wrong_system");
+    let [_, ssp] = two_cams(&folder);
+    let mut files = unzipped(&ssp);
+    let structure = String::from_utf8(files.remove("SystemStructure.ssd").expect("the structure")).expect("text");
+    let machine = files["resources/machine.fmu"].clone();
+    files.insert("my parts/machine 1.fmu".to_owned(), machine);
+    files.insert("set.ssv".to_owned(), b"<ParameterSet version=\"2.0\" name=\"s\"/>".to_vec());
+    let mut changed = |from: &str, to: &str| {
+        assert!(structure.contains(from), "{from}");
+        files.insert("SystemStructure.ssd".to_owned(), structure.replacen(from, to, 1).into_bytes());
+        let run = camdrive(&["run", &zipped(&folder.join("changed.ssp"), &files), "--stop", "2 ms"]);
+        (run.code, run.err.replace(&*folder.to_string_lossy(), "").replace('\\', "/"))
+    };
+    assert_eq!(changed("source=\"resources/machine.fmu\"", "source=\"my%20parts/machine%201.fmu\"").0, 0);
+    let (code, err) = changed(" stopTime=\"1.2\"", "");
+    assert!(code == 0 && err.contains("tells no stopTime, so that it ends at 1 s"), "{err}");
+    let mut said = String::new();
+    for (from, to) in wrong_structures() {
         let (code, err) = changed(from, &to);
         assert_eq!(code, 1, "{from} → {to}");
         said += &format!("# {from} → {to}\n{err}\n");

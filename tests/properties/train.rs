@@ -296,35 +296,7 @@ impl AnyScene for TrainScene {
     fn terms(&self, of: &dyn Fn(&str) -> f64) -> Vec<(String, f64)> {
         let mut terms = Vec::new();
         let w = of("w");
-        let mut a = 0.0;
-        if let Shaft::Free(machine) = &self.shaft {
-            let motor = &machine.motor;
-            let i = motor.transmission.ratio;
-            // What an error of the speed makes of the torque.
-            let slope = match &motor.source {
-                Source::Kloss(kloss) => {
-                    2.0 * kloss.breakdown_torque / (kloss.breakdown_slip * kloss.synchronous_speed.abs())
-                }
-                Source::Servo(servo) => servo.proportional,
-                Source::Table(table) => {
-                    let steps = table.speeds.windows(2).zip(table.torques.windows(2));
-                    steps.map(|(w, m)| 3.0 * ((m[1] - m[0]) / (w[1] - w[0])).abs()).fold(0.0, f64::max)
-                }
-                _ => 0.0,
-            };
-            let rotor = slope * i.abs() * w;
-            let shaft = match motor.transmission.coupling {
-                Some([_, b]) => of("M_an").max(b * w),
-                None => of("M_an").max(i.abs() * rotor),
-            };
-            a = of("a").max(shaft / machine.inertia.constant);
-            terms.extend(
-                [("M_an", shaft), ("a", a), ("motor.u", rotor), ("motor.I", rotor)].map(|(n, v)| (n.to_owned(), v)),
-            );
-            if motor.transmission.rotor > 0.0 {
-                terms.push(("der(motor.w)".to_owned(), (rotor + shaft / i.abs()) / motor.transmission.rotor));
-            }
-        }
+        let a = if let Shaft::Free(machine) = &self.shaft { terms_of_motor(machine, of, &mut terms) } else { 0.0 };
         for (j, follower) in self.followers.iter().enumerate() {
             let own = |name: &str| of(&name.replace('#', &format!("follower[{}]", j + 1)));
             let [u, slope, bend] = [0, 1, 2].map(|order| match follower.rigid.cam {
@@ -392,6 +364,34 @@ impl AnyScene for TrainScene {
         }
         terms
     }
+}
+
+/// The terms of a motor; that of the shaft's acceleration.
+fn terms_of_motor(machine: &Machine, of: &dyn Fn(&str) -> f64, terms: &mut Vec<(String, f64)>) -> f64 {
+    let w = of("w");
+    let motor = &machine.motor;
+    let i = motor.transmission.ratio;
+    // What an error of the speed makes of the torque.
+    let slope = match &motor.source {
+        Source::Kloss(kloss) => 2.0 * kloss.breakdown_torque / (kloss.breakdown_slip * kloss.synchronous_speed.abs()),
+        Source::Servo(servo) => servo.proportional,
+        Source::Table(table) => {
+            let steps = table.speeds.windows(2).zip(table.torques.windows(2));
+            steps.map(|(w, m)| 3.0 * ((m[1] - m[0]) / (w[1] - w[0])).abs()).fold(0.0, f64::max)
+        }
+        _ => 0.0,
+    };
+    let rotor = slope * i.abs() * w;
+    let shaft = match motor.transmission.coupling {
+        Some([_, b]) => of("M_an").max(b * w),
+        None => of("M_an").max(i.abs() * rotor),
+    };
+    let a = of("a").max(shaft / machine.inertia.constant);
+    terms.extend([("M_an", shaft), ("a", a), ("motor.u", rotor), ("motor.I", rotor)].map(|(n, v)| (n.to_owned(), v)));
+    if motor.transmission.rotor > 0.0 {
+        terms.push(("der(motor.w)".to_owned(), (rotor + shaft / i.abs()) / motor.transmission.rotor));
+    }
+    a
 }
 
 /// Of which laws a train is.
@@ -476,6 +476,17 @@ const SHAFT: usize = 3;
 const LEFT: usize = 5;
 const ALL: std::ops::Range<usize> = RIGID..LEFT + 1;
 
+/// A crank of the length h that moves links and slider of about the mass m.
+fn slider_crank(h: f64, m: f64, eta: f64) -> camdrive::drives::rigid_machine::linkage::Mechanism {
+    let link = |length: f64, at: f64| Link {
+        length,
+        mass: 0.3 * m,
+        inertia: 0.05 * m * length * length,
+        centre: [at * length, 0.1 * length],
+    };
+    linkage::slider_crank([link(h, 0.3), link((2.0 + eta.log10()) * h, 0.4)], 0.3 * h, 0.2 * m)
+}
+
 fn follower(of: &Kinds, j0: f64, w: f64) -> Follower {
     let [h, part, eta, ratio, second, clearance, e] = of.numbers;
     let cam = times(&of.law, h);
@@ -493,13 +504,7 @@ fn follower(of: &Kinds, j0: f64, w: f64) -> Follower {
         }
         CRANK => {
             let m = part * j0 / (h * h);
-            let link = |length: f64, at: f64| Link {
-                length,
-                mass: 0.3 * m,
-                inertia: 0.05 * m * length * length,
-                centre: [at * length, 0.1 * length],
-            };
-            let slider = linkage::slider_crank([link(h, 0.3), link((2.0 + eta.log10()) * h, 0.4)], 0.3 * h, 0.2 * m);
+            let slider = slider_crank(h, m, eta);
             rigid = rigid_machine::Follower {
                 m,
                 turns: false,

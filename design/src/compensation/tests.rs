@@ -203,10 +203,9 @@ fn the_series_of_a_round_are_its_motion_at_equal_times() {
     }
 }
 
-#[test]
-fn what_tools_have_to_keep_is_looked_at_in_every_round() {
-    // The gripper goes along x past an edge that the sley moves along y, 300 mm ahead of the gripper's rest and 50 mm beside
-    // it.
+/// The gripper goes along x past an edge that the sley moves along y, 300 mm ahead of the gripper's rest and 50 mm beside
+/// it.
+fn past_an_edge() -> Assignment {
     let clearance = Clearance { laws: [0, 1], offset: [-0.3, 0.05], directions: [0.0, TAU / 4.0], distance: 0.03 };
     let bound = Bound {
         of: vec![(0, 1.0), (1, 2.0)],
@@ -227,7 +226,7 @@ fn what_tools_have_to_keep_is_looked_at_in_every_round() {
         points: list(&["law[1].point[1].ddU"]),
         bounds: list(&["restriction[1]"]),
     };
-    let assignment = Assignment {
+    Assignment {
         name: "loom".to_owned(),
         description: String::new(),
         unit: 1.0,
@@ -237,7 +236,12 @@ fn what_tools_have_to_keep_is_looked_at_in_every_round() {
         shaft: None,
         scene: None,
         files: Vec::new(),
-    };
+    }
+}
+
+#[test]
+fn what_tools_have_to_keep_is_looked_at_in_every_round() {
+    let assignment = past_an_edge();
     let mut task = other_loom();
     assert_eq!(Restrictions::of(&assignment, &task.tools[..1], 1e-6).unwrap_err(), 2);
     task.restrictions = Restrictions::of(&assignment, &task.tools, 1e-6).unwrap();

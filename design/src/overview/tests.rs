@@ -526,11 +526,34 @@ fn jumps_and_overshoots_of_a_plan_are_told() {
     assert!(said.iter().any(|said| said.starts_with("cam: the motion overshoots on the way to point[")), "{said:?}");
 }
 
+/// A machine on a servo behind a gear and a coupling.
+fn servo_behind_a_coupling() -> camdrive::drives::drive_train::Machine {
+    use camdrive::drives::drive_train::Machine;
+    use camdrive::drives::shaft::motor::{self, Reference, Servo, Source, Transmission};
+    let servo = Servo {
+        proportional: 2.0,
+        integral: 30.0,
+        anti_windup: 15.0,
+        limit: 50.0,
+        reference: Reference::Constant(60.0),
+        position: None,
+    };
+    let transmission = Transmission { ratio: 3.0, rotor: 0.02, coupling: Some([500.0, 1.0]) };
+    Machine {
+        inertia: InertiaFunction { constant: 0.4, varying: None },
+        load: None,
+        friction: Some(0.05),
+        loads: vec![],
+        motor: motor::Motor { source: Source::Servo(servo), transmission },
+        phi_start: 0.0,
+        w_start: 0.0,
+    }
+}
+
 #[test]
 fn a_train_is_told_by_its_motor_its_shaft_and_its_followers() {
-    use camdrive::drives::drive_train::{self, Follower as OfTrain, Joint, Machine, Shaft};
+    use camdrive::drives::drive_train::{self, Follower as OfTrain, Joint, Shaft};
     use camdrive::drives::follower::load::Spring;
-    use camdrive::drives::shaft::motor::{self, Reference, Servo, Source, Transmission};
     let (m, c, b, back, a, w) = (3.0, 12000.0, 24.0, 1000.0, 0.01, 20.0);
     let of = |m: f64, joint: Joint, load: Load| OfTrain {
         rigid: Follower::new(m, cosine(a)),
@@ -574,26 +597,8 @@ fn a_train_is_told_by_its_motor_its_shaft_and_its_followers() {
     assert_figures(&found, &of_followers);
     assert_figures(&found, &[("speed", w), ("follower[1].frequency_ratio", w / w0)]);
     assert!(found.resonances.is_empty() && found.figures.iter().all(|figure| figure.name != "follower[3].clearance"));
-    // A servo behind a gear and a coupling; J = J0 + (m_x + m + m1) U'² between its bounds.
-    let servo = Servo {
-        proportional: 2.0,
-        integral: 30.0,
-        anti_windup: 15.0,
-        limit: 50.0,
-        reference: Reference::Constant(60.0),
-        position: None,
-    };
-    let transmission = Transmission { ratio: 3.0, rotor: 0.02, coupling: Some([500.0, 1.0]) };
-    let machine = Machine {
-        inertia: InertiaFunction { constant: 0.4, varying: None },
-        load: None,
-        friction: Some(0.05),
-        loads: vec![],
-        motor: motor::Motor { source: Source::Servo(servo), transmission },
-        phi_start: 0.0,
-        w_start: 0.0,
-    };
-    let found = overview(train(Shaft::Free(machine)));
+    // J = J0 + (m_x + m + m1) U'² between its bounds.
+    let found = overview(train(Shaft::Free(servo_behind_a_coupling())));
     let value = |name: &str| found.figures.iter().find(|figure| figure.name == name).map_or(f64::NAN, |f| f.value);
     let near = |name: &str, right: f64| {
         assert!((value(name) - right).abs() < 1e-3 * right, "{name}: {} for {right}", value(name));

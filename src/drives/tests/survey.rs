@@ -399,9 +399,54 @@ fn shaft(linear: bool) -> Rows {
     rows
 }
 
-fn parametric(crank: bool) -> Rows {
+/// A law with this mean stiffness, inertia and damping, and the same for a turned and larger motion.
+fn parametric_laws(
+    r: &mut Random,
+    crank: bool,
+    means: [f64; 3],
+    load: &Option<Fourier>,
+) -> (parametric::law::Law, parametric::law::Law) {
     use parametric::crank::{ParallelCrank, SecondCrank};
     use parametric::law::{Coordinate, CrankLaw, Law, SeriesLaw};
+    let [mean, m, damping] = means;
+    let larger = |load: &Option<Fourier>| load.as_ref().map(|load| turned_series(load, LARGER));
+    if crank {
+        let second = match r.count(0, 3) {
+            0 | 1 => SecondCrank::None,
+            2 => SecondCrank::OwnShafts(r.between(-3.0, 3.0)),
+            _ => SecondCrank::SharedShafts(r.between(-3.0, 3.0)),
+        };
+        let (sigma, radius) = (r.scale(1e-3, 1e2), r.scale(0.05, 1.0));
+        let of = |c: f64| ParallelCrank {
+            c_t1: c * mean * 3.0,
+            c_t2: c * mean * 4.0,
+            c_ab: c * mean / (sigma * radius * radius),
+            r: radius,
+            second,
+        };
+        let of = |c: f64, load: Option<Fourier>| {
+            Law::Crank(CrankLaw { crank: of(c), inertia: c * m, damping: c * damping, load, harmonics: None })
+        };
+        // A crank has no other angle.
+        let three = |load: &Fourier| {
+            let [a, b] = [&load.a, &load.b].map(|x| x.iter().map(|x| LARGER * x).collect());
+            Fourier::new(a, b)
+        };
+        (of(1.0, load.clone()), of(LARGER, load.as_ref().map(three)))
+    } else {
+        let [of_m, of_b, of_c] = [(m, 0.3), (damping, 0.5), (mean, 0.8)].map(|(mean, part)| {
+            let order = r.count(1, 5);
+            series(r, mean, 0.5 * part * mean, order)
+        });
+        let same = [&of_m, &of_b, &of_c].map(|law| turned_series(law, LARGER));
+        let [m, b, c] = [of_m, of_b, of_c];
+        let of =
+            |[m, b, c]: [Fourier; 3], f| Law::Series(SeriesLaw { coordinate: Coordinate::Translation, m, b, c, f });
+        (of([m, b, c], load.clone()), of(same, larger(load)))
+    }
+}
+
+fn parametric(crank: bool) -> Rows {
     use parametric::{ParametricDrive, Scene};
     let (r, mut rows) = (&mut Random(40 + u64::from(crank)), Rows::default());
     for number in 0..3 * scenes() {
@@ -409,41 +454,7 @@ fn parametric(crank: bool) -> Rows {
         let damping = if r.chance(0.15) { 0.0 } else { 2.0 * r.scale(1e-3, 1.0) * (m * mean).sqrt() };
         let order = r.count(1, 5);
         let load = r.chance(0.5).then(|| series(r, 0.1 * mean, 0.1 * mean, order));
-        let larger = |load: &Option<Fourier>| load.as_ref().map(|load| turned_series(load, LARGER));
-        let (law, same) = if crank {
-            let second = match r.count(0, 3) {
-                0 | 1 => SecondCrank::None,
-                2 => SecondCrank::OwnShafts(r.between(-3.0, 3.0)),
-                _ => SecondCrank::SharedShafts(r.between(-3.0, 3.0)),
-            };
-            let (sigma, radius) = (r.scale(1e-3, 1e2), r.scale(0.05, 1.0));
-            let of = |c: f64| ParallelCrank {
-                c_t1: c * mean * 3.0,
-                c_t2: c * mean * 4.0,
-                c_ab: c * mean / (sigma * radius * radius),
-                r: radius,
-                second,
-            };
-            let of = |c: f64, load: Option<Fourier>| {
-                Law::Crank(CrankLaw { crank: of(c), inertia: c * m, damping: c * damping, load, harmonics: None })
-            };
-            // A crank has no other angle.
-            let three = |load: &Fourier| {
-                let [a, b] = [&load.a, &load.b].map(|x| x.iter().map(|x| LARGER * x).collect());
-                Fourier::new(a, b)
-            };
-            (of(1.0, load.clone()), of(LARGER, load.as_ref().map(three)))
-        } else {
-            let [of_m, of_b, of_c] = [(m, 0.3), (damping, 0.5), (mean, 0.8)].map(|(mean, part)| {
-                let order = r.count(1, 5);
-                series(r, mean, 0.5 * part * mean, order)
-            });
-            let same = [&of_m, &of_b, &of_c].map(|law| turned_series(law, LARGER));
-            let [m, b, c] = [of_m, of_b, of_c];
-            let of =
-                |[m, b, c]: [Fourier; 3], f| Law::Series(SeriesLaw { coordinate: Coordinate::Translation, m, b, c, f });
-            (of([m, b, c], load.clone()), of(same, larger(&load)))
-        };
+        let (law, same) = parametric_laws(r, crank, [mean, m, damping], &load);
         let frequency = (mean / m).sqrt();
         let w = frequency / r.scale(1.0 / 3.0, 30.0) * if r.chance(0.3) { -1.0 } else { 1.0 };
         let (phi, span) = (r.between(-10.0, 10.0), r.scale(0.3, 30.0) * TAU / w.abs());
@@ -608,6 +619,47 @@ fn backlash() -> Rows {
     rows
 }
 
+/// The inputs of a machine of a kind: value, rate and half of the second derivative.
+struct Signals {
+    kind: usize,
+    varies: bool,
+    load: [f64; 3],
+    driving: [f64; 3],
+}
+
+impl Signals {
+    /// φ, ω and a lagging torque at the times of a course, and the error estimate; torques and inertia are so many times larger.
+    fn motion(&self, scene: rigid_machine::Scene, larger: f64, course: &Course) -> Option<(Vec<[f64; 3]>, f64)> {
+        let mut machine = rigid_machine::RigidMachine::new(scene).ok()?;
+        let list = machine.variables();
+        let set = |machine: &mut rigid_machine::RigidMachine, t: f64| {
+            for (name, [a, b, c]) in [("tau", self.load), ("M_an", self.driving)] {
+                if name == "M_an" && self.kind != 2 {
+                    continue;
+                }
+                let reference = list.reference(name).unwrap();
+                list.0[reference].set(machine, larger * (a + t * (b + t * c)));
+                if self.varies {
+                    list.0[reference].set_derivative(machine, 1, larger * (b + 2.0 * c * t));
+                    list.0[reference].set_derivative(machine, 2, larger * 2.0 * c);
+                }
+            }
+        };
+        set(&mut machine, 0.0);
+        machine.start(0.0).ok()?;
+        let mut values = vec![];
+        for points in course.times.windows(2) {
+            set(&mut machine, points[0]);
+            machine.apply(points[0]).ok()?;
+            machine.advance(points[0], points[1] - points[0]).ok()?;
+            let [phi, w] = named(&machine, ["phi", "w"]);
+            let torque = if self.kind == 1 { named(&machine, ["M_an"])[0] / larger } else { 0.0 };
+            values.push([phi, w, torque]);
+        }
+        Some((values, machine.statistics()[2]))
+    }
+}
+
 fn machine(kind: usize) -> Rows {
     use rigid_machine::*;
     let (r, mut rows) = (&mut Random(100 + kind as u64), Rows::default());
@@ -659,43 +711,17 @@ fn machine(kind: usize) -> Rows {
                 solver,
             }
         };
-        let through = |scene: Scene, larger: f64| -> Option<(Vec<[f64; 3]>, f64)> {
-            let mut machine = RigidMachine::new(scene).ok()?;
-            let list = machine.variables();
-            let set = |machine: &mut RigidMachine, t: f64| {
-                for (name, [a, b, c]) in [("tau", load), ("M_an", driving)] {
-                    if name == "M_an" && kind != 2 {
-                        continue;
-                    }
-                    let reference = list.reference(name).unwrap();
-                    list.0[reference].set(machine, larger * (a + t * (b + t * c)));
-                    if varies != 0.0 {
-                        list.0[reference].set_derivative(machine, 1, larger * (b + 2.0 * c * t));
-                        list.0[reference].set_derivative(machine, 2, larger * 2.0 * c);
-                    }
-                }
-            };
-            set(&mut machine, 0.0);
-            machine.start(0.0).ok()?;
-            let mut values = vec![];
-            for points in course.times.windows(2) {
-                set(&mut machine, points[0]);
-                machine.apply(points[0]).ok()?;
-                machine.advance(points[0], points[1] - points[0]).ok()?;
-                let [phi, w] = named(&machine, ["phi", "w"]);
-                let torque = if kind == 1 { named(&machine, ["M_an"])[0] / larger } else { 0.0 };
-                values.push([phi, w, torque]);
-            }
-            Some((values, machine.statistics()[2]))
-        };
-        let Some((truth, _)) = through(scene(settings(FINEST), Some(())), LARGER) else { continue };
+        let signals = Signals { kind, varies: varies != 0.0, load, driving };
+        let Some((truth, _)) = signals.motion(scene(settings(FINEST), Some(())), LARGER, &course) else { continue };
         let top = truth.iter().map(|y| y[1].abs()).fold(w_start.abs(), f64::max);
         let mut passed = 0.0;
         for i in 0..truth.len() {
             passed += (truth[i][0] - if i > 0 { truth[i - 1][0] } else { phi_start + TURNED }).abs();
         }
         for tolerance in TOLERANCES {
-            let Some((got, estimate)) = through(scene(settings(tolerance), None), 1.0) else { continue };
+            let Some((got, estimate)) = signals.motion(scene(settings(tolerance), None), 1.0, &course) else {
+                continue;
+            };
             if chosen(number) {
                 println!("{:?}\n{course:?} {load:?} {driving:?}\n{got:?}\n{truth:?}", scene(settings(tolerance), None));
             }

@@ -149,6 +149,19 @@ fn rounded_otherwise(law: &MotionLaw) -> MotionLaw {
     }
 }
 
+/// c and b of a random oscillator with m = 1; one that beats has an almost resonant harmonic.
+fn random_oscillator(dice: &mut Dice, case: Case, series: &Fourier, w: f64) -> [f64; 2] {
+    let omega = w.abs() * dice.magnitude(0.3, 100.0);
+    let ratio = if dice.roll() < 0.2 { 0.0 } else { dice.magnitude(1e-4, 5.0) };
+    if case != Case::Beat {
+        return [omega * omega, 2.0 * ratio * omega];
+    }
+    let k = 1.0 + (series.order() as f64 * dice.roll()).floor();
+    let beside = dice.magnitude(0.006, 0.1) * if dice.roll() < 0.5 { 1.0 } else { -1.0 };
+    let omega = w.abs() * k * (1.0 + beside);
+    [omega * omega, 2.0 * omega * dice.magnitude(1e-5, 1e-2)]
+}
+
 /// The true and the estimated error of a random oscillator on a random law over 1 to 50 turns; None where no rule reaches
 /// over the step. The truth: [`Truth`] of a series at constant speed, else pieces at the finest tolerance that are rounded
 /// otherwise.
@@ -159,20 +172,8 @@ fn errors_of_a_run(dice: &mut Dice, case: Case) -> Option<[f64; 2]> {
         _ => MotionLaw::Fourier(series.clone()),
     };
     let w = dice.magnitude(0.1, 1000.0) * if dice.roll() < 0.5 { 1.0 } else { -1.0 };
-    let omega = w.abs() * dice.magnitude(0.3, 100.0);
-    let ratio = if dice.roll() < 0.2 { 0.0 } else { dice.magnitude(1e-4, 5.0) };
-    let (c, b) = (omega * omega, 2.0 * ratio * omega);
+    let [c, b] = random_oscillator(dice, case, &series, w);
     let oscillator = Equation::new([1.0, c, b]);
-    let (c, b, oscillator) = match case {
-        Case::Beat => {
-            let k = 1.0 + (series.order() as f64 * dice.roll()).floor();
-            let beside = dice.magnitude(0.006, 0.1) * if dice.roll() < 0.5 { 1.0 } else { -1.0 };
-            let omega = w.abs() * k * (1.0 + beside);
-            let (c, b) = (omega * omega, 2.0 * omega * dice.magnitude(1e-5, 1e-2));
-            (c, b, Equation::new([1.0, c, b]))
-        }
-        _ => (c, b, oscillator),
-    };
     let period = TAU / w.abs();
     let stop = dice.magnitude(1.0, if case == Case::Beat { 3.0 } else { 50.0 }) * period;
     let step = period / dice.magnitude(30.0, 1000.0);

@@ -144,6 +144,21 @@ fn a_restored_drive_goes_on_bit_by_bit() {
     }
 }
 
+/// The drive on inputs under a load.
+fn loaded_on_inputs(law: Law, load: Load) -> ParametricDrive {
+    let mut drive = on_inputs(law, [0.7, 20.0, 30.0]);
+    if !load.is_none() {
+        drive =
+            ParametricDrive::new(Scene { load, drive: DriveMode::Input, ..scene(drive.cam.law.as_ref().clone(), 0.0) })
+                .unwrap();
+        for (name, value) in [("phi", 0.7), ("w", 20.0), ("a", 30.0), ("F", -11.0)] {
+            set(&mut drive, name, value);
+        }
+        drive.start(0.0).unwrap();
+    }
+    drive
+}
+
 #[test]
 fn derivatives_of_the_outputs_by_time_states_and_inputs() {
     // Beside a step of the process force.
@@ -159,19 +174,7 @@ fn derivatives_of_the_outputs_by_time_states_and_inputs() {
         (Law::Crank(locomotive()), on_crank),
     ] {
         let relative = law.is_relative();
-        let mut drive = on_inputs(law, [0.7, 20.0, 30.0]);
-        if !load.is_none() {
-            drive = ParametricDrive::new(Scene {
-                load,
-                drive: DriveMode::Input,
-                ..scene(drive.cam.law.as_ref().clone(), 0.0)
-            })
-            .unwrap();
-            for (name, value) in [("phi", 0.7), ("w", 20.0), ("a", 30.0), ("F", -11.0)] {
-                set(&mut drive, name, value);
-            }
-            drive.start(0.0).unwrap();
-        }
+        let mut drive = loaded_on_inputs(law, load);
         let force = drive.force.is_some();
         drive.advance(0.0, 0.01).unwrap();
         set(&mut drive, "phi", 0.7 + 0.2 + 0.0015);
