@@ -1,4 +1,4 @@
-//! The invariants of ARCHITECTURE.md, as far as a test can see them.
+//! The invariants of ARCHITECTURE.md, as far as a test can see them, and the limits of functions and folders.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -64,7 +64,7 @@ impl Source {
         }
         // Tests are the last part of a file.
         let end = self.text.find("#[cfg(test)]\nmod ").unwrap_or(self.text.len());
-        self.text[..end].lines().enumerate().map(|(i, line)| (i + 1, without_text(line))).collect()
+        without_text(&self.text[..end]).lines().enumerate().map(|(i, line)| (i + 1, line.to_owned())).collect()
     }
 
     /// The same as one text.
@@ -73,21 +73,51 @@ impl Source {
     }
 }
 
-/// The line without comment and without the content of its string literals.
-fn without_text(line: &str) -> String {
-    let mut code = String::new();
-    let mut in_string = false;
-    let mut characters = line.chars().peekable();
-    while let Some(c) = characters.next() {
-        match c {
-            '\\' if in_string => drop(characters.next()),
-            '"' => in_string = !in_string,
-            '/' if !in_string && characters.peek() == Some(&'/') => break,
-            c if !in_string => code.push(c),
-            _ => {}
-        }
+/// The code without comments, strings and characters; its lines stay where they are.
+fn without_text(text: &str) -> String {
+    let mut code = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        let comment = || rest.starts_with("//").then(|| rest.find('\n').unwrap_or(rest.len()));
+        let Some(length) = comment().or_else(|| literal(rest, code.chars().last())) else {
+            code.push(c);
+            rest = &rest[c.len_utf8()..];
+            continue;
+        };
+        code.extend(rest[..length].chars().filter(|c| *c == '\n'));
+        rest = &rest[length..];
     }
     code
+}
+
+/// The length of the string or character with which a text begins, behind this character.
+fn literal(text: &str, before: Option<char>) -> Option<usize> {
+    if let Some(raw) = text.strip_prefix('r')
+        && before.is_none_or(|c| !is_of_name(c) || c == 'b')
+    {
+        let hashes = raw.len() - raw.trim_start_matches('#').len();
+        let content = raw[hashes..].strip_prefix('"')?;
+        let end = format!("\"{}", &raw[..hashes]);
+        return Some(2 + hashes + content.find(&end)? + end.len());
+    }
+    let quote = text.chars().next().filter(|c| matches!(c, '"' | '\''))?;
+    let is_escape = text[1..].starts_with('\\');
+    let mut escaped = false;
+    for (i, (at, c)) in text.char_indices().enumerate().skip(1) {
+        if c == quote && !escaped {
+            return Some(at + 1);
+        }
+        // The name of a lifetime.
+        if quote == '\'' && i > 1 && !is_escape {
+            return None;
+        }
+        escaped = c == '\\' && !escaped;
+    }
+    None
+}
+
+fn is_of_name(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
 }
 
 fn root() -> PathBuf {
@@ -95,7 +125,12 @@ fn root() -> PathBuf {
 }
 
 fn sources() -> Vec<Source> {
-    let (mut folders, mut files) = (PACKAGES.map(|package| root().join(package)).to_vec(), Vec::new());
+    sources_in(&PACKAGES)
+}
+
+fn sources_in(folders: &[&str]) -> Vec<Source> {
+    let mut folders: Vec<PathBuf> = folders.iter().map(|folder| root().join(folder)).collect();
+    let mut files = Vec::new();
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
@@ -121,7 +156,7 @@ fn used_modules(line: &str) -> BTreeSet<String> {
             None => vec![rest],
         };
         for name in names {
-            let name: String = name.trim().chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
+            let name: String = name.trim().chars().take_while(|c| is_of_name(*c)).collect();
             used.insert(name);
         }
     }
@@ -149,7 +184,7 @@ fn modules_use_only_what_lies_below_them() {
 
 /// What the code names right behind this start of a path: `start name` and `start {name::…, name}`.
 fn names_behind(code: &str, start: &str) -> BTreeSet<String> {
-    let name = |text: &str| text.trim().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
+    let name = |text: &str| text.trim().chars().take_while(|c| is_of_name(*c)).collect::<String>();
     let named = |(at, start): (usize, &str)| -> Vec<String> {
         let rest = &code[at + start.len()..];
         let Some(list) = rest.strip_prefix('{') else { return vec![name(rest)] };
@@ -314,4 +349,156 @@ fn the_runtime_library_needs_four_packages() {
     let text = String::from_utf8(output.stdout).unwrap();
     let names: BTreeSet<&str> = text.lines().filter_map(|line| line.split_whitespace().next()).collect();
     assert_eq!(names, ["camdrive", "crc32fast", "num-complex", "postcard", "serde"].into());
+}
+
+/// A function has at most so many lines, from `fn` to its closing bracket …
+const MOST_LINES: usize = 80;
+
+/// … and at most so many arguments, `self` not counted: a tuple, or an array that the signature takes apart, counts as its members,
+/// while an array or a pair of one type under one name is one quantity, such as an interval or a vector.
+const MOST_ARGUMENTS: usize = 5;
+
+/// Functions whose arguments are those of a trait of another crate. Those of C functions are prescribed, too.
+const PRESCRIBED: [&str; 1] = ["solout"];
+
+/// A function as it is written.
+struct Function<'a> {
+    name: &'a str,
+    /// Its first line.
+    line: usize,
+    lines: usize,
+    arguments: usize,
+    is_of_c: bool,
+}
+
+/// The functions in code without text.
+fn functions(code: &str) -> Vec<Function<'_>> {
+    let function = |(at, start): (usize, &str)| {
+        let behind = code[at + start.len()..].trim_start_matches("r#");
+        let name = &behind[..behind.find(|c| !is_of_name(c))?];
+        if name.is_empty() || code[..at].ends_with(is_of_name) {
+            return None;
+        }
+        let mut signature = &behind[name.len()..];
+        if signature.starts_with('<') {
+            signature = &signature[closing(signature)? + 1..];
+        }
+        let end = closing(signature)?;
+        let arguments = parts(&signature[1..end]).into_iter().map(count).sum();
+        // A declaration ends with a semicolon, which an array may hold as well.
+        let (mut depth, mut body) = (0, &signature[end + 1..]);
+        let first = body.find(|c| {
+            depth += i32::from("([".contains(c)) - i32::from(")]".contains(c));
+            depth == 0 && "{;".contains(c)
+        })?;
+        body = &body[first..];
+        let last = if body.starts_with('{') { closing(body)? } else { 0 };
+        let whole = &code[at..code.len() - body.len() + last];
+        Some(Function {
+            name,
+            line: code[..at].matches('\n').count() + 1,
+            lines: whole.matches('\n').count() + 1,
+            arguments,
+            is_of_c: code[..at].trim_end().ends_with("extern"),
+        })
+    };
+    code.match_indices("fn ").filter_map(function).collect()
+}
+
+/// Where the bracket with which the code begins is closed.
+fn closing(code: &str) -> Option<usize> {
+    let (mut depth, mut before, is_generic) = (0, ' ', !code.starts_with('{'));
+    code.char_indices().find_map(|(at, c)| {
+        // `>` also compares, and ends an arrow.
+        let opens = "([{".contains(c) || (c == '<' && is_generic);
+        let closes = ")]}".contains(c) || (c == '>' && is_generic && !"-=".contains(before));
+        depth += i32::from(opens) - i32::from(closes);
+        before = c;
+        (depth == 0).then_some(at)
+    })
+}
+
+/// The parts of a list between its commas.
+fn parts(list: &str) -> Vec<&str> {
+    let (mut depth, mut before) = (0, ' ');
+    let parts = list.split(|c: char| {
+        depth += i32::from("([{<".contains(c)) - i32::from(")]}".contains(c) || (c == '>' && !"-=".contains(before)));
+        before = c;
+        depth == 0 && c == ','
+    });
+    parts.map(str::trim).filter(|part| !part.is_empty()).collect()
+}
+
+/// What lies between these brackets.
+fn between<'a>(code: &'a str, brackets: [char; 2]) -> Option<&'a str> {
+    code.trim().strip_prefix(brackets[0])?.strip_suffix(brackets[1])
+}
+
+/// How many arguments this one counts as.
+fn count(argument: &str) -> usize {
+    match argument.split_once(':') {
+        Some((pattern, kind)) => members(pattern, kind),
+        // A receiver, or the argument of a property.
+        None => usize::from(!argument.ends_with("self")),
+    }
+}
+
+/// The members of an argument.
+fn members(pattern: &str, kind: &str) -> usize {
+    let pattern = pattern.trim().trim_start_matches("mut ");
+    let mut kind = kind.trim().trim_start_matches('&');
+    if let Some((_, rest)) = kind.split_once(' ').filter(|_| kind.starts_with('\'')) {
+        kind = rest;
+    }
+    let kind = kind.trim_start_matches("mut ");
+    match (between(kind, ['(', ')']).map(parts), between(pattern, ['(', ')']).map(parts)) {
+        (Some(kinds), Some(patterns)) => {
+            patterns.into_iter().zip(kinds).map(|(pattern, kind)| members(pattern, kind)).sum()
+        }
+        (Some(kinds), None) if kinds.len() == 2 && kinds[0] == kinds[1] => 1,
+        (Some(kinds), None) => kinds.into_iter().map(|kind| members("", kind)).sum(),
+        (None, _) if kind.starts_with('[') => between(pattern, ['[', ']']).map_or(1, |names| parts(names).len()),
+        (None, _) => 1,
+    }
+}
+
+#[test]
+fn functions_are_short_and_take_few_arguments() {
+    let (mut faults, mut seen) = (String::new(), 0);
+    for file in sources_in(&["src", "design", "cli", "tests", "benches"]) {
+        let code = without_text(&file.text);
+        for Function { name, line, lines, arguments, is_of_c } in functions(&code) {
+            seen += 1;
+            let place = format!("{}:{line}: {name}", file.path.display());
+            if lines > MOST_LINES {
+                let _ = writeln!(faults, "{place} has {lines} lines, at most {MOST_LINES} are admissible; split it");
+            }
+            if arguments > MOST_ARGUMENTS && !is_of_c && !PRESCRIBED.contains(&name) {
+                let hint = "give what belongs together a struct with names, or split it";
+                let _ = writeln!(faults, "{place} takes {arguments} arguments, at most {MOST_ARGUMENTS}; {hint}");
+            }
+        }
+    }
+    assert!(faults.is_empty() && seen > 1000, "{seen} functions\n{faults}");
+}
+
+#[test]
+fn arguments_are_counted_by_their_members() {
+    for (signature, arguments) in [
+        ("fn f()", 0),
+        ("fn f(&mut self, a: f64)", 1),
+        ("fn f<const N: usize, T: Fn(f64) -> f64>(a: [T; N], b: &dyn Fn(f64, f64) -> f64)", 2),
+        ("fn f(interval: (f64, f64), vector: [f64; 3])", 2),
+        ("fn f((low, high): (f64, f64), [a, b, c]: [f64; 3])", 5),
+        ("fn f(both: (f64, usize), three: (f64, f64, f64))", 5),
+        ("fn f(((a, b), c): &'a ((f64, f64), &[u8]), Point { x, y }: Point, mut d: Vec<(f64, u8)>)", 5),
+    ] {
+        let code = format!("{signature} -> [u8; 2] {{ if a > b {{}} }}");
+        let found: Vec<usize> = functions(&code).iter().map(|function| function.arguments).collect();
+        assert_eq!(found, [arguments], "{signature}");
+    }
+    let code =
+        without_text("fn f(a: char, b: &'static str) {\n    let [c, d] = ['\"', '\\''];\n    r#\"}\"#\n}\nfn g();\n");
+    let lines: Vec<usize> = functions(&code).iter().map(|function| function.lines).collect();
+    assert_eq!(lines, [4, 1], "{code}");
 }

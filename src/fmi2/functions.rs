@@ -337,6 +337,12 @@ pub unsafe extern "C" fn fmi2Reset(c: fmi2Component) -> fmi2Status {
 // ---------------------------------------------------------------------------------------------------------------
 // Values
 
+/// An array of value references.
+struct References {
+    vr: *const fmi2ValueReference,
+    count: usize,
+}
+
 /// Reads variables of another type than Real.
 ///
 /// # Safety
@@ -344,7 +350,7 @@ pub unsafe extern "C" fn fmi2Reset(c: fmi2Component) -> fmi2Status {
 unsafe fn get<T>(
     instance: &mut Instance,
     r#type: Type,
-    (vr, count): (*const fmi2ValueReference, usize),
+    References { vr, count }: References,
     value: *mut T,
     from: impl Fn(f64) -> T,
 ) -> Outcome {
@@ -363,7 +369,7 @@ unsafe fn get<T>(
 unsafe fn set<T: Copy>(
     instance: &mut Instance,
     r#type: Type,
-    (vr, count): (*const fmi2ValueReference, usize),
+    References { vr, count }: References,
     value: *const T,
     from: impl Fn(T) -> f64,
 ) -> Outcome {
@@ -416,7 +422,7 @@ macro_rules! values {
                 value: $value,
             ) -> fmi2Status {
                 // SAFETY: arrays of the importer.
-                enter(c, &table::$row, |i| unsafe { $access(i, Type::$kind, (vr, nvr), value, $convert) })
+                enter(c, &table::$row, |i| unsafe { $access(i, Type::$kind, References { vr, count: nvr }, value, $convert) })
             }
         )*
     };
