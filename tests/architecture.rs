@@ -351,6 +351,72 @@ fn the_runtime_library_needs_four_packages() {
     assert_eq!(names, ["camdrive", "crc32fast", "num-complex", "postcard", "serde"].into());
 }
 
+/// The rooms of ARCHITECTURE.md and the lines of code that each may have, tests not counted; a file belongs to the innermost room. The
+/// limits are the counts when they were set and 2 % more, so that growth is decided: whoever needs more lines raises the limit in the
+/// commit that brings them, whose body says what they are worth.
+const ROOMS: [(&str, usize); 33] = [
+    ("src", 14),
+    ("src/motion", 2014),
+    ("src/numerics", 3066),
+    ("src/drives/interface", 1443),
+    ("src/drives/follower", 1881),
+    ("src/drives/shaft", 2998),
+    ("src/drives/solver", 6470),
+    ("src/drives/models", 3345),
+    ("src/fmi2", 1211),
+    ("design/src", 1357),
+    ("design/src/cam_geometry", 2113),
+    ("design/src/clearance", 1834),
+    ("design/src/compensation", 1898),
+    ("design/src/coupling", 1493),
+    ("design/src/forces", 821),
+    ("design/src/host", 1661),
+    ("design/src/lever_law", 320),
+    ("design/src/overview", 669),
+    ("design/src/periodic_motions", 207),
+    ("design/src/periodic_train", 170),
+    ("design/src/plot", 660),
+    ("design/src/report", 954),
+    ("design/src/smoothing", 793),
+    ("design/src/stability", 2124),
+    ("design/src/steady", 362),
+    ("design/src/study", 1171),
+    ("design/src/synthesis", 4445),
+    ("design/src/tradeoff", 1526),
+    ("design/src/xml", 178),
+    ("cli/src", 9),
+    ("cli/src/scene", 9559),
+    ("cli/src/export", 1701),
+    ("cli/src/command", 4915),
+];
+
+#[test]
+fn no_room_outgrows_its_limit() {
+    let mut lines = [0; ROOMS.len()];
+    for file in sources() {
+        let path = file.path.with_extension("");
+        let holds = |room: &&(usize, &str)| path.starts_with(room.1);
+        let rooms = ROOMS.iter().enumerate().map(|(i, (room, _))| (i, *room));
+        let (room, _) = rooms.filter(|room| holds(&room)).max_by_key(|(_, room)| room.len()).expect("a room");
+        lines[room] += file.code().iter().filter(|(_, line)| !line.trim().is_empty()).count();
+    }
+    let map = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let mut faults = String::new();
+    for ((room, most), lines) in ROOMS.into_iter().zip(lines) {
+        let name = room.rsplit('/').next().unwrap_or(room);
+        if lines == 0
+            || ![format!("`{name}`"), format!("/{name}`"), format!("`{name}/")].iter().any(|n| map.contains(n))
+        {
+            let _ = writeln!(faults, "{room} holds nothing, or ARCHITECTURE.md does not name it");
+        }
+        if lines > most {
+            let _ = writeln!(faults, "{room} has {lines} lines of code, at most {most} are admissible");
+        }
+    }
+    let hint = "take lines away, or raise the limit in tests/architecture.rs in the same commit and say in its body what they are for";
+    assert!(faults.is_empty(), "\n{faults}{hint}");
+}
+
 /// A function has at most so many lines, from `fn` to its closing bracket …
 const MOST_LINES: usize = 80;
 
@@ -360,6 +426,17 @@ const MOST_ARGUMENTS: usize = 5;
 
 /// Functions whose arguments are those of a trait of another crate. Those of C functions are prescribed, too.
 const PRESCRIBED: [&str; 1] = ["solout"];
+
+/// Longer functions, or with more arguments: the readers of tables hand section, file, reading and quantity to one another.
+const EXCEPTIONS: [(&str, &str); 7] = [
+    ("cli/src/scene/table.rs", "points"),
+    ("cli/src/scene/table.rs", "read"),
+    ("cli/src/scene/table.rs", "smoothed"),
+    ("cli/src/scene/table.rs", "told_strange"),
+    ("cli/src/scene/table.rs", "told_wrong"),
+    ("cli/src/scene/table.rs", "unit_of"),
+    ("cli/src/scene/table/dialect.rs", "rows"),
+];
 
 /// A function as it is written.
 struct Function<'a> {
@@ -469,6 +546,9 @@ fn functions_are_short_and_take_few_arguments() {
         let code = without_text(&file.text);
         for Function { name, line, lines, arguments, is_of_c } in functions(&code) {
             seen += 1;
+            if EXCEPTIONS.iter().any(|(path, other)| file.path == Path::new(path) && name == *other) {
+                continue;
+            }
             let place = format!("{}:{line}: {name}", file.path.display());
             if lines > MOST_LINES {
                 let _ = writeln!(faults, "{place} has {lines} lines, at most {MOST_LINES} are admissible; split it");
