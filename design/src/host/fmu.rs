@@ -76,7 +76,7 @@ impl Fmu {
         let entry = archive.by_name(DESCRIPTION).map_err(|_| no_fmu(&format!("{DESCRIPTION} is not in it")))?;
         entry.take(LARGEST_DESCRIPTION).read_to_end(&mut text).map_err(|e| no_fmu(&e))?;
         let description = described(text)?;
-        let names: Vec<String> = archive.file_names().map(|name| name.unwrap_or_default().replace('\\', "/")).collect();
+        let names: Vec<String> = archive.file_names().map(|name| name.replace('\\', "/")).collect();
         let library = library(&description, |path| names.iter().any(|name| name == path));
         let library = library.ok_or_else(|| without_platform(&names))?;
         let binaries = &library[..=library.rfind('/').unwrap_or(0)];
@@ -246,7 +246,7 @@ fn unpack<R: Read + Seek>(archive: &mut ZipArchive<R>, folders: &[&str]) -> Resu
     let mut left = LARGEST;
     for i in 0..archive.len() {
         let entry = archive.by_index(i).map_err(|e| damaged(&e))?;
-        let name = entry.name().map_err(|e| damaged(&e))?.replace('\\', "/");
+        let name = entry.name().replace('\\', "/");
         if name.ends_with('/') || !folders.iter().any(|folder| name.starts_with(folder)) {
             continue;
         }
