@@ -1,27 +1,20 @@
 //! What the FMUs of the example scenes cost an importer, measured through rust-fmi.
 //!
-//! `cargo bench --features import --bench do_step` packs every scene below `examples` with the runtime library of the same
-//! build and prints one row per FMU. Each number is the median of repetitions that are interleaved, one FMU after the
-//! other, so that a change of the clock rate or a busy machine touches all of them alike.
+//! `cargo bench --manifest-path tests/importer/Cargo.toml --target-dir target/importer -- FMU…` prints one row per FMU. Each
+//! number is the median of repetitions that are interleaved, one FMU after the other, so that a change of the clock rate or a
+//! busy machine touches all of them alike.
 //!
-//! - *export*: scene file to FMU in memory; *open*: unzip and parse the model description (rust-fmi);
+//! - *open*: unzip and parse the model description (rust-fmi);
 //! - *start*: load the library, instantiate, initialise;
 //! - *step*: `fmi2DoStep` of 1 ms; *step+3*: the same and three `fmi2GetReal` of one variable each;
 //! - *call*: `fmi2GetReal` of nothing, what rust-fmi and the checks of the C interface take.
 
-use camdrive_cli::export::{Packed, RuntimeLibrary, pack};
-use camdrive_cli::scene;
 use fmi::fmi2::import::Fmi2Import;
 use fmi::fmi2::instance::{CoSimulation, Common, InstanceCS};
 use fmi::traits::FmiImport;
 use std::hint::black_box;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
-
-/// The folder of the workspace.
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
-}
 
 /// The communication step (s).
 const STEP: f64 = 1e-3;
@@ -38,7 +31,6 @@ const READ: [&str; 5] = ["tau", "y", "der(y)", "phi", "w"];
 /// The times of one repetition.
 struct Sample {
     /// Milliseconds.
-    export: f64,
     open: f64,
     start: f64,
     /// Nanoseconds per communication step or call.
@@ -48,27 +40,25 @@ struct Sample {
 }
 
 fn main() {
-    let library = library();
-    let scenes = scenes();
-    let mut samples: Vec<Vec<Sample>> = scenes.iter().map(|_| Vec::new()).collect();
+    // Cargo calls a benchmark with `--bench` behind the arguments of the user.
+    let fmus: Vec<PathBuf> = std::env::args_os().skip(1).filter(|text| text != "--bench").map(PathBuf::from).collect();
+    let packed: Vec<Vec<u8>> =
+        fmus.iter().map(|path| std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))).collect();
+    let mut samples: Vec<Vec<Sample>> = fmus.iter().map(|_| Vec::new()).collect();
     for _ in 0..REPETITIONS {
-        for (path, samples) in scenes.iter().zip(&mut samples) {
-            samples.push(sample(path, &library));
+        for (bytes, samples) in packed.iter().zip(&mut samples) {
+            samples.push(sample(bytes));
         }
     }
-    println!("runtime library: {} bytes; medians of {REPETITIONS} repetitions", library.bytes.len());
-    println!(
-        "{:<26}{:>9}{:>10}{:>9}{:>10}{:>9}{:>10}{:>8}",
-        "", "FMU", "export", "open", "start", "step", "step+3", "call"
-    );
-    println!("{:<26}{:>9}{:>10}{:>9}{:>10}{:>9}{:>10}{:>8}", "", "bytes", "ms", "ms", "ms", "ns", "ns", "ns");
-    for (path, samples) in scenes.iter().zip(&samples) {
-        let (name, fmu) = export(path, &library);
+    println!("medians of {REPETITIONS} repetitions");
+    println!("{:<26}{:>9}{:>9}{:>10}{:>9}{:>10}{:>8}", "", "FMU", "open", "start", "step", "step+3", "call");
+    println!("{:<26}{:>9}{:>9}{:>10}{:>9}{:>10}{:>8}", "", "bytes", "ms", "ms", "ns", "ns", "ns");
+    for ((path, bytes), samples) in fmus.iter().zip(&packed).zip(&samples) {
         let median = |of: fn(&Sample) -> f64| median(samples.iter().map(of));
         println!(
-            "{name:<26}{:>9}{:>10.1}{:>9.1}{:>10.2}{:>9.0}{:>10.0}{:>8.1}",
-            fmu.bytes.len(),
-            median(|s| s.export),
+            "{:<26}{:>9}{:>9.1}{:>10.2}{:>9.0}{:>10.0}{:>8.1}",
+            path.file_stem().unwrap_or_default().to_string_lossy(),
+            bytes.len(),
             median(|s| s.open),
             median(|s| s.start),
             median(|s| s.step),
@@ -78,42 +68,8 @@ fn main() {
     }
 }
 
-/// The runtime library that `cargo bench` has just built beside this executable.
-fn library() -> RuntimeLibrary {
-    let name = format!("{}camdrive{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
-    let executable = std::env::current_exe().expect("the executable has a path");
-    RuntimeLibrary::read("linux64", &executable.with_file_name(name)).unwrap_or_else(|fault| panic!("{fault}"))
-}
-
-/// The scene files of the examples.
-fn scenes() -> Vec<PathBuf> {
-    let files = |folder: &Path| {
-        let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
-        entries.map(|entry| entry.expect("an entry of the folder").path()).collect::<Vec<_>>()
-    };
-    let folders = files(&root().join("examples"));
-    let mut scenes: Vec<PathBuf> = folders
-        .iter()
-        .filter(|folder| folder.is_dir())
-        .flat_map(|folder| files(folder))
-        // A task.toml is a motion task, a study.toml a study, a system.toml a system: no scenes.
-        .filter(|file| file.extension().is_some_and(|e| e == "toml"))
-        .filter(|file| !["task.toml", "study.toml", "system.toml"].iter().any(|name| file.ends_with(name)))
-        .collect();
-    scenes.sort();
-    scenes
-}
-
-fn export(path: &Path, library: &RuntimeLibrary) -> (String, Packed) {
-    let scene = scene::read(path).unwrap_or_else(|_| panic!("{} has faults; see camdrive check", path.display()));
-    let packed = pack(&scene.resource(), &scene.description, std::slice::from_ref(library), None);
-    (scene.name, packed.unwrap_or_else(|fault| panic!("{}: {fault}", path.display())))
-}
-
-fn sample(path: &Path, library: &RuntimeLibrary) -> Sample {
-    let ((_, packed), export) = timed(|| export(path, library));
-    let (fmu, open): (Fmi2Import, f64) =
-        timed(|| fmi::import::new(std::io::Cursor::new(packed.bytes)).expect("an FMU"));
+fn sample(bytes: &[u8]) -> Sample {
+    let (fmu, open): (Fmi2Import, f64) = timed(|| fmi::import::new(std::io::Cursor::new(bytes)).expect("an FMU"));
     let references = references(&fmu);
     let (mut instance, start) = timed(|| started(&fmu));
 
@@ -135,7 +91,7 @@ fn sample(path: &Path, library: &RuntimeLibrary) -> Sample {
         }
     });
     let per_step = 1e6 / f64::from(STEPS);
-    Sample { export, open, start, step: step * per_step, step_and_get: step_and_get * per_step, call: call * per_step }
+    Sample { open, start, step: step * per_step, step_and_get: step_and_get * per_step, call: call * per_step }
 }
 
 /// What `action` gives, and how long it took (ms).

@@ -37,6 +37,8 @@ for platform in "${platforms[@]}"; do
     fi
 done
 
+# Everything at its fastest, unless it is built for a test alone; the libraries have the same bytes in both profiles.
+profile=${CAMDRIVE_PROFILE:-dist}
 root=$PWD
 venv=target/packaging/venv
 export PATH="$root/$venv/bin:$PATH"
@@ -90,7 +92,7 @@ cross() { # TRIPLE COMMAND…
     case $1 in
     *-darwin)
         # Stripped by the linker, since it also signs.
-        export SDKROOT=$sdk CARGO_PROFILE_RELEASE_STRIP=false
+        export SDKROOT=$sdk CARGO_PROFILE_RELEASE_STRIP=false CARGO_PROFILE_DIST_STRIP=false
         flags+=(-Clinker=rust-lld -Clinker-flavor=ld64.lld -Clink-arg=-x -Clink-arg=-S)
         ;;
     esac

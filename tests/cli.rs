@@ -66,7 +66,7 @@ fn runtime() -> String {
         "macos" => "darwin64",
         _ => "linux64",
     };
-    let name = format!("{}camdrive{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let name = format!("{}camdrive_fmu{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
     let test = std::env::current_exe().expect("the running test");
     let library = test.with_file_name(name);
     assert!(library.exists(), "{} is built with the tests", library.display());
@@ -1017,7 +1017,7 @@ fn export_refuses_targets_and_libraries_that_do_not_fit() {
         (vec!["export", SCENE, SCENE, "-o", text(&folder), "--runtime", &runtime], "both be written to"),
         (vec!["export", SCENE, SCENE, "-o", "x.fmu", "--runtime", &runtime], "several scenes"),
         (vec!["export", SCENE, "-o", text(&folder), "--runtime", "linux64=no_such_library.so"], "no_such_library.so"),
-        (vec!["export", SCENE, "-o", text(&folder), "--runtime", "libcamdrive.so"], "PLATFORM=FILE"),
+        (vec!["export", SCENE, "-o", text(&folder), "--runtime", "libcamdrive_fmu.so"], "PLATFORM=FILE"),
         (vec!["export", SCENE, "-o", text(&folder), "--runtime", &runtime, "--runtime", &runtime], "two runtime"),
         (vec!["export", SCENE, "-o", "Cargo.toml", "--runtime", &runtime], "a folder or a file NAME.fmu"),
         (vec!["export", SCENE, "-o", "Cargo.toml/x", "--runtime", &runtime], "Cargo.toml is a file, not a folder"),

@@ -1,33 +1,18 @@
 //! An exported FMU driven through rust-fmi, as an importer would.
 
-use camdrive::drives::elastic_shaft::{Parameters, Scene};
-use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
-use camdrive::motion::{Fourier, MotionLaw};
-use camdrive_cli::export::{self, RuntimeLibrary};
-use camdrive_design::resource::Resource;
 use fmi::fmi2::import::Fmi2Import;
 use fmi::fmi2::instance::{CoSimulation, Common, InstanceCS};
 use fmi::schema::fmi2::{Fmi2ModelDescription, ScalarVariable};
 use fmi::traits::{FmiImport, FmiStatus};
+use std::path::{Path, PathBuf};
 
-/// Packs an elastic shaft with the library that `cargo test` has just built. It lies beside the test executable;
-/// the copy one folder above is not renewed by `cargo test`.
+/// The guide bar, as `tests/run` exports it.
 fn import() -> Fmi2Import {
-    let scene = Scene {
-        load: Default::default(),
-        parameters: Parameters { m: 2.0, inertia: 0.01, c: 2e3, b: 6.0 },
-        linear: false,
-        cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01, 0.002], vec![0.0, 0.001])),
-        drive: DriveMode::Constant { w: 40.0, phi_start: 0.5 },
-        start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
-        solver: Default::default(),
-    };
-    let resource = Resource::new("imported", scene);
-    let executable = std::env::current_exe().unwrap();
-    let name = format!("{}camdrive{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
-    let library = RuntimeLibrary::read("linux64", &executable.with_file_name(name)).unwrap();
-    let packed = export::pack(&resource, "An elastic shaft.", &[library], None).unwrap();
-    fmi::import::new(std::io::Cursor::new(packed.bytes)).unwrap()
+    let folder = std::env::var_os("CAMDRIVE_FMUS").map(PathBuf::from);
+    let folder = folder.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/fmus"));
+    let path = folder.join("guide_bar.fmu");
+    let bytes = std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}; tests/run exports it", path.display()));
+    fmi::import::new(std::io::Cursor::new(bytes)).unwrap()
 }
 
 fn variable<'a>(description: &'a Fmi2ModelDescription, name: &str) -> &'a ScalarVariable {

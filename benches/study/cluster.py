@@ -1,6 +1,6 @@
 """Runs per second of a study on a Dask LocalCluster against the threads of the tool, of the same store.
 
-    packaging/wheels native && pip install target/dist/native/camdrive-*.whl[study,dask]
+    packaging/wheels native && pip install target/packages/native/camdrive-*.whl[study,dask]
     python benches/study/cluster.py [--runs 100000] [--rounds 3] [--workers 2]
 
 The cluster, with one thread in each worker, is there before the clock starts. Rounds go in turn; the best of each counts.

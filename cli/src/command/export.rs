@@ -21,15 +21,15 @@ use std::path::{Path, PathBuf};
 Examples:
   camdrive export examples/guide_bar/scene.toml
   camdrive export examples/*/scene.toml -o fmus/
-  camdrive export scene.toml --runtime linux64=libcamdrive.so \\
-      --runtime win64=camdrive.dll
+  camdrive export scene.toml --runtime linux64=libcamdrive_fmu.so \\
+      --runtime win64=camdrive_fmu.dll
   camdrive export scene.toml --platforms linux64,win64
   camdrive export scene.toml --with-tradeoff --quick
   camdrive export old/guide_bar.fmu -o new/
 
 The runtime libraries are those beside the executable unless --runtime names others. They are built by
-  cargo build --release --package camdrive    for the platform at hand
-  packaging/build                             for all others, in the folder target/runtimes")]
+  cargo build --release --package camdrive-fmu    for the platform at hand
+  packaging/build                                 for all others, in the folder target/runtimes")]
 pub struct Args {
     /// Scene files (TOML), or FMUs with their scenes inside
     #[arg(required = true, value_name = "SCENE")]

@@ -24,7 +24,7 @@ const LANDMARK: &[u8] = b"fmi2DoStep";
 const LARGEST_RELEASE: usize = 4 << 20;
 
 /// How to build the library.
-const BUILD_COMMAND: &str = "cargo build --release --package camdrive";
+const BUILD_COMMAND: &str = "cargo build --release --package camdrive-fmu";
 
 /// A checked shared library.
 #[derive(Clone, Debug)]
@@ -84,7 +84,7 @@ impl RuntimeLibrary {
             Fault::new(format!("FMI 2.0 has no name for this platform; give one by --runtime {}", choice()))
         })?;
         let executable = executable()?;
-        let name = format!("{}camdrive{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+        let name = format!("{}camdrive_fmu{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
         let beside = executable.with_file_name(&name);
         let places = [executable.with_file_name("deps").join(&name), beside.clone()];
         // The newer one is that of the last build.
