@@ -133,7 +133,7 @@ impl<'a, R> Rows<'a, R> {
 
     /// Adds a column: its name in files, its heading for people, its unit, its cells in SI.
     pub fn column<V: Into<Value>>(
-        mut self,
+        self,
         key: impl Into<String>,
         heading: impl Into<String>,
         unit: Unit,
@@ -141,9 +141,14 @@ impl<'a, R> Rows<'a, R> {
     ) -> Self {
         let column =
             Column { key: key.into(), heading: heading.into(), unit, digits: 3, rounding: None, file_only: false };
+        self.with(column, &|row| cell(row).into())
+    }
+
+    // Compiled once for each kind of rows, not for each column.
+    fn with(mut self, column: Column, cell: &dyn Fn(&'a R) -> Value) -> Self {
         self.table.columns.push(column);
         for (cells, row) in self.table.rows.iter_mut().zip(&self.rows) {
-            cells.push(cell(row).into());
+            cells.push(cell(row));
         }
         self
     }
