@@ -331,7 +331,8 @@ fn points<'a>(
     let (reading, wrong) = match sheet.and_then(|sheet| Ok((sheet.rows(&columns, more, hint)?, sheet))) {
         Err(wrong) => (Reading::new(Points { angles: Vec::new(), lifts: Vec::new() }, Vec::new()), wrong),
         Ok((rows, sheet)) => {
-            doubtful(section, &file, rows.doubtful);
+            noted(section, &file, rows.doubtful, "a heading");
+            noted(section, &file, rows.trailer, "the end of the table");
             let [first, second] = [(0, of_turn), (1, None)].map(|(i, own)| match step {
                 Some(_) if i == 0 => Some((1.0, 1.0)),
                 _ => unit_of(section, axes[i].1, axes[i].0, &sheet, rows.columns[i], own),
@@ -401,13 +402,13 @@ fn open(section: &Section<'_>, admissible: &str, folder: &Path) -> Option<File> 
     Some(File { name: shown(&path), text })
 }
 
-/// Notes on lines that are taken as headings and might be meant as points.
-fn doubtful(section: &Section<'_>, file: &File, lines: Vec<Span>) {
+/// Notes on lines that are `taken` as something else and might be meant as points.
+fn noted(section: &Section<'_>, file: &File, lines: Vec<Span>, taken: &str) {
     for span in lines.into_iter().take(MOST_FAULTS) {
         let line = file.text[..span.start].matches('\n').count() + 1;
         // The beginning says which line is meant.
         let text = text::in_one_line(file.text[span].chars().take(40).collect::<String>());
-        let message = format!("line {line} of {}, \"{text}\", is taken as a heading", file.name);
+        let message = format!("line {line} of {}, \"{text}\", is taken as {taken}", file.name);
         section.faults.note(format!("`{}`: {message}", section.path));
     }
 }

@@ -5,8 +5,8 @@ use super::super::section::Section;
 use super::dialect::{Column, Rows, Sheet};
 use super::turn::Turn;
 use super::{
-    File, Interpolation, Reading, Smoothed, checked, column, doubtful, fault, faults, law, named, noise, open,
-    smoothed, unit_of,
+    File, Interpolation, Reading, Smoothed, checked, column, fault, faults, law, named, noise, noted, open, smoothed,
+    unit_of,
 };
 use camdrive::drives::unit::{ANGLE, LENGTH, Quantity};
 use camdrive::motion::MotionLaw;
@@ -173,7 +173,8 @@ fn points(section: &Section<'_>, file: &File, side: Side) -> Option<(Vec<Point>,
             Ok(rows) => rows,
             Err(wrong) => return refuse(wrong),
         };
-    doubtful(section, file, std::mem::take(&mut rows.doubtful));
+    noted(section, file, std::mem::take(&mut rows.doubtful), "a heading");
+    noted(section, file, std::mem::take(&mut rows.trailer), "the end of the table");
     let mut scales = [1.0; 2];
     for (i, (_, of, _)) in pair.into_iter().enumerate() {
         let key = if *of == ANGLE { "angle_unit" } else { "length_unit" };

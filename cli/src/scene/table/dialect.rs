@@ -90,6 +90,8 @@ pub struct Rows {
     pub rows: Vec<(Vec<f64>, Span)>,
     /// Lines before the first row which might have been meant as one.
     pub doubtful: Vec<Span>,
+    /// Lines of words after the last row with a cell for each of these columns.
+    pub trailer: Vec<Span>,
     /// The last digit of each of these columns.
     pub digits: Vec<f64>,
 }
@@ -403,6 +405,9 @@ impl<'a> Sheet<'a> {
             wrong.push(Wrong::at(cell, message, "write all numbers with one decimal mark, and none of thousands"));
         }
         doubtful.extend(trailer.iter().filter(|line| value(line, first[1]).is_some()).map(|line| line.span.clone()));
+        let filled =
+            |line: &&&Line| !alone && value(line, first[1]).is_none() && columns.iter().all(|i| line.cells.len() > *i);
+        let trailer = trailer.iter().filter(filled).map(|line| line.span.clone()).collect();
         for line in headings {
             let count = if let [only] = &line.cells[..] { self.number(only) } else { None };
             if count.is_some() && self.text[line.span.clone()].ends_with([';', ',']) {
@@ -428,7 +433,7 @@ impl<'a> Sheet<'a> {
         };
         let last = |column: &usize| lines.iter().filter_map(|line| decimals(line, *column)).max().unwrap_or(0);
         let digits = columns.iter().map(|column| 0.1_f64.powi(last(column))).collect();
-        if wrong.is_empty() { Ok(Rows { columns, rows, doubtful, digits }) } else { Err(wrong) }
+        if wrong.is_empty() { Ok(Rows { columns, rows, doubtful, trailer, digits }) } else { Err(wrong) }
     }
 }
 

@@ -127,6 +127,9 @@ fn decimal_commas_and_several_headings_are_the_same_table() {
     }
     let (_, notes) = of("Points;4\n0;0\n90;1\n180;2\n270;1\n", "angle_unit = \"deg\"").unwrap();
     assert!(notes.contains("line 1 of") && notes.contains("\"Points;4\", is taken as a heading"), "{notes}");
+    let (_, notes) = of("0;0\n90;1\n180;2\n270;1\nerr;err\nEndTable\n", "angle_unit = \"deg\"").unwrap();
+    assert!(notes.contains("line 5 of") && notes.contains("\"err;err\", is taken as the end of the table"), "{notes}");
+    assert!(!notes.contains("EndTable"), "{notes}");
 }
 
 #[test]
