@@ -4,12 +4,14 @@
 //! distances ([`penalised`]); where σ is known λ is chosen by Mallows' criterion, else by robust cross-validation ([`wrong_rows`]).
 //! The periodic quintic spline through its values at the rows is s itself.
 
+mod corners;
 mod jumps;
 mod penalised;
 #[cfg(test)]
 mod tests;
 mod wrong_rows;
 
+pub use corners::{Corners, certain};
 pub use jumps::Jump;
 pub use wrong_rows::{Found, WrongRow};
 

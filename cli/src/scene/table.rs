@@ -17,7 +17,9 @@ use camdrive::motion::table::{Bend, CLOSING, LEAST_DISTANCE, MOST_POINTS, Points
 use camdrive::motion::{MotionLaw, Polyline, Table};
 use camdrive_design::harmonic_analysis;
 use camdrive_design::overview::Warning;
-use camdrive_design::smoothing::{self, Found, Outliers, SmoothingError, WrongRow, found, smooth};
+use camdrive_design::smoothing::{
+    self, Corners, Found, Jump, Outliers, SmoothingError, WrongRow, certain, found, smooth,
+};
 use camdrive_design::table_error::told;
 use camdrive_design::text::{self, counted};
 use std::f64::consts::{PI, TAU};
@@ -147,6 +149,21 @@ impl Reading {
         self.places = kept.iter().map(|i| self.places[*i].clone()).collect();
         self.at_rest = self.at_rest.iter().filter_map(|i| kept.binary_search(i).ok()).collect();
         self
+    }
+
+    /// With points where U″ jumps, of periods that are stretched to a turn.
+    fn with(mut self, jumps: &[Jump], lobes: f64) -> Self {
+        let corners: Vec<(f64, f64)> = jumps.iter().map(|jump| (jump.angle, jump.by)).collect();
+        let Some(Corners { points, bends, rows }) = Corners::new(&self.points, &corners).filter(|_| !jumps.is_empty())
+        else {
+            return self;
+        };
+        self.places = rows.iter().map(|row| self.places[*row].clone()).collect();
+        let by = |Bend { slope, before, behind }| {
+            let [slope, before, behind] = [slope, lobes * before, lobes * behind].map(|value| lobes * value);
+            Bend { slope, before, behind }
+        };
+        Reading { points, bends: bends.into_iter().map(by).collect(), ..self }
     }
 
     /// The turn of equal periods, of which the first `count` points are one that is stretched to a turn.
@@ -478,7 +495,7 @@ fn smoothed(
             });
             let left = lobes * lobes * smooth.left;
             section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left, sentence, warning });
-            told_strange(section, file, &reading, &smooth.found, as_told);
+            told_strange(section, file, &reading, (&smooth.found, &[]), as_told);
             let (points, mut places) = (smooth.points, Vec::new());
             for (point, place) in smooth.point.iter().zip(&reading.places) {
                 if *point == places.len() {
@@ -524,15 +541,25 @@ fn right(section: &Section<'_>, file: &File, reading: Reading, drop: bool, as_to
         let smoothed = Smoothed { section: section_of, left: 0.0, sentence, warning: None };
         section.faults.smoothed.borrow_mut().push(smoothed);
     }
-    told_strange(section, file, &reading, &found, as_told);
-    Some(reading.without(&found.wrong))
+    let reading = reading.without(&found.wrong);
+    // The spline rests from the ends of a lobe on.
+    let splits = as_told.0 == Interpolation::Spline && reading.at_rest.is_empty();
+    let jumps = if splits { certain(&reading.points, &found.jumps) } else { Vec::new() };
+    told_strange(section, file, &reading, (&found, &jumps), as_told);
+    Some(reading.with(&jumps, as_told.1.lobes as f64))
 }
 
 /// The most angles that a warning lists.
 const MOST_ANGLES: usize = 8;
 
-/// Warns of specks, and of jumps that a spline rounds off, with their angles and the largest of their sizes.
-fn told_strange(section: &Section<'_>, file: &File, reading: &Reading, found: &Found, (_, turn, quantity): Told<'_>) {
+/// Warns of specks, and of jumps, those of which the spline has and others, with their angles and the largest of their sizes.
+fn told_strange(
+    section: &Section<'_>,
+    file: &File,
+    reading: &Reading,
+    (found, kept): (&Found, &[Jump]),
+    (_, turn, quantity): Told<'_>,
+) {
     let of = if is_motion(quantity) { "lift" } else { "value" };
     let (shown, lobes) = (shown_in(section, quantity), turn.lobes as f64);
     let size = |value: f64, order: i32| shown(&text::number, value * (lobes * 1_f64.to_radians()).powi(order));
@@ -557,9 +584,11 @@ fn told_strange(section: &Section<'_>, file: &File, reading: &Reading, found: &F
     };
     // Their places between the rows are no more exact.
     let hundredths = |angle: f64| ((100.0 * angle.to_degrees()).round() / 100.0).to_radians();
+    let listed = |jump: &Jump| (turn.shown(hundredths(jump.angle / lobes)), jump.by);
+    let is_kept = |jump: &&Jump| kept.iter().any(|other| other.is_at(jump));
     let jumps = |order: usize| {
-        let jumps = found.jumps.iter().filter(|jump| jump.order == order);
-        jumps.map(|jump| (turn.shown(hundredths(jump.angle / lobes)), jump.by)).collect()
+        let jumps = found.jumps.iter().filter(|jump| jump.order == order && !is_kept(jump));
+        jumps.map(listed).collect()
     };
     let rows = |at: &str, by| format!("neighbouring rows at {at} are off together by up to {by} in");
     let hint = "measure again there, or leave them out by `outliers = \"drop\"`";
@@ -575,6 +604,9 @@ fn told_strange(section: &Section<'_>, file: &File, reading: &Reading, found: &F
         format!("U″ jumps at {at}, by up to {by}/°², and the spline overshoots there by up to a fifth, in")
     };
     warn(jumps(2), 2, &jump, hint);
+    let hint = "it excites vibration at every passage: if the law has no such jumps, give U′ and U″ with interpolation = \"derivatives\"";
+    let jump = |at: &str, by| format!("U″ jumps at {at}, by up to {by}/°², and the spline has these jumps, in");
+    warn(kept.iter().map(listed).collect(), 2, &jump, hint);
 }
 
 /// A value as the file has it.

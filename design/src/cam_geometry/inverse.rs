@@ -4,8 +4,7 @@
 //! there has its centre at z = c ± ϱ n; its distance from the cam's centre gives the follower's coordinate, and with it p, and
 //! φ = σ arg(p/z). A flat face that touches at c has h = Re(c n̄) and φ = σ arg(i/n). An error δ of the direction of n moves the
 //! pair (φ, U) along the law and changes it by ϱδ²/2 only, so that the pairs are as accurate as the points; the law gives normals for
-//! better pairs. It is the periodic quintic spline through them; where U″ jumps by J the spline is that of U − J b(φ), b periodic
-//! with b″ = ½ − φ/2π behind the jump. Without noise the law of a flat face needs no spline: contact and curvature give U, U′ and U″
+//! better pairs. It is the periodic quintic spline through them, with its jumps of U″ ([`Corners`]). Without noise the law of a flat face needs no spline: contact and curvature give U, U′ and U″
 //! (module `flat`).
 //!
 //! Symbols: c point of the contour seen from the cam (m), others as in [`super`]. The contour has to go around the cam's centre
@@ -16,7 +15,7 @@ mod flat;
 
 use super::contour::Side;
 use super::{Cam, Carrier, I, Plan, Point, Start, degrees};
-use crate::smoothing::{Outliers, SmoothingError, smooth};
+use crate::smoothing::{Corners, Outliers, SmoothingError, smooth};
 use crate::table_error::told;
 use camdrive::drives::Fault;
 use camdrive::motion::table::{Bend, Points};
@@ -474,32 +473,12 @@ impl Traced {
     /// With the places where U″ jumps as corners.
     fn cornered(mut self) -> Self {
         let corners = corners(&self.points);
-        // b, b′, b″ behind the corner, and in it b″ before it.
-        let of = |phi: f64, at: f64| {
-            let x = (phi - at).rem_euclid(TAU) / TAU;
-            [TAU * TAU * x * (x / 4.0 - x * x / 6.0 - 1.0 / 12.0), TAU * (0.5 * x * (1.0 - x) - 1.0 / 12.0), 0.5 - x]
-        };
-        let sum = |phi: f64, order: usize| corners.iter().map(|(at, jump)| jump * of(phi, *at)[order]).sum::<f64>();
-        let mut rest = self.points.clone();
-        rest.angles.iter().zip(&mut rest.lifts).for_each(|(phi, lift)| *lift -= sum(*phi, 0));
-        let Ok(rest) = Table::new(rest).map(MotionLaw::Table) else { return self };
-        if corners.is_empty() {
-            return self;
+        if !corners.is_empty()
+            && let Some(cornered) = Corners::new(&self.points, &corners)
+        {
+            self.rows = cornered.rows.iter().map(|row| self.rows[*row]).collect();
+            (self.points, self.bends) = (cornered.points, cornered.bends);
         }
-        for &(at, _) in &corners {
-            let i = self.points.angles.partition_point(|phi| *phi < at);
-            if self.points.angles.get(i) != Some(&at) {
-                self.points.angles.insert(i, at);
-                self.points.lifts.insert(i, rest.at(at).0[0] + sum(at, 0));
-                self.rows.insert(i, self.rows[i.min(self.rows.len() - 1)]);
-            }
-        }
-        let bend = |phi: &f64| {
-            let ([_, slope, bend, ..], jump) = (rest.at(*phi).0, corners.iter().find(|(at, _)| at == phi));
-            let behind = bend + sum(*phi, 2);
-            Bend { slope: slope + sum(*phi, 1), before: behind - jump.map_or(0.0, |(_, jump)| *jump), behind }
-        };
-        self.bends = self.points.angles.iter().map(bend).collect();
         self
     }
 }

@@ -95,6 +95,11 @@ impl Jump {
     pub fn kink(angle: f64, by: f64, row: usize) -> Self {
         Self { angle, order: 1, by, gap: row, variance: 0.0, better: 0.0 }
     }
+
+    /// Whether both are one, of which one may have been moved to a row.
+    pub fn is_at(&self, other: &Jump) -> bool {
+        (self.gap, self.order) == (other.gap, other.order)
+    }
 }
 
 /// Neighbouring rows that are off together.
@@ -242,13 +247,13 @@ impl Rows {
         Window { places, middle, half, fit }
     }
 
-    /// The variance below which lifts are exact: that of their last digit.
-    fn exact(&self) -> f64 {
+    /// The variance of the last digit, which is at most the least step of the lifts, and that of exact lifts.
+    fn exact(&self) -> [f64; 2] {
         let mut sorted = self.lifts.clone();
         sorted.sort_by(f64::total_cmp);
-        let range = sorted[sorted.len() - 1] - sorted[0];
-        let steps = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > EXACT * range);
-        steps.fold(range, f64::min).max(EXACT * range).powi(2) / 12.0
+        let least = EXACT * (sorted[sorted.len() - 1] - sorted[0]);
+        let steps = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > least);
+        [steps.fold(f64::INFINITY, f64::min).max(least), least].map(|step| step.powi(2) / 12.0)
     }
 
     /// The jumps of the law, and the rows of each speck with their distances from the law of the others.
@@ -275,7 +280,8 @@ impl Rows {
     /// The jumps, and the blocks of rows that are off.
     fn found(&self) -> (Vec<Jump>, Vec<Block>) {
         let n = self.lifts.len();
-        let exact = self.exact();
+        let [exact, least] = self.exact();
+        let mut floor = exact;
         let mut jumps: Vec<Jump> = Vec::new();
         let (mut noise, mut rough) = (f64::INFINITY, Vec::new());
         for width in WIDTHS.into_iter().filter(|width| 4 * width <= n) {
@@ -283,21 +289,34 @@ impl Rows {
             let window = |gap: usize| self.window((gap as i64 + 1 - width as i64)..(gap as i64 + 1 + width as i64));
             if width == WIDTHS[0] {
                 let variances: Vec<f64> = (0..n).map(|gap| window(gap).fit.squares() / (freedom + 5.0)).collect();
-                let mut moving: Vec<f64> = variances.iter().copied().filter(|variance| *variance > exact).collect();
-                moving.sort_by(f64::total_cmp);
-                noise = moving.get(moving.len() / 2).map_or(exact, |middle| *middle);
+                let part = |above: f64, of: usize| {
+                    let mut moving: Vec<f64> = variances.iter().copied().filter(|variance| *variance > above).collect();
+                    moving.sort_by(f64::total_cmp);
+                    moving.get(moving.len() / of).copied()
+                };
+                noise = part(exact, 2).unwrap_or(exact);
+                // Equal rows of a rise and a return make steps of exact lifts that are no digits.
+                floor = part(0.0, 4).map_or(exact, |quarter| quarter.max(least)).min(exact);
                 rough = variances.into_iter().map(|variance| variance > noise).collect();
             }
             let fits = |jump: &Jump| width == WIDTHS[0] || jump.variance <= WITHIN * noise;
-            let mut found: Vec<Jump> =
-                (0..n).filter_map(|gap| self.jump(gap, &window(gap), [exact, noise], freedom)).filter(fits).collect();
             // A lower order explains some more in any case.
             let explains = |jump: &Jump| jump.better * (1.0 + CLEAR / freedom).powi(jump.order as i32);
-            found.sort_by(|a, b| explains(b).total_cmp(&explains(a)));
-            for jump in found {
-                let near = |other: &Jump| self.apart(jump.gap, other.gap) < width;
-                if !jumps.iter().any(near) {
-                    jumps.push(jump);
+            // Below the least step of the lifts U″ alone tells its jumps: beside kinks the fits are worse than exact.
+            let sought = |gap: usize, floor: f64| self.jump(gap, &window(gap), [floor, noise], freedom).filter(fits);
+            let finer = |gap: usize| sought(gap, floor).filter(|jump| jump.order == 2);
+            let all: [Vec<Jump>; 2] =
+                [(0..n).filter_map(|gap| sought(gap, exact)).collect(), (0..n).filter_map(finer).collect()];
+            for mut found in all {
+                found.sort_by(|a, b| explains(b).total_cmp(&explains(a)));
+                for jump in found {
+                    let near = |other: &Jump| self.apart(jump.gap, other.gap) < width;
+                    if jumps.iter().any(near) {
+                        continue;
+                    }
+                    let beside = (0..5).map(|i| (jump.gap + n + i - 2) % n).filter(|_| jump.order == 2);
+                    let finest = beside.filter_map(finer).max_by(|a, b| explains(a).total_cmp(&explains(b)));
+                    jumps.push(finest.unwrap_or(jump));
                 }
             }
         }

@@ -616,7 +616,7 @@ fn jumps_and_kinks_are_told_with_their_angles() {
         20.0 * if z < 0.5 { 2.0 * z * z } else { 1.0 - 2.0 * (1.0 - z).powi(2) }
     };
     let told = warnings(&rows(&parabola), keys);
-    let angles = ["30.4 deg, 105.4 deg, 255.4 deg, 330.4 deg", "by up to 7.1e-3 mm/°²"];
+    let angles = ["30.4 deg, 105.4 deg, 255.4 deg, 330.4 deg", "by up to 7.1e-3 mm/°²", "the spline has these jumps"];
     assert!(told.len() == 1 && angles.iter().all(|part| told[0].contains(part)), "{told:?}");
     // A lift less a clearance: at ±80° of 180.3° the cosine has the slope 10 π/220 sin(80/110 π) mm/°.
     let whole = |x: f64| 5.0 * (1.0 + (((x - 180.3).abs() / 110.0).min(1.0) * PI).cos());
@@ -625,6 +625,30 @@ fn jumps_and_kinks_are_told_with_their_angles() {
     let slope = format!("by up to {} mm/°", number(5.0 * PI / 110.0 * (80.0 / 110.0 * PI).sin()));
     assert!(told.len() == 1 && told[0].contains("U′ jumps at") && told[0].contains(&slope), "{told:?} {slope}");
     assert!(told[0].contains(" 100.3 deg, 260.3 deg,"), "{told:?}");
+}
+
+#[test]
+fn laws_whose_acceleration_jumps_keep_its_peak() {
+    let parabola = |z: f64| if z < 0.5 { 2.0 * z * z } else { 1.0 - 2.0 * (1.0 - z).powi(2) };
+    let harmonic = |z: f64| 0.5 * (1.0 - (PI * z).cos());
+    let laws: [(&dyn Fn(f64) -> f64, f64); 2] = [(&parabola, 4.0), (&harmonic, 0.5 * PI * PI)];
+    // Rises and returns of 110° about a dwell of 40°, over the turn and as one of two periods.
+    for (law, peak) in laws {
+        for count in [180, 360, 720] {
+            for (parts, keys) in [(1.0, ""), (2.0, ", period = \"180 deg\"")] {
+                let lift = |x: f64| 10.0 * law(((130.0 - (x - 180.0).abs()) / 110.0).clamp(0.0, 1.0));
+                let row = |i: i32| 360.0 * f64::from(i) / f64::from(count);
+                let rows = (0..=count).map(row);
+                let rows: String = rows.map(|x| format!("{:.9};{:.9}\n", x / parts, lift(x))).collect();
+                let (law, notes) = of(&rows, &format!("angle_unit = \"deg\", lift_unit = \"mm\"{keys}"))
+                    .unwrap_or_else(|e| panic!("{e}"));
+                let most =
+                    (0..7200).map(|i| law.at(TAU * (f64::from(i) + 0.5) / 7200.0).0[2].abs()).fold(0.0, f64::max);
+                let exact = 0.01 * peak * (parts / 110_f64.to_radians()).powi(2);
+                assert!((most / exact - 1.0).abs() < 0.02, "{count} {keys}: {most} {exact} {notes}");
+            }
+        }
+    }
 }
 
 #[test]
