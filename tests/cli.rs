@@ -702,7 +702,7 @@ fn unzipped(fmu: &Path) -> BTreeMap<String, Vec<u8>> {
         let mut file = zip.by_index(i).expect("a file");
         let mut content = Vec::new();
         file.read_to_end(&mut content).expect("its content");
-        (file.name().expect("a name").into_owned(), content)
+        (file.name().to_owned(), content)
     };
     (0..count).map(file).collect()
 }
@@ -1848,7 +1848,7 @@ fn unpacked(path: &Path) -> Vec<(String, Vec<u8>)> {
     for i in 0..archive.len() {
         let (mut entry, mut content) = (archive.by_index(i).expect("an entry"), Vec::new());
         std::io::Read::read_to_end(&mut entry, &mut content).expect("its content");
-        files.push((entry.name().expect("a name").into_owned(), content));
+        files.push((entry.name().to_owned(), content));
     }
     files
 }

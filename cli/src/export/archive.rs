@@ -62,7 +62,7 @@ mod tests {
             let mut entry = zip.by_index(i).unwrap();
             let mut content = Vec::new();
             entry.read_to_end(&mut content).unwrap();
-            assert_eq!(File::new(entry.name().unwrap().into_owned(), content), *file);
+            assert_eq!(File::new(entry.name().to_owned(), content), *file);
         }
         assert_eq!(bytes, archive(&files, None).unwrap());
     }
