@@ -93,9 +93,10 @@ pub fn of(scene: &Scene) -> Result<PeriodicOscillator, Fault> {
             };
             Err(Fault::new(format!(
                 "{} is not an oscillator with periodic coefficients; ElasticCamDrive with an elastic input shaft and \
-                 ParametricDrive are\n  = hint: {hint}",
+                 ParametricDrive are",
                 other.model()
-            )))
+            ))
+            .hint(hint))
         }
     }
 }

@@ -3,6 +3,7 @@
 //! It is counted, not timed: whether a study ends well must not depend on the machine.
 
 use crate::Progress;
+use camdrive::drives::Fault;
 use std::cell::Cell;
 use std::sync::{Mutex, PoisonError};
 
@@ -45,13 +46,13 @@ pub fn taken(left: f64, work: impl FnOnce()) -> f64 {
 /// The result of `study` within this budget, and within that of a study around it.
 ///
 /// # Errors
-/// Where the budget is used up, in words: what was reached, with this hint.
+/// Where the budget is used up: what was reached, with this hint.
 pub fn within<R>(
     budget: f64,
     hint: &str,
     progress: &(dyn Fn(Progress) + Sync),
     study: impl FnOnce(&(dyn Fn(Progress) + Sync)) -> R,
-) -> Result<R, String> {
+) -> Result<R, Fault> {
     let reached = Mutex::new(String::new());
     let tell = |told: Progress| {
         if !is_exhausted() {
@@ -69,9 +70,10 @@ pub fn within<R>(
     if left >= 0.0 {
         return Ok(result);
     }
-    Err(format!(
-        "this study needs more than the {budget:.1e} operations that are admissible, about {:.0} s; reached: {}\n  = hint: {hint}",
+    Err(Fault::new(format!(
+        "this study needs more than the {budget:.1e} operations that are admissible, about {:.0} s; reached: {}",
         budget / 1e9,
         reached.into_inner().unwrap_or_else(PoisonError::into_inner)
     ))
+    .hint(hint))
 }

@@ -67,8 +67,7 @@ pub fn study(path: &Path, scene: &Resolved, load: &str, period: Option<&String>)
         let (load, period) = driving::load(&place.to_string(), &machine.motor, load, period)?;
         Bar::beside(&scene.name, |_| steady::of_machine(&scene.name, &machine, load, period))
     };
-    findings
-        .map_err(|fault: Fault| failure(format!("{place}: {fault}").replacen("; choose ", "\n  = hint: choose ", 1)))
+    findings.map_err(|fault: Fault| failure(fault.within(place)))
 }
 
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {

@@ -3,7 +3,7 @@
 use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, files, read, wrong_argument};
+use super::{Failure, failure, files, read, wrong_argument};
 use crate::scene;
 use camdrive_design::resource::Scene;
 use camdrive_design::synthesis::Infeasible;
@@ -79,8 +79,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(wrong_argument("--follower: there is no scene\n  = hint: name the machine with --scene"));
     }
     let study = Bar::beside(&assignment.name, |tell| Together::new(&assignment, &tell));
-    let words = |fault: Infeasible| fault.words(&assignment.task, &assignment.names);
-    let study = study.map_err(|fault| Failure::new(format!("error: {}: {}", args.task.display(), words(fault))))?;
+    let refused = |fault: Infeasible| fault.fault(&assignment.task, &assignment.names).within(args.task.display());
+    let study = study.map_err(|fault| failure(refused(fault)))?;
     let written = chosen.map_or(&study.studies[..], |law| std::slice::from_ref(&study.studies[law]));
     let profile = profile(written, args, machine);
     if let Some(scene) = &assignment.scene {

@@ -67,11 +67,7 @@ impl System {
 
 impl Part {
     fn said(&self, fault: Fault) -> Fault {
-        if self.name.is_empty() {
-            return fault;
-        }
-        let said = format!("part {}: {fault}", self.name);
-        fault.told(said)
+        if self.name.is_empty() { fault } else { fault.within(format_args!("part {}", self.name)) }
     }
 }
 

@@ -194,10 +194,8 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
             let elastic_output::Scene { parameters, cam, drive, start, solver, .. } = elastic;
             let elastic_output::Parameters { m, c, b } = parameters;
             let (Some(s), Some(m1)) = (options.clearance, options.m1) else {
-                return Err(Fault::new(
-                    "an ElasticCamDrive with an elastic output has no clearance of its own\n  = hint: give --clearance and \
-                     --m1, the mass between the flanks; its m becomes m2",
-                ));
+                return Err(Fault::new("an ElasticCamDrive with an elastic output has no clearance of its own")
+                    .hint("give --clearance and --m1, the mass between the flanks; its m becomes m2"));
             };
             Scene {
                 parameters: backlash::Parameters { m1, m2: m, c, b, s, e: 0.0 },
@@ -210,32 +208,30 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
         }
         resource::Scene::DriveTrain(_) => {
             return Err(Fault::new(
-                "the study is for a single drive without loads that has both flanks\n  = hint: write a follower of a machine or a train \
-                 as a scene of its own, leave `load` out of it, and give `s` a value",
-            ));
+                "the study is for a single drive without loads that has both flanks",
+            ).hint("write a follower of a machine or a train as a scene of its own, leave `load` out of it, and give `s` a value"));
         }
         other => {
             let model = other.model();
             return Err(Fault::new(format!(
                 "the model is {model}; the study is for a BacklashDrive, or for an ElasticCamDrive with \
-                 place = \"output\" together with --clearance and --m1\n  = hint: write a follower of a machine or a train as a scene of its own"
-            )));
+                 place = \"output\" together with --clearance and --m1"
+            ))
+            .hint("write a follower of a machine or a train as a scene of its own"));
         }
     };
     scene.parameters.s = options.clearance.unwrap_or(scene.parameters.s);
     scene.parameters.m1 = options.m1.unwrap_or(scene.parameters.m1);
     for (name, value, unit) in [("clearance", scene.parameters.s, "m"), ("m1", scene.parameters.m1, "kg")] {
         if !(value > 0.0 && value.is_finite()) {
-            return Err(Fault::new(format!(
-                "{name}: {value} {unit} is not greater than 0\n  = hint: give another one by --{name}"
-            )));
+            return Err(Fault::new(format!("{name}: {value} {unit} is not greater than 0"))
+                .hint(format!("give another one by --{name}")));
         }
     }
     if let Some(omega) = options.natural_frequency {
         if !(omega > 0.0 && omega.is_finite()) {
-            return Err(Fault::new(format!(
-                "--natural-frequency is {omega} rad/s, it must be greater than 0\n  = hint: write for example \"80 Hz\""
-            )));
+            return Err(Fault::new(format!("--natural-frequency is {omega} rad/s, it must be greater than 0"))
+                .hint("write for example \"80 Hz\""));
         }
         let backlash::Parameters { m2, c, b, .. } = &mut scene.parameters;
         let before = (*c / *m2).sqrt();
@@ -243,17 +239,17 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
     }
     if let Some(ratio) = options.damping {
         if !(ratio >= 0.0 && ratio.is_finite()) {
-            return Err(Fault::new(format!(
-                "--damping is {ratio}, it must be at least 0\n  = hint: write for example 0.03"
-            )));
+            return Err(
+                Fault::new(format!("--damping is {ratio}, it must be at least 0")).hint("write for example 0.03")
+            );
         }
         let backlash::Parameters { m2, c, b, .. } = &mut scene.parameters;
         *b = 2.0 * ratio * (*c * *m2).sqrt();
     }
     if options.ignore.is_some_and(|ignore| !(0.0..1.0).contains(&ignore)) {
-        return Err(Fault::new(
-            "--ignore is a part of the largest value, from 0 to below 1\n  = hint: write for example 1e-3",
-        ));
+        return Err(
+            Fault::new("--ignore is a part of the largest value, from 0 to below 1").hint("write for example 1e-3")
+        );
     }
     Ok(scene)
 }
@@ -264,18 +260,15 @@ fn speed(scene: &Scene, options: &Options) -> Result<f64, Fault> {
         (Some(w), _) => w,
         (None, DriveMode::Constant { w, .. }) => *w,
         (None, DriveMode::Input | DriveMode::Speed { .. }) => {
-            return Err(Fault::new(
-                "the inputs move the drive of this scene\n  = hint: give the speed of the study, --speed \"300 rpm\"",
-            ));
+            return Err(Fault::new("the inputs move the drive of this scene")
+                .hint("give the speed of the study, --speed \"300 rpm\""));
         }
     };
     if turns(w) && w.is_finite() {
         return Ok(w);
     }
-    Err(Fault::new(format!(
-        "the speed is {} rpm: a shaft at rest passes no clearance\n  = hint: give --speed \"300 rpm\"",
-        Number(w * 60.0 / TAU)
-    )))
+    Err(Fault::new(format!("the speed is {} rpm: a shaft at rest passes no clearance", Number(w * 60.0 / TAU)))
+        .hint("give --speed \"300 rpm\""))
 }
 
 /// The angle from `from` to `to` in the sense of the motion, in (0, 2π] (rad).

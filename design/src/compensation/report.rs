@@ -118,7 +118,7 @@ pub fn study(
 ) -> Result<Findings, Fault> {
     let hint = "a larger J0 or breakdown slip helps, a motor without `lag`, motions that are series instead of cycles, or a larger \
                 --tolerance";
-    work::within(work::BUDGET, hint, progress, |tell| looked_at(scene, task, options, tell)).map_err(Fault::new)?
+    work::within(work::BUDGET, hint, progress, |tell| looked_at(scene, task, options, tell))?
 }
 
 /// See [`study`].
@@ -186,9 +186,11 @@ fn beside_least_inertia(task: &Task, fault: Fault) -> Fault {
     }
     let given = task.own.function.constant;
     let least = digits_beyond(task.least_inertia_without_motor(), LEAST, true);
-    Fault::new(format!(
-        "{fault}. (J0 = {given} kg.m2; without a motor it must be above {least} kg.m2, and the closer to that, the more harmonics the cams need)"
-    ))
+    let message = format!(
+        "{}. (J0 = {given} kg.m2; without a motor it must be above {least} kg.m2, and the closer to that, the more harmonics the cams need)",
+        fault.sentence()
+    );
+    fault.told(message)
 }
 
 /// The machine with finite series.

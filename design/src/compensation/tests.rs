@@ -786,6 +786,6 @@ fn a_study_that_takes_too_much_work_ends_and_says_so() {
     };
     let options = report::Options { tolerance: 1e-6, rounds: 0, form: Form::Auto };
     let study = crate::work::within(1e6, "", &|_| (), |_| report::study("loom", &task, options, &hear));
-    let message = study.unwrap_err();
+    let message = study.unwrap_err().to_string();
     assert!(told.into_inner() > 0 && message.contains("needs more than the"), "{message}");
 }

@@ -327,8 +327,9 @@ impl Coupling {
         if let Some(part) = (0..count).find(cannot) {
             let name = &names[part];
             return Err(Fault::new(format!(
-                "part {name}: it cannot restore its state, so that no step can be repeated\n  = hint: repeat = 0"
-            )));
+                "part {name}: it cannot restore its state, so that no step can be repeated"
+            ))
+            .hint("repeat = 0"));
         }
         let variable = |of: (usize, usize)| variable(&parts, of);
         let (outputs, sources) = outputs(&parts, connections);
@@ -439,10 +440,8 @@ impl Coupling {
             rounds += 1;
             if rounds == ROUNDS {
                 let message = format!("the start values of the connections do not settle in {ROUNDS} rounds");
-                return Err(Fault::new(format!(
-                    "{message}: a loop of inertias in which the loads exceed the shaft's\n  = hint: \
-                     exchange = \"effective_inertia\" takes rigid loads out of the loop"
-                )));
+                return Err(Fault::new(format!("{message}: a loop of inertias in which the loads exceed the shaft's"))
+                    .hint("exchange = \"effective_inertia\" takes rigid loads out of the loop"));
             }
         }
         for part in 0..self.parts.len() {
@@ -502,13 +501,7 @@ impl Coupling {
     /// A result of a part, whose name faults tell.
     fn of<T>(&self, part: usize, result: Result<T, Fault>) -> Result<T, Fault> {
         let name = &self.names[part];
-        result.map_err(|fault| {
-            if name.is_empty() {
-                return fault;
-            }
-            let said = format!("part {name}: {fault}");
-            fault.told(said)
-        })
+        result.map_err(|fault| if name.is_empty() { fault } else { fault.within(format_args!("part {name}")) })
     }
 
     /// One step of each part.

@@ -131,11 +131,10 @@ impl ModelDescription {
 
     /// The fault of an FMU that does not start, with what it may lack.
     pub(super) fn not_started(&self, fault: Fault) -> Fault {
-        let Some(tool) = &self.needs_tool else { return fault };
-        let what = fault.to_string();
-        let what = what.split("\n  = hint").next().unwrap_or_default();
-        let said = format!("{what}\n  = hint: the FMU needs {tool} on this machine (needsExecutionTool)");
-        fault.told(said)
+        match &self.needs_tool {
+            Some(tool) => fault.hint(format!("the FMU needs {tool} on this machine (needsExecutionTool)")),
+            None => fault,
+        }
     }
 
     /// Of the FMU of a drive.
@@ -189,15 +188,16 @@ impl ModelDescription {
         let version = root.needed("fmiVersion")?;
         if version != "2.0" {
             let hint = "export it for FMI 2.0 Co-Simulation; most tools offer both";
-            return Err(Fault::new(format!(
-                "the FMU is of FMI {version}; this tool runs FMI 2.0 Co-Simulation\n  = hint: {hint}"
-            )));
+            return Err(
+                Fault::new(format!("the FMU is of FMI {version}; this tool runs FMI 2.0 Co-Simulation")).hint(hint)
+            );
         }
         let Some(how) = root.child("CoSimulation") else {
             let hint = "export it for Co-Simulation: then it brings its own solver";
             return Err(Fault::new(format!(
-                "the FMU is one of Model Exchange only; this tool runs FMI 2.0 Co-Simulation\n  = hint: {hint}"
-            )));
+                "the FMU is one of Model Exchange only; this tool runs FMI 2.0 Co-Simulation"
+            ))
+            .hint(hint));
         };
         let identifier = how.needed("modelIdentifier")?.to_owned();
         if identifier.is_empty() || !identifier.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c)) {
@@ -213,7 +213,7 @@ impl ModelDescription {
         let types = first_of(root.list("TypeDefinitions").iter().filter_map(|t| Some((t.get("name")?, t))));
         let si = first_of(units.iter().map(|si| (si.unit.name.as_str(), si)));
         for (variable, name) in all.iter().zip(&names) {
-            let named = |fault: Fault| Fault::new(format!("`{name}`: {fault}"));
+            let named = |fault: Fault| fault.within(format_args!("`{name}`"));
             let mut read = Variable::read(variable, &si, &types).map_err(named)?;
             if let (Some(variable), Some(known)) = (&mut read, known.get(name)) {
                 variable.by_all = false;
@@ -372,7 +372,7 @@ impl SiUnit {
     /// A unit, and those that its values are displayed in.
     fn read(element: &Element) -> Result<Vec<Self>, Fault> {
         let name = element.needed("name")?;
-        let named = |fault: Fault| Fault::new(format!("unit \"{name}\": {fault}"));
+        let named = |fault: Fault| fault.within(format_args!("unit \"{name}\""));
         let linear = |element: &Element| {
             let factor = element.number("factor").map_err(named)?.unwrap_or(1.0);
             let offset = element.number("offset").map_err(named)?.unwrap_or(0.0);

@@ -66,7 +66,7 @@ impl Fmu {
     /// With the path: a file that is no FMU 2.0 of Co-Simulation, that has no library for this platform, or one that cannot be
     /// loaded; a temporary folder that cannot be written.
     pub fn open(path: &Path) -> Result<Self, Fault> {
-        let of_file = |fault: Fault| Fault::new(format!("{}: {fault}", crate::text::in_one_line(path.display())));
+        let of_file = |fault: Fault| fault.within(crate::text::in_one_line(path.display()));
         opened(path, "FMU").and_then(Fmu::unpacked).map_err(of_file)
     }
 
@@ -163,7 +163,7 @@ impl Content {
 fn described(text: Vec<u8>) -> Result<ModelDescription, Fault> {
     // What is not UTF-8 in spite of the standard is mostly Latin-1, and only in texts.
     let text = String::from_utf8(text).unwrap_or_else(|e| e.into_bytes().into_iter().map(char::from).collect());
-    ModelDescription::read(&text).map_err(|fault| Fault::new(format!("{DESCRIPTION}: {fault}")))
+    ModelDescription::read(&text).map_err(|fault| fault.within(DESCRIPTION))
 }
 
 /// The library for this platform among the files that an FMU has.
@@ -174,7 +174,7 @@ fn library(description: &ModelDescription, has: impl Fn(&str) -> bool) -> Option
 
 fn no_fmu(why: &dyn Display) -> Fault {
     let hint = "an FMU is a zip archive with the description of its model; `camdrive export` makes one of a scene";
-    Fault::new(format!("this is no FMU: {why}\n  = hint: {hint}"))
+    Fault::new(format!("this is no FMU: {why}")).hint(hint)
 }
 
 fn no_folder(why: &dyn Display) -> Fault {
@@ -307,5 +307,5 @@ fn without_platform(names: &[String]) -> Fault {
     let inside = if inside.is_empty() { "none".to_owned() } else { inside.join(", ") };
     let here = platforms().first().copied().unwrap_or(std::env::consts::OS);
     let hint = "export it for this platform; of a scene, `camdrive export --platforms` names them";
-    Fault::new(format!("the FMU has no library for {here}; it has those for {inside}\n  = hint: {hint}"))
+    Fault::new(format!("the FMU has no library for {here}; it has those for {inside}")).hint(hint)
 }

@@ -90,7 +90,7 @@ functions! {
 #[cold]
 fn missing(name: &str) -> Fault {
     let hint = "the FMU may be one of Model Exchange, of another version, or damaged";
-    Fault::new(format!("its library has no function {name}\n  = hint: {hint}"))
+    Fault::new(format!("its library has no function {name}")).hint(hint)
 }
 
 impl Functions {
@@ -103,7 +103,7 @@ impl Functions {
             // The words of Windows are those of the cause.
             let cause = std::error::Error::source(&e).map(|cause| format!(": {cause}")).unwrap_or_default();
             let hint = "what the library needs beside itself must be installed; its maker knows it";
-            Fault::new(format!("its library cannot be loaded: {e}{cause}\n  = hint: {hint}"))
+            Fault::new(format!("its library cannot be loaded: {e}{cause}")).hint(hint)
         })?;
         let functions = Functions::of(&library)?;
         // SAFETY: functions without arguments that return a string which lives as long as the library, or NULL.

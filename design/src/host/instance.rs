@@ -39,8 +39,9 @@ impl Loaded {
         if content.description.capabilities.only_once && Arc::strong_count(functions) > 1 {
             let hint = "open the FMU once for each instance";
             return Err(Fault::new(format!(
-                "the FMU can have one instance only (canBeInstantiatedOnlyOncePerProcess)\n  = hint: {hint}"
-            )));
+                "the FMU can have one instance only (canBeInstantiatedOnlyOncePerProcess)"
+            ))
+            .hint(hint));
         }
         let text = |text: &str| CString::new(text).map_err(|_| Fault::new(format!("{text:?} has a NUL in it")));
         let texts = [text(name)?, text(&content.description.guid)?, text(&content.location())?];
@@ -127,11 +128,12 @@ impl Loaded {
         let said = std::mem::take(&mut self.log.messages().errors).into_iter().next();
         let why = said.map(|said| format!(": {said}")).unwrap_or_default();
         self.ended = knows_end && ended != FALSE;
-        Fault::new(if self.ended {
-            format!("the FMU ends the simulation{place}{why}")
+        if self.ended {
+            Fault::new(format!("the FMU ends the simulation{place}{why}"))
         } else {
-            format!("the FMU discards the rest of a step{place}{why}\n  = hint: take a shorter communication step")
-        })
+            Fault::new(format!("the FMU discards the rest of a step{place}{why}"))
+                .hint("take a shorter communication step")
+        }
     }
 }
 

@@ -85,8 +85,8 @@ pub(super) enum Read {
     Derivatives(Vec<u32>, Vec<i32>),
 }
 
-/// What comes of a call or a reading: values, or the variable, the message of a fault and whether the variable's name stands before it.
-pub(super) type Outcome = Result<Vec<f64>, (String, String, bool)>;
+/// What comes of a call or a reading.
+pub(super) type Outcome = Result<Vec<f64>, Fault>;
 
 /// The answer of a call; one of readings has as many outcomes.
 #[derive(Debug, Default, Deserialize, Serialize)]
@@ -99,7 +99,7 @@ pub(super) struct Answer {
 impl Answer {
     /// The first fault of its outcomes, if there is one.
     fn all(self) -> Result<(), Fault> {
-        self.outcomes.into_iter().try_for_each(|outcome| result(outcome).map(drop))
+        self.outcomes.into_iter().try_for_each(|outcome| outcome.map(drop))
     }
 }
 
@@ -122,17 +122,6 @@ impl Call {
             Call::Free => "fmi2FreeInstance",
         }
     }
-}
-
-pub(super) fn outcome(result: Result<Vec<f64>, Fault>) -> Outcome {
-    result.map_err(|fault| (fault.variable.clone(), fault.message.clone(), fault.named))
-}
-
-fn result(outcome: Outcome) -> Result<Vec<f64>, Fault> {
-    outcome.map_err(|(variable, message, named)| match named {
-        true => Fault::named(variable, message),
-        false => Fault::new(message).of(variable),
-    })
 }
 
 /// Writes a message.
@@ -261,13 +250,12 @@ impl Process {
         if self.watched.is_late.load(Relaxed) {
             let longest = Number(LONGEST.load(Relaxed) as f64 * 1e-3);
             let hint = "--timeout admits longer calls (Python: timeout)";
-            return Fault::new(format!(
-                "{function}: the library of the FMU does not return within {longest} s\n  = hint: {hint}"
-            ));
+            return Fault::new(format!("{function}: the library of the FMU does not return within {longest} s"))
+                .hint(hint);
         }
         let how = ended(&self.watched, UNLOADING).map_or_else(|| format!("does not answer: {error}"), cause);
         let hint = "the fault is in the FMU; its maker can mend it";
-        Fault::new(format!("{function}: the library of the FMU {how}\n  = hint: {hint}"))
+        Fault::new(format!("{function}: the library of the FMU {how}")).hint(hint)
     }
 }
 
@@ -465,7 +453,7 @@ impl Remote {
         }
         let reading = &mut self.readings[place];
         reading.is_used = true;
-        reading.outcome.clone().map_or_else(|| Err(Fault::new("the value is missing")), result)
+        reading.outcome.clone().unwrap_or_else(|| Err(Fault::new("the value is missing")))
     }
 
     fn read_into(&mut self, read: Read, values: &mut [f64]) -> Result<(), Fault> {

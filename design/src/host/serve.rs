@@ -3,7 +3,7 @@
 use super::functions::leave;
 #[cfg(unix)]
 use super::process::LOOK;
-use super::process::{Answer, Call, MARK, PROGRAM, Read, Stream, outcome, receive, send};
+use super::process::{Answer, Call, MARK, PROGRAM, Read, Stream, receive, send};
 use super::{Fmu, Host};
 use camdrive::drives::Fault;
 use std::ffi::OsString;
@@ -69,7 +69,7 @@ fn serve_library(arguments: &[OsString]) -> io::Result<()> {
         Ok(fmu) => (Some(fmu), Ok(Vec::new())),
         Err(fault) => (None, Err(fault)),
     };
-    send(&mut stream, &Answer { outcomes: vec![outcome(loaded)], ..Answer::default() })?;
+    send(&mut stream, &Answer { outcomes: vec![loaded], ..Answer::default() })?;
     let Some(fmu) = fmu else { return Ok(()) };
     let mut host = None;
     // A socket that is closed ends it.
@@ -82,17 +82,17 @@ fn serve_library(arguments: &[OsString]) -> io::Result<()> {
 
 fn answered(fmu: &Fmu, host: &mut Option<Host>, call: Call) -> Answer {
     let outcomes = match (call, host.as_mut()) {
-        (Call::Instantiate(name), _) => vec![outcome(fmu.instantiate(&name).map(|new| {
+        (Call::Instantiate(name), _) => vec![fmu.instantiate(&name).map(|new| {
             *host = Some(new);
             Vec::new()
-        }))],
+        })],
         (Call::Free, _) => {
             *host = None;
             vec![Ok(Vec::new())]
         }
-        (Call::Read(all), Some(host)) => all.iter().map(|read| outcome(host.read(read))).collect(),
-        (call, Some(host)) => vec![outcome(host.called(&call).map(|()| Vec::new()))],
-        (_, None) => vec![outcome(Err(Fault::new("there is no instance")))],
+        (Call::Read(all), Some(host)) => all.iter().map(|read| host.read(read)).collect(),
+        (call, Some(host)) => vec![host.called(&call).map(|()| Vec::new())],
+        (_, None) => vec![Err(Fault::new("there is no instance"))],
     };
     let warnings = host.as_mut().map_or_else(Vec::new, |host| host.warnings());
     Answer { outcomes, warnings, has_ended: host.as_ref().is_some_and(|host| host.has_ended()) }

@@ -241,7 +241,7 @@ pub fn study_scene(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Findings, Fault> {
     let hint = "take fewer --orders or harmonics, or leave out the maps with --quick";
-    work::within(work::BUDGET, hint, progress, |tell| studied(resource, options, tell)).map_err(Fault::new)?
+    work::within(work::BUDGET, hint, progress, |tell| studied(resource, options, tell))?
 }
 
 /// See [`study_scene`].
@@ -252,10 +252,10 @@ fn studied(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) 
     let backwards = turns.iter().any(|w| *w < 0.0);
     if let Some(w) = turns.iter().find(|w| backwards && **w > 0.0) {
         return Err(Fault::new(format!(
-            "the speed {} rpm and others have opposite signs, with different boundaries\n  = hint: examine them one after the \
-             other, the range with its sign",
+            "the speed {} rpm and others have opposite signs, with different boundaries",
             rpm(*w)
-        )));
+        ))
+        .hint("examine them one after the other, the range with its sign"));
     }
     let options = &Options {
         speeds: options.speeds.iter().map(|w| w.abs()).collect(),
@@ -381,17 +381,18 @@ impl Findings {
 /// Why the drive cannot be examined at a speed.
 fn unfollowed(why: Unfollowed, speed: f64, eta: f64, theta: f64) -> Fault {
     let at = format!("at {} rpm, η = {}, and the damping ratio {}", rpm(speed), number(eta), number(theta));
-    Fault::new(match why {
-        Unfollowed::Range => format!(
-            "{at} free motions change in a turn by more than numbers can hold, e^±700\n  = hint: examine speeds nearer to the \
-             natural frequency, η = 1, or less damping"
-        ),
-        Unfollowed::Cells => format!(
+    match why {
+        Unfollowed::Range => {
+            Fault::new(format!("{at} free motions change in a turn by more than numbers can hold, e^±700"))
+                .hint("examine speeds nearer to the natural frequency, η = 1, or less damping")
+        }
+        Unfollowed::Cells => Fault::new(format!(
             "{at} a turn cannot be followed to 8 digits: free motions vibrate or decay about {} times in it, or the inertia \
-             vanishes up to rounding\n  = hint: examine speeds nearer to the natural frequency, η = 1",
+             vanishes up to rounding",
             number(1.0 / eta)
-        ),
-    })
+        ))
+        .hint("examine speeds nearer to the natural frequency, η = 1"),
+    }
 }
 
 /// The oscillator of a drive that turns the other way: with its coefficients at −φ, and J′ of the other sign.

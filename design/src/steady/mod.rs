@@ -104,8 +104,7 @@ pub fn of_machine(name: &str, scene: &Scene, load: f64, period: Option<f64>) -> 
     let mut free = period.map(|period| (period, 1.0));
     if let Motor::Kloss(kloss) = scene.motor {
         motor = Some(kloss);
-        synchronous_speed =
-            period.map(|period| synchronous(&mut scene, load, period)).transpose().map_err(Fault::new)?;
+        synchronous_speed = period.map(|period| synchronous(&mut scene, load, period)).transpose()?;
         motions = all_motions(&scene, load)?;
         let stable = motions.found.iter().find(|motion| motion.is_stable());
         free = stable.map(|motion| (motion.period, motion.course.first().map_or(1.0, |[_, w]| w.signum())));
@@ -154,16 +153,19 @@ const FOUND: f64 = 1e-13;
 const STEPS: usize = 40;
 
 /// The motor's synchronous speed with which the fastest stable motion has this period; the scene gets it.
-fn synchronous(scene: &mut Scene, load: f64, period: f64) -> Result<f64, String> {
-    let Motor::Kloss(Kloss { synchronous_speed: given, .. }) = scene.motor else { return Err(String::new()) };
-    let mut measure = |speed: f64| -> Result<f64, String> {
+fn synchronous(scene: &mut Scene, load: f64, period: f64) -> Result<f64, Fault> {
+    let Motor::Kloss(Kloss { synchronous_speed: given, .. }) = scene.motor else { return Err(Fault::new("")) };
+    let mut measure = |speed: f64| -> Result<f64, Fault> {
         if let Motor::Kloss(Kloss { synchronous_speed, .. }) = &mut scene.motor {
             *synchronous_speed = speed;
         }
-        let motions = periodic_motions(scene, load).map_err(|fault| fault.to_string())?;
+        let motions = periodic_motions(scene, load)?;
         let fastest = motions.iter().find(|motion| motion.is_stable());
         let motion = fastest.ok_or_else(|| {
-            format!("with a synchronous speed of {} rpm there is no stable periodic motion against the load of {load} N.m: the motor stalls", text::rpm(speed))
+            Fault::new(format!(
+                "with a synchronous speed of {} rpm there is no stable periodic motion against the load of {load} N.m: the motor stalls",
+                text::rpm(speed)
+            ))
         })?;
         Ok(motion.period)
     };
@@ -182,10 +184,10 @@ fn synchronous(scene: &mut Scene, load: f64, period: f64) -> Result<f64, String>
         (speeds, misses) = ([speeds[1], next], [misses[1], (measure(next)? / period).ln()]);
     }
     if misses[1].abs() > 1e3 * FOUND {
-        return Err(format!(
+        return Err(Fault::new(format!(
             "no synchronous speed yields the period of {period} s; the nearest period found is {} s",
             period * misses[1].exp()
-        ));
+        )));
     }
     Ok(speeds[1])
 }

@@ -66,9 +66,10 @@ impl<'a> Runner<'a> {
             match angles[..] {
                 [phi] => Ok(phi),
                 _ => Err(Fault::new(format!(
-                    "turns and angles are those of the one output phi; here there are {}\n  = hint: give `time`",
+                    "turns and angles are those of the one output phi; here there are {}",
                     angles.len()
-                ))),
+                ))
+                .hint("give `time`")),
             }
         };
         let input = |i: &usize| own(*i).about.causality == Causality::Input && all[*i].causality != Causality::Input;
@@ -76,7 +77,7 @@ impl<'a> Runner<'a> {
         if let Some(measure) = measures.iter().find(taken) {
             let name = &measure.output;
             let hint = "measure the output that it is connected to";
-            return Err(Fault::new(format!("`{measure}`: `{name}` is an input, as it was told\n  = hint: {hint}")));
+            return Err(Fault::new(format!("`{measure}`: `{name}` is an input, as it was told")).hint(hint));
         }
         let Outputs { measured, followed, .. } = Outputs::new(all, phi, window, measures, |_| true)?;
         let of = |i: usize| {
@@ -124,9 +125,9 @@ impl<'a> Runner<'a> {
             }
             coupling
                 .advance(time, next - time)
-                .map_err(|fault| Fault::new(format!("from t = {} s to {} s: {fault}", Number(time), Number(next))))?;
+                .map_err(|fault| fault.within(format_args!("from t = {} s to {} s", Number(time), Number(next))))?;
             let after = self.read(coupling);
-            let after = after.map_err(|fault| Fault::new(format!("at t = {} s: {fault}", Number(next))))?;
+            let after = after.map_err(|fault| fault.within(format_args!("at t = {} s", Number(next))))?;
             let piece = |(k, of): (usize, &Followed)| of.piece([before[k], after[k]], next - time);
             let mut pieces: Vec<Piece> = self.followed.iter().enumerate().map(piece).collect();
             let mut from = time;
@@ -161,9 +162,9 @@ impl<'a> Runner<'a> {
         if f64::from(harmonic) * turned > HARMONIC {
             let [turned, most] = [turned, HARMONIC / f64::from(harmonic)].map(number);
             return Err(Fault::new(format!(
-                "the shaft turns {turned} rad in a step; harmonic {harmonic} needs at most {most} rad\n  = hint: take a \
-                 shorter `step`"
-            )));
+                "the shaft turns {turned} rad in a step; harmonic {harmonic} needs at most {most} rad"
+            ))
+            .hint("take a shorter `step`"));
         }
         gathered.iter_mut().zip(&self.outputs).for_each(|(of, output)| of.add(&pieces[*output], &pieces[0], time));
         Ok(())

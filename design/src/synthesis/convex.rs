@@ -8,6 +8,7 @@ use super::semi_infinite::{Goal, Program, Solution};
 use super::{EXHAUSTED, Infeasible, Objective, Profile, Response, SPEED_ROUNDS};
 use crate::search::local_maxima;
 use crate::work;
+use camdrive::drives::Fault;
 use camdrive::numerics::double_double::Double;
 
 /// The coefficients of all laws.
@@ -95,7 +96,7 @@ pub fn optimum_of(
     squares: Squares,
 ) -> Result<Optimum, Infeasible> {
     if work::is_exhausted() {
-        return Err(Infeasible::Numerical(EXHAUSTED.to_owned()));
+        return Err(Infeasible::Numerical(Fault::new(EXHAUSTED)));
     }
     let nearest = solutions.least_squares(&squares.0, &squares.1);
     let exact: Vec<f64> = task.points.iter().map(|point| point.phi).collect();
@@ -141,7 +142,7 @@ fn at_all_speeds(range: SpeedRange, program: &mut Program, mut centre: Vec<Doubl
         speeds.extend(exceeded);
         centre = best.x;
     }
-    Err(Infeasible::Numerical("the speeds that count were not found".to_owned()))
+    Err(Infeasible::Numerical(Fault::new("the speeds that count were not found")))
 }
 
 /// Whether the objective is a sum of squares.

@@ -15,6 +15,7 @@ use super::convex::{self, Optimum};
 use super::family::Family;
 use super::{Infeasible, Task, Told};
 use crate::text::number;
+use camdrive::drives::Fault;
 use camdrive::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
@@ -54,11 +55,12 @@ pub fn clear(conditions: &Conditions, progress: Told<'_>) -> Result<Optimum, Inf
     }
     let possible: Vec<String> =
         task.clearances.iter().map(|clearance| format!("{} m", number(between[0] * clearance.distance))).collect();
-    Err(Infeasible::Numerical(format!(
+    let fault = Fault::new(format!(
         "the tools cannot keep clear of each other by the `clearance` together with the other conditions, on either side; \
-         {} was found possible\n  = hint: take a smaller `distance`, more harmonics or wider bounds",
+         {} was found possible",
         possible.join(", ")
-    )))
+    ));
+    Err(Infeasible::Numerical(fault.hint("take a smaller `distance`, more harmonics or wider bounds")))
 }
 
 /// The best of the profiles on both sides of where those without clearance would be nearest; any of them where `beaten` is
@@ -136,5 +138,5 @@ fn clear_on(conditions: &Conditions, side: usize, start: &[Double], beaten: f64)
         about = way.map(|(x, way)| x + way * Double::from(ahead)).collect();
         best = Some(next);
     }
-    best.ok_or_else(|| Infeasible::Numerical("no step was made".to_owned()))
+    best.ok_or_else(|| Infeasible::Numerical(Fault::new("no step was made")))
 }

@@ -11,7 +11,7 @@ use super::Infeasible;
 use super::exact::{Coordinates, RANK, dot};
 use super::family::Family;
 use super::polyhedron::Polyhedron;
-use super::semi_infinite::{Frame, Goal, Place, Program, ROUNDS, UNSOLVED, thinned};
+use super::semi_infinite::{Frame, Goal, Place, Program, ROUNDS, thinned, unsolved};
 use camdrive::numerics::double_double::Double;
 
 /// Bounds that need to be widened by no more than this part of the task are kept: the roundings of what a user writes.
@@ -70,7 +70,7 @@ impl Program<'_> {
             }
         }
         match best {
-            None => Err(Infeasible::Numerical(UNSOLVED.to_owned())),
+            None => Err(unsolved()),
             Some(widened) if widened.level <= KEPT => Ok(widened.x),
             Some(widened) => Err(self.contradiction(&program, &widened)),
         }

@@ -3,6 +3,7 @@
 use super::study::Names;
 use super::{Bound, Infeasible, Task};
 use crate::text::number;
+use camdrive::drives::Fault;
 
 /// An angle to a ten-thousandth of a degree.
 pub(super) fn degrees(phi: f64) -> String {
@@ -14,20 +15,20 @@ pub const UNITS: [&str; 4] = ["m", "m/rad", "m/rad²", "m/rad³"];
 
 impl Infeasible {
     /// Which condition of the task cannot be met, and by how much.
-    pub fn words(&self, task: &Task, names: &Names) -> String {
+    pub fn fault(&self, task: &Task, names: &Names) -> Fault {
         let name = |list: &[String], index: usize| list.get(index).map_or(String::new(), |name| format!("`{name}`: "));
         let off = |order: usize, by: f64| format!("{} {}", number(by), UNITS[order.min(3)]);
         match self {
             Infeasible::Point { index, by } => {
                 let point = &task.points[*index];
-                format!(
-                    "{}the exact points cannot all be met with these harmonics: at best {} misses {} by {}\n  \
-                     = hint: take more harmonics or less symmetry, or remove points that contradict each other",
+                Fault::new(format!(
+                    "{}the exact points cannot all be met with these harmonics: at best {} misses {} by {}",
                     name(&names.points, *index),
                     place(DERIVATIVES[point.order.min(3)], point.phi),
                     number(point.value),
                     off(point.order, *by)
-                )
+                ))
+                .hint("take more harmonics or less symmetry, or remove points that contradict each other")
             }
             Infeasible::Bound { index, by, phi, others, points } => {
                 let bound = &task.bounds[*index];
@@ -38,28 +39,28 @@ impl Infeasible {
                     0 => String::new(),
                     _ => format!("\n  = it contradicts {}; the others can be kept", against.join(", ")),
                 };
-                format!(
+                Fault::new(format!(
                     "{}bounds and tolerances cannot all be kept with these harmonics: even if all are widened alike, {} \
-                     must leave {} by {}\
-                     {against}\n  = hint: take more harmonics, widen the bounds or shorten the ranges",
+                     must leave {} by {}{against}",
                     name(&names.bounds, *index),
                     DERIVATIVES[bound.order.min(3)].replace('U', if bound.of.len() > 1 { "Σ αⱼUⱼ" } else { "U" }),
                     limits(bound),
                     place(&(off(bound.order, *by) + ","), *phi)
-                )
+                ))
+                .hint("take more harmonics, widen the bounds or shorten the ranges")
             }
-            Infeasible::Integral { least } => format!(
+            Infeasible::Integral { least } => Fault::new(format!(
                 "`integral_tolerance`: {} m²·rad cannot be kept: with these harmonics and the other conditions the integral is at \
-                 least {} m²·rad\n  = hint: take more harmonics, shorter ranges or a larger `integral_tolerance`",
+                 least {} m²·rad",
                 number(task.integral.unwrap_or(0.0)),
                 number(*least)
-            ),
+            ))
+            .hint("take more harmonics, shorter ranges or a larger `integral_tolerance`"),
             Infeasible::Outside { point, bound, by } => {
                 let (point_of, bound_of) = (&task.points[*point], &task.bounds[*bound]);
                 let known = names.bounds.get(*bound).map_or_else(String::new, |n| format!(" of `{n}`"));
-                format!(
-                    "{}{} lies beyond {}{known} by {}: no profile keeps both\n  = hint: widen the \
-                     bound by this, move the point or let the bound end before it",
+                Fault::new(format!(
+                    "{}{} lies beyond {}{known} by {}: no profile keeps both",
                     name(&names.points, *point),
                     place(
                         &format!("{} = {}", DERIVATIVES[point_of.order.min(3)], number(point_of.value)),
@@ -67,7 +68,8 @@ impl Infeasible {
                     ),
                     limits(bound_of),
                     off(point_of.order, *by)
-                )
+                ))
+                .hint("widen the bound by this, move the point or let the bound end before it")
             }
             Infeasible::Still { at } => {
                 // "dwell[1].tolerance" belongs to "dwell[1]".
@@ -78,14 +80,14 @@ impl Infeasible {
                         sections.push(section);
                     }
                 }
-                format!(
-                    "no motion: the best profile for `{}` rests at U = {} m all the turn\n  = hint: prescribe different U; with \
-                     `even` those at φ and −φ are equal, with `half_wave` equal ones half a turn apart are the mean a₀",
-                    sections.join("`, `"),
-                    number(*at)
-                )
+                let sections = sections.join("`, `");
+                Fault::new(format!("no motion: the best profile for `{sections}` rests at U = {} m all the turn", number(*at)))
+                    .hint(
+                        "prescribe different U; with `even` those at φ and −φ are equal, with `half_wave` equal ones half a turn \
+                         apart are the mean a₀",
+                    )
             }
-            Infeasible::Numerical(text) => text.clone(),
+            Infeasible::Numerical(fault) => fault.clone(),
         }
     }
 }

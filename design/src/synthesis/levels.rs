@@ -14,6 +14,7 @@ use super::semi_infinite::Goal;
 use super::{Infeasible, Objective, Range, Task, Told};
 use crate::search::zero;
 use crate::text::number;
+use camdrive::drives::Fault;
 use camdrive::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
@@ -135,10 +136,11 @@ pub fn longest(
             let least = Some(tolerance * value.exp()).filter(|least| *least > f64::EPSILON * task.scale());
             let [least, tolerance] = [least.unwrap_or(0.0), tolerance].map(number);
             let bounds = if value > 0.0 { or_bounds(task) } else { "" };
-            return Err(Infeasible::Numerical(format!(
-                "longest dwell: dwells of {which} deviate by {least} m, the tolerance is {tolerance} m: there is no longest \
-                 one\n  = hint: take another tolerance, number of harmonics or start `width`{bounds}"
-            )));
+            let fault = Fault::new(format!(
+                "longest dwell: dwells of {which} deviate by {least} m, the tolerance is {tolerance} m: there is no longest one"
+            ));
+            let hint = format!("take another tolerance, number of harmonics or start `width`{bounds}");
+            return Err(Infeasible::Numerical(fault.hint(hint)));
         }
         let there = level(next);
         if (there > 0.0) != (value > 0.0) {
@@ -167,12 +169,14 @@ pub fn fewest(task: &Task, tolerance: f64, progress: Told<'_>) -> Result<(Task, 
     }
     match last {
         Some(Err(fault)) => Err(fault),
-        _ => Err(Infeasible::Numerical(format!(
-            "fewest harmonics: with all {most} the largest error is {} m, the tolerance is {} m\n  = hint: raise \
-             `harmonics`, or take a wider tolerance or shorter ranges{}",
-            number(tried.last().map_or(f64::INFINITY, |[_, level]| *level)),
-            number(tolerance),
-            or_bounds(task)
-        ))),
+        _ => {
+            let fault = Fault::new(format!(
+                "fewest harmonics: with all {most} the largest error is {} m, the tolerance is {} m",
+                number(tried.last().map_or(f64::INFINITY, |[_, level]| *level)),
+                number(tolerance)
+            ));
+            let hint = format!("raise `harmonics`, or take a wider tolerance or shorter ranges{}", or_bounds(task));
+            Err(Infeasible::Numerical(fault.hint(hint)))
+        }
     }
 }

@@ -51,6 +51,7 @@ pub use feasibility::KEPT;
 pub use infeasible::UNITS;
 pub use nonlinear::{Norm, Search};
 
+use camdrive::drives::Fault;
 use camdrive::motion::Fourier;
 use clearance::Clearance;
 use conditions::Conditions;
@@ -301,14 +302,14 @@ pub enum Infeasible {
         at: f64,
     },
     /// The optimisation failed for a numerical reason.
-    Numerical(String),
+    Numerical(Fault),
 }
 
 impl Task {
     /// The best profile; of several laws the first one's.
     pub fn solve(&self) -> Result<Profile, Infeasible> {
         let profile = self.solve_with(&|_, _| {})?.profiles.into_iter().next();
-        profile.ok_or_else(|| Infeasible::Numerical("there is no law".to_owned()))
+        profile.ok_or_else(|| Infeasible::Numerical(Fault::new("there is no law")))
     }
 
     /// The best profiles, one for each law; `progress` hears how many of how many starts are done.

@@ -11,6 +11,7 @@ use super::polyhedron::Polyhedron;
 use super::sampling::{FINE, angles};
 use super::{Basis, EXHAUSTED, Infeasible, Told};
 use crate::{parallel, work};
+use camdrive::drives::Fault;
 use camdrive::numerics::double_double::Double;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -196,7 +197,7 @@ impl Region<'_> {
         let found: Vec<(f64, Vec<f64>)> = found.into_iter().flatten().collect();
         let optima: Vec<f64> = found.iter().map(|(value, _)| *value).collect();
         let best = found.into_iter().reduce(|best, other| if other.0 < best.0 { other } else { best });
-        let (_, y) = best.ok_or_else(|| Infeasible::Numerical("no start leads anywhere".to_owned()))?;
+        let (_, y) = best.ok_or_else(|| Infeasible::Numerical(Fault::new("no start leads anywhere")))?;
         Ok(Found { x: self.x(&y), optima })
     }
 
@@ -239,7 +240,7 @@ impl Region<'_> {
     fn step(&self, here: &Values, cuts: &Cuts, y: &[f64], radius: f64) -> Result<(Vec<f64>, f64), Infeasible> {
         let n = self.unknowns();
         if !work::draw((here.values.len() * n) as f64) {
-            return Err(Infeasible::Numerical(EXHAUSTED.to_owned()));
+            return Err(Infeasible::Numerical(Fault::new(EXHAUSTED)));
         }
         let unit = here.size().max(f64::MIN_POSITIVE);
         // In units of the radius and of the objective, so that all unknowns are of size one.
@@ -294,7 +295,7 @@ fn solved(mut program: Polyhedron, conditions: &Cuts, n: usize) -> Result<Vec<f6
     if program.lowest(KEPT) {
         Ok(program.point()[..n].iter().map(|y| y.hi).collect())
     } else {
-        Err(Infeasible::Numerical("a program of the descent has no solution".to_owned()))
+        Err(Infeasible::Numerical(Fault::new("a program of the descent has no solution")))
     }
 }
 

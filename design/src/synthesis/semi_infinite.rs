@@ -22,6 +22,7 @@ use super::exact::{Coordinates, Factors, RANK, Solutions, add_multiple, dot};
 use super::family::{Family, ROUNDING};
 use super::polyhedron::Polyhedron;
 use crate::work;
+use camdrive::drives::Fault;
 use camdrive::numerics::double_double::Double;
 
 /// Rounds of the exchange; each adds all extremes, so that a handful is the rule.
@@ -45,11 +46,12 @@ const RESOLVED_SQUARES: f64 = 1e-18;
 /// but δ of the coefficients.
 const FINEST: f64 = 1e-24;
 
-/// Message where the numbers do not suffice.
-pub const UNSOLVED: &str =
-    "the optimisation does not converge: with these harmonics the conditions differ by less than the rounding of \
-                        thirty digits
-  = hint: take fewer harmonics, or longer ranges for the bounds";
+/// The fault where the numbers do not suffice.
+pub fn unsolved() -> Infeasible {
+    let message = "the optimisation does not converge: with these harmonics the conditions differ by less than the rounding of \
+                   thirty digits";
+    Infeasible::Numerical(Fault::new(message).hint("take fewer harmonics, or longer ranges for the bounds"))
+}
 
 /// Newton's method begins where the linear programs miss this part of the level.
 const NEAR: f64 = 1e-2;
@@ -193,9 +195,7 @@ impl Program<'_> {
             places.append(&mut newton);
         }
         // Conditions are kept to rounding, or nearly: the report tells what is left.
-        proven
-            .filter(|solution| solution.excess <= DELIVERED * solution.level.abs().max(1.0))
-            .ok_or_else(|| Infeasible::Numerical(UNSOLVED.to_owned()))
+        proven.filter(|solution| solution.excess <= DELIVERED * solution.level.abs().max(1.0)).ok_or_else(unsolved)
     }
 
     /// The optimum next to (x, t) by Newton's method on the maxima that hold it; None where they are as many as the unknowns,

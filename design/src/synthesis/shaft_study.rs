@@ -146,7 +146,7 @@ pub fn on_periodic_motion(shaft: &Shaft, law: &Fourier, w: f64, linear: bool) ->
         start: Start { mode: StartMode::SteadyState, q: 0.0, q_dot: 0.0 },
         solver: Settings::default(),
     })?;
-    drive.start(0.0)?;
+    drive.start(0.0).map_err(Fault::in_one_sentence)?;
     Ok(drive)
 }
 

@@ -10,6 +10,7 @@ use super::{Basis, Curve, Infeasible, Objective, Profile, Range, Response, Solve
 use crate::Progress;
 use crate::harmonic_analysis::without_rounding;
 use crate::text::number;
+use camdrive::drives::Fault;
 use camdrive::motion::Fourier;
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
@@ -252,7 +253,7 @@ impl Assignment {
                 };
                 let fault = "`elasticity.tolerance`: even at the slowest speed the deviation of the profile exceeds it; \
                              take more harmonics or a wider tolerance";
-                let recipe = recipe.ok_or_else(|| Infeasible::Numerical(fault.to_owned()))?;
+                let recipe = recipe.ok_or_else(|| Infeasible::Numerical(Fault::new(fault)))?;
                 Ok((recipe.cam, Some(recipe.optimum), None))
             }
             Method::Robust => match (given.fastest, given.tolerance) {
@@ -275,19 +276,21 @@ impl Assignment {
     }
 
     /// Why no cam that moves keeps a task at all speeds of a range.
-    fn standing(&self, given: &Elasticity) -> String {
+    fn standing(&self, given: &Elasticity) -> Fault {
         let rpm = |eta: f64| number(eta * given.w0 * 60.0 / TAU);
         let first = self.task.basis.harmonics().next().unwrap_or(1);
-        format!(
+        let last = self.task.basis.order();
+        Fault::new(format!(
             "`elasticity.fastest`: between {} and {} rpm every harmonic of the cam has its resonance kη = 1 (k = {first} \
-             at {} rpm), and there is no damping: only a cam that stands still would be admissible\n  = hint: stay below \
-             the resonances, from {} rpm of k = {} on, or give the `damping_ratio`",
+             at {} rpm), and there is no damping: only a cam that stands still would be admissible",
             rpm(given.range().slowest),
             rpm(given.range().fastest),
-            rpm(1.0 / first as f64),
-            rpm(1.0 / self.task.basis.order().max(1) as f64),
-            self.task.basis.order()
-        )
+            rpm(1.0 / first as f64)
+        ))
+        .hint(format!(
+            "stay below the resonances, from {} rpm of k = {last} on, or give the `damping_ratio`",
+            rpm(1.0 / last.max(1) as f64)
+        ))
     }
 
     fn behind(&self, given: &Elasticity, rivals: &[Rival], optimum: Option<f64>, objective: Option<f64>) -> Behind {

@@ -308,20 +308,18 @@ fn grid(step: f64, stop: f64) -> Result<Grid, Fault> {
 fn run_up(options: &Options) -> Result<RunUp, Fault> {
     let speed = options.speed.unwrap_or(DEFAULT_SPEED);
     if speed == 0.0 || !speed.is_finite() {
-        return Err(Fault::new(
-            "--speed: a run-up ends with a finite speed other than 0\n  = hint: write for example \"600 rpm\"",
-        ));
+        return Err(
+            Fault::new("--speed: a run-up ends with a finite speed other than 0").hint("write for example \"600 rpm\"")
+        );
     }
     let turns = options.turns.unwrap_or(9.0);
     if !(turns > 0.0 && turns.is_finite()) {
-        return Err(Fault::new(format!("--turns: {turns} is not greater than 0\n  = hint: write for example 9")));
+        return Err(Fault::new(format!("--turns: {turns} is not greater than 0")).hint("write for example 9"));
     }
     // Half of the run is the ramp, which covers a third of the angle.
     let ramp = options.ramp.unwrap_or(turns * TAU / (1.5 * speed.abs()));
     if !(ramp > 0.0 && ramp.is_finite()) {
-        return Err(Fault::new(format!(
-            "--ramp: {ramp} s is not greater than 0 s\n  = hint: write for example \"0.2 s\""
-        )));
+        return Err(Fault::new(format!("--ramp: {ramp} s is not greater than 0 s")).hint("write for example \"0.2 s\""));
     }
     Ok(RunUp { speed, ramp })
 }
@@ -333,7 +331,7 @@ fn run_up(options: &Options) -> Result<RunUp, Fault> {
 /// more work than one may.
 pub fn study(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) + Sync)) -> Result<Findings, Fault> {
     let hint = "take fewer --turns, or fewer settings with --quick";
-    work::within(work::BUDGET, hint, progress, |tell| studied(resource, options, tell)).map_err(Fault::new)?
+    work::within(work::BUDGET, hint, progress, |tell| studied(resource, options, tell))?
 }
 
 /// See [`study`].

@@ -112,7 +112,7 @@ fn loads_count_as_a_feature_and_on_the_rigid_drive() {
 #[test]
 fn a_study_that_takes_too_much_work_ends_and_says_so() {
     let study = crate::work::within(1e6, "do less", &|_| (), |tell| study(&resource(shaft()), &quick(), tell).is_ok());
-    let message = study.unwrap_err();
+    let message = study.unwrap_err().to_string();
     assert!(message.contains("1.0e6 operations") && message.contains("reached: reference, 0 of 1"), "{message}");
 }
 

@@ -73,7 +73,7 @@ impl<D: Drive> DynDrive for Typed<D> {
     }
 
     fn start(&mut self, time: f64) -> Result<(), Fault> {
-        self.drive.start(time)
+        self.drive.start(time).map_err(Fault::in_one_sentence)
     }
 
     fn apply(&mut self, time: f64) -> Result<(), Fault> {

@@ -1,11 +1,13 @@
 //! Why a drive cannot go on.
 
+use serde::{Deserialize, Serialize};
+
 /// Why a drive cannot go on. In a box, since every step returns one or none.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Fault(pub Box<Reason>);
 
-/// Variable and message of a [`Fault`].
-#[derive(Clone, Debug, PartialEq)]
+/// Variable, message and remedy of a [`Fault`].
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Reason {
     /// The variable at fault, by its name in the FMU; empty where it is none in particular.
     pub variable: String,
@@ -15,12 +17,15 @@ pub struct Reason {
     pub named: bool,
     /// Whether what computes is gone, such as the process of a library: other values say nothing of these.
     pub is_loss: bool,
+    /// What to do about it.
+    pub hint: Option<String>,
 }
 
 impl Fault {
     /// A fault of no variable in particular.
     pub fn new(message: impl Into<String>) -> Self {
-        Fault(Box::new(Reason { variable: String::new(), message: message.into(), named: false, is_loss: false }))
+        let (variable, message) = (String::new(), message.into());
+        Fault(Box::new(Reason { variable, message, named: false, is_loss: false, hint: None }))
     }
 
     /// That of a variable.
@@ -31,12 +36,37 @@ impl Fault {
 
     /// A fault of a variable, with whose name the message begins.
     pub fn named(variable: impl Into<String>, message: impl Into<String>) -> Self {
-        Fault(Box::new(Reason { variable: variable.into(), message: message.into(), named: true, is_loss: false }))
+        let mut fault = Fault::new(message).of(variable);
+        fault.0.named = true;
+        fault
     }
 
-    /// The fault as it is told elsewhere: in these words, and of no variable there.
-    pub fn told(self, message: String) -> Self {
-        Fault(Box::new(Reason { is_loss: self.is_loss, ..*Fault::new(message).0 }))
+    /// The same fault with this remedy.
+    pub fn hint(mut self, hint: impl Into<String>) -> Self {
+        self.0.hint = Some(hint.into());
+        self
+    }
+
+    /// The same fault with its place, a file or a part, before the message.
+    pub fn within(mut self, place: impl std::fmt::Display) -> Self {
+        self.0.message = format!("{place}: {}", self.sentence());
+        self.0.named = false;
+        self
+    }
+
+    /// The same fault with its remedy at the end of the message, as logs have it.
+    pub fn in_one_sentence(mut self) -> Self {
+        if let Some(hint) = self.0.hint.take() {
+            self.0.message += &format!("; {hint}");
+        }
+        self
+    }
+}
+
+impl Reason {
+    /// The message from the name of the variable on.
+    pub fn sentence(&self) -> String {
+        if self.named { format!("`{}`{}", self.variable, self.message) } else { self.message.clone() }
     }
 }
 
@@ -49,10 +79,8 @@ impl std::ops::Deref for Fault {
 
 impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if self.named {
-            write!(f, "`{}`", self.variable)?;
-        }
-        f.write_str(&self.message)
+        f.write_str(&self.sentence())?;
+        self.hint.iter().try_for_each(|hint| write!(f, "\n  = hint: {hint}"))
     }
 }
 

@@ -31,8 +31,9 @@ pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &st
 pub fn search_too_much(hint: &str) -> Fault {
     Fault::named(
         "start.mode",
-        format!(" = steady_state: the search for the periodic motion needs more work than one call may take; {hint}"),
+        " = steady_state: the search for the periodic motion needs more work than one call may take",
     )
+    .hint(hint)
 }
 
 /// The fault of a start that no periodic motion allows.

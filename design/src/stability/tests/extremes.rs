@@ -94,7 +94,7 @@ fn a_study_that_takes_too_much_work_ends_and_says_so() {
         work::within(budget, "do less", &|_| (), |tell| study(["m", "test"], &scene, &Options::default(), tell).is_ok())
     };
     assert_eq!(studied(work::BUDGET), Ok(true));
-    let message = studied(1e6).unwrap_err();
+    let message = studied(1e6).unwrap_err().to_string();
     assert!(message.contains("1.0e6 operations") && message.contains("reached: orders, "), "{message}");
 }
 

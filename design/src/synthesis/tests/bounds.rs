@@ -218,7 +218,7 @@ fn a_cam_that_would_stand_still_is_refused() {
         files: Vec::new(),
     };
     match Together::new(&assignment, &|_| {}) {
-        Err(Infeasible::Numerical(text)) => assert!(text.contains("k = 1 at 573 rpm"), "{text}"),
+        Err(Infeasible::Numerical(fault)) => assert!(fault.message.contains("k = 1 at 573 rpm"), "{fault}"),
         other => panic!("{other:?}"),
     }
     assignment.elasticity = Some(Elasticity { damping: 0.05, ..elasticity });

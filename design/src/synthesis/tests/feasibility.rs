@@ -52,7 +52,7 @@ fn a_point_beyond_a_bound_is_named() {
         }
         let names =
             Names { points: vec!["point[1]".to_owned()], bounds: vec!["bound[1]".to_owned()], ..Names::default() };
-        let text = fault.words(&task, &names);
+        let text = fault.fault(&task, &names).to_string();
         assert!(text.contains("`point[1]`") && text.contains("of `bound[1]` by"), "{text}");
         // Where the bound does not reach, the point is free.
         task.bounds[0].to = -1.5;
@@ -356,7 +356,7 @@ fn a_task_that_no_motion_fulfils_best_is_refused() {
             // The least peak of acceleration leaves the place free within the tolerances.
             let free = if objective == Objective::PeakAcceleration { 0.0011 } else { 1e-12 };
             assert!((at - rest).abs() <= free, "{symmetry:?} {objective:?}: {at}");
-            let text = fault.words(&assignment.task, &assignment.names);
+            let text = fault.fault(&assignment.task, &assignment.names).to_string();
             assert!(text.contains("`dwell[1]`, `dwell[2]` rests at U = ") && text.contains("hint"), "{text}");
         }
     }

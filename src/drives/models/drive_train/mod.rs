@@ -209,7 +209,7 @@ impl DriveTrain {
         let steady = motor.is_none_or(|motor| motor.is_steady());
         let refused = |message| {
             let others = if let Names::Machine(_) = self.names { "given" } else { "at_rest or equilibrium" };
-            Err(refused_start(format!("start.mode = steady_state: {message}; choose {others}")))
+            Err(refused_start(format!("start.mode = steady_state: {message}")).hint(format!("choose {others}")))
         };
         if usual == 0.0 || !steady || self.motion_is_input() {
             return refused(

@@ -124,10 +124,8 @@ pub fn periodic(
 }
 
 fn none() -> Fault {
-    refused_start(
-        "start.mode = steady_state: no periodic motion was found: the motion of a turn does not settle; choose more damping, a \
-         motor whose torque falls with the speed, or at_rest",
-    )
+    refused_start("start.mode = steady_state: no periodic motion was found: the motion of a turn does not settle")
+        .hint("choose more damping, a motor whose torque falls with the speed, or at_rest")
 }
 
 /// The section that each turn of the shaft in the sense `sense` begins and ends with.
