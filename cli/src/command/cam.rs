@@ -63,23 +63,25 @@ const COARSEST: f64 = 1e-2;
 /// A length of an option.
 fn length(name: &str, text: &str) -> Result<f64, Failure> {
     let value = units::parse(text, &unit::LENGTH)
-        .map_err(|e| wrong_argument(format!("--{name}: {}\n  = hint: write for example \"1 um\"", e.message)))?;
+        .map_err(|e| wrong_argument(format!("--{name}: {}", e.message)).hint("write for example \"1 um\""))?;
     if (FINEST..=COARSEST).contains(&value) {
         return Ok(value);
     }
-    Err(wrong_argument(format!(
-        "--{name}: {text} is out of range\n  = admissible: {FINEST:e} to {COARSEST} m\n  = hint: write for example \"1 um\""
-    )))
+    Err(wrong_argument(format!("--{name}: {text} is out of range\n  = admissible: {FINEST:e} to {COARSEST} m"))
+        .hint("write for example \"1 um\""))
 }
 
 /// The cams that are asked for.
 fn chosen(args: &Args, cams: &[CamPlan], followers: usize) -> Result<Vec<CamPlan>, Failure> {
     let place = args.scene.display();
     if let Some(wrong) = args.follower.iter().find(|j| !(1..=followers).contains(j)) {
-        return Err(wrong_argument(match followers {
-            0 => format!("--follower: {place} is not a machine with followers\n  = hint: leave --follower out"),
-            _ => format!("--follower: there is no follower {wrong}; the scene has {followers}, counted from 1"),
-        }));
+        return Err(match followers {
+            0 => wrong_argument(format!("--follower: {place} is not a machine with followers"))
+                .hint("leave --follower out"),
+            _ => wrong_argument(format!(
+                "--follower: there is no follower {wrong}; the scene has {followers}, counted from 1"
+            )),
+        });
     }
     if let Some(plain) = args.follower.iter().find(|j| !cams.iter().any(|cam| cam.follower == Some(**j))) {
         return Err(wrong_argument(format!("--follower: {place} has no [follower.geometry] for follower {plain}")));
@@ -103,18 +105,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let cams = chosen(args, &scene.cams, followers)?;
     if cams.is_empty() {
         let table = if followers > 0 { "[follower.geometry]" } else { "[geometry]" };
-        return Err(failure(match scene.scene {
-            Scene::ParametricDrive(_) => format!("{}: a ParametricDrive has no cam", args.scene.display()),
-            _ => format!(
-                "{}: the scene does not give the geometry of a cam\n  = hint: add {table} beside the law, with follower, roller_radius and base_radius",
-                args.scene.display()
-            ),
-        }));
+        let place = args.scene.display();
+        return Err(match scene.scene {
+            Scene::ParametricDrive(_) => failure(format!("{place}: a ParametricDrive has no cam")),
+            _ => failure(format!("{place}: the scene does not give the geometry of a cam"))
+                .hint(format!("add {table} beside the law, with follower, roller_radius and base_radius")),
+        });
     }
     let mut shapes = Vec::new();
     for cam in &cams {
         let name = cam.follower.map_or(scene.name.clone(), |j| format!("{}.follower{j}", scene.name));
-        let fault = |fault: Fault| failure(format!("{}: {name}: {fault}", args.scene.display()));
+        let fault = |fault: Fault| failure(fault.within(format_args!("{}: {name}", args.scene.display())));
         let shape = Bar::beside(&name, |_| Shape::new(&name, &cam.law, cam.plan, tolerances)).map_err(fault)?;
         shapes.push(shape.with(cam.mechanisms.iter().map(Finding::of_transmission)));
     }
@@ -140,6 +141,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Ok(());
     }
     let faults = shapes.iter().flat_map(|shape| shape.complaints(Level::Bad));
-    let faults: String = faults.map(|line| format!("error: {line}\n")).collect();
-    Err(Failure::new(faults + "  = hint: no file is written; --force writes them all the same"))
+    let faults: Vec<String> = faults.map(|line| format!("error: {line}")).collect();
+    Err(Failure::new(faults.join("\n")).hint("no file is written; --force writes them all the same"))
 }

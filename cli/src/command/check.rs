@@ -8,7 +8,6 @@ use crate::scene::forces::machine;
 use crate::scene::input::is_system;
 use crate::scene::system::System;
 use crate::scene::{self, Diagnostic, Diagnostics, Resolved};
-use camdrive::drives::Fault;
 use camdrive_design::forces::Machine;
 use camdrive_design::forces::report::LiftOff;
 use camdrive_design::overview::{self, Overview};
@@ -46,7 +45,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut out = String::new();
     for path in &systems {
         let system = system::read(path)?;
-        system.try_out().map_err(|fault| Failure::new(diagnosed(path, &fault).to_string()))?;
+        system.try_out().map_err(|fault| Diagnostics::of_file(path, fault))?;
         out += if out.is_empty() { "" } else { "\n" };
         let mut report = system::glance(text::in_one_line(path.display()), &system);
         report.study += " ok";
@@ -97,7 +96,8 @@ fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
     for path in paths {
         let found = if is_system(path) {
             let tried = |system: System| system.try_out().map(|()| system::data(path, &system));
-            scene::system::read(path).and_then(|system| tried(system).map_err(|fault| diagnosed(path, &fault)))
+            scene::system::read(path)
+                .and_then(|system| tried(system).map_err(|fault| Diagnostics::of_file(path, fault)))
         } else {
             open(path).map(|scene| data(path, &scene))
         };
@@ -123,14 +123,6 @@ fn data(path: &Path, scene: &Resolved) -> Value {
         entry.extend(own);
     }
     entry
-}
-
-/// A fault of a file as a whole.
-fn diagnosed(path: &Path, fault: &Fault) -> Diagnostics {
-    let text = fault.to_string();
-    let (message, hint) = text.split_once("\n  = hint: ").unwrap_or((&text, ""));
-    let fault = Diagnostic::new(&path.display().to_string(), message);
-    Diagnostics(vec![if hint.is_empty() { fault } else { fault.hint(hint) }])
 }
 
 fn fault(fault: &Diagnostic) -> Value {

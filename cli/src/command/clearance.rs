@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let folder = files::folder(args.output.as_deref(), "clearance", &scene.name)?;
     let options = args.options(&scene)?;
     let findings = Bar::beside(&scene.name, |tell| clearance::study(&scene.resource(), &options, tell));
-    let findings = findings.map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
+    let findings = findings.map_err(|fault| failure(fault.within(args.scene.display())))?;
     let (inputs, scene, measured) = (scene.files, Some(&*scene.text.0), Some(&args.measured));
     let place = Place { folder: Some(&folder), inputs, scene, measured, force: args.force, ..Place::default() };
     args.telling.deliver(findings.report(), &findings, place)
@@ -106,7 +106,7 @@ impl Args {
     fn options(&self, scene: &Resolved) -> Result<Options, Failure> {
         if let Some(turns) = self.turns.filter(|turns| !TURNS.contains(turns)) {
             let text = format!("--turns: {turns} is not from {} to {}", TURNS.start(), TURNS.end());
-            return Err(wrong_argument(text + "\n  = hint: half of them are left out; without the option it is 40"));
+            return Err(wrong_argument(text).hint("half of them are left out; without the option it is 40"));
         }
         let mut laws = Vec::new();
         for name in &self.compare {
@@ -131,7 +131,7 @@ impl Args {
 fn cam(scene: &Resolved) -> Result<MotionLaw, Failure> {
     scene.scene.cam().cloned().ok_or_else(|| {
         let text = format!("--compare: the scene {} ({}) has no cam", scene.name, scene.scene.model());
-        wrong_argument(text + "\n  = hint: name a scene with [cam]")
+        wrong_argument(text).hint("name a scene with [cam]")
     })
 }
 
@@ -153,8 +153,9 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw, f64)
         let lifts = angles.iter().map(|phi| own.at(*phi).0[0]).collect();
         if !(1..=HIGHEST_HARMONIC).contains(&harmonics) {
             return Err(wrong_argument(format!(
-                "--compare {name}: no such number of harmonics\n  = admissible: hs1 to hs{HIGHEST_HARMONIC}\n  = hint: write for example hs7"
-            )));
+                "--compare {name}: no such number of harmonics\n  = admissible: hs1 to hs{HIGHEST_HARMONIC}"
+            ))
+            .hint("write for example hs7"));
         }
         let analysis = analyse(Points { angles, lifts }, harmonics)
             .map_err(|e| wrong_argument(format!("--compare {name}: {e}")))?;
@@ -168,19 +169,17 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw, f64)
         None if name == "all" => StandardLaw::ALL.to_vec(),
         None => {
             let known: Vec<&str> = StandardLaw::ALL.iter().map(|law| law.name()).collect();
-            return Err(wrong_argument(format!(
-                "--compare: the law `{name}` is not known\n  = hint: one of {}, bestehorn, harmonic, all; hsN; or a \
-                 scene file NAME.toml",
-                known.join(", ")
-            )));
+            let known = known.join(", ");
+            return Err(wrong_argument(format!("--compare: the law `{name}` is not known"))
+                .hint(format!("one of {known}, bestehorn, harmonic, all; hsN; or a scene file NAME.toml")));
         }
     };
     let MotionLaw::Cycle(cycle) = &own else {
         return Err(wrong_argument(format!(
-            "--compare {name}: the scene {} has no cycle, so that stroke and angles of the task are not known\n  = \
-             hint: write the task as `law = \"cycle\"` and compare this scene's file with it, or name scene files",
+            "--compare {name}: the scene {} has no cycle, so that stroke and angles of the task are not known",
             scene.name
-        )));
+        ))
+        .hint("write the task as `law = \"cycle\"` and compare this scene's file with it, or name scene files"));
     };
     let same_task = |law: StandardLaw| CyclePlan { rise_law: law, return_law: law, ..*cycle.plan() };
     Ok(laws.into_iter().map(|law| (law.name().to_owned(), MotionLaw::Cycle(Cycle::new(same_task(law))), 0.0)).collect())

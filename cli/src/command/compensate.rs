@@ -107,7 +107,7 @@ struct Machine {
 /// The machine and the followers of a train, where the compensation knows them, and its motor as a RigidMachine has it.
 fn train(args: &Args, scene: &drive_train::Scene) -> Result<(drive_train::Machine, Vec<Follower>, Motor), Failure> {
     let drive_train::Scene { shaft, followers, .. } = scene.clone();
-    let refused = |why: &str, hint: &str| failure(format!("{}: {why}\n  = hint: {hint}", args.scene.display()));
+    let refused = |why: &str, hint: &str| failure(format!("{}: {why}", args.scene.display())).hint(hint);
     let Shaft::Free(machine) = shaft else {
         return Err(refused("the motion of the shaft is prescribed", "give [machine] and [motor] instead of [drive]"));
     };
@@ -163,7 +163,7 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
         (Motor::Input, Some(_)) if own_torque => {
             let hint =
                 "change its torque, its table or w_ref; with --period a motor of kind \"kloss\" gets another w_s";
-            return Err(wrong_argument(format!("--period: which motor yields it is not known\n  = hint: {hint}")));
+            return Err(wrong_argument("--period: which motor yields it is not known").hint(hint));
         }
         _ => driving::load(&place, &motor, &args.load, args.period.as_ref())?,
     };
@@ -216,14 +216,15 @@ fn restrictions(
     tolerance: f64,
     files: &mut Vec<PathBuf>,
 ) -> Result<Restrictions, Failure> {
-    let assignment = scene::synthesis::read(path).map_err(|faults| Failure::new(faults.to_string()))?;
+    let assignment = scene::synthesis::read(path).map_err(failure)?;
     files.push(path.to_owned());
     files.extend(assignment.files.iter().cloned());
     Restrictions::of(&assignment, tools, tolerance).map_err(|missing| {
         wrong_argument(format!(
-            "--task: {} has a law for follower {missing}, whose tool is not compensated\n  = hint: the laws of a task are those of the followers in their order, without --keep",
+            "--task: {} has a law for follower {missing}, whose tool is not compensated",
             path.display()
         ))
+        .hint("the laws of a task are those of the followers in their order, without --keep")
     })
 }
 
@@ -238,7 +239,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let form = FORMS.into_iter().find(|(name, _)| *name == args.laws).map_or(Form::Auto, |(_, form)| form);
     let options = Options { tolerance: args.tolerance, rounds: args.rounds.into(), form };
     let findings = Bar::beside(&machine.name, |tell| study(&machine.name, &machine.task, options, &tell))
-        .map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
+        .map_err(|fault| failure(fault.within(args.scene.display())))?;
     let cams = cams(&machine, &findings, &output)?;
     let mut inputs = machine.files.clone();
     let mut results = vec![(output.clone(), compensated(args, &machine, &findings, &cams)?)];
@@ -248,9 +249,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         inputs.extend(read);
         if results.iter().any(|(other, _)| *other == target) {
             return Err(wrong_argument(format!(
-                "--cam: \"{pair}\" would be written to {}, like another result\n  = hint: rename the file, or choose another -o",
+                "--cam: \"{pair}\" would be written to {}, like another result",
                 target.display()
-            )));
+            ))
+            .hint("rename the file, or choose another -o"));
         }
         results.push((target, scene));
     }
@@ -396,9 +398,10 @@ fn with_cam(
     let wrong = || {
         let tools: Vec<String> = machine.tools.iter().map(|j| (j + 1).to_string()).collect();
         wrong_argument(format!(
-            "--cam: \"{pair}\" is not NUMBER=FILE with the number of a compensated follower ({})\n  = hint: write for example --cam 1=gripper.toml",
+            "--cam: \"{pair}\" is not NUMBER=FILE with the number of a compensated follower ({})",
             tools.join(", ")
         ))
+        .hint("write for example --cam 1=gripper.toml")
     };
     let (number, file) = pair.split_once('=').ok_or_else(wrong)?;
     let number: usize = number.trim().parse().map_err(|_| wrong())?;

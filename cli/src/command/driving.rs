@@ -22,8 +22,8 @@ pub fn machine(path: &Path, purpose: &str) -> Result<(Resolved, Scene), Failure>
     let resource::Scene::RigidMachine(scene) = &resolved.scene else {
         let (place, model) = (path.display(), resolved.scene.model().split('.').next().unwrap_or_default());
         return Err(failure(format!(
-            "{place}: `model` = \"{model}\" has a prescribed motion of the drive; {purpose} is for the models RigidMachine and DriveTrain\n  = hint: write a RigidMachine with the rigid followers, with a motor of kind \"kloss\" or \"none\""
-        )));
+            "{place}: `model` = \"{model}\" has a prescribed motion of the drive; {purpose} is for the models RigidMachine and DriveTrain"
+        )).hint("write a RigidMachine with the rigid followers, with a motor of kind \"kloss\" or \"none\""));
     };
     let scene = scene.clone();
     Ok((resolved, scene))
@@ -32,17 +32,20 @@ pub fn machine(path: &Path, purpose: &str) -> Result<(Resolved, Scene), Failure>
 /// The constant load (N·m) and the period (s), where it is given, for this motor of the scene at `place`.
 pub fn load(place: &str, motor: &Motor, load: &str, period: Option<&String>) -> Result<(f64, Option<f64>), Failure> {
     let load = quantity("load", load, &unit::TORQUE)?;
-    let period = period.map(|text| Ok((text, quantity("period", text, &unit::TIME)?))).transpose()?;
+    let period = period.map(|text| quantity("period", text, &unit::TIME).map(|time| (text, time))).transpose()?;
     match motor {
-        Motor::Input => Err(failure(format!(
-            "{place}: the torque of the motor is an input: no periodic motion follows from it\n  = hint: choose `motor.kind` = \"kloss\" or \"none\""
-        ))),
-        Motor::None if load != 0.0 => Err(wrong_argument(format!(
-            "{place}: without a motor nothing balances the load of {load} N.m\n  = hint: omit --load, or add a motor"
-        ))),
-        Motor::None if period.is_none() => Err(failure(format!(
-            "{place}: a machine without a motor turns at any speed\n  = hint: give the period with --period"
-        ))),
+        Motor::Input => {
+            Err(failure(format!("{place}: the torque of the motor is an input: no periodic motion follows from it"))
+                .hint("choose `motor.kind` = \"kloss\" or \"none\""))
+        }
+        Motor::None if load != 0.0 => {
+            Err(wrong_argument(format!("{place}: without a motor nothing balances the load of {load} N.m"))
+                .hint("omit --load, or add a motor"))
+        }
+        Motor::None if period.is_none() => {
+            Err(failure(format!("{place}: a machine without a motor turns at any speed"))
+                .hint("give the period with --period"))
+        }
         _ => Ok(()),
     }?;
     if let Some((text, period)) = period {
@@ -54,9 +57,8 @@ pub fn load(place: &str, motor: &Motor, load: &str, period: Option<&String>) -> 
 /// Refuses periods that no machine has, or not with this motor.
 fn admissible(motor: &Motor, text: &str, period: f64) -> Result<(), Failure> {
     if !(period > 0.0 && period.is_finite()) {
-        return Err(wrong_argument(format!(
-            "--period: {period} s is not a period: it must be positive\n  = hint: write for example \"120 ms\""
-        )));
+        return Err(wrong_argument(format!("--period: {period} s is not a period: it must be positive"))
+            .hint("write for example \"120 ms\""));
     }
     let (speeds, whose) = match *motor {
         Motor::Kloss(Kloss { synchronous_speed, .. }) => {
@@ -72,9 +74,10 @@ fn admissible(motor: &Motor, text: &str, period: f64) -> Result<(), Failure> {
         return Ok(());
     }
     Err(wrong_argument(format!(
-        "--period: \"{text}\" would be a mean speed of {} rpm{whose}\n  = admissible: {:.3e} to {:.3e} s\n  = hint: a time with its unit, such as \"120 ms\"; a plain number is in s",
+        "--period: \"{text}\" would be a mean speed of {} rpm{whose}\n  = admissible: {:.3e} to {:.3e} s",
         rpm(speed),
         TAU / fast,
         TAU / slow
-    )))
+    ))
+    .hint("a time with its unit, such as \"120 ms\"; a plain number is in s"))
 }

@@ -60,7 +60,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     if args.study.are_given() && !args.with_tradeoff {
         let message = "--turns, --speed, --ramp and --quick belong to the study";
-        return Err(wrong_argument(format!("{message}\n  = hint: add --with-tradeoff")));
+        return Err(wrong_argument(message).hint("add --with-tradeoff"));
     }
     let scenes = read_all(&args.scenes)?;
     tell_notes(&args.scenes, &scenes);
@@ -72,7 +72,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let study = if args.with_tradeoff { Some(args.study.study(path, scene)?) } else { None };
         let extras = Extras { terminals: args.terminals, study: study.as_ref(), sources: &scene.sources };
         let fmu = pack_with(&scene.resource(), &scene.description, &runtimes, date, extras);
-        packed.push(fmu.map_err(|fault| failure(format!("{}: {fault}", path.display())))?);
+        packed.push(fmu.map_err(|fault| failure(fault.within(path.display())))?);
     }
     for runtime in &runtimes {
         if let Some(warning) = runtime.warning() {
@@ -111,17 +111,15 @@ fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {
         return Err(wrong_argument(format!("{}: {message}", output.display())));
     }
     if !is_file && !is_folder && output.extension().is_some() {
-        let message = "the file of an FMU is called NAME.fmu\n  = hint: the name of a new folder ends with /";
-        return Err(wrong_argument(format!("{}: {message}", output.display())));
+        return Err(wrong_argument(format!("{}: the file of an FMU is called NAME.fmu", output.display()))
+            .hint("the name of a new folder ends with /"));
     }
     let mut of_scene: BTreeMap<PathBuf, &Path> = BTreeMap::new();
     let targets: Vec<PathBuf> = scenes.iter().map(|scene| output.join(format!("{}.fmu", scene.name))).collect();
     for (target, scene) in targets.iter().zip(&args.scenes) {
         if let Some(other) = of_scene.insert(target.clone(), scene) {
             let (a, b, target) = (other.display(), scene.display(), target.display());
-            return Err(Failure::new(format!(
-                "error: {a} and {b} would both be written to {target}; give one another name"
-            )));
+            return Err(failure(format!("{a} and {b} would both be written to {target}; give one another name")));
         }
     }
     Ok(targets)

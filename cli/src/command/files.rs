@@ -24,13 +24,13 @@ pub fn folder(output: Option<&Path>, command: &str, scene: &str) -> Result<PathB
 /// Refuses a folder for a report, given by this option, that is a file or is called like one.
 pub fn no_file(folder: &Path, option: &str) -> Result<(), Failure> {
     no_stream(folder, option, "a folder")?;
-    let refused = |message: &str| Err(wrong_argument(format!("{}: {message}", folder.display())));
+    let refused = |message: &str| wrong_argument(format!("{}: {message}", folder.display()));
     if folder.is_file() {
-        return refused(&format!("this is a file; {option} takes a folder"));
+        return Err(refused(&format!("this is a file; {option} takes a folder")));
     }
     match is_folder(folder) || folder.extension().is_none() {
         true => Ok(()),
-        false => refused(&format!("{option} takes a folder\n  = hint: the name of a new folder ends with /")),
+        false => Err(refused(&format!("{option} takes a folder")).hint("the name of a new folder ends with /")),
     }
 }
 
@@ -40,8 +40,12 @@ pub fn is_folder(path: &Path) -> bool {
 }
 
 /// Why a file is not replaced.
-const NOT_OURS: &str =
-    "no command wrote this file; it is kept\n  = hint: choose another -o, or replace it with --force";
+fn not_ours(path: &Path) -> Failure {
+    failure(format!("{}: no command wrote this file; it is kept", path.display())).hint(ANOTHER)
+}
+
+/// What to do where a file is kept.
+pub const ANOTHER: &str = "choose another -o, or replace it with --force";
 
 /// Stands in the first line of every scene and profile that a command wrote.
 const ORIGIN: &str = " by camdrive ";
@@ -61,12 +65,11 @@ pub fn no_foreign(path: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Fa
         return Err(wrong_argument(format!("{place}: this is a folder; -o takes a file NAME.toml")));
     }
     if path.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("toml")) {
-        let message = "a scene or a profile is TOML\n  = hint: -o takes a file NAME.toml";
-        return Err(wrong_argument(format!("{place}: {message}")));
+        return Err(wrong_argument(format!("{place}: a scene or a profile is TOML")).hint("-o takes a file NAME.toml"));
     }
     let is_signed = |text: String| text.lines().next().is_some_and(|line| line.contains(ORIGIN));
     if path.is_file() && !force && !std::fs::read_to_string(path).is_ok_and(is_signed) {
-        return Err(failure(format!("{place}: {NOT_OURS}")));
+        return Err(not_ours(path));
     }
     Ok(())
 }
@@ -87,8 +90,8 @@ fn real(path: &Path) -> Option<PathBuf> {
 pub fn no_stream(path: &Path, option: &str, takes: &str) -> Result<(), Failure> {
     let mut new = path.ancestors().filter(|place| !place.is_dir()).filter_map(Path::file_name);
     if new.any(|name| is_device(name.to_string_lossy().split('.').next().unwrap_or_default())) {
-        let message = "Windows has a device of this name\n  = hint: choose another";
-        return Err(wrong_argument(format!("{}: {message} {option}", path.display())));
+        return Err(wrong_argument(format!("{}: Windows has a device of this name", path.display()))
+            .hint(format!("choose another {option}")));
     }
     match path == Path::new("-") {
         true => Err(wrong_argument(format!("{option} -: {option} takes {takes}; the standard output has the report"))),
@@ -115,7 +118,7 @@ pub fn keep<C: AsRef<[u8]>>(files: &[(PathBuf, C)], inputs: &[PathBuf], force: b
     files.iter().try_for_each(|(path, _)| no_input(path, inputs))?;
     let foreign = |(path, content): &&(PathBuf, C)| path.is_file() && !is_result(path, content.as_ref());
     match files.iter().find(foreign) {
-        Some((path, _)) if !force => Err(failure(format!("{}: {NOT_OURS}", path.display()))),
+        Some((path, _)) if !force => Err(not_ours(path)),
         _ => Ok(()),
     }
 }
@@ -176,7 +179,7 @@ fn write_files<'a, C: AsRef<[u8]>>(
 }
 
 fn unwritten(path: &Path, reason: &Error) -> Failure {
-    failure(format!("{} cannot be written: {reason}\n  = hint: existing files are unchanged", path.display()))
+    failure(format!("{} cannot be written: {reason}", path.display())).hint("existing files are unchanged")
 }
 
 /// The content in a file beside its place, which vanishes unless it is moved there; None for a device or a pipe, which has no
@@ -229,7 +232,7 @@ pub fn report<S: std::fmt::Display>(
 
 /// The TOML of a scene, with its comments, to be changed.
 pub fn document(path: &Path) -> Result<DocumentMut, Failure> {
-    let (file, text) = input::text(path, Kind::Scene).map_err(|faults| Failure::new(faults.to_string()))?;
+    let (file, text) = input::text(path, Kind::Scene).map_err(failure)?;
     text.parse().map_err(|e| failure(format!("{file}: {e}")))
 }
 

@@ -66,12 +66,12 @@ pub fn speed_of(scene: &Scene) -> Option<f64> {
 /// The report on a scene at this speed, or its own, and the findings.
 pub fn study(path: &Path, scene: &Resolved, speed: Option<f64>) -> Result<(Report, Findings), Failure> {
     let place = path.display();
-    let fault = |fault: Fault| failure(format!("{place}: {fault}"));
+    let fault = |fault: Fault| failure(fault.within(&place));
     let machine = machine(scene).map_err(fault)?;
     let Some(speed) = speed.or_else(|| speed_of(&scene.scene)) else {
-        return Err(failure(format!(
-            "{place}: the scene gives no speed\n  = hint: give it, for example --speed \"300 rpm\""
-        )));
+        return Err(
+            failure(format!("{place}: the scene gives no speed")).hint("give it, for example --speed \"300 rpm\"")
+        );
     };
     let machine = Machine { speed, ..machine };
     Bar::beside(&scene.name, |_| {

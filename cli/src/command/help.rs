@@ -27,9 +27,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let Ok(kind) = Kind::from_str(subject, false) else {
         let command = commands.find_subcommand_mut(subject);
         let unknown = || {
-            wrong_argument(format!(
-                "there is no command {subject}\n  = hint: `camdrive help` lists them, and `scene`, `task`, `study` and `system`"
-            ))
+            wrong_argument(format!("there is no command {subject}"))
+                .hint("`camdrive help` lists them, and `scene`, `task`, `study` and `system`")
         };
         return show(&command.ok_or_else(unknown)?.render_long_help().to_string());
     };
@@ -52,9 +51,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let text = if whole.is_empty() { asked(section.rsplit('.').next().unwrap_or_default()) } else { whole };
     if text.is_empty() {
         let files = if kind == Kind::Study { "studies".to_owned() } else { format!("{subject}s") };
-        return Err(wrong_argument(format!(
-            "{files} have no section {section}\n  = hint: `camdrive help {subject}` lists them"
-        )));
+        return Err(wrong_argument(format!("{files} have no section {section}"))
+            .hint(format!("`camdrive help {subject}` lists them")));
     }
     show(&text.join("\n"))
 }

@@ -1,6 +1,6 @@
 //! Measured courses over diagrams over the turn: the option `--measured` of all commands that draw such.
 
-use super::{Failure, wrong_argument};
+use super::{Failure, failure, wrong_argument};
 use crate::scene;
 use crate::scene::diagnostics::nearest;
 use crate::scene::units;
@@ -38,9 +38,10 @@ impl Measured {
     /// Refuses courses where no folder for diagrams is given.
     pub fn need(&self, report: Option<&PathBuf>) -> Result<(), Failure> {
         match (self.measured.first(), report) {
-            (Some(text), None) => Err(wrong_argument(format!(
-                "--measured {text}: no diagram is drawn without --report\n  = hint: add --report FOLDER"
-            ))),
+            (Some(text), None) => {
+                Err(wrong_argument(format!("--measured {text}: no diagram is drawn without --report"))
+                    .hint("add --report FOLDER"))
+            }
             _ => Ok(()),
         }
     }
@@ -72,8 +73,7 @@ impl Measured {
             let shown = |quantity: &Quantity| Unit::of(quantity.unit);
             let quantity = QUANTITIES.into_iter().find(|of| of.unit == plain || shown(of).name == label);
             let factor = quantity.map(shown).filter(|unit| unit.name == label).map_or(1.0, |unit| unit.factor);
-            let course =
-                scene::course(Path::new(file), label, quantity).map_err(|faults| Failure::new(faults.to_string()))?;
+            let course = scene::course(Path::new(file), label, quantity).map_err(failure)?;
             // Over the angles of the diagram, which may begin before a turn does; where the course goes back it is interrupted.
             let angles = diagram.series.iter().flat_map(|series| &series.points).map(|point| point[0]);
             let low = angles.filter(|angle| angle.is_finite()).fold(f64::INFINITY, f64::min).to_radians();
@@ -100,17 +100,15 @@ fn folded(angle: f64, low: f64) -> f64 {
 
 fn unknown(text: &str, name: Option<&str>, names: &[&str]) -> Failure {
     let Some(first) = names.first() else {
-        return wrong_argument(format!("--measured {text}: no diagram over the turn is drawn\n  = hint: leave it out"));
+        return wrong_argument(format!("--measured {text}: no diagram over the turn is drawn")).hint("leave it out");
     };
     let (what, file) = match name {
         Some(name) => (format!("there is no diagram `{name}` over the turn"), "TABLE.csv"),
         None => ("there are several diagrams over the turn".to_owned(), text),
     };
     let hint = name.and_then(|name| nearest(name, names)).unwrap_or(first);
-    wrong_argument(format!(
-        "--measured {text}: {what}\n  = admissible: {}\n  = hint: write for example {hint}={file}",
-        names.join(", ")
-    ))
+    wrong_argument(format!("--measured {text}: {what}\n  = admissible: {}", names.join(", ")))
+        .hint(format!("write for example {hint}={file}"))
 }
 
 #[cfg(test)]

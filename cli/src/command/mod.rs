@@ -35,7 +35,7 @@ mod verify;
 
 use crate::export::{RuntimeLibrary, TOOL};
 use crate::scene::source::open;
-use crate::scene::{Resolved, units};
+use crate::scene::{Diagnostics, Resolved, units};
 use camdrive::drives::unit::{Quantity, TIME};
 use camdrive::drives::{Fault, Number};
 use camdrive_design::{host, text};
@@ -140,24 +140,53 @@ const WRONG_LINE: u8 = 2;
 
 /// A command that fails: its message on the standard error, and its exit code.
 struct Failure {
-    text: String,
+    fault: Fault,
     code: u8,
 }
 
 impl Failure {
-    /// Of a scene or another file, or of what is computed of it.
+    /// Of a scene or another file, or of what is computed of it, in these words.
     fn new(text: String) -> Self {
-        Failure { text, code: 1 }
+        Failure { fault: Fault::new(text), code: 1 }
+    }
+
+    /// The same failure with this remedy.
+    fn hint(self, hint: impl Into<String>) -> Self {
+        Failure { fault: self.fault.hint(hint), ..self }
     }
 }
 
-fn failure(text: impl std::fmt::Display) -> Failure {
-    Failure::new(format!("error: {text}"))
+impl From<Fault> for Failure {
+    fn from(fault: Fault) -> Self {
+        Failure { fault: fault.within("error"), code: 1 }
+    }
+}
+
+impl From<String> for Failure {
+    fn from(message: String) -> Self {
+        Fault::new(message).into()
+    }
+}
+
+impl From<&str> for Failure {
+    fn from(message: &str) -> Self {
+        Fault::new(message).into()
+    }
+}
+
+impl From<Diagnostics> for Failure {
+    fn from(faults: Diagnostics) -> Self {
+        Failure::new(faults.to_string())
+    }
+}
+
+fn failure(fault: impl Into<Failure>) -> Failure {
+    fault.into()
 }
 
 /// Of a value on the command line.
-fn wrong_argument(text: impl std::fmt::Display) -> Failure {
-    Failure { code: WRONG_LINE, ..failure(text) }
+fn wrong_argument(fault: impl Into<Failure>) -> Failure {
+    Failure { code: WRONG_LINE, ..fault.into() }
 }
 
 /// Runs the command line.
@@ -212,8 +241,8 @@ pub fn main() -> ExitCode {
     };
     match outcome {
         Ok(()) => ending,
-        Err(Failure { text, code }) => {
-            tell(&(text.trim_end().to_owned() + "\n"));
+        Err(Failure { fault, code }) => {
+            tell(&(fault.to_string().trim_end().to_owned() + "\n"));
             ExitCode::from(ending::code().unwrap_or(code))
         }
     }
@@ -229,7 +258,7 @@ fn version() -> String {
 
 /// The value of the option `--name`.
 fn quantity(name: &str, text: &str, quantity: &'static Quantity) -> Result<f64, Failure> {
-    units::parse(text, quantity).map_err(|e| wrong_argument(format!("--{name}: {}\n  = hint: {}", e.message, e.hint)))
+    units::parse(text, quantity).map_err(|fault| wrong_argument(fault.within(format_args!("--{name}"))))
 }
 
 /// The value of the option `--name`, which may be left out.
@@ -239,7 +268,7 @@ fn optional(name: &str, text: &Option<String>, of: &'static Quantity) -> Result<
 
 /// Reads a scene, or that in an FMU.
 fn read(path: &Path) -> Result<Resolved, Failure> {
-    open(path).map_err(|faults| Failure::new(faults.to_string()))
+    open(path).map_err(failure)
 }
 
 /// Reads all scenes; the faults of all of them come together.

@@ -45,8 +45,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         [(args.output.clone(), args.output.exists()), (folder.join(SCHEMA), of_another(&folder.join(SCHEMA)))]
     {
         if kept && !args.force {
-            let message = "this file exists; it is kept\n  = hint: choose another -o, or replace it with --force";
-            return Err(failure(format!("{}: {message}", path.display())));
+            return Err(failure(format!("{}: this file exists; it is kept", path.display())).hint(files::ANOTHER));
         }
     }
     let scene = SCENES.iter().find(|(model, _)| *model == args.model);

@@ -72,11 +72,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// The report of a study, or why there is none.
 fn part(path: &Path, study: &str, found: Result<Report, Failure>) -> Report {
-    found.unwrap_or_else(|Failure { text: fault, .. }| {
+    found.unwrap_or_else(|Failure { fault, .. }| {
         let mut report = Report::new("", study);
         let place = format!("{}: ", path.display());
-        let fault = fault.trim_start_matches("error: ").trim_start_matches(&place).replace("\n  = hint:", " –");
-        report.verdict.result(Level::Mind, format!("Not studied: {fault}."));
+        let why = fault.message.trim_start_matches("error: ").trim_start_matches(&place);
+        let hint = fault.hint.iter().map(|hint| format!(" – {hint}")).collect::<String>();
+        report.verdict.result(Level::Mind, format!("Not studied: {why}{hint}."));
         report
     })
 }

@@ -182,20 +182,19 @@ impl Run {
         let stop = optional("stop", &args.stop, &unit::TIME)?.unwrap_or(experiment.stop);
         let step = optional("step", &args.step, &unit::TIME)?.unwrap_or(experiment.step);
         let refused = |name: &str, given: &Option<String>, message: String| match given {
-            Some(_) => Err(wrong_argument(format!("--{name}: {message}"))),
-            None => Err(failure(format!("--{name}, by default: {message}"))),
+            Some(_) => wrong_argument(format!("--{name}: {message}")),
+            None => failure(format!("--{name}, by default: {message}")),
         };
         if !(stop > start && (stop - start).is_finite()) {
             let (stop, start) = (Number(stop), Number(start));
             let message = format!("{stop} s does not exceed the start time {start} s by a finite time");
-            return refused("stop", &args.stop, message);
+            return Err(refused("stop", &args.stop, message));
         }
         let least = (stop - start) / MOST_POINTS;
         if !(step >= least && step.is_finite()) {
             let (step, least) = (Number(step), Number(least));
-            let hint = "give one, such as --step \"1 ms\"";
-            let message = format!("{step} s is not admissible; expected at least {least} s\n  = hint: {hint}");
-            return refused("step", &args.step, message);
+            let message = format!("{step} s is not admissible; expected at least {least} s");
+            return Err(refused("step", &args.step, message).hint("give one, such as --step \"1 ms\""));
         }
         let column =
             Column { name: "time".to_owned(), unit: Some("s".to_owned()), description: "Time".to_owned(), is_si: true };
@@ -283,9 +282,8 @@ impl Run {
         let columns: Vec<Course> = self.columns[1..].iter().map(course).collect();
         let drawn = results::diagram(&self.name, &columns, rows);
         let (drawing, label) = drawn.ok_or_else(|| {
-            wrong_argument(
-                "--diagram: no column changes, but angles that go on turning\n  = hint: choose others by --output",
-            )
+            wrong_argument("--diagram: no column changes, but angles that go on turning")
+                .hint("choose others by --output")
         })?;
         Ok(drawing.svg(&label, picture::SCALE))
     }
@@ -300,8 +298,9 @@ impl Run {
             "take a longer --step, fewer columns by --output, or CSV on the standard output, which may have any length";
         let step = Number(self.step);
         Err(wrong_argument(format!(
-            "--step: {step} s yields {numbers:.1e} numbers; expected at most {MOST_NUMBERS:.0e}\n  = hint: {hint}"
-        )))
+            "--step: {step} s yields {numbers:.1e} numbers; expected at most {MOST_NUMBERS:.0e}"
+        ))
+        .hint(hint))
     }
 
     /// Gives each line, the time and the values, to `write`, until that says false. Says why an FMU ended the simulation.

@@ -66,8 +66,7 @@ pub struct Args {
 
 impl Args {
     fn options(&self) -> Result<Options, Failure> {
-        let refused =
-            |name: &str, message: &str, hint: &str| wrong_argument(format!("--{name}: {message}\n  = hint: {hint}"));
+        let refused = |name: &str, message: &str, hint: &str| wrong_argument(format!("--{name}: {message}")).hint(hint);
         let speed = |name: &str, text: &String| {
             let value = quantity(name, text, &unit::ANGULAR_VELOCITY)?;
             let hint = "at rest the coefficients do not vary; the speed of a drive that turns backwards is negative";
@@ -110,7 +109,7 @@ impl Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let options = args.options()?;
     let scene = read(&args.scene)?;
-    let fault = |fault: Fault| failure(format!("{}: {fault}", args.scene.display()));
+    let fault = |fault: Fault| failure(fault.within(args.scene.display()));
     let folder = files::folder(args.output.as_deref(), "stability", &scene.name)?;
     let findings = Bar::beside(&scene.name, |tell| stability::study_scene(&scene.resource(), &options, tell));
     let findings = findings.map_err(fault)?;

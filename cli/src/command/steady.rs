@@ -57,8 +57,9 @@ pub fn study(path: &Path, scene: &Resolved, load: &str, period: Option<&String>)
     let findings = if let resource::Scene::DriveTrain(train) = &scene.scene {
         if period.is_some() || load != "0" {
             return Err(wrong_argument(format!(
-                "{place}: --load and --period are for a machine without elastic followers and loads\n  = hint: write the load as `machine.load.torque` into the scene, and choose the speed by its motor"
-            )));
+                "{place}: --load and --period are for a machine without elastic followers and loads"
+            ))
+            .hint("write the load as `machine.load.torque` into the scene, and choose the speed by its motor"));
         }
         let lift_offs = machine(scene).and_then(Machine::lift_offs).unwrap_or_default();
         Bar::beside(&scene.name, |_| steady::of_train(&scene.name, train, lift_offs))

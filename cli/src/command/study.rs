@@ -291,9 +291,7 @@ impl Parts<'_> {
         if stop.load(Ordering::Relaxed) {
             let there = self.numbers.iter().filter(|part| self.store.has(**part).is_ok_and(|there| there)).count();
             let whole = counted(self.numbers.len(), "part");
-            return Err(failure(format!(
-                "ended by a signal; {there} of {whole} are there\n  = hint: --resume goes on"
-            )));
+            return Err(failure(format!("ended by a signal; {there} of {whole} are there")).hint("--resume goes on"));
         }
         Ok(())
     }
@@ -319,7 +317,7 @@ fn gathered(
 
 /// Reads a study: its name, too.
 fn read(path: &Path) -> Result<(Study, String), Failure> {
-    let study = study::read(path).map_err(|faults| Failure::new(faults.to_string()))?;
+    let study = study::read(path).map_err(failure)?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let name = if stem == "study" { study.subject.name().to_owned() } else { stem };
     Ok((study, name))
@@ -335,7 +333,7 @@ pub fn findings(path: &Path) -> Result<Findings, Failure> {
     if !folder.join(store::SPECIFICATION).is_file() {
         let (file, store) = (path.display(), folder.display());
         let hint = format!("`camdrive study {file}` makes it; `camdrive report FOLDER` takes another store");
-        return Err(failure(format!("{file}: its store {store} is not there\n  = hint: {hint}")));
+        return Err(failure(format!("{file}: its store {store} is not there")).hint(hint));
     }
     Store::open(&folder, &specification(&study, &columns(&study), rows_of_part(study.rows()))?, true)?;
     store::findings(&folder)
@@ -357,13 +355,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.explain {
         return explain(args, &study, threads, &columns, size);
     }
-    let wrong = |fault: Fault| failure(format!("{}: {fault}", args.study.display()));
+    let wrong = |fault: Fault| failure(fault.within(args.study.display()));
     let store = Store::open(&folder, &specification(&study, &columns, size)?, args.resume || args.part.is_some())?;
     let (i, n) = args.part.unwrap_or((1, 1));
     let mut numbers = Vec::new();
     for part in (0..rows.div_ceil(size)).filter(|part| part % n == i - 1) {
-        let there = store.has(part).unwrap_or_else(|Failure { text, .. }| {
-            let fault = text.split('\n').next().unwrap_or_default().trim_start_matches("error: ");
+        let there = store.has(part).unwrap_or_else(|Failure { fault, .. }| {
+            let fault = fault.message.trim_start_matches("error: ");
             tell(&format!("warning: {fault}; its runs are computed again\n"));
             false
         });
@@ -501,7 +499,7 @@ fn explain(
     columns: &[(Column, Content)],
     size: u64,
 ) -> Result<(), Failure> {
-    let wrong = |fault: Fault| failure(format!("{}: {fault}", args.study.display()));
+    let wrong = |fault: Fault| failure(fault.within(args.study.display()));
     let mut worker = Worker::new(study).map_err(wrong)?;
     let (rows, begin) = (study.rows(), Instant::now());
     let (mut count, mut bytes, mut ok) = (0u64, 0, 0u64);

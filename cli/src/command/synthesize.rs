@@ -58,7 +58,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut assignment = scene::synthesis::read(&args.task).map_err(|faults| Failure::new(faults.to_string()))?;
+    let mut assignment = scene::synthesis::read(&args.task).map_err(failure)?;
     assignment.scene = args.scene.clone().or(assignment.scene);
     let target = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}_profile.toml", assignment.name)));
     args.measured.need(args.report.as_ref())?;
@@ -76,7 +76,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let inputs = inputs.unwrap_or_default();
     files::no_foreign(&target, &inputs, args.force)?;
     if machine.is_none() && args.follower.is_some() {
-        return Err(wrong_argument("--follower: there is no scene\n  = hint: name the machine with --scene"));
+        return Err(wrong_argument("--follower: there is no scene").hint("name the machine with --scene"));
     }
     let study = Bar::beside(&assignment.name, |tell| Together::new(&assignment, &tell));
     let refused = |fault: Infeasible| fault.fault(&assignment.task, &assignment.names).within(args.task.display());
@@ -85,8 +85,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let profile = profile(written, args, machine);
     if let Some(scene) = &assignment.scene {
         let folder = scene.parent().unwrap_or(Path::new(""));
-        scene::resolve(&target.display().to_string(), &profile, folder)
-            .map_err(|faults| Failure::new(faults.to_string()))?;
+        scene::resolve(&target.display().to_string(), &profile, folder).map_err(failure)?;
     }
     let more = vec![(target, profile.into_bytes())];
     let place = Place {
@@ -104,7 +103,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn law(laws: &[String], name: &str) -> Result<usize, Failure> {
     laws.iter().position(|law| law == name).ok_or_else(|| {
         let hint = if laws.is_empty() { "leave --law out" } else { &format!("choose {}", laws.join(", ")) };
-        wrong_argument(format!("--law: the task has no law `{name}`\n  = hint: {hint}"))
+        wrong_argument(format!("--law: the task has no law `{name}`")).hint(hint)
     })
 }
 
@@ -112,7 +111,7 @@ fn law(laws: &[String], name: &str) -> Result<usize, Failure> {
 fn machine(path: &Path, follower: Option<usize>, laws: usize) -> Result<(DocumentMut, Vec<PathBuf>), Failure> {
     let resolved = read(path)?;
     let document = files::document(path)?;
-    let failure = |message: &str| Failure::new(format!("error: {}: {message}", path.display()));
+    let failure = |message: &str| failure(format!("{}: {message}", path.display()));
     let followers = document.get("follower").and_then(|item| item.as_array_of_tables());
     let first = follower.unwrap_or(1);
     let replaced = followers.iter().flat_map(|list| list.iter()).skip(first.saturating_sub(1)).take(laws.max(1));
@@ -124,10 +123,10 @@ fn machine(path: &Path, follower: Option<usize>, laws: usize) -> Result<(Documen
         let count = followers.map_or(0, |list| list.len());
         return match follower.is_none() && count >= laws {
             true => Ok((document, resolved.files)),
-            false => Err(failure(&format!(
-                "the task has {laws} laws for the followers 1 to {laws}, the scene has {count}\n  = hint: choose one with --law, \
-                 and its follower with --follower"
-            ))),
+            false => {
+                Err(failure(&format!("the task has {laws} laws for the followers 1 to {laws}, the scene has {count}"))
+                    .hint("choose one with --law, and its follower with --follower"))
+            }
         };
     }
     match (followers, follower) {
@@ -137,12 +136,12 @@ fn machine(path: &Path, follower: Option<usize>, laws: usize) -> Result<(Documen
             Err(failure(&message))
         }
         (Some(_), None) => {
-            Err(failure("a machine has several cams\n  = hint: say with --follower which of them the profile replaces"))
+            Err(failure("a machine has several cams").hint("say with --follower which of them the profile replaces"))
         }
-        (None, Some(_)) => Err(failure(match resolved.scene {
-            Scene::RigidMachine(_) => "the machine has no tables [[follower]]",
-            _ => "this is not a machine with followers\n  = hint: leave --follower out",
-        })),
+        (None, Some(_)) => Err(match resolved.scene {
+            Scene::RigidMachine(_) => failure("the machine has no tables [[follower]]"),
+            _ => failure("this is not a machine with followers").hint("leave --follower out"),
+        }),
         (None, None) if !document.contains_key("cam") => {
             Err(failure("this scene has no [cam] that a profile could replace"))
         }

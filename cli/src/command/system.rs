@@ -61,7 +61,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.foreign.limit()?;
     if is_archive(&args.system) {
         let hint = "`camdrive run` and `check` take it; a system file names FMUs: [part.motor] fmu = \"motor.fmu\"";
-        return Err(failure(format!("{}: this is an archive already\n  = hint: {hint}", args.system.display())));
+        return Err(failure(format!("{}: this is an archive already", args.system.display())).hint(hint));
     }
     let system = read(&args.system)?;
     let folder = files::folder(args.output.as_deref(), "system", &system.name)?;
@@ -91,7 +91,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Reads a system and tells its notes.
 pub fn read(path: &Path) -> Result<System, Failure> {
-    let system = system::read(path).map_err(|faults| Failure::new(faults.to_string()))?;
+    let system = system::read(path).map_err(failure)?;
     for note in system.remarks() {
         tell(&format!("note: {}: {note}\n", text::in_one_line(path.display())));
     }
@@ -108,10 +108,10 @@ fn fmus(system: &System) -> Result<(Vec<File>, Vec<String>), Failure> {
             names.push(names[same].clone());
             continue;
         }
-        let of_part = |fault: &dyn std::fmt::Display| failure(format!("part {}: {fault}", part.name));
+        let place = format!("part {}", part.name);
         let content = match &part.content {
-            Content::Scene(scene) => packed(scene, &libraries, date).map_err(|fault| of_part(&fault))?,
-            Content::Fmu(path) => std::fs::read(path).map_err(|e| of_part(&e))?,
+            Content::Scene(scene) => packed(scene, &libraries, date).map_err(|fault| fault.within(&place))?,
+            Content::Fmu(path) => std::fs::read(path).map_err(|e| failure(format!("{place}: {e}")))?,
         };
         let name = format!("{}.fmu", part.name);
         fmus.push(File::new(name.clone(), content));

@@ -82,7 +82,7 @@ impl StudyArgs {
     pub fn study(&self, path: &Path, scene: &Resolved) -> Result<Findings, Failure> {
         let options = self.options()?;
         let report = Bar::beside(&scene.name, |tell| tradeoff::study(&scene.resource(), &options, tell));
-        report.map_err(|fault| failure(format!("{}: {fault}", path.display())))
+        report.map_err(|fault| failure(fault.within(path.display())))
     }
 }
 

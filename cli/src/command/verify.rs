@@ -117,7 +117,7 @@ fn other(path: &Path) -> Option<Fault> {
             (fault.message.trim_end_matches(", not a scene").to_owned(), fault.hint?)
         }
     };
-    Some(Fault::new(format!("{what}, not an FMU\n  = hint: {hint}")))
+    Some(Fault::new(format!("{what}, not an FMU")).hint(hint))
 }
 
 fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
@@ -151,8 +151,10 @@ fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
         changes.push(format!("{} is missing: the inputs keep their start values", references::INPUT));
     }
     let signals = table.is_file().then(|| Signals::read(&table, &all, |_| None)).transpose();
-    let signals = signals
-        .map_err(|Failure { text, .. }| Fault::new(text.replace(&table.display().to_string(), references::INPUT)))?;
+    let signals = signals.map_err(|Failure { fault, .. }| {
+        let message = fault.message.replace(&table.display().to_string(), references::INPUT);
+        fault.told(message)
+    })?;
     let signals = signals.unwrap_or_default();
     let mut host = fmu.instantiate(&description.name)?;
     let give = |host: &mut host::Host, time: f64, initialised: bool| {
@@ -289,7 +291,7 @@ fn results_of(folder: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Fault> {
     let place = folder.join(references::FOLDER).join(references::RESULT);
     if !place.is_file() {
         let hint = "older FMUs, and those of other tools, have none inside; `camdrive export` makes one with them";
-        return Err(Fault::new(format!("the FMU holds no results\n  = hint: {hint}")));
+        return Err(Fault::new("the FMU holds no results").hint(hint));
     }
     let mut table = csv::Reader::from_path(place).map_err(|e| wrong(&e.to_string()))?;
     let names = table.headers().map_err(|e| wrong(&e.to_string()))?.iter().skip(1).map(str::to_owned).collect();

@@ -1,7 +1,7 @@
 //! The parts of a system as instances that exchange values.
 
 use super::system::{Content, Part, System};
-use super::variable::{self, CONNECTED};
+use super::variable::{self, connected};
 use camdrive::drives::variable::Causality;
 use camdrive::drives::{Description, Fault};
 use camdrive_design::coupling::exchange::{Connection, Coupling};
@@ -138,12 +138,12 @@ impl Coupled {
     }
 
     /// Why a variable cannot be set; None where it can.
-    pub fn fixed(&self, variable: usize) -> Option<&'static str> {
+    pub fn fixed(&self, variable: usize) -> Option<Fault> {
         let (part, place) = self.places[variable];
         match [self.variables[variable].causality, self.description(part).variables[place].about.causality] {
             [Causality::Parameter | Causality::Input, _] => None,
-            [_, Causality::Input] => Some(CONNECTED),
-            _ => Some("it is computed"),
+            [_, Causality::Input] => Some(connected()),
+            _ => Some(Fault::new("it is computed")),
         }
     }
 
@@ -151,7 +151,7 @@ impl Coupled {
     ///
     /// # Errors
     /// Those of [`variable::imported`].
-    pub fn value(&self, variable: usize, text: &str) -> Result<f64, String> {
+    pub fn value(&self, variable: usize, text: &str) -> Result<f64, Fault> {
         let (part, place) = self.places[variable];
         variable::imported(self.description(part), place, text)
     }

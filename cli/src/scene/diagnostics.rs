@@ -12,9 +12,11 @@
 //!    = hint: write for example "1800 rpm"
 //! ```
 
+use camdrive::drives::Fault;
 use camdrive_design::text;
 use std::fmt;
 use std::ops::Range;
+use std::path::Path;
 
 /// One fault.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,9 +91,22 @@ impl Diagnostic {
     }
 
     /// A remedy.
-    pub fn hint(mut self, text: impl Into<String>) -> Self {
-        self.hint = Some(line(text));
+    pub fn hint(self, text: impl Into<String>) -> Self {
+        self.remedy(Some(text.into()))
+    }
+
+    /// A remedy, where there is one.
+    pub fn remedy(mut self, hint: Option<String>) -> Self {
+        self.hint = hint.map(line);
         self
+    }
+}
+
+impl Diagnostics {
+    /// The fault of a file as a whole.
+    pub fn of_file(path: &Path, fault: Fault) -> Self {
+        let told = Diagnostic::new(&path.display().to_string(), fault.sentence());
+        Diagnostics(vec![told.remedy(fault.0.hint)])
     }
 }
 

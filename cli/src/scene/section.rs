@@ -410,7 +410,7 @@ impl<'a> Section<'a> {
             DeValue::String(text) => match units::parse(text, quantity) {
                 Ok(value) => Some(value),
                 Err(fault) => {
-                    let fault = self.of_node(node, format!(": {}", fault.message)).hint(fault.hint);
+                    let fault = self.of_node(node, format!(": {}", fault.message)).remedy(fault.0.hint);
                     return self.refuse(fault.admissible(limits.words(quantity.unit)));
                 }
             },

@@ -79,9 +79,7 @@ pub fn open(path: &Path) -> Result<Resolved, Diagnostics> {
     let file = path.display().to_string();
     let fault = |message: &str, hint: &str| Diagnostics(vec![Diagnostic::new(&file, message).hint(hint)]);
     let folder = unpacked(path, &[&format!("{}/", REFERENCES)]).map_err(|unreadable| {
-        let text = unreadable.to_string();
-        let (message, hint) = text.split_once("\n  = hint: ").unwrap_or((&text, "name a scene, or an FMU of one"));
-        fault(message, hint)
+        fault(&unreadable.sentence(), unreadable.hint.as_deref().unwrap_or("name a scene, or an FMU of one"))
     })?;
     let place = folder.path().join(REFERENCES).join(MODEL).join(SCENE);
     if !place.is_file() {

@@ -3,12 +3,12 @@
 #![doc = include_str!("../../../docs/study.md")]
 
 use super::coupled::Coupled;
-use super::diagnostics::{Diagnostic, Diagnostics, nearest};
+use super::diagnostics::{Diagnostics, nearest};
 use super::input::{self, Kind};
 use super::keys::VARY;
 use super::section::{Node, Section};
 use super::source::is_fmu;
-use super::system::{self, hinted};
+use super::system;
 use super::{Resolved, units, variable};
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Kind as Type};
@@ -143,7 +143,7 @@ impl Subject {
         } else {
             return super::read(path).map(|scene| Subject::Scene(Box::new(scene)));
         };
-        coupled.map(|coupled| Subject::Coupled(Box::new(coupled))).map_err(|fault| of_file(path, &fault))
+        coupled.map(|coupled| Subject::Coupled(Box::new(coupled))).map_err(|fault| of_file(path, fault))
     }
 
     /// Its variables.
@@ -176,11 +176,10 @@ impl Subject {
 }
 
 /// The fault of a file as a whole.
-fn of_file(path: &Path, fault: &Fault) -> Diagnostics {
-    let (file, message) = (path.display().to_string(), fault.to_string());
-    let (message, hint) = message.split_once("\n  = hint: ").unwrap_or((&message, ""));
-    let message = message.strip_prefix(&format!("{file}: ")).unwrap_or(message);
-    Diagnostics(vec![hinted(Diagnostic::new(&file, message), hint)])
+fn of_file(path: &Path, fault: Fault) -> Diagnostics {
+    let (place, message) = (format!("{}: ", path.display()), fault.sentence());
+    let message = message.strip_prefix(&place).unwrap_or(&message).to_owned();
+    Diagnostics::of_file(path, fault.told(message))
 }
 
 /// The communication step, where the study says it.
@@ -405,22 +404,18 @@ fn check_measures(root: &Section<'_>, study: &Study, built: &Subject, all: &[Des
         let computed = all.iter().filter(|d| matches!(d.causality, Causality::Output | Causality::Local));
         let known: Vec<&str> = computed.map(|d| d.name.as_str()).collect();
         let absent = study.measures.iter().find(|measure| !known.contains(&&*measure.output));
-        let (fault, hint) = (
-            fault.to_string(),
-            absent.map(|measure| match nearest(&measure.output, &known) {
-                Some(guess) => format!("did you mean `{guess}`?"),
-                None => {
-                    let (command, does) = match built {
-                        Subject::Scene(_) => ("describe", "lists"),
-                        Subject::Coupled(_) => ("run", "writes"),
-                    };
-                    format!("`camdrive {command} {}` {does} the outputs", study.place.display())
-                }
-            }),
-        );
-        let (message, own) = fault.split_once("\n  = hint: ").unwrap_or((&fault, ""));
-        let wrong = hinted(root.fault_of("measures", format!(": {message}")), &hint.unwrap_or(own.to_owned()));
-        return root.refuse(wrong);
+        let hint = absent.map(|measure| match nearest(&measure.output, &known) {
+            Some(guess) => format!("did you mean `{guess}`?"),
+            None => {
+                let (command, does) = match built {
+                    Subject::Scene(_) => ("describe", "lists"),
+                    Subject::Coupled(_) => ("run", "writes"),
+                };
+                format!("`camdrive {command} {}` {does} the outputs", study.place.display())
+            }
+        });
+        let wrong = root.fault_of("measures", format!(": {}", fault.sentence()));
+        return root.refuse(wrong.remedy(hint.or(fault.0.hint)));
     }
     Some(())
 }
@@ -789,11 +784,11 @@ impl Variation<'_> {
             let fixed = match self.subject {
                 Subject::Coupled(coupled) => coupled.fixed(reference),
                 _ if matches!(d.causality, Causality::Parameter | Causality::Input) => None,
-                _ => Some("it is computed"),
+                _ => Some(Fault::new("it is computed")),
             };
             if let Some(why) = fixed {
-                let (why, hint) = why.split_once("\n  = hint: ").unwrap_or((why, ""));
-                return section.refuse(hinted(section.fault(format!(": `{name}` cannot vary: {why}")), hint));
+                let fault = section.fault(format!(": `{name}` cannot vary: {}", why.sentence()));
+                return section.refuse(fault.remedy(why.0.hint));
             }
             let (unit, items) = match &d.kind {
                 Type::Real { quantity, .. } => (quantity.unit, String::new()),
@@ -850,16 +845,15 @@ impl Variation<'_> {
         // Beyond the range of the variable it is a run that is refused.
         match self.value(reference, &placed.value.text()) {
             Ok(value) => Some(Cell::Number(value)),
-            Err(message) => {
-                let (message, hint) = message.split_once("\n  = hint: ").unwrap_or((&message, ""));
-                let fault = section.faults.at(placed.span.clone(), format!(": {message}")).of(&placed.path);
-                section.refuse(hinted(fault, hint))
+            Err(fault) => {
+                let told = section.faults.at(placed.span.clone(), format!(": {}", fault.sentence())).of(&placed.path);
+                section.refuse(told.remedy(fault.0.hint))
             }
         }
     }
 
     /// The value that a text gives a variable.
-    fn value(&self, reference: usize, text: &str) -> Result<f64, String> {
+    fn value(&self, reference: usize, text: &str) -> Result<f64, Fault> {
         match self.subject {
             Subject::Scene(_) => variable::parsed(&self.variables[reference], text),
             Subject::Coupled(coupled) => coupled.value(reference, text),
@@ -1078,7 +1072,7 @@ impl Study {
         };
         let scenes = changed.iter().map(|(i, document)| (self.documents[*i].part.as_str(), document.to_string()));
         let system = system::resolve(&self.place, &whole, &scenes.collect())?;
-        let coupled = Coupled::new(system, Some(base)).map_err(|fault| of_file(&self.place, &fault))?;
+        let coupled = Coupled::new(system, Some(base)).map_err(|fault| of_file(&self.place, fault))?;
         Ok(Subject::Coupled(Box::new(coupled)))
     }
 }

@@ -7,7 +7,7 @@ pub mod single;
 mod ssp;
 mod wiring;
 
-use super::diagnostics::{Diagnostic, Diagnostics, nearest};
+use super::diagnostics::{Diagnostics, nearest};
 use super::input::{self, Kind};
 use super::section::{Node, Section};
 use super::source::{is_fmu, open};
@@ -258,11 +258,7 @@ impl Part {
 /// Reads and validates a system file with its scenes, or an archive of one.
 pub fn read(path: &Path) -> Result<System, Diagnostics> {
     if input::is_archive(path) {
-        return ssp::read(path).map_err(|fault| {
-            let text = fault.to_string();
-            let (message, hint) = text.split_once("\n  = hint: ").unwrap_or((&text, ""));
-            Diagnostics(vec![hinted(Diagnostic::new(&path.display().to_string(), message), hint)])
-        });
+        return ssp::read(path).map_err(|fault| Diagnostics::of_file(path, fault));
     }
     let (_, text) = input::text(path, Kind::System)?;
     resolve(path, &text, &BTreeMap::new())
@@ -386,11 +382,8 @@ fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path, text: Option<&St
             // The faults of a scene are told by its own reader.
             Err(Diagnostics(faults)) => return faults.into_iter().fold(None, |_, fault| section.refuse(fault)),
         },
-        (None, Some(fmu)) => Part::foreign(name, folder.join(fmu)).map_err(|fault| {
-            let message = fault.to_string();
-            let (message, hint) = message.split_once("\n  = hint: ").unwrap_or((&message, ""));
-            hinted(section.fault_of("fmu", format!(": {message}")), hint)
-        }),
+        (None, Some(fmu)) => Part::foreign(name, folder.join(fmu))
+            .map_err(|fault| section.fault_of("fmu", format!(": {}", fault.sentence())).remedy(fault.0.hint)),
         (None, None) => Err(section.fault(" does not say what it is").hint("give `scene` or `fmu`")),
         _ => return None,
     };
@@ -409,11 +402,6 @@ fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path, text: Option<&St
 fn scene_of(path: &Path, text: Option<&String>) -> Result<Resolved, Diagnostics> {
     let folder = path.parent().unwrap_or(Path::new(""));
     text.map_or_else(|| super::read(path), |text| super::resolve(&path.display().to_string(), text, folder))
-}
-
-/// The fault with a hint, where there is one.
-pub(super) fn hinted(fault: Diagnostic, hint: &str) -> Diagnostic {
-    if hint.is_empty() { fault } else { fault.hint(hint) }
 }
 
 /// Reads `start`.
@@ -435,9 +423,9 @@ fn start(section: &Section<'_>, part: &Part) -> Option<Vec<(String, f64)>> {
         };
         match part.value(&name, &text) {
             Ok(value) => Some((name, value)),
-            Err(message) => {
-                let (message, hint) = message.split_once("\n  = hint: ").unwrap_or((&message, ""));
-                section.refuse(hinted(section.faults.at(node.span, format!(": {message}")).of(node.path), hint))
+            Err(fault) => {
+                let told = section.faults.at(node.span, format!(": {}", fault.sentence()));
+                section.refuse(told.of(node.path).remedy(fault.0.hint))
             }
         }
     });
@@ -459,17 +447,17 @@ fn entries<'a>(prefix: &str, table: &'a DeTable<'a>, path: &str, values: &mut Ve
 
 impl Part {
     /// The value that a text gives a variable at the start, in the unit of the variable.
-    fn value(&self, name: &str, text: &str) -> Result<f64, String> {
+    fn value(&self, name: &str, text: &str) -> Result<f64, Fault> {
         let Some(place) = self.description.find(name) else {
             let names = self.description.variables.iter().map(|v| v.about.name.as_str());
             return Err(variable::unknown(name, names));
         };
         let Variable { about, unit, .. } = &self.description.variables[place];
         if !matches!(about.causality, Causality::Parameter | Causality::Input) {
-            return Err(format!("`{name}` is computed and cannot be set"));
+            return Err(Fault::new(format!("`{name}` is computed and cannot be set")));
         }
         let value = variable::imported(&self.description, place, text)?;
-        about.check(value).map_err(|fault| fault.to_string())?;
+        about.check(value)?;
         Ok(unit.of_si(value))
     }
 }

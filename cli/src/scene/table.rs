@@ -12,6 +12,7 @@ use super::diagnostics::{Diagnostic, Diagnostics};
 use super::limits::largest;
 use super::section::{Node, Section, Span};
 use super::{source, units};
+use camdrive::drives::Fault;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::table::{Bend, CLOSING, LEAST_DISTANCE, MOST_POINTS, Points, TableError};
 use camdrive::motion::{MotionLaw, Polyline, Table};
@@ -686,12 +687,13 @@ pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Re
             let factor = alone().and_then(|unit| units::factor(unit, quantity?).ok());
             return Ok(factor.unwrap_or(usual));
         };
-        let wrong = |message: String, hint: String| Diagnostics(vec![fault(&file, cell.clone(), message).hint(hint)]);
+        let wrong = |found: Fault| Diagnostics(vec![fault(&file, cell.clone(), &found.message).remedy(found.0.hint)]);
         match quantity {
-            Some(quantity) => units::factor(&unit, quantity).map_err(|fault| wrong(fault.message, fault.hint)),
+            Some(quantity) => units::factor(&unit, quantity).map_err(wrong),
             None if unit == own => Ok(usual),
             None => {
-                Err(wrong(format!("the unit {unit} is not that of the diagram"), format!("give the values in {own}")))
+                let found = Fault::new(format!("the unit {unit} is not that of the diagram"));
+                Err(wrong(found.hint(format!("give the values in {own}"))))
             }
         }
     };
@@ -742,7 +744,7 @@ fn unit(
     }
     units::factor(text, quantity)
         .map_err(|fault| {
-            section.faults.report(section.fault_of(key, format!(": {}", fault.message)).hint(fault.hint));
+            section.faults.report(section.fault_of(key, format!(": {}", fault.message)).remedy(fault.0.hint));
         })
         .ok()
 }
@@ -824,7 +826,7 @@ fn faults(file: &File, wrong: Vec<Wrong>) -> Vec<Diagnostic> {
             None => Diagnostic::new(&file.name, message),
         };
         let fault = if let Some(names) = admissible { fault.admissible(names) } else { fault };
-        if let Some(hint) = hint { fault.hint(hint) } else { fault }
+        fault.remedy(hint.map(str::to_owned))
     });
     let count = (more > 0).then(|| Diagnostic::new(&file.name, format!("the table has {more} more faults like these")));
     told.chain(count).collect()

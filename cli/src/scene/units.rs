@@ -8,6 +8,7 @@
 //! `rpm`, `1/min` and `U/min` are revolutions per minute, `Hz` is one revolution (cycle) per second, 2π rad/s.
 //! `1/s` is refused for an angular velocity, since it is read both ways.
 
+use camdrive::drives::Fault;
 use camdrive::drives::unit::{self, Quantity};
 use std::f64::consts::{PI, TAU};
 
@@ -149,51 +150,39 @@ const fn one(base: [i8; 4]) -> Unit {
     Unit { numerator: 1.0, denominator: 1.0, base }
 }
 
-/// Why a text is no value of the expected quantity; and a hint.
-#[derive(Clone, Debug, PartialEq)]
-pub struct UnitFault {
-    /// The fault of the text.
-    pub message: String,
-    /// A remedy.
-    pub hint: String,
-}
-
 /// The value of `text` ("1800 rpm") in the coherent SI unit of `quantity`; a text without unit is SI.
-pub fn parse(text: &str, quantity: &'static Quantity) -> Result<f64, UnitFault> {
+pub fn parse(text: &str, quantity: &'static Quantity) -> Result<f64, Fault> {
     let hint = || format!("write for example {}", example(quantity));
     let text = &*text.replace('\u{2212}', "-");
     if let Some(fault) = marked(text.trim()) {
         return Err(fault);
     }
     let (number, unit_text) = split(text.trim());
-    let number: f64 = number.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| UnitFault {
-        message: format!("\"{text}\" does not start with a finite number"),
-        hint: hint(),
-    })?;
+    let number: f64 = number
+        .parse()
+        .ok()
+        .filter(|v: &f64| v.is_finite())
+        .ok_or_else(|| Fault::new(format!("\"{text}\" does not start with a finite number")).hint(hint()))?;
     if unit_text.is_empty() {
         return Ok(number);
     }
     let unit = parse_unit(unit_text).map_err(|fault| {
         let meant = fault.meant(unit_text, quantity);
         let hint = meant.map_or_else(hint, |(unit, times)| format!("write \"{} {unit}\"", short(number * times)));
-        UnitFault { message: format!("\"{text}\": {}", fault.message(unit_text, quantity)), hint }
+        Fault::new(format!("\"{text}\": {}", fault.message(unit_text, quantity))).hint(hint)
     })?;
     if unit.base == quantity.base {
         let value = number * unit.numerator / unit.denominator;
-        let too_large = || UnitFault { message: format!("\"{text}\" is too large a number"), hint: hint() };
+        let too_large = || Fault::new(format!("\"{text}\" is too large a number")).hint(hint());
         return if value.is_finite() { Ok(value) } else { Err(too_large()) };
     }
     let ambiguous = unit.base == [0, 0, -1, 0] && quantity.base == unit::ANGULAR_VELOCITY.base;
     Err(if ambiguous {
-        UnitFault {
-            message: format!("\"{text}\" may mean radians or revolutions per second"),
-            hint: "write rad/s, Hz (revolutions per second) or rpm".to_owned(),
-        }
+        Fault::new(format!("\"{text}\" may mean radians or revolutions per second"))
+            .hint("write rad/s, Hz (revolutions per second) or rpm")
     } else {
-        UnitFault {
-            message: format!("\"{text}\" is {}; {} is expected", article(&dimension(unit.base)), name(quantity)),
-            hint: hint(),
-        }
+        Fault::new(format!("\"{text}\" is {}; {} is expected", article(&dimension(unit.base)), name(quantity)))
+            .hint(hint())
     })
 }
 
@@ -206,19 +195,21 @@ pub fn written<'a>(text: &'a str, quantity: &Quantity) -> Option<(&'a str, f64)>
 
 /// A factor that turns a value in this unit into coherent SI: (numerator, denominator). An FMU may have units that are not known
 /// here otherwise.
-pub fn factor(text: &str, quantity: &'static Quantity) -> Result<(f64, f64), UnitFault> {
+pub fn factor(text: &str, quantity: &'static Quantity) -> Result<(f64, f64), Fault> {
     let text = text.trim();
     let hint = || format!("write for example \"{}\"", quantity.display.map_or(quantity.unit, |(unit, _)| unit));
-    let unit = parse_unit(text).map_err(|fault| UnitFault { message: fault.message(text, quantity), hint: hint() });
+    let unit = parse_unit(text).map_err(|fault| Fault::new(fault.message(text, quantity)).hint(hint()));
     match (unit, quantity.display) {
         (Ok(unit), _) if unit.base == quantity.base => Ok((unit.numerator, unit.denominator)),
         _ if text == quantity.unit => Ok((1.0, 1.0)),
         (_, Some((name, count))) if text == name => Ok((1.0, count)),
         (Err(fault), _) => Err(fault),
-        (Ok(unit), _) => Err(UnitFault {
-            message: format!("\"{text}\" is the unit of {}; {} is expected", dimension(unit.base), name(quantity)),
-            hint: hint(),
-        }),
+        (Ok(unit), _) => Err(Fault::new(format!(
+            "\"{text}\" is the unit of {}; {} is expected",
+            dimension(unit.base),
+            name(quantity)
+        ))
+        .hint(hint())),
     }
 }
 
@@ -262,7 +253,7 @@ pub fn split(text: &str) -> (&str, &str) {
 }
 
 /// The fault of a number with marks of thousands or a decimal comma.
-fn marked(text: &str) -> Option<UnitFault> {
+fn marked(text: &str) -> Option<Fault> {
     let is_mark = |c: char| ".,'\u{2019}_".contains(c) || c.is_whitespace();
     let end = text.find(|c: char| !c.is_ascii_digit() && !is_mark(c) && !"+-".contains(c)).unwrap_or(text.len());
     let number = text[..end].trim_end_matches(is_mark);
@@ -276,7 +267,7 @@ fn marked(text: &str) -> Option<UnitFault> {
         let point = |(i, c): (usize, char)| if Some(i) == kept { Some('.') } else { Some(c).filter(|c| !is_mark(*c)) };
         format!("\"{}{}\"", number.char_indices().filter_map(point).collect::<String>(), &text[number.len()..])
     };
-    let fault = |message: String, hint: String| Some(UnitFault { message, hint });
+    let fault = |message: String, hint: String| Some(Fault::new(message).hint(hint));
     let of_thousands = format!("\"{text}\" has marks of thousands");
     match (others, *last) {
         (_, '.' | ',') if !others.is_empty() && !others.contains(last) && of_three(&groups[1..groups.len() - 1]) => {
@@ -553,7 +544,7 @@ mod tests {
         }
         let fault = parse("25 mm/rad2", length(1)).expect_err("another derivative");
         assert_eq!(fault.message, "\"25 mm/rad2\" is a length per rad2; a length per rad is expected");
-        assert_eq!(fault.hint, "write for example \"25 mm/rad\" or \"25 mm\"");
+        assert_eq!(fault.hint.as_deref(), Some("write for example \"25 mm/rad\" or \"25 mm\""));
         assert_eq!(per_angle(&unit::LENGTH, 0), &unit::LENGTH);
     }
 
@@ -570,9 +561,9 @@ mod tests {
             ("5 kg.m3", &unit::LENGTH, "\"5 kg.m3\" is a quantity in kg.m3; a length is expected"),
         ];
         for (text, quantity, message) in cases {
-            assert_eq!(parse(text, quantity).map_err(|e| e.message), Err((*message).to_owned()));
+            assert_eq!(parse(text, quantity).map_err(|e| e.message.clone()), Err((*message).to_owned()));
         }
-        let unknown = parse("5 furlong", &unit::LENGTH).expect_err("no such unit").message;
+        let unknown = parse("5 furlong", &unit::LENGTH).expect_err("no such unit").0.message;
         assert!(unknown.contains("there is no unit `furlong`"), "{unknown}");
         // What is meant has the dimension that is expected.
         for (text, quantity, meant, hint) in [
@@ -593,7 +584,7 @@ mod tests {
         ] {
             let fault = parse(text, quantity).expect_err("no such unit");
             assert!(fault.message.contains(meant), "{text}: {}", fault.message);
-            assert_eq!(fault.hint, hint, "{text}");
+            assert_eq!(fault.hint.as_deref(), Some(hint), "{text}");
         }
         // Marks of thousands.
         for (text, message, hint) in [
@@ -608,7 +599,7 @@ mod tests {
             ("1,8 rpm", "decimal comma", "write the decimal point: \"1.8 rpm\""),
         ] {
             let fault = parse(text, &unit::ANGULAR_VELOCITY).expect_err("marks");
-            assert!(fault.message.contains(message) && fault.hint == hint, "{text}: {fault:?}");
+            assert!(fault.message.contains(message) && fault.hint.as_deref() == Some(hint), "{text}: {fault:?}");
         }
         assert!(
             parse("1.800 rpm", &unit::ANGULAR_VELOCITY).is_ok() && parse("45 1/min", &unit::ANGULAR_VELOCITY).is_ok()

@@ -2,8 +2,8 @@
 
 use super::diagnostics::nearest;
 use super::units;
-use camdrive::drives::Description;
 use camdrive::drives::variable::Kind;
+use camdrive::drives::{Description, Fault};
 use camdrive_design::host::{ModelDescription, Unit, Variable};
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ use std::collections::HashMap;
 ///
 /// # Errors
 /// There is none: with the name that it is most like.
-pub fn finder(all: &[Description]) -> impl Fn(&str) -> Result<usize, String> {
+pub fn finder(all: &[Description]) -> impl Fn(&str) -> Result<usize, Fault> {
     // From the end, since the first one of a name counts.
     let places: HashMap<&str, usize> =
         all.iter().enumerate().rev().map(|(place, d)| (d.name.as_str(), place)).collect();
@@ -19,12 +19,13 @@ pub fn finder(all: &[Description]) -> impl Fn(&str) -> Result<usize, String> {
 }
 
 /// Says that none of `all` has this name.
-pub fn unknown<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> String {
-    let remedy = match nearest(name, &all.collect::<Vec<_>>()) {
-        Some(guess) => format!("; did you mean `{guess}`?"),
-        None => "\n  = hint: `camdrive describe SCENE` lists the variables".to_owned(),
-    };
-    format!("there is no variable `{name}`{remedy}")
+pub fn unknown<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> Fault {
+    match nearest(name, &all.collect::<Vec<_>>()) {
+        Some(guess) => Fault::new(format!("there is no variable `{name}`; did you mean `{guess}`?")),
+        None => {
+            Fault::new(format!("there is no variable `{name}`")).hint("`camdrive describe SCENE` lists the variables")
+        }
+    }
 }
 
 /// The value that `text` gives a variable: a number in SI, a text with a unit of its quantity ("2000 rpm"), true or false, or the
@@ -32,9 +33,9 @@ pub fn unknown<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> String {
 ///
 /// # Errors
 /// Anything else, and values out of the range of the variable.
-pub fn value(of: &Description, text: &str) -> Result<f64, String> {
+pub fn value(of: &Description, text: &str) -> Result<f64, Fault> {
     let value = parsed(of, text)?;
-    of.check(value).map_err(|fault| fault.to_string())?;
+    of.check(value)?;
     Ok(value)
 }
 
@@ -42,12 +43,13 @@ pub fn value(of: &Description, text: &str) -> Result<f64, String> {
 ///
 /// # Errors
 /// A text that is no value of its kind.
-pub fn parsed(of: &Description, text: &str) -> Result<f64, String> {
+pub fn parsed(of: &Description, text: &str) -> Result<f64, Fault> {
     let (name, text) = (&of.name, text.trim());
-    let number = |expected: &str| text.parse().map_err(|_| format!("`{name}`: \"{text}\" is not {expected}"));
+    let number =
+        |expected: &str| text.parse().map_err(|_| Fault::new(format!("`{name}`: \"{text}\" is not {expected}")));
     Ok(match (&of.kind, text) {
         (Kind::Real { quantity, .. }, _) => {
-            units::parse(text, quantity).map_err(|e| format!("`{name}`: {}\n  = hint: {}", e.message, e.hint))?
+            units::parse(text, quantity).map_err(|fault| fault.within(format_args!("`{name}`")))?
         }
         (Kind::Integer { .. }, _) => number("a whole number")?,
         (Kind::Boolean, "true") => 1.0,
@@ -64,23 +66,26 @@ pub fn parsed(of: &Description, text: &str) -> Result<f64, String> {
 }
 
 /// Why no value can be given to an input that is connected.
-pub const CONNECTED: &str = "the input is connected, so that a value would have no effect\n  = hint: set the output that it is \
-                             connected to, or a variable of the part before it";
+pub fn connected() -> Fault {
+    Fault::new("the input is connected, so that a value would have no effect")
+        .hint("set the output that it is connected to, or a variable of the part before it")
+}
 
 /// Two values of a text that differ by less are one: model descriptions have factors with some digits only.
 const SAME: f64 = 1e-6;
 
-/// What is wrong with a number without a unit where the FMU has another than SI, and a hint.
-pub fn ambiguous(number: f64, unit: &Unit) -> (String, String) {
+/// The fault of a number without a unit where the FMU has another than SI.
+pub fn ambiguous(number: f64, unit: &Unit) -> Fault {
     let unit = &unit.name;
-    (format!("{number} may be in SI or in {unit}, the unit of the FMU"), format!("write the unit, \"{number} {unit}\""))
+    Fault::new(format!("{number} may be in SI or in {unit}, the unit of the FMU"))
+        .hint(format!("write the unit, \"{number} {unit}\""))
 }
 
 /// The same as [`parsed`] of a variable of an FMU, which may define units of its own; the value is in SI.
 ///
 /// # Errors
 /// Those of [`parsed`]; a number without a unit where the FMU's is not SI; a unit that means something else in the FMU.
-pub fn imported(description: &ModelDescription, variable: usize, text: &str) -> Result<f64, String> {
+pub fn imported(description: &ModelDescription, variable: usize, text: &str) -> Result<f64, Fault> {
     let Variable { about, unit, items, .. } = &description.variables[variable];
     let (name, (number, word)) = (&about.name, units::split(text));
     if !items.is_empty() {
@@ -88,17 +93,17 @@ pub fn imported(description: &ModelDescription, variable: usize, text: &str) -> 
         let all = || items.iter().map(|(item, value)| format!("{value} ({item})")).collect::<Vec<_>>().join(", ");
         return item
             .map(|(_, value)| f64::from(*value))
-            .ok_or_else(|| format!("`{name}`: \"{text}\" is not admissible; expected {}", all()));
+            .ok_or_else(|| Fault::new(format!("`{name}`: \"{text}\" is not admissible; expected {}", all())));
     }
     let number: Option<f64> = number.parse().ok();
     let theirs = number.and_then(|number| Some(description.unit(variable, word)?.to_si(number)));
     match (number, theirs, parsed(about, text)) {
         (Some(number), ..) if word.is_empty() && unit.to_si(number) != number => {
-            let (message, hint) = ambiguous(number, unit);
-            Err(format!("`{name}`: {message}\n  = hint: {hint}"))
+            Err(ambiguous(number, unit).within(format_args!("`{name}`")))
         }
         (_, Some(theirs), Ok(ours)) if (theirs - ours).abs() > SAME * ours.abs() => {
-            Err(format!("`{name}`: {word} has another meaning in the FMU\n  = hint: give the value in another unit"))
+            Err(Fault::new(format!("`{name}`: {word} has another meaning in the FMU"))
+                .hint("give the value in another unit"))
         }
         (_, Some(theirs), Err(_)) => Ok(theirs),
         (_, _, ours) => ours,
@@ -139,7 +144,7 @@ mod tests {
             ("drive.v", "1", ["no variable `drive.v`", "did you mean `drive.w`?"]),
             ("zzz", "1", ["no variable `zzz`", "describe"]),
         ] {
-            let message = of(name, text).unwrap_err();
+            let message = of(name, text).unwrap_err().to_string();
             assert!(parts.iter().all(|part| message.contains(part)), "{name} = {text}: {message}");
         }
     }
@@ -149,11 +154,11 @@ mod tests {
         let all = variables("guide_bar/scene.toml");
         let boolean = Description { kind: Kind::Boolean, ..all[0].clone() };
         assert_eq!(["true", "false", "1"].map(|text| value(&boolean, text).unwrap()), [1.0, 0.0, 1.0]);
-        assert!(value(&boolean, "yes").unwrap_err().contains("\"yes\" is not true or false"));
+        assert!(value(&boolean, "yes").unwrap_err().message.contains("\"yes\" is not true or false"));
         let integer = Description { kind: Kind::Integer { min: 0, max: 3 }, ..boolean };
         assert_eq!(value(&integer, "3"), Ok(3.0));
         for (text, part) in [("true", "not a whole number"), ("2.5", "expected 0 to 3"), ("nan", "NaN")] {
-            assert!(value(&integer, text).unwrap_err().contains(part), "{text}");
+            assert!(value(&integer, text).unwrap_err().to_string().contains(part), "{text}");
         }
     }
 }

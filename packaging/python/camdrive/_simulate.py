@@ -20,7 +20,19 @@ from typing import Any, Optional, Union
 
 import numpy as np
 
-from ._tool import Error, PathLike, SimulationError, export, failure, is_fmu, module, run, temporary_folder, words
+from ._tool import (
+    Error,
+    PathLike,
+    SimulationError,
+    export,
+    failure,
+    hinted,
+    is_fmu,
+    module,
+    run,
+    temporary_folder,
+    words,
+)
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Time = Union[float, str, None]
@@ -189,9 +201,8 @@ def _in_own_unit(value: Any, unit: str, variable: Any, units: dict[str, tuple[An
         return value
     if not unit:
         hint = f'write the unit: "2 {variable.unit}", of a field of `input` "{variable.name} [{variable.unit}]"'
-        raise SimulationError(
-            f"`{variable.name}`: numbers may be in SI or in {variable.unit}, the unit of the FMU\n  = hint: {hint}"
-        )
+        message = f"`{variable.name}`: numbers may be in SI or in {variable.unit}, the unit of the FMU"
+        raise SimulationError(hinted(message, hint))
     other = units.get(unit)
     return None if other is None or other[0] != own[0] else (other[1] * value + other[2] - own[2]) / own[1]
 
@@ -229,8 +240,9 @@ def _number(value: Any, variable: Any, units: dict[str, tuple[Any, float, float]
     if own is not None:
         return own
     admissible = " or ".join([f"a number in {variable.unit}" if variable.unit else "a number", *items])
-    hint = "" if items else '\n  = hint: texts with units are for scenes with engine = "native"'
-    raise SimulationError(f"`{variable.name}` = {value!r}\n  = admissible: {admissible}{hint}")
+    message = f"`{variable.name}` = {value!r}\n  = admissible: {admissible}"
+    hint = 'texts with units are for scenes with engine = "native"'
+    raise SimulationError(message if items else hinted(message, hint))
 
 
 def _by_fmpy(

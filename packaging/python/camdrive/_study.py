@@ -15,7 +15,7 @@ from importlib import import_module
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Optional, Union
 
-from ._tool import Error, PathLike, failure, is_fmu, module, run, temporary_folder, words
+from ._tool import Error, PathLike, failure, hinted, is_fmu, module, run, temporary_folder, words
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -157,7 +157,7 @@ def study(
     is_sent = client is not None and not explain
     # A share goes on with any store of the study.
     if is_sent and not resume and (target / "study.json").exists():
-        raise Error(f"{target}: a store is there\n  = hint: resume=True computes what it lacks")
+        raise Error(hinted(f"{target}: a store is there", "resume=True computes what it lacks"))
     options = {"--explain": explain, "--resume": resume, _NOTHING: is_sent, f"--output={target}": not explain}
     options[f"--threads={threads}"] = threads is not None
     limit = () if timeout is None else (f"--timeout={timeout}",)
@@ -234,7 +234,7 @@ def _sealed(part: Path, identity: str) -> bytes:
         digest.update(len(piece).to_bytes(8, "little") + piece)
     if digest.hexdigest().encode() != whole[first : first + 64]:
         hint = "resume=True, or `camdrive study --resume`, computes it again"
-        raise ValueError(f"{part.name} is damaged, or of another place or study\n  = hint: {hint}")
+        raise ValueError(hinted(f"{part.name} is damaged, or of another place or study", hint))
     return whole
 
 
@@ -305,8 +305,8 @@ def _distribute(client: Any, done: Study, files: list[str], limit: tuple[str, ..
     except Exception as error:
         is_bare = isinstance(error, ImportError)
         hint = "pip install the wheel of camdrive on all workers" if is_bare else "with a `store`, resume=True goes on"
-        kept = f"{len(parts) - len(missing)} of {len(parts)} parts are there\n  = hint: {hint}"
-        raise Error(f"{words(error) or type(error).__name__}\n  = note: {kept}") from error
+        kept = f"{len(parts) - len(missing)} of {len(parts)} parts are there"
+        raise Error(hinted(f"{words(error) or type(error).__name__}\n  = note: {kept}", hint)) from error
     finally:
         for future in futures:
             future.release()

@@ -57,6 +57,11 @@ class SimulationError(Error):
         return "\n".join((self.args[0], *self.messages))
 
 
+def hinted(message: str, hint: str) -> str:
+    """A message with its remedy, as the tool prints it."""
+    return f"{message}\n  = hint: {hint}"
+
+
 def words(error: Exception) -> str:
     """What went wrong, without the number of the system's error."""
     if isinstance(error, OSError) and error.strerror:

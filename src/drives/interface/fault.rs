@@ -48,9 +48,14 @@ impl Fault {
     }
 
     /// The same fault with its place, a file or a part, before the message.
-    pub fn within(mut self, place: impl std::fmt::Display) -> Self {
-        self.0.message = format!("{place}: {}", self.sentence());
-        self.0.named = false;
+    pub fn within(self, place: impl std::fmt::Display) -> Self {
+        let message = format!("{place}: {}", self.sentence());
+        self.told(message)
+    }
+
+    /// The same fault in other words.
+    pub fn told(mut self, message: String) -> Self {
+        (self.0.message, self.0.named) = (message, false);
         self
     }
 

@@ -12,7 +12,7 @@ pub trait Source {
     /// Initialises it at this time (s); `inputs` sets inputs.
     fn start(&mut self, time: f64, inputs: impl FnOnce(&mut Self) -> Result<(), Fault>) -> Result<(), Fault>;
     /// The value that a text gives a variable.
-    fn value(&mut self, variable: usize, text: &str) -> Result<f64, String>;
+    fn value(&mut self, variable: usize, text: &str) -> Result<f64, Fault>;
     /// Sets a parameter or an input.
     fn set(&mut self, variable: usize, value: f64) -> Result<(), Fault>;
     /// Sets the time derivative of an input, where that is used.
@@ -56,7 +56,7 @@ pub fn run<S: Source>(
         None => (0..all.len()).filter(|i| all[*i].causality == Causality::Output).collect(),
         Some(names) => {
             let found = names_of(names).into_iter().map(&find);
-            found.collect::<Result<_, _>>().map_err(|e| wrong_argument(format!("--output: {e}")))?
+            found.collect::<Result<_, _>>().map_err(|fault: Fault| wrong_argument(fault.within("--output")))?
         }
     };
     run.columns.extend(outputs.iter().map(|i| column(*i)));
@@ -66,19 +66,19 @@ pub fn run<S: Source>(
     let mut driven = Driven { source, outputs, signals, start: run.start, undefined: None };
     let mut given = Vec::new();
     for text in &args.start {
-        let wrong = |message: String| wrong_argument(format!("--start {text}: {message}"));
+        let wrong = |fault: Fault| wrong_argument(fault.within(format_args!("--start {text}")));
         let (name, word) = name_and_value(text)?;
         let variable = find(name).map_err(wrong)?;
         if given.contains(&variable) {
-            return Err(wrong(format!("`{name}` is given twice")));
+            return Err(wrong(Fault::new(format!("`{name}` is given twice"))));
         }
         if driven.signals.give(variable) {
-            return Err(wrong(format!("the table of --input gives `{name}`")));
+            return Err(wrong(Fault::new(format!("the table of --input gives `{name}`"))));
         }
         given.push(variable);
         let value = driven.source.value(variable, word).map_err(wrong)?;
         let set = driven.source.set(variable, value);
-        set.map_err(|fault| if fault.is_loss { failure(fault) } else { wrong(fault.to_string()) })?;
+        set.map_err(|fault| if fault.is_loss { failure(fault) } else { wrong(fault) })?;
     }
     run.record(args, &mut driven)?;
     if let Some((variable, value, time)) = driven.undefined {
@@ -128,7 +128,7 @@ impl<S: Source> Machine for Driven<S> {
             let span = || format!("from t = {} s to {} s", Number(from), Number(next));
             match step {
                 Err(fault) if self.source.has_ended() => return Ok(Some(format!("{}: {fault}", span()))),
-                other => other.map_err(|fault| failure(format!("{}: {fault}", span())))?,
+                other => other.map_err(|fault| fault.within(span()))?,
             }
             self.source.warn();
             from = next;

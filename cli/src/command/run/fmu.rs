@@ -4,7 +4,7 @@ use super::driven::{self, Source};
 use super::{Args, Column, Run, Shared};
 use crate::command::{Failure, failure, optional, tell, wrong_argument};
 use crate::scene::system::System;
-use crate::scene::variable::{self, CONNECTED};
+use crate::scene::variable::{self, connected};
 use camdrive::drives::unit::TIME;
 use camdrive::drives::variable::{Kind, Variability};
 use camdrive::drives::{Description, Experiment, Fault, Number};
@@ -24,12 +24,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let fmu = Fmu::open(&args.file).map_err(failure)?;
     let ModelDescription { name, experiment, .. } = fmu.description();
     let start = experiment.start.unwrap_or(0.0);
-    let stop = optional("stop", &args.stop, &TIME)?.or(experiment.stop).ok_or_else(|| {
-        wrong_argument("--stop: the FMU tells no stop time\n  = hint: give one, such as --stop \"1 s\"")
-    })?;
+    let stop = optional("stop", &args.stop, &TIME)?
+        .or(experiment.stop)
+        .ok_or_else(|| wrong_argument("--stop: the FMU tells no stop time").hint("give one, such as --stop \"1 s\""))?;
     let step = experiment.step.unwrap_or((stop - start) / STEPS);
     let run = Run::new(args, name, start, &Experiment { stop, step, tolerance: 0.0 })?;
-    let host = fmu.instantiate(name).map_err(|fault| failure(format!("{}: {fault}", args.file.display())))?;
+    let host = fmu.instantiate(name).map_err(|fault| fault.within(args.file.display()))?;
     let coupling = Coupling::new(vec![(String::new(), host)], &[], Exchange::Held, 0).map_err(failure)?;
     coupled(args, run, coupling).map(|_| ())
 }
@@ -132,14 +132,14 @@ impl Source for Imported {
         self.coupling.start()
     }
 
-    fn value(&mut self, variable: usize, text: &str) -> Result<f64, String> {
+    fn value(&mut self, variable: usize, text: &str) -> Result<f64, Fault> {
         let (part, place) = self.places[variable];
         if self.coupling.is_connected(part, place) {
-            return Err(CONNECTED.to_owned());
+            return Err(connected());
         }
         let description = self.coupling.description(part);
         let value = variable::imported(description, place, text)?;
-        description.variables[place].about.check(value).map(|()| value).map_err(|fault| fault.to_string())
+        description.variables[place].about.check(value).map(|()| value)
     }
 
     fn set(&mut self, variable: usize, value: f64) -> Result<(), Fault> {
@@ -172,8 +172,9 @@ impl Source for Imported {
             let [step, own] = [step, self.step].map(Number);
             let hint = "a --step that divides the time, and rows of --input at communication points";
             return Err(Fault::new(format!(
-                "the FMU takes steps of one length only (canHandleVariableCommunicationStepSize), {own} s, not {step} s\n  = hint: take {hint}"
-            )));
+                "the FMU takes steps of one length only (canHandleVariableCommunicationStepSize), {own} s, not {step} s"
+            ))
+            .hint(format!("take {hint}")));
         }
         self.coupling.advance(time, step)
     }

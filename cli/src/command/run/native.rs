@@ -30,7 +30,7 @@ impl Source for Described {
         (**self).start()
     }
 
-    fn value(&mut self, variable: usize, text: &str) -> Result<f64, String> {
+    fn value(&mut self, variable: usize, text: &str) -> Result<f64, Fault> {
         variable::value(&self.descriptions()[variable], text)
     }
 

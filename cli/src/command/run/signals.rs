@@ -35,8 +35,7 @@ impl Signals {
     pub fn read(path: &Path, all: &[Description], own: impl Fn(usize) -> Option<String>) -> Result<Self, Failure> {
         let inputs: Vec<usize> = (0..all.len()).filter(|i| all[*i].causality == Causality::Input).collect();
         let of: Vec<&Description> = inputs.iter().map(|i| &all[*i]).collect();
-        let table =
-            scene::courses(path, &of, |input| own(inputs[input])).map_err(|faults| Failure::new(faults.to_string()))?;
+        let table = scene::courses(path, &of, |input| own(inputs[input])).map_err(failure)?;
         let is_it = |d: &Description, (name, of): (&str, &Quantity)| {
             d.name == name && matches!(d.kind, Kind::Real { quantity, .. } if quantity.base == of.base)
         };
@@ -58,10 +57,10 @@ impl Signals {
                 Some(order) => {
                     let (missing, here) = (MOTION[first.rows.len()].0, MOTION[order].0);
                     return Err(failure(format!(
-                        "{}: `{here}` has a column, but not `{missing}`, whose derivative it is\n  = hint: add `{missing}`, \
-                         or let the drive integrate w alone, [drive] mode = \"speed\"",
+                        "{}: `{here}` has a column, but not `{missing}`, whose derivative it is",
                         path.display()
-                    )));
+                    ))
+                    .hint(format!("add `{missing}`, or let the drive integrate w alone, [drive] mode = \"speed\"")));
                 }
             }
         }

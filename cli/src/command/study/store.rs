@@ -67,9 +67,8 @@ impl Store {
             path.extension().is_some_and(|ending| ending == "parquet") && path.is_file()
         };
         if !place.exists() && std::fs::read_dir(&runs).map_err(unwritten)?.any(is_part) {
-            let message =
-                "parts of a study are there without its study.json\n  = hint: choose another -o, or remove the folder";
-            return Err(failure(format!("{}: {message}", folder.display())));
+            let message = format!("{}: parts of a study are there without its study.json", folder.display());
+            return Err(failure(message).hint("choose another -o, or remove the folder"));
         }
         // Of several jobs that begin at once one makes it.
         let made = match place.exists() {
@@ -90,10 +89,10 @@ impl Store {
                 (String::new(), "")
             };
             if !message.is_empty() {
-                return Err(failure(format!("{}: {message}\n  = hint: {hint}", folder.display())));
+                return Err(failure(format!("{}: {message}", folder.display())).hint(hint));
             }
         }
-        let of: serde_json::Value = serde_json::from_str(specification).map_err(failure)?;
+        let of: serde_json::Value = serde_json::from_str(specification).map_err(|e| failure(e.to_string()))?;
         let identity = of["identity"].as_str().unwrap_or_default().to_owned();
         Ok(Store { runs, columns: of["columns"].to_string(), identity })
     }
@@ -108,11 +107,11 @@ impl Store {
     /// A part that is there, but damaged, or not the one of this number in this study.
     pub fn has(&self, part: u64) -> Result<bool, Failure> {
         let place = self.place(part);
-        let fault = |message: &str| Err(failure(format!("{}: {message}", place.display())));
+        let fault = |message: &str| failure(format!("{}: {message}", place.display()));
         let mut bytes = match std::fs::read(&place) {
             Ok(bytes) => bytes,
             Err(_) if !place.is_file() => return Ok(false),
-            Err(e) => return fault(&format!("it cannot be read: {e}")),
+            Err(e) => return Err(fault(&format!("it cannot be read: {e}"))),
         };
         let found = seal(&bytes).map(|place| bytes[place].to_owned());
         self.sign(part, &mut bytes);
@@ -120,9 +119,8 @@ impl Store {
         if right.is_some() && found == right {
             return Ok(true);
         }
-        fault(
-            "this part is damaged, or of another place or study\n  = hint: `camdrive study --resume` computes it again",
-        )
+        let damaged = fault("this part is damaged, or of another place or study");
+        Err(damaged.hint("`camdrive study --resume` computes it again"))
     }
 
     /// Writes the checksum of a part into it: SHA-256 of the study, of its number, and of its bytes with zeros in the place of
@@ -152,9 +150,8 @@ impl Store {
     pub fn write(&self, part: u64, first: u64, columns: &[(Column, Content)], rows: &[Record]) -> Result<(), Failure> {
         let place = self.place(part);
         let hint = "the parts before are kept; --resume goes on with the rest";
-        let unwritten = |e: &dyn std::fmt::Display| {
-            failure(format!("{} cannot be written: {e}\n  = hint: {hint}", place.display()))
-        };
+        let unwritten =
+            |e: &dyn std::fmt::Display| failure(format!("{} cannot be written: {e}", place.display())).hint(hint);
         let mut bytes = self.bytes(first, columns, rows).map_err(|e| unwritten(&e))?;
         self.sign(part, &mut bytes);
         whole(&place, &bytes, true).map_err(|e| unwritten(&e))
@@ -248,7 +245,7 @@ pub fn findings(folder: &Path) -> Result<Findings, Failure> {
     let place = folder.join(SPECIFICATION);
     let unread = |e: &dyn std::fmt::Display| {
         let hint = "name a scene, a system, a study, or the folder that `camdrive study` wrote";
-        failure(format!("{}: this is no store of a study: {SPECIFICATION}: {e}\n  = hint: {hint}", folder.display()))
+        failure(format!("{}: this is no store of a study: {SPECIFICATION}: {e}", folder.display())).hint(hint)
     };
     let text = std::fs::read_to_string(&place).map_err(|e| unread(&e))?;
     let of: Specification = serde_json::from_str(&text).map_err(|e| unread(&e))?;

@@ -90,7 +90,7 @@ pub fn findings(path: &Path, system: &System) -> Result<(Findings, Option<Single
         let system = study::System { name: &system.name, step: system.step, stop: system.stop };
         study::study(system, candidates, outputs, reference, tell)
     });
-    let findings = findings.map_err(|fault| failure(format!("{}: {fault}", path.display())))?;
+    let findings = findings.map_err(|fault| failure(fault.within(path.display())))?;
     Ok((findings, single))
 }
 

@@ -64,19 +64,22 @@ pub fn read(path: &Path) -> Result<System, Fault> {
     let folder = Arc::new(unpacked(path, &[""])?);
     // What is said of files means those in the archive.
     let outside = format!("{}{}", folder.path().display(), std::path::MAIN_SEPARATOR);
-    system(path, folder).map_err(|fault| Fault::new(fault.to_string().replace(&outside, "")))
+    system(path, folder).map_err(|fault| {
+        let message = fault.sentence().replace(&outside, "");
+        fault.told(message)
+    })
 }
 
 fn system(path: &Path, folder: Arc<TemporaryFolder>) -> Result<System, Fault> {
     let file = |uri: &str| {
         let place = folder.path().join(inside(uri)?);
-        let missing = || Fault::new(format!("{uri} is not in the archive\n  = hint: {HINT}"));
+        let missing = || Fault::new(format!("{uri} is not in the archive")).hint(HINT);
         place.is_file().then_some(place).ok_or_else(missing)
     };
     let document = |uri: &str| {
         let text = std::fs::read_to_string(file(uri)?).map_err(|e| Fault::new(format!("{uri} cannot be read: {e}")))?;
         let root = Element::read(&text).map_err(|fault| Fault::new(format!("{uri}, {fault}")))?;
-        is_read(&root).map_err(|fault| Fault::new(format!("{uri}: {fault}")))?;
+        is_read(&root).map_err(|fault| fault.within(uri))?;
         Ok(root)
     };
     let root = document(STRUCTURE)?;
@@ -86,7 +89,7 @@ fn system(path: &Path, folder: Arc<TemporaryFolder>) -> Result<System, Fault> {
     let mut parts: Vec<Part> = Vec::new();
     for element in own.list("Elements") {
         let name = element.needed("name")?;
-        let told = |fault: Fault| Fault::new(format!("part {name}: {fault}"));
+        let told = |fault: Fault| fault.within(format_args!("part {name}"));
         if parts.iter().any(|part| part.name == name) {
             return Err(Fault::new(format!("two parts are called {name}")));
         }
@@ -105,7 +108,7 @@ fn system(path: &Path, folder: Arc<TemporaryFolder>) -> Result<System, Fault> {
         let of_part = |part: &&mut Part| name.strip_prefix(&part.name).is_some_and(|rest| rest.starts_with('.'));
         let part = parts.iter_mut().find(of_part).ok_or_else(|| Fault::new(format!("`{name}` is of no part")))?;
         let own = name[part.name.len() + 1..].to_owned();
-        part.set_start(&own, &parameter).map_err(|fault| Fault::new(format!("part {}: {fault}", part.name)))?;
+        part.set_start(&own, &parameter).map_err(|fault| fault.within(format_args!("part {}", part.name)))?;
     }
     let connections = own.list("Connections").iter().map(|element| connection(element, &parts));
     let connections: Vec<Connection> = connections.collect::<Result<_, Fault>>()?;
@@ -144,15 +147,13 @@ fn is_read(element: &Element) -> Result<(), Fault> {
     for (_, attribute, known) in values {
         if let Some(value) = element.get(attribute).filter(|value| !known.contains(value)) {
             let known = known.join(" or ");
-            return Err(Fault::new(format!(
-                "{tag}: {attribute}=\"{value}\" is not read; expected {known}\n  = hint: {HINT}"
-            )));
+            return Err(Fault::new(format!("{tag}: {attribute}=\"{value}\" is not read; expected {known}")).hint(HINT));
         }
     }
     let children = CHILDREN.iter().find(|(name, _)| *name == element.name);
     for child in &element.children {
         if children.is_some_and(|(_, known)| !known.contains(&&*child.name)) {
-            return Err(Fault::new(format!("{tag}: <{}> is not read\n  = hint: {HINT}", child.name)));
+            return Err(Fault::new(format!("{tag}: <{}> is not read", child.name)).hint(HINT));
         }
         // Other tools may write what they like there.
         if child.name != "Annotations" {
@@ -170,7 +171,7 @@ fn inside(uri: &str) -> Result<PathBuf, Fault> {
         return Ok(PathBuf::from(path));
     }
     let hint = "put it into the archive, usually below resources/";
-    Err(Fault::new(format!("{uri} leads out of the archive\n  = hint: {hint}")))
+    Err(Fault::new(format!("{uri} leads out of the archive")).hint(hint))
 }
 
 /// The text of a URI, in which %20 is a blank.
@@ -217,9 +218,7 @@ impl Part {
         if let Some(unit) = unit.as_ref().filter(|unit| **unit != variable.unit.name) {
             let own = if variable.unit.name.is_empty() { "no unit" } else { &variable.unit.name };
             let hint = "write the value in the unit of the FMU";
-            return Err(Fault::new(format!(
-                "the parameter `{name}` is in {unit}, in the FMU in {own}\n  = hint: {hint}"
-            )));
+            return Err(Fault::new(format!("the parameter `{name}` is in {unit}, in the FMU in {own}")).hint(hint));
         }
         let item = variable.items.iter().find(|(item, _)| item == value);
         let number = match (&variable.about.kind, value.as_str()) {
@@ -265,9 +264,9 @@ fn connection(element: &Element, parts: &[Part]) -> Result<Connection, Fault> {
         let variable = element.needed(connector)?;
         let Some(name) = element.get(of) else {
             let hint = "a system is run by itself: start values of its parts set what nothing feeds";
-            return Err(Fault::new(format!(
-                "a connection with `{variable}` of the system itself is not read\n  = hint: {hint}"
-            )));
+            return Err(
+                Fault::new(format!("a connection with `{variable}` of the system itself is not read")).hint(hint)
+            );
         };
         let place = parts.iter().position(|part| part.name == name);
         let place = place.ok_or_else(|| Fault::new(format!("a connection with `{variable}` of no part, `{name}`")))?;

@@ -1,6 +1,6 @@
 //! The connections of a system: those that shafts mean, and those that the file adds.
 
-use super::{Connection, Content, End, INERTIA, MEAN_TORQUE, MOTION, Raw, Seat, TORQUE, converted, hinted, quantity};
+use super::{Connection, Content, End, INERTIA, MEAN_TORQUE, MOTION, Raw, Seat, TORQUE, converted, quantity};
 use crate::scene::diagnostics::{Diagnostic, Diagnostics, nearest};
 use crate::scene::section::{Node, Section};
 use crate::scene::{Resolved, variable};
@@ -81,7 +81,7 @@ impl Wiring<'_> {
         let is_number = |node: &Node<'_>| !matches!(node.value, DeValue::String(_));
         if !input.unit.is_si() && section.node("offset").as_ref().is_some_and(is_number) && offset != 0.0 {
             let said = variable::ambiguous(offset, &input.unit);
-            return section.refuse(hinted(section.fault_of("offset", format!(": {}", said.0)), &said.1));
+            return section.refuse(section.fault_of("offset", format!(": {}", said.sentence())).remedy(said.0.hint));
         }
         self.acts_once(section, &from, to.0, of)?;
         let machine = &self.raw[to.0].part;

@@ -127,7 +127,7 @@ fn headings(
         let quantity = quantity(content, inputs);
         let factor = unit.map_or(Ok((1.0, 1.0)), |unit| units::factor(unit, quantity)).map_err(|fault| {
             let message = format!("column {}: {}", column + 1, fault.message);
-            Diagnostic::new(name, message).hint(fault.hint)
+            Diagnostic::new(name, message).remedy(fault.0.hint)
         })?;
         contents.push((content, factor));
     }
