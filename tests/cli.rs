@@ -2110,7 +2110,11 @@ fn a_foreign_library_that_fails_fails_its_run() {
         (10, "setting a variable: the library of the FMU crashes", 0, 1),
         (11, "fmi2EnterInitializationMode: the library of the FMU crashes", 0, 1),
         (12, "fmi2ExitInitializationMode: the library of the FMU crashes", 0, 1),
+        (13, "fmi2FreeInstance: the library of the FMU crashes", 5, 1),
+        (14, "fmi2FreeInstance: the library of the FMU does not return within 1 s", 5, 1),
+        (16, "from t = 0.25 s to 0.5 s: fmi2DoStep: the FMU returns fmi2Error", 2, 1),
     ];
+    let file = folder.join("kept.csv");
     for (fault, said, rows, code) in cases {
         let start = format!("fault={fault}");
         let run = run_fmu(&[text(&fmu), "--start", &start, "--timeout", "1 s"], &temporary);
@@ -2119,21 +2123,48 @@ fn a_foreign_library_that_fails_fails_its_run() {
         assert_eq!(run.out.lines().skip(1).count(), rows, "{fault}: {}", run.out);
         let json = run_fmu(&[text(&fmu), "--start", &start, "--timeout", "1 s", "--json"], &temporary);
         assert!(json.code == code && json.err.contains(said), "{fault}: {}", json.err);
-        if code == 0 {
+        // A run that fails keeps the rows before.
+        let kept = run_fmu(&[text(&fmu), "--start", &start, "--timeout", "1 s", "-o", text(&file)], &temporary);
+        assert_eq!(kept.code, code, "{fault}: {}", kept.err);
+        assert_eq!(file.is_file(), rows > 0, "{fault}");
+        if rows > 0 {
+            assert_eq!(std::fs::read_to_string(&file).unwrap(), run.out, "{fault}");
+            std::fs::remove_file(&file).unwrap();
             let document: serde_json::Value = serde_json::from_str(&json.out).expect("one document");
             assert_eq!(document["columns"][1]["values"].as_array().unwrap().len(), rows);
-            assert_eq!(document["ended"].is_string(), fault == 8);
+            assert_eq!(document["ended"].is_string(), rows < 5, "{fault}");
         }
+    }
+    // What a library starts ends with its process.
+    #[cfg(target_os = "linux")]
+    {
+        let run = run_fmu(&[text(&fmu), "--start", "fault=15"], &temporary);
+        assert_eq!(run.code, 0, "{}", run.err);
+        let is_left = |process: &std::fs::DirEntry| {
+            let line = std::fs::read_to_string(process.path().join("cmdline"));
+            line.is_ok_and(|line| line.starts_with("sleep\0") && line.contains("12345.678"))
+        };
+        assert!(!std::fs::read_dir("/proc").unwrap().flatten().any(|process| is_left(&process)));
     }
     // Of a study the row fails, also before its first step. Derivatives that are NaN are none.
     let lines = "time = \"1 s\"\nmeasures = [\"last y\", \"mean y\"]\nvary = [{ name = \"fault\", values = [0, 1, 3, 4, \
-                 5, 6, 7, 8, 9, 10, 11, 12] }]\n";
+                 5, 6, 7, 9, 10, 11, 12, 13, 14] }]\n";
     let (file, store) = study_over(&folder, &fmu, "store", lines);
     let run = camdrive(&["study", text(&file), "-o", text(&store), "--timeout", "1", "--threads", "2", "--json"]);
     let said: serde_json::Value = serde_json::from_str(&run.out).unwrap_or_else(|_| panic!("{}", run.err));
-    assert_eq!(["ok", "refused", "failed"].map(|key| said[key].as_u64()), [3, 0, 9].map(Some));
+    assert_eq!(["ok", "refused", "failed"].map(|key| said[key].as_u64()), [2, 0, 11].map(Some));
     let of = |measure: usize| said["measures"][measure]["largest"].as_f64().unwrap();
     assert!((of(0) - 1.0).abs() < 1e-12 && (of(1) - 0.5).abs() < 1e-12);
+    // An FMU that ends the simulation is measured up to there.
+    let lines = "time = 1\nmeasures = [\"last y\", \"max y\"]\nvary = [{ name = \"fault\", values = [8] }]\n";
+    let (file, store) = study_over(&folder, &fmu, "ended", lines);
+    let run = camdrive(&["study", text(&file), "-o", text(&store)]);
+    let why =
+        "First ended early: run 0: from t = 0.25 s to 0.5 s: the FMU ends the simulation; measured up to t = 0.25 s.";
+    let said = run.out.split_whitespace().collect::<Vec<_>>().join(" ");
+    for part in ["1 run: 1 ok, 0 refused, 0 failed", why, "last y: 0.25", "max y: 0.25"] {
+        assert!(said.contains(part), "{part}: {} {}", run.out, run.err);
+    }
     // In a system the part is named.
     let system = folder.join("system.toml");
     let part = "[part.bad]\nfmu = \"bad.fmu\"\nstart = { fault = 3 }\n";
@@ -2144,7 +2175,7 @@ fn a_foreign_library_that_fails_fails_its_run() {
     let (file, store) = study_over(&folder, &fmu, "dead", lines);
     let run = camdrive(&["study", text(&file), "-o", text(&store), "--threads", "2"]);
     for said in
-        ["12 runs: 0 ok, 0 refused, 12 failed", "First failed: run 0: fmi2Instantiate: the library of the FMU crashes"]
+        ["13 runs: 0 ok, 0 refused, 13 failed", "First failed: run 0: fmi2Instantiate: the library of the FMU crashes"]
     {
         assert!(run.out.contains(said), "{said}: {} {}", run.out, run.err);
     }

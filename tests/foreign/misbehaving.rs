@@ -8,8 +8,11 @@
 #[macro_use]
 mod fmi2;
 
-use fmi2::{Callbacks, DISCARD, OK, Slave};
+use fmi2::{Callbacks, DISCARD, ERROR, OK, Slave};
 use std::ffi::{CStr, c_int, c_uint};
+
+/// How long a process that it starts sleeps (s), by which the test finds it.
+const PAUSE: &str = "12345.678";
 
 struct Faulty {
     fault: c_int,
@@ -33,7 +36,11 @@ impl Slave for Faulty {
     }
 
     unsafe fn free(faulty: *mut Faulty) {
-        drop(unsafe { Box::from_raw(faulty) });
+        let faulty = unsafe { Box::from_raw(faulty) };
+        faulty.dies_of(13);
+        if faulty.fault == 14 {
+            std::thread::sleep(std::time::Duration::from_secs(1000));
+        }
     }
 
     fn set_up(&mut self, start: f64) {
@@ -82,6 +89,8 @@ impl Slave for Faulty {
             5 => println!("\"y\": 7, 7, 7"),
             7 => std::thread::sleep(std::time::Duration::from_secs(1000)),
             8 => return DISCARD,
+            15 => drop(std::process::Command::new("sleep").arg(PAUSE).spawn()),
+            16 => return ERROR,
             _ => (),
         }
         OK

@@ -202,17 +202,23 @@ impl Run {
         Ok(Run { name, model: None, columns: vec![column], start, stop, step, files })
     }
 
-    /// Runs it, and writes the result as the options say.
+    /// Runs it, and writes the result as the options say; of a run that fails the rows before, and why.
     fn record(&self, args: &Args, machine: &mut dyn Machine) -> Result<(), Failure> {
         if !args.format.json && args.result.is_none() && args.diagram.is_none() {
             return self.stream(machine);
         }
         self.may_be_kept()?;
         let mut rows: Vec<Vec<f64>> = Vec::new();
-        let ended = self.drive(machine, |line| {
+        let driven = self.drive(machine, |line| {
             rows.push(line.to_vec());
             Ok(true)
-        })?;
+        });
+        let (ended, failed) = match driven {
+            Err(failure) if !rows.is_empty() => {
+                (Some(failure.text.trim_start_matches("error: ").to_owned()), Err(failure))
+            }
+            driven => (driven?, Ok(())),
+        };
         let text = if args.format.json {
             self.document(&rows, ended, machine)?
         } else {
@@ -223,18 +229,22 @@ impl Run {
         };
         let mut files: Vec<(PathBuf, String)> = Vec::new();
         if let Some(path) = &args.diagram {
-            files.push((path.clone(), self.diagram(&rows)?));
+            match self.diagram(&rows) {
+                Err(_) if failed.is_err() => (),
+                diagram => files.push((path.clone(), diagram?)),
+            }
         }
         match &args.result {
             None => {
                 files::write(&files, &self.files)?;
-                print(&text)
+                print(&text)?;
             }
             Some(path) => {
                 files.push((path.clone(), text));
-                files::write(&files, &self.files).map(|_| ())
+                files::write(&files, &self.files)?;
             }
         }
+        failed
     }
 
     /// Writes the lines to the standard output as they come.

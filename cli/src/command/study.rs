@@ -135,19 +135,20 @@ impl<'a> Worker<'a> {
         let outcome = catch_unwind(AssertUnwindSafe(|| self.measured(&cells)));
         let outcome = outcome.unwrap_or_else(|_| Err((Status::Failed, "the drive broke down".to_owned())));
         let (values, status, message) = match outcome {
-            Ok(values) => (values.into_iter().map(Some).collect(), Status::Ok, String::new()),
+            Ok((values, ended)) => (values.into_iter().map(Some).collect(), Status::Ok, ended.unwrap_or_default()),
             Err((status, message)) => (vec![None; self.study.measures.len()], status, message),
         };
         Record { cells, values, status, message }
     }
 
-    fn measured(&mut self, cells: &[Cell]) -> Result<Vec<f64>, (Status, String)> {
+    /// The measures, and why the run ended before its window did, where it did.
+    fn measured(&mut self, cells: &[Cell]) -> Result<(Vec<f64>, Option<String>), (Status, String)> {
         let study = self.study;
         match &mut self.shared {
             Some(Shared::Drive(drive, runner)) => {
                 drive.reset();
                 set(study, drive, cells).map_err(refused)?;
-                return runner.run(drive).map_err(failed);
+                return runner.run(drive).map(|values| (values, None)).map_err(failed);
             }
             Some(Shared::Coupled(coupled, runner)) => return of_coupled(study, coupled, runner, cells),
             None => (),
@@ -165,7 +166,7 @@ impl<'a> Worker<'a> {
                 let mut drive = scene.resource().build().map_err(refused)?;
                 set(study, &mut drive, cells).map_err(refused)?;
                 let runner = Runner::new(&drive, &study.window, &study.measures).map_err(refused)?;
-                runner.run(&mut drive).map_err(failed)
+                runner.run(&mut drive).map(|values| (values, None)).map_err(failed)
             }
             Subject::Coupled(coupled) => of_coupled(study, &coupled, &study.runner(&coupled).map_err(refused)?, cells),
         }
@@ -211,13 +212,13 @@ fn of_coupled(
     coupled: &Coupled,
     runner: &coupled::Runner<'_>,
     cells: &[Cell],
-) -> Result<Vec<f64>, (Status, String)> {
+) -> Result<(Vec<f64>, Option<String>), (Status, String)> {
     let values = values(study, &coupled.variables, cells).map_err(refused)?;
     let step = study.step.unwrap_or(coupled.system.step);
     let mut coupling = coupled.started(&values, step).map_err(refused)?;
     let measured = runner.run(&mut coupling, coupled.begin, step).map_err(failed)?;
-    // What it has to say behind its results does not change them.
-    coupling.parts().iter_mut().for_each(|part| drop(part.terminate()));
+    // What parts refuse after their results does not change them.
+    coupling.end().map_err(failed)?;
     Ok(measured)
 }
 
@@ -443,7 +444,12 @@ fn columns(study: &Study) -> Vec<(Column, Content)> {
         columns.push(column(&measure.to_string(), unit, meaning, Content::Measured(i)));
     }
     columns.push(column("status", "", "ok, refused or failed", Content::Status));
-    columns.push(column("message", "", "Why the run was refused or failed", Content::Message));
+    columns.push(column(
+        "message",
+        "",
+        "Why the run was refused, failed or ended before its window did",
+        Content::Message,
+    ));
     columns
 }
 

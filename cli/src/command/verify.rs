@@ -187,6 +187,12 @@ fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
             host.do_step(row[0], next[0] - row[0])?;
         }
     }
+    // What it refuses after its results does not change them.
+    if let Err(fault) = host.terminate().and_then(|()| host.free())
+        && fault.is_loss
+    {
+        return Err(fault);
+    }
     let relative = tolerance.unwrap_or(0.0);
     let output = |((name, column), (largest, difference, time)): ((String, usize), (f64, f64, f64))| {
         let admissible = relative * largest + results::last_digit(largest);

@@ -498,6 +498,24 @@ impl Coupling {
         Ok(())
     }
 
+    /// Ends the simulation of all parts and frees them: they are of no use then. Gives what parts refuse that are not lost, which
+    /// takes nothing from their results.
+    ///
+    /// # Errors
+    /// A part whose process is gone.
+    pub fn end(&mut self) -> Result<Vec<Fault>, Fault> {
+        let mut refusals = Vec::new();
+        for part in 0..self.parts.len() {
+            let host = &mut self.parts[part];
+            let ended = host.terminate().and_then(|()| host.free());
+            match self.of(part, ended) {
+                Err(fault) if fault.is_loss => return Err(fault),
+                ended => refusals.extend(ended.err()),
+            }
+        }
+        Ok(refusals)
+    }
+
     /// A result of a part, whose name faults tell.
     fn of<T>(&self, part: usize, result: Result<T, Fault>) -> Result<T, Fault> {
         let name = &self.names[part];

@@ -125,8 +125,26 @@ unsafe extern "C" {
     safe fn _exit(code: std::ffi::c_int) -> !;
 }
 
-/// Ends a process whose library may be in a call.
+#[cfg(unix)]
+unsafe extern "C" {
+    /// Sends a signal to a process; to a group of them by the negative number of its leader.
+    safe fn kill(process: std::ffi::c_int, signal: std::ffi::c_int) -> std::ffi::c_int;
+}
+
+/// Ends the processes of the group that this one leads or led, and it with them. Windows has no such groups.
+pub fn end_group(leader: u32) {
+    #[cfg(unix)]
+    if let Ok(leader @ 2..) = std::ffi::c_int::try_from(leader) {
+        // SIGKILL has this number on all systems. An empty group is no fault.
+        let _ = kill(-leader, 9);
+    }
+    #[cfg(not(unix))]
+    let _ = leader;
+}
+
+/// Ends a process whose library may be in a call, and those that the library started.
 pub fn leave() -> ! {
+    end_group(std::process::id());
     _exit(1)
 }
 

@@ -58,9 +58,9 @@ pub trait Instance {
     fn restore(&mut self) -> Result<(), Fault>;
     /// Ends the simulation; the values can still be read.
     fn terminate(&mut self) -> Result<(), Fault>;
-    /// Whether its process is gone.
-    fn is_lost(&self) -> bool {
-        false
+    /// Frees the instance, which is of no use then. Dropping it frees it, too, but does not say how its library fails.
+    fn free(&mut self) -> Result<(), Fault> {
+        Ok(())
     }
     /// Whether the instance itself ended the simulation in the last step.
     fn has_ended(&self) -> bool;

@@ -15,6 +15,7 @@
 //! of the next one. A thread beside each child ends it when a call takes longer than the limit of [`limit`].
 
 use super::Instance;
+use super::functions::end_group;
 use camdrive::drives::{Fault, Number};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -151,8 +152,6 @@ pub(super) struct Process {
     watch: Option<JoinHandle<()>>,
     /// Whether all calls succeeded, so that its library may make another instance.
     is_sound: bool,
-    /// Whether it no longer answers.
-    is_lost: bool,
 }
 
 /// What the thread beside a child looks at.
@@ -164,6 +163,8 @@ struct Watched {
     begun: AtomicU64,
     is_late: AtomicBool,
     is_over: AtomicBool,
+    /// What the library started was ended with it.
+    is_cleared: AtomicBool,
 }
 
 impl Watched {
@@ -173,6 +174,18 @@ impl Watched {
 
     fn child<T>(&self, of: impl FnOnce(&mut Child) -> T) -> T {
         of(&mut self.child.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// How the child ended, if it did. The processes that its library started end with it.
+    fn status(&self) -> io::Result<Option<ExitStatus>> {
+        self.child(|child| {
+            let status = child.try_wait()?;
+            // At once, before another process can get its number.
+            if status.is_some() && !self.is_cleared.swap(true, Relaxed) {
+                end_group(child.id());
+            }
+            Ok(status)
+        })
     }
 
     /// Ends the child when a call takes too long, and the waiting for one that is dead.
@@ -186,7 +199,7 @@ impl Watched {
                 let _ = self.child(Child::kill);
             }
             // A process that the library started may hold the socket open.
-            if !matches!(self.child(Child::try_wait), Ok(None)) {
+            if !matches!(self.status(), Ok(None)) {
                 let _ = stream.shutdown(std::net::Shutdown::Both);
                 return;
             }
@@ -212,12 +225,13 @@ impl Process {
             begun: AtomicU64::new(1),
             is_late: AtomicBool::new(false),
             is_over: AtomicBool::new(false),
+            is_cleared: AtomicBool::new(false),
         });
         let watch = {
             let watched = Arc::clone(&watched);
             Some(spawn(move || watched.watch(&other)))
         };
-        let mut process = Process { stream: BufReader::new(stream), watched, watch, is_sound: true, is_lost: false };
+        let mut process = Process { stream: BufReader::new(stream), watched, watch, is_sound: true };
         process.answer("loading its library").and_then(Answer::all).map(|_| process)
     }
 
@@ -240,7 +254,7 @@ impl Process {
     /// The fault of a child that no longer answers.
     #[cold]
     fn lost(&mut self, function: &str, error: &io::Error) -> Fault {
-        (self.is_sound, self.is_lost) = (false, true);
+        self.is_sound = false;
         let mut fault = self.cause_of(function, error);
         fault.0.is_loss = true;
         fault
@@ -267,6 +281,7 @@ impl Drop for Process {
         if ended(&self.watched, if self.is_sound { UNLOADING } else { Duration::ZERO }).is_none() {
             let _ = self.watched.child(Child::kill);
             let _ = self.watched.child(Child::wait);
+            let _ = self.watched.status();
         }
         if let Some(watch) = self.watch.take() {
             watch.thread().unpark();
@@ -280,7 +295,7 @@ impl Drop for Process {
 fn ended(watched: &Watched, within: Duration) -> Option<ExitStatus> {
     let (begin, mut pause) = (Clock::now(), Duration::from_micros(100));
     loop {
-        if let Ok(Some(status)) = watched.child(Child::try_wait) {
+        if let Ok(Some(status)) = watched.status() {
             return Some(status);
         }
         if begin.elapsed() >= within {
@@ -517,8 +532,12 @@ impl Instance for Remote {
         self.change(Call::Terminate)
     }
 
-    fn is_lost(&self) -> bool {
-        self.process.as_ref().is_none_or(|process| process.is_lost)
+    fn free(&mut self) -> Result<(), Fault> {
+        // The process of a library that failed ends instead.
+        let Some(mut process) = self.process.take_if(|process| process.is_sound) else { return Ok(()) };
+        process.call(&Call::Free)?;
+        self.idle.keep(process);
+        Ok(())
     }
 
     fn has_ended(&self) -> bool {
@@ -532,12 +551,7 @@ impl Instance for Remote {
 
 impl Drop for Remote {
     fn drop(&mut self) {
-        // A library that fails here has given its results; its process is not used again.
-        if let Some(mut process) = self.process.take()
-            && process.is_sound
-            && process.call(&Call::Free).is_ok()
-        {
-            self.idle.keep(process);
-        }
+        // Who wants to know how a library fails here calls it before.
+        let _ = self.free();
     }
 }

@@ -93,11 +93,17 @@ impl<'a> Runner<'a> {
         Ok(Runner { window, measures, outputs, followed: followed.into_iter().map(of).collect() })
     }
 
-    /// The measures of FMUs that were started at `start` (s), in their order, with communication steps of `step` (s).
+    /// The measures of FMUs that were started at `start` (s), in their order, with communication steps of `step` (s); and why they
+    /// end before the window does, where an FMU ends the simulation in it. Harmonics need whole turns: there is none then.
     ///
     /// # Errors
     /// What a part says, with its name and the time; what cannot be measured of the motion.
-    pub fn run(&self, coupling: &mut Coupling, start: f64, step: f64) -> Result<Vec<f64>, Fault> {
+    pub fn run(
+        &self,
+        coupling: &mut Coupling,
+        start: f64,
+        step: f64,
+    ) -> Result<(Vec<f64>, Option<String>), Fault> {
         let mut before = self.read(coupling)?;
         // Time and angle at which the span under way began.
         let mut begin = [start, before[0][0]];
@@ -123,9 +129,18 @@ impl<'a> Runner<'a> {
                 let is_short = measures && is_free && end < next;
                 next = if is_short || (end - next).abs() < ROUNDING * step { end } else { next };
             }
-            coupling
-                .advance(time, next - time)
-                .map_err(|fault| fault.within(format_args!("from t = {} s to {} s", Number(time), Number(next))))?;
+            if let Err(fault) = coupling.advance(time, next - time) {
+                let fault = fault.within(format_args!("from t = {} s to {} s", Number(time), Number(next)));
+                if measures
+                    && time > begin[0]
+                    && coupling.has_ended()
+                    && highest_harmonic(self.measures) == 0
+                    && let Ok(measured) = values(&gathered, self.measures, before[0][0] - begin[1])
+                {
+                    return Ok((measured, Some(format!("{}; measured up to t = {} s", fault.message, Number(time)))));
+                }
+                return Err(fault);
+            }
             let after = self.read(coupling);
             let after = after.map_err(|fault| fault.within(format_args!("at t = {} s", Number(next))))?;
             let piece = |(k, of): (usize, &Followed)| of.piece([before[k], after[k]], next - time);
@@ -137,7 +152,7 @@ impl<'a> Runner<'a> {
                 let [low, high] = [0, 1].map(|side| parts.iter().map(|parts| parts[side]).collect::<Vec<_>>());
                 if measures {
                     self.take(&mut gathered, &low, at - from)?;
-                    return values(&gathered, self.measures, low[0].0[5] - begin[1]);
+                    return values(&gathered, self.measures, low[0].0[5] - begin[1]).map(|measured| (measured, None));
                 }
                 (measures, from, pieces) = (true, at, high);
                 begin = [at, pieces[0].0[0]];
@@ -264,7 +279,7 @@ mod tests {
         host.set(fmu.description().find("M_an").unwrap(), torque).unwrap();
         let mut coupling = Coupling::new(vec![("shaft".to_owned(), host)], &[], Exchange::Held, 0).unwrap();
         coupling.begin(0.0, None).and_then(|()| coupling.start()).unwrap();
-        runner.run(&mut coupling, 0.0, step).map_err(|fault| fault.to_string())
+        runner.run(&mut coupling, 0.0, step).map(|(measured, _)| measured).map_err(|fault| fault.to_string())
     }
 
     /// φ = 3 t + M t²/4 at a time, and ω.

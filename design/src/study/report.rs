@@ -23,6 +23,9 @@ pub struct Column {
     pub meaning: String,
 }
 
+/// A run whose FMU ended the simulation before its window did.
+const ENDED: &str = "ended early";
+
 /// A study and its runs that are there.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Findings {
@@ -40,7 +43,7 @@ pub struct Findings {
     pub missing_parts: u64,
     measures: Vec<Measured>,
     columns: Vec<Column>,
-    /// The first run that was refused, that failed, and why.
+    /// The first run that was refused, that failed, that ended before its window did, and why.
     #[serde(skip)]
     first: BTreeMap<String, (usize, String)>,
 }
@@ -94,7 +97,8 @@ impl Findings {
             _ => self.failed += 1,
         }
         if let Value::Text(message) = message {
-            self.first.entry(status.clone()).or_insert_with(|| (run, message.clone()));
+            let kind = if status == "ok" { ENDED } else { status };
+            self.first.entry(kind.to_owned()).or_insert_with(|| (run, message.clone()));
         }
         let (varied, measured) = values.split_at(values.len() - self.measures.len().min(values.len()));
         for (of, value) in self.measures.iter_mut().zip(measured) {
@@ -120,7 +124,7 @@ impl Findings {
         let there = ok + refused + failed;
         let level = match (*ok, refused + failed) {
             (0, 1..) => Level::Bad,
-            (_, 0) => Level::Good,
+            (_, 0) if !self.first.contains_key(ENDED) => Level::Good,
             _ => Level::Mind,
         };
         let of = if there < *rows { format!(" of {rows}") } else { String::new() };

@@ -78,14 +78,8 @@ fn coupled(args: &Args, run: Run, coupling: Coupling) -> Result<Imported, Failur
     let (step, stop) = (run.step, run.stop);
     let imported = Imported { coupling, places, step, stop };
     let mut imported = driven::run(args, run, &all, |variable| columns[variable].clone(), imported)?;
-    for part in imported.coupling.parts() {
-        if let Err(fault) = part.terminate() {
-            if part.is_lost() {
-                return Err(failure(fault));
-            }
-            tell(&format!("warning: {fault}\n"));
-        }
-    }
+    let refusals = imported.coupling.end().map_err(failure)?;
+    refusals.iter().for_each(|fault| tell(&format!("warning: {fault}\n")));
     Ok(imported)
 }
 
