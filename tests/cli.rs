@@ -4657,12 +4657,19 @@ fn temporary_folders_go_with_a_signal() {
     std::fs::create_dir(&temporary).unwrap();
     let exported = camdrive(&["export", "examples/guide_bar/scene.toml", "-o", text(&fmu), "--runtime", &runtime()]);
     assert_eq!(exported.code, 0, "{}", exported.err);
-    let script = "\"$1\" run \"$2\" --stop '1e6 s' --step '1 ms' > /dev/null & run=$!
+    // A closed terminal is no reason to end for a program that ignores it.
+    let script = "for signal in TERM HUP; do
+        \"$1\" run \"$2\" --stop '1e6 s' --step '1 ms' > /dev/null & run=$!
         until [ -n \"$(ls \"$3\")\" ]; do sleep 0.05; done
-        sleep 0.3; kill -TERM $run; wait $run; echo $?; ls \"$3\"";
+        sleep 0.3; kill -$signal $run; wait $run; echo $?; ls \"$3\"
+        done
+        trap '' HUP
+        \"$1\" run \"$2\" --stop '1e6 s' --step '1 ms' > /dev/null & run=$!
+        until [ -n \"$(ls \"$3\")\" ]; do sleep 0.05; done
+        sleep 0.3; kill -HUP $run; sleep 0.3; kill -TERM $run; wait $run; echo $?; ls \"$3\"";
     let mut bash = Command::new("bash");
     bash.env("TMPDIR", &temporary).args(["-c", script, "bash", env!("CARGO_BIN_EXE_camdrive")]);
     let done = bash.args([&fmu, &temporary]).output().expect("bash starts");
     // 128 and the number of the signal; no folder is left.
-    assert_eq!(String::from_utf8(done.stdout).unwrap(), "143\n");
+    assert_eq!(String::from_utf8(done.stdout).unwrap(), "143\n129\n143\n");
 }

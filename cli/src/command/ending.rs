@@ -18,10 +18,22 @@ fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Whether a closed terminal is to end the program: `nohup` and a parent that ignores SIGHUP pass that on, which Linux tells.
+#[cfg(unix)]
+fn ends_with_terminal() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    ignored.is_some_and(|mask| (mask >> (signal_hook::consts::SIGHUP - 1)) & 1 == 0)
+}
+
 /// Waits for signals in a thread of its own. On Windows the system ends the program.
 pub fn watch() {
     #[cfg(unix)]
-    if let Ok(mut signals) = signal_hook::iterator::Signals::new(signal_hook::consts::TERM_SIGNALS) {
+    let hangup = ends_with_terminal().then_some(signal_hook::consts::SIGHUP);
+    #[cfg(unix)]
+    if let Ok(mut signals) = signal_hook::iterator::Signals::new(hangup.iter().chain(signal_hook::consts::TERM_SIGNALS))
+    {
         std::thread::spawn(move || {
             for signal in signals.forever() {
                 CAME.store(signal as u8, SeqCst);
