@@ -1,11 +1,12 @@
 //! `camdrive export SCENE…`
 
 use super::tradeoff::StudyArgs;
-use super::{Failure, Format, failure, files, read_all, tell, tell_notes, wrong_argument};
+use super::{Failure, Format, failure, files, of_option, read_all, tell, tell_notes, wrong_argument};
 use crate::export::runtime_library::MADE;
 use crate::export::runtime_library::PLATFORMS;
 use crate::export::{Date, Extras, Packed, RuntimeLibrary, pack_with};
 use crate::scene::Resolved;
+use camdrive::drives::Fault;
 use camdrive_design::text;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -128,7 +129,9 @@ fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {
 /// The libraries of the command line, or those at hand.
 fn runtimes(args: &Args) -> Result<Vec<RuntimeLibrary>, Failure> {
     if !args.runtime.is_empty() {
-        return args.runtime.iter().map(|argument| RuntimeLibrary::from_argument(argument).map_err(failure)).collect();
+        let of_argument = |fault: Fault| of_option(&fault).unwrap_or_else(|| failure(fault));
+        let libraries = args.runtime.iter().map(|argument| RuntimeLibrary::from_argument(argument));
+        return libraries.map(|library| library.map_err(of_argument)).collect();
     }
     let (libraries, left_out) = RuntimeLibrary::at_hand(&args.platforms).map_err(failure)?;
     for fault in left_out {

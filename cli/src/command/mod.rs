@@ -189,6 +189,11 @@ fn wrong_argument(fault: impl Into<Failure>) -> Failure {
     Failure { code: WRONG_LINE, ..fault.into() }
 }
 
+/// Of what an option asks for, where the fault begins with its name.
+fn of_option(fault: &Fault) -> Option<Failure> {
+    fault.message.starts_with("--").then(|| wrong_argument(fault))
+}
+
 /// Runs the command line.
 pub fn main() -> ExitCode {
     // A process that was started for a foreign library serves nothing else.

@@ -2,7 +2,7 @@
 
 use super::deliver::{Place, Telling};
 use super::output::Bar;
-use super::{Failure, failure, files, optional, read};
+use super::{Failure, failure, files, of_option, optional, read};
 use crate::scene::Resolved;
 use camdrive::drives::unit;
 use camdrive_design::tradeoff::{self, Findings, Options};
@@ -82,7 +82,7 @@ impl StudyArgs {
     pub fn study(&self, path: &Path, scene: &Resolved) -> Result<Findings, Failure> {
         let options = self.options()?;
         let report = Bar::beside(&scene.name, |tell| tradeoff::study(&scene.resource(), &options, tell));
-        report.map_err(|fault| failure(fault.within(path.display())))
+        report.map_err(|fault| of_option(&fault).unwrap_or_else(|| failure(fault.within(path.display()))))
     }
 }
 

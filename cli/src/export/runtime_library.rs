@@ -101,7 +101,9 @@ impl RuntimeLibrary {
 
     /// The library of `PLATFORM=FILE`.
     pub fn from_argument(argument: &str) -> Result<Self, Fault> {
-        let (platform, file) = argument.split_once('=').filter(|(_, file)| !file.is_empty()).ok_or_else(|| {
+        let is_whole =
+            |(platform, file): &(&str, &str)| !file.is_empty() && PLATFORMS.iter().any(|(name, _)| name == platform);
+        let (platform, file) = argument.split_once('=').filter(is_whole).ok_or_else(|| {
             Fault::new(format!("--runtime `{argument}`: expected PLATFORM=FILE with PLATFORM {}", choice()))
         })?;
         RuntimeLibrary::read(platform, Path::new(file))

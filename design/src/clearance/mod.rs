@@ -222,9 +222,11 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
     };
     scene.parameters.s = options.clearance.unwrap_or(scene.parameters.s);
     scene.parameters.m1 = options.m1.unwrap_or(scene.parameters.m1);
-    for (name, value, unit) in [("clearance", scene.parameters.s, "m"), ("m1", scene.parameters.m1, "kg")] {
+    let [clearance, m1] = [options.clearance, options.m1].map(|given| if given.is_some() { "--" } else { "" });
+    let checked = [("clearance", clearance, scene.parameters.s, "m"), ("m1", m1, scene.parameters.m1, "kg")];
+    for (name, option, value, unit) in checked {
         if !(value > 0.0 && value.is_finite()) {
-            return Err(Fault::new(format!("{name}: {value} {unit} is not greater than 0"))
+            return Err(Fault::new(format!("{option}{name}: {value} {unit} is not greater than 0"))
                 .hint(format!("give another one by --{name}")));
         }
     }

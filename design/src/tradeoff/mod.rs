@@ -238,7 +238,8 @@ impl Bench {
             let turn = TAU / run_up.speed.abs();
             let stop = options.turns.map_or(2.0 * run_up.ramp, |turns| turns * turn + 0.5 * run_up.ramp);
             let step = run_up.ramp / INSTANTS_PER_RAMP;
-            return Ok(Bench { turn: Some(turn), ..unmoved(grid(step, stop)?) });
+            let option = if options.turns.is_some() { "--turns: " } else { "--ramp: " };
+            return Ok(Bench { turn: Some(turn), ..unmoved(grid(option, step, stop)?) });
         }
         if options.speed.is_some() || options.ramp.is_some() {
             return Err(Fault::new(
@@ -246,7 +247,7 @@ impl Bench {
                  the speed",
             ));
         }
-        let mut bench = unmoved(grid(experiment.step, experiment.stop)?);
+        let mut bench = unmoved(grid("", experiment.step, experiment.stop)?);
         bench.turn = match interface.find("drive.w") {
             Some(speed) => Some(TAU / drive.get(speed as usize)?.abs()),
             None => bench.mean_speed()?.map(|w| TAU / w.abs()),
@@ -254,7 +255,7 @@ impl Bench {
         .filter(|turn| turn.is_finite());
         if let Some(turns) = options.turns {
             let turn = bench.turn.ok_or_else(|| Fault::new("--turns: the shaft of this scene stands still"))?;
-            bench.grid = grid(experiment.step, turns * turn)?;
+            bench.grid = grid("--turns: ", experiment.step, turns * turn)?;
         }
         Ok(bench)
     }
@@ -289,12 +290,12 @@ impl Bench {
     }
 }
 
-/// Instants `step` apart up to `stop`.
-fn grid(step: f64, stop: f64) -> Result<Grid, Fault> {
+/// Instants `step` apart up to `stop`, which an option sets.
+fn grid(option: &str, step: f64, stop: f64) -> Result<Grid, Fault> {
     let count = (stop / step).round();
     if !(FEWEST_INSTANTS..=MOST_INSTANTS).contains(&count) {
         return Err(Fault::new(format!(
-            "a run of {} at steps of {} has {} communication points; {FEWEST_INSTANTS} to {MOST_INSTANTS} are compared: choose \
+            "{option}a run of {} at steps of {} has {} communication points; {FEWEST_INSTANTS} to {MOST_INSTANTS} are compared: choose \
              another number of turns (--turns), or with inputs another --ramp",
             time(stop),
             time(step),
