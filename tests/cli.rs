@@ -4505,6 +4505,14 @@ fn the_standard_input_pipes_and_devices_are_read_once() {
     let out = String::from_utf8(done.stdout).unwrap();
     assert!(done.status.success() && out.matches("ElasticCamDrive").count() >= 3, "{out}");
     assert!(out.contains("time,y\n"), "{out}");
+    // An FMU is read from a file of its own.
+    for line in ["run -", "run <(cat)", "check -", "verify -", "verify <(cat)"] {
+        let done = bash(&format!("printf 'PK\\003\\004' | \"$1\" {line}"));
+        let err = String::from_utf8(done.stderr).unwrap();
+        let said = err.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(done.status.code() == Some(1) && said.contains("whose name ends in .fmu, not from a pipe"), "{err}");
+        assert!(!said.contains("not an FMU"), "{err}");
+    }
     // Opening it would wait for what never comes.
     let done = bash("timeout 20 \"$1\" run a.fmu");
     assert_eq!(done.status.code(), Some(1));

@@ -5,6 +5,7 @@ use super::{Failure, Foreign, Format, open, tell};
 use crate::export::results::{self, Results};
 use crate::export::{self, references, sbom};
 use crate::scene::Diagnostics;
+use crate::scene::input::NAMED;
 use crate::scene::source::is_fmu;
 use camdrive::drives::resource::{BUILD, Content, FILE_NAME};
 use camdrive::drives::variable::Causality;
@@ -114,6 +115,9 @@ fn other(path: &Path) -> Option<Fault> {
         Ok(_) => ("this is a scene".to_owned(), format!("`camdrive export {}` makes an FMU of it", path.display())),
         Err(Diagnostics(faults)) => {
             let fault = faults.into_iter().find(|fault| fault.message.ends_with(", not a scene"))?;
+            if fault.hint.as_deref() == Some(NAMED) {
+                return Some(Fault::new(format!("it cannot be read\n  = hint: {NAMED}"))).filter(|_| !path.is_file());
+            }
             (fault.message.trim_end_matches(", not a scene").to_owned(), fault.hint?)
         }
     };

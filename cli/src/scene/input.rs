@@ -2,6 +2,7 @@
 
 use super::diagnostics::{Diagnostic, Diagnostics};
 use super::keys::{self, Table};
+use super::source::is_fmu;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read as _};
@@ -179,6 +180,9 @@ pub(super) fn utf16(bytes: &[u8]) -> Option<Option<String>> {
     Some(String::from_utf16(&units).ok().filter(|text| !text.contains('\0')))
 }
 
+/// How FMUs are given.
+pub const NAMED: &str = "an FMU is read from a file of its own whose name ends in .fmu, not from a pipe";
+
 /// What a file of another program is, by its bytes.
 pub(super) fn foreign(bytes: &[u8]) -> Option<&'static str> {
     let has = |name: &[u8]| bytes.windows(name.len()).any(|part| part == name);
@@ -205,7 +209,10 @@ pub fn text(path: &Path, kind: Kind) -> Result<(String, String), Diagnostics> {
     let whole = |message: String| Diagnostics(vec![Diagnostic::new(&file, message).hint(name_one.clone())]);
     let bytes = bytes(path).map_err(|e| whole(format!("the {word} cannot be read: {e}")))?;
     if let Some(what) = foreign(&bytes) {
-        let of_fmu = "an FMU is made from a scene; `camdrive run NAME.fmu` drives it".to_owned();
+        let of_fmu = match is_fmu(path) {
+            true => "an FMU is made from a scene; `camdrive run NAME.fmu` drives it".to_owned(),
+            false => NAMED.to_owned(),
+        };
         return Err(kind.other(&file, what, if what.contains("FMU") { of_fmu } else { name_one }));
     }
     let wide = utf16(&bytes);
