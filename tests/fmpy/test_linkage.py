@@ -75,15 +75,15 @@ class Chain:
 
     def energy(self, phi):
         """Twice the kinetic energy of everything at unit speed of the shaft, link by link."""
-        slope = lambda f: mp.diff(f, phi, h=mp.mpf(10) ** -12)
-        _, places, masses = self.moved(phi)
+        h = mp.mpf(10) ** -12
+        (_, before, masses_before), (_, after, masses_after) = (self.moved(phi + part * h) for part in (-1, 1))
         total = mp.mpf(0)
-        for i, (link, _, direction) in enumerate(places):
-            velocity = slope(lambda x: self.moved(x)[1][i][1])
-            turn = slope(lambda x: self.moved(x)[1][i][2]) / direction
+        for (link, start, start_direction), (_, place, direction) in zip(before, after, strict=True):
+            # A direction is a unit vector.
+            velocity, turn = ((b - a) / (2 * h) for a, b in ((start, place), (start_direction, direction)))
             total += link.m * abs(velocity) ** 2 + link.J * abs(turn) ** 2
-        for i, (m, _) in enumerate(masses):
-            total += m * slope(lambda x: self.moved(x)[2][i][1]) ** 2
+        for (m, start), (_, place) in zip(masses_before, masses_after, strict=True):
+            total += m * ((place - start) / (2 * h)) ** 2
         return total
 
 
@@ -130,9 +130,10 @@ def test_the_tool_moves_over_a_turn_as_the_scene_says(chains):
     assert len(chain.cam.a) < 60
 
 
-@pytest.mark.parametrize("size", [1e-3, 0.1])
-def test_run_up_from_standstill(chains, size):
-    """J over the turn as the trigonometric polynomial of 128 energies, whose harmonics have died away by then."""
+@pytest.fixture(scope="module")
+def run_up(chains):
+    """Waves of J over the turn, the trigonometric polynomial of 128 energies, whose harmonics have died away by then; the
+    angle and the speed after a second."""
     package, followers = chains
     p = package.parameters()
     n = 128
@@ -142,22 +143,30 @@ def test_run_up_from_standstill(chains, size):
     orders = np.arange(len(spectrum))
     spectrum[1:] *= 2
 
+    waves = lambda phi: spectrum * np.exp(1j * orders * phi)
+
     def rhs(_, state):
         phi, w = state
-        waves = spectrum * np.exp(1j * orders * phi)
-        inertia, slope = waves.real.sum(), (1j * orders * waves).real.sum()
+        there = waves(phi)
+        inertia, slope = there.real.sum(), (1j * orders * there).real.sum()
         torque = reference.kloss(w, p["motor.M_k"], p["motor.s_k"], p["motor.w_s"])
         return [w, (torque - 0.5 * slope * w * w) / inertia]
 
-    expected = reference.integrate(rhs, [0.0, 0.0], np.linspace(0.0, 1.0, 101))[-1]
+    return waves, reference.integrate(rhs, [0.0, 0.0], np.linspace(0.0, 1.0, 101))[-1]
+
+
+@pytest.mark.parametrize("size", [1e-3, 0.1])
+def test_run_up_from_standstill(chains, run_up, size):
+    package, _ = chains
+    p = package.parameters()
+    waves, expected = run_up
     with package.unit() as unit:
         unit.initialise(values={"phi_start": 0.0, "w_start": 0.0, "start.mode": 1})
         for k in range(round(1.0 / size)):
             unit.step_to((k + 1) * size)
         phi, w, j = unit.get("phi", "w", "J")
     assert abs(phi - expected[0]) <= 1e-9 * expected[0] and abs(w - expected[1]) <= 1e-9 * p["motor.w_s"]
-    waves = spectrum * np.exp(1j * orders * phi)
-    assert abs(j - waves.real.sum()) <= 1e-11 * j
+    assert abs(j - waves(phi).real.sum()) <= 1e-11 * j
 
 
 def test_the_periodic_motion_that_steady_finds(chains):
