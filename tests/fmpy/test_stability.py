@@ -1,5 +1,6 @@
 """`camdrive stability` against a Taylor integration with 25 digits that shares nothing with it."""
 
+import functools
 import json
 import os
 import subprocess
@@ -31,7 +32,8 @@ def study(scene, folder, *arguments):
 
 
 def harmonics(scene):
-    """J3/mean and the harmonics of m U'^2 of a Fourier law as {k: complex coefficient of e^(i k phi)}, over the mean."""
+    """J3/mean and the harmonics of m U'^2 of a Fourier law as pairs of k and the complex coefficient of e^(i k phi), over the
+    mean."""
     text = tomllib.loads(scene.read_text())
 
     def number(value):
@@ -50,32 +52,42 @@ def harmonics(scene):
         for l, y in slope.items():
             inertia[k + l] = inertia.get(k + l, 0) + number(text["elasticity"]["m"]) * x * y
     mean = mp.re(inertia[0])
-    return {k: value / mean for k, value in inertia.items()}
+    return tuple((k, value / mean) for k, value in inertia.items())
+
+
+@functools.cache
+def expansions(inertia, parts):
+    """Taylor coefficients of J about the begin of each cell in powers of x = (angle - begin)/step, those of its first derivative and
+    of half its second one; they are the same at every speed and damping."""
+    count = CELLS // parts
+    step = 2 * mp.pi / CELLS
+    cells = []
+    for cell in range(count):
+        waves = [(value * mp.expj(k * cell * step), mp.mpc(0, k) * step) for k, value in inertia]
+        j = [mp.re(mp.fsum(wave * rate**n for wave, rate in waves)) / mp.factorial(n) for n in range(ORDER + 3)]
+        first = [n * j[n] for n in range(1, ORDER + 2)]
+        half = [n * (n - 1) * j[n] / 2 for n in range(2, ORDER + 3)]
+        cells.append((j, first, half))
+    return cells
 
 
 def monodromy(inertia, eta, theta, parts):
     """The map of (q, J q') over a period of J q'' + (2 theta/eta + J') q' + (1/eta^2 + J''/2) q = 0."""
     eta, theta = mp.mpf(eta), mp.mpf(theta)
-    damping, stiffness = 2 * theta / eta, 1 / eta**2
-    count = CELLS // parts
-    step = 2 * mp.pi / (parts * count)
+    step = 2 * mp.pi / CELLS
+    damping, stiffness = 2 * theta / eta * step, (step / eta) ** 2
     states = [(mp.mpf(1), mp.mpf(0)), (mp.mpf(0), mp.mpf(1))]
-    for cell in range(count):
-        phi = cell * step
-        # Taylor coefficients of J about phi in powers of x = (angle - phi)/step.
-        waves = [(value * mp.expj(k * phi), mp.mpc(0, k) * step) for k, value in inertia.items()]
-        j = [mp.re(mp.fsum(wave * rate**n for wave, rate in waves)) / mp.factorial(n) for n in range(ORDER + 3)]
+    for j, first, half in expansions(inertia, parts):
         for which, (q, v) in enumerate(states):
-            series = [q, v * step]
+            # The coefficients of q, q' and q''.
+            series, rates, bends = [q, v * step], [v * step], []
             # J q'' = -(d + J') q' - (lambda + J''/2) q, in powers of x.
             for n in range(ORDER - 1):
-                right = -damping * step * (n + 1) * series[n + 1] - stiffness * step**2 * series[n]
-                for i in range(n + 1):
-                    right -= (i + 1) * j[i + 1] * (n + 1 - i) * series[n + 1 - i]
-                    right -= (i + 2) * (i + 1) * j[i + 2] / 2 * series[n - i]
-                for i in range(1, n + 1):
-                    right -= j[i] * (n + 2 - i) * (n + 1 - i) * series[n + 2 - i]
-                series.append(right / (j[0] * (n + 2) * (n + 1)))
+                right = -damping * rates[n] - stiffness * series[n]
+                right -= mp.fdot(zip(first, reversed(rates))) + mp.fdot(zip(half, series[n::-1]))
+                bends.append((right - mp.fdot(zip(j[1:], reversed(bends)))) / j[0])
+                series.append(bends[n] / ((n + 2) * (n + 1)))
+                rates.append((n + 2) * series[n + 2])
             states[which] = (mp.fsum(series), mp.fsum(n * c for n, c in enumerate(series)) / step)
     return mp.matrix([[states[0][0], states[1][0]], [states[0][1], states[1][1]]])
 
