@@ -101,7 +101,8 @@ impl Advised {
 
     /// Checks all that is advised.
     fn hold(&self, counts: &mut Counts) -> Result<(), String> {
-        let mut found = self.files.printed(self.tool, &self.arguments)?;
+        let (text, folder) = self.files.run(self.tool, &self.arguments)?;
+        let mut found = parsed(&text);
         // `check` has a list of files.
         if self.tool == "check" {
             found = found[0].take();
@@ -117,7 +118,7 @@ impl Advised {
                 list.iter().map(|one| (one["key"].as_str().expect("a key"), one["value"].clone())).collect();
             let held = |set: &[(&str, Value)]| {
                 let other = self.with(set);
-                other.holds(self, claim, &found).map_err(|fault| format!("{text} {set:?}: {fault}"))
+                other.holds(self, claim, &found, &folder).map_err(|fault| format!("{text} {set:?}: {fault}"))
             };
             if !held(&set)? {
                 return Err(format!("{text} {set:?}: it does not hold"));
@@ -136,8 +137,8 @@ impl Advised {
         Ok(())
     }
 
-    /// Whether a claim on the file that a command has `found` things of before holds for this one.
-    fn holds(&self, before: &Self, claim: &Value, found: &Value) -> Result<bool, String> {
+    /// Whether a claim on the file that a command has `found` things of before, and written to `folder`, holds for this one.
+    fn holds(&self, before: &Self, claim: &Value, found: &Value, folder: &TempDir) -> Result<bool, String> {
         let number = |key: &str| claim[key].as_f64().expect("a number");
         let j = claim["follower"].as_u64().unwrap_or(1) as usize - 1;
         match claim["kind"].as_str().expect("a kind") {
@@ -166,7 +167,7 @@ impl Advised {
                 let is_undercut = |of: &Value| of["what"].as_str().is_some_and(|what| what.contains("undercut"));
                 Ok(findings.filter(|of| is_undercut(of)).all(|of| of["verdict"] != "bad"))
             }
-            "speed" if before.tool == "compensate" => self.is_compensated(before, number("mean")),
+            "speed" if before.tool == "compensate" => self.is_compensated(folder, number("mean")),
             "speed" => {
                 // In the period of this speed the machine makes a turn.
                 let period = TAU / number("mean").abs();
@@ -206,9 +207,8 @@ impl Advised {
     }
 
     /// Whether the compensated machine starts on the motion of this mean speed (rad/s) under the input `tau` that is set.
-    fn is_compensated(&self, before: &Self, mean: f64) -> Result<bool, String> {
-        let (_, folder) = before.files.run(before.tool, &before.arguments)?;
-        let mut machine: Value = toml::from_str(&read(&folder, "cams.toml")).expect("a scene");
+    fn is_compensated(&self, folder: &TempDir, mean: f64) -> Result<bool, String> {
+        let mut machine: Value = toml::from_str(&read(folder, "cams.toml")).expect("a scene");
         *place(&mut machine, "start.mode") = self.files.scene["start"]["mode"].clone();
         let text = toml::to_string(&machine).expect("a scene");
         let machine = scene::resolve("cams.toml", &text, folder.path()).map_err(|faults| faults.to_string())?;
