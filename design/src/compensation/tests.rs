@@ -704,7 +704,7 @@ fn motions_of_cycles_are_compensated_through_tables() {
     {
         let task = cycles(law);
         let report =
-            report::study("cycles", &task, report::Options { tolerance, rounds: 2, form: Form::Auto }, &|_| ())
+            report::study("cycles", &task, report::Options { tolerance, rounds: 1, form: Form::Auto }, &|_| ())
                 .unwrap();
         let missed = driven_miss(&task, &report.laws);
         let plain: Vec<MotionLaw> = task.tools.iter().map(|tool| tool.motion.clone()).collect();

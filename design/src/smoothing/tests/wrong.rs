@@ -13,7 +13,7 @@ fn a_row_that_is_wrong_by_ten_sigma_is_named_and_no_other() {
     let mut all = Vec::new();
     for spacing in SPACINGS {
         let mut missed = [Vec::new(), Vec::new()];
-        for seed in 0..32 {
+        for seed in 0..6 {
             for least in [30.0, 120.0] {
                 let clean = case(spacing, seed, least);
                 for noise in [None, Some(clean.sigma)] {
@@ -40,7 +40,7 @@ fn a_row_that_is_wrong_by_ten_sigma_is_named_and_no_other() {
         println!("{spacing:?}: {missed:?}");
         all.extend(missed);
     }
-    assert!(all.iter().all(|missed| missed.len() <= 2), "{all:?}");
+    assert!(all.iter().all(|missed| missed.len() <= 1), "{all:?}");
 }
 
 /// Exact or rounded lifts of a cycle with motions of 8 … 140°, and their rows.
