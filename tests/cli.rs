@@ -2156,8 +2156,8 @@ fn a_foreign_library_that_fails_fails_its_run() {
     let of = |measure: usize| said["measures"][measure]["largest"].as_f64().unwrap();
     assert!((of(0) - 1.0).abs() < 1e-12 && (of(1) - 0.5).abs() < 1e-12);
     // An FMU that ends the simulation is measured up to there.
-    let lines = "time = 1\nmeasures = [\"last y\", \"max y\"]\nvary = [{ name = \"fault\", values = [8] }]\n";
-    let (file, store) = study_over(&folder, &fmu, "ended", lines);
+    let ending = "time = 1\nmeasures = [\"last y\", \"max y\"]\nvary = [{ name = \"fault\", values = [8] }]\n";
+    let (file, store) = study_over(&folder, &fmu, "ended", ending);
     let run = camdrive(&["study", text(&file), "-o", text(&store)]);
     let why =
         "First ended early: run 0: from t = 0.25 s to 0.5 s: the FMU ends the simulation; measured up to t = 0.25 s.";
@@ -4544,7 +4544,6 @@ fn a_wrong_argument_ends_with_exit_code_2() {
         &["cam", "examples/tappet/scene.toml", "--follower", "3"],
         &["cam", "examples/tappet/scene.toml", "--chord-error", "1 km"],
         &["tradeoff", run_up, "--turns", "nan"],
-        &["tradeoff", run_up, "--turns", "1e99"],
         &["tradeoff", scene, "--turns", "1e99"],
         &["tradeoff", run_up, "--ramp", "0"],
         &["clearance", backlash, "--clearance", "0"],

@@ -96,8 +96,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let folder = files::folder(args.output.as_deref(), "clearance", &scene.name)?;
     let options = args.options(&scene)?;
     let findings = Bar::beside(&scene.name, |tell| clearance::study(&scene.resource(), &options, tell));
-    let findings = findings
-        .map_err(|fault| of_option(&fault).unwrap_or_else(|| failure(fault.within(args.scene.display()))))?;
+    let findings =
+        findings.map_err(|fault| of_option(&fault).unwrap_or_else(|| failure(fault.within(args.scene.display()))))?;
     let (inputs, scene, measured) = (scene.files, Some(&*scene.text.0), Some(&args.measured));
     let place = Place { folder: Some(&folder), inputs, scene, measured, force: args.force, ..Place::default() };
     args.telling.deliver(findings.report(), &findings, place)

@@ -215,7 +215,7 @@ impl Run {
         });
         let (ended, failed) = match driven {
             Err(failure) if !rows.is_empty() => {
-                (Some(failure.text.trim_start_matches("error: ").to_owned()), Err(failure))
+                (Some(failure.fault.to_string().trim_start_matches("error: ").to_owned()), Err(failure))
             }
             driven => (driven?, Ok(())),
         };

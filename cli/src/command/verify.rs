@@ -116,7 +116,7 @@ fn other(path: &Path) -> Option<Fault> {
         Err(Diagnostics(faults)) => {
             let fault = faults.into_iter().find(|fault| fault.message.ends_with(", not a scene"))?;
             if fault.hint.as_deref() == Some(NAMED) {
-                return Some(Fault::new(format!("it cannot be read\n  = hint: {NAMED}"))).filter(|_| !path.is_file());
+                return Some(Fault::new("it cannot be read").hint(NAMED)).filter(|_| !path.is_file());
             }
             (fault.message.trim_end_matches(", not a scene").to_owned(), fault.hint?)
         }

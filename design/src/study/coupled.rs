@@ -98,12 +98,7 @@ impl<'a> Runner<'a> {
     ///
     /// # Errors
     /// What a part says, with its name and the time; what cannot be measured of the motion.
-    pub fn run(
-        &self,
-        coupling: &mut Coupling,
-        start: f64,
-        step: f64,
-    ) -> Result<(Vec<f64>, Option<String>), Fault> {
+    pub fn run(&self, coupling: &mut Coupling, start: f64, step: f64) -> Result<(Vec<f64>, Option<String>), Fault> {
         let mut before = self.read(coupling)?;
         // Time and angle at which the span under way began.
         let mut begin = [start, before[0][0]];
