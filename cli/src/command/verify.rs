@@ -149,17 +149,8 @@ fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
     if rows.iter().all(|row| row[1..] == rows[0][1..]) {
         tell(&format!("note: {place}: no output changes in the experiment: that they agree proves little\n"));
     }
-    let table = folder.path().join(references::FOLDER).join(references::INPUT);
-    let all: Vec<Description> = description.variables.iter().map(|variable| variable.about.clone()).collect();
-    if !table.is_file() && all.iter().any(|about| about.causality == Causality::Input) {
-        changes.push(format!("{} is missing: the inputs keep their start values", references::INPUT));
-    }
-    let signals = table.is_file().then(|| Signals::read(&table, &all, |_| None)).transpose();
-    let signals = signals.map_err(|Failure { fault, .. }| {
-        let message = fault.message.replace(&table.display().to_string(), references::INPUT);
-        fault.told(message)
-    })?;
-    let signals = signals.unwrap_or_default();
+    let (signals, missing) = signals(folder.path(), description)?;
+    changes.extend(missing);
     let mut host = fmu.instantiate(&description.name)?;
     let give = |host: &mut host::Host, time: f64, initialised: bool| {
         signals.at(time, |variable, value, slope| {
@@ -206,6 +197,22 @@ fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
     let outputs: Vec<Output> = names.into_iter().zip(columns).zip(found).map(output).collect();
     let agrees = changes.is_empty() && outputs.iter().all(|output| output.agrees);
     Ok(Comparison { file: place.to_owned(), agrees, changes, end, outputs })
+}
+
+/// The inputs of the experiment, and what is missing of them.
+fn signals(folder: &Path, about: &ModelDescription) -> Result<(Signals, Option<String>), Fault> {
+    let table = folder.join(references::FOLDER).join(references::INPUT);
+    let all: Vec<Description> = about.variables.iter().map(|variable| variable.about.clone()).collect();
+    if !table.is_file() {
+        let has_inputs = all.iter().any(|about| about.causality == Causality::Input);
+        let missing = format!("{} is missing: the inputs keep their start values", references::INPUT);
+        return Ok((Signals::default(), has_inputs.then_some(missing)));
+    }
+    let signals = Signals::read(&table, &all, |_| None).map_err(|Failure { fault, .. }| {
+        let message = fault.message.replace(&table.display().to_string(), references::INPUT);
+        fault.told(message)
+    })?;
+    Ok((signals, None))
 }
 
 /// What is not as the export left it: the scene inside, against that of the drive, and the rows of the results.

@@ -165,12 +165,13 @@ impl DriveTrain {
         let (y, turns) = self.first_states();
         let tolerance = self.solver.effective_tolerance().max(FINEST_TOLERANCE);
         let count = self.train.layout.count;
-        let mut run = Run::begin(&self.train, Double::from(time), &y[..count], Modes::default(), tolerance);
-        run.turns = turns;
+        // In place: a run is large, and hosts give their threads little of the stack.
+        self.run = Run::begin(&self.train, Double::from(time), &y[..count], Modes::default(), tolerance);
+        self.run.turns = turns;
         let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
-        run.choose_modes(&self.train, &outside, self.start == Start::Equilibrium, &mut self.log)?;
+        self.run.choose_modes(&self.train, &outside, self.start == Start::Equilibrium, &mut self.log)?;
         let steady = self.start == Start::SteadyState;
-        let found = if steady { Some(self.periodic(&run, &outside)?) } else { None };
+        let found = if steady { Some(self.periodic(&self.run, &outside)?) } else { None };
         if let Some(found) = &found {
             if found.multiplier > most {
                 let largest = found.multiplier;
@@ -180,17 +181,17 @@ impl DriveTrain {
                 );
                 return Err(refused_start(message));
             }
-            run = Run::begin(&self.train, Double::from(time), &found.y[..count], found.modes, tolerance);
-            run.turns = turns;
-            run = run.with_period(found);
+            self.run = Run::begin(&self.train, Double::from(time), &found.y[..count], found.modes, tolerance);
+            self.run.turns = turns;
+            self.run.set_period(found);
         }
         // As a BacklashDrive tells it.
         let behind = |follower: &Follower| matches!(follower.joint, Joint::Backlash(p) if p.m2 > 0.0);
         if matches!(self.names, Names::Backlash(_)) && self.train.followers.iter().all(behind) {
-            run.tallies[0].damped = Some(0.0);
+            self.run.tallies[0].damped = Some(0.0);
         }
-        run.first(&self.train, &outside, self.horizon(0.0))?;
-        self.run = run;
+        let horizon = self.horizon(0.0);
+        self.run.first(&self.train, &outside, horizon)?;
         self.laid.take(&self.inputs);
         self.end = self.motion_is_input().then(Box::default);
         self.keep_end();

@@ -225,8 +225,8 @@ impl Run {
     }
 
     /// It begins on this motion.
-    pub fn with_period(self, found: &periodic::Periodic) -> Self {
-        Run { period: [found.period, found.multiplier], ..self }
+    pub fn set_period(&mut self, found: &periodic::Periodic) {
+        self.period = [found.period, found.multiplier];
     }
 
     /// The equations have changed.
