@@ -2,7 +2,7 @@
 
 use fmi::fmi2::import::Fmi2Import;
 use fmi::fmi2::instance::{CoSimulation, Common, InstanceCS};
-use fmi::schema::fmi2::{Fmi2ModelDescription, ScalarVariable};
+use fmi::schema::fmi2::{Causality, Fmi2ModelDescription, ScalarVariable};
 use fmi::traits::{FmiImport, FmiStatus};
 use std::path::{Path, PathBuf};
 
@@ -123,4 +123,27 @@ fn two_instances_do_not_disturb_each_other() {
         interleaved.extend(run(&mut a, y, i + 10, i + 11));
     }
     assert_eq!(interleaved, expected);
+}
+
+#[test]
+fn the_stored_model_descriptions_are_read() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../modelDescription");
+    let files = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+    let files: Vec<PathBuf> = files.filter(|path| path.extension().is_some_and(|ending| ending == "xml")).collect();
+    assert!(files.len() > 10, "{}", folder.display());
+    for path in files {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let read: Fmi2ModelDescription = text.parse().unwrap();
+        assert_eq!(read.fmi_version, "2.0");
+        let variables = &read.model_variables.variables;
+        // Each element of the file is one variable, in its place.
+        assert_eq!(variables.len(), text.matches("<ScalarVariable ").count(), "{}", path.display());
+        for (position, variable) in variables.iter().enumerate() {
+            assert_eq!(variable.value_reference as usize, position);
+        }
+        let outputs: Vec<usize> =
+            read.model_structure.outputs.unknowns.iter().map(|unknown| unknown.index as usize - 1).collect();
+        let declared = (0..variables.len()).filter(|place| variables[*place].causality == Causality::Output);
+        assert_eq!(outputs, declared.collect::<Vec<_>>(), "{}", path.display());
+    }
 }

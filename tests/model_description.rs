@@ -598,25 +598,3 @@ fn before_the_start_directional_derivatives_are_limits_of_differences() {
         }
     }
 }
-
-#[cfg(feature = "import")]
-#[test]
-fn rust_fmi_reads_the_golden_files() {
-    use fmi::schema::fmi2::Fmi2ModelDescription;
-    for (path, scene) in scenes() {
-        let text = std::fs::read_to_string(path.with_extension("xml")).unwrap();
-        let read: Fmi2ModelDescription = text.parse().unwrap();
-        let list = descriptions(&*build(&scene));
-        assert_eq!(read.fmi_version, "2.0");
-        assert_eq!(read.model_name, scene.name);
-        let names: Vec<&str> = read.model_variables.variables.iter().map(|v| v.name.as_str()).collect();
-        let expected: Vec<&str> = list.iter().map(|d| d.name.as_str()).collect();
-        assert_eq!(names, expected, "{}", path.display());
-        for (position, variable) in read.model_variables.variables.iter().enumerate() {
-            assert_eq!(variable.value_reference as usize, position);
-        }
-        let outputs: Vec<usize> =
-            read.model_structure.outputs.unknowns.iter().map(|unknown| unknown.index as usize - 1).collect();
-        assert_eq!(outputs, positions(&list, |d| d.causality == Causality::Output), "{}", path.display());
-    }
-}
