@@ -4702,9 +4702,10 @@ fn temporary_folders_go_with_a_signal() {
         \"$1\" run \"$2\" --stop '1e6 s' --step '1 ms' > /dev/null & run=$!
         until [ -n \"$(ls \"$3\")\" ]; do sleep 0.05; done
         sleep 0.3; kill -HUP $run; sleep 0.3; kill -TERM $run; wait $run; echo $?; ls \"$3\"";
-    let mut bash = Command::new("bash");
-    bash.env("TMPDIR", &temporary).args(["-c", script, "bash", env!("CARGO_BIN_EXE_camdrive")]);
-    let done = bash.args([&fmu, &temporary]).output().expect("bash starts");
+    // The tests themselves may run behind `nohup`.
+    let mut bash = Command::new("env");
+    bash.env("TMPDIR", &temporary).args(["--default-signal=HUP", "bash", "-c", script, "bash"]);
+    let done = bash.arg(env!("CARGO_BIN_EXE_camdrive")).args([&fmu, &temporary]).output().expect("bash starts");
     // 128 and the number of the signal; no folder is left.
     assert_eq!(String::from_utf8(done.stdout).unwrap(), "143\n129\n143\n");
 }

@@ -181,7 +181,8 @@ pub(super) fn utf16(bytes: &[u8]) -> Option<Option<String>> {
 }
 
 /// How FMUs are given.
-pub const NAMED: &str = "an FMU is read from a file of its own whose name ends in .fmu, not from a pipe";
+pub const NAMED: &str = "an FMU is read from a file of its own whose name ends in .fmu, not from a pipe; \
+                         `camdrive run NAME.fmu` drives it";
 
 /// What a file of another program is, by its bytes.
 pub(super) fn foreign(bytes: &[u8]) -> Option<&'static str> {
