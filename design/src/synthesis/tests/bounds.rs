@@ -114,7 +114,7 @@ fn derivatives_without_weight_do_not_count() {
 fn random_tasks_with_bounds_are_solved_to_their_optimum() {
     let mut random = Random(4);
     let mut compared = 0;
-    for i in 0..30 {
+    for i in 0..60 {
         let task = random_task(&mut random);
         let profile = task.solve().unwrap_or_else(|fault| panic!("{i}: {fault:?}\n{task:?}"));
         let series = &profile.series;
