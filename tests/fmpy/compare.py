@@ -51,7 +51,9 @@ def tree(version):
         built = FOLDER / "build"
         environment = os.environ | {"CARGO_TARGET_DIR": str(built)}
         subprocess.run(["cargo", "build", "--release", "--locked", "--quiet"], cwd=folder, env=environment, check=True)
-        shutil.copy2(built / "release" / "libcamdrive.so", release)
+        # Of older commits it is libcamdrive.so.
+        for library in (built / "release").glob("libcamdrive*.so"):
+            shutil.copy2(library, release)
         # The executable last: it says that the tree is built.
         shutil.copy2(built / "release" / "camdrive", release)
     return folder
