@@ -145,9 +145,16 @@ fn saved(findings: &Findings, target: f64, default: Option<usize>) -> Vec<Saving
     let mut parts = Vec::new();
     let chosen = choose(findings, target);
     let usual = default.filter(|i| findings.settings[*i].error.is_some_and(|error| error <= target));
-    if let Some(i) =
-        chosen.filter(|i| usual.is_none_or(|usual| cost_of(findings, *i) * SAME_COST <= cost_of(findings, usual)))
-    {
+    // Times scatter, evaluations do not: at the same points what takes more of them saves nothing.
+    let works_less = |i: usize, usual: usize| {
+        let [own, other] = [i, usual].map(|i| &findings.settings[i]);
+        let evaluations = |row: &Row| row.cost.and_then(|cost| cost.evaluations);
+        own.communication_step != other.communication_step
+            || evaluations(own).zip(evaluations(other)).is_none_or(|(own, other)| own < other)
+    };
+    let saves =
+        |i: usize, usual: usize| cost_of(findings, i) * SAME_COST <= cost_of(findings, usual) && works_less(i, usual);
+    if let Some(i) = chosen.filter(|i| usual.is_none_or(|usual| saves(*i, usual))) {
         let row = &findings.settings[i];
         let step =
             default.map(|i| findings.settings[i].communication_step).filter(|step| *step != row.communication_step);
