@@ -4,7 +4,6 @@
 
 use super::count::at_most;
 use super::interpolant::decay;
-use crate::numerics::array;
 use serde::{Deserialize, Serialize};
 
 /// The highest degree of an interpolant.
@@ -35,7 +34,6 @@ const COSINES: [f64; MAX_DEGREE + 1] = [
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Chebyshev {
     /// cⱼ; zero beyond the degree.
-    #[serde(with = "array")]
     pub coefficients: [f64; MAX_DEGREE + 1],
     /// The degree.
     #[serde(deserialize_with = "at_most::<_, MAX_DEGREE>")]

@@ -10,7 +10,6 @@
 //! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5.
 
 use super::gauss::{PROJECTION, STAGES, legendre_powers};
-use crate::numerics::array;
 use serde::{Deserialize, Serialize};
 
 /// The number of coefficients.
@@ -101,9 +100,7 @@ pub fn integrated<const N: usize, const M: usize>(modes: &[f64; N]) -> [f64; M] 
 /// p(x) = Σ cⱼ xʲ.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Interpolant {
-    #[serde(with = "array")]
     even: [f64; HALF],
-    #[serde(with = "array")]
     odd: [f64; HALF],
 }
 

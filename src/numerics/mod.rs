@@ -1,7 +1,6 @@
 //! Mathematics only: no word of cams, no word of FMI.
 
 pub mod angle;
-pub mod array;
 pub mod chebyshev;
 pub mod collocation;
 pub mod count;

@@ -8,7 +8,6 @@
 //! Source: L. N. Trefethen, *Approximation Theory and Approximation Practice*, SIAM 2013, chapters 3, 4, 8.
 
 use super::interpolant::power_sum;
-use crate::numerics::array;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -100,9 +99,7 @@ impl Fitting {
 /// p(x) = Σ cⱼ xʲ.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Powers {
-    #[serde(with = "array")]
     even: [f64; HALF],
-    #[serde(with = "array")]
     odd: [f64; HALF],
 }
 

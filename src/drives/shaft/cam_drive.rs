@@ -11,7 +11,6 @@ use crate::motion::plan::MAX_LENGTH;
 use crate::motion::plan::{INFLECTION, MOST_DERIVATIVE};
 use crate::motion::{Kinematics, MotionLaw, StandardLaw, TransferFunctions};
 use crate::numerics::angle;
-use crate::numerics::array;
 use crate::numerics::count::at_most;
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::taylor::Series;
@@ -148,7 +147,6 @@ pub struct AngleMotion {
     /// t₀ (s).
     pub origin: f64,
     /// cⱼ (rad/sʲ).
-    #[serde(with = "array")]
     pub coefficients: [f64; COEFFICIENTS],
     /// The highest j with cⱼ ≠ 0, at least 1.
     #[serde(deserialize_with = "at_most::<_, { COEFFICIENTS - 1 }>")]
@@ -298,9 +296,7 @@ pub struct CamDrive<Law = MotionLaw> {
     led: Led,
     /// The coefficients of the motion beyond them that derivatives of the inputs give, valid for the next step; and which
     /// input each is from, counted from 1, 0 for none.
-    #[serde(with = "array")]
     beyond: [f64; MAX_INPUT_DERIVATIVE],
-    #[serde(with = "array")]
     from: [u8; MAX_INPUT_DERIVATIVE],
 }
 

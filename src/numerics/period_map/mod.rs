@@ -26,7 +26,6 @@ mod vibration;
 
 use super::collocation::UNBOUNDED;
 use super::double_double::{Double, two_product};
-use crate::numerics::array;
 use cell::{Cell, Motions};
 pub use floquet::{Monodromy, fixed_point, spectral_radius};
 pub use nodes::STAGES;
@@ -139,7 +138,6 @@ pub struct Trajectory {
     rate: f64,
     state: [f64; 2],
     /// Coefficients of q and q̇ in powers of x ∈ [−1, 1].
-    #[serde(with = "array")]
     polynomial: [[f64; 2]; COEFFICIENTS],
     /// Cells and maps over several periods so far.
     pub steps: u64,

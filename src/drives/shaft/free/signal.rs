@@ -1,7 +1,6 @@
 //! An input as a polynomial of time over a communication step.
 
 use crate::drives::shaft::cam_drive::MAX_INPUT_DERIVATIVE;
-use crate::numerics::array;
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +9,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Signal {
     value: f64,
-    #[serde(with = "array")]
     derivatives: [f64; MAX_INPUT_DERIVATIVE],
     /// Whether one of them is not zero.
     varies: bool,

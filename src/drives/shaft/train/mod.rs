@@ -40,7 +40,6 @@ use crate::drives::follower::place::ends;
 use crate::motion::MotionLaw;
 use crate::motion::turn;
 use crate::numerics::angle;
-use crate::numerics::array;
 use crate::numerics::double_double::Double;
 use crate::numerics::taylor::{Arithmetic, Scalar, Series};
 use serde::{Deserialize, Serialize};
@@ -110,16 +109,12 @@ pub struct Layout {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Modes {
     /// The segment of each law: of J_φ and M_L, then of cam and process force of each follower.
-    #[serde(with = "array")]
     pub segments: [[usize; 2]; 1 + MOST_FOLLOWERS],
     /// Where m1 of each follower is.
-    #[serde(with = "array")]
     pub contacts: [Mode; MOST_FOLLOWERS],
     /// Whether z counts from flank B, the one that m1 has been at last.
-    #[serde(with = "array")]
     pub beyond: [bool; MOST_FOLLOWERS],
     /// The order of the zero with which the gap of each follower begins.
-    #[serde(with = "array")]
     pub zeros: [usize; MOST_FOLLOWERS],
     /// Whether the servo is at its limit, and which.
     pub saturation: i8,

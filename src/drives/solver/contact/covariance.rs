@@ -15,7 +15,6 @@
 
 use crate::drives::follower::contact::{Bodies, Mode, State};
 use crate::drives::solver::step_control::{RESERVE, ROUNDINGS};
-use crate::numerics::array;
 use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
 
@@ -23,14 +22,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Covariance {
     /// At the last switching instant.
-    #[serde(with = "array")]
     matrix: [[f64; 4]; 4],
     /// The time since (s), up to the current panel.
     elapsed: f64,
     /// Errors added since, the current panel included: variances of roundings, sums of neglected terms.
-    #[serde(with = "array")]
     rounded: [f64; 4],
-    #[serde(with = "array")]
     neglected: [f64; 4],
     /// Roundings that a panel adds, in units of the first terms of its series.
     rounding: f64,

@@ -13,7 +13,6 @@
 
 use crate::drives::follower::contact::{Beginning, Bodies, Flank, Mode, Phase};
 use crate::drives::follower::flank::FlankMotion;
-use crate::numerics::array;
 use crate::numerics::count::at_most;
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::pair::Pair;
@@ -47,10 +46,8 @@ pub struct Series {
     pub terms: usize,
     /// Spans per second.
     per_span: f64,
-    #[serde(with = "array")]
     pairs: [Pair; COEFFICIENTS],
     /// In contact the terms of F_K beside those of u̇.
-    #[serde(with = "array")]
     forces: [Pair; MOST_TERMS],
 }
 

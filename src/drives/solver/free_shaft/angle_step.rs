@@ -15,7 +15,6 @@
 //! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5.
 
 use crate::drives::shaft::free::torques::Torques;
-use crate::numerics::array;
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::{ABSCISSAE, MATRIX, NOISE_OF_MODES, STAGES, WEIGHTS};
 use crate::numerics::interpolant::{
@@ -232,12 +231,10 @@ pub struct AngleStep {
     /// Rise of E with x beyond `work`, where the step is shifted (J).
     tilt: f64,
     /// x as a polynomial of the part s of the duration that has passed: −1 + Σ gⱼ sʲ⁺¹ (j < 5) + g₅ s³ (1 − s)³.
-    #[serde(with = "array")]
     guess: [f64; 6],
     /// A correction of x whose square is at most this leaves no more than a part of the tolerance.
     converged: f64,
     /// Legendre coefficients of N (N·m).
-    #[serde(with = "array")]
     net: [f64; STAGES],
     /// Work done since the beginning over x, E(x) − E(−1) (J).
     work: Interpolant,

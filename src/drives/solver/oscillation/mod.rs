@@ -27,7 +27,6 @@ use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::loads::{HasLoads, tell_of_pull};
 use crate::drives::solver::step_control::{FAR, ROUNDINGS, StepControl};
 use crate::drives::{EventLog, Fault, Seed};
-use crate::numerics::array;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::Trajectory;
@@ -82,7 +81,6 @@ pub struct Oscillation<E: Equation> {
     /// q (rad or m) and q̇ there.
     pub(in crate::drives) state: [f64; 2],
     /// φ, ω, q, q̇ at the end of the previous communication step, from which jumps of the inputs are counted.
-    #[serde(with = "array")]
     pub(in crate::drives) before: [f64; 4],
     pub(in crate::drives) log: EventLog,
 }

@@ -22,7 +22,6 @@ use crate::drives::shaft::cam_drive::AngleMotion;
 use crate::drives::shaft::instant::Instant;
 use crate::motion::Fourier;
 use crate::motion::derivatives::lift;
-use crate::numerics::array;
 use crate::numerics::double_double::Double;
 use crate::numerics::forced::apply;
 use crate::numerics::gauss::Gauss;
@@ -70,14 +69,12 @@ pub struct Hermite {
     /// h (s); 0 while unknown.
     length: f64,
     /// Wₙ/n!: that of q at the start beside that of q̇ at the end, then the other two.
-    #[serde(with = "array")]
     weights: [[Pair; 2]; ORDERS],
     /// The free motion over the step.
     free: [[f64; 2]; 2],
     /// The decay of the slower mode over the step.
     pub decay: f64,
     /// U, U′ … where the cam was last, and its angle there (rad); infinite while unknown.
-    #[serde(with = "array")]
     u: [Pair; PAIRS],
     angle: f64,
 }

@@ -19,7 +19,6 @@ use crate::drives::shaft::motor::Motor;
 use crate::drives::shaft::train::{Given, Inputs, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use crate::drives::{EventLog, Fault, Rounded};
 use crate::numerics::angle::WHOLE_TURN;
-use crate::numerics::array;
 use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::first_root::first_root;
 use crate::numerics::gauss::Gauss;
@@ -110,7 +109,6 @@ pub struct Run {
     /// From where in the step the sums are still to be taken, in units.
     summed: f64,
     /// The counts of the followers.
-    #[serde(with = "array")]
     pub tallies: [Tally; MOST_FOLLOWERS],
     /// Steps since the start.
     pub steps: f64,
@@ -138,7 +136,6 @@ pub struct End {
     time: f64,
     states: Vec<f64>,
     modes: Modes,
-    #[serde(with = "array")]
     tallies: [Tally; MOST_FOLLOWERS],
     /// φ, φ̇ of the shaft.
     pub course: [f64; 2],
