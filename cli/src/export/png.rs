@@ -2,6 +2,7 @@
 
 use camdrive::drives::Fault;
 use camdrive_design::drawing::{Anchor, BLACK, Drawing, Ink, Shape};
+use std::collections::BTreeSet;
 use tiny_skia::{Color, FillRule, LineJoin, Paint, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
 /// The drawing as a PNG file, `scale` times as large.
@@ -13,7 +14,30 @@ pub fn png(drawing: &Drawing, scale: f64) -> Result<Vec<u8>, Fault> {
     for shape in &drawing.shapes {
         paint(shape, &mut image, Transform::from_scale(scale as f32, scale as f32));
     }
-    image.encode_png().map_err(|e| fault(&e.to_string()))
+    encode(&image).map_err(|e| fault(&e.to_string()))
+}
+
+/// The file of an image without transparency. Lines and letters have few colours: where a byte can count them, it does, which
+/// halves the file. Its rows are often the same, and are packed best as they are.
+fn encode(image: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
+    let colours: Vec<[u8; 3]> = image.pixels().iter().map(|p| [p.red(), p.green(), p.blue()]).collect();
+    let palette: Vec<[u8; 3]> = BTreeSet::from_iter(&colours).into_iter().copied().collect();
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, image.width(), image.height());
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::High);
+    encoder.set_filter(png::Filter::NoFilter);
+    let data = if palette.len() <= 256 {
+        encoder.set_color(png::ColorType::Indexed);
+        encoder.set_palette(palette.concat());
+        // Every colour stands in the palette, which is in order.
+        colours.iter().map(|colour| palette.partition_point(|other| other < colour) as u8).collect()
+    } else {
+        encoder.set_color(png::ColorType::Rgb);
+        colours.concat()
+    };
+    encoder.write_header()?.write_image_data(&data)?;
+    Ok(file)
 }
 
 fn paint(shape: &Shape, image: &mut Pixmap, scale: Transform) {

@@ -119,6 +119,7 @@ pub struct Description {
 
 impl Description {
     /// Of a variable that is no state and depends on nothing.
+    #[inline(never)]
     fn new(name: &str, text: &str, kind: Kind, causality: Causality, variability: Variability) -> Self {
         Description {
             name: name.to_owned(),
@@ -263,12 +264,14 @@ pub fn real_within(quantity: &'static Quantity, min: f64, max: f64) -> Kind {
 }
 
 impl<D> List<D> {
+    #[inline(never)]
     fn push(&mut self, description: Description, access: Access<D>) -> &mut Variable<D> {
         self.0.push(Variable { description, index: 0, access });
         self.0.last_mut().expect("just pushed")
     }
 
     /// A fixed parameter.
+    #[inline(never)]
     pub fn parameter(&mut self, name: &str, text: &str, kind: Kind, get: Get<D>, set: Set<D>) -> &mut Variable<D> {
         self.push(
             Description::new(name, text, kind, Causality::Parameter, Variability::Fixed),
@@ -277,6 +280,7 @@ impl<D> List<D> {
     }
 
     /// A continuous input.
+    #[inline(never)]
     pub fn input(&mut self, name: &str, text: &str, kind: Kind, get: Get<D>, set: SetInput<D>) -> &mut Variable<D> {
         self.push(
             Description::new(name, text, kind, Causality::Input, Variability::Continuous),
@@ -286,6 +290,7 @@ impl<D> List<D> {
 
     /// A continuous output with its Taylor series; [`Variable::at`] tells its place. `der(x)` is the derivative of `x`, `der(x,2)`
     /// that of `der(x)`.
+    #[inline(never)]
     pub fn output(
         &mut self,
         name: &str,
@@ -302,6 +307,7 @@ impl<D> List<D> {
     }
 
     /// A discrete output: a count, a mode, a sum over events or a mean over the last step.
+    #[inline(never)]
     pub fn discrete_output(&mut self, name: &str, text: &str, kind: Kind) -> &mut Variable<D> {
         self.push(
             Description::new(name, text, kind, Causality::Output, Variability::Discrete),
@@ -310,6 +316,7 @@ impl<D> List<D> {
     }
 
     /// A discrete local variable, such as a solver statistic.
+    #[inline(never)]
     pub fn local(&mut self, name: &str, text: &str, kind: Kind) -> &mut Variable<D> {
         self.push(
             Description::new(name, text, kind, Causality::Local, Variability::Discrete),
@@ -326,6 +333,7 @@ impl<D> Variable<D> {
     }
 
     /// Where the scene gives it.
+    #[inline(never)]
     pub fn key(&mut self, key: &str) -> &mut Self {
         self.description.key = key.to_owned();
         self
@@ -352,18 +360,21 @@ impl<D> Variable<D> {
     }
 
     /// The partial derivatives of a discrete variable that jumps of the inputs move.
+    #[inline(never)]
     pub fn slopes(&mut self, series: fn(&D, Seed, usize) -> Series) -> &mut Self {
         self.access = Access::Computed { series: Some(series) };
         self
     }
 
     /// The inputs and states that the variable depends on directly at communication points.
+    #[inline(never)]
     pub fn depends(&mut self, names: &[&str]) -> &mut Self {
         self.description.dependencies = names.iter().map(|n| (*n).to_owned()).collect();
         self
     }
 
     /// Names its dependencies during initialisation, see [`Description::initial_dependencies`].
+    #[inline(never)]
     pub fn depends_initially(&mut self, names: &[&[&str]]) -> &mut Self {
         self.description.initial_dependencies = names.concat().into_iter().map(str::to_owned).collect();
         self
