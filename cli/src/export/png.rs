@@ -20,21 +20,24 @@ pub fn png(drawing: &Drawing, scale: f64) -> Result<Vec<u8>, Fault> {
 /// The file of an image without transparency. Lines and letters have few colours: where a byte can count them, it does, which
 /// halves the file. Its rows are often the same, and are packed best as they are.
 fn encode(image: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
-    let colours: Vec<[u8; 3]> = image.pixels().iter().map(|p| [p.red(), p.green(), p.blue()]).collect();
-    let palette: Vec<[u8; 3]> = BTreeSet::from_iter(&colours).into_iter().copied().collect();
+    let runs = image.pixels().chunk_by(|one, next| one == next);
+    let runs: Vec<(usize, [u8; 3])> =
+        runs.map(|run| (run.len(), [run[0].red(), run[0].green(), run[0].blue()])).collect();
+    let palette: Vec<[u8; 3]> = BTreeSet::from_iter(runs.iter().map(|run| run.1)).into_iter().collect();
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, image.width(), image.height());
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::High);
     encoder.set_filter(png::Filter::NoFilter);
-    let data = if palette.len() <= 256 {
+    let data: Vec<u8> = if palette.len() <= 256 {
         encoder.set_color(png::ColorType::Indexed);
         encoder.set_palette(palette.concat());
         // Every colour stands in the palette, which is in order.
-        colours.iter().map(|colour| palette.partition_point(|other| other < colour) as u8).collect()
+        let number = |colour| palette.partition_point(|other| *other < colour) as u8;
+        runs.iter().flat_map(|&(length, colour)| vec![number(colour); length]).collect()
     } else {
         encoder.set_color(png::ColorType::Rgb);
-        colours.concat()
+        runs.iter().flat_map(|&(length, colour)| colour.repeat(length)).collect()
     };
     encoder.write_header()?.write_image_data(&data)?;
     Ok(file)
