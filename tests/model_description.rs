@@ -52,7 +52,7 @@ fn the_golden_files_are_what_the_library_writes() {
     }
     assert!(
         stale.is_empty(),
-        "differ: {stale:#?}\nrenew by: BLESS=1 cargo test -p camdrive-cli --test model_description"
+        "differ: {stale:#?}\nrenew by: BLESS=1 cargo test -p camdrive-cli --test suite model_description"
     );
 }
 

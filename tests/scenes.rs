@@ -1,7 +1,7 @@
 //! Wrong scenes and what is said of them: `tests/scenes/x.toml` ↔ `tests/scenes/x.txt`; tasks in `tests/tasks`, studies in
 //! `tests/studies`, systems in `tests/systems`.
 //!
-//! `BLESS=1 cargo test -p camdrive-cli --test scenes` writes the messages anew; look at the difference before keeping it.
+//! `BLESS=1 cargo test -p camdrive-cli --test suite scenes` writes the messages anew; look at the difference before keeping it.
 
 use std::path::{Path, PathBuf};
 
@@ -46,7 +46,7 @@ fn wrong_scenes_and_tasks_get_the_stored_messages() {
     }
     assert!(
         different.is_empty(),
-        "{}\nrenew with BLESS=1 cargo test -p camdrive-cli --test scenes",
+        "{}\nrenew with BLESS=1 cargo test -p camdrive-cli --test suite scenes",
         different.join("\n")
     );
 }
@@ -74,7 +74,7 @@ fn references_and_schemas_are_those_of_the_declared_keys() {
         if bless {
             std::fs::write(name, right).expect("the page can be written");
         } else {
-            assert!(page(name) == right, "{name}: renew it with BLESS=1 cargo test -p camdrive-cli --test scenes");
+            assert!(page(name) == right, "{name}: renew it with BLESS=1 cargo test -p camdrive-cli --test suite scenes");
         }
     }
     let pages = page("docs/scene.md") + &page("docs/task.md") + &page("docs/study.md") + &page("docs/system.md");
