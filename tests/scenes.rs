@@ -74,7 +74,10 @@ fn references_and_schemas_are_those_of_the_declared_keys() {
         if bless {
             std::fs::write(name, right).expect("the page can be written");
         } else {
-            assert!(page(name) == right, "{name}: renew it with BLESS=1 cargo test -p camdrive-cli --test suite scenes");
+            assert!(
+                page(name) == right,
+                "{name}: renew it with BLESS=1 cargo test -p camdrive-cli --test suite scenes"
+            );
         }
     }
     let pages = page("docs/scene.md") + &page("docs/task.md") + &page("docs/study.md") + &page("docs/system.md");

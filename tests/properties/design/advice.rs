@@ -366,11 +366,11 @@ fn all(list: impl IntoIterator<Item = Advised>) -> Counts {
 #[test]
 fn of_forces() {
     let examples = ["tappet/scene.toml", "valve_train/forces.toml", "sealing_machine/loaded.toml"].map(example);
-    let elastic = random(5000, 32, forces::any()).map(|scene| tappet(&scene, false));
-    let rigid = random(5050, 32, forces::any()).map(|scene| tappet(&scene, true));
+    let elastic = random(5000, 12, forces::any()).map(|scene| tappet(&scene, false));
+    let rigid = random(5050, 12, forces::any()).map(|scene| tappet(&scene, true));
     let files = examples.into_iter().chain(elastic).chain(rigid);
     let counts = all(files.map(|files| Advised::new("forces", files, &["-o", "out"])));
-    assert!(counts["forces contact"] >= 20, "{counts:?}");
+    assert!(counts["forces contact"] >= 8, "{counts:?}");
 }
 
 /// Speeds to avoid, and the damping that makes them stable, of drives that run near them.
@@ -386,10 +386,10 @@ fn of_stability() {
         Some(files)
     };
     let examples = ["hs3", "scene", "inflection"].map(|name| example(&format!("transfer_manipulator/{name}.toml")));
-    let random = random(5400, 12, (stability::any(), -1.0..2.0_f64)).filter_map(near);
+    let random = random(5400, 4, (stability::any(), -1.0..2.0_f64)).filter_map(near);
     let files = examples.into_iter().chain(random);
     let counts = all(files.map(|files| Advised::new("stability", files, &["--quick", "-o", "out"])));
-    assert!(counts["stability stable"] >= 8, "{counts:?}");
+    assert!(counts["stability stable"] >= 4, "{counts:?}");
 }
 
 /// Cams whose rollers are large.
@@ -402,9 +402,9 @@ fn of_cams() {
         files
     };
     let examples = ["tappet/scene.toml", "sealing_machine/scene.toml"].map(example);
-    let files = examples.into_iter().chain(random(5100, 16, forces::any()).map(large));
+    let files = examples.into_iter().chain(random(5100, 8, forces::any()).map(large));
     let counts = all(files.map(|files| Advised::new("cam", files, &["--force", "-o", "out"])));
-    assert!(counts["cam cut"] >= 5, "{counts:?}");
+    assert!(counts["cam cut"] >= 3, "{counts:?}");
 }
 
 /// Impacts without restitution, which no change of another quantity cures. Seen to find a motion that depends on its start.
@@ -412,9 +412,9 @@ fn of_cams() {
 fn of_clearances() {
     let drive = |scene: CamScene| clearance::files(&CamScene { e: 0.0, ..scene }, &SAME);
     let files =
-        [example("backlash_drive/scene.toml")].into_iter().chain(random(5200, 6, clearance::loose()).map(drive));
+        [example("backlash_drive/scene.toml")].into_iter().chain(random(5200, 2, clearance::loose()).map(drive));
     let counts = all(files.map(|files| Advised::new("clearance", files, &["-o", "out"])));
-    assert!(counts["clearance impulse"] >= 3, "{counts:?}");
+    assert!(counts["clearance impulse"] >= 1, "{counts:?}");
 }
 
 /// With the synchronous speed that gives a machine another period.
@@ -426,9 +426,9 @@ fn of_periods() {
             1.05 * found["motions"].as_array()?.iter().find(|motion| motion["stable"] == true)?["period"].as_f64()?;
         Some(Advised::new("steady", files, &[&format!("--period={period:e} s")]))
     };
-    let random = random(5300, 12, steady::driven()).map(|scene: MachineScene| steady::files(&scene, &SAME));
+    let random = random(5300, 6, steady::driven()).map(|scene: MachineScene| steady::files(&scene, &SAME));
     let counts = all([example("rapier_loom/scene.toml")].into_iter().chain(random).filter_map(machine));
-    assert!(counts["steady speed"] >= 5, "{counts:?}");
+    assert!(counts["steady speed"] >= 3, "{counts:?}");
 }
 
 #[test]
@@ -445,8 +445,8 @@ fn of_compensations() {
         let load = option("load", scene.load);
         Advised::new("compensate", scene.files(&SAME), &["-o", "cams.toml", "--rounds=0", "--report=out", &load])
     };
-    let counts = all(random(5700, 5, compensate::any()).map(loaded));
-    assert!(counts["compensate speed"] >= 3, "{counts:?}");
+    let counts = all(random(5700, 2, compensate::any()).map(loaded));
+    assert!(counts["compensate speed"] >= 1, "{counts:?}");
 }
 
 /// Tables with noise, of a lobe and of a law with dwells.
@@ -484,8 +484,8 @@ fn of_tasks() {
         Advised::new("synthesize", Files { scene, ..Files::default() }, &["-o", "profile.toml"])
     };
     let harmonics = prop_oneof![Just(1_usize), Just(3), Just(5)];
-    let counts = all(random(5500, 8, (0.8..1.6_f64, harmonics)).map(task));
-    assert!(counts["synthesize deviation"] >= 4, "{counts:?}");
+    let counts = all(random(5500, 4, (0.8..1.6_f64, harmonics)).map(task));
+    assert!(counts["synthesize deviation"] >= 2, "{counts:?}");
 }
 
 #[test]

@@ -151,13 +151,13 @@ fn penalised_series(case: &Case) -> [f64; 3] {
     })
 }
 
-/// Of 12 tables of each spacing 11 meet the bars, of all 84 all but two, and none misses them by three times.
+/// Of 6 tables of each spacing 5 meet the bars, of all 42 all but one, and none misses them by three times.
 #[test]
 fn tables_of_all_laws_and_spacings_lose_their_noise() {
     let mut all = Vec::new();
     for spacing in SPACINGS {
         let mut missed = [Vec::new(), Vec::new()];
-        for seed in 0..12 {
+        for seed in 0..6 {
             let case = case(spacing, seed, 30.0);
             let exact = case.points.angles.iter().map(|phi| case.law.at(*phi).0[0]).collect();
             let [most, ..] = of_spline(&case.law, closed(Points { lifts: exact, ..case.points.clone() }));
@@ -179,7 +179,7 @@ fn tables_of_all_laws_and_spacings_lose_their_noise() {
         all.push(missed);
     }
     assert!(all.iter().flatten().all(|missed| missed.len() <= 1), "{all:?}");
-    assert!([0, 1].iter().all(|i| all.iter().map(|missed| missed[*i].len()).sum::<usize>() <= 2), "{all:?}");
+    assert!([0, 1].iter().all(|i| all.iter().map(|missed| missed[*i].len()).sum::<usize>() <= 1), "{all:?}");
 }
 
 /// With the first point once more, one turn later.

@@ -13,7 +13,7 @@ fn a_row_that_is_wrong_by_ten_sigma_is_named_and_no_other() {
     let mut all = Vec::new();
     for spacing in SPACINGS {
         let mut missed = [Vec::new(), Vec::new()];
-        for seed in 0..6 {
+        for seed in 0..2 {
             for least in [30.0, 120.0] {
                 let clean = case(spacing, seed, least);
                 for noise in [None, Some(clean.sigma)] {
@@ -90,7 +90,7 @@ fn exact_tables_have_no_wrong_row_however_short_their_motions_are() {
 #[test]
 fn a_wrong_row_of_an_exact_table_is_named() {
     let (mut tables, mut missed) = (0, Vec::new());
-    for seed in 0..120 {
+    for seed in 0..48 {
         let mut points = exact(seed);
         let n = points.lifts.len();
         if n < 100 {
@@ -105,7 +105,7 @@ fn a_wrong_row_of_an_exact_table_is_named() {
             missed.push((seed, row, wrong));
         }
     }
-    assert!(tables > 50 && missed.len() * 16 <= tables, "{tables}: {missed:?}");
+    assert!(tables > 20 && missed.len() * 16 <= tables, "{tables}: {missed:?}");
 }
 
 #[test]
