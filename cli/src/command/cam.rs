@@ -125,7 +125,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut place = Place {
         measured: Some(&args.measured),
         inputs: scene.files,
-        scene: Some(&scene.text.0),
+        scene: Some(&scene.document),
         force: args.force,
         ..Place::default()
     };

@@ -98,7 +98,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let findings = Bar::beside(&scene.name, |tell| clearance::study(&scene.resource(), &options, tell));
     let findings =
         findings.map_err(|fault| of_option(&fault).unwrap_or_else(|| failure(fault.within(args.scene.display()))))?;
-    let (inputs, scene, measured) = (scene.files, Some(&*scene.text.0), Some(&args.measured));
+    let (inputs, scene, measured) = (scene.files, Some(&scene.document), Some(&args.measured));
     let place = Place { folder: Some(&folder), inputs, scene, measured, force: args.force, ..Place::default() };
     args.telling.deliver(findings.report(), &findings, place)
 }

@@ -5,6 +5,8 @@ use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, driving, failure, files, quantity, read, wrong_argument};
 use crate::scene;
+use crate::scene::document::Document;
+use crate::scene::input::{self, Kind};
 use camdrive::drives::drive_train::{self, Follower, Joint, Shaft};
 use camdrive::drives::rigid_machine::{self, Inertia, InertiaFunction, Motor, Scene};
 use camdrive::drives::shaft::motor::{Reference, Source};
@@ -20,7 +22,7 @@ use camdrive_design::text;
 use clap::builder::PossibleValuesParser;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
-use toml_edit::{Item, Table, TableLike, Value, value};
+use toml_edit::{Table, value};
 
 /// Rounds of the iteration that are reported at most: by then it has converged to the last digit, or does not.
 const MOST_ROUNDS: i64 = 100;
@@ -297,19 +299,12 @@ fn on_start(machine: &Machine, findings: &Findings, verdict: &mut Verdict) {
 }
 
 /// Tables that the scene names by a path from its own folder are named from that of the result.
-fn carry_over(table: &mut dyn TableLike, folder: &Path) {
-    for (key, item) in table.iter_mut() {
-        if let (Some(name), "file") = (item.as_str(), key.get()) {
-            let path = folder.join(name);
-            *item = value(path.canonicalize().unwrap_or(path).display().to_string());
-        } else if let Some(table) = item.as_table_like_mut() {
-            carry_over(table, folder);
-        } else if let Some(tables) = item.as_array_of_tables_mut() {
-            tables.iter_mut().for_each(|table| carry_over(table, folder));
-        } else if let Some(list) = item.as_array_mut() {
-            list.iter_mut().filter_map(Value::as_inline_table_mut).for_each(|table| carry_over(table, folder));
-        }
-    }
+fn carry_over(document: &mut Document, scene: &Path) {
+    let folder = scene.parent().unwrap_or(Path::new(""));
+    document.name_files(&|file| {
+        let path = folder.join(file);
+        path.canonicalize().unwrap_or(path).display().to_string()
+    });
 }
 
 /// The keys that give the motion of the tool instead of that of the lever.
@@ -365,25 +360,24 @@ fn cams(machine: &Machine, findings: &Findings, output: &Path) -> Result<Vec<Cam
 
 /// The scene with the compensated cams.
 fn compensated(args: &Args, machine: &Machine, findings: &Findings, cams: &[Cam]) -> Result<String, Failure> {
-    let mut document = files::document(&args.scene)?;
-    carry_over(document.as_table_mut(), args.scene.parent().unwrap_or(Path::new("")));
-    document["name"] = value(renamed(&machine.name, cams));
+    let (_, mut document) = input::document(&args.scene, Kind::Scene)?;
+    carry_over(&mut document, &args.scene);
+    document.set("name", renamed(&machine.name, cams));
     let unexpected = || failure(format!("{}: the followers are not [[follower]] tables", args.scene.display()));
     for (cam, j) in cams.iter().zip(&machine.tools) {
-        let follower = document.get_mut("follower").and_then(|list| list.get_mut(*j));
-        let follower = follower.and_then(Item::as_table_like_mut).ok_or_else(unexpected)?;
+        let follower = format!("follower[{}]", j + 1);
         // Its motion was given by that of the tool behind mechanisms, and the law of the lever takes its place.
         for key in OF_THE_TOOL {
-            follower.remove(key);
+            document.remove(&format!("{follower}.{key}"));
         }
-        follower.insert("cam", Item::Table(cam.table.clone()));
+        document.set(&format!("{follower}.cam"), cam.table.clone()).ok_or_else(unexpected)?;
     }
     if let (Some(speed), Some(_)) = (findings.synchronous_speed, &args.period) {
-        document["motor"]["w_s"] = value(speed);
+        document.set("motor.w_s", speed);
     }
     if machine.task.driving.motor == Motor::None {
         // Nothing else would give the machine the speed that belongs to the period.
-        document["start"]["w_start"] = value(findings.speed_at(machine.phi_start));
+        document.set("start.w_start", findings.speed_at(machine.phi_start));
     }
     Ok(files::signed(&document, "Scene with the compensated cams", &args.scene, "compensate"))
 }
@@ -414,13 +408,13 @@ fn with_cam(
             path.display()
         )));
     }
-    let mut document = files::document(&path)?;
-    if !document.contains_key("cam") {
+    let (_, mut document) = input::document(&path, Kind::Scene)?;
+    if !document.table.contains_key("cam") {
         return Err(wrong_argument(format!("--cam: {} is a machine, not a drive with one cam", path.display())));
     }
-    document["name"] = value(renamed(&scene.name, &cams[place..=place]));
-    carry_over(document.as_table_mut(), path.parent().unwrap_or(Path::new("")));
-    document["cam"] = Item::Table(cams[place].table.clone());
+    document.set("name", renamed(&scene.name, &cams[place..=place]));
+    carry_over(&mut document, &path);
+    document.set("cam", cams[place].table.clone());
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let target = output.parent().unwrap_or(Path::new("")).join(format!("{stem}.compensated.toml"));
     let what = format!("Compensated cam of follower {number} in place of that");

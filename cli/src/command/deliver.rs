@@ -3,6 +3,7 @@
 use super::measured::Measured;
 use super::output::{print, show, width};
 use super::{Failure, failure, files};
+use crate::scene::document::Document;
 use crate::scene::study::has_place;
 use camdrive_design::report::{self, Picture, Report, html};
 use serde::Serialize;
@@ -24,8 +25,8 @@ pub struct Telling {
 pub struct Place<'a> {
     /// The folder for tables and pictures; None writes none of them.
     pub folder: Option<&'a Path>,
-    /// The text of the scene whose keys advice sets.
-    pub scene: Option<&'a str>,
+    /// The scene whose keys advice sets.
+    pub scene: Option<&'a Document>,
     /// Files that are no part of the report.
     pub more: Vec<(PathBuf, Vec<u8>)>,
     /// Files that were read, which no result replaces.

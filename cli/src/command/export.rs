@@ -71,7 +71,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut packed = Vec::new();
     for (scene, path) in scenes.iter().zip(&args.scenes) {
         let study = if args.with_tradeoff { Some(args.study.study(path, scene)?) } else { None };
-        let extras = Extras { terminals: args.terminals, study: study.as_ref(), sources: &scene.sources };
+        let extras = Extras { terminals: args.terminals, study: study.as_ref(), sources: &scene.sources() };
         let fmu = pack_with(&scene.resource(), &scene.description, &runtimes, date, extras);
         packed.push(fmu.map_err(|fault| failure(fault.within(path.display())))?);
     }

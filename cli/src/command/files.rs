@@ -1,7 +1,7 @@
 //! Files of several commands: reports into folders, scenes with another cam.
 
 use super::{Failure, ending, failure, wrong_argument};
-use crate::scene::input::{self, Kind};
+use crate::scene::document::Document;
 use camdrive::drives::Fault;
 use camdrive::motion::Fourier;
 use camdrive_design::report::html;
@@ -13,7 +13,7 @@ use std::io::{Error, ErrorKind, Read, Write as _};
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
-use toml_edit::{Array, DocumentMut, Table, Value, value};
+use toml_edit::{Array, Table, Value, value};
 
 /// The folder for the report of a command on this scene: that of `-o`, or a new one.
 pub fn folder(output: Option<&Path>, command: &str, scene: &str) -> Result<PathBuf, Failure> {
@@ -51,9 +51,9 @@ pub const ANOTHER: &str = "choose another -o, or replace it with --force";
 const ORIGIN: &str = " by camdrive ";
 
 /// A scene or a profile made of this file, with a first line that names its origin.
-pub fn signed(document: &DocumentMut, what: &str, of: &Path, command: &str) -> String {
+pub fn signed(document: &Document, what: &str, of: &Path, command: &str) -> String {
     let file = text::in_one_line(of.file_name().unwrap_or_default().display());
-    format!("# {what} of {file}{ORIGIN}{command}.\n{document}")
+    format!("# {what} of {file}{ORIGIN}{command}.\n{}", document.whole_text())
 }
 
 /// Refuses a target of `-o` that is not called like a scene or profile, and one that no command wrote, unless `--force` is given.
@@ -228,12 +228,6 @@ pub fn report<S: std::fmt::Display>(
     let place = |ending: S| folder.join(format!("{name}.{ending}"));
     let file = |(ending, content): Part<S>| Ok((place(ending), content.map_err(failure)?.into_bytes()));
     parts.into_iter().map(file).collect()
-}
-
-/// The TOML of a scene, with its comments, to be changed.
-pub fn document(path: &Path) -> Result<DocumentMut, Failure> {
-    let (file, text) = input::text(path, Kind::Scene).map_err(failure)?;
-    text.parse().map_err(|e| failure(format!("{file}: {e}")))
 }
 
 /// The table `[cam]` of a law, its coefficients as multiples of `scale` (m).

@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Place {
             folder: Some(&folder),
             inputs: scene.files,
-            scene: Some(&scene.text.0),
+            scene: Some(&scene.document),
             measured,
             force: args.force,
             ..Place::default()

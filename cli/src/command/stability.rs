@@ -113,7 +113,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let folder = files::folder(args.output.as_deref(), "stability", &scene.name)?;
     let findings = Bar::beside(&scene.name, |tell| stability::study_scene(&scene.resource(), &options, tell));
     let findings = findings.map_err(fault)?;
-    let (inputs, scene, measured) = (scene.files, Some(&*scene.text.0), Some(&args.measured));
+    let (inputs, scene, measured) = (scene.files, Some(&scene.document), Some(&args.measured));
     let place = Place { folder: Some(&folder), inputs, scene, measured, force: args.force, ..Place::default() };
     args.telling.deliver(findings.report(), &findings, place)
 }

@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let findings = study(&args.scene, &scene, &args.load, args.period.as_ref())?;
     let none = findings.motions.is_empty() && findings.without_torques.is_none();
     let folder = args.report.as_deref();
-    let (inputs, scene, measured) = (scene.files, Some(&*scene.text.0), Some(&args.measured));
+    let (inputs, scene, measured) = (scene.files, Some(&scene.document), Some(&args.measured));
     let place = Place { folder, inputs, scene, measured, force: args.force, ..Place::default() };
     args.telling.deliver(findings.report(), &findings, place)?;
     Ok(if none { ExitCode::from(NO_MOTION) } else { ExitCode::SUCCESS })

@@ -6,6 +6,7 @@ use super::output::counter;
 use super::{Failure, Foreign, Format, ending, failure, files, tell};
 use crate::export::hash;
 use crate::scene::coupled::Coupled;
+use crate::scene::document::Document;
 use crate::scene::input;
 use crate::scene::study::{self, Cell, Quantity, Study, Subject};
 use crate::scene::{Diagnostic, Diagnostics};
@@ -27,7 +28,6 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use store::Store;
-use toml_edit::DocumentMut;
 
 /// Runs many variants of a scene, a system or an FMU on all cores and measures each.
 ///
@@ -467,10 +467,10 @@ fn specification(study: &Study, columns: &[(Column, Content)], rows_of_part: u64
     };
     let tables: Vec<[String; 2]> = study.tables.iter().map(digest).collect();
     // Elsewhere the scene has another path.
-    let mut anywhere: DocumentMut = text.parse().unwrap_or_default();
+    let mut anywhere = Document::new(text.clone());
     anywhere.remove("scene");
     let of_tables = tables.iter().map(|[_, digest]| digest.as_str()).collect::<String>();
-    let identity = hash::sha256_of_parts(&[&anywhere.to_string(), scene, &of_tables].map(|text| text.as_bytes()));
+    let identity = hash::sha256_of_parts(&[&anywhere.whole_text(), scene, &of_tables].map(|text| text.as_bytes()));
     text::json(&json!({
         "format": store::FORMAT,
         "identity": hash::hexadecimal(&identity),

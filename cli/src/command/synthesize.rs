@@ -5,12 +5,14 @@ use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, failure, files, read, wrong_argument};
 use crate::scene;
+use crate::scene::document::Document;
+use crate::scene::input::{self, Kind};
 use camdrive_design::resource::Scene;
 use camdrive_design::synthesis::Infeasible;
 use camdrive_design::synthesis::study::Study;
 use camdrive_design::synthesis::together::Together;
 use std::path::{Path, PathBuf};
-use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
+use toml_edit::{ArrayOfTables, Item, Table};
 
 /// Designs a cam profile of few harmonics (HS profile) for a motion task.
 ///
@@ -108,15 +110,14 @@ fn law(laws: &[String], name: &str) -> Result<usize, Failure> {
 }
 
 /// The scene that gets the cams, its own one or those of followers, and the files that it was read from.
-fn machine(path: &Path, follower: Option<usize>, laws: usize) -> Result<(DocumentMut, Vec<PathBuf>), Failure> {
+fn machine(path: &Path, follower: Option<usize>, laws: usize) -> Result<(Document, Vec<PathBuf>), Failure> {
     let resolved = read(path)?;
-    let document = files::document(path)?;
+    let (_, document) = input::document(path, Kind::Scene)?;
     let failure = |message: &str| failure(format!("{}: {message}", path.display()));
-    let followers = document.get("follower").and_then(|item| item.as_array_of_tables());
+    let followers = followers(&document, "crank");
     let first = follower.unwrap_or(1);
-    let replaced = followers.iter().flat_map(|list| list.iter()).skip(first.saturating_sub(1)).take(laws.max(1));
-    if let Some(j) = replaced.enumerate().find_map(|(j, follower)| follower.contains_key("crank").then_some(first + j))
-    {
+    let replaced = followers.iter().flatten().skip(first.saturating_sub(1)).take(laws.max(1));
+    if let Some(j) = replaced.enumerate().find_map(|(j, has_crank)| has_crank.then_some(first + j)) {
         return Err(failure(&format!("follower {j} sits on the shaft without a cam")));
     }
     if laws > 1 {
@@ -142,37 +143,41 @@ fn machine(path: &Path, follower: Option<usize>, laws: usize) -> Result<(Documen
             Scene::RigidMachine(_) => failure("the machine has no tables [[follower]]"),
             _ => failure("this is not a machine with followers").hint("leave --follower out"),
         }),
-        (None, None) if !document.contains_key("cam") => {
+        (None, None) if !document.table.contains_key("cam") => {
             Err(failure("this scene has no [cam] that a profile could replace"))
         }
         (None, None) => Ok((document, resolved.files)),
     }
 }
 
+/// Whether each of the tables [[follower]] has a key; None where there are none.
+fn followers(document: &Document, key: &str) -> Option<Vec<bool>> {
+    let list = document.table.get("follower")?.get_ref().tables();
+    Some(list.iter().map(|(_, follower)| follower.contains_key(key)).collect())
+}
+
 /// The profiles as a scene, or as the part [cam] or [[follower]] of one.
-fn profile(studies: &[Study], args: &Args, machine: Option<DocumentMut>) -> String {
+fn profile(studies: &[Study], args: &Args, machine: Option<Document>) -> String {
     let mut document = machine.unwrap_or_default();
-    let cam = |study: &Study| Item::Table(files::cam(&study.cam, study.assignment.unit));
-    if studies.len() > 1 && document.is_empty() {
-        document["follower"] = Item::ArrayOfTables(studies.iter().map(|_| Table::new()).collect::<ArrayOfTables>());
+    let cam = |study: &Study| files::cam(&study.cam, study.assignment.unit);
+    let is_scene = !document.table.is_empty();
+    if studies.len() > 1 && !is_scene {
+        let list = studies.iter().map(|_| Table::new()).collect::<ArrayOfTables>();
+        document.set("follower", Item::ArrayOfTables(list));
     }
-    let followers = document.get_mut("follower").and_then(|item| item.as_array_of_tables_mut());
-    match (followers, studies) {
+    match (followers(&document, "tool"), studies) {
         // The machine keeps its name, and a follower whose tool's motion is prescribed that key.
         (Some(list), _) => {
             let first = args.follower.unwrap_or(1);
-            for (j, study) in studies.iter().enumerate() {
-                if let Some(follower) = list.get_mut(first - 1 + j) {
-                    let key = if follower.contains_key("tool") { "tool" } else { "cam" };
-                    follower[key] = cam(study);
-                }
+            for ((j, study), has_tool) in (first..).zip(studies).zip(list.into_iter().skip(first - 1)) {
+                document.set(&format!("follower[{j}].{}", if has_tool { "tool" } else { "cam" }), cam(study));
             }
         }
         (None, [study, ..]) => {
-            if !document.is_empty() {
-                document["name"] = value(args.law.clone().unwrap_or_else(|| study.assignment.name.clone()));
+            if is_scene {
+                document.set("name", args.law.clone().unwrap_or_else(|| study.assignment.name.clone()));
             }
-            document["cam"] = cam(study);
+            document.set("cam", cam(study));
         }
         (None, []) => (),
     }

@@ -122,7 +122,7 @@ fn fmus(system: &System) -> Result<(Vec<File>, Vec<String>), Failure> {
 
 /// The FMU of a scene.
 fn packed(scene: &Resolved, libraries: &[RuntimeLibrary], date: Option<Date>) -> Result<Vec<u8>, Fault> {
-    let extras = Extras { sources: &scene.sources, ..Extras::default() };
+    let extras = Extras { sources: &scene.sources(), ..Extras::default() };
     Ok(pack_with(&scene.resource(), &scene.description, libraries, date, extras)?.bytes)
 }
 

@@ -93,7 +93,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let place = Place {
         folder: Some(&folder),
         inputs: scene.files,
-        scene: Some(&scene.text.0),
+        scene: Some(&scene.document),
         force: args.force,
         ..Place::default()
     };

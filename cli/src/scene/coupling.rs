@@ -1,14 +1,13 @@
 //! What other units put on a shaft, `torques` and `[coupling]` of a machine, and what a drive tells of the inertia that follows its
 //! shaft, `[coupling]` of a drive.
 
+use super::document::Value;
 use super::section::{Faults, Section};
-use super::study::texts;
 use camdrive::drives::Description;
 use camdrive::drives::drive_train::{self, Shaft};
 use camdrive::drives::rigid_machine::Named;
 use camdrive::drives::variable::Causality;
 use camdrive_design::resource::Scene;
-use toml::de::DeValue;
 
 /// The key of the table.
 pub const KEY: &str = "coupling";
@@ -27,7 +26,7 @@ pub fn of_machine(root: &Section<'_>, plain: bool) -> Option<Vec<Named>> {
     let names = names(root);
     let inertia = root.read(KEY, |section| {
         let all = match section.node(INERTIA).map(|node| node.value) {
-            Some(DeValue::Array(_)) => texts(section, INERTIA).map(Err),
+            Some(Value::Array(_)) => section.texts(INERTIA).map(Err),
             _ => section.flag(INERTIA).map(Ok),
         };
         section.finish();
@@ -87,7 +86,7 @@ fn names(root: &Section<'_>) -> Option<Vec<Named>> {
     if !root.has(TORQUES) {
         return Some(Vec::new());
     }
-    let list = texts(root, TORQUES)?;
+    let list = root.texts(TORQUES)?;
     if !(1..=MOST).contains(&list.len()) {
         let fault = root.fault_of(TORQUES, format!(" has {} names", list.len()));
         return root.refuse(fault.admissible(format!("1 to {MOST}")).hint("leave it out for the plain input tau"));

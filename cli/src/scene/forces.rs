@@ -125,7 +125,7 @@ fn of(parent: &Section<'_>, known: &Known, loads: Loads) -> Option<Loads> {
     for key in MOVED {
         if let Some(node) = section.node(key) {
             let place = if parent.path.is_empty() { "load" } else { "follower.load" };
-            let text = section.faults.text[node.span].split_whitespace().collect::<Vec<_>>().join(" ");
+            let text = section.faults.document.text[node.span].split_whitespace().collect::<Vec<_>>().join(" ");
             let fault = section.fault_of(key, format!(" is a load, which belongs to [{place}]"));
             section.faults.report(fault.hint(format!("write it in a section [{place}]: {key} = {text}")));
         }

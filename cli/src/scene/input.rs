@@ -1,6 +1,7 @@
 //! The files that users give: read up to a limit, and told from files of another kind.
 
 use super::diagnostics::{Diagnostic, Diagnostics};
+use super::document::{self, Document};
 use super::keys::{self, Table};
 use super::source::is_fmu;
 use std::collections::BTreeMap;
@@ -8,7 +9,6 @@ use std::fs::File;
 use std::io::{Error, ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
-use toml::de::DeTable;
 
 /// Some editors begin a UTF-8 file with it; an editor does not count it as a column.
 pub(super) const BYTE_ORDER_MARK: char = '\u{feff}';
@@ -61,7 +61,7 @@ impl Kind {
     }
 
     /// A fault of the whole file where it holds something else, which its keys betray.
-    pub(super) fn mistaken(self, file: &str, document: &DeTable<'_>) -> Result<(), Diagnostics> {
+    pub(super) fn mistaken(self, file: &str, document: &document::Table) -> Result<(), Diagnostics> {
         let has = |key: &str| document.get(key).is_some();
         let study = has("vary") || has("measures");
         let system = has("part") && !has("model");
@@ -130,9 +130,8 @@ pub fn is_study(path: &Path) -> bool {
 
 /// Whether a file can be read, is no scene and has one of these keys.
 fn has(path: &Path, kind: Kind, keys: &[&str]) -> bool {
-    let Ok((_, text)) = text(path, kind) else { return false };
-    let (document, _) = DeTable::parse_recoverable(&text);
-    let has = |key: &str| document.get_ref().get(key).is_some();
+    let Ok((_, document)) = document(path, kind) else { return false };
+    let has = |key: &str| document.table.contains_key(key);
     keys.iter().any(|key| has(key)) && !has("model")
 }
 
@@ -197,11 +196,11 @@ pub(super) fn foreign(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// The name and the text of a file.
+/// The name of a file, and what it holds.
 ///
 /// # Errors
 /// A file that cannot be read or is no such text.
-pub fn text(path: &Path, kind: Kind) -> Result<(String, String), Diagnostics> {
+pub fn document(path: &Path, kind: Kind) -> Result<(String, Document), Diagnostics> {
     let (file, word) = (path.display().to_string(), kind.word());
     let name_one = format!("name a {word} file, for example {word}.toml");
     if path.is_dir() {
@@ -239,6 +238,6 @@ pub fn text(path: &Path, kind: Kind) -> Result<(String, String), Diagnostics> {
                 format!("{name_one}; a scene names a table of a motion law: law = \"table\", file = \"lift.csv\"");
             Err(kind.other(&file, "a table or another text without `key = value`", hint))
         }
-        _ => Ok((file, text)),
+        _ => Ok((file, Document::new(text))),
     }
 }

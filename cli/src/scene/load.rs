@@ -1,5 +1,6 @@
 //! Loads on the mass that a cam moves: `[load]` beside `[cam]`, `[follower.load]`, with `roller` for a mass on the cam's side.
 
+use super::document::Value;
 use super::motion_law;
 use super::section::{Node, Section};
 use camdrive::drives::follower::load::{Load, Spring};
@@ -9,7 +10,6 @@ use camdrive_design::forces::least_place;
 use camdrive_design::text::counted;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;
-use toml::de::DeValue;
 
 /// The key of the table.
 pub const KEY: &str = "load";
@@ -99,7 +99,7 @@ fn gravity(section: &Section<'_>, carrier: Carrier<'_>) -> Option<(Option<f64>, 
     }
     let angles = match section.node("gravity_angle").map(|node| node.value) {
         None => Some(vec![if carrier.mechanisms > 0 { -FRAC_PI_2 } else { PI }; places]),
-        Some(DeValue::Array(_)) => section.reals("gravity_angle"),
+        Some(Value::Array(_)) => section.reals("gravity_angle"),
         Some(_) => section.real("gravity_angle").map(|angle| vec![angle]),
     };
     let angles = angles?;
@@ -118,7 +118,7 @@ fn gravity(section: &Section<'_>, carrier: Carrier<'_>) -> Option<(Option<f64>, 
 
 /// A force or a torque over the turn: a value, or a law.
 pub fn torque(section: &Section<'_>, key: &'static str, folder: &Path) -> Option<Option<MotionLaw>> {
-    if let Some(Node { value: DeValue::Table(_), .. }) = section.node(key) {
+    if let Some(Node { value: Value::Table(_), .. }) = section.node(key) {
         return section.read(key, |part| motion_law::read(part, section.quantity_of(key), folder));
     }
     let value = section.optional(key)?;

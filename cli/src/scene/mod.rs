@@ -7,6 +7,7 @@ mod common;
 pub mod coupled;
 mod coupling;
 pub mod diagnostics;
+pub mod document;
 mod follower;
 pub mod forces;
 pub mod geometry;
@@ -42,10 +43,10 @@ pub use source::SCENE;
 use camdrive_design::forces::{Loads, Machine};
 pub use camdrive_design::resource::LONGEST_NAME;
 use camdrive_design::resource::{Resource, Scene, Tool, is_name};
+use document::Document;
 use input::Kind;
 use section::{Faults, Section};
 use std::path::{Path, PathBuf};
-use toml::de::DeTable;
 
 /// A validated scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,10 +69,12 @@ pub struct Resolved {
     pub notes: Vec<String>,
     /// The files that it was read from: scene and tables.
     pub files: Vec<PathBuf>,
-    /// Names and contents of the files that an FMU carries, from which the same scene is read: `scene.toml` and its tables.
-    pub sources: Vec<(String, Vec<u8>)>,
-    /// Its text, and the folder in which it names its tables.
-    pub text: (String, PathBuf),
+    /// The tables that it names.
+    tables: Vec<source::Table>,
+    /// What it was read from.
+    pub document: Document,
+    /// Where it names its tables.
+    pub folder: PathBuf,
 }
 
 impl Resolved {
@@ -79,13 +82,17 @@ impl Resolved {
     pub fn resource(&self) -> Resource {
         Resource { name: self.name.clone(), guid: String::new(), scene: self.scene.clone(), tools: self.tools.clone() }
     }
+
+    /// Names and contents of the files that an FMU carries, from which the same scene is read: `scene.toml` and its tables.
+    pub fn sources(&self) -> Vec<(String, Vec<u8>)> {
+        source::all(&Document::new(self.document.whole_text()), &self.tables)
+    }
 }
 
 /// Reads and validates a scene file: every value, and that the drive can be built and started with them.
 pub fn read(path: &Path) -> Result<Resolved, Diagnostics> {
-    let (file, text) = input::text(path, Kind::Scene)?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let mut scene = resolve(&file, &text, folder)?;
+    let (file, document) = input::document(path, Kind::Scene)?;
+    let mut scene = resolve_document(&file, &document, path.parent().unwrap_or(Path::new("")))?;
     scene.files.push(path.to_owned());
     Ok(scene)
 }
@@ -109,7 +116,12 @@ pub fn read(path: &Path) -> Result<Resolved, Diagnostics> {
 /// assert!(faults.contains("bar.toml:6") && faults.contains("`elasticity.m`"), "{faults}");
 /// ```
 pub fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagnostics> {
-    with_document(file, text, Kind::Scene, |root| {
+    resolve_document(file, &Document::new(text.to_owned()), folder)
+}
+
+/// The scene of a document, as it was read or changed.
+pub fn resolve_document(file: &str, document: &Document, folder: &Path) -> Result<Resolved, Diagnostics> {
+    with_document(file, document, Kind::Scene, |root| {
         let mut resolved = whole_scene(root, folder)?;
         if root.faults.is_empty() {
             models::try_out(&resolved, root.faults);
@@ -139,40 +151,38 @@ fn capitalised(word: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// What `read` makes of the TOML document `text`, if it reports no fault.
+/// What `read` makes of a document, if it reports no fault.
 fn with_document<T>(
     file: &str,
-    text: &str,
+    document: &Document,
     kind: Kind,
     read: impl FnOnce(&Section<'_>) -> Option<T>,
 ) -> Result<T, Diagnostics> {
-    let mut faults = Faults::new(file, text);
+    let mut faults = Faults::new(file, document);
     faults.kind = kind.of_keys();
-    let (document, mut errors) = DeTable::parse_recoverable(text);
-    errors.sort_by_key(|error| error.span().map_or(text.len(), |span| span.start));
-    for error in &errors {
+    let text = document.file();
+    for error in &document.errors {
         let span = error.span().unwrap_or(text.len()..text.len());
         let mut message = format!("no valid TOML: {}", error.message());
         if error.message() == "duplicate key" {
             message += &format!(" `{}`", text.get(span.clone()).unwrap_or_default().trim());
         }
-        let mut fault = faults.at(span, message);
-        if error.message().contains("must be quoted") {
-            fault = fault.hint("put texts and numbers with a unit into quotes: \"1800 rpm\"");
-        }
         let unclosed = error.message().contains("array");
-        if unclosed {
-            fault = fault.hint("close the list with `]`");
-        }
-        faults.report(fault);
+        let hint = match error.message() {
+            _ if unclosed => Some("close the list with `]`"),
+            said if said.contains("must be quoted") => {
+                Some("put texts and numbers with a unit into quotes: \"1800 rpm\"")
+            }
+            _ => None,
+        };
+        faults.report(faults.at(span, message).remedy(hint.map(str::to_owned)));
         if unclosed {
             // It takes the rest of the file for its elements: what follows would be wrong.
             return Err(faults.into_diagnostics());
         }
     }
-    kind.mistaken(file, document.get_ref())?;
-    faults.broken = !errors.is_empty();
-    match read(&Section::root(&faults, document.get_ref(), kind.keys())) {
+    kind.mistaken(file, &document.table)?;
+    match read(&Section::root(&faults, &document.table, kind.keys())) {
         Some(value) if faults.is_empty() => Ok(value),
         None if faults.is_empty() => Err(Diagnostics(vec![Diagnostic::new(file, "it cannot be read")])),
         _ => Err(faults.into_diagnostics()),
@@ -199,8 +209,9 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
         loads,
         notes: root.faults.notes(),
         files: tables.iter().map(|table| table.path.clone()).collect(),
-        sources: source::all(root.faults.text, tables),
-        text: (root.faults.text.to_owned(), folder.to_owned()),
+        tables,
+        document: root.faults.document.clone(),
+        folder: folder.to_owned(),
     })
 }
 

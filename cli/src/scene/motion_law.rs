@@ -122,7 +122,7 @@ fn angles(section: &Section<'_>) -> Option<[f64; 4]> {
         let fault =
             fault.admissible("one of rise, upper_dwell, return, lower_dwell may be left out: the rest of the turn");
         let fault = fault.hint(format!("add for example {} = \"60 deg\"", KEYS[second].0));
-        if !section.faults.broken {
+        if !section.faults.broken() {
             section.faults.report(fault);
         }
         return None;

@@ -1,5 +1,6 @@
 //! Motors with their transmission: `[motor]`.
 
+use super::document::Value;
 use super::section::{Node, Section};
 use super::{motion_law, table, units};
 use camdrive::drives::limits::FASTEST;
@@ -8,7 +9,6 @@ use camdrive::drives::shaft::motor::{Motor, Reference, Servo, Source, TorqueTabl
 use camdrive::drives::unit;
 use camdrive_design::text::counted;
 use std::path::Path;
-use toml::de::DeValue;
 
 /// Reads what a kind of motor has.
 pub type Reader = fn(&Section<'_>, &Path) -> Option<Source>;
@@ -134,7 +134,7 @@ fn servo(section: &Section<'_>, _: &Path) -> Option<Source> {
 
 /// ω_ref: a speed, `"input"`, a series over time or a ramp.
 fn reference(section: &Section<'_>) -> Option<Reference> {
-    if let Some(Node { value: DeValue::Table(_), .. }) = section.node("w_ref") {
+    if let Some(Node { value: Value::Table(_), .. }) = section.node("w_ref") {
         let part = section.section("w_ref")??;
         let read = if part.has("ramp") {
             part.forbid(&["frequency", "a", "b", "scale"], "a ramp has one slope", "a series without `ramp`");

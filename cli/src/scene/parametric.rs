@@ -1,5 +1,6 @@
 //! The scene of a `ParametricDrive`: `[crank]` with `[load]`, or `[coefficients]`.
 
+use super::document::Value;
 use super::keys::PARAMETRIC_LOAD;
 use super::load::{self, Carrier};
 use super::motion_law;
@@ -17,7 +18,6 @@ use camdrive_design::harmonic_analysis::discrete_series;
 use camdrive_design::text::{self, counted};
 use std::f64::consts::TAU;
 use std::path::Path;
-use toml::de::DeValue;
 
 /// The part of its range to which a series has to meet a law; measured coefficients are known to some thousandths.
 const MET: f64 = 1e-3;
@@ -78,7 +78,7 @@ fn law(root: &Section<'_>, load: Option<&Section<'_>>, folder: &Path) -> Option<
             root.refuse(fault.hint("give [crank] or [coefficients], not both"))
         }
         (None, None) => {
-            if !root.faults.broken {
+            if !root.faults.broken() {
                 let fault = root.fault_at("model", " or `coefficients` is missing").of("crank");
                 let hint = "add a section [crank], for a parallel-crank drive, or [coefficients], for series";
                 root.faults.report(fault.hint(hint));
@@ -169,7 +169,7 @@ fn damping(
 
 /// A constant, or a table with the coefficients of a series.
 fn coefficient(section: &Section<'_>, key: &'static str, folder: &Path) -> Option<Fourier> {
-    if let Some(Node { value: DeValue::Table(_), .. }) = section.node(key) {
+    if let Some(Node { value: Value::Table(_), .. }) = section.node(key) {
         return series_of(&section.section(key)??, section.quantity_of(key), folder);
     }
     section.real(key).map(|value| Fourier::new(vec![value], Vec::new()))

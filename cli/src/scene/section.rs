@@ -4,7 +4,8 @@
 //! together last.
 
 use super::diagnostics::{Diagnostic, Diagnostics, nearest};
-use super::keys::{Of, Table, Usual, Value};
+use super::document::{Document, Span, Table, Value};
+use super::keys::{self, Of, Usual};
 use super::limits::{ANY, LIFT, Limits, POSITIVE, largest, within};
 use super::units;
 use camdrive::drives::parameter::{Parameter, Parameters};
@@ -13,12 +14,7 @@ use camdrive_design::resource::Tool;
 use camdrive_design::text::counted;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
-use std::ops::Range;
 use toml::Spanned;
-use toml::de::{DeString, DeTable, DeValue};
-
-/// The bytes of a piece of the file.
-pub type Span = Range<usize>;
 
 /// The most faults of a file that are told one by one.
 const MOST_FAULTS: usize = 100;
@@ -28,7 +24,7 @@ pub struct Faults<'a> {
     /// Its name.
     pub file: &'a str,
     /// Its content.
-    pub text: &'a str,
+    pub document: &'a Document,
     list: RefCell<Vec<(usize, Diagnostic)>>,
     /// How many more there are than [`MOST_FAULTS`].
     more: Cell<usize>,
@@ -42,18 +38,16 @@ pub struct Faults<'a> {
     pub smoothed: RefCell<Vec<super::Smoothed>>,
     /// The tables that it names.
     pub tables: RefCell<Vec<super::source::Table>>,
-    /// Whether the file has syntax errors; then values may be absent only because of them.
-    pub broken: bool,
     /// Kind of the whole file, "a scene of this kind".
     pub kind: &'static str,
 }
 
 impl<'a> Faults<'a> {
     /// No faults of this file with this content.
-    pub fn new(file: &'a str, text: &'a str) -> Self {
+    pub fn new(file: &'a str, document: &'a Document) -> Self {
         Faults {
             file,
-            text,
+            document,
             list: RefCell::default(),
             more: Cell::default(),
             read: RefCell::default(),
@@ -61,7 +55,6 @@ impl<'a> Faults<'a> {
             tools: RefCell::default(),
             smoothed: RefCell::default(),
             tables: RefCell::default(),
-            broken: false,
             kind: "a scene of this kind",
         }
     }
@@ -69,8 +62,9 @@ impl<'a> Faults<'a> {
     /// A fault at these bytes; it counts once it is given to [`Faults::report`].
     pub fn at(&self, span: Span, message: impl Into<String>) -> Diagnostic {
         let fault = Diagnostic::new(self.file, message);
-        // To count the lines before it takes as long as the file is.
-        if self.list.borrow().len() < MOST_FAULTS { fault.at(self.text, span) } else { fault }
+        // A value that was set has no place in the file. To count the lines before a place takes as long as the file is.
+        let text = self.document.file();
+        if span.start <= text.len() && self.list.borrow().len() < MOST_FAULTS { fault.at(text, span) } else { fault }
     }
 
     /// Takes up a fault; the second one at the same place with the same text is dropped.
@@ -119,6 +113,11 @@ impl<'a> Faults<'a> {
         found.map(|(path, span)| (path.clone(), span.clone()))
     }
 
+    /// Whether the file has errors of syntax; then values may be absent only because of them.
+    pub fn broken(&self) -> bool {
+        !self.document.errors.is_empty()
+    }
+
     /// Whether nothing was wrong so far.
     pub fn is_empty(&self) -> bool {
         self.list.borrow().is_empty()
@@ -138,13 +137,18 @@ impl<'a> Faults<'a> {
 
     /// The text of a value as the file has it, shortened to what fits a message.
     fn excerpt(&self, span: &Span) -> String {
-        let text = self.text.get(span.clone()).unwrap_or_default();
+        let text = self.document.text.get(span.clone()).unwrap_or_default();
         let mut short: String = text.lines().next().unwrap_or_default().chars().take(40).collect();
         if short.len() < text.len() {
             short.push('…');
         }
         short
     }
+}
+
+/// The values, all of which are read, so that all faults are told; None where one has a fault.
+pub fn all<T>(values: impl Iterator<Item = Option<T>>) -> Option<Vec<T>> {
+    values.collect::<Vec<_>>().into_iter().collect()
 }
 
 /// A value with its place.
@@ -155,7 +159,20 @@ pub struct Node<'a> {
     /// Where it stands.
     pub span: Span,
     /// The value.
-    pub value: &'a DeValue<'a>,
+    pub value: &'a Value,
+}
+
+impl<'a> Node<'a> {
+    /// A value of a document, by its path.
+    pub fn new(path: String, value: &'a Spanned<Value>) -> Self {
+        Node { path, span: value.span(), value: value.get_ref() }
+    }
+
+    /// The values of a list, which count from `first` on.
+    pub fn items(&self, first: usize) -> Option<Vec<Node<'a>>> {
+        let Value::Array(list) = self.value else { return None };
+        Some((first..).zip(list).map(|(i, item)| Node::new(format!("{}[{i}]", self.path), item)).collect())
+    }
 }
 
 /// A table of the scene.
@@ -166,9 +183,9 @@ pub struct Section<'a> {
     pub path: String,
     /// The header of the table.
     pub span: Span,
-    table: &'a DeTable<'a>,
+    table: &'a Table,
     /// What its keys mean.
-    keys: &'static Table,
+    keys: &'static keys::Table,
     /// The quantity of its law, and the order of the derivative by the angle that it is.
     own: Cell<(&'static Quantity, i32)>,
     /// Whether what it describes turns.
@@ -201,13 +218,13 @@ impl<'a> Section<'a> {
     }
 
     /// The whole file.
-    pub fn root(faults: &'a Faults<'a>, table: &'a DeTable<'a>, keys: &'static Table) -> Self {
+    pub fn root(faults: &'a Faults<'a>, table: &'a Table, keys: &'static keys::Table) -> Self {
         let (known, told) = Default::default();
         let own = Cell::new((&unit::LENGTH, 0));
         Section { faults, path: String::new(), span: 0..0, table, keys, own, turns: Cell::new(false), known, told }
     }
 
-    fn sub(&self, path: String, span: Span, table: &'a DeTable<'a>, keys: &'static Table) -> Self {
+    fn sub(&self, path: String, span: Span, table: &'a Table, keys: &'static keys::Table) -> Self {
         let (own, turns) = (self.own.clone(), self.turns.clone());
         Section { path, span, keys, own, turns, ..Section::root(self.faults, table, keys) }
     }
@@ -223,7 +240,7 @@ impl<'a> Section<'a> {
     }
 
     /// What `find` takes of the kinds of values that the key admits.
-    fn kind<T>(&self, key: &str, find: impl FnMut(Value) -> Option<T>) -> T {
+    fn kind<T>(&self, key: &str, find: impl FnMut(keys::Value) -> Option<T>) -> T {
         let values = self.keys.key(key).values;
         values.into_iter().find_map(find).unwrap_or_else(|| panic!("{} has another kind of {key}", self.keys.title))
     }
@@ -247,7 +264,7 @@ impl<'a> Section<'a> {
     /// Quantity, order and range of the key of a number.
     fn declared(&self, key: &str) -> (&'static Quantity, i32, Limits) {
         let (of, limits) =
-            self.kind(key, |value| if let Value::Real(of, limits) = value { Some((of, limits)) } else { None });
+            self.kind(key, |value| if let keys::Value::Real(of, limits) = value { Some((of, limits)) } else { None });
         let (quantity, n) = self.quantity(of);
         let most = largest(quantity);
         (quantity, n, if limits.is(LIFT) { within(-most, most) } else { limits })
@@ -268,8 +285,7 @@ impl<'a> Section<'a> {
         if !self.known.borrow().contains(&key) {
             self.known.borrow_mut().push(key);
         }
-        let value: &Spanned<DeValue<'a>> = self.table.get(key)?;
-        let node = Node { path: self.path_of(key), span: value.span(), value: value.get_ref() };
+        let node = Node::new(self.path_of(key), self.table.get(key)?);
         self.faults.read.borrow_mut().insert(node.path.clone(), node.span.clone());
         Some(node)
     }
@@ -290,41 +306,45 @@ impl<'a> Section<'a> {
         self.faults.at(span, message)
     }
 
+    /// A value, or the fault with which there is none.
+    pub fn taken<T>(&self, value: Result<T, Diagnostic>) -> Option<T> {
+        value.map_err(|fault| self.faults.report(fault)).ok()
+    }
+
     /// Tells a fault, with which there is no value.
     pub fn refuse<T>(&self, fault: Diagnostic) -> Option<T> {
         self.faults.report(fault);
         None
     }
 
-    fn missing(&self, key: &'static str, admissible: Option<String>, hint: String) {
-        if self.faults.broken {
-            return;
+    fn missing<T>(&self, key: &'static str, admissible: Option<String>, hint: String) -> Option<T> {
+        if !self.faults.broken() {
+            self.faults.report(Diagnostic { admissible, ..self.fault_of(key, " is missing").hint(hint) });
         }
-        let mut fault = self.fault_of(key, " is missing").hint(hint);
-        fault.admissible = admissible;
-        self.faults.report(fault);
+        None
     }
 
     /// The value under a key that looks like `key` and that nobody has asked for; reports that key.
     fn misspelt(&self, key: &'static str) -> Option<&'a str> {
         let known = self.known.borrow();
         let unread: Vec<&str> =
-            self.table.keys().map(|k| k.get_ref().as_ref()).filter(|k| !known.contains(k)).collect();
+            self.table.keys().map(|k| k.get_ref().as_str()).filter(|k| !known.contains(k)).collect();
         let wrong = nearest(key, &unread)?;
-        let (place, value) = self.table.iter().find(|(k, _)| k.get_ref().as_ref() == wrong)?;
-        let DeValue::String(text) = value.get_ref() else { return None };
+        let (place, value) = self.table.iter().find(|(k, _)| k.get_ref().as_str() == wrong)?;
+        let Value::Text(text) = value.get_ref() else { return None };
         let fault = self.faults.at(place.span(), format!(" is missing; `{wrong}` is not known here"));
         self.faults.report(fault.of(self.path_of(key)).hint(format!("did you mean `{key}`?")));
         self.told.borrow_mut().push(place.span());
         Some(text)
     }
 
-    fn of_node(&self, node: &Node<'_>, said: String) -> Diagnostic {
+    /// A fault of a value; `said` follows its path.
+    pub fn of_node(&self, node: &Node<'_>, said: String) -> Diagnostic {
         self.faults.at(node.span.clone(), said).of(&node.path)
     }
 
-    fn wrong_type(&self, node: &Node<'_>, expected: &str) {
-        self.faults.report(self.type_fault(node, expected));
+    fn wrong_type<T>(&self, node: &Node<'_>, expected: &str) -> Option<T> {
+        self.refuse(self.type_fault(node, expected))
     }
 
     fn type_fault(&self, node: &Node<'_>, expected: &str) -> Diagnostic {
@@ -336,10 +356,7 @@ impl<'a> Section<'a> {
     /// A number, if the key is there: a plain one is SI, a string has its unit, which may leave out the angle of a derivative.
     pub fn optional(&self, key: &'static str) -> Option<Option<f64>> {
         let (quantity, n, limits) = self.declared(key);
-        match self.node(key) {
-            None => Some(None),
-            Some(node) => self.per_angle(&node, quantity, n, limits).map(Some),
-        }
+        self.node(key).map_or(Some(None), |node| self.per_angle(&node, quantity, n, limits).map(Some))
     }
 
     /// A number that must be there, or has a default.
@@ -372,8 +389,7 @@ impl<'a> Section<'a> {
             return Some(());
         }
         let hint = format!("add for example {key} = {}", units::example(quantity));
-        self.missing(key, Some(limits.words(quantity.unit)), hint);
-        None
+        self.missing(key, Some(limits.words(quantity.unit)), hint)
     }
 
     /// A parameter of a drive.
@@ -405,9 +421,9 @@ impl<'a> Section<'a> {
     /// The number that a value stands for.
     fn number(&self, node: &Node<'_>, quantity: &'static Quantity, limits: Limits) -> Option<f64> {
         let value = match node.value {
-            DeValue::Float(f) => f.as_str().parse().ok(),
-            DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix()).ok().map(|i| i as f64),
-            DeValue::String(text) => match units::parse(text, quantity) {
+            Value::Float(number) => Some(*number),
+            Value::Integer(number) => number.map(|number| number as f64),
+            Value::Text(text) => match units::parse(text, quantity) {
                 Ok(value) => Some(value),
                 Err(fault) => {
                     let fault = self.of_node(node, format!(": {}", fault.message)).remedy(fault.0.hint);
@@ -427,7 +443,7 @@ impl<'a> Section<'a> {
                 let what = if value.is_some_and(f64::is_finite) { "out of range" } else { "not a finite number" };
                 let fault = self.of_node(node, format!(": {text} is {what}"));
                 // The range is in the unit of the file.
-                let own = if let DeValue::String(text) = node.value { units::written(text, quantity) } else { None };
+                let own = if let Value::Text(text) = node.value { units::written(text, quantity) } else { None };
                 let (unit, factor) = own.unwrap_or((quantity.unit, 1.0));
                 self.refuse(fault.admissible(limits.over(factor).words(unit)))
             }
@@ -435,7 +451,7 @@ impl<'a> Section<'a> {
     }
 
     fn per_angle(&self, node: &Node<'_>, quantity: &'static Quantity, n: i32, limits: Limits) -> Option<f64> {
-        let without = n == 0 || matches!(node.value, DeValue::String(text) if units::parse(text, quantity).is_ok());
+        let without = n == 0 || matches!(node.value, Value::Text(text) if units::parse(text, quantity).is_ok());
         self.number(node, if without { quantity } else { units::per_angle(quantity, n) }, limits)
     }
 
@@ -452,18 +468,14 @@ impl<'a> Section<'a> {
     }
 
     fn listed(&self, key: &str) -> (&'static Quantity, i32) {
-        self.quantity(self.kind(key, |value| if let Value::Reals(of) = value { Some(of) } else { None }))
+        self.quantity(self.kind(key, |value| if let keys::Value::Reals(of) = value { Some(of) } else { None }))
     }
 
     /// A list of pairs with their places; empty where the key is not there.
     pub fn pairs(&self, key: &'static str, of: [&'static Quantity; 2]) -> Option<Vec<([f64; 2], Span)>> {
-        let pair = |_, node: &Node<'_>| match node.value {
-            DeValue::Array(items) if items.len() == 2 => {
-                let number = |i: usize| {
-                    let path = format!("{}[{}]", node.path, i + 1);
-                    self.number(&Node { path, span: items[i].span(), value: items[i].get_ref() }, of[i], ANY)
-                };
-                let [first, second] = [number(0), number(1)];
+        let pair = |_, node: &Node<'_>| match node.items(1).as_deref() {
+            Some([first, second]) => {
+                let [first, second] = [(first, of[0]), (second, of[1])].map(|(node, of)| self.number(node, of, ANY));
                 Some(([first?, second?], node.span.clone()))
             }
             _ => {
@@ -477,18 +489,17 @@ impl<'a> Section<'a> {
 
     fn list<T>(&self, key: &'static str, read: impl Fn(usize, &Node<'_>) -> Option<T>) -> Option<Vec<T>> {
         let Some(node) = self.node(key) else { return Some(Vec::new()) };
-        let DeValue::Array(items) = node.value else {
-            self.wrong_type(&node, "a list of numbers");
-            return None;
+        let Some(items) = self.items_from(&node, usize::from(key == "b")) else {
+            return self.wrong_type(&node, "a list of numbers");
         };
-        let first = if key == "b" { 1 } else { 0 };
-        let values = items.iter().enumerate().map(|(i, item)| {
-            let path = format!("{}[{}]", node.path, i + first);
-            self.faults.read.borrow_mut().insert(path.clone(), item.span());
-            read(i, &Node { path, span: item.span(), value: item.get_ref() })
-        });
-        // All of them, so that all faults are told.
-        values.collect::<Vec<_>>().into_iter().collect()
+        all(items.iter().enumerate().map(|(i, node)| read(i, node)))
+    }
+
+    /// The values of a list, which count from `first` on.
+    fn items_from(&self, node: &Node<'a>, first: usize) -> Option<Vec<Node<'a>>> {
+        let items = node.items(first)?;
+        self.faults.read.borrow_mut().extend(items.iter().map(|item| (item.path.clone(), item.span.clone())));
+        Some(items)
     }
 
     /// A whole number that must be there.
@@ -499,21 +510,16 @@ impl<'a> Section<'a> {
     /// A whole number that must be there and is at most `most`.
     pub fn count_to(&self, key: &'static str, most: u32) -> Option<usize> {
         let (min, max) =
-            self.kind(key, |value| if let Value::Count(min, max) = value { Some((min, max)) } else { None });
+            self.kind(key, |value| if let keys::Value::Count(min, max) = value { Some((min, max)) } else { None });
         let max = max.min(most);
         let admissible = format!("a whole number, {min} to {max}");
         if let (Usual::Number(default), false) = (self.keys.key(key).usual, self.has(key)) {
             return Some(default as usize);
         }
         let Some(node) = self.node(key) else {
-            self.missing(key, Some(admissible), format!("add for example {key} = {}", 16.clamp(min, max)));
-            return None;
+            return self.missing(key, Some(admissible), format!("add for example {key} = {}", 16.clamp(min, max)));
         };
-        let DeValue::Integer(i) = node.value else {
-            self.wrong_type(&node, "a whole number");
-            return None;
-        };
-        let value = i64::from_str_radix(i.as_str(), i.radix()).ok();
+        let Value::Integer(value) = node.value else { return self.wrong_type(&node, "a whole number") };
         match value.filter(|v| (i64::from(min)..=i64::from(max)).contains(v)) {
             Some(value) => Some(value as usize),
             None => {
@@ -528,11 +534,8 @@ impl<'a> Section<'a> {
     pub fn flag(&self, key: &'static str) -> Option<bool> {
         match self.node(key) {
             None => Some(false),
-            Some(Node { value: DeValue::Boolean(value), .. }) => Some(*value),
-            Some(node) => {
-                self.wrong_type(&node, "true or false");
-                None
-            }
+            Some(Node { value: Value::Boolean(value), .. }) => Some(*value),
+            Some(node) => self.wrong_type(&node, "true or false"),
         }
     }
 
@@ -540,18 +543,30 @@ impl<'a> Section<'a> {
     pub fn text(&self, key: &'static str) -> Option<Option<&'a str>> {
         match self.node(key) {
             None => Some(None),
-            Some(Node { value: DeValue::String(text), .. }) => Some(Some(text)),
-            Some(node) => {
-                self.wrong_type(&node, "a string");
-                None
-            }
+            Some(Node { value: Value::Text(text), .. }) => Some(Some(text)),
+            Some(node) => self.wrong_type(&node, "a string"),
         }
+    }
+
+    /// The values of a list; none where the key is not there.
+    pub fn items(&self, key: &'static str, expected: &str) -> Option<Vec<Node<'a>>> {
+        let Some(node) = self.node(key) else { return Some(Vec::new()) };
+        node.items(1).or_else(|| self.refuse(self.fault_of(key, format!(": {expected} is expected"))))
+    }
+
+    /// A list of texts with their places; empty where the key is not there.
+    pub fn texts(&self, key: &'static str) -> Option<Vec<(&'a str, Node<'a>)>> {
+        let text = |node: Node<'a>| match node.value {
+            Value::Text(text) => Some((text.trim(), node)),
+            _ => self.refuse(self.of_node(&node, ": a text is expected".to_owned())),
+        };
+        all(self.items(key, "a list of texts")?.into_iter().map(text))
     }
 
     /// A word that stands where else a quantity does.
     pub fn word(&self, key: &'static str) -> Option<&'a str> {
         match self.node(key)?.value {
-            DeValue::String(text) if !text.contains(|c: char| c.is_ascii_digit()) => Some(text),
+            Value::Text(text) if !text.contains(|c: char| c.is_ascii_digit()) => Some(text),
             _ => None,
         }
     }
@@ -564,15 +579,15 @@ impl<'a> Section<'a> {
     /// A text that must be there.
     pub fn required_text(&self, key: &'static str, admissible: &str, example: &str) -> Option<&'a str> {
         if !self.has(key) {
-            self.missing(key, Some(admissible.to_owned()), format!("add for example {key} = \"{example}\""));
-            return None;
+            let hint = format!("add for example {key} = \"{example}\"");
+            return self.missing(key, Some(admissible.to_owned()), hint);
         }
         self.text(key)?
     }
 
     /// One of the names of the key, of which `items` admits those that it lists, by the usual one of their names.
     pub fn choice<T: Copy>(&self, key: &'static str, items: &[(&'static str, T)]) -> Option<T> {
-        let names = self.kind(key, |value| if let Value::Choice(names) = value { Some(names) } else { None });
+        let names = self.kind(key, |value| if let keys::Value::Choice(names) = value { Some(names) } else { None });
         let item = |usual: &str| items.iter().find(|(name, _)| *name == usual).map(|(_, item)| *item);
         if let (Usual::Name(usual), false) = (self.keys.key(key).usual, self.has(key)) {
             return item(usual);
@@ -590,10 +605,9 @@ impl<'a> Section<'a> {
         }
         let known: Vec<&str> = names.iter().flat_map(|names| names.iter().copied()).collect();
         let fault = self.fault_of(key, format!(": \"{text}\" is not known"));
-        let mut fault = fault.admissible(usual.join(", "));
         let guess = nearest(text, &known).and_then(|guess| names.iter().find(|names| names.contains(&guess)));
-        fault.hint = guess.map(|names| format!("did you mean `{}`?", names[0]));
-        self.faults.report(fault);
+        let hint = guess.map(|names| format!("did you mean `{}`?", names[0]));
+        self.faults.report(fault.admissible(usual.join(", ")).remedy(hint));
         // What depends on the choice is checked as if the name were the one suggested.
         guess.and_then(|names| item(names[0]))
     }
@@ -605,104 +619,82 @@ impl<'a> Section<'a> {
 
     /// The table under this key, if it is there.
     pub fn section(&self, key: &'static str) -> Option<Option<Section<'a>>> {
-        let keys = self.kind(key, |value| if let Value::Table(keys) = value { Some(keys) } else { None });
+        let keys = self.kind(key, |value| if let keys::Value::Table(keys) = value { Some(keys) } else { None });
         self.section_of(key, keys)
     }
 
     /// The table under this key, if it is there, with other keys than the usual ones.
-    pub fn section_of(&self, key: &'static str, keys: &'static Table) -> Option<Option<Section<'a>>> {
+    pub fn section_of(&self, key: &'static str, keys: &'static keys::Table) -> Option<Option<Section<'a>>> {
         let Some(node) = self.node(key) else { return Some(None) };
-        let DeValue::Table(table) = node.value else {
-            self.wrong_type(&node, &format!("a table [{}]", node.path));
-            return None;
-        };
-        Some(Some(self.sub(node.path, node.span, table, keys)))
+        match node.value {
+            Value::Table(table) => Some(Some(self.sub(node.path, node.span, table, keys))),
+            _ => self.wrong_type(&node, &format!("a table [{}]", node.path)),
+        }
     }
 
     /// What `read` makes of the table under this key, if it is there.
     pub fn read<T>(&self, key: &'static str, read: impl Fn(&Section<'a>) -> Option<T>) -> Option<Option<T>> {
-        match self.section(key)? {
-            Some(section) => read(&section).map(Some),
-            None => Some(None),
-        }
+        self.section(key)?.map_or(Some(None), |section| read(&section).map(Some))
     }
 
     /// The table under this key, which must be there.
     pub fn required_section(&self, key: &'static str) -> Option<Section<'a>> {
-        let path = self.path_of(key);
-        let section = self.section(key)?;
-        if section.is_none() {
-            self.missing(key, None, format!("add a section [{path}]"));
-        }
-        section
+        self.section(key)?.or_else(|| self.missing(key, None, format!("add a section [{}]", self.path_of(key))))
     }
 
     /// The tables [[key]]; none where the key is not there. Their paths count from 1, as the FMU's variables do.
     pub fn sections(&self, key: &'static str) -> Option<Vec<Section<'a>>> {
-        let keys = self.kind(key, |value| if let Value::Tables(keys) = value { Some(keys) } else { None });
+        let keys = self.kind(key, |value| if let keys::Value::Tables(keys) = value { Some(keys) } else { None });
         let Some(node) = self.node(key) else { return Some(Vec::new()) };
-        let DeValue::Array(items) = node.value else {
-            self.wrong_type(&node, &format!("a list of tables [[{}]]", node.path));
-            return None;
+        let Some(items) = self.items_from(&node, 1) else {
+            return self.wrong_type(&node, &format!("a list of tables [[{}]]", node.path));
         };
-        let mut list = Vec::new();
-        for (i, item) in items.iter().enumerate() {
-            let path = format!("{}[{}]", node.path, i + 1);
-            self.faults.read.borrow_mut().insert(path.clone(), item.span());
-            match item.get_ref() {
-                DeValue::Table(table) => list.push(self.sub(path, item.span(), table, keys)),
-                value => {
-                    self.wrong_type(&Node { path, span: item.span(), value }, "a table");
-                    return None;
-                }
-            }
-        }
-        Some(list)
+        let table = |node: Node<'a>| match node.value {
+            Value::Table(table) => Some(self.sub(node.path, node.span, table, keys)),
+            _ => self.wrong_type(&node, "a table"),
+        };
+        items.into_iter().map(table).collect()
     }
 
     /// The tables [key.NAME] with their names, in the order of the file; none where the key is not there.
     pub fn named(&self, key: &'static str) -> Option<Vec<(&'a str, Section<'a>)>> {
-        let keys = self.kind(key, |value| if let Value::Named(keys) = value { Some(keys) } else { None });
+        let keys = self.kind(key, |value| if let keys::Value::Named(keys) = value { Some(keys) } else { None });
         let Some(node) = self.node(key) else { return Some(Vec::new()) };
-        let DeValue::Table(table) = node.value else {
-            self.wrong_type(&node, &format!("tables [{}.NAME]", node.path));
-            return None;
+        let Value::Table(table) = node.value else {
+            return self.wrong_type(&node, &format!("tables [{}.NAME]", node.path));
         };
         let mut list = Vec::new();
         for (name, item) in table {
-            let path = format!("{}.{}", node.path, name.get_ref());
-            self.faults.read.borrow_mut().insert(path.clone(), item.span());
-            match item.get_ref() {
-                DeValue::Table(table) => list.push((name.get_ref().as_ref(), self.sub(path, item.span(), table, keys))),
-                value => self
-                    .wrong_type(&Node { path: path.clone(), span: item.span(), value }, &format!("a table [{path}]")),
+            let node = Node::new(format!("{}.{}", node.path, name.get_ref()), item);
+            self.faults.read.borrow_mut().insert(node.path.clone(), item.span());
+            match node.value {
+                Value::Table(table) => list.push((&**name.get_ref(), self.sub(node.path, node.span, table, keys))),
+                _ => self.wrong_type(&node, &format!("a table [{}]", node.path)).unwrap_or_default(),
             }
         }
         list.sort_by_key(|(_, section)| section.span.start);
         (list.len() == table.len()).then_some(list)
     }
 
-    /// What `read` makes of each of the tables [[key]]; all of them are read, so that all faults are told.
+    /// What `read` makes of each of the tables [[key]].
     pub fn each<T>(&self, key: &'static str, read: impl FnMut(&Section<'a>) -> Option<T>) -> Option<Vec<T>> {
-        let read: Vec<Option<T>> = self.sections(key)?.iter().map(read).collect();
-        read.into_iter().collect()
+        all(self.sections(key)?.iter().map(read))
     }
 
     /// Reports the keys that nobody asked for.
     pub fn finish(&self) {
-        if self.faults.broken {
+        if self.faults.broken() {
             return;
         }
         let known = self.known.borrow();
-        let unknown = |key: &&Spanned<_>| !known.contains(&DeString::as_ref(key.get_ref()));
+        let unknown = |key: &&Spanned<String>| !known.contains(&key.get_ref().as_str());
         for key in self.table.keys().filter(unknown).filter(|key| !self.told.borrow().contains(&key.span())) {
-            let name = key.get_ref().as_ref();
+            let name = key.get_ref().as_str();
             let place =
                 if self.path.is_empty() { format!("in {}", self.faults.kind) } else { format!("in [{}]", self.path) };
             let fault = self.faults.at(key.span(), format!(" is not known {place}")).of(self.path_of(name));
             let meant = self.keys.all().find(|key| key.also.contains(&name) && known.contains(&key.key));
             let meant = meant.map(|meant| meant.key).or_else(|| nearest(name, &known));
-            let mut fault = fault.admissible(known.join(", "));
             // What another choice has is no slip of the pen.
             let other =
                 self.keys.all().find(|key| key.key == name).map(|key| match key.meaning.trim().split_once(": ") {
@@ -710,8 +702,8 @@ impl<'a> Section<'a> {
                     _ if !key.models.is_empty() => format!("it belongs to the model {}", key.models.join(", ")),
                     _ => "it belongs to another choice in this section".to_owned(),
                 });
-            fault.hint = other.or_else(|| meant.map(|right| format!("did you mean `{right}`?")));
-            self.faults.report(fault);
+            let hint = other.or_else(|| meant.map(|right| format!("did you mean `{right}`?")));
+            self.faults.report(fault.admissible(known.join(", ")).remedy(hint));
         }
     }
 }

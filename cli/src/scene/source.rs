@@ -1,17 +1,17 @@
 //! The files of a scene as an FMU carries them: the scene as it was written, and beside it the tables that it names; and such a
 //! scene read again.
 
+use super::document::{Document, Span};
 use super::{Diagnostic, Diagnostics, Resolved};
 use camdrive_design::host::{MODEL, REFERENCES, unpacked};
 use camdrive_design::resource::is_device;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// The name of the scene among its files.
 pub const SCENE: &str = "scene.toml";
 
 /// A table that a scene names.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     /// Where it was found.
     pub path: PathBuf,
@@ -19,31 +19,33 @@ pub struct Table {
     pub content: Vec<u8>,
     /// What the scene calls it.
     pub name: String,
-    /// Where the scene does so, with the quotes.
-    pub span: Range<usize>,
+    /// The path of the key by which the scene does so.
+    pub key: String,
 }
 
 /// Names and contents: first the scene, then its tables, where the scene finds them again. A table from elsewhere, or with a
 /// name that not every system has, becomes `table_1.csv` and so on, and the scene calls it so; nothing else of it changes.
-pub fn all(text: &str, mut tables: Vec<Table>) -> Vec<(String, Vec<u8>)> {
-    let (mut scene, mut files) = (text.to_owned(), vec![(SCENE.to_owned(), Vec::new())]);
-    tables.sort_by_key(|table| table.span.start);
+pub fn all<'a>(document: &Document, tables: &'a [Table]) -> Vec<(String, Vec<u8>)> {
+    let (mut scene, mut files) = (document.text.clone(), vec![(SCENE.to_owned(), Vec::new())]);
+    let placed = |table: &'a Table| Some((document.place(&table.key)??.span(), table));
+    let mut tables: Vec<(Span, &Table)> = tables.iter().filter_map(placed).collect();
+    tables.sort_by_key(|(span, _)| span.start);
     let mut known: Vec<(String, String)> = Vec::new();
     let mut renamed = Vec::new();
-    for Table { content, name, span, .. } in tables {
+    for (span, Table { content, name, .. }) in tables {
         let taken = |name: &str| files.iter().any(|(other, _)| other.to_lowercase() == name.to_lowercase());
-        let inside = match known.iter().find(|(other, _)| *other == name) {
+        let inside = match known.iter().find(|(other, _)| other == name) {
             Some((_, inside)) => inside.clone(),
             None => {
                 let numbered = (1..).map(|i| format!("table_{i}.csv"));
                 let own = Some(name.clone()).filter(|name| is_portable(name));
                 let inside = own.into_iter().chain(numbered).find(|name| !taken(name)).unwrap_or_default();
-                files.push((inside.clone(), content));
+                files.push((inside.clone(), content.clone()));
                 known.push((name.clone(), inside.clone()));
                 inside
             }
         };
-        if inside != name {
+        if inside != *name {
             renamed.push((span, inside));
         }
     }
@@ -106,21 +108,20 @@ mod tests {
     fn only_names_from_elsewhere_change_and_only_once() {
         let named =
             ["lift.csv", "../a/lift.csv", "/home/b/lift.csv", "../a/lift.csv", "LIFT.csv", "d\\e.csv", "m/table_2.csv"];
-        let text: String = named.iter().map(|name| format!("file = '{name}' # one\n")).collect();
-        let tables = |text: &str, quote: &str, named: &[&str]| -> Vec<Table> {
-            let mut start = 0;
-            let place = |name: &&str| {
-                let quoted = [quote, "\""].map(|quote| format!("{quote}{name}{quote}"));
-                let (at, long) =
-                    quoted.iter().find_map(|q| text[start..].find(q.as_str()).map(|at| (at, q.len()))).unwrap();
-                let span = start + at..start + at + long;
-                start = span.end;
-                Table { path: PathBuf::new(), content: name.as_bytes().to_vec(), name: (*name).to_owned(), span }
-            };
-            named.iter().map(place).collect()
+        let lines =
+            |names: &[&str]| names.iter().zip(0..).map(|(name, i)| format!("t{i}.file = {name} # one\n")).collect();
+        let table = |(name, i): (&&str, i32)| Table {
+            path: PathBuf::new(),
+            content: name.as_bytes().to_vec(),
+            name: (*name).to_owned(),
+            key: format!("t{i}.file"),
         };
-        let files = all(&text, tables(&text, "'", &named));
-        let scene = String::from_utf8(files[0].1.clone()).unwrap();
+        let files = |text: String, names: &[&str]| {
+            all(&Document::new(text), &names.iter().zip(0..).map(table).collect::<Vec<_>>())
+        };
+        let text: String = lines(&named.map(|name| format!("'{name}'")).each_ref().map(String::as_str));
+        let first = files(text, &named);
+        let scene = String::from_utf8(first[0].1.clone()).unwrap();
         let expected = [
             "'lift.csv'",
             "\"table_1.csv\"",
@@ -130,16 +131,16 @@ mod tests {
             "\"table_4.csv\"",
             "'m/table_2.csv'",
         ];
-        assert_eq!(scene, expected.map(|name| format!("file = {name} # one\n")).concat());
-        let contents: Vec<_> = files[1..].iter().map(|(_, content)| str::from_utf8(content).unwrap()).collect();
+        assert_eq!(scene, lines(&expected));
+        let contents: Vec<_> = first[1..].iter().map(|(_, content)| str::from_utf8(content).unwrap()).collect();
         assert_eq!(
             contents,
             ["lift.csv", "../a/lift.csv", "/home/b/lift.csv", "LIFT.csv", "d\\e.csv", "m/table_2.csv"]
         );
         // Read again, they have their names for good.
         let names = expected.map(|name| name.trim_matches(['\'', '"']).to_owned());
-        let again = all(&scene, tables(&scene, "'", &names.each_ref().map(String::as_str)));
-        assert_eq!(again[0].1, files[0].1);
+        let again = files(scene, &names.each_ref().map(String::as_str));
+        assert_eq!(again[0].1, first[0].1);
         for name in ["", "a//b", "./a", "..", "a/../b", "C:a", "a\\b", "nul.csv", "a/con", "a.", "a\n"] {
             assert!(!is_portable(name), "{name}");
         }

@@ -3,10 +3,11 @@
 #![doc = include_str!("../../../docs/study.md")]
 
 use super::coupled::Coupled;
-use super::diagnostics::{Diagnostics, nearest};
+use super::diagnostics::{Diagnostics, meant};
+use super::document::{self, Document, Value};
 use super::input::{self, Kind};
 use super::keys::VARY;
-use super::section::{Node, Section};
+use super::section::{Node, Section, all};
 use super::source::is_fmu;
 use super::system;
 use super::{Resolved, units, variable};
@@ -19,10 +20,8 @@ use camdrive_design::study::measure::{FORMS, Measure};
 use camdrive_design::study::plan::{MOST_ROWS, Samples, Sampling, Spread, grid, places};
 use camdrive_design::study::run::{Runner, Span, Window};
 use camdrive_design::text::{self, counted};
-use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
-use toml::de::DeValue;
-use toml_edit::{DocumentMut, Item, Value};
 
 /// A study that is read.
 pub struct Study {
@@ -32,8 +31,8 @@ pub struct Study {
     pub place: PathBuf,
     /// What it has variants of, as it stands.
     pub subject: Subject,
-    /// Scene or system, and the scenes of its parts, to be changed where keys of them vary.
-    documents: Vec<Document>,
+    /// Scene or system, without a name, and behind it the scenes of parts by their names: the files whose keys may vary.
+    documents: Vec<(String, Document)>,
     /// Communication step of systems and FMUs, where the study says it (s).
     pub step: Option<f64>,
     /// What varies, in the order of the columns.
@@ -60,13 +59,6 @@ pub enum Subject {
     Scene(Box<Resolved>),
     /// A system of FMUs, or one of them.
     Coupled(Box<Coupled>),
-}
-
-/// A file whose keys may vary.
-struct Document {
-    /// The part of whose scene it is; empty of the file that the study names.
-    part: String,
-    content: DocumentMut,
 }
 
 /// A quantity that varies.
@@ -102,10 +94,10 @@ struct Axis {
 
 /// Reads and validates a study file with its scene.
 pub fn read(path: &Path) -> Result<Study, Diagnostics> {
-    let (file, text) = input::text(path, Kind::Study)?;
+    let (file, document) = input::document(path, Kind::Study)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut found = None;
-    let study = super::with_document(&file, &text, Kind::Study, |root| {
+    let study = super::with_document(&file, &document, Kind::Study, |root| {
         let scene = root.required_text("scene", "a scene file", "scene.toml").map(|name| folder.join(name));
         // The faults of a scene or a system are told by its own reader.
         match scene.as_ref().map(|scene| (Subject::read(scene), scene)) {
@@ -117,13 +109,7 @@ pub fn read(path: &Path) -> Result<Study, Diagnostics> {
             None => study_without_scene(root),
         }
     });
-    match (found, study) {
-        (Some(faults), _) => Err(faults),
-        (None, study) => study.map(|mut study| {
-            study.texts[0] = text;
-            study
-        }),
-    }
+    found.map_or(study, Err)
 }
 
 /// Reads what can be read without a scene, so that all faults are told.
@@ -210,44 +196,37 @@ fn step(root: &Section<'_>, subject: &Subject) -> Option<Option<f64>> {
     }
 }
 
-/// The files whose keys may vary, with the text of the first one.
-fn documents(place: &Path, subject: &Subject) -> (String, Vec<Document>) {
-    let text = |path: &Path| Some(input::text(path, Kind::Scene).ok()?.1);
-    // An archive is no text, and has no keys.
-    let whole = text(place);
-    let mut all = vec![(String::new(), whole.clone())];
-    if let Subject::Coupled(coupled) = subject {
-        for part in &coupled.system.parts {
-            if let system::Content::Scene(scene) = &part.content
-                && let Some(path) = scene.files.last()
-            {
-                all.push((part.name.clone(), text(path)));
-            }
-        }
-    }
-    let parsed = |(part, text): (String, Option<String>)| Some(Document { part, content: text?.parse().ok()? });
-    (whole.unwrap_or_default(), all.into_iter().filter_map(parsed).collect())
+/// The files whose keys may vary; an archive has no keys.
+fn documents(place: &Path, subject: &Subject) -> Vec<(String, Document)> {
+    let coupled = match subject {
+        Subject::Scene(scene) => return vec![(String::new(), scene.document.clone())],
+        Subject::Coupled(coupled) => coupled,
+    };
+    let read = |name: &str, path: &Path| Some((name.to_owned(), input::document(path, Kind::Scene).ok()?.1));
+    let of_part = |part: &system::Part| match &part.content {
+        // As its file has it, without the torques of this system.
+        system::Content::Scene(scene) => read(&part.name, scene.files.last()?),
+        system::Content::Fmu(_) => None,
+    };
+    read("", place).into_iter().chain(coupled.system.parts.iter().filter_map(of_part)).collect()
 }
 
 /// The file that has a key, and its path there.
-fn located<'a>(documents: &[Document], name: &'a str) -> Option<(usize, &'a str)> {
-    let inside = |(i, Document { part, content }): (usize, &Document)| {
+fn located<'a>(documents: &[(String, Document)], name: &'a str) -> Option<(usize, &'a str)> {
+    let inside = |(i, (part, document)): (usize, &(String, Document))| {
         let path = if part.is_empty() { name } else { name.strip_prefix(part)?.strip_prefix('.')? };
-        let has_place = path.contains('.') && entry(&mut content.clone(), path).is_some();
-        has_place.then_some((i, path))
+        (path.contains('.') && document.place(path).is_some()).then_some((i, path))
     };
     documents.iter().enumerate().find_map(inside)
 }
 
 fn study(root: &Section<'_>, folder: &Path, place: &Path, subject: Subject) -> Option<Study> {
-    let variables = match subject.variables() {
-        Ok(variables) => variables,
-        Err(fault) => return root.refuse(root.fault_of("scene", format!(": {fault}"))),
-    };
+    let variables = subject.variables().map_err(|fault| root.fault_of("scene", format!(": {fault}")));
+    let variables = root.taken(variables)?;
     let window = window(root);
     let step = step(root, &subject);
     let measures = measures(root);
-    let (text, documents) = documents(place, &subject);
+    let documents = documents(place, &subject);
     let mut reader =
         Variation { subject: &subject, variables: &variables, documents: &documents, folder, tables: Vec::new() };
     let read = root.each("vary", |section| {
@@ -279,7 +258,8 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, subject: Subject) -> O
     };
     // What is no text is known by its hash alone.
     tables.extend(files.iter().filter(|file| *file != place || documents.is_empty()).cloned());
-    let (place, texts) = (place.to_owned(), [String::new(), text]);
+    let text = documents.first().map_or_else(String::new, |(_, document)| document.text.clone());
+    let (place, texts) = (place.to_owned(), [root.faults.document.text.clone(), text]);
     let mut study = Study {
         texts,
         place,
@@ -370,9 +350,7 @@ fn first_variant(root: &Section<'_>, study: &Study) -> Option<Option<Subject>> {
             |key: &String| study.quantities.iter().any(|of| of.name == *key || of.name.ends_with(&format!(".{key}")));
         let unknown = faults.iter().find(|fault| fault.message.contains("is not known"));
         if let Some(fault) = unknown.filter(|fault| fault.key.as_ref().is_some_and(is_varied)) {
-            let mut told = root.fault_of("vary", format!(": {}", fault.message));
-            told.hint = fault.hint.clone();
-            return root.refuse(told);
+            return root.refuse(root.fault_of("vary", format!(": {}", fault.message)).remedy(fault.hint.clone()));
         }
     }
     let first = first.and_then(Result::ok);
@@ -404,16 +382,14 @@ fn check_measures(root: &Section<'_>, study: &Study, built: &Subject, all: &[Des
         let computed = all.iter().filter(|d| matches!(d.causality, Causality::Output | Causality::Local));
         let known: Vec<&str> = computed.map(|d| d.name.as_str()).collect();
         let absent = study.measures.iter().find(|measure| !known.contains(&&*measure.output));
-        let hint = absent.map(|measure| match nearest(&measure.output, &known) {
-            Some(guess) => format!("did you mean `{guess}`?"),
-            None => {
-                let (command, does) = match built {
-                    Subject::Scene(_) => ("describe", "lists"),
-                    Subject::Coupled(_) => ("run", "writes"),
-                };
-                format!("`camdrive {command} {}` {does} the outputs", study.place.display())
-            }
-        });
+        let lists = || {
+            let (command, does) = match built {
+                Subject::Scene(_) => ("describe", "lists"),
+                Subject::Coupled(_) => ("run", "writes"),
+            };
+            format!("`camdrive {command} {}` {does} the outputs", study.place.display())
+        };
+        let hint = absent.map(|measure| meant(&measure.output, &known).unwrap_or_else(lists));
         let wrong = root.fault_of("measures", format!(": {}", fault.sentence()));
         return root.refuse(wrong.remedy(hint.or(fault.0.hint)));
     }
@@ -429,8 +405,7 @@ fn window(root: &Section<'_>) -> Option<Window> {
     }
     let by_turns = root.has("turns");
     let over = if by_turns { root.real("turns").map(Span::Turns) } else { root.real("time").map(Span::Time) };
-    let text =
-        root.node("settle").and_then(|node| if let DeValue::String(text) = node.value { Some(text) } else { None });
+    let text = root.node("settle").and_then(|node| if let Value::Text(text) = node.value { Some(text) } else { None });
     if by_turns && text.is_some_and(|text| units::split(text).1.is_empty()) {
         let fault = root.fault_of("settle", ": a text without unit may be turns or seconds");
         return root.refuse(fault.hint("write 3 for turns, or \"3 s\""));
@@ -450,21 +425,17 @@ fn window(root: &Section<'_>) -> Option<Window> {
 
 /// The measures.
 fn measures(root: &Section<'_>) -> Option<Vec<Measure>> {
-    let texts = texts(root, "measures")?;
+    let texts = root.texts("measures")?;
     if texts.is_empty() {
         let fault =
             root.fault_of("measures", if root.has("measures") { ": nothing is measured" } else { " is missing" });
         return root.refuse(fault.admissible(FORMS).hint("add for example measures = [\"max |q|\"]"));
     }
-    let read = |(text, node): (&str, Node<'_>)| match Measure::parse(text) {
-        Ok(measure) => Some(measure),
-        Err(message) => {
-            let fault = root.faults.at(node.span, format!(": {message}")).of(node.path);
-            root.refuse(fault.admissible(FORMS))
-        }
+    let read = |(text, node): (&str, Node<'_>)| {
+        let measure = Measure::parse(text);
+        root.taken(measure.map_err(|message| root.of_node(&node, format!(": {message}")).admissible(FORMS)))
     };
-    let all: Vec<Option<Measure>> = texts.into_iter().map(read).collect();
-    let all: Vec<Measure> = all.into_iter().collect::<Option<_>>()?;
+    let all = all(texts.into_iter().map(read))?;
     for (i, measure) in all.iter().enumerate() {
         // Columns have names of their own.
         if all[..i].iter().any(|other| other.to_string() == measure.to_string()) {
@@ -472,34 +443,6 @@ fn measures(root: &Section<'_>) -> Option<Vec<Measure>> {
         }
     }
     Some(all)
-}
-
-/// A list of texts with their places; empty where the key is not there.
-pub(super) fn texts<'a>(section: &Section<'a>, key: &'static str) -> Option<Vec<(&'a str, Node<'a>)>> {
-    let items = items(section, key, "a list of texts")?;
-    let text = |node: Node<'a>| match node.value {
-        DeValue::String(text) => Some((text.trim(), node)),
-        _ => section.refuse(section.faults.at(node.span, ": a text is expected").of(node.path)),
-    };
-    items.into_iter().map(text).collect::<Vec<_>>().into_iter().collect()
-}
-
-/// The elements of a list; empty where the key is not there.
-fn items<'a>(section: &Section<'a>, key: &'static str, expected: &str) -> Option<Vec<Node<'a>>> {
-    let Some(node) = section.node(key) else { return Some(Vec::new()) };
-    let DeValue::Array(list) = node.value else {
-        return section.refuse(section.fault_of(key, format!(": {expected} is expected")));
-    };
-    Some(elements(&node.path, list))
-}
-
-fn elements<'a>(path: &str, list: &'a [toml::Spanned<DeValue<'a>>]) -> Vec<Node<'a>> {
-    let node = |(i, item): (usize, &'a toml::Spanned<DeValue<'a>>)| Node {
-        path: format!("{path}[{}]", i + 1),
-        span: item.span(),
-        value: item.get_ref(),
-    };
-    list.iter().enumerate().map(node).collect()
 }
 
 /// What one `[[vary]]` says.
@@ -512,57 +455,9 @@ enum Varied {
 struct Variation<'a> {
     subject: &'a Subject,
     variables: &'a [Description],
-    documents: &'a [Document],
+    documents: &'a [(String, Document)],
     folder: &'a Path,
     tables: Vec<PathBuf>,
-}
-
-/// A value as the study writes it.
-#[derive(Clone, Debug, PartialEq)]
-enum Written {
-    /// A number, with its unit where it has one.
-    Number(f64, String),
-    /// Something else.
-    Text(String),
-}
-
-impl Written {
-    fn of(node: &Node<'_>) -> Option<Self> {
-        let number = |text: &str| text.replace('_', "").parse::<f64>().ok().filter(|value| value.is_finite());
-        match node.value {
-            DeValue::Float(f) => number(f.as_str()).map(|value| Written::Number(value, String::new())),
-            DeValue::Integer(i) => {
-                let value = i64::from_str_radix(i.as_str(), i.radix()).ok()?;
-                Some(Written::Number(value as f64, String::new()))
-            }
-            DeValue::Boolean(value) => Some(Written::Text(value.to_string())),
-            DeValue::String(text) => Some(Written::from_text(text.trim())),
-            _ => None,
-        }
-    }
-
-    fn from_text(text: &str) -> Self {
-        let (number, unit) = units::split(text);
-        match number.parse::<f64>() {
-            Ok(value) if value.is_finite() => Written::Number(value, unit.to_owned()),
-            _ => Written::Text(text.to_owned()),
-        }
-    }
-
-    fn number(&self) -> Option<f64> {
-        if let Written::Number(value, _) = self { Some(*value) } else { None }
-    }
-
-    fn unit(&self) -> &str {
-        if let Written::Number(_, unit) = self { unit } else { "" }
-    }
-
-    fn text(&self) -> String {
-        match self {
-            Written::Number(value, unit) => format!("{value} {unit}").trim_end().to_owned(),
-            Written::Text(text) => text.clone(),
-        }
-    }
 }
 
 impl Variation<'_> {
@@ -584,20 +479,19 @@ impl Variation<'_> {
                 self.file(section).map(|varied| vec![varied])
             }
             "names" => {
-                let names: Vec<&str> = texts(section, "names")?.into_iter().map(|(name, _)| name).collect();
+                let names: Vec<&str> = section.texts("names")?.into_iter().map(|(name, _)| name).collect();
                 if names.is_empty() {
                     return section.refuse(section.fault_of("names", ": the list is empty"));
                 }
                 if !section.has("values") {
                     unused(&["count"]);
-                    let all: Vec<Option<Varied>> = names.iter().map(|name| self.single(section, name)).collect();
-                    return all.into_iter().collect();
+                    return all(names.iter().map(|name| self.single(section, name)));
                 }
                 unused(&["from", "to", "count", "scale", "mean", "deviation"]);
-                let rows = items(section, "values", "a list of lists")?;
-                let row = |node: Node<'_>| match node.value {
-                    DeValue::Array(list) if list.len() == names.len() => {
-                        elements(&node.path, list).iter().map(|node| written(section, node)).collect()
+                let rows = section.items("values", "a list of lists")?;
+                let row = |node: Node<'_>| match node.items(1) {
+                    Some(list) if list.len() == names.len() => {
+                        list.iter().map(|node| Placed::of(section, node)).collect()
                     }
                     _ => {
                         let message = format!(
@@ -607,8 +501,7 @@ impl Variation<'_> {
                         section.refuse(section.faults.at(node.span, message).of(node.path))
                     }
                 };
-                let rows: Vec<Option<Vec<Placed>>> = rows.into_iter().map(row).collect();
-                self.listed(section, &names, rows.into_iter().collect::<Option<_>>()?).map(|varied| vec![varied])
+                self.listed(section, &names, all(rows.into_iter().map(row))?).map(|varied| vec![varied])
             }
             _ => self.single(section, section.text("name")??).map(|varied| vec![varied]),
         }
@@ -625,12 +518,11 @@ impl Variation<'_> {
             (true, false, false) => {
                 section.forbid(&["count", "scale"], "`values` lists them", "`from` and `to`");
                 let rows = match section.node("values") {
-                    Some(node) if !matches!(node.value, DeValue::Array(_)) => vec![node],
-                    _ => items(section, "values", "a list of values")?,
+                    Some(node) if !matches!(node.value, Value::Array(_)) => vec![node],
+                    _ => section.items("values", "a list of values")?,
                 };
-                let rows: Vec<Option<Vec<Placed>>> =
-                    rows.iter().map(|node| written(section, node).map(|value| vec![value])).collect();
-                self.listed(section, &[name], rows.into_iter().collect::<Option<_>>()?)
+                let row = |node: &Node<'_>| Placed::of(section, node).map(|value| vec![value]);
+                self.listed(section, &[name], all(rows.iter().map(row))?)
             }
             (false, true, false) => {
                 let [from, to] = ["from", "to"].map(|key| self.required(section, key));
@@ -660,14 +552,14 @@ impl Variation<'_> {
                 let quantity = self.quantity(section, name, &[&mean, &deviation])?;
                 let mean = self.number(section, &quantity, &mean)?;
                 // It is a difference of values, for which their range does not hold.
-                let text = deviation.value.text();
+                let text = &deviation.text;
                 let value = match quantity.variable {
                     Some(reference) => {
                         // Of units with an offset, too.
-                        let zero = self.value(reference, &format!("0 {}", deviation.value.unit()));
-                        self.value(reference, &text).and_then(|value| Ok(value - zero?)).ok()
+                        let zero = self.value(reference, &format!("0 {}", deviation.unit()));
+                        self.value(reference, text).and_then(|value| Ok(value - zero?)).ok()
                     }
-                    None => deviation.value.number(),
+                    None => deviation.number(),
                 };
                 match value.filter(|value| *value > 0.0) {
                     Some(deviation) => Some(Varied::Sampled(quantity, Spread::Normal { mean, deviation })),
@@ -688,7 +580,7 @@ impl Variation<'_> {
     /// A value that must be there.
     fn required(&self, section: &Section<'_>, key: &'static str) -> Option<Placed> {
         match section.node(key) {
-            Some(node) => written(section, &node),
+            Some(node) => Placed::of(section, &node),
             None => section.refuse(section.fault_of(key, " is missing")),
         }
     }
@@ -697,7 +589,7 @@ impl Variation<'_> {
     fn present(&self, section: &Section<'_>, name: &str) -> Option<Placed> {
         match self.subject.start(name) {
             Some(value) => Some(Placed {
-                value: Written::Number(value, self.si_unit(name)),
+                text: format!("{value} {}", self.si_unit(name)).trim_end().to_owned(),
                 span: section.span.clone(),
                 path: section.path.clone(),
             }),
@@ -722,33 +614,23 @@ impl Variation<'_> {
             return section.refuse(section.fault(" has no values, so that there would be no run"));
         }
         let column = |i: usize| rows.iter().map(|row| &row[i]).collect::<Vec<_>>();
-        let quantities: Vec<Option<Quantity>> =
-            names.iter().enumerate().map(|(i, name)| self.quantity(section, name, &column(i))).collect();
-        let quantities: Vec<Quantity> = quantities.into_iter().collect::<Option<_>>()?;
-        let row = |row: &Vec<Placed>| -> Option<Vec<Cell>> {
-            let cell = |(value, quantity)| self.cell(section, quantity, value);
-            row.iter().zip(&quantities).map(cell).collect::<Vec<_>>().into_iter().collect()
-        };
-        let rows: Vec<Option<Vec<Cell>>> = rows.iter().map(row).collect();
-        Some(Varied::Listed(quantities, rows.into_iter().collect::<Option<_>>()?))
+        let quantities = all(names.iter().enumerate().map(|(i, name)| self.quantity(section, name, &column(i))))?;
+        let cell = |(value, quantity)| self.cell(section, quantity, value);
+        let rows = all(rows.iter().map(|row| all(row.iter().zip(&quantities).map(cell))))?;
+        Some(Varied::Listed(quantities, rows))
     }
 
     /// The rows of a CSV file.
     fn file(&mut self, section: &Section<'_>) -> Option<Varied> {
         let path = self.folder.join(section.text("file")??);
-        let refused =
-            |message: String| section.refuse(section.fault_of("file", format!(": {}: {message}", path.display())));
-        let bytes = match input::bytes(&path) {
-            Ok(bytes) if let Some(what) = input::foreign(&bytes) => return refused(format!("this is {what}")),
-            Ok(bytes) => bytes,
-            Err(error) => return refused(error.to_string()),
-        };
+        let refused = |why: &dyn Display| section.fault_of("file", format!(": {}: {why}", path.display()));
+        let bytes = section.taken(input::bytes(&path).map_err(|error| refused(&error)))?;
+        if let Some(what) = input::foreign(&bytes) {
+            return section.refuse(refused(&format!("this is {what}")));
+        }
         self.tables.push(path.clone());
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(&bytes[..]);
-        let head = match reader.headers() {
-            Ok(head) => head.clone(),
-            Err(error) => return refused(error.to_string()),
-        };
+        let head = section.taken(reader.headers().map_err(|error| refused(&error)))?.clone();
         let split = |heading: &str| match heading.strip_suffix(']').and_then(|rest| rest.rsplit_once(" [")) {
             Some((name, unit)) => (name.trim().to_owned(), unit.to_owned()),
             None => (heading.to_owned(), String::new()),
@@ -756,15 +638,12 @@ impl Variation<'_> {
         let (names, units): (Vec<String>, Vec<String>) = head.iter().map(split).unzip();
         let mut rows = Vec::new();
         for record in reader.records() {
-            let record = match record {
-                Ok(record) => record,
-                Err(error) => return refused(error.to_string()),
-            };
+            let record = section.taken(record.map_err(|error| refused(&error)))?;
             let line = record.position().map_or(0, |position| position.line());
             let cell = |(i, text): (usize, &str)| {
                 let text = if units[i].is_empty() { text.to_owned() } else { format!("{text} {}", units[i]) };
                 let path = format!("{}, line {line}, {}", path.display(), names[i]);
-                Placed { value: Written::from_text(&text), span: section.span.clone(), path }
+                Placed { text: normal(&text), span: section.span.clone(), path }
             };
             rows.push(record.iter().enumerate().map(cell).collect());
         }
@@ -812,18 +691,16 @@ impl Variation<'_> {
                 Subject::Scene(_) => format!(": the drive has no variable and the scene no place for a key `{name}`"),
                 Subject::Coupled(_) => format!(": no part has a variable, and no scene a place for a key `{name}`"),
             });
-            return section.refuse(match nearest(&name, &known) {
-                Some(guess) => fault.hint(format!("did you mean `{guess}`?")),
-                None => fault.hint("`camdrive describe SCENE` lists the variables, docs/scene.md the keys"),
-            });
+            let lists = || "`camdrive describe SCENE` lists the variables, docs/scene.md the keys".to_owned();
+            return section.refuse(fault.hint(meant(&name, &known).unwrap_or_else(lists)));
         }
-        let is_text = values.iter().all(|value| value.value.number().is_none());
-        if let Some(text) = values.iter().find(|value| !is_text && value.value.number().is_none()) {
-            let message = format!(": \"{}\" is no number, as other values of `{name}` are", text.value.text());
+        let is_text = values.iter().all(|value| value.number().is_none());
+        if let Some(text) = values.iter().find(|value| !is_text && value.number().is_none()) {
+            let message = format!(": \"{}\" is no number, as other values of `{name}` are", text.text);
             let fault = section.faults.at(text.span.clone(), message);
             return section.refuse(fault.of(&text.path).hint("a column of the store has numbers or texts"));
         }
-        let units: Vec<&str> = values.iter().map(|value| value.value.unit()).collect();
+        let units: Vec<&str> = values.iter().map(|value| value.unit()).collect();
         if let Some(at) = (1..units.len()).find(|i| !is_text && units[*i] != units[0]) {
             let fault = section
                 .faults
@@ -837,19 +714,17 @@ impl Variation<'_> {
     /// A value of a quantity.
     fn cell(&self, section: &Section<'_>, quantity: &Quantity, placed: &Placed) -> Option<Cell> {
         let Some(reference) = quantity.variable else {
-            return Some(match placed.value.number() {
+            return Some(match placed.number() {
                 Some(number) if !quantity.is_text => Cell::Number(number),
-                _ => Cell::Text(placed.value.text()),
+                _ => Cell::Text(placed.text.clone()),
             });
         };
         // Beyond the range of the variable it is a run that is refused.
-        match self.value(reference, &placed.value.text()) {
-            Ok(value) => Some(Cell::Number(value)),
-            Err(fault) => {
-                let told = section.faults.at(placed.span.clone(), format!(": {}", fault.sentence())).of(&placed.path);
-                section.refuse(told.remedy(fault.0.hint))
-            }
-        }
+        let value = self.value(reference, &placed.text).map_err(|fault| {
+            let told = section.faults.at(placed.span.clone(), format!(": {}", fault.sentence()));
+            told.of(&placed.path).remedy(fault.0.hint)
+        });
+        section.taken(value).map(Cell::Number)
     }
 
     /// The value that a text gives a variable.
@@ -882,8 +757,7 @@ fn in_other_units(section: &Section<'_>, name: &str, of: &Description, values: &
     let Type::Real { quantity: unit::Quantity { unit, display: Some((usual, factor)), .. }, .. } = of.kind else {
         return;
     };
-    let plain =
-        values.iter().filter(|placed| placed.value.unit().is_empty()).filter_map(|placed| placed.value.number());
+    let plain = values.iter().filter(|placed| placed.unit().is_empty()).filter_map(|placed| placed.number());
     let plain: Vec<f64> = plain.filter(|value| *value != 0.0).collect();
     let (least, most) = plain.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
     let range = |factor: f64| match least == most {
@@ -899,45 +773,47 @@ fn in_other_units(section: &Section<'_>, name: &str, of: &Description, values: &
     }
 }
 
-/// A value with its place.
+/// A value as the study writes it, with its place.
 struct Placed {
-    value: Written,
-    span: super::section::Span,
+    text: String,
+    span: document::Span,
     path: String,
 }
 
-/// The value of a node; anything but a list or a table is one.
-fn written(section: &Section<'_>, node: &Node<'_>) -> Option<Placed> {
-    match Written::of(node) {
-        Some(value) => Some(Placed { value, span: node.span.clone(), path: node.path.clone() }),
-        None => {
-            let fault =
-                section.faults.at(node.span.clone(), ": a number, a text, true or false is expected".to_owned());
-            section.refuse(fault.of(&node.path))
-        }
+impl Placed {
+    /// Anything but a list or a table.
+    fn of(section: &Section<'_>, node: &Node<'_>) -> Option<Self> {
+        let text = match node.value {
+            Value::Float(number) if number.is_finite() => number.to_string(),
+            Value::Integer(Some(number)) => (*number as f64).to_string(),
+            Value::Boolean(value) => value.to_string(),
+            Value::Text(text) => normal(text.trim()),
+            _ => {
+                let said = ": a number, a text, true or false is expected";
+                return section.refuse(section.faults.at(node.span.clone(), said).of(&node.path));
+            }
+        };
+        Some(Placed { text, span: node.span.clone(), path: node.path.clone() })
+    }
+
+    /// A number, with its unit where it has one.
+    fn number(&self) -> Option<f64> {
+        number(&self.text).map(|(number, _)| number)
+    }
+
+    fn unit(&self) -> &str {
+        number(&self.text).map_or("", |(_, unit)| unit)
     }
 }
 
-/// The entry of a scene at the path of a key, made where only its last part is not there; None where there is no place for it.
-fn entry<'a>(document: &'a mut DocumentMut, path: &str) -> Option<&'a mut Item> {
-    let mut item = document.as_item_mut();
-    let parts: Vec<&str> = path.split('.').collect();
-    for (i, part) in parts.iter().enumerate() {
-        let (key, number) = match part.strip_suffix(']').and_then(|rest| rest.split_once('[')) {
-            Some((key, number)) => (key, Some(number.parse::<usize>().ok()?.checked_sub(1)?)),
-            None => (*part, None),
-        };
-        let table = item.as_table_like_mut()?;
-        let is_last = i + 1 == parts.len();
-        if key.is_empty() || (number.is_some() && is_last) || !(is_last || table.contains_key(key)) {
-            return None;
-        }
-        item = table.entry(key).or_insert(Item::None);
-        if let Some(number) = number {
-            item = item.get_mut(number)?;
-        }
-    }
-    (!item.is_table() && !item.is_array_of_tables()).then_some(item)
+fn number(text: &str) -> Option<(f64, &str)> {
+    let (number, unit) = units::split(text);
+    number.parse().ok().filter(|number: &f64| number.is_finite()).map(|number| (number, unit))
+}
+
+/// The text with its number in the shortest form.
+fn normal(text: &str) -> String {
+    number(text).map_or(text.to_owned(), |(number, unit)| format!("{number} {unit}").trim_end().to_owned())
 }
 
 /// Tables that every scene may have, and whose keys are variables of its FMU as well.
@@ -945,11 +821,10 @@ const ALWAYS: [&str; 2] = ["solver.", "start."];
 
 /// Whether a scene has a key (true), or place for it (false); None of a key that it cannot have. A speed is no key of a drive
 /// that inputs move.
-pub fn has_place(text: &str, key: &str) -> Option<bool> {
-    let mut document: DocumentMut = text.parse().ok()?;
-    match entry(&mut document, key) {
-        Some(item) if !item.is_none() => Some(true),
-        Some(_) => (key != "drive.speed").then_some(false),
+pub fn has_place(scene: &Document, key: &str) -> Option<bool> {
+    match scene.place(key) {
+        Some(Some(_)) => Some(true),
+        Some(None) => (key != "drive.speed").then_some(false),
         None => ALWAYS.iter().any(|table| key.starts_with(table)).then_some(false),
     }
 }
@@ -1014,22 +889,19 @@ impl Study {
 
     /// What is implausible about the first and the last run, but not about the scene itself.
     fn implausible(&self, all: &[Description]) -> Vec<String> {
-        let (Subject::Scene(scene), [document, ..]) = (&self.subject, &self.documents[..]) else { return Vec::new() };
+        let Subject::Scene(scene) = &self.subject else { return Vec::new() };
         let warnings = |scene: &Resolved| overview::of(&scene.resource()).warnings;
         let own = warnings(scene);
-        let folder = self.place.parent().unwrap_or(Path::new(""));
         let of_run = |row: u64| {
-            let mut changed = document.content.clone();
-            for (Quantity { name, unit, variable, .. }, cell) in self.quantities.iter().zip(self.cells(row)) {
-                let key = variable.and_then(|place| all.get(place)).map_or(&**name, |d| &*d.key);
-                let (Cell::Number(value), Some(item)) = (cell, entry(&mut changed, key)) else { continue };
-                let value = match variable {
-                    None if !unit.is_empty() => Value::from(format!("{value} {unit}")),
-                    _ => Value::from(value),
-                };
-                *item = toml_edit::value(value);
+            let cells = self.cells(row);
+            let (_, document) = &mut self.changed(&cells)[0];
+            for (quantity, cell) in self.quantities.iter().zip(cells) {
+                let key = quantity.variable.and_then(|place| Some(&all.get(place)?.key));
+                if let (Some(key), Cell::Number(value)) = (key.filter(|key| document.place(key).is_some()), cell) {
+                    document.set(key, value);
+                }
             }
-            let found = super::resolve(&self.place.display().to_string(), &changed.to_string(), folder);
+            let found = super::resolve_document(&self.place.display().to_string(), document, &scene.folder);
             let found = found.map(|scene| warnings(&scene)).unwrap_or_default();
             let new = found.into_iter().filter(|warning| !own.contains(warning));
             new.map(move |warning| format!("run {row}: {}; {}", warning.message, warning.hint)).collect::<Vec<_>>()
@@ -1037,42 +909,48 @@ impl Study {
         [0, self.rows() - 1].into_iter().take(self.rows().min(2) as usize).flat_map(of_run).collect()
     }
 
+    /// The files with the values of a run.
+    fn changed(&self, cells: &[Cell]) -> Vec<(String, Document)> {
+        let mut documents = self.documents.clone();
+        for (quantity, cell) in self.quantities.iter().zip(cells).filter(|(quantity, _)| quantity.variable.is_none()) {
+            if let Some((i, path)) = located(&self.documents, &quantity.name) {
+                documents[i].1.set(path, quantity.written(cell));
+            }
+        }
+        documents
+    }
+
     /// What a run has in which keys vary.
     ///
     /// # Errors
     /// The faults of the scene or the system.
     pub fn variant(&self, cells: &[Cell]) -> Result<Subject, Diagnostics> {
-        let mut changed: BTreeMap<usize, DocumentMut> = BTreeMap::new();
-        for (quantity, cell) in self.quantities.iter().zip(cells).filter(|(quantity, _)| quantity.variable.is_none()) {
-            let value = match cell {
-                // Whole numbers are counts, too.
-                Cell::Number(number) if quantity.unit.is_empty() => {
-                    number.to_string().parse().unwrap_or_else(|_| Value::from(*number))
-                }
-                Cell::Number(number) => Value::from(format!("{number} {}", quantity.unit)),
-                Cell::Text(text) => match text.parse::<bool>() {
-                    Ok(flag) => Value::from(flag),
-                    Err(_) => Value::from(text.as_str()),
-                },
-            };
-            let Some((i, path)) = located(&self.documents, &quantity.name) else { continue };
-            let document = changed.entry(i).or_insert_with(|| self.documents[i].content.clone());
-            if let Some(item) = entry(document, path) {
-                *item = toml_edit::value(value);
+        let documents = self.changed(cells);
+        let whole = &documents[0].1;
+        match &self.subject {
+            Subject::Scene(scene) => {
+                let scene = super::resolve_document(&self.place.display().to_string(), whole, &scene.folder)?;
+                Ok(Subject::Scene(Box::new(scene)))
+            }
+            Subject::Coupled(base) => {
+                let system = system::resolve(&self.place, whole, &documents[1..])?;
+                let coupled = Coupled::new(system, Some(base)).map_err(|fault| of_file(&self.place, fault))?;
+                Ok(Subject::Coupled(Box::new(coupled)))
             }
         }
-        let whole = changed.remove(&0).map_or_else(|| self.texts[1].clone(), |document| document.to_string());
-        let file = self.place.display().to_string();
-        let base = match &self.subject {
-            Subject::Coupled(base) => base,
-            Subject::Scene(_) => {
-                let scene = super::resolve(&file, &whole, self.place.parent().unwrap_or(Path::new("")));
-                return scene.map(|scene| Subject::Scene(Box::new(scene)));
+    }
+}
+
+impl Quantity {
+    /// A value of the key as a scene has it.
+    fn written(&self, cell: &Cell) -> toml_edit::Value {
+        match cell {
+            // Whole numbers are counts, too.
+            Cell::Number(number) if self.unit.is_empty() => {
+                number.to_string().parse().unwrap_or_else(|_| (*number).into())
             }
-        };
-        let scenes = changed.iter().map(|(i, document)| (self.documents[*i].part.as_str(), document.to_string()));
-        let system = system::resolve(&self.place, &whole, &scenes.collect())?;
-        let coupled = Coupled::new(system, Some(base)).map_err(|fault| of_file(&self.place, fault))?;
-        Ok(Subject::Coupled(Box::new(coupled)))
+            Cell::Number(number) => format!("{number} {}", self.unit).into(),
+            Cell::Text(text) => text.parse::<bool>().map_or_else(|_| text.as_str().into(), Into::into),
+        }
     }
 }

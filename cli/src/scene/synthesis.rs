@@ -4,6 +4,7 @@
 
 use super::common::by_ratio;
 use super::diagnostics::Diagnostics;
+use super::document::Value;
 use super::input;
 use super::motion_law;
 use super::section::Section;
@@ -71,8 +72,8 @@ const TOLERANCES: [&str; 3] = ["tolerance", "dU_tolerance", "ddU_tolerance"];
 
 /// Reads and validates a task file; a scene that it names counts from the folder of the file.
 pub fn read(path: &Path) -> Result<Assignment, Diagnostics> {
-    let (file, text) = input::text(path, input::Kind::Task)?;
-    super::with_document(&file, &text, input::Kind::Task, |root| {
+    let (file, document) = input::document(path, input::Kind::Task)?;
+    super::with_document(&file, &document, input::Kind::Task, |root| {
         assignment(root, path.parent().unwrap_or(Path::new("")))
     })
 }
@@ -102,7 +103,7 @@ impl Lengths {
     /// A value of U⁽ⁿ⁾, or the list of the coefficients of a polynomial.
     fn curve(&self, section: &Section<'_>, key: &'static str) -> Option<Option<Curve>> {
         let Some(node) = section.node(key) else { return Some(None) };
-        if !matches!(node.value, toml::de::DeValue::Array(_)) {
+        if !matches!(node.value, Value::Array(_)) {
             return Some(self.optional(section, key)?.map(|value| Curve::polynomial(vec![value])));
         }
         let list = section.polynomial(key)?;

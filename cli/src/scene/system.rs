@@ -7,9 +7,10 @@ pub mod single;
 mod ssp;
 mod wiring;
 
-use super::diagnostics::{Diagnostics, nearest};
+use super::diagnostics::{Diagnostics, meant};
+use super::document::{Document, Value, values};
 use super::input::{self, Kind};
-use super::section::{Node, Section};
+use super::section::{Node, Section, all};
 use super::source::{is_fmu, open};
 use super::{Resolved, variable};
 use camdrive::drives::shaft::cam_drive::DriveMode;
@@ -19,11 +20,8 @@ use camdrive::drives::{Fault, Number};
 use camdrive_design::coupling::stability::{self, Exchange, Limit, least_inertia};
 use camdrive_design::host::{Fmu, ModelDescription, TemporaryFolder, Variable};
 use camdrive_design::resource::{Scene, is_name};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use toml::de::{DeTable, DeValue};
-use toml_edit::{DocumentMut, value};
 use wiring::Wiring;
 
 /// A system of FMUs, wired.
@@ -260,27 +258,27 @@ pub fn read(path: &Path) -> Result<System, Diagnostics> {
     if input::is_archive(path) {
         return ssp::read(path).map_err(|fault| Diagnostics::of_file(path, fault));
     }
-    let (_, text) = input::text(path, Kind::System)?;
-    resolve(path, &text, &BTreeMap::new())
+    let (_, document) = input::document(path, Kind::System)?;
+    resolve(path, &document, &[])
 }
 
-/// The system `text` of this file; parts have the scenes with these texts, others those of their files.
-pub(super) fn resolve(path: &Path, text: &str, scenes: &BTreeMap<&str, String>) -> Result<System, Diagnostics> {
+/// The system of this file, as it was read or changed; parts with these names have these scenes, others those of their files.
+pub(super) fn resolve(path: &Path, document: &Document, scenes: &[(String, Document)]) -> Result<System, Diagnostics> {
     let (file, folder) = (path.display().to_string(), path.parent().unwrap_or(Path::new("")));
-    let mut system = super::with_document(&file, text, Kind::System, |root| system(root, folder, scenes))?;
+    let mut system = super::with_document(&file, document, Kind::System, |root| system(root, folder, scenes))?;
     system.files.push(path.to_owned());
     Ok(system)
 }
 
 /// The same with another exchange, at steps that are short enough for all but algebraic loops.
 pub fn read_as(path: &Path, exchange: Exchange) -> Result<System, Diagnostics> {
-    let (_, text) = input::text(path, Kind::System)?;
-    let mut document: DocumentMut = text.parse().unwrap_or_default();
-    (document["exchange"], document["step"]) = (value(name_of(exchange)), value(f64::MIN_POSITIVE));
+    let (_, mut document) = input::document(path, Kind::System)?;
+    document.set("exchange", name_of(exchange));
+    document.set("step", f64::MIN_POSITIVE);
     if !matches!(exchange, Exchange::Interpolated | Exchange::EffectiveInertia) {
         document.remove("repeat");
     }
-    resolve(path, &document.to_string(), &BTreeMap::new())
+    resolve(path, &document, &[])
 }
 
 /// A part with its section of the file.
@@ -291,7 +289,7 @@ struct Raw<'a> {
     seat: [f64; 2],
 }
 
-fn system(root: &Section<'_>, folder: &Path, scenes: &BTreeMap<&str, String>) -> Option<System> {
+fn system(root: &Section<'_>, folder: &Path, scenes: &[(String, Document)]) -> Option<System> {
     let name = super::name(root);
     let [stop, step] = ["stop", "step"].map(|key| root.real(key));
     let exchange = root.choice("exchange", EXCHANGES);
@@ -312,15 +310,14 @@ fn system(root: &Section<'_>, folder: &Path, scenes: &BTreeMap<&str, String>) ->
             root.faults.report(fault.hint("choose another name"));
         }
     }
-    let raw: Vec<Option<Raw>> =
-        parts.into_iter().map(|(name, section)| part(name, section, folder, scenes.get(name))).collect();
+    let scene = |name: &str| scenes.iter().find(|(part, _)| part == name).map(|(_, document)| document);
+    let raw = all(parts.into_iter().map(|(name, section)| part(name, section, folder, scene(name))));
     let connections = root.sections("connection");
     root.finish();
-    let mut raw: Vec<Raw> = raw.into_iter().collect::<Option<_>>()?;
+    let mut raw = raw?;
     let wired = seats(&mut raw);
     let mut wiring = Wiring { raw, connections: Vec::new(), torques: Vec::new() };
-    let all: Vec<Option<()>> = connections?.iter().map(|section| wiring.connection(section)).collect();
-    all.into_iter().collect::<Option<()>>().and(wired)?;
+    all(connections?.iter().map(|section| wiring.connection(section))).and(wired)?;
     wiring.drives(exchange? == Exchange::EffectiveInertia)?;
     wiring.machines()?;
     wiring.loose_ends(root);
@@ -350,7 +347,7 @@ fn system(root: &Section<'_>, folder: &Path, scenes: &BTreeMap<&str, String>) ->
 }
 
 /// Reads `[part.NAME]`.
-fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path, text: Option<&String>) -> Option<Raw<'a>> {
+fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path, document: Option<&Document>) -> Option<Raw<'a>> {
     if !is_name(name) {
         let fault = section.fault(": this cannot name a part");
         section.faults.report(fault.admissible("letters, digits and _, no digit first, at most 24 characters"));
@@ -374,7 +371,7 @@ fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path, text: Option<&St
         (None, Some(fmu)) if Path::new(fmu).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) => {
             Err(other("fmu", fmu, "scene"))
         }
-        (Some(scene), None) => match scene_of(&folder.join(scene), text) {
+        (Some(scene), None) => match scene_of(&folder.join(scene), document) {
             Ok(scene) => {
                 scene.notes.iter().for_each(|note| section.faults.note(format!("part {name}: {note}")));
                 Part::of_scene(name, scene).map_err(|fault| section.fault_of("scene", format!(": {fault}")))
@@ -387,10 +384,7 @@ fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path, text: Option<&St
         (None, None) => Err(section.fault(" does not say what it is").hint("give `scene` or `fmu`")),
         _ => return None,
     };
-    let mut part = match read {
-        Ok(part) => part,
-        Err(fault) => return section.refuse(fault),
-    };
+    let mut part = section.taken(read)?;
     let start = start(&section, &part);
     section.finish();
     part.start = start?;
@@ -398,51 +392,34 @@ fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path, text: Option<&St
     one.then_some(Raw { shaft: shaft?, seat, part, section })
 }
 
-/// The scene of this file, or the one that `text` has in its place.
-fn scene_of(path: &Path, text: Option<&String>) -> Result<Resolved, Diagnostics> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    text.map_or_else(|| super::read(path), |text| super::resolve(&path.display().to_string(), text, folder))
+/// The scene of this file, or of a document in its place.
+fn scene_of(path: &Path, document: Option<&Document>) -> Result<Resolved, Diagnostics> {
+    let Some(document) = document else { return super::read(path) };
+    super::resolve_document(&path.display().to_string(), document, path.parent().unwrap_or(Path::new("")))
 }
 
 /// Reads `start`.
 fn start(section: &Section<'_>, part: &Part) -> Option<Vec<(String, f64)>> {
     let Some(node) = section.node("start") else { return Some(Vec::new()) };
-    let DeValue::Table(table) = node.value else {
+    let Value::Table(table) = node.value else {
         let fault = section.fault_of("start", ": a table of variables and values is expected");
         return section.refuse(fault.hint("write for example start = { w_start = \"300 rpm\" }"));
     };
-    let mut values = Vec::new();
-    entries("", table, &node.path, &mut values);
-    let read = values.into_iter().map(|(name, node)| {
+    // Tables inside are names that a dot divides.
+    let read = values(table).into_iter().map(|(name, value)| {
+        let node = Node::new(format!("{}.{name}", node.path), value);
         let text = match node.value {
-            DeValue::String(text) => text.trim().to_owned(),
-            DeValue::Integer(_) | DeValue::Float(_) | DeValue::Boolean(_) => {
-                section.faults.text.get(node.span.clone()).unwrap_or_default().replace('_', "")
+            Value::Text(text) => text.trim().to_owned(),
+            Value::Integer(_) | Value::Float(_) | Value::Boolean(_) => {
+                section.faults.document.text.get(node.span.clone()).unwrap_or_default().replace('_', "")
             }
             _ => String::new(),
         };
-        match part.value(&name, &text) {
-            Ok(value) => Some((name, value)),
-            Err(fault) => {
-                let told = section.faults.at(node.span, format!(": {}", fault.sentence()));
-                section.refuse(told.of(node.path).remedy(fault.0.hint))
-            }
-        }
+        let value = part.value(&name, &text);
+        let told = |fault: Fault| section.of_node(&node, format!(": {}", fault.sentence())).remedy(fault.0.hint);
+        section.taken(value.map_err(told)).map(|value| (name, value))
     });
-    read.collect::<Vec<_>>().into_iter().collect()
-}
-
-/// The values of a table and of those inside, into which a dot divides a name.
-fn entries<'a>(prefix: &str, table: &'a DeTable<'a>, path: &str, values: &mut Vec<(String, Node<'a>)>) {
-    for (key, value) in table {
-        let name = format!("{prefix}{}", key.get_ref());
-        match value.get_ref() {
-            DeValue::Table(inner) => entries(&format!("{name}."), inner, path, values),
-            found => {
-                values.push((name.clone(), Node { path: format!("{path}.{name}"), span: value.span(), value: found }))
-            }
-        }
-    }
+    all(read)
 }
 
 impl Part {
@@ -484,10 +461,7 @@ fn seats(raw: &mut [Raw<'_>]) -> Option<()> {
         let refused = |said: String| section.fault_of("shaft", said);
         let Some(machine) = shafts[i] else {
             let fault = refused(format!(": there is no part `{shaft}`")).admissible(known.join(", "));
-            return section.refuse(match nearest(shaft, &known) {
-                Some(guess) => fault.hint(format!("did you mean `{guess}`?")),
-                None => fault,
-            });
+            return section.refuse(fault.remedy(meant(shaft, &known)));
         };
         let chain: Vec<usize> =
             std::iter::successors(Some(machine), |next| shafts[*next].filter(|_| *next != i)).take(raw.len()).collect();
@@ -525,8 +499,7 @@ fn seats(raw: &mut [Raw<'_>]) -> Option<()> {
         }
         Some(Some(Seat { machine, ratio: *ratio, offset: *offset }))
     };
-    let found: Vec<Option<Option<Seat>>> = (0..raw.len()).map(seat).collect();
-    let found: Vec<Option<Seat>> = found.into_iter().collect::<Option<_>>()?;
+    let found = all((0..raw.len()).map(seat))?;
     raw.iter_mut().zip(found).for_each(|(raw, seat)| raw.part.seat = seat);
     Some(())
 }

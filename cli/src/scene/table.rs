@@ -9,8 +9,9 @@ pub use self::courses::{Courses, courses};
 use self::dialect::{Column, Sheet, Wrong};
 use self::turn::Turn;
 use super::diagnostics::{Diagnostic, Diagnostics};
+use super::document::{Span, Value};
 use super::limits::largest;
-use super::section::{Node, Section, Span};
+use super::section::Section;
 use super::{source, units};
 use camdrive::drives::Fault;
 use camdrive::drives::unit::{self, Quantity};
@@ -320,7 +321,7 @@ fn points<'a>(
         let keys = axes.map(|(_, unit, column)| [unit, column]);
         section.forbid(&keys.concat(), "every point has its own unit", "a file");
         let list = section.pairs("points", axes.map(|axis| axis.0))?;
-        let file = File { name: section.faults.file.to_owned(), text: section.faults.text.to_owned() };
+        let file = File { name: section.faults.file.to_owned(), text: section.faults.document.text.clone() };
         let (values, places): (Vec<_>, Vec<_>) = list.into_iter().unzip();
         let (angles, lifts) = values.into_iter().map(|[angle, lift]| (angle / per_rad, lift)).unzip();
         let reading = Reading::new(Points { angles, lifts }, places);
@@ -404,10 +405,9 @@ fn open(section: &Section<'_>, admissible: &str, folder: &Path) -> Option<File> 
     let path = folder.join(name);
     let text = match contents(&path) {
         Ok((text, note, content)) => {
-            if let Some(Node { span, .. }) = section.node("file") {
-                let table = source::Table { path: path.clone(), content, name: name.to_owned(), span };
-                section.faults.tables.borrow_mut().push(table);
-            }
+            let key = section.path_of("file");
+            let table = source::Table { path: path.clone(), content, name: name.to_owned(), key };
+            section.faults.tables.borrow_mut().push(table);
             let note = note.map(|note| format!("`{}`: {} {note}", section.path, shown(&path)));
             note.into_iter().for_each(|note| section.faults.note(note));
             text
@@ -810,7 +810,7 @@ fn unit_of(
 /// A column by its number from 1 or its heading.
 fn column<'a>(section: &Section<'a>, key: &'static str, default: usize) -> Option<Column<'a>> {
     let Some(node) = section.node(key) else { return Some(Column::Number(default)) };
-    if let toml::de::DeValue::String(heading) = node.value {
+    if let Value::Text(heading) = node.value {
         return Some(Column::Heading(heading.trim()));
     }
     section.count(key).map(|number| Column::Number(number - 1))

@@ -8,10 +8,10 @@ use std::f64::consts::{PI, TAU};
 
 /// The model and its values, before the drive is tried out.
 fn resolved(text: &str) -> (&'static str, Value) {
-    let faults = Faults::new("scene.toml", text);
-    let (document, errors) = DeTable::parse_recoverable(text);
-    assert!(errors.is_empty(), "{errors:?}");
-    let scene = whole_scene(&Section::root(&faults, document.get_ref(), &keys::SCENE), Path::new("../tests/scenes"));
+    let document = Document::new(text.to_owned());
+    assert!(document.errors.is_empty(), "{:?}", document.errors);
+    let faults = Faults::new("scene.toml", &document);
+    let scene = whole_scene(&Section::root(&faults, &document.table, &keys::SCENE), Path::new("../tests/scenes"));
     match scene {
         Some(scene) if faults.is_empty() => {
             let values = serde_json::to_value(&scene.scene).expect("values");

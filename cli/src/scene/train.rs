@@ -15,7 +15,7 @@ use std::path::Path;
 /// The scene.
 pub fn read(root: &Section<'_>, folder: &Path) -> Option<Scene> {
     let [driven, free] = ["drive", "machine"].map(|key| root.has(key));
-    if driven == free && !root.faults.broken {
+    if driven == free && !root.faults.broken() {
         let (key, said) = if driven {
             ("machine", ": the drive prescribes the motion already")
         } else {

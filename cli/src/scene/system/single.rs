@@ -5,8 +5,8 @@
 //! the reader.
 
 use super::{Connection, Content, INERTIA, MOTION, Part, Seat, System};
-use crate::scene::input::{self, Kind};
-use crate::scene::{Resolved, resolve};
+use crate::scene::document::Document;
+use crate::scene::{Resolved, resolve_document};
 use camdrive::drives::drive_train::{self, Joint, Names, Shaft, Start};
 use camdrive::drives::elastic_shaft::Parameters;
 use camdrive::drives::rigid_machine::{self, MachineStart, Motor};
@@ -78,6 +78,7 @@ impl System {
         };
         let own = document.entry("start").or_insert_with(|| Value::Table(Table::new()));
         own.as_table_mut().map(|start| start.insert("mode".to_owned(), mode.into()));
+        let document = Document::new(toml::to_string(&document).map_err(|fault| fault.to_string())?);
         let scene = read(&document).map_err(|said| format!("as a train: {said}"))?;
         Ok(Single { scene, followers: first })
     }
@@ -122,9 +123,8 @@ impl Single {
 }
 
 /// The scene of a document, whose tables are found from here.
-fn read(document: &Table) -> Result<Resolved, String> {
-    let text = toml::to_string(document).map_err(|fault| fault.to_string())?;
-    resolve("", &text, Path::new("")).map_err(|faults| {
+fn read(document: &Document) -> Result<Resolved, String> {
+    resolve_document("", document, Path::new("")).map_err(|faults| {
         let first = faults.0.into_iter().next();
         first.map_or_else(String::new, |fault| fault.message)
     })
@@ -133,27 +133,22 @@ fn read(document: &Table) -> Result<Resolved, String> {
 /// The document of a part with its start values in the places of its scene, and what that is.
 fn started(part: &Part) -> Result<(Table, Scene), String> {
     let Content::Scene(scene) = &part.content else { return Err("what an FMU does inside is not known".to_owned()) };
-    let path = scene.files.last().ok_or("its scene is in no file")?;
-    let (_, text) = input::text(path, Kind::Scene).map_err(|faults| faults.to_string())?;
-    let mut document: Table = toml::from_str(&text).map_err(|fault| fault.to_string())?;
-    found_from_here(&mut document, path.parent().unwrap_or(Path::new("")));
+    let mut document = scene.document.clone();
+    document.name_files(&|file| scene.folder.join(file).to_string_lossy().into_owned());
+    let data = |document: &Document| toml::from_str(&document.whole_text()).map_err(|fault| fault.to_string());
     let before = read(&document)?.scene;
     if part.start.is_empty() {
-        return Ok((document, before));
+        return Ok((data(&document)?, before));
     }
     let mut expected = parameters(&before)?;
     for (name, value) in &part.start {
         let about = part.description.variable(name).map(|v| &v.about);
         let set = about.filter(|about| !about.key.contains('[')).and_then(|about| {
             let value = match about.kind {
-                Type::Enumeration(e) => Value::from(e.items.get((*value as usize).checked_sub(1)?)?.0),
-                _ => Value::Float(*value),
+                Type::Enumeration(e) => toml_edit::Value::from(e.items.get((*value as usize).checked_sub(1)?)?.0),
+                _ => toml_edit::Value::from(*value),
             };
-            let (tables, key) = about.key.rsplit_once('.').unwrap_or(("", &about.key));
-            let place = tables.split('.').filter(|step| !step.is_empty()).try_fold(&mut document, |table, step| {
-                table.entry(step).or_insert_with(|| Value::Table(Table::new())).as_table_mut()
-            })?;
-            place.insert(key.to_owned(), value);
+            document.set(&about.key, value)?;
             expected.iter_mut().find(|(known, _)| known == name)
         });
         let (_, own) = set.ok_or_else(|| format!("`start` sets `{name}`, for which a train has no place"))?;
@@ -164,7 +159,7 @@ fn started(part: &Part) -> Result<(Table, Scene), String> {
     let differs =
         |((name, a), (other, b)): &(&(String, f64), &(String, f64))| name != other || (a - b).abs() > 1e-12 * a.abs();
     match expected.iter().zip(&found).find(differs) {
-        None => Ok((document, scene)),
+        None => Ok((data(&document)?, scene)),
         Some(((name, _), _)) => Err(format!("no scene has its `start`: `{name}` would be another one")),
     }
 }
@@ -180,20 +175,6 @@ fn parameters(scene: &Scene) -> Result<Vec<(String, f64)>, String> {
         .map(|(i, about)| (i, about.name.clone()))
         .collect();
     names.into_iter().map(|(i, name)| Ok((name, drive.get(i).map_err(|fault| fault.to_string())?))).collect()
-}
-
-/// The paths of tables, seen from here.
-fn found_from_here(table: &mut Table, folder: &Path) {
-    for (key, value) in table.iter_mut() {
-        match value {
-            Value::String(file) if key == "file" => *file = folder.join(&*file).to_string_lossy().into_owned(),
-            Value::Table(inner) => found_from_here(inner, folder),
-            Value::Array(list) => {
-                list.iter_mut().filter_map(Value::as_table_mut).for_each(|inner| found_from_here(inner, folder));
-            }
-            _ => {}
-        }
-    }
 }
 
 /// Takes a list out of a document.

@@ -2,14 +2,17 @@
 
 use super::{Connection, Content, End, INERTIA, MEAN_TORQUE, MOTION, Raw, Seat, TORQUE, converted, quantity};
 use crate::scene::diagnostics::{Diagnostic, Diagnostics, nearest};
+use crate::scene::document::{Document, Value};
 use crate::scene::section::{Node, Section};
-use crate::scene::{Resolved, variable};
+use crate::scene::{Resolved, resolve_document, variable};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::drives::variable::Causality;
 use camdrive_design::coupling::stability;
 use camdrive_design::resource::Scene;
-use toml::de::DeValue;
-use toml_edit::{Array, DocumentMut, Item, Table};
+use toml_edit::{Array, Item, Table};
+
+/// The key of a scene whose loads have inertia.
+const INERTIA_KEY: &str = "coupling.inertia";
 
 /// A torque on a machine.
 pub(super) struct Torque {
@@ -30,20 +33,18 @@ pub(super) struct Wiring<'a> {
 }
 
 impl Wiring<'_> {
-    /// The document of a part's scene, to be changed.
-    fn change(&mut self, i: usize, change: impl FnOnce(&mut DocumentMut)) -> Option<()> {
+    /// Changes the document of a part's scene.
+    fn change(&mut self, i: usize, change: impl FnOnce(&mut Document)) -> Option<()> {
         let Raw { part, section, .. } = &mut self.raw[i];
         let Content::Scene(scene) = &part.content else { return Some(()) };
-        let (text, folder) = &scene.text;
-        let mut document: DocumentMut = text.parse().unwrap_or_default();
+        let mut document = scene.document.clone();
         change(&mut document);
-        let changed = crate::scene::resolve(&part.name, &document.to_string(), folder)
+        let changed = resolve_document(&part.name, &document, &scene.folder)
             .map(|changed| Resolved { files: scene.files.clone(), ..changed });
         match changed {
-            Ok(scene) => match part.set(scene) {
-                Ok(()) => Some(()),
-                Err(fault) => section.refuse(section.fault_of("scene", format!(": {fault}"))),
-            },
+            Ok(scene) => {
+                section.taken(part.set(scene).map_err(|fault| section.fault_of("scene", format!(": {fault}"))))
+            }
             Err(Diagnostics(faults)) => {
                 let told = |fault: Diagnostic| {
                     let said = format!(" as part of a system: {}", fault.message);
@@ -78,7 +79,7 @@ impl Wiring<'_> {
         if let Err((said, hint)) = converted(&output, &input, section.has("factor")) {
             return section.refuse(section.fault_of("to", said).hint(hint));
         }
-        let is_number = |node: &Node<'_>| !matches!(node.value, DeValue::String(_));
+        let is_number = |node: &Node<'_>| !matches!(node.value, Value::Text(_));
         if !input.unit.is_si() && section.node("offset").as_ref().is_some_and(is_number) && offset != 0.0 {
             let said = variable::ambiguous(offset, &input.unit);
             return section.refuse(section.fault_of("offset", format!(": {}", said.sentence())).remedy(said.0.hint));
@@ -197,7 +198,7 @@ impl Wiring<'_> {
                 torques.push(Torque { from: (i, from), factor: ratio, offset: 0.0, inertia: None });
             }
             if by_inertia && self.has_rigid_load(i) {
-                self.change(i, |document| set(document, "inertia", true.into()))?;
+                self.change(i, |document| set_inertia(document, true.into()))?;
                 // Those of the followers of a train are told together.
                 torques.truncate(1);
                 torques[0].inertia = Some(ratio);
@@ -279,7 +280,7 @@ impl Wiring<'_> {
     /// Gives the scene of a machine inputs for these torques.
     fn declare(&mut self, i: usize, names: &[String], own: &[&Torque]) -> Option<()> {
         let with_inertia = names.iter().zip(own).filter(|(_, torque)| torque.inertia.is_some());
-        let with_inertia: Array = with_inertia.map(|(name, _)| name.as_str()).collect();
+        let with_inertia: Vec<&str> = with_inertia.map(|(name, _)| name.as_str()).collect();
         let Raw { part, section, .. } = &self.raw[i];
         if !with_inertia.is_empty() && !matches!(part.scene, Some(Scene::RigidMachine(_))) {
             let said = ": it takes no inertia of loads, as a RigidMachine does whose motor is none, kloss or input, without \
@@ -288,20 +289,10 @@ impl Wiring<'_> {
             return section.refuse(section.fault_of("scene", said).hint(hint));
         }
         self.change(i, |document| {
-            let list = document.entry("torques").or_insert(Array::new().into());
-            let known = list.as_array_mut().map(std::mem::take).unwrap_or_default();
-            let has = |name: &String| known.iter().any(|known| known.as_str() == Some(name));
-            let more: Vec<&String> = names.iter().filter(|name| !has(name)).collect();
-            let mut torques = known.clone();
-            torques.extend(more);
-            *list = torques.into();
+            document.set("torques", with_names(document, "torques", names.iter().map(String::as_str)));
             if !with_inertia.is_empty() {
-                let said = document.get("coupling").and_then(|table| table.get("inertia"));
-                let mut all = said.and_then(|list| list.as_array()).cloned().unwrap_or_default();
-                let known: Vec<String> = all.iter().filter_map(|name| Some(name.as_str()?.to_owned())).collect();
-                let names = with_inertia.iter().filter_map(|name| name.as_str());
-                all.extend(names.filter(|name| !known.iter().any(|known| known == name)));
-                set(document, "inertia", all.into());
+                let all = with_names(document, INERTIA_KEY, with_inertia.into_iter());
+                set_inertia(document, all.into());
             }
         })
     }
@@ -365,10 +356,21 @@ fn torque_of(name: &str) -> Option<&str> {
     [MEAN_TORQUE, TORQUE, INERTIA[2]].iter().find_map(prefix)
 }
 
-/// Sets a key of `[coupling]`.
-fn set(document: &mut DocumentMut, key: &str, value: toml_edit::Value) {
-    let table = document.entry("coupling").or_insert(Item::Table(Table::new()));
-    if let Some(table) = table.as_table_like_mut() {
-        table.insert(key, Item::Value(value));
+/// The list of names under a key, with these.
+fn with_names<'a>(document: &Document, path: &str, names: impl Iterator<Item = &'a str>) -> Array {
+    let written = document.place(path).flatten().and_then(|list| document.text.get(list.span())?.parse().ok());
+    let known = written.and_then(|list: toml_edit::Value| list.as_array().cloned()).unwrap_or_default();
+    let mut all = known.clone();
+    all.extend(names.filter(|name| !known.iter().any(|known| known.as_str() == Some(name))));
+    all
+}
+
+/// Sets `coupling.inertia`; a new table gets a header of its own.
+fn set_inertia(document: &mut Document, value: toml_edit::Value) {
+    if document.table.contains_key("coupling") {
+        document.set(INERTIA_KEY, value);
+        return;
     }
+    let table: Table = [("inertia", Item::Value(value))].into_iter().collect();
+    document.set("coupling", table);
 }

@@ -2,7 +2,7 @@
 
 use super::dialect::{Column, Sheet, Wrong};
 use super::{File, contents, fault, faults, shown};
-use crate::scene::diagnostics::{Diagnostic, Diagnostics, nearest};
+use crate::scene::diagnostics::{Diagnostic, Diagnostics, meant};
 use crate::scene::units;
 use camdrive::drives::Description;
 use camdrive::drives::unit::{self, Quantity};
@@ -105,11 +105,11 @@ fn headings(
         let known = sheet.headings(column).find_map(|heading| content(heading, inputs));
         let Some((content, unit)) = known else {
             let (heading, guess) = match sheet.headings(column).last() {
-                Some(heading) => (format!("\"{heading}\" is"), nearest(heading, &names)),
+                Some(heading) => (format!("\"{heading}\" is"), meant(heading, &names)),
                 None => ("without heading is".to_owned(), None),
             };
             let fault = Diagnostic::new(name, format!("column {}, {heading} neither time nor an input", column + 1));
-            let hint = guess.map_or(EXAMPLE.to_owned(), |guess| format!("did you mean `{guess}`?"));
+            let hint = guess.unwrap_or(EXAMPLE.to_owned());
             return Err(fault.admissible(names.join(", ")).hint(hint));
         };
         if contents.iter().any(|(other, _)| *other == content) {

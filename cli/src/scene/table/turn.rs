@@ -1,11 +1,11 @@
 //! What the angles of a table mean: `turn`, `period` and `outside`.
 
+use super::super::document::Value;
 use super::super::section::{Node, Section};
 use super::super::units;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::table::CLOSING;
 use std::f64::consts::TAU;
-use toml::de::DeValue;
 
 /// What a column may count over which the cam turns evenly.
 const QUANTITIES: [&Quantity; 3] = [&unit::ANGLE, &unit::TIME, &unit::LENGTH];
@@ -38,7 +38,7 @@ impl<'a> Turn<'a> {
     /// The keys of a section with `law = "table"`.
     pub fn read(section: &Section<'a>) -> Option<Self> {
         let text = section.node("turn").map(|node| match node.value {
-            DeValue::String(text) => Some(&**text),
+            Value::Text(text) => Some(&**text),
             _ => None,
         });
         let (quantity, own) = match text {
@@ -57,7 +57,7 @@ impl<'a> Turn<'a> {
         let step = section.optional("angle_step");
         section.of(of, order);
         let named = section.text("angle_unit").flatten().and_then(|unit| units::factor(unit, &unit::ANGLE).ok());
-        let is_plain = |node: &Node<'_>| !matches!(node.value, DeValue::String(_));
+        let is_plain = |node: &Node<'_>| !matches!(node.value, Value::Text(_));
         // A plain number counts like the angles.
         let counted = |key: &'static str, value: Option<Option<f64>>| match (named, section.node(key).filter(is_plain))
         {

@@ -1,6 +1,7 @@
 //! Every key of a train: its value where it belongs, and what is told where it does not.
 
 use super::*;
+use crate::scene::document::Document;
 use crate::scene::input::Kind;
 use camdrive::drives::follower::load::Spring;
 use camdrive::drives::shaft::motor::{Reference, Servo, Source, TorqueTable};
@@ -16,8 +17,8 @@ fn read_text(text: &str, notes: &mut Vec<String>) -> Result<Scene, String> {
         notes.extend(root.faults.notes());
         scene
     };
-    let scene =
-        crate::scene::with_document("train.toml", text, Kind::Scene, read).map_err(|faults| faults.to_string())?;
+    let scene = crate::scene::with_document("train.toml", &Document::new(text.to_owned()), Kind::Scene, read)
+        .map_err(|faults| faults.to_string())?;
     // As an FMU carries it.
     let value = serde_json::to_value(&scene).unwrap();
     assert_eq!(serde_json::from_value::<Scene>(value).unwrap(), scene);
