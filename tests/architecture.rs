@@ -9,16 +9,20 @@ use std::process::Command;
 const PACKAGES: [&str; 3] = ["src", "design/src", "cli/src"];
 
 /// Which modules of its own package each module of the runtime library and of the command line may use.
-const MAY_USE: [(&str, &[&str]); 8] = [
+const MAY_USE: [(&str, &[&str]); 12] = [
     ("src/numerics", &[]),
     ("src/motion", &["numerics"]),
     // What importers see of a drive knows no drive.
     ("src/drives/interface", &["motion", "numerics"]),
     ("src/drives", &["motion", "numerics"]),
     ("src/fmi2", &["drives"]),
-    ("cli/src/scene", &[]),
+    ("cli/src/document", &[]),
+    ("cli/src/scene", &["document"]),
+    ("cli/src/task", &["document", "scene"]),
+    ("cli/src/system", &["document", "scene"]),
+    ("cli/src/study", &["document", "scene", "system"]),
     ("cli/src/export", &[]),
-    ("cli/src/command", &["scene", "export"]),
+    ("cli/src/command", &["document", "scene", "task", "system", "study", "export"]),
 ];
 
 /// The files with unsafe code: the functions of the C interface, and the host that calls them from Rust.
@@ -370,7 +374,7 @@ fn the_runtime_library_needs_four_packages() {
 /// The rooms of ARCHITECTURE.md and the lines of code that each may have, tests not counted; a file belongs to the innermost room. The
 /// limits are the counts when they were set and 2 % more, so that growth is decided: whoever needs more lines raises the limit in the
 /// commit that brings them, whose body says what they are worth.
-const ROOMS: [(&str, usize); 33] = [
+const ROOMS: [(&str, usize); 37] = [
     ("src", 14),
     ("src/motion", 2014),
     ("src/numerics", 3066),
@@ -400,8 +404,12 @@ const ROOMS: [(&str, usize); 33] = [
     ("design/src/synthesis", 4445),
     ("design/src/tradeoff", 1526),
     ("design/src/xml", 178),
-    ("cli/src", 9),
-    ("cli/src/scene", 9559),
+    ("cli/src", 12),
+    ("cli/src/document", 2487),
+    ("cli/src/scene", 3876),
+    ("cli/src/task", 652),
+    ("cli/src/system", 1726),
+    ("cli/src/study", 818),
     ("cli/src/export", 1701),
     ("cli/src/command", 4915),
 ];

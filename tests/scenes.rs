@@ -22,9 +22,9 @@ type Read = fn(&Path) -> Option<String>;
 /// Each folder with what reads its files.
 const FOLDERS: [(&str, Read); 4] = [
     ("tests/scenes", |path| camdrive_cli::scene::read(path).err().map(|faults| faults.to_string())),
-    ("tests/tasks", |path| camdrive_cli::scene::synthesis::read(path).err().map(|faults| faults.to_string())),
-    ("tests/studies", |path| camdrive_cli::scene::study::read(path).err().map(|faults| faults.to_string())),
-    ("tests/systems", |path| camdrive_cli::scene::system::read(path).err().map(|faults| faults.to_string())),
+    ("tests/tasks", |path| camdrive_cli::task::read(path).err().map(|faults| faults.to_string())),
+    ("tests/studies", |path| camdrive_cli::study::read(path).err().map(|faults| faults.to_string())),
+    ("tests/systems", |path| camdrive_cli::system::read(path).err().map(|faults| faults.to_string())),
 ];
 
 #[test]
@@ -53,8 +53,8 @@ fn wrong_scenes_and_tasks_get_the_stored_messages() {
 
 #[test]
 fn references_and_schemas_are_those_of_the_declared_keys() {
-    use camdrive_cli::scene::input::Kind;
-    use camdrive_cli::scene::{reference, schema};
+    use camdrive_cli::document::input::Kind;
+    use camdrive_cli::document::{reference, schema};
     let bless = std::env::var_os("BLESS").is_some_and(|v| v == "1");
     files("docs", "md");
     let schema = |kind| format!("{:#}\n", schema::schema(kind));
@@ -106,7 +106,7 @@ fn derivatives_by_the_angle_may_have_their_unit_in_full() {
         );
         let path = std::env::temp_dir().join(format!("camdrive_units_{}.toml", std::process::id()));
         std::fs::write(&path, text).expect("the folder can be written to");
-        let read = camdrive_cli::scene::synthesis::read(&path);
+        let read = camdrive_cli::task::read(&path);
         std::fs::remove_file(&path).expect("the file is there");
         read.unwrap_or_else(|faults| panic!("{faults}"))
     };

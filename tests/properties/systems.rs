@@ -1,7 +1,7 @@
 //! Coupled FMUs: against the same system as one drive train, and against each other.
 
 use camdrive::drives::variable::{Causality, Kind};
-use camdrive_cli::scene::{self, system};
+use camdrive_cli::{scene, system};
 use camdrive_design::coupling::exchange::Coupling;
 use camdrive_design::coupling::stability::Exchange::{self, *};
 use camdrive_design::coupling::stability::set;

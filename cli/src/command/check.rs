@@ -4,10 +4,10 @@ use super::deliver::Telling;
 use super::forces::speed_of;
 use super::output::Bar;
 use super::{Failure, failure, open, print, read_all, show, system, tell_notes, width};
+use crate::document::{Diagnostic, Diagnostics, input::is_system};
+use crate::scene::Resolved;
 use crate::scene::forces::machine;
-use crate::scene::input::is_system;
-use crate::scene::system::System;
-use crate::scene::{self, Diagnostic, Diagnostics, Resolved};
+use crate::system::System;
 use camdrive_design::forces::Machine;
 use camdrive_design::forces::report::LiftOff;
 use camdrive_design::overview::{self, Overview};
@@ -96,7 +96,7 @@ fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
     for path in paths {
         let found = if is_system(path) {
             let tried = |system: System| system.try_out().map(|()| system::data(path, &system));
-            scene::system::read(path)
+            crate::system::read(path)
                 .and_then(|system| tried(system).map_err(|fault| Diagnostics::of_file(path, fault)))
         } else {
             open(path).map(|scene| data(path, &scene))

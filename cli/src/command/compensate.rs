@@ -4,9 +4,8 @@ use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, driving, failure, files, quantity, read, wrong_argument};
-use crate::scene;
-use crate::scene::document::Document;
-use crate::scene::input::{self, Kind};
+use crate::document::{Document, Kind, input};
+use crate::task;
 use camdrive::drives::drive_train::{self, Follower, Joint, Shaft};
 use camdrive::drives::rigid_machine::{self, Inertia, InertiaFunction, Motor, Scene};
 use camdrive::drives::shaft::motor::{Reference, Source};
@@ -218,7 +217,7 @@ fn restrictions(
     tolerance: f64,
     files: &mut Vec<PathBuf>,
 ) -> Result<Restrictions, Failure> {
-    let assignment = scene::synthesis::read(path).map_err(failure)?;
+    let assignment = task::read(path).map_err(failure)?;
     files.push(path.to_owned());
     files.extend(assignment.files.iter().cloned());
     Restrictions::of(&assignment, tools, tolerance).map_err(|missing| {
@@ -315,7 +314,7 @@ const OF_THE_TOOL: [&str; 2] = ["tool", "lever_start"];
 fn renamed(name: &str, cams: &[Cam]) -> String {
     let of_series = cams.iter().all(|cam| cam.points.is_none());
     let ending = if of_series { "_hs" } else { "_table" };
-    let most = crate::scene::LONGEST_NAME - ending.len();
+    let most = resource::LONGEST_NAME - ending.len();
     format!("{}{ending}", &name[..name.len().min(most)])
 }
 

@@ -3,8 +3,8 @@
 use super::measured::Measured;
 use super::output::{print, show, width};
 use super::{Failure, failure, files};
-use crate::scene::document::Document;
-use crate::scene::study::has_place;
+use crate::document::Document;
+use crate::study::has_place;
 use camdrive_design::report::{self, Picture, Report, html};
 use serde::Serialize;
 use std::path::{Path, PathBuf};

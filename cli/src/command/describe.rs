@@ -2,11 +2,11 @@
 
 use super::output::Bar;
 use super::{Failure, Format, failure, print, read, show, width};
+use crate::document::units::short;
 use crate::export::documentation::kind_of;
 use crate::export::{self, model_description::unit};
 use crate::scene::Resolved;
 use crate::scene::forces::machine;
-use crate::scene::units::short;
 use camdrive::drives::variable::Kind;
 use camdrive::drives::{AnyDrive, Description, Fault};
 use camdrive_design::forces::Machine;

@@ -1,7 +1,7 @@
 //! Files of several commands: reports into folders, scenes with another cam.
 
 use super::{Failure, ending, failure, wrong_argument};
-use crate::scene::document::Document;
+use crate::document::Document;
 use camdrive::drives::Fault;
 use camdrive::motion::Fourier;
 use camdrive_design::report::html;

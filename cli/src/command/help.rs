@@ -2,8 +2,7 @@
 
 use super::output::show;
 use super::{Cli, Failure, wrong_argument};
-use crate::scene::input::Kind;
-use crate::scene::reference::tables;
+use crate::document::{Kind, reference::tables};
 use clap::{CommandFactory, ValueEnum};
 
 /// Explains a command, or the keys of a section of scenes or tasks.

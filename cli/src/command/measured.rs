@@ -1,9 +1,8 @@
 //! Measured courses over diagrams over the turn: the option `--measured` of all commands that draw such.
 
 use super::{Failure, failure, wrong_argument};
+use crate::document::{nearest, units};
 use crate::scene;
-use crate::scene::diagnostics::nearest;
-use crate::scene::units;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive_design::plot::{Diagram, Scale, Series};
 use camdrive_design::report::Unit;

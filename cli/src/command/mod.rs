@@ -33,9 +33,9 @@ mod system;
 mod tradeoff;
 mod verify;
 
+use crate::document::{Diagnostics, units};
 use crate::export::{RuntimeLibrary, TOOL};
-use crate::scene::source::open;
-use crate::scene::{Diagnostics, Resolved, units};
+use crate::scene::{Resolved, open};
 use camdrive::drives::unit::{Quantity, TIME};
 use camdrive::drives::{Fault, Number};
 use camdrive_design::{host, text};

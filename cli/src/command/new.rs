@@ -1,8 +1,8 @@
 //! `camdrive new MODEL`
 
 use super::{Failure, failure, files, schema};
-use crate::scene::input::Kind;
-use crate::scene::keys::{LAW, SCENE, Table, Usual, Value};
+use crate::document::Kind;
+use crate::document::keys::{LAW, SCENE, Table, Usual, Value};
 use crate::scene::resolve;
 use camdrive_design::text;
 use std::path::{Path, PathBuf};

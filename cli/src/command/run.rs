@@ -7,10 +7,9 @@ pub(super) mod signals;
 
 use super::output::{counter, print, tell};
 use super::{Failure, Foreign, Format, failure, files, optional, system, wrong_argument};
+use crate::document::{input::is_system, source::is_fmu};
 use crate::export::picture;
 use crate::export::results::{self, Course};
-use crate::scene::input::is_system;
-use crate::scene::source::is_fmu;
 use camdrive::drives::{Experiment, Number, unit};
 use camdrive_design::text;
 use indicatif::ProgressDrawTarget;

@@ -1,8 +1,7 @@
 //! `camdrive schema scene|task|study|system`
 
 use super::{Failure, print};
-use crate::scene::input::Kind;
-use crate::scene::schema::schema;
+use crate::document::{Kind, schema::schema};
 
 /// Prints the JSON Schema of scenes, tasks, studies or systems, for editors.
 #[derive(Debug, clap::Args)]

@@ -4,12 +4,10 @@ mod store;
 
 use super::output::counter;
 use super::{Failure, Foreign, Format, ending, failure, files, tell};
+use crate::document::{Diagnostic, Diagnostics, Document, input};
 use crate::export::hash;
-use crate::scene::coupled::Coupled;
-use crate::scene::document::Document;
-use crate::scene::input;
-use crate::scene::study::{self, Cell, Quantity, Study, Subject};
-use crate::scene::{Diagnostic, Diagnostics};
+use crate::study::{self, Cell, Quantity, Study, Subject};
+use crate::system::coupled::Coupled;
 use camdrive::drives::{AnyDrive, Description, Fault};
 use camdrive_design::report;
 use camdrive_design::study::coupled;

@@ -4,9 +4,8 @@ use super::deliver::{Place, Telling};
 use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, failure, files, read, wrong_argument};
-use crate::scene;
-use crate::scene::document::Document;
-use crate::scene::input::{self, Kind};
+use crate::document::{Document, Kind, input};
+use crate::{scene, task};
 use camdrive_design::resource::Scene;
 use camdrive_design::synthesis::Infeasible;
 use camdrive_design::synthesis::study::Study;
@@ -60,7 +59,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut assignment = scene::synthesis::read(&args.task).map_err(failure)?;
+    let mut assignment = task::read(&args.task).map_err(failure)?;
     assignment.scene = args.scene.clone().or(assignment.scene);
     let target = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}_profile.toml", assignment.name)));
     args.measured.need(args.report.as_ref())?;

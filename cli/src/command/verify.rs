@@ -2,11 +2,9 @@
 
 use super::run::signals::Signals;
 use super::{Failure, Foreign, Format, open, tell};
+use crate::document::{Diagnostics, input::NAMED, source::is_fmu};
 use crate::export::results::{self, Results};
 use crate::export::{self, references, sbom};
-use crate::scene::Diagnostics;
-use crate::scene::input::NAMED;
-use crate::scene::source::is_fmu;
 use camdrive::drives::resource::{BUILD, Content, FILE_NAME};
 use camdrive::drives::variable::Causality;
 use camdrive::drives::{Description, Fault};

@@ -1,7 +1,7 @@
 //! Sections and keys that several drive models share.
 
 use super::motion_law;
-use super::section::Section;
+use crate::document::Section;
 use camdrive::drives::rigid_machine::InertiaFunction;
 use camdrive::drives::settings::{Method, Settings};
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};

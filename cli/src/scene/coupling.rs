@@ -1,8 +1,7 @@
 //! What other units put on a shaft, `torques` and `[coupling]` of a machine, and what a drive tells of the inertia that follows its
 //! shaft, `[coupling]` of a drive.
 
-use super::document::Value;
-use super::section::{Faults, Section};
+use crate::document::{Faults, Section, Value};
 use camdrive::drives::Description;
 use camdrive::drives::drive_train::{self, Shaft};
 use camdrive::drives::rigid_machine::Named;

@@ -1,7 +1,7 @@
 //! The follower of a cam of a machine: `[[follower]]` and `[[follower.linkage]]`.
 
-use super::section::Section;
 use super::{forces, geometry, load, motion_law};
+use crate::document::Section;
 use camdrive::drives::rigid_machine::Follower;
 use camdrive::drives::rigid_machine::linkage::{
     Branch, FourBar, Gear, Kind, Linkage, Mechanism, Parameter, SliderCrank,

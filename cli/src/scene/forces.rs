@@ -3,7 +3,7 @@
 
 use super::Resolved;
 use super::geometry::{self, CamPlan};
-use super::section::Section;
+use crate::document::Section;
 use camdrive::drives::backlash::BacklashDrive;
 use camdrive::drives::drive_train::{self, Joint, Shaft};
 use camdrive::drives::rigid_machine::{self, Follower};

@@ -1,6 +1,6 @@
 //! The geometry of a cam: `[geometry]` beside `[cam]`, `[follower.geometry]`. The FMU knows nothing of it.
 
-use super::section::Section;
+use crate::document::Section;
 use camdrive::motion::MotionLaw;
 use camdrive_design::cam_geometry::{Carrier, Cut, Limits, Plan, Second, Start};
 use camdrive_design::resource::Scene;

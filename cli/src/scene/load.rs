@@ -1,8 +1,7 @@
 //! Loads on the mass that a cam moves: `[load]` beside `[cam]`, `[follower.load]`, with `roller` for a mass on the cam's side.
 
-use super::document::Value;
 use super::motion_law;
-use super::section::{Node, Section};
+use crate::document::{Node, Section, Value};
 use camdrive::drives::follower::load::{Load, Spring};
 use camdrive::drives::follower::rigid::Follower;
 use camdrive::motion::{Fourier, MotionLaw};

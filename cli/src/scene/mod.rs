@@ -1,51 +1,33 @@
-//! Scene files: TOML → validated SI parameters. All faults of a file are collected in one run, see [`diagnostics`];
-//! the units of a value are those of [`units`].
+//! Scene files: TOML → validated SI parameters. All faults of a file are collected in one run, see
+//! [`diagnostics`](crate::document::diagnostics); the units of a value are those of [`units`](crate::document::units).
 //!
 #![doc = include_str!("../../../docs/scene.md")]
 
-mod common;
-pub mod coupled;
+pub mod common;
 mod coupling;
-pub mod diagnostics;
-pub mod document;
 mod follower;
 pub mod forces;
 pub mod geometry;
-pub mod input;
-pub mod keys;
-mod limits;
 mod load;
 mod models;
 pub mod motion_law;
 mod motor;
 mod parametric;
 pub mod plan;
-pub mod reference;
-pub mod schema;
-mod section;
-pub mod source;
 mod standstill;
-pub mod study;
-pub mod synthesis;
-pub mod system;
 mod table;
 #[cfg(test)]
 mod tests;
 pub mod train;
-pub mod units;
 pub mod variable;
 
-pub use table::{Courses, Smoothed, course, courses};
+pub use table::{Courses, course, courses};
 
-pub use diagnostics::{Diagnostic, Diagnostics};
-pub use source::SCENE;
-
+use crate::document::source::{self, SCENE, is_fmu};
+use crate::document::{Diagnostic, Diagnostics, Document, Kind, Section, Smoothed, input};
 use camdrive_design::forces::{Loads, Machine};
-pub use camdrive_design::resource::LONGEST_NAME;
-use camdrive_design::resource::{Resource, Scene, Tool, is_name};
-use document::Document;
-use input::Kind;
-use section::{Faults, Section};
+use camdrive_design::host::{MODEL, REFERENCES, unpacked};
+use camdrive_design::resource::{Resource, Scene, Tool};
 use std::path::{Path, PathBuf};
 
 /// A validated scene.
@@ -70,7 +52,7 @@ pub struct Resolved {
     /// The files that it was read from: scene and tables.
     pub files: Vec<PathBuf>,
     /// The tables that it names.
-    tables: Vec<source::Table>,
+    pub tables: Vec<source::Table>,
     /// What it was read from.
     pub document: Document,
     /// Where it names its tables.
@@ -94,6 +76,36 @@ pub fn read(path: &Path) -> Result<Resolved, Diagnostics> {
     let (file, document) = input::document(path, Kind::Scene)?;
     let mut scene = resolve_document(&file, &document, path.parent().unwrap_or(Path::new("")))?;
     scene.files.push(path.to_owned());
+    Ok(scene)
+}
+
+/// Reads a scene, or that in an FMU.
+///
+/// # Errors
+/// The faults of the scene; an FMU that holds none.
+pub fn open(path: &Path) -> Result<Resolved, Diagnostics> {
+    if !is_fmu(path) {
+        return read(path);
+    }
+    let file = path.display().to_string();
+    let fault = |message: &str, hint: &str| Diagnostics(vec![Diagnostic::new(&file, message).hint(hint)]);
+    let folder = unpacked(path, &[&format!("{}/", REFERENCES)]).map_err(|unreadable| {
+        fault(&unreadable.sentence(), unreadable.hint.as_deref().unwrap_or("name a scene, or an FMU of one"))
+    })?;
+    let place = folder.path().join(REFERENCES).join(MODEL).join(SCENE);
+    if !place.is_file() {
+        let hint = "older FMUs, and those of other tools, have none inside: name the scene itself; `camdrive run` drives any FMU";
+        return Err(fault("the FMU holds no scene", hint));
+    }
+    let (inside, within) = (place.with_file_name("").display().to_string(), format!("{file}/"));
+    // What is said of the files names the FMU, not the folder that vanishes.
+    let told = |text: String| text.replace(&inside.replace('\\', "/"), &within).replace(&inside, &within);
+    let mut scene = read(&place).map_err(|Diagnostics(faults)| {
+        let fault = |fault: Diagnostic| Diagnostic { file: told(fault.file), message: told(fault.message), ..fault };
+        Diagnostics(faults.into_iter().map(fault).collect())
+    })?;
+    scene.notes = scene.notes.into_iter().map(told).collect();
+    scene.files = vec![path.to_owned()];
     Ok(scene)
 }
 
@@ -121,7 +133,7 @@ pub fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagno
 
 /// The scene of a document, as it was read or changed.
 pub fn resolve_document(file: &str, document: &Document, folder: &Path) -> Result<Resolved, Diagnostics> {
-    with_document(file, document, Kind::Scene, |root| {
+    input::read(file, document, Kind::Scene, |root| {
         let mut resolved = whole_scene(root, folder)?;
         if root.faults.is_empty() {
             models::try_out(&resolved, root.faults);
@@ -151,47 +163,9 @@ fn capitalised(word: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// What `read` makes of a document, if it reports no fault.
-fn with_document<T>(
-    file: &str,
-    document: &Document,
-    kind: Kind,
-    read: impl FnOnce(&Section<'_>) -> Option<T>,
-) -> Result<T, Diagnostics> {
-    let mut faults = Faults::new(file, document);
-    faults.kind = kind.of_keys();
-    let text = document.file();
-    for error in &document.errors {
-        let span = error.span().unwrap_or(text.len()..text.len());
-        let mut message = format!("no valid TOML: {}", error.message());
-        if error.message() == "duplicate key" {
-            message += &format!(" `{}`", text.get(span.clone()).unwrap_or_default().trim());
-        }
-        let unclosed = error.message().contains("array");
-        let hint = match error.message() {
-            _ if unclosed => Some("close the list with `]`"),
-            said if said.contains("must be quoted") => {
-                Some("put texts and numbers with a unit into quotes: \"1800 rpm\"")
-            }
-            _ => None,
-        };
-        faults.report(faults.at(span, message).remedy(hint.map(str::to_owned)));
-        if unclosed {
-            // It takes the rest of the file for its elements: what follows would be wrong.
-            return Err(faults.into_diagnostics());
-        }
-    }
-    kind.mistaken(file, &document.table)?;
-    match read(&Section::root(&faults, &document.table, kind.keys())) {
-        Some(value) if faults.is_empty() => Ok(value),
-        None if faults.is_empty() => Err(Diagnostics(vec![Diagnostic::new(file, "it cannot be read")])),
-        _ => Err(faults.into_diagnostics()),
-    }
-}
-
 /// The scene; None where a fault was reported.
 fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
-    let name = name(root);
+    let name = root.name();
     let description = root.text("description").map(|text| text.unwrap_or_default().trim().to_owned());
     let drive = models::drive(root, folder);
     let smoothed = root.faults.smoothed.take();
@@ -213,28 +187,4 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
         document: root.faults.document.clone(),
         folder: folder.to_owned(),
     })
-}
-
-/// The name of the scene or task.
-fn name(root: &Section<'_>) -> Option<String> {
-    let admissible = format!(
-        "letters, digits and _, no digit first, at most {LONGEST_NAME} characters; no device of Windows such as CON"
-    );
-    let name = root.required_text("name", &admissible, "guide_bar")?;
-    if is_name(name) {
-        return Some(name.to_owned());
-    }
-    let mut better: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-    if !better.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
-        better.insert(0, '_');
-    }
-    better.truncate(LONGEST_NAME);
-    if !better.contains(|c: char| c.is_ascii_alphanumeric()) {
-        better = "guide_bar".to_owned();
-    }
-    if !is_name(&better) {
-        better.push('_');
-    }
-    let fault = root.fault_at("name", format!(": \"{name}\" cannot name an FMU")).of("name");
-    root.refuse(fault.admissible(admissible).hint(format!("write for example \"{better}\"")))
 }

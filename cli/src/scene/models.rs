@@ -1,10 +1,9 @@
 //! The drive that a scene describes: its sections → the `Scene` of one of the drive models.
 
+use super::Resolved;
 use super::common::{self, Elastic, PLACES, drive_mode, elastic_output, solver, start};
-use super::limits::within;
-use super::section::{Faults, Section};
-use super::{Resolved, diagnostics::Diagnostic, units};
 use super::{coupling, forces, geometry, load, motion_law, parametric, train};
+use crate::document::{Diagnostic, Faults, Section, limits::within, units};
 use camdrive::drives::Fault;
 use camdrive::drives::backlash;
 use camdrive::drives::drive_train::{self, Follower, Joint, Machine, Names, Shaft};

@@ -1,8 +1,9 @@
 //! The motion law of a cam: `[cam]` and `[follower.cam]`.
 
 use super::plan::{self, STANDARD_LAWS};
-use super::section::Section;
-use super::{table, table::Part, units};
+use super::table;
+use super::table::Part;
+use crate::document::{Section, units};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::fourier::HIGHEST_HARMONIC;
 use camdrive::motion::plan::LEAST_MOTION;

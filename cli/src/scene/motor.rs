@@ -1,8 +1,7 @@
 //! Motors with their transmission: `[motor]`.
 
-use super::document::Value;
-use super::section::{Node, Section};
-use super::{motion_law, table, units};
+use super::{motion_law, table};
+use crate::document::{Node, Section, Value, units};
 use camdrive::drives::limits::FASTEST;
 use camdrive::drives::rigid_machine::Kloss;
 use camdrive::drives::shaft::motor::{Motor, Reference, Servo, Source, TorqueTable, Transmission};

@@ -1,11 +1,9 @@
 //! The scene of a `ParametricDrive`: `[crank]` with `[load]`, or `[coefficients]`.
 
-use super::document::Value;
-use super::keys::PARAMETRIC_LOAD;
 use super::load::{self, Carrier};
 use super::motion_law;
-use super::section::{Node, Section};
 use super::{common, coupling};
+use crate::document::{Node, Section, Value, keys::PARAMETRIC_LOAD};
 use camdrive::drives::follower::load::Load;
 use camdrive::drives::parametric::Scene;
 use camdrive::drives::parametric::coefficients::Stiffness;

@@ -1,7 +1,6 @@
 //! Motion plans, `[[cam.point]]`, with the names of laws and keys that they share with the other motion laws.
 
-use super::keys::FREE;
-use super::section::Section;
+use crate::document::{Section, keys::FREE};
 use camdrive::motion::plan::SegmentLaw;
 use camdrive::motion::table::CLOSING;
 use camdrive::motion::{MotionLaw, MotionPlan, PlanPoint, StandardLaw};

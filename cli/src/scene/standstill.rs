@@ -1,7 +1,6 @@
 //! Whether the motor of a train can start against its load, keep its speed, and hold its angle.
 
-use super::section::Section;
-use super::units::short;
+use crate::document::{Section, units::short};
 use camdrive::drives::drive_train::{Machine, Scene, Shaft, Start};
 use camdrive::drives::shaft::motor::{Reference, Servo, Source};
 use camdrive::drives::shaft::train::{Given, MOST_FOLLOWERS, MOST_STATES, Modes, Train};

@@ -8,11 +8,7 @@ mod turn;
 pub use self::courses::{Courses, courses};
 use self::dialect::{Column, Sheet, Wrong};
 use self::turn::Turn;
-use super::diagnostics::{Diagnostic, Diagnostics};
-use super::document::{Span, Value};
-use super::limits::largest;
-use super::section::Section;
-use super::{source, units};
+use crate::document::{Diagnostic, Diagnostics, Section, Smoothed, Span, Value, input, limits::largest, source, units};
 use camdrive::drives::Fault;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::table::{Bend, CLOSING, LEAST_DISTANCE, MOST_POINTS, Points, TableError};
@@ -179,19 +175,6 @@ impl Reading {
         self.places = (0..turn.lobes).flat_map(|_| self.places[..count].to_vec()).collect();
         self.at_rest = (0..turn.lobes).flat_map(|k| self.at_rest.iter().map(move |i| k * count + i)).collect();
     }
-}
-
-/// What users of the FMU should know of a table without its noise, or of a contour.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Smoothed {
-    /// Its section, `cam`.
-    pub section: String,
-    /// Lobes of U″ up to this height (per rad²) are noise that is left or swings of the smoothing.
-    pub left: f64,
-    /// Noise and largest change, or how well the points fit, without a full stop.
-    pub sentence: String,
-    /// That the largest change is more than noise, or where the law jumps.
-    pub warning: Option<Warning>,
 }
 
 /// A table that ends before its turn does.
@@ -656,8 +639,8 @@ type NoTable = (String, Option<&'static str>);
 
 /// The text of a table, what is to be said of its bytes, and these.
 fn contents(path: &Path) -> Result<(String, Option<&'static str>, Vec<u8>), NoTable> {
-    match super::input::bytes(path) {
-        Ok(bytes) if let Some(what) = super::input::foreign(&bytes) => Err((format!("is {what}"), SAVE_AS_TEXT)),
+    match input::bytes(path) {
+        Ok(bytes) if let Some(what) = input::foreign(&bytes) => Err((format!("is {what}"), SAVE_AS_TEXT)),
         Ok(bytes) => match dialect::decode(&bytes) {
             Some((text, note)) => Ok((text, note, bytes)),
             None => Err(("is not a text file".to_owned(), SAVE_AS_TEXT)),

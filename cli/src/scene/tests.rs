@@ -1,7 +1,9 @@
 //! What right scenes resolve to; wrong ones are in `tests/scenes`.
 
-use super::diagnostics::Position;
 use super::*;
+use crate::document::diagnostics::Position;
+use crate::document::keys;
+use crate::document::section::Faults;
 use camdrive::motion::{MotionLaw, StandardLaw};
 use serde_json::Value;
 use std::f64::consts::{PI, TAU};

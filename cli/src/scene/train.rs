@@ -2,8 +2,9 @@
 
 use super::common::{self, Elastic, by_ratio};
 use super::load::{self, Carrier};
-use super::section::Section;
-use super::{coupling, follower, motion_law, motor};
+use super::{coupling, follower};
+use super::{motion_law, motor};
+use crate::document::Section;
 use camdrive::drives::backlash;
 use camdrive::drives::drive_train::{Follower, Joint, MOST_FOLLOWERS, Machine, Names, Scene, Shaft, Start};
 use camdrive::drives::follower::load::Load;

@@ -1,7 +1,6 @@
 //! Variables of a drive as people name them, and their values as people write them.
 
-use super::diagnostics::nearest;
-use super::units;
+use crate::document::{nearest, units};
 use camdrive::drives::variable::Kind;
 use camdrive::drives::{Description, Fault};
 use camdrive_design::host::{ModelDescription, Unit, Variable};

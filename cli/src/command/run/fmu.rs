@@ -3,8 +3,8 @@
 use super::driven::{self, Source};
 use super::{Args, Column, Run, Shared};
 use crate::command::{Failure, failure, optional, tell, wrong_argument};
-use crate::scene::system::System;
 use crate::scene::variable::{self, connected};
+use crate::system::System;
 use camdrive::drives::unit::TIME;
 use camdrive::drives::variable::{Kind, Variability};
 use camdrive::drives::{Description, Experiment, Fault, Number};

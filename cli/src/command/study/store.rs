@@ -3,7 +3,7 @@
 use super::{Content, Record};
 use crate::command::{Failure, ending, failure};
 use crate::export::hash::{hexadecimal, sha256_of_parts};
-use crate::scene::study::Cell;
+use crate::study::Cell;
 use camdrive_design::report::Value;
 use camdrive_design::study::report::{Column, Findings};
 use parquet::basic::{ConvertedType, Repetition, Type as Physical};

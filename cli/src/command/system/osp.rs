@@ -2,7 +2,7 @@
 
 use super::{Started, factor_of};
 use crate::export::xml::{Xml, number};
-use crate::scene::system::{End, System};
+use crate::system::{End, System};
 
 /// The file that libcosim looks for.
 pub const FILE: &str = "OspSystemStructure.xml";

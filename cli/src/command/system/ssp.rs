@@ -2,7 +2,7 @@
 
 use super::{Started, factor_of};
 use crate::export::xml::{Attribute, Xml, number};
-use crate::scene::system::{Connection, Part, System};
+use crate::system::{Connection, Part, System};
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive_design::host::Variable;
 

@@ -1,13 +1,12 @@
 //! The law of a measured contour: `law = "contour"` of `[cam]` with the follower of `[geometry]`.
 
 use super::super::geometry;
-use super::super::section::Section;
 use super::dialect::{Column, Rows, Sheet};
 use super::turn::Turn;
 use super::{
-    File, Interpolation, Reading, Smoothed, checked, column, fault, faults, law, named, noise, noted, open, smoothed,
-    unit_of,
+    File, Interpolation, Reading, checked, column, fault, faults, law, named, noise, noted, open, smoothed, unit_of,
 };
+use crate::document::{Section, Smoothed};
 use camdrive::drives::unit::{ANGLE, LENGTH, Quantity};
 use camdrive::motion::MotionLaw;
 use camdrive::motion::table::Points;

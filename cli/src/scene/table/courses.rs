@@ -2,8 +2,7 @@
 
 use super::dialect::{Column, Sheet, Wrong};
 use super::{File, contents, fault, faults, shown};
-use crate::scene::diagnostics::{Diagnostic, Diagnostics, meant};
-use crate::scene::units;
+use crate::document::{Diagnostic, Diagnostics, meant, units};
 use camdrive::drives::Description;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::drives::variable::Kind;

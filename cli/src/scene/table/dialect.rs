@@ -5,8 +5,8 @@
 //! row of numbers are headings, behind the last one the end of a table of a controller; lines that begin with `#`, `//` or `%` are
 //! comments, as is what follows `//`, `#` or `(*` in a row.
 
-use super::super::document::Span;
-use super::super::input::{BYTE_ORDER_MARK, utf16};
+use crate::document::Span;
+use crate::document::input::{BYTE_ORDER_MARK, utf16};
 use camdrive_design::text::counted;
 use std::collections::BTreeMap;
 

@@ -1,8 +1,6 @@
 //! What the angles of a table mean: `turn`, `period` and `outside`.
 
-use super::super::document::Value;
-use super::super::section::{Node, Section};
-use super::super::units;
+use crate::document::{Node, Section, Value, units};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::table::CLOSING;
 use std::f64::consts::TAU;

@@ -1,8 +1,8 @@
 //! Every key of a train: its value where it belongs, and what is told where it does not.
 
 use super::*;
-use crate::scene::document::Document;
-use crate::scene::input::Kind;
+use crate::document::Document;
+use crate::document::input::Kind;
 use camdrive::drives::follower::load::Spring;
 use camdrive::drives::shaft::motor::{Reference, Servo, Source, TorqueTable};
 use std::f64::consts::TAU;
@@ -17,7 +17,7 @@ fn read_text(text: &str, notes: &mut Vec<String>) -> Result<Scene, String> {
         notes.extend(root.faults.notes());
         scene
     };
-    let scene = crate::scene::with_document("train.toml", &Document::new(text.to_owned()), Kind::Scene, read)
+    let scene = crate::document::input::read("train.toml", &Document::new(text.to_owned()), Kind::Scene, read)
         .map_err(|faults| faults.to_string())?;
     // As an FMU carries it.
     let value = serde_json::to_value(&scene).unwrap();

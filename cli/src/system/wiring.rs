@@ -1,9 +1,7 @@
 //! The connections of a system: those that shafts mean, and those that the file adds.
 
 use super::{Connection, Content, End, INERTIA, MEAN_TORQUE, MOTION, Raw, Seat, TORQUE, converted, quantity};
-use crate::scene::diagnostics::{Diagnostic, Diagnostics, nearest};
-use crate::scene::document::{Document, Value};
-use crate::scene::section::{Node, Section};
+use crate::document::{Diagnostic, Diagnostics, Document, Node, Section, Value, nearest};
 use crate::scene::{Resolved, resolve_document, variable};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::drives::variable::Causality;
@@ -367,10 +365,9 @@ fn with_names<'a>(document: &Document, path: &str, names: impl Iterator<Item = &
 
 /// Sets `coupling.inertia`; a new table gets a header of its own.
 fn set_inertia(document: &mut Document, value: toml_edit::Value) {
-    if document.table.contains_key("coupling") {
-        document.set(INERTIA_KEY, value);
-        return;
-    }
-    let table: Table = [("inertia", Item::Value(value))].into_iter().collect();
-    document.set("coupling", table);
+    let table = |value| [("inertia", Item::Value(value))].into_iter().collect::<Table>();
+    match document.table.contains_key("coupling") {
+        true => document.set(INERTIA_KEY, value),
+        false => document.set("coupling", table(value)),
+    };
 }

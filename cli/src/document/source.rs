@@ -1,9 +1,7 @@
 //! The files of a scene as an FMU carries them: the scene as it was written, and beside it the tables that it names; and such a
 //! scene read again.
 
-use super::document::{Document, Span};
-use super::{Diagnostic, Diagnostics, Resolved};
-use camdrive_design::host::{MODEL, REFERENCES, unpacked};
+use super::{Document, Span};
 use camdrive_design::resource::is_device;
 use std::path::{Path, PathBuf};
 
@@ -68,36 +66,6 @@ fn is_portable(name: &str) -> bool {
 /// Whether a file is called like an FMU.
 pub fn is_fmu(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("fmu"))
-}
-
-/// Reads a scene, or that in an FMU.
-///
-/// # Errors
-/// The faults of the scene; an FMU that holds none.
-pub fn open(path: &Path) -> Result<Resolved, Diagnostics> {
-    if !is_fmu(path) {
-        return super::read(path);
-    }
-    let file = path.display().to_string();
-    let fault = |message: &str, hint: &str| Diagnostics(vec![Diagnostic::new(&file, message).hint(hint)]);
-    let folder = unpacked(path, &[&format!("{}/", REFERENCES)]).map_err(|unreadable| {
-        fault(&unreadable.sentence(), unreadable.hint.as_deref().unwrap_or("name a scene, or an FMU of one"))
-    })?;
-    let place = folder.path().join(REFERENCES).join(MODEL).join(SCENE);
-    if !place.is_file() {
-        let hint = "older FMUs, and those of other tools, have none inside: name the scene itself; `camdrive run` drives any FMU";
-        return Err(fault("the FMU holds no scene", hint));
-    }
-    let (inside, within) = (place.with_file_name("").display().to_string(), format!("{file}/"));
-    // What is said of the files names the FMU, not the folder that vanishes.
-    let told = |text: String| text.replace(&inside.replace('\\', "/"), &within).replace(&inside, &within);
-    let mut scene = super::read(&place).map_err(|Diagnostics(faults)| {
-        let fault = |fault: Diagnostic| Diagnostic { file: told(fault.file), message: told(fault.message), ..fault };
-        Diagnostics(faults.into_iter().map(fault).collect())
-    })?;
-    scene.notes = scene.notes.into_iter().map(told).collect();
-    scene.files = vec![path.to_owned()];
-    Ok(scene)
 }
 
 #[cfg(test)]

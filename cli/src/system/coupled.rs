@@ -1,7 +1,7 @@
 //! The parts of a system as instances that exchange values.
 
-use super::system::{Content, Part, System};
-use super::variable::{self, connected};
+use super::{Content, Part, System};
+use crate::scene::variable::{self, connected};
 use camdrive::drives::variable::Causality;
 use camdrive::drives::{Description, Fault};
 use camdrive_design::coupling::exchange::{Connection, Coupling};

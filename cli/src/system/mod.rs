@@ -2,17 +2,14 @@
 //!
 #![doc = include_str!("../../../docs/system.md")]
 
+pub mod coupled;
 mod judged;
 pub mod single;
 mod ssp;
 mod wiring;
 
-use super::diagnostics::{Diagnostics, meant};
-use super::document::{Document, Value, values};
-use super::input::{self, Kind};
-use super::section::{Node, Section, all};
-use super::source::{is_fmu, open};
-use super::{Resolved, variable};
+use crate::document::{Diagnostics, Document, Kind, Node, Section, Value, all, input, meant, source::is_fmu, values};
+use crate::scene::{self, Resolved, open, variable};
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::unit::Quantity;
 use camdrive::drives::variable::{Causality, Kind as Type};
@@ -263,9 +260,9 @@ pub fn read(path: &Path) -> Result<System, Diagnostics> {
 }
 
 /// The system of this file, as it was read or changed; parts with these names have these scenes, others those of their files.
-pub(super) fn resolve(path: &Path, document: &Document, scenes: &[(String, Document)]) -> Result<System, Diagnostics> {
+pub fn resolve(path: &Path, document: &Document, scenes: &[(String, Document)]) -> Result<System, Diagnostics> {
     let (file, folder) = (path.display().to_string(), path.parent().unwrap_or(Path::new("")));
-    let mut system = super::with_document(&file, document, Kind::System, |root| system(root, folder, scenes))?;
+    let mut system = input::read(&file, document, Kind::System, |root| system(root, folder, scenes))?;
     system.files.push(path.to_owned());
     Ok(system)
 }
@@ -290,7 +287,7 @@ struct Raw<'a> {
 }
 
 fn system(root: &Section<'_>, folder: &Path, scenes: &[(String, Document)]) -> Option<System> {
-    let name = super::name(root);
+    let name = root.name();
     let [stop, step] = ["stop", "step"].map(|key| root.real(key));
     let exchange = root.choice("exchange", EXCHANGES);
     let repeats = if root.has("repeat") { root.count("repeat").map(|count| Some(count as u32)) } else { Some(None) };
@@ -394,8 +391,8 @@ fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path, document: Option
 
 /// The scene of this file, or of a document in its place.
 fn scene_of(path: &Path, document: Option<&Document>) -> Result<Resolved, Diagnostics> {
-    let Some(document) = document else { return super::read(path) };
-    super::resolve_document(&path.display().to_string(), document, path.parent().unwrap_or(Path::new("")))
+    let Some(document) = document else { return scene::read(path) };
+    scene::resolve_document(&path.display().to_string(), document, path.parent().unwrap_or(Path::new("")))
 }
 
 /// Reads `start`.

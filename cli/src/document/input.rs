@@ -1,9 +1,10 @@
 //! The files that users give: read up to a limit, and told from files of another kind.
 
 use super::diagnostics::{Diagnostic, Diagnostics};
-use super::document::{self, Document};
 use super::keys::{self, Table};
+use super::section::{Faults, Section};
 use super::source::is_fmu;
+use super::{Document, Table as Values};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read as _};
@@ -11,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 /// Some editors begin a UTF-8 file with it; an editor does not count it as a column.
-pub(super) const BYTE_ORDER_MARK: char = '\u{feff}';
+pub const BYTE_ORDER_MARK: char = '\u{feff}';
 
 /// The largest file that is read (bytes), lest a device without end fill the memory: the most points of a table in lines of 800
 /// characters.
@@ -41,7 +42,7 @@ impl Kind {
     }
 
     /// What its keys mean.
-    pub(super) fn keys(self) -> &'static Table {
+    pub fn keys(self) -> &'static Table {
         match self {
             Kind::Scene => &keys::SCENE,
             Kind::Task => &keys::TASK,
@@ -51,7 +52,7 @@ impl Kind {
     }
 
     /// The kind of file in which a key is not known.
-    pub(super) fn of_keys(self) -> &'static str {
+    pub fn of_keys(self) -> &'static str {
         match self {
             Kind::Scene => "a scene of this kind",
             Kind::Task => "a task",
@@ -61,7 +62,7 @@ impl Kind {
     }
 
     /// A fault of the whole file where it holds something else, which its keys betray.
-    pub(super) fn mistaken(self, file: &str, document: &document::Table) -> Result<(), Diagnostics> {
+    pub fn mistaken(self, file: &str, document: &Values) -> Result<(), Diagnostics> {
         let has = |key: &str| document.get(key).is_some();
         let study = has("vary") || has("measures");
         let system = has("part") && !has("model");
@@ -167,7 +168,7 @@ fn content(file: impl std::io::Read) -> Result<Vec<u8>, Error> {
 
 /// The text of bytes in UTF-16: with a mark, or without one where the first two characters are ASCII. None where they are in another
 /// encoding, None within where they are damaged.
-pub(super) fn utf16(bytes: &[u8]) -> Option<Option<String>> {
+pub fn utf16(bytes: &[u8]) -> Option<Option<String>> {
     let (rest, unit): (&[u8], fn([u8; 2]) -> u16) = match bytes {
         [0xff, 0xfe, rest @ ..] => (rest, u16::from_le_bytes),
         [0xfe, 0xff, rest @ ..] => (rest, u16::from_be_bytes),
@@ -184,7 +185,7 @@ pub const NAMED: &str = "an FMU is read from a file of its own whose name ends i
                          `camdrive run NAME.fmu` drives it";
 
 /// What a file of another program is, by its bytes.
-pub(super) fn foreign(bytes: &[u8]) -> Option<&'static str> {
+pub fn foreign(bytes: &[u8]) -> Option<&'static str> {
     let has = |name: &[u8]| bytes.windows(name.len()).any(|part| part == name);
     match bytes {
         [b'P', b'K', 3, 4, ..] if has(b"xl/workbook") => Some("a workbook (.xlsx)"),
@@ -239,5 +240,43 @@ pub fn document(path: &Path, kind: Kind) -> Result<(String, Document), Diagnosti
             Err(kind.other(&file, "a table or another text without `key = value`", hint))
         }
         _ => Ok((file, Document::new(text))),
+    }
+}
+
+/// What `read` makes of a document, if it reports no fault.
+pub fn read<T>(
+    file: &str,
+    document: &Document,
+    kind: Kind,
+    read: impl FnOnce(&Section<'_>) -> Option<T>,
+) -> Result<T, Diagnostics> {
+    let mut faults = Faults::new(file, document);
+    faults.kind = kind.of_keys();
+    let text = document.file();
+    for error in &document.errors {
+        let span = error.span().unwrap_or(text.len()..text.len());
+        let mut message = format!("no valid TOML: {}", error.message());
+        if error.message() == "duplicate key" {
+            message += &format!(" `{}`", text.get(span.clone()).unwrap_or_default().trim());
+        }
+        let unclosed = error.message().contains("array");
+        let hint = match error.message() {
+            _ if unclosed => Some("close the list with `]`"),
+            said if said.contains("must be quoted") => {
+                Some("put texts and numbers with a unit into quotes: \"1800 rpm\"")
+            }
+            _ => None,
+        };
+        faults.report(faults.at(span, message).remedy(hint.map(str::to_owned)));
+        if unclosed {
+            // It takes the rest of the file for its elements: what follows would be wrong.
+            return Err(faults.into_diagnostics());
+        }
+    }
+    kind.mistaken(file, &document.table)?;
+    match read(&Section::root(&faults, &document.table, kind.keys())) {
+        Some(value) if faults.is_empty() => Ok(value),
+        None if faults.is_empty() => Err(Diagnostics(vec![Diagnostic::new(file, "it cannot be read")])),
+        _ => Err(faults.into_diagnostics()),
     }
 }

@@ -3,6 +3,19 @@
 //! A path is that of a scene's key, `follower[2].cam.stroke`, which counts from 1. `toml` reads the file, since it goes on after an
 //! error of syntax; `toml_edit` writes it, since it keeps comments.
 
+pub mod diagnostics;
+pub mod input;
+pub mod keys;
+pub(crate) mod limits;
+pub mod reference;
+pub mod schema;
+pub mod section;
+pub mod source;
+pub mod units;
+
+pub use diagnostics::{Diagnostic, Diagnostics, meant, nearest};
+pub use input::Kind;
+pub use section::{Faults, Node, Section, Smoothed, all};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::Spanned;

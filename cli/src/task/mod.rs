@@ -2,13 +2,8 @@
 //!
 #![doc = include_str!("../../../docs/task.md")]
 
-use super::common::by_ratio;
-use super::diagnostics::Diagnostics;
-use super::document::Value;
-use super::input;
-use super::motion_law;
-use super::section::Section;
-use super::units;
+use crate::document::{Diagnostics, Section, Value, input, units};
+use crate::scene::{common::by_ratio, motion_law};
 use camdrive::drives::elastic_shaft::Parameters;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::MotionLaw;
@@ -73,9 +68,7 @@ const TOLERANCES: [&str; 3] = ["tolerance", "dU_tolerance", "ddU_tolerance"];
 /// Reads and validates a task file; a scene that it names counts from the folder of the file.
 pub fn read(path: &Path) -> Result<Assignment, Diagnostics> {
     let (file, document) = input::document(path, input::Kind::Task)?;
-    super::with_document(&file, &document, input::Kind::Task, |root| {
-        assignment(root, path.parent().unwrap_or(Path::new("")))
-    })
+    input::read(&file, &document, input::Kind::Task, |root| assignment(root, path.parent().unwrap_or(Path::new(""))))
 }
 
 /// Lengths of the task: with a scale pure numbers, which count in it.
@@ -140,7 +133,7 @@ impl Lengths {
 }
 
 fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
-    let name = super::name(root);
+    let name = root.name();
     let description = root.text("description").map(|text| text.unwrap_or_default().trim().to_owned());
     let lengths = Lengths::of(root, folder);
     let kind = root.choice("objective", OBJECTIVES);
@@ -255,7 +248,7 @@ fn laws(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<Ve
         return root.refuse(fault.admissible(format!("at most {MOST_LAWS}")));
     }
     let read = |(i, section): (usize, &Section<'_>)| {
-        let name = super::name(section);
+        let name = section.name();
         let law = law(section, i, name, lengths, weighted);
         section.finish();
         law

@@ -1,5 +1,5 @@
 //! The keys of scenes and tasks, each declared once: unit, range, default, meaning and other names. From here the readers take
-//! them, the [reference](super) its tables, and editors their completion by the [JSON Schema](super::schema).
+//! them, the [reference](super::reference) its tables, and editors their completion by the [JSON Schema](super::schema).
 
 use super::limits::{ANY, LIFT, Limits, NOT_NEGATIVE, POSITIVE, within};
 use super::units;

@@ -4,13 +4,14 @@
 //! together last.
 
 use super::diagnostics::{Diagnostic, Diagnostics, nearest};
-use super::document::{Document, Span, Table, Value};
 use super::keys::{self, Of, Usual};
 use super::limits::{ANY, LIFT, Limits, POSITIVE, largest, within};
-use super::units;
+use super::{Document, Span, Table, Value};
+use super::{source, units};
 use camdrive::drives::parameter::{Parameter, Parameters};
 use camdrive::drives::unit::{self, Quantity};
-use camdrive_design::resource::Tool;
+use camdrive_design::overview::Warning;
+use camdrive_design::resource::{LONGEST_NAME, Tool, is_name};
 use camdrive_design::text::counted;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -18,6 +19,19 @@ use toml::Spanned;
 
 /// The most faults of a file that are told one by one.
 const MOST_FAULTS: usize = 100;
+
+/// What users of the FMU should know of a table without its noise, or of a contour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Smoothed {
+    /// Its section, `cam`.
+    pub section: String,
+    /// Lobes of U″ up to this height (per rad²) are noise that is left or swings of the smoothing.
+    pub left: f64,
+    /// Noise and largest change, or how well the points fit, without a full stop.
+    pub sentence: String,
+    /// That the largest change is more than noise, or where the law jumps.
+    pub warning: Option<Warning>,
+}
 
 /// The file and its faults so far.
 pub struct Faults<'a> {
@@ -35,9 +49,9 @@ pub struct Faults<'a> {
     /// The tools behind mechanisms whose motion it prescribes.
     pub tools: RefCell<Vec<Tool>>,
     /// Its smoothed tables.
-    pub smoothed: RefCell<Vec<super::Smoothed>>,
+    pub smoothed: RefCell<Vec<Smoothed>>,
     /// The tables that it names.
-    pub tables: RefCell<Vec<super::source::Table>>,
+    pub tables: RefCell<Vec<source::Table>>,
     /// Kind of the whole file, "a scene of this kind".
     pub kind: &'static str,
 }
@@ -679,6 +693,30 @@ impl<'a> Section<'a> {
     /// What `read` makes of each of the tables [[key]].
     pub fn each<T>(&self, key: &'static str, read: impl FnMut(&Section<'a>) -> Option<T>) -> Option<Vec<T>> {
         all(self.sections(key)?.iter().map(read))
+    }
+
+    /// The name of the scene or task.
+    pub fn name(&self) -> Option<String> {
+        let admissible = format!(
+            "letters, digits and _, no digit first, at most {LONGEST_NAME} characters; no device of Windows such as CON"
+        );
+        let name = self.required_text("name", &admissible, "guide_bar")?;
+        if is_name(name) {
+            return Some(name.to_owned());
+        }
+        let mut better: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+        if !better.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
+            better.insert(0, '_');
+        }
+        better.truncate(LONGEST_NAME);
+        if !better.contains(|c: char| c.is_ascii_alphanumeric()) {
+            better = "guide_bar".to_owned();
+        }
+        if !is_name(&better) {
+            better.push('_');
+        }
+        let fault = self.fault_at("name", format!(": \"{name}\" cannot name an FMU")).of("name");
+        self.refuse(fault.admissible(admissible).hint(format!("write for example \"{better}\"")))
     }
 
     /// Reports the keys that nobody asked for.

@@ -2,15 +2,11 @@
 //!
 #![doc = include_str!("../../../docs/study.md")]
 
-use super::coupled::Coupled;
-use super::diagnostics::{Diagnostics, meant};
-use super::document::{self, Document, Value};
-use super::input::{self, Kind};
-use super::keys::VARY;
-use super::section::{Node, Section, all};
-use super::source::is_fmu;
-use super::system;
-use super::{Resolved, units, variable};
+use crate::document::keys::VARY;
+use crate::document::source::is_fmu;
+use crate::document::{self, Diagnostics, Document, Kind, Node, Section, Value, all, input, meant, units};
+use crate::scene::{self, Resolved, variable};
+use crate::system::{self, coupled::Coupled};
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Kind as Type};
 use camdrive::drives::{Description, Fault, Number};
@@ -97,7 +93,7 @@ pub fn read(path: &Path) -> Result<Study, Diagnostics> {
     let (file, document) = input::document(path, Kind::Study)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut found = None;
-    let study = super::with_document(&file, &document, Kind::Study, |root| {
+    let study = input::read(&file, &document, Kind::Study, |root| {
         let scene = root.required_text("scene", "a scene file", "scene.toml").map(|name| folder.join(name));
         // The faults of a scene or a system are told by its own reader.
         match scene.as_ref().map(|scene| (Subject::read(scene), scene)) {
@@ -127,7 +123,7 @@ impl Subject {
         } else if input::is_system(path) {
             Coupled::new(system::read(path)?, None)
         } else {
-            return super::read(path).map(|scene| Subject::Scene(Box::new(scene)));
+            return scene::read(path).map(|scene| Subject::Scene(Box::new(scene)));
         };
         coupled.map(|coupled| Subject::Coupled(Box::new(coupled))).map_err(|fault| of_file(path, fault))
     }
@@ -901,7 +897,7 @@ impl Study {
                     document.set(key, value);
                 }
             }
-            let found = super::resolve_document(&self.place.display().to_string(), document, &scene.folder);
+            let found = scene::resolve_document(&self.place.display().to_string(), document, &scene.folder);
             let found = found.map(|scene| warnings(&scene)).unwrap_or_default();
             let new = found.into_iter().filter(|warning| !own.contains(warning));
             new.map(move |warning| format!("run {row}: {}; {}", warning.message, warning.hint)).collect::<Vec<_>>()
@@ -929,7 +925,7 @@ impl Study {
         let whole = &documents[0].1;
         match &self.subject {
             Subject::Scene(scene) => {
-                let scene = super::resolve_document(&self.place.display().to_string(), whole, &scene.folder)?;
+                let scene = scene::resolve_document(&self.place.display().to_string(), whole, &scene.folder)?;
                 Ok(Subject::Scene(Box::new(scene)))
             }
             Subject::Coupled(base) => {

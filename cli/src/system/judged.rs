@@ -2,7 +2,7 @@
 
 use super::wiring::Wiring;
 use super::{Connection, INERTIA, MOTION, Part, Shaft, System};
-use crate::scene::section::Section;
+use crate::document::Section;
 use camdrive::drives::variable::Causality;
 use camdrive_design::coupling::exchange::SAME_RATIO;
 use camdrive_design::coupling::stability::{self, Exchange, Loaded, least_inertia};

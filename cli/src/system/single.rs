@@ -5,7 +5,7 @@
 //! the reader.
 
 use super::{Connection, Content, INERTIA, MOTION, Part, Seat, System};
-use crate::scene::document::Document;
+use crate::document::Document;
 use crate::scene::{Resolved, resolve_document};
 use camdrive::drives::drive_train::{self, Joint, Names, Shaft, Start};
 use camdrive::drives::elastic_shaft::Parameters;
