@@ -374,7 +374,7 @@ fn the_runtime_library_needs_four_packages() {
 /// The rooms of ARCHITECTURE.md and the lines of code that each may have, tests not counted; a file belongs to the innermost room. The
 /// limits are the counts when they were set and 2 % more, so that growth is decided: whoever needs more lines raises the limit in the
 /// commit that brings them, whose body says what they are worth.
-const ROOMS: [(&str, usize); 37] = [
+const ROOMS: [(&str, usize); 38] = [
     ("src", 14),
     ("src/motion", 2014),
     ("src/numerics", 3066),
@@ -396,6 +396,7 @@ const ROOMS: [(&str, usize); 37] = [
     ("design/src/periodic_motions", 207),
     ("design/src/periodic_train", 170),
     ("design/src/plot", 660),
+    ("design/src/recording", 167),
     ("design/src/report", 954),
     ("design/src/smoothing", 793),
     ("design/src/stability", 2124),
@@ -411,7 +412,7 @@ const ROOMS: [(&str, usize); 37] = [
     ("cli/src/system", 1726),
     ("cli/src/study", 818),
     ("cli/src/export", 1701),
-    ("cli/src/command", 4915),
+    ("cli/src/command", 4756),
 ];
 
 #[test]

@@ -30,6 +30,7 @@ mod parallel;
 pub mod periodic_motions;
 pub mod periodic_train;
 pub mod plot;
+pub mod recording;
 pub mod report;
 pub mod resource;
 pub mod search;

@@ -11,7 +11,9 @@ use crate::document::{input::is_system, source::is_fmu};
 use crate::export::picture;
 use crate::export::results::{self, Course};
 use camdrive::drives::{Experiment, Number, unit};
+use camdrive_design::recording::{Recording, Signals};
 use camdrive_design::text;
+use driven::Subject;
 use indicatif::ProgressDrawTarget;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -103,18 +105,6 @@ const MOST_NUMBERS: f64 = 1e7;
 /// The most communication points: further ones are not told apart.
 const MOST_POINTS: f64 = 1e15;
 
-/// What is driven.
-trait Machine {
-    /// Initialises it.
-    fn start(&mut self) -> Result<(), Failure>;
-    /// Appends the values of the columns behind the time to a line.
-    fn read(&mut self, line: &mut Vec<f64>) -> Result<(), Failure>;
-    /// From a communication point to the next (s), or why the simulation ends before it.
-    fn advance(&mut self, from: f64, to: f64) -> Result<Option<String>, Failure>;
-    /// What shafts and drives disagree about, by the names of the parts.
-    fn residuals(&self) -> Vec<Shared<'_>>;
-}
-
 /// The work between a shaft and a drive.
 #[derive(Serialize)]
 struct Shared<'a> {
@@ -164,6 +154,7 @@ struct Recorded<'a> {
 }
 
 /// A run over `start` … `stop`, and what is recorded of it.
+#[derive(Default)]
 struct Run {
     name: String,
     model: Option<&'static str>,
@@ -173,6 +164,11 @@ struct Run {
     step: f64,
     /// The files that it was read from.
     files: Vec<PathBuf>,
+    /// The variables of the columns behind the time.
+    outputs: Vec<usize>,
+    signals: Signals,
+    /// The first value that is none: the variable, the value and the time (s).
+    undefined: Option<(usize, f64, f64)>,
 }
 
 impl Run {
@@ -198,28 +194,28 @@ impl Run {
         let column =
             Column { name: "time".to_owned(), unit: Some("s".to_owned()), description: "Time".to_owned(), is_si: true };
         let (name, files) = (name.to_owned(), vec![args.file.clone()]);
-        Ok(Run { name, model: None, columns: vec![column], start, stop, step, files })
+        Ok(Run { name, columns: vec![column], start, stop, step, files, ..Run::default() })
     }
 
     /// Runs it, and writes the result as the options say; of a run that fails the rows before, and why.
-    fn record(&self, args: &Args, machine: &mut dyn Machine) -> Result<(), Failure> {
+    fn record(&mut self, args: &Args, subject: &mut dyn Subject) -> Result<(), Failure> {
         if !args.format.json && args.result.is_none() && args.diagram.is_none() {
-            return self.stream(machine);
+            return self.stream(subject);
         }
         self.may_be_kept()?;
         let mut rows: Vec<Vec<f64>> = Vec::new();
-        let driven = self.drive(machine, |line| {
+        let ending = self.drive(subject, |line| {
             rows.push(line.to_vec());
             Ok(true)
         });
-        let (ended, failed) = match driven {
+        let (ended, failed) = match ending {
             Err(failure) if !rows.is_empty() => {
                 (Some(failure.fault.to_string().trim_start_matches("error: ").to_owned()), Err(failure))
             }
-            driven => (driven?, Ok(())),
+            ending => (ending?, Ok(())),
         };
         let text = if args.format.json {
-            self.document(&rows, ended, machine)?
+            self.document(&rows, ended, subject)?
         } else {
             rows.iter().fold(self.headings()?, |mut table, line| {
                 append(&mut table, line);
@@ -247,7 +243,7 @@ impl Run {
     }
 
     /// Writes the lines to the standard output as they come.
-    fn stream(&self, machine: &mut dyn Machine) -> Result<(), Failure> {
+    fn stream(&mut self, subject: &mut dyn Subject) -> Result<(), Failure> {
         let mut out = std::io::BufWriter::new(std::io::stdout().lock());
         // A reader that has seen enough ends the run.
         let open = |result: std::io::Result<()>| match result {
@@ -256,7 +252,7 @@ impl Run {
             Ok(()) => Ok(true),
         };
         let mut text = self.headings()?;
-        self.drive(machine, |line| {
+        self.drive(subject, |line| {
             append(&mut text, line);
             let written = open(out.write_all(text.as_bytes()));
             text.clear();
@@ -274,10 +270,11 @@ impl Run {
     }
 
     /// The result as JSON.
-    fn document(&self, rows: &[Vec<f64>], ended: Option<String>, machine: &dyn Machine) -> Result<String, Failure> {
+    fn document(&self, rows: &[Vec<f64>], ended: Option<String>, subject: &dyn Subject) -> Result<String, Failure> {
         let of = |(i, column)| Recorded { column, values: rows.iter().map(|row| row[i]).collect() };
         let columns = self.columns.iter().enumerate().map(of).collect();
-        let document = Document { name: &self.name, model: self.model, columns, ended, shared: machine.residuals() };
+        let document =
+            Document { name: &self.name, model: self.model, columns, ended, shared: subject.shared(self.step) };
         text::json(&document).map_err(failure)
     }
 
@@ -314,8 +311,8 @@ impl Run {
 
     /// Gives each line, the time and the values, to `write`, until that says false. Says why an FMU ended the simulation.
     fn drive(
-        &self,
-        machine: &mut dyn Machine,
+        &mut self,
+        subject: &mut dyn Subject,
         mut write: impl FnMut(&[f64]) -> Result<bool, Failure>,
     ) -> Result<Option<String>, Failure> {
         // Lines that come on a terminal show how far the run is.
@@ -323,12 +320,14 @@ impl Run {
         if std::io::stdout().is_terminal() {
             bar.set_draw_target(ProgressDrawTarget::hidden());
         }
-        machine.start()?;
-        let (mut time, mut count, mut line) = (self.start, 0.0, Vec::new());
+        subject.begin(self)?;
+        let mut recording = Recording::start(subject, &self.signals, &self.outputs, self.start)?;
+        let (mut count, mut time, mut line) = (0.0, self.start, Vec::new());
         loop {
-            line.clear();
-            line.push(time);
-            machine.read(&mut line)?;
+            recording.at(time, &mut line)?;
+            recording.source.warn();
+            let undefined = || (1..line.len()).find(|i| !line[*i].is_finite());
+            self.undefined = self.undefined.or_else(|| undefined().map(|i| (self.outputs[i - 1], line[i], time)));
             if !write(&line)? || time >= self.stop {
                 return Ok(None);
             }
@@ -336,10 +335,19 @@ impl Run {
             // Within a millionth of a step of the end, the end is meant.
             let next = self.start + count * self.step;
             let next = if next > self.stop - 1e-6 * self.step { self.stop } else { next };
-            let ended = machine.advance(time, next)?;
-            if let Some(why) = &ended {
-                tell(&format!("warning: {why}; the result ends at t = {} s\n", Number(time)));
-                return Ok(ended);
+            while recording.time < next {
+                let (from, to) = (recording.time, recording.next(next));
+                let admitted = recording.source.admit(from, to - from, self.step);
+                if let Err(fault) = admitted.and_then(|()| recording.step(to)) {
+                    let span = format!("from t = {} s to {} s", Number(from), Number(to));
+                    if !recording.source.has_ended() {
+                        return Err(fault.within(span).into());
+                    }
+                    let why = format!("{span}: {fault}");
+                    tell(&format!("warning: {why}; the result ends at t = {} s\n", Number(time)));
+                    return Ok(Some(why));
+                }
+                recording.source.warn();
             }
             bar.inc(1);
             time = next;

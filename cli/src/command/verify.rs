@@ -1,6 +1,6 @@
 //! `camdrive verify FMU…`
 
-use super::run::signals::Signals;
+use super::run::signals;
 use super::{Failure, Foreign, Format, open, tell};
 use crate::document::{Diagnostics, input::NAMED, source::is_fmu};
 use crate::export::results::{self, Results};
@@ -8,7 +8,9 @@ use crate::export::{self, references, sbom};
 use camdrive::drives::resource::{BUILD, Content, FILE_NAME};
 use camdrive::drives::variable::Causality;
 use camdrive::drives::{Description, Fault};
+use camdrive_design::coupling::exchange::Coupling;
 use camdrive_design::host::{self, Fmu, ModelDescription};
+use camdrive_design::recording::{Recording, Signals};
 use camdrive_design::report::unit::{ONE, Unit};
 use camdrive_design::report::{Level, Report, Table, Verdict};
 use camdrive_design::resource::Scene;
@@ -147,45 +149,27 @@ fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
     if rows.iter().all(|row| row[1..] == rows[0][1..]) {
         tell(&format!("note: {place}: no output changes in the experiment: that they agree proves little\n"));
     }
-    let (signals, missing) = signals(folder.path(), description)?;
+    let (signals, missing) = inputs(folder.path(), description)?;
     changes.extend(missing);
-    let mut host = fmu.instantiate(&description.name)?;
-    let give = |host: &mut host::Host, time: f64, initialised: bool| {
-        signals.at(time, |variable, value, slope| {
-            host.set(variable, value)?;
-            let reference = description.variables[variable].reference;
-            match slope.filter(|_| initialised && description.capabilities.interpolates_inputs) {
-                Some(slope) => host.set_input_derivatives(&[reference], &[1], &[slope]),
-                None => Ok(()),
-            }
-        })
-    };
-    host.set_up(rows[0][0], None, tolerance)?;
-    host.enter_initialization()?;
-    give(&mut host, rows[0][0], false)?;
-    host.exit_initialization()?;
+    let mut coupling = Coupling::alone("", fmu.instantiate(&description.name)?)?;
+    coupling.begin(rows[0][0], None)?;
+    let mut recording = Recording::start(&mut coupling, &signals, &columns, rows[0][0])?;
     // Largest magnitude; largest difference and its time.
     let mut found = vec![(0.0f64, 0.0f64, rows[0][0]); columns.len()];
-    for (i, row) in rows.iter().enumerate() {
-        give(&mut host, row[0], true)?;
-        for ((column, told), (largest, difference, time)) in columns.iter().zip(&row[1..]).zip(&mut found) {
-            let off = (host.get(*column)? - told).abs();
+    let mut values = Vec::new();
+    for row in &rows {
+        recording.at(row[0], &mut values)?;
+        for ((value, told), (largest, difference, time)) in values[1..].iter().zip(&row[1..]).zip(&mut found) {
+            let off = (value - told).abs();
             *largest = largest.max(told.abs());
             // What is no number is off for good.
             if !(off <= *difference) && !difference.is_nan() {
                 (*difference, *time) = (off, row[0]);
             }
         }
-        if let Some(next) = rows.get(i + 1) {
-            host.do_step(row[0], next[0] - row[0])?;
-        }
     }
     // What it refuses after its results does not change them.
-    if let Err(fault) = host.terminate().and_then(|()| host.free())
-        && fault.is_loss
-    {
-        return Err(fault);
-    }
+    coupling.end()?;
     let relative = tolerance.unwrap_or(0.0);
     let output = |((name, column), (largest, difference, time)): ((String, usize), (f64, f64, f64))| {
         let admissible = relative * largest + results::last_digit(largest);
@@ -198,7 +182,7 @@ fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
 }
 
 /// The inputs of the experiment, and what is missing of them.
-fn signals(folder: &Path, about: &ModelDescription) -> Result<(Signals, Option<String>), Fault> {
+fn inputs(folder: &Path, about: &ModelDescription) -> Result<(Signals, Option<String>), Fault> {
     let table = folder.join(references::FOLDER).join(references::INPUT);
     let all: Vec<Description> = about.variables.iter().map(|variable| variable.about.clone()).collect();
     if !table.is_file() {
@@ -206,7 +190,7 @@ fn signals(folder: &Path, about: &ModelDescription) -> Result<(Signals, Option<S
         let missing = format!("{} is missing: the inputs keep their start values", references::INPUT);
         return Ok((Signals::default(), has_inputs.then_some(missing)));
     }
-    let signals = Signals::read(&table, &all, |_| None).map_err(|Failure { fault, .. }| {
+    let signals = signals::read(&table, &all, |_| None).map_err(|Failure { fault, .. }| {
         let message = fault.message.replace(&table.display().to_string(), references::INPUT);
         fault.told(message)
     })?;

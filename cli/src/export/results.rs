@@ -3,11 +3,12 @@
 
 use super::model_description::unit;
 use super::picture;
-use camdrive::drives::variable::{Causality, Kind, Variability};
+use camdrive::drives::variable::{Causality, Kind};
 use camdrive::drives::{AnyDrive, Curve, Description, Fault};
 use camdrive::numerics::work::{BUDGET, Since};
 use camdrive_design::drawing::Drawing;
 use camdrive_design::plot::Axis;
+use camdrive_design::recording::{Recording, Signals};
 use camdrive_design::text;
 use std::f64::consts::TAU;
 
@@ -187,45 +188,26 @@ fn rows(
     keeps: &dyn Fn(usize, &[f64]) -> bool,
 ) -> Result<Option<(Vec<Vec<f64>>, bool)>, Fault> {
     let begin = Since::now();
-    let about: Vec<(bool, bool)> = inputs
-        .iter()
-        .map(|i| &drive.descriptions()[*i])
-        .map(|d| (d.variability == Variability::Continuous, MOTION[..2].contains(&d.name.as_str())))
-        .collect();
-    let derived = inputs.iter().any(|i| drive.descriptions()[*i].name == "a");
+    let column = |i: usize| courses.iter().map(|row| row[i]).collect::<Vec<f64>>();
+    let columns = inputs.iter().enumerate().map(|(i, input)| (*input, column(i + 1))).collect();
+    let signals = Signals::new(drive.descriptions(), column(0), columns)?;
     drive.reset();
     drive.set_up(0.0, Some(drive.experiment().tolerance));
-    // As `camdrive run` gives a table of inputs: what is no integral of another input goes on to its next value.
-    let give = |drive: &mut AnyDrive, i: usize, slopes: bool| -> Result<(), Fault> {
-        for (j, (input, (continuous, integral))) in inputs.iter().zip(&about).enumerate() {
-            drive.set(*input, courses[i][j + 1])?;
-            if slopes && *continuous && !(derived && *integral) && drive.input_derivative_order() > 0 {
-                let slope = |next: &Vec<f64>| (next[j + 1] - courses[i][j + 1]) / (next[0] - courses[i][0]);
-                drive.set_input_derivative(*input, 1, courses.get(i + 1).map_or(0.0, slope))?;
-            }
-        }
-        Ok(())
-    };
-    give(drive, 0, false)?;
-    drive.start()?;
-    let mut rows: Vec<Vec<f64>> = Vec::new();
+    let mut recording = Recording::start(drive, &signals, outputs, 0.0)?;
+    let (mut rows, mut row) = (Vec::new(), Vec::new());
     for (i, course) in courses.iter().enumerate() {
-        let values = give(drive, i, true).and_then(|()| {
-            let values = outputs.iter().map(|output| drive.get(*output));
-            [Ok(course[0])].into_iter().chain(values).collect::<Result<Vec<f64>, Fault>>()
-        });
-        match values {
-            Ok(row) if !keeps(i, &row) => return Ok(None),
-            Ok(row) => rows.push(row),
+        match recording.at(course[0], &mut row) {
             Err(fault) if i == 0 => return Err(fault),
-            Err(_) => break,
+            Err(_) => return Ok(Some((rows, false))),
+            Ok(()) if !keeps(i, &row) => return Ok(None),
+            Ok(()) => rows.push(row.clone()),
         }
-        let Some(next) = courses.get(i + 1) else { return Ok(Some((rows, true))) };
-        if begin.drawn() > MOST_WORK || drive.advance(course[0], next[0] - course[0]).is_err() {
+        if begin.drawn() > MOST_WORK {
             break;
         }
     }
-    Ok(Some((rows, false)))
+    let whole = rows.len() == courses.len();
+    Ok(Some((rows, whole)))
 }
 
 /// A column behind the time.

@@ -232,6 +232,7 @@ struct Loop {
 pub struct Coupling {
     names: Vec<String>,
     parts: Vec<Host>,
+    places: Vec<(usize, usize)>,
     exchange: Exchange,
     /// The parts in the order of their steps.
     order: Vec<usize>,
@@ -352,7 +353,9 @@ impl Coupling {
             };
             Residual { parts: [*shaft, *drive], order, ..Residual::default() }
         };
+        let of_part = |part: usize| (0..parts[part].description().variables.len()).map(move |place| (part, place));
         Ok(Coupling {
+            places: (0..count).flat_map(of_part).collect(),
             residuals: powers.iter().map(residual).collect(),
             sources: vec![Source::default(); sources.len()],
             stepped: vec![false; count],
@@ -377,6 +380,14 @@ impl Coupling {
         self.inputs[part].wires.iter().any(|wire| wire.to == place)
     }
 
+    /// Of one FMU, coupled with none.
+    ///
+    /// # Errors
+    /// Those of [`Coupling::new`].
+    pub fn alone(name: &str, host: Host) -> Result<Self, Fault> {
+        Coupling::new(vec![(name.to_owned(), host)], &[], Exchange::Held, 0)
+    }
+
     /// The name of a part.
     pub fn name(&self, part: usize) -> &str {
         &self.names[part]
@@ -390,6 +401,11 @@ impl Coupling {
     /// What the model description of a part says.
     pub fn description(&self, part: usize) -> &ModelDescription {
         self.parts[part].description()
+    }
+
+    /// The part of a variable and its place there; variables are counted through all parts.
+    pub fn place(&self, variable: usize) -> (usize, usize) {
+        self.places[variable]
     }
 
     /// Whether a part ended the simulation itself.

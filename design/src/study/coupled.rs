@@ -245,7 +245,6 @@ fn parted(piece: &Piece, z: f64) -> [Piece; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::coupling::stability::Exchange;
     use crate::coupling::variables::variables;
     use crate::host::Fmu;
     use crate::resource::Resource;
@@ -272,7 +271,7 @@ mod tests {
         let runner = runner.map_err(|fault| fault.to_string())?;
         let mut host = fmu.instantiate("flywheel").unwrap();
         host.set(fmu.description().find("M_an").unwrap(), torque).unwrap();
-        let mut coupling = Coupling::new(vec![("shaft".to_owned(), host)], &[], Exchange::Held, 0).unwrap();
+        let mut coupling = Coupling::alone("shaft", host).unwrap();
         coupling.begin(0.0, None).and_then(|()| coupling.start()).unwrap();
         runner.run(&mut coupling, 0.0, step).map(|(measured, _)| measured).map_err(|fault| fault.to_string())
     }

@@ -1,12 +1,11 @@
 //! A scene, driven by the drive that is linked into the tool.
 
-use super::driven::{self, Source};
+use super::driven::{self, Subject};
 use super::{Args, Column, Run};
 use crate::command::{Failure, failure, read, tell};
 use crate::export::model_description::unit;
 use crate::scene::variable;
-use camdrive::drives::{About, Description, Fault, Number};
-use camdrive_design::resource::Described;
+use camdrive::drives::{About, AnyDrive, Description, Fault, Number};
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let resolved = read(&args.file)?;
@@ -21,33 +20,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     // The tolerance that importers of its FMU ask for.
     drive.set_up(0.0, Some(experiment.tolerance));
-    driven::run(args, run, &all, column, drive).map(|_| ())
+    driven::run(args, run, &all, column, &mut *drive)
 }
 
-impl Source for Described {
-    fn start(&mut self, _: f64, inputs: impl FnOnce(&mut Self) -> Result<(), Fault>) -> Result<(), Fault> {
-        inputs(self)?;
-        (**self).start()
-    }
-
+impl Subject for AnyDrive {
     fn value(&mut self, variable: usize, text: &str) -> Result<f64, Fault> {
         variable::value(&self.descriptions()[variable], text)
-    }
-
-    fn set(&mut self, variable: usize, value: f64) -> Result<(), Fault> {
-        (**self).set(variable, value)
-    }
-
-    fn set_slope(&mut self, variable: usize, value: f64) -> Result<(), Fault> {
-        if self.input_derivative_order() > 0 { self.set_input_derivative(variable, 1, value) } else { Ok(()) }
-    }
-
-    fn get(&mut self, variable: usize) -> Result<f64, Fault> {
-        (**self).get(variable)
-    }
-
-    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
-        (**self).advance(time, step)
     }
 
     /// Tells that inputs contradict each other.

@@ -122,7 +122,7 @@ fn as_train(single: &Single) -> Reference<'_> {
             if let Some(place) = host.description().find("solver.tolerance") {
                 host.set(place, tolerance)?;
             }
-            Coupling::new(vec![(single.scene.name.clone(), host)], &[], Exchange::Held, 0)
+            Coupling::alone(&single.scene.name, host)
         };
         (Box::new(make), f64::INFINITY)
     };
