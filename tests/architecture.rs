@@ -403,7 +403,7 @@ const ROOMS: [(&str, usize); 38] = [
     ("design/src/steady", 362),
     ("design/src/study", 1171),
     ("design/src/synthesis", 4445),
-    ("design/src/tradeoff", 1526),
+    ("design/src/tradeoff", 1521),
     ("design/src/xml", 178),
     ("cli/src", 12),
     ("cli/src/document", 2487),

@@ -156,57 +156,57 @@ impl Trace {
     }
 }
 
+/// Inputs or their derivatives, as the host sets them at once.
+#[derive(Default)]
+struct Given {
+    signals: Vec<Signal>,
+    references: Vec<u32>,
+    orders: Vec<i32>,
+    values: Vec<f64>,
+}
+
 /// Passes the signals of a run-up to an instance without allocating between steps.
 struct Feed<'a> {
-    plan: &'a Plan<'a>,
+    run_up: &'a RunUp,
     inertia: f64,
-    references: Vec<u32>,
-    signals: Vec<Signal>,
-    values: Vec<f64>,
-    derivatives: Vec<(u32, i32, Signal)>,
-    of: (Vec<u32>, Vec<i32>, Vec<f64>),
+    inputs: Given,
+    derivatives: Given,
 }
 
 impl<'a> Feed<'a> {
-    fn new(plan: &'a Plan<'a>) -> Self {
-        let driven = || plan.interface.inputs.iter().filter(|(_, signal)| *signal != Signal::Constant);
-        let highest = if plan.inputs == Inputs::Derivatives { plan.interface.derivatives } else { 0 };
-        let derivatives: Vec<(u32, i32, Signal)> = driven()
-            .filter(|(_, signal)| signal.derivative(plan.run_up, 1.0, 0.0, 1).is_some())
-            .filter(|(_, signal)| *signal != Signal::Speed || driven().all(|(_, other)| *other != Signal::Acceleration))
-            .flat_map(|(reference, signal)| (1..=highest).map(|order| (*reference, order as i32, *signal)))
-            .collect();
-        Feed {
-            plan,
-            inertia: 1.0,
-            references: driven().map(|(reference, _)| *reference).collect(),
-            signals: driven().map(|(_, signal)| *signal).collect(),
-            values: vec![0.0; driven().count()],
-            of: (
-                derivatives.iter().map(|d| d.0).collect(),
-                derivatives.iter().map(|d| d.1).collect(),
-                vec![0.0; derivatives.len()],
-            ),
-            derivatives,
+    fn new(plan: &Plan<'a>) -> Self {
+        let (interface, run_up) = (plan.interface, plan.run_up);
+        let mut feed = Feed { run_up, inertia: 1.0, inputs: Given::default(), derivatives: Given::default() };
+        let highest = if plan.inputs == Inputs::Derivatives { interface.derivatives } else { 0 };
+        let leads = |signal| interface.inputs.iter().any(|(_, other)| *other == signal);
+        for (reference, signal) in &interface.inputs {
+            // The derivatives of w are those of a.
+            let highest = if *signal == Signal::Speed && leads(Signal::Acceleration) { 0 } else { highest };
+            for order in (0..=highest).filter(|order| signal.derivative(run_up, 1.0, 0.0, *order).is_some()) {
+                let given = if order == 0 { &mut feed.inputs } else { &mut feed.derivatives };
+                given.signals.push(*signal);
+                given.references.push(*reference);
+                given.orders.push(order as i32);
+                given.values.push(0.0);
+            }
         }
+        feed
     }
 
     fn set(&mut self, host: &mut Host, t: f64) -> Result<(), Fault> {
-        if self.references.is_empty() {
-            return Ok(());
+        for Given { signals, orders, values, .. } in [&mut self.inputs, &mut self.derivatives] {
+            for ((value, signal), order) in values.iter_mut().zip(signals).zip(orders) {
+                *value = signal.derivative(self.run_up, self.inertia, t, *order as usize).unwrap_or(0.0);
+            }
         }
-        for (value, signal) in self.values.iter_mut().zip(&self.signals) {
-            *value = signal.value(self.plan.run_up, self.inertia, t);
+        let Feed { inputs, derivatives, .. } = self;
+        if !inputs.values.is_empty() {
+            host.set_reals(&inputs.references, &inputs.values)?;
         }
-        host.set_reals(&self.references, &self.values)?;
-        if self.derivatives.is_empty() {
-            return Ok(());
+        if !derivatives.values.is_empty() {
+            host.set_input_derivatives(&derivatives.references, &derivatives.orders, &derivatives.values)?;
         }
-        let (references, orders, values) = &mut self.of;
-        for (value, (_, order, signal)) in values.iter_mut().zip(&self.derivatives) {
-            *value = signal.derivative(self.plan.run_up, self.inertia, t, *order as usize).unwrap_or(0.0);
-        }
-        host.set_input_derivatives(references, orders, values)
+        Ok(())
     }
 }
 
@@ -237,7 +237,7 @@ pub fn run(plan: &Plan<'_>) -> Result<Trace, Fault> {
     let mut feed = Feed::new(plan);
     host.set_up(0.0, None, None)?;
     host.enter_initialization()?;
-    if feed.signals.contains(&Signal::Torque) {
+    if feed.inputs.signals.contains(&Signal::Torque) {
         let mut inertia = [1.0];
         if let Some(reference) = interface.find("J") {
             host.get_reals(&[reference], &mut inertia)?;

@@ -85,24 +85,16 @@ impl Signal {
         }
     }
 
-    /// The value at `t` (s); `inertia` is J at the start (kg·m²).
-    pub fn value(self, run_up: &RunUp, inertia: f64, t: f64) -> f64 {
-        match self {
-            Signal::Angle => run_up.angle(t),
-            Signal::Speed => run_up.speed(t),
-            Signal::Acceleration => run_up.acceleration(t, 0),
-            Signal::Torque => inertia * run_up.acceleration(t, 0),
-            Signal::Constant => 0.0,
-        }
-    }
-
-    /// The derivative of order ≥ 1 that the host sets; None for an input that gets none.
+    /// The derivative of this order at `t` (s), that of order 0 the value; `inertia` is J at the start (kg·m²). None where the host
+    /// sets none.
     pub fn derivative(self, run_up: &RunUp, inertia: f64, t: f64, order: usize) -> Option<f64> {
-        match self {
-            Signal::Speed => Some(run_up.acceleration(t, order - 1)),
-            Signal::Acceleration => Some(run_up.acceleration(t, order)),
-            Signal::Torque => Some(inertia * run_up.acceleration(t, order)),
-            _ => None,
+        match (self, order) {
+            (Signal::Angle, 0) => Some(run_up.angle(t)),
+            (Signal::Speed, 0) => Some(run_up.speed(t)),
+            (Signal::Speed, _) => Some(run_up.acceleration(t, order - 1)),
+            (Signal::Acceleration, _) => Some(run_up.acceleration(t, order)),
+            (Signal::Torque, _) => Some(inertia * run_up.acceleration(t, order)),
+            (Signal::Angle | Signal::Constant, _) => None,
         }
     }
 }
