@@ -1,12 +1,11 @@
 //! The flank of a cam on a prescribed shaft: u(t) = U(φ(t)).
 
 use super::cam_drive::AngleMotion;
-use super::cam_turn::ON_BREAKPOINT;
 use super::course::Course;
+use super::passage::first_end;
 use crate::drives::follower::flank::{EXPANSION, FlankMotion};
 use crate::motion::{Kinematics, MotionLaw};
 use crate::numerics::double_double::Double;
-use crate::numerics::first_root::first_root;
 use std::f64::consts::TAU;
 
 /// How many evaluations of the law its derivatives take.
@@ -135,24 +134,10 @@ impl FlankMotion for CamFlank<'_> {
         if below > 0.5 * (width + TAU) {
             below = 0.0;
         }
-        let [mut below, mut above] = [below, width - below].map(|way| if way < ON_BREAKPOINT { 0.0 } else { way });
-        if count == 1 && below.min(above) == 0.0 {
-            // The end of the only segment is its start: the motion is about to cross all of it.
-            (below, above) = if course.angle[1] < 0.0 { (TAU, 0.0) } else { (0.0, TAU) };
-        }
-        let way = course.scaled(longest);
-        let passage = |distance: f64, sign: f64| {
-            let mut left = way.map(|a| sign * a);
-            left[0] = distance;
-            if left.iter().all(|a| *a == 0.0) { None } else { first_root(&left, 1.0) }.map_or(longest, |x| x * longest)
-        };
-        let (up, down) = (passage(above, -1.0), passage(below, 1.0));
-        if up < down {
-            (up, (segment + 1) % count)
-        } else if down < longest {
-            (down, (segment + count - 1) % count)
-        } else {
-            (longest, segment)
+        let passed = first_end([below, width - below], count == 1, &course.scaled(longest), 0.0);
+        match passed.map(|(at, up)| (at * longest, up)).filter(|(at, _)| *at < longest) {
+            Some((at, up)) => (at, (segment + if up { 1 } else { count - 1 }) % count),
+            None => (longest, segment),
         }
     }
 }

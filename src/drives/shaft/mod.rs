@@ -10,4 +10,5 @@ pub mod laws;
 mod led;
 pub mod loads;
 pub mod motor;
+pub(super) mod passage;
 pub mod train;

@@ -3,7 +3,6 @@
 pub(super) mod contact;
 pub mod free_shaft;
 pub(super) mod oscillation;
-pub(super) mod passage;
 pub(super) mod response;
 pub(super) mod step_control;
 pub(super) mod train;

@@ -8,7 +8,7 @@
 //!
 //! Steps also end where the angle passes a border between smooth pieces of a motion law. The polynomial of the step finds that
 //! instant to about the tolerance; that is more than enough, because the right-hand side is continuous there: stopping δ beside
-//! the border changes the solution by the order of δ².
+//! the border changes the solution by the order of δ². The certified first root misses no visit beyond a border, however short.
 //!
 //! Nothing is repeated for the sake of a tolerance at fixed cost: each step takes the same number of Newton iterations, and what
 //! they leave counts as error.
@@ -19,19 +19,14 @@ use crate::drives::shaft::free::equation::Piece;
 use crate::drives::shaft::free::inertia::Inertia;
 use crate::drives::shaft::free::motor::{Kloss, Motor};
 use crate::drives::shaft::free::{Shaft, State};
+use crate::drives::shaft::passage::exit;
 use crate::drives::solver::step_control::{SLIVER, WORST};
 use crate::drives::{Fault, Rounded};
 use crate::numerics::collocation::{Collocation, Failure, System};
 use crate::numerics::double_double::Double;
+use crate::numerics::first_root::first_root;
 use crate::numerics::work::EVALUATION;
 use serde::{Deserialize, Serialize};
-
-/// How far beyond a border the angle may lie before the step is cut (rad): its square is below rounding.
-const SLACK: f64 = 1e-8;
-
-/// Changes of the interval without a step in between before a step is taken as it is. Two happen where the machine
-/// turns back on a border; more could only be the work of rounding.
-const IDLE_CHANGES: u32 = 4;
 
 /// Newton iterations in a step of fixed cost. The motion differs from that at a constant speed by some part x over the angle of
 /// the usual step, and four iterations leave x¹⁶ of that.
@@ -95,8 +90,6 @@ pub struct InTime {
     integrator: Integrator,
     /// The internal step that holds the communication point, where steps go on beyond it.
     span: Option<Span>,
-    /// Changes of the interval without a step in between.
-    idle: u32,
     /// The steps of the method `fixed_cost`.
     pub grid: Grid,
 }
@@ -121,22 +114,6 @@ impl Span {
     }
 }
 
-/// The fraction θ ∈ [0, `upto`] of the last step at which `g`, of different signs at the ends, changes its sign.
-fn bisect(upto: f64, g: impl Fn(f64) -> f64) -> f64 {
-    let (mut low, mut high) = (0.0, upto);
-    let negative = g(upto) < 0.0;
-    // Halving sixty times leaves neighbouring numbers.
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if (g(middle) < 0.0) == negative {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    high
-}
-
 /// The fraction of the step just taken at which the shaft turned back; and that at which the angle left the interval, and
 /// whether upwards.
 fn encounter<const N: usize>(
@@ -144,18 +121,12 @@ fn encounter<const N: usize>(
     state: &State,
     inertia: &Inertia,
 ) -> (Option<f64>, Option<(f64, bool)>) {
-    let (low, high) = inertia.ends(state.interval);
-    let angle = |fraction: f64| state.angle.hi + c.at_fraction(fraction)[0];
-    let u = |fraction: f64| state.u.hi + c.at_fraction(fraction)[1];
-    let reversal = (u(1.0) * state.u.hi < 0.0).then(|| bisect(1.0, u));
-    let exit = reversal.into_iter().chain([1.0]).find_map(|fraction| {
-        let reached = angle(fraction);
-        let upward = reached > high + SLACK;
-        let out = |fraction: f64| if upward { angle(fraction) - high } else { low - angle(fraction) };
-        let at = || if out(0.0) >= 0.0 { 0.0 } else { bisect(fraction, out) };
-        (upward || reached < low - SLACK).then(|| (at(), upward))
-    });
-    (reversal, exit)
+    let (mut way, sense) = (c.growth(0), state.u.hi.signum());
+    let mut speed = c.growth(1).map(|coefficient| sense * coefficient);
+    (way[0], speed[0]) = (state.angle.hi, state.u.hi.abs());
+    // A shaft at rest does not turn back.
+    let reversal = first_root(&speed, 1.0).filter(|at| *at > 0.0);
+    (reversal, exit(&way, inertia.ends(state.interval)))
 }
 
 /// The room that a step in time has.
@@ -172,9 +143,8 @@ pub struct Room {
 /// What the search for a step works with beside the integrator.
 struct Search<'a> {
     shaft: &'a Shaft,
-    state: &'a mut State,
+    state: &'a State,
     grid: &'a mut Grid,
-    idle: &'a mut u32,
     /// The communication point (s).
     time: f64,
     /// Relative; None at fixed cost.
@@ -186,30 +156,20 @@ struct Search<'a> {
 impl Search<'_> {
     /// The step to `end`, or to the border before it, and its estimated error.
     fn span<const N: usize>(&mut self, c: &mut Collocation<N>, [from, end]: [Double; 2]) -> Result<(Span, f64), Fault> {
-        let inertia = &self.shaft.inertia;
-        let covariance = c.error_covariance();
+        let (inertia, covariance) = (&self.shaft.inertia, c.error_covariance());
         let mut span = Span { base: *self.state, from, end, ..Span::default() };
-        loop {
-            self.solve(c, &mut span)?;
-            let (reversal, exit) = encounter(c, self.state, inertia);
-            span.reversal = reversal;
-            let Some((fraction, upward)) = exit.filter(|_| *self.idle < IDLE_CHANGES) else { break };
+        self.solve(c, &mut span)?;
+        let (mut reversal, exit) = encounter(c, self.state, inertia);
+        if let Some((fraction, upward)) = exit {
             self.grid.cut(from)?;
             c.set_error_covariance(covariance);
             let crossing = from + Double::from(fraction * span.length());
-            if (crossing - from).hi <= 0.0 {
-                self.state.change_interval(inertia, upward);
-                *self.idle += 1;
-                span = Span { base: *self.state, from, end, ..Span::default() };
-                continue;
-            }
             span.end = crossing;
             self.solve(c, &mut span)?;
             span.exit = (span.end == crossing).then_some(upward);
-            (span.reversal, _) = encounter(c, self.state, inertia);
-            break;
+            (reversal, _) = encounter(c, self.state, inertia);
         }
-        *self.idle = 0;
+        span.reversal = reversal;
         let (end, between) = (deviations(c, c.end_error()), padded(c.polynomial_error()));
         let deviations = std::array::from_fn(|k| end[k] + if self.within { between[k] } else { 0.0 });
         Ok((span, error_of(self.shaft, self.state, padded(c.state()), deviations)))
@@ -264,7 +224,7 @@ impl InTime {
             None => Integrator::Mechanical(Collocation::new(zero, [0.0; 2])),
             Some(_) => Integrator::WithLag(Collocation::new(zero, [0.0; 3])),
         };
-        InTime { integrator, span: None, idle: 0, grid: Grid::default() }
+        InTime { integrator, span: None, grid: Grid::default() }
     }
 
     /// Whether this may be the state of a machine with this shaft.
@@ -299,15 +259,15 @@ impl InTime {
 
     /// The next step: to a border, to a limit, to the next point of the grid, or as far as the tolerance allows. Returns what it cost
     /// (nominal µs).
-    pub fn extend(&mut self, shaft: &Shaft, state: &mut State, solver: &mut Solver, room: Room) -> Result<f64, Fault> {
+    pub fn extend(&mut self, shaft: &Shaft, state: &State, solver: &mut Solver, room: Room) -> Result<f64, Fault> {
         let Room { time, from, limit } = room;
-        let InTime { integrator, span, idle, grid } = self;
+        let InTime { integrator, span, grid } = self;
         let tolerance = (solver.settings.method == Method::Adaptive).then(|| solver.effective_tolerance());
         let end = match limit {
             Some(limit) if tolerance.is_some() => limit,
             _ => grid.end_of_step(from, limit),
         };
-        let mut search = Search { shaft, state, grid, idle, time, tolerance, within: limit.is_none() };
+        let mut search = Search { shaft, state, grid, time, tolerance, within: limit.is_none() };
         let (found, error, evaluations) = either!(integrator, c => {
             let spent = c.statistics.evaluations;
             let (found, error) = search.span(c, [from, end])?;

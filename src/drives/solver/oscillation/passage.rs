@@ -5,11 +5,10 @@
 
 use crate::drives::follower::flow::Flow;
 use crate::drives::shaft::cam_drive::AngleMotion;
-use crate::drives::shaft::cam_turn::OVERRUN;
+use crate::drives::shaft::passage::exit;
 use crate::numerics::angle;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::{Double, two_sum};
-use crate::numerics::first_root::first_exit;
 use std::f64::consts::TAU;
 
 /// Those of the way: φ is of degree 10 at most, q of less.
@@ -60,11 +59,8 @@ impl Place {
             }
         }
         way[0] = self.offset;
-        // A step that ended a little before a breakpoint, or beyond it, is followed by one that starts there.
-        let (lower, upper) = (self.offset.min(0.0) - OVERRUN, self.offset.max(self.span) + OVERRUN);
-        let theta = first_exit(&way, lower, upper)?;
-        let there = way.iter().rev().fold(0.0, |sum, c| sum * theta + c);
-        Some(Exit { time: self.start + Double::from(theta * length), forward: there > 0.5 * self.span })
+        let (theta, forward) = exit(&way, (0.0, self.span))?;
+        Some(Exit { time: self.start + Double::from(theta * length), forward })
     }
 
     /// The time (s) by which the step that was to end at the breakpoint, and did in the state `f`, ended too late: by the

@@ -25,7 +25,7 @@ use crate::drives::shaft::cam_drive::{AngleMotion, DriveMode};
 use crate::drives::shaft::cam_turn::{OVERRUN, turns};
 use crate::drives::shaft::course::Course;
 use crate::drives::shaft::instant::Instant;
-use crate::drives::solver::passage::first_passage;
+use crate::drives::shaft::passage::first_passage;
 use crate::drives::solver::step_control::RESERVE;
 use crate::drives::{Fault, Rounded};
 use crate::motion::MotionLaw;

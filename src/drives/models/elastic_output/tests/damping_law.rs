@@ -4,7 +4,7 @@
 use super::*;
 use crate::drives::follower::elastic_output::Equation;
 use crate::drives::shaft::cam_drive::AngleMotion;
-use crate::drives::solver::passage::first_passage;
+use crate::drives::shaft::passage::first_passage;
 use crate::drives::solver::step_control::{FAR, StepControl};
 use crate::motion::derivatives::lift;
 use crate::numerics::collocation::{Collocation, Failure, System};

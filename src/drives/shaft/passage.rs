@@ -1,8 +1,8 @@
-//! When a prescribed shaft passes the next breakpoint of a law.
+//! When a shaft passes the next breakpoint of a law.
 
-use crate::drives::shaft::cam_turn::ON_BREAKPOINT;
+use super::cam_turn::{ON_BREAKPOINT, OVERRUN};
 use crate::motion::turn::near;
-use crate::numerics::first_root::first_root;
+use crate::numerics::first_root::{first_exit, first_root};
 use std::f64::consts::TAU;
 
 /// The shaft leaves a segment of a law.
@@ -29,10 +29,17 @@ pub fn first_passage<const N: usize>(
     let upper = breakpoints.get(segment + 1).copied().unwrap_or(breakpoints[0] + TAU);
     // In the turn that has it nearest to the middle: what is a rounding before the start is not almost a turn behind it.
     let angle = near(phi, 0.5 * (lower + upper));
-    let mut left = [angle - (lower - overrun), upper + overrun - angle];
-    left = left.map(|left| if left < overrun + ON_BREAKPOINT { overrun } else { left });
-    if count == 1 && left.contains(&overrun) {
-        // The end of the only segment is its start: the motion is about to cross all of it.
+    let (at, up) = first_end([angle - (lower - overrun), upper + overrun - angle], count == 1, way, overrun)?;
+    let segment = (segment + if up { 1 } else { count - 1 }) % count;
+    Some(Passage { at, border: if up { breakpoints[segment] } else { lower }, segment })
+}
+
+/// The x ∈ [0, 1] at which the way Σ wayⱼ xʲ, 1 ≤ j, reaches an end of a segment, and whether the upper one. The `ends` are the
+/// distances down and up (rad), `overrun` included; the `only` segment of a law ends where it starts.
+pub fn first_end<const N: usize>(ends: [f64; 2], only: bool, way: &[f64; N], overrun: f64) -> Option<(f64, bool)> {
+    let mut left = ends.map(|left| if left < overrun + ON_BREAKPOINT { overrun } else { left });
+    if only && left.contains(&overrun) {
+        // The motion is about to cross all of it.
         left = if way[1] < 0.0 { [TAU + overrun, overrun] } else { [overrun, TAU + overrun] };
     }
     let [down, up] = [(1.0, left[0]), (-1.0, left[1])].map(|(sign, left)| {
@@ -41,11 +48,17 @@ pub fn first_passage<const N: usize>(
         if rest == [0.0; N] { None } else { first_root(&rest, 1.0) }
     });
     match (down, up) {
-        (down, Some(at)) if down.is_none_or(|down| at < down) => {
-            Some(Passage { at, border: breakpoints[(segment + 1) % count], segment: (segment + 1) % count })
-        }
-        (down, _) => down.map(|at| Passage { at, border: lower, segment: (segment + count - 1) % count }),
+        (down, Some(at)) if down.is_none_or(|down| at < down) => Some((at, true)),
+        (down, _) => down.map(|at| (at, false)),
     }
+}
+
+/// The x ∈ [0, 1] at which the integrated angle Σ wayⱼ xʲ leaves the segment from `low` to `high` (rad), and whether upwards.
+pub fn exit<const N: usize>(way: &[f64; N], (low, high): (f64, f64)) -> Option<(f64, bool)> {
+    // A step that ended a little before a breakpoint, or beyond it, is followed by one that starts there.
+    let at = first_exit(way, low.min(way[0]) - OVERRUN, high.max(way[0]) + OVERRUN)?;
+    let there = way.iter().rev().fold(0.0, |sum, c| sum * at + c);
+    Some((at, there > 0.5 * (low + high)))
 }
 
 #[cfg(test)]
