@@ -3,6 +3,7 @@
 use crate::document::{Section, units::short};
 use camdrive::drives::drive_train::{Machine, Scene, Shaft, Start};
 use camdrive::drives::shaft::motor::{Reference, Servo, Source};
+use camdrive::drives::shaft::train::switching::Instant;
 use camdrive::drives::shaft::train::{Given, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use camdrive::numerics::double_double::Double;
 use std::f64::consts::TAU;
@@ -98,11 +99,11 @@ fn turn(scene: &Scene, machine: &Machine, sense: f64) -> Option<Vec<[f64; 2]>> {
     let given = Given { course: [0.0; 2], tau: 0.0, torque: 0.0, reference: 0.0, lag: 0.0, forces };
     let at = |steps: f64| {
         let phi = Double::from(machine.phi_start + sense * TAU * steps / ANGLES as f64);
-        let (mut modes, mut y) = (Modes::default(), [0.0; MOST_STATES]);
-        modes.segments = train.segments(&train.angles(phi, &y), sense > 0.0);
-        train.rest(&mut modes, phi, &mut y, &given).ok()?;
-        modes.segments = train.segments(&train.angles(phi, &y), sense > 0.0);
-        let (functions, dynamics) = train.instant(&modes, phi, &y, &given);
+        let (mut modes, mut now) = (Modes::default(), Instant { phi, y: [0.0; MOST_STATES], given });
+        modes.segments = train.segments(&train.angles(phi, &now.y), sense > 0.0);
+        train.rest(&mut modes, &mut now).ok()?;
+        modes.segments = train.segments(&train.angles(phi, &now.y), sense > 0.0);
+        let (functions, dynamics) = train.instant(&modes, phi, &now.y, &now.given);
         Some([-sense * functions.inertia * dynamics.a, functions.inertia])
     };
     std::iter::once(0.0).chain((0..ANGLES).map(|i| i as f64 + 0.5)).map(at).collect()

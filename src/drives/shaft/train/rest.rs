@@ -7,11 +7,11 @@
 //!
 //! Source: derived here; the stability condition is that of a conservative system (second derivative of the potential).
 
-use super::{Functions, Given, Joint, Modes, Train};
+use super::switching::Instant;
+use super::{Functions, Joint, Modes, Train};
 use crate::drives::Fault;
 use crate::drives::follower::contact::{Flank, Mode};
 use crate::drives::limits::refused_start;
-use crate::numerics::double_double::Double;
 
 /// Steps of the load from nothing on; between them Newton's method needs a few iterations.
 const STEPS: usize = 64;
@@ -22,8 +22,9 @@ impl Train {
     ///
     /// # Errors
     /// Where nothing holds a tool, or m1 at a flank, and where an elastic shaft snaps through.
-    pub fn rest(&self, modes: &mut Modes, phi: Double, y: &mut [f64], given: &Given<f64>) -> Result<(), Fault> {
-        let angles = self.angles(phi, y);
+    pub fn rest(&self, modes: &mut Modes, now: &mut Instant) -> Result<(), Fault> {
+        let Instant { phi, y, given } = now;
+        let angles = self.angles(*phi, y);
         let f = Functions::at(self, modes, &angles);
         for (j, follower) in self.followers.iter().enumerate() {
             let (at, load) = (self.layout.followers[j], &follower.load);

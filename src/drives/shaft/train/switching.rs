@@ -15,7 +15,7 @@
 //! Symbols: σ = 1 on flank A, −1 on flank B; P impulse on m1 (N·s) in the sense of y; z gap (m).
 //! Source: F. Pfeiffer, C. Glocker, *Multibody Dynamics with Unilateral Contacts*, Wiley 1996, chapters 5, 6, 8.
 
-use super::{Functions, Given, Joint, MOST_FOLLOWERS, Modes, Train};
+use super::{Functions, Given, Joint, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use crate::drives::follower::contact::{Flank, Mode};
 use crate::numerics::double_double::Double;
 
@@ -60,6 +60,23 @@ fn balance(members: &[Member], inertia: f64, free: f64) -> f64 {
     if inertia.is_finite() { (inertia * free - torque) / weight } else { free }
 }
 
+/// The train at an instant.
+pub struct Instant {
+    /// φ (rad), within a turn where the shaft is free.
+    pub phi: Double,
+    /// The states.
+    pub y: [f64; MOST_STATES],
+    /// What comes from outside.
+    pub given: Given<f64>,
+}
+
+/// These modes with all contacts at the given flanks open.
+fn opened(modes: &Modes, at_flank: &[Option<Flank>; MOST_FOLLOWERS]) -> Modes {
+    let mut open = *modes;
+    at_flank.iter().zip(&mut open.contacts).filter(|(flank, _)| flank.is_some()).for_each(|(_, c)| *c = Mode::Free);
+    open
+}
+
 /// The result of impacts.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Strike {
@@ -88,6 +105,11 @@ impl Train {
         (functions, dynamics)
     }
 
+    /// φ̇ (rad/s).
+    pub fn speed(&self, now: &Instant) -> f64 {
+        if self.machine().is_some() { now.y[1] } else { now.given.course[0] }
+    }
+
     /// J without the followers at a flank; infinite where the shaft is driven.
     fn carried(&self, functions: &Functions<f64>) -> f64 {
         if self.machine().is_some() { functions.inertia } else { f64::INFINITY }
@@ -98,12 +120,10 @@ impl Train {
         &self,
         modes: &Modes,
         at_flank: &[Option<Flank>; MOST_FOLLOWERS],
-        (phi, y, given): (Double, &[f64], &Given<f64>),
+        now: &Instant,
     ) -> ([f64; MOST_FOLLOWERS], f64) {
-        let mut open = *modes;
-        at_flank.iter().zip(&mut open.contacts).filter(|(flank, _)| flank.is_some()).for_each(|(_, c)| *c = Mode::Free);
-        let (f, d) = self.instant(&open, phi, y, given);
-        let w = if self.machine().is_some() { y[1] } else { given.course[0] };
+        let ((f, d), given) = (self.instant(&opened(modes, at_flank), now.phi, &now.y, &now.given), &now.given);
+        let w = self.speed(now);
         let mut members = [Member::default(); MOST_FOLLOWERS];
         for (j, member) in members.iter_mut().enumerate().take(self.followers.len()) {
             let (Some(flank), Joint::Backlash(p)) = (at_flank[j], self.followers[j].joint) else { continue };
@@ -117,15 +137,8 @@ impl Train {
     }
 
     /// What happens when followers hit their flanks while others touch theirs.
-    pub fn strike(
-        &self,
-        modes: &Modes,
-        at_flank: &[Option<Flank>; MOST_FOLLOWERS],
-        (phi, y, given): (Double, &[f64], &Given<f64>),
-    ) -> Strike {
-        let mut open = *modes;
-        at_flank.iter().zip(&mut open.contacts).filter(|(flank, _)| flank.is_some()).for_each(|(_, c)| *c = Mode::Free);
-        let (f, _) = self.instant(&open, phi, y, given);
+    pub fn strike(&self, modes: &Modes, at_flank: &[Option<Flank>; MOST_FOLLOWERS], now: &Instant) -> Strike {
+        let ((f, _), y) = (self.instant(&opened(modes, at_flank), now.phi, &now.y, &now.given), &now.y);
         let mut members = [Member::default(); MOST_FOLLOWERS];
         let mut strike = Strike::default();
         for (j, member) in members.iter_mut().enumerate().take(self.followers.len()) {

@@ -14,6 +14,7 @@ use super::record::About;
 use super::{Event, ORDERS, Outside, Run};
 use crate::drives::follower::contact::Mode;
 use crate::drives::follower::member::Joint;
+use crate::drives::shaft::train::switching::Instant;
 use crate::drives::shaft::train::{MOST_STATES, Train};
 use crate::drives::solver::step_control::RESERVE;
 use crate::numerics::double_double::Double;
@@ -245,10 +246,7 @@ impl Run {
 
     /// States and rates.
     pub(super) fn rates(&self, train: &Train, outside: &Outside) -> [[f64; MOST_STATES]; 2] {
-        let mut y = [0.0; MOST_STATES];
-        self.from(&mut y);
-        let phi = self.phi(outside, self.start, &y);
-        let given = self.given(train, outside, self.start, &y);
+        let Instant { phi, y, given } = self.here(train, outside);
         [y, train.instant(&self.modes, phi, &y, &given).1.rates]
     }
 

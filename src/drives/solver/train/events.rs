@@ -4,7 +4,7 @@ use super::{End, Event, Outside, Run};
 use crate::drives::follower::contact::{Flank, Mode};
 use crate::drives::follower::member::Joint;
 use crate::drives::shaft::cam_drive::goes_on;
-use crate::drives::shaft::train::switching::Strike;
+use crate::drives::shaft::train::switching::{Instant, Strike};
 use crate::drives::shaft::train::{Dynamics, Functions, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use crate::drives::{About, Event as Entry, EventLog, Fault};
 use crate::numerics::double_double::Double;
@@ -69,9 +69,7 @@ impl End {
 impl Run {
     /// Takes up what ends the step, which has been left there.
     pub(super) fn happen(&mut self, train: &Train, outside: &Outside, event: Event, log: &mut EventLog) {
-        let mut y = [0.0; MOST_STATES];
-        self.from(&mut y);
-        let phi = self.phi(outside, self.start, &y);
+        let Instant { phi, y, .. } = self.here(train, outside);
         let jumps = matches!(event, Event::Border(..) | Event::Impact(..)) && !self.errors.values.is_empty();
         let flight = if let Event::Impact(j, _) = event { self.errors.flight(j, self.start.hi) } else { f64::INFINITY };
         let before = jumps.then(|| (self.rates(train, outside), flight));
@@ -100,6 +98,19 @@ impl Run {
         }
     }
 
+    /// The train at the start of the step.
+    pub(super) fn here(&self, train: &Train, outside: &Outside) -> Instant {
+        let mut y = [0.0; MOST_STATES];
+        self.from(&mut y);
+        Instant { phi: self.phi(outside, self.start, &y), given: self.given(train, outside, self.start, &y), y }
+    }
+
+    /// Sets the states that an event has changed; the others keep their low parts.
+    fn take(&mut self, y: &[f64]) {
+        let changed = self.states.iter_mut().zip(y).filter(|(state, y)| state.hi != **y);
+        changed.for_each(|(state, y)| *state = Double::from(*y));
+    }
+
     fn log(&self, log: &mut EventLog, kind: &'static str, follower: usize, figure: Figure) {
         let Figure { quantity, value, unit } = figure;
         log.push(Entry { time: self.start.hi, kind, quantity, value, unit, follower, about: About::Machine });
@@ -122,11 +133,7 @@ impl Run {
         balanced: bool,
         log: &mut EventLog,
     ) -> Result<(), Fault> {
-        let mut y = [0.0; MOST_STATES];
-        self.from(&mut y);
-        let phi = self.phi(outside, self.start, &y);
-        let given = self.given(train, outside, self.start, &y);
-        let d = self.locate(train, outside);
+        let (mut now, d) = (self.here(train, outside), self.locate(train, outside));
         if let Some(motor) = train.machine().map(|machine| &machine.motor) {
             if let Some(table) = motor.table() {
                 self.modes.piece = table.piece(d.demand);
@@ -134,8 +141,8 @@ impl Run {
             self.modes.saturation = motor.saturation(d.demand);
         }
         if balanced {
-            train.rest(&mut self.modes, phi, &mut y, &given)?;
-            self.states.iter_mut().zip(y).for_each(|(state, y)| *state = Double::from(y));
+            train.rest(&mut self.modes, &mut now)?;
+            self.states.iter_mut().zip(now.y).for_each(|(state, y)| *state = Double::from(y));
             self.settle(train, outside, None, log);
         } else {
             self.press(train, outside, log);
@@ -145,15 +152,12 @@ impl Run {
 
     /// The segments of all laws at the start of the step; the shaft's acceleration and what comes with it there.
     pub fn locate(&mut self, train: &Train, outside: &Outside) -> Dynamics<f64> {
-        let mut y = [0.0; MOST_STATES];
-        self.from(&mut y);
-        let phi = self.phi(outside, self.start, &y);
-        let angles = train.angles(phi, &y);
-        let given = self.given(train, outside, self.start, &y);
+        let now = self.here(train, outside);
+        let angles = train.angles(now.phi, &now.y);
         // At rest the acceleration tells where the shaft will turn.
         self.modes.segments = train.segments(&angles, true);
-        let (_, d) = train.instant(&self.modes, phi, &y, &given);
-        let w = if train.machine().is_some() { y[1] } else { given.course[0] };
+        let (_, d) = train.instant(&self.modes, now.phi, &now.y, &now.given);
+        let w = train.speed(&now);
         let forward = if w != 0.0 { w > 0.0 } else { d.a >= 0.0 };
         self.modes.segments = train.segments(&angles, forward);
         d
@@ -162,10 +166,8 @@ impl Run {
     /// What the present inputs and parameters decide: the limit of a servo, and who stays on its flank.
     pub fn decide(&mut self, train: &Train, outside: &Outside, log: &mut EventLog) {
         if let Some(motor) = train.machine().map(|machine| &machine.motor) {
-            let mut y = [0.0; MOST_STATES];
-            self.from(&mut y);
-            let given = self.given(train, outside, self.start, &y);
-            let (_, d) = train.instant(&self.modes, self.phi(outside, self.start, &y), &y, &given);
+            let now = self.here(train, outside);
+            let (_, d) = train.instant(&self.modes, now.phi, &now.y, &now.given);
             let sign = motor.saturation(d.demand);
             // At the limit itself roundings would decide.
             if sign != self.modes.saturation && !matches!(self.since, Some(Event::Limit(_))) {
@@ -185,11 +187,7 @@ impl Run {
         // The flank of one depends on what the others do.
         for _ in 0..train.followers.len() {
             let at_flank = self.at_flanks(None);
-            let mut y = [0.0; MOST_STATES];
-            self.from(&mut y);
-            let phi = self.phi(outside, self.start, &y);
-            let given = self.given(train, outside, self.start, &y);
-            let (forces, _) = train.pressing(&self.modes, &at_flank, (phi, &y, &given));
+            let (forces, _) = train.pressing(&self.modes, &at_flank, &self.here(train, outside));
             let mut changed = false;
             for (j, flank) in at_flank.iter().enumerate().take(train.followers.len()) {
                 let (Some(Flank::A), Joint::Backlash(p)) = (flank, train.followers[j].joint) else { continue };
@@ -332,12 +330,8 @@ impl Run {
         if at_flank.iter().all(Option::is_none) {
             return;
         }
-        let mut y = [0.0; MOST_STATES];
-        self.from(&mut y);
-        let phi = self.phi(outside, self.start, &y);
-        let given = self.given(train, outside, self.start, &y);
-        let (forces, _) = train.pressing(&self.modes, &at_flank, (phi, &y, &given));
-        let w = if train.machine().is_some() { y[1] } else { given.course[0] };
+        let now = self.here(train, outside);
+        let ((forces, _), w) = (train.pressing(&self.modes, &at_flank, &now), train.speed(&now));
         for (j, flank) in at_flank.iter().enumerate().take(train.followers.len()) {
             let Some(flank) = flank else { continue };
             let Joint::Backlash(p) = train.followers[j].joint else { continue };
@@ -358,8 +352,8 @@ impl Run {
     fn hit(&mut self, train: &Train, outside: &Outside, (j, flank): (usize, Flank), log: &mut EventLog) {
         let mut at_flank = self.at_flanks(None);
         at_flank[j] = Some(flank);
-        let mut y = [0.0; MOST_STATES];
-        self.from(&mut y);
+        let mut now = self.here(train, outside);
+        let y = &mut now.y;
         for (i, follower) in train.followers.iter().enumerate() {
             let (Joint::Backlash(p), Mode::Free) = (follower.joint, self.modes.contacts[i]) else { continue };
             let at = train.layout.followers[i];
@@ -381,17 +375,15 @@ impl Run {
                 }
             }
         }
-        let phi = self.phi(outside, self.start, &y);
-        let given = self.given(train, outside, self.start, &y);
-        let (f, _) = train.instant(&self.modes, phi, &y, &given);
+        let (f, _) = train.instant(&self.modes, now.phi, &now.y, &now.given);
         let slopes: [f64; MOST_FOLLOWERS] = std::array::from_fn(|i| f.cams[i][1]);
         // Two that chatter at once open each other at every bounce, to the last digit.
-        if self.close(train, outside, Bounce { j, flank, part: FAINT }, &slopes, &mut y) {
-            self.states.iter_mut().zip(y).filter(|(s, y)| s.hi != *y).for_each(|(s, y)| *s = Double::from(y));
+        if self.close(train, Bounce { j, flank, part: FAINT }, &slopes, &mut now) {
+            self.take(&now.y);
             return self.settle(train, outside, None, log);
         }
-        let strike = train.strike(&self.modes, &at_flank, (phi, &y, &given));
-        train.take_up(&strike, &at_flank, &slopes, &mut y);
+        let strike = train.strike(&self.modes, &at_flank, &now);
+        train.take_up(&strike, &at_flank, &slopes, &mut now.y);
         for i in 0..train.followers.len() {
             let impulse = strike.impulses[i];
             self.count(i, impulse, slopes[i]);
@@ -408,15 +400,11 @@ impl Run {
             } else {
                 self.open(i, 1);
                 if was_free {
-                    self.close(train, outside, Bounce { j: i, flank: touched, part: CLOSURE }, &slopes, &mut y);
+                    self.close(train, Bounce { j: i, flank: touched, part: CLOSURE }, &slopes, &mut now);
                 }
             }
         }
-        self.states
-            .iter_mut()
-            .zip(y)
-            .filter(|(state, y)| state.hi != *y)
-            .for_each(|(state, y)| *state = Double::from(y));
+        self.take(&now.y);
         self.settle(train, outside, None, log);
     }
 
@@ -428,29 +416,18 @@ impl Run {
     }
 
     /// Ends bounces that are all but over: m1 stays, and what they would still bring is summed.
-    fn close(
-        &mut self,
-        train: &Train,
-        outside: &Outside,
-        bounce: Bounce,
-        slopes: &[f64; MOST_FOLLOWERS],
-        y: &mut [f64],
-    ) -> bool {
+    fn close(&mut self, train: &Train, bounce: Bounce, slopes: &[f64; MOST_FOLLOWERS], now: &mut Instant) -> bool {
         let Bounce { j, flank, part } = bounce;
         let Joint::Backlash(p) = train.followers[j].joint else { return false };
         let mut at_flank = self.at_flanks(None);
         at_flank[j] = Some(flank);
-        let at = train.layout.followers[j];
-        let rebound = y[at + 1];
-        let phi = self.phi(outside, self.start, y);
-        let given = self.given(train, outside, self.start, y);
-        let (forces, _) = train.pressing(&self.modes, &at_flank, (phi, y, &given));
+        let rebound = now.y[train.layout.followers[j] + 1];
+        let (forces, _) = train.pressing(&self.modes, &at_flank, now);
         let force = flank.sign() * forces[j];
-        let (f, _) = train.instant(&self.modes, phi, y, &given);
+        let (f, _) = train.instant(&self.modes, now.phi, &now.y, &now.given);
         let inverse = 1.0 / p.m1 + if train.machine().is_some() { slopes[j] * slopes[j] / f.inertia } else { 0.0 };
         let mass = 1.0 / inverse;
-        let last = 1.0 - p.e;
-        let w = if train.machine().is_some() { y[1] } else { given.course[0] };
+        let (last, w) = (1.0 - p.e, train.speed(now));
         // Where nothing changes, the unit of time grows without limit.
         let time = part * self.unit.min(self.pace(train)).min(1.0 / w.abs());
         if !(force > 0.0 && last > 0.0 && 2.0 * rebound.abs() * mass <= time * force * last) {
@@ -464,7 +441,7 @@ impl Run {
             Some(Joint::Backlash(p)) if at_flank[i].is_some() => p.m1 * slopes[i] * turn,
             _ => 0.0,
         });
-        train.take_up(&Strike { turn, impulses, ..Strike::default() }, &at_flank, slopes, y);
+        train.take_up(&Strike { turn, impulses, ..Strike::default() }, &at_flank, slopes, &mut now.y);
         let tally = &mut self.tallies[j];
         tally.impulse += mass * rebound * (1.0 + p.e) / last;
         tally.sums[0] += impulse;

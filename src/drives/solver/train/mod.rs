@@ -574,16 +574,9 @@ impl Run {
 
     /// Takes up ∫F_K and ∫U′F_K of the step up to `theta`.
     fn sum_up(&mut self, train: &Train, theta: f64) {
-        (0..train.followers.len()).for_each(|j| self.tallies[j].damped = self.damped(train, j, theta));
-        let integral =
-            |c: &[f64], x: f64| c.iter().enumerate().rev().fold(0.0, |sum, (n, c)| sum * x + c / (n + 1) as f64) * x;
         for j in 0..train.followers.len() {
-            if self.modes.contacts[j] != Mode::Free {
-                for (i, c) in self.recorded.normal(j).into_iter().enumerate() {
-                    let c = &c[..self.order];
-                    self.tallies[j].sums[i] += self.unit * (integral(c, theta) - integral(c, self.summed));
-                }
-            }
+            let (damped, sums) = (self.damped(train, j, theta), self.sums_to(train, theta, j));
+            (self.tallies[j].damped, self.tallies[j].sums) = (damped, sums);
         }
         self.summed = theta;
     }
@@ -705,17 +698,21 @@ impl Run {
 
     /// The sums of the communication step up to `time`.
     pub fn sums(&self, train: &Train, time: f64, j: usize) -> [f64; 2] {
-        let mut copy = self.tallies[j].sums;
+        self.sums_to(train, self.theta(Double::from(time)).clamp(0.0, self.length), j)
+    }
+
+    /// The same up to the place `theta` of the step.
+    fn sums_to(&self, train: &Train, theta: f64, j: usize) -> [f64; 2] {
+        let mut sums = self.tallies[j].sums;
         if self.modes.contacts[j] != Mode::Free && j < train.followers.len() {
-            let theta = self.theta(Double::from(time)).clamp(0.0, self.length);
             let integral = |c: &[f64], x: f64| {
                 c.iter().enumerate().rev().fold(0.0, |sum, (n, c)| sum * x + c / (n + 1) as f64) * x
             };
-            for (i, c) in self.recorded.normal(j).into_iter().enumerate() {
+            for (sum, c) in sums.iter_mut().zip(self.recorded.normal(j)) {
                 let c = &c[..self.order];
-                copy[i] += self.unit * (integral(c, theta) - integral(c, self.summed));
+                *sum += self.unit * (integral(c, theta) - integral(c, self.summed));
             }
         }
-        copy
+        sums
     }
 }
