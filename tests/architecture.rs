@@ -381,7 +381,7 @@ const ROOMS: [(&str, usize); 38] = [
     ("src/drives/interface", 1443),
     ("src/drives/follower", 1881),
     ("src/drives/shaft", 2998),
-    ("src/drives/solver", 6363),
+    ("src/drives/solver", 6355),
     ("src/drives/models", 3345),
     ("src/fmi2", 1211),
     ("design/src", 1357),

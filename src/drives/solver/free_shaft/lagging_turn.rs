@@ -111,29 +111,21 @@ impl<'a> LaggingTurn<'a> {
 
     /// The smooth pieces that the shaft passes from the start, in their order.
     fn legs(&self) -> Vec<Leg> {
-        let borders = self.inertia.borders().len();
-        if borders == 0 {
-            return vec![Leg { place: self.inertia.place(0), end: TAU }];
-        }
-        let mut interval = self.interval;
-        let mut legs = Vec::with_capacity(borders + 1);
-        let mut at = self.phi_start;
-        let mut psi = 0.0;
-        while psi < TAU {
-            let (low, high) = self.inertia.ends(interval);
-            let width = if legs.is_empty() { if self.sense > 0.0 { high - at } else { at - low } } else { high - low };
+        let (borders, forward) = (self.inertia.borders().len(), self.sense > 0.0);
+        let (mut interval, mut psi, mut legs) = (self.interval, 0.0, Vec::with_capacity(borders + 1));
+        let (low, high) = self.inertia.ends(interval);
+        let mut width = if forward { high - self.phi_start } else { self.phi_start - low };
+        // The first piece is passed in two parts; without borders its ends are infinitely far away.
+        while psi < TAU && legs.len() <= borders + 1 {
             psi = (psi + width.max(0.0)).min(TAU);
             legs.push(Leg { place: self.inertia.place(interval), end: psi });
-            (interval, _) = beside(interval, borders, self.sense > 0.0);
-            at = 0.0;
-            // The mesh of the borders cannot have more pieces than this.
-            if legs.len() > borders + 1 {
-                break;
+            if psi < TAU {
+                (interval, _) = beside(interval, borders, forward);
+                let (low, high) = self.inertia.ends(interval);
+                width = high - low;
             }
         }
-        if let Some(last) = legs.last_mut() {
-            last.end = TAU;
-        }
+        legs.iter_mut().last().into_iter().for_each(|last| last.end = TAU);
         legs
     }
 
