@@ -459,7 +459,7 @@ fn initial_dependencies_are_those_of_the_initialisation() {
         let unknowns = initial_unknowns(&list);
         let mut seen = vec![vec![false; knowns.len()]; unknowns.len()];
         let mut random = Random(2);
-        for sample in 0..18 {
+        for sample in 0..36 {
             prepare(&mut drive, &list, sample, &mut random);
             let Some(before) = start_values(&mut drive, &unknowns) else { continue };
             for (column, &known) in knowns.iter().enumerate() {
