@@ -656,7 +656,7 @@ impl<'a> Section<'a> {
         self.section(key)?.or_else(|| self.missing(key, None, format!("add a section [{}]", self.path_of(key))))
     }
 
-    /// The tables [[key]]; none where the key is not there. Their paths count from 1, as the FMU's variables do.
+    /// The tables `[[key]]`; none where the key is not there. Their paths count from 1, as the FMU's variables do.
     pub fn sections(&self, key: &'static str) -> Option<Vec<Section<'a>>> {
         let keys = self.kind(key, |value| if let keys::Value::Tables(keys) = value { Some(keys) } else { None });
         let Some(node) = self.node(key) else { return Some(Vec::new()) };
@@ -690,7 +690,7 @@ impl<'a> Section<'a> {
         (list.len() == table.len()).then_some(list)
     }
 
-    /// What `read` makes of each of the tables [[key]].
+    /// What `read` makes of each of the tables `[[key]]`.
     pub fn each<T>(&self, key: &'static str, read: impl FnMut(&Section<'a>) -> Option<T>) -> Option<Vec<T>> {
         all(self.sections(key)?.iter().map(read))
     }

@@ -220,7 +220,7 @@ pub struct Course {
     pub text: String,
 }
 
-/// The main columns over the time, at most [`MOST_CURVES`], and what the diagram shows; None where none of them changes.
+/// The main columns over the time, at most `MOST_CURVES`, and what the diagram shows; None where none of them changes.
 pub fn diagram(title: &str, columns: &[Course], rows: &[Vec<f64>]) -> Option<(Drawing, String)> {
     let column = |i: usize| rows.iter().map(move |row| row[i + 1]);
     let tells = |i: &usize| {

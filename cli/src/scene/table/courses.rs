@@ -27,7 +27,7 @@ enum Content {
 /// What a table of courses looks like.
 const EXAMPLE: &str = "a table has the headings time and names of inputs, and below them numbers";
 
-/// The courses of some of these inputs, in SI units or in those of the headings, "w [rpm]"; `own` is the unit that the FMU has for an
+/// The courses of some of these inputs, in SI units or in those of the headings, `w [rpm]`; `own` is the unit that the FMU has for an
 /// input, where it is another than SI.
 ///
 /// # Errors
