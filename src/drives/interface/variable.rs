@@ -263,6 +263,7 @@ pub fn real_within(quantity: &'static Quantity, min: f64, max: f64) -> Kind {
     Kind::Real { quantity, min, max, nominal: None }
 }
 
+// A declaration is made once: inlined into all of them, these makers take 37 kB of the library.
 impl<D> List<D> {
     #[inline(never)]
     fn push(&mut self, description: Description, access: Access<D>) -> &mut Variable<D> {
