@@ -157,6 +157,9 @@ def _by_tool(
 # FMPy goes into the folder of a library while it loads it, and the working directory is that of the whole process.
 _without_chdir = SimpleNamespace(**{**vars(os), "chdir": lambda _folder: None})
 _loading = threading.Lock()
+# The library below FMPy makes its table of XML's types at the first schema it reads: of two threads that come at once, one
+# finds the table half made.
+_reading = threading.Lock()
 _of_thread = threading.local()
 
 
@@ -262,7 +265,8 @@ def _by_fmpy(
         arm = Path(unpacked, "binaries", "aarch64-linux")
         if arm.is_dir() and sys.platform == "linux" and platform.machine() == "aarch64":
             shutil.copytree(arm, arm.with_name("linux64"), dirs_exist_ok=True)
-        description = fmpy.read_model_description(unpacked)
+        with _reading:
+            description = fmpy.read_model_description(unpacked)
         known = {variable.name: variable for variable in description.modelVariables}
         units_of_fmu = _units(description)
         unknown = [name for name in (*values, *(outputs or ())) if name not in known]
@@ -278,6 +282,7 @@ def _by_fmpy(
         try:
             array = fmpy.simulate_fmu(
                 unpacked,
+                model_description=description,
                 start_values={name: _number(value, known[name], units_of_fmu) for name, value in values.items()},
                 output=outputs,
                 stop_time=stop,
