@@ -397,21 +397,21 @@ const ROOMS: [(&str, usize); 38] = [
     ("design/src/periodic_train", 170),
     ("design/src/plot", 660),
     ("design/src/recording", 167),
-    ("design/src/report", 954),
+    ("design/src/report", 1053),
     ("design/src/smoothing", 793),
     ("design/src/stability", 2124),
     ("design/src/steady", 362),
     ("design/src/study", 1171),
     ("design/src/synthesis", 4445),
     ("design/src/tradeoff", 1521),
-    ("design/src/xml", 178),
+    ("design/src/xml", 164),
     ("cli/src", 12),
     ("cli/src/document", 2487),
     ("cli/src/scene", 3876),
     ("cli/src/task", 652),
     ("cli/src/system", 1726),
     ("cli/src/study", 818),
-    ("cli/src/export", 1701),
+    ("cli/src/export", 1506),
     ("cli/src/command", 4756),
 ];
 
@@ -532,7 +532,7 @@ fn parts(list: &str) -> Vec<&str> {
 }
 
 /// What lies between these brackets.
-fn between<'a>(code: &'a str, brackets: [char; 2]) -> Option<&'a str> {
+fn between(code: &str, brackets: [char; 2]) -> Option<&str> {
     code.trim().strip_prefix(brackets[0])?.strip_suffix(brackets[1])
 }
 

@@ -2,7 +2,7 @@
 
 use camdrive::drives::resource::BUILD;
 use camdrive_cli::export::archive::{File, archive};
-use camdrive_cli::export::{documentation, model_description::Identity};
+use camdrive_cli::export::documentation;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
@@ -3449,9 +3449,9 @@ fn what_of_forces_the_motion_leaves_out_is_said() {
     let xml = camdrive(&["describe", TAPPET, "--xml"]).out;
     assert!(xml.contains(&format!("description=\"{described}\"")), "{xml}");
     let scene = camdrive_cli::scene::read(&root().join(TAPPET)).expect("a scene");
-    let identity = Identity { name: "tappet", description: &scene.description, guid: "", date: None };
     let mut drive = scene.resource().build().expect("a drive");
-    let page = documentation::html(&identity, &scene.resource(), &mut drive, &Default::default()).expect("a page");
+    let page = documentation::Page { description: &scene.description, ..Default::default() };
+    let page = documentation::html(&scene.resource(), &mut drive, &page).expect("a page");
     assert!(page.contains(&described));
     // Where force keeps no follower on its cam, no speed is told.
     let machine = "examples/sealing_machine/scene.toml";

@@ -2,8 +2,8 @@
 
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{AnyDrive, Description, MODELS};
+use camdrive_cli::export;
 use camdrive_cli::export::documentation::{self, Page};
-use camdrive_cli::export::{self, model_description::Identity};
 use camdrive_cli::scene::{self, Resolved};
 use camdrive_design::resource::Described;
 use std::path::{Path, PathBuf};
@@ -144,9 +144,9 @@ fn the_documentation_is_complete_and_well_formed() {
             "{place}"
         );
         assert!(!drive.curves().is_empty(), "{place}: no picture");
-        let identity = Identity { name: &scene.name, description: &scene.description, guid: "", date: None };
         assert!(!documentation.left_out.is_empty(), "{place}");
-        let page = documentation::html(&identity, &scene.resource(), &mut drive, &Page::default()).unwrap();
+        let page = Page { description: &scene.description, ..Page::default() };
+        let page = documentation::html(&scene.resource(), &mut drive, &page).unwrap();
         assert_well_formed(&page, &place.to_string());
         // Each formula once, and nothing about what this drive has not.
         assert_eq!(page.matches("class=\"formula\"").count(), documentation.equations.len(), "{place}");

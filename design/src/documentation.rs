@@ -29,6 +29,13 @@ pub struct Equation {
     pub text: String,
 }
 
+impl Equation {
+    /// Title and formula in one line.
+    pub fn line(&self) -> String {
+        format!("{}: {}", self.title, self.text)
+    }
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {

@@ -433,7 +433,7 @@ def test_the_documentation_is_well_formed_and_offline(fmu, name):
     tree = etree.fromstring(text.encode())
     formulas = ["".join(formula.itertext()) for formula in tree.iterfind(".//{*}p[@class='formula']")]
     assert formulas and len(set(formulas)) == len(formulas), formulas
-    titles = {title.text: title for title in tree.iterfind(".//{*}h2")}
+    titles = {title.text: title for title in tree.iterfind(".//{*}h3")}
     platforms = [item.text.split(":")[0] for item in titles["Platforms"].getnext()]
     assert sorted(platforms) == sorted(folder.name for folder in (package.folder / "binaries").iterdir())
     assert len(titles["What the model leaves out"].getnext()) >= 1

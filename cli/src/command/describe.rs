@@ -9,6 +9,7 @@ use crate::scene::Resolved;
 use crate::scene::forces::machine;
 use camdrive::drives::variable::Kind;
 use camdrive::drives::{AnyDrive, Description, Fault};
+use camdrive_design::documentation::Equation;
 use camdrive_design::forces::Machine;
 use camdrive_design::forces::report::LiftOff;
 use camdrive_design::overview::{self, Jump, Motion};
@@ -92,7 +93,7 @@ fn text(resolved: &Resolved, drive: &mut Described) -> Result<String, Fault> {
     let text = Page::new(format!("{} ({})", resolved.name, resolved.scene.said()), width())
         .lines(Some(&resolved.description).filter(|text| !text.is_empty()))
         .lines(["", &documentation.summary])
-        .section("Equations", documentation.equations.iter().map(|e| format!("{}: {}", e.title, e.text)))
+        .section("Equations", documentation.equations.iter().map(Equation::line))
         .table("Variables", &variables(drive)?)
         .table("Motions", &cells(&Motion::table(&overview.motions)))
         .section("Jumps", overview.jumps.iter().map(Jump::text))

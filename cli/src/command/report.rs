@@ -14,7 +14,7 @@ use camdrive_design::overview;
 use camdrive_design::plot::{Axis, Diagram, Series};
 use camdrive_design::report::terminal::shown;
 use camdrive_design::report::unit::ONE;
-use camdrive_design::report::{Level, Report, Table, Unit, html};
+use camdrive_design::report::{Block, Level, Report, Table, Unit, html};
 use camdrive_design::resource::{Described, Scene};
 use camdrive_design::stability::{self, Options};
 use std::path::{Path, PathBuf};
@@ -149,10 +149,7 @@ fn model(scene: &Resolved, drive: &mut Described) -> Result<Report, Fault> {
             .column("value", "value", ONE, |(_, value)| value)
             .column("meaning", "meaning", ONE, |(about, _)| &about.text),
     );
-    report.explain(
-        "Equations",
-        text.equations.into_iter().map(|equation| format!("{}: {}", equation.title, equation.text)),
-    );
+    report.explained.push(Block::Equations("Equations".to_owned(), text.equations));
     report.explain("Solution and accuracy", text.accuracy.into_iter().map(|(of, text)| format!("{of}: {text}")));
     report.explain("Sources", text.sources);
     Ok(report)

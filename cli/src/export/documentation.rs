@@ -1,27 +1,23 @@
-//! documentation/index.html: what a user of the FMU wants to know, in one file that needs no network.
-//!
-//! The page is HTML and well-formed XML at once.
+//! documentation/index.html: the report on an FMU for its users, in one file that needs no network and runs nothing.
 
-use super::formula;
-use super::model_description::{Identity, LOG_CATEGORIES, causality, unit};
+use super::model_description::{LOG_CATEGORIES, causality, unit};
 use super::results::Results;
-use super::tradeoff;
-use super::xml::Xml;
-use super::{picture, references};
+use super::{picture, references, tradeoff};
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{AnyDrive, Description, Fault};
-use camdrive_design::documentation::Documentation;
+use camdrive_design::drawing::Drawing;
 use camdrive_design::overview::{self, Motion};
-use camdrive_design::report::terminal::cells;
+use camdrive_design::report::unit::ONE;
+use camdrive_design::report::{Block, Report, Table, html};
 use camdrive_design::resource::{Described, Resource};
-use camdrive_design::text::{self, Table};
+use camdrive_design::text;
 use camdrive_design::tradeoff::Findings;
 
-const STYLE: &str = include_str!("documentation.css");
-
-/// What the page tells beside the drive itself.
+/// Parts of the page that do not follow from the drive itself.
 #[derive(Clone, Copy, Default)]
 pub struct Page<'a> {
+    /// The description in the scene.
+    pub description: &'a str,
     /// The folders in `binaries/`.
     pub platforms: &'a [&'a str],
     /// The outputs over the default experiment.
@@ -31,112 +27,86 @@ pub struct Page<'a> {
 }
 
 /// The text of index.html.
-pub fn html(identity: &Identity, resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result<String, Fault> {
-    let variables = variables(drive)?;
-    let motions = overview::of(resource).motions;
-    let model = resource.model();
-    let documentation = drive.documentation()?;
-    let mut xml = Xml::html();
-    let root = [("xmlns", "http://www.w3.org/1999/xhtml".to_owned()), ("lang", "en".to_owned())];
-    xml.element("html", &root, |xml| {
-        xml.element("head", &[], |xml| {
-            xml.empty("meta", &[("charset", "utf-8".to_owned())]);
-            xml.empty(
-                "meta",
-                &[("name", "viewport".to_owned()), ("content", "width=device-width, initial-scale=1".to_owned())],
-            );
-            xml.text("title", &[], identity.name);
-            xml.text("style", &[], STYLE);
-        });
-        xml.element("body", &[], |xml| {
-            xml.text("h1", &[], identity.name);
-            if !identity.description.is_empty() {
-                xml.text("p", &[("class", "lead".to_owned())], identity.description);
-            }
-            let about = format!("Drive model {model}. FMI 2.0 for Co-Simulation, written by {}.", super::TOOL);
-            xml.text("p", &[], &about);
-            xml.prose("p", &documentation.summary);
-            figure(xml, identity.name, model, drive);
-            if !motions.is_empty() {
-                xml.text("h2", &[], "Motions");
-                xml.table(&cells(&Motion::table(&motions)));
-                xml.text("p", &[], Motion::SYMBOLS);
-            }
-            if let Some(results) = page.results {
-                experiment(xml, identity.name, drive, results);
-            }
-            equations(xml, &documentation);
-            list(xml, "What the model leaves out", &documentation.left_out);
-            signs(xml, drive.descriptions());
-            usage(xml, identity.name, drive);
-            xml.text("h2", &[], "Variables");
-            xml.table(&variables);
-            accuracy(xml, &documentation, drive.input_derivative_order());
-            if let Some(study) = page.study {
-                tradeoff::write(study, xml);
-            }
-            list(xml, "Limits", &documentation.limits);
-            messages(xml);
-            list(xml, "Platforms", &page.platforms.iter().map(|name| platform(name)).collect::<Vec<_>>());
-            list(xml, "Sources", &documentation.sources);
-            xml.text("h2", &[], "Licence");
-            xml.element("p", &[], |xml| {
-                xml.text("a", &[("href", "licenses/license.txt".to_owned())], "Licences of the library in this FMU");
-            });
-        });
-    });
-    Ok(xml.finish())
+///
+/// # Errors
+/// Those of the drive's text, and of its start values.
+pub fn html(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result<String, Fault> {
+    let own = report(resource, drive, page)?;
+    let study = page.study.map(tradeoff::report);
+    Ok(html::page_without_script(&resource.name, &[own].into_iter().chain(study).collect::<Vec<Report>>()))
 }
 
-fn figure(xml: &mut Xml, name: &str, model: &str, drive: &Described) {
+/// The report on a drive as an FMU.
+fn report(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result<Report, Fault> {
+    let (name, model) = (&resource.name, resource.model());
+    let documentation = drive.documentation()?;
+    let mut report = Report::new(name, format!("drive model {model}"));
+    let about = format!("FMI 2.0 for Co-Simulation, written by {}.", super::TOOL);
+    let lead = [page.description.to_owned(), documentation.summary, about];
+    report.lines("", lead.into_iter().filter(|text| !text.is_empty()));
     let curves = drive.curves();
-    if curves.is_empty() {
-        return;
+    if !curves.is_empty() {
+        let titles: Vec<&str> = curves.iter().map(|curve| curve.title.as_str()).collect();
+        figure(&mut report, &picture::of_curves(name, model, &curves), &titles.join(", "));
     }
-    let titles: Vec<&str> = curves.iter().map(|curve| curve.title.as_str()).collect();
-    let picture = picture::of_curves(name, model, &curves).svg(&titles.join(", "), picture::SCALE);
-    xml.element("figure", &[], |xml| xml.markup(&picture));
+    let mut motions = Motion::table(&overview::of(resource).motions);
+    motions.below.push(Motion::SYMBOLS.to_owned());
+    report.table(motions);
+    if let Some(results) = page.results {
+        experiment(&mut report, drive, results);
+    }
+    report.body.push(Block::Equations("Equations".to_owned(), documentation.equations));
+    report.lines("What the model leaves out", documentation.left_out);
+    report.lines("Signs and units", signs(drive.descriptions()));
+    report.body.push(usage(name, drive));
+    report.table(variables(drive)?);
+    let rows: Vec<_> = documentation.accuracy.into_iter().map(|(quantity, text)| vec![quantity, text]).collect();
+    let mut accuracy = words("Solution and accuracy", ["Quantity", "Statement"], &rows);
+    accuracy.below = solution(drive.input_derivative_order());
+    report.table(accuracy).lines("Limits", documentation.limits);
+    let rows = LOG_CATEGORIES.map(|(name, text)| vec![name.to_string_lossy().into_owned(), text.to_owned()]);
+    report.table(words("Messages", ["Log category", "Content"], &rows));
+    report.lines("Platforms", page.platforms.iter().map(|name| platform(name))).lines("Sources", documentation.sources);
+    let [title, text, file] =
+        ["Licence", "Licences of the library in this FMU", "licenses/license.txt"].map(str::to_owned);
+    report.body.push(Block::File(title, text, file));
+    Ok(report)
+}
+
+/// A table of words under these headings.
+fn words<const N: usize>(title: &str, heads: [&str; N], rows: &[Vec<String>]) -> Table {
+    let mut table = Table::of(title, rows);
+    for (i, head) in heads.into_iter().enumerate() {
+        table = table.column("", head, ONE, move |row: &Vec<String>| &row[i]);
+    }
+    table.into()
+}
+
+fn figure(report: &mut Report, drawing: &Drawing, label: &str) {
+    report.drawing("", drawing.svg(label, picture::SCALE));
 }
 
 /// The outputs over the default experiment.
-fn experiment(xml: &mut Xml, name: &str, drive: &AnyDrive, results: &Results) {
-    xml.text("h2", &[], "Default experiment");
+fn experiment(report: &mut Report, drive: &AnyDrive, results: &Results) {
     let e = drive.experiment();
     let until = match results.whole {
         true => String::new(),
         false => format!("; the results end at {} s, since the rest fails or takes too long", short(results.end())),
     };
-    let mut text = format!("{} s in steps of {} s{until}. ", short(e.stop), short(e.step));
+    let mut lines = vec![format!("{} s in steps of {} s{until}.", short(e.stop), short(e.step))];
     let folder = references::FOLDER;
     if !results.motion().is_empty() {
-        text += &format!(
-            "The inputs move: {} ({folder}/{} inside this FMU). {} ",
-            results.motion(),
-            references::INPUT,
-            references::CONVENTION
-        );
+        let (motion, input) = (results.motion(), references::INPUT);
+        lines.push(format!("The inputs move: {motion} ({folder}/{input} inside this FMU). {}", references::CONVENTION));
     }
-    text += &format!(
-        "All outputs are in {folder}/{} inside this FMU; `camdrive verify {name}.fmu` compares them with another run.",
-        references::RESULT
-    );
-    xml.prose("p", &text);
+    lines.push(format!(
+        "All outputs are in {folder}/{} inside this FMU; `camdrive verify {}.fmu` compares them with another run.",
+        references::RESULT,
+        report.name
+    ));
+    report.lines("Default experiment", lines);
     if let Some((drawing, label)) = results.diagram() {
-        xml.element("figure", &[], |xml| xml.markup(&drawing.svg(&label, picture::SCALE)));
-    }
-}
-
-fn equations(xml: &mut Xml, documentation: &Documentation) {
-    if documentation.equations.is_empty() {
-        return;
-    }
-    xml.text("h2", &[], "Equations");
-    for equation in &documentation.equations {
-        xml.element("div", &[("class", "equation".to_owned())], |xml| {
-            xml.text("p", &[], &equation.title);
-            let class = [("class", "formula".to_owned())];
-            xml.element("p", &class, |xml| xml.markup(&formula::of(&equation.text)));
-        });
+        figure(report, &drawing, &label);
     }
 }
 
@@ -159,8 +129,7 @@ fn platform(name: &str) -> String {
     format!("{name}: {runs_on}{tested}")
 }
 
-fn signs(xml: &mut Xml, descriptions: &[Description]) {
-    xml.text("h2", &[], "Signs and units");
+fn signs(descriptions: &[Description]) -> Vec<String> {
     let mut sentences = vec![
         "All values are in coherent SI units, angles in rad. Angle, angular velocity and torque of a shaft are positive \
          in the same sense."
@@ -210,13 +179,11 @@ fn signs(xml: &mut Xml, descriptions: &[Description]) {
         let whole = if has(&whole) { format!("{whole} = ") } else { "The torque of a load is ".to_owned() };
         sentences.push(format!("{whole}{inertia}·a + ½ {slope}·w² + {rest}."));
     }
-    xml.text("p", &[], &sentences.join(" "));
+    sentences
 }
 
 /// A script that runs as it stands beside the FMU.
-fn usage(xml: &mut Xml, name: &str, drive: &AnyDrive) {
-    xml.text("h2", &[], "Driving it from Python");
-    xml.text("p", &[], "With the package FMPy, in the folder of the FMU:");
+fn usage(name: &str, drive: &AnyDrive) -> Block {
     let e = drive.experiment();
     let (stop, step) = (digits(e.stop), digits(e.step));
     let descriptions = drive.descriptions();
@@ -251,46 +218,28 @@ fn usage(xml: &mut Xml, name: &str, drive: &AnyDrive) {
          print(result[-1])\n",
         outputs.join(", ")
     );
-    xml.preformatted("pre", &code);
+    let [title, sentence] =
+        ["Driving it from Python", "With the package FMPy, in the folder of the FMU:"].map(str::to_owned);
+    Block::Code(title, sentence, code)
 }
 
-fn accuracy(xml: &mut Xml, documentation: &Documentation, input_derivatives: usize) {
-    xml.text("h2", &[], "Solution and accuracy");
-    let rows = documentation.accuracy.iter().map(|(quantity, statement)| vec![quantity.clone(), statement.clone()]);
-    if !documentation.accuracy.is_empty() {
-        xml.table(&Table::new("Quantity  Statement", rows));
-    }
-    let mut text =
+/// Properties of the solution that all drives share.
+fn solution(input_derivatives: usize) -> Vec<String> {
+    let mut lines = vec![
         "Communication steps may have any length and may vary. The state can be saved, restored and serialised. \
-                    A call takes at most 32 kB of the stack of its thread. \
-                    Output derivatives up to order 2 and directional derivatives at communication points are analytic; \
-                    before the start, where they exist for parameters as well, these are extrapolated differences of the \
-                    start values, with about ten correct digits where those depend smoothly on the parameter."
-            .to_owned();
+         A call takes at most 32 kB of the stack of its thread."
+            .to_owned(),
+        "Output derivatives up to order 2 and directional derivatives at communication points are analytic; before the \
+         start, where they exist for parameters as well, these are extrapolated differences of the start values, with about \
+         ten correct digits where those depend smoothly on the parameter."
+            .to_owned(),
+    ];
     if input_derivatives > 0 {
-        text += &format!(
-            " Input derivatives up to order {input_derivatives} are taken into account; higher orders are refused."
-        );
+        lines.push(format!(
+            "Input derivatives up to order {input_derivatives} are taken into account; higher orders are refused."
+        ));
     }
-    xml.text("p", &[], &text);
-}
-
-fn list(xml: &mut Xml, title: &str, items: &[String]) {
-    if items.is_empty() {
-        return;
-    }
-    xml.text("h2", &[], title);
-    xml.element("ul", &[], |xml| {
-        for item in items {
-            xml.prose("li", item);
-        }
-    });
-}
-
-fn messages(xml: &mut Xml) {
-    xml.text("h2", &[], "Messages");
-    let rows = LOG_CATEGORIES.map(|(name, text)| vec![name.to_string_lossy().into_owned(), text.to_owned()]);
-    xml.table(&Table::new("Log category  Content", rows));
+    lines
 }
 
 fn variables(drive: &mut AnyDrive) -> Result<Table, Fault> {
@@ -303,7 +252,7 @@ fn variables(drive: &mut AnyDrive) -> Result<Table, Fault> {
         Ok(vec![d.name.clone(), kind_of(d), unit(&d.kind).to_owned(), start, range(&d.kind), d.text.clone()])
     };
     let rows: Result<Vec<Vec<String>>, Fault> = descriptions.iter().enumerate().map(row).collect();
-    Ok(Table::new("Name  Kind  Unit  Start  Range  Description", rows?))
+    Ok(words("Variables", ["Name", "Kind", "Unit", "Start", "Range", "Description"], &rows?))
 }
 
 /// "parameter", "tunable parameter", "input" …; a state says so.
@@ -363,16 +312,9 @@ mod tests {
     use quick_xml::events::Event;
 
     fn page() -> String {
-        let identity = Identity { name: "Lag", description: "a < b & c", guid: "", date: None };
         let results = Results::of(&mut lag()).unwrap();
-        let page = Page { platforms: &["linux64"], results: Some(&results), study: None };
-        html(&identity, &resource("Lag"), &mut lag(), &page).unwrap()
-    }
-
-    #[test]
-    fn the_style_needs_no_escapes() {
-        // Browsers take what stands in a style as it is.
-        assert!(!STYLE.contains(['"', '&', '<', '>']));
+        let page = Page { description: "a < b & c", platforms: &["linux64"], results: Some(&results), study: None };
+        html(&resource("Lag"), &mut lag(), &page).unwrap()
     }
 
     #[test]

@@ -7,7 +7,6 @@
 pub mod archive;
 pub mod date;
 pub mod documentation;
-mod formula;
 pub mod hash;
 mod licenses;
 pub mod model_description;
@@ -132,9 +131,9 @@ impl Contents<'_> {
             .map(|library| File::new(library.path_in_fmu(&resource.name), library.bytes.as_slice()))
             .collect();
         let platforms: Vec<&str> = runtimes.iter().map(|library| library.platform).collect();
-        let mut page = documentation::Page { platforms: &platforms, results: None, study: None };
+        let mut page = documentation::Page { description, platforms: &platforms, results: None, study: None };
         let mut content = self.with_guid("")?;
-        content.extend(for_people(self.drive, resource, description, &page)?);
+        content.extend(for_people(self.drive, resource, &page)?);
         if extras.terminals {
             content.extend(terminals::files(self.drive)?);
         }
@@ -149,9 +148,8 @@ impl Contents<'_> {
         };
         self.with_guid(&guid)?.into_iter().for_each(&mut replace);
         let results = Results::of(self.drive)?;
-        let identity = Identity { name: &resource.name, description, guid: "", date: None };
         (page.results, page.study) = (Some(&results), extras.study);
-        replace(File::new(DOCUMENTATION, documentation::html(&identity, resource, self.drive, &page)?));
+        replace(File::new(DOCUMENTATION, documentation::html(resource, self.drive, &page)?));
         content.extend(references::files(extras.sources, &results)?);
         if let Some(report) = extras.study {
             content.extend(tradeoff::files(report)?);
@@ -193,20 +191,14 @@ pub fn description_of(resource: &Resource, description: &str) -> Result<String, 
 }
 
 /// Documentation, pictures and licences.
-fn for_people(
-    drive: &mut Described,
-    resource: &Resource,
-    description: &str,
-    page: &documentation::Page<'_>,
-) -> Result<Vec<File>, Fault> {
-    let identity = Identity { name: &resource.name, description, guid: "", date: None };
+fn for_people(drive: &mut Described, resource: &Resource, page: &documentation::Page<'_>) -> Result<Vec<File>, Fault> {
     let curves = drive.curves();
     let mut files = Vec::new();
     if !curves.is_empty() {
         let drawing = picture::of_curves(&resource.name, resource.model(), &curves);
         files.push(File::new("model.png", png::png(&drawing, picture::SCALE)?));
     }
-    files.push(File::new(DOCUMENTATION, documentation::html(&identity, resource, drive, page)?));
+    files.push(File::new(DOCUMENTATION, documentation::html(resource, drive, page)?));
     let linked = licenses::linked()?;
     files.extend(licenses::files(&linked));
     files.push(sbom::file(&linked)?);

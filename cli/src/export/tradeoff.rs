@@ -1,9 +1,8 @@
 //! The study of speed against accuracy inside an FMU: a section of the documentation, and files in `extra/`.
 
 use super::archive::File;
-use super::xml::Xml;
 use camdrive::drives::Fault;
-use camdrive_design::report::{self, html};
+use camdrive_design::report::{self, Report};
 use camdrive_design::tradeoff::Findings;
 
 /// The folder of the tables in `extra/`; the standard asks for a reverse domain name.
@@ -17,8 +16,9 @@ pub fn files(findings: &Findings) -> Result<Vec<File>, Fault> {
     files.map(|(name, content)| Ok(File::new(format!("{FOLDER}/{name}"), content?))).collect()
 }
 
-/// Writes the section of the documentation.
-pub fn write(findings: &Findings, xml: &mut Xml) {
-    html::section(xml, &findings.report());
-    xml.text("p", &[], &format!("All numbers are in {FOLDER} inside this FMU."));
+/// The report for the documentation.
+pub fn report(findings: &Findings) -> Report {
+    let mut report = findings.report();
+    report.lines("Files", [format!("All numbers are in {FOLDER} inside this FMU.")]);
+    report
 }

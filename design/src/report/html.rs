@@ -5,17 +5,17 @@
 
 use super::table::{Column, Table, Value};
 use super::terminal::{cells, seen};
-use super::{Block, Level, Picture, Report};
+use super::{Block, Level, Picture, Report, formula};
 use crate::drawing::{Drawing, Frame, Point, Shape};
 use crate::plot::{Axis, Diagram, PAGE, Scale};
 use crate::xml::writer::Xml;
 
 /// How pages look, on screens and on paper.
 const STYLE: &str = include_str!("html.css");
-/// What pages do.
 /// Stands in the head of every page: by it a command knows a page of its own.
 pub const MARK: &str = "<meta name=\"generator\" content=\"camdrive\"";
 
+/// What pages do.
 const SCRIPT: &str = include_str!("html.js");
 
 /// How far (pixels) a line may pass by a point that it leaves out.
@@ -23,6 +23,15 @@ const TOLERANCE: f64 = 0.1;
 
 /// One page of reports on the thing of this name.
 pub fn page(name: &str, reports: &[Report]) -> String {
+    document(name, reports, SCRIPT)
+}
+
+/// The same page as a document that runs nothing.
+pub fn page_without_script(name: &str, reports: &[Report]) -> String {
+    document(name, reports, "")
+}
+
+fn document(name: &str, reports: &[Report], script: &str) -> String {
     let mut xml = Xml::html();
     let attribute = |key: &'static str, value: &str| (key, value.to_owned());
     let root = [attribute("xmlns", "http://www.w3.org/1999/xhtml"), attribute("lang", "en")];
@@ -45,8 +54,10 @@ pub fn page(name: &str, reports: &[Report]) -> String {
                     xml.element("section", &[("id", format!("part{}", i + 1))], |xml| section(xml, report));
                 }
             });
-            // Browsers read what is in a script as it stands, XML does not.
-            xml.element("script", &[], |xml| xml.markup(&format!("//<![CDATA[\n{SCRIPT}//]]>")));
+            if !script.is_empty() {
+                // Browsers read what is in a script as it stands, XML does not.
+                xml.element("script", &[], |xml| xml.markup(&format!("//<![CDATA[\n{script}//]]>")));
+            }
         });
     });
     xml.finish()
@@ -85,7 +96,7 @@ fn level(xml: &mut Xml, level: Level) {
 }
 
 /// A report as a part of a page: heading, verdict, figures, tables and sentences; what explains is folded away.
-pub fn section(xml: &mut Xml, report: &Report) {
+fn section(xml: &mut Xml, report: &Report) {
     xml.text("h2", &[], &title(report));
     if report.verdict.parts().iter().any(|(_, sentences)| !sentences.is_empty()) {
         xml.element("dl", &[("class", "verdict".to_owned())], |xml| {
@@ -130,6 +141,23 @@ fn block(xml: &mut Xml, block: &Block) {
         Block::Lines(title, lines) => {
             xml.text("h3", &[], title);
             xml.element("ul", &[], |xml| lines.iter().for_each(|line| xml.prose("li", &kept(line))));
+        }
+        Block::Equations(title, equations) => {
+            xml.text("h3", &[], title);
+            for equation in equations {
+                xml.text("p", &[("class", "of".to_owned())], &equation.title);
+                let class = [("class", "formula".to_owned())];
+                xml.element("p", &class, |xml| xml.markup(&formula::markup(&equation.text)));
+            }
+        }
+        Block::Code(title, sentence, code) => {
+            xml.text("h3", &[], title);
+            xml.prose("p", sentence);
+            xml.preformatted("pre", code);
+        }
+        Block::File(title, name, place) => {
+            xml.text("h3", &[], title);
+            xml.element("p", &[], |xml| xml.text("a", &[("href", place.clone())], name));
         }
     }
 }

@@ -3,12 +3,14 @@
 
 mod advice;
 pub mod csv;
+mod formula;
 pub mod html;
 pub mod rounding;
 pub mod table;
 pub mod terminal;
 pub mod unit;
 
+use crate::documentation::Equation;
 use crate::plot::Diagram;
 use crate::text;
 pub use advice::{Advice, Claim, Reach, Setting, Written};
@@ -50,6 +52,12 @@ pub enum Block {
     Lines(String, Vec<String>),
     /// A table.
     Table(Table),
+    /// Equations under a title.
+    Equations(String, Vec<Equation>),
+    /// Under a title a sentence, and lines for a computer.
+    Code(String, String, String),
+    /// Under a title the name of a file, and where it lies.
+    File(String, String, String),
 }
 
 /// What a figure is made of.
@@ -161,7 +169,7 @@ impl Report {
     pub fn tables(&self) -> impl Iterator<Item = &Table> {
         self.body.iter().chain(&self.explained).filter_map(|block| match block {
             Block::Table(table) => Some(table),
-            Block::Lines(..) => None,
+            _ => None,
         })
     }
 

@@ -2,6 +2,7 @@
 
 use super::table::{Column, Table, Value};
 use super::{Block, Report, Unit};
+use crate::documentation::Equation;
 use crate::text::{self, NONE, Page, digits};
 use camdrive::drives::rigid_machine::linkage::in_turn;
 
@@ -114,6 +115,9 @@ impl Report {
                 Block::Table(table) if table.title.is_empty() || table.rows.is_empty() => continue,
                 Block::Table(table) => page.table(&table.title, &cells(table)).section("", &table.below),
                 Block::Lines(title, lines) => page.section(title, lines),
+                Block::Equations(title, equations) => page.section(title, equations.iter().map(Equation::line)),
+                Block::Code(title, sentence, code) => page.section(title, [sentence]).lines(code.lines()),
+                Block::File(title, name, place) => page.section(title, [format!("{name}: {place}")]),
             };
         }
         page.text()

@@ -1,6 +1,6 @@
 //! XML written element by element: escaping and indentation are the library's, the rest is here.
 
-use crate::text::{Table, is_unseen};
+use crate::text::is_unseen;
 use quick_xml::Writer;
 use quick_xml::escape::partial_escape;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
@@ -52,22 +52,6 @@ impl Xml {
         });
         let markup: String = pieces.collect();
         self.element(element, &[], |xml| xml.markup(&markup));
-    }
-
-    /// A table; what stands between backticks in its cells is code.
-    pub fn table(&mut self, table: &Table) {
-        self.element("table", &[], |xml| {
-            xml.element("thead", &[], |xml| {
-                xml.element("tr", &[], |xml| {
-                    table.head.iter().for_each(|cell| xml.text("th", &[("scope", "col".to_owned())], cell));
-                });
-            });
-            xml.element("tbody", &[], |xml| {
-                for row in &table.rows {
-                    xml.element("tr", &[], |xml| row.iter().for_each(|cell| xml.prose("td", cell)));
-                }
-            });
-        });
     }
 
     /// An element that holds nothing but text.

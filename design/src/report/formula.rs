@@ -6,17 +6,17 @@ use std::str::Chars;
 
 /// Markup that shows `formula`: italic letters, indices (`F_K`, `c₁₂`, `m1`) and powers, roots of a symbol; words of several letters
 /// are upright, and dots, primes and operators stay as they are.
-pub fn of(formula: &str) -> String {
+pub fn markup(formula: &str) -> String {
     let mut rest = formula.chars().peekable();
-    let mut markup = String::new();
+    let mut text = String::new();
     while let Some(&next) = rest.peek() {
         match next {
             // Wider, since blanks of HTML run together.
-            ' ' => markup.push(if run(&mut rest, |c| c == ' ').len() > 1 { '\u{2003}' } else { ' ' }),
-            _ => markup += &symbol(&mut rest),
+            ' ' => text.push(if run(&mut rest, |c| c == ' ').len() > 1 { '\u{2003}' } else { ' ' }),
+            _ => text += &symbol(&mut rest),
         }
     }
-    markup
+    text
 }
 
 fn is_letter(c: char) -> bool {
@@ -79,11 +79,11 @@ fn superscript(c: char) -> Option<char> {
 
 #[cfg(test)]
 mod tests {
-    use super::of;
+    use super::markup;
 
     #[test]
     fn formulas_become_symbols_indices_powers_and_operators() {
-        for (formula, markup) in [
+        for (formula, expected) in [
             ("m ẍ", "<i>m</i> <i>ẍ</i>"),
             ("q̇ = −U′²", "<i>q̇</i> = −<i>U</i>′<sup>2</sup>"),
             ("F_K c₁₂ m1", "<i>F</i><sub>K</sub> <i>c</i><sub>12</sub> <i>m</i><sub>1</sub>"),
@@ -92,7 +92,7 @@ mod tests {
             ("½ √J < 1.5 kφ", "½ √<span class=\"root\"><i>J</i></span> &lt; 1.5 <i>k</i><i>φ</i>"),
             ("sin²φ,  tau", "sin<sup>2</sup><i>φ</i>,\u{2003}tau"),
         ] {
-            assert_eq!(of(formula), markup, "{formula}");
+            assert_eq!(markup(formula), expected, "{formula}");
         }
     }
 }
