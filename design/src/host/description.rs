@@ -194,10 +194,8 @@ impl ModelDescription {
         }
         let Some(how) = root.child("CoSimulation") else {
             let hint = "export it for Co-Simulation: then it brings its own solver";
-            return Err(Fault::new(format!(
-                "the FMU is one of Model Exchange only; this tool runs FMI 2.0 Co-Simulation"
-            ))
-            .hint(hint));
+            let fault = "the FMU is one of Model Exchange only; this tool runs FMI 2.0 Co-Simulation";
+            return Err(Fault::new(fault).hint(hint));
         };
         let identifier = how.needed("modelIdentifier")?.to_owned();
         if identifier.is_empty() || !identifier.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c)) {

@@ -38,10 +38,8 @@ impl Loaded {
     pub fn new(content: &Arc<Content>, functions: &Arc<Functions>, name: &str) -> Result<Self, Fault> {
         if content.description.capabilities.only_once && Arc::strong_count(functions) > 1 {
             let hint = "open the FMU once for each instance";
-            return Err(Fault::new(format!(
-                "the FMU can have one instance only (canBeInstantiatedOnlyOncePerProcess)"
-            ))
-            .hint(hint));
+            let fault = "the FMU can have one instance only (canBeInstantiatedOnlyOncePerProcess)";
+            return Err(Fault::new(fault).hint(hint));
         }
         let text = |text: &str| CString::new(text).map_err(|_| Fault::new(format!("{text:?} has a NUL in it")));
         let texts = [text(name)?, text(&content.description.guid)?, text(&content.location())?];
