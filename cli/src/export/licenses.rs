@@ -6,15 +6,15 @@ use serde::Deserialize;
 
 const FOLDER: &str = "documentation/licenses";
 
-/// What is linked into the runtime library, as packaging/linked.toml says: packages, all used under the Apache licence 2.0,
-/// and others by name and licence.
+/// The packages in the runtime library by packaging/linked.toml, all used under the Apache licence 2.0, and what the linker adds.
 #[derive(Deserialize)]
 pub struct Linked {
     pub packages: Vec<String>,
-    pub in_standard_library: Vec<(String, String)>,
+    #[cfg(test)]
     pub by_linker: Vec<(String, String)>,
 }
 
+/// The list in packaging/linked.toml.
 pub fn linked() -> Result<Linked, Fault> {
     let list = include_str!("../../../packaging/linked.toml");
     toml::from_str(list).map_err(|e| Fault::new(format!("packaging/linked.toml: {e}")))

@@ -199,9 +199,8 @@ fn for_people(drive: &mut Described, resource: &Resource, page: &documentation::
         files.push(File::new("model.png", png::png(&drawing, picture::SCALE)?));
     }
     files.push(File::new(DOCUMENTATION, documentation::html(resource, drive, page)?));
-    let linked = licenses::linked()?;
-    files.extend(licenses::files(&linked));
-    files.push(sbom::file(&linked)?);
+    files.extend(licenses::files(&licenses::linked()?));
+    files.push(sbom::file());
     Ok(files)
 }
 
