@@ -374,7 +374,7 @@ fn the_runtime_library_needs_four_packages() {
 /// The rooms of ARCHITECTURE.md and the lines of code that each may have, tests not counted; a file belongs to the innermost room. The
 /// limits are the counts when they were set and 2 % more, so that growth is decided: whoever needs more lines raises the limit in the
 /// commit that brings them, whose body says what they are worth.
-const ROOMS: [(&str, usize); 38] = [
+const ROOMS: [(&str, usize); 39] = [
     ("src", 14),
     ("src/motion", 2014),
     ("src/numerics", 3066),
@@ -386,10 +386,11 @@ const ROOMS: [(&str, usize); 38] = [
     ("src/fmi2", 1211),
     ("design/src", 1357),
     ("design/src/cam_geometry", 2113),
-    ("design/src/clearance", 1834),
+    ("design/src/clearance", 1739),
     ("design/src/compensation", 1898),
     ("design/src/coupling", 1493),
     ("design/src/forces", 821),
+    ("design/src/formulas", 195),
     ("design/src/host", 1661),
     ("design/src/lever_law", 320),
     ("design/src/overview", 669),
@@ -399,7 +400,7 @@ const ROOMS: [(&str, usize); 38] = [
     ("design/src/recording", 167),
     ("design/src/report", 1053),
     ("design/src/smoothing", 793),
-    ("design/src/stability", 2124),
+    ("design/src/stability", 2042),
     ("design/src/steady", 362),
     ("design/src/study", 1171),
     ("design/src/synthesis", 4445),

@@ -5,6 +5,15 @@ use camdrive::motion::table::{Points, TableError};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
+/// A coefficient of a series.
+pub type Complex = num_complex::Complex<f64>;
+
+/// The coefficient of e^(ikφ) of a real function, k of either sign.
+pub fn coefficient(list: &[Complex], k: i64) -> Complex {
+    let value = list.get(k.unsigned_abs() as usize).copied().unwrap_or_default();
+    if k < 0 { value.conj() } else { value }
+}
+
 /// Points this near equal distances (rad) are equidistant; what is left changes a lift by 1e-9 of its slope.
 const EQUIDISTANT: f64 = 1e-9;
 

@@ -21,6 +21,7 @@ pub mod coupling;
 pub mod documentation;
 pub mod drawing;
 pub mod forces;
+pub mod formulas;
 pub mod harmonic_analysis;
 pub mod host;
 pub mod lever_law;

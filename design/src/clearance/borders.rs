@@ -12,7 +12,7 @@
 //!
 //! Source: K. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", 1996, (25), (26) and the map after them.
 
-use super::formulas::{Masses, Passage};
+use crate::formulas::passage::{Masses, Passage};
 use crate::search::root;
 use serde::Serialize;
 use std::f64::consts::PI;

@@ -2,8 +2,8 @@
 
 use super::Findings;
 use super::borders::borders;
-use super::formulas::Masses;
 use super::passage::{Clearance, Point};
+use crate::formulas::passage::Masses;
 use crate::plot::{Axis, Diagram, Rule, Series, Shade};
 use crate::text::number;
 

@@ -11,7 +11,6 @@ pub mod borders;
 pub mod by_model;
 pub mod contact_motion;
 pub mod figures;
-pub mod formulas;
 pub mod law;
 pub mod machine;
 pub mod passage;
@@ -23,6 +22,7 @@ mod tests;
 pub mod tuning;
 
 use crate::Progress;
+use crate::formulas::passage::Passage;
 use crate::overview::{greatest_of, stroke};
 use crate::report::terminal::shown;
 use crate::report::unit::PERCENT;
@@ -34,7 +34,6 @@ use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::{Fault, Number, elastic_output, shaft::cam_turn::turns};
 use camdrive::motion::MotionLaw;
 use contact_motion::{ContactMotion, Release};
-use formulas::Passage;
 use law::{Crossing, Signs};
 use machine::Machine;
 use passage::{Bench, Clearance, Figures};
@@ -224,15 +223,18 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
     scene.parameters.m1 = options.m1.unwrap_or(scene.parameters.m1);
     let [clearance, m1] = [options.clearance, options.m1].map(|given| if given.is_some() { "--" } else { "" });
     let checked = [("clearance", clearance, scene.parameters.s, "m"), ("m1", m1, scene.parameters.m1, "kg")];
-    for (name, option, value, unit) in checked {
+    for (name, dashes, value, unit) in checked {
         if !(value > 0.0 && value.is_finite()) {
-            return Err(Fault::new(format!("{option}{name}: {value} {unit} is not greater than 0"))
+            let option = format!("{dashes}{name}");
+            return Err(Fault::new(format!("{option}: {value} {unit} is not greater than 0"))
+                .of(option)
                 .hint(format!("give another one by --{name}")));
         }
     }
     if let Some(omega) = options.natural_frequency {
         if !(omega > 0.0 && omega.is_finite()) {
             return Err(Fault::new(format!("--natural-frequency is {omega} rad/s, it must be greater than 0"))
+                .of("--natural-frequency")
                 .hint("write for example \"80 Hz\""));
         }
         let backlash::Parameters { m2, c, b, .. } = &mut scene.parameters;
@@ -241,17 +243,17 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
     }
     if let Some(ratio) = options.damping {
         if !(ratio >= 0.0 && ratio.is_finite()) {
-            return Err(
-                Fault::new(format!("--damping is {ratio}, it must be at least 0")).hint("write for example 0.03")
-            );
+            return Err(Fault::new(format!("--damping is {ratio}, it must be at least 0"))
+                .of("--damping")
+                .hint("write for example 0.03"));
         }
         let backlash::Parameters { m2, c, b, .. } = &mut scene.parameters;
         *b = 2.0 * ratio * (*c * *m2).sqrt();
     }
     if options.ignore.is_some_and(|ignore| !(0.0..1.0).contains(&ignore)) {
-        return Err(
-            Fault::new("--ignore is a part of the largest value, from 0 to below 1").hint("write for example 1e-3")
-        );
+        return Err(Fault::new("--ignore is a part of the largest value, from 0 to below 1")
+            .of("--ignore")
+            .hint("write for example 1e-3"));
     }
     Ok(scene)
 }

@@ -6,9 +6,9 @@
 
 use super::borders::{self, Sequel};
 use super::contact_motion::{ContactMotion, Release, Sample};
-use super::formulas::Passage;
 use super::law::Crossing;
 use super::machine::{Machine, Moment};
+use crate::formulas::passage::Passage;
 use crate::search::greatest;
 use camdrive::drives::Fault;
 use camdrive::drives::backlash::{Parameters, Scene};

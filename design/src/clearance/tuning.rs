@@ -5,7 +5,7 @@
 //! mass ratio μ = m1/m2 at K, with which the free natural frequency ω₂ = ω √((μ + 1)/μ) changes. The formulas know no damping.
 
 use super::borders::{Admissible, MOST_BANDS, band_tip, elastic_border, elastic_limit};
-use super::formulas::Masses;
+use crate::formulas::passage::Masses;
 use crate::search;
 use serde::Serialize;
 use std::f64::consts::PI;

@@ -1,9 +1,10 @@
 //! The elastic member of a drive: natural frequency, damping ratio, deformation, resonances.
 
 use super::{Overview, Resonance, stroke};
+use crate::harmonic_analysis::Complex;
 use crate::oscillator::{PeriodicOscillator, Terms};
 use crate::search::{greatest, segments};
-use crate::stability::system::{Complex, sample};
+use crate::stability::system::sample;
 use camdrive::drives::unit;
 use camdrive::motion::MotionLaw;
 use camdrive::numerics::angle::reduce;

@@ -16,7 +16,8 @@
 //! Source: V. A. Yakubovich, V. M. Starzhinskii, *Linear Differential Equations with Periodic Coefficients*, Wiley
 //! 1975, chapters II and VIII; W. Magnus, S. Winkler, *Hill's Equation*, Wiley 1966, theorem 2.1.
 
-use super::system::{Complex, MOST_HARMONICS, System, coefficient, first_harmonics};
+use super::system::{MOST_HARMONICS, System, first_harmonics};
+use crate::harmonic_analysis::{Complex, coefficient};
 use crate::work;
 use nalgebra::DMatrix;
 

@@ -6,9 +6,9 @@
 
 use super::hill;
 use super::modulation;
-use super::printed::Harmonics;
 use super::system::System;
 use super::tongue::{Apex, Extent, Tongue};
+use crate::formulas::instability::Harmonics;
 use crate::parallel;
 use serde::Serialize;
 

@@ -22,6 +22,7 @@ pub mod system;
 mod tests;
 pub mod tongue;
 
+use crate::formulas::instability::{Bounds, Harmonics};
 use crate::oscillator::{self, PeriodicOscillator, Terms};
 use crate::resource::Resource;
 use crate::text::{number, rpm};
@@ -29,7 +30,6 @@ use crate::{Progress, parallel, search, work};
 use camdrive::drives::Fault;
 use map::{Known, Modulation, Region};
 use orders::{Tongues, tongues};
-use printed::Bounds;
 use response::{PeriodicMotion, Resonance, Transient};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -305,7 +305,7 @@ pub fn study(
     let counter = Counter::new(progress, "orders", orders);
     let Tongues { start, known, lost } = tongues(&system, orders, options.orders.is_none().then_some(theta), &counter);
 
-    let classical = printed::Harmonics::new(&system);
+    let classical = system.printed();
     let ranges = ranges(&system, &known, options, &speeds, theta);
     let mut orders: Vec<Order> = known.iter().map(|known| order(&system, known, theta, &classical)).collect();
     let critical = critical_modulations(&system, &orders, theta, ranges[2][1], progress);
@@ -442,7 +442,7 @@ fn ranges(system: &System, known: &[Known], options: &Options, speeds: &[f64], t
 }
 
 /// An order at the damping ratio θ.
-fn order(system: &System, (tongue, apex): &Known, theta: f64, classical: &printed::Harmonics) -> Order {
+fn order(system: &System, (tongue, apex): &Known, theta: f64, classical: &Harmonics) -> Order {
     let twice = tongue.n * system.parts.max(1);
     let inverse = |lambda: f64| if lambda > 0.0 { 1.0 / lambda.sqrt() } else { f64::INFINITY };
     let critical = apex.map(|apex| apex.theta);

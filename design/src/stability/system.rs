@@ -15,6 +15,8 @@
 //! ∫ β/m̂ dφ = 0 all the same.
 
 use super::MOST_ORDERS;
+use crate::formulas::instability;
+use crate::harmonic_analysis::Complex;
 use crate::oscillator::{PeriodicOscillator, Terms};
 use crate::work;
 use camdrive::drives::Fault;
@@ -126,15 +128,6 @@ fn highest_harmonic(parts: usize) -> usize {
 /// The 2×2 map of (q, q′) over a period.
 pub type Matrix = [[f64; 2]; 2];
 
-/// A coefficient of a series.
-pub type Complex = num_complex::Complex<f64>;
-
-/// The coefficient of e^(ikφ) of a real function, k of either sign.
-pub fn coefficient(list: &[Complex], k: i64) -> Complex {
-    let value = list.get(k.unsigned_abs() as usize).copied().unwrap_or_default();
-    if k < 0 { value.conj() } else { value }
-}
-
 impl<'a> System<'a> {
     /// The system of an oscillator.
     ///
@@ -227,6 +220,11 @@ impl<'a> System<'a> {
     /// Whether b₁ = m′ and c₂ = m″/2.
     pub fn inertia_turns(&self) -> bool {
         self.oscillator.inertia_turns
+    }
+
+    /// The harmonics that the printed formulas take.
+    pub fn printed(&self) -> instability::Harmonics {
+        instability::Harmonics { m: self.inertia(), c: self.stiffness(), turning: self.inertia_turns() }
     }
 
     /// ω₀ (rad/s).

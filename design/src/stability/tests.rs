@@ -8,7 +8,6 @@ mod loads;
 mod tables;
 
 use super::hill;
-use super::printed::Harmonics;
 use super::response;
 use super::system::System;
 use super::tongue::{Apex, Tongue, multipliers};
@@ -225,7 +224,7 @@ fn constant_coefficients_excite_nothing() {
 #[test]
 fn classical_bounds_as_printed() {
     let one = || series(&[], &[]);
-    let bounds = |scene: &PeriodicOscillator, twice: usize| Harmonics::new(&System::new(scene).unwrap()).bounds(twice);
+    let bounds = |scene: &PeriodicOscillator, twice: usize| System::new(scene).unwrap().printed().bounds(twice);
     let near = |value: f64, printed: f64| (value - printed).abs() < 0.51e-4;
     let half = 0.3 / 2_f64.sqrt();
     // Oscillator, 2 j, three terms, second order.

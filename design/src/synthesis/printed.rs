@@ -4,6 +4,7 @@
 
 use super::laws::{symmetric_dwells, two_dwells};
 use super::{Objective, Task};
+use crate::formulas::dwells;
 use crate::report::terminal::shown;
 use crate::report::unit::MM;
 use crate::text::number;
@@ -47,25 +48,12 @@ impl Cubics {
 pub fn cubics(task: &Task) -> Option<Fourier> {
     let (half, middle) = symmetric_dwells(task)?;
     let [(_, low), (_, high)] = two_dwells(task)?;
-    let coefficients = source_cubics(task.basis.order(), half).filter(|_| task.objective == Objective::LeastSquares)?;
+    let coefficients =
+        dwells::cubics(task.basis.order(), half).filter(|_| task.objective == Objective::LeastSquares)?;
     let mut a = vec![0.0; 2 * coefficients.len()];
     a[0] = 0.5 * (low + high);
     for (i, c) in coefficients.iter().enumerate() {
         a[2 * i + 1] = (high - low) * c;
     }
     Some(Fourier::new(a, Vec::new()).delayed(middle))
-}
-
-/// A₁, A₃ … of K = 3 or 5 by the cubics of the source, for dwells of half-width `half` (rad) and U = ±½.
-fn source_cubics(order: usize, half: f64) -> Option<Vec<f64>> {
-    let cubics: &[[f64; 4]] = match order {
-        3 => &[[0.56253, -0.00060, 0.04302, -0.00499], [-0.06216, -0.00584, -0.01624, -0.03322]],
-        5 => &[
-            [0.58606, -0.00111, 0.03005, -0.00446],
-            [-0.09753, -0.00131, -0.03482, -0.00879],
-            [0.00939, 0.01807, -0.03207, 0.04126],
-        ],
-        _ => return None,
-    };
-    Some(cubics.iter().map(|c| c.iter().rev().fold(0.0, |sum, c| sum * half + c)).collect())
 }

@@ -1,8 +1,8 @@
 //! The map of multiple impacts and its borders.
 
 use crate::clearance::borders::*;
-use crate::clearance::formulas::Passage;
 use crate::clearance::tuning::admissible_ratios;
+use crate::formulas::passage::Passage;
 use std::f64::consts::{PI, TAU};
 
 /// How many bands there are at this mass ratio: (2n+1)π < tan β − β with cos β = μ.

@@ -1,6 +1,6 @@
 //! The closed formulas: tables, limits, property (24), accuracy at extremes.
 
-use crate::clearance::formulas::{Masses, Passage};
+use crate::formulas::passage::{Masses, Passage};
 
 #[test]
 fn the_table_of_passage_times() {

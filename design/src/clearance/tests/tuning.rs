@@ -2,8 +2,8 @@
 
 use crate::clearance::borders::Sequel;
 use crate::clearance::borders::{admissible, sequel};
-use crate::clearance::formulas::Passage;
 use crate::clearance::tuning::*;
+use crate::formulas::passage::Passage;
 
 fn holds(intervals: &Intervals, value: f64) -> bool {
     intervals.iter().any(|[low, high]| (*low..=*high).contains(&value))

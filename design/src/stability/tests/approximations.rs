@@ -1,6 +1,6 @@
 //! The classical formulas against their numbers: θ*(σ) of the parallel crank and the borders (9)–(13).
 
-use super::super::printed::{self, Harmonics};
+use super::super::printed;
 use super::*;
 use camdrive::drives::parametric::Scene;
 use camdrive::drives::parametric::crank::{ParallelCrank, SecondCrank};
@@ -102,7 +102,7 @@ fn borders_by_formula_beside_the_exact_ones() {
     let near = |found: [f64; 2], expected: [f64; 2]| (0..2).all(|k| (found[k] - expected[k]).abs() < 6e-9);
     for (i, (scene, twice, theta, approximate, exact)) in cases.iter().enumerate() {
         let system = System::new(scene).unwrap();
-        let found = Harmonics::new(&system).borders(*twice, *theta);
+        let found = system.printed().borders(*twice, *theta);
         assert_eq!(found.is_some(), approximate.is_some(), "case {i}: {found:?}");
         if let Some((found, expected)) = found.zip(*approximate) {
             assert!(near(found, expected), "case {i}: {found:?} instead of {expected:?}");
@@ -122,7 +122,7 @@ fn half_integer_borders_are_the_roots_of_the_closed_form() {
     let d1 = 0.5 * (1.0 - 0.25 * r * mu - 2.0 * theta * theta);
     let d2 = (1.0 - 0.25 * mu * mu) / 16.0;
     let root = |sign: f64| ((d1 + sign * (d1 * d1 - 4.0 * d0 * d2).sqrt()) / (2.0 * d2)).sqrt();
-    let found = Harmonics::new(&System::new(&scene).unwrap()).borders(1, theta).unwrap();
+    let found = System::new(&scene).unwrap().printed().borders(1, theta).unwrap();
     // The harmonics come from a quadrature.
     for (found, expected) in found.iter().zip([root(-1.0), root(1.0)]) {
         assert!((found - expected).abs() < 1e-12, "{found} instead of {expected}");

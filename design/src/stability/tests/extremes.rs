@@ -3,7 +3,6 @@
 use super::{crank, critical, mathieu, oscillator, series};
 use crate::oscillator::{PeriodicOscillator, Terms};
 use crate::report::Level;
-use crate::stability::printed::Harmonics;
 use crate::stability::system::System;
 use crate::stability::{Options, modulation, study};
 use crate::work;
@@ -33,7 +32,7 @@ fn a_coupling_rod_that_is_all_but_rigid_has_its_narrow_tongues() {
     // σ → 0 leaves a notch of the width √σ, of which the second order is right to O(√σ).
     for sigma in [5e-6, 1e-6, 1e-8] {
         let scene = stiff_crank(sigma);
-        let bounds = Harmonics::new(&System::new(&scene).unwrap());
+        let bounds = System::new(&scene).unwrap().printed();
         for (n, theta) in (1..).zip(critical(&scene, 4)) {
             let second = bounds.bounds(2 * n).second_order;
             assert!((theta / second - 1.0).abs() < 5.0 * sigma.sqrt() * n as f64, "{sigma}, {n}: {theta:e} {second:e}");
