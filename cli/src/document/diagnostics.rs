@@ -189,8 +189,14 @@ impl fmt::Display for Diagnostics {
 
 impl std::error::Error for Diagnostics {}
 
+/// No name is longer (bytes); the likeness of two texts takes as long as the product of their lengths.
+const LONGEST_NAME: usize = 200;
+
 /// The known name most like `wrong`, if one is like it at all.
 pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
+    if wrong.len() > LONGEST_NAME {
+        return None;
+    }
     let wrong = wrong.to_lowercase();
     let likeness = |name: &str| {
         let name = name.to_lowercase();

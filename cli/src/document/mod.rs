@@ -225,7 +225,12 @@ impl Document {
             match (value, around.as_table_like_mut()) {
                 (None, Some(table)) => drop(table.remove(key)),
                 (Some(item), Some(table)) if !item.is_value() => drop(table.insert(key, item.clone())),
-                (Some(item), _) => around[key] = item.clone(),
+                (Some(item), _) => {
+                    // A comment after the old value stays.
+                    let decor = around.get(key).and_then(Item::as_value).map(|old| old.decor().clone());
+                    around[key] = item.clone();
+                    around[key].as_value_mut().zip(decor).into_iter().for_each(|(new, old)| *new.decor_mut() = old);
+                }
                 (None, None) => (),
             }
         }
@@ -247,4 +252,24 @@ pub fn values(table: &Table) -> Vec<(String, &Spanned<Value>)> {
         }
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use toml_edit::Array;
+
+    #[test]
+    fn a_value_that_is_set_keeps_the_comment_after_it() {
+        let mut document = Document::new("torques = [\"a\"] # of the press\ncam = { a = 1 } # flat\n".to_owned());
+        document.set("torques", Array::from_iter(["a", "b"]));
+        document.set("cam.b", 2);
+        assert_eq!(document.whole_text(), "torques = [\"a\", \"b\"] # of the press\ncam = { a = 1 , b = 2 } # flat\n");
+    }
+
+    #[test]
+    fn texts_longer_than_any_name_are_like_none() {
+        assert_eq!(nearest(&"torque".repeat(1_000_000), &["torques"]), None);
+        assert_eq!(nearest("torqes", &["torques"]), Some("torques"));
+    }
 }
