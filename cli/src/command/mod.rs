@@ -191,7 +191,7 @@ fn wrong_argument(fault: impl Into<Failure>) -> Failure {
 
 /// Of what an option asks for, where the fault begins with its name.
 fn of_option(fault: &Fault) -> Option<Failure> {
-    fault.message.starts_with("--").then(|| wrong_argument(fault.clone()))
+    fault.variable.starts_with("--").then(|| wrong_argument(fault.clone()))
 }
 
 /// Runs the command line.

@@ -105,6 +105,7 @@ impl RuntimeLibrary {
             |(platform, file): &(&str, &str)| !file.is_empty() && PLATFORMS.iter().any(|(name, _)| name == platform);
         let (platform, file) = argument.split_once('=').filter(is_whole).ok_or_else(|| {
             Fault::new(format!("--runtime `{argument}`: expected PLATFORM=FILE with PLATFORM {}", choice()))
+                .of("--runtime")
         })?;
         RuntimeLibrary::read(platform, Path::new(file))
     }

@@ -29,7 +29,9 @@ pub struct Settled {
 /// Runs `turns` turns from φ = 0 with this q (m), q̇ (m/s).
 pub fn run(machine: &mut Machine, start: [f64; 2], turns: usize) -> Result<Settled, Fault> {
     if turns < 2 {
-        return Err(Fault::new(format!("--turns {turns} is too few: half of them are left out; give at least 2")));
+        return Err(
+            Fault::new(format!("--turns {turns} is too few: half of them are left out; give at least 2")).of("--turns")
+        );
     }
     machine.begin(0.0, Some(start), false)?;
     let turn = machine.turn();

@@ -238,14 +238,15 @@ impl Bench {
             let turn = TAU / run_up.speed.abs();
             let stop = options.turns.map_or(2.0 * run_up.ramp, |turns| turns * turn + 0.5 * run_up.ramp);
             let step = run_up.ramp / INSTANTS_PER_RAMP;
-            let option = if options.turns.is_some() { "--turns: " } else { "--ramp: " };
+            let option = if options.turns.is_some() { "--turns" } else { "--ramp" };
             return Ok(Bench { turn: Some(turn), ..unmoved(grid(option, step, stop)?) });
         }
         if options.speed.is_some() || options.ramp.is_some() {
             return Err(Fault::new(
                 "--speed, --ramp: this scene has no inputs phi, w, a that a run-up could move; its own `drive` or motor sets \
                  the speed",
-            ));
+            )
+            .of("--speed"));
         }
         let mut bench = unmoved(grid("", experiment.step, experiment.stop)?);
         bench.turn = match interface.find("drive.w") {
@@ -254,8 +255,9 @@ impl Bench {
         }
         .filter(|turn| turn.is_finite());
         if let Some(turns) = options.turns {
-            let turn = bench.turn.ok_or_else(|| Fault::new("--turns: the shaft of this scene stands still"))?;
-            bench.grid = grid("--turns: ", experiment.step, turns * turn)?;
+            let turn =
+                bench.turn.ok_or_else(|| Fault::new("--turns: the shaft of this scene stands still").of("--turns"))?;
+            bench.grid = grid("--turns", experiment.step, turns * turn)?;
         }
         Ok(bench)
     }
@@ -294,13 +296,15 @@ impl Bench {
 fn grid(option: &str, step: f64, stop: f64) -> Result<Grid, Fault> {
     let count = (stop / step).round();
     if !(FEWEST_INSTANTS..=MOST_INSTANTS).contains(&count) {
+        let before = if option.is_empty() { String::new() } else { format!("{option}: ") };
         return Err(Fault::new(format!(
-            "{option}a run of {} at steps of {} has {} communication points; {FEWEST_INSTANTS} to {MOST_INSTANTS} are compared: choose \
+            "{before}a run of {} at steps of {} has {} communication points; {FEWEST_INSTANTS} to {MOST_INSTANTS} are compared: choose \
              another number of turns (--turns), or with inputs another --ramp",
             time(stop),
             time(step),
             number(count)
-        )));
+        ))
+        .of(option));
     }
     Ok(Grid::new(step, count as usize))
 }
@@ -309,18 +313,22 @@ fn grid(option: &str, step: f64, stop: f64) -> Result<Grid, Fault> {
 fn run_up(options: &Options) -> Result<RunUp, Fault> {
     let speed = options.speed.unwrap_or(DEFAULT_SPEED);
     if speed == 0.0 || !speed.is_finite() {
-        return Err(
-            Fault::new("--speed: a run-up ends with a finite speed other than 0").hint("write for example \"600 rpm\"")
-        );
+        return Err(Fault::new("--speed: a run-up ends with a finite speed other than 0")
+            .of("--speed")
+            .hint("write for example \"600 rpm\""));
     }
     let turns = options.turns.unwrap_or(9.0);
     if !(turns > 0.0 && turns.is_finite()) {
-        return Err(Fault::new(format!("--turns: {turns} is not greater than 0")).hint("write for example 9"));
+        return Err(Fault::new(format!("--turns: {turns} is not greater than 0"))
+            .of("--turns")
+            .hint("write for example 9"));
     }
     // Half of the run is the ramp, which covers a third of the angle.
     let ramp = options.ramp.unwrap_or(turns * TAU / (1.5 * speed.abs()));
     if !(ramp > 0.0 && ramp.is_finite()) {
-        return Err(Fault::new(format!("--ramp: {ramp} s is not greater than 0 s")).hint("write for example \"0.2 s\""));
+        return Err(Fault::new(format!("--ramp: {ramp} s is not greater than 0 s"))
+            .of("--ramp")
+            .hint("write for example \"0.2 s\""));
     }
     Ok(RunUp { speed, ramp })
 }
