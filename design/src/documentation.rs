@@ -10,7 +10,7 @@ pub struct Documentation {
     pub summary: String,
     /// The equations.
     pub equations: Vec<Equation>,
-    /// What real drives have and the model does not.
+    /// Properties of real drives that the model does not have.
     pub left_out: Vec<String>,
     /// The solution method and its accuracy: (quantity, statement).
     pub accuracy: Vec<(String, String)>,

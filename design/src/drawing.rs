@@ -68,7 +68,7 @@ pub enum Shape {
         anchor: Anchor,
         /// The text.
         text: String,
-        /// Whether it runs upwards.
+        /// True if it runs upwards.
         upright: bool,
     },
 }

@@ -1,4 +1,4 @@
-//! The finite Fourier series of a table of angles and lifts.
+//! The finite Fourier series of a table of angles and lifts; complex coefficients of any series.
 
 use camdrive::motion::Fourier;
 use camdrive::motion::table::{Points, TableError};
@@ -73,7 +73,7 @@ pub fn without_rounding(mut series: Fourier) -> Fourier {
     series
 }
 
-/// Whether the angles divide the turn into equal parts, up to `least` (rad).
+/// True if the angles divide the turn into equal parts, up to `least` (rad).
 pub fn is_equidistant(angles: &[f64], least: f64) -> bool {
     let distance = TAU / angles.len() as f64;
     angles.iter().enumerate().all(|(i, phi)| (phi - angles[0] - i as f64 * distance).abs() < least)

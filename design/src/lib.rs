@@ -3,7 +3,7 @@
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
 
-/// How far a study is, for a progress bar.
+/// The progress of a study, for a progress bar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress<'a> {
     /// Parts of this stage that are done.

@@ -14,10 +14,10 @@ use std::f64::consts::TAU;
 /// Breakpoints that lie closer together (rad) count as one: the piece between them would be lost in rounding.
 const SAME: f64 = 1e-12;
 
-/// What is said of an input.
+/// The note on an input.
 const INPUT: &str = "The input F is taken as 0.";
 
-/// What is said of a shaft that is not linear.
+/// The note on a shaft that is not linear.
 const LINEARISED: &str = "The drive of the scene is not linear; this is its linearisation about q = 0.";
 
 /// m(φ) q̈ + [b(φ) + Ω b₁(φ)] q̇ + [c(φ) + Ω c₁(φ) + Ω² c₂(φ)] q = f(φ) + Ω f₁(φ) + Ω² f₂(φ) at φ = Ω t, one degree of freedom q.
@@ -34,7 +34,7 @@ pub struct PeriodicOscillator {
     pub reach: Box<dyn Fn(usize) -> f64 + Send + Sync>,
     /// Cost of the coefficients at an angle (nominal µs), see [`camdrive::numerics::work`].
     pub cost: f64,
-    /// Whether b₁ = m′ and c₂ = m″/2.
+    /// True if b₁ = m′ and c₂ = m″/2.
     pub inertia_turns: bool,
     /// b and c of the spring and the damper that the drive loads at an angle (rad), where others act beside them.
     pub own: Option<Angular>,
@@ -46,7 +46,7 @@ pub struct PeriodicOscillator {
     pub coordinate: &'static Quantity,
     /// Quantity of c q.
     pub load: &'static Quantity,
-    /// How the equation comes from that of the scene where it is not the same: "linearised about q = 0".
+    /// The way from the equation of the scene to this one, where they differ: "linearised about q = 0".
     pub note: Option<String>,
 }
 

@@ -34,7 +34,7 @@ impl PeriodicMotion {
         self.growth.exp()
     }
 
-    /// Whether small disturbances decay.
+    /// True if small disturbances decay.
     pub fn is_stable(&self) -> bool {
         self.growth < 0.0
     }
@@ -72,7 +72,7 @@ fn course(pieces: &[[f64; 2]], w: impl Fn(usize, f64) -> f64) -> Vec<[f64; 2]> {
 const SCAN: usize = 320;
 const SLOWEST: f64 = 2e-3;
 
-/// How exactly the extreme of the gain is found, as part of E: less than a double root can be told from two.
+/// Tolerance of the extreme of the gain, as part of E: less than tells a double root from two.
 const FINEST: f64 = 1e-12;
 
 /// Points of the course of a motion.

@@ -14,7 +14,7 @@ use crate::text;
 use look::{DASHED, Look, RULED, look, marked};
 use ticks::{angular_step, decimal, decimal_step, logarithmic_ticks};
 
-/// How an axis divides its length.
+/// The division of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Equal differences.
@@ -43,7 +43,7 @@ pub struct Series {
     pub name: String,
     /// (x, y); a point that is not finite has no marker and interrupts the line.
     pub points: Vec<[f64; 2]>,
-    /// Whether a line joins the points.
+    /// True if a line joins the points.
     pub joined: bool,
 }
 

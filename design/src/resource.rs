@@ -20,7 +20,7 @@ use std::ops::{Deref, DerefMut};
 /// The longest name of a scene: importers use it as a file name and as a prefix of C functions.
 pub const LONGEST_NAME: usize = 24;
 
-/// Whether Windows has a device of this name, which with any ending is no file there.
+/// True if Windows has a device of this name, which with any ending is no file there.
 pub fn is_device(name: &str) -> bool {
     let upper = name.to_ascii_uppercase();
     match upper.strip_suffix(|c: char| c.is_ascii_digit()) {
@@ -29,7 +29,7 @@ pub fn is_device(name: &str) -> bool {
     }
 }
 
-/// Whether a name is a C identifier and, with any ending, a file on every system.
+/// True if a name is a C identifier and, with any ending, a file on every system.
 pub fn is_name(name: &str) -> bool {
     let is_letter = |c: char| c.is_ascii_alphabetic() || c == '_';
     let is_identifier = name.starts_with(is_letter) && name.chars().all(|c| is_letter(c) || c.is_ascii_digit());

@@ -60,7 +60,7 @@ pub struct Smoothed {
     pub at_rest: Vec<usize>,
 }
 
-/// What becomes of rows that are wrong.
+/// The treatment of rows that are wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outliers {
     /// They are refused.

@@ -253,7 +253,7 @@ fn pieces(line: &str, first: usize, rest: usize) -> Vec<&str> {
     pieces
 }
 
-/// Whether a character steers the terminal or turns the direction of writing, instead of being seen.
+/// True if a character steers the terminal or turns the direction of writing, instead of being seen.
 pub fn is_unseen(c: char) -> bool {
     c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
@@ -286,7 +286,7 @@ pub fn wrapped(text: &str, width: usize) -> String {
     text.split('\n').map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// What makes a formula of a cell in a spreadsheet.
+/// First characters that make a formula of a cell in a spreadsheet.
 const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
 /// The heading with an apostrophe in front where a spreadsheet would compute it; [`heading`] takes it away.

@@ -1,4 +1,4 @@
-//! How well the mechanisms between cam and tool pass the force on: their least transmission angles.
+//! The least transmission angles of the mechanisms between cam and tool.
 //!
 //! μ is the angle between coupler and output link of a four-bar linkage, or between rod and the normal of the slider's line;
 //! at 90° the whole force of the coupler moves the output, towards 0 forces in the joints and the effect of play grow like
@@ -31,7 +31,7 @@ pub struct Transmission {
 }
 
 impl Transmission {
-    /// Whether the angle is as large as usual.
+    /// True if the angle is as large as usual.
     pub fn is_usual(&self) -> bool {
         self.least_angle >= USUAL
     }

@@ -14,7 +14,7 @@ pub const BUDGET: f64 = 1.2e11;
 pub const PRECISE: f64 = 20.0;
 
 thread_local! {
-    /// What is left in this thread.
+    /// The rest of the budget in this thread.
     static LEFT: Cell<f64> = const { Cell::new(f64::INFINITY) };
 }
 
@@ -24,12 +24,12 @@ pub fn draw(cost: f64) -> bool {
     !is_exhausted()
 }
 
-/// Whether the work is used up, so that what is found from now on may lack something.
+/// True if the work is used up, so that what is found from now on may lack something.
 pub fn is_exhausted() -> bool {
     LEFT.get() < 0.0
 }
 
-/// What is left in this thread.
+/// The rest of the budget in this thread.
 pub fn left() -> f64 {
     LEFT.get()
 }

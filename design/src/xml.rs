@@ -93,7 +93,7 @@ impl Element {
         self.get(name).map(parsed).transpose()
     }
 
-    /// Whether an attribute is true, which xs:boolean writes in two ways.
+    /// True if an attribute is true, which xs:boolean writes in two ways.
     pub fn is(&self, name: &str) -> bool {
         matches!(self.get(name), Some("true" | "1"))
     }

@@ -10,7 +10,7 @@ pub struct CamTable {
     pub rows: Vec<[f64; 4]>,
     /// A bound of the error of straight interpolation (m or rad).
     pub error: f64,
-    /// Whether U is an angle.
+    /// True if U is an angle.
     pub angular: bool,
     /// The angles (rad) at which U″ jumps: a row there has the value after the jump, as controllers take one U″ for each master.
     pub jumps: Vec<f64>,

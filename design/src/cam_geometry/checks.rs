@@ -1,4 +1,4 @@
-//! Whether a cam can be cut and run: pressure angle, undercut, curvature, crossings.
+//! Checks that a cam can be cut and run: pressure angle, undercut, curvature, crossings.
 
 use super::contour::pieces;
 use super::{Cam, Cut, Follower, Outline, Plan, Point, Side, Standstill, degrees};
@@ -30,7 +30,7 @@ pub struct Finding {
     pub value: f64,
     /// The unit of the value.
     pub unit: &'static str,
-    /// Whether that may be: `Mind` where the cam runs badly, `Bad` where it cannot be cut or does not move the follower as prescribed.
+    /// The judgement: `Mind` where the cam runs badly, `Bad` where it cannot be cut or does not move the follower as prescribed.
     pub verdict: Level,
     /// Its meaning.
     pub remark: String,
@@ -153,7 +153,7 @@ fn pressure(cam: &Cam, limit: f64) -> Result<Finding, Standstill> {
     }))
 }
 
-/// How wide a flat face has to be, and the least radius of curvature h + U″ of its contour.
+/// The least width of a flat face, and the least radius of curvature h + U″ of its contour.
 fn face(cam: &Cam) -> Result<[Finding; 2], Standstill> {
     let contact = |sign: f64| worst(cam, |segment, phi| Ok(sign * cam.at_in(segment, phi)?.place.re));
     let ((left_at, left), (right_at, right)) = (contact(-1.0)?, contact(1.0)?);
@@ -232,7 +232,7 @@ fn out_of_reach(cam: &Cam, plan: &Plan, [low, high]: [f64; 2]) -> String {
     }
 }
 
-/// How large the cam is.
+/// The size of the cam.
 fn size(cam: &Cam, plan: &Plan) -> Result<Vec<Finding>, Standstill> {
     // Where the distance from the cam's centre is extreme the contour is at right angles to it: its own distance differs by
     // the radius of the roller.

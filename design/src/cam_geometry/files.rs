@@ -22,7 +22,7 @@ pub struct Drawn<'a> {
     pub mesh: &'a Mesh,
     /// Its contours.
     pub sides: &'static [Side],
-    /// Whether its law is an angle.
+    /// True if its law is an angle.
     pub angular: bool,
     /// The radius of shaft and hub (m); 0 where the scene does not give it.
     pub hub: f64,

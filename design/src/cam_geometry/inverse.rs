@@ -34,7 +34,7 @@ pub struct Traced {
     pub rows: Vec<usize>,
     /// The standard deviation of the lifts over that of the points.
     pub noise: f64,
-    /// How far the contour between its points is not determined (m), and the row after which; None where that is not known.
+    /// The largest uncertainty of the contour between its points (m), and the row before it; None where it is not known.
     pub open: Option<(f64, usize)>,
     /// By which part of its largest value U″ between the points is uncertain; None where that is not known.
     pub bend_open: Option<f64>,
@@ -59,7 +59,7 @@ struct Contact {
 pub struct Refusal {
     /// The point at fault; None where it is the contour.
     pub index: Option<usize>,
-    /// What is wrong.
+    /// The fault.
     pub message: String,
     /// A remedy.
     pub hint: String,
@@ -84,7 +84,7 @@ const SIZE: f64 = 0.01;
 /// A bend with a radius beyond so many times the distance from the cam's centre is a straight line to the eye.
 const STRAIGHT: f64 = 1e3;
 
-/// What to do about points that no follower passes in their order.
+/// The hint on points that no follower passes in their order.
 const ORDER: &str = "are the follower, its `roller_radius` and the order of the points right? points with noise need `noise`, for example \"estimate\"";
 
 fn millimetres(length: f64) -> String {
@@ -371,7 +371,7 @@ fn backwards(plan: &Plan, outwards: f64, found: &[Contact], beside: &[usize]) ->
 
 /// The steps of an angle around the turn, one of which may be wider than half of it.
 fn steps(differences: impl Iterator<Item = f64>) -> Vec<f64> {
-    /// What is left of the turn beside the widest gap (rad), at least.
+    /// The least part of the turn outside of the widest gap (rad).
     const REST: f64 = 0.3;
     let mut steps: Vec<f64> = differences.map(|step| (step + PI).rem_euclid(TAU) - PI).collect();
     let sum = steps.iter().sum::<f64>();

@@ -68,7 +68,7 @@ pub enum Cut {
 pub struct Plan {
     /// The follower.
     pub carrier: Carrier,
-    /// Whether U is an angle (rad) that moves a lever, and no length.
+    /// True if U is an angle (rad) that moves a lever, and no length.
     pub angular: bool,
     /// Where it starts.
     pub start: Start,
@@ -109,7 +109,7 @@ impl Plan {
         })
     }
 
-    /// Whether this is the first cam of a pair: its lever is on the planned side, its translating roller above the cam's centre.
+    /// True if this is the first cam of a pair: its lever is on the planned side, its translating roller above the cam's centre.
     pub fn is_first(&self, cam: &Cam) -> bool {
         match (self.carrier, cam.follower, self.cut) {
             (Carrier::Lever { side, .. }, Follower::Lever { side: own, .. }, _) => side == own,

@@ -16,7 +16,7 @@ const FINE: usize = 4;
 pub type File = (String, Result<String, Fault>);
 
 impl Shape {
-    /// What the cam is.
+    /// The kind and the size of the cam.
     fn about(&self) -> String {
         let cut = match self.plan.cut {
             _ if self.plan.carrier == Carrier::Flat => "disc cam of a flat face",
@@ -40,7 +40,7 @@ impl Shape {
         self.name.strip_prefix(scene)?.strip_prefix(".follower")?.parse().ok()
     }
 
-    /// What sets the largest radius (m) of its rollers.
+    /// The setting of the largest radius (m) of its rollers.
     fn roller(&self, scene: &str, most: f64) -> Setting {
         let key = |number| format!("follower[{number}].geometry.roller_radius");
         let key = self.number(scene).map_or("geometry.roller_radius".to_owned(), key);
@@ -141,7 +141,7 @@ impl Shape {
     }
 }
 
-/// What the verdict tells of a cam that can be cut.
+/// Findings that the verdict names of a cam that can be cut.
 const TOLD: [&str; 4] =
     ["largest pressure angle", "least width of the face", "undercut of the inner contour: smallest", "smallest con"];
 
@@ -188,7 +188,7 @@ struct CamSummary {
 }
 
 impl<'a> Findings<'a> {
-    /// What was found on the cams of a scene.
+    /// The findings on the cams of a scene.
     pub fn new(scene: &'a str, shapes: &'a [Shape]) -> Self {
         Findings { scene, followers: shapes.iter().map(Shape::summary).collect(), shapes }
     }

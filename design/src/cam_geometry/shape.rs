@@ -7,7 +7,7 @@ use crate::report::Level;
 use camdrive::drives::Fault;
 use camdrive::motion::MotionLaw;
 
-/// How accurate the files are to be.
+/// The accuracy of the files.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerances {
     /// The largest distance between contour and chord (m).

@@ -1,6 +1,6 @@
 //! Sequels of the impact with which a passage ends, over K and μ: the map of multiple impacts.
 //!
-//! * At once: right after the impact the contact force pulls, f(0) = a (μθ + sin θ) < 0 of [`super::formulas`]. That needs
+//! * At once: right after the impact the contact force pulls, f(0) = a (μθ + sin θ) < 0 of [`crate::formulas::passage`]. That needs
 //!   (2n+1)π < θ < (2n+2)π and μ < −sin θ/θ, so μ < 0.2172336282; in (K, μ) each n makes a band, whose border is the curve
 //!   μ = −sin θ/θ, K = K(aθ, μ).
 //! * Elastically: the force changes its sign within the first natural period. With R² = A² + B², tan δ = −B/A and
@@ -142,7 +142,7 @@ pub struct Admissible {
     pub intervals: Vec<[f64; 2]>,
     /// K_el, above which contact is interrupted elastically.
     pub elastic: f64,
-    /// Whether there are further intervals between the last one and `elastic`, too many to list.
+    /// True if there are further intervals between the last one and `elastic`, too many to list.
     pub cut: bool,
 }
 

@@ -62,7 +62,7 @@ pub struct ByModel {
     pub damping_ratio: f64,
     /// Samples at which the model could not be followed; they count as not admissible.
     pub unknown: usize,
-    /// What the motion settles to at a value within each interval, the gentlest impacts first.
+    /// The settled motion at a value within each interval, the gentlest impacts first.
     pub changes: Vec<Change>,
 }
 
@@ -96,7 +96,7 @@ impl ByModel {
     }
 }
 
-/// Whether each passage ends with one impact on the other flank and lasting contact; None where the model has not
+/// True if each passage ends with one impact on the other flank and lasting contact; None where the model has not
 /// followed all of the `releases` and none of those it has followed tells the contrary.
 pub fn is_calm(passages: &[Clearance], releases: Option<usize>) -> Option<bool> {
     let sequels: Vec<Sequel> = passages.iter().filter_map(|p| Some(p.model?.sequel)).collect();
@@ -193,7 +193,7 @@ impl Variation<'_> {
         [omega, speed.abs(), s, m1, middle(DAMPING)]
     }
 
-    /// Whether these values are calm; None where the model cannot be followed.
+    /// True if these values are calm; None where the model cannot be followed.
     fn is_calm(&self, scene: &Scene, machine: &Parameters) -> Option<bool> {
         let (mut model, motion) = model(scene, machine, self.ignore)?;
         let passages = passages(scene, machine, self.crossings, Some((&mut model, &motion)));
@@ -239,7 +239,7 @@ impl Variation<'_> {
         (std::array::from_fn(intervals), unknown)
     }
 
-    /// What the motion settles to for `turns` at a value within each interval, the gentlest impacts first.
+    /// The motion after `turns` at a value within each interval, the gentlest impacts first.
     fn changes(&self, intervals: &[Intervals; COUNT], turns: usize) -> Vec<Change> {
         let (own, machine) = (self.own(), self.machine);
         let now = [own[0], own[1], own[2], own[3], 0.5 * machine.b / (machine.m2 * machine.omega)];

@@ -40,7 +40,7 @@ pub struct Release {
     pub time: f64,
     /// φ (rad).
     pub phi: f64,
-    /// Whether F_K falls: a release from flank A.
+    /// True if F_K falls: a release from flank A.
     pub falling: bool,
     /// Where the contact force was largest since its zero before: from there on the passage is followed.
     pub before: Sample,
@@ -197,7 +197,7 @@ fn forced(series: &Fourier, scene: &Scene, w: f64) -> Result<[f64; 2], Fault> {
 /// An undamped harmonic as near to the natural frequency has an amplitude of which no digit is right.
 const RESONANCE: f64 = 1e-12;
 
-/// How many samples of the turn show every vibration.
+/// The number of samples of the turn that shows every vibration.
 fn count(scene: &Scene, w: f64) -> Result<usize, Fault> {
     let natural = (scene.parameters.c / scene.parameters.m2).sqrt() / w.abs();
     // Only the harmonics of a Fourier law are left of the periodic motion; other laws excite the natural frequency.
@@ -221,7 +221,7 @@ fn from(machine: &mut Machine, sample: &Sample, time: f64) -> Result<Sample, Fau
     Ok(Sample { time, ..Sample::from(machine.moment()?) })
 }
 
-/// Whether the force comes so near to zero between two samples of one sign that it may cross it: its slopes point to
+/// True if the force comes so near to zero between two samples of one sign that it may cross it: its slopes point to
 /// zero at the first and away from it at the second, and are steep enough.
 fn turns_back(sign: f64, a: &Sample, b: &Sample) -> bool {
     let h = b.time - a.time;

@@ -30,7 +30,7 @@ pub struct Signs {
     pub crossings: Vec<Crossing>,
     /// max |U″| (m).
     pub largest: f64,
-    /// How many zeros were left out with the lobes of U″ that stay below the share to be ignored.
+    /// The number of zeros that were left out with the lobes of U″ that stay below the share to be ignored.
     pub ignored: usize,
 }
 

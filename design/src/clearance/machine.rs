@@ -106,7 +106,7 @@ impl Machine {
         self.limit = self.work + steps;
     }
 
-    /// Whether all that was allowed is used up.
+    /// True if all that was allowed is used up.
     pub fn is_exhausted(&self) -> bool {
         self.work > self.limit
     }

@@ -1,7 +1,7 @@
 //! The passage of the clearance: every place of a motion law at which a drive with backlash changes flanks, how hard it is,
 //! whether further impacts follow, and which natural frequency or speed avoids them.
 //!
-//! [`law`] finds the places, [`printed`] are Kaltofen's closed formulas for one passage, [`borders`] the map of multiple
+//! [`law`] finds the places, [`crate::formulas::passage`] has Kaltofen's closed formulas for one passage, [`borders`] the map of multiple
 //! impacts, [`tuning`] what it admits. [`passage`] sets formula and event-driven model side by side; the model starts from the
 //! motion of permanent contact ([`contact_motion`]); what it admits finds [`by_model`], and where the two differ the model
 //! decides. [`settled`] runs it until it repeats, with all that earlier impacts leave behind. [`report`] and [`figures`] show the
@@ -137,7 +137,7 @@ pub struct Study {
     pub least_spacing: Option<f64>,
     /// The passages, by angle.
     pub passages: Vec<Clearance>,
-    /// Whether no passage is followed by a further impact.
+    /// The answer whether no passage is followed by a further impact.
     pub calm: Calm,
     /// The frequencies, speeds and clearances without multiple impacts, by the formulas.
     pub tuning: Option<Tuning>,
@@ -152,7 +152,7 @@ pub struct Study {
     pub course: Vec<[f64; 2]>,
 }
 
-/// Whether each passage ends with one impact and lasting contact.
+/// The answers whether each passage ends with one impact and lasting contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Calm {
     /// By the formulas, of the zeros of U″; None where one of them has no K.
@@ -488,7 +488,7 @@ fn merged(formula: Vec<passage::Point>, model: Vec<passage::Point>) -> Vec<passa
     both.map(|(a, b)| passage::Point { q: [a.q[0], b.q[1]], force: [a.force[0], b.force[1]], ..a }).collect()
 }
 
-/// What the passages leave out.
+/// Notes what the passages leave out.
 fn remark(study: &mut Study) {
     let left = study.passages.iter().map(|p| p.left).fold(0.0, f64::max);
     let remarks = &mut study.remarks;

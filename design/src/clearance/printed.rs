@@ -1,4 +1,4 @@
-//! What Kaltofen's closed formulas ([`super::formulas`]) tell beside the model: for `--explain`.
+//! Kaltofen's closed formulas ([`crate::formulas::passage`]) compared with the model, for `--explain`.
 
 use super::by_model::DIGITS;
 use super::passage::{Clearance, Figures};

@@ -39,7 +39,7 @@ fn places(angles: impl Iterator<Item = f64>) -> String {
     if more > 0 { format!("{} and {more} more", texts.join(", ")) } else { texts.join(", ") }
 }
 
-/// What sets another value (SI) of a quantity, by its place in [`QUANTITIES`].
+/// The settings for another value (SI) of a quantity, by its place in [`QUANTITIES`].
 fn settings(machine: &Parameters, which: usize, value: f64) -> Vec<Setting> {
     let Parameters { m2, b, omega, speed, .. } = *machine;
     let written = |value: f64| Written::nearest(value, &UNITS[which], DIGITS);
@@ -57,7 +57,7 @@ fn settings(machine: &Parameters, which: usize, value: f64) -> Vec<Setting> {
     }
 }
 
-/// What follows an impact, in words.
+/// The sequel of an impact, in words.
 fn sequel(figures: &Figures) -> &'static str {
     match figures.sequel {
         Sequel::None => "contact lasts",
@@ -89,7 +89,7 @@ impl Study {
         self.known().into_iter().map(|(_, figures)| figures).max_by(|a, b| a.impulse.total_cmp(&b.impulse))
     }
 
-    /// Whether the settled motion repeats itself with no more impacts than passages; where it is not known, whether each passage
+    /// True if the settled motion repeats itself with no more impacts than passages; where it is not known, whether each passage
     /// ends with one.
     fn is_calm(&self) -> Option<bool> {
         match self.settled.zip(self.releases) {
@@ -98,7 +98,7 @@ impl Study {
         }
     }
 
-    /// What the passages and the motion that they settle to are like.
+    /// Judges the passages and the settled motion.
     fn judge(&self, machine: &Parameters, verdict: &mut Verdict) {
         if self.passages.is_empty() {
             verdict.result(Level::Good, "The contact never opens: it stays on one flank.");
@@ -170,7 +170,7 @@ impl Study {
         }
     }
 
-    /// How sure this is.
+    /// Says how sure the verdict is.
     fn certify(&self, verdict: &mut Verdict) {
         if let Some(model) = &self.by_model {
             verdict.certainty(format!(
@@ -203,7 +203,7 @@ impl Study {
         all.collect()
     }
 
-    /// What was looked for and tried.
+    /// The tables of the admissible intervals and of the motions that were tried.
     fn tables(&self, machine: &Parameters) -> Option<[Table; 2]> {
         let model = self.by_model.as_ref()?;
         let quantities = self.quantities(machine);

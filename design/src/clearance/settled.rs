@@ -22,7 +22,7 @@ pub struct Settled {
     pub largest_impulse: f64,
     /// Energy lost in impacts per turn (J).
     pub loss: f64,
-    /// Whether each turn repeats the one before it.
+    /// True if each turn repeats the one before it.
     pub repeats: bool,
 }
 

@@ -24,7 +24,7 @@ pub struct Tuning {
     pub clearance: Intervals,
     /// Masses m1 at the other values (kg); the last interval has no end.
     pub mass: Intervals,
-    /// Whether there are further ones below them, too many to list.
+    /// True if there are further ones below them, too many to list.
     pub mass_cut: bool,
     /// The ω that the condition K ≤ 15 of the source allows at most (rad/s).
     pub source_frequency: f64,
@@ -110,7 +110,7 @@ fn intersection(a: &[[f64; 2]], b: &[[f64; 2]]) -> Intervals {
 pub struct AdmissibleRatios {
     /// Ascending intervals of μ, the last one without end.
     pub intervals: Vec<[f64; 2]>,
-    /// Whether there are further intervals below the first one, too many to list.
+    /// True if there are further intervals below the first one, too many to list.
     pub cut: bool,
 }
 

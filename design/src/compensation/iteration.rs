@@ -21,14 +21,14 @@ use std::f64::consts::TAU;
 /// A harmonic of a tool counts as an extra one above this part of the largest that is wanted.
 pub const EXTRA: f64 = 0.01;
 
-/// How well a tool moves.
+/// The quality of a tool's motion.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Quality {
     /// max|a| / max|a_wanted| − 1.
     pub overshoot: f64,
     /// max|a − a_wanted| / max|a_wanted| at equal phases of time.
     pub deviation: f64,
-    /// How many harmonics above those of the wanted motion exceed [`EXTRA`] of its largest acceleration harmonic.
+    /// The number of harmonics above those of the wanted motion that exceed [`EXTRA`] of its largest acceleration harmonic.
     pub extra_harmonics: usize,
     /// The highest of them.
     pub highest_extra: Option<usize>,
@@ -43,7 +43,7 @@ pub struct Round {
     pub speed: [f64; 2],
     /// One for each tool.
     pub tools: Vec<Quality>,
-    /// How well the tools keep what is asked of them.
+    /// The restrictions of the tools with their reserves.
     pub restrictions: Vec<Kept>,
     /// φ̇ over the phase of time, φ̇₀ = 2π/T, a_m, b_m (rad/s).
     #[serde(skip)]
@@ -271,8 +271,8 @@ impl<'a> Machine<'a> {
         Fourier::new(a, b)
     }
 
-    /// How well a tool moves with these accelerations (m/s² or rad/s²) at the points; where laws have corners, the largest ones
-    /// are looked for at the points alone.
+    /// The quality of a tool's motion with these accelerations (m/s² or rad/s²) at the points; where laws have corners, the largest
+    /// ones are looked for at the points alone.
     fn quality(&self, omega: f64, tool: &Tool, actual: Vec<f64>, phases: &[[f64; 3]], motion: &Fourier) -> Quality {
         let mesh = &self.mesh;
         let prescribed: Vec<f64> = phases.iter().map(|[psi, ..]| omega * omega * tool.at(*psi)[2]).collect();

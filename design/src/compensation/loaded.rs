@@ -58,7 +58,7 @@ pub struct Loaded {
     pub tools: Vec<Follower>,
 }
 
-/// What turns with φ, and what moves with ψ.
+/// Inertia and loads on both sides of the elastic shaft: those at φ and those at ψ.
 #[derive(Clone, Debug)]
 struct Sides {
     /// Behind the followers each tool as one that does not move, so that its process force is known over φ.
@@ -201,7 +201,7 @@ impl System<3> for OnLeg<'_> {
 }
 
 impl Loaded {
-    /// Whether a law of a load has breakpoints.
+    /// True if a law of a load has breakpoints.
     pub fn has_corners(&self) -> bool {
         let processes = self.kept.iter().chain(&self.tools).filter_map(|follower| follower.load.process.as_ref());
         processes.chain(&self.machine.load).any(|law| !law.breakpoints().is_empty())

@@ -156,7 +156,7 @@ impl Task {
         }
     }
 
-    /// Whether a law of a tool is no series, or one of a load has breakpoints.
+    /// True if a law of a tool is no series, or one of a load has breakpoints.
     fn has_corners(&self) -> bool {
         self.loaded.as_ref().is_some_and(Loaded::has_corners)
             || self.tools.iter().any(|tool| tool.motion.series().is_none())
@@ -268,7 +268,7 @@ impl Task {
         }
     }
 
-    /// Whether nothing but the constant inertia turns with the shaft, and no motor drives it.
+    /// True if nothing but the constant inertia turns with the shaft, and no motor drives it.
     fn is_free(&self) -> bool {
         self.driving.motor == Motor::None && !self.own.varies()
     }

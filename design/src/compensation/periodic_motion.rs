@@ -38,7 +38,7 @@ const CLOSED: f64 = 1e-9;
 /// A Newton step takes no speed farther than this part of its way to standstill.
 const NOT_FARTHER: f64 = 0.7;
 
-/// How many times softer a motor may be that leads to the motion of a steep one.
+/// Factors by which a motor is softer that leads to the motion of a steep one.
 const SOFTER: [f64; 5] = [2.0, 4.0, 8.0, 16.0, 32.0];
 
 /// A motor that shrinks by less at a time leads nowhere: the motion ends.
@@ -57,7 +57,7 @@ pub struct Driving {
 
 /// Moments of inertia at the points of the mesh.
 pub trait Inertia {
-    /// Whether the unknown speeds are those in the phase of time.
+    /// True if the unknown speeds are those in the phase of time.
     const IN_TIME: bool;
     /// J and J′ at φ (kg·m²); `point` is the index.
     fn at(&self, point: usize, phi: f64) -> [f64; 2];

@@ -76,7 +76,7 @@ pub struct Findings {
     pub transmission: Vec<Transmission>,
     /// The numbers of the tools' followers in the scene.
     pub numbers: Vec<usize>,
-    /// How well the prescribed motions themselves keep what is asked of the tools.
+    /// The restrictions of the tools with the reserves of the prescribed motions.
     pub prescribed: Vec<Kept>,
     /// The motion over the time.
     #[serde(skip)]
@@ -423,7 +423,8 @@ impl Findings {
         table.into()
     }
 
-    /// What the tools have to keep: the reserve of the prescribed motions, with cams for uniform speed and of the finished machine.
+    /// The restrictions of the tools: the reserve of the prescribed motions, with cams for uniform speed and of the finished
+    /// machine.
     fn restrictions_table(&self) -> Table {
         let rows: Vec<(usize, &Kept, f64)> =
             self.prescribed.iter().enumerate().map(|(i, one)| (i, one, self.unit(one).factor)).collect();

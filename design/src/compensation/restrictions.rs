@@ -27,7 +27,7 @@ pub struct Restrictions {
     tools: Vec<(usize, [f64; 2])>,
 }
 
-/// How well a condition is kept.
+/// A restriction and its reserve.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Kept {
     /// Its name in the task.
@@ -42,7 +42,7 @@ pub struct Kept {
     pub value: f64,
     /// The way to its limit, negative beyond it; of an exact point the error, negative.
     pub reserve: f64,
-    /// Whether no more is missed than the finite laws of the cams may.
+    /// True if no more is missed than the finite laws of the cams may.
     pub kept: bool,
 }
 
@@ -90,7 +90,7 @@ impl Restrictions {
         })
     }
 
-    /// How well tools that move so keep them.
+    /// The reserves of these motions of the tools.
     pub fn kept(&self, motions: &[Fourier]) -> Vec<Kept> {
         let kept = |name: &str, of: &[(usize, f64)], order: usize, phase: f64, value: f64, reserve: f64| {
             let miss: f64 = of.iter().map(|(j, factor)| factor.abs() * self.tools[*j].1[order / 3]).sum();

@@ -67,7 +67,7 @@ impl Tool {
         Follower { cam: law.clone(), ..self.follower.clone() }
     }
 
-    /// Whether the tool's coordinate is an angle.
+    /// True if the tool's coordinate is an angle.
     pub fn turns(&self) -> bool {
         self.follower.turns
     }

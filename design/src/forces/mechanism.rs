@@ -72,7 +72,7 @@ fn inertia(link: &Link, joint: Moving, along: Moving, gravity: Point) -> (Point,
     (force, cross(centre * along[0], force) + link.inertia * cross(along[0], along[2]))
 }
 
-/// What acts on a mechanism besides its input.
+/// The loads on a mechanism besides its input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Demand {
     /// τ: what the output demands (N·m or N).

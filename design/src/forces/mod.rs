@@ -44,7 +44,7 @@ pub struct Material {
     pub poisson: [f64; 2],
 }
 
-/// What acts on a follower, and what bears it.
+/// The loads on a follower, and the parts that bear them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Loads {
     /// J_l (kg·m²) of what turns with the lever.
@@ -53,7 +53,7 @@ pub struct Loads {
     pub load: Load,
     /// Part of the mass (kg) that is on the cam's side of an elasticity or clearance, and loads on it.
     pub roller: (f64, Load),
-    /// Whether in the motion of the FMU the follower may leave its cam.
+    /// True if in the motion of the FMU the follower may leave its cam.
     pub may_leave: bool,
     /// Teeth of its gears.
     pub teeth: Teeth,
@@ -178,7 +178,7 @@ impl Drive {
         Ok(Drive { name, follower, plan, loads, contacts })
     }
 
-    /// Whether the contact is kept by force alone: a single contact, or a return spring where no geometry is known.
+    /// True if the contact is kept by force alone: a single contact, or a return spring where no geometry is known.
     pub fn is_force_closed(&self) -> bool {
         self.contacts.len() == 1
             || self.plan.is_none()
@@ -186,7 +186,7 @@ impl Drive {
                 && self.follower.has_cam()
     }
 
-    /// Whether the follower has a flat face.
+    /// True if the follower has a flat face.
     fn is_flat(&self) -> bool {
         self.plan.is_some_and(|plan| plan.carrier == cam_geometry::Carrier::Flat)
     }
@@ -196,7 +196,7 @@ impl Drive {
         self.loads.on().map(|load| load.spring.map_or(0.0, |spring| spring.preload)).iter().sum()
     }
 
-    /// What the torque of a law that is an angle acts on.
+    /// The part on which the torque of an angular law acts.
     fn turned(&self) -> &'static str {
         if self.follower.has_cam() { "torque on the lever" } else { "torque on the crank" }
     }

@@ -1,4 +1,4 @@
-//! What varies over the turn of a drive, under the names that files and people have for it.
+//! Quantities over the turn of a drive, with their names in files and for people.
 
 use super::{Contact, Drive, Forces};
 use crate::cam_geometry::{Cut, Follower as Carrier, Side};
@@ -22,7 +22,7 @@ pub struct Quantity<'a> {
     pub name: String,
     /// The unit.
     pub unit: Units,
-    /// Whether it is a component, whose largest value says little.
+    /// True if it is a component, whose largest value says little.
     pub part: bool,
     /// Its value.
     pub of: Box<dyn Fn(&Forces) -> f64 + 'a>,

@@ -1,4 +1,4 @@
-//! What rollers, joints and shaft bear over a turn, and the report of it.
+//! The loads of rollers, joints and shaft over a turn, and their report.
 
 use super::quantity::{Quantity, TORQUE, Units};
 use super::turn::{Extreme, State, Turn};
@@ -192,8 +192,8 @@ impl OfDrive {
         }
     }
 
-    /// Whether force keeps the follower on its cam at this speed (rad/s), and up to which; None where its cam holds it on both
-    /// sides.
+    /// The judgement on contact at this speed (rad/s), with the speed up to which force keeps the follower on its cam; None where
+    /// its cam holds it on both sides.
     fn contact(&self, part: &str, speed: f64) -> Option<(Level, String)> {
         let lift_off = self.keeping.as_ref()?.lift_off_speed;
         let fine = lift_off.map_or(FINE, |lift_off| telling(speed, lift_off.value));
@@ -214,7 +214,7 @@ impl OfDrive {
     }
 }
 
-/// What presses on the cam of a drive, or on its follower.
+/// The part that presses on the cam of a drive, or on its follower.
 fn pressing(drive: &Drive) -> &'static str {
     match drive.plan {
         Some(_) if drive.is_flat() => "force on the face",
@@ -307,7 +307,7 @@ impl Machine {
 }
 
 impl Findings {
-    /// What this turn shows.
+    /// The extremes of this turn.
     pub fn new(turn: &Turn<'_>) -> Self {
         let machine = turn.machine;
         let shaft = Range::new(turn, ["torque", "total torque on the shaft"], TORQUE, |state| state.torque);
@@ -441,7 +441,7 @@ pub struct LiftOff {
     pub follower: String,
     /// See [`Turn::lift_off`].
     pub lift_off_speed: Option<Extreme>,
-    /// Whether the motion of the FMU knows the flight.
+    /// True if the motion of the FMU knows the flight.
     pub may_leave: bool,
 }
 
@@ -485,8 +485,8 @@ impl Machine {
         Ok(self.drives.iter().enumerate().filter_map(of).collect())
     }
 
-    /// What the motion of an FMU leaves out, and the speeds from which its followers would leave their cams though in that motion
-    /// they cannot, in a sentence; None without either.
+    /// The loads that the motion of an FMU leaves out, and the speeds from which its followers would leave their cams though in
+    /// that motion they cannot, in a sentence; None without either.
     pub fn left_out(self) -> Option<String> {
         let lever = self.drives.iter().any(|drive| drive.loads.lever_inertia > 0.0);
         let instead = if self.drives.iter().any(|drive| drive.name.contains('.')) {

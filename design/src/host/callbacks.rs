@@ -1,4 +1,4 @@
-//! What an instance calls back: its log, and memory.
+//! Functions that an instance calls: log and memory.
 
 use camdrive::fmi2::abi::*;
 use std::alloc::{Layout, alloc_zeroed, dealloc};

@@ -1,4 +1,4 @@
-//! What modelDescription.xml says of an FMU (FMI 2.0, section 2.2).
+//! The model description of an FMU, modelDescription.xml (FMI 2.0, section 2.2).
 
 use crate::resource::Described;
 use crate::xml::Element;
@@ -21,9 +21,9 @@ pub struct ModelDescription {
     pub variables: Vec<Variable>,
     /// The default experiment.
     pub experiment: Experiment,
-    /// What its importer may do.
+    /// Its capabilities.
     pub capabilities: Capabilities,
-    /// What must be on this machine, since the library only speaks with it.
+    /// The program that must be on this computer, since the library only speaks with it.
     pub needs_tool: Option<String>,
     /// Those of the standard's log categories of warnings and errors that the FMU has.
     pub(super) categories: Vec<String>,
@@ -46,7 +46,7 @@ pub struct Variable {
     pub start: Option<f64>,
     /// Names and values of an enumeration.
     pub items: Vec<(String, i32)>,
-    /// Whether an output may depend on every input: the FMU does not tell its dependencies.
+    /// True if an output may depend on every input: the FMU does not tell its dependencies.
     pub by_all: bool,
 }
 
@@ -55,14 +55,14 @@ pub struct Variable {
 pub struct Unit {
     /// As the FMU writes it; empty where it has none.
     pub name: String,
-    /// How many SI units one of it is; 1 where that is not told.
+    /// Its size in SI units; 1 where that is not given.
     pub factor: f64,
     /// The SI value of zero.
     pub offset: f64,
 }
 
 impl Unit {
-    /// Whether values are the same in SI.
+    /// True if values are the same in SI.
     pub fn is_si(&self) -> bool {
         (self.factor, self.offset) == (1.0, 0.0)
     }
@@ -91,7 +91,7 @@ pub struct Experiment {
     pub tolerance: Option<f64>,
 }
 
-/// What the importer of an FMU may do.
+/// The capabilities of an FMU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Capabilities {
     /// Steps may differ in length.
@@ -340,7 +340,7 @@ fn first_of<'a, T>(all: impl Iterator<Item = (&'a str, T)>) -> HashMap<&'a str, 
     first
 }
 
-/// What the outputs depend on, by their names, as far as ModelStructure tells it; indices count all variables from 1.
+/// The dependencies of the outputs, by their names, where ModelStructure has them; indices count all variables from 1.
 fn dependencies<'a>(root: &Element, names: &[&'a str]) -> Result<HashMap<&'a str, Vec<&'a str>>, Fault> {
     let name = |index: &str| {
         let place = index.parse::<usize>().ok().and_then(|index| names.get(index.checked_sub(1)?));

@@ -34,11 +34,11 @@ pub const MODEL: &str = "model";
 /// instance.
 pub struct Fmu(pub(super) Arc<Content>);
 
-/// What all instances share. The library is unloaded before its folder is removed.
+/// The parts of an FMU that all instances share. The library is unloaded before its folder is removed.
 pub(super) struct Content {
     pub description: ModelDescription,
     pub runtime: Runtime,
-    /// Whether the library is of this tool's own sources.
+    /// True if the library is of this tool's own sources.
     pub is_own: bool,
     pub folder: PathBuf,
     /// None in a process that serves a library: the one that started it removes the folder.
@@ -131,7 +131,7 @@ impl Fmu {
         Ok(Fmu(Arc::new(Content { description, runtime, is_own: true, folder: path, _removed })))
     }
 
-    /// What its model description says.
+    /// Its model description.
     pub fn description(&self) -> &ModelDescription {
         &self.0.description
     }

@@ -62,7 +62,7 @@ pub trait Instance {
     fn free(&mut self) -> Result<(), Fault> {
         Ok(())
     }
-    /// Whether the instance itself ended the simulation in the last step.
+    /// True if the instance itself ended the simulation in the last step.
     fn has_ended(&self) -> bool;
     /// The warnings that nobody has read yet, a hundred at most of each call.
     fn warnings(&mut self) -> Vec<String>;
@@ -101,12 +101,12 @@ impl Host {
         Fmu::linked(resource)?.instantiate(&resource.name)
     }
 
-    /// Whether its library is of this tool's own sources.
+    /// True if its library is of this tool's own sources.
     pub fn is_own(&self) -> bool {
         self.content.is_own
     }
 
-    /// What the model description of its FMU says.
+    /// The model description of its FMU.
     pub fn description(&self) -> &ModelDescription {
         &self.content.description
     }

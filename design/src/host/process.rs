@@ -35,13 +35,14 @@ pub(super) use std::os::unix::net::UnixStream as Stream;
 /// The first argument of the child; the others are its folder, the process that started it and, on Windows, where it listens.
 pub(super) const MARK: &str = "--serve-library";
 
-/// How often a thread looks whether the other process still lives (s).
+/// The interval at which a thread looks whether the other process still lives.
 pub(super) const LOOK: Duration = Duration::from_millis(100);
 
-/// How long a child may take to unload its library.
+/// The time that a child may take to unload its library.
 const UNLOADING: Duration = Duration::from_secs(2);
 
-/// How long a call of a foreign library may take unless the user says so (s): tools behind an FMU take half a minute to start.
+/// The longest time of a call of a foreign library unless the user sets another one (s): tools behind an FMU take half a minute to
+/// start.
 pub const LIMIT: f64 = 60.0;
 
 /// This program, where it serves.
@@ -55,12 +56,12 @@ pub fn limit(time: f64) {
     LONGEST.store((time * 1e3).ceil() as u64, Relaxed);
 }
 
-/// Whether foreign libraries run in processes of their own.
+/// True if foreign libraries run in processes of their own.
 pub(super) fn isolates() -> bool {
     PROGRAM.get().is_some()
 }
 
-/// What an instance is asked for. The one of a child is made by `Instantiate`.
+/// A request to an instance. `Instantiate` makes that of a child.
 #[derive(Debug, Deserialize, Serialize)]
 pub(super) enum Call {
     Instantiate(String),
@@ -86,7 +87,7 @@ pub(super) enum Read {
     Derivatives(Vec<u32>, Vec<i32>),
 }
 
-/// What comes of a call or a reading.
+/// The result of a call or a reading.
 pub(super) type Outcome = Result<Vec<f64>, Fault>;
 
 /// The answer of a call; one of readings has as many outcomes.
@@ -150,11 +151,11 @@ pub(super) struct Process {
     stream: BufReader<Stream>,
     watched: Arc<Watched>,
     watch: Option<JoinHandle<()>>,
-    /// Whether all calls succeeded, so that its library may make another instance.
+    /// True if all calls succeeded, so that its library may make another instance.
     is_sound: bool,
 }
 
-/// What the thread beside a child looks at.
+/// The process that a thread watches.
 struct Watched {
     child: Mutex<Child>,
     /// When it was started.
@@ -163,7 +164,7 @@ struct Watched {
     begun: AtomicU64,
     is_late: AtomicBool,
     is_over: AtomicBool,
-    /// What the library started was ended with it.
+    /// The processes that the library started were ended with it.
     is_cleared: AtomicBool,
 }
 
@@ -176,7 +177,7 @@ impl Watched {
         of(&mut self.child.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// How the child ended, if it did. The processes that its library started end with it.
+    /// The exit status of the child, if it ended. The processes that its library started end with it.
     fn status(&self) -> io::Result<Option<ExitStatus>> {
         self.child(|child| {
             let status = child.try_wait()?;
@@ -291,7 +292,7 @@ impl Drop for Process {
     }
 }
 
-/// How a child ended, if it does within this time.
+/// The exit status of a child that ends within this time.
 fn ended(watched: &Watched, within: Duration) -> Option<ExitStatus> {
     let (begin, mut pause) = (Clock::now(), Duration::from_micros(100));
     loop {
@@ -306,7 +307,7 @@ fn ended(watched: &Watched, within: Duration) -> Option<ExitStatus> {
     }
 }
 
-/// What a child died of.
+/// The cause of a child's end.
 fn cause(status: ExitStatus) -> String {
     #[cfg(unix)]
     if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
@@ -394,7 +395,7 @@ pub(super) struct Remote {
     /// None while it is given back.
     process: Option<Process>,
     idle: Arc<Idle>,
-    /// What was read since the last change and at the point before, and what came of it.
+    /// The readings since the last change and at the point before, with their results.
     readings: Vec<Reading>,
     /// The place of each of them.
     places: HashMap<Read, usize>,

@@ -45,12 +45,12 @@ pub struct Overview {
     /// The resonances nearest to the speed; without a speed the strongest ones. None where coefficients vary over the turn: those
     /// of their means lie off (18 % in the transfer manipulator), and [`crate::stability`] has the right ones.
     pub resonances: Vec<Resonance>,
-    /// Whether they vary.
+    /// True if they vary.
     #[serde(skip)]
     pub varies: bool,
     /// Values that are implausible.
     pub warnings: Vec<Warning>,
-    /// What a file sets against warnings, by their places.
+    /// Settings against warnings, by the places of these.
     #[serde(skip)]
     pub(crate) cures: Vec<(usize, Setting)>,
 }

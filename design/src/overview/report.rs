@@ -5,7 +5,7 @@ use crate::report::unit::{HZ, ONE, RPM, Unit};
 use crate::report::{Advice, Claim, Level, Report, Table, Verdict};
 
 impl Overview {
-    /// Whether the values are plausible.
+    /// The verdict on the plausibility of the values.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         if self.warnings.is_empty() {

@@ -9,7 +9,7 @@ use camdrive::drives::rigid_machine::{Follower, Inertia, InertiaFunction};
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::shaft::motor::{Servo, Source};
 
-/// How an elastic shaft alone would start.
+/// The start of an elastic shaft alone.
 const REST: Start = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
 
 pub fn tell(overview: &mut Overview, scene: &Scene) {

@@ -30,7 +30,7 @@ pub fn free_place(size: Point, [[left, right], [bottom, top]]: [[f64; 2]; 2], sh
     places.into_iter().map(at).find(is_free)
 }
 
-/// Whether a shape reaches into the rectangle with these ends.
+/// True if a shape reaches into the rectangle with these ends.
 fn reaches(shape: &Shape, rectangle: [[f64; 2]; 2]) -> bool {
     match shape {
         Shape::Line { points, .. } => !seen(points, rectangle).is_empty(),

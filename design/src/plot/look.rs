@@ -1,4 +1,4 @@
-//! How the lines and points of a series look.
+//! The look of the lines and points of a series.
 
 use crate::drawing::{BLUE, Ink, Point, Shape, WHITE};
 

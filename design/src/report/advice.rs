@@ -5,14 +5,14 @@ use crate::text;
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 
-/// What to do.
+/// An advice.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Advice {
     /// In a sentence.
     pub text: String,
-    /// What to set for it, all together; empty where no key of the file does it.
+    /// Its settings, all together; empty where no key of the file does it.
     pub set: Vec<Setting>,
-    /// What holds then.
+    /// The claim that holds then.
     pub claim: Option<Claim>,
 }
 
@@ -34,7 +34,7 @@ pub struct Setting {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Written {
-    /// How many.
+    /// A number of things.
     Count(usize),
     /// A number without unit, or in coherent SI.
     Number(f64),
@@ -57,7 +57,7 @@ pub enum Reach {
     Outside(Vec<(Written, Option<Written>)>),
 }
 
-/// What holds once an advice is followed.
+/// A claim on the scene that follows an advice.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Claim {
@@ -76,7 +76,7 @@ pub enum Claim {
         /// That speed (rad/s).
         mean: f64,
     },
-    /// What a task prescribes is met within this deviation (m).
+    /// The conditions of a task are met within this deviation (m).
     Deviation {
         /// That deviation.
         at_most: f64,
@@ -109,7 +109,7 @@ impl Advice {
         Advice { text: text.into(), ..Advice::default() }
     }
 
-    /// What to set, and what holds then.
+    /// Adds settings, and the claim that holds then.
     pub fn set(mut self, set: impl IntoIterator<Item = Setting>, claim: Claim) -> Self {
         self.set.extend(set);
         self.claim = (!self.set.is_empty()).then_some(claim);

@@ -5,7 +5,7 @@ use super::unit::DEG;
 use crate::text;
 use camdrive::drives::Fault;
 
-/// What a column needs in a file.
+/// The kind of a column in a file.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     Plain,

@@ -10,15 +10,15 @@ use crate::drawing::{Drawing, Frame, Point, Shape};
 use crate::plot::{Axis, Diagram, PAGE, Scale};
 use crate::xml::writer::Xml;
 
-/// How pages look, on screens and on paper.
+/// The style of pages, on screens and on paper.
 const STYLE: &str = include_str!("html.css");
 /// Stands in the head of every page: by it a command knows a page of its own.
 pub const MARK: &str = "<meta name=\"generator\" content=\"camdrive\"";
 
-/// What pages do.
+/// The script of pages: it sorts tables and reads values.
 const SCRIPT: &str = include_str!("html.js");
 
-/// How far (pixels) a line may pass by a point that it leaves out.
+/// The largest distance (pixels) of a line from a point that it leaves out.
 const TOLERANCE: f64 = 0.1;
 
 /// One page of reports on the thing of this name.
@@ -79,7 +79,7 @@ fn contents(xml: &mut Xml, reports: &[Report]) {
     });
 }
 
-/// What was studied, as a heading.
+/// The name of the study as a heading.
 fn title(report: &Report) -> String {
     let mut letters = report.study.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())

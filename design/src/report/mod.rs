@@ -19,20 +19,20 @@ use serde::Serialize;
 pub use table::{Column, Rows, Table, Value};
 pub use unit::Unit;
 
-/// What a study found, before any number of it.
+/// The answer of a study, before any number of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Verdict {
-    /// Whether the machine may run as the scene says.
+    /// The judgement on the machine of the scene.
     pub level: Level,
-    /// What holds.
+    /// The results.
     pub result: Vec<String>,
-    /// What to do.
+    /// The advice.
     pub advice: Vec<Advice>,
-    /// How sure this is.
+    /// The certainty of the results.
     pub certainty: Vec<String>,
 }
 
-/// How a machine stands in the eyes of a study.
+/// The judgement of a study on a machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
@@ -60,7 +60,7 @@ pub enum Block {
     File(String, String, String),
 }
 
-/// What a figure is made of.
+/// The content of a figure.
 #[derive(Clone, Debug)]
 pub enum Picture {
     /// Curves over axes.
@@ -74,7 +74,7 @@ pub enum Picture {
 pub struct Figure {
     /// The ending.
     pub key: String,
-    /// What it shows.
+    /// Its content.
     pub picture: Picture,
 }
 
@@ -83,7 +83,7 @@ pub struct Figure {
 pub struct Report {
     /// Name of the scene, the task or the system.
     pub name: String,
-    /// What was studied, as the title goes on: "stability".
+    /// The study, as the title goes on: "stability".
     pub study: String,
     /// The answer.
     pub verdict: Verdict,

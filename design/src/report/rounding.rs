@@ -15,9 +15,9 @@ const CHANGED: f64 = 0.1;
 /// To which side limits are rounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rounding {
-    /// What is to be avoided, or a least value: ends lie outside of their interval, numbers above.
+    /// Of a range to avoid, or a least value: ends lie outside of their interval, numbers above.
     Outward,
-    /// What is admissible, or a largest value: ends lie within their interval, numbers below.
+    /// Of an admissible range, or a largest value: ends lie within their interval, numbers below.
     Inward,
 }
 

@@ -82,7 +82,7 @@ pub struct Column {
     pub digits: usize,
     /// To which side limits are rounded for people; None of what is rounded to the nearest number.
     pub rounding: Option<Rounding>,
-    /// Whether it stands in the file alone.
+    /// True if it stands in the file alone.
     pub file_only: bool,
 }
 

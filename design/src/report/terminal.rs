@@ -45,7 +45,7 @@ fn interval([low, high]: [f64; 2], named: &dyn Fn(String) -> String) -> String {
     }
 }
 
-/// What is smaller than this part of the largest number of its column is only rounding.
+/// A number below this part of the largest one of its column is only rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// A cell in the unit of its column, which stands in the heading; numbers below `least` (SI) read 0, bounds do not.

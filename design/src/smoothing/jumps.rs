@@ -96,7 +96,7 @@ impl Jump {
         Self { angle, order: 1, by, gap: row, variance: 0.0, better: 0.0 }
     }
 
-    /// Whether both are one, of which one may have been moved to a row.
+    /// True if both are one, of which one may have been moved to a row.
     pub fn is_at(&self, other: &Jump) -> bool {
         (self.gap, self.order) == (other.gap, other.order)
     }
@@ -348,7 +348,7 @@ impl Rows {
         (i + n - j).rem_euclid(n).min((j + n - i).rem_euclid(n))
     }
 
-    /// Whether rows about a gap are so near to each other that one which is wrong looks like a jump.
+    /// True if rows about a gap are so near to each other that one which is wrong looks like a jump.
     fn is_paired(&self, gap: usize) -> bool {
         let gap = gap as i64;
         let mean = (self.angle(gap + 5) - self.angle(gap - 4)) / 9.0;

@@ -49,7 +49,7 @@ pub struct Fit {
     pub states: Vec<[f64; 3]>,
     /// y − s of the rows.
     pub residuals: Vec<f64>,
-    /// What a row with weight adds to its own s when its y grows by one; without weight, the variance of s there by σ².
+    /// The growth of s at a row with weight when its y grows by one; without weight, the variance of s there by σ².
     pub leverages: Vec<f64>,
     /// The minimum.
     pub least: f64,

@@ -92,7 +92,7 @@ pub struct WrongRow {
     pub times: f64,
 }
 
-/// What is wrong with a table, or strange.
+/// Faulty and strange rows of a table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Found {
     /// Rows that are wrong.
@@ -103,7 +103,7 @@ pub struct Found {
     pub jumps: Vec<Jump>,
 }
 
-/// What the curves of all λ say.
+/// The judgement of the curves of all λ.
 pub struct Look {
     /// The best order.
     pub order: f64,

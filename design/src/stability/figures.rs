@@ -29,7 +29,7 @@ fn speed_axis(report: &Findings) -> Axis {
     Axis::logarithmic("Speed [rpm]").between(low * rpm, high * rpm)
 }
 
-/// Whether a word at this place, in parts of width and height, stays so far from those written; it is one of them then.
+/// True if a word at this place, in parts of width and height, stays so far from those written; it is one of them then.
 fn is_free(written: &mut Vec<[f64; 2]>, place: [f64; 2], [wide, high]: [f64; 2]) -> bool {
     let free = written.iter().all(|other| (other[0] - place[0]).abs() >= wide || (other[1] - place[1]).abs() >= high);
     written.extend(free.then_some(place));
@@ -40,7 +40,7 @@ fn is_free(written: &mut Vec<[f64; 2]>, place: [f64; 2], [wide, high]: [f64; 2])
 struct Map<'a> {
     report: &'a Findings,
     rules: Vec<Rule>,
-    /// Whether orders are written to the right of their places, rather than about them.
+    /// True if orders are written to the right of their places, rather than about them.
     beside: bool,
     /// Where orders are written so far, in parts of width and height.
     words: Vec<[f64; 2]>,

@@ -97,7 +97,7 @@ impl Refinement<'_> {
     }
 }
 
-/// Whether the straight line from `a` to `b` would visibly miss `line` between them.
+/// True if the straight line from `a` to `b` would visibly miss `line` between them.
 fn deviates(a: &[f64; 3], line: &[f64; 3], b: &[f64; 3], top: f64) -> bool {
     let part = if b[0] == a[0] { 0.5 } else { (line[0] - a[0]) / (b[0] - a[0]) };
     let misses = |k: usize| {
@@ -140,7 +140,7 @@ struct Tip {
     modulation: f64,
     /// η.
     eta: f64,
-    /// Whether speeds are unstable above this modulation, else below it.
+    /// True if speeds are unstable above this modulation, else below it.
     opens: bool,
 }
 
@@ -199,7 +199,7 @@ pub fn over_modulation(system: &System, plan: &Modulation, done: &(dyn Fn() + Sy
     regions(system, theta, &all, &tips)
 }
 
-/// Whether a boundary moves by more than three per cent from one point to the next, so that its bend could show.
+/// True if a boundary moves by more than three per cent from one point to the next, so that its bend could show.
 fn bends(pair: &[Point]) -> bool {
     let both = pair[0].intervals.iter().zip(&pair[1].intervals);
     both.filter_map(|(a, b)| Some((a.as_ref()?, b.as_ref()?)))

@@ -45,7 +45,7 @@ pub struct Options {
     pub speeds: Vec<f64>,
     /// The speeds between which maps and amplification are drawn (rad/s), the slower one first.
     pub range: Option<[f64; 2]>,
-    /// How many orders are examined; as many as belong to the speeds, eight at least.
+    /// The number of orders to examine; as many as belong to the speeds, eight at least.
     pub orders: Option<usize>,
     /// The damping ratio θ to take instead of that of the scene.
     pub damping: Option<f64>,
@@ -102,7 +102,7 @@ pub struct Findings {
     pub units: [&'static str; 2],
     /// The oscillator.
     pub oscillator: Oscillator,
-    /// How the orders were found.
+    /// The eigenproblem of the orders.
     pub eigenproblem: Eigenproblem,
     /// Stability at each speed.
     pub speeds: Vec<AtSpeed>,
@@ -141,7 +141,7 @@ pub struct Oscillator {
     pub mean_inertia: f64,
     /// c₀, coherent SI.
     pub mean_stiffness: f64,
-    /// How often the coefficients repeat themselves in a turn; 0 where they do not vary.
+    /// The number of periods of the coefficients in a turn; 0 where they do not vary.
     pub periods_per_turn: usize,
 }
 
@@ -154,9 +154,9 @@ pub struct Eigenproblem {
     pub change: f64,
     /// The largest |1 ∓ tr M + det M| that is left at an exact boundary, relative to the entries of M.
     pub residual: f64,
-    /// Whether a monodromy matrix could not be computed, so that some numbers are missing.
+    /// True if a monodromy matrix could not be computed, so that some numbers are missing.
     pub incomplete: bool,
-    /// Whether the map over the modulation and ε/ε* lack what lies near a modulation at which the inertia vanishes.
+    /// True if the map over the modulation and ε/ε* lack what lies near a modulation at which the inertia vanishes.
     pub unnumbered: bool,
     /// The first order whose boundaries have not been found, if there is one; it and those above are left out.
     pub lost: Option<f64>,
@@ -173,7 +173,7 @@ pub struct AtSpeed {
     pub multipliers: [[f64; 2]; 2],
     /// The larger modulus.
     pub radius: f64,
-    /// Whether free motions decay.
+    /// True if free motions decay.
     pub stable: bool,
     /// The damping ratio from which on this speed is stable; 0 where it is stable without damping.
     pub critical_damping: f64,
@@ -479,7 +479,7 @@ fn critical_modulations(
     told.into_iter().map(|told| if told { found.next().flatten() } else { None }).collect()
 }
 
-/// Whether the order with this index has a line of its own in the report: all of the first ones, and those that are not
+/// True if the order with this index has a line of its own in the report: all of the first ones, and those that are not
 /// safe a hundredfold.
 pub fn is_listed(index: usize, order: &Order) -> bool {
     index < FIRST_ORDERS || order.safety.is_some_and(|safety| safety < SAFE) || order.critical_damping.is_none()

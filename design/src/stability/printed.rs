@@ -1,23 +1,4 @@
-//! What the literature prints about the instabilities, to be seen beside the exact values: bounds of the critical damping,
-//! borders, and θ* of a parallel crank; computed and told. Never a verdict.
-//!
-//! **Bounds.** With complex harmonics relative to the means, R_k = 2 ĉ_k and M_k = 2 m̂_k, so that ĉ = 1 + Σ Re(R_k e^(ikφ)), at
-//! j η = 1 and for damping proportional to nothing but itself:
-//!
-//! - three terms, q = A₀ + A cos jφ + B sin jφ: θ > ¼ |M₂ⱼ − R₂ⱼ| for half-integer j, and for integer j
-//!   θ > ¼ |M₂ⱼ − R₂ⱼ + ½ C|, C = (Rⱼ − ½ Mⱼ)² where the inertia turns with the drive, C = Rⱼ (Rⱼ − Mⱼ) where it
-//!   does not;
-//! - second order, all harmonics between: θ > ½ |H_{j,−j} − Σ H_{jn} H_{n,−j}/(1 − n²/j²)|, n ≠ ±j, H_{nl} the
-//!   element of Hill's matrix in row n of e^(inφ), divided by c₀.
-//!
-//! The borders are those of the three terms at any speed, with x = j²η² and the constant eliminated,
-//! E = H_{jj} − H_{j0} H_{0j}, F = H_{j,−j} − H_{j0} H_{0,−j} (without the products for half-integer j):
-//!
-//! |E + 2iθ√x|² = |F|²,  unstable where the left side is less.
-//!
-//! For half-integer j that is (10)–(13), D₂ η⁴ − D₁ η² + D₀ = 0 with D₀ = 1 − ¼(r_c² + r_s²), D₁ = 2j² (1 − ¼ r_c μ − 2θ²),
-//! D₂ = j⁴ (1 − ¼ μ²), for integer j the determinant (9). Validity: one harmonic that outweighs the others, constant damping;
-//! what the mass varies moves borders by per cents, since the mean of 1/m is not 1/m₀.
+//! The printed formulas of instability ([`crate::formulas::instability`]) beside the exact values, and θ* of a parallel crank.
 //!
 //! **Parallel crank**, θ* over the stiffness of shafts and rod: σ = c₁₂/(c_AB R²), ζ = (√(1 + σ) − √σ)², r₂ₙ = −(1 − ζ) ζⁿ⁻¹. By
 //! the source's (7), θ* = ¼ (|r₂ⱼ| + ½ rⱼ²), of a single crank
@@ -27,11 +8,7 @@
 //! The exact θ* beside them come from the same oscillator with another c_AB. That r₃ = 0 lets the second term of j = 3 vanish is
 //! an error of the source: r₂ r₄ and r₂³ outweigh r₆, and its conclusion, no danger at Ω ≈ ω₀/3, does not hold.
 //!
-//! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, sections 4.5.2 (9)–(16) and 4.5.3 (7), figure 4.23c: (9) with the entry k_j that its first row has
-//! lost; (12) with r = (c₂ⱼ − jΩ b₂ⱼ)/c₀, whose Ω is not printed, by which Ω cancels where the inertia turns; (15) and (16)
-//! with the modulus of the complex sum, which alone does not depend on where the angle is counted from, as well as printed.
-//! The second order is that of H. Poincaré's determinant as in Yakubovich, Starzhinskii, *Linear Differential Equations with
-//! Periodic Coefficients*, 1975.
+//! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.5.3 (7), figure 4.23c.
 
 use super::system::System;
 use super::tongue::Tongue;
@@ -49,7 +26,7 @@ use serde::Serialize;
 const CRANK_ORDERS: usize = 3;
 /// σ of the diagram: from a notch at the dead centres to a pure sine.
 const RANGE: [f64; 2] = [0.01, 10.0];
-/// How far it is widened for that of the scene.
+/// The widest range, for a scene outside of that of the diagram.
 const WIDEST: [f64; 2] = [1e-4, 1e4];
 /// Points of a curve over three decades.
 pub(super) const POINTS: usize = 49;

@@ -43,13 +43,13 @@ impl Findings {
         orders.into_iter().filter(move |(i, order)| is_listed(*i, order) == told).map(|(_, order)| order)
     }
 
-    /// How far the interval is from the nearest speed that is examined, as a factor; 1 where none is.
+    /// The distance of the interval from the nearest speed that is examined, as a factor; 1 without such a speed.
     pub(super) fn distance(&self, [from, to]: [f64; 2]) -> f64 {
         let factor = |at: &AtSpeed| (from / at.speed).max(at.speed / to).max(1.0);
         self.speeds.iter().map(factor).reduce(f64::min).unwrap_or(1.0)
     }
 
-    /// Whether the linear equation reaches what it does not hold for.
+    /// True if the linear equation reaches what it does not hold for.
     fn is_beyond(&self, amplitude: f64) -> bool {
         self.units[0] == "rad" && amplitude > LINEAR
     }
@@ -71,7 +71,7 @@ impl Findings {
         verdict
     }
 
-    /// Whether the drive may run at a speed, what load it bears there, and how far it is to the next unstable speed.
+    /// Judges a speed: its stability, its load, and its distance from the next unstable speed.
     fn judge(&self, at: &AtSpeed, transient: Option<&Transient>, verdict: &mut Verdict) {
         let speed = rpm(at.speed);
         if at.radius > 1.0 + BORDER {
@@ -200,7 +200,7 @@ impl Findings {
         verdict.advice(Advice::new(text).set([ratio], Claim::Stable { at }));
     }
 
-    /// How sure it is.
+    /// Says how sure the verdict is.
     fn certify(&self, verdict: &mut Verdict) {
         let e = &self.eigenproblem;
         verdict.certainty.extend(self.note.clone());
@@ -261,7 +261,7 @@ impl Findings {
         printed::hidden(rows, w0)
     }
 
-    /// What the table of the orders leaves out.
+    /// A sentence on the orders that the table leaves out.
     fn below_orders(&self) -> Option<String> {
         let (first, last) = (self.listed(false).next()?, self.listed(false).next_back()?);
         let largest = self.listed(false).filter_map(|order| order.critical_damping).fold(0.0, f64::max);
@@ -357,7 +357,7 @@ impl Findings {
         }
     }
 
-    /// How it was computed.
+    /// Adds the method.
     fn explain(&self, report: &mut Report) {
         let multiplier = |[re, im]: [f64; 2]| match im {
             0.0 => number(re),

@@ -36,7 +36,7 @@ pub struct PeriodicMotion {
     pub kinetostatic: f64,
     /// R; None without load.
     pub amplification: Option<f64>,
-    /// Whether no free motion grows; the periodic motion of an unstable drive is never seen.
+    /// True if no free motion grows; the periodic motion of an unstable drive is never seen.
     pub stable: bool,
 }
 
@@ -66,7 +66,7 @@ pub struct Resonance {
     pub nominal_speed: f64,
     /// Ω of the largest load nearby (rad/s); where the drive is unstable, the middle of the instability.
     pub speed: f64,
-    /// Whether the drive is unstable there.
+    /// True if the drive is unstable there.
     pub unstable: bool,
     /// The amplitude of the harmonic of the load over c₀ at that speed: what it would deflect if nothing oscillated.
     pub deflection: f64,
@@ -144,7 +144,7 @@ impl<'a> Turn<'a> {
         spectral_radius(&self.map.period_map().matrix)
     }
 
-    /// Whether no free motion grows; without damping roundings must not decide.
+    /// True if no free motion grows; without damping roundings must not decide.
     fn is_stable(&self) -> bool {
         self.radius() < 1.0 + BORDER
     }

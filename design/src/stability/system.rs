@@ -65,7 +65,7 @@ pub struct System<'a> {
     pub mean: Means,
     /// μ.
     pub modulation: f64,
-    /// Whether the damping is negative somewhere.
+    /// True if the damping is negative somewhere.
     pub active: bool,
     /// Constant taken from β η for ∫ β/m̂ dφ = 0.
     drift: f64,
@@ -79,9 +79,9 @@ pub struct System<'a> {
     harmonics: Arc<Harmonics>,
     /// Those of turns gone through, at all modulations, of which none is in use.
     nodes: Arc<Mutex<Vec<Nodes>>>,
-    /// Whether a monodromy matrix could not be computed, of this system or of one with another modulation.
+    /// True if a monodromy matrix could not be computed, of this system or of one with another modulation.
     failed: Arc<AtomicBool>,
-    /// Whether Hill's matrices did not tell the orders apart, likewise.
+    /// True if Hill's matrices did not tell the orders apart, likewise.
     unnumbered: Arc<AtomicBool>,
 }
 
@@ -217,7 +217,7 @@ impl<'a> System<'a> {
         if least < 1.0 - LEAST_HARMONIC { 1.0 / (1.0 - least) } else { f64::INFINITY }
     }
 
-    /// Whether b₁ = m′ and c₂ = m″/2.
+    /// True if b₁ = m′ and c₂ = m″/2.
     pub fn inertia_turns(&self) -> bool {
         self.oscillator.inertia_turns
     }
@@ -263,7 +263,7 @@ impl<'a> System<'a> {
         }
     }
 
-    /// What c₀ and b₀ times d/λ make of q and q′ in the load of the drive's own spring and damper at φ, where others act beside
+    /// The factors c₀ and b₀ d/λ of q and q′ in the load of the drive's own spring and damper at φ, where others act beside
     /// them.
     pub fn own(&self, phi: f64) -> Option<[f64; 2]> {
         self.oscillator
@@ -355,7 +355,7 @@ impl<'a> System<'a> {
         }
     }
 
-    /// Whether the coefficients repeat themselves `parts` times in a turn, at angles that no symmetry prefers.
+    /// True if the coefficients repeat themselves `parts` times in a turn, at angles that no symmetry prefers.
     fn repeats(&self, parts: usize) -> bool {
         (0..40).all(|i| {
             let phi = (0.1 + 0.618_033_988_75 * f64::from(i)).rem_euclid(1.0) * TAU / parts as f64;
@@ -391,12 +391,12 @@ impl<'a> System<'a> {
         })
     }
 
-    /// Whether a monodromy matrix could not be computed so far.
+    /// True if a monodromy matrix could not be computed so far.
     pub fn has_failed(&self) -> bool {
         self.failed.load(Ordering::Relaxed)
     }
 
-    /// Whether Hill's matrices did not tell the orders apart at some modulation so far.
+    /// True if Hill's matrices did not tell the orders apart at some modulation so far.
     pub fn has_unnumbered(&self) -> bool {
         self.unnumbered.load(Ordering::Relaxed)
     }

@@ -111,12 +111,12 @@ impl Tongue {
         }
     }
 
-    /// Whether no speed is unstable.
+    /// True if no speed is unstable.
     pub fn is_empty(&self) -> bool {
         matches!(self.extent(), Extent::Closed | Extent::Absent)
     }
 
-    /// Whether it reaches to infinite speed.
+    /// True if it reaches to infinite speed.
     pub fn is_open(&self) -> bool {
         self.extent() == Extent::Open
     }

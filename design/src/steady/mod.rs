@@ -14,7 +14,7 @@ use camdrive::drives::{Fault, drive_train};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// What was found.
+/// The findings of a study.
 #[derive(Clone, Debug, Serialize)]
 pub struct Findings {
     /// The scene.
@@ -62,7 +62,7 @@ pub struct Motion {
     /// Its speed.
     #[serde(flatten)]
     pub speeds: Speeds,
-    /// Whether small disturbances decay.
+    /// True if small disturbances decay.
     pub stable: bool,
     /// ln of the factor by which a small disturbance grows in a turn.
     pub growth: f64,

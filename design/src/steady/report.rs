@@ -34,7 +34,7 @@ fn multiplier(growth: f64) -> String {
     if power.abs() < 300.0 || power == f64::NEG_INFINITY { number(growth.exp()) } else { format!("10^{power:.0}") }
 }
 
-/// How a speed fluctuates, in a sentence's end.
+/// The fluctuation of a speed, as the end of a sentence.
 fn fluctuation(speeds: &Speeds) -> String {
     let [low, high] = [speeds.least_speed, speeds.largest_speed].map(rpm);
     match speeds.fluctuation() {
@@ -43,7 +43,7 @@ fn fluctuation(speeds: &Speeds) -> String {
     }
 }
 
-/// How fast disturbances decay.
+/// The decay of disturbances, in words.
 fn decay(motion: &Motion) -> String {
     let turns = GONE.ln() / motion.growth;
     if turns <= 1.0 {
@@ -64,7 +64,7 @@ impl Findings {
         motions.chain(self.without_torques.iter().map(|free| (FREE.to_owned(), free, None))).collect()
     }
 
-    /// Whether the machine runs, how steadily, and what to mind.
+    /// The verdict on the machine: whether it runs, and how steadily.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         let stable: Vec<&Motion> = self.motions.iter().filter(|motion| motion.stable).collect();
@@ -225,7 +225,7 @@ fn transmissions(mechanisms: &[Transmission]) -> Table {
         .into()
 }
 
-/// What the outputs do over the turn, each in its unit.
+/// The outputs over the turn, each in its unit.
 fn outputs(turn: &Turn) -> Table {
     let unit = |of: &Range| Unit::of(of.unit);
     Table::of("Over the turn", &turn.outputs)
@@ -236,7 +236,7 @@ fn outputs(turn: &Turn) -> Table {
         .into()
 }
 
-/// What a turn leaves of disturbances; those of a pair count once.
+/// The multipliers of disturbances over a turn; those of a pair count once.
 fn multipliers(turn: &Turn) -> Table {
     let upper: Vec<&[f64; 2]> = turn.multipliers.iter().filter(|at| at[1] >= 0.0).collect();
     Table::of("Floquet multipliers of a turn", upper)

@@ -23,7 +23,7 @@ const FAILED_TASK: f64 = 0.1;
 /// Significant digits of a speed that is reached.
 const DIGITS: usize = 3;
 
-/// What is added to a deviation that another number of harmonics yields, by its size: its rounding.
+/// The rounding of a deviation that another number of harmonics yields, relative to it.
 const RESERVE: f64 = 1e-6;
 
 /// An exact point within this angle of an axis of the symmetry, but not on it, is implausible (rad).
@@ -70,7 +70,7 @@ impl Together {
         verdict
     }
 
-    /// What was made small or large; errors have their own sentence.
+    /// The quantity that was optimised; errors have their own sentence.
     fn goal(&self, first: &Study) -> Option<String> {
         let task = &first.assignment.task;
         let width = |i: usize| format!("{}° (`{}`)", degrees(task.ranges[i].to - task.ranges[i].from), first.range(i));
@@ -194,7 +194,7 @@ impl Study {
         }
     }
 
-    /// How far the torque of the nonlinear drive is from that of the linear one.
+    /// The difference of the torques of the nonlinear and of the linear drive.
     fn nonlinear(&self) -> Option<String> {
         let nonlinear = self.shaft.iter().flat_map(|shaft| &shaft.nonlinear);
         let differences = nonlinear.filter_map(|at| Some((at, at.difference()?)));
@@ -206,7 +206,7 @@ impl Study {
         ))
     }
 
-    /// What the task or the numbers leave open.
+    /// Adds what the task or the numbers leave open.
     fn limits(&self, verdict: &mut Verdict) {
         let (task, motion) = (&self.assignment.task, &self.motion);
         if motion.undetermined > 0 {

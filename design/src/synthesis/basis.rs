@@ -100,7 +100,7 @@ impl Basis {
         (1..=self.order()).filter(|k| self.waves.iter().any(|w| w.k == *k))
     }
 
-    /// Whether there are only cosines.
+    /// True if there are only cosines.
     pub fn is_even(&self) -> bool {
         self.waves.iter().all(|w| !w.sine)
     }

@@ -17,7 +17,7 @@ pub struct Optimum {
     pub best: Solution,
     /// In SI.
     pub objective: f64,
-    /// How many coefficients neither ranges nor points determine.
+    /// The number of coefficients that neither ranges nor points determine.
     pub undetermined: usize,
 }
 
@@ -145,7 +145,7 @@ fn at_all_speeds(range: SpeedRange, program: &mut Program, mut centre: Vec<Doubl
     Err(Infeasible::Numerical(Fault::new("the speeds that count were not found")))
 }
 
-/// Whether the objective is a sum of squares.
+/// True if the objective is a sum of squares.
 fn is_of_squares(objective: Objective) -> bool {
     use Objective::{DiscreteLeastSquares, LeastSquares, MeanSquareAcceleration};
     matches!(objective, LeastSquares | DiscreteLeastSquares { .. } | MeanSquareAcceleration)

@@ -105,7 +105,7 @@ impl Curve {
         Curve { coefficients: Vec::new(), parts: vec![part] }
     }
 
-    /// Whether points cover a turn: they leave no hole, and do not jump at its end.
+    /// True if points cover a turn: they leave no hole, and do not jump at its end.
     pub fn closes(points: &Points) -> bool {
         let (lifts, gaps) = (&points.lifts, gaps(&points.angles, TAU));
         let n = lifts.len();
@@ -222,7 +222,7 @@ impl Curve {
         }
     }
 
-    /// Whether nothing is added to zero.
+    /// True if nothing is added to zero.
     pub fn is_zero(&self) -> bool {
         self.constant() == Some(0.0)
     }

@@ -1,4 +1,4 @@
-//! How far a series is from a target, and its largest derivatives.
+//! The deviation of a series from a target, and its largest derivatives.
 
 use super::Curve;
 use super::sampling::{MEDIUM, angles};

@@ -54,7 +54,7 @@ pub trait Number:
     const COST: f64;
     /// A row that depends on others keeps less than this part of itself beside them.
     const DEPENDENT: f64;
-    /// How far below a point the one is that its successor is nearest to, in units of the program: further where the last
+    /// The distance of the place that a successor is nearest to, below its point, in units of the program: further where the last
     /// coordinate hardly depends on the others.
     const BELOW: [f64; 4];
     /// The lowest point is known to this part of its height.
@@ -177,7 +177,7 @@ impl Factors {
         Factors { columns, diagonal, factors, order, rows }
     }
 
-    /// How many columns are independent.
+    /// The number of independent columns.
     pub fn rank(&self) -> usize {
         self.diagonal.len()
     }
@@ -324,7 +324,7 @@ impl Coordinates {
         self
     }
 
-    /// How many.
+    /// Their number.
     pub fn len(&self) -> usize {
         self.factors.rank() + self.unseen.len()
     }

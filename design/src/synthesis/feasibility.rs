@@ -20,7 +20,7 @@ pub const KEPT: f64 = 1e-13;
 /// The room that is made between conditions before anything else, as part of the task.
 const ROOM: f64 = 1e-3;
 
-/// How far a profile may be from the smallest one with the exact points, in units of the task: near by if possible.
+/// The largest distances of a profile from the smallest one with the exact points, in units of the task: near by if possible.
 /// Coefficients of a million times the task lose six of their sixteen digits; what only they could keep no cam does.
 const REACHES: [f64; 3] = [1.0, 1e3, 1e6];
 
@@ -42,7 +42,7 @@ struct Widened {
     excess: f64,
     /// The conditions that hold t, with their multipliers.
     holding: Vec<(Place, f64)>,
-    /// Whether the reach holds it too, so that a longer one may change it.
+    /// True if the reach holds it too, so that a longer one may change it.
     reached: bool,
 }
 

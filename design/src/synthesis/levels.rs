@@ -33,7 +33,7 @@ const NARROWEST: f64 = 1e-3;
 /// ln of a level that does not exist: far above any.
 const NONE: f64 = 700.0;
 
-/// What was tried on the way.
+/// The levels that were tried.
 type Tried = Vec<[f64; 2]>;
 
 /// ln of a level over its limit.

@@ -61,7 +61,7 @@ use family::{Family, Term};
 use plan::Plan;
 use shaft::ShaftGoal;
 
-/// What the parts of a study say to it when its work is used up; it has words of its own.
+/// The fault within a study whose work is used up; the study has words of its own.
 const EXHAUSTED: &str = "the work of the study is used up";
 
 /// Hears how many of how many parts of a search are done.
@@ -118,7 +118,7 @@ pub struct Bound {
 }
 
 impl Bound {
-    /// Whether it is of this law alone.
+    /// True if it is of this law alone.
     pub fn is_of(&self, law: usize) -> bool {
         self.of.iter().all(|(j, _)| *j == law)
     }
@@ -162,14 +162,14 @@ pub enum Objective {
     LeastSquares,
     /// S2, least squares over `points` equally spaced points of each range.
     DiscreteLeastSquares {
-        /// How many, ends included; 0 for the default.
+        /// Their number, ends included; 0 for the default.
         points: usize,
     },
     /// S3, the largest error.
     Chebyshev,
     /// S4, the largest error at equally spaced points.
     DiscreteChebyshev {
-        /// How many in each range, ends included; 0 for the default.
+        /// Their number in each range, ends included; 0 for the default.
         points: usize,
     },
     /// S5, the largest sum of errors.
@@ -201,7 +201,7 @@ pub enum Objective {
 pub struct Task {
     /// The functions that the profile is made of; of all laws.
     pub basis: Basis,
-    /// How much each law counts in the objective; one for each law.
+    /// The weight of each law in the objective.
     pub laws: Vec<f64>,
     /// Ranges with prescribed motion.
     pub ranges: Vec<Range>,
@@ -220,7 +220,7 @@ pub struct Task {
     /// Where the profile is that of a cam with an elastic output member: the objective counts behind that member, at
     /// all these speeds (of the Chebyshev objectives only). Points and bounds hold for the cam.
     pub speeds: Option<SpeedRange>,
-    /// How the objectives that are not convex look for their optimum.
+    /// The search of objectives that are not convex.
     pub search: Search,
 }
 
@@ -239,13 +239,13 @@ pub struct Profile {
     pub resolution: f64,
     /// The largest change of a coefficient that this rounding may hide (m).
     pub uncertainty: f64,
-    /// How many coefficients neither the ranges nor the points determine; so many of them are free.
+    /// The number of free coefficients, which neither the ranges nor the points determine.
     pub undetermined: usize,
     /// Remaining excess of conditions (m/radⁿ): rounding, unless the report says otherwise.
     pub excess: f64,
 }
 
-/// What the solver of a task found.
+/// The result of the solver of a task.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solved {
     /// The task of which it found the optimum: that of the user, with the longest dwells or the fewest harmonics where its
@@ -279,7 +279,7 @@ pub enum Infeasible {
         phi: f64,
         /// The bounds that contradict it, and where (rad).
         others: Vec<(usize, f64)>,
-        /// Whether they do so only because of the exact points.
+        /// True if they do so only because of the exact points.
         points: bool,
     },
     /// The integral of the squared errors cannot be as small as it has to be.

@@ -1,7 +1,7 @@
 //! Objectives that are not convex in the coefficients: the largest of many smooth functions |gᵢ(x)| under linear
 //! conditions, by a sequence of linear programs within a trust region, from several starts.
 //!
-//! What a start leads to is a local optimum; the best of all starts is kept and every one is told. Source: R.
+//! Each start leads to a local optimum; the best one is kept, and all are reported. Source: R.
 //! Fletcher, E. Sainz de la Maza, "Nonlinear programming and nonsmooth optimization by successive linear programming",
 //! Math. Programming 43 (1989) 235–256; K. Madsen, J. Inst. Math. Appl. 16 (1975) 321–328 (minimax).
 
@@ -42,7 +42,7 @@ pub enum Norm {
     Rms,
 }
 
-/// What is minimised, over x; None where it has no value.
+/// The objective over x; None where it has no value.
 pub type Function<'a> = &'a (dyn Fn(&[f64]) -> Option<Values> + Sync + 'a);
 
 /// Functions to be minimised.
@@ -65,7 +65,7 @@ impl Values {
     }
 }
 
-/// How an optimum is looked for.
+/// The search of an optimum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
     /// Starts.

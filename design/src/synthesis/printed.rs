@@ -1,6 +1,4 @@
-//! The cubics that the source prints for the coefficients of two dwells opposite to each other, beside the exact ones.
-//!
-//! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.4.1, equations (2) to (6).
+//! The printed cubics of two dwells ([`dwells`]) beside the exact coefficients.
 
 use super::laws::{symmetric_dwells, two_dwells};
 use super::{Objective, Task};

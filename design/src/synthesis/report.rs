@@ -174,7 +174,7 @@ impl Study {
         })
     }
 
-    /// How it was computed, and how the source's formulas compare.
+    /// Sentences on the method, and on the formulas of the source.
     fn explained(&self) -> Vec<String> {
         let [uncertainty, resolution] = [self.motion.uncertainty, self.motion.resolution].map(|x| shown(x, &MM));
         let mut lines = vec![format!(

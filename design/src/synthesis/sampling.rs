@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// How densely a condition is sampled.
+/// The density of samples of a condition.
 #[derive(Clone, Copy)]
 pub struct Density {
     /// Samples per shortest wave.

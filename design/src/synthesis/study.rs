@@ -51,7 +51,7 @@ pub struct Names {
     pub bounds: Vec<String>,
 }
 
-/// How the profile takes the elastic output member into account.
+/// The treatment of an elastic output member.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// The least largest error over angles and speeds.
@@ -75,7 +75,7 @@ pub struct Elasticity {
     pub fastest: Option<f64>,
     /// Largest deviation (m).
     pub tolerance: Option<f64>,
-    /// How the cam is found.
+    /// The treatment of an elastic output member.
     pub method: Method,
     /// Admissible amplitude of a resonance (m).
     pub amplitude: Option<f64>,

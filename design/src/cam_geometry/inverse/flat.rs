@@ -28,7 +28,7 @@ const ASIDE_CORNER: f64 = 0.3;
 /// A first look finds a corner as far (of a chord) beside its interval, as the neighbours of the next point may lie across it.
 const REACH: f64 = 0.5;
 
-/// How often chords are corrected: each time leaves the square of the turn between neighbours of the error.
+/// Corrections of the chords: each leaves the square of the turn between neighbours of the error.
 const PASSES: usize = 3;
 
 /// The curvature in a point is at most by this factor beyond those of circles through it and its neighbours.
@@ -50,7 +50,7 @@ const ONE: f64 = 1e-5;
 /// third of the percent to which an acceleration is wanted.
 const ROUGH: f64 = 3e-3;
 
-/// What is left out makes h″ less uncertain at least by this factor.
+/// A point is left out where h″ becomes less uncertain at least by this factor.
 const BETTER: f64 = 0.9;
 
 /// Contacts are left out within this angle (rad), a third of what is taken for a gap; over it h″ of a law that is no arc bends little.
@@ -282,7 +282,7 @@ impl<'a> Course<'a> {
         (0..found.len()).filter_map(sharper).map(turned).collect()
     }
 
-    /// Whether κ jumps between these neighbours, by the corners of the intervals.
+    /// True if κ jumps between these neighbours, by the corners of the intervals.
     fn crosses(&self, local: Local, corners: &[Option<f64>]) -> bool {
         let n = self.points.len();
         let inside = |i: usize| {
@@ -380,7 +380,7 @@ impl<'a> Course<'a> {
         [sum, direction, 2.0 * bend, 6.0 * change]
     }
 
-    /// How far the polynomials of two points are apart at `s` between them; each is exact in its own.
+    /// The distance of the polynomials of two points at `s` between them; each is exact in its own.
     fn apart(&self, ends: [usize; 2], [left, right]: [Local; 2], s: f64) -> f64 {
         let [start, end] = ends.map(|i| self.place(i));
         let before = self.at(left, s)[0] - self.at(left, start)[0];

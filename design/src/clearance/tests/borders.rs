@@ -5,7 +5,7 @@ use crate::clearance::tuning::admissible_ratios;
 use crate::formulas::passage::Passage;
 use std::f64::consts::{PI, TAU};
 
-/// How many bands there are at this mass ratio: (2n+1)π < tan β − β with cos β = μ.
+/// The number of bands at this mass ratio: (2n+1)π < tan β − β with cos β = μ.
 fn bands(mu: f64) -> f64 {
     if mu >= 1.0 || mu.is_nan() {
         return 0.0;

@@ -1,4 +1,4 @@
-//! What tunes a drive: intervals of frequencies, speeds, clearances and masses.
+//! Tuning of a drive: intervals of frequencies, speeds, clearances and masses.
 
 use crate::clearance::borders::Sequel;
 use crate::clearance::borders::{admissible, sequel};

@@ -7,7 +7,7 @@ use crate::report::terminal::shown;
 use crate::report::unit::MM;
 use camdrive::numerics::double_double::Double;
 
-/// How many coefficients the exact points leave.
+/// The number of coefficients that the exact points leave free.
 fn free(task: &Task) -> Result<usize, Infeasible> {
     Ok(Conditions { task, scale: 1.0 }.equalities()?.free.len())
 }
