@@ -69,7 +69,7 @@ fn lift_offs(scene: &Resolved) -> Vec<LiftOff> {
     all.into_iter().filter(|of| of.may_leave).collect()
 }
 
-/// What was found, with the followers that leave their cams at the speed of the scene.
+/// The verdict on a scene, with the followers that leave their cams at the speed of the scene.
 fn verdict_of(scene: &Resolved, found: &Overview, contact: &[LiftOff]) -> Verdict {
     let mut verdict = Verdict::default();
     let speed = speed_of(&scene.scene).unwrap_or(0.0).abs();

@@ -272,7 +272,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.telling.deliver(report, &findings, place)
 }
 
-/// What the start of the compensated machine needs.
+/// Adds what the start of the compensated machine needs.
 fn on_start(machine: &Machine, findings: &Findings, verdict: &mut Verdict) {
     let Driving { motor, load, .. } = machine.task.driving;
     if motor == Motor::None {

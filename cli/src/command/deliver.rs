@@ -9,7 +9,7 @@ use camdrive_design::report::{self, Picture, Report, html};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// How a study prints its report.
+/// The form of a printed report.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct Telling {
     /// Print the result as one JSON document; docs/json.md says what its fields are
@@ -20,7 +20,7 @@ pub struct Telling {
     pub explain: bool,
 }
 
-/// What goes into files beside the report.
+/// The files of a report and those beside it.
 #[derive(Default)]
 pub struct Place<'a> {
     /// The folder for tables and pictures; None writes none of them.
@@ -31,7 +31,7 @@ pub struct Place<'a> {
     pub more: Vec<(PathBuf, Vec<u8>)>,
     /// Files that were read, which no result replaces.
     pub inputs: Vec<PathBuf>,
-    /// Whether files that no command wrote are replaced.
+    /// True if files that no command wrote are replaced.
     pub force: bool,
     /// Courses that are laid over the diagrams.
     pub measured: Option<&'a Measured>,

@@ -12,7 +12,7 @@ use std::path::Path;
 /// The slowest and the fastest mean speed (rad/s) that a period may mean; scenes take none beyond the fastest.
 const SPEEDS: [f64; 2] = [1e-6, 1e6];
 
-/// How many times slower or faster than in the scene a motor may be made by a period: by an inverter, other poles or a gear; beyond
+/// The largest factor between the speed of a motor by a period and that in the scene: by an inverter, other poles or a gear; beyond
 /// that it is another machine, or a slip of the unit.
 const OF_THE_MOTOR: f64 = 100.0;
 

@@ -1,4 +1,4 @@
-//! How a signal ends the program: after what is being written, and without leaving temporary folders.
+//! The end of the program by a signal: after the files at hand are written, without temporary folders left.
 
 #[cfg(unix)]
 use camdrive_design::host::TemporaryFolder;
@@ -9,16 +9,16 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 static WRITING: Mutex<()> = Mutex::new(());
 /// The signal that came, or 0.
 static CAME: AtomicU8 = AtomicU8::new(0);
-/// Whether it ends the program as soon as nothing is written.
+/// True if it ends the program as soon as nothing is written.
 static ENDING: AtomicBool = AtomicBool::new(false);
-/// What the first signal only asks to stop.
+/// The work that the first signal only asks to stop.
 static STOPPED: Mutex<Option<Arc<AtomicBool>>> = Mutex::new(None);
 
 fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Whether a closed terminal is to end the program: `nohup` and a parent that ignores SIGHUP pass that on, which Linux tells.
+/// True if a closed terminal is to end the program: `nohup` and a parent that ignores SIGHUP pass that on, which Linux tells.
 #[cfg(unix)]
 fn ends_with_terminal() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -65,7 +65,7 @@ pub fn writing() -> impl Drop {
     Written(Some(held(&WRITING)))
 }
 
-/// Whether the program ends as soon as nothing is written.
+/// True if the program ends as soon as nothing is written.
 pub fn is_near() -> bool {
     ENDING.load(SeqCst)
 }

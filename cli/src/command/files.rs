@@ -34,7 +34,7 @@ pub fn no_file(folder: &Path, option: &str) -> Result<(), Failure> {
     }
 }
 
-/// Whether this is a folder, or is named like one.
+/// True if this is a folder, or is named like one.
 pub fn is_folder(path: &Path) -> bool {
     path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::is_separator)
 }
@@ -44,7 +44,7 @@ fn not_ours(path: &Path) -> Failure {
     failure(format!("{}: no command wrote this file; it is kept", path.display())).hint(ANOTHER)
 }
 
-/// What to do where a file is kept.
+/// The hint where a file is kept.
 pub const ANOTHER: &str = "choose another -o, or replace it with --force";
 
 /// Stands in the first line of every scene and profile that a command wrote.
@@ -123,7 +123,7 @@ pub fn keep<C: AsRef<[u8]>>(files: &[(PathBuf, C)], inputs: &[PathBuf], force: b
     }
 }
 
-/// Whether the file is a result of the kind of this one: a page has its mark, everything else begins alike but for numbers. A table
+/// True if the file is a result of the kind of this one: a page has its mark, everything else begins alike but for numbers. A table
 /// beside a page may have other columns behind the first.
 fn is_result(path: &Path, new: &[u8]) -> bool {
     let head = |file: &mut dyn Read| {
@@ -147,7 +147,7 @@ fn is_result(path: &Path, new: &[u8]) -> bool {
     old == new || (path.extension() == Some("csv".as_ref()) && first(&old) == first(&new) && page())
 }
 
-/// How much of a file shows what it is (bytes).
+/// The length of the head of a file that shows its kind (bytes).
 const HEAD: u64 = 2000;
 
 /// The lines that name all files, and those that are devices or pipes, which are left to be written.

@@ -189,7 +189,7 @@ fn wrong_argument(fault: impl Into<Failure>) -> Failure {
     Failure { code: WRONG_LINE, ..fault.into() }
 }
 
-/// Of what an option asks for, where the fault begins with its name.
+/// The failure of a value on the command line, where the fault is that of an option, whose name stands for that of a variable.
 fn of_option(fault: &Fault) -> Option<Failure> {
     fault.variable.starts_with("--").then(|| wrong_argument(fault.clone()))
 }

@@ -76,7 +76,7 @@ fn commented(scene: &str) -> String {
     text + &left_out(table, &used, &|key| admits(scene, header_of, key))
 }
 
-/// Whether the scene is right with this line in the table under this header.
+/// True if the scene is right with this line in the table under this header.
 fn admits(scene: &str, header: &str, line: &str) -> bool {
     let with = match header {
         "" => format!("{line}\n{scene}"),

@@ -117,7 +117,7 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
     Ok(reports)
 }
 
-/// What the scene is, and how it moves.
+/// The scene at a glance: its summary and its curves.
 fn glance(scene: &Resolved, drive: &Described) -> Report {
     let mut report = Report::new(&scene.name, format!("the design at a glance ({})", scene.scene.said()));
     let summary = drive.documentation().map_or(String::new(), |text| text.summary);

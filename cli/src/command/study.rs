@@ -71,7 +71,7 @@ fn share(text: &str) -> Result<(u64, u64), String> {
     numbers.filter(|(i, n)| (1..=*n).contains(i)).ok_or_else(|| "it is I/N with I from 1 to N, such as 3/20".to_owned())
 }
 
-/// How a run ended.
+/// The end of a run.
 #[derive(Clone, Copy, PartialEq)]
 enum Status {
     Ok,
@@ -100,14 +100,14 @@ struct Record {
     message: String,
 }
 
-/// What a thread needs for its runs.
+/// The tools of a thread for its runs.
 struct Worker<'a> {
     study: &'a Study,
     /// Of a study in which only variables vary.
     shared: Option<Shared<'a>>,
 }
 
-/// What all runs in which only variables vary have in common.
+/// The common parts of all runs in which only variables vary.
 enum Shared<'a> {
     Drive(AnyDrive, Runner<'a>),
     Coupled(&'a Coupled, coupled::Runner<'a>),
@@ -171,7 +171,7 @@ impl<'a> Worker<'a> {
     }
 }
 
-/// What refuses the values; a library that is gone refuses none.
+/// The status of a run whose values are refused; a library that is gone refuses none.
 fn refused(fault: Fault) -> (Status, String) {
     let status = if fault.is_loss { Status::Failed } else { Status::Refused };
     (status, fault.to_string())
@@ -322,7 +322,7 @@ fn read(path: &Path) -> Result<(Study, String), Failure> {
     Ok((study, name))
 }
 
-/// What a store shows, or the one that a study has where no other is named.
+/// The findings in a store, or in that of a study.
 pub fn findings(path: &Path) -> Result<Findings, Failure> {
     if path.is_dir() {
         return store::findings(path);
@@ -395,7 +395,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.format.print(report, data)
 }
 
-/// What a call did, and what the store has by now.
+/// The runs of a call, and those in the store by now.
 #[derive(Serialize)]
 struct Call<'a> {
     store: &'a Path,
@@ -412,7 +412,7 @@ fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What a column has of a record.
+/// The content of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Content {
     Run,
@@ -451,7 +451,7 @@ fn columns(study: &Study) -> Vec<(Column, Content)> {
     columns
 }
 
-/// What study.json says: all on which the numbers depend.
+/// The content of study.json: all on which the numbers depend.
 fn specification(study: &Study, columns: &[(Column, Content)], rows_of_part: u64) -> Result<String, Failure> {
     let [text, scene] = &study.texts;
     let digest = |path: &PathBuf| {
@@ -492,7 +492,7 @@ fn specification(study: &Study, columns: &[(Column, Content)], rows_of_part: u64
 /// Fewer rows than this are sampled in their order.
 const FEW: u64 = 100;
 
-/// How long a sample of the runs is measured (s).
+/// The time for which a sample of the runs is measured (s).
 const SAMPLE: f64 = 0.5;
 
 /// Says what the study would take.

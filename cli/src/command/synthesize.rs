@@ -149,7 +149,7 @@ fn machine(path: &Path, follower: Option<usize>, laws: usize) -> Result<(Documen
     }
 }
 
-/// Whether each of the tables [[follower]] has a key; None where there are none.
+/// True if each of the tables [[follower]] has a key; None where there are none.
 fn followers(document: &Document, key: &str) -> Option<Vec<bool>> {
     let list = document.table.get("follower")?.get_ref().tables();
     Some(list.iter().map(|(_, follower)| follower.contains_key(key)).collect())

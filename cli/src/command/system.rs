@@ -154,7 +154,7 @@ fn started(part: &Part) -> Vec<Started> {
     part.start.iter().map(of).collect()
 }
 
-/// Whether a connection changes the value.
+/// Some if a connection changes the value.
 fn factor_of(connection: &Connection) -> Option<()> {
     (connection.factor != 1.0 || connection.offset != 0.0).then_some(())
 }
@@ -212,7 +212,7 @@ fn loops(system: &System) -> Vec<Vec<String>> {
     system.loops().iter().map(|whole| whole.iter().map(|i| arrow(&system.connections[*i])).collect()).collect()
 }
 
-/// What there is to know before a system runs.
+/// A system at a glance, before it runs.
 pub fn glance(name: impl Into<String>, system: &System) -> Report {
     let mut report = Report::new(name, format!("system of {}", counted(system.parts.len(), "part")));
     let unbalanced = system.unbalanced();

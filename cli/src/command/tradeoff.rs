@@ -64,7 +64,7 @@ impl StudyArgs {
         StudyArgs { quick: true, ..StudyArgs::default() }
     }
 
-    /// Whether any of them is given.
+    /// True if any of them is given.
     pub fn are_given(&self) -> bool {
         self.turns.is_some() || self.speed.is_some() || self.ramp.is_some() || self.quick
     }

@@ -42,19 +42,19 @@ pub struct Args {
     format: Format,
 }
 
-/// How an FMU compares.
+/// The comparison of an FMU.
 #[derive(Serialize)]
 struct Comparison {
     file: String,
     agrees: bool,
-    /// What is not as the export left it.
+    /// Differences from what the export wrote.
     changes: Vec<String>,
     /// The last time of the results (s).
     end: f64,
     outputs: Vec<Output>,
 }
 
-/// What is said of an FMU.
+/// The answer on an FMU.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Answer {
@@ -67,7 +67,7 @@ enum Answer {
     Broken { file: String, agrees: bool, error: String },
 }
 
-/// How an output compares.
+/// The comparison of an output.
 #[derive(Serialize)]
 struct Output {
     name: String,
@@ -77,7 +77,7 @@ struct Output {
     /// The largest difference, and when it occurs (s).
     difference: f64,
     time: f64,
-    /// What it may be.
+    /// The admissible difference.
     admissible: f64,
     agrees: bool,
 }
@@ -197,7 +197,7 @@ fn inputs(folder: &Path, about: &ModelDescription) -> Result<(Signals, Option<St
     Ok((signals, None))
 }
 
-/// What is not as the export left it: the scene inside, against that of the drive, and the rows of the results.
+/// Differences from what the export wrote: the scene inside, against that of the drive, and the rows of the results.
 fn changes(path: &Path, folder: &Path, about: &ModelDescription, rows: &[Vec<f64>]) -> Result<Vec<String>, Fault> {
     let mut changes = Vec::new();
     let (end, step) = (rows[rows.len() - 1][0], about.experiment.step.unwrap_or(f64::INFINITY));
@@ -277,7 +277,7 @@ fn difference(found: &Element, wanted: &Element) -> Option<String> {
     found.children.iter().zip(&wanted.children).find_map(named)
 }
 
-/// Whether two texts differ at most in the last digits of numbers, which sin and cos of another machine may give.
+/// True if two texts differ at most in the last digits of numbers, which sin and cos of another machine may give.
 fn are_near(one: &str, other: &str) -> bool {
     let [one, other] = [one, other].map(|text| text.split([' ', ',', '(', ')', '[', ']']).collect::<Vec<&str>>());
     let number = |text: &str| text.parse::<f64>().unwrap_or(f64::NAN);
@@ -315,7 +315,7 @@ fn wrong(message: &str) -> Fault {
 }
 
 impl Comparison {
-    /// Whether the FMU computes its results.
+    /// The verdict on the FMU: whether it computes its results.
     fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         let (end, count) = (number(self.end), self.outputs.len());

@@ -44,11 +44,11 @@ pub struct Position {
     pub column: usize,
     /// Number of characters, at least 1.
     pub width: usize,
-    /// What the line has before that, and from there on; of a long line only the surroundings, a terminal's width.
+    /// The line before that, and from there on; of a long line only the surroundings, a terminal's width.
     pub excerpt: [String; 2],
 }
 
-/// What a message says, in one line: it quotes files, whose values may have any length and hold anything.
+/// A message in one line: it quotes files, whose values may have any length and hold anything.
 fn line(text: impl Into<String>) -> String {
     /// Characters at either end of what is cut; the longest list of names takes less.
     const KEPT: usize = 200;

@@ -41,7 +41,7 @@ impl Kind {
         }
     }
 
-    /// What its keys mean.
+    /// Its keys.
     pub fn keys(self) -> &'static Table {
         match self {
             Kind::Scene => &keys::SCENE,
@@ -111,12 +111,12 @@ impl Kind {
     }
 }
 
-/// Whether a file is called like an archive of a system.
+/// True if a file is called like an archive of a system.
 pub fn is_archive(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ssp"))
 }
 
-/// Whether a file is a system: an archive, or a file that can be read and has parts.
+/// True if a file is a system: an archive, or a file that can be read and has parts.
 pub fn is_system(path: &Path) -> bool {
     if is_archive(path) {
         return true;
@@ -124,19 +124,19 @@ pub fn is_system(path: &Path) -> bool {
     has(path, Kind::System, &["part"])
 }
 
-/// Whether a file can be read and is a study.
+/// True if a file can be read and is a study.
 pub fn is_study(path: &Path) -> bool {
     has(path, Kind::Study, &["vary", "measures"])
 }
 
-/// Whether a file can be read, is no scene and has one of these keys.
+/// True if a file can be read, is no scene and has one of these keys.
 fn has(path: &Path, kind: Kind, keys: &[&str]) -> bool {
     let Ok((_, document)) = document(path, kind) else { return false };
     let has = |key: &str| document.table.contains_key(key);
     keys.iter().any(|key| has(key)) && !has("model")
 }
 
-/// What came from pipes and devices, which can be read but once.
+/// The contents of pipes and devices, which can be read but once.
 static STREAMS: Mutex<BTreeMap<PathBuf, Vec<u8>>> = Mutex::new(BTreeMap::new());
 
 /// The bytes of a file, a pipe or the beginning of a device; of the standard input, called `-`.
@@ -180,11 +180,11 @@ pub fn utf16(bytes: &[u8]) -> Option<Option<String>> {
     Some(String::from_utf16(&units).ok().filter(|text| !text.contains('\0')))
 }
 
-/// How FMUs are given.
+/// The hint on FMUs.
 pub const NAMED: &str = "an FMU is read from a file of its own whose name ends in .fmu, not from a pipe; \
                          `camdrive run NAME.fmu` drives it";
 
-/// What a file of another program is, by its bytes.
+/// The kind of a file of another program, by its bytes.
 pub fn foreign(bytes: &[u8]) -> Option<&'static str> {
     let has = |name: &[u8]| bytes.windows(name.len()).any(|part| part == name);
     match bytes {
@@ -243,7 +243,7 @@ pub fn document(path: &Path, kind: Kind) -> Result<(String, Document), Diagnosti
     }
 }
 
-/// What `read` makes of a document, if it reports no fault.
+/// The result of `read` on a document, if it reports no fault.
 pub fn read<T>(
     file: &str,
     document: &Document,

@@ -31,13 +31,13 @@ pub struct Table {
 pub struct Key {
     /// The key.
     pub key: &'static str,
-    /// What it means, in Markdown.
+    /// Its meaning, in Markdown.
     pub meaning: &'static str,
     /// The kinds of values that it admits.
     pub values: [Value; 3],
     /// The value where it is left out.
     pub usual: Usual,
-    /// What people write for it by mistake.
+    /// Names that people write for it by mistake.
     pub also: &'static [&'static str],
     /// The models that have it; none for all.
     pub models: &'static [&'static str],
@@ -91,7 +91,7 @@ pub enum Of {
     Other,
 }
 
-/// What a key that is left out stands for.
+/// The value of a key that is left out.
 #[derive(Clone, Copy)]
 pub enum Usual {
     /// Nothing.
@@ -102,7 +102,7 @@ pub enum Usual {
     Number(f64),
     /// This name.
     Name(&'static str),
-    /// What the text says.
+    /// As the text says.
     Said(&'static str),
 }
 

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 pub struct Limits {
     min: f64,
     max: f64,
-    /// Whether `min` itself is excluded.
+    /// True if `min` itself is excluded.
     open: bool,
 }
 
@@ -35,12 +35,12 @@ pub const fn within(min: f64, max: f64) -> Limits {
 }
 
 impl Limits {
-    /// Whether both are the same, bit by bit.
+    /// True if both are the same, bit by bit.
     pub fn is(self, other: Limits) -> bool {
         (self.min.to_bits(), self.max.to_bits()) == (other.min.to_bits(), other.max.to_bits())
     }
 
-    /// Whether it is within.
+    /// True if it is within.
     pub fn hold(&self, value: f64) -> bool {
         value.is_finite() && value <= self.max && if self.open { value > self.min } else { value >= self.min }
     }
@@ -55,7 +55,7 @@ impl Limits {
         [self.min, self.max]
     }
 
-    /// Whether the least value itself is excluded.
+    /// True if the least value itself is excluded.
     pub fn is_open(self) -> bool {
         self.open
     }

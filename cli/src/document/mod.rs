@@ -132,7 +132,7 @@ pub struct Document {
     pub table: Table,
     /// Errors of syntax; the values are those around them.
     pub errors: Vec<Error>,
-    /// What was set, or removed, by paths.
+    /// The values that were set, or removed, by paths.
     changes: Vec<(String, Option<Item>)>,
 }
 

@@ -20,7 +20,7 @@ use toml::Spanned;
 /// The most faults of a file that are told one by one.
 const MOST_FAULTS: usize = 100;
 
-/// What users of the FMU should know of a table without its noise, or of a contour.
+/// Notes for users of the FMU on a table without its noise, or on a contour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Smoothed {
     /// Its section, `cam`.
@@ -40,7 +40,7 @@ pub struct Faults<'a> {
     /// Its content.
     pub document: &'a Document,
     list: RefCell<Vec<(usize, Diagnostic)>>,
-    /// How many more there are than [`MOST_FAULTS`].
+    /// The number of faults beyond [`MOST_FAULTS`].
     more: Cell<usize>,
     /// Where each value stands that was read.
     read: RefCell<BTreeMap<String, Span>>,
@@ -127,12 +127,12 @@ impl<'a> Faults<'a> {
         found.map(|(path, span)| (path.clone(), span.clone()))
     }
 
-    /// Whether the file has errors of syntax; then values may be absent only because of them.
+    /// True if the file has errors of syntax; then values may be absent only because of them.
     pub fn broken(&self) -> bool {
         !self.document.errors.is_empty()
     }
 
-    /// Whether nothing was wrong so far.
+    /// True if nothing was wrong so far.
     pub fn is_empty(&self) -> bool {
         self.list.borrow().is_empty()
     }
@@ -198,11 +198,11 @@ pub struct Section<'a> {
     /// The header of the table.
     pub span: Span,
     table: &'a Table,
-    /// What its keys mean.
+    /// Its declared keys.
     keys: &'static keys::Table,
     /// The quantity of its law, and the order of the derivative by the angle that it is.
     own: Cell<(&'static Quantity, i32)>,
-    /// Whether what it describes turns.
+    /// True if what it describes turns.
     turns: Cell<bool>,
     /// The keys that were asked for: all others are unknown.
     known: RefCell<Vec<&'static str>>,
@@ -253,7 +253,7 @@ impl<'a> Section<'a> {
         self.turns.set(turns);
     }
 
-    /// What `find` takes of the kinds of values that the key admits.
+    /// The first thing that `find` takes of the kinds of values that the key admits.
     fn kind<T>(&self, key: &str, find: impl FnMut(keys::Value) -> Option<T>) -> T {
         let values = self.keys.key(key).values;
         values.into_iter().find_map(find).unwrap_or_else(|| panic!("{} has another kind of {key}", self.keys.title))
@@ -289,7 +289,7 @@ impl<'a> Section<'a> {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
-    /// Whether the key is there; makes it a known one.
+    /// True if the key is there; makes it a known one.
     pub fn has(&self, key: &'static str) -> bool {
         self.node(key).is_some()
     }
@@ -646,7 +646,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// What `read` makes of the table under this key, if it is there.
+    /// The result of `read` on the table under this key, if it is there.
     pub fn read<T>(&self, key: &'static str, read: impl Fn(&Section<'a>) -> Option<T>) -> Option<Option<T>> {
         self.section(key)?.map_or(Some(None), |section| read(&section).map(Some))
     }
@@ -690,7 +690,7 @@ impl<'a> Section<'a> {
         (list.len() == table.len()).then_some(list)
     }
 
-    /// What `read` makes of each of the tables `[[key]]`.
+    /// The results of `read` on the tables `[[key]]`.
     pub fn each<T>(&self, key: &'static str, read: impl FnMut(&Section<'a>) -> Option<T>) -> Option<Vec<T>> {
         all(self.sections(key)?.iter().map(read))
     }

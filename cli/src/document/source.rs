@@ -15,7 +15,7 @@ pub struct Table {
     pub path: PathBuf,
     /// Its bytes.
     pub content: Vec<u8>,
-    /// What the scene calls it.
+    /// Its name in the scene.
     pub name: String,
     /// The path of the key by which the scene does so.
     pub key: String,
@@ -54,7 +54,7 @@ pub fn all<'a>(document: &Document, tables: &'a [Table]) -> Vec<(String, Vec<u8>
     files
 }
 
-/// Whether a name leads into the folder of the scene or below it, on every system.
+/// True if a name leads into the folder of the scene or below it, on every system.
 fn is_portable(name: &str) -> bool {
     let is_legal = |c: char| !c.is_control() && !"\\:*?\"<>|".contains(c);
     name.split('/').all(|part| {
@@ -63,7 +63,7 @@ fn is_portable(name: &str) -> bool {
     })
 }
 
-/// Whether a file is called like an FMU.
+/// True if a file is called like an FMU.
 pub fn is_fmu(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("fmu"))
 }

@@ -110,7 +110,7 @@ fn experiment(report: &mut Report, drive: &AnyDrive, results: &Results) {
     }
 }
 
-/// What is to be known of a folder in `binaries/`.
+/// The platform of a folder in `binaries/`, and the tests on it.
 fn platform(name: &str) -> String {
     let runs_on = match name {
         "linux64" | "aarch64-linux" => {

@@ -48,9 +48,9 @@ pub struct Packed {
     pub guid: String,
     /// Path and size of each file inside.
     pub files: Vec<(String, usize)>,
-    /// How many variables it has.
+    /// The number of its variables.
     pub variables: usize,
-    /// How many of them are continuous states.
+    /// The number of its continuous states.
     pub states: usize,
 }
 
@@ -111,7 +111,7 @@ pub fn pack_with(
     Contents { drive, scene, resource, description, date }.packed(runtimes, extras)
 }
 
-/// What an FMU is made of besides libraries.
+/// The parts of an FMU besides libraries.
 struct Contents<'a> {
     drive: &'a mut Described,
     /// The scene as the library reads it.

@@ -1,5 +1,5 @@
-//! What an FMU carries to be traced and checked, in the layout of the layered standard FMI-LS-REF (1.0.0-alpha.1): the scene and
-//! its tables, from which it is exported again, inputs and outputs of its default experiment.
+//! Files in an FMU by which it is traced and checked, in the layout of the layered standard FMI-LS-REF (1.0.0-alpha.1): the scene
+//! and its tables, from which it is exported again, inputs and outputs of its default experiment.
 
 use super::archive::File;
 use super::results::Results;
@@ -14,7 +14,7 @@ pub const RESULT: &str = "result.csv";
 /// The table of the inputs in it.
 pub const INPUT: &str = "input.csv";
 
-/// How they belong together.
+/// The rule between the values of two rows.
 pub const CONVENTION: &str = "Continuous inputs go on linearly between the rows, by fmi2SetRealInputDerivatives where \
 canInterpolateInputs says so, but phi and w beside an input a, which moves them; outputs are read after the inputs of their row have been set.";
 

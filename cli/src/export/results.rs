@@ -19,7 +19,7 @@ const DIGITS: i32 = 7;
 /// Less than 10 to this power (SI) is rounding.
 const LEAST: i32 = -12;
 
-/// What a run may take (nominal µs), lest an export take noticeably longer for it.
+/// The most work of a run (nominal µs), lest an export take noticeably longer.
 const MOST_WORK: f64 = 5.0 * BUDGET;
 
 /// Most outputs in the diagram.
@@ -28,13 +28,13 @@ const MOST_CURVES: usize = 6;
 /// Most points of a curve in it: some for each pixel.
 const MOST_POINTS: usize = 3000;
 
-/// What the diagram shows first, whatever comes before it among the outputs.
+/// Outputs that the diagram shows first.
 const MAIN: [&str; 7] = ["w", "y", "x", "psi", "q", "force", "tau"];
 
 /// The inputs that turn a shaft.
 const MOTION: [&str; 3] = ["phi", "w", "a"];
 
-/// What the run-up adds to φ over the experiment (rad).
+/// The angle that the run-up adds to φ over the experiment (rad).
 const WAY: f64 = 2.0 * TAU;
 
 /// By which part of its speed the inputs may change that of a free shaft: within the torque of the machine itself.
@@ -53,7 +53,7 @@ pub struct Results {
     courses: Vec<Vec<f64>>,
     /// The time (s) and the values of the outputs at each communication point.
     rows: Vec<Vec<f64>>,
-    /// Whether the last row is the end of the experiment.
+    /// True if the last row is the end of the experiment.
     pub whole: bool,
 }
 
@@ -134,7 +134,7 @@ impl Results {
         table(&self.outputs, &self.rows)
     }
 
-    /// How the inputs move.
+    /// The motion of the inputs, in words.
     pub fn motion(&self) -> String {
         let names = self.inputs.iter().map(|input| input.name.as_str());
         let (shaft, others): (Vec<&str>, Vec<&str>) = names.partition(|name| MOTION.contains(name));
@@ -216,7 +216,7 @@ pub struct Course {
     pub name: String,
     /// Empty for other types than Real.
     pub unit: String,
-    /// What it is.
+    /// Its description.
     pub text: String,
 }
 

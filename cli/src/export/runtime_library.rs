@@ -23,7 +23,7 @@ const LANDMARK: &[u8] = b"fmi2DoStep";
 /// A release build takes less than two megabytes, a debug build tens of them; the border lies between.
 const LARGEST_RELEASE: usize = 4 << 20;
 
-/// How to build the library.
+/// The command that builds the library.
 const BUILD_COMMAND: &str = "cargo build --release --package camdrive-fmu";
 
 /// A checked shared library.
@@ -231,7 +231,7 @@ fn little_endian(bytes: &[u8], at: usize, length: usize) -> Option<usize> {
     Some(field.iter().rev().fold(0, |sum, byte| (sum << 8) | usize::from(*byte)))
 }
 
-/// Whether one of the program headers of an ELF file is PT_INTERP (3).
+/// True if one of the program headers of an ELF file is PT_INTERP (3).
 fn has_interpreter(bytes: &[u8], wide: bool) -> bool {
     let number = |at, length| little_endian(bytes, at, length);
     // e_phoff, e_phentsize and e_phnum.

@@ -10,7 +10,7 @@ use camdrive::drives::{elastic_output, elastic_shaft};
 use camdrive::motion::MotionLaw;
 use std::path::Path;
 
-/// Whether an input is the motion, or the speed alone.
+/// True if an input is the motion, or the speed alone.
 pub const DRIVE_MODES: &[(&str, [bool; 2])] =
     &[("constant", [false; 2]), ("input", [true, false]), ("speed", [false, true])];
 
@@ -34,7 +34,7 @@ pub fn drive_mode(section: &Section<'_>) -> Option<DriveMode> {
     drive
 }
 
-/// How a motion starts.
+/// The starts of a motion.
 pub const START_MODES: &[(&str, StartMode)] = &[
     ("at_rest", StartMode::AtRest),
     ("given", StartMode::Given),
@@ -61,7 +61,7 @@ pub fn start(root: &Section<'_>, angular: bool) -> Option<Start> {
     start
 }
 
-/// How internal steps are chosen.
+/// The choices of internal steps.
 pub const METHODS: &[(&str, Method)] = &[("adaptive", Method::Adaptive), ("fixed_cost", Method::FixedCost)];
 
 /// Reads `[solver]`.

@@ -1,5 +1,5 @@
-//! What other units put on a shaft, `torques` and `[coupling]` of a machine, and what a drive tells of the inertia that follows its
-//! shaft, `[coupling]` of a drive.
+//! Torques of other units on a shaft, `torques` and `[coupling]` of a machine, and outputs of a drive for the inertia that follows
+//! its shaft, `[coupling]` of a drive.
 
 use crate::document::{Faults, Section, Value};
 use camdrive::drives::Description;
@@ -107,7 +107,7 @@ fn names(root: &Section<'_>) -> Option<Vec<Named>> {
     Some(loads)
 }
 
-/// Whether a drive tells of its inertia; `has` says what of it follows the shaft without slip, or what is missing.
+/// True if a drive has outputs of its inertia; `has` says what of it follows the shaft without slip, or what is missing.
 pub fn of_drive(root: &Section<'_>, has: Result<(), &str>) -> Option<bool> {
     let wanted = root.read(KEY, |section| {
         let wanted = section.flag(INERTIA)?;

@@ -1,4 +1,4 @@
-//! What the analysis of forces needs beside masses and loads: `[forces]` beside `[cam]`, `[follower.forces]`. The motion of the FMU
+//! Data of the analysis of forces besides masses and loads: `[forces]` beside `[cam]`, `[follower.forces]`. The motion of the FMU
 //! is without it.
 
 use super::Resolved;

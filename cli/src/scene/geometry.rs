@@ -59,7 +59,7 @@ fn of(
     Some(Some(CamPlan { follower, law: law.clone(), plan, mechanisms: Vec::new() }))
 }
 
-/// How a follower moves.
+/// The kind of a follower's motion.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Kind {
     /// On a lever that swings.

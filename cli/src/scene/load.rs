@@ -13,16 +13,16 @@ use std::path::Path;
 /// The key of the table.
 pub const KEY: &str = "load";
 
-/// What loads depend on.
+/// The mass that loads act on, and its motion.
 #[derive(Clone, Copy)]
 pub struct Carrier<'a> {
-    /// Whether the tool's coordinate is an angle.
+    /// True if the tool's coordinate is an angle.
     pub turns: bool,
     /// The number of mechanisms before it.
     pub mechanisms: usize,
     /// Law and mechanisms, where these are right.
     pub follower: Option<&'a Follower>,
-    /// Whether there is a mass on the cam's side.
+    /// True if there is a mass on the cam's side.
     pub roller: bool,
 }
 
@@ -58,7 +58,7 @@ pub fn beside_cam(root: &Section<'_>, cam: Option<&MotionLaw>, roller: bool, fol
     read(root, Carrier { turns: false, mechanisms: 0, follower: follower.as_ref(), roller }, folder)
 }
 
-/// What acts on one mass.
+/// The load on one mass.
 fn one(section: &Section<'_>, carrier: Carrier<'_>) -> Option<Load> {
     section.turning(carrier.turns);
     let gravity = gravity(section, carrier);

@@ -35,7 +35,7 @@ use std::path::{Path, PathBuf};
 pub struct Resolved {
     /// A C identifier.
     pub name: String,
-    /// What the user says of it, that tables are smoothed, and which loads its motion leaves out.
+    /// The description by the user, with notes on smoothed tables and on loads that its motion leaves out.
     pub description: String,
     /// Model and values.
     pub scene: Scene,
@@ -53,7 +53,7 @@ pub struct Resolved {
     pub files: Vec<PathBuf>,
     /// The tables that it names.
     pub tables: Vec<source::Table>,
-    /// What it was read from.
+    /// The file that it was read from.
     pub document: Document,
     /// Where it names its tables.
     pub folder: PathBuf,

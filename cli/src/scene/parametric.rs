@@ -108,11 +108,11 @@ fn crank_law(section: &Section<'_>, load: Option<&Section<'_>>) -> Option<CrankL
 /// A second crank at an angle.
 type SecondAt = Option<fn(f64) -> SecondCrank>;
 
-/// What a second crank hangs on.
+/// The shafts of a second crank.
 pub const SECOND_CRANKS: &[(&str, SecondAt)] =
     &[("none", None), ("own_shafts", Some(SecondCrank::OwnShafts)), ("shared_shafts", Some(SecondCrank::SharedShafts))];
 
-/// What q is.
+/// The meanings of q.
 pub const COORDINATES: &[(&str, Coordinate)] =
     &[("rotation", Coordinate::Rotation), ("translation", Coordinate::Translation)];
 

@@ -1,4 +1,4 @@
-//! Whether the motor of a train can start against its load, keep its speed, and hold its angle.
+//! Checks that the motor of a train can start against its load, keep its speed, and hold its angle.
 
 use crate::document::{Section, units::short};
 use camdrive::drives::drive_train::{Machine, Scene, Shaft, Start};

@@ -26,7 +26,7 @@ use std::path::Path;
 /// The most faults of one table that are told one by one.
 const MOST_FAULTS: usize = 8;
 
-/// How U is made of the points.
+/// The interpolation of U between the points.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Interpolation {
     Spline,
@@ -40,13 +40,13 @@ pub enum Interpolation {
 }
 
 impl Interpolation {
-    /// Whether two points at one angle are a step.
+    /// True if two points at one angle are a step.
     fn steps(self) -> bool {
         matches!(self, Interpolation::Linear | Interpolation::Monotone)
     }
 }
 
-/// Whether two points may have one angle.
+/// The treatment of two points at one angle.
 #[derive(Clone, Copy, PartialEq)]
 enum Twice {
     Never,
@@ -83,7 +83,7 @@ const INTERPOLATIONS: &[(&str, Interpolation)] = &[
     ("monotone", Interpolation::Monotone),
 ];
 
-/// What the points are of, and the keys of its unit and its column.
+/// The quantity of the points, and the keys of its unit and its column.
 pub type Axis = (&'static Quantity, &'static str, &'static str);
 
 /// The value of `noise` that asks for an estimate.
@@ -799,7 +799,7 @@ fn column<'a>(section: &Section<'a>, key: &'static str, default: usize) -> Optio
     section.count(key).map(|number| Column::Number(number - 1))
 }
 
-/// What is wrong in a file: at most [`MOST_FAULTS`] one by one, and how many more there are.
+/// The faults of a file: at most [`MOST_FAULTS`] one by one, and how many more there are.
 fn faults(file: &File, wrong: Vec<Wrong>) -> Vec<Diagnostic> {
     let more = wrong.len().saturating_sub(MOST_FAULTS);
     // Only of these: the number of a line takes a look at all lines before it.
@@ -892,7 +892,7 @@ fn slopes(reading: &Reading, lobes: f64) -> Option<Wrong> {
     Some(Wrong::at(&reading.places[0], message, hint))
 }
 
-/// How many times as large the given values are as those known in one of two ways, if that is another factor than 1 by more than what
+/// The factor between the given values and those known in one of two ways, if it differs from 1 by more than what
 /// the ways do not know: twice what is left of the better one, and what they differ by.
 fn factor(ways: &[(&Vec<f64>, Vec<f64>); 2]) -> Option<f64> {
     let fit = |(given, known): &(&Vec<f64>, Vec<f64>)| {
@@ -992,7 +992,7 @@ fn mirrored(lobe: &Points) -> Points {
     }
 }
 
-/// How and over what the points are, and of what, for messages.
+/// Interpolation, turn and quantity of the points, for messages.
 type Told<'a> = (Interpolation, &'a Turn<'a>, &'static Quantity);
 
 /// The law through the points, or the series that meets them best.
@@ -1073,7 +1073,7 @@ fn overshoot(section: &Section<'_>, file: &File, law: &MotionLaw, turn: &Turn<'_
     }
 }
 
-/// What is wrong with the points of a file.
+/// Reports the fault of the points of a file.
 fn faulty(section: &Section<'_>, file: &File, places: &[Span], error: &TableError, told: Told<'_>) -> Diagnostic {
     let fault = match error.index() {
         Some(index) => fault(file, places[index].clone(), words(section, error, told)),
@@ -1089,12 +1089,12 @@ fn faulty(section: &Section<'_>, file: &File, places: &[Span], error: &TableErro
     fault.hint(advice(error, told.1))
 }
 
-/// Whether a law of this quantity moves a mass; the numbers of a task count in its scale.
+/// True if a law of this quantity moves a mass; the numbers of a task count in its scale.
 fn is_motion(quantity: &Quantity) -> bool {
     [&unit::LENGTH, &unit::ANGLE, &unit::NUMBER].contains(&quantity)
 }
 
-/// Whether a law of this quantity moves nothing.
+/// True if a law of this quantity moves nothing.
 pub fn is_load(quantity: &Quantity) -> bool {
     [&unit::FORCE, &unit::TORQUE].contains(&quantity)
 }

@@ -1,4 +1,4 @@
-//! What right scenes resolve to; wrong ones are in `tests/scenes`.
+//! Drives of right scenes; wrong scenes are in `tests/scenes`.
 
 use super::*;
 use crate::document::diagnostics::Position;

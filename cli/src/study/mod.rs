@@ -25,13 +25,13 @@ pub struct Study {
     pub texts: [String; 2],
     /// The file of the scene, the system or the FMU.
     pub place: PathBuf,
-    /// What it has variants of, as it stands.
+    /// The scene or the system of the variants, as it stands.
     pub subject: Subject,
     /// Scene or system, without a name, and behind it the scenes of parts by their names: the files whose keys may vary.
     documents: Vec<(String, Document)>,
     /// Communication step of systems and FMUs, where the study says it (s).
     pub step: Option<f64>,
-    /// What varies, in the order of the columns.
+    /// The quantities that vary, in the order of the columns.
     pub quantities: Vec<Quantity>,
     /// Lists of values, each for some quantities, in the order of their product.
     axes: Vec<Axis>,
@@ -39,17 +39,17 @@ pub struct Study {
     samples: Option<Samples>,
     /// When it is measured.
     pub window: Window,
-    /// What is measured.
+    /// The measures.
     pub measures: Vec<Measure>,
     /// Unit and meaning of each measure.
     pub measured: Vec<[String; 2]>,
     /// The tables that it and its scene name.
     pub tables: Vec<PathBuf>,
-    /// What numbers without a unit mean, and what is implausible.
+    /// Notes on numbers without a unit, and on implausible values.
     pub notes: Vec<String>,
 }
 
-/// What a study runs variants of.
+/// The scene or the system of a study.
 pub enum Subject {
     /// The drive of a scene.
     Scene(Box<Resolved>),
@@ -64,11 +64,11 @@ pub struct Quantity {
     pub name: String,
     /// Of its values in the store; empty where they have none.
     pub unit: String,
-    /// What it is.
+    /// Its description.
     pub meaning: String,
     /// The place among the variables; None of a key.
     pub variable: Option<usize>,
-    /// Whether it has values that are no numbers.
+    /// True if it has values that are no numbers.
     pub is_text: bool,
 }
 
@@ -289,7 +289,7 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, subject: Subject) -> O
     Some(study)
 }
 
-/// What varies: the quantities, those with lists first, and how the others spread.
+/// The space of the variants: the quantities, those with lists first, and the spreads of the others.
 struct Space {
     quantities: Vec<Quantity>,
     axes: Vec<Axis>,
@@ -366,7 +366,7 @@ fn first_variant(root: &Section<'_>, study: &Study) -> Option<Option<Subject>> {
     Some(first)
 }
 
-/// Whether the measures can be taken of what the first run builds, which has these variables.
+/// Checks that the measures can be taken of the first run, which has these variables.
 fn check_measures(root: &Section<'_>, study: &Study, built: &Subject, all: &[Description]) -> Option<()> {
     let checked = match built {
         Subject::Scene(scene) => {
@@ -441,7 +441,7 @@ fn measures(root: &Section<'_>) -> Option<Vec<Measure>> {
     Some(all)
 }
 
-/// What one `[[vary]]` says.
+/// The content of one `[[vary]]`.
 enum Varied {
     Listed(Vec<Quantity>, Vec<Vec<Cell>>),
     Sampled(Quantity, Spread),
@@ -815,7 +815,7 @@ fn normal(text: &str) -> String {
 /// Tables that every scene may have, and whose keys are variables of its FMU as well.
 const ALWAYS: [&str; 2] = ["solver.", "start."];
 
-/// Whether a scene has a key (true), or place for it (false); None of a key that it cannot have. A speed is no key of a drive
+/// True if a scene has a key, false if it has place for it; None of a key that it cannot have. A speed is no key of a drive
 /// that inputs move.
 pub fn has_place(scene: &Document, key: &str) -> Option<bool> {
     match scene.place(key) {
@@ -864,17 +864,17 @@ impl Study {
         all
     }
 
-    /// Whether the last dimension is one of samples.
+    /// True if the last dimension is one of samples.
     pub fn is_sampled(&self) -> bool {
         self.samples.is_some()
     }
 
-    /// Whether keys of the scene vary, so that each run has a scene of its own.
+    /// True if keys of the scene vary, so that each run has a scene of its own.
     pub fn is_keyed(&self) -> bool {
         self.quantities.iter().any(|quantity| quantity.variable.is_none())
     }
 
-    /// How a system is measured.
+    /// The runner of a system.
     ///
     /// # Errors
     /// Outputs that it does not have, or that cannot be measured so.
@@ -883,7 +883,7 @@ impl Study {
         coupled::Runner::new(&coupled.places, &coupled.variables, description, &self.window, &self.measures)
     }
 
-    /// What is implausible about the first and the last run, but not about the scene itself.
+    /// Warnings on the first and the last run that the scene itself does not have.
     fn implausible(&self, all: &[Description]) -> Vec<String> {
         let Subject::Scene(scene) = &self.subject else { return Vec::new() };
         let warnings = |scene: &Resolved| overview::of(&scene.resource()).warnings;
@@ -916,7 +916,7 @@ impl Study {
         documents
     }
 
-    /// What a run has in which keys vary.
+    /// The scene or the system of a run in which keys vary.
     ///
     /// # Errors
     /// The faults of the scene or the system.

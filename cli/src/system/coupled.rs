@@ -77,7 +77,7 @@ fn find(fmu: &Fmu, name: &str) -> Result<usize, Fault> {
 
 /// A system with its FMUs, of which any number of instances can be made.
 pub struct Coupled {
-    /// What its file says.
+    /// Its system.
     pub system: System,
     fmus: Vec<Arc<Fmu>>,
     /// When its runs begin (s).
@@ -132,7 +132,7 @@ impl Coupled {
         Ok(Coupled { system, fmus: vec![Arc::new(fmu)], begin, places, variables })
     }
 
-    /// What the FMU of a part says.
+    /// The model description of a part.
     pub fn description(&self, part: usize) -> &ModelDescription {
         self.fmus[part].description()
     }

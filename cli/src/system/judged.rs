@@ -1,4 +1,4 @@
-//! What is to be known of a system before it runs: algebraic loops, and the largest steps of its shafts.
+//! The analysis of a system before it runs: algebraic loops, and the largest steps of its shafts.
 
 use super::wiring::Wiring;
 use super::{Connection, INERTIA, MOTION, Part, Shaft, System};
@@ -41,7 +41,7 @@ fn between(parts: &[&Part], connection: &Connection) -> Option<[f64; 2]> {
     Some([factor, input.to_si(*offset) - factor * output.offset])
 }
 
-/// Whether two ratios are one.
+/// True if two ratios are one.
 fn is_same(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME_RATIO * a.abs()
 }
@@ -104,7 +104,7 @@ impl System {
 }
 
 impl Part {
-    /// Whether an output depends directly on an input.
+    /// True if an output depends directly on an input.
     fn depends(&self, output: &str, input: &str) -> bool {
         let of = self.find(output, Causality::Output);
         of.is_some_and(|v| v.by_all || v.about.dependencies.iter().any(|name| name == input))
@@ -135,9 +135,9 @@ pub struct Judged {
     exchange: Exchange,
     /// The place of each machine with what is on its shaft.
     known: Vec<(usize, Loaded)>,
-    /// Whether all that is known allows repeating a step unasked, if that is stable.
+    /// True if all that is known allows repeating a step unasked, if that is stable.
     repeatable: bool,
-    /// What the limits leave out.
+    /// Notes on what the limits leave out.
     pub notes: Vec<String>,
 }
 
@@ -196,8 +196,8 @@ impl Judged {
         self.known.iter().fold(0.0, |most: f64, (_, loaded)| most.max(loaded.kappa()))
     }
 
-    /// How often a step of this length (s) is repeated unasked: once where that is known to be stable. Where no number of repetitions
-    /// is, that which admits the longer steps.
+    /// The number of repetitions of a step of this length (s) unasked: one where that is known to be stable. Where no number of
+    /// repetitions is, that which admits the longer steps.
     fn unasked(&self, step: f64) -> u32 {
         let grows = |repeats: u32| self.known.iter().any(|(_, loaded)| loaded.grows(self.exchange, repeats, step));
         let longest = |repeats: u32| {
@@ -216,7 +216,7 @@ impl Judged {
 }
 
 impl Shaft {
-    /// Whether a step (s) is too long for it.
+    /// True if a step (s) is too long for it.
     fn is_beyond(&self, step: f64) -> bool {
         self.limit.stable.is_some_and(|longest| step > longest)
     }
@@ -316,8 +316,8 @@ impl System {
         Judged::new(&self.parts.iter().collect::<Vec<_>>(), &self.connections, self.exchange).limits(repeats)
     }
 
-    /// How often a step of this length (s) is repeated where these start values are set, too: the place of a part, the name and
-    /// the value in its unit.
+    /// The number of repetitions of a step of this length (s) where these start values are set, too: the place of a part, the name
+    /// and the value in its unit.
     ///
     /// # Errors
     /// Why such steps are unstable.

@@ -30,11 +30,11 @@ pub struct System {
     pub stop: f64,
     /// Communication step (s).
     pub step: f64,
-    /// What the parts tell each other at a communication point.
+    /// The exchange between the parts at a communication point.
     pub exchange: Exchange,
-    /// How often `camdrive run` repeats a step.
+    /// The number of times that `camdrive run` repeats a step.
     pub repeats: u32,
-    /// How often the file asks for.
+    /// The number of repetitions that the file asks for.
     pub asked: Option<u32>,
     /// In the order of the file.
     pub parts: Vec<Part>,
@@ -55,7 +55,7 @@ pub struct System {
 pub struct Part {
     /// A C identifier.
     pub name: String,
-    /// What it is made of.
+    /// Its scene or its FMU.
     pub content: Content,
     /// Variables that are set before it is initialised, in the coherent SI unit or, of FMUs, in their own.
     pub start: Vec<(String, f64)>,
@@ -67,7 +67,7 @@ pub struct Part {
     pub seat: Option<Seat>,
 }
 
-/// What a part is made of.
+/// The scene or the FMU of a part.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Content {
     /// A scene, of a machine with an input for each torque.
@@ -115,14 +115,14 @@ pub struct Connection {
 /// Admissible ratios of the speeds of two shafts.
 const RATIOS: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
-/// What a machine tells the drives on its shaft.
+/// The outputs of a machine for the drives on its shaft.
 pub const MOTION: [&str; 3] = ["phi", "w", "a"];
-/// What inertia, its slope and the rest of the torque are called.
+/// The names of inertia, its slope and the rest of the torque.
 pub const INERTIA: [&str; 3] = ["J_load", "dJ_load", "tau_rest"];
 const TORQUE: &str = "tau";
 const MEAN_TORQUE: &str = "tau_mean";
 
-/// What the parts tell each other.
+/// The exchanges between the parts.
 pub const EXCHANGES: &[(&str, Exchange)] = &[
     ("interpolated", Exchange::Interpolated),
     ("held", Exchange::Held),
@@ -206,7 +206,7 @@ impl Part {
         inputs.map(|about| about.name.as_str()).filter(|name| name.rsplit('.').next() == Some(TORQUE)).collect()
     }
 
-    /// Whether it has a shaft with an input for a torque, or gets one.
+    /// True if it has a shaft with an input for a torque, or gets one.
     fn is_machine(&self) -> bool {
         let gets = || matches!(&self.content, Content::Scene(scene) if least_inertia(&scene.scene).is_some());
         self.has(&MOTION, Causality::Output) && (!self.torque_inputs().is_empty() || gets())

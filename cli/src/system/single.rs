@@ -21,7 +21,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// What is behind the name of the system in that of its train.
+/// The ending of the name of a system's train.
 const ENDING: &str = "_train";
 
 /// The train of a system.
@@ -83,7 +83,7 @@ impl System {
         Ok(Single { scene, followers: first })
     }
 
-    /// Whether a connection is one of those between a shaft and a drive on it.
+    /// True if a connection is one of those between a shaft and a drive on it.
     fn is_of_shaft(&self, Connection { from, to, .. }: &Connection) -> bool {
         let sits = |drive: usize, machine: usize| self.parts[drive].seat.is_some_and(|seat| seat.machine == machine);
         let down = sits(to.0, from.0) && MOTION.contains(&&*to.1);
@@ -182,7 +182,7 @@ fn array(document: &mut Table, key: &str) -> Vec<Value> {
     if let Some(Value::Array(list)) = document.remove(key) { list } else { Vec::new() }
 }
 
-/// How what is on the shaft of a scene begins; None where nothing is that could begin otherwise.
+/// The start of a part on the shaft of a scene; None without a part that could start otherwise.
 fn begins(scene: &Scene) -> Result<Option<Start>, String> {
     let steady = "alone it starts on another periodic motion than with what is on its shaft".to_owned();
     let of_drive = |mode: StartMode| match mode {

@@ -21,7 +21,7 @@ const STOP: f64 = 1.0;
 
 const HINT: &str = "a system of FMUs for Co-Simulation with linear connections and parameter sets is read, by SSP 1.0";
 
-/// What elements may have inside. Geometry and annotations say nothing of the motion, connectors what the FMUs say.
+/// The admissible children of elements. Geometry and annotations say nothing of the motion, connectors what the FMUs say.
 const CHILDREN: [(&str, &[&str]); 9] = [
     ("SystemStructureDescription", &["System", "Enumerations", "Units", "DefaultExperiment", "Annotations"]),
     (

@@ -211,7 +211,7 @@ impl Wiring<'_> {
         Some(())
     }
 
-    /// Whether something follows the shaft of the drive without slip, and without impacts; an FMU must tell of it.
+    /// True if something follows the shaft of the drive without slip, and without impacts; an FMU must tell of it.
     fn has_rigid_load(&self, i: usize) -> bool {
         let part = &self.raw[i].part;
         let is_rigid = part.scene.as_ref().is_some_and(|scene| stability::loads(scene)[0].inertia > 0.0);
@@ -348,7 +348,7 @@ impl Wiring<'_> {
     }
 }
 
-/// What a torque is one of: of tau, tau_mean and tau_rest the name before them; None of what is called otherwise.
+/// The load of a torque: the name before tau, tau_mean or tau_rest; None of another name.
 fn torque_of(name: &str) -> Option<&str> {
     let prefix = |torque: &&str| name.strip_suffix(*torque).filter(|rest| rest.is_empty() || rest.ends_with('.'));
     [MEAN_TORQUE, TORQUE, INERTIA[2]].iter().find_map(prefix)

@@ -48,17 +48,17 @@ pub const SYMMETRIES: &[(&str, Symmetry)] = &[
     ("even_half_wave", Symmetry { even: true, half_wave: true }),
 ];
 
-/// What an elasticity does to the profile.
+/// The treatments of an elastic output member.
 pub const METHODS: &[(&str, Method)] =
     &[("robust", Method::Robust), ("recipe", Method::Recipe), ("none", Method::None)];
 
-/// What a bound bounds: U or a derivative.
+/// The quantity of a bound: U or a derivative.
 pub const BOUNDED: &[(&str, usize)] = &[("U", 0), ("dU", 1), ("ddU", 2), ("dddU", 3)];
 
-/// What of a torque is made least.
+/// The norms of a torque that is made least.
 pub const NORMS: &[(&str, Norm)] = &[("peak", Norm::Peak), ("rms", Norm::Rms)];
 
-/// Whether a torque counts over the square of the speed.
+/// True if a torque counts over the square of the speed.
 pub const WEIGHTS: &[(&str, bool)] = &[("over_speed_squared", true), ("absolute", false)];
 
 /// The keys of U and its derivatives.
@@ -228,7 +228,7 @@ struct Law {
 }
 
 impl Law {
-    /// Whether a rest at any level keeps all bounds.
+    /// True if a rest at any level keeps all bounds.
     fn is_unmoved(&self) -> bool {
         let still = |bound: &Bound| bound.order > 0 && bound.around.is_zero() && bound.min <= 0.0 && bound.max >= 0.0;
         self.bounds.iter().all(|(_, bound)| still(bound))
@@ -287,7 +287,7 @@ fn law(
     Some(Law { name, basis, weight, ranges, first_dwell, end_of_dwells, points, bounds })
 }
 
-/// Whether the objective is one of the accelerations alone.
+/// True if the objective is one of the accelerations alone.
 fn of_accelerations(kind: Option<Kind>) -> bool {
     matches!(kind, Some(Some(PeakAcceleration | MeanSquareAcceleration)))
 }
@@ -343,7 +343,7 @@ fn restrictions(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Ve
     Some(root.each("restriction", of)?.concat())
 }
 
-/// Whether the task has several laws.
+/// Checks that the task has several laws.
 fn several(section: &Section<'_>, laws: usize, what: &str, hint: &str) -> Option<()> {
     if laws < 2 {
         let fault = section.fault(format!(": there is one law, and {what}"));
@@ -388,7 +388,7 @@ fn discrete_points(root: &Section<'_>, kind: Option<Kind>) -> Option<usize> {
     Some(0)
 }
 
-/// How an objective that is not convex is searched.
+/// The search of an objective that is not convex.
 fn search(root: &Section<'_>, kind: Option<Kind>) -> Option<Search> {
     let usual = Search::default();
     if !matches!(kind, Some(Some(PeakTorque) | None)) {
@@ -448,7 +448,7 @@ fn ranges(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<
     agree.then_some(all)
 }
 
-/// Whether a range prescribes what another one does where they overlap.
+/// True if a range prescribes what another one does where they overlap.
 fn agrees(section: &Section<'_>, range: &Range, other: &Given) -> bool {
     for turns in -4..=4 {
         // The other range is counted from the turn in which this one lies.
@@ -634,7 +634,7 @@ fn crossed<T>(section: &Section<'_>, low: f64, high: f64) -> Option<T> {
     section.refuse(fault.hint("exchange them"))
 }
 
-/// Whether the objective has something to work on.
+/// Checks that the objective has something to work on.
 fn check_purpose(root: &Section<'_>, kind: Kind, integral: Option<f64>, laws: &[Law]) -> Option<()> {
     let ranges = || laws.iter().flat_map(|law| &law.ranges);
     let refused = |said: &str, hint: &str| root.refuse(root.fault_of("objective", said).hint(hint));
@@ -674,7 +674,7 @@ fn check_purpose(root: &Section<'_>, kind: Kind, integral: Option<f64>, laws: &[
     Some(())
 }
 
-/// Whether the speeds of a section make a range.
+/// Checks that the speeds of a section make a range.
 fn rising(section: &Section<'_>, slowest: f64, fastest: f64) -> Option<()> {
     if fastest > slowest {
         return Some(());

@@ -19,13 +19,13 @@ pub trait Subject: Source {
     fn admit(&mut self, _time: f64, _step: f64, _own: f64) -> Result<(), Fault> {
         Ok(())
     }
-    /// Whether it ended the simulation itself.
+    /// True if it ended the simulation itself.
     fn has_ended(&self) -> bool {
         false
     }
     /// Tells warnings.
     fn warn(&mut self);
-    /// What shafts and drives of a system disagree about at steps of this length (s).
+    /// Quantities in which shafts and drives of a system differ at steps of this length (s).
     fn shared(&self, _step: f64) -> Vec<Shared<'_>> {
         Vec::new()
     }

@@ -33,7 +33,7 @@ pub const FORMAT: u64 = 2;
 /// The key of the checksum of a part among its metadata.
 const CHECKSUM: &str = "camdrive.checksum";
 
-/// How many digits it has.
+/// The number of its digits.
 const DIGITS: usize = 64;
 
 /// Where a part has its checksum. In the metadata, which come last, it follows its key and two bytes, the type and the length of a
@@ -101,7 +101,7 @@ impl Store {
         self.runs.join(format!("part-{part:05}.parquet"))
     }
 
-    /// Whether a part is there and its checksum right.
+    /// True if a part is there and its checksum right.
     ///
     /// # Errors
     /// A part that is there, but damaged, or not the one of this number in this study.
@@ -224,7 +224,7 @@ impl Store {
     }
 }
 
-/// What is in study.json of this.
+/// The content of study.json.
 #[derive(Deserialize)]
 struct Specification {
     format: u64,
@@ -237,7 +237,7 @@ struct Specification {
     columns: Vec<Column>,
 }
 
-/// What the runs show that are in a store.
+/// The findings of the runs in a store.
 ///
 /// # Errors
 /// A folder that is none; files that cannot be read.

@@ -43,7 +43,7 @@ pub fn xml(system: &System, files: &[String]) -> String {
     xml.finish()
 }
 
-/// What is set at the start of a part, in the set of the system, which masters find by its name; they look for it in the components.
+/// The start values of a part, in the set of the system, which masters find by its name; they look for it in the components.
 fn parameters(xml: &mut Xml, system: &System, part: &Part) {
     xml.element("ssd:ParameterBindings", &[], |xml| {
         xml.element("ssd:ParameterBinding", &[], |xml| {
@@ -63,7 +63,8 @@ fn parameters(xml: &mut Xml, system: &System, part: &Part) {
     });
 }
 
-/// Whether a variable is a connector: an output, or an input that something is connected to. Others would begin at 0 in some masters.
+/// True if a variable is a connector: an output, or an input that something is connected to. Others would begin at 0 in some
+/// masters.
 fn is_connector(system: &System, part: usize, variable: &Variable) -> bool {
     let name = &variable.about.name;
     match variable.about.causality {

@@ -58,7 +58,7 @@ fn alike<const N: usize>(text: &str, train: &str, end: f64, names: [&str; N]) {
     }
 }
 
-/// What is wrong: in one line, with all of these pieces.
+/// Asserts a fault in one line with all of these pieces.
 fn refused(text: &str, pieces: &[&str]) {
     let faults = scene::resolve("x.toml", text, Path::new("")).expect_err(text).to_string();
     assert!(pieces.iter().all(|piece| faults.contains(piece)), "{text}\n{faults}");
@@ -224,7 +224,7 @@ fn without_force_a_loaded_rigid_machine_moves_as_the_plain_one() {
     }
 }
 
-/// What importers see of a variable.
+/// The properties of a variable that importers see.
 fn seen(d: &Description) -> (String, Causality, String) {
     let kind = match &d.kind {
         Kind::Real { quantity, .. } => quantity.unit.to_owned(),
@@ -345,7 +345,7 @@ fn a_shaft_that_turns_backwards_has_its_own_speed_of_lift_off() {
 
 const TRAIN: &str = "name = \"x\"\nmodel = \"DriveTrain\"\n";
 
-/// What is told beside the scene.
+/// The notes on a scene.
 fn notes(text: &str) -> Vec<String> {
     scene::resolve("x.toml", text, Path::new("")).unwrap_or_else(|faults| panic!("{text}\n{faults}")).notes
 }

@@ -92,7 +92,7 @@ const LARGEST_GAP: f64 = 1e-3;
 /// The part of its largest value by which U″ may be uncertain without a warning: where U‴ jumps, 360 points leave up to half of it.
 const LARGEST_OF_BEND: f64 = 0.1;
 
-/// How far lift and U″ between the points are uncertain: the lift with its line and whether that is much, U″ in parts of its largest.
+/// The uncertainty of lift and U″ between the points: the lift with its line and whether that is much, U″ in parts of its largest.
 type Open = (Option<(f64, usize, bool)>, Option<f64>);
 
 /// Says where the law comes from, how far the points are off its contour, and by how much and after which line it is uncertain between

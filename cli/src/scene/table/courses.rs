@@ -17,14 +17,14 @@ pub struct Courses {
     pub columns: Vec<(usize, Vec<f64>)>,
 }
 
-/// What a column has.
+/// The content of a column.
 #[derive(Clone, Copy, PartialEq)]
 enum Content {
     Time,
     Input(usize),
 }
 
-/// What a table of courses looks like.
+/// The hint on the form of a table of courses.
 const EXAMPLE: &str = "a table has the headings time and names of inputs, and below them numbers";
 
 /// The courses of some of these inputs, in SI units or in those of the headings, `w [rpm]`; `own` is the unit that the FMU has for an
@@ -86,12 +86,12 @@ pub fn courses(
     Ok(Courses { times, columns })
 }
 
-/// What headings may be.
+/// The admissible headings.
 fn names<'a>(inputs: &[&'a Description]) -> Vec<&'a str> {
     std::iter::once("time").chain(inputs.iter().map(|input| input.name.as_str())).collect()
 }
 
-/// What each column has, by its headings, and the factor from its unit to SI.
+/// The content of each column, by its headings, and the factor from its unit to SI.
 fn headings(
     name: &str,
     sheet: &Sheet<'_>,
@@ -133,7 +133,8 @@ fn headings(
     Ok(contents)
 }
 
-/// Whether a time comes after the one before it, or is the second of two that are one: a jump. Nearer to each other they would be one.
+/// True if a time comes after the one before it, or is the second of two that are one: a jump. Nearer to each other they would be
+/// one.
 fn follows(times: &[f64], i: usize) -> bool {
     let [before, here] = [times[i - 1], times[i]];
     here - before > 1e-9 * here.abs() || here == before && (i < 2 || times[i - 2] < before)
@@ -157,7 +158,7 @@ fn quantity(content: Content, inputs: &[&Description]) -> &'static Quantity {
     }
 }
 
-/// What a heading such as "time", "w [rpm]" or "follower[1].load" names, and its unit.
+/// The content and the unit that a heading such as "time", "w [rpm]" or "follower[1].load" names.
 fn content<'a>(heading: &'a str, inputs: &[&Description]) -> Option<(Content, Option<&'a str>)> {
     let named = |name: &str| match name {
         "time" => Some(Content::Time),

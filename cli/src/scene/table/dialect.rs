@@ -10,14 +10,14 @@ use crate::document::input::{BYTE_ORDER_MARK, utf16};
 use camdrive_design::text::counted;
 use std::collections::BTreeMap;
 
-/// What is wrong in a table.
+/// A fault in a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wrong {
     /// Where; None where it is the table itself.
     pub span: Option<Span>,
-    /// What.
+    /// The message.
     pub message: String,
-    /// What would be right.
+    /// The admissible values.
     pub admissible: Option<String>,
     /// A remedy.
     pub hint: Option<&'static str>,
@@ -211,10 +211,10 @@ impl<'a> Sheet<'a> {
         Err(Wrong::at(&longest.span, message, hint))
     }
 
-    /// Whether a line holds words: it begins with a letter or with a mark that no number has, or has nothing like a number; and no cell
-    /// is a value that is not known.
+    /// True if a line holds words: it begins with a letter or with a mark that no number has, or has nothing like a number; and no
+    /// cell is a value that is not known.
     fn is_of_words(&self, line: &Line) -> bool {
-        /// What programs write for a value that they do not know.
+        /// Words that programs write for a value that they do not know.
         const UNKNOWN: [&str; 11] = ["nan", "-nan", "inf", "-inf", "infinity", "n/a", "na", "null", "none", "-", "?"];
         let unknown = |cell: &Span| UNKNOWN.contains(&&*self.text[cell.clone()].to_ascii_lowercase());
         let begins = |c: char| !c.is_ascii_digit() && !"+-\u{2212}.,;\"".contains(c);
@@ -449,7 +449,7 @@ fn lines(text: &str) -> impl Iterator<Item = Span> + '_ {
     })
 }
 
-/// What stands before a comment at the end of a row.
+/// The part of a row before a comment at its end.
 fn without_comment(text: &str, span: &Span) -> Span {
     let content = &text[span.clone()];
     // A spreadsheet writes #N/A into a cell.
@@ -469,7 +469,7 @@ fn without_comment(text: &str, span: &Span) -> Span {
     span.start..span.start + if row { content[..end].trim_end().len() } else { content.len() }
 }
 
-/// Whether blanks alone separate two numbers.
+/// True if blanks alone separate two numbers.
 fn blank_between_numbers(line: &str) -> bool {
     let words: Vec<&str> = line.split_whitespace().collect();
     let end = |word: &str| word.ends_with(|c: char| c.is_ascii_digit() || c == '.');

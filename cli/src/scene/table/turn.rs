@@ -1,16 +1,16 @@
-//! What the angles of a table mean: `turn`, `period` and `outside`.
+//! The meaning of the angles of a table: `turn`, `period` and `outside`.
 
 use crate::document::{Node, Section, Value, units};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::table::CLOSING;
 use std::f64::consts::TAU;
 
-/// What a column may count over which the cam turns evenly.
+/// Quantities of a column over which the cam turns evenly.
 const QUANTITIES: [&Quantity; 3] = [&unit::ANGLE, &unit::TIME, &unit::LENGTH];
 
 /// The turn in the column of the angles.
 pub struct Turn<'a> {
-    /// What the column counts; numbers are steps of an encoder.
+    /// The quantity of the column; numbers are steps of an encoder.
     pub quantity: &'static Quantity,
     /// Its unit where `angle_unit` does not tell it.
     pub unit: Option<&'a str>,
@@ -18,7 +18,7 @@ pub struct Turn<'a> {
     pub per_rad: f64,
     /// The equal lobes of the turn, of which the table has one.
     pub lobes: usize,
-    /// Whether the cam rests outside of the table.
+    /// True if the cam rests outside of the table.
     pub rests: bool,
     /// The distance of the angles, in SI units of the column, where the file has none.
     pub step: Option<f64>,
@@ -93,7 +93,7 @@ impl<'a> Turn<'a> {
         Some(Turn { quantity, unit, per_rad, lobes: lobes as usize, rests: rests?, step, shown })
     }
 
-    /// Whether the column has the angles of the whole turn.
+    /// True if the column has the angles of the whole turn.
     pub fn is_plain(&self) -> bool {
         self.per_rad == 1.0 && self.lobes == 1
     }

@@ -30,7 +30,7 @@ fn scene(text: &str) -> Scene {
     read_text(text, &mut Vec::new()).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-/// What is wrong: in one line, with all of these pieces.
+/// Asserts a fault in one line with all of these pieces.
 fn refused(text: &str, pieces: &[&str]) {
     let faults = read_text(text, &mut Vec::new()).expect_err(text);
     assert!(pieces.iter().all(|piece| faults.contains(piece)), "{text}\n{faults}");
