@@ -207,16 +207,16 @@ impl Resource {
 /// A drive with all that is said of it.
 pub struct Described {
     drive: AnyDrive,
-    said: Box<dyn Said>,
+    said: Box<dyn Portrait>,
 }
 
 /// Text and curves of a drive as its scene describes it.
-trait Said {
+trait Portrait {
     fn documentation(&self) -> Result<Documentation, Fault>;
     fn curves(&self) -> Vec<Curve>;
 }
 
-impl<D: Drive> Said for D {
+impl<D: Drive> Portrait for D {
     fn documentation(&self) -> Result<Documentation, Fault> {
         let mut documentation = Documentation::of(&self.text())?;
         if let Some(machine) = (self as &dyn Any).downcast_ref::<RigidMachine>() {

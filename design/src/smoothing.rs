@@ -13,7 +13,7 @@ mod wrong_rows;
 
 pub use corners::{Corners, certain};
 pub use jumps::Jump;
-pub use wrong_rows::{Found, WrongRow};
+pub use wrong_rows::{TableFaults, WrongRow};
 
 use camdrive::motion::table::{Points, TableError};
 use camdrive::motion::{MotionLaw, Table};
@@ -39,7 +39,7 @@ const SETTLED: f64 = 20.0;
 
 /// Lifts without their noise, and what that changes.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Smoothed {
+pub struct SmoothedTable {
     /// The points, with a closing one; rows at nearly one angle are one point.
     pub points: Points,
     /// The point of each row.
@@ -55,7 +55,7 @@ pub struct Smoothed {
     /// Lobes of U″ up to this height (per rad²) are noise that is left or swings of the smoothing.
     pub left: f64,
     /// Rows that are left out, specks that are not, and jumps of the law, which it smooths away.
-    pub found: Found,
+    pub found: TableFaults,
     /// The points of rows at rest that are so far from those that were measured that the curve has the level there.
     pub at_rest: Vec<usize>,
 }
@@ -94,7 +94,7 @@ pub fn smooth(
     noise: Option<f64>,
     outliers: Outliers,
     at_rest: &[usize],
-) -> Result<Smoothed, SmoothingError> {
+) -> Result<SmoothedTable, SmoothingError> {
     let mut rows = Rows::new(points).map_err(SmoothingError::Table)?;
     let found = rows.leave_out_wrong(noise, outliers);
     if outliers == Outliers::Refuse && !found.wrong.is_empty() {
@@ -142,7 +142,7 @@ pub fn smooth(
     let left = noise * (PI * look.order.powi(5) / (9.0 * n)).sqrt();
     let left = NOISE * left + SWING * third / look.order;
     let changes = [sum(&|i| change(i).powi(2)).sqrt(), largest];
-    Ok(Smoothed { points, point: rows.knot, noise, changes, part, half: look.order, left, found, at_rest })
+    Ok(SmoothedTable { points, point: rows.knot, noise, changes, part, half: look.order, left, found, at_rest })
 }
 
 /// σ of the noise that the lifts tell themselves; None where they tell none or are no table.
@@ -153,6 +153,6 @@ pub fn noise(points: Points) -> Option<f64> {
 }
 
 /// Wrong rows, specks and jumps of the law; none where the points are no table.
-pub fn found(points: Points, outliers: Outliers) -> Found {
+pub fn found(points: Points, outliers: Outliers) -> TableFaults {
     Rows::new(points).map(|mut rows| rows.leave_out_wrong(None, outliers)).unwrap_or_default()
 }

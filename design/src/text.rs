@@ -7,7 +7,7 @@ use std::fmt::Display;
 
 /// A table of texts.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub struct TextTable {
     /// One heading per column.
     pub head: Vec<String>,
     /// The cells.
@@ -111,10 +111,10 @@ const MOST_REPEATED: usize = 3;
 /// Indent of prose below its row.
 const BELOW: usize = 6;
 
-impl Table {
+impl TextTable {
     /// A table of these rows under headings that are two blanks apart.
     pub fn new(head: &str, rows: impl IntoIterator<Item = Vec<String>>) -> Self {
-        Table { head: head.split("  ").map(str::to_owned).collect(), rows: rows.into_iter().collect() }
+        TextTable { head: head.split("  ").map(str::to_owned).collect(), rows: rows.into_iter().collect() }
     }
 
     /// The table in columns for lines of `width` characters. Where it is wider, prose in the last column is wrapped, or stands
@@ -200,7 +200,7 @@ impl Page {
     }
 
     /// A table under a title; nothing where it has no row.
-    pub fn table(&mut self, title: &str, table: &Table) -> &mut Self {
+    pub fn table(&mut self, title: &str, table: &TextTable) -> &mut Self {
         if !table.rows.is_empty() {
             self.text += &format!("\n{title}\n{}", table.text(self.width));
         }
@@ -333,9 +333,9 @@ pub fn json(report: &impl Serialize) -> Result<String, Fault> {
 mod tests {
     use super::*;
 
-    fn table(rows: &[&[&str]]) -> Table {
+    fn table(rows: &[&[&str]]) -> TextTable {
         let mut rows = rows.iter().map(|row| row.iter().map(|cell| (*cell).to_owned()).collect());
-        Table { head: rows.next().unwrap(), rows: rows.collect() }
+        TextTable { head: rows.next().unwrap(), rows: rows.collect() }
     }
 
     #[test]

@@ -1,13 +1,13 @@
 //! `camdrive cam SCENE`
 
-use super::deliver::{Place, Telling};
+use super::deliver::{ReportFiles, ReportFormat};
 use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, failure, files, read, tell, wrong_argument};
 use crate::document::units;
 use crate::scene::geometry::CamPlan;
 use camdrive::drives::{Fault, unit};
-use camdrive_design::cam_geometry::report::Findings;
+use camdrive_design::cam_geometry::report::CamSet;
 use camdrive_design::cam_geometry::{Finding, Shape, Tolerances};
 use camdrive_design::report::Level;
 use camdrive_design::resource::Scene;
@@ -51,7 +51,7 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    telling: Telling,
+    telling: ReportFormat,
 }
 
 /// The finest chord (m): files give a tenth of a nanometre.
@@ -120,14 +120,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         shapes.push(shape.with(cam.mechanisms.iter().map(Finding::of_transmission)));
     }
     let refused = shapes.iter().any(|shape| shape.verdict() == Level::Bad) && !args.force;
-    let findings = Findings::new(&scene.name, &shapes);
+    let findings = CamSet::new(&scene.name, &shapes);
     let report = findings.report();
-    let mut place = Place {
+    let mut place = ReportFiles {
         measured: Some(&args.measured),
         inputs: scene.files,
         scene: Some(&scene.document),
         force: args.force,
-        ..Place::default()
+        ..ReportFiles::default()
     };
     if !refused {
         place.folder = Some(&folder);

@@ -1,6 +1,6 @@
 //! `camdrive check SCENE…`
 
-use super::deliver::Telling;
+use super::deliver::ReportFormat;
 use super::forces::speed_of;
 use super::output::Bar;
 use super::{Failure, failure, open, print, read_all, show, system, tell_notes, width};
@@ -32,7 +32,7 @@ pub struct Args {
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
     #[command(flatten)]
-    telling: Telling,
+    telling: ReportFormat,
 }
 
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {

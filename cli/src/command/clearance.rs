@@ -1,6 +1,6 @@
 //! `camdrive clearance SCENE`
 
-use super::deliver::{Place, Telling};
+use super::deliver::{ReportFiles, ReportFormat};
 use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, failure, files, of_option, optional, read, wrong_argument};
@@ -78,7 +78,7 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    telling: Telling,
+    telling: ReportFormat,
 }
 
 /// Short names of laws, beside those that scenes have for them.
@@ -99,7 +99,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let findings =
         findings.map_err(|fault| of_option(&fault).unwrap_or_else(|| failure(fault.within(args.scene.display()))))?;
     let (inputs, scene, measured) = (scene.files, Some(&scene.document), Some(&args.measured));
-    let place = Place { folder: Some(&folder), inputs, scene, measured, force: args.force, ..Place::default() };
+    let place =
+        ReportFiles { folder: Some(&folder), inputs, scene, measured, force: args.force, ..ReportFiles::default() };
     args.telling.deliver(findings.report(), &findings, place)
 }
 

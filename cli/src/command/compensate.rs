@@ -1,6 +1,6 @@
 //! `camdrive compensate SCENE`
 
-use super::deliver::{Place, Telling};
+use super::deliver::{ReportFiles, ReportFormat};
 use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, driving, failure, files, quantity, read, wrong_argument};
@@ -11,9 +11,9 @@ use camdrive::drives::rigid_machine::{self, Inertia, InertiaFunction, Motor, Sce
 use camdrive::drives::shaft::motor::{Reference, Source};
 use camdrive::drives::unit;
 use camdrive::motion::MotionLaw;
-use camdrive_design::compensation::loaded::Loaded;
+use camdrive_design::compensation::loaded::LoadedMachine;
 use camdrive_design::compensation::periodic_motion::Driving;
-use camdrive_design::compensation::report::{Findings, Options, study};
+use camdrive_design::compensation::report::{Compensation, Options, study};
 use camdrive_design::compensation::{Form, Restrictions, Task, Tool};
 use camdrive_design::report::{Advice, Claim, Level, Setting, Verdict};
 use camdrive_design::resource;
@@ -88,7 +88,7 @@ pub struct Args {
     #[arg(long)]
     force: bool,
     #[command(flatten)]
-    telling: Telling,
+    telling: ReportFormat,
 }
 
 /// The machine of the scene.
@@ -198,7 +198,7 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
     let loaded = loaded.map(|(machine, followers)| {
         let (tools, kept): (Vec<_>, Vec<_>) = followers.into_iter().enumerate().partition(|(j, _)| moved.contains(j));
         let [kept, tools] = [kept, tools].map(|list| list.into_iter().map(|(_, follower)| follower).collect());
-        Loaded { machine, kept, tools }
+        LoadedMachine { machine, kept, tools }
     });
     let task = Task {
         own: Inertia::new(inertia, kept),
@@ -261,7 +261,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut report = findings.report();
     on_start(&machine, &findings, &mut report.verdict);
     let results = results.into_iter().map(|(path, text)| (path, text.into_bytes())).collect();
-    let place = Place {
+    let place = ReportFiles {
         folder: args.report.as_deref(),
         more: results,
         inputs,
@@ -273,7 +273,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Adds what the start of the compensated machine needs.
-fn on_start(machine: &Machine, findings: &Findings, verdict: &mut Verdict) {
+fn on_start(machine: &Machine, findings: &Compensation, verdict: &mut Verdict) {
     let Driving { motor, load, .. } = machine.task.driving;
     if motor == Motor::None {
         let w = findings.speed_at(machine.phi_start);
@@ -327,7 +327,7 @@ struct Cam {
 }
 
 /// The compensated cams; points of tables in files beside the result.
-fn cams(machine: &Machine, findings: &Findings, output: &Path) -> Result<Vec<Cam>, Failure> {
+fn cams(machine: &Machine, findings: &Compensation, output: &Path) -> Result<Vec<Cam>, Failure> {
     let stem = output.file_stem().unwrap_or_default().to_string_lossy();
     let cam = |(law, place): (&MotionLaw, usize)| match law {
         MotionLaw::Fourier(series) => Ok(Cam { table: files::cam(series, 1.0), points: None }),
@@ -358,7 +358,7 @@ fn cams(machine: &Machine, findings: &Findings, output: &Path) -> Result<Vec<Cam
 }
 
 /// The scene with the compensated cams.
-fn compensated(args: &Args, machine: &Machine, findings: &Findings, cams: &[Cam]) -> Result<String, Failure> {
+fn compensated(args: &Args, machine: &Machine, findings: &Compensation, cams: &[Cam]) -> Result<String, Failure> {
     let (_, mut document) = input::document(&args.scene, Kind::Scene)?;
     carry_over(&mut document, &args.scene);
     document.set("name", renamed(&machine.name, cams));

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 /// The form of a printed report.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
-pub struct Telling {
+pub struct ReportFormat {
     /// Print the result as one JSON document; docs/json.md says what its fields are
     #[arg(long, conflicts_with = "explain")]
     pub json: bool,
@@ -22,7 +22,7 @@ pub struct Telling {
 
 /// The files of a report and those beside it.
 #[derive(Default)]
-pub struct Place<'a> {
+pub struct ReportFiles<'a> {
     /// The folder for tables and pictures; None writes none of them.
     pub folder: Option<&'a Path>,
     /// The scene whose keys advice sets.
@@ -37,10 +37,10 @@ pub struct Place<'a> {
     pub measured: Option<&'a Measured>,
 }
 
-impl Telling {
+impl ReportFormat {
     /// Writes the files of a report on these findings, all or none, and prints it.
-    pub fn deliver(self, mut report: Report, findings: &impl Serialize, place: Place) -> Result<(), Failure> {
-        let Place { folder, scene, more: mut results, mut inputs, force, measured } = place;
+    pub fn deliver(self, mut report: Report, findings: &impl Serialize, place: ReportFiles) -> Result<(), Failure> {
+        let ReportFiles { folder, scene, more: mut results, mut inputs, force, measured } = place;
         if let Some(scene) = scene {
             report.verdict.advice.iter_mut().for_each(|advice| advice.spell(&|key| has_place(scene, key)));
         }

@@ -15,7 +15,7 @@ use camdrive_design::forces::report::LiftOff;
 use camdrive_design::overview::{self, Jump, Motion};
 use camdrive_design::report::terminal::cells;
 use camdrive_design::resource::Described;
-use camdrive_design::text::{self, Page, Table};
+use camdrive_design::text::{self, Page, TextTable};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -110,7 +110,7 @@ fn text(resolved: &Resolved, drive: &mut Described) -> Result<String, Fault> {
 }
 
 /// One line per variable, in columns.
-fn variables(drive: &mut AnyDrive) -> Result<Table, Fault> {
+fn variables(drive: &mut AnyDrive) -> Result<TextTable, Fault> {
     let descriptions = drive.descriptions().to_vec();
     let mut rows = Vec::new();
     for (reference, d) in descriptions.iter().enumerate() {
@@ -125,7 +125,7 @@ fn variables(drive: &mut AnyDrive) -> Result<Table, Fault> {
             sentence(d),
         ]);
     }
-    Ok(Table::new("ref  name  kind  start  unit  range  description", rows))
+    Ok(TextTable::new("ref  name  kind  start  unit  range  description", rows))
 }
 
 fn start(d: &Description, value: f64) -> String {

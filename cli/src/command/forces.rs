@@ -1,6 +1,6 @@
 //! `camdrive forces SCENE`
 
-use super::deliver::{Place, Telling};
+use super::deliver::{ReportFiles, ReportFormat};
 use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, failure, files, optional, read};
@@ -9,7 +9,7 @@ use crate::scene::forces::machine;
 use camdrive::drives::rigid_machine::Inertia;
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::{Fault, unit};
-use camdrive_design::forces::{Findings, Machine};
+use camdrive_design::forces::{ForceAnalysis, Machine};
 use camdrive_design::overview::running;
 use camdrive_design::periodic_train;
 use camdrive_design::report::Report;
@@ -47,7 +47,7 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    telling: Telling,
+    telling: ReportFormat,
 }
 
 /// The speed that follows from the scene, if one does.
@@ -64,7 +64,7 @@ pub fn speed_of(scene: &Scene) -> Option<f64> {
 }
 
 /// The report on a scene at this speed, or its own, and the findings.
-pub fn study(path: &Path, scene: &Resolved, speed: Option<f64>) -> Result<(Report, Findings), Failure> {
+pub fn study(path: &Path, scene: &Resolved, speed: Option<f64>) -> Result<(Report, ForceAnalysis), Failure> {
     let place = path.display();
     let fault = |fault: Fault| failure(fault.within(&place));
     let machine = machine(scene).map_err(fault)?;
@@ -76,7 +76,7 @@ pub fn study(path: &Path, scene: &Resolved, speed: Option<f64>) -> Result<(Repor
     let machine = Machine { speed, ..machine };
     Bar::beside(&scene.name, |_| {
         let turn = machine.turn()?;
-        let findings = Findings::new(&turn);
+        let findings = ForceAnalysis::new(&turn);
         Ok((findings.report(&turn), findings))
     })
     .map_err(fault)
@@ -92,13 +92,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.telling.deliver(
         report,
         &findings,
-        Place {
+        ReportFiles {
             folder: Some(&folder),
             inputs: scene.files,
             scene: Some(&scene.document),
             measured,
             force: args.force,
-            ..Place::default()
+            ..ReportFiles::default()
         },
     )?;
     match findings.lost()[..] {

@@ -2,7 +2,7 @@
 
 use super::{Failure, failure, files, schema};
 use crate::document::Kind;
-use crate::document::keys::{LAW, SCENE, Table, Usual, Value};
+use crate::document::keys::{KeyTable, LAW, SCENE, Usual, Value};
 use crate::scene::resolve;
 use camdrive_design::text;
 use std::path::{Path, PathBuf};
@@ -58,7 +58,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn commented(scene: &str) -> String {
     let mut text =
         format!("# Scene by camdrive new. Plain numbers are SI, a text carries its unit.\n#:schema ./{SCHEMA}\n");
-    let mut table: &'static Table = &SCENE;
+    let mut table: &'static KeyTable = &SCENE;
     let mut used: Vec<&str> = Vec::new();
     let mut header_of = "";
     for line in scene.lines() {
@@ -91,13 +91,13 @@ fn comment(said: &str) -> String {
 }
 
 /// The table under a key.
-fn inner(table: &'static Table, key: &str) -> &'static Table {
+fn inner(table: &'static KeyTable, key: &str) -> &'static KeyTable {
     let of = |value: &Value| if let Value::Table(table) | Value::Tables(table) = *value { Some(table) } else { None };
     table.key(key).values.iter().find_map(of).unwrap_or(table)
 }
 
 /// Keys of a table that may be added, with their defaults; laws have too many of them.
-fn left_out(table: &'static Table, used: &[&str], admits: &dyn Fn(&str) -> bool) -> String {
+fn left_out(table: &'static KeyTable, used: &[&str], admits: &dyn Fn(&str) -> bool) -> String {
     let free = table.all().filter(|key| !used.contains(&key.key));
     let more = free.filter_map(|key| {
         let usual = match key.usual {

@@ -1,6 +1,6 @@
 //! `camdrive stability SCENE`
 
-use super::deliver::{Place, Telling};
+use super::deliver::{ReportFiles, ReportFormat};
 use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, failure, files, quantity, read, wrong_argument};
@@ -61,7 +61,7 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    telling: Telling,
+    telling: ReportFormat,
 }
 
 impl Args {
@@ -114,6 +114,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let findings = Bar::beside(&scene.name, |tell| stability::study_scene(&scene.resource(), &options, tell));
     let findings = findings.map_err(fault)?;
     let (inputs, scene, measured) = (scene.files, Some(&scene.document), Some(&args.measured));
-    let place = Place { folder: Some(&folder), inputs, scene, measured, force: args.force, ..Place::default() };
+    let place =
+        ReportFiles { folder: Some(&folder), inputs, scene, measured, force: args.force, ..ReportFiles::default() };
     args.telling.deliver(findings.report(), &findings, place)
 }

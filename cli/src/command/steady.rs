@@ -1,6 +1,6 @@
 //! `camdrive steady SCENE`
 
-use super::deliver::{Place, Telling};
+use super::deliver::{ReportFiles, ReportFormat};
 use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, NO_MOTION, driving, failure, files, read, wrong_argument};
@@ -9,7 +9,7 @@ use crate::scene::forces::machine;
 use camdrive::drives::Fault;
 use camdrive_design::forces::Machine;
 use camdrive_design::resource;
-use camdrive_design::steady::{self, Findings};
+use camdrive_design::steady::{self, SteadyMotions};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -48,11 +48,11 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    telling: Telling,
+    telling: ReportFormat,
 }
 
 /// The study of a machine under this load, with this period, or of a train, which has neither.
-pub fn study(path: &Path, scene: &Resolved, load: &str, period: Option<&String>) -> Result<Findings, Failure> {
+pub fn study(path: &Path, scene: &Resolved, load: &str, period: Option<&String>) -> Result<SteadyMotions, Failure> {
     let place = path.display();
     let findings = if let resource::Scene::DriveTrain(train) = &scene.scene {
         if period.is_some() || load != "0" {
@@ -81,7 +81,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let none = findings.motions.is_empty() && findings.without_torques.is_none();
     let folder = args.report.as_deref();
     let (inputs, scene, measured) = (scene.files, Some(&scene.document), Some(&args.measured));
-    let place = Place { folder, inputs, scene, measured, force: args.force, ..Place::default() };
+    let place = ReportFiles { folder, inputs, scene, measured, force: args.force, ..ReportFiles::default() };
     args.telling.deliver(findings.report(), &findings, place)?;
     Ok(if none { ExitCode::from(NO_MOTION) } else { ExitCode::SUCCESS })
 }

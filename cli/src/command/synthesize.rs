@@ -1,6 +1,6 @@
 //! `camdrive synthesize TASK`
 
-use super::deliver::{Place, Telling};
+use super::deliver::{ReportFiles, ReportFormat};
 use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, failure, files, read, wrong_argument};
@@ -55,7 +55,7 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    telling: Telling,
+    telling: ReportFormat,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -89,7 +89,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         scene::resolve(&target.display().to_string(), &profile, folder).map_err(failure)?;
     }
     let more = vec![(target, profile.into_bytes())];
-    let place = Place {
+    let place = ReportFiles {
         folder: args.report.as_deref(),
         more,
         inputs,

@@ -4,7 +4,7 @@ mod osp;
 mod ssp;
 pub mod study;
 
-use super::deliver::Telling;
+use super::deliver::ReportFormat;
 use super::output::{print, show, width};
 use super::{Failure, Foreign, failure, files, tell};
 use crate::document::input::is_archive;
@@ -54,7 +54,7 @@ pub struct Args {
     #[command(flatten)]
     foreign: Foreign,
     #[command(flatten)]
-    telling: Telling,
+    telling: ReportFormat,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {

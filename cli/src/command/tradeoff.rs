@@ -1,6 +1,6 @@
 //! `camdrive tradeoff SCENE`
 
-use super::deliver::{Place, Telling};
+use super::deliver::{ReportFiles, ReportFormat};
 use super::output::Bar;
 use super::{Failure, failure, files, of_option, optional, read};
 use crate::scene::Resolved;
@@ -38,7 +38,7 @@ pub struct Args {
     #[arg(long)]
     force: bool,
     #[command(flatten)]
-    telling: Telling,
+    telling: ReportFormat,
 }
 
 /// Options of the runs of `tradeoff` and `export --with-tradeoff`.
@@ -90,12 +90,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = read(&args.scene)?;
     let folder = files::folder(args.output.as_deref(), "tradeoff", &scene.name)?;
     let findings = args.study.study(&args.scene, &scene)?;
-    let place = Place {
+    let place = ReportFiles {
         folder: Some(&folder),
         inputs: scene.files,
         scene: Some(&scene.document),
         force: args.force,
-        ..Place::default()
+        ..ReportFiles::default()
     };
     args.telling.deliver(findings.report(), &findings, place)
 }

@@ -1,10 +1,10 @@
 //! The files that users give: read up to a limit, and told from files of another kind.
 
 use super::diagnostics::{Diagnostic, Diagnostics};
-use super::keys::{self, Table};
+use super::keys::{self, KeyTable};
 use super::section::{Faults, Section};
 use super::source::is_fmu;
-use super::{Document, Table as Values};
+use super::{Document, TomlTable as Values};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read as _};
@@ -42,7 +42,7 @@ impl Kind {
     }
 
     /// Its keys.
-    pub fn keys(self) -> &'static Table {
+    pub fn keys(self) -> &'static KeyTable {
         match self {
             Kind::Scene => &keys::SCENE,
             Kind::Task => &keys::TASK,

@@ -17,13 +17,13 @@ use camdrive::motion::plan::{INFLECTION, LEAST_MOTION};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// A table of a scene or a task.
-pub struct Table {
+pub struct KeyTable {
     /// As the reference calls it.
     pub title: &'static str,
     /// Its keys, in the order of the reference.
     pub keys: &'static [Key],
     /// The table whose keys it has besides.
-    pub with: Option<&'static Table>,
+    pub with: Option<&'static KeyTable>,
 }
 
 /// A key of a table.
@@ -49,11 +49,11 @@ pub enum Value {
     /// None more.
     Nothing,
     /// A number, or a string with a unit.
-    Real(Of, Limits),
+    Real(Dimension, Limits),
     /// A word that stands where else a quantity does.
     Word(&'static str),
     /// A list of numbers.
-    Reals(Of),
+    Reals(Dimension),
     /// A list of pairs of numbers.
     Pairs,
     /// A whole number.
@@ -69,18 +69,18 @@ pub enum Value {
     /// One of several names, the first of each list the usual one.
     Choice(&'static [&'static [&'static str]]),
     /// A table.
-    Table(&'static Table),
+    Table(&'static KeyTable),
     /// A list of tables.
-    Tables(&'static Table),
+    Tables(&'static KeyTable),
     /// Tables with names that the user gives.
-    Named(&'static Table),
+    Named(&'static KeyTable),
     /// Variables with their values.
     Variables,
 }
 
 /// The quantity of a number.
 #[derive(Clone, Copy)]
-pub enum Of {
+pub enum Dimension {
     /// The same everywhere.
     Fixed(&'static Quantity),
     /// Of what moves along a line, and of what turns.
@@ -106,7 +106,7 @@ pub enum Usual {
     Said(&'static str),
 }
 
-impl Table {
+impl KeyTable {
     /// All keys, with those of the table behind it.
     pub fn all(&'static self) -> impl Iterator<Item = &'static Key> {
         std::iter::successors(Some(self), |table| table.with).flat_map(|table| table.keys)
@@ -124,12 +124,12 @@ const fn value(value: Value) -> Key {
 }
 
 const fn real(quantity: &'static Quantity, limits: Limits) -> Key {
-    value(Value::Real(Of::Fixed(quantity), limits))
+    value(Value::Real(Dimension::Fixed(quantity), limits))
 }
 
 /// Of what moves along a line, or turns.
 const fn moved(line: &'static Quantity, turn: &'static Quantity, limits: Limits) -> Key {
-    value(Value::Real(Of::Motion(line, turn), limits))
+    value(Value::Real(Dimension::Motion(line, turn), limits))
 }
 
 /// One of these names.
@@ -139,7 +139,7 @@ const fn choice(names: &'static [&'static [&'static str]]) -> Key {
 
 /// Of the section's own quantity per radⁿ.
 const fn own(n: i32, limits: Limits) -> Key {
-    value(Value::Real(Of::Own(n), limits))
+    value(Value::Real(Dimension::Own(n), limits))
 }
 
 /// The `which`-th of a group of parameters of a drive.
@@ -193,14 +193,14 @@ impl Key {
 
 /// Of a quantity that another key decides.
 const fn other(limits: Limits) -> Key {
-    value(Value::Real(Of::Other, limits))
+    value(Value::Real(Dimension::Other, limits))
 }
 
 macro_rules! tables {
     ($($(#[$doc:meta])* $table:ident $title:literal $(with $with:ident)? {
         $($(#[doc = $text:literal])+ $key:literal: $value:expr;)*
     })*) => {
-        $($(#[$doc])* pub static $table: Table = Table {
+        $($(#[$doc])* pub static $table: KeyTable = KeyTable {
             title: $title,
             keys: &[$(Key { key: $key, meaning: concat!($($text),+), ..$value }),*],
             with: tables!(@with $($with)?),
@@ -377,9 +377,9 @@ tables! {
         /// the kind of law
         "law": choice(&[&["fourier", "hs", "harmonic_series"], &["cycle", "standard_laws"], &["table", "points", "linear"], &["plan"], &["contour"]]).said("required; of loads `table`").also(&["type", "kind"]);
         /// `fourier`: the list [a₀, a₁, a₂ …] of at most 257
-        "a": value(Value::Reals(Of::Own(0))).said("required").also(&["cos"]);
+        "a": value(Value::Reals(Dimension::Own(0))).said("required").also(&["cos"]);
         /// `fourier`: the list [b₁, b₂ …] of at most 256: there is no b₀
-        "b": value(Value::Reals(Of::Own(0))).also(&["sin"]);
+        "b": value(Value::Reals(Dimension::Own(0))).also(&["sin"]);
         /// `fourier`, `table`: by which all values, then pure numbers, are multiplied; not 0
         "scale": own(0, ANY);
         /// `cycle`: lift from the lower to the upper dwell
@@ -527,9 +527,9 @@ tables! {
     /// `[load]` of a ParametricDrive.
     PARAMETRIC_LOAD "`[load]` of a ParametricDrive" with LOAD {
         /// of a crank: the list [a₀, a₁, a₂ …] of f(φ), the torque on the driven side, positive in the sense of φ
-        "a": value(Value::Reals(Of::Own(0)));
+        "a": value(Value::Reals(Dimension::Own(0)));
         /// of a crank: the list [b₁, b₂ …]
-        "b": value(Value::Reals(Of::Own(0)));
+        "b": value(Value::Reals(Dimension::Own(0)));
         /// of a crank: by which all coefficients, then pure numbers, are multiplied; not 0
         "scale": own(0, ANY);
     }
@@ -540,7 +540,7 @@ tables! {
         "gravity": real(&unit::ACCELERATION, NOT_NEGATIVE).also(&["g"]);
         /// α: direction of gravity from that in which the tool moves for growing y; with mechanisms a list with an angle for each,
         /// from the x axis of its frame, of a rack from the direction of the tool: their links have weight too
-        "gravity_angle": real(&unit::ANGLE, within(-TAU, TAU)).and(Value::Reals(Of::Fixed(&unit::ANGLE)))
+        "gravity_angle": real(&unit::ANGLE, within(-TAU, TAU)).and(Value::Reals(Dimension::Fixed(&unit::ANGLE)))
             .said("180°, the weight presses on the cam; -90° for each mechanism");
         /// F₀
         "force": moved(&unit::FORCE, &unit::TORQUE, ANY).also(&["F0", "constant"]);
@@ -787,9 +787,9 @@ tables! {
     /// A series.
     SERIES "a series" {
         /// the list [a₀, a₁, a₂ …] of at most 257
-        "a": value(Value::Reals(Of::Own(0))).said("required").also(&["cos"]);
+        "a": value(Value::Reals(Dimension::Own(0))).said("required").also(&["cos"]);
         /// the list [b₁, b₂ …] of at most 256
-        "b": value(Value::Reals(Of::Own(0))).also(&["sin"]);
+        "b": value(Value::Reals(Dimension::Own(0))).also(&["sin"]);
         /// by which all coefficients, then pure numbers, are multiplied; not 0
         "scale": own(0, ANY);
     }
@@ -856,17 +856,17 @@ tables! {
         /// the values, each as it is written in a scene, or a single one; with `names` a list for each run
         "values": value(Value::Values).also(&["value"]);
         /// first value of a series, or the lower end of an even distribution
-        "from": value(Value::Real(Of::Other, ANY)).also(&["min"]);
+        "from": value(Value::Real(Dimension::Other, ANY)).also(&["min"]);
         /// last value, or the upper end
-        "to": value(Value::Real(Of::Other, ANY)).also(&["max"]);
+        "to": value(Value::Real(Dimension::Other, ANY)).also(&["max"]);
         /// number of values from `from` to `to`; without it the quantity is sampled
         "count": value(Value::Count(1, MOST_RUNS)).also(&["n", "points"]);
         /// equal distances, or equal ratios
         "scale": choice(&[&["linear"], &["log", "logarithmic"]]).usually("linear");
         /// mean of a normal distribution
-        "mean": value(Value::Real(Of::Other, ANY));
+        "mean": value(Value::Real(Dimension::Other, ANY));
         /// its standard deviation
-        "deviation": value(Value::Real(Of::Other, POSITIVE)).also(&["sigma", "std"]);
+        "deviation": value(Value::Real(Dimension::Other, POSITIVE)).also(&["sigma", "std"]);
     }
 
     /// A system.
@@ -916,7 +916,7 @@ tables! {
         /// by which the value is multiplied, not 0; of Reals only
         "factor": real(&unit::NUMBER, ANY).or(1.0).also(&["scale"]);
         /// what is added to it: a number in SI, or a text with its unit, which it must have where that of the input is not SI; of Reals only
-        "offset": value(Value::Real(Of::Other, ANY)).or(0.0);
+        "offset": value(Value::Real(Dimension::Other, ANY)).or(0.0);
     }
 
     /// A task.
@@ -1001,11 +1001,11 @@ tables! {
     /// `[[range]]`.
     RANGE "`[[range]]`" with EITHER {
         /// U there: a number, or the list of the coefficients of a polynomial in φ − `from`
-        "U": own(0, ANY).and(Value::Reals(Of::Own(0))).said("at least one of U, dU, ddU, target").also(&["u"]);
+        "U": own(0, ANY).and(Value::Reals(Dimension::Own(0))).said("at least one of U, dU, ddU, target").also(&["u"]);
         /// U′ there
-        "dU": own(1, ANY).and(Value::Reals(Of::Own(1))).also(&["U1"]);
+        "dU": own(1, ANY).and(Value::Reals(Dimension::Own(1))).also(&["U1"]);
         /// U″ there
-        "ddU": own(2, ANY).and(Value::Reals(Of::Own(2))).also(&["U2"]);
+        "ddU": own(2, ANY).and(Value::Reals(Dimension::Own(2))).also(&["U2"]);
         /// instead of `U`: a motion law as in `[cam]` of a scene over the turn. A table, whose angles without `period` are those of
         /// the turn, covers all of it, or, as a spline without `noise`, at least from `from` to `to`: a measured flank needs no rest
         /// of the turn
@@ -1049,9 +1049,9 @@ tables! {
         /// what is bounded
         "of": choice(&[&["U"], &["dU"], &["ddU"], &["dddU"]]).required();
         /// the lower bound, in the unit of what is bounded, or the list of the coefficients of a polynomial in φ − `from`
-        "min": other(ANY).and(Value::Reals(Of::Other)).said("at least one of min, max, limit");
+        "min": other(ANY).and(Value::Reals(Dimension::Other)).said("at least one of min, max, limit");
         /// the upper bound, likewise
-        "max": other(ANY).and(Value::Reals(Of::Other));
+        "max": other(ANY).and(Value::Reals(Dimension::Other));
         /// both sides
         "limit": other(POSITIVE);
         /// a motion law as in a range; the bounds are relative to its derivative of this order
@@ -1065,7 +1065,7 @@ tables! {
     /// `[[restriction]]`.
     RESTRICTION "`[[restriction]]`" with BOUND {
         /// αⱼ, one for each law: Σ αⱼ Uⱼ⁽ⁿ⁾(φ) is bounded; not all 0
-        "factors": value(Value::Reals(Of::Fixed(&unit::NUMBER))).required();
+        "factors": value(Value::Reals(Dimension::Fixed(&unit::NUMBER))).required();
     }
 
     /// `[[clearance]]`.
@@ -1075,7 +1075,7 @@ tables! {
         /// another one
         "b": value(Value::Count(1, 5)).or(2.0);
         /// [x, y] from tool b to tool a where both U are 0
-        "offset": value(Value::Reals(Of::Own(0))).required();
+        "offset": value(Value::Reals(Dimension::Own(0))).required();
         /// direction in which tool a moves with U
         "direction_a": real(&unit::ANGLE, within(-TAU, TAU)).or(0.0);
         /// that of tool b

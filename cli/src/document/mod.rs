@@ -15,7 +15,7 @@ pub mod units;
 
 pub use diagnostics::{Diagnostic, Diagnostics, meant, nearest};
 pub use input::Kind;
-pub use section::{Faults, Node, Section, Smoothed, all};
+pub use section::{Faults, Node, Section, TableNote, all};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::Spanned;
@@ -26,7 +26,7 @@ use toml_edit::{DocumentMut, Item};
 pub type Span = Range<usize>;
 
 /// The values of a table by their keys.
-pub type Table = BTreeMap<Spanned<String>, Spanned<Value>>;
+pub type TomlTable = BTreeMap<Spanned<String>, Spanned<Value>>;
 
 /// A value.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,7 +44,7 @@ pub enum Value {
     /// A list, of tables as well.
     Array(Vec<Spanned<Value>>),
     /// A table, in any notation.
-    Table(Table),
+    Table(TomlTable),
 }
 
 impl Value {
@@ -75,16 +75,16 @@ impl Value {
         }
     }
 
-    fn as_table(&self) -> Option<&Table> {
+    fn as_table(&self) -> Option<&TomlTable> {
         if let Value::Table(table) = self { Some(table) } else { None }
     }
 
-    fn as_table_mut(&mut self) -> Option<&mut Table> {
+    fn as_table_mut(&mut self) -> Option<&mut TomlTable> {
         if let Value::Table(table) = self { Some(table) } else { None }
     }
 
     /// The tables that it is, or consists of, with the numbers of a list.
-    pub fn tables(&self) -> Vec<(String, &Table)> {
+    pub fn tables(&self) -> Vec<(String, &TomlTable)> {
         match self {
             Value::Table(table) => vec![(String::new(), table)],
             Value::Array(list) => {
@@ -96,7 +96,7 @@ impl Value {
     }
 }
 
-fn table(read: &DeTable<'_>, from: usize) -> Table {
+fn table(read: &DeTable<'_>, from: usize) -> TomlTable {
     let entry = |(key, value): (&Spanned<_>, &_)| {
         let name: &toml::de::DeString<'_> = key.get_ref();
         (Spanned::new(moved(key.span(), from), name.to_string()), Value::read(value, from))
@@ -129,7 +129,7 @@ pub struct Document {
     /// The length of the file.
     length: usize,
     /// Its values.
-    pub table: Table,
+    pub table: TomlTable,
     /// Errors of syntax; the values are those around them.
     pub errors: Vec<Error>,
     /// The values that were set, or removed, by paths.
@@ -171,9 +171,9 @@ impl Document {
     }
 
     /// The table around a key; missing ones are made.
-    fn around(&mut self, tables: &str) -> Option<&mut Table> {
+    fn around(&mut self, tables: &str) -> Option<&mut TomlTable> {
         steps(tables).try_fold(&mut self.table, |table, (key, number)| {
-            let made = || Spanned::new(0..0, Value::Table(Table::new()));
+            let made = || Spanned::new(0..0, Value::Table(TomlTable::new()));
             match (table.entry(Spanned::new(0..0, key.to_owned())).or_insert_with(made).get_mut(), number) {
                 (Value::Table(inner), None) => Some(inner),
                 (Value::Array(list), Some(number)) => list.get_mut(number)?.get_mut().as_table_mut(),
@@ -239,7 +239,7 @@ impl Document {
 }
 
 /// The values in a table, and in those inside, with their paths.
-pub fn values(table: &Table) -> Vec<(String, &Spanned<Value>)> {
+pub fn values(table: &TomlTable) -> Vec<(String, &Spanned<Value>)> {
     let mut all = Vec::new();
     for (key, value) in table {
         let tables = value.get_ref().tables();

@@ -1,12 +1,12 @@
 //! The tables of the scene and task reference, from the [declarations](super::keys) of the keys.
 
 use super::input::Kind;
-use super::keys::{Key, Of, Table, Usual, Value};
+use super::keys::{Dimension, Key, KeyTable, Usual, Value};
 use super::limits::Limits;
 use super::units;
 use camdrive::drives::unit::Quantity;
 
-impl Table {
+impl KeyTable {
     /// The rows of the reference.
     pub fn markdown(&self) -> String {
         let rows = self.keys.iter().map(|key| {
@@ -60,7 +60,7 @@ pub fn renewed(page: &str) -> Option<String> {
 }
 
 /// All tables of scenes or tasks, each once, the whole file first.
-pub fn tables(kind: Kind) -> Vec<&'static Table> {
+pub fn tables(kind: Kind) -> Vec<&'static KeyTable> {
     let mut found = vec![kind.keys()];
     let mut next = 0;
     while let Some(table) = found.get(next).copied() {
@@ -91,7 +91,7 @@ impl Key {
         if said.is_empty() { meaning.to_owned() } else { format!("{meaning} ({})", said.join("; ")) }
     }
 
-    fn numbers(&self) -> impl Iterator<Item = (Of, Limits)> {
+    fn numbers(&self) -> impl Iterator<Item = (Dimension, Limits)> {
         self.values
             .into_iter()
             .filter_map(|value| if let Value::Real(of, limits) = value { Some((of, limits)) } else { None })
@@ -99,14 +99,14 @@ impl Key {
 
     /// The unit, or that of what moves along a line and of what turns.
     fn unit(&self) -> String {
-        let of = |of: Of| match of {
-            Of::Fixed(quantity) if quantity.unit == "1" => String::new(),
-            Of::Fixed(quantity) => shown(quantity),
-            Of::Motion(line, turn) => format!("{} or {}", shown(line), shown(turn)),
-            Of::Other => String::new(),
-            Of::Own(0) => "that of U".to_owned(),
-            Of::Own(1) => "U per rad".to_owned(),
-            Of::Own(n) => format!("U per rad{}", if n == 2 { '²' } else { '³' }),
+        let of = |of: Dimension| match of {
+            Dimension::Fixed(quantity) if quantity.unit == "1" => String::new(),
+            Dimension::Fixed(quantity) => shown(quantity),
+            Dimension::Motion(line, turn) => format!("{} or {}", shown(line), shown(turn)),
+            Dimension::Other => String::new(),
+            Dimension::Own(0) => "that of U".to_owned(),
+            Dimension::Own(1) => "U per rad".to_owned(),
+            Dimension::Own(n) => format!("U per rad{}", if n == 2 { '²' } else { '³' }),
         };
         let listed =
             self.values.into_iter().filter_map(|value| if let Value::Reals(of) = value { Some(of) } else { None });

@@ -2,7 +2,7 @@
 //! without the rules between keys that only the reader knows.
 
 use super::input::Kind;
-use super::keys::{self, Key, Table, Usual, Value};
+use super::keys::{self, Key, KeyTable, Usual, Value};
 use super::limits::Limits;
 use serde_json::{Map, Value as Json, json};
 
@@ -23,7 +23,7 @@ pub fn schema(kind: Kind) -> Json {
 }
 
 /// The tables that a model has, and those that it needs.
-fn of_model(table: &'static Table, model: &str) -> Json {
+fn of_model(table: &'static KeyTable, model: &str) -> Json {
     let limited = || table.all().filter(|key| !key.models.is_empty());
     let foreign = limited().filter(|key| !key.models.contains(&model)).map(|key| (key.key.to_owned(), json!(false)));
     // A train has a machine or a drive.
@@ -41,7 +41,7 @@ fn is_required(key: &Key) -> bool {
     matches!(key.usual, Usual::Required)
 }
 
-fn object(table: &'static Table, definitions: &mut Map<String, Json>) -> Json {
+fn object(table: &'static KeyTable, definitions: &mut Map<String, Json>) -> Json {
     let required: Vec<&str> = table.all().filter(|k| is_required(k) && k.models.is_empty()).map(|k| k.key).collect();
     let mut properties = Map::new();
     for key in table.all() {
@@ -52,7 +52,7 @@ fn object(table: &'static Table, definitions: &mut Map<String, Json>) -> Json {
 }
 
 /// A reference to the schema of a table, which is written once.
-fn reference(table: &'static Table, definitions: &mut Map<String, Json>) -> Json {
+fn reference(table: &'static KeyTable, definitions: &mut Map<String, Json>) -> Json {
     let name: String = table.title.chars().filter(|c| c.is_ascii_alphanumeric() || "._".contains(*c)).collect();
     if !definitions.contains_key(&name) {
         definitions.insert(name.clone(), Json::Null);

@@ -4,9 +4,9 @@
 //! together last.
 
 use super::diagnostics::{Diagnostic, Diagnostics, nearest};
-use super::keys::{self, Of, Usual};
+use super::keys::{self, Dimension, Usual};
 use super::limits::{ANY, LIFT, Limits, POSITIVE, largest, within};
-use super::{Document, Span, Table, Value};
+use super::{Document, Span, TomlTable, Value};
 use super::{source, units};
 use camdrive::drives::parameter::{Parameter, Parameters};
 use camdrive::drives::unit::{self, Quantity};
@@ -22,7 +22,7 @@ const MOST_FAULTS: usize = 100;
 
 /// Notes for users of the FMU on a table without its noise, or on a contour.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Smoothed {
+pub struct TableNote {
     /// Its section, `cam`.
     pub section: String,
     /// Lobes of U″ up to this height (per rad²) are noise that is left or swings of the smoothing.
@@ -49,9 +49,9 @@ pub struct Faults<'a> {
     /// The tools behind mechanisms whose motion it prescribes.
     pub tools: RefCell<Vec<Tool>>,
     /// Its smoothed tables.
-    pub smoothed: RefCell<Vec<Smoothed>>,
+    pub smoothed: RefCell<Vec<TableNote>>,
     /// The tables that it names.
-    pub tables: RefCell<Vec<source::Table>>,
+    pub tables: RefCell<Vec<source::TableFile>>,
     /// Kind of the whole file, "a scene of this kind".
     pub kind: &'static str,
 }
@@ -197,9 +197,9 @@ pub struct Section<'a> {
     pub path: String,
     /// The header of the table.
     pub span: Span,
-    table: &'a Table,
+    table: &'a TomlTable,
     /// Its declared keys.
-    keys: &'static keys::Table,
+    keys: &'static keys::KeyTable,
     /// The quantity of its law, and the order of the derivative by the angle that it is.
     own: Cell<(&'static Quantity, i32)>,
     /// True if what it describes turns.
@@ -232,13 +232,13 @@ impl<'a> Section<'a> {
     }
 
     /// The whole file.
-    pub fn root(faults: &'a Faults<'a>, table: &'a Table, keys: &'static keys::Table) -> Self {
+    pub fn root(faults: &'a Faults<'a>, table: &'a TomlTable, keys: &'static keys::KeyTable) -> Self {
         let (known, told) = Default::default();
         let own = Cell::new((&unit::LENGTH, 0));
         Section { faults, path: String::new(), span: 0..0, table, keys, own, turns: Cell::new(false), known, told }
     }
 
-    fn sub(&self, path: String, span: Span, table: &'a Table, keys: &'static keys::Table) -> Self {
+    fn sub(&self, path: String, span: Span, table: &'a TomlTable, keys: &'static keys::KeyTable) -> Self {
         let (own, turns) = (self.own.clone(), self.turns.clone());
         Section { path, span, keys, own, turns, ..Section::root(self.faults, table, keys) }
     }
@@ -260,13 +260,13 @@ impl<'a> Section<'a> {
     }
 
     /// Quantity of a number, with the order of the derivative by the angle that it is.
-    fn quantity(&self, of: Of) -> (&'static Quantity, i32) {
+    fn quantity(&self, of: Dimension) -> (&'static Quantity, i32) {
         match of {
-            Of::Fixed(quantity) => (quantity, 0),
-            Of::Motion(_, turn) if self.turns.get() => (turn, 0),
-            Of::Motion(line, _) => (line, 0),
-            Of::Own(n) => (self.own.get().0, self.own.get().1 + n),
-            Of::Other => self.own.get(),
+            Dimension::Fixed(quantity) => (quantity, 0),
+            Dimension::Motion(_, turn) if self.turns.get() => (turn, 0),
+            Dimension::Motion(line, _) => (line, 0),
+            Dimension::Own(n) => (self.own.get().0, self.own.get().1 + n),
+            Dimension::Other => self.own.get(),
         }
     }
 
@@ -638,7 +638,7 @@ impl<'a> Section<'a> {
     }
 
     /// The table under this key, if it is there, with other keys than the usual ones.
-    pub fn section_of(&self, key: &'static str, keys: &'static keys::Table) -> Option<Option<Section<'a>>> {
+    pub fn section_of(&self, key: &'static str, keys: &'static keys::KeyTable) -> Option<Option<Section<'a>>> {
         let Some(node) = self.node(key) else { return Some(None) };
         match node.value {
             Value::Table(table) => Some(Some(self.sub(node.path, node.span, table, keys))),

@@ -10,7 +10,7 @@ pub const SCENE: &str = "scene.toml";
 
 /// A table that a scene names.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub struct TableFile {
     /// Where it was found.
     pub path: PathBuf,
     /// Its bytes.
@@ -23,14 +23,14 @@ pub struct Table {
 
 /// Names and contents: first the scene, then its tables, where the scene finds them again. A table from elsewhere, or with a
 /// name that not every system has, becomes `table_1.csv` and so on, and the scene calls it so; nothing else of it changes.
-pub fn all<'a>(document: &Document, tables: &'a [Table]) -> Vec<(String, Vec<u8>)> {
+pub fn all<'a>(document: &Document, tables: &'a [TableFile]) -> Vec<(String, Vec<u8>)> {
     let (mut scene, mut files) = (document.text.clone(), vec![(SCENE.to_owned(), Vec::new())]);
-    let placed = |table: &'a Table| Some((document.place(&table.key)??.span(), table));
-    let mut tables: Vec<(Span, &Table)> = tables.iter().filter_map(placed).collect();
+    let placed = |table: &'a TableFile| Some((document.place(&table.key)??.span(), table));
+    let mut tables: Vec<(Span, &TableFile)> = tables.iter().filter_map(placed).collect();
     tables.sort_by_key(|(span, _)| span.start);
     let mut known: Vec<(String, String)> = Vec::new();
     let mut renamed = Vec::new();
-    for (span, Table { content, name, .. }) in tables {
+    for (span, TableFile { content, name, .. }) in tables {
         let taken = |name: &str| files.iter().any(|(other, _)| other.to_lowercase() == name.to_lowercase());
         let inside = match known.iter().find(|(other, _)| other == name) {
             Some((_, inside)) => inside.clone(),
@@ -78,7 +78,7 @@ mod tests {
             ["lift.csv", "../a/lift.csv", "/home/b/lift.csv", "../a/lift.csv", "LIFT.csv", "d\\e.csv", "m/table_2.csv"];
         let lines =
             |names: &[&str]| names.iter().zip(0..).map(|(name, i)| format!("t{i}.file = {name} # one\n")).collect();
-        let table = |(name, i): (&&str, i32)| Table {
+        let table = |(name, i): (&&str, i32)| TableFile {
             path: PathBuf::new(),
             content: name.as_bytes().to_vec(),
             name: (*name).to_owned(),

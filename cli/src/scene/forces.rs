@@ -22,7 +22,7 @@ pub const KEY: &str = "forces";
 const MOVED: [&str; 4] = ["gravity", "gravity_angle", "spring", "process"];
 
 /// Properties of a follower that its loads depend on.
-struct Known {
+struct FollowerTraits {
     mechanisms: usize,
     geometry: bool,
     lever: bool,
@@ -35,7 +35,7 @@ pub fn all(root: &Section<'_>, drive: Option<&Scene>, cams: &[CamPlan]) -> Optio
         // A geometry with faults is taken for one that fits.
         let plan = cams.iter().find(|cam| cam.follower == follower).map(|cam| cam.plan);
         let lever = plan.map_or(geometry || mechanisms > 0, |plan| matches!(plan.carrier, Carrier::Lever { .. }));
-        Known { mechanisms, geometry, lever }
+        FollowerTraits { mechanisms, geometry, lever }
     };
     let loads = |j: usize| {
         let [load, roller] = drive.map_or_else(Default::default, |drive| drive.loads(j));
@@ -120,7 +120,7 @@ pub fn machine(scene: &Resolved) -> Result<Machine, Fault> {
     Ok(Machine { name: scene.name.clone(), speed, inertia, drives })
 }
 
-fn of(parent: &Section<'_>, known: &Known, loads: Loads) -> Option<Loads> {
+fn of(parent: &Section<'_>, known: &FollowerTraits, loads: Loads) -> Option<Loads> {
     let Some(section) = parent.section(KEY)? else { return Some(loads) };
     for key in MOVED {
         if let Some(node) = section.node(key) {
@@ -149,7 +149,7 @@ fn of(parent: &Section<'_>, known: &Known, loads: Loads) -> Option<Loads> {
     })
 }
 
-fn material(section: &Section<'_>, known: &Known) -> Option<Option<Material>> {
+fn material(section: &Section<'_>, known: &FollowerTraits) -> Option<Option<Material>> {
     if !known.geometry {
         section.forbid(&["roller_width"], "no roller is known", "a geometry of the cam");
     }

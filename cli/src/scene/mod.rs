@@ -24,7 +24,7 @@ pub mod variable;
 pub use table::{Courses, course, courses};
 
 use crate::document::source::{self, SCENE, is_fmu};
-use crate::document::{Diagnostic, Diagnostics, Document, Kind, Section, Smoothed, input};
+use crate::document::{Diagnostic, Diagnostics, Document, Kind, Section, TableNote, input};
 use camdrive_design::forces::{Loads, Machine};
 use camdrive_design::host::{MODEL, REFERENCES, unpacked};
 use camdrive_design::resource::{Resource, Scene, Tool};
@@ -42,7 +42,7 @@ pub struct Resolved {
     /// The tools behind mechanisms whose motion it prescribes.
     pub tools: Vec<Tool>,
     /// Its smoothed tables.
-    pub smoothed: Vec<Smoothed>,
+    pub smoothed: Vec<TableNote>,
     /// The geometry of its cams, as far as the scene tells it.
     pub cams: Vec<geometry::CamPlan>,
     /// Loads on the follower of each cam beside its masses.
@@ -52,7 +52,7 @@ pub struct Resolved {
     /// The files that it was read from: scene and tables.
     pub files: Vec<PathBuf>,
     /// The tables that it names.
-    pub tables: Vec<source::Table>,
+    pub tables: Vec<source::TableFile>,
     /// The file that it was read from.
     pub document: Document,
     /// Where it names its tables.

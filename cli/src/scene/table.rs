@@ -6,9 +6,11 @@ mod dialect;
 mod turn;
 
 pub use self::courses::{Courses, courses};
-use self::dialect::{Column, Sheet, Wrong};
-use self::turn::Turn;
-use crate::document::{Diagnostic, Diagnostics, Section, Smoothed, Span, Value, input, limits::largest, source, units};
+use self::dialect::{Column, RowFault, Sheet};
+use self::turn::TurnScale;
+use crate::document::{
+    Diagnostic, Diagnostics, Section, Span, TableNote, Value, input, limits::largest, source, units,
+};
 use camdrive::drives::Fault;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::table::{Bend, CLOSING, LEAST_DISTANCE, MOST_POINTS, Points, TableError};
@@ -16,7 +18,7 @@ use camdrive::motion::{MotionLaw, Polyline, Table};
 use camdrive_design::harmonic_analysis;
 use camdrive_design::overview::Warning;
 use camdrive_design::smoothing::{
-    self, Corners, Found, Jump, Outliers, SmoothingError, WrongRow, certain, found, smooth,
+    self, Corners, Jump, Outliers, SmoothingError, TableFaults, WrongRow, certain, found, smooth,
 };
 use camdrive_design::table_error::told;
 use camdrive_design::text::{self, counted};
@@ -165,7 +167,7 @@ impl Reading {
     }
 
     /// The turn of equal periods, of which the first `count` points are one that is stretched to a turn.
-    fn repeat(&mut self, turn: &Turn<'_>, count: usize) {
+    fn repeat(&mut self, turn: &TurnScale<'_>, count: usize) {
         let angles = std::mem::take(&mut self.points.angles);
         let place = |k: usize, angle: f64| (angle + k as f64 * TAU) / turn.lobes as f64;
         self.points.angles =
@@ -218,7 +220,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     if kind == Interpolation::Derivatives {
         section.forbid(&["outside"], "the derivatives tell where the cam rests", "interpolation = \"spline\"");
     }
-    let turn = Turn::read(section);
+    let turn = TurnScale::read(section);
     let angle = turn.as_ref().map_or(&unit::ANGLE, |turn| turn.quantity);
     let axes = [(angle, "angle_unit", "angle_column"), (lift, "lift_unit", "lift_column")];
     let twice = match () {
@@ -289,7 +291,7 @@ fn points<'a>(
     section: &Section<'a>,
     axes: [Axis; 2],
     (kind, twice): (Interpolation, Twice),
-    turn: Option<&Turn<'a>>,
+    turn: Option<&TurnScale<'a>>,
     folder: &Path,
 ) -> Option<(File, Reading)> {
     section.either("points", "file");
@@ -346,7 +348,7 @@ fn points<'a>(
                 let Some((span, unit)) = unit else { return Ok(second.0 / second.1 * per_rad.powi(order.into())) };
                 let (numerator, denominator) = units::per(&unit, axes[1].0, axes[0].0, order).ok_or_else(|| {
                     let message = format!("\"{unit}\" is no unit of a derivative of U by the angle");
-                    Wrong::at(
+                    RowFault::at(
                         &span,
                         message,
                         "write for example \"V [mm/deg]\" and \"A [mm/deg2]\", or leave the unit out",
@@ -389,7 +391,7 @@ fn open(section: &Section<'_>, admissible: &str, folder: &Path) -> Option<File> 
     let text = match contents(&path) {
         Ok((text, note, content)) => {
             let key = section.path_of("file");
-            let table = source::Table { path: path.clone(), content, name: name.to_owned(), key };
+            let table = source::TableFile { path: path.clone(), content, name: name.to_owned(), key };
             section.faults.tables.borrow_mut().push(table);
             let note = note.map(|note| format!("`{}`: {} {note}", section.path, shown(&path)));
             note.into_iter().for_each(|note| section.faults.note(note));
@@ -420,7 +422,7 @@ fn checked(
     file: File,
     key: &'static str,
     reading: Reading,
-    wrong: Vec<Wrong>,
+    wrong: Vec<RowFault>,
 ) -> Option<(File, Reading)> {
     let mut faults = faults(&file, wrong);
     if reading.places.len() > MOST_POINTS {
@@ -450,7 +452,7 @@ fn smoothed(
     file: &File,
     reading: Reading,
     (sigma, drop): (Option<f64>, bool),
-    as_told: Told<'_>,
+    as_told: Interpretation<'_>,
 ) -> Option<Reading> {
     let (_, turn, quantity) = as_told;
     let lobes = turn.lobes as f64;
@@ -478,7 +480,7 @@ fn smoothed(
                 hint: "give a smaller `noise`, or measure more points where the motion is fast".to_owned(),
             });
             let left = lobes * lobes * smooth.left;
-            section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left, sentence, warning });
+            section.faults.smoothed.borrow_mut().push(TableNote { section: path, left, sentence, warning });
             told_strange(section, file, &reading, (&smooth.found, &[]), as_told);
             let (points, mut places) = (smooth.points, Vec::new());
             for (point, place) in smooth.point.iter().zip(&reading.places) {
@@ -515,14 +517,20 @@ fn outliers(drop: bool) -> Outliers {
 }
 
 /// The rows that are not wrong, if the others may be left out.
-fn right(section: &Section<'_>, file: &File, reading: Reading, drop: bool, as_told: Told<'_>) -> Option<Reading> {
+fn right(
+    section: &Section<'_>,
+    file: &File,
+    reading: Reading,
+    drop: bool,
+    as_told: Interpretation<'_>,
+) -> Option<Reading> {
     let found = found(reading.points.clone(), outliers(drop));
     told_wrong(section, file, &reading, (&found.wrong, drop), as_told)?;
     if !found.wrong.is_empty() {
         let (section_of, rows) = (section.path.clone(), counted(found.wrong.len(), "wrong row"));
         let verb = if found.wrong.len() == 1 { "is" } else { "are" };
         let sentence = format!("Of the table of {section_of} {rows} {verb} left out");
-        let smoothed = Smoothed { section: section_of, left: 0.0, sentence, warning: None };
+        let smoothed = TableNote { section: section_of, left: 0.0, sentence, warning: None };
         section.faults.smoothed.borrow_mut().push(smoothed);
     }
     let reading = reading.without(&found.wrong);
@@ -541,8 +549,8 @@ fn told_strange(
     section: &Section<'_>,
     file: &File,
     reading: &Reading,
-    (found, kept): (&Found, &[Jump]),
-    (_, turn, quantity): Told<'_>,
+    (found, kept): (&TableFaults, &[Jump]),
+    (_, turn, quantity): Interpretation<'_>,
 ) {
     let of = if is_motion(quantity) { "lift" } else { "value" };
     let (shown, lobes) = (shown_in(section, quantity), turn.lobes as f64);
@@ -557,7 +565,7 @@ fn told_strange(
             let message = format!("{}: {} {}", section.path, what(&angles, size(largest, order)), file.name);
             let (sentence, section_of) = (message.clone(), section.path.clone());
             let warning = Some(Warning { message, hint: hint.to_owned() });
-            section.faults.smoothed.borrow_mut().push(Smoothed { section: section_of, left: 0.0, sentence, warning });
+            section.faults.smoothed.borrow_mut().push(TableNote { section: section_of, left: 0.0, sentence, warning });
         }
     };
     let angle = |row: &WrongRow| turn.shown(reading.points.angles[row.index] / lobes);
@@ -610,7 +618,7 @@ fn told_wrong(
     file: &File,
     reading: &Reading,
     (wrong, drop): (&[WrongRow], bool),
-    (_, turn, quantity): Told<'_>,
+    (_, turn, quantity): Interpretation<'_>,
 ) -> Option<()> {
     let shown = shown_in(section, quantity);
     for WrongRow { index, by, times } in wrong {
@@ -662,7 +670,7 @@ pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Re
         Diagnostics(vec![fault.hint(hint.unwrap_or("name a table of angles and measured values"))])
     })?;
     let file = File { name: name.clone(), text };
-    let told = |wrong: Vec<Wrong>| Diagnostics(faults(&file, wrong));
+    let told = |wrong: Vec<RowFault>| Diagnostics(faults(&file, wrong));
     let sheet = Sheet::new(&file.text).map_err(|wrong| told(vec![wrong]))?;
     let scale = |column: usize, quantity: Option<&'static Quantity>, usual: (f64, f64)| {
         let alone = || sheet.headings(column).find_map(|heading| headed(heading, quantity?));
@@ -800,10 +808,10 @@ fn column<'a>(section: &Section<'a>, key: &'static str, default: usize) -> Optio
 }
 
 /// The faults of a file: at most [`MOST_FAULTS`] one by one, and how many more there are.
-fn faults(file: &File, wrong: Vec<Wrong>) -> Vec<Diagnostic> {
+fn faults(file: &File, wrong: Vec<RowFault>) -> Vec<Diagnostic> {
     let more = wrong.len().saturating_sub(MOST_FAULTS);
     // Only of these: the number of a line takes a look at all lines before it.
-    let told = wrong.into_iter().take(MOST_FAULTS).map(|Wrong { span, message, admissible, hint }| {
+    let told = wrong.into_iter().take(MOST_FAULTS).map(|RowFault { span, message, admissible, hint }| {
         let fault = match span {
             Some(span) => fault(file, span, message),
             None => Diagnostic::new(&file.name, message),
@@ -820,7 +828,7 @@ fn fault(file: &File, span: Span, message: impl Into<String>) -> Diagnostic {
 }
 
 /// The points whose angle, or whatever comes first, does not exceed the one before; there may be a step at one angle.
-fn descents(reading: &Reading, twice: Twice, name: &str, told: &dyn Fn(f64) -> String) -> Vec<Wrong> {
+fn descents(reading: &Reading, twice: Twice, name: &str, told: &dyn Fn(f64) -> String) -> Vec<RowFault> {
     let (angles, steps) = (&reading.points.angles, twice == Twice::Step);
     let hint = match (twice, name) {
         (Twice::Step, _) => "sort the points by ascending angle; two with one angle are a step",
@@ -834,13 +842,17 @@ fn descents(reading: &Reading, twice: Twice, name: &str, told: &dyn Fn(f64) -> S
     wrong
         .map(|i| {
             let [before, here] = [i - 1, i].map(|i| told(angles[i]));
-            Wrong::at(&reading.places[i], format!("the {name} {here} does not exceed the one before, {before}"), hint)
+            RowFault::at(
+                &reading.places[i],
+                format!("the {name} {here} does not exceed the one before, {before}"),
+                hint,
+            )
         })
         .collect()
 }
 
 /// Before the seam the closing row holds, behind it the first one. The fault of two slopes there.
-fn seam(reading: &mut Reading) -> Option<Wrong> {
+fn seam(reading: &mut Reading) -> Option<RowFault> {
     let Reading { points: Points { angles, .. }, bends, places, slope_digit, .. } = reading;
     let n = bends.len();
     if n < 2 || angles[0] + TAU - angles[n - 1] > CLOSING {
@@ -850,7 +862,7 @@ fn seam(reading: &mut Reading) -> Option<Wrong> {
     let (first, last) = (bends[0], bends[n - 1]);
     if (last.slope - first.slope).abs() > (1.5 * *slope_digit).clamp(1e-9 * range, ROUNDED * range) {
         let message = "U′ of this row, which closes the turn, is not that of the first one";
-        return Some(Wrong::at(
+        return Some(RowFault::at(
             &places[n - 1],
             message,
             "both rows are one point: give them one U′; U″ may jump there",
@@ -863,7 +875,7 @@ fn seam(reading: &mut Reading) -> Option<Wrong> {
 
 /// The fault of given derivatives that are not those of the points, of which one of `lobes` lobes is a turn: by another angle, or
 /// other quantities. Rests alone, and rows without U″, tell nothing of it.
-fn slopes(reading: &Reading, lobes: f64) -> Option<Wrong> {
+fn slopes(reading: &Reading, lobes: f64) -> Option<RowFault> {
     let (points, bends) = (&reading.points, &reading.bends);
     let n = bends.len();
     if n < 2 {
@@ -889,7 +901,7 @@ fn slopes(reading: &Reading, lobes: f64) -> Option<Wrong> {
     let (of, what, factor) = pairs.iter().find_map(|(of, what, ways)| Some((of, what, factor(ways)?)))?;
     let message = format!("{of} of this table is {} times what its {what} say", text::number(factor));
     let hint = "they are by the angle of the first column, in rad or in the unit that the heading of their column gives, \"V [mm/deg]\"";
-    Some(Wrong::at(&reading.places[0], message, hint))
+    Some(RowFault::at(&reading.places[0], message, hint))
 }
 
 /// The factor between the given values and those known in one of two ways, if it differs from 1 by more than what
@@ -922,7 +934,7 @@ fn closed(
     file: &File,
     mut reading: Reading,
     noise: Option<f64>,
-    (kind, turn, quantity): Told<'_>,
+    (kind, turn, quantity): Interpretation<'_>,
 ) -> Option<Reading> {
     let Reading { points: Points { angles, lifts }, places, digit, at_rest, .. } = &mut reading;
     let [first, .., last] = angles[..] else { return Some(reading) };
@@ -993,7 +1005,7 @@ fn mirrored(lobe: &Points) -> Points {
 }
 
 /// Interpolation, turn and quantity of the points, for messages.
-type Told<'a> = (Interpolation, &'a Turn<'a>, &'static Quantity);
+type Interpretation<'a> = (Interpolation, &'a TurnScale<'a>, &'static Quantity);
 
 /// The law through the points, or the series that meets them best.
 fn law(
@@ -1001,7 +1013,7 @@ fn law(
     file: &File,
     reading: Reading,
     harmonics: Option<usize>,
-    (kind, turn, quantity): Told<'_>,
+    (kind, turn, quantity): Interpretation<'_>,
 ) -> Option<Result<MotionLaw, Part>> {
     let bends = reading.bends.len();
     let most = largest(quantity);
@@ -1045,7 +1057,7 @@ fn law(
 }
 
 /// A note on the piece of a spline that leaves the range of its ends by the most.
-fn overshoot(section: &Section<'_>, file: &File, law: &MotionLaw, turn: &Turn<'_>) {
+fn overshoot(section: &Section<'_>, file: &File, law: &MotionLaw, turn: &TurnScale<'_>) {
     /// Places within a piece of degree 5, whose extremes are no narrower than some of their distances.
     const PLACES: usize = 16;
     let knots = law.breakpoints();
@@ -1074,7 +1086,13 @@ fn overshoot(section: &Section<'_>, file: &File, law: &MotionLaw, turn: &Turn<'_
 }
 
 /// Reports the fault of the points of a file.
-fn faulty(section: &Section<'_>, file: &File, places: &[Span], error: &TableError, told: Told<'_>) -> Diagnostic {
+fn faulty(
+    section: &Section<'_>,
+    file: &File,
+    places: &[Span],
+    error: &TableError,
+    told: Interpretation<'_>,
+) -> Diagnostic {
     let fault = match error.index() {
         Some(index) => fault(file, places[index].clone(), words(section, error, told)),
         None => {
@@ -1100,7 +1118,7 @@ pub fn is_load(quantity: &Quantity) -> bool {
 }
 
 /// The fault, in the units of engineers.
-fn words(section: &Section<'_>, error: &TableError, (kind, turn, quantity): Told<'_>) -> String {
+fn words(section: &Section<'_>, error: &TableError, (kind, turn, quantity): Interpretation<'_>) -> String {
     let value = |value: f64| shown_in(section, quantity)(&units::short, value);
     // One period stands for a turn.
     let shown = |angle: f64| turn.shown(angle / turn.lobes as f64);
@@ -1130,7 +1148,7 @@ fn words(section: &Section<'_>, error: &TableError, (kind, turn, quantity): Told
     }
 }
 
-fn advice(error: &TableError, turn: &Turn<'_>) -> &'static str {
+fn advice(error: &TableError, turn: &TurnScale<'_>) -> &'static str {
     let plain = turn.is_plain();
     match error {
         TableError::NotPeriodic { .. } => "the motion repeats after a turn: both points must have the same lift",

@@ -131,7 +131,7 @@ pub fn lengths(root: &Section<'_>, wiring: &Wiring<'_>, stop: f64, step: f64) ->
 }
 
 /// The shafts of a system with what is on them.
-pub struct Judged {
+pub struct SystemAnalysis {
     exchange: Exchange,
     /// The place of each machine with what is on its shaft.
     known: Vec<(usize, Loaded)>,
@@ -141,7 +141,7 @@ pub struct Judged {
     pub notes: Vec<String>,
 }
 
-impl Judged {
+impl SystemAnalysis {
     /// Of these parts and connections.
     pub fn new(parts: &[&Part], connections: &[Connection], exchange: Exchange) -> Self {
         let scenes: Vec<Option<(Scene, Vec<&str>)>> = parts.iter().map(|part| part.started()).collect();
@@ -179,7 +179,7 @@ impl Judged {
         let known = (0..scenes.len()).filter_map(of_shaft).collect();
         let restorable = parts.iter().all(|part| part.description.capabilities.saves_states);
         let repeatable = exchange.interpolates() && restorable && scenes.iter().all(Option::is_some);
-        Judged { exchange, known, repeatable, notes }
+        SystemAnalysis { exchange, known, repeatable, notes }
     }
 
     /// The limits of the shafts where each step is repeated so often.
@@ -246,7 +246,7 @@ pub fn shafts(
     asked: Option<u32>,
 ) -> Option<(Vec<Shaft>, u32)> {
     let parts: Vec<&Part> = wiring.raw.iter().map(|raw| &raw.part).collect();
-    let judged = Judged::new(&parts, &wiring.connections, exchange);
+    let judged = SystemAnalysis::new(&parts, &wiring.connections, exchange);
     judged.notes.iter().for_each(|note| root.faults.note(note.clone()));
     let mut stable = Some(());
     for (machine, loaded) in judged.known.iter().filter(|(_, loaded)| loaded.kappa() >= 1.0) {
@@ -313,7 +313,7 @@ fn repeated(root: &Section<'_>, wiring: &Wiring<'_>, exchange: Exchange, times: 
 impl System {
     /// The limits of the shafts where each step is repeated so often.
     pub fn limits(&self, repeats: u32) -> Vec<Shaft> {
-        Judged::new(&self.parts.iter().collect::<Vec<_>>(), &self.connections, self.exchange).limits(repeats)
+        SystemAnalysis::new(&self.parts.iter().collect::<Vec<_>>(), &self.connections, self.exchange).limits(repeats)
     }
 
     /// The number of repetitions of a step of this length (s) where these start values are set, too: the place of a part, the name
@@ -328,7 +328,7 @@ impl System {
             own.retain(|(other, _)| other != name);
             own.push(((*name).to_owned(), *value));
         }
-        let judged = Judged::new(&parts.iter().collect::<Vec<_>>(), &self.connections, self.exchange);
+        let judged = SystemAnalysis::new(&parts.iter().collect::<Vec<_>>(), &self.connections, self.exchange);
         let repeats = self.asked.unwrap_or_else(|| judged.unasked(step));
         for (machine, loaded) in &judged.known {
             let (name, kappa) = (&self.parts[*machine].name, loaded.kappa());

@@ -279,7 +279,7 @@ pub fn read_as(path: &Path, exchange: Exchange) -> Result<System, Diagnostics> {
 }
 
 /// A part with its section of the file.
-struct Raw<'a> {
+struct PartSection<'a> {
     section: Section<'a>,
     part: Part,
     shaft: Option<&'a str>,
@@ -344,7 +344,12 @@ fn system(root: &Section<'_>, folder: &Path, scenes: &[(String, Document)]) -> O
 }
 
 /// Reads `[part.NAME]`.
-fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path, document: Option<&Document>) -> Option<Raw<'a>> {
+fn part<'a>(
+    name: &'a str,
+    section: Section<'a>,
+    folder: &Path,
+    document: Option<&Document>,
+) -> Option<PartSection<'a>> {
     if !is_name(name) {
         let fault = section.fault(": this cannot name a part");
         section.faults.report(fault.admissible("letters, digits and _, no digit first, at most 24 characters"));
@@ -386,7 +391,7 @@ fn part<'a>(name: &'a str, section: Section<'a>, folder: &Path, document: Option
     section.finish();
     part.start = start?;
     let seat = [ratio?, offset?];
-    one.then_some(Raw { shaft: shaft?, seat, part, section })
+    one.then_some(PartSection { shaft: shaft?, seat, part, section })
 }
 
 /// The scene of this file, or of a document in its place.
@@ -447,13 +452,13 @@ impl System {
 }
 
 /// Finds the machine of each part that sits on a shaft.
-fn seats(raw: &mut [Raw<'_>]) -> Option<()> {
+fn seats(raw: &mut [PartSection<'_>]) -> Option<()> {
     let names: Vec<String> = raw.iter().map(|raw| raw.part.name.clone()).collect();
     let known: Vec<&str> = names.iter().map(String::as_str).collect();
     let place = |name: &str| known.iter().position(|known| *known == name);
     let shafts: Vec<Option<usize>> = raw.iter().map(|raw| raw.shaft.and_then(place)).collect();
     let seat = |i: usize| -> Option<Option<Seat>> {
-        let Raw { section, shaft, seat: [ratio, offset], part } = &raw[i];
+        let PartSection { section, shaft, seat: [ratio, offset], part } = &raw[i];
         let Some(shaft) = *shaft else { return Some(None) };
         let refused = |said: String| section.fault_of("shaft", said);
         let Some(machine) = shafts[i] else {

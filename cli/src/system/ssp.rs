@@ -1,6 +1,6 @@
 //! Systems of System Structure and Parameterization 1.0: an archive with FMUs and SystemStructure.ssd.
 
-use super::judged::Judged;
+use super::judged::SystemAnalysis;
 use super::{Connection, End, Part, System, converted};
 use camdrive::drives::Fault;
 use camdrive::drives::variable::{Causality, Kind};
@@ -118,7 +118,7 @@ fn system(path: &Path, folder: Arc<TemporaryFolder>) -> Result<System, Fault> {
         }
     }
     let (exchange, step) = (Exchange::Interpolated, stop / STEPS);
-    let judged = Judged::new(&parts.iter().collect::<Vec<_>>(), &connections, exchange);
+    let judged = SystemAnalysis::new(&parts.iter().collect::<Vec<_>>(), &connections, exchange);
     let (shafts, repeats) = judged.shafts(None, step);
     notes.extend(judged.notes);
     Ok(System {

@@ -1,6 +1,6 @@
 //! The connections of a system: those that shafts mean, and those that the file adds.
 
-use super::{Connection, Content, End, INERTIA, MEAN_TORQUE, MOTION, Raw, Seat, TORQUE, converted, quantity};
+use super::{Connection, Content, End, INERTIA, MEAN_TORQUE, MOTION, PartSection, Seat, TORQUE, converted, quantity};
 use crate::document::{Diagnostic, Diagnostics, Document, Node, Section, Value, nearest};
 use crate::scene::{Resolved, resolve_document, variable};
 use camdrive::drives::unit::{self, Quantity};
@@ -24,7 +24,7 @@ pub(super) struct Torque {
 
 /// The parts with their connections so far.
 pub(super) struct Wiring<'a> {
-    pub raw: Vec<Raw<'a>>,
+    pub raw: Vec<PartSection<'a>>,
     pub connections: Vec<Connection>,
     /// Torques on the free shaft of scenes, by the part.
     pub torques: Vec<(usize, Torque)>,
@@ -33,7 +33,7 @@ pub(super) struct Wiring<'a> {
 impl Wiring<'_> {
     /// Changes the document of a part's scene.
     fn change(&mut self, i: usize, change: impl FnOnce(&mut Document)) -> Option<()> {
-        let Raw { part, section, .. } = &mut self.raw[i];
+        let PartSection { part, section, .. } = &mut self.raw[i];
         let Content::Scene(scene) = &part.content else { return Some(()) };
         let mut document = scene.document.clone();
         change(&mut document);
@@ -222,7 +222,7 @@ impl Wiring<'_> {
     /// Refuses start values of inputs that something is connected to.
     pub fn starts(&self) -> Option<()> {
         let mut all = Some(());
-        for (i, Raw { part, section, .. }) in self.raw.iter().enumerate() {
+        for (i, PartSection { part, section, .. }) in self.raw.iter().enumerate() {
             let is_fed = |name: &str| self.connections.iter().any(|c| c.to.0 == i && c.to.1 == name);
             if let Some((name, _)) = part.start.iter().find(|(name, _)| is_fed(name)) {
                 let fault = section.fault_of("start", format!(": `{name}` is connected; a value would have no effect"));
@@ -264,7 +264,7 @@ impl Wiring<'_> {
                     }
                     let to = (i, to);
                     if self.connections.iter().any(|other| other.to == to) {
-                        let Raw { section, .. } = &self.raw[from.0];
+                        let PartSection { section, .. } = &self.raw[from.0];
                         let said = format!(": `{}.{}` is connected already", self.raw[i].part.name, to.1);
                         return section.refuse(section.fault_of("shaft", said).hint("remove the [[connection]] to it"));
                     }
@@ -279,7 +279,7 @@ impl Wiring<'_> {
     fn declare(&mut self, i: usize, names: &[String], own: &[&Torque]) -> Option<()> {
         let with_inertia = names.iter().zip(own).filter(|(_, torque)| torque.inertia.is_some());
         let with_inertia: Vec<&str> = with_inertia.map(|(name, _)| name.as_str()).collect();
-        let Raw { part, section, .. } = &self.raw[i];
+        let PartSection { part, section, .. } = &self.raw[i];
         if !with_inertia.is_empty() && !matches!(part.scene, Some(Scene::RigidMachine(_))) {
             let said = ": it takes no inertia of loads, as a RigidMachine does whose motor is none, kloss or input, without \
                                 transmission and without loads of its own";
@@ -297,7 +297,7 @@ impl Wiring<'_> {
 
     /// That a machine has no input `to` for a torque.
     fn refuse_torque(&self, i: usize, to: &str, torque: &Torque, names: &[String]) -> Option<()> {
-        let Raw { section, part, .. } = &self.raw[torque.from.0];
+        let PartSection { section, part, .. } = &self.raw[torque.from.0];
         let said = format!(": `{}` has no input `{to}` for the torque of `{}`", self.raw[i].part.name, part.name);
         let hint = match &self.raw[i].part.content {
             Content::Scene(_) => {
@@ -329,7 +329,7 @@ impl Wiring<'_> {
 
     /// Notes the inputs that nothing is connected to.
     pub fn loose_ends(&self, root: &Section<'_>) {
-        for (i, Raw { part, .. }) in self.raw.iter().enumerate() {
+        for (i, PartSection { part, .. }) in self.raw.iter().enumerate() {
             let loose = part.description.variables.iter().filter(|v| {
                 let set = part.start.iter().any(|(name, _)| *name == v.about.name);
                 v.about.causality == Causality::Input

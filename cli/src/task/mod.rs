@@ -14,7 +14,7 @@ use camdrive_design::synthesis::Objective::{
 use camdrive_design::synthesis::clearance::Clearance;
 use camdrive_design::synthesis::shaft::{Shaft, ShaftGoal};
 use camdrive_design::synthesis::study::{Assignment, Elasticity, Method, Names};
-use camdrive_design::synthesis::{Basis, Bound, Curve, Norm, Objective, Point, Range, Search, Symmetry, Task};
+use camdrive_design::synthesis::{Basis, Bound, Curve, ExactPoint, Norm, Objective, Range, Search, Symmetry, Task};
 use camdrive_design::text::counted;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -189,7 +189,7 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     let bounds = laws.iter().flat_map(|law| law.bounds.iter().cloned());
     (names.bounds, task.bounds) = bounds.chain(restrictions).unzip();
     (names.points, task.points) = laws.iter().flat_map(|law| law.points.iter().cloned()).unzip();
-    for Given { path, range, tolerances, .. } in all() {
+    for Prescription { path, range, tolerances, .. } in all() {
         for order in usize::from(levelled)..3 {
             let (Some(around), Some(limit)) = (range.prescribed[order].clone(), tolerances[order]) else { continue };
             let (of, from, to) = (vec![(range.law, 1.0)], range.from, range.to);
@@ -220,10 +220,10 @@ struct Law {
     basis: Basis,
     weight: f64,
     /// The [[range]], the [[dwell]] and the [[point]] with a weight.
-    ranges: Vec<Given>,
+    ranges: Vec<Prescription>,
     first_dwell: usize,
     end_of_dwells: usize,
-    points: Vec<(String, Point)>,
+    points: Vec<(String, ExactPoint)>,
     bounds: Vec<(String, Bound)>,
 }
 
@@ -419,7 +419,7 @@ fn ordered(section: &Section<'_>, key: &'static str, from: f64, to: f64) -> Opti
 }
 
 /// A [[range]] or [[dwell]] as it stands in the file.
-struct Given {
+struct Prescription {
     /// "dwell[2]".
     path: String,
     dwell: bool,
@@ -428,7 +428,7 @@ struct Given {
 }
 
 /// The [[range]] and [[dwell]], in the order of kinds.
-fn ranges(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<Vec<Given>> {
+fn ranges(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<Vec<Prescription>> {
     let (given, dwells) = (root.sections("range"), root.sections("dwell"));
     let (given, dwells) = (given?, dwells?);
     let mut read: Vec<_> = given.iter().map(|section| range(section, lengths, weighted)).collect();
@@ -436,9 +436,9 @@ fn ranges(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<
     let sections = || given.iter().chain(&dwells);
     let named = sections().zip(read).enumerate().map(|(i, (section, read))| {
         let (path, dwell) = (section.path.clone(), i >= given.len());
-        read.map(|(range, tolerances)| Given { path, dwell, range, tolerances })
+        read.map(|(range, tolerances)| Prescription { path, dwell, range, tolerances })
     });
-    let all: Vec<Given> = named.collect::<Option<_>>()?;
+    let all: Vec<Prescription> = named.collect::<Option<_>>()?;
     let mut agree = true;
     for (i, section) in sections().enumerate() {
         for other in &all[..i] {
@@ -449,7 +449,7 @@ fn ranges(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<
 }
 
 /// True if a range prescribes what another one does where they overlap.
-fn agrees(section: &Section<'_>, range: &Range, other: &Given) -> bool {
+fn agrees(section: &Section<'_>, range: &Range, other: &Prescription) -> bool {
     for turns in -4..=4 {
         // The other range is counted from the turn in which this one lies.
         let shift = f64::from(turns) * TAU;
@@ -540,7 +540,7 @@ fn dwell(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Optio
 }
 
 /// Points that are met as well as others are, with a weight, and points that hold exactly.
-type Points = (Vec<Given>, Vec<(String, Point)>);
+type Points = (Vec<Prescription>, Vec<(String, ExactPoint)>);
 
 /// The [[point]]: each value is a condition, or a range of no width.
 fn points(root: &Section<'_>, lengths: &Lengths) -> Option<Points> {
@@ -557,7 +557,7 @@ fn points(root: &Section<'_>, lengths: &Lengths) -> Option<Points> {
         }
         let Some(weight) = weight else {
             let exact = |order: usize| {
-                Some((section.path_of(ORDERS[order]), Point { law: 0, phi, order, value: values[order]? }))
+                Some((section.path_of(ORDERS[order]), ExactPoint { law: 0, phi, order, value: values[order]? }))
             };
             return Some((None, (0..4).filter_map(exact).collect()));
         };
@@ -568,9 +568,12 @@ fn points(root: &Section<'_>, lengths: &Lengths) -> Option<Points> {
         }
         let prescribed = [u, first, second].map(|value| value.map(|value| Curve::polynomial(vec![value])));
         let range = Range { law: 0, from: phi, to: phi, prescribed, weight };
-        Some((Some(Given { path: section.path.clone(), dwell: false, range, tolerances: [None; 3] }), Vec::new()))
+        Some((
+            Some(Prescription { path: section.path.clone(), dwell: false, range, tolerances: [None; 3] }),
+            Vec::new(),
+        ))
     };
-    let (fitted, exact): (Vec<Option<Given>>, Vec<Vec<_>>) = root.each("point", of)?.into_iter().unzip();
+    let (fitted, exact): (Vec<Option<Prescription>>, Vec<Vec<_>>) = root.each("point", of)?.into_iter().unzip();
     Some((fitted.into_iter().flatten().collect(), exact.concat()))
 }
 
@@ -647,7 +650,8 @@ fn check_purpose(root: &Section<'_>, kind: Kind, integral: Option<f64>, laws: &[
         return refused(" is for one law", "choose objective = \"peak_acceleration\"");
     }
     let give = "give every [[range]] and [[dwell]] a `tolerance`";
-    if let Some(Given { path, .. }) = ranges().find(|given| alone && given.tolerances.iter().all(Option::is_none))
+    if let Some(Prescription { path, .. }) =
+        ranges().find(|given| alone && given.tolerances.iter().all(Option::is_none))
         && integral.is_none()
     {
         return refused(&format!(" does not look at errors, and `{path}` has no tolerance"), give);
@@ -662,11 +666,13 @@ fn check_purpose(root: &Section<'_>, kind: Kind, integral: Option<f64>, laws: &[
     }
     if matches!(kind, Some(LongestDwell { .. } | FewestHarmonics { .. })) {
         root.forbid(&["dU_weight", "ddU_weight"], "the objective looks at errors of U", "objective = \"chebyshev\"");
-        if let Some(Given { path, .. }) = ranges().find(|given| given.tolerances[0].is_none()) {
+        if let Some(Prescription { path, .. }) = ranges().find(|given| given.tolerances[0].is_none()) {
             return refused(&format!(": `{path}` has no `tolerance` of U"), give);
         }
-        let grows = |given: &&Given| given.dwell && given.tolerances[1..].iter().any(Option::is_some);
-        if let Some(Given { path, .. }) = ranges().find(grows).filter(|_| matches!(kind, Some(LongestDwell { .. }))) {
+        let grows = |given: &&Prescription| given.dwell && given.tolerances[1..].iter().any(Option::is_some);
+        if let Some(Prescription { path, .. }) =
+            ranges().find(grows).filter(|_| matches!(kind, Some(LongestDwell { .. })))
+        {
             let message = format!(": `{path}` grows, and tolerances of U′ and U″ would not");
             return refused(&message, "remove `dU_tolerance` and `ddU_tolerance`");
         }

@@ -1,6 +1,6 @@
 //! Contours as polygons, as fine as a chord error demands.
 
-use super::{At, Cam, Follower, Point, Standstill};
+use super::{Cam, CamPosition, Follower, Point, Standstill};
 use camdrive::drives::Fault;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -30,7 +30,7 @@ pub struct Outline {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// The cam at each angle, ascending from φ = 0.
-    pub at: Vec<At>,
+    pub at: Vec<CamPosition>,
     /// The largest distance of a curve from its chords (m), seen at three places between neighbours.
     pub chord_error: f64,
 }
@@ -66,17 +66,17 @@ impl Side {
     }
 
     /// The point of this contour.
-    pub fn point(self, cam: &Cam, at: &At) -> Point {
+    pub fn point(self, cam: &Cam, at: &CamPosition) -> Point {
         at.centre + Point::new(0.0, self.sign(cam.sense) * cam.roller) * at.tangent
     }
 
     /// 1 − (±ϱ) κ: the contour moves along with the path where it is positive; elsewhere it is undercut.
-    pub fn growth(self, cam: &Cam, at: &At) -> f64 {
+    pub fn growth(self, cam: &Cam, at: &CamPosition) -> f64 {
         1.0 - self.sign(cam.sense) * cam.roller * at.curvature
     }
 
     /// The radius of a cylinder that touches a plane as closely as roller or face the contour; negative where that is undercut.
-    pub fn closeness(self, cam: &Cam, at: &At) -> f64 {
+    pub fn closeness(self, cam: &Cam, at: &CamPosition) -> f64 {
         match cam.follower {
             Follower::Flat { .. } => -cam.sense / self.curvature(cam, at),
             _ => cam.roller * self.growth(cam, at),
@@ -84,7 +84,7 @@ impl Side {
     }
 
     /// The signed curvature of the contour (1/m), positive to the left in the sense of its path.
-    pub fn curvature(self, cam: &Cam, at: &At) -> f64 {
+    pub fn curvature(self, cam: &Cam, at: &CamPosition) -> f64 {
         at.curvature / self.growth(cam, at)
     }
 }
@@ -157,18 +157,24 @@ impl Mesh {
         Ok(mesh)
     }
 
-    fn push(&mut self, at: At) -> Result<(), NoMesh> {
+    fn push(&mut self, at: CamPosition) -> Result<(), NoMesh> {
         self.at.push(at);
         if self.at.len() > MOST_POINTS { Err(NoMesh::TooFine) } else { Ok(()) }
     }
 
     /// Puts angles between two of them until all chords are near enough.
-    fn refine(&mut self, curves: &Curves<'_>, from: At, to: At, halvings: usize) -> Result<(), NoMesh> {
+    fn refine(
+        &mut self,
+        curves: &Curves<'_>,
+        from: CamPosition,
+        to: CamPosition,
+        halvings: usize,
+    ) -> Result<(), NoMesh> {
         let between = |part: f64| curves.cam.at_in(curves.segment, from.phi + part * (to.phi - from.phi));
         let looks = [between(0.25)?, between(0.5)?, between(0.75)?];
         let mut error: f64 = 0.0;
         for side in curves.sides {
-            let point = |at: &At| side.point(curves.cam, at);
+            let point = |at: &CamPosition| side.point(curves.cam, at);
             error = looks.iter().map(|at| distance(point(at), point(&from), point(&to))).fold(error, f64::max);
         }
         if error <= curves.tolerance || halvings == 0 {

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 /// Points of a curve.
 const POINTS: usize = 720;
 
-fn curve(name: String, cam: &Cam, f: impl Fn(&super::At) -> f64) -> Series {
+fn curve(name: String, cam: &Cam, f: impl Fn(&super::CamPosition) -> f64) -> Series {
     let point = |i: usize| {
         let phi = TAU * i as f64 / POINTS as f64;
         [phi.to_degrees(), cam.at(phi).map_or(f64::NAN, |at| f(&at))]

@@ -1,7 +1,7 @@
 //! Files for the workshop: contours as CSV, DXF and SVG, in mm, in the frame of the cam, which at φ = 0 is that of the
 //! machine.
 
-use super::{At, Cam, Follower, Mesh, Point, Side};
+use super::{Cam, CamPosition, Follower, Mesh, Point, Side};
 use crate::drawing::{Anchor, BLACK, Drawing, Ink, Shape, Unit, WHITE, arc};
 use crate::plot::LETTER;
 use crate::text;
@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 const MILLIMETRES: f64 = 1e3;
 
 /// A cam of the drawing.
-pub struct Drawn<'a> {
+pub struct CamDrawing<'a> {
     /// "F" and "P" of a conjugate pair, nothing where there is but one.
     pub name: &'static str,
     /// The cam.
@@ -28,7 +28,7 @@ pub struct Drawn<'a> {
     pub hub: f64,
 }
 
-impl Drawn<'_> {
+impl CamDrawing<'_> {
     /// The path of the centre of roller or cutter, where there is one, and the contours.
     fn curves(&self) -> impl Iterator<Item = Side> {
         (self.cam.roller > 0.0).then_some(Side::Path).into_iter().chain(self.sides.iter().copied())
@@ -137,7 +137,7 @@ fn decimal(length: f64) -> String {
 
 /// The layers as an ASCII DXF (AutoCAD R12, which every CAD program reads), in mm: contours and roller paths as closed
 /// polylines, the rollers at φ = 0, base circles and hub as circles, the cam's centre and the lever's pivot as points, marks of φ.
-pub fn dxf(title: &str, drawn: &[Drawn<'_>]) -> String {
+pub fn dxf(title: &str, drawn: &[CamDrawing<'_>]) -> String {
     // Group codes: 999 comment, 0 entity, 2 name, 8 layer, 66 vertices follow, 70 flags (1: closed), 10/20/30 coordinates,
     // 11/21/31 second end, 40 radius or height of letters, 1 text; $INSUNITS 4 and $MEASUREMENT 1 are millimetres and metric.
     let mut text = format!("999\n{}: camdrive, lengths in mm\n", title.replace(['\n', '\r'], " "));
@@ -241,7 +241,7 @@ impl Sheet {
     }
 
     /// Contours, roller, lever and largest radius of the cam with this number.
-    fn cam(&mut self, number: usize, cam: &Drawn<'_>) {
+    fn cam(&mut self, number: usize, cam: &CamDrawing<'_>) {
         let origin = Point::from(0.0);
         for side in cam.curves() {
             let closed = cam.points(side).chain(cam.points(side).take(1));
@@ -279,7 +279,7 @@ impl Sheet {
     }
 
     /// The angles φ on a ring of this radius.
-    fn scale(&mut self, cam: &Drawn<'_>, ring: f64) {
+    fn scale(&mut self, cam: &CamDrawing<'_>, ring: f64) {
         let letter = self.letter;
         for degrees in (0..360_u16).step_by(10) {
             let mark = cam.mark(f64::from(degrees).to_radians());
@@ -293,7 +293,7 @@ impl Sheet {
     }
 
     /// Hub and sense of rotation, an arrow between the hub and the least radius.
-    fn rotation(&mut self, cam: &Drawn<'_>, least: f64) {
+    fn rotation(&mut self, cam: &CamDrawing<'_>, least: f64) {
         let hub = cam.hub * MILLIMETRES;
         if hub > 0.0 {
             self.circle(Point::from(0.0), hub, &[]);
@@ -333,12 +333,12 @@ fn down(p: Point) -> [f64; 2] {
 /// The cam as a drawing in its true size, read without colours: contours thick (that of the second cam dashed), path of the
 /// roller's centre, base circle, hub and centre lines thin, roller and lever at φ = 0, largest radius, sense of rotation; around
 /// it the angles φ at which a mark points at the first roller.
-pub fn svg(title: &str, drawn: &[Drawn<'_>]) -> String {
+pub fn svg(title: &str, drawn: &[CamDrawing<'_>]) -> String {
     let curves = || drawn.iter().flat_map(|cam| cam.curves().flat_map(|side| cam.points(side)));
     let largest = curves().map(Point::norm).fold(0.0, f64::max);
     let mut sheet = Sheet { shapes: Vec::new(), letter: LETTERS[0].max(LETTERS[1] * largest) };
     // The marks lie beyond the rollers.
-    let ring = largest + drawn.iter().map(Drawn::roller_radius).fold(0.0, f64::max) + 0.5 * sheet.letter;
+    let ring = largest + drawn.iter().map(CamDrawing::roller_radius).fold(0.0, f64::max) + 0.5 * sheet.letter;
     for (x, y) in [(ring, 0.0), (0.0, ring)] {
         sheet.line([Point::new(-x, -y), Point::new(x, y)], 0.25, GREY, CENTRE);
     }
@@ -353,7 +353,7 @@ pub fn svg(title: &str, drawn: &[Drawn<'_>]) -> String {
         let turns = if first.cam.sense > 0.0 { "counter-clockwise" } else { "clockwise" };
         notes.push(format!("Scale 1 : 1, drawn at φ = 0, the cam turns {turns}; lengths in mm"));
     }
-    notes.extend(drawn.iter().map(Drawn::dimensions));
+    notes.extend(drawn.iter().map(CamDrawing::dimensions));
     let (mut low, mut high) = (Point::new(-ring, -ring), Point::new(ring, ring));
     low -= Point::new(4.0, 4.0) * sheet.letter;
     high += Point::new(4.0, 4.0) * sheet.letter;
@@ -369,7 +369,7 @@ pub fn svg(title: &str, drawn: &[Drawn<'_>]) -> String {
 ///
 /// # Errors
 /// None in practice: the writer fills memory.
-pub fn csv(drawn: &Drawn<'_>) -> Result<String, Fault> {
+pub fn csv(drawn: &CamDrawing<'_>) -> Result<String, Fault> {
     let lever = matches!(drawn.cam.follower, Follower::Lever { .. });
     let lift = if drawn.angular { "lift_deg" } else { "lift_mm" };
     let coordinate = if lever { "lever_deg" } else { "height_mm" };
@@ -386,7 +386,7 @@ pub fn csv(drawn: &Drawn<'_>) -> Result<String, Fault> {
     }
     // As in the diagram: positive where a curve bulges away from the cam's axis.
     let bulge = -drawn.cam.sense;
-    let row = |at: &At| -> Vec<String> {
+    let row = |at: &CamPosition| -> Vec<String> {
         let mut cells = vec![
             at.phi.to_degrees(),
             if drawn.angular { at.lift.to_degrees() } else { MILLIMETRES * at.lift },

@@ -90,7 +90,7 @@ pub struct Cam {
 
 /// The cam at one angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct At {
+pub struct CamPosition {
     /// φ (rad).
     pub phi: f64,
     /// U (m or rad).
@@ -168,14 +168,14 @@ impl Cam {
     ///
     /// # Errors
     /// Where the roller's centre stands still on the cam.
-    pub fn at_in(&self, segment: usize, phi: f64) -> Result<At, Standstill> {
+    pub fn at_in(&self, segment: usize, phi: f64) -> Result<CamPosition, Standstill> {
         let [u, u1, u2, ..] = self.law.at_in(segment, phi).0;
         // Turned back into the frame of the cam; angles stay.
         let back = Point::from_polar(1.0, -self.sense * phi);
         if let Follower::Flat { start } = self.follower {
             let (coordinate, radius) = (start + u, start + u + u2 + self.roller);
             let place = Point::new(self.sense * u1, coordinate + self.roller);
-            return Ok(At {
+            return Ok(CamPosition {
                 phi,
                 lift: u,
                 coordinate,
@@ -200,7 +200,7 @@ impl Cam {
         let along = (v.conj() * by_lift).re.abs();
         let across = (v.conj() * by_lift).im.abs();
         let normal = turn * v / speed;
-        Ok(At {
+        Ok(CamPosition {
             phi,
             lift: u,
             coordinate: self.follower.coordinate(u),
@@ -219,7 +219,7 @@ impl Cam {
     ///
     /// # Errors
     /// Where the roller's centre stands still on the cam.
-    pub fn at(&self, phi: f64) -> Result<At, Standstill> {
+    pub fn at(&self, phi: f64) -> Result<CamPosition, Standstill> {
         let phi = if phi > PI { phi - TAU } else { phi };
         self.at_in(self.law.segment(phi, true), phi)
     }

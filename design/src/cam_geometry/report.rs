@@ -1,6 +1,6 @@
 //! The report of cams, and their files.
 
-use super::files::{self, Drawn};
+use super::files::{self, CamDrawing};
 use super::{Carrier, Cut, Disc, Finding, Shape, degrees, figures};
 use crate::plot::Diagram;
 use crate::report::terminal::shown;
@@ -104,10 +104,10 @@ impl Shape {
         [(first, figures::pressure(self)), ("curvature", figures::curvature(self))]
     }
 
-    fn drawn(&self) -> Vec<Drawn<'_>> {
+    fn drawn(&self) -> Vec<CamDrawing<'_>> {
         let (sides, angular) = (self.plan.cut.sides(), self.plan.angular);
         let hub = self.plan.limits.hub;
-        self.cams.iter().map(|c| Drawn { name: c.name, cam: &c.cam, mesh: &c.mesh, sides, angular, hub }).collect()
+        self.cams.iter().map(|c| CamDrawing { name: c.name, cam: &c.cam, mesh: &c.mesh, sides, angular, hub }).collect()
     }
 
     /// The files for workshop and controller; the endings tell them apart.
@@ -162,7 +162,7 @@ const ROLLER: &str = "largest admissible roller radius";
 
 /// The cams of a scene, in SI units.
 #[derive(Serialize)]
-pub struct Findings<'a> {
+pub struct CamSet<'a> {
     scene: &'a str,
     followers: Vec<Summary<'a>>,
     #[serde(skip)]
@@ -187,10 +187,10 @@ struct CamSummary {
     findings: Vec<Finding>,
 }
 
-impl<'a> Findings<'a> {
+impl<'a> CamSet<'a> {
     /// The findings on the cams of a scene.
     pub fn new(scene: &'a str, shapes: &'a [Shape]) -> Self {
-        Findings { scene, followers: shapes.iter().map(Shape::summary).collect(), shapes }
+        CamSet { scene, followers: shapes.iter().map(Shape::summary).collect(), shapes }
     }
 
     /// The report.

@@ -1,7 +1,7 @@
 //! Circles, the formulas of the lever in real quantities, cusps and crossings, rollers on their contours, files read back.
 
 use super::checks::{findings, worst};
-use super::files::{Drawn, csv, dxf, svg};
+use super::files::{CamDrawing, csv, dxf, svg};
 use super::*;
 use crate::report::Level;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, StandardLaw};
@@ -413,7 +413,8 @@ fn polylines(text: &str) -> (Layers, Vec<(Point, f64)>) {
 fn files_hold_the_contours() {
     let cam = lever(lively(), 1.0, 1.0);
     let mesh = Mesh::new(&cam, &[Side::Inner, Side::Outer], 1e-5).unwrap();
-    let drawn = [Drawn { name: "", cam: &cam, mesh: &mesh, sides: Cut::Groove.sides(), angular: false, hub: 0.015 }];
+    let drawn =
+        [CamDrawing { name: "", cam: &cam, mesh: &mesh, sides: Cut::Groove.sides(), angular: false, hub: 0.015 }];
     let text = dxf("a\nname", &drawn);
     assert!(text.starts_with("999\na name: ") && text.ends_with("0\nEOF\n") && text.contains("$INSUNITS\n70\n4\n"));
     let (found, circles) = polylines(&text);
@@ -471,7 +472,7 @@ fn the_report_tells_all() {
     let tolerances = Tolerances { chord: 1e-6, table: 1e-6 };
     let shape = Shape::new("rocker", &cam.law, plan(&cam, Cut::Conjugate(second)), tolerances).unwrap();
     let shapes = [shape];
-    let found = report::Findings::new("machine", &shapes);
+    let found = report::CamSet::new("machine", &shapes);
     let (text, [shape]) = (found.report().text(400, false), &shapes);
     for part in ["conjugate", "rocker F", "rocker P", "pressure angle", "points, chord error", "cam table of"] {
         assert!(text.contains(part), "{part}: {text}");

@@ -11,7 +11,7 @@ use super::contact_motion::ContactMotion;
 use super::law::Crossing;
 use super::machine::Machine;
 use super::passage::Clearance;
-use super::settled::{self, Settled};
+use super::settled::{self, SettledMotion};
 use super::tuning::Intervals;
 use super::{Parameters, passages};
 use crate::clearance::borders::Sequel;
@@ -74,7 +74,7 @@ pub struct Change {
     /// Its value (SI).
     pub value: f64,
     /// The motion there.
-    pub settled: Settled,
+    pub settled: SettledMotion,
     /// The largest impulse (N·s) after a start at rest on the cam: with little damping a motion remembers its start.
     #[serde(skip)]
     pub from_rest: f64,

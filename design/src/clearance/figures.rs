@@ -1,8 +1,8 @@
 //! The diagrams of a report.
 
-use super::Findings;
+use super::ClearanceAnalysis;
 use super::borders::borders;
-use super::passage::{Clearance, Point};
+use super::passage::{Clearance, VibrationPoint};
 use crate::formulas::passage::Masses;
 use crate::plot::{Axis, Diagram, Rule, Series, Shade};
 use crate::text::number;
@@ -18,7 +18,7 @@ const MOST_LAWS: usize = 6;
 const MOST_PASSAGES: usize = 3;
 
 /// μ and K between which the map is drawn: that of the source, wide enough for the passages.
-pub fn extent(report: &Findings) -> ([f64; 2], [f64; 2]) {
+pub fn extent(report: &ClearanceAnalysis) -> ([f64; 2], [f64; 2]) {
     let (mut mu, mut k) = ([0.01, 10.0], [0.1, 1000.0]);
     let widen = |ends: &mut [f64; 2], value: f64| *ends = [ends[0].min(0.5 * value), ends[1].max(2.0 * value)];
     widen(&mut mu, report.machine.mu);
@@ -29,7 +29,7 @@ pub fn extent(report: &Findings) -> ([f64; 2], [f64; 2]) {
 }
 
 /// (K, τ₁) for the mass ratios of the source's diagram and its K, or as far as the passages ask for.
-pub fn passage_times(report: &Findings) -> Vec<(String, Vec<[f64; 2]>)> {
+pub fn passage_times(report: &ClearanceAnalysis) -> Vec<(String, Vec<[f64; 2]>)> {
     let k = report.laws.iter().flat_map(|study| &study.passages).filter_map(|passage| passage.k);
     let [low, high] = k.fold([0.1, 50.0], |[low, high]: [f64; 2], k| [low.min(0.5 * k), high.max(2.0 * k)]);
     let curve = |mu: f64| {
@@ -43,7 +43,7 @@ pub fn passage_times(report: &Findings) -> Vec<(String, Vec<[f64; 2]>)> {
 
 /// The passages of a law with K, at most as many as can be told apart laws.
 fn by_law<'a>(
-    report: &'a Findings,
+    report: &'a ClearanceAnalysis,
     point: impl Fn(&Clearance) -> Option<[f64; 2]> + 'a,
 ) -> impl Iterator<Item = Series> + 'a {
     let laws = report.laws.iter().take(MOST_LAWS);
@@ -51,7 +51,7 @@ fn by_law<'a>(
 }
 
 /// τ₁ over K for several μ, with the passages of the laws.
-pub fn passage_time(report: &Findings) -> Diagram {
+pub fn passage_time(report: &ClearanceAnalysis) -> Diagram {
     let curves = passage_times(report).into_iter();
     let mut series: Vec<Series> = curves.map(|(mu, points)| Series::line(format!("μ = {mu}"), points)).collect();
     series.extend(by_law(report, |passage| Some([passage.k?, passage.model.or(passage.formula)?.tau])).map(|series| {
@@ -63,7 +63,7 @@ pub fn passage_time(report: &Findings) -> Diagram {
 }
 
 /// Where in the plane of K and μ further impacts follow, with the passages of the laws.
-pub fn multiple_impacts(report: &Findings) -> Diagram {
+pub fn multiple_impacts(report: &ClearanceAnalysis) -> Diagram {
     let (mu, k) = extent(report);
     let seen = |[x, y]: &[f64; 2]| (k[0]..=k[1]).contains(x) && (mu[0]..=mu[1]).contains(y);
     // The areas go beyond the ends of the axes.
@@ -103,7 +103,7 @@ pub fn multiple_impacts(report: &Findings) -> Diagram {
 }
 
 /// The passages with the hardest impacts of the scene's law, by formula and model.
-fn after_impact(report: &Findings, value: impl Fn(&Point) -> [Option<f64>; 2]) -> Vec<Series> {
+fn after_impact(report: &ClearanceAnalysis, value: impl Fn(&VibrationPoint) -> [Option<f64>; 2]) -> Vec<Series> {
     let Some(study) = report.laws.first() else { return Vec::new() };
     let impulse = |p: &Clearance| p.model.or(p.formula).map_or(0.0, |figures| figures.impulse);
     let mut hardest: Vec<&Clearance> = study.passages.iter().filter(|p| !p.course.is_empty()).collect();
@@ -129,19 +129,19 @@ fn over_time(title: String, label: &str, series: Vec<Series>) -> Diagram {
 }
 
 /// The deformation over the natural period after the impact.
-pub fn deformation(report: &Findings) -> Diagram {
+pub fn deformation(report: &ClearanceAnalysis) -> Diagram {
     let title = format!("Deformation after the impacts of {}", report.scene);
     over_time(title, "Deformation q/s, positive as at the impact [1]", after_impact(report, |point| point.q))
 }
 
 /// The contact force over the natural period after the impact.
-pub fn force(report: &Findings) -> Diagram {
+pub fn force(report: &ClearanceAnalysis) -> Diagram {
     let title = format!("Contact force after the impacts of {}", report.scene);
     over_time(title, "Contact force/(c s), pressing positive [1]", after_impact(report, |point| point.force))
 }
 
 /// U″ of the laws over the turn, with the passages of the first one.
-pub fn acceleration(report: &Findings) -> Diagram {
+pub fn acceleration(report: &ClearanceAnalysis) -> Diagram {
     let laws = report.laws.iter().take(MOST_LAWS);
     let curve = laws.map(|study| Series::line(&study.law, study.course.iter().map(|[phi, u]| [phi.to_degrees(), *u])));
     let mut series: Vec<Series> = curve.collect();

@@ -38,7 +38,7 @@ use law::{Crossing, Signs};
 use machine::Machine;
 use passage::{Bench, Clearance, Figures};
 use serde::Serialize;
-use settled::Settled;
+use settled::SettledMotion;
 use std::f64::consts::TAU;
 use tuning::{Passages, Tuning};
 
@@ -82,7 +82,7 @@ pub const WARN: f64 = 0.1;
 
 /// The result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Findings {
+pub struct ClearanceAnalysis {
     /// The name of the scene.
     pub scene: String,
     /// The parameters.
@@ -144,7 +144,7 @@ pub struct Study {
     /// Those by the model; None where e > 0 rebounds m1 at all of them, and where that takes long.
     pub by_model: Option<ByModel>,
     /// The motion that the drive settles to.
-    pub settled: Option<Settled>,
+    pub settled: Option<SettledMotion>,
     /// Parts that could not be computed, and reasons to distrust the formulas.
     pub remarks: Vec<String>,
     /// U″ over the turn.
@@ -165,7 +165,7 @@ pub struct Calm {
 ///
 /// # Errors
 /// A model without clearance, a standing shaft, options that are out of range.
-pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)) -> Result<Findings, Fault> {
+pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)) -> Result<ClearanceAnalysis, Fault> {
     let scene = scene(resource, options)?;
     let w = speed(&scene, options)?;
     let omega = (scene.parameters.c / scene.parameters.m2).sqrt();
@@ -182,7 +182,7 @@ pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)
         let scene = Scene { cam: law.clone(), ..scene.clone() };
         studies.push(of_law(name, &scene, &machine, options, *noise));
     }
-    Ok(Findings { scene: resource.name.clone(), machine, laws: studies })
+    Ok(ClearanceAnalysis { scene: resource.name.clone(), machine, laws: studies })
 }
 
 /// The drive with backlash that is meant.
@@ -480,12 +480,12 @@ fn passages(
 }
 
 /// The points of the formula with those of the model.
-fn merged(formula: Vec<passage::Point>, model: Vec<passage::Point>) -> Vec<passage::Point> {
+fn merged(formula: Vec<passage::VibrationPoint>, model: Vec<passage::VibrationPoint>) -> Vec<passage::VibrationPoint> {
     if formula.is_empty() {
         return model;
     }
     let both = formula.into_iter().zip(model);
-    both.map(|(a, b)| passage::Point { q: [a.q[0], b.q[1]], force: [a.force[0], b.force[1]], ..a }).collect()
+    both.map(|(a, b)| passage::VibrationPoint { q: [a.q[0], b.q[1]], force: [a.force[0], b.force[1]], ..a }).collect()
 }
 
 /// Notes what the passages leave out.

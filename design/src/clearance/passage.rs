@@ -67,12 +67,12 @@ pub struct Clearance {
     pub left: f64,
     /// The natural period after the impact.
     #[serde(skip)]
-    pub course: Vec<Point>,
+    pub course: Vec<VibrationPoint>,
 }
 
 /// A point of the period after the impact; q and the force count positive where the flank presses.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub struct VibrationPoint {
     /// τ*.
     pub tau: f64,
     /// q/s by the formula and by the model.
@@ -113,8 +113,8 @@ impl Figures {
     }
 
     /// The period after the impact by (21) and (25).
-    pub fn course(passage: &Passage) -> Vec<Point> {
-        let point = |tau: f64| Point {
+    pub fn course(passage: &Passage) -> Vec<VibrationPoint> {
+        let point = |tau: f64| VibrationPoint {
             tau,
             q: [Some(passage.elongation(tau)), None],
             force: [Some(passage.pressing(tau) / passage.k), None],
@@ -146,7 +146,12 @@ struct Flight {
 impl Bench<'_> {
     /// Follows the passage that begins with `release`; `next`: the time until the release after it (s); `scale`: a guess
     /// of the time of passage (s).
-    pub fn follow(&mut self, release: &Release, next: f64, scale: f64) -> Result<(Figures, Vec<Point>), Fault> {
+    pub fn follow(
+        &mut self,
+        release: &Release,
+        next: f64,
+        scale: f64,
+    ) -> Result<(Figures, Vec<VibrationPoint>), Fault> {
         let turn = self.machine.turn();
         let lead = (release.time - release.before.time).rem_euclid(turn);
         let flight = self.flight(release, lead, scale)?;
@@ -243,7 +248,7 @@ impl Bench<'_> {
         impact: f64,
         window: f64,
         figures: &mut Figures,
-    ) -> Result<Vec<Point>, Fault> {
+    ) -> Result<Vec<VibrationPoint>, Fault> {
         let Parameters { c, s, m2, .. } = self.scene.parameters;
         let omega = (c / m2).sqrt();
         // Pressing counts positive: against flank B after a release from A.
@@ -270,7 +275,7 @@ impl Bench<'_> {
                 }
             }
             let scaled = [sign * moment.q[0] / s, -sign * moment.force[0] / (c * s)];
-            points.push(Point { tau, q: [None, Some(scaled[0])], force: [None, Some(scaled[1])] });
+            points.push(VibrationPoint { tau, q: [None, Some(scaled[0])], force: [None, Some(scaled[1])] });
         }
         if settled && window > 0.0 {
             (figures.elongation, figures.force) = (Some(largest[0]), Some(largest[1]));

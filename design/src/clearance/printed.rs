@@ -3,11 +3,11 @@
 use super::by_model::DIGITS;
 use super::passage::{Clearance, Figures};
 use super::tuning::SOURCE_BOUND;
-use super::{Findings, Study, WARN};
+use super::{ClearanceAnalysis, Study, WARN};
 use crate::report::rounding::admissible;
 use crate::report::terminal::shown;
 use crate::report::unit::{DEG, HZ, J, KG, MM, MM_PER_RAD3, MS, N, NS, ONE, PERCENT, RPM, Unit};
-use crate::report::{Report, Table, Written};
+use crate::report::{Report, Table, WrittenValue};
 use crate::text::number;
 
 /// A figure of a passage in files: its key, its heading, its unit.
@@ -28,7 +28,7 @@ const FIGURES: [Figure; 8] = [
 type Row<'a> = (&'a Study, usize, &'a Clearance, &'static str, Option<Figures>);
 
 /// The passages of all laws by the formulas and by the model.
-fn passages(findings: &Findings) -> Table {
+fn passages(findings: &ClearanceAnalysis) -> Table {
     let numbered =
         findings.laws.iter().flat_map(|study| study.passages.iter().zip(1..).map(move |(p, i)| (study, i, p)));
     let rows: Vec<Row> = numbered
@@ -61,7 +61,7 @@ fn passages(findings: &Findings) -> Table {
 }
 
 /// Formulas beside the model, what they admit, and why they may be wrong.
-pub(super) fn explain(findings: &Findings, report: &mut Report) {
+pub(super) fn explain(findings: &ClearanceAnalysis, report: &mut Report) {
     report.explain_table(passages(findings));
     let machine = &findings.machine;
     let Some(study) = findings.laws.first() else { return };
@@ -88,7 +88,7 @@ pub(super) fn explain(findings: &Findings, report: &mut Report) {
             } else {
                 String::new()
             },
-            Written::rounded(tuning.source_frequency, &HZ, DIGITS, false),
+            WrittenValue::rounded(tuning.source_frequency, &HZ, DIGITS, false),
             if tuning.k.intervals.len() > 1 {
                 "leaves out the releases right after the impact"
             } else {
@@ -103,8 +103,8 @@ pub(super) fn explain(findings: &Findings, report: &mut Report) {
             lines.push(format!(
                 "Their quasi-static release is right to 5 % from a natural frequency of {} on at this speed, up to {} at \
                  this natural frequency.",
-                Written::rounded(tuning.quasi_static_frequency, &HZ, DIGITS, true),
-                Written::rounded(tuning.quasi_static_speed, &RPM, DIGITS, false)
+                WrittenValue::rounded(tuning.quasi_static_frequency, &HZ, DIGITS, true),
+                WrittenValue::rounded(tuning.quasi_static_speed, &RPM, DIGITS, false)
             ));
         }
     }

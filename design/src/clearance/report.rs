@@ -3,13 +3,13 @@
 use super::borders::{Sequel, borders};
 use super::by_model::{Change, DIGITS, QUANTITIES, UNITS};
 use super::passage::{Clearance, Figures};
-use super::settled::Settled;
+use super::settled::SettledMotion;
 use super::tuning::Intervals;
-use super::{Findings, Parameters, Study, figures, printed};
+use super::{ClearanceAnalysis, Parameters, Study, figures, printed};
 use crate::report::rounding::admissible;
 use crate::report::terminal::{range, shown};
 use crate::report::unit::{DEG, HZ, J, KG, MM, MM_PER_RAD2, MS, N, NS, ONE, PERCENT, RPM, Unit};
-use crate::report::{Advice, Claim, Level, Report, Setting, Table, Verdict, Written};
+use crate::report::{Advice, Claim, Level, Report, Setting, Table, Verdict, WrittenValue};
 use crate::text::{counted, number};
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -42,7 +42,7 @@ fn places(angles: impl Iterator<Item = f64>) -> String {
 /// The settings for another value (SI) of a quantity, by its place in [`QUANTITIES`].
 fn settings(machine: &Parameters, which: usize, value: f64) -> Vec<Setting> {
     let Parameters { m2, b, omega, speed, .. } = *machine;
-    let written = |value: f64| Written::nearest(value, &UNITS[which], DIGITS);
+    let written = |value: f64| WrittenValue::nearest(value, &UNITS[which], DIGITS);
     let damping = 0.5 * b / (m2 * omega);
     match which {
         // The damping ratio stays, that is b follows.
@@ -69,7 +69,7 @@ fn sequel(figures: &Figures) -> &'static str {
 }
 
 /// "2 impacts a turn, the hardest with 0.0289 N·s".
-fn impacts(settled: &Settled) -> String {
+fn impacts(settled: &SettledMotion) -> String {
     match settled.impacts {
         0.0 => "no impact".to_owned(),
         impacts => {
@@ -157,7 +157,8 @@ impl Study {
             let known = cured.contains(&change.quantity);
             if let Some(i) = quantities.iter().position(|of| of.name == change.quantity && !known) {
                 let of = &quantities[i];
-                let [value, before] = [change.value, of.value].map(|value| Written::nearest(value, &of.unit, DIGITS));
+                let [value, before] =
+                    [change.value, of.value].map(|value| WrittenValue::nearest(value, &of.unit, DIGITS));
                 let settled = impacts(&change.settled);
                 let text = format!("Gentler: a {} of {value} instead of {before} ({settled}).", of.name);
                 let claim = Claim::Impulse { at_most: (1.0 - GAIN) * now };
@@ -228,7 +229,7 @@ impl Study {
     }
 }
 
-impl Findings {
+impl ClearanceAnalysis {
     /// The answer, on the law of the scene.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();

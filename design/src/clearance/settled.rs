@@ -13,7 +13,7 @@ const REPEATS: f64 = 1e-6;
 
 /// A turn of the settled motion, on average over its second half.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Settled {
+pub struct SettledMotion {
     /// Turns that count.
     pub turns: usize,
     /// Impacts per turn.
@@ -27,7 +27,7 @@ pub struct Settled {
 }
 
 /// Runs `turns` turns from φ = 0 with this q (m), q̇ (m/s).
-pub fn run(machine: &mut Machine, start: [f64; 2], turns: usize) -> Result<Settled, Fault> {
+pub fn run(machine: &mut Machine, start: [f64; 2], turns: usize) -> Result<SettledMotion, Fault> {
     if turns < 2 {
         return Err(
             Fault::new(format!("--turns {turns} is too few: half of them are left out; give at least 2")).of("--turns")
@@ -56,7 +56,7 @@ pub fn run(machine: &mut Machine, start: [f64; 2], turns: usize) -> Result<Settl
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let scale = losses.iter().copied().fold(0.0, f64::max);
     let pairs = |values: &[f64], tolerance: f64| values.windows(2).all(|pair| (pair[0] - pair[1]).abs() <= tolerance);
-    Ok(Settled {
+    Ok(SettledMotion {
         turns: turns - skipped,
         impacts: mean(&impacts),
         largest_impulse: largest,

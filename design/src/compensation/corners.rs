@@ -51,7 +51,7 @@ pub fn divided(knots: &[f64], parts: impl Fn(usize) -> usize) -> Vec<f64> {
 }
 
 /// A turn of the wanted motion, from corner to corner.
-pub trait Turn: std::fmt::Debug + Send + Sync {
+pub trait WantedTurn: std::fmt::Debug + Send + Sync {
     /// Ω (rad/s).
     fn mean_speed(&self) -> f64;
 
@@ -158,7 +158,7 @@ impl Corners {
     }
 }
 
-impl Turn for Corners {
+impl WantedTurn for Corners {
     fn mean_speed(&self) -> f64 {
         self.mean_speed
     }

@@ -7,7 +7,7 @@
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", tables 1 and 2, equation (5).
 
 use super::iteration::Round;
-use super::report::Findings;
+use super::report::Compensation;
 use super::spectral::{POINTS, phase};
 use crate::plot::{Axis, Diagram, Rule, Series};
 use crate::report::unit::RPM;
@@ -17,7 +17,7 @@ use camdrive::motion::Fourier;
 const LEAST: f64 = 1e-4;
 const HIGHEST: usize = 40;
 
-impl Findings {
+impl Compensation {
     /// The machines, by the names that legends have.
     fn shown(&self) -> impl Iterator<Item = (String, &Round)> {
         self.machines().map(|(name, round)| match name.as_str() {

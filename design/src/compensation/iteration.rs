@@ -6,11 +6,11 @@
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 3, steps 1 to 8, and its
 //! tables. (6) there holds with φ̇₀ = 2π/T, T the period that belongs to the motion.
 
-use super::corners::{Instant, Turn as _};
+use super::corners::{Instant, WantedTurn as _};
 use super::laws::{miss, places};
 use super::loaded::Course;
 use super::periodic_motion::{self, Driving, Inertia, PeriodicMotion};
-use super::restrictions::Kept;
+use super::restrictions::RestrictionReserve;
 use super::spectral::{Mesh, amplitude, largest, largest_between, mean};
 use super::{Solution, Task, Tool, range};
 use camdrive::drives::rigid_machine::{Motor, Place};
@@ -44,7 +44,7 @@ pub struct Round {
     /// One for each tool.
     pub tools: Vec<Quality>,
     /// The restrictions of the tools with their reserves.
-    pub restrictions: Vec<Kept>,
+    pub restrictions: Vec<RestrictionReserve>,
     /// φ̇ over the phase of time, φ̇₀ = 2π/T, a_m, b_m (rad/s).
     #[serde(skip)]
     pub speeds: Fourier,

@@ -7,7 +7,7 @@
 //! ÿ = f(U(φ))¨, U̇ = U′ω, Ü = U″ω² + U′ω̇ against y = f(U(ψ)): both sides in closed form, the maximum found between the
 //! places at which they are compared.
 
-use super::corners::{Instant, Turn, divided};
+use super::corners::{Instant, WantedTurn, divided};
 use super::spectral::{Mesh, amplitude, largest, largest_between};
 use super::{Angle, Solution, Tool};
 use crate::harmonic_analysis::without_rounding;
@@ -170,7 +170,7 @@ impl Wanted<'_> {
                 angles: open.iter().map(angle).collect(),
                 lifts: open.iter().map(|psi| tool.driven(*psi)[0]).collect(),
             };
-            let bent = |corners: &dyn Turn| open.iter().map(|psi| corners.bend(tool, *psi)).collect();
+            let bent = |corners: &dyn WantedTurn| open.iter().map(|psi| corners.bend(tool, *psi)).collect();
             let table = match corners {
                 Some(corners) => Table::bent(points, bent(corners)),
                 None => Table::new(points),

@@ -11,7 +11,7 @@
 //! Symbols as in [`super::periodic_motion`]; F_Lj load on tool j (N or N·m), M_L, b_L load and friction of the shaft. Valid for
 //! rigid followers and a motor whose rotor follows the shaft, with one state at most. Derived here.
 
-use super::corners::{Instant, Turn, merged};
+use super::corners::{Instant, WantedTurn, merged};
 use super::periodic_motion::PeriodicMotion;
 use super::spectral::Mesh;
 use crate::search::root;
@@ -49,7 +49,7 @@ const COST: f64 = 2.0;
 
 /// A machine and the loads on its followers.
 #[derive(Clone, Debug)]
-pub struct Loaded {
+pub struct LoadedMachine {
     /// The shaft with its motor.
     pub machine: Machine,
     /// Followers whose cams stay as they are.
@@ -83,7 +83,7 @@ struct Leg {
 #[derive(Clone, Debug)]
 pub struct Course {
     /// The machine, with the synchronous speed that yields the period.
-    pub machine: Loaded,
+    pub machine: LoadedMachine,
     /// ω and the motor's state at ψ = 0, and Ω.
     pub start: [f64; 3],
     sides: Sides,
@@ -93,7 +93,7 @@ pub struct Course {
 }
 
 impl Sides {
-    fn new(Loaded { machine, kept, tools }: &Loaded, load: f64, mean_speed: f64) -> Self {
+    fn new(LoadedMachine { machine, kept, tools }: &LoadedMachine, load: f64, mean_speed: f64) -> Self {
         let (mut followers, mut tools) = (kept.clone(), tools.clone());
         for tool in &mut tools {
             let mut still = tool.clone();
@@ -200,7 +200,7 @@ impl System<3> for OnLeg<'_> {
     }
 }
 
-impl Loaded {
+impl LoadedMachine {
     /// True if a law of a load has breakpoints.
     pub fn has_corners(&self) -> bool {
         let processes = self.kept.iter().chain(&self.tools).filter_map(|follower| follower.load.process.as_ref());
@@ -286,7 +286,7 @@ impl Course {
     }
 }
 
-impl Turn for Course {
+impl WantedTurn for Course {
     fn mean_speed(&self) -> f64 {
         self.sides.mean_speed
     }

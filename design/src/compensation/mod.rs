@@ -44,8 +44,8 @@ use crate::{Progress, work};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::{self, Kloss, Motor, Place};
 use camdrive::motion::Fourier;
-use corners::{Corners, Turn};
-use loaded::Loaded;
+use corners::{Corners, WantedTurn};
+use loaded::LoadedMachine;
 use periodic_motion::{Driving, Inertia, PeriodicMotion};
 use spectral::{Mesh, largest, mean, tail};
 use std::f64::consts::TAU;
@@ -92,7 +92,7 @@ pub struct Task {
     pub restrictions: Restrictions,
     /// The machine under its loads and with its motor, where these are others than those of `driving`, which then has the period
     /// and the constant load.
-    pub loaded: Option<Loaded>,
+    pub loaded: Option<LoadedMachine>,
 }
 
 /// The solution.
@@ -107,9 +107,9 @@ pub struct Solution {
     /// ρ, the factor by which an iteration of the source reduces the error.
     pub factor: f64,
     /// The motion from corner to corner, where laws have some.
-    corners: Option<Arc<dyn Turn>>,
+    corners: Option<Arc<dyn WantedTurn>>,
     /// A machine under loads, with ω and the motor's state at ψ = 0, and Ω.
-    loaded: Option<(Loaded, [f64; 3])>,
+    loaded: Option<(LoadedMachine, [f64; 3])>,
 }
 
 /// The tools' inertia in the phase of time, and the rest in the angle.
@@ -158,7 +158,7 @@ impl Task {
 
     /// True if a law of a tool is no series, or one of a load has breakpoints.
     fn has_corners(&self) -> bool {
-        self.loaded.as_ref().is_some_and(Loaded::has_corners)
+        self.loaded.as_ref().is_some_and(LoadedMachine::has_corners)
             || self.tools.iter().any(|tool| tool.motion.series().is_none())
     }
 
@@ -257,7 +257,7 @@ impl Task {
             if resolution <= RESOLVED || 2 * order > self.finest() {
                 let factor = self.factor(&periodic, &speed);
                 let loaded = course.as_ref().map(|course| (course.machine.clone(), course.start));
-                let corners: Option<Arc<dyn Turn>> = match course {
+                let corners: Option<Arc<dyn WantedTurn>> = match course {
                     Some(course) if self.has_corners() || resolution > SMOOTH => Some(Arc::new(course)),
                     None if self.has_corners() => Some(Arc::new(Corners::new(self, &mesh, &periodic, &speed))),
                     _ => None,

@@ -1,9 +1,9 @@
 //! A compensation and its report.
 
 use super::iteration::{Cam, Machine, Quality, Round, rounds};
-use super::loaded::Loaded;
+use super::loaded::LoadedMachine;
 use super::periodic_motion::Driving;
-use super::restrictions::{Kept, Restrictions};
+use super::restrictions::{RestrictionReserve, Restrictions};
 use super::spectral::{POINTS, phase};
 use super::{Form, LEAST, Law, Solution, Task, Tool, laws};
 use crate::periodic_motions::periodic_motions;
@@ -47,7 +47,7 @@ pub struct Options {
 
 /// A compensated machine.
 #[derive(Clone, Debug, Serialize)]
-pub struct Findings {
+pub struct Compensation {
     /// The name of the scene.
     pub scene: String,
     /// T (s).
@@ -77,7 +77,7 @@ pub struct Findings {
     /// The numbers of the tools' followers in the scene.
     pub numbers: Vec<usize>,
     /// The restrictions of the tools with the reserves of the prescribed motions.
-    pub prescribed: Vec<Kept>,
+    pub prescribed: Vec<RestrictionReserve>,
     /// The motion over the time.
     #[serde(skip)]
     motion: Solution,
@@ -115,14 +115,14 @@ pub fn study(
     task: &Task,
     options: Options,
     progress: &(dyn Fn(Progress) + Sync),
-) -> Result<Findings, Fault> {
+) -> Result<Compensation, Fault> {
     let hint = "a larger J0 or breakdown slip helps, a motor without `lag`, motions that are series instead of cycles, or a larger \
                 --tolerance";
     work::within(work::BUDGET, hint, progress, |tell| looked_at(scene, task, options, tell))?
 }
 
 /// See [`study`].
-fn looked_at(scene: &str, task: &Task, options: Options, progress: &dyn Fn(Progress)) -> Result<Findings, Fault> {
+fn looked_at(scene: &str, task: &Task, options: Options, progress: &dyn Fn(Progress)) -> Result<Compensation, Fault> {
     let solution = task.solve_with(progress)?;
     let stage = |stage| progress(Progress { done: 0, total: 1, stage });
     stage("laws");
@@ -143,7 +143,7 @@ fn looked_at(scene: &str, task: &Task, options: Options, progress: &dyn Fn(Progr
         }
         (part, machine.periodic_motion(&cams, &driving).map(|periodic| machine.judge(&periodic, &cams)))
     });
-    Ok(Findings {
+    Ok(Compensation {
         scene: scene.to_owned(),
         period: solution.periodic.period(),
         speed: solution.range(),
@@ -243,7 +243,7 @@ fn finish<'a>(task: &'a Task, solution: &Solution, driving: &Driving, options: O
 /// The machine under loads with these laws of its cams, near the motion that was found.
 fn on_loaded<'a>(
     task: &'a Task,
-    (loaded, near): &(Loaded, [f64; 3]),
+    (loaded, near): &(LoadedMachine, [f64; 3]),
     laws: &[&MotionLaw],
     order: usize,
 ) -> Result<(Machine<'a>, Vec<Cam>, Round), Fault> {
@@ -305,7 +305,7 @@ fn rounded_up(value: f64) -> f64 {
 }
 
 /// The reserve of a restriction; what is kept but for roundings has none.
-fn reserve(one: &Kept) -> f64 {
+fn reserve(one: &RestrictionReserve) -> f64 {
     if one.kept && one.reserve <= KEPT * one.value.abs() { 0.0 } else { one.reserve }
 }
 
@@ -317,7 +317,7 @@ fn deviation(round: &Round) -> f64 {
 /// A machine: its name, its speed relative to that of the design, how it moves.
 type Row<'a> = (String, f64, Option<&'a Round>);
 
-impl Findings {
+impl Compensation {
     /// ω (rad/s) of the compensated motion at the angle φ (rad).
     pub fn speed_at(&self, phi: f64) -> f64 {
         self.motion.speed_at(phi)
@@ -373,7 +373,7 @@ impl Findings {
         if count == 0 {
             return;
         }
-        let kept = |list: &[Kept]| list.iter().filter(|one| one.kept).count();
+        let kept = |list: &[RestrictionReserve]| list.iter().filter(|one| one.kept).count();
         let all = kept(&self.finished.restrictions);
         verdict.result(Level::Good, format!("The finished cams keep {all} of the {count} restrictions."));
         for (one, prescribed) in self.finished.restrictions.iter().zip(&self.prescribed).filter(|(one, _)| !one.kept) {
@@ -390,7 +390,7 @@ impl Findings {
     }
 
     /// The unit of what is restricted.
-    fn unit(&self, one: &Kept) -> Unit {
+    fn unit(&self, one: &RestrictionReserve) -> Unit {
         let tool = self.numbers.iter().position(|number| one.tools.first().is_some_and(|tool| tool.0 == *number));
         let turning = tool.is_some_and(|tool| self.turning[tool]);
         let unit = UNITS[one.order.min(3)];
@@ -426,11 +426,12 @@ impl Findings {
     /// The restrictions of the tools: the reserve of the prescribed motions, with cams for uniform speed and of the finished
     /// machine.
     fn restrictions_table(&self) -> Table {
-        let rows: Vec<(usize, &Kept, f64)> =
+        let rows: Vec<(usize, &RestrictionReserve, f64)> =
             self.prescribed.iter().enumerate().map(|(i, one)| (i, one, self.unit(one).factor)).collect();
-        let last = |row: &(usize, &Kept, f64)| &self.finished.restrictions[row.0];
-        let first =
-            |row: &(usize, &Kept, f64)| self.rounds.first().map(|round| row.2 * reserve(&round.restrictions[row.0]));
+        let last = |row: &(usize, &RestrictionReserve, f64)| &self.finished.restrictions[row.0];
+        let first = |row: &(usize, &RestrictionReserve, f64)| {
+            self.rounds.first().map(|round| row.2 * reserve(&round.restrictions[row.0]))
+        };
         Table::of("Restrictions", &rows)
             .column("restriction", "restriction", ONE, |row| format!("{} [{}]", row.1.name, self.unit(row.1).name))
             .column("prescribed", "reserve as prescribed", ONE, |row| row.2 * reserve(row.1))

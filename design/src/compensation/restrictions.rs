@@ -11,14 +11,14 @@ use super::spectral::largest;
 use crate::synthesis::clearance::Clearance;
 use crate::synthesis::deviation::Extreme;
 use crate::synthesis::study::Assignment;
-use crate::synthesis::{Bound, Point};
+use crate::synthesis::{Bound, ExactPoint};
 use camdrive::motion::Fourier;
 use serde::Serialize;
 
 /// Conditions on the tools of a machine, each with its name; laws in them are tools, from 0.
 #[derive(Clone, Debug, Default)]
 pub struct Restrictions {
-    points: Vec<(String, Point)>,
+    points: Vec<(String, ExactPoint)>,
     bounds: Vec<(String, Bound)>,
     clearances: Vec<(String, Clearance)>,
     /// The followers of tools that the task has no law for.
@@ -29,7 +29,7 @@ pub struct Restrictions {
 
 /// A restriction and its reserve.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Kept {
+pub struct RestrictionReserve {
     /// Its name in the task.
     pub name: String,
     /// n, the order of the derivative.
@@ -61,8 +61,8 @@ impl Restrictions {
             (Some(law), Some((_, rest))) => format!("{law}: {rest}"),
             _ => name.clone(),
         };
-        let point = |(point, name): (&Point, &String)| {
-            Ok::<_, usize>((named(name, point.law), Point { law: tool(point.law)?, ..*point }))
+        let point = |(point, name): (&ExactPoint, &String)| {
+            Ok::<_, usize>((named(name, point.law), ExactPoint { law: tool(point.law)?, ..*point }))
         };
         let bound = |(bound, name): (&Bound, &String)| {
             let of =
@@ -91,13 +91,13 @@ impl Restrictions {
     }
 
     /// The reserves of these motions of the tools.
-    pub fn kept(&self, motions: &[Fourier]) -> Vec<Kept> {
+    pub fn kept(&self, motions: &[Fourier]) -> Vec<RestrictionReserve> {
         let kept = |name: &str, of: &[(usize, f64)], order: usize, phase: f64, value: f64, reserve: f64| {
             let miss: f64 = of.iter().map(|(j, factor)| factor.abs() * self.tools[*j].1[order / 3]).sum();
             let tools = of.iter().map(|(j, factor)| (self.tools[*j].0, *factor)).collect();
-            Kept { name: name.to_owned(), order, tools, phase, value, reserve, kept: reserve >= -miss }
+            RestrictionReserve { name: name.to_owned(), order, tools, phase, value, reserve, kept: reserve >= -miss }
         };
-        let point = |(name, point): &(String, Point)| {
+        let point = |(name, point): &(String, ExactPoint)| {
             let value = motions[point.law].at(point.phi).0[point.order];
             kept(name, &[(point.law, 1.0)], point.order, point.phi, value, -(value - point.value).abs())
         };

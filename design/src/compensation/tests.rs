@@ -6,7 +6,7 @@ use super::iteration::{Cam, Machine, Round, rounds};
 use super::*;
 use crate::synthesis::clearance::Clearance;
 use crate::synthesis::study::{Assignment, Names, symmetric_task};
-use crate::synthesis::{Bound, Curve, Objective, Point};
+use crate::synthesis::{Bound, Curve, ExactPoint, Objective};
 use camdrive::drives::rigid_machine::linkage::{Branch, Kind, Link, Linkage, Mechanism, SliderCrank};
 use camdrive::drives::rigid_machine::{Follower, InertiaFunction};
 use camdrive::drives::settings::Settings;
@@ -216,7 +216,7 @@ fn past_an_edge() -> Assignment {
         min: f64::NEG_INFINITY,
         max: 0.35,
     };
-    let point = Point { law: 0, phi: 3.0, order: 2, value: -0.2 };
+    let point = ExactPoint { law: 0, phi: 3.0, order: 2, value: -0.2 };
     let mut asked = symmetric_task(3, 0.5, Objective::Chebyshev);
     (asked.bounds, asked.points, asked.clearances) = (vec![bound.clone()], vec![point], vec![clearance]);
     let list = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
@@ -270,7 +270,7 @@ fn what_tools_have_to_keep_is_looked_at_in_every_round() {
         assert!((at_point.reserve + (motion(0, 3.0, 2) + 0.2).abs()).abs() < 1e-15, "{i}");
     }
     // The rounds come nearer to what is prescribed, eightfold or so, and the finished machine keeps it to the tolerance.
-    let miss = |kept: &[restrictions::Kept]| (kept[1].value - report.prescribed[1].value).abs();
+    let miss = |kept: &[restrictions::RestrictionReserve]| (kept[1].value - report.prescribed[1].value).abs();
     let rounds: Vec<f64> = report.rounds.iter().map(|round| miss(&round.restrictions)).collect();
     assert!(rounds.windows(2).all(|pair| pair[1] < 0.5 * pair[0]) && rounds[0] > 1e-4, "{rounds:?}");
     assert!(miss(&report.finished.restrictions) < 1e-7);

@@ -1,7 +1,7 @@
 //! Forces over the turn as diagrams.
 
 use super::quantity::Quantity;
-use super::turn::{State, Turn};
+use super::turn::{MachineTurn, State};
 use super::{Drive, Machine};
 use crate::plot::{Axis, Diagram, Rule, Series};
 
@@ -10,12 +10,12 @@ fn diagram(title: String, ordinate: String, series: Vec<Series>) -> Diagram {
     Diagram::new(title, axes, series, vec![Rule::Horizontal(0.0, String::new())])
 }
 
-fn line(turn: &Turn<'_>, name: &str, of: impl Fn(&State) -> f64) -> Series {
+fn line(turn: &MachineTurn<'_>, name: &str, of: impl Fn(&State) -> f64) -> Series {
     Series::line(name, turn.states().map(|state| [state.phi.to_degrees(), of(state)]))
 }
 
 /// Diagrams of a drive with their names: force and pressure of the roller, the forces in the joints of each mechanism.
-pub fn of_drive(turn: &Turn<'_>, j: usize, drive: &Drive) -> Vec<(String, Diagram)> {
+pub fn of_drive(turn: &MachineTurn<'_>, j: usize, drive: &Drive) -> Vec<(String, Diagram)> {
     let quantities = drive.quantities();
     let of = |file: String, what: &str, begin: &str| {
         let shown = quantities.iter().filter(|q| !q.part && q.key.starts_with(begin) && !q.key.ends_with("_input"));
@@ -36,7 +36,7 @@ pub fn of_drive(turn: &Turn<'_>, j: usize, drive: &Drive) -> Vec<(String, Diagra
 }
 
 /// The torque on the shaft, of each drive and of all.
-pub fn torque(turn: &Turn<'_>, machine: &Machine) -> Diagram {
+pub fn torque(turn: &MachineTurn<'_>, machine: &Machine) -> Diagram {
     let own = |(j, drive): (usize, &Drive)| line(turn, &drive.name, move |state| state.drives[j].torque);
     let mut series: Vec<Series> = machine.drives.iter().enumerate().map(own).collect();
     if series.len() != 1 || machine.inertia.is_some() {

@@ -21,8 +21,8 @@ pub mod report;
 mod tests;
 mod turn;
 
-pub use report::Findings;
-pub use turn::{Machine, Turn, least_place};
+pub use report::ForceAnalysis;
+pub use turn::{Machine, MachineTurn, least_place};
 
 use crate::cam_geometry::{self, Cam, Follower as Carrier, Plan, Point, Side};
 use camdrive::drives::Fault;

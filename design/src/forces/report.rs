@@ -1,11 +1,11 @@
 //! The loads of rollers, joints and shaft over a turn, and their report.
 
 use super::quantity::{Quantity, TORQUE, Units};
-use super::turn::{Extreme, State, Turn};
+use super::turn::{Extreme, MachineTurn, State};
 use super::{Drive, Forces, Machine};
 use crate::cam_geometry::{Shape, Tolerances};
 use crate::report::unit::{self, DEG, ONE, RPM, Unit, W};
-use crate::report::{Advice, Claim, Level, Report, Setting, Table, Value, Verdict, Written, terminal::shown};
+use crate::report::{Advice, Claim, Level, Report, Setting, Table, Value, Verdict, WrittenValue, terminal::shown};
 use crate::text::{self, number};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::linkage::in_turn;
@@ -42,7 +42,7 @@ pub struct Range {
 pub struct Keeping {
     /// The least F₀ (N or N·m) at all speeds from rest to this one, and the angle that demands it; None where no preload helps.
     pub least_preload: Option<Extreme>,
-    /// [`Turn::lift_off`].
+    /// [`MachineTurn::lift_off`].
     pub lift_off_speed: Option<Extreme>,
 }
 
@@ -74,7 +74,7 @@ pub struct Power {
 
 /// The forces of a machine over a turn.
 #[derive(Clone, Debug, Serialize)]
-pub struct Findings {
+pub struct ForceAnalysis {
     /// The scene.
     pub scene: String,
     /// ω (rad/s).
@@ -88,7 +88,7 @@ pub struct Findings {
 }
 
 impl Range {
-    fn new(turn: &Turn<'_>, [key, name]: [&str; 2], (si, unit): Units, of: impl Fn(&State) -> f64) -> Self {
+    fn new(turn: &MachineTurn<'_>, [key, name]: [&str; 2], (si, unit): Units, of: impl Fn(&State) -> f64) -> Self {
         let lowest = turn.largest(|state| -of(state));
         Range {
             quantity: key.to_owned(),
@@ -132,8 +132,8 @@ fn ranges<'a>(title: &str, list: impl IntoIterator<Item = &'a Range>) -> Table {
 }
 
 impl Keeping {
-    /// F₀ ≥ −(Q − F₀ Q₁)/Q₁ with Q₁ = dy/dU all over the turn and on the way from rest to the speed, and [`Turn::lift_off`].
-    fn of(turn: &Turn<'_>, j: usize, drive: &Drive) -> Self {
+    /// F₀ ≥ −(Q − F₀ Q₁)/Q₁ with Q₁ = dy/dU all over the turn and on the way from rest to the speed, and [`MachineTurn::lift_off`].
+    fn of(turn: &MachineTurn<'_>, j: usize, drive: &Drive) -> Self {
         let preload = drive.preload();
         let sense = turn.sense(j);
         let helps = turn.largest(|state| -sense(state) * state.drives[j].travel).value < 0.0;
@@ -151,7 +151,7 @@ impl Keeping {
 
 /// A speed of lift-off, up to which the contact holds.
 fn up_to(lift_off: f64, digits: usize) -> String {
-    Written::rounded(lift_off, &RPM, digits, false).to_string()
+    WrittenValue::rounded(lift_off, &RPM, digits, false).to_string()
 }
 
 /// "from 1623.2 rpm on" of a speed of lift-off.
@@ -177,7 +177,7 @@ fn angles(list: &[f64]) -> String {
 }
 
 impl OfDrive {
-    fn new(turn: &Turn<'_>, j: usize, drive: &Drive) -> Self {
+    fn new(turn: &MachineTurn<'_>, j: usize, drive: &Drive) -> Self {
         let told = drive.quantities().into_iter().filter(|quantity| !quantity.part);
         let range = |q: Quantity<'_>| Range::new(turn, [&q.key, &q.name], q.unit, |state| (q.of)(&state.drives[j]));
         let pressing = |state: &State| {
@@ -197,7 +197,7 @@ impl OfDrive {
     fn contact(&self, part: &str, speed: f64) -> Option<(Level, String)> {
         let lift_off = self.keeping.as_ref()?.lift_off_speed;
         let fine = lift_off.map_or(FINE, |lift_off| telling(speed, lift_off.value));
-        let at = Written::nearest(speed, &RPM, fine);
+        let at = WrittenValue::nearest(speed, &RPM, fine);
         Some(match lift_off {
             None => (Level::Good, format!("{part} stays on its cam at any speed.")),
             Some(Extreme { value, phi }) if speed.abs() < value => {
@@ -232,7 +232,7 @@ impl Keeping {
         let claim = || Claim::Contact { follower: machine.number(drive) };
         let unit = if drive.follower.turns { unit::NM } else { unit::N };
         // Rounded away from the least one.
-        let given = Written::rounded(drive.preload(), &unit, FINE, lost.is_none());
+        let given = WrittenValue::rounded(drive.preload(), &unit, FINE, lost.is_none());
         let preload = self.least_preload.map(|at| (machine.preload(drive, at.value, &unit), in_turn(at.phi, 2)));
         let Some((what, changes)) = lost else {
             match preload {
@@ -302,18 +302,18 @@ impl Machine {
         let springs = drive.loads.on().into_iter().zip(keys).find_map(|(load, key)| Some((load.spring?.preload, key)));
         let setting = springs
             .map(|(own, key)| Setting::at_least(self.key(drive, key), least - (drive.preload() - own), unit, FINE));
-        Preload { least: Written::rounded(least, unit, FINE, true).to_string(), setting }
+        Preload { least: WrittenValue::rounded(least, unit, FINE, true).to_string(), setting }
     }
 }
 
-impl Findings {
+impl ForceAnalysis {
     /// The extremes of this turn.
-    pub fn new(turn: &Turn<'_>) -> Self {
+    pub fn new(turn: &MachineTurn<'_>) -> Self {
         let machine = turn.machine;
         let shaft = Range::new(turn, ["torque", "total torque on the shaft"], TORQUE, |state| state.torque);
         let taken = turn.mean(|state| state.drives.iter().map(|forces| forces.process).sum());
         let [of_shaft, process, largest] = [shaft.mean, taken, shaft.peak().value].map(|torque| torque * machine.speed);
-        Findings {
+        ForceAnalysis {
             scene: machine.name.clone(),
             speed: machine.speed,
             drives: machine.drives.iter().enumerate().map(|(j, drive)| OfDrive::new(turn, j, drive)).collect(),
@@ -391,7 +391,7 @@ impl Findings {
     }
 
     /// The report.
-    pub fn report(&self, turn: &Turn<'_>) -> Report {
+    pub fn report(&self, turn: &MachineTurn<'_>) -> Report {
         let machine = turn.machine;
         let speed = text::digits(self.speed * 60.0 / TAU, 6, -4);
         let mut report = Report::new(&self.scene, format!("kinetostatic forces at constant {speed} rpm"));
@@ -439,7 +439,7 @@ impl Findings {
 pub struct LiftOff {
     /// Its name: "follower1".
     pub follower: String,
-    /// See [`Turn::lift_off`].
+    /// See [`MachineTurn::lift_off`].
     pub lift_off_speed: Option<Extreme>,
     /// True if the motion of the FMU knows the flight.
     pub may_leave: bool,

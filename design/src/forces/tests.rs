@@ -202,7 +202,7 @@ fn what_keeps_a_roller_on_its_cam() {
     let keeping = |speed: f64, stiffness: f64| {
         let machine = valve(speed, stiffness);
         let turn = machine.turn().expect("a turn");
-        Findings::new(&turn).drives[0].keeping.clone().expect("one contour")
+        ForceAnalysis::new(&turn).drives[0].keeping.clone().expect("one contour")
     };
     let lift_off = keeping(60.0, 9e3).lift_off_speed.expect("a speed");
     assert!((lift_off.value - 169.986482).abs() < 1e-6 && (lift_off.phi - 4.296224749).abs() < 1e-6, "{lift_off:?}");
@@ -215,7 +215,7 @@ fn what_keeps_a_roller_on_its_cam() {
         let plan = Some(plan(Held::Translating { eccentricity: 0.0 }, 0.05, 0.01, cut));
         machine(50.0, follower(mass), plan, loaded([preload, 0.0], 0.0, None))
     };
-    let found = |machine: &Machine| Findings::new(&machine.turn().expect("a turn")).drives[0].clone();
+    let found = |machine: &Machine| ForceAnalysis::new(&machine.turn().expect("a turn")).drives[0].clone();
     let disc = found(&held(Cut::Inner, 20.0, 2.0));
     let keeping = disc.keeping.expect("one contour");
     close(keeping.least_preload.expect("a preload").value, 50.0);
@@ -392,7 +392,7 @@ fn a_machine_without_followers_has_a_torque() {
     let inertia = Some(series(&[0.0, 0.0, 0.3], &[]));
     let machine = Machine { name: "x".to_owned(), speed: 20.0, inertia, drives: Vec::new() };
     let turn = machine.turn().expect("a turn");
-    let findings = Findings::new(&turn);
+    let findings = ForceAnalysis::new(&turn);
     close(findings.shaft.largest.value, 120.0);
     assert!(findings.power.shaft.abs() < 1e-10 && findings.lost().is_empty(), "{:?}", findings.power);
     let report = findings.report(&turn);
@@ -414,7 +414,7 @@ fn a_cam_that_cannot_be_cut_is_to_be_minded() {
         let plan = Some(plan(Held::Translating { eccentricity: 0.0 }, 0.05, roller, Cut::Inner));
         let machine = machine(50.0, Follower::new(2.0, series(&[0.01, -0.01], &[])), plan, Loads::default());
         let turn = machine.turn().expect("a turn");
-        let verdict = Findings::new(&turn).report(&turn).verdict;
+        let verdict = ForceAnalysis::new(&turn).report(&turn).verdict;
         assert_eq!(verdict.result.concat().contains("covers the cam's centre"), minded, "{verdict:?}");
     }
 }
@@ -434,7 +434,7 @@ fn play_is_crossed_where_the_acceleration_changes_its_sign_and_in_no_dwell() {
     };
     let plan = Some(plan(lever(0.18, 0.12, 0.12, 1.0), 0.6, 0.02, Cut::Groove));
     let machine = machine(30.0, Follower::new(1.5, MotionLaw::Cycle(Cycle::new(law))), plan, Loads::default());
-    let changes = Findings::new(&machine.turn().expect("a turn")).drives[0].sign_changes.clone();
+    let changes = ForceAnalysis::new(&machine.turn().expect("a turn")).drives[0].sign_changes.clone();
     let [rise, back] = changes[..] else { panic!("{changes:?}") };
     assert!((rise - 0.9).abs() < 1e-12 && (back - 3.0).abs() < 1e-12, "{changes:?}");
 }
@@ -517,7 +517,7 @@ fn the_mean_torque_is_the_work_against_the_process() {
     let drive = Drive::new("x".to_owned(), follower, plan, loaded([0.0; 2], 0.0, process)).expect("a cam");
     let inertia = Some(series(&[0.0, 0.3], &[]));
     let machine = Machine { name: "x".to_owned(), speed: 20.0, inertia, drives: vec![drive] };
-    let report = Findings::new(&machine.turn().expect("a turn"));
+    let report = ForceAnalysis::new(&machine.turn().expect("a turn"));
     let mean = report.shaft.mean;
     assert!((mean - 0.2).abs() < 1e-13, "{mean}");
     assert!(
@@ -553,7 +553,7 @@ fn damping_counts_in_forces_power_and_lift_off() {
         let (v, a) = (0.01 * phi.sin() * w, 0.01 * phi.cos() * w * w);
         close(at(&machine, phi).drives[0].load, 2.0 * a + b * v + 105.0);
         // ∮ b ẏ² dt over the period.
-        let report = Findings::new(&machine.turn().expect("a turn"));
+        let report = ForceAnalysis::new(&machine.turn().expect("a turn"));
         close(report.power.shaft, 0.5 * b * (0.01 * w).powi(2));
         close(report.power.process, report.power.shaft);
         let lift_off = lift_off(&machine).expect("a speed");

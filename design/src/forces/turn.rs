@@ -39,7 +39,7 @@ pub struct State {
 }
 
 /// A machine over a turn.
-pub struct Turn<'a> {
+pub struct MachineTurn<'a> {
     /// The machine.
     pub machine: &'a Machine,
     /// States on each piece of the turn where all laws are smooth, at an even number of equal steps.
@@ -89,7 +89,7 @@ impl Machine {
     ///
     /// # Errors
     /// Those of [`super::Drive::at`].
-    pub fn turn(&self) -> Result<Turn<'_>, Fault> {
+    pub fn turn(&self) -> Result<MachineTurn<'_>, Fault> {
         let (ends, resolution) = self.pieces();
         let density = f64::max(SAMPLES[0], SAMPLES[1] * resolution) / TAU;
         let piece = |ends: &[f64]| {
@@ -98,11 +98,11 @@ impl Machine {
             let phi = |i: usize| if i == steps { ends[1] } else { from + width * i as f64 / steps as f64 };
             (0..=steps).map(|i| self.at(from + 0.5 * width, phi(i))).collect::<Result<Vec<_>, _>>()
         };
-        Ok(Turn { machine: self, pieces: ends.windows(2).map(piece).collect::<Result<_, _>>()? })
+        Ok(MachineTurn { machine: self, pieces: ends.windows(2).map(piece).collect::<Result<_, _>>()? })
     }
 }
 
-impl Turn<'_> {
+impl MachineTurn<'_> {
     /// All samples, those at the ends of pieces twice.
     pub fn states(&self) -> impl Iterator<Item = &State> {
         self.pieces.iter().flatten()

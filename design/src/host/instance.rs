@@ -14,7 +14,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 /// An instance whose library is in this process. The handle is a pointer, so that it stays in the thread that made it.
-pub(super) struct Loaded {
+pub(super) struct LocalInstance {
     component: fmi2Component,
     saved: fmi2FMUstate,
     /// Of a broken instance no function may be called.
@@ -30,7 +30,7 @@ pub(super) struct Loaded {
     content: Arc<Content>,
 }
 
-impl Loaded {
+impl LocalInstance {
     /// An instance of this name by these functions of the FMU.
     ///
     /// # Errors
@@ -58,7 +58,7 @@ impl Loaded {
                 TRUE,
             )
         };
-        let mut instance = Loaded {
+        let mut instance = LocalInstance {
             component,
             saved: null_mut(),
             broken: false,
@@ -135,7 +135,7 @@ impl Loaded {
     }
 }
 
-impl Instance for Loaded {
+impl Instance for LocalInstance {
     fn set_up(&mut self, start: f64, stop: Option<f64>, tolerance: Option<f64>) -> Result<(), Fault> {
         let given = |value: Option<f64>| (fmi2Boolean::from(value.is_some()), value.unwrap_or(0.0));
         let ((has_stop, stop), (has_tolerance, tolerance)) = (given(stop), given(tolerance));
@@ -282,7 +282,7 @@ fn needed<F>(function: Option<F>, name: &str) -> Result<F, Fault> {
     function.ok_or_else(|| Fault::new(format!("the library of the FMU has no function {name}")))
 }
 
-impl Drop for Loaded {
+impl Drop for LocalInstance {
     fn drop(&mut self) {
         if self.component.is_null() || self.broken {
             return;

@@ -19,7 +19,7 @@ use camdrive::drives::Fault;
 pub use description::{Capabilities, Experiment, ModelDescription, Unit, Variable};
 use fmu::Runtime;
 pub use fmu::{DESCRIPTION, Fmu, MODEL, REFERENCES, TemporaryFolder, platforms, unpacked};
-use instance::Loaded;
+use instance::LocalInstance;
 use process::Remote;
 pub use process::{LIMIT, limit};
 pub use serve::serve;
@@ -84,7 +84,9 @@ impl Fmu {
     pub fn instantiate(&self, name: &str) -> Result<Host, Fault> {
         let content = Arc::clone(&self.0);
         let instance: Result<Box<dyn Instance>, Fault> = match &content.runtime {
-            Runtime::Here { functions, .. } => Loaded::new(&content, functions, name).map(|of| Box::new(of) as _),
+            Runtime::Here { functions, .. } => {
+                LocalInstance::new(&content, functions, name).map(|of| Box::new(of) as _)
+            }
             Runtime::Apart(idle) => Remote::new(&content.folder, idle, name).map(|of| Box::new(of) as _),
         };
         let instance = instance.map_err(|fault| content.description.not_started(fault))?;

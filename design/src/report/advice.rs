@@ -22,18 +22,18 @@ pub struct Setting {
     /// As studies name it: `drive.speed`, `follower[1].load.spring.preload`.
     pub key: String,
     /// Its value.
-    pub value: Written,
+    pub value: WrittenValue,
     /// Which other values do as well.
     pub reach: Reach,
     /// Other keys for the same quantity, with their values, where the file has one of them instead.
     #[serde(skip)]
-    spellings: Vec<(String, Written)>,
+    spellings: Vec<(String, WrittenValue)>,
 }
 
 /// A value as a file writes it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
-pub enum Written {
+pub enum WrittenValue {
     /// A number of things.
     Count(usize),
     /// A number without unit, or in coherent SI.
@@ -54,7 +54,7 @@ pub enum Reach {
     /// This one and smaller ones.
     AtMost,
     /// All but those between any of these two, the second of which may be missing.
-    Outside(Vec<(Written, Option<Written>)>),
+    Outside(Vec<(WrittenValue, Option<WrittenValue>)>),
 }
 
 /// A claim on the scene that follows an advice.
@@ -146,81 +146,85 @@ impl From<String> for Advice {
 
 impl Setting {
     /// A key with its value, which alone does.
-    pub fn new(key: impl Into<String>, value: impl Into<Written>) -> Self {
+    pub fn new(key: impl Into<String>, value: impl Into<WrittenValue>) -> Self {
         Setting { key: key.into(), value: value.into(), reach: Reach::Exactly, spellings: Vec::new() }
     }
 
     /// The least value (SI) that does, in so many digits of a unit: rounded up.
     pub fn at_least(key: impl Into<String>, value: f64, unit: &Unit, digits: usize) -> Self {
-        Setting { reach: Reach::AtLeast, ..Setting::new(key, Written::rounded(value, unit, digits, true)) }
+        Setting { reach: Reach::AtLeast, ..Setting::new(key, WrittenValue::rounded(value, unit, digits, true)) }
     }
 
     /// The largest value (SI) that does, in so many digits of a unit: rounded down.
     pub fn at_most(key: impl Into<String>, value: f64, unit: &Unit, digits: usize) -> Self {
-        Setting { reach: Reach::AtMost, ..Setting::new(key, Written::rounded(value, unit, digits, false)) }
+        Setting { reach: Reach::AtMost, ..Setting::new(key, WrittenValue::rounded(value, unit, digits, false)) }
     }
 
     /// A value that stands outside of intervals.
-    pub fn outside(key: impl Into<String>, value: Written, intervals: Vec<(Written, Option<Written>)>) -> Self {
+    pub fn outside(
+        key: impl Into<String>,
+        value: WrittenValue,
+        intervals: Vec<(WrittenValue, Option<WrittenValue>)>,
+    ) -> Self {
         Setting { reach: Reach::Outside(intervals), ..Setting::new(key, value) }
     }
 
     /// The same quantity under another key.
-    pub fn or(mut self, key: impl Into<String>, value: impl Into<Written>) -> Self {
+    pub fn or(mut self, key: impl Into<String>, value: impl Into<WrittenValue>) -> Self {
         self.spellings.push((key.into(), value.into()));
         self
     }
 }
 
-impl Written {
+impl WrittenValue {
     /// A value (SI) in so many digits of a unit, its size rounded up or down.
     pub fn rounded(value: f64, unit: &Unit, digits: usize, up: bool) -> Self {
-        Written::with_unit(text::digits_beyond(value * unit.factor, digits, up), unit)
+        WrittenValue::with_unit(text::digits_beyond(value * unit.factor, digits, up), unit)
     }
 
     /// A value (SI) in so many digits of a unit.
     pub fn nearest(value: f64, unit: &Unit, digits: usize) -> Self {
-        Written::with_unit(text::digits(value * unit.factor, digits, -4), unit)
+        WrittenValue::with_unit(text::digits(value * unit.factor, digits, -4), unit)
     }
 
     fn with_unit(text: String, unit: &Unit) -> Self {
         match (&*unit.name, text.parse()) {
-            ("", Ok(number)) => Written::Number(number),
-            (name, _) => Written::Text(format!("{text} {name}")),
+            ("", Ok(number)) => WrittenValue::Number(number),
+            (name, _) => WrittenValue::Text(format!("{text} {name}")),
         }
     }
 }
 
-impl From<usize> for Written {
+impl From<usize> for WrittenValue {
     fn from(count: usize) -> Self {
-        Written::Count(count)
+        WrittenValue::Count(count)
     }
 }
 
-impl From<f64> for Written {
+impl From<f64> for WrittenValue {
     fn from(value: f64) -> Self {
-        Written::Number(value)
+        WrittenValue::Number(value)
     }
 }
 
-impl From<&str> for Written {
+impl From<&str> for WrittenValue {
     fn from(text: &str) -> Self {
-        Written::Text(text.to_owned())
+        WrittenValue::Text(text.to_owned())
     }
 }
 
-impl From<String> for Written {
+impl From<String> for WrittenValue {
     fn from(text: String) -> Self {
-        Written::Text(text)
+        WrittenValue::Text(text)
     }
 }
 
-impl Display for Written {
+impl Display for WrittenValue {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
-            Written::Count(count) => count.fmt(f),
-            Written::Number(value) => value.fmt(f),
-            Written::Text(text) => text.fmt(f),
+            WrittenValue::Count(count) => count.fmt(f),
+            WrittenValue::Number(value) => value.fmt(f),
+            WrittenValue::Text(text) => text.fmt(f),
         }
     }
 }
@@ -251,7 +255,7 @@ mod tests {
             advice.spell(place);
             advice.set.into_iter().map(|setting| (setting.key, setting.value)).collect::<Vec<_>>()
         };
-        let frequency = vec![("a.frequency".to_owned(), Written::from("9 Hz"))];
+        let frequency = vec![("a.frequency".to_owned(), WrittenValue::from("9 Hz"))];
         assert_eq!(spelled(&|_| Some(true)), frequency);
         assert_eq!(spelled(&|key| Some(key == "a.c")), [("a.c".to_owned(), 3.0.into())]);
         assert_eq!(spelled(&|_| Some(false)), frequency);

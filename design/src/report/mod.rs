@@ -13,7 +13,7 @@ pub mod unit;
 use crate::documentation::Equation;
 use crate::plot::Diagram;
 use crate::text;
-pub use advice::{Advice, Claim, Reach, Setting, Written};
+pub use advice::{Advice, Claim, Reach, Setting, WrittenValue};
 use camdrive::drives::Fault;
 use serde::Serialize;
 pub use table::{Column, Rows, Table, Value};

@@ -87,7 +87,7 @@ pub fn seen(table: &Table) -> Vec<usize> {
 }
 
 /// The cells that people see, with their headings.
-pub fn cells(table: &Table) -> text::Table {
+pub fn cells(table: &Table) -> text::TextTable {
     let seen = seen(table);
     let head = seen.iter().map(|i| heading(&table.columns[*i])).collect();
     let size = |value: &Value| match value {
@@ -99,7 +99,7 @@ pub fn cells(table: &Table) -> text::Table {
     let row = |row: &Vec<Value>| {
         seen.iter().zip(&least).map(|(i, least)| cell(&row[*i], &table.columns[*i], *least)).collect()
     };
-    text::Table { head, rows: table.rows.iter().map(row).collect() }
+    text::TextTable { head, rows: table.rows.iter().map(row).collect() }
 }
 
 impl Report {

@@ -94,7 +94,7 @@ pub struct WrongRow {
 
 /// Faulty and strange rows of a table.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Found {
+pub struct TableFaults {
     /// Rows that are wrong.
     pub wrong: Vec<WrongRow>,
     /// The rows of each speck that is not left out: neighbours that are off together.
@@ -180,7 +180,7 @@ impl Rows {
     }
 
     /// Leaves wrong rows out, of noise that is known or not, and names what it finds. Rows beside a jump of the law are right.
-    pub fn leave_out_wrong(&mut self, noise: Option<f64>, outliers: Outliers) -> Found {
+    pub fn leave_out_wrong(&mut self, noise: Option<f64>, outliers: Outliers) -> TableFaults {
         let n = self.lifts.len();
         let law = outliers != Outliers::DropOfCurve;
         let (mut jumps, mut specks) = if law { self.jumps_and_specks() } else { Default::default() };
@@ -254,7 +254,7 @@ impl Rows {
         wrong.iter().for_each(|row| self.weights[row.index] = 0.0);
         wrong.sort_by_key(|row| row.index);
         jumps.sort_by(|a, b| a.angle.total_cmp(&b.angle));
-        Found { wrong, specks, jumps }
+        TableFaults { wrong, specks, jumps }
     }
 
     /// The kink at a row, of the slopes beside it.

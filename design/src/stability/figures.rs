@@ -1,8 +1,8 @@
 //! The diagrams of a report: the two stability maps, the amplification over the speed, θ* of a parallel crank.
 
-use super::Findings;
+use super::StabilityAnalysis;
 use super::map::Region;
-use super::printed::{Crank, Curve, Point};
+use super::printed::{Crank, CrankPoint, Curve};
 use super::response::Resonance;
 use crate::plot::{Axis, Diagram, Rule, Series, Shade};
 use crate::text::{number, rpm};
@@ -23,7 +23,7 @@ const SCENE: &str = "speed examined";
 const APPROXIMATE: &str = "by formulas (9), (13)";
 
 /// The abscissa of all three: Ω in rpm, between the ends of the report.
-fn speed_axis(report: &Findings) -> Axis {
+fn speed_axis(report: &StabilityAnalysis) -> Axis {
     let rpm = report.oscillator.natural_frequency * RPM;
     let [low, high] = report.ranges[0];
     Axis::logarithmic("Speed [rpm]").between(low * rpm, high * rpm)
@@ -38,7 +38,7 @@ fn is_free(written: &mut Vec<[f64; 2]>, place: [f64; 2], [wide, high]: [f64; 2])
 
 /// Elements of a map.
 struct Map<'a> {
-    report: &'a Findings,
+    report: &'a StabilityAnalysis,
     rules: Vec<Rule>,
     /// True if orders are written to the right of their places, rather than about them.
     beside: bool,
@@ -48,7 +48,7 @@ struct Map<'a> {
 
 impl<'a> Map<'a> {
     /// A map with a line across it.
-    fn new(report: &'a Findings, line: f64, name: &str, beside: bool) -> Self {
+    fn new(report: &'a StabilityAnalysis, line: f64, name: &str, beside: bool) -> Self {
         let rules = vec![Rule::Horizontal(line, String::new()), Rule::Key(None, name.to_owned())];
         Map { report, rules, beside, words: Vec::new() }
     }
@@ -102,7 +102,7 @@ impl<'a> Map<'a> {
 }
 
 /// The scene itself as points of a map at this height.
-fn own_points(report: &Findings, height: f64) -> Vec<Series> {
+fn own_points(report: &StabilityAnalysis, height: f64) -> Vec<Series> {
     let points: Vec<[f64; 2]> = report.speeds.iter().map(|at| [at.speed * RPM, height]).collect();
     if points.is_empty() {
         return Vec::new();
@@ -111,7 +111,7 @@ fn own_points(report: &Findings, height: f64) -> Vec<Series> {
 }
 
 /// Unstable speeds over the damping ratio.
-pub fn over_damping(report: &Findings) -> Diagram {
+pub fn over_damping(report: &StabilityAnalysis) -> Diagram {
     let (top, theta) = (report.ranges[1][1], report.oscillator.damping_ratio);
     let mut map = Map::new(report, theta, "damping of the scene", false);
     map.rules.push(Rule::Key(Some(Shade::Dark), "unstable".to_owned()));
@@ -138,7 +138,7 @@ fn height(region: &Region) -> f64 {
 }
 
 /// Unstable speeds over the modulation: without damping, and at that of the scene.
-pub fn over_modulation(report: &Findings) -> Diagram {
+pub fn over_modulation(report: &StabilityAnalysis) -> Diagram {
     let top = report.ranges[2][1];
     let mut map = Map::new(report, 1.0, "modulation of the scene", true);
     let theta = number(report.oscillator.damping_ratio);
@@ -168,7 +168,7 @@ pub fn over_modulation(report: &Findings) -> Diagram {
 const LARGEST_AMPLIFICATION: f64 = 100.0;
 
 /// The amplification of the load over the speed, without the unstable speeds.
-pub fn amplification(report: &Findings) -> Diagram {
+pub fn amplification(report: &StabilityAnalysis) -> Diagram {
     let w0 = report.oscillator.natural_frequency;
     let [low, high] = report.ranges[0];
     let value = |s: &super::PeriodicMotion| s.amplification.filter(|_| s.stable);
@@ -211,7 +211,7 @@ pub fn amplification(report: &Findings) -> Diagram {
 const MOST_SPEEDS: usize = 3;
 
 /// The load of the elastic member over the turn beside the kinetostatic one, M₀ = f + Ω² f₂: of an elastic shaft −m U′U″Ω².
-pub fn load(report: &Findings) -> Diagram {
+pub fn load(report: &StabilityAnalysis) -> Diagram {
     let unit = report.units[1].replace('.', "·");
     let (name, sign) = if report.units[1] == "N" { ("Force", "F") } else { ("Torque", "M") };
     let mut series = Vec::new();
@@ -230,10 +230,10 @@ pub fn load(report: &Findings) -> Diagram {
 }
 
 /// θ* of a parallel crank over σ: exact, and dashed by the formula of the source.
-pub fn crank(report: &Findings, crank: &Crank) -> Diagram {
+pub fn crank(report: &StabilityAnalysis, crank: &Crank) -> Diagram {
     let theta = report.oscillator.damping_ratio;
     let course =
-        |curve: &Curve, of: fn(&Point) -> f64| curve.points.iter().map(|p| [p.sigma, of(p)]).collect::<Vec<_>>();
+        |curve: &Curve, of: fn(&CrankPoint) -> f64| curve.points.iter().map(|p| [p.sigma, of(p)]).collect::<Vec<_>>();
     let mut rules = vec![Rule::Key(None, "damping of the scene".to_owned()), Rule::Horizontal(theta, String::new())];
     rules.extend(crank.curves.iter().enumerate().map(|(i, curve)| {
         Rule::Dashed(course(curve, |p| p.bounds.printed), if i == 0 { "by formula (7)" } else { "" }.to_owned())

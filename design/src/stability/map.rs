@@ -34,11 +34,11 @@ const HALVINGS: usize = 6;
 const MODULATIONS: usize = 16;
 
 /// A tongue at the modulation of the scene with the damping at which it vanishes.
-pub type Known = (Tongue, Option<Apex>);
+pub type Instability = (Tongue, Option<Apex>);
 
 /// The regions over (speed, damping) up to the damping ratio `top`, of the tongues that reach a visible part of it.
-pub fn over_damping(system: &System, known: &[Known], top: f64, done: &(dyn Fn() + Sync)) -> Vec<Region> {
-    let region = |(tongue, apex): &Known| {
+pub fn over_damping(system: &System, known: &[Instability], top: f64, done: &(dyn Fn() + Sync)) -> Vec<Region> {
+    let region = |(tongue, apex): &Instability| {
         let end = apex.map_or(top, |apex| apex.theta);
         let mut lines = Vec::new();
         if !tongue.is_empty() && end > DEVIATION * top {
@@ -124,7 +124,7 @@ pub struct Modulation<'a> {
 
 /// The tongue of an order at a modulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Point {
+struct TonguePoint {
     n: usize,
     modulation: f64,
     /// The unstable speeds without damping and at the damping ratio of the plan.
@@ -145,24 +145,24 @@ struct Tip {
 }
 
 /// The tongues of these orders at a modulation; Hill's matrices yield all of them at once.
-fn row(system: &System, theta: f64, modulation: f64, orders: &[usize]) -> Vec<Point> {
+fn row(system: &System, theta: f64, modulation: f64, orders: &[usize]) -> Vec<TonguePoint> {
     let system = system.modulated(modulation);
     let start = hill::boundaries(&system, orders.iter().copied().max().unwrap_or(0));
     let point = |n: &usize| {
-        let nothing = Point { n: *n, modulation, intervals: [None; 2] };
+        let nothing = TonguePoint { n: *n, modulation, intervals: [None; 2] };
         let Some(tongue) = Tongue::numbered(&system, *n, &start) else {
             system.mark_unnumbered();
             return nothing;
         };
         let closed = || (tongue.extent() == Extent::Closed).then(|| [1.0 / tongue.lambda.high.sqrt(); 2]);
         let damped = if theta > 0.0 { tongue.interval(&system, theta) } else { None };
-        Point { intervals: [tongue.undamped().or_else(closed), damped], ..nothing }
+        TonguePoint { intervals: [tongue.undamped().or_else(closed), damped], ..nothing }
     };
     orders.iter().map(point).collect()
 }
 
 /// The tongues at these pairs of modulation and order n, those of a modulation together.
-fn points(system: &System, theta: f64, mut places: Vec<(f64, usize)>, done: &(dyn Fn() + Sync)) -> Vec<Point> {
+fn points(system: &System, theta: f64, mut places: Vec<(f64, usize)>, done: &(dyn Fn() + Sync)) -> Vec<TonguePoint> {
     places.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let rows: Vec<(f64, Vec<usize>)> =
         places.chunk_by(|a, b| a.0 == b.0).map(|row| (row[0].0, row.iter().map(|place| place.1).collect())).collect();
@@ -175,7 +175,8 @@ pub fn over_modulation(system: &System, plan: &Modulation, done: &(dyn Fn() + Sy
     let at = |places: Vec<(f64, usize)>| points(system, theta, places, done);
     let first = |i: usize| top * i as f64 / MODULATIONS as f64;
     let mut all = at((1..=MODULATIONS).flat_map(|i| (1..=critical.len()).map(move |n| (first(i), n))).collect());
-    let sort = |all: &mut Vec<Point>| all.sort_by(|a, b| a.n.cmp(&b.n).then(a.modulation.total_cmp(&b.modulation)));
+    let sort =
+        |all: &mut Vec<TonguePoint>| all.sort_by(|a, b| a.n.cmp(&b.n).then(a.modulation.total_cmp(&b.modulation)));
     sort(&mut all);
     let tips = if theta > 0.0 { tips(system, plan, &all, done) } else { Vec::new() };
     // At its tip a region is round like a parabola.
@@ -187,7 +188,7 @@ pub fn over_modulation(system: &System, plan: &Modulation, done: &(dyn Fn() + Sy
     all.extend(at(tips.iter().flat_map(near).collect()));
     for _ in 0..2 {
         sort(&mut all);
-        let between = |pair: &[Point]| {
+        let between = |pair: &[TonguePoint]| {
             let middle = 0.5 * (pair[0].modulation + pair[1].modulation);
             let wide = pair[1].modulation - pair[0].modulation > 0.02 * top;
             (pair[0].n == pair[1].n && wide && bends(pair)).then_some((middle, pair[0].n))
@@ -200,14 +201,14 @@ pub fn over_modulation(system: &System, plan: &Modulation, done: &(dyn Fn() + Sy
 }
 
 /// True if a boundary moves by more than three per cent from one point to the next, so that its bend could show.
-fn bends(pair: &[Point]) -> bool {
+fn bends(pair: &[TonguePoint]) -> bool {
     let both = pair[0].intervals.iter().zip(&pair[1].intervals);
     both.filter_map(|(a, b)| Some((a.as_ref()?, b.as_ref()?)))
         .any(|(a, b)| (0..2).any(|k| (a[k] / b[k]).ln().abs() > 0.03))
 }
 
 /// Where each order becomes unstable or stable at the damping ratio; `points` by order and modulation.
-fn tips(system: &System, plan: &Modulation, points: &[Point], done: &(dyn Fn() + Sync)) -> Vec<Tip> {
+fn tips(system: &System, plan: &Modulation, points: &[TonguePoint], done: &(dyn Fn() + Sync)) -> Vec<Tip> {
     let theta = plan.theta;
     let mut crossings: Vec<(usize, [f64; 2], bool)> = Vec::new();
     for own in points.chunk_by(|a, b| a.n == b.n) {
@@ -234,7 +235,7 @@ fn tips(system: &System, plan: &Modulation, points: &[Point], done: &(dyn Fn() +
 }
 
 /// The regions that the points, by order and modulation, and the tips make.
-fn regions(system: &System, theta: f64, points: &[Point], tips: &[Tip]) -> Vec<Region> {
+fn regions(system: &System, theta: f64, points: &[TonguePoint], tips: &[Tip]) -> Vec<Region> {
     let mut regions = Vec::new();
     for (which, theta) in [0.0, theta].into_iter().enumerate() {
         for own in points.chunk_by(|a, b| a.n == b.n) {

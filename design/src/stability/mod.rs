@@ -28,7 +28,7 @@ use crate::resource::Resource;
 use crate::text::{number, rpm};
 use crate::{Progress, parallel, search, work};
 use camdrive::drives::Fault;
-use map::{Known, Modulation, Region};
+use map::{Instability, Modulation, Region};
 use orders::{Tongues, tongues};
 use response::{PeriodicMotion, Resonance, Transient};
 use serde::Serialize;
@@ -91,7 +91,7 @@ pub const NEGLIGIBLE: f64 = 1e-12;
 
 /// The result of a study.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Findings {
+pub struct StabilityAnalysis {
     /// The name of the scene.
     pub scene: String,
     /// The drive model.
@@ -239,13 +239,17 @@ pub fn study_scene(
     resource: &Resource,
     options: &Options,
     progress: &(dyn Fn(Progress) + Sync),
-) -> Result<Findings, Fault> {
+) -> Result<StabilityAnalysis, Fault> {
     let hint = "take fewer --orders or harmonics, or leave out the maps with --quick";
     work::within(work::BUDGET, hint, progress, |tell| studied(resource, options, tell))?
 }
 
 /// See [`study_scene`].
-fn studied(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) + Sync)) -> Result<Findings, Fault> {
+fn studied(
+    resource: &Resource,
+    options: &Options,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<StabilityAnalysis, Fault> {
     let mut oscillator = oscillator::of(&resource.scene)?;
     let own = oscillator.speed.filter(|_| options.speeds.is_empty());
     let turns: Vec<f64> = options.speeds.iter().chain(options.range.iter().flatten()).copied().chain(own).collect();
@@ -275,7 +279,7 @@ fn studied(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) 
     }
     let counter = Counter::new(progress, "crank", printed::POINTS);
     let crank = if options.quick { None } else { printed::curves(&resource.scene, &|| counter.step()) };
-    Ok(Findings { crank, ..report })
+    Ok(StabilityAnalysis { crank, ..report })
 }
 
 /// Studies the oscillator of the model `model` of the scene `scene`.
@@ -287,7 +291,7 @@ pub fn study(
     oscillator: &PeriodicOscillator,
     options: &Options,
     progress: &(dyn Fn(Progress) + Sync),
-) -> Result<Findings, Fault> {
+) -> Result<StabilityAnalysis, Fault> {
     let system = System::new(oscillator)?;
     let w0 = system.natural_frequency();
     let theta = options.damping.unwrap_or_else(|| system.damping_ratio());
@@ -312,7 +316,7 @@ pub fn study(
     for (order, critical) in orders.iter_mut().zip(&critical) {
         order.modulation_ratio = critical.map(|critical| 1.0 / critical);
     }
-    let mut report = Findings {
+    let mut report = StabilityAnalysis {
         scene: scene.to_owned(),
         model: model.to_owned(),
         note: match system.active {
@@ -338,7 +342,7 @@ pub fn study(
         speeds: speeds.iter().map(|speed| at_speed(&system, &known, &orders, *speed, theta)).collect(),
         orders,
         ranges,
-        ..Findings::default()
+        ..StabilityAnalysis::default()
     };
     if !options.quick && !known.is_empty() {
         let counter = Counter::new(progress, "map", known.len());
@@ -357,9 +361,9 @@ pub fn study(
     Ok(report)
 }
 
-impl Findings {
+impl StabilityAnalysis {
     /// The motion under load: over the turn and from rest at each speed, over the speeds, at the resonances.
-    fn add_motions(&mut self, system: &System, known: &[Known], progress: &(dyn Fn(Progress) + Sync)) {
+    fn add_motions(&mut self, system: &System, known: &[Instability], progress: &(dyn Fn(Progress) + Sync)) {
         let Oscillator { natural_frequency: w0, damping_ratio: theta, .. } = self.oscillator;
         let [slowest, fastest] = self.ranges[0];
         let eta = || self.speeds.iter().map(|at| at.speed / w0);
@@ -417,7 +421,7 @@ fn mirrored(oscillator: PeriodicOscillator) -> PeriodicOscillator {
 }
 
 /// The ranges of η, θ and μ that the maps show.
-fn ranges(system: &System, known: &[Known], options: &Options, speeds: &[f64], theta: f64) -> [[f64; 2]; 3] {
+fn ranges(system: &System, known: &[Instability], options: &Options, speeds: &[f64], theta: f64) -> [[f64; 2]; 3] {
     let w0 = system.natural_frequency();
     let told = known.iter().filter(|(_, apex)| apex.is_none_or(|apex| apex.theta > NEGLIGIBLE));
     // Loads resonate with their second harmonic at η = ½, if no tongue lies below.
@@ -442,7 +446,7 @@ fn ranges(system: &System, known: &[Known], options: &Options, speeds: &[f64], t
 }
 
 /// An order at the damping ratio θ.
-fn order(system: &System, (tongue, apex): &Known, theta: f64, classical: &Harmonics) -> Order {
+fn order(system: &System, (tongue, apex): &Instability, theta: f64, classical: &Harmonics) -> Order {
     let twice = tongue.n * system.parts.max(1);
     let inverse = |lambda: f64| if lambda > 0.0 { 1.0 / lambda.sqrt() } else { f64::INFINITY };
     let critical = apex.map(|apex| apex.theta);
@@ -486,7 +490,7 @@ pub fn is_listed(index: usize, order: &Order) -> bool {
 }
 
 /// Stability at the speed Ω.
-fn at_speed(system: &System, known: &[Known], orders: &[Order], speed: f64, theta: f64) -> AtSpeed {
+fn at_speed(system: &System, known: &[Instability], orders: &[Order], speed: f64, theta: f64) -> AtSpeed {
     let eta = speed / system.natural_frequency();
     let m = system.monodromy(1.0 / (eta * eta), 2.0 * theta / eta);
     // The turn is `parts` periods.

@@ -1,6 +1,6 @@
 //! The orders that a study needs.
 
-use super::map::Known;
+use super::map::Instability;
 use super::system::System;
 use super::tongue::Tongue;
 use super::{Counter, USUAL_ORDERS, hill};
@@ -11,7 +11,7 @@ pub struct Tongues {
     /// Hill's boundaries of all of them.
     pub start: hill::Boundaries,
     /// Those found, by order.
-    pub known: Vec<Known>,
+    pub known: Vec<Instability>,
     /// The first order whose boundaries have not been found; it and those above are not among the known ones.
     pub lost: Option<f64>,
 }
@@ -20,7 +20,7 @@ pub struct Tongues {
 /// `until`: those of higher order lie at lower speeds.
 pub fn tongues(system: &System, orders: usize, until: Option<f64>, counter: &Counter) -> Tongues {
     let mut start = hill::Boundaries::none();
-    let mut known: Vec<Known> = Vec::new();
+    let mut known: Vec<Instability> = Vec::new();
     let mut orders = orders;
     while known.len() < orders {
         start = hill::boundaries(system, orders);
@@ -37,7 +37,7 @@ pub fn tongues(system: &System, orders: usize, until: Option<f64>, counter: &Cou
             known.push(found);
         }
         let unstable =
-            |(_, apex): &Known| until.is_some_and(|theta| theta > 0.0 && apex.is_none_or(|a| a.theta > theta));
+            |(_, apex): &Instability| until.is_some_and(|theta| theta > 0.0 && apex.is_none_or(|a| a.theta > theta));
         if known.iter().rev().take(2).any(unstable) {
             orders = (orders + 4).min(USUAL_ORDERS);
         }

@@ -12,7 +12,7 @@
 
 use super::system::System;
 use super::tongue::Tongue;
-use super::{Findings, NEGLIGIBLE, Order, hill};
+use super::{NEGLIGIBLE, Order, StabilityAnalysis, hill};
 use crate::formulas::instability::Bounds;
 use crate::oscillator::of_coefficients;
 use crate::report::unit::{ONE, RPM};
@@ -46,12 +46,12 @@ pub struct Curve {
     /// j.
     pub j: f64,
     /// By σ.
-    pub points: Vec<Point>,
+    pub points: Vec<CrankPoint>,
 }
 
 /// θ* at a σ.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Point {
+pub struct CrankPoint {
     /// σ.
     pub sigma: f64,
     /// Exact; None where the boundaries are not found.
@@ -71,7 +71,7 @@ pub fn curves(scene: &resource::Scene, done: &(dyn Fn() + Sync)) -> Option<Crank
     let places: Vec<f64> = (0..POINTS).map(|i| low * (high / low).powf(i as f64 / (POINTS - 1) as f64)).collect();
     let rows = parallel::map(&places, |sigma| row(scene, *sigma), done);
     let curve = |n: usize| {
-        let of_order: Vec<(f64, Point)> = rows.iter().filter_map(|row| row.get(n).copied()).collect();
+        let of_order: Vec<(f64, CrankPoint)> = rows.iter().filter_map(|row| row.get(n).copied()).collect();
         Some(Curve { j: of_order.first()?.0, points: of_order.into_iter().map(|(_, point)| point).collect() })
     };
     let curves: Vec<Curve> = (0..CRANK_ORDERS).filter_map(curve).collect();
@@ -79,7 +79,7 @@ pub fn curves(scene: &resource::Scene, done: &(dyn Fn() + Sync)) -> Option<Crank
 }
 
 /// j and θ* of the first orders of the scene with the σ of another rod.
-pub fn row(scene: &Scene, sigma: f64) -> Vec<(f64, Point)> {
+pub fn row(scene: &Scene, sigma: f64) -> Vec<(f64, CrankPoint)> {
     let mut scene = scene.clone();
     if let Law::Crank(law) = &mut scene.law {
         law.crank.c_ab = law.crank.shafts() / (sigma * law.crank.r * law.crank.r);
@@ -93,7 +93,7 @@ pub fn row(scene: &Scene, sigma: f64) -> Vec<(f64, Point)> {
         let twice = n * system.parts;
         let tongue = Tongue::numbered(&system, n, &start);
         let exact = tongue.and_then(|tongue| tongue.apex(&system)).map(|apex| apex.theta);
-        (0.5 * twice as f64, Point { sigma, exact, bounds: harmonics.bounds(twice) })
+        (0.5 * twice as f64, CrankPoint { sigma, exact, bounds: harmonics.bounds(twice) })
     };
     (1..=CRANK_ORDERS).map(order).collect()
 }
@@ -109,7 +109,7 @@ pub(super) fn hidden(rows: Rows<'_, Order>, w0: f64) -> Rows<'_, Order> {
 }
 
 /// The printed formulas beside the exact values, their misprints and their effect in this scene.
-pub(super) fn explain(findings: &Findings, report: &mut Report) {
+pub(super) fn explain(findings: &StabilityAnalysis, report: &mut Report) {
     if findings.orders.is_empty() {
         return;
     }

@@ -2,11 +2,11 @@
 
 use super::response::Transient;
 use super::tongue::Extent;
-use super::{AtSpeed, BORDER, Findings, Order, Oscillator, PeriodicMotion, figures, is_listed, printed};
+use super::{AtSpeed, BORDER, Order, Oscillator, PeriodicMotion, StabilityAnalysis, figures, is_listed, printed};
 use crate::report::rounding::{Rounded, Rounding};
 use crate::report::terminal::shown;
 use crate::report::unit::{DEG, HZ, ONE, PERCENT, RPM, Unit};
-use crate::report::{Advice, Claim, Level, Report, Rows, Setting, Table, Value, Verdict, Written};
+use crate::report::{Advice, Claim, Level, Report, Rows, Setting, Table, Value, Verdict, WrittenValue};
 use crate::text::{counted, digits, digits_beyond, number, rpm};
 use std::cmp::Ordering;
 use std::f64::consts::PI;
@@ -30,7 +30,7 @@ const DIGITS: usize = 3;
 /// Those of a speed that stays as it is.
 const EXACT: usize = 12;
 
-impl Findings {
+impl StabilityAnalysis {
     /// Unstable speeds at the damping of the scene (rad/s), with their orders.
     fn unstable(&self) -> impl Iterator<Item = (&Order, [f64; 2])> {
         let w0 = self.oscillator.natural_frequency;
@@ -165,13 +165,14 @@ impl Findings {
         let advice = Advice::new(format!("Avoid {}.", Rounding::Outward.list(&intervals, &RPM)));
         let own = self.speeds.first().map_or(0.0, |at| at.speed);
         let inside = intervals.iter().find(|Rounded { ends: [low, high], .. }| (*low..*high).contains(&own.abs()));
-        let written = |speed: f64, digits: usize, up: bool| Written::rounded(speed.copysign(own), &RPM, digits, up);
+        let written =
+            |speed: f64, digits: usize, up: bool| WrittenValue::rounded(speed.copysign(own), &RPM, digits, up);
         let value = match inside {
             Some(Rounded { ends: [low, high], digits }) if own.abs() - low > high - own.abs() => {
                 written(*high, *digits, true)
             }
             Some(Rounded { ends: [low, _], digits }) => written(*low, *digits, false),
-            None => Written::nearest(own, &RPM, EXACT),
+            None => WrittenValue::nearest(own, &RPM, EXACT),
         };
         let ends = |Rounded { ends: [low, high], digits }: &Rounded| {
             (written(*low, *digits, false), high.is_finite().then(|| written(*high, *digits, true)))
@@ -191,8 +192,8 @@ impl Findings {
         let ratio = Setting::at_least("elasticity.damping_ratio", most, &ONE, DIGITS);
         let now = digits_beyond(theta, DIGITS + 1, false);
         let text = format!("They are stable from a damping ratio of {} on (now {now}).", ratio.value);
-        let b = |ratio: &Written| {
-            if let Written::Number(ratio) = ratio { 2.0 * mean_inertia * w0 * ratio } else { f64::NAN }
+        let b = |ratio: &WrittenValue| {
+            if let WrittenValue::Number(ratio) = ratio { 2.0 * mean_inertia * w0 * ratio } else { f64::NAN }
         };
         let (same, b) = (ratio.value.clone(), b(&ratio.value));
         let ratio = ratio.or("elasticity.b", b).or("crank.damping_ratio", same).or("crank.b_T", b);

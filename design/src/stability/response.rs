@@ -83,17 +83,17 @@ pub struct Resonance {
 const NEARBY: f64 = 0.05;
 
 /// The turn under load at the speed ratio η and the damping ratio θ, and its periodic motion at the start of the turn.
-struct Turn<'a> {
+struct LoadedTurn<'a> {
     system: &'a System<'a>,
     map: PeriodMap,
     eta: f64,
     theta: f64,
 }
 
-impl<'a> Turn<'a> {
+impl<'a> LoadedTurn<'a> {
     fn new(system: &'a System<'a>, eta: f64, theta: f64) -> Option<Self> {
         let map = system.table(1.0 / (eta * eta), 2.0 * theta / eta)?;
-        Some(Turn { system, map, eta, theta })
+        Some(LoadedTurn { system, map, eta, theta })
     }
 
     /// (q, q′) that returns to itself.
@@ -152,11 +152,11 @@ impl<'a> Turn<'a> {
 
 /// The periodic motion at the speed ratio η; None where there is none.
 pub fn periodic_motion(system: &System, eta: f64, theta: f64) -> Option<PeriodicMotion> {
-    let turn = Turn::new(system, eta, theta)?;
+    let turn = LoadedTurn::new(system, eta, theta)?;
     motion_of(&turn)
 }
 
-fn motion_of(turn: &Turn) -> Option<PeriodicMotion> {
+fn motion_of(turn: &LoadedTurn) -> Option<PeriodicMotion> {
     let [amplitude, load] = turn.largest(turn.periodic()?, 1.0)?;
     let c = turn.system.mean.c;
     let square = turn.eta * turn.eta;
@@ -174,7 +174,7 @@ fn motion_of(turn: &Turn) -> Option<PeriodicMotion> {
 
 /// φ (rad), M and M₀ of the periodic motion over the turn; M is NaN where no such motion is seen, the drive being unstable.
 pub fn course(system: &System, eta: f64, theta: f64) -> Option<Vec<[f64; 3]>> {
-    let turn = Turn::new(system, eta, theta)?;
+    let turn = LoadedTurn::new(system, eta, theta)?;
     let stable = turn.is_stable();
     let count = SAMPLES_PER_TURN.max(SAMPLES_PER_VIBRATION / eta).ceil();
     let mut trajectory = Trajectory::new(&turn.map, 0.0, turn.periodic()?);
@@ -197,7 +197,7 @@ pub fn course(system: &System, eta: f64, theta: f64) -> Option<Vec<[f64; 3]>> {
 
 /// A start from rest at the speed ratio η.
 pub fn transient(system: &System, eta: f64, theta: f64) -> Option<Transient> {
-    let turn = Turn::new(system, eta, theta)?;
+    let turn = LoadedTurn::new(system, eta, theta)?;
     let steady = motion_of(&turn)?;
     let radius = turn.radius();
     let settled = DECAYED.ln() / radius.ln();

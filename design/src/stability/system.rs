@@ -368,7 +368,7 @@ impl<'a> System<'a> {
 
     /// The tables of the whole turn with the load; None where they cannot be computed.
     pub fn table(&self, lambda: f64, d: f64) -> Option<PeriodMap> {
-        let turn = Turn::new(self, lambda, d, 1, true);
+        let turn = PeriodEquation::new(self, lambda, d, 1, true);
         CELL_TOLERANCES.iter().find_map(|tolerance| PeriodMap::new(&turn, *tolerance))
     }
 
@@ -377,7 +377,7 @@ impl<'a> System<'a> {
     /// # Errors
     /// Where it cannot be computed.
     pub fn followed(&self, lambda: f64, d: f64) -> Result<Matrix, Unfollowed> {
-        let turn = Turn::new(self, lambda, d, self.parts.max(1), false);
+        let turn = PeriodEquation::new(self, lambda, d, self.parts.max(1), false);
         let period = CELL_TOLERANCES.iter().find_map(|tolerance| Period::of(&turn, *tolerance));
         let matrix = period.ok_or(Unfollowed::Cells)?.map.matrix;
         if matrix.iter().flatten().all(|entry| entry.is_finite()) { Ok(matrix) } else { Err(Unfollowed::Range) }
@@ -465,7 +465,7 @@ pub fn sample(oscillator: &PeriodicOscillator, order: usize) -> Vec<(f64, f64, T
 }
 
 /// The equation over one period, φ taking the place of time.
-struct Turn<'a> {
+struct PeriodEquation<'a> {
     system: &'a System<'a>,
     lambda: f64,
     d: f64,
@@ -478,12 +478,12 @@ struct Turn<'a> {
     nodes: RefCell<(Nodes, usize)>,
 }
 
-impl<'a> Turn<'a> {
+impl<'a> PeriodEquation<'a> {
     fn new(system: &'a System<'a>, lambda: f64, d: f64, parts: usize, loaded: bool) -> Self {
         let start = if loaded { system.oscillator.start } else { 0.0 };
         let intervals = intervals(system.oscillator, start, TAU / parts as f64);
         let nodes = system.nodes.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default();
-        Turn { system, lambda, d, parts, loaded, start, intervals, nodes: RefCell::new((nodes, 0)) }
+        PeriodEquation { system, lambda, d, parts, loaded, start, intervals, nodes: RefCell::new((nodes, 0)) }
     }
 
     /// The coefficients of a segment at an angle (rad).
@@ -504,14 +504,14 @@ impl<'a> Turn<'a> {
     }
 }
 
-impl Drop for Turn<'_> {
+impl Drop for PeriodEquation<'_> {
     fn drop(&mut self) {
         let nodes = std::mem::take(&mut self.nodes.get_mut().0);
         self.system.nodes.lock().unwrap_or_else(PoisonError::into_inner).push(nodes);
     }
 }
 
-impl Periodic for Turn<'_> {
+impl Periodic for PeriodEquation<'_> {
     fn period(&self) -> Double {
         WHOLE_TURN.divide(Double::from(self.parts as f64))
     }

@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 
 /// The findings of a study.
 #[derive(Clone, Debug, Serialize)]
-pub struct Findings {
+pub struct SteadyMotions {
     /// The scene.
     pub name: String,
     /// The load torque (N·m).
@@ -97,7 +97,7 @@ impl From<PeriodicMotion> for Motion {
 ///
 /// # Errors
 /// Where no speed yields the period, or the machine cannot be built.
-pub fn of_machine(name: &str, scene: &Scene, load: f64, period: Option<f64>) -> Result<Findings, Fault> {
+pub fn of_machine(name: &str, scene: &Scene, load: f64, period: Option<f64>) -> Result<SteadyMotions, Fault> {
     let mut scene = scene.clone();
     let (mut synchronous_speed, mut motor) = (None, None);
     let mut motions = Motions { found: Vec::new(), lost: Vec::new() };
@@ -112,7 +112,7 @@ pub fn of_machine(name: &str, scene: &Scene, load: f64, period: Option<f64>) -> 
     let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
     let free = free.map(|(period, sense)| Speeds::of((period, free_motion(&inertia, period, sense))));
     let followers = inertia.followers.iter().enumerate();
-    Ok(Findings {
+    Ok(SteadyMotions {
         name: name.to_owned(),
         load,
         motor,
@@ -130,9 +130,9 @@ pub fn of_machine(name: &str, scene: &Scene, load: f64, period: Option<f64>) -> 
 ///
 /// # Errors
 /// Where there is none.
-pub fn of_train(name: &str, scene: &drive_train::Scene, lift_offs: Vec<LiftOff>) -> Result<Findings, Fault> {
+pub fn of_train(name: &str, scene: &drive_train::Scene, lift_offs: Vec<LiftOff>) -> Result<SteadyMotions, Fault> {
     let mut turn = periodic_train::of(scene)?;
-    Ok(Findings {
+    Ok(SteadyMotions {
         name: name.to_owned(),
         load: 0.0,
         motor: None,

@@ -1,11 +1,11 @@
 //! The findings as a report.
 
-use super::{Findings, Motion, Speeds};
+use super::{Motion, Speeds, SteadyMotions};
 use crate::periodic_train::{Range, Turn};
 use crate::plot::{Axis, Diagram, Series};
 use crate::report::terminal::shown;
 use crate::report::unit::{DEG, MS, NM, ONE, PERCENT, RPM, W};
-use crate::report::{Advice, Claim, Level, Report, Setting, Table, Unit, Value, Verdict, Written};
+use crate::report::{Advice, Claim, Level, Report, Setting, Table, Unit, Value, Verdict, WrittenValue};
 use crate::text::{counted, number, rpm, share, time};
 use crate::transmission::Transmission;
 use camdrive::drives::rigid_machine::Kloss;
@@ -56,7 +56,7 @@ fn decay(motion: &Motion) -> String {
     )
 }
 
-impl Findings {
+impl SteadyMotions {
     /// All speeds with the names of their motions and, of those under torques, the motions.
     fn rows(&self) -> Vec<(String, &Speeds, Option<&Motion>)> {
         let motions = self.motions.iter().enumerate();
@@ -114,7 +114,7 @@ impl Findings {
             }
         }
         if let Some(speed) = self.synchronous_speed {
-            let speed = Written::nearest(speed, &RPM, PRESCRIBED);
+            let speed = WrittenValue::nearest(speed, &RPM, PRESCRIBED);
             let text = format!("The period needs a synchronous speed of the motor of {speed}: set `motor.w_s` to it.");
             let mean = stable.first().map_or(f64::NAN, |motion| motion.speeds.mean_speed);
             verdict.advice(Advice::new(text).set([Setting::new("motor.w_s", speed)], Claim::Speed { mean }));

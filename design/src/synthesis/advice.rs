@@ -13,7 +13,7 @@ use super::{Objective, Task};
 use crate::report::rounding::admissible;
 use crate::report::terminal::shown;
 use crate::report::unit::{DEG, MM, NM, PERCENT, RPM};
-use crate::report::{Advice, Claim, Level, Setting, Verdict, Written};
+use crate::report::{Advice, Claim, Level, Setting, Verdict, WrittenValue};
 use crate::text::{counted, number};
 use std::f64::consts::FRAC_PI_2;
 
@@ -135,7 +135,7 @@ impl Study {
         let rpm = |eta: f64| shown(eta * given.w0, &RPM);
         let fastest = given.fastest.map(|w| w / given.w0);
         // A speed that is reached.
-        let up_to = |eta: f64| Written::rounded(eta * given.w0, &RPM, DIGITS, false);
+        let up_to = |eta: f64| WrittenValue::rounded(eta * given.w0, &RPM, DIGITS, false);
         let within = shown(given.tolerance.unwrap_or(f64::NAN), &MM);
         match behind.reached {
             None if given.tolerance.is_some() => {
@@ -184,8 +184,8 @@ impl Study {
         let Some(shaft) = &self.shaft else { return };
         let torque = shown(shaft.laws[0].points.iter().map(|p| p[1]).fold(0.0, f64::max), &NM);
         let twice = shaft.laws[0].exceeded[1];
-        let twice =
-            twice.map_or("at no speed".to_owned(), |w| format!("from {} on", Written::rounded(w, &RPM, DIGITS, false)));
+        let twice = twice
+            .map_or("at no speed".to_owned(), |w| format!("from {} on", WrittenValue::rounded(w, &RPM, DIGITS, false)));
         let text = format!("The shaft torque reaches {torque}; {twice} it is more than twice the kinetostatic one.");
         verdict.result(Level::Good, text);
         if let [(w, _), ..] = &shaft.faults[..] {

@@ -4,7 +4,7 @@ use super::exact::{Solutions, dot};
 use super::family::{Family, Term};
 use super::feasibility::KEPT;
 use super::sampling::{ANGLES, within};
-use super::{Bound, Curve, Infeasible, Objective, Point, Range, Task, grid};
+use super::{Bound, Curve, ExactPoint, Infeasible, Objective, Range, Task, grid};
 use camdrive::numerics::double_double::Double;
 use camdrive::numerics::gauss::Gauss;
 use std::f64::consts::{PI, TAU};
@@ -60,7 +60,7 @@ impl<'a> Conditions<'a> {
 
     /// The point that is furthest beyond a bound of the same derivative, if one is.
     fn points_outside(&self) -> Option<Infeasible> {
-        let beyond = |point: &Point, bound: &Bound| {
+        let beyond = |point: &ExactPoint, bound: &Bound| {
             let same = bound.order == point.order && bound.of == [(point.law, 1.0)];
             let phi = within(bound.from, bound.to, point.phi).filter(|_| same)?;
             let value = point.value - bound.around.at(phi - bound.from);

@@ -13,7 +13,7 @@ use super::clearance::{Clearance, Tangent};
 use super::conditions::Conditions;
 use super::convex::{self, Optimum};
 use super::family::Family;
-use super::{Infeasible, Task, Told};
+use super::{Infeasible, Listener, Task};
 use crate::text::number;
 use camdrive::drives::Fault;
 use camdrive::numerics::double_double::Double;
@@ -38,7 +38,7 @@ const GROWTH: f64 = 1.5;
 const ENDING: f64 = 0.1;
 
 /// The best profiles that keep clear.
-pub fn clear(conditions: &Conditions, progress: Told<'_>) -> Result<Optimum, Infeasible> {
+pub fn clear(conditions: &Conditions, progress: Listener<'_>) -> Result<Optimum, Infeasible> {
     let task = conditions.task;
     let free = convex::optimum(conditions, Vec::new())?;
     if let Some(best) = beside(conditions, &free, f64::INFINITY, progress) {
@@ -65,7 +65,7 @@ pub fn clear(conditions: &Conditions, progress: Told<'_>) -> Result<Optimum, Inf
 
 /// The best of the profiles on both sides of where those without clearance would be nearest; any of them where `beaten` is
 /// below all.
-fn beside(conditions: &Conditions, free: &Optimum, beaten: f64, progress: Told<'_>) -> Option<Optimum> {
+fn beside(conditions: &Conditions, free: &Optimum, beaten: f64, progress: Listener<'_>) -> Option<Optimum> {
     let mut best: Option<Optimum> = None;
     for side in 0..2 {
         let beaten = best.as_ref().map_or(beaten, |best| best.objective.min(beaten));

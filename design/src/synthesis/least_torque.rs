@@ -3,14 +3,18 @@
 use super::conditions::Conditions;
 use super::nonlinear::{Norm, Region};
 use super::shaft::{self, ShaftGoal};
-use super::{Infeasible, Objective, Profile, SPEED_ROUNDS, Task, Told, torque};
+use super::{Infeasible, Listener, Objective, Profile, SPEED_ROUNDS, Task, torque};
 use crate::search::local_maxima;
 
 /// x, the optimum from each start and the objective.
 type Least = (Vec<f64>, Vec<f64>, f64);
 
 /// The best profile for the torque in the shaft of a goal, else for the kinetostatic one.
-pub fn profile(conditions: &Conditions, goal: Option<ShaftGoal>, progress: Told<'_>) -> Result<Profile, Infeasible> {
+pub fn profile(
+    conditions: &Conditions,
+    goal: Option<ShaftGoal>,
+    progress: Listener<'_>,
+) -> Result<Profile, Infeasible> {
     let &Conditions { task, scale } = conditions;
     let smooth = Task { objective: Objective::PeakAcceleration, ..task.clone() }.solve()?;
     let solutions = conditions.equalities()?;
@@ -42,7 +46,7 @@ pub fn profile(conditions: &Conditions, goal: Option<ShaftGoal>, progress: Told<
 
 /// The least torque of an elastic shaft: from several starts at some speeds, then from the best of them at all
 /// speeds that count.
-fn in_shaft(task: &Task, goal: ShaftGoal, region: &Region, progress: Told<'_>) -> Result<Least, Infeasible> {
+fn in_shaft(task: &Task, goal: ShaftGoal, region: &Region, progress: Listener<'_>) -> Result<Least, Infeasible> {
     let mut speeds = goal.speeds(shaft::SPEEDS);
     let candidates = goal.speeds(8 * shaft::SPEEDS);
     let values = |x: &[f64], speeds: &[f64]| goal.values(&task.basis, x, speeds);

@@ -11,7 +11,7 @@ use super::conditions::Conditions;
 use super::convex::{Optimum, capped, optimum, optimum_of, square};
 use super::deviation::peak;
 use super::semi_infinite::Goal;
-use super::{Infeasible, Objective, Range, Task, Told};
+use super::{Infeasible, Listener, Objective, Range, Task};
 use crate::search::zero;
 use crate::text::number;
 use camdrive::drives::Fault;
@@ -107,7 +107,7 @@ pub fn longest(
     task: &Task,
     tolerance: f64,
     [first, end]: [usize; 2],
-    progress: Told<'_>,
+    progress: Listener<'_>,
 ) -> Result<(Task, Tried), Infeasible> {
     let stretched = |(i, range): (usize, &Range), factor: f64| {
         let part = if (first..end).contains(&i) { 0.5 * factor } else { 0.5 };
@@ -154,7 +154,7 @@ pub fn longest(
 }
 
 /// The Chebyshev task with the fewest harmonics, and what was tried: so many, and the least largest error with them.
-pub fn fewest(task: &Task, tolerance: f64, progress: Told<'_>) -> Result<(Task, Tried), Infeasible> {
+pub fn fewest(task: &Task, tolerance: f64, progress: Listener<'_>) -> Result<(Task, Tried), Infeasible> {
     let (most, mut tried, mut last) = (task.basis.order(), Vec::new(), None);
     for order in task.basis.harmonics() {
         let next = Task { basis: task.basis.up_to(order), objective: Objective::Chebyshev, ..task.clone() };

@@ -65,7 +65,7 @@ use shaft::ShaftGoal;
 const EXHAUSTED: &str = "the work of the study is used up";
 
 /// Hears how many of how many parts of a search are done.
-pub type Told<'a> = &'a (dyn Fn(usize, usize) + Sync + 'a);
+pub type Listener<'a> = &'a (dyn Fn(usize, usize) + Sync + 'a);
 
 /// Rounds in which the robust problem takes up speeds.
 const SPEED_ROUNDS: usize = 20;
@@ -87,7 +87,7 @@ pub struct Range {
 
 /// U⁽ⁿ⁾(φ) = value.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub struct ExactPoint {
     /// Which law, from 0.
     pub law: usize,
     /// φ (rad).
@@ -206,7 +206,7 @@ pub struct Task {
     /// Ranges with prescribed motion.
     pub ranges: Vec<Range>,
     /// Exact conditions.
-    pub points: Vec<Point>,
+    pub points: Vec<ExactPoint>,
     /// Bounds that must not be exceeded.
     pub bounds: Vec<Bound>,
     /// Which tools keep clear of each other.
@@ -313,7 +313,7 @@ impl Task {
     }
 
     /// The best profiles, one for each law; `progress` hears how many of how many starts are done.
-    pub fn solve_with(&self, progress: Told<'_>) -> Result<Solved, Infeasible> {
+    pub fn solve_with(&self, progress: Listener<'_>) -> Result<Solved, Infeasible> {
         let task = self.prepared();
         let conditions = &Conditions::new(&task);
         let profiles = match Plan::of(&task) {
@@ -369,7 +369,7 @@ impl Task {
             basis: self.basis.of(law),
             laws: vec![self.laws[law]],
             ranges: self.ranges.iter().filter(|r| r.law == law).map(|r| Range { law: 0, ..r.clone() }).collect(),
-            points: self.points.iter().filter(|p| p.law == law).map(|p| Point { law: 0, ..*p }).collect(),
+            points: self.points.iter().filter(|p| p.law == law).map(|p| ExactPoint { law: 0, ..*p }).collect(),
             bounds: self
                 .bounds
                 .iter()

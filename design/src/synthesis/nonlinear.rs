@@ -9,7 +9,7 @@ use super::exact::{Coordinates, Factors, RANK, Solutions, dot};
 use super::family::Family;
 use super::polyhedron::Polyhedron;
 use super::sampling::{FINE, angles};
-use super::{Basis, EXHAUSTED, Infeasible, Told};
+use super::{Basis, EXHAUSTED, Infeasible, Listener};
 use crate::{parallel, work};
 use camdrive::drives::Fault;
 use camdrive::numerics::double_double::Double;
@@ -102,7 +102,7 @@ struct Cuts {
 }
 
 /// The best of all starts.
-pub struct Found {
+pub struct LocalOptimum {
     /// x.
     pub x: Vec<f64>,
     /// The largest |gᵢ| that each start led to.
@@ -182,7 +182,12 @@ impl Region<'_> {
     }
 
     /// The best local optimum; `progress` hears of each start that is done. The first start is that of the region.
-    pub fn minimise(&self, search: Search, objective: Function<'_>, progress: Told<'_>) -> Result<Found, Infeasible> {
+    pub fn minimise(
+        &self,
+        search: Search,
+        objective: Function<'_>,
+        progress: Listener<'_>,
+    ) -> Result<LocalOptimum, Infeasible> {
         let mut random = Random(search.seed);
         let mut draw = || ((0..self.unknowns()).map(|_| random.normal()).collect(), random.uniform());
         let starts: Vec<Option<(Vec<f64>, f64)>> =
@@ -198,7 +203,7 @@ impl Region<'_> {
         let optima: Vec<f64> = found.iter().map(|(value, _)| *value).collect();
         let best = found.into_iter().reduce(|best, other| if other.0 < best.0 { other } else { best });
         let (_, y) = best.ok_or_else(|| Infeasible::Numerical(Fault::new("no start leads anywhere")))?;
-        Ok(Found { x: self.x(&y), optima })
+        Ok(LocalOptimum { x: self.x(&y), optima })
     }
 
     /// Down from `x`, which is in the region.

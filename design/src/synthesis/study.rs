@@ -6,7 +6,7 @@ use super::laws::{self, Rival, as_rival, symmetric_dwells};
 use super::printed::Cubics;
 use super::shaft::ShaftGoal;
 use super::shaft_study::{self, Shafted};
-use super::{Basis, Curve, Infeasible, Objective, Profile, Range, Response, Solved, Symmetry, Task, Told};
+use super::{Basis, Curve, Infeasible, Listener, Objective, Profile, Range, Response, Solved, Symmetry, Task};
 use crate::Progress;
 use crate::harmonic_analysis::without_rounding;
 use crate::text::number;
@@ -388,7 +388,7 @@ pub fn symmetric_task(order: usize, half: f64, objective: Objective) -> Task {
 }
 
 /// Bild 4.24: dwell error over dwell width for K = 3, 5, 7, 9.
-pub fn widths(progress: Told<'_>) -> Result<Vec<Widths>, Infeasible> {
+pub fn widths(progress: Listener<'_>) -> Result<Vec<Widths>, Infeasible> {
     let orders = [3, 5, 7, 9];
     let mut curves = Vec::new();
     for (i, order) in orders.into_iter().enumerate() {

@@ -30,8 +30,10 @@ fn the_least_peak_acceleration_of_a_stroke() {
     // 4/π² (two parabolas); finite sums come close from above.
     let mut task = symmetric_task(9, 0.1, Objective::PeakAcceleration);
     task.ranges.clear();
-    task.points =
-        vec![Point { law: 0, phi: 0.0, order: 0, value: 0.5 }, Point { law: 0, phi: PI, order: 0, value: -0.5 }];
+    task.points = vec![
+        ExactPoint { law: 0, phi: 0.0, order: 0, value: 0.5 },
+        ExactPoint { law: 0, phi: PI, order: 0, value: -0.5 },
+    ];
     let profile = task.solve().unwrap();
     let best = 4.0 / (PI * PI);
     assert!(profile.objective > best && profile.objective < 1.03 * best, "{} {best}", profile.objective);
@@ -59,8 +61,10 @@ fn a_bound_costs_dwell_accuracy() {
     // No profile of this stroke accelerates so little.
     let limit = 0.2;
     task.bounds = vec![acceleration_within(limit)];
-    task.points =
-        vec![Point { law: 0, phi: 0.0, order: 0, value: 0.5 }, Point { law: 0, phi: PI, order: 0, value: -0.5 }];
+    task.points = vec![
+        ExactPoint { law: 0, phi: 0.0, order: 0, value: 0.5 },
+        ExactPoint { law: 0, phi: PI, order: 0, value: -0.5 },
+    ];
     match task.solve() {
         Err(Infeasible::Bound { index: 0, by, .. }) => assert!(by > 0.2 && by < 0.25, "{by}"),
         other => panic!("{other:?}"),
@@ -70,10 +74,12 @@ fn a_bound_costs_dwell_accuracy() {
 #[test]
 fn contradicting_points_are_named() {
     let mut task = symmetric_task(3, 0.3, Objective::LeastSquares);
-    task.points =
-        vec![Point { law: 0, phi: 0.0, order: 0, value: 0.5 }, Point { law: 0, phi: PI, order: 0, value: 0.1 }];
-    task.points.push(Point { law: 0, phi: 0.5, order: 0, value: 0.4 });
-    task.points.push(Point { law: 0, phi: PI + 0.5, order: 0, value: 0.0 });
+    task.points = vec![
+        ExactPoint { law: 0, phi: 0.0, order: 0, value: 0.5 },
+        ExactPoint { law: 0, phi: PI, order: 0, value: 0.1 },
+    ];
+    task.points.push(ExactPoint { law: 0, phi: 0.5, order: 0, value: 0.4 });
+    task.points.push(ExactPoint { law: 0, phi: PI + 0.5, order: 0, value: 0.0 });
     assert!(matches!(task.solve(), Err(Infeasible::Point { .. })), "{:?}", task.solve());
 }
 
@@ -125,8 +131,10 @@ fn the_least_torque_of_a_stroke() {
     let mut task = symmetric_task(9, 0.1, Objective::PeakTorque);
     task.search = Search { starts: 3, seed: 7 };
     task.ranges.clear();
-    task.points =
-        vec![Point { law: 0, phi: 0.0, order: 0, value: 0.5 }, Point { law: 0, phi: PI, order: 0, value: -0.5 }];
+    task.points = vec![
+        ExactPoint { law: 0, phi: 0.0, order: 0, value: 0.5 },
+        ExactPoint { law: 0, phi: PI, order: 0, value: -0.5 },
+    ];
     let profile = task.solve().unwrap();
     let least = 9.0 / (4.0 * PI.powi(3));
     assert!(profile.objective > least);
@@ -204,7 +212,7 @@ fn the_ends_of_the_turn_are_one_point() {
     let mut task = symmetric_task(7, 0.3, Objective::PeakAcceleration);
     task.basis = Basis::new(7, Symmetry::default());
     task.ranges.clear();
-    let point = |phi: f64, value: f64| Point { law: 0, phi, order: 0, value };
+    let point = |phi: f64, value: f64| ExactPoint { law: 0, phi, order: 0, value };
     task.points = vec![point(0.0, 0.5), point(TAU, 0.4), point(PI, -0.5)];
     assert!(matches!(task.solve(), Err(Infeasible::Point { by, .. }) if by < 0.11), "{:?}", task.solve());
     task.points[1].value = 0.5;

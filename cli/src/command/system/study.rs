@@ -1,7 +1,7 @@
 //! `camdrive system SYSTEM --study`
 
 use super::{Args, libraries, packed};
-use crate::command::deliver::Place;
+use crate::command::deliver::ReportFiles;
 use crate::command::output::Bar;
 use crate::command::{Failure, failure, tell};
 use crate::export::Date;
@@ -36,7 +36,7 @@ const TOLERANCES: [f64; 2] = [1e-12, 1e-10];
 
 pub fn run(args: &Args, system: &System, folder: &Path) -> Result<(), Failure> {
     let (findings, single) = findings(&args.system, system)?;
-    let mut place = Place { folder: Some(folder), inputs: system.files.clone(), ..Place::default() };
+    let mut place = ReportFiles { folder: Some(folder), inputs: system.files.clone(), ..ReportFiles::default() };
     if let Some(single) = &single {
         let date = Date::from_environment().map_err(failure)?;
         let fmu = packed(&single.scene, &libraries()?, date).map_err(failure)?;

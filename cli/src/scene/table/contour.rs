@@ -2,11 +2,11 @@
 
 use super::super::geometry;
 use super::dialect::{Column, Rows, Sheet};
-use super::turn::Turn;
+use super::turn::TurnScale;
 use super::{
     File, Interpolation, Reading, checked, column, fault, faults, law, named, noise, noted, open, smoothed, unit_of,
 };
-use crate::document::{Section, Smoothed};
+use crate::document::{Section, TableNote};
 use camdrive::drives::unit::{ANGLE, LENGTH, Quantity};
 use camdrive::motion::MotionLaw;
 use camdrive::motion::table::Points;
@@ -64,7 +64,7 @@ pub fn read(
     };
     let own = traced.rows.iter().map(|row| places[*row].clone()).collect();
     let reading = Reading { bends: traced.bends.clone(), digit, ..Reading::new(traced.points.clone(), own) };
-    let turn = Turn::plain();
+    let turn = TurnScale::plain();
     let reading = match noise {
         None => reading,
         Some(sigma) => {
@@ -129,7 +129,7 @@ fn told(section: &Section<'_>, file: &File, misfit: [f64; 2], count: usize, (ope
     let warning = warning.or(rough);
     section.faults.note(format!("`{path}`: the law comes from the contour {}: {off}", file.name));
     let sentence = format!("The law of {path} comes from a contour: {off}");
-    section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left: 0.0, sentence, warning });
+    section.faults.smoothed.borrow_mut().push(TableNote { section: path, left: 0.0, sentence, warning });
 }
 
 /// The points of the file, its rows and the last digit of a length.

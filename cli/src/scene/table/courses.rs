@@ -1,6 +1,6 @@
 //! Tables of inputs over time: a column `time`, and one for each input by its name.
 
-use super::dialect::{Column, Sheet, Wrong};
+use super::dialect::{Column, RowFault, Sheet};
 use super::{File, contents, fault, faults, shown};
 use crate::document::{Diagnostic, Diagnostics, meant, units};
 use camdrive::drives::Description;
@@ -49,7 +49,7 @@ pub fn courses(
         single(fault.hint(hint.unwrap_or(EXAMPLE)))
     })?;
     let file = File { name: name.clone(), text };
-    let told = |wrong: Vec<Wrong>| Diagnostics(faults(&file, wrong));
+    let told = |wrong: Vec<RowFault>| Diagnostics(faults(&file, wrong));
     let sheet = Sheet::new(&file.text).map_err(|wrong| told(vec![wrong]))?;
     let known = headings(&name, &sheet, inputs, own).map_err(single)?;
     let Some(time) = known.iter().position(|(content, _)| *content == Content::Time) else {

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 
 /// A fault in a table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wrong {
+pub struct RowFault {
     /// Where; None where it is the table itself.
     pub span: Option<Span>,
     /// The message.
@@ -23,15 +23,15 @@ pub struct Wrong {
     pub hint: Option<&'static str>,
 }
 
-impl Wrong {
+impl RowFault {
     /// A fault at these bytes, with a remedy where there is one.
     pub fn at(span: &Span, message: impl Into<String>, hint: impl Into<Option<&'static str>>) -> Self {
-        Wrong { span: Some(span.clone()), ..Wrong::new(message, hint) }
+        RowFault { span: Some(span.clone()), ..RowFault::new(message, hint) }
     }
 
     /// A fault of the table itself.
     fn new(message: impl Into<String>, hint: impl Into<Option<&'static str>>) -> Self {
-        Wrong { span: None, message: message.into(), admissible: None, hint: hint.into() }
+        RowFault { span: None, message: message.into(), admissible: None, hint: hint.into() }
     }
 }
 
@@ -101,7 +101,7 @@ impl<'a> Sheet<'a> {
     ///
     /// # Errors
     /// Commas that may separate cells or decimals.
-    pub fn new(text: &'a str) -> Result<Self, Wrong> {
+    pub fn new(text: &'a str) -> Result<Self, RowFault> {
         let mut spans = lines(text).peekable();
         let prefix = |span: &Span| text[span.clone()].trim_matches('"').to_ascii_lowercase().starts_with("sep=");
         // A blank or a tab at the end of the line is none of its content.
@@ -155,7 +155,7 @@ impl<'a> Sheet<'a> {
     /// Refuses numbers between commas that may as well be decimals, or the ends of thousands where decimals have points: three or
     /// more in a row, of which some column but the first has nothing but digits, or three before the point, unless as many
     /// headings, or a blank behind every comma, tell that they are cells. What begins like 05 is no number of its own.
-    fn one_reading(&self) -> Result<(), Wrong> {
+    fn one_reading(&self) -> Result<(), RowFault> {
         let numbers = |line: &&Line| !line.comment && line.cells.iter().all(|cell| self.number(cell).is_some());
         let rows: Vec<&Line> = self.lines.iter().filter(numbers).collect();
         let Some(longest) = rows.iter().rev().max_by_key(|line| line.cells.len()).filter(|line| line.cells.len() > 2)
@@ -208,7 +208,7 @@ impl<'a> Sheet<'a> {
         let marks = if points { "commas of thousands" } else { "decimal commas" };
         let message = format!("this line can be read two ways: as {cells}, or with {marks} as {others}");
         let hint = "separate the columns by `;`, or begin the file with the line `sep=,` if no comma is a decimal one";
-        Err(Wrong::at(&longest.span, message, hint))
+        Err(RowFault::at(&longest.span, message, hint))
     }
 
     /// True if a line holds words: it begins with a letter or with a mark that no number has, or has nothing like a number; and no
@@ -259,7 +259,7 @@ impl<'a> Sheet<'a> {
     }
 
     /// The number of a column, from 0, and that of the line which names it.
-    fn index(&self, column: &Column<'_>) -> Result<(usize, Option<usize>), Wrong> {
+    fn index(&self, column: &Column<'_>) -> Result<(usize, Option<usize>), RowFault> {
         let heading = match *column {
             Column::Number(number) => return Ok((number, None)),
             Column::Rows => return Ok((usize::MAX, None)),
@@ -272,7 +272,7 @@ impl<'a> Sheet<'a> {
                 (Some(first), None) => Ok((first, Some(i))),
                 _ => {
                     let message = format!("two columns have the heading \"{heading}\"");
-                    Err(Wrong::at(&line.span, message, "give the number of the column, from 1"))
+                    Err(RowFault::at(&line.span, message, "give the number of the column, from 1"))
                 }
             };
         }
@@ -281,12 +281,12 @@ impl<'a> Sheet<'a> {
         Err(match heads().find(|line| !line.comment).or_else(|| heads().next()) {
             Some(line) => {
                 let names: Vec<&str> = line.cells.iter().map(|cell| &self.text[cell.clone()]).collect();
-                let wrong = Wrong::at(&line.span, format!("there is no column \"{heading}\""), None);
-                Wrong { admissible: Some(names.join(", ")), ..wrong }
+                let wrong = RowFault::at(&line.span, format!("there is no column \"{heading}\""), None);
+                RowFault { admissible: Some(names.join(", ")), ..wrong }
             }
             None => {
                 let message = format!("the table has no headings to find the column \"{heading}\" by");
-                Wrong::new(message, "give the number of the column, from 1")
+                RowFault::new(message, "give the number of the column, from 1")
             }
         })
     }
@@ -296,7 +296,7 @@ impl<'a> Sheet<'a> {
     ///
     /// # Errors
     /// Whatever else stands there.
-    pub fn rows(&self, of: &[Column<'_>; 2], more: usize, hint: &'static str) -> Result<Rows, Vec<Wrong>> {
+    pub fn rows(&self, of: &[Column<'_>; 2], more: usize, hint: &'static str) -> Result<Rows, Vec<RowFault>> {
         let (mut first, named) = match [self.index(&of[0]), self.index(&of[1])] {
             [Ok((first, line)), Ok((second, other))] => ([first, second], line.max(other)),
             all => return Err(all.into_iter().filter_map(Result::err).collect()),
@@ -307,7 +307,7 @@ impl<'a> Sheet<'a> {
             first[0] = first[1];
         } else if first[0] == first[1] {
             let message = format!("column {} is asked for twice", first[0] + 1);
-            return Err(vec![Wrong::new(message, "give each column its own number or heading")]);
+            return Err(vec![RowFault::new(message, "give each column its own number or heading")]);
         }
         let text = |cell: &Span| &self.text[cell.clone()];
         let widest = self.lines.iter().map(|line| line.cells.len()).max().unwrap_or(0);
@@ -344,18 +344,18 @@ impl<'a> Sheet<'a> {
             if matches!(self.separator, ' ' | ',') && (cells > usual || line.width < usual) {
                 let message = format!("this line has {}, most have {usual}", counted(cells, "cell"));
                 let hint = "write a cell for each column in every row, and numbers without marks of thousands";
-                wrong.push(Wrong::at(&line.span, message, hint));
+                wrong.push(RowFault::at(&line.span, message, hint));
                 continue;
             }
             let cell = |&column: &usize| {
                 let cell = line.cells.get(column).ok_or_else(|| {
                     let message = format!("column {} is missing: this line has {}", column + 1, line.cells.len());
-                    Wrong::at(&line.span, message, None)
+                    RowFault::at(&line.span, message, None)
                 })?;
                 let message = || format!("\"{}\" is not a finite number", text(cell));
-                self.number(cell).ok_or_else(|| Wrong::at(cell, message(), hint))
+                self.number(cell).ok_or_else(|| RowFault::at(cell, message(), hint))
             };
-            let values: Vec<Result<f64, Wrong>> = columns.iter().map(cell).collect();
+            let values: Vec<Result<f64, RowFault>> = columns.iter().map(cell).collect();
             if values.iter().all(Result::is_ok) {
                 rows.push((values.into_iter().flatten().collect(), line.span.clone()));
             } else {
@@ -365,7 +365,7 @@ impl<'a> Sheet<'a> {
         let counts = |rows: &[(Vec<f64>, Span)]| rows.first().is_some_and(|(row, _)| row[0] == (rows.len() - 1) as f64);
         if alone && headings.is_empty() && counts(&rows) {
             let message = "this number is the count of the other rows, or a value";
-            wrong.push(Wrong::at(
+            wrong.push(RowFault::at(
                 &rows[0].1,
                 message,
                 "begin the line with # if it is the count; before a value write a line of headings",
@@ -376,7 +376,7 @@ impl<'a> Sheet<'a> {
         }
         if lines.is_empty() {
             let message = "there is no row with numbers";
-            wrong.push(Wrong::new(message, "a row has two numbers or more, between them `;`, a tab, blanks or `,`"));
+            wrong.push(RowFault::new(message, "a row has two numbers or more, between them `;`, a tab, blanks or `,`"));
         }
         let used = || lines.iter().flat_map(|line| columns.iter().filter_map(|column| line.cells.get(*column)));
         let with = |mark: char| used().any(|cell| text(cell).contains(mark) && self.number(cell).is_some());
@@ -402,7 +402,7 @@ impl<'a> Sheet<'a> {
             let [decimal, whole] = [".", ""].map(|mark| text(cell).replace([',', '.'], mark));
             let why = if both { "with both `,` and `.` in the numbers of a table " } else { "" };
             let message = format!("{why}{} may be {decimal} or {whole}", text(cell));
-            wrong.push(Wrong::at(cell, message, "write all numbers with one decimal mark, and none of thousands"));
+            wrong.push(RowFault::at(cell, message, "write all numbers with one decimal mark, and none of thousands"));
         }
         doubtful.extend(trailer.iter().filter(|line| value(line, first[1]).is_some()).map(|line| line.span.clone()));
         let filled =
@@ -412,11 +412,11 @@ impl<'a> Sheet<'a> {
             let count = if let [only] = &line.cells[..] { self.number(only) } else { None };
             if count.is_some() && self.text[line.span.clone()].ends_with([';', ',']) {
                 let message = format!("column {} is missing: this line has 1", first[1] + 1);
-                wrong.push(Wrong::at(&line.span, message, hint));
+                wrong.push(RowFault::at(&line.span, message, hint));
             } else if count.is_some_and(|count| count != lines.len() as f64) {
                 let rows = lines.len();
                 let message = format!("a number alone in its line is that of the rows, of which there are {rows}");
-                wrong.push(Wrong::at(&line.span, message, "correct it, or begin the line with # if it is no count"));
+                wrong.push(RowFault::at(&line.span, message, "correct it, or begin the line with # if it is no count"));
             } else if count.is_none() && value(line, first[1]).is_some() {
                 doubtful.push(line.span.clone());
             }

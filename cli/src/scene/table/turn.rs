@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 const QUANTITIES: [&Quantity; 3] = [&unit::ANGLE, &unit::TIME, &unit::LENGTH];
 
 /// The turn in the column of the angles.
-pub struct Turn<'a> {
+pub struct TurnScale<'a> {
     /// The quantity of the column; numbers are steps of an encoder.
     pub quantity: &'static Quantity,
     /// Its unit where `angle_unit` does not tell it.
@@ -26,11 +26,11 @@ pub struct Turn<'a> {
     shown: (f64, &'a str),
 }
 
-impl<'a> Turn<'a> {
+impl<'a> TurnScale<'a> {
     /// The turn of the cam itself.
     pub fn plain() -> Self {
         let shown = (1_f64.to_degrees(), "deg");
-        Turn { quantity: &unit::ANGLE, unit: None, per_rad: 1.0, lobes: 1, rests: false, step: None, shown }
+        TurnScale { quantity: &unit::ANGLE, unit: None, per_rad: 1.0, lobes: 1, rests: false, step: None, shown }
     }
 
     /// The keys of a section with `law = "table"`.
@@ -90,7 +90,7 @@ impl<'a> Turn<'a> {
             None if let Some((unit, (numerator, denominator))) = named => (per_rad * denominator / numerator, unit),
             None => (per_rad.to_degrees(), "deg"),
         };
-        Some(Turn { quantity, unit, per_rad, lobes: lobes as usize, rests: rests?, step, shown })
+        Some(TurnScale { quantity, unit, per_rad, lobes: lobes as usize, rests: rests?, step, shown })
     }
 
     /// True if the column has the angles of the whole turn.

@@ -82,7 +82,7 @@ fn the_face_is_drawn_and_written() {
     let tolerances = Tolerances { chord: 1e-5, table: 1e-6 };
     let shape = Shape::new("tappet", &cam.law, plan(&cam, Cut::Inner), tolerances).unwrap();
     let shapes = [shape];
-    let found = report::Findings::new("tappet", &shapes).report();
+    let found = report::CamSet::new("tappet", &shapes).report();
     let [shape] = &shapes;
     let files = || shape.files().into_iter().chain(found.files());
     let file = |ending: &str| files().find(|(name, _)| name == ending).unwrap().1.unwrap();

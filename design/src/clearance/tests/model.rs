@@ -1,7 +1,7 @@
 //! The study of whole scenes.
 
 use crate::clearance::borders::Sequel;
-use crate::clearance::{Findings, Options, study};
+use crate::clearance::{ClearanceAnalysis, Options, study};
 use crate::report::Value;
 use crate::resource::Resource;
 use camdrive::drives::Fault;
@@ -38,11 +38,11 @@ fn scene(cam: MotionLaw, eta: f64, s: f64) -> Scene {
     }
 }
 
-fn run(scene: &Scene, options: &Options) -> Result<Findings, Fault> {
+fn run(scene: &Scene, options: &Options) -> Result<ClearanceAnalysis, Fault> {
     study(&Resource::new("test", scene.clone()), options, |_| ())
 }
 
-fn report(scene: &Scene) -> Findings {
+fn report(scene: &Scene) -> ClearanceAnalysis {
     run(scene, &Options { turns: Some(4), quick: true, ..Options::default() }).unwrap()
 }
 
@@ -215,7 +215,7 @@ fn mirrored_and_reversed_drives_have_the_same_passages() {
     let backward = MotionLaw::Fourier(Fourier::new(series.a.clone(), b));
     let reversed =
         report(&Scene { drive: DriveMode::Constant { w: -50.0, phi_start: 0.0 }, ..scene(backward, 0.1, 2e-4) });
-    let passages = |report: &Findings| report.laws[0].passages.clone();
+    let passages = |report: &ClearanceAnalysis| report.laws[0].passages.clone();
     for (a, b) in passages(&one).iter().zip(passages(&mirrored)) {
         assert_ne!(a.from, b.from);
         let (a, b) = (a.model.unwrap(), b.model.unwrap());
@@ -306,7 +306,7 @@ fn every_law_has_all_its_intervals_of_admissible_frequencies() {
     let alone = run(&of(other(), 0.0), &Options { turns: Some(2), ..Options::default() }).unwrap();
     assert!(report.laws[1].by_model.is_some() && report.laws[1].by_model == alone.laws[0].by_model);
     // In a study of several laws, too.
-    let cells = |findings: &Findings| {
+    let cells = |findings: &ClearanceAnalysis| {
         let report = findings.report();
         let laws = report.tables().find(|table| table.title == "Laws").unwrap().clone();
         laws.rows.into_iter().filter_map(|row| row.into_iter().last()).collect::<Vec<Value>>()

@@ -1,7 +1,7 @@
 //! Machines under loads and with motors of any kind, against the machine without them and the train that has them.
 
 use super::*;
-use crate::compensation::loaded::Loaded;
+use crate::compensation::loaded::LoadedMachine;
 use camdrive::drives::Drive;
 use camdrive::drives::drive_train::{self, DriveTrain, Joint, Names, Shaft, Start};
 use camdrive::drives::follower::load::{Load, Spring};
@@ -25,7 +25,7 @@ fn loaded(mut task: Task, source: Source, loads: [Load; 2]) -> Task {
         phi_start: 0.0,
         w_start: 0.0,
     };
-    task.loaded = Some(Loaded { machine, kept: Vec::new(), tools: followers.collect() });
+    task.loaded = Some(LoadedMachine { machine, kept: Vec::new(), tools: followers.collect() });
     task.driving.motor = match source {
         Source::None => Motor::None,
         Source::Kloss(kloss) => Motor::Kloss(kloss),
@@ -126,7 +126,7 @@ fn motors_of_one_characteristic_are_one_motor() {
 /// The largest error of each tool's acceleration on the periodic motion that the train itself simulates with these laws, as part
 /// of the largest wanted one, and the period.
 fn simulated(task: &Task, laws: &[MotionLaw], guess: f64) -> (Vec<f64>, f64) {
-    let Loaded { machine, kept, tools } = task.loaded.clone().unwrap();
+    let LoadedMachine { machine, kept, tools } = task.loaded.clone().unwrap();
     let tools = tools.into_iter().zip(laws).map(|(mut tool, law)| {
         tool.rigid.cam = law.clone();
         tool

@@ -1,6 +1,6 @@
 //! Drives that turn backwards against an integration of their own and against their mirror images.
 
-use super::super::{Findings, Options, study_scene};
+use super::super::{Options, StabilityAnalysis, study_scene};
 use super::series;
 use crate::resource::Resource;
 use camdrive::drives::Fault;
@@ -30,7 +30,7 @@ impl Coefficients {
         Coefficients { m: mirrored(m), b: mirrored(b), c: mirrored(c), f: mirrored(f) }
     }
 
-    fn study(&self, w: f64, options: &Options) -> Result<Findings, Fault> {
+    fn study(&self, w: f64, options: &Options) -> Result<StabilityAnalysis, Fault> {
         let Coefficients { m, b, c, f } = self;
         let [m, b, c, f] = [m, b, c, f].map(Fourier::clone);
         let scene = parametric::Scene {
@@ -96,12 +96,12 @@ fn a_drive_that_turns_backwards_has_the_multipliers_of_its_own_motion() {
         assert_same(&report, &image, 1.0);
         // As an option the speed says the sense itself; the turn is sampled from another start on.
         let asked = coefficients.study(-w, &quick(&[w])).unwrap();
-        assert_same(&Findings { courses: Vec::new(), ..asked }, &image, 1.0);
+        assert_same(&StabilityAnalysis { courses: Vec::new(), ..asked }, &image, 1.0);
     }
 }
 
 /// The numbers of a drive that turns backwards beside those of its mirror image, where q counts in this `sense`.
-pub(super) fn assert_same(back: &Findings, image: &Findings, sense: f64) {
+pub(super) fn assert_same(back: &StabilityAnalysis, image: &StabilityAnalysis, sense: f64) {
     let same = |a: f64, b: f64| (a - b).abs() <= 1e-9 * (1.0 + a.abs());
     for (a, b) in back.speeds.iter().zip(&image.speeds) {
         assert!(same(a.speed, b.speed) && same(a.radius, b.radius), "{a:?} {b:?}");

@@ -1,6 +1,6 @@
 //! Loads on an elastic shaft, where stiffness, damping and torque vary with the angle, and on a parametric drive.
 
-use super::super::{Findings, study_scene};
+use super::super::{StabilityAnalysis, study_scene};
 use super::backwards::{assert_same, quick};
 use crate::resource::{Resource, Scene};
 use camdrive::drives::Drive as _;
@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 
 const AT_REST: Start = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
 
-fn report(scene: impl Into<Scene>) -> Findings {
+fn report(scene: impl Into<Scene>) -> StabilityAnalysis {
     study_scene(&Resource::new("x", scene), &quick(&[]), &|_| ()).unwrap()
 }
 
@@ -49,7 +49,7 @@ fn a_static_load_excites_parametrically() {
         let [loaded, same] = [report(loaded), report(same)];
         assert_eq!(w.abs() == 30.2, loaded.speeds[0].radius > 1.0, "{w}: {:?}", loaded.speeds[0]);
         // The torque on the shaft is that of its own spring.
-        let without = |report: Findings| Findings { courses: Vec::new(), ..report };
+        let without = |report: StabilityAnalysis| StabilityAnalysis { courses: Vec::new(), ..report };
         assert!(w != 14.0 || loaded.courses[0].iter().zip(&same.courses[0]).any(|(a, b)| (a[1] - b[1]).abs() > 0.1));
         assert_same(&without(loaded), &without(same), 1.0);
     }
@@ -126,7 +126,7 @@ fn the_study_of_a_loaded_parametric_drive_is_that_of_its_coefficients() {
     let force = series(&[f.a[0] + 7.0 - 4.0 + 15.0 * 0.3, 5.0, 3.0], &[2.0, -2.0]);
     let same = scene(0.7, 55.0, force, Load::default());
     assert!(loaded.courses[0].iter().zip(&same.courses[0]).any(|(a, b)| (a[1] - b[1]).abs() > 0.1));
-    let without = |report: Findings| Findings { courses: Vec::new(), ..report };
+    let without = |report: StabilityAnalysis| StabilityAnalysis { courses: Vec::new(), ..report };
     assert_same(&without(loaded), &without(same), 1.0);
 }
 

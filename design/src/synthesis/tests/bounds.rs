@@ -38,7 +38,7 @@ fn random_task(random: &mut Random) -> Task {
     let mut task = Task { basis: Basis::new(order, Symmetry::default()), ..symmetric_task(order, 0.5, objective) };
     task.ranges =
         vec![Range { law: 0, from, to, prescribed: [Some(Curve::polynomial(vec![1.0])), None, None], weight: 1.0 }];
-    task.points = vec![Point { law: 0, phi: 5.2, order: 0, value: random.between(0.0, 0.75) }];
+    task.points = vec![ExactPoint { law: 0, phi: 5.2, order: 0, value: random.between(0.0, 0.75) }];
     task.bounds = vec![whole_turn(0, -0.05, random.one_of(&[1.0005, 1.005, 1.05, 1.1]))];
     task
 }

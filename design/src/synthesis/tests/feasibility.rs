@@ -44,7 +44,7 @@ fn a_point_beyond_a_bound_is_named() {
         (1, bound(-180.0, -27.0, 1, -4.5, f64::INFINITY), 293.0, -5.0, 0.5),
     ] {
         let mut task = task(5, dwell(), vec![bound]);
-        task.points = vec![Point { law: 0, phi: phi.to_radians(), order, value }];
+        task.points = vec![ExactPoint { law: 0, phi: phi.to_radians(), order, value }];
         let fault = task.solve().unwrap_err();
         match fault {
             Infeasible::Outside { point: 0, bound: 0, by } => assert!((by - expected).abs() < 1e-12, "{by}"),
@@ -84,7 +84,7 @@ fn the_bounds_that_contradict_each_other_are_named() {
     task.objective = Objective::Chebyshev;
     task.ranges.clear();
     task.bounds = vec![bound(0.0, 360.0, 0, -1.0, 1.0)];
-    task.points = vec![Point { law: 0, phi: 2.0, order: 1, value: 22.0 }];
+    task.points = vec![ExactPoint { law: 0, phi: 2.0, order: 1, value: 22.0 }];
     match task.solve().unwrap_err() {
         Infeasible::Bound { index: 0, by, points: true, .. } => assert!((by - 1.0).abs() < 1e-8, "{by}"),
         other => panic!("{other:?}"),
@@ -221,8 +221,8 @@ fn more_harmonics_are_told_with_their_error_at_the_width_of_the_task() {
 }
 
 /// U⁽ⁿ⁾ = value at an angle in degrees, converted as a task file is.
-fn point(phi: f64, order: usize, value: f64) -> Point {
-    Point { law: 0, phi: phi * PI / 180.0, order, value }
+fn point(phi: f64, order: usize, value: f64) -> ExactPoint {
+    ExactPoint { law: 0, phi: phi * PI / 180.0, order, value }
 }
 
 #[test]

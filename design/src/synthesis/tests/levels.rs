@@ -33,8 +33,8 @@ fn around(law: usize, centre: f64, half: f64, u: f64) -> Range {
     Range { law, from, to, prescribed: [Some(Curve::polynomial(vec![u])), None, None], weight: 1.0 }
 }
 
-fn point(law: usize, degrees: f64, value: f64) -> Point {
-    Point { law, phi: degrees.to_radians(), order: 0, value }
+fn point(law: usize, degrees: f64, value: f64) -> ExactPoint {
+    ExactPoint { law, phi: degrees.to_radians(), order: 0, value }
 }
 
 /// Bounds of Σ αⱼ Uⱼ⁽ⁿ⁾ between angles in degrees.

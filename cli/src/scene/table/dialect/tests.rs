@@ -8,7 +8,7 @@ const FIRST_TWO: [Column<'_>; 2] = [Column::Number(0), Column::Number(1)];
 fn read(bytes: &[u8], columns: &[Column<'_>; 2]) -> Result<Vec<(Vec<f64>, usize)>, (String, usize)> {
     let (text, _) = decode(bytes).expect("a text");
     let line = |span: &Span| text[..span.start].matches('\n').count() + 1;
-    let told = |wrong: &Wrong| (wrong.message.clone(), wrong.span.as_ref().map_or(0, line));
+    let told = |wrong: &RowFault| (wrong.message.clone(), wrong.span.as_ref().map_or(0, line));
     let sheet = Sheet::new(&text).map_err(|wrong| told(&wrong))?;
     let rows = sheet.rows(columns, 0, "").map_err(|wrong| told(&wrong[0]))?;
     Ok(rows.rows.iter().map(|(row, span)| (row.clone(), line(span))).collect())
