@@ -4,7 +4,7 @@ use super::tradeoff::StudyArgs;
 use super::{Failure, Format, failure, files, of_option, read_all, tell, tell_notes, wrong_argument};
 use crate::export::runtime_library::MADE;
 use crate::export::runtime_library::PLATFORMS;
-use crate::export::{Date, Extras, Packed, RuntimeLibrary, pack_with};
+use crate::export::{Date, Extras, Packed, RuntimeLibrary, pack};
 use crate::scene::Resolved;
 use camdrive::drives::Fault;
 use camdrive_design::text;
@@ -72,7 +72,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for (scene, path) in scenes.iter().zip(&args.scenes) {
         let study = if args.with_tradeoff { Some(args.study.study(path, scene)?) } else { None };
         let extras = Extras { terminals: args.terminals, study: study.as_ref(), sources: &scene.sources() };
-        let fmu = pack_with(&scene.resource(), &scene.description, &runtimes, date, extras);
+        let fmu = pack(&scene.resource(), &scene.description, &runtimes, date, extras);
         packed.push(fmu.map_err(|fault| failure(fault.within(path.display())))?);
     }
     for runtime in &runtimes {

@@ -5,13 +5,13 @@ use super::output::Bar;
 use super::tradeoff::StudyArgs;
 use super::{Failure, failure, files, forces, read, show, steady, study, system};
 use crate::document::input::{is_study, is_system};
-use crate::export::model_description::unit;
+use crate::export::{model_description::unit, picture};
 use crate::scene::Resolved;
 use camdrive::drives::variable::{Causality, Kind};
-use camdrive::drives::{Curve, Description, Fault};
+use camdrive::drives::{Description, Fault};
 use camdrive_design::clearance;
 use camdrive_design::overview;
-use camdrive_design::plot::{Axis, Diagram, Series};
+use camdrive_design::plot::Diagram;
 use camdrive_design::report::terminal::shown;
 use camdrive_design::report::unit::ONE;
 use camdrive_design::report::{Block, Level, Report, Table, Unit, html};
@@ -122,10 +122,8 @@ fn glance(scene: &Resolved, drive: &Described) -> Report {
     let mut report = Report::new(&scene.name, format!("the design at a glance ({})", scene.scene.said()));
     let summary = drive.documentation().map_or(String::new(), |text| text.summary);
     report.lines("", [scene.description.clone(), summary].into_iter().filter(|text| !text.is_empty()));
-    for (i, Curve { title, x_label, y_label, points }) in drive.curves().into_iter().enumerate() {
-        let x = if x_label.ends_with("[°]") { Axis::angular(&x_label) } else { Axis::linear(&x_label) };
-        let series = vec![Series::line("", points)];
-        report.diagram(&i.to_string(), Diagram::new(title, [x, Axis::linear(&y_label)], series, Vec::new()));
+    for (i, curve) in drive.curves().iter().enumerate() {
+        report.diagram(&i.to_string(), Diagram { title: curve.title.clone(), ..picture::diagram(curve) });
     }
     report
 }

@@ -10,7 +10,7 @@ use super::{Failure, Foreign, failure, files, tell};
 use crate::document::input::is_archive;
 use crate::export::archive::{File, archive};
 use crate::export::xml::number;
-use crate::export::{Date, Extras, RuntimeLibrary, pack_with};
+use crate::export::{Date, Extras, RuntimeLibrary, pack};
 use crate::scene::Resolved;
 use crate::system::{self, Connection, Content, End, Part, Seat, Shaft, System};
 use camdrive::drives::Fault;
@@ -123,7 +123,7 @@ fn fmus(system: &System) -> Result<(Vec<File>, Vec<String>), Failure> {
 /// The FMU of a scene.
 fn packed(scene: &Resolved, libraries: &[RuntimeLibrary], date: Option<Date>) -> Result<Vec<u8>, Fault> {
     let extras = Extras { sources: &scene.sources(), ..Extras::default() };
-    Ok(pack_with(&scene.resource(), &scene.description, libraries, date, extras)?.bytes)
+    Ok(pack(&scene.resource(), &scene.description, libraries, date, extras)?.bytes)
 }
 
 /// The libraries that FMUs are packed with; those that are left out are told.

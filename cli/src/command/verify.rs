@@ -227,7 +227,7 @@ fn changes(path: &Path, folder: &Path, about: &ModelDescription, rows: &[Vec<f64
         {
             changes.push(format!("the scene inside is not the one of the drive, resources/{FILE_NAME}"));
         } else {
-            let wanted = Element::read(&export::description_of(&resource, &scene.description)?)?;
+            let wanted = Element::read(&export::describe(&resource, &scene.description)?)?;
             let found = Element::read(&String::from_utf8_lossy(&read(host::DESCRIPTION)?))?;
             changes.extend(difference(&found, &wanted).map(|what| format!("{}: {what}", host::DESCRIPTION)));
         }

@@ -85,22 +85,8 @@ fn stated(description: &str, drive: &Described) -> Result<String, Fault> {
 /// Packs the FMU of a scene; the guid of `resource` is not used, but computed from the content.
 ///
 /// # Errors
-/// A name that [`is_name`] refuses, a scene that the drive refuses, two libraries for one
-/// platform.
+/// A name that [`is_name`] refuses, a scene that the drive refuses, two libraries for one platform.
 pub fn pack(
-    resource: &Resource,
-    description: &str,
-    runtimes: &[RuntimeLibrary],
-    date: Option<Date>,
-) -> Result<Packed, Fault> {
-    pack_with(resource, description, runtimes, date, Extras::default())
-}
-
-/// Packs an FMU with optional content.
-///
-/// # Errors
-/// Those of [`pack`].
-pub fn pack_with(
     resource: &Resource,
     description: &str,
     runtimes: &[RuntimeLibrary],
@@ -178,16 +164,6 @@ impl Contents<'_> {
             File::new(format!("resources/{}", resource::FILE_NAME), content.to_bytes()?),
         ])
     }
-}
-
-/// modelDescription.xml of a scene, without guid and date.
-///
-/// # Errors
-/// A scene that its drive refuses.
-pub fn description_of(resource: &Resource, description: &str) -> Result<String, Fault> {
-    let drive = &mut resource.build()?;
-    let identity = Identity { name: &resource.name, description: &stated(description, drive)?, guid: "", date: None };
-    model_description::xml(&identity, drive)
 }
 
 /// Documentation, pictures and licences.

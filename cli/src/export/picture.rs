@@ -44,7 +44,8 @@ pub fn icon(curves: &[Curve]) -> Drawing {
     Drawing { size: [100.0; 2], unit: Unit::Pixel, shapes }
 }
 
-fn diagram(curve: &Curve) -> Diagram {
+/// The diagram of a curve, without title.
+pub fn diagram(curve: &Curve) -> Diagram {
     let finite = || curve.points.iter().map(|p| p[0]).filter(|x| x.is_finite());
     let [low, high] = finite().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(x), h.max(x)]);
     let x = if curve.x_label.contains('°') { Axis::angular(&curve.x_label) } else { Axis::linear(&curve.x_label) };
