@@ -66,8 +66,11 @@ impl Source {
         if in_folder || self.path.file_stem().is_some_and(|stem| stem == "tests" || stem == "test_drive") {
             return "";
         }
-        // Tests are the last part of a file.
-        self.text.find("#[cfg(test)]\nmod ").map_or(&self.text[..], |end| &self.text[..end])
+        // Tests are the last part of a file, unless they are one of their own, which is declared among the modules.
+        let mut tests = self.text.match_indices("#[cfg(test)]\nmod ");
+        let body =
+            tests.find(|(at, start)| self.text[at + start.len()..].lines().next().is_some_and(|m| m.ends_with('{')));
+        body.map_or(&self.text[..], |(end, _)| &self.text[..end])
     }
 
     /// The lines outside of comments, strings and tests, with their numbers.
@@ -375,44 +378,44 @@ fn the_runtime_library_needs_four_packages() {
 /// limits are the counts when they were set and 2 % more, so that growth is decided: whoever needs more lines raises the limit in the
 /// commit that brings them, whose body says what they are worth.
 const ROOMS: [(&str, usize); 39] = [
-    ("src", 14),
+    ("src", 15),
     ("src/motion", 2014),
-    ("src/numerics", 3066),
+    ("src/numerics", 3380),
     ("src/drives/interface", 1443),
-    ("src/drives/follower", 1881),
+    ("src/drives/follower", 2020),
     ("src/drives/shaft", 2998),
     ("src/drives/solver", 6355),
-    ("src/drives/models", 3345),
+    ("src/drives/models", 4390),
     ("src/fmi2", 1211),
     ("design/src", 1357),
-    ("design/src/cam_geometry", 2113),
-    ("design/src/clearance", 1739),
-    ("design/src/compensation", 1898),
+    ("design/src/cam_geometry", 2255),
+    ("design/src/clearance", 2142),
+    ("design/src/compensation", 2193),
     ("design/src/coupling", 1493),
-    ("design/src/forces", 821),
+    ("design/src/forces", 1031),
     ("design/src/formulas", 195),
     ("design/src/host", 1661),
     ("design/src/lever_law", 320),
-    ("design/src/overview", 669),
+    ("design/src/overview", 829),
     ("design/src/periodic_motions", 207),
     ("design/src/periodic_train", 170),
     ("design/src/plot", 660),
     ("design/src/recording", 167),
     ("design/src/report", 1053),
-    ("design/src/smoothing", 793),
-    ("design/src/stability", 2042),
+    ("design/src/smoothing", 894),
+    ("design/src/stability", 2464),
     ("design/src/steady", 362),
     ("design/src/study", 1171),
-    ("design/src/synthesis", 4445),
-    ("design/src/tradeoff", 1521),
+    ("design/src/synthesis", 4696),
+    ("design/src/tradeoff", 1910),
     ("design/src/xml", 164),
     ("cli/src", 12),
     ("cli/src/document", 2487),
-    ("cli/src/scene", 3876),
+    ("cli/src/scene", 4025),
     ("cli/src/task", 652),
     ("cli/src/system", 1726),
     ("cli/src/study", 818),
-    ("cli/src/export", 1506),
+    ("cli/src/export", 1654),
     ("cli/src/command", 4756),
 ];
 
