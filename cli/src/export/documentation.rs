@@ -7,10 +7,11 @@ use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{AnyDrive, Description, Fault};
 use camdrive_design::drawing::Drawing;
 use camdrive_design::overview::{self, Motion};
+use camdrive_design::report::terminal::cells;
 use camdrive_design::report::unit::ONE;
 use camdrive_design::report::{Block, Report, Table, html};
 use camdrive_design::resource::{Described, Resource};
-use camdrive_design::text;
+use camdrive_design::text::{self, TextTable};
 use camdrive_design::tradeoff::Findings;
 
 /// Parts of the page that do not follow from the drive itself.
@@ -49,7 +50,9 @@ fn report(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result
         let titles: Vec<&str> = curves.iter().map(|curve| curve.title.as_str()).collect();
         figure(&mut report, &picture::of_curves(name, model, &curves), &titles.join(", "));
     }
-    let mut motions = Motion::table(&overview::of(resource).motions);
+    // Rounded: the last bits of sin and cos, and so all digits of a number, are those of a platform.
+    let TextTable { head, rows } = cells(&Motion::table(&overview::of(resource).motions));
+    let mut motions = words("Motions", &head, &rows);
     motions.below.push(Motion::SYMBOLS.to_owned());
     report.table(motions);
     if let Some(results) = page.results {
@@ -61,11 +64,11 @@ fn report(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result
     report.body.push(usage(name, drive));
     report.table(variables(drive)?);
     let rows: Vec<_> = documentation.accuracy.into_iter().map(|(quantity, text)| vec![quantity, text]).collect();
-    let mut accuracy = words("Solution and accuracy", ["Quantity", "Statement"], &rows);
+    let mut accuracy = words("Solution and accuracy", &["Quantity", "Statement"], &rows);
     accuracy.below = solution(drive.input_derivative_order());
     report.table(accuracy).lines("Limits", documentation.limits);
     let rows = LOG_CATEGORIES.map(|(name, text)| vec![name.to_string_lossy().into_owned(), text.to_owned()]);
-    report.table(words("Messages", ["Log category", "Content"], &rows));
+    report.table(words("Messages", &["Log category", "Content"], &rows));
     report.lines("Platforms", page.platforms.iter().map(|name| platform(name))).lines("Sources", documentation.sources);
     let [title, text, file] =
         ["Licence", "Licences of the library in this FMU", "licenses/license.txt"].map(str::to_owned);
@@ -74,10 +77,10 @@ fn report(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result
 }
 
 /// A table of words under these headings.
-fn words<const N: usize>(title: &str, heads: [&str; N], rows: &[Vec<String>]) -> Table {
+fn words(title: &str, heads: &[impl AsRef<str>], rows: &[Vec<String>]) -> Table {
     let mut table = Table::of(title, rows);
-    for (i, head) in heads.into_iter().enumerate() {
-        table = table.column("", head, ONE, move |row: &Vec<String>| &row[i]);
+    for (i, head) in heads.iter().enumerate() {
+        table = table.column("", head.as_ref(), ONE, move |row: &Vec<String>| &row[i]);
     }
     table.into()
 }
@@ -252,7 +255,7 @@ fn variables(drive: &mut AnyDrive) -> Result<Table, Fault> {
         Ok(vec![d.name.clone(), kind_of(d), unit(&d.kind).to_owned(), start, range(&d.kind), d.text.clone()])
     };
     let rows: Result<Vec<Vec<String>>, Fault> = descriptions.iter().enumerate().map(row).collect();
-    Ok(words("Variables", ["Name", "Kind", "Unit", "Start", "Range", "Description"], &rows?))
+    Ok(words("Variables", &["Name", "Kind", "Unit", "Start", "Range", "Description"], &rows?))
 }
 
 /// "parameter", "tunable parameter", "input" …; a state says so.
