@@ -1,7 +1,7 @@
 //! Measured lifts without their noise, which interpolation would enlarge in U″, and rows of a table that are wrong.
 //!
 //! Of all periodic s the one with the least Σ (s(φᵢ) − yᵢ)² + λ ∫ s‴² dφ keeps the part 1/(1 + (k/K)⁶) of harmonic k of rows at equal
-//! distances ([`penalised`]); where σ is known λ is chosen by Mallows' criterion, else by robust cross-validation ([`wrong_rows`]).
+//! distances (`penalised`); where σ is known λ is chosen by Mallows' criterion, else by robust cross-validation (`wrong_rows`).
 //! The periodic quintic spline through its values at the rows is s itself.
 
 mod corners;

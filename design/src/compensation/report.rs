@@ -109,7 +109,7 @@ pub struct Cut {
 /// Compensates a machine and looks at the result.
 ///
 /// # Errors
-/// Those of [`Task::solve`] and [`super::Solution::laws`], and a study that takes more work than one may.
+/// Those of [`Task::solve`] and `laws::of`, and a study that takes more work than one may.
 pub fn study(
     scene: &str,
     task: &Task,
