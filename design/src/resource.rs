@@ -145,6 +145,18 @@ impl Scene {
         }
     }
 
+    /// Whether follower j, counted from 0, can leave its cam and has no second flank.
+    pub fn is_one_sided(&self, j: usize) -> bool {
+        match self {
+            Scene::BacklashDrive(scene) => j == 0 && scene.parameters.s.is_infinite(),
+            Scene::DriveTrain(scene) => {
+                let joint = scene.followers.get(j).map(|follower| follower.joint);
+                matches!(joint, Some(drive_train::Joint::Backlash(p)) if p.s.is_infinite())
+            }
+            _ => false,
+        }
+    }
+
     /// The prescribed motion of the shaft.
     pub fn drive(&self) -> Option<&DriveMode> {
         match self {
@@ -152,6 +164,18 @@ impl Scene {
             Scene::ElasticShaft(scene) => Some(&scene.drive),
             Scene::BacklashDrive(scene) => Some(&scene.drive),
             Scene::ParametricDrive(scene) => Some(&scene.drive),
+            Scene::DriveTrain(drive_train::Scene { shaft: drive_train::Shaft::Driven(drive), .. }) => Some(drive),
+            Scene::RigidMachine(_) | Scene::DriveTrain(_) => None,
+        }
+    }
+
+    /// The prescribed motion of the shaft, to change it.
+    pub fn drive_mut(&mut self) -> Option<&mut DriveMode> {
+        match self {
+            Scene::ElasticOutput(scene) => Some(&mut scene.drive),
+            Scene::ElasticShaft(scene) => Some(&mut scene.drive),
+            Scene::BacklashDrive(scene) => Some(&mut scene.drive),
+            Scene::ParametricDrive(scene) => Some(&mut scene.drive),
             Scene::DriveTrain(drive_train::Scene { shaft: drive_train::Shaft::Driven(drive), .. }) => Some(drive),
             Scene::RigidMachine(_) | Scene::DriveTrain(_) => None,
         }

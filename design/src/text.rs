@@ -270,6 +270,15 @@ pub fn visible(text: &str) -> String {
     text.replace("\r\n", "\n").chars().map(sign).collect()
 }
 
+/// A message as a sentence: with a capital letter, but where it begins with a key, and a full stop.
+pub fn sentence(text: &str) -> String {
+    let text = text.trim_end_matches('.');
+    let word = text.split([' ', ',', ':']).next().unwrap_or_default();
+    let mut letters = text.chars();
+    let first = letters.next().filter(|_| word.chars().all(char::is_alphabetic));
+    first.map_or(format!("{text}."), |first| first.to_uppercase().chain(letters).chain(['.']).collect())
+}
+
 /// The text as [`visible`] has it, in one line.
 pub fn in_one_line(text: impl Display) -> String {
     visible(&text.to_string()).replace(['\n', '\t'], " ")

@@ -11,7 +11,7 @@ use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::{Fault, unit};
 use camdrive_design::forces::{ForceAnalysis, Machine};
 use camdrive_design::overview::running;
-use camdrive_design::periodic_train;
+use camdrive_design::periodic_turn;
 use camdrive_design::report::Report;
 use camdrive_design::resource::Scene;
 use std::path::{Path, PathBuf};
@@ -58,7 +58,7 @@ pub fn speed_of(scene: &Scene) -> Option<f64> {
             let inertia = Inertia::new(machine.inertia.clone(), machine.followers.clone());
             running(machine, &inertia).map(|(mean, _)| mean)
         }
-        (Scene::DriveTrain(train), _) => periodic_train::of(train).ok().map(|turn| turn.mean_speed()),
+        (Scene::DriveTrain(_), _) => periodic_turn::of(scene, None, 0.0).ok().map(|turn| turn.mean_speed),
         _ => None,
     }
 }

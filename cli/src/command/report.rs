@@ -96,10 +96,10 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
     if turns && !matches!(scene.scene, Scene::ParametricDrive(_)) {
         part("forces", forces::study(path, scene, None).map(|(report, _)| report));
     }
+    if turns || scene.scene.drive().is_none() {
+        part("periodic motion", steady::study(path, scene, None, [None; 2]).map(|findings| findings.report()));
+    }
     match &scene.scene {
-        Scene::RigidMachine(_) | Scene::DriveTrain(_) => {
-            part("periodic motion", steady::study(path, scene, "0", None).map(|findings| findings.report()));
-        }
         Scene::ElasticShaft(_) | Scene::ParametricDrive(_) => {
             let found =
                 Bar::beside(&scene.name, |tell| stability::study_scene(&scene.resource(), &Options::default(), tell));
@@ -110,7 +110,7 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
             let found = Bar::beside(&scene.name, |tell| clearance::study(&scene.resource(), &options, tell));
             part("passage of the clearance", found.map(|findings| findings.report()).map_err(failure));
         }
-        Scene::ElasticOutput(_) | Scene::BacklashDrive(_) => (),
+        _ => (),
     }
     part("speed against accuracy", StudyArgs::quick().study(path, scene).map(|findings| findings.report()));
     reports.push(model(scene, &mut drive).map_err(failure)?);

@@ -3,43 +3,46 @@
 use super::deliver::{ReportFiles, ReportFormat};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, NO_MOTION, driving, failure, files, read, wrong_argument};
+use super::{Failure, NO_MOTION, driving, failure, files, optional, read, wrong_argument};
 use crate::scene::Resolved;
 use crate::scene::forces::machine;
-use camdrive::drives::Fault;
+use camdrive::drives::{Fault, unit};
 use camdrive_design::forces::Machine;
 use camdrive_design::resource;
 use camdrive_design::steady::{self, SteadyMotions};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Finds all periodic solutions of a machine.
+/// Finds the periodic motion: the motion that a drive repeats turn by turn once its start has decayed.
 ///
-/// With a motor there may be several, stable and unstable ones, or none: then it stalls. The multiplier is the factor by which a
-/// small disturbance grows in a turn. For comparison the motion of the machine without torques with
-/// the same period; without a motor it is all there is, and --period is needed. With a motor --period finds the
-/// synchronous speed with which the fastest stable motion has that period. The exit code is 3 where there is no periodic
-/// motion.
+/// Prints the largest and least values of places, deformations, forces and torques with their angles, the vibration in each
+/// dwell, the harmonics of the deformation, impacts, and how fast a disturbance decays. A drive that follows inputs needs
+/// --speed. The exit code is 3 where there is no periodic motion.
 ///
-/// Of a DriveTrain the motion near the speed of its motor or its start: all multipliers, torque and power of the motor, what forces,
-/// deformations and impacts its followers have, and from which speed on they leave their cams.
+/// A RigidMachine with a motor may have several motions, stable and unstable ones, or none: then it stalls. For comparison it
+/// prints the motion without torques with the same period; without a motor that is all there is, and --period is needed. With a
+/// motor --period finds the synchronous speed with which the fastest stable motion has that period.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  camdrive steady examples/rapier_loom/scene.toml
+  camdrive steady examples/guide_bar/scene.toml
+  camdrive steady examples/valve_train/scene.toml --report study/
   camdrive steady examples/rapier_loom/scene.toml --period \"120 ms\"
   camdrive steady examples/rapier_loom/scene.toml --load \"40 N.m\" \\
       --report study/")]
 pub struct Args {
-    /// Scene file (TOML) of a RigidMachine or a DriveTrain
+    /// Scene file (TOML), or an FMU with its scene inside
     scene: PathBuf,
+    /// Constant speed of the shaft, "1800 rpm"; of a drive whose speed is prescribed or an input
+    #[arg(long, allow_hyphen_values = true)]
+    speed: Option<String>,
     /// Prescribed period, "120 ms" or in s
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     period: Option<String>,
     /// Constant load torque, "30 N.m"; positive brakes
-    #[arg(long, value_name = "TORQUE", default_value = "0", allow_hyphen_values = true)]
-    load: String,
-    /// Folder for the speed over the turn, NAME.steady.csv and NAME.steady.svg, and NAME.json
+    #[arg(long, value_name = "TORQUE", allow_hyphen_values = true)]
+    load: Option<String>,
+    /// Folder for the outputs over the turn, NAME.turn.csv, their diagrams, NAME.motion.svg and others, and NAME.json
     #[arg(long, value_name = "FOLDER")]
     report: Option<PathBuf>,
     /// Replace files that no command wrote
@@ -51,22 +54,36 @@ pub struct Args {
     telling: ReportFormat,
 }
 
-/// The study of a machine under this load, with this period, or of a train, which has neither.
-pub fn study(path: &Path, scene: &Resolved, load: &str, period: Option<&String>) -> Result<SteadyMotions, Failure> {
+/// The study of a machine under this load, with this period, or of another drive at this speed (rad/s) or its own.
+pub fn study(
+    path: &Path,
+    scene: &Resolved,
+    speed: Option<f64>,
+    [load, period]: [Option<&String>; 2],
+) -> Result<SteadyMotions, Failure> {
     let place = path.display();
-    let findings = if let resource::Scene::DriveTrain(train) = &scene.scene {
-        if period.is_some() || load != "0" {
-            return Err(wrong_argument(format!(
-                "{place}: --load and --period are for a machine without elastic followers and loads"
-            ))
-            .hint("write the load as `machine.load.torque` into the scene, and choose the speed by its motor"));
+    let findings = if matches!(scene.scene, resource::Scene::RigidMachine(_)) {
+        if speed.is_some() {
+            return Err(wrong_argument(format!("{place}: --speed is for drives without a motor"))
+                .hint("the motor decides the speed; --period prescribes it"));
         }
-        let lift_offs = machine(scene).and_then(Machine::lift_offs).unwrap_or_default();
-        Bar::beside(&scene.name, |_| steady::of_train(&scene.name, train, lift_offs))
-    } else {
         let (_, machine) = driving::machine(path, "steady")?;
+        let load = load.map_or("0", |load| load);
         let (load, period) = driving::load(&place.to_string(), &machine.motor, load, period)?;
         Bar::beside(&scene.name, |_| steady::of_machine(&scene.name, &machine, load, period))
+    } else {
+        if period.is_some() || load.is_some() {
+            return Err(wrong_argument(format!(
+                "{place}: --load and --period are for a RigidMachine without elastic followers and loads"
+            ))
+            .hint("write loads into the scene; --speed or the motor decides the speed"));
+        }
+        if speed.is_some() && scene.scene.drive().is_none() {
+            return Err(wrong_argument(format!("{place}: --speed is for drives without a motor"))
+                .hint("choose the speed by the motor of the scene"));
+        }
+        let lift_offs = machine(scene).and_then(Machine::lift_offs).unwrap_or_default();
+        Bar::beside(&scene.name, |_| steady::of_drive(&scene.resource(), speed, lift_offs))
     };
     findings.map_err(|fault: Fault| failure(fault.within(place)))
 }
@@ -77,7 +94,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         files::no_file(folder, "--report")?;
     }
     let scene = read(&args.scene)?;
-    let findings = study(&args.scene, &scene, &args.load, args.period.as_ref())?;
+    let speed = optional("speed", &args.speed, &unit::ANGULAR_VELOCITY)?;
+    let findings = study(&args.scene, &scene, speed, [args.load.as_ref(), args.period.as_ref()])?;
     let none = findings.motions.is_empty() && findings.without_torques.is_none();
     let folder = args.report.as_deref();
     let (inputs, scene, measured) = (scene.files, Some(&scene.document), Some(&args.measured));

@@ -3,7 +3,7 @@
 //! Quasi-statically the contact force is F_K = (m1 + m2) Ω²U″, so that each of them is a passage of the clearance, and U‴
 //! there decides how hard it is. Rests, U″ = 0 over an angle, are no passages of their own.
 
-use crate::overview::greatest_of;
+use crate::law_motions::greatest_of;
 use crate::search::segments;
 use camdrive::motion::MotionLaw;
 use camdrive::numerics::first_root::first_root;

@@ -23,7 +23,7 @@ pub mod tuning;
 
 use crate::Progress;
 use crate::formulas::passage::Passage;
-use crate::overview::{greatest_of, stroke};
+use crate::law_motions::{greatest_of, stroke};
 use crate::report::terminal::shown;
 use crate::report::unit::PERCENT;
 use crate::resource::{self, Resource};

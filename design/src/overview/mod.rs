@@ -8,6 +8,7 @@
 mod characteristic;
 mod implausible;
 mod machine;
+mod motion;
 mod report;
 mod roughness;
 #[cfg(test)]
@@ -17,24 +18,22 @@ mod vibration;
 
 pub use machine::running;
 
-pub use characteristic::{Jump, Motion};
+pub use characteristic::Jump;
 
+use crate::law_motions::{Motion, greatest_of, shown, stroke};
 use crate::oscillator;
+use crate::periodic_turn::{self, Turn};
 use crate::report::Setting;
-use crate::report::unit::Unit;
 use crate::resource::{Resource, Scene, Tool};
-use crate::search::{greatest, segments};
-use crate::text;
 use camdrive::drives::backlash;
 use camdrive::drives::elastic_output;
 use camdrive::drives::parametric::law::{CrankLaw, Law};
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::motion::MotionLaw;
-use camdrive::numerics::angle::reduce;
 use serde::Serialize;
 
 /// The characteristic values of a scene.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Overview {
     /// Its figures, in the order in which they are told.
     pub figures: Vec<Figure>,
@@ -48,6 +47,9 @@ pub struct Overview {
     /// True if they vary.
     #[serde(skip)]
     pub varies: bool,
+    /// A turn of the periodic motion at the speed of the scene.
+    #[serde(skip)]
+    pub turn: Option<Turn>,
     /// Values that are implausible.
     pub warnings: Vec<Warning>,
     /// Settings against warnings, by the places of these.
@@ -98,7 +100,18 @@ type Moved<'a> = (&'a MotionLaw, &'a dyn Fn([f64; 5]) -> [f64; 5]);
 
 /// The overview of a scene.
 pub fn of(resource: &Resource) -> Overview {
-    let mut overview = Overview::default();
+    let mut overview = kinetostatic(resource);
+    for Tool { section, law, unit } in &resource.tools {
+        overview.law(section, law, unit);
+    }
+    implausible::warn(&mut overview);
+    overview.steady(resource);
+    overview
+}
+
+/// The figures of the scene without vibration.
+fn kinetostatic(resource: &Resource) -> Overview {
+    let mut overview = Overview { turn: periodic_turn::of(&resource.scene, None, 0.0).ok(), ..Overview::default() };
     match &resource.scene {
         Scene::ElasticOutput(elastic_output::Scene { parameters, cam, drive, .. }) => {
             let elastic_output::Parameters { m, c, b } = *parameters;
@@ -129,10 +142,6 @@ pub fn of(resource: &Resource) -> Overview {
         Scene::RigidMachine(scene) => machine::tell(&mut overview, scene),
         Scene::DriveTrain(scene) => train::tell(&mut overview, scene),
     }
-    for Tool { section, law, unit } in &resource.tools {
-        overview.law(section, law, unit);
-    }
-    implausible::warn(&mut overview);
     overview
 }
 
@@ -206,21 +215,4 @@ impl Overview {
             );
         }
     }
-}
-
-/// The greatest value over the turn of what follows from U … U⁗.
-pub fn greatest_of(law: &MotionLaw, value: impl Fn([f64; 5]) -> f64) -> f64 {
-    let at = |segment: usize, phi: f64| value(law.at_in(segment, reduce(phi.into())).0);
-    greatest(&segments(law.breakpoints()), at).value
-}
-
-/// The greatest less the least value of a position.
-pub fn stroke(law: &MotionLaw, position: impl Fn([f64; 5]) -> f64) -> f64 {
-    greatest_of(law, &position) + greatest_of(law, |u| -position(u))
-}
-
-/// The value in the one unit that people read the quantity in, with four significant digits.
-fn shown(value: f64, unit: &str) -> String {
-    let unit = Unit::of(unit);
-    unit.after(text::digits(value * unit.factor, 4, -3))
 }

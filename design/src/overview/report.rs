@@ -1,20 +1,22 @@
 //! The characteristic values as a report.
 
-use super::{Figure, Jump, Motion, Overview};
+use super::{Figure, Jump, Overview};
+use crate::law_motions::Motion;
 use crate::report::unit::{HZ, ONE, RPM, Unit};
 use crate::report::{Advice, Claim, Level, Report, Table, Verdict};
+use crate::text::sentence;
 
 impl Overview {
     /// The verdict on the plausibility of the values.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         if self.warnings.is_empty() {
-            verdict.result(Level::Good, "No fault, and no value is implausible.");
+            verdict.result(Level::Good, "No errors. All values are plausible.");
         }
         for (i, warning) in self.warnings.iter().enumerate() {
             let set = self.cures.iter().filter(|(of, _)| *of == i).map(|(_, setting)| setting.clone());
-            let advice = Advice::new(format!("{}.", warning.hint)).set(set, Claim::Plausible);
-            verdict.result(Level::Mind, format!("{}.", warning.message)).advice(advice);
+            let advice = Advice::new(sentence(&warning.hint)).set(set, Claim::Plausible);
+            verdict.result(Level::Mind, sentence(&warning.message)).advice(advice);
         }
         verdict
     }

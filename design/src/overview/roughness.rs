@@ -7,7 +7,8 @@
 //! of U″ whose root mean square over the turn is 3.89 σ̂/h², h that of each difference. Without noise that is the size of the
 //! errors that the sampling itself makes.
 
-use super::{Overview, Warning, greatest_of, shown};
+use super::{Overview, Warning};
+use crate::law_motions::{greatest_of, shown};
 use crate::report::Setting;
 use camdrive::motion::table::{Bend, Points};
 use camdrive::motion::{MotionLaw, Table};

@@ -2,6 +2,8 @@
 
 use super::roughness::{scatter, scatter_and_error};
 use super::*;
+use crate::law_motions::motions;
+use crate::search::segments;
 use crate::smoothing::{Outliers, smooth};
 use crate::synthesis::laws::torque_peak;
 use camdrive::drives::follower::load::Load;
@@ -11,6 +13,7 @@ use camdrive::drives::shaft::cam_drive::{Start, StartMode};
 use camdrive::drives::{backlash, elastic_shaft, rigid_machine};
 use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, StandardLaw, Table};
+use camdrive::numerics::angle::reduce;
 use std::f64::consts::TAU;
 
 const REST: Start = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
@@ -274,7 +277,7 @@ fn too_few_points_are_no_noise_and_told_as_such() {
 fn a_table_has_the_motions_of_its_law() {
     for law in [StandardLaw::ModifiedSine, StandardLaw::Polynomial345, StandardLaw::ModifiedTrapezoid] {
         for (points, within) in [(24, 0.2), (72, 0.02), (360, 2e-3), (3600, 2e-4)] {
-            let mut motions = characteristic::motions("cam", &MotionLaw::Table(table(law, points, |_, u| u)), "m");
+            let mut motions = motions("cam", &MotionLaw::Table(table(law, points, |_, u| u)), "m");
             motions.sort_by(|a, b| b.lift.total_cmp(&a.lift));
             assert_eq!(motions.len(), 2, "{} {points}: {motions:?}", law.name());
             for (motion, angle) in motions.iter().zip([100_f64, 90.0]) {
@@ -326,7 +329,7 @@ fn the_motions_of_a_cycle_have_the_characteristic_values_of_their_laws() {
             return_law: law,
             inflections: [None, inflection],
         };
-        let motions = characteristic::motions("cam", &MotionLaw::Cycle(Cycle::new(plan)), "m");
+        let motions = motions("cam", &MotionLaw::Cycle(Cycle::new(plan)), "m");
         let [back, rise] = &motions[..] else { panic!("{motions:?}") };
         // An inflection at λ divides C_a₊ and C_M₊ by 2λ, C_a₋ and C_M₋ by 2(1 − λ), C_j by the square of the smaller one.
         let [p, q] = inflection.map_or([1.0; 2], |part| [2.0 * part, 2.0 - 2.0 * part]);
@@ -345,7 +348,7 @@ fn the_motions_of_a_cycle_have_the_characteristic_values_of_their_laws() {
         }
     }
     // A cosine between its stops is the simple sine.
-    let motions = characteristic::motions("cam", &cosine(0.02), "m");
+    let motions = motions("cam", &cosine(0.02), "m");
     assert_eq!(motions.len(), 2);
     assert!((motions[0].angle - TAU / 2.0).abs() < 1e-12 && (motions[0].lift.abs() - 0.04).abs() < 1e-15);
     assert!((motions[0].acceleration[0] - StandardLaw::SimpleSine.peak(2)).abs() < 1e-9);
@@ -397,7 +400,7 @@ fn random_motions_of_all_laws_begin_and_end_at_their_rests() {
         }
         points.sort_by(|a, b| a.phi.total_cmp(&b.phi));
         for cam in [MotionLaw::Cycle(Cycle::new(plan)), MotionLaw::Plan(MotionPlan::new(points))] {
-            let motions = characteristic::motions("cam", &cam, "m");
+            let motions = motions("cam", &cam, "m");
             assert_eq!(motions.len(), 2, "{i} {law:?}: {motions:?}");
             for (from, angle, lift) in [(start, rise, stroke), (fall, back, -stroke)] {
                 let found = motions.iter().find(|motion| near(motion.from, from));
@@ -414,7 +417,7 @@ fn random_motions_of_all_laws_begin_and_end_at_their_rests() {
         // A cosine between its stops is the simple sine, also where a stop lies in the middle between two samples.
         let shift = if i % 2 == 0 { start } else { TAU * (i as f64 + 0.5) / 8192.0 };
         let cosine = MotionLaw::Fourier(Fourier::new(vec![0.0, stroke], vec![]).delayed(shift));
-        let motions = characteristic::motions("cam", &cosine, "m");
+        let motions = motions("cam", &cosine, "m");
         assert_eq!(motions.len(), 2, "{i}: {motions:?}");
         for motion in motions {
             assert!(

@@ -2,7 +2,6 @@
 
 use super::{Overview, vibration};
 use crate::oscillator::of_shaft;
-use crate::periodic_train;
 use camdrive::drives::drive_train::{Joint, Scene, Shaft};
 use camdrive::drives::elastic_shaft;
 use camdrive::drives::rigid_machine::{Follower, Inertia, InertiaFunction};
@@ -101,14 +100,13 @@ fn free(overview: &mut Overview, scene: &Scene) -> Option<f64> {
     if let Some([c, _]) = transmission.coupling {
         overview.speed("coupling_frequency", (c * (1.0 / mean + 1.0 / (square * transmission.rotor))).sqrt());
     }
-    let turn = periodic_train::of(scene).ok().filter(|turn| turn.motion.is_stable());
-    let speed = turn.as_ref().map(periodic_train::Turn::mean_speed);
-    if let Some((turn, speed)) = turn.zip(speed) {
-        overview.speed("mean_speed", speed);
-        overview.share("speed_fluctuation", turn.fluctuation);
+    let turn = overview.turn.clone().filter(|turn| turn.growth.is_some_and(|growth| growth < 0.0));
+    if let Some(turn) = &turn {
+        overview.speed("mean_speed", turn.mean_speed);
+        overview.share("speed_fluctuation", turn.fluctuation());
         overview.figure("mean_torque", turn.mean_torque, "N.m");
         overview.figure("mean_power", turn.mean_power, "W");
     }
     overview.inertia(&inertia);
-    speed
+    turn.map(|turn| turn.mean_speed)
 }

@@ -1,7 +1,8 @@
 //! The elastic member of a drive: natural frequency, damping ratio, deformation, resonances.
 
-use super::{Overview, Resonance, stroke};
+use super::{Overview, Resonance};
 use crate::harmonic_analysis::Complex;
+use crate::law_motions::stroke;
 use crate::oscillator::{PeriodicOscillator, Terms};
 use crate::search::{greatest, segments};
 use crate::stability::system::sample;

@@ -3,19 +3,22 @@
 //! For comparison the motion of the machine without torques with the same period; without a motor it is all there is.
 
 mod report;
+mod tables;
 
 use crate::forces::report::LiftOff;
+use crate::overview::{self, Resonance};
 use crate::periodic_motions::{Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range};
-use crate::periodic_train::{self, Turn};
+use crate::periodic_turn::{self, Dwell, Harmonic, Turn};
+use crate::resource::{Resource, Scene as AnyScene};
 use crate::text;
 use crate::transmission::{self, Transmission};
+use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::{Inertia, Kloss, Motor, Scene};
-use camdrive::drives::{Fault, drive_train};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// The findings of a study.
-#[derive(Clone, Debug, Serialize)]
+/// What was found.
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct SteadyMotions {
     /// The scene.
     pub name: String,
@@ -34,10 +37,19 @@ pub struct SteadyMotions {
     pub without_torques: Option<Speeds>,
     /// Between cam and tool.
     pub mechanisms: Vec<Transmission>,
-    /// Of a train.
-    pub train: Option<Turn>,
-    /// Of a train: the speeds at which its followers leave their cams.
+    /// The turn of the fastest stable motion, or of the only one.
+    pub turn: Option<Turn>,
+    /// The tools in the dwells of their laws.
+    pub dwells: Vec<Dwell>,
+    /// The strongest harmonics of the deformations.
+    pub harmonics: Vec<Harmonic>,
+    /// The nearest resonances.
+    pub resonances: Vec<Resonance>,
+    /// The speeds at which followers leave their cams.
     pub lift_offs: Option<Vec<LiftOff>>,
+    /// Why there is no motion, and what cures it.
+    #[serde(skip)]
+    pub none: Option<Fault>,
 }
 
 /// The speed over a turn.
@@ -112,7 +124,9 @@ pub fn of_machine(name: &str, scene: &Scene, load: f64, period: Option<f64>) -> 
     let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
     let free = free.map(|(period, sense)| Speeds::of((period, free_motion(&inertia, period, sense))));
     let followers = inertia.followers.iter().enumerate();
-    Ok(SteadyMotions {
+    let any = AnyScene::from(scene);
+    let turn = periodic_turn::of(&any, None, load).ok();
+    let mut findings = SteadyMotions {
         name: name.to_owned(),
         load,
         motor,
@@ -121,29 +135,62 @@ pub fn of_machine(name: &str, scene: &Scene, load: f64, period: Option<f64>) -> 
         lost_periods: motions.lost,
         without_torques: free,
         mechanisms: followers.flat_map(|(j, follower)| transmission::of(j + 1, follower)).collect(),
-        train: None,
-        lift_offs: None,
-    })
+        ..SteadyMotions::default()
+    };
+    turn.into_iter().for_each(|turn| findings.take(&any, turn));
+    Ok(findings)
 }
 
-/// The motion of a train, whose followers leave their cams at these speeds.
+/// The motion of a drive or a train at this speed (rad/s) or its own, whose followers leave their cams at these speeds.
 ///
 /// # Errors
-/// Where there is none.
-pub fn of_train(name: &str, scene: &drive_train::Scene, lift_offs: Vec<LiftOff>) -> Result<SteadyMotions, Fault> {
-    let mut turn = periodic_train::of(scene)?;
-    Ok(SteadyMotions {
-        name: name.to_owned(),
-        load: 0.0,
-        motor: None,
-        synchronous_speed: None,
-        motions: vec![std::mem::take(&mut turn.motion).into()],
-        lost_periods: Vec::new(),
-        without_torques: None,
-        mechanisms: Vec::new(),
-        train: Some(turn),
-        lift_offs: Some(lift_offs),
-    })
+/// Where its speed is not known, and where a free shaft has no such motion.
+pub fn of_drive(resource: &Resource, speed: Option<f64>, lift_offs: Vec<LiftOff>) -> Result<SteadyMotions, Fault> {
+    let mut findings =
+        SteadyMotions { name: resource.name.clone(), lift_offs: Some(lift_offs), ..SteadyMotions::default() };
+    let mut resource = resource.clone();
+    resource.scene = periodic_turn::from_zero(&resource.scene, speed)?;
+    match periodic_turn::of(&resource.scene, None, 0.0) {
+        Ok(turn) => {
+            findings.resonances = overview::of(&resource).resonances;
+            findings.take(&resource.scene, turn);
+        }
+        // What a free shaft needs to be asked for a motion, its fault says.
+        Err(fault) if resource.scene.drive().is_some() => findings.none = Some(fault),
+        Err(fault) => return Err(fault),
+    }
+    Ok(findings)
+}
+
+impl SteadyMotions {
+    /// Takes up a turn.
+    fn take(&mut self, scene: &AnyScene, turn: Turn) {
+        if !matches!(scene, AnyScene::RigidMachine(_)) {
+            let growth = turn.growth.unwrap_or(f64::NAN);
+            let w = turn.output("w");
+            let course =
+                turn.angles.iter().enumerate().map(|(k, phi)| [*phi, w.map_or(turn.mean_speed, |w| w.values[k])]);
+            let mut course: Vec<[f64; 2]> = course.collect();
+            if let Some(w) = w.filter(|w| w.least < w.largest) {
+                course.extend([[w.least_at, w.least], [w.largest_at, w.largest]]);
+                course.sort_by(|a, b| (turn.mean_speed * a[0]).total_cmp(&(turn.mean_speed * b[0])));
+            }
+            let [least_speed, largest_speed] = turn.speeds();
+            let speeds =
+                Speeds { period: turn.period, mean_speed: turn.mean_speed, least_speed, largest_speed, course };
+            let [torque, energy] = turn.at_zero;
+            self.motions = vec![Motion {
+                speeds,
+                stable: growth < periodic_turn::NEUTRAL || growth.is_nan(),
+                growth,
+                energy,
+                torque,
+            }];
+        }
+        self.dwells = turn.dwells(scene);
+        self.harmonics = turn.harmonics();
+        self.turn = Some(turn);
+    }
 }
 
 /// The synchronous speed is found when it yields the period to this part.

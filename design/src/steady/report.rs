@@ -1,17 +1,14 @@
 //! The findings as a report.
 
-use super::{Motion, Speeds, SteadyMotions};
-use crate::periodic_train::{Range, Turn};
+use super::{Motion, Speeds, SteadyMotions, tables};
+use crate::periodic_turn::{self, Dwell, GONE, NEUTRAL, Turn};
 use crate::plot::{Axis, Diagram, Series};
 use crate::report::terminal::shown;
 use crate::report::unit::{DEG, MS, NM, ONE, PERCENT, RPM, W};
 use crate::report::{Advice, Claim, Level, Report, Setting, Table, Unit, Value, Verdict, WrittenValue};
-use crate::text::{counted, number, rpm, share, time};
+use crate::text::{counted, number, rpm, sentence, share, time};
 use crate::transmission::Transmission;
 use camdrive::drives::rigid_machine::Kloss;
-
-/// A part of the first disturbance that nobody sees.
-const GONE: f64 = 0.01;
 
 /// Significant digits of speeds and periods: with fewer, motions with and without torques look alike.
 const FINE: usize = 7;
@@ -45,15 +42,15 @@ fn fluctuation(speeds: &Speeds) -> String {
 
 /// The decay of disturbances, in words.
 fn decay(motion: &Motion) -> String {
+    if motion.growth.abs() < NEUTRAL {
+        return "Without damping a disturbance does not decay.".to_owned();
+    }
     let turns = GONE.ln() / motion.growth;
     if turns <= 1.0 {
-        return "Disturbances have decayed to 1 % before a turn is over.".to_owned();
+        return "A disturbance decays to 1 % within a turn.".to_owned();
     }
-    format!(
-        "Disturbances decay to 1 % within {} ({}).",
-        counted(number(turns), "turn"),
-        time(turns * motion.speeds.period)
-    )
+    let time = time(turns * motion.speeds.period);
+    format!("A disturbance decays to 1 % within {} ({time}).", counted(number(turns), "turn"))
 }
 
 impl SteadyMotions {
@@ -67,6 +64,11 @@ impl SteadyMotions {
     /// The verdict on the machine: whether it runs, and how steadily.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
+        if let Some(fault) = &self.none {
+            verdict.result(Level::Bad, sentence(periodic_turn::reason(fault)));
+            verdict.advice("Choose more damping or another speed.");
+            return verdict;
+        }
         let stable: Vec<&Motion> = self.motions.iter().filter(|motion| motion.stable).collect();
         match (&stable[..], &self.motions[..], &self.without_torques) {
             ([first, others @ ..], all, _) => {
@@ -74,9 +76,14 @@ impl SteadyMotions {
                 let speed = rpm(first.speeds.mean_speed);
                 verdict.result(
                     level,
-                    format!("The machine runs at {speed} rpm on the mean; {}.", fluctuation(&first.speeds)),
+                    match self.motor.is_some() || first.speeds.fluctuation() > 0.0 {
+                        true => format!("The machine runs at {speed} rpm on the mean; {}.", fluctuation(&first.speeds)),
+                        false => format!("At {speed} rpm the motion repeats every turn."),
+                    },
                 );
-                verdict.result(level, decay(first));
+                if first.growth.is_finite() || first.growth == f64::NEG_INFINITY {
+                    verdict.result(level, decay(first));
+                }
                 let speeds: Vec<String> = others.iter().map(|motion| rpm(motion.speeds.mean_speed)).collect();
                 if !speeds.is_empty() {
                     verdict
@@ -94,7 +101,7 @@ impl SteadyMotions {
                     verdict.result(level, format!("Slower than about {limit} rpm it loses speed for good."));
                 }
             }
-            ([], [first, ..], _) if self.train.is_some() => {
+            ([], [first, ..], _) if self.motor.is_none() => {
                 let speed = rpm(first.speeds.mean_speed);
                 verdict.result(
                     Level::Mind,
@@ -119,15 +126,15 @@ impl SteadyMotions {
             let mean = stable.first().map_or(f64::NAN, |motion| motion.speeds.mean_speed);
             verdict.advice(Advice::new(text).set([Setting::new("motor.w_s", speed)], Claim::Speed { mean }));
         }
-        if let Some(turn) = &self.train {
-            self.of_train(turn, &mut verdict);
+        if let Some(turn) = &self.turn {
+            self.of_turn(turn, &mut verdict);
         }
         for mechanism in self.mechanisms.iter().filter(|mechanism| !mechanism.is_usual()) {
             verdict.result(Level::Mind, mechanism.sentence());
         }
-        verdict.certainty(match self.train {
-            Some(_) => "The motion near the speed of the motor or of the start; there may be others. Decay is that of small disturbances.",
-            None => "All periodic motions of the rigid machine are here. Decay is that of small disturbances.",
+        verdict.certainty(match self.lift_offs {
+            Some(_) => "There may be other periodic motions. Decay is that of small disturbances.",
+            None => "The list is complete for the rigid machine. Decay is that of small disturbances.",
         });
         for period in &self.lost_periods {
             verdict.certainty(format!("Without the lag of the motor's torque there would be a motion of {} as well; with it none was found near: there is none, or disturbances grow too fast to follow it around a turn.", time(*period)));
@@ -151,16 +158,35 @@ impl SteadyMotions {
         verdict.advice("Reduce the load, or take a stronger motor.");
     }
 
-    /// Torques, impacts and contact of a train.
-    fn of_train(&self, turn: &Turn, verdict: &mut Verdict) {
-        let (torque, power) = (shown(turn.mean_torque, &NM), shown(turn.mean_power, &W));
-        let needs = format!("Over a turn it takes a mean torque of {torque} and a mean power of {power}.");
-        verdict.result(Level::Good, needs);
+    /// Torques, vibration, impacts and contact over a turn.
+    fn of_turn(&self, turn: &Turn, verdict: &mut Verdict) {
+        if self.motor.is_none() && turn.mean_power.abs() > 0.0 {
+            let (torque, power) = (shown(turn.mean_torque, &NM), shown(turn.mean_power, &W));
+            verdict.result(Level::Good, format!("It takes a mean torque of {torque} and a mean power of {power}."));
+        }
+        let worst = self.dwells.iter().max_by(|a, b| a.largest.total_cmp(&b.largest));
+        if let Some(Dwell { output, unit, from, to, largest, rms, .. }) = worst.filter(|dwell| dwell.largest > 0.0) {
+            let unit = Unit::of(unit);
+            let ([from, to], [largest, rms]) =
+                ([*from, *to].map(|phi| shown(phi, &DEG)), [*largest, *rms].map(|value| shown(value, &unit)));
+            verdict.result(
+                Level::Good,
+                format!("In the dwell from {from} to {to} `{output}` vibrates by up to {largest} ({rms} rms)."),
+            );
+        }
         for (j, impacts) in turn.impacts.iter().enumerate() {
             if let Some(impacts) = impacts.filter(|impacts| *impacts > 0.0) {
-                let j = j + 1;
-                verdict.result(Level::Mind, format!("follower{j} has {} in a turn.", counted(impacts, "impact")));
+                let follower =
+                    if turn.impacts.len() > 1 { format!("Follower {}", j + 1) } else { "The follower".into() };
+                verdict.result(Level::Mind, format!("{follower} has {} a turn.", counted(impacts, "impact")));
             }
+        }
+        for (follower, phi) in &turn.pulls {
+            let phi = shown(*phi, &DEG);
+            verdict.result(
+                Level::Mind,
+                format!("From {phi} on the cam of follower {follower} pulls: the real follower lifts off there."),
+            );
         }
         let speed = self.motions.iter().map(|motion| motion.speeds.mean_speed.abs()).fold(0.0, f64::max);
         for of in self.lift_offs.iter().flatten() {
@@ -183,7 +209,7 @@ impl SteadyMotions {
             .column("speed", "speed", RPM, |(_, speeds, _)| [speeds.least_speed, speeds.largest_speed])
             .column("fluctuation", "fluctuation", PERCENT, |(_, speeds, _)| speeds.fluctuation())
             .column("multiplier", "multiplier", ONE, |(.., motion)| motion.map(|motion| multiplier(motion.growth)))
-            .below(["The multiplier is what a turn leaves of a small disturbance.".to_owned()]);
+            .below(["Multiplier: the fraction of a small disturbance that is left after one turn.".to_owned()]);
         let points = rows.iter().flat_map(|(name, speeds, _)| speeds.course.iter().map(move |point| (name, point)));
         let points: Vec<(&String, &[f64; 2])> = points.collect();
         let course = Table::file("steady", &points)
@@ -194,8 +220,13 @@ impl SteadyMotions {
         if !self.mechanisms.is_empty() {
             report.table(transmissions(&self.mechanisms));
         }
-        if let Some(turn) = &self.train {
-            report.table(outputs(turn)).explain_table(multipliers(turn));
+        if let Some(turn) = &self.turn {
+            report.table(tables::outputs(turn)).table(tables::course(turn));
+            report.table(tables::dwells(&self.dwells)).table(tables::harmonics(&self.harmonics, &self.resonances));
+            report.explain_table(tables::multipliers(turn));
+            for (key, diagram) in tables::diagrams(&self.name, turn) {
+                report.diagram(&key, diagram);
+            }
         }
         let equation = "J(φ) φ̈ + ½ J′(φ) φ̇² = M is integrated over turns; a motion is periodic where a turn ends as it began, and \
                         stable where all multipliers of Floquet, the eigenvalues of that map, are below 1 in size.";
@@ -203,7 +234,9 @@ impl SteadyMotions {
                      scene names one.";
         let lines = [Some(equation), self.motor.as_ref().map(|_| kloss)];
         report.explain("How it was found", lines.into_iter().flatten().map(str::to_owned));
-        report.diagram("steady", self.diagram(&rows));
+        if rows.iter().any(|(_, speeds, _)| speeds.fluctuation() > 0.0) {
+            report.diagram("steady", self.diagram(&rows));
+        }
         report
     }
 
@@ -222,29 +255,5 @@ fn transmissions(mechanisms: &[Transmission]) -> Table {
         .column("mechanism", "mechanism", ONE, |of| format!("linkage[{}] ({})", of.mechanism, of.kind))
         .column("least_angle", "least transmission angle", DEG, |of| Value::At(of.least_angle, of.phi))
         .digits(4)
-        .into()
-}
-
-/// The outputs over the turn, each in its unit.
-fn outputs(turn: &Turn) -> Table {
-    let unit = |of: &Range| Unit::of(of.unit);
-    Table::of("Over the turn", &turn.outputs)
-        .column("output", "output", ONE, |of| format!("{} [{}]", of.output, unit(of).name))
-        .column("least", "least", ONE, |of| of.least * unit(of).factor)
-        .column("largest", "largest", ONE, |of| of.largest * unit(of).factor)
-        .column("mean", "mean", ONE, |of| of.mean * unit(of).factor)
-        .into()
-}
-
-/// The multipliers of disturbances over a turn; those of a pair count once.
-fn multipliers(turn: &Turn) -> Table {
-    let upper: Vec<&[f64; 2]> = turn.multipliers.iter().filter(|at| at[1] >= 0.0).collect();
-    Table::of("Floquet multipliers of a turn", upper)
-        .column("re", "real part", ONE, |[re, _]| *re)
-        .digits(FINE)
-        .column("im", "imaginary part", ONE, |[_, im]| *im)
-        .digits(FINE)
-        .column("size", "size", ONE, |[re, im]| re.hypot(*im))
-        .digits(FINE)
         .into()
 }

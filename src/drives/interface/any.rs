@@ -247,6 +247,12 @@ impl AnyDrive {
         Arc::new(Plan { initial, descriptions, places, real_places }).instance()
     }
 
+    /// The same of a drive that has started already: what it is asked next goes on from there.
+    pub fn under_way(mut self) -> Self {
+        (self.initialising, self.pending) = (false, false);
+        self
+    }
+
     /// The plan shared by all instances of the scene.
     pub fn plan(&self) -> Arc<Plan> {
         self.plan.clone()

@@ -1,0 +1,515 @@
+//! A turn of the periodic motion of any drive, from φ = 0 on: the least and largest values of its outputs and where they lie.
+//!
+//! The drive starts on the motion and advances by equal times; it stops just before and just after each of its events, so that no
+//! search spans a jump. Extremes are refined between those points.
+
+mod disturbance;
+#[cfg(test)]
+mod tests;
+mod vibration;
+
+pub use vibration::{Dwell, Harmonic};
+
+use crate::resource::Scene;
+use crate::search::{Extreme, root, summit};
+use camdrive::drives::drive_train::{DriveTrain, Periodic, Shaft};
+use camdrive::drives::rigid_machine::Motor;
+use camdrive::drives::shaft::cam_drive::DriveMode;
+use camdrive::drives::variable::{Causality, Kind, Variability};
+use camdrive::drives::{About, AnyDrive, Description, Drive, Fault, Snapshot};
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// Points of a turn at least; a vibration of 48 periods a turn has thirty.
+pub const POINTS: usize = 1440;
+
+/// `solver.tolerance` of the turn, finer than any digit that is shown.
+const TOLERANCE: f64 = 1e-13;
+
+/// Points beside an event are this part of a step away: its instant is known better.
+const BESIDE: f64 = 1e-9;
+
+/// The outputs of interest, of each follower where it has them, and of the shaft.
+const OUTPUTS: [&str; 8] = ["y", "q", "gap", "force", "contact_force", "tau", "M_an", "w"];
+
+/// An output over the turn.
+#[derive(Clone, Debug, Serialize)]
+pub struct Range {
+    /// Its name.
+    pub output: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// The least value.
+    pub least: f64,
+    /// φ (rad) there.
+    pub least_at: f64,
+    /// The largest value.
+    pub largest: f64,
+    /// φ (rad) there.
+    pub largest_at: f64,
+    /// The mean over time.
+    pub mean: f64,
+    /// The root of the mean square over time.
+    pub rms: f64,
+    /// Its values at the points.
+    #[serde(skip)]
+    pub values: Vec<f64>,
+}
+
+impl Range {
+    /// The value that is largest in size, with its sign.
+    pub fn peak(&self) -> Extreme {
+        let [low, high] = [(self.least_at, self.least), (self.largest_at, self.largest)];
+        let (phi, value) = if high.1.abs() >= low.1.abs() { high } else { low };
+        Extreme { phi, value }
+    }
+
+    /// Its name without that of the follower, and the number of that; 0 of a drive with one.
+    pub fn part(&self) -> (&str, usize) {
+        part(&self.output)
+    }
+}
+
+/// A turn of a periodic motion.
+#[derive(Clone, Debug, Serialize)]
+pub struct Turn {
+    /// T (s).
+    pub period: f64,
+    /// ±2π/T (rad/s).
+    pub mean_speed: f64,
+    /// The mean torque (N·m) that the motor has on the shaft, or that a driven shaft needs, impacts included.
+    pub mean_torque: f64,
+    /// The mean power (W) of that.
+    pub mean_power: f64,
+    /// The torque at φ = 0 (N·m), and there E (J) of a free shaft.
+    #[serde(skip)]
+    pub at_zero: [f64; 2],
+    /// The factors [re, im] by which disturbances grow in a turn, the largest one first; none where they are not known.
+    pub multipliers: Vec<[f64; 2]>,
+    /// ln of the size of the largest of them.
+    #[serde(skip)]
+    pub growth: Option<f64>,
+    /// Where in the turn the cam of which follower (from 1) begins to pull it, φ (rad).
+    pub pulls: Vec<(usize, f64)>,
+    /// The outputs, in the order of the model.
+    pub outputs: Vec<Range>,
+    /// Impacts of each follower in the turn; null of one without clearance.
+    pub impacts: Vec<Option<f64>>,
+    /// φ (rad) of the points over a whole turn.
+    #[serde(skip)]
+    pub angles: Vec<f64>,
+    /// Their instants (s).
+    #[serde(skip)]
+    pub times: Vec<f64>,
+}
+
+/// The last part of a name, and the number of its follower: of `follower[2].q` and of `q[2]` those are q and 2.
+pub fn part(name: &str) -> (&str, usize) {
+    let number = |text: &str| text.split(']').next().and_then(|n| n.parse().ok()).unwrap_or(0);
+    match (name.strip_prefix("follower[").and_then(|rest| rest.split_once("].")), name.split_once('[')) {
+        (Some((j, last)), _) => (last, number(j)),
+        (None, Some((last, j))) => (last, number(j)),
+        (None, None) => (name, 0),
+    }
+}
+
+/// A drive on its way through a turn.
+struct Walk {
+    drive: AnyDrive,
+    /// Its state at φ = 0.
+    begin: Snapshot,
+    /// Where it is (s).
+    time: f64,
+}
+
+impl Walk {
+    /// Goes back to φ = 0.
+    fn restart(&mut self) {
+        self.drive.restore(&self.begin);
+        self.time = 0.0;
+    }
+
+    fn to(&mut self, time: f64) -> Result<(), Fault> {
+        if time > self.time {
+            self.drive.advance(self.time, time - self.time)?;
+            self.time = time;
+        }
+        Ok(())
+    }
+
+    /// A column of values for each of these variables.
+    fn values(&mut self, times: &[f64], variables: &[usize]) -> Result<Vec<Vec<f64>>, Fault> {
+        self.restart();
+        let mut columns = vec![Vec::with_capacity(times.len()); variables.len()];
+        for time in times {
+            self.to(*time)?;
+            for (variable, column) in variables.iter().zip(&mut columns) {
+                column.push(self.drive.get(*variable)?);
+            }
+        }
+        Ok(columns)
+    }
+}
+
+/// The scene from φ = 0 on, at this speed (rad/s) where it has a prescribed one or follows inputs.
+///
+/// # Errors
+/// Where it follows inputs and no speed is given.
+pub fn from_zero(scene: &Scene, speed: Option<f64>) -> Result<Scene, Fault> {
+    let mut scene = scene.clone();
+    match &mut scene {
+        // Without torques it is the start that has the speed.
+        Scene::RigidMachine(machine) if machine.motor != Motor::None => machine.phi_start = 0.0,
+        Scene::DriveTrain(train) => {
+            if let Shaft::Free(machine) = &mut train.shaft {
+                machine.phi_start = 0.0;
+            }
+        }
+        _ => {}
+    }
+    let Some(mode) = scene.drive_mut() else { return Ok(scene) };
+    let own = match (&*mode, speed) {
+        (_, Some(speed)) => Ok(speed),
+        (DriveMode::Constant { w, .. }, None) => Ok(*w),
+        _ => Err(Fault::new("the drive follows its inputs, so that its speed is not known")
+            .hint("give --speed, \"1800 rpm\"")),
+    };
+    *mode = DriveMode::Constant { w: own?, phi_start: 0.0 };
+    Ok(scene)
+}
+
+/// The place of a variable.
+pub fn place(all: &[Description], name: &str) -> Option<usize> {
+    all.iter().position(|d| d.name == name)
+}
+
+/// The number of an item of the enumeration `start.mode`.
+fn start_mode(all: &[Description], start: &str) -> Option<(usize, f64)> {
+    let mode = place(all, "start.mode")?;
+    let Kind::Enumeration(items) = &all[mode].kind else { return None };
+    let item = items.items.iter().position(|(name, _)| *name == start)?;
+    Some((mode, 1.0 + item as f64))
+}
+
+/// A drive of the scene, to be set up further and started at φ = 0.
+fn prepared(scene: &Scene, start: &str) -> Result<AnyDrive, Fault> {
+    let mut drive = scene.build()?.plan().instance();
+    drive.set_up(0.0, None);
+    let all = drive.descriptions().to_vec();
+    let tolerance = place(&all, "solver.tolerance").map(|place| (place, TOLERANCE));
+    for (place, value) in start_mode(&all, start).into_iter().chain(tolerance) {
+        drive.set(place, value)?;
+    }
+    Ok(drive)
+}
+
+/// The period (s) of a drive at the start of its turn: that in which its angle grows by a turn.
+fn period(walk: &mut Walk, phi: usize, w: Option<usize>) -> Result<f64, Fault> {
+    let (begin, speed) = (walk.drive.get(phi)?, w.map_or(Ok(0.0), |w| walk.drive.get(w))?);
+    let step = TAU / speed.abs() / 64.0;
+    if !step.is_finite() {
+        return Err(Fault::new("the shaft stands still: there is no turn"));
+    }
+    let turned = |walk: &mut Walk, from: f64, to: f64| -> Result<f64, Fault> {
+        walk.time = from;
+        walk.to(to)?;
+        Ok((walk.drive.get(phi)? - begin).abs() - TAU)
+    };
+    let (mut before, mut saved) = (0.0, walk.drive.save());
+    // A shaft that is ten times slower on the mean than at φ = 0 still ends its turn.
+    for k in 1..=640 {
+        if turned(walk, before, k as f64 * step)? >= 0.0 {
+            break;
+        }
+        (before, saved) = (k as f64 * step, walk.drive.save());
+    }
+    let ends = [before, before + step];
+    let mut miss = |time: f64| {
+        walk.drive.restore(&saved);
+        turned(walk, before, time).unwrap_or(f64::NAN)
+    };
+    if (ends.map(&mut miss)).map(f64::is_sign_negative) == [true, true] {
+        return Err(Fault::new("the shaft does not turn round"));
+    }
+    Ok(root(miss, ends))
+}
+
+/// A drive of the scene that has started on its periodic motion at φ = 0, at this speed (rad/s) where it follows inputs, under a
+/// constant load (N·m) where it is a machine; of a train, whose motion may be unstable, what a turn makes of disturbances.
+///
+/// # Errors
+/// Where there is no such motion: what the drive says of it.
+pub fn started(scene: &Scene, speed: Option<f64>, load: f64) -> Result<(AnyDrive, Option<Periodic>), Fault> {
+    let mut scene = from_zero(scene, speed)?;
+    if let Scene::DriveTrain(train) = &mut scene {
+        train.solver.tolerance = TOLERANCE;
+        let mut train = DriveTrain::new(train.clone())?;
+        let found = train.periodic_motion()?;
+        return Ok((AnyDrive::from(train).under_way(), Some(found)));
+    }
+    let without_torques = matches!(&scene, Scene::RigidMachine(machine) if machine.motor == Motor::None);
+    let mut drive = prepared(&scene, if without_torques { "given" } else { "steady_state" })?;
+    if load != 0.0 {
+        let tau = place(drive.descriptions(), "tau").ok_or_else(|| Fault::new("the machine has no load `tau`"))?;
+        drive.set(tau, load)?;
+    }
+    drive.start()?;
+    Ok((drive, None))
+}
+
+/// A turn of the periodic motion of a scene, see [`started`].
+///
+/// # Errors
+/// Where there is no such motion: what the drive says of it.
+pub fn of(scene: &Scene, speed: Option<f64>, load: f64) -> Result<Turn, Fault> {
+    let (drive, found) = started(scene, speed, load)?;
+    let mut turn = Turn::of(drive)?;
+    if let Some(found) = found {
+        turn.multipliers = disturbance::eigenvalues(&found.map);
+        turn.growth = Some(found.multiplier.ln());
+    } else {
+        turn.multipliers = disturbance::multipliers(&from_zero(scene, speed)?, &turn).unwrap_or_default();
+        turn.growth = turn.multipliers.first().map(|[re, im]| re.hypot(*im).ln());
+    }
+    Ok(turn)
+}
+
+impl Turn {
+    /// The turn of a drive that is on a periodic motion at φ = 0.
+    fn of(drive: AnyDrive) -> Result<Turn, Fault> {
+        let all = drive.descriptions().to_vec();
+        let phi = place(&all, "phi").ok_or_else(|| Fault::new("the drive has no angle of its own"))?;
+        let followed: Vec<(usize, &'static str)> =
+            all.iter().enumerate().filter_map(|(i, d)| Some((i, shown(d)?))).collect();
+        let outputs: Vec<usize> = followed.iter().map(|(of, _)| *of).collect();
+        let mut walk = Walk { begin: drive.save(), drive, time: 0.0 };
+        let period = period(&mut walk, phi, place(&all, "w"))?;
+        let (times, pulls) = instants(&mut walk, period, phi)?;
+        let mut angles = walk.values(&times, &[phi])?.swap_remove(0);
+        let columns = walk.values(&times, &outputs)?;
+        let extremes = extremes(&mut walk, &times, &outputs, &columns, phi)?;
+        let (first, end) = (angles[0], angles[times.len() - 1]);
+        let mean_speed = (TAU / period).copysign(end - first);
+        let whole = TAU * (first / TAU).floor();
+        angles.iter_mut().for_each(|phi| *phi -= whole);
+        let (torque, power) = torques(&mut walk, &all, &times, mean_speed)?;
+        let ranges = followed.iter().zip(columns).zip(extremes).map(|(((of, unit), values), [low, high])| {
+            let square: Vec<f64> = values.iter().map(|v| v * v).collect();
+            let turned = |at: Extreme| at.phi.rem_euclid(TAU);
+            Range {
+                output: all[*of].name.clone(),
+                unit,
+                least: low.value,
+                least_at: turned(low),
+                largest: high.value,
+                largest_at: turned(high),
+                mean: mean(&times, &values),
+                rms: mean(&times, &square).sqrt(),
+                values,
+            }
+        });
+        let energy = place(&all, "E").map_or(Ok(vec![vec![0.0]]), |energy| walk.values(&times[..1], &[energy]))?[0][0];
+        Ok(Turn {
+            period,
+            mean_speed,
+            mean_torque: torque[0],
+            mean_power: power,
+            at_zero: [torque[1], energy],
+            multipliers: Vec::new(),
+            growth: None,
+            pulls,
+            outputs: ranges.collect(),
+            impacts: impacts(&mut walk, &all, period)?,
+            angles,
+            times,
+        })
+    }
+
+    /// The output with this name.
+    pub fn output(&self, name: &str) -> Option<&Range> {
+        self.outputs.iter().find(|of| of.output == name)
+    }
+
+    /// Largest less least speed as part of the mean.
+    pub fn fluctuation(&self) -> f64 {
+        let [least, largest] = self.speeds();
+        (largest - least) / self.mean_speed.abs()
+    }
+
+    /// The least and the largest speed (rad/s).
+    pub fn speeds(&self) -> [f64; 2] {
+        self.output("w").map_or([self.mean_speed; 2], |w| [w.least, w.largest])
+    }
+}
+
+/// The mean torque on the shaft (N·m) with that at φ = 0, and the mean power (W): of the motor, or what a driven shaft needs.
+fn torques(walk: &mut Walk, all: &[Description], times: &[f64], speed: f64) -> Result<([f64; 2], f64), Fault> {
+    let period = times[times.len() - 1];
+    let steps = || times.windows(2).map(|ends| ends[1] - ends[0]);
+    if let Some(motor) = place(all, "M_an") {
+        let columns = walk.values(times, &[motor, place(all, "w").unwrap_or(motor)])?;
+        let power: Vec<f64> = columns[0].iter().zip(&columns[1]).map(|(torque, w)| torque * w).collect();
+        return Ok(([mean(times, &columns[0]), columns[0][0]], mean(times, &power)));
+    }
+    let mut sums = [0.0; 2];
+    for (of, about) in all.iter().enumerate().filter(|(_, d)| part(&d.name).0 == "tau") {
+        // With impacts the mean over the step that ends there, which knows their momentum.
+        let with_impulses = place(all, &about.name.replace("tau", "tau_mean"));
+        let column = walk.values(times, &[with_impulses.unwrap_or(of)])?.swap_remove(0);
+        sums[0] += if with_impulses.is_some() {
+            steps().zip(&column[1..]).map(|(step, torque)| step * torque).sum::<f64>() / period
+        } else {
+            mean(times, &column)
+        };
+        sums[1] += column[usize::from(with_impulses.is_some())];
+    }
+    Ok((sums, sums[0] * speed))
+}
+
+/// Impacts of each follower in the turn.
+fn impacts(walk: &mut Walk, all: &[Description], period: f64) -> Result<Vec<Option<f64>>, Fault> {
+    let followers = all.iter().map(|d| part(&d.name).1).max().unwrap_or(0).max(1);
+    let mut impacts = vec![None; followers];
+    for (of, about) in all.iter().enumerate().filter(|(_, d)| part(&d.name).0 == "impacts") {
+        let ends = walk.values(&[0.0, period], &[of])?.swap_remove(0);
+        impacts[part(&about.name).1.saturating_sub(1)] = Some(ends[1] - ends[0]);
+    }
+    Ok(impacts)
+}
+
+/// The unit of an output of interest.
+fn shown(d: &Description) -> Option<&'static str> {
+    let Kind::Real { quantity, .. } = d.kind else { return None };
+    let (last, number) = part(&d.name);
+    let is_output = d.causality == Causality::Output && d.variability == Variability::Continuous;
+    // The tools of a machine are called U[1] …
+    let is_tool = last == "U" && number > 0 && d.name.starts_with('U');
+    (is_output && (OUTPUTS.contains(&last) || is_tool)).then_some(quantity.unit)
+}
+
+/// The mean over time of values at these instants, between which they are linear.
+fn mean(times: &[f64], values: &[f64]) -> f64 {
+    let parts = times.windows(2).zip(values.windows(2));
+    let sum: f64 = parts.map(|(t, v)| 0.5 * (t[1] - t[0]) * (v[0] + v[1])).sum();
+    sum / (times[times.len() - 1] - times[0])
+}
+
+/// The instants of the points: equal parts of the turn, and both sides of each event.
+fn instants(walk: &mut Walk, period: f64, phi: usize) -> Result<(Vec<f64>, Vec<(usize, f64)>), Fault> {
+    walk.restart();
+    let mut pulls = Vec::new();
+    let step = period / POINTS as f64;
+    let mut times = vec![0.0];
+    for k in 1..=POINTS {
+        let to = if k == POINTS { period } else { k as f64 * step };
+        walk.drive.events().clear();
+        walk.to(to)?;
+        let from = times[times.len() - 1];
+        for event in walk.drive.events().iter().filter(|event| event.about == About::Machine) {
+            times.extend(
+                [event.time - BESIDE * step, event.time + BESIDE * step].iter().filter(|t| from < **t && **t < to),
+            );
+        }
+        let pulled: Vec<usize> = walk
+            .drive
+            .events()
+            .iter()
+            .filter(|event| event.about == About::Loads)
+            .map(|event| event.follower.max(1))
+            .collect();
+        for follower in pulled {
+            pulls.push((follower, walk.drive.get(phi)?.rem_euclid(TAU)));
+        }
+        times.push(to);
+    }
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    Ok((times, pulls))
+}
+
+/// The least and the largest value of each output, with the angles at them.
+fn extremes(
+    walk: &mut Walk,
+    times: &[f64],
+    outputs: &[usize],
+    columns: &[Vec<f64>],
+    phi: usize,
+) -> Result<Vec<[Extreme; 2]>, Fault> {
+    walk.restart();
+    let none = Extreme { phi: 0.0, value: 0.0 };
+    let mut found = vec![[none; 2]; outputs.len()];
+    // From which point on each of them is sought.
+    let mut wanted: Vec<(usize, usize, usize, usize)> = Vec::new();
+    for (i, values) in columns.iter().enumerate() {
+        for side in 0..2 {
+            let value = |k: &usize| if side == 0 { -values[*k] } else { values[*k] };
+            let top = (0..times.len()).max_by(|a, b| value(a).total_cmp(&value(b))).unwrap_or(0);
+            wanted.push((top.saturating_sub(1), top, i, side));
+        }
+    }
+    wanted.sort_unstable();
+    let step = times[times.len() - 1] / POINTS as f64;
+    for (from, top, i, side) in wanted {
+        walk.to(times[from])?;
+        let (saved, begin, sign) = (walk.drive.save(), times[from], if side == 0 { -1.0 } else { 1.0 });
+        let mut at = |t: f64, of: usize| {
+            walk.drive.restore(&saved);
+            let reached = if t > begin { walk.drive.advance(begin, t - begin) } else { Ok(()) };
+            reached.and_then(|()| walk.drive.get(of)).unwrap_or(f64::NAN)
+        };
+        // A search does not pass an event, whose two points are next to each other.
+        let close = |a: usize, b: usize| times[b] - times[a] <= 4.0 * BESIDE * step;
+        let low = if close(from, top) { top } else { from };
+        let next = (top + 1).min(times.len() - 1);
+        let high = if close(top, next) { top } else { next };
+        let start = (times[top], sign * columns[i][top]);
+        let mut value = |t: f64| sign * at(t, outputs[i]);
+        let (time, best) =
+            if low < high { summit(&mut value, [times[low], times[high]], start, 1e-9 * step) } else { start };
+        found[i][side] = Extreme { phi: at(time, phi), value: sign * best };
+        walk.drive.restore(&saved);
+        walk.time = begin;
+    }
+    Ok(found)
+}
+
+/// A disturbance that has decayed to this part is gone.
+pub const GONE: f64 = 0.01;
+
+/// A growth in a turn of less than this is none: disturbances of a drive without damping come back but for roundings.
+pub const NEUTRAL: f64 = 1e-9;
+
+/// The most turns of a start that are looked at.
+const MOST_TURNS: f64 = 50.0;
+
+impl Turn {
+    /// The turns in which a disturbance decays to a hundredth, one at least; None where it does not, or where that is not known.
+    pub fn settles(&self) -> Option<f64> {
+        self.growth.filter(|growth| *growth < -NEUTRAL).map(|growth| (GONE.ln() / growth).max(1.0))
+    }
+}
+
+/// The largest sizes of the deformations, in the order of the outputs, from the start that the scene says until it has settled.
+///
+/// # Errors
+/// What the drive says.
+pub fn start_peaks(scene: &Scene, turn: &Turn) -> Result<Vec<f64>, Fault> {
+    let mut drive = scene.build()?.plan().instance();
+    drive.set_up(0.0, None);
+    drive.start()?;
+    let all = drive.descriptions().to_vec();
+    let outputs: Vec<usize> =
+        turn.outputs.iter().filter(|of| of.part().0 == "q").filter_map(|of| place(&all, &of.output)).collect();
+    let turns = turn.settles().unwrap_or(MOST_TURNS).clamp(1.0, MOST_TURNS);
+    let count = (turns * POINTS as f64 / 4.0).ceil() as usize;
+    let mut walk = Walk { begin: drive.save(), drive, time: 0.0 };
+    let times: Vec<f64> = (0..=count).map(|k| k as f64 * 4.0 * turn.period / POINTS as f64).collect();
+    let columns = walk.values(&times, &outputs)?;
+    Ok(columns.iter().map(|column| column.iter().fold(0.0, |most: f64, q| most.max(q.abs()))).collect())
+}
+
+/// Why the drive has no periodic motion, without the key that asked for it and what else that could be.
+pub fn reason(fault: &Fault) -> &str {
+    let message = fault.message.rsplit("steady_state: ").next().unwrap_or(&fault.message);
+    message.split(';').next().unwrap_or(message).trim_end_matches('.')
+}

@@ -1,0 +1,140 @@
+//! Vibration over a turn: how far a tool swings while its law rests, and the harmonics of the deformation.
+
+use super::{POINTS, Range, Turn, part};
+use crate::harmonic_analysis::discrete_series;
+use crate::law_motions::motions;
+use crate::resource::Scene;
+use camdrive::motion::MotionLaw;
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// A dwell narrower than this (rad) is a passage between two motions.
+const NARROW: f64 = TAU / 360.0;
+
+/// The highest harmonic; machines run above a 48th of their natural frequency.
+const HARMONICS: usize = 48;
+
+/// A harmonic below this part of the strongest is of no account.
+const OF_NO_ACCOUNT: f64 = 1e-3;
+
+/// The most harmonics of an output.
+const MOST: usize = 5;
+
+/// A tool in a dwell of its law.
+#[derive(Clone, Debug, Serialize)]
+pub struct Dwell {
+    /// The output, `y` or `follower[2].y`.
+    pub output: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Begin of the dwell (rad).
+    pub from: f64,
+    /// Its end (rad), beyond a turn where the dwell goes on in the next.
+    pub to: f64,
+    /// The largest departure of the tool from its mean over the dwell.
+    pub largest: f64,
+    /// The root of the mean square of that.
+    pub rms: f64,
+    /// The largest departure of the law from its own mean.
+    pub law: f64,
+}
+
+/// A harmonic of a deformation.
+#[derive(Clone, Debug, Serialize)]
+pub struct Harmonic {
+    /// The output, `q` or `follower[2].q`.
+    pub output: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// k.
+    pub harmonic: usize,
+    /// k Ω (rad/s).
+    pub frequency: f64,
+    /// The amplitude of cos(kφ − ψ).
+    pub amplitude: f64,
+}
+
+/// The dwells of the law with the angles (rad) of their ends, in the order of the turn.
+fn rests(law: &MotionLaw) -> Vec<[f64; 2]> {
+    let motions = motions("", law, "m");
+    let next = |i: usize| motions[(i + 1) % motions.len()].from + if i + 1 == motions.len() { TAU } else { 0.0 };
+    let rest = |i: usize| [motions[i].from + motions[i].angle, next(i)];
+    (0..motions.len()).map(rest).filter(|[from, to]| to - from > NARROW).collect()
+}
+
+impl Turn {
+    /// The tools of a scene in the dwells of their laws.
+    pub fn dwells(&self, scene: &Scene) -> Vec<Dwell> {
+        let mut dwells = Vec::new();
+        for range in self.outputs.iter().filter(|range| range.part().0 == "y") {
+            let j = range.part().1;
+            // A rigid tool follows its law.
+            let is_loose = |other: &&Range| other.part().1 == j && matches!(other.part().0, "q" | "gap");
+            if self.outputs.iter().find(is_loose).is_none() {
+                continue;
+            }
+            let follower = scene.follower(j.saturating_sub(1));
+            let Some(law) = scene.cam().or(follower.map(|follower| &follower.cam)) else { continue };
+            let tool = |u: f64| follower.map_or(u, |follower| follower.tool([u, 0.0, 0.0])[0]);
+            for [from, to] in rests(law) {
+                dwells.extend(self.dwell(range, [from, to], |phi| tool(law.at(phi.rem_euclid(TAU)).0[0])));
+            }
+        }
+        dwells
+    }
+
+    /// The output between two angles, where the law is `law`; None where no three points are there.
+    fn dwell(&self, range: &Range, [from, to]: [f64; 2], law: impl Fn(f64) -> f64) -> Option<Dwell> {
+        let inside = |k: &usize| (self.angles[*k].rem_euclid(TAU) - from).rem_euclid(TAU) <= to - from;
+        let mut of_law = Vec::new();
+        let mut of_tool = Vec::new();
+        for k in (0..self.angles.len() - 1).filter(inside) {
+            of_tool.push(range.values[k]);
+            of_law.push(law(self.angles[k]));
+        }
+        if of_tool.len() < 3 {
+            return None;
+        }
+        let count = of_tool.len() as f64;
+        let departures = |values: &[f64]| -> Vec<f64> {
+            let mean = values.iter().sum::<f64>() / count;
+            values.iter().map(|value| (value - mean).abs()).collect()
+        };
+        let (tool, law) = (departures(&of_tool), departures(&of_law));
+        let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+        let rms = (tool.iter().map(|v| v * v).sum::<f64>() / count).sqrt();
+        let (output, unit) = (range.output.clone(), range.unit);
+        Some(Dwell { output, unit, from, to, largest: largest(&tool), rms, law: largest(&law) })
+    }
+
+    /// The strongest harmonics of each deformation, in the order of their numbers.
+    pub fn harmonics(&self) -> Vec<Harmonic> {
+        let step = self.period / POINTS as f64;
+        // The points of equal times alone.
+        let is_regular = |k: &usize| {
+            let place = self.times[*k] / step;
+            (place - place.round()).abs() < 1e-12 * POINTS as f64 && place.round() < POINTS as f64
+        };
+        let regular: Vec<usize> = (0..self.times.len()).filter(is_regular).collect();
+        let mut all = Vec::new();
+        for range in self.outputs.iter().filter(|range| part(&range.output).0 == "q") {
+            let values: Vec<f64> = regular.iter().map(|k| range.values[*k]).collect();
+            let series = discrete_series(0.0, &values, HARMONICS);
+            let amplitude = |k: usize| series.a[k].hypot(series.b[k]);
+            let mut ordered: Vec<usize> = (1..=HARMONICS).collect();
+            ordered.sort_by(|a, b| amplitude(*b).total_cmp(&amplitude(*a)));
+            let least = OF_NO_ACCOUNT * amplitude(ordered[0]);
+            ordered.truncate(MOST);
+            ordered.retain(|k| amplitude(*k) > least);
+            ordered.sort_unstable();
+            all.extend(ordered.into_iter().map(|harmonic| Harmonic {
+                output: range.output.clone(),
+                unit: range.unit,
+                harmonic,
+                frequency: harmonic as f64 * self.mean_speed.abs(),
+                amplitude: amplitude(harmonic),
+            }));
+        }
+        all
+    }
+}

@@ -1,0 +1,115 @@
+//! Tables and diagrams of a turn.
+
+use crate::overview::Resonance;
+use crate::periodic_turn::{Dwell, Harmonic, Range, Turn};
+use crate::plot::{Axis, Diagram, Rule, Series};
+use crate::report::unit::{DEG, HZ, ONE, RPM};
+use crate::report::{Table, Unit, Value};
+
+/// Significant digits of multipliers.
+const FINE: usize = 7;
+
+/// Parts of outputs that have a diagram, with its title.
+const DIAGRAMS: [(&[&str], &str, &str); 5] = [
+    (&["y", "U"], "motion", "Tool"),
+    (&["q", "gap"], "deformation", "Deformation and gap"),
+    (&["force", "contact_force"], "force", "Force"),
+    (&["tau"], "tau", "Torque of the followers"),
+    (&["M_an"], "motor", "Torque of the motor"),
+];
+
+fn unit(range: &Range) -> Unit {
+    Unit::of(range.unit)
+}
+
+/// The outputs over the turn, each in its unit.
+pub fn outputs(turn: &Turn) -> Table {
+    let at = |phi: f64, value: f64, range: &Range| Value::At(value * unit(range).factor, phi);
+    // A prescribed speed says nothing.
+    let moving = turn.outputs.iter().filter(|of| of.output != "w" || of.least < of.largest);
+    Table::of("Over the turn", moving)
+        .column("output", "output", ONE, |of| format!("{} [{}]", of.output, unit(of).name))
+        .column("least", "least", ONE, |of| at(of.least_at, of.least, of))
+        .column("largest", "largest", ONE, |of| at(of.largest_at, of.largest, of))
+        .column("mean", "mean", ONE, |of| of.mean * unit(of).factor)
+        .column("rms", "rms", ONE, |of| of.rms * unit(of).factor)
+        .into()
+}
+
+/// All outputs at the points, as a file.
+pub fn course(turn: &Turn) -> Table {
+    let rows: Vec<usize> = (0..turn.angles.len()).collect();
+    let mut table = Table::file("turn", &rows).column("phi", "", DEG, |k| turn.angles[*k]);
+    for range in &turn.outputs {
+        table = table.column(range.output.clone(), "", unit(range), |k| range.values[*k]);
+    }
+    table.into()
+}
+
+/// The tools in the dwells.
+pub fn dwells(dwells: &[Dwell]) -> Table {
+    let shown = |value: f64, of: &Dwell| crate::report::terminal::shown(value, &Unit::of(of.unit));
+    Table::of("Vibration in the dwells", dwells)
+        .column("output", "output", ONE, |of| &of.output)
+        .column("from", "from", DEG, |of| of.from)
+        .digits(4)
+        .column("to", "to", DEG, |of| of.to)
+        .digits(4)
+        .column("largest", "largest", ONE, move |of| shown(of.largest, of))
+        .column("rms", "rms", ONE, move |of| shown(of.rms, of))
+        .column("law", "of the law itself", ONE, move |of| shown(of.law, of))
+        .into()
+}
+
+/// The strongest harmonics of the deformations, and where each is in resonance.
+pub fn harmonics(harmonics: &[Harmonic], resonances: &[Resonance]) -> Table {
+    let resonant =
+        |of: &Harmonic| resonances.iter().find(|other| other.harmonic == of.harmonic).map(|other| other.speed);
+    Table::of("Harmonics of the deformation", harmonics)
+        .column("output", "output", ONE, |of| &of.output)
+        .column("harmonic", "harmonic", ONE, |of| of.harmonic)
+        .column("frequency", "frequency", HZ, |of| of.frequency)
+        .column("amplitude", "amplitude", ONE, |of| crate::report::terminal::shown(of.amplitude, &Unit::of(of.unit)))
+        .column("resonance", "in resonance at", RPM, resonant)
+        .digits(4)
+        .into()
+}
+
+/// The multipliers; those of a pair count once.
+pub fn multipliers(turn: &Turn) -> Table {
+    let upper: Vec<&[f64; 2]> = turn.multipliers.iter().filter(|at| at[1] >= 0.0).collect();
+    Table::of("Floquet multipliers of a turn", upper)
+        .column("re", "real part", ONE, |[re, _]| *re)
+        .digits(FINE)
+        .column("im", "imaginary part", ONE, |[_, im]| *im)
+        .digits(FINE)
+        .column("size", "size", ONE, |[re, im]| re.hypot(*im))
+        .digits(FINE)
+        .into()
+}
+
+/// The outputs over the angle, one diagram for each kind and unit.
+pub fn diagrams(name: &str, turn: &Turn) -> Vec<(String, Diagram)> {
+    let mut all = Vec::new();
+    for (parts, key, title) in DIAGRAMS {
+        let mut left: Vec<&Range> = turn.outputs.iter().filter(|range| parts.contains(&range.part().0)).collect();
+        while let Some(first) = left.first() {
+            let unit = unit(first);
+            let (shown, others): (Vec<&Range>, Vec<&Range>) = left.iter().partition(|range| range.unit == first.unit);
+            let points = |range: &Range| -> Vec<[f64; 2]> {
+                turn.angles.iter().zip(&range.values).map(|(phi, v)| [phi * DEG.factor, v * unit.factor]).collect()
+            };
+            let series = shown.iter().map(|range| Series::line(range.output.clone(), points(range))).collect();
+            let axes = [Axis::angular("Angle of the shaft [°]"), Axis::linear(&format!("{title} [{}]", unit.name))];
+            let zero = vec![Rule::Horizontal(0.0, String::new())];
+            let key = if all.iter().any(|(other, _)| other == key) {
+                format!("{key}.{}", unit.key())
+            } else {
+                key.to_owned()
+            };
+            all.push((key, Diagram::new(format!("{title} of {name}"), axes, series, zero)));
+            left = others;
+        }
+    }
+    all
+}
