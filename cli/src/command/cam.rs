@@ -5,6 +5,7 @@ use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, failure, files, read, tell, wrong_argument};
 use crate::document::units;
+use crate::scene::Resolved;
 use crate::scene::geometry::CamPlan;
 use camdrive::drives::{Fault, unit};
 use camdrive_design::cam_geometry::report::CamSet;
@@ -12,7 +13,7 @@ use camdrive_design::cam_geometry::{Finding, Shape, Tolerances};
 use camdrive_design::report::Level;
 use camdrive_design::resource::Scene;
 use camdrive_design::text;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Generates the cams of a scene: path of the roller's centre and contours, with checks.
 ///
@@ -90,6 +91,17 @@ fn chosen(args: &Args, cams: &[CamPlan], followers: usize) -> Result<Vec<CamPlan
     Ok(cams.iter().filter(wanted).cloned().collect())
 }
 
+/// The shapes of cams of a scene.
+pub fn shapes(path: &Path, scene: &Resolved, cams: &[CamPlan], tolerances: Tolerances) -> Result<Vec<Shape>, Failure> {
+    let shape = |cam: &CamPlan| {
+        let name = cam.follower.map_or(scene.name.clone(), |j| format!("{}.follower{j}", scene.name));
+        let fault = |fault: Fault| failure(fault.within(format_args!("{}: {name}", path.display())));
+        let shape = Bar::beside(&name, |_| Shape::new(&name, &cam.law, cam.plan, tolerances)).map_err(fault)?;
+        Ok(shape.with(cam.mechanisms.iter().map(Finding::of_transmission)))
+    };
+    cams.iter().map(shape).collect()
+}
+
 pub fn run(args: &Args) -> Result<(), Failure> {
     let tolerances = Tolerances {
         chord: length("chord-error", &args.chord_error)?,
@@ -112,13 +124,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 .hint(format!("add {table} beside the law, with follower, roller_radius and base_radius")),
         });
     }
-    let mut shapes = Vec::new();
-    for cam in &cams {
-        let name = cam.follower.map_or(scene.name.clone(), |j| format!("{}.follower{j}", scene.name));
-        let fault = |fault: Fault| failure(fault.within(format_args!("{}: {name}", args.scene.display())));
-        let shape = Bar::beside(&name, |_| Shape::new(&name, &cam.law, cam.plan, tolerances)).map_err(fault)?;
-        shapes.push(shape.with(cam.mechanisms.iter().map(Finding::of_transmission)));
-    }
+    let shapes = shapes(&args.scene, &scene, &cams, tolerances)?;
     let refused = shapes.iter().any(|shape| shape.verdict() == Level::Bad) && !args.force;
     let findings = CamSet::new(&scene.name, &shapes);
     let report = findings.report();

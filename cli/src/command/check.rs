@@ -64,27 +64,25 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 }
 
 /// The speeds of lift-off of followers that may leave their cams; a note has those of others.
-fn lift_offs(scene: &Resolved) -> Vec<LiftOff> {
+pub fn lift_offs(scene: &Resolved) -> Vec<LiftOff> {
     let all = machine(scene).and_then(Machine::lift_offs).unwrap_or_default();
     all.into_iter().filter(|of| of.may_leave).collect()
 }
 
 /// The verdict on a scene, with the followers that leave their cams at the speed of the scene.
-fn verdict_of(scene: &Resolved, found: &Overview, contact: &[LiftOff]) -> Verdict {
+pub fn verdict_of(scene: &Resolved, found: &Overview, contact: &[LiftOff]) -> Verdict {
     let mut verdict = Verdict::default();
     let speed = speed_of(&scene.scene).unwrap_or(0.0).abs();
     for of in contact.iter().filter(|of| of.lift_off_speed.as_ref().is_some_and(|from| from.value <= speed)) {
         verdict.result(Level::Mind, of.text());
         verdict.advice(format!("`camdrive forces` tells which preload or speed keeps {} on its cam.", of.follower));
     }
-    let Verdict { level, result, advice, .. } = found.verdict();
-    verdict.level = verdict.level.max(level);
-    verdict.result.extend(result);
-    verdict.advice.extend(advice);
+    verdict.join(found.verdict());
     verdict
 }
 
-fn overview_of(scene: &Resolved) -> Overview {
+/// The overview of a scene with the warnings of its tables.
+pub fn overview_of(scene: &Resolved) -> Overview {
     let mut overview = Bar::beside(&scene.name, |_| overview::of(&scene.resource()));
     overview.warnings.extend(scene.smoothed.iter().filter_map(|table| table.warning.clone()));
     overview

@@ -2,26 +2,27 @@
 
 use super::clearance::noise;
 use super::output::Bar;
-use super::tradeoff::StudyArgs;
-use super::{Failure, failure, files, forces, read, show, steady, study, system};
+use super::{Failure, cam, check, failure, files, forces, read, show, steady, study, system};
 use crate::document::input::{is_study, is_system};
 use crate::export::{model_description::unit, picture};
 use crate::scene::Resolved;
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive::drives::{Description, Fault};
 use camdrive_design::clearance;
-use camdrive_design::overview;
+use camdrive_design::cam_geometry::Tolerances;
+use camdrive_design::cam_geometry::report::CamSet;
 use camdrive_design::plot::Diagram;
 use camdrive_design::report::terminal::shown;
 use camdrive_design::report::unit::ONE;
-use camdrive_design::report::{Block, Level, Report, Table, Unit, html};
+use camdrive_design::report::{Block, Level, Report, Table, Unit, Verdict, html};
 use camdrive_design::resource::{Described, Scene};
 use camdrive_design::stability::{self, Options};
 use std::path::{Path, PathBuf};
 
 /// Writes one page of HTML about a scene, a system or a study.
 ///
-/// Of a scene: what it is, how it moves, and the reports of all studies that apply to it. Of a system: its parts, and the error of
+/// Of a scene: one verdict over all studies, its motion, its cams, values, forces and stability; `camdrive tradeoff` has speed against
+/// accuracy. Of a system: its parts, and the error of
 /// its outputs over the communication step of each exchange. Of a study: what its store shows, with the runs that are there by now.
 /// The page needs no network: tables sort, diagrams tell their values under the pointer and by the arrow keys, and it prints on
 /// A4. A study that cannot be made is told in its part.
@@ -82,22 +83,27 @@ fn part(path: &Path, study: &str, found: Result<Report, Failure>) -> Report {
     })
 }
 
-/// The reports of all studies of a scene.
+/// The reports of all studies of a scene: one verdict over all of them, the motion, the cams, loads and the rest.
 fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
     let mut drive = scene.resource().build().map_err(failure)?;
     drive.set_up(0.0, None);
-    let mut reports = vec![
-        glance(scene, &drive),
-        Bar::beside(&scene.name, |_| overview::of(&scene.resource())).report(&scene.name, "characteristic values"),
-    ];
+    let mut reports = Vec::new();
     let mut part = |study: &str, found: Result<Report, Failure>| reports.push(part(path, study, found));
     // Where inputs give the speed there is none to study.
     let turns = forces::speed_of(&scene.scene).is_some();
-    if turns && !matches!(scene.scene, Scene::ParametricDrive(_)) {
-        part("forces", forces::study(path, scene, None).map(|(report, _)| report));
-    }
     if turns || scene.scene.drive().is_none() {
         part("periodic motion", steady::study(path, scene, None, [None; 2]).map(|findings| findings.report()));
+    }
+    if !scene.cams.is_empty() {
+        let shapes = cam::shapes(path, scene, &scene.cams, Tolerances::default());
+        part("cams", shapes.map(|shapes| CamSet::new(&scene.name, &shapes).report()));
+    }
+    let (overview, contact) = (check::overview_of(scene), check::lift_offs(scene));
+    let mut values = overview.report(&scene.name, "characteristic values");
+    values.verdict = check::verdict_of(scene, &overview, &contact);
+    part("", Ok(values));
+    if turns && !matches!(scene.scene, Scene::ParametricDrive(_)) {
+        part("forces", forces::study(path, scene, None).map(|(report, _)| report));
     }
     match &scene.scene {
         Scene::ElasticShaft(_) | Scene::ParametricDrive(_) => {
@@ -112,7 +118,9 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
         }
         _ => (),
     }
-    part("speed against accuracy", StudyArgs::quick().study(path, scene).map(|findings| findings.report()));
+    let mut glance = glance(scene, &drive);
+    glance.verdict = Verdict::over_all(&reports);
+    reports.insert(0, glance);
     reports.push(model(scene, &mut drive).map_err(failure)?);
     Ok(reports)
 }

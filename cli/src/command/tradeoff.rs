@@ -59,11 +59,6 @@ pub struct StudyArgs {
 }
 
 impl StudyArgs {
-    /// The quick study of what the scene says.
-    pub fn quick() -> Self {
-        StudyArgs { quick: true, ..StudyArgs::default() }
-    }
-
     /// True if any of them is given.
     pub fn are_given(&self) -> bool {
         self.turns.is_some() || self.speed.is_some() || self.ramp.is_some() || self.quick

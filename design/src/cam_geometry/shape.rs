@@ -16,6 +16,13 @@ pub struct Tolerances {
     pub table: f64,
 }
 
+impl Default for Tolerances {
+    /// A micrometre each, which no machine cuts.
+    fn default() -> Self {
+        Tolerances { chord: 1e-6, table: 1e-6 }
+    }
+}
+
 /// A cam, or the two of a conjugate pair.
 pub struct Shape {
     /// Whose it is, for titles and file names.

@@ -30,7 +30,7 @@ const TOLERANCE: f64 = 1e-13;
 const BESIDE: f64 = 1e-9;
 
 /// The outputs of interest, of each follower where it has them, and of the shaft.
-const OUTPUTS: [&str; 8] = ["y", "q", "gap", "force", "contact_force", "tau", "M_an", "w"];
+const OUTPUTS: [&str; 9] = ["x", "y", "q", "gap", "force", "contact_force", "tau", "M_an", "w"];
 
 /// An output over the turn.
 #[derive(Clone, Debug, Serialize)]
@@ -303,7 +303,7 @@ impl Turn {
                 least_at: turned(low),
                 largest: high.value,
                 largest_at: turned(high),
-                mean: mean(&times, &values),
+                mean: without_rounding(mean(&times, &values), low.value.abs().max(high.value.abs())),
                 rms: mean(&times, &square).sqrt(),
                 values,
             }
@@ -382,8 +382,8 @@ fn shown(d: &Description) -> Option<&'static str> {
     let Kind::Real { quantity, .. } = d.kind else { return None };
     let (last, number) = part(&d.name);
     let is_output = d.causality == Causality::Output && d.variability == Variability::Continuous;
-    // The tools of a machine are called U[1] …
-    let is_tool = last == "U" && number > 0 && d.name.starts_with('U');
+    // The law of a train's follower is called follower[1].U, the tool of a machine U[1].
+    let is_tool = last == "U" && number > 0;
     (is_output && (OUTPUTS.contains(&last) || is_tool)).then_some(quantity.unit)
 }
 
@@ -392,6 +392,11 @@ fn mean(times: &[f64], values: &[f64]) -> f64 {
     let parts = times.windows(2).zip(values.windows(2));
     let sum: f64 = parts.map(|(t, v)| 0.5 * (t[1] - t[0]) * (v[0] + v[1])).sum();
     sum / (times[times.len() - 1] - times[0])
+}
+
+/// A mean without what roundings leave of zero.
+fn without_rounding(mean: f64, size: f64) -> f64 {
+    if mean.abs() <= 1e-12 * size { 0.0 } else { mean }
 }
 
 /// The instants of the points: equal parts of the turn, and both sides of each event.

@@ -26,6 +26,9 @@ pub struct Verdict {
     pub level: Level,
     /// The results.
     pub result: Vec<String>,
+    /// The judgement of each of them.
+    #[serde(skip)]
+    levels: Vec<Level>,
     /// The advice.
     pub advice: Vec<Advice>,
     /// The certainty of the results.
@@ -100,7 +103,46 @@ impl Verdict {
     pub fn result(&mut self, level: Level, sentence: impl Into<String>) -> &mut Self {
         self.level = self.level.max(level);
         self.result.push(sentence.into());
+        self.levels.push(level);
         self
+    }
+
+    /// Adds another verdict to this one.
+    pub fn join(&mut self, other: Verdict) -> &mut Self {
+        for (level, sentence) in other.levels.into_iter().zip(other.result) {
+            self.result(level, sentence);
+        }
+        self.advice.extend(other.advice);
+        self.certainty.extend(other.certainty);
+        self
+    }
+
+    /// What is to be minded in all of these reports, the worst first and each sentence once, with the advice on it; where nothing is,
+    /// the first result of each.
+    pub fn over_all<'a>(reports: impl IntoIterator<Item = &'a Report>) -> Verdict {
+        let (mut minded, mut calm, mut advice) = (Vec::new(), Vec::new(), Vec::new());
+        for Report { verdict, .. } in reports {
+            let own = verdict.levels.iter().copied().zip(&verdict.result);
+            minded.extend(own.filter(|(level, _)| *level > Level::Good));
+            calm.extend(verdict.result.first());
+            if verdict.level > Level::Good {
+                advice.extend(&verdict.advice);
+            }
+        }
+        minded.sort_by_key(|(level, _)| std::cmp::Reverse(*level));
+        let mut all = Verdict::default();
+        let fine: Vec<(Level, &String)> = calm.into_iter().map(|sentence| (Level::Good, sentence)).collect();
+        for (level, sentence) in if minded.is_empty() { fine } else { minded } {
+            if !all.result.contains(sentence) {
+                all.result(level, sentence.clone());
+            }
+        }
+        for own in advice {
+            if !all.advice.contains(own) {
+                all.advice(own.clone());
+            }
+        }
+        all
     }
 
     /// Adds to what is to be done.

@@ -11,7 +11,7 @@ const FINE: usize = 7;
 
 /// Parts of outputs that have a diagram, with its title.
 const DIAGRAMS: [(&[&str], &str, &str); 5] = [
-    (&["y", "U"], "motion", "Tool"),
+    (&["x", "U", "y"], "motion", "Law and tool"),
     (&["q", "gap"], "deformation", "Deformation and gap"),
     (&["force", "contact_force"], "force", "Force"),
     (&["tau"], "tau", "Torque of the followers"),

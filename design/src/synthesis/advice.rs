@@ -34,7 +34,9 @@ impl Together {
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         let [first, ..] = &self.studies[..] else { return verdict };
-        verdict.result.extend(self.goal(first));
+        if let Some(goal) = self.goal(first) {
+            verdict.result(Level::Good, goal);
+        }
         let errors: Vec<String> = self.studies.iter().filter_map(Study::largest_error).collect();
         if !errors.is_empty() {
             let speeds = first.speeds().map_or(String::new(), |speeds| format!(" from {speeds}"));
