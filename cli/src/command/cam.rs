@@ -15,7 +15,7 @@ use camdrive_design::resource::Scene;
 use camdrive_design::text;
 use std::path::{Path, PathBuf};
 
-/// Generates the cams of a scene: path of the roller's centre and contours, with checks.
+/// Generate cam contours (DXF, SVG, CSV) and tables for motion controllers.
 ///
 /// Takes the motion law and the geometry of each cam ([geometry], [follower.geometry]). Reports the pressure angle, radii
 /// of curvature, undercut, crossings and sizes with their angles, of mechanisms behind the cam the least transmission

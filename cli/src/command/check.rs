@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Validates scenes and prints the characteristic values of the design, without writing anything.
+/// Check scenes: every error with its line, key figures, warnings.
 ///
 /// Every value is checked, and the drive is built and started with them. All faults of all scenes are reported. For a
 /// valid scene it prints speeds, natural frequencies, largest velocity, acceleration and force, and the nearest resonances, and

@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// Shows where and how hard a drive passes through its clearance, and what avoids further impacts.
+/// Show where and how hard a drive passes through its clearance.
 ///
 /// Tells where in the turn the contact opens, where and how hard it closes, the contact force after the impact, whether m1
 /// leaves the flank again, and the motion that the drive settles to; which natural frequency, speed, clearance, mass m1 or

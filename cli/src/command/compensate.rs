@@ -29,7 +29,7 @@ const MOST_ROUNDS: i64 = 100;
 /// The forms of the laws.
 const FORMS: [(&str, Form); 3] = [("auto", Form::Auto), ("series", Form::Series), ("table", Form::Table)];
 
-/// Corrects the cams of a machine so that its tools move over time as prescribed in spite of its fluctuating speed.
+/// Correct the cams of a machine for the fluctuation of its speed.
 ///
 /// The laws of the followers in the scene prescribe the motions of the tools over the phase of time 2πt/T; behind
 /// mechanisms [follower.tool], or the lever's law and the motion of the tool behind it. The inertia of tools and links

@@ -4,7 +4,7 @@ use super::{Cli, Failure, print};
 use clap::CommandFactory;
 use clap_complete::Shell;
 
-/// Prints the completions for a shell.
+/// Print the completions for a shell.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Example:

@@ -20,7 +20,7 @@ use camdrive_design::text::{self, Page, TextTable};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-/// Prints the interface of the FMU without packing it.
+/// Show variables, units, equations and solver of the FMU.
 ///
 /// Equations, variables with units, ranges and start values, accuracy of the solver, default experiment.
 #[derive(Debug, clap::Args)]

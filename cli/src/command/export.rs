@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Exports scenes as FMUs.
+/// Export scenes as FMUs.
 ///
 /// Each scene becomes NAME.fmu, NAME being the name that the scene gives. All FMUs are written or none. An FMU holds its scene as it
 /// stands, with comments, and its tables; a table from outside of the folder of the scene is called table_1.csv there.

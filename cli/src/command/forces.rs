@@ -16,7 +16,7 @@ use camdrive_design::report::Report;
 use camdrive_design::resource::Scene;
 use std::path::{Path, PathBuf};
 
-/// Computes the loads on rollers, joints and shaft at constant speed.
+/// Compute the loads on rollers, joints and shaft at constant speed.
 ///
 /// Goes from the tool back to the cam: masses, moments of inertia and lengths of the scene, with gravity, return spring and
 /// process force of [load] or [follower.load]. For cams with a [geometry] roller force, pressure angle, Hertzian

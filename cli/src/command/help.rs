@@ -5,7 +5,7 @@ use super::{Cli, Failure, wrong_argument};
 use crate::document::{Kind, reference::tables};
 use clap::{CommandFactory, ValueEnum};
 
-/// Explains a command, or the keys of a section of scenes or tasks.
+/// Explain a command, or the keys of a section of scenes or tasks.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -19,10 +19,42 @@ pub struct Args {
     section: Option<String>,
 }
 
+/// The commands by the question that they answer.
+const GROUPS: [(&str, &[&str]); 6] = [
+    ("Write and check a scene", &["new", "check", "describe"]),
+    ("How does it move?", &["steady", "run", "stability", "clearance", "forces"]),
+    ("Which law, which cam?", &["synthesize", "compensate", "cam"]),
+    ("How do variants and settings compare?", &["study", "tradeoff"]),
+    ("Pages, FMUs and systems", &["report", "export", "verify", "system"]),
+    ("For your shell and editor", &["schema", "completions", "help"]),
+];
+
+/// The command line, whose help lists the commands in groups.
+pub fn command() -> clap::Command {
+    let commands = Cli::command();
+    let mut list = String::new();
+    for (question, names) in GROUPS {
+        list += &format!("{question}\n");
+        for name in names {
+            let about = commands.find_subcommand(name).and_then(|command| command.get_about());
+            let about = about.map_or(String::new(), ToString::to_string);
+            list += &format!("  {name:<12} {about}\n");
+        }
+        list.push('\n');
+    }
+    let template = format!("{{about}}\n\n{{usage-heading}} {{usage}}\n\n{list}Options:\n{{options}}\n\n{{after-help}}");
+    commands.help_template(template)
+}
+
+/// The help of the tool.
+pub fn overview() -> String {
+    command().render_help().to_string()
+}
+
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut commands = Cli::command();
     commands.build();
-    let Some(subject) = &args.subject else { return show(&commands.render_long_help().to_string()) };
+    let Some(subject) = &args.subject else { return show(&overview()) };
     let Ok(kind) = Kind::from_str(subject, false) else {
         let command = commands.find_subcommand_mut(subject);
         let unknown = || {
@@ -54,4 +86,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             .hint(format!("`camdrive help {subject}` lists them")));
     }
     show(&text.join("\n"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_answers_one_question() {
+        let all: Vec<String> = Cli::command().get_subcommands().map(|command| command.get_name().to_owned()).collect();
+        for name in &all {
+            let count = GROUPS.iter().filter(|(_, names)| names.contains(&name.as_str())).count();
+            assert_eq!(count, 1, "{name}");
+        }
+        assert_eq!(GROUPS.iter().map(|(_, names)| names.len()).sum::<usize>(), all.len());
+        assert!(overview().contains("\n  steady       Find the periodic motion"), "{}", overview());
+    }
 }

@@ -40,12 +40,12 @@ use camdrive::drives::unit::{Quantity, TIME};
 use camdrive::drives::{Fault, Number};
 use camdrive_design::{host, text};
 use clap::error::ErrorKind;
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{FromArgMatches, Parser, Subcommand};
 use output::{print, show, tell, width};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Exports cam drives, drives with backlash and rigid machines as FMI 2.0 Co-Simulation FMUs.
+/// Designs high-speed cam drives and machines, and exports them as FMUs (FMI 2.0 for Co-Simulation).
 #[derive(Debug, Parser)]
 #[command(name = "camdrive", version, after_help = AFTER_HELP, disable_help_subcommand = true)]
 struct Cli {
@@ -205,7 +205,7 @@ pub fn main() -> ExitCode {
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
     ending::watch();
-    let cli = match Cli::try_parse() {
+    let cli = match help::command().try_get_matches().and_then(|found| Cli::from_arg_matches(&found)) {
         Ok(cli) => cli,
         Err(error) if error.kind() == ErrorKind::DisplayVersion => {
             return if print(&version()).is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
@@ -222,7 +222,7 @@ pub fn main() -> ExitCode {
     };
     let mut ending = ExitCode::SUCCESS;
     let outcome = match cli.command {
-        None => print(&Cli::command().render_long_help().to_string()),
+        None => print(&help::overview()),
         Some(Command::New(args)) => new::run(&args),
         Some(Command::Export(args)) => export::run(&args),
         Some(Command::Check(args)) => check::run(&args).map(|code| ending = code),

@@ -19,7 +19,7 @@ const SCENES: &[(&str, &str)] = &[
 /// The file of the schema beside the scene.
 const SCHEMA: &str = "scene.schema.json";
 
-/// Writes a commented scene of a model, and the schema by which editors complete and explain its keys.
+/// Create a commented scene, and a JSON Schema for your editor.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Example:

@@ -19,7 +19,7 @@ use camdrive_design::resource::{Described, Scene};
 use camdrive_design::stability::{self, Options};
 use std::path::{Path, PathBuf};
 
-/// Writes one page of HTML about a scene, a system or a study.
+/// Write one page about a scene, a system or a study.
 ///
 /// Of a scene: one verdict over all studies, its motion, its cams, values, forces and stability; `camdrive tradeoff` has speed against
 /// accuracy. Of a system: its parts, and the error of

@@ -20,7 +20,7 @@ use std::fmt::Write as _;
 use std::io::{IsTerminal as _, Write as _};
 use std::path::PathBuf;
 
-/// Simulates a scene, an FMU 2.0 or a system of them over its default experiment and writes its outputs as CSV or JSON.
+/// Simulate a scene, an FMU or a system; results as CSV or JSON.
 ///
 /// A scene is simulated by the drive in this tool, the same as in its FMU; an FMU, also one of another tool, by the library
 /// in it. One line per communication point, the start included; the last step is shortened where the step does not divide

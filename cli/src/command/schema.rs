@@ -3,7 +3,7 @@
 use super::{Failure, print};
 use crate::document::{Kind, schema::schema};
 
-/// Prints the JSON Schema of scenes, tasks, studies or systems, for editors.
+/// Print the JSON Schema of scenes, tasks, studies or systems, for editors.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Example:

@@ -9,7 +9,7 @@ use camdrive::drives::unit;
 use camdrive_design::stability::{self, MOST_ORDERS, Options};
 use std::path::PathBuf;
 
-/// Maps the speeds at which a drive with periodic coefficients is unstable, and the damping that prevents it.
+/// Map the speeds at which a drive is kinetically unstable.
 ///
 /// Takes every drive that is an oscillator with periodic coefficients; the elastic input shaft is linearised. Tells whether
 /// the machine may run at its speeds, which speeds to avoid, the damping from which they are stable, how far the load exceeds

@@ -13,7 +13,9 @@ use camdrive_design::steady::{self, SteadyMotions};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Finds the periodic motion: the motion that a drive repeats turn by turn once its start has decayed.
+/// Find the periodic motion: forces, vibration, resonances, impacts.
+///
+/// It is the motion that a drive repeats turn by turn once its start has decayed.
 ///
 /// Prints the largest and least values of places, deformations, forces and torques with their angles, the vibration in each
 /// dwell, the harmonics of the deformation, impacts, and how fast a disturbance decays. A drive that follows inputs needs

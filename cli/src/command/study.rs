@@ -27,7 +27,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use store::Store;
 
-/// Runs many variants of a scene, a system or an FMU on all cores and measures each.
+/// Run many variants of a scene, a system or an FMU and measure each.
 ///
 /// A study names it, what varies (lists, series, random and Latin hypercube designs, rows of a CSV file), how long a run lasts
 /// and what is measured of it: `max |q|`, `rms force`, `count impacts`, `y at 90 deg`, `harmonic 3 of q`. The result is a folder with

@@ -13,7 +13,7 @@ use camdrive_design::synthesis::together::Together;
 use std::path::{Path, PathBuf};
 use toml_edit::{ArrayOfTables, Item, Table};
 
-/// Designs a cam profile of few harmonics (HS profile) for a motion task.
+/// Design a cam law of few harmonics (HS profile) for a motion task.
 ///
 /// A task prescribes U, U′, U″ in ranges of the drive angle, dwells, exact points and bounds; the objective is a sum of
 /// squared errors, a largest error, the peak of the acceleration or of the torque. With an elastic output member the cam

@@ -25,7 +25,7 @@ use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Writes a system of scenes and FMUs for masters of other tools: its FMUs and how they are connected.
+/// Connect machine and drives, and export them for other masters.
 ///
 /// The folder gets an FMU for each part, NAME.ssp (System Structure and Parameterization 1.0), OspSystemStructure.xml (Open
 /// Simulation Platform) and run.py, a master for fmpy that exchanges what the system says. `camdrive check` tells algebraic loops

@@ -8,7 +8,7 @@ use camdrive::drives::unit;
 use camdrive_design::tradeoff::{self, Findings, Options};
 use std::path::{Path, PathBuf};
 
-/// Measures speed against accuracy, and the effect of each feature of the scene.
+/// Measure speed against accuracy of every solver setting.
 ///
 /// Drives the FMU through its C interface with every method, tolerance and internal step that it offers, over
 /// communication steps, and again without each feature of the scene. Errors are relative to the largest value of an

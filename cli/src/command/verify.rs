@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Runs the default experiment of FMUs again and compares the outputs with the results inside.
+/// Rerun the default experiment of FMUs and compare with the results inside.
 ///
 /// The FMU's own library computes them on this machine. An output agrees where it differs nowhere by more than the
 /// relative tolerance of the experiment, of its largest value, and the last digit of the results. Exit code 1 where one
