@@ -306,10 +306,11 @@ fn check_tells_what_a_scene_amounts_to_and_finds_nothing_odd_in_ours() {
     assert!(scenes.len() > 20, "{scenes:?}");
     let arguments: Vec<&str> = std::iter::once("check").chain(scenes.iter().map(String::as_str)).collect();
     let run = camdrive(&arguments);
-    // Nothing is advised but where a follower is meant to leave its cam.
-    let [advised, of_contact] =
-        ["Advice", "`camdrive forces` tells which preload"].map(|text| run.out.matches(text).count());
-    assert!(run.code == 0 && advised > 0 && advised == of_contact, "{}", run.out);
+    // Nothing is advised but where a follower is meant to leave its cam, in a resonance, and where no motion repeats.
+    let minded = ["lifts off its cam", "leaves its cam", "Resonance with harmonic", "does not repeat", "without damping"];
+    let reports: Vec<&str> = run.out.split(" ok\n").filter(|report| report.contains("\nAdvice\n")).collect();
+    assert!(run.code == 0 && reports.len() > 3, "{}", run.out);
+    assert!(reports.iter().all(|report| minded.iter().any(|text| report.contains(text))), "{}", run.out);
     for part in [
         "1800 rpm ",
         "16200 rpm   270\n",
@@ -354,7 +355,7 @@ fn check_warns_of_forgotten_units() {
         assert!(run.code == 0 && run.out.contains(" ok\n"), "{}", run.err);
         // Lines are wrapped.
         let told = unwrapped(&run.out);
-        assert!(told.contains(what) && told.contains("Advice") && told.contains(hint), "{to}: {}", run.out);
+        assert!(told.to_lowercase().contains(&what.to_lowercase()) && told.contains("Advice") && told.contains(hint), "{to}: {}", run.out);
     }
 }
 

@@ -73,7 +73,10 @@ pub fn lift_offs(scene: &Resolved) -> Vec<LiftOff> {
 pub fn verdict_of(scene: &Resolved, found: &Overview, contact: &[LiftOff]) -> Verdict {
     let mut verdict = Verdict::default();
     let speed = speed_of(&scene.scene).unwrap_or(0.0).abs();
-    for of in contact.iter().filter(|of| of.lift_off_speed.as_ref().is_some_and(|from| from.value <= speed)) {
+    // Where the motion has impacts, the overview says it.
+    let flies = found.turn.as_ref().is_some_and(|turn| turn.impacts.iter().flatten().any(|impacts| *impacts > 0.0));
+    let leaves = |of: &&LiftOff| !flies && of.lift_off_speed.as_ref().is_some_and(|from| from.value <= speed);
+    for of in contact.iter().filter(leaves) {
         verdict.result(Level::Mind, of.text());
         verdict.advice(format!("`camdrive forces` tells which preload or speed keeps {} on its cam.", of.follower));
     }

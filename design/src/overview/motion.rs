@@ -5,9 +5,10 @@ use crate::law_motions::shown;
 use crate::periodic_turn::{self, Harmonic, Turn};
 use crate::report::unit::RPM;
 use crate::report::{Setting, WrittenValue};
-use crate::resource::{Resource, Scene};
+use crate::resource::{Described, Resource, Scene};
 use crate::text;
 use camdrive::drives::shaft::cam_drive::DriveMode;
+use camdrive::drives::variable::Causality;
 
 /// The names of the figures of outputs.
 const NAMES: [(&str, &str); 5] = [
@@ -24,7 +25,7 @@ const NEAR: f64 = 0.25;
 
 /// A harmonic near the natural frequency that deforms this many times as much as all loads would without vibration is raised by a
 /// resonance.
-const RAISED: f64 = 1.0;
+const RAISED: f64 = 2.0;
 
 /// A start that deforms this many times as much as the periodic motion is far from it.
 const FAR: f64 = 2.0;
@@ -74,8 +75,13 @@ impl Overview {
         if !matches!(resource.scene.drive(), Some(DriveMode::Constant { w, .. }) if *w != 0.0) {
             return;
         }
+        // Inputs beside the motion need not repeat with the turns.
+        let has_inputs = |drive: &Described| drive.descriptions().iter().any(|d| d.causality == Causality::Input);
+        if resource.build().is_ok_and(|drive| has_inputs(&drive)) {
+            return;
+        }
         if let Err(fault) = periodic_turn::of(&resource.scene, None, 0.0) {
-            let message = periodic_turn::reason(&fault).to_owned();
+            let message = periodic_turn::reason(&fault);
             self.warnings.push(Warning { message, hint: "choose more damping or another speed".to_owned() });
         }
     }

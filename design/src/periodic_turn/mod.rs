@@ -368,9 +368,10 @@ fn torques(walk: &mut Walk, all: &[Description], times: &[f64], speed: f64) -> R
 
 /// Impacts of each follower in the turn.
 fn impacts(walk: &mut Walk, all: &[Description], period: f64) -> Result<Vec<Option<f64>>, Fault> {
-    let followers = all.iter().map(|d| part(&d.name).1).max().unwrap_or(0).max(1);
+    let outputs = || all.iter().enumerate().filter(|(_, d)| d.causality == Causality::Output);
+    let followers = outputs().map(|(_, d)| part(&d.name).1).max().unwrap_or(0).max(1);
     let mut impacts = vec![None; followers];
-    for (of, about) in all.iter().enumerate().filter(|(_, d)| part(&d.name).0 == "impacts") {
+    for (of, about) in outputs().filter(|(_, d)| part(&d.name).0 == "impacts") {
         let ends = walk.values(&[0.0, period], &[of])?.swap_remove(0);
         impacts[part(&about.name).1.saturating_sub(1)] = Some(ends[1] - ends[0]);
     }
@@ -514,7 +515,8 @@ pub fn start_peaks(scene: &Scene, turn: &Turn) -> Result<Vec<f64>, Fault> {
 }
 
 /// Why the drive has no periodic motion, without the key that asked for it and what else that could be.
-pub fn reason(fault: &Fault) -> &str {
+pub fn reason(fault: &Fault) -> String {
     let message = fault.message.rsplit("steady_state: ").next().unwrap_or(&fault.message);
-    message.split(';').next().unwrap_or(message).trim_end_matches('.')
+    let message = message.replace("start.mode = steady_state", "a periodic motion");
+    message.split(';').next().unwrap_or_default().trim_end_matches('.').to_owned()
 }

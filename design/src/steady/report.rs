@@ -65,7 +65,7 @@ impl SteadyMotions {
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         if let Some(fault) = &self.none {
-            verdict.result(Level::Bad, sentence(periodic_turn::reason(fault)));
+            verdict.result(Level::Bad, sentence(&periodic_turn::reason(fault)));
             verdict.advice("Choose more damping or another speed.");
             return verdict;
         }
