@@ -5,7 +5,7 @@ use super::Resolved;
 use super::geometry::{self, CamPlan};
 use crate::document::Section;
 use camdrive::drives::backlash::BacklashDrive;
-use camdrive::drives::drive_train::{self, Joint, Shaft};
+use camdrive::drives::drive_train::{self, Shaft};
 use camdrive::drives::rigid_machine::{self, Follower};
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::shaft::motor::{Reference, Source};
@@ -86,13 +86,8 @@ pub fn machine(scene: &Resolved) -> Result<Machine, Fault> {
         }
         Scene::DriveTrain(drive_train::Scene { followers, shaft, .. }) => {
             let follower = |train: &drive_train::Follower| {
-                let (m, roller, leaves) = match train.joint {
-                    Joint::Rigid => (train.rigid.m, 0.0, false),
-                    Joint::Output(parameters, roller) => (parameters.m, roller, false),
-                    Joint::Shaft(parameters) => (parameters.m, 0.0, false),
-                    Joint::Backlash(parameters) => (parameters.m2, parameters.m1, true),
-                };
-                (Follower { m: m + roller, ..train.rigid.clone() }, roller, leaves)
+                let [m, roller] = train.masses();
+                (Follower { m: m + roller, ..train.rigid.clone() }, roller, train.joint.clearance().is_some())
             };
             let (inertia, speed) = match shaft {
                 Shaft::Free(machine) => {

@@ -6,7 +6,7 @@ use super::{coupling, follower};
 use super::{motion_law, motor};
 use crate::document::Section;
 use camdrive::drives::backlash;
-use camdrive::drives::drive_train::{Follower, Joint, MOST_FOLLOWERS, Machine, Names, Scene, Shaft, Start};
+use camdrive::drives::drive_train::{Follower, Joint, MOST_FOLLOWERS, Machine, Names, Scene, Shaft, Stand, Start};
 use camdrive::drives::follower::load::Load;
 use camdrive::drives::rigid_machine::Named;
 use camdrive::drives::settings::{Method, Settings};
@@ -49,11 +49,9 @@ pub fn read(root: &Section<'_>, folder: &Path) -> Option<Scene> {
     let followers = followers(root, |section| one(section, folder));
     let coupling = if driven {
         root.forbid(&[coupling::TORQUES], "the drive prescribes the motion", "[machine] instead of [drive]");
-        let rigid = |follower: &Follower| match follower.joint {
-            Joint::Rigid => follower.rigid.m > 0.0 || !follower.rigid.linkage.is_empty(),
-            Joint::Output(_, m_x) => m_x > 0.0,
-            Joint::Shaft(_) => false,
-            Joint::Backlash(_) => true,
+        let rigid = |follower: &Follower| {
+            let heavy = follower.along(&Stand::held()).any(|along| along.m > 0.0);
+            heavy || !follower.rigid.linkage.is_empty()
         };
         let none = followers.as_ref().is_some_and(|followers| !followers.iter().any(rigid));
         let hint = "remove it and connect the torques of the followers, or give an elasticity its `m_roller`";

@@ -220,10 +220,7 @@ fn lags() -> String {
 fn shaft(scene: &Scene, j: usize) -> Option<Parameters> {
     match scene {
         Scene::ElasticShaft(scene) => Some(scene.parameters),
-        Scene::DriveTrain(scene) => match scene.followers.get(j)?.joint {
-            Joint::Shaft(parameters) => Some(parameters),
-            _ => None,
-        },
+        Scene::DriveTrain(scene) => scene.followers.get(j)?.joint.shaft(),
         _ => None,
     }
 }

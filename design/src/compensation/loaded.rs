@@ -21,7 +21,7 @@ use camdrive::drives::drive_train::{Follower, MOST_FOLLOWERS, Machine, Shaft};
 use camdrive::drives::rigid_machine::Motor;
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::shaft::motor::{Reference, Servo, Source};
-use camdrive::drives::shaft::train::{Functions, Given, Modes, Train};
+use camdrive::drives::shaft::train::{Functions, Given, Modes, Point, Train};
 use camdrive::motion::{Fourier, MotionLaw};
 use camdrive::numerics::collocation::{Collocation, System};
 use camdrive::numerics::double_double::Double;
@@ -129,7 +129,7 @@ impl Sides {
         let (f, mut d) = self.own.instant(&modes, Double::from(y[0]), y, &given);
         if motor.and_then(|motor| motor.servo()).is_some_and(|servo| d.demand.abs() > servo.limit) {
             modes.saturation = d.demand.signum() as i8;
-            d = self.own.dynamics(&modes, y, &f, &given);
+            d = self.own.dynamics(&Point { modes: &modes, y, f: &f, given: &given });
         }
         let t = Functions::at(&self.tools, tools, &[(phase * omega.signum()).rem_euclid(TAU); 1 + MOST_FOLLOWERS]);
         let first = self.own.followers.len() - self.tools.followers.len();

@@ -24,7 +24,7 @@ use crate::oscillator::{self, Terms};
 use crate::overview::train::without_slip;
 use crate::resource::Scene;
 use crate::search::{greatest, segments};
-use camdrive::drives::drive_train::{self, Joint, Names};
+use camdrive::drives::drive_train::{self, Names};
 use camdrive::drives::parameter::Parameters;
 use camdrive::drives::rigid_machine::{Follower, Inertia, InertiaFunction, linkage};
 use camdrive::motion::MotionLaw;
@@ -106,11 +106,13 @@ pub fn loads(scene: &Scene) -> Vec<Load> {
             vec![rigid(0.0), twist([most(|t| t.m), most(|t| t.b), most(|t| t.c)])]
         }
         Scene::DriveTrain(scene) => {
-            let of = |follower: &drive_train::Follower| match follower.joint {
-                Joint::Rigid => None,
-                Joint::Output(p, _) => Some(spring([p.m, p.b, p.c], &follower.rigid)),
-                Joint::Backlash(p) => Some(spring([p.m2, p.b, p.c], &follower.rigid)),
-                Joint::Shaft(p) => Some(twist([p.inertia + turn(p.m, &follower.rigid), p.b, p.c])),
+            let of = |drive_train::Follower { joint, rigid, .. }: &drive_train::Follower| match (
+                joint.shaft(),
+                joint.sprung(),
+            ) {
+                (Some(p), _) => Some(twist([p.inertia + turn(p.m, rigid), p.b, p.c])),
+                (_, Some((_, [m, c, b]))) => Some(spring([m, b, c], rigid)),
+                _ => joint.clearance().map(|_| Load::default()),
             };
             let rigid = rigid(without_slip(scene).range().1);
             [rigid].into_iter().chain(scene.followers.iter().filter_map(of)).collect()
@@ -159,14 +161,13 @@ pub fn set(scene: &mut Scene, name: &str, value: f64) -> bool {
             s.followers.get_mut(j).is_some_and(|f| of_follower(f, name, value))
         }
         (Scene::DriveTrain(s), Some((j, name))) => s.followers.get_mut(j).is_some_and(|follower| {
-            let of_joint = match &mut follower.joint {
-                Joint::Output(_, m_x) if name == "m_roller" => assign(m_x, value),
-                Joint::Output(p, _) => of_group(p, name, value),
-                Joint::Shaft(p) => of_group(p, name, value),
-                Joint::Backlash(p) => of_group(p, name, value),
-                Joint::Rigid => false,
-            };
-            of_joint || of_follower(&mut follower.rigid, name, value) || beside
+            let number = follower.joint.numbers().iter().position(|number| number.name == name);
+            number.iter().for_each(|i| follower.joint.set_number(*i, value));
+            let roller = name == "m_roller" && follower.joint.roller().is_some();
+            if roller {
+                follower.joint.set_roller(value);
+            }
+            number.is_some() || roller || of_follower(&mut follower.rigid, name, value) || beside
         }),
         (Scene::DriveTrain(drive_train::Scene { shaft: drive_train::Shaft::Free(free), .. }), None) => match name {
             "motor.i" => assign(&mut free.motor.transmission.ratio, value),

@@ -2,7 +2,7 @@
 
 use super::{Overview, vibration};
 use crate::oscillator::of_shaft;
-use camdrive::drives::drive_train::{Joint, Scene, Shaft};
+use camdrive::drives::drive_train::{Scene, Shaft, Stand};
 use camdrive::drives::elastic_shaft;
 use camdrive::drives::rigid_machine::{Follower, Inertia, InertiaFunction};
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
@@ -22,28 +22,22 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
         // Its springs and the return spring side by side.
         let behind = |m: f64, b: f64, c: f64| vibration::behind_cam(cam, [m, b + damping, c + load.stiffness()], speed);
         let mut own = Overview::default();
-        let m = match follower.joint {
-            Joint::Rigid => follower.rigid.m,
-            Joint::Output(p, m_x) => {
-                own.elastic(&behind(p.m, p.b, p.c), Some((cam, false)));
-                p.m + m_x
+        if let Some((_, [m, c, b])) = follower.joint.sprung() {
+            own.elastic(&behind(m, b, c), Some((cam, false)));
+        }
+        if let Some(parameters) = follower.joint.shaft() {
+            let drive = speed.map_or(DriveMode::Input, |w| DriveMode::Constant { w, phi_start: 0.0 });
+            let (cam, load, start, solver) = (cam.clone(), load.clone(), REST, scene.solver);
+            let alone = elastic_shaft::Scene { parameters, linear: false, load, cam, drive, start, solver };
+            own.elastic(&of_shaft(&alone), Some((&follower.rigid.cam, true)));
+        }
+        if let Some(p) = follower.joint.clearance() {
+            if p.m2 > 0.0 {
+                own.speed("natural_frequency_in_flight", (p.c * (p.m1 + p.m2) / (p.m1 * p.m2)).sqrt());
             }
-            Joint::Shaft(parameters) => {
-                let drive = speed.map_or(DriveMode::Input, |w| DriveMode::Constant { w, phi_start: 0.0 });
-                let (cam, load, start, solver) = (cam.clone(), load.clone(), REST, scene.solver);
-                let alone = elastic_shaft::Scene { parameters, linear: false, load, cam, drive, start, solver };
-                own.elastic(&of_shaft(&alone), Some((&follower.rigid.cam, true)));
-                parameters.m
-            }
-            Joint::Backlash(p) => {
-                if p.m2 > 0.0 {
-                    own.elastic(&behind(p.m2, p.b, p.c), Some((cam, false)));
-                    own.speed("natural_frequency_in_flight", (p.c * (p.m1 + p.m2) / (p.m1 * p.m2)).sqrt());
-                }
-                own.clearance(cam, p.s);
-                p.m1 + p.m2
-            }
-        };
+            own.clearance(cam, p.s);
+        }
+        let m = follower.masses().iter().sum();
         for mut figure in own.figures {
             figure.name = prefix.clone() + &figure.name;
             overview.figures.push(figure);
@@ -59,12 +53,7 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
 /// The inertia of what follows the shaft without slip, m1 behind a clearance included: it does while it is in contact.
 pub fn without_slip(scene: &Scene) -> Inertia {
     let followers = scene.followers.iter().filter_map(|follower| {
-        let m = match follower.joint {
-            Joint::Rigid => follower.rigid.m,
-            Joint::Output(_, m_x) => m_x,
-            Joint::Shaft(_) => return None,
-            Joint::Backlash(p) => p.m1,
-        };
+        let m = follower.along(&Stand::held()).next()?.m;
         Some(Follower { m, ..follower.rigid.clone() })
     });
     let function = match &scene.shaft {

@@ -230,13 +230,8 @@ fn renumbered(mut interface: Interface, left_out: Option<usize>) -> Interface {
 
 /// The follower without spring and clearance, its masses in one; the loads on both act on that.
 fn rigid_follower(follower: &Follower) -> Follower {
-    let Follower { rigid, joint, load, roller } = follower;
-    let [m, m_x] = match *joint {
-        Joint::Rigid => [rigid.m, 0.0],
-        Joint::Output(p, m_x) => [p.m, m_x],
-        Joint::Shaft(p) => [p.m, 0.0],
-        Joint::Backlash(p) => [p.m2, p.m1],
-    };
+    let Follower { rigid, load, roller, .. } = follower;
+    let [m, m_x] = follower.masses();
     // Without a second mass both loads act on the one that is there.
     let tool = if m > 0.0 { m } else { m_x };
     let known = |value: f64| (value != 0.0).then_some(value);
@@ -278,23 +273,22 @@ fn of_train(scene: &drive_train::Scene, add: &mut impl FnMut(&str, &str, Scene))
             add(&format!("{feature}{of}"), instead, simpler.into());
         };
         let stiff = rigid_follower(follower);
-        match follower.joint {
-            Joint::Rigid => {}
-            Joint::Output(..) | Joint::Shaft(_) => instead("the elasticity", "rigid", stiff),
-            Joint::Backlash(p) => {
-                if p.m2 > 0.0 {
-                    let spring = elastic_output::Parameters { m: p.m2, c: p.c, b: p.b };
-                    let held = Follower { joint: Joint::Output(spring, p.m1), ..follower.clone() };
-                    instead("the clearance", "an elastic output that stays on its cam", held);
-                }
-                instead("clearance and elasticity", "rigid", stiff);
-                if p.e > 0.0 {
-                    let plastic = Joint::Backlash(backlash::Parameters { e: 0.0, ..p });
-                    instead("the restitution", "e = 0", Follower { joint: plastic, ..follower.clone() });
-                }
+        let clearance = follower.joint.clearance();
+        if let Some(p) = clearance {
+            if p.m2 > 0.0 {
+                let spring = elastic_output::Parameters { m: p.m2, c: p.c, b: p.b };
+                let held = Follower { joint: Joint::Output(spring, p.m1), ..follower.clone() };
+                instead("the clearance", "an elastic output that stays on its cam", held);
             }
+            instead("clearance and elasticity", "rigid", stiff);
+            if p.e > 0.0 {
+                let plastic = Joint::Backlash(backlash::Parameters { e: 0.0, ..p });
+                instead("the restitution", "e = 0", Follower { joint: plastic, ..follower.clone() });
+            }
+        } else if follower.joint.states() > 0 {
+            instead("the elasticity", "rigid", stiff);
         }
-        let returns = matches!(follower.joint, Joint::Backlash(p) if p.s.is_infinite());
+        let returns = clearance.is_some_and(|p| p.s.is_infinite());
         let [load, roller] = [&follower.load, &follower.roller].map(unloaded);
         if !(returns || follower.load.is_none() && follower.roller.is_none()) {
             instead("the loads", "none", Follower { load, roller, ..follower.clone() });

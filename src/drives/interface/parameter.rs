@@ -1,9 +1,9 @@
 //! The numbers of a drive that its scene gives and its FMU has as parameters: what is to be said of each is said once, and the
 //! scene's reader, the variables and their documentation follow from it.
 
-use super::List;
 use super::unit::Quantity;
-use super::variable::{Variability, real_within};
+use super::variable::{Get, Kind, Set, Variability};
+use super::{List, Variable};
 
 /// A number with its key in the scene and its name in the FMU.
 pub struct Parameter<P: 'static> {
@@ -45,20 +45,51 @@ pub trait Has<P> {
     fn group_mut(&mut self) -> Option<&mut P>;
 }
 
+/// How a number is declared, whatever it belongs to.
+pub struct Number {
+    /// The name in the FMU.
+    pub name: &'static str,
+    /// Section and key.
+    pub key: String,
+    text: &'static str,
+    kind: Kind,
+    variability: Variability,
+}
+
+impl Number {
+    /// A parameter in this section.
+    pub fn of<P>(section: &str, p: &Parameter<P>) -> Self {
+        let Parameter { name, quantity, range: [min, max], nominal, variability, .. } = *p;
+        let kind = Kind::Real { quantity, min, max, nominal };
+        Number { name, key: format!("{section}.{}", p.key), text: p.text.trim_start(), kind, variability }
+    }
+
+    /// All of a group.
+    pub fn all<P: Parameters>(_: Option<&P>) -> Vec<Self> {
+        P::TABLE.iter().map(|p| Number::of(P::SECTION, p)).collect()
+    }
+}
+
 impl<D> List<D> {
+    /// Declares a number by this name and key.
+    pub fn number(
+        &mut self,
+        number: &Number,
+        [name, key]: [&str; 2],
+        (get, set): (Get<D>, Set<D>),
+    ) -> &mut Variable<D> {
+        let variable = self.parameter(name, number.text, number.kind.clone(), get, set).key(key);
+        variable.description.variability = number.variability;
+        variable
+    }
+
     /// Declares a group of parameters.
     pub fn group<P: Parameters>(&mut self)
     where
         D: Has<P>,
     {
-        for (i, p) in P::TABLE.iter().enumerate() {
-            let kind = real_within(p.quantity, p.range[0], p.range[1]);
-            let variable = self.parameter(p.name, p.text.trim_start(), kind, get::<D, P>, set::<D, P>).at(i);
-            variable.description.variability = p.variability;
-            variable.key(&format!("{}.{}", P::SECTION, p.key));
-            if let Some(nominal) = p.nominal {
-                variable.nominal(nominal);
-            }
+        for (i, number) in Number::all::<P>(None).into_iter().enumerate() {
+            self.number(&number, [number.name, &number.key], (get::<D, P>, set::<D, P>)).at(i);
         }
     }
 }

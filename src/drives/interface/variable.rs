@@ -177,6 +177,58 @@ impl Description {
     }
 }
 
+/// An output as an equation gives it, before a model names it.
+#[derive(Clone, Debug)]
+pub struct Output {
+    /// Its name; of a derivative that of its place.
+    pub name: &'static str,
+    /// Which time derivative of that it is.
+    pub order: usize,
+    /// One sentence; empty where the name says it.
+    pub text: &'static str,
+    /// Type and range.
+    pub kind: Kind,
+    /// How it changes.
+    pub role: Role,
+    /// The variable whose rate it is, where its name does not say so.
+    pub rate_of: Option<&'static str>,
+}
+
+/// How an output changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Continuously.
+    Continuous,
+    /// As a continuous state.
+    State,
+    /// At events.
+    Discrete,
+    /// At events, for the eye.
+    Local,
+}
+
+impl Output {
+    /// A continuous one.
+    pub const fn new(name: &'static str, text: &'static str, quantity: &'static Quantity) -> Self {
+        Output { name, order: 0, text, kind: real(quantity), role: Role::Continuous, rate_of: None }
+    }
+
+    /// One that changes at events.
+    pub const fn discrete(name: &'static str, text: &'static str, kind: Kind) -> Self {
+        Output { name, order: 0, text, kind, role: Role::Discrete, rate_of: None }
+    }
+
+    /// A state, if it is one.
+    pub const fn state(self, is_state: bool) -> Self {
+        Output { role: if is_state { Role::State } else { self.role }, ..self }
+    }
+
+    /// The rate of another one.
+    pub const fn rate_of(self, of: Option<&'static str>) -> Self {
+        Output { rate_of: of, ..self }
+    }
+}
+
 /// A variable with its access; all types are carried as `f64` (Booleans as 0 and 1), which holds them exactly.
 pub struct Variable<D> {
     /// Description for importers.
@@ -254,7 +306,7 @@ impl<D> Default for List<D> {
 }
 
 /// A Real of any value.
-pub fn real(quantity: &'static Quantity) -> Kind {
+pub const fn real(quantity: &'static Quantity) -> Kind {
     Kind::Real { quantity, min: f64::NEG_INFINITY, max: f64::INFINITY, nominal: None }
 }
 
@@ -314,6 +366,25 @@ impl<D> List<D> {
             Description::new(name, text, kind, Causality::Output, Variability::Discrete),
             Access::Computed { series: None },
         )
+    }
+
+    /// An output under the name that a model gives it.
+    pub fn named(
+        &mut self,
+        output: &Output,
+        name: &str,
+        text: &str,
+        series: fn(&D, Seed, usize) -> Series,
+    ) -> &mut Variable<D> {
+        let kind = output.kind.clone();
+        let variable = match output.role {
+            Role::Continuous | Role::State => self.output(name, text, kind, series),
+            Role::Discrete => self.discrete_output(name, text, kind),
+            Role::Local => self.local(name, text, kind),
+        };
+        variable.description.state = output.role == Role::State;
+        output.rate_of.iter().for_each(|of| variable.description.derivative_of = Some((*of).to_owned()));
+        variable
     }
 
     /// A discrete local variable, such as a solver statistic.

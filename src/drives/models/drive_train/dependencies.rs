@@ -1,12 +1,13 @@
 //! What each output depends on, found by its own equations: the partial derivatives in a few random states, and what the start
 //! makes of other inputs.
 
-use super::variables::Dependencies;
-use super::{DriveTrain, Joint, Start, variables};
-use crate::drives::Seed;
+use super::variables::{Dependencies, Row};
+use super::{DriveTrain, Start, variables};
 use crate::drives::follower::contact::{Flank, Mode};
 use crate::drives::shaft::cam_drive::DriveMode;
 use crate::drives::shaft::train::MOST_STATES;
+use crate::drives::variable::Role;
+use crate::drives::{List, Seed};
 use std::f64::consts::TAU;
 
 /// States in which the derivatives are taken: each way of contact with each of a servo.
@@ -28,81 +29,27 @@ impl Random {
 }
 
 impl DriveTrain {
-    /// The inputs by name, those of a driven shaft first.
-    pub(super) fn input_names(&self) -> Vec<String> {
-        let driven = self.course.inputs().map(|i| ["phi", "w", "a"][i]);
-        let mut names: Vec<String> = driven.map(str::to_owned).collect();
-        if let Some(machine) = self.train.machine() {
-            let motor = &machine.motor;
-            names.extend(self.inputs.loads.names());
-            let named =
-                [(motor.takes_torque(), "M_an"), (motor.takes_speed(), "w_ref"), (motor.takes_position(), "phi_ref")];
-            names.extend(named.into_iter().filter(|(is, _)| *is).map(|(_, name)| name.to_owned()));
-        }
-        let forces = self.train.followers.iter().enumerate().filter(|(_, follower)| follower.load.input);
-        names.extend(forces.map(|(j, _)| format!("follower[{}].F", j + 1)));
-        names
-    }
-
-    /// The states by name.
-    pub(super) fn state_names(&self) -> Vec<String> {
-        let mut names: Vec<String> = Vec::new();
-        if self.course.integrates() {
-            names.push("phi".to_owned());
-        }
-        if let Some(machine) = self.train.machine() {
-            names.extend(["phi", "w"].map(str::to_owned));
-            if machine.motor.transmission.coupling.is_some() {
-                names.extend(["motor.phi", "motor.w"].map(str::to_owned));
-            }
-            if machine.motor.states() > 0 {
-                names.push(format!("motor.{}", machine.motor.state_name()));
-            }
-        }
-        for (j, follower) in self.train.followers.iter().enumerate() {
-            let own: &[&str] = match follower.joint {
-                Joint::Rigid => &[],
-                Joint::Output(..) => &["y"],
-                Joint::Shaft(_) => &["q"],
-                Joint::Backlash(p) if p.m2 > 0.0 => &["x1", "y"],
-                Joint::Backlash(_) => &["x1"],
-            };
-            let both =
-                |name: &&str| [format!("follower[{}].{name}", j + 1), format!("der(follower[{}].{name})", j + 1)];
-            names.extend(own.iter().flat_map(both));
-        }
-        names
-    }
-
-    /// Sets the inputs to random numbers.
-    fn shake(&mut self, random: &mut Random) {
-        for i in 0..self.input_names().len() {
-            self.set_input(i, 10.0 * random.next());
-        }
-        if let DriveMode::Speed { phi_start } = &mut self.course.mode {
+    /// The same with other inputs.
+    fn shaken(&self, inputs: &List<Self>, random: &mut Random) -> Box<Self> {
+        let mut probe = Box::new(self.clone());
+        inputs.0.iter().for_each(|input| input.set(&mut probe, 10.0 * random.next()));
+        if let DriveMode::Speed { phi_start } = &mut probe.course.mode {
             *phi_start = 10.0 * random.next();
         }
-    }
-
-    fn set_input(&mut self, number: usize, value: f64) {
-        let driven = self.course.inputs();
-        if number < driven.len() {
-            self.course.set_input(driven.start + number, value);
-        } else if let Some(signal) = self.signal_at(number - driven.len()) {
-            signal.set(value);
-        }
+        probe
     }
 
     /// What the outputs depend on.
-    pub(super) fn dependencies(&self) -> Dependencies {
-        let places = variables::places(self.train.followers.len());
+    pub(super) fn dependencies(&self, table: &[Row]) -> Dependencies {
+        let places = variables::FIRST + table.len();
         let (mut running, mut initial) = (vec![Vec::new(); places], vec![Vec::new(); places]);
-        let (inputs, mut random) = (self.input_names(), Random(1));
-        let known: Vec<String> = inputs.iter().cloned().chain(self.state_names()).collect();
+        let (list, mut random) = (self.inputs(), Random(1));
+        let inputs: Vec<String> = list.0.iter().map(|input| input.description.name.clone()).collect();
+        let states = table.iter().filter(|row| row.output.role == Role::State).map(|row| self.name_of(row));
+        let known: Vec<String> = inputs.iter().cloned().chain(states).collect();
         for sample in 0..STATES {
-            let mut probe = Box::new(self.clone());
+            let mut probe = self.shaken(&list, &mut random);
             probe.start = Start::AtRest;
-            probe.shake(&mut random);
             if probe.begin(0.0).is_err() {
                 continue;
             }
@@ -116,9 +63,8 @@ impl DriveTrain {
             }
         }
         for sample in 0..2 * STARTS {
-            let mut probe = Box::new(self.clone());
+            let mut probe = self.shaken(&list, &mut random);
             probe.start = if sample % 2 == 0 { Start::AtRest } else { Start::Equilibrium };
-            probe.shake(&mut random);
             let values = |probe: &mut DriveTrain| {
                 let mut values = vec![0.0; places];
                 probe.begin(0.0).ok()?;
@@ -126,10 +72,10 @@ impl DriveTrain {
                 Some(values)
             };
             let Some(before) = values(&mut probe) else { continue };
-            for (i, name) in inputs.iter().enumerate() {
+            for (input, name) in list.0.iter().zip(&inputs) {
                 for _ in 0..OTHERS {
                     let mut other = Box::new((*probe).clone());
-                    other.set_input(i, 10.0 * random.next());
+                    input.set(&mut other, 10.0 * random.next());
                     let Some(after) = values(&mut other) else { continue };
                     for (place, (a, b)) in before.iter().zip(&after).enumerate() {
                         if (a - b).abs() > 1e-9 * (a.abs() + b.abs()) && !initial[place].contains(name) {
@@ -147,9 +93,11 @@ impl DriveTrain {
                 }
             }
         }
-        // Whether the demand is beyond the limit.
-        initial[variables::SATURATED] = initial[variables::DEMAND].clone();
-        Dependencies { running, initial, parameters: Vec::new() }
+        // Whether the demand before it is beyond the limit.
+        if let Some(at) = table.iter().position(|row| row.output.name == variables::SATURATED) {
+            initial[variables::FIRST + at] = initial[variables::FIRST + at - 1].clone();
+        }
+        Dependencies { inputs, running, initial }
     }
 
     /// Moves the states at random; followers with backlash are on a flank and in flight by turns.
@@ -163,15 +111,12 @@ impl DriveTrain {
         }
         let mut modes = self.run.modes;
         modes.saturation = [0, 1, -1][sample % 3];
-        for (j, follower) in self.train.followers.iter().enumerate() {
-            if let Joint::Backlash(_) = follower.joint {
-                let at = self.train.layout.followers[j];
-                let free = sample.is_multiple_of(2);
-                modes.contacts[j] = if free { Mode::Free } else { Mode::Contact(Flank::A) };
-                modes.beyond[j] = false;
-                if !free {
-                    (y[at], y[at + 1]) = (0.0, 0.0);
-                }
+        for (j, at, _) in self.train.clearances() {
+            let free = sample.is_multiple_of(2);
+            modes.stands[j].contact = if free { Mode::Free } else { Mode::Contact(Flank::A) };
+            modes.stands[j].beyond = false;
+            if !free {
+                (y[at], y[at + 1]) = (0.0, 0.0);
             }
         }
         self.run.put(&y[..count], modes);

@@ -8,11 +8,10 @@ mod names;
 mod tests;
 mod variables;
 
-pub use crate::drives::follower::member::{Follower, Joint};
+pub use crate::drives::follower::joint::{Follower, Joint, Stand};
 pub use crate::drives::shaft::train::{MOST_FOLLOWERS, Machine, Shaft};
 pub use names::Names;
 
-use crate::drives::follower::contact;
 use crate::drives::limits::{no_state, refused_start};
 use crate::drives::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use crate::drives::shaft::cam_drive::{AngleMotion, CamDrive, DriveMode, MAX_INPUT_DERIVATIVE, field};
@@ -186,8 +185,8 @@ impl DriveTrain {
             self.run.set_period(found);
         }
         // As a BacklashDrive tells it.
-        let behind = |follower: &Follower| matches!(follower.joint, Joint::Backlash(p) if p.m2 > 0.0);
-        if matches!(self.names, Names::Backlash(_)) && self.train.followers.iter().all(behind) {
+        let spring = || self.train.followers.iter().all(|follower| follower.joint.sprung().is_some());
+        if matches!(self.names, Names::Backlash(_)) && spring() {
             self.run.tallies[0].damped = Some(0.0);
         }
         let horizon = self.horizon(0.0);
@@ -318,14 +317,15 @@ impl Drive for DriveTrain {
     }
 
     fn variables(&self) -> List<Self> {
-        self.declare(self.dependencies())
+        let table = self.table();
+        self.declare(&table, &self.dependencies(&table))
     }
 
     fn text(&self) -> Text {
         let joints = |is: fn(&Joint) -> bool| self.train.followers.iter().any(|follower| is(&follower.joint));
         let motor = self.machine().map(|machine| &machine.motor);
         let followers = &self.train.followers;
-        let held = |f: &Follower| f.rigid.has_cam() && !matches!(f.joint, Joint::Backlash(_));
+        let held = |f: &Follower| f.rigid.has_cam() && f.joint.clearance().is_none();
         let conditions = [
             ("free", self.machine().is_some()),
             ("followers", !followers.is_empty()),
@@ -336,9 +336,9 @@ impl Drive for DriveTrain {
             ("position", motor.is_some_and(|motor| motor.takes_position())),
             ("of backlash", matches!(self.names, Names::Backlash(_))),
             ("of machine", matches!(self.names, Names::Machine(_))),
-            ("output", joints(|joint| matches!(joint, Joint::Output(..)))),
-            ("shaft", joints(|joint| matches!(joint, Joint::Shaft(_)))),
-            ("backlash", joints(|joint| matches!(joint, Joint::Backlash(_)))),
+            ("output", joints(|joint| joint.sprung().is_some() && joint.clearance().is_none())),
+            ("shaft", joints(Joint::carries_cam)),
+            ("backlash", joints(|joint| joint.clearance().is_some())),
             ("loads", followers.iter().any(|f| !f.load.is_none() || !f.roller.is_none())),
             ("motor", motor.is_some_and(|motor| motor.source != crate::drives::shaft::motor::Source::None)),
             ("servo", motor.is_some_and(|motor| motor.servo().is_some())),
@@ -466,18 +466,14 @@ impl HasSolver for DriveTrain {
 impl DriveTrain {
     /// Refuses parameters that describe no train.
     fn check(&self) -> Result<(), Fault> {
-        self.is_sound().map_err(|fault| self.told(fault))
-    }
-
-    fn is_sound(&self) -> Result<(), Fault> {
         for (j, follower) in self.train.followers.iter().enumerate() {
-            let named = |message| Fault::new(message).of(format!("follower[{}].cam", j + 1));
-            follower.rigid.cam.validate().map_err(named)?;
-            follower.rigid.check_linkage(&format!("follower[{}].linkage", j + 1))?;
-            follower.load.validate(&self.name_of(&format!("follower[{}].load", j + 1)))?;
-            if let Joint::Backlash(contact::Parameters { s: 0.0, .. }) = follower.joint {
+            let [cam, linkage, load, s] = ["cam", "linkage", "load", "s"].map(|part| self.names.of(j, part));
+            follower.rigid.cam.validate().map_err(|message| Fault::new(message).of(cam))?;
+            follower.rigid.check_linkage(&linkage)?;
+            follower.load.validate(&load)?;
+            if follower.joint.clearance().is_some_and(|p| p.s == 0.0) {
                 let message = " = 0: without clearance it is an elastic output with the mass m1 on the cam's side; use `elasticity` with `m_roller`";
-                return Err(Fault::named(format!("follower[{}].s", j + 1), message));
+                return Err(Fault::named(s, message));
             }
         }
         let Some(machine) = self.machine() else { return Ok(()) };

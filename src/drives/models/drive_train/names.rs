@@ -1,16 +1,13 @@
-//! The names of the single models. A BacklashDrive or a RigidMachine that its loads, its motor or a missing flank make a train keeps
-//! the variables that it has without them.
+//! How the variables are called: as those of a train, or of the single model that its loads, its motor or a missing flank make one.
 
-use super::variables::{self, Dependencies, Of, place};
-use super::{DriveTrain, Joint, Start};
+use super::{DriveTrain, Start};
+use crate::drives::List;
 use crate::drives::models::rigid_machine;
 use crate::drives::shaft::cam_drive::{self, LARGEST_START};
 use crate::drives::shaft::free::motor::Kloss;
 use crate::drives::shaft::motor::Source;
 use crate::drives::unit;
-use crate::drives::variable::{Access, Enumeration, Kind, real, real_within};
-use crate::drives::{Fault, List, Seed};
-use crate::numerics::taylor::Series;
+use crate::drives::variable::{Enumeration, Kind, real_within};
 use serde::{Deserialize, Serialize};
 
 /// Whose names the variables have.
@@ -36,71 +33,48 @@ static START_MODE: Enumeration = Enumeration {
     ],
 };
 
-impl DriveTrain {
-    /// What the variable with this name of a train is called.
-    pub(super) fn name_of(&self, name: &str) -> String {
-        match self.names {
-            Names::Backlash(_) => name.replace("follower[1].", ""),
+impl Names {
+    /// What is called `name` in the equations of follower j.
+    pub(super) fn of(&self, j: usize, name: &str) -> String {
+        match (self, name) {
+            (Names::Backlash(_), _) => name.to_owned(),
             // The place of a tool.
-            Names::Machine(_) if name.contains("].y") => name.replace("].y", "]").replace("follower[", "U["),
-            _ => name.to_owned(),
+            (Names::Machine(_), "y") => format!("U[{}]", j + 1),
+            (Names::Machine(_), "lever") => format!("lever[{}]", j + 1),
+            _ => format!("follower[{}].{name}", j + 1),
         }
     }
 
-    /// The same in a fault.
-    pub(super) fn told(&self, mut fault: Fault) -> Fault {
-        fault.0.variable = self.name_of(&fault.variable);
-        fault
-    }
-
-    /// Gives the variables their names.
-    pub(super) fn rename(&self, list: &mut List<Self>) {
-        if self.names == Names::Train {
-            return;
-        }
-        // `y` is all that the single models know of it.
-        list.0.retain(|variable| !variable.description.name.ends_with("].U"));
-        for variable in &mut list.0 {
-            let of = &mut variable.description;
-            let names = [&mut of.name, &mut of.key, &mut of.text].into_iter().chain(&mut of.derivative_of);
-            let names = names.chain(&mut of.dependencies).chain(&mut of.initial_dependencies);
-            names.for_each(|name| *name = self.name_of(name));
-            if let Access::Computed { series: Some(series) } = &mut variable.access {
-                *series = series_of_renamed;
-            }
-        }
-        // The elements of an array follow one another.
-        list.0.sort_by_key(|variable| {
-            let name = &variable.description.name;
-            if name.contains("U[") { 1 + name.matches("der(").count() + name.matches(",2)").count() } else { 0 }
-        });
-    }
-
-    /// Declares the motions of the levers, as a RigidMachine has them.
-    pub(super) fn declare_levers(&self, list: &mut List<Self>, dependencies: &Dependencies) {
-        let Names::Machine(_) = self.names else { return };
-        for (of, before, after, what) in [
-            (Of::Lever, "lever", "", "Position"),
-            (Of::LeverDot, "der(lever", ")", "Velocity"),
-            (Of::LeverDotDot, "der(lever", ",2)", "Acceleration"),
-        ] {
-            let quantity = match of {
-                Of::Lever => &unit::ANGLE,
-                Of::LeverDot => &unit::ANGULAR_VELOCITY,
-                _ => &unit::ANGULAR_ACCELERATION,
-            };
-            for j in (0..self.train.followers.len()).filter(|j| self.train.followers[*j].rigid.has_lever()) {
-                let (name, text) =
-                    (format!("{before}[{}]{after}", j + 1), format!("{what} of the lever of follower {}", j + 1));
-                let variable = list.output(&name, &text, real(quantity), variables::series);
-                dependencies.declare(variable, place(j, of));
-            }
+    /// Its time derivative of this order.
+    pub(super) fn derivative(&self, j: usize, name: &str, order: usize) -> String {
+        match (order, self.of(j, name)) {
+            (0, name) => name,
+            (1, name) => format!("der({name})"),
+            (_, name) => format!("der({name},{order})"),
         }
     }
 
+    /// Whether an output of a follower is one of the model.
+    pub(super) fn show(&self, name: &str) -> bool {
+        match name {
+            // `y` is all that the single models know of it.
+            "U" => *self == Names::Train,
+            "force_mean" | "damping_loss" => matches!(self, Names::Backlash(_)),
+            "lever" => matches!(self, Names::Machine(_)),
+            _ => true,
+        }
+    }
+
+    /// Whether an output of a follower is an element of an array over all followers.
+    pub(super) fn array(&self, name: &str) -> bool {
+        matches!(self, Names::Machine(_)) && ["y", "lever"].contains(&name)
+    }
+}
+
+impl DriveTrain {
     /// How such a drive may start: the items of `start.mode`, and what they mean.
     fn starts(&self) -> (&'static Enumeration, &'static [Start]) {
-        let spring = matches!(self.train.followers.first().map(|f| f.joint), Some(Joint::Backlash(p)) if p.m2 > 0.0);
+        let spring = self.train.followers.first().is_some_and(|follower| follower.joint.sprung().is_some());
         match self.names {
             Names::Backlash(_) if spring => {
                 (&cam_drive::START_MODE, &[Start::AtRest, Start::Given, Start::SteadyState, Start::Equilibrium])
@@ -150,11 +124,4 @@ impl DriveTrain {
             list.parameter(name, text, kind, get, set).at(i);
         }
     }
-}
-
-/// The series of an output with respect to an input or state with a name of its own.
-fn series_of_renamed(d: &DriveTrain, seed: Seed, which: usize) -> Series {
-    let Seed::Known(name) = seed else { return variables::series(d, seed, which) };
-    let own = d.input_names().into_iter().chain(d.state_names()).find(|own| d.name_of(own) == name);
-    variables::series(d, Seed::Known(own.as_deref().unwrap_or(name)), which)
 }

@@ -25,7 +25,6 @@
 //! *Maschinendynamik*, chapter 2; the equations of the parts as in their own modules.
 
 pub mod motor;
-mod rest;
 pub mod switching;
 
 use super::cam_drive::DriveMode;
@@ -33,9 +32,9 @@ use super::free::coupled::{Loads, Named};
 use super::free::inertia::InertiaFunction;
 use super::free::signal::Signal;
 use super::motor::Motor;
-use crate::drives::follower::contact::Mode;
-use crate::drives::follower::load::Load;
-use crate::drives::follower::member::{Follower, Joint};
+use crate::drives::Fault;
+use crate::drives::follower::contact;
+use crate::drives::follower::joint::{Along, At, Follower, Motion, Stand};
 use crate::drives::follower::place::ends;
 use crate::motion::MotionLaw;
 use crate::motion::turn;
@@ -44,6 +43,7 @@ use crate::numerics::double_double::Double;
 use crate::numerics::taylor::{Arithmetic, Scalar, Series};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use switching::Instant;
 
 /// The most followers.
 pub const MOST_FOLLOWERS: usize = 16;
@@ -110,23 +110,12 @@ pub struct Layout {
 pub struct Modes {
     /// The segment of each law: of J_φ and M_L, then of cam and process force of each follower.
     pub segments: [[usize; 2]; 1 + MOST_FOLLOWERS],
-    /// Where m1 of each follower is.
-    pub contacts: [Mode; MOST_FOLLOWERS],
-    /// Whether z counts from flank B, the one that m1 has been at last.
-    pub beyond: [bool; MOST_FOLLOWERS],
-    /// The order of the zero with which the gap of each follower begins.
-    pub zeros: [usize; MOST_FOLLOWERS],
+    /// How each follower stands.
+    pub stands: [Stand; MOST_FOLLOWERS],
     /// Whether the servo is at its limit, and which.
     pub saturation: i8,
     /// The piece of the torque table: 0 below its first speed.
     pub piece: usize,
-}
-
-impl Modes {
-    /// The place of x1 − U at which z is zero, with the clearance `s` (m).
-    pub fn home(&self, j: usize, s: f64) -> f64 {
-        if self.beyond[j] { s } else { 0.0 }
-    }
 }
 
 /// What goes with the shaft without slip, as power series about the present angle: Σ cₙ xⁿ.
@@ -180,11 +169,6 @@ impl Inputs {
     pub fn all(&mut self) -> impl Iterator<Item = &mut Signal> {
         let others = [&mut self.torque, &mut self.reference, &mut self.position];
         self.loads.all().chain(others).chain(&mut self.forces)
-    }
-
-    /// All but those of loads.
-    pub fn beside_loads(&mut self) -> impl Iterator<Item = &mut Signal> {
-        [&mut self.torque, &mut self.reference, &mut self.position].into_iter().chain(&mut self.forces)
     }
 
     fn each(&self) -> impl Iterator<Item = &Signal> {
@@ -241,12 +225,22 @@ pub struct Dynamics<S> {
     pub rates: [S; MOST_STATES],
     /// Spring forces F, S; of an elastic shaft its torque.
     pub spring: [S; MOST_FOLLOWERS],
-    /// N of followers with backlash in contact.
-    pub normal: [S; MOST_FOLLOWERS],
+    /// The motion of each follower.
+    pub followers: [Motion<S>; MOST_FOLLOWERS],
     /// φ̈_m.
     pub rotor: S,
-    /// Of each follower ẍ1 or ψ̈, and ÿ of the mass behind a spring.
-    pub accelerations: [[S; 2]; MOST_FOLLOWERS],
+}
+
+/// The train at an instant: all that its accelerations depend on.
+pub struct Point<'a, S> {
+    /// What changes at events only.
+    pub modes: &'a Modes,
+    /// The states.
+    pub y: &'a [S],
+    /// Functions of the angle.
+    pub f: &'a Functions<S>,
+    /// What comes from outside.
+    pub given: &'a Given<S>,
 }
 
 impl Train {
@@ -255,15 +249,19 @@ impl Train {
         let motor = self.machine().map(|machine| &machine.motor);
         let knots = motor.and_then(|motor| motor.table()).map_or(0, |table| table.speeds.len());
         let saturates = motor.is_some_and(|motor| motor.servo().is_some());
-        let is_of = |j: usize, mode: &Mode| *mode == Mode::Free || self.has_clearance(j);
-        modes.contacts.iter().enumerate().all(|(j, mode)| is_of(j, mode))
+        modes.stands.iter().enumerate().all(|(j, stand)| !stand.is_held() || self.clearance(j).is_some())
             && modes.piece <= knots
             && modes.saturation.abs() <= i8::from(saturates)
     }
 
-    /// Whether there is a follower j with backlash.
-    pub fn has_clearance(&self, j: usize) -> bool {
-        self.followers.get(j).is_some_and(|follower| matches!(follower.joint, Joint::Backlash(_)))
+    /// What follower j with backlash is made of; None without.
+    pub fn clearance(&self, j: usize) -> Option<contact::Parameters> {
+        self.followers.get(j).and_then(|follower| follower.joint.clearance())
+    }
+
+    /// The followers with backlash, and where their states begin.
+    pub fn clearances(&self) -> impl Iterator<Item = (usize, usize, contact::Parameters)> {
+        (0..self.followers.len()).filter_map(|j| Some((j, self.layout.followers[j], self.clearance(j)?)))
     }
 
     /// Whether these segments are some of its laws.
@@ -301,16 +299,14 @@ impl Train {
     /// Whether other equations may hold after an event.
     pub fn switches(&self) -> bool {
         let motor = self.machine().map(|machine| &machine.motor);
-        let clearance = self.followers.iter().any(|follower| matches!(follower.joint, Joint::Backlash(_)));
-        clearance || motor.is_some_and(|motor| motor.servo().is_some() || motor.table().is_some())
+        self.clearances().next().is_some()
+            || motor.is_some_and(|motor| motor.servo().is_some() || motor.table().is_some())
     }
 
     /// Whether a follower that is not rigid, or one with an input, is taken at φ.
     pub fn needs_cams_at_phi(&self) -> bool {
-        self.followers.iter().any(|f| match f.joint {
-            Joint::Rigid => f.load.input,
-            Joint::Shaft(_) => f.load.process.is_some(),
-            Joint::Output(..) | Joint::Backlash(_) => true,
+        self.followers.iter().any(|Follower { joint, load, .. }| {
+            if joint.carries_cam() { load.process.is_some() } else { joint.states() > 0 || load.input }
         })
     }
 
@@ -329,10 +325,24 @@ impl Train {
         let machine = self.machine();
         let of_machine = [machine.and_then(|m| m.inertia.varying.as_ref()), machine.and_then(|m| m.load.as_ref())];
         let of_followers = self.followers.iter().enumerate().flat_map(|(j, follower)| {
-            let angle = if let Joint::Shaft(_) = follower.joint { 1 + j } else { 0 };
+            let angle = self.angle_of(j);
             [Some((2 + 2 * j, &follower.rigid.cam, angle)), follower.load.process.as_ref().map(|p| (3 + 2 * j, p, 0))]
         });
         of_machine.into_iter().enumerate().map(|(i, law)| law.map(|law| (i, law, 0))).chain(of_followers).flatten()
+    }
+
+    /// The number of the angle at which the cam of follower j is taken.
+    fn angle_of(&self, j: usize) -> usize {
+        if self.followers[j].joint.carries_cam() { 1 + j } else { 0 }
+    }
+
+    /// Follower j where the shaft turns at the speed w.
+    #[inline]
+    pub fn follower<'a, S: Arithmetic>(&'a self, j: usize, p: &Point<'a, S>, w: S) -> At<'a, S> {
+        let ([segment, _], cam) = (p.modes.segments[1 + j], p.f.cams[j]);
+        let (process, input) = (p.f.process[j], p.given.forces[j]);
+        let (follower, stand, y) = (&self.followers[j], &p.modes.stands[j], &p.y[self.layout.followers[j]..]);
+        At { j, follower, stand, segment, cam, process, input, w, y }
     }
 
     /// The angles, reduced to one turn, where the shaft is at `phi` and the states are `y`.
@@ -340,7 +350,7 @@ impl Train {
         let mut angles = [0.0; 1 + MOST_FOLLOWERS];
         angles[0] = angle::reduce(phi);
         for (j, follower) in self.followers.iter().enumerate() {
-            if let Joint::Shaft(_) = follower.joint {
+            if follower.joint.carries_cam() {
                 angles[1 + j] = angle::reduce(phi + Double::from(y[self.layout.followers[j]]));
             }
         }
@@ -375,83 +385,32 @@ impl Train {
         sums.inertia[0] += self.constant_inertia();
         sums.viscous[0] += self.constant_friction();
         for (j, follower) in self.followers.iter().enumerate() {
-            let angle = if let Joint::Shaft(_) = follower.joint { 1 + j } else { 0 };
-            let mut cam = about(2 + 2 * j, &follower.rigid.cam, angle);
+            let mut cam = about(2 + 2 * j, &follower.rigid.cam, self.angle_of(j));
             let process = own(3 + 2 * j, follower.load.process.as_ref());
-            self.add_follower(&mut sums, follower, modes.contacts[j], Rows { cam: &mut cam, process: &process, count });
+            sums.add(follower, &modes.stands[j], Rows { cam: &mut cam, process: &process, count });
             take(j, &cam, &process);
         }
         sums
     }
 
-    /// Adds what of a follower goes with the shaft without slip.
-    fn add_follower<const N: usize>(&self, sums: &mut Sums<N>, follower: &Follower, contact: Mode, rows: Rows<N>) {
-        let Rows { cam, process, count } = rows;
-        // Inertia and weight of what moves by `path`, with its loads at `path` + `away`.
-        let mut add = |[m, weight]: [f64; 2], load: &Load, away: f64, path: &[f64; N], process: &[f64; N]| {
-            let mut slope = [0.0; N];
-            (1..count).for_each(|n| slope[n - 1] = n as f64 * path[n]);
-            if m != 0.0 {
-                accumulate(&mut sums.inertia, m, &slope, &slope, count);
-            }
-            if !load.is_none() {
-                let mut force = *process;
-                (0..count).for_each(|n| force[n] -= load.stiffness() * path[n]);
-                force[0] += load.constant_part(weight) - load.stiffness() * away;
-                accumulate(&mut sums.torque, 1.0, &force, &slope, count);
-                if let Some(b) = load.damping {
-                    accumulate(&mut sums.viscous, b, &slope, &slope, count);
-                }
-            }
-        };
-        let (own, none) = (follower.rigid.m, [0.0; N]);
-        match follower.joint {
-            Joint::Rigid if follower.rigid.linkage.is_empty() => add([own; 2], &follower.load, 0.0, cam, process),
-            Joint::Rigid => {
-                let moved = follower.rigid.linkage.moved(0.0, Series(*cam), &follower.load.frames);
-                add([own; 2], &follower.load, 0.0, &moved.tool.0, process);
-                sums.inertia.iter_mut().zip(moved.inertia.0).for_each(|(sum, own)| *sum += own);
-                (1..count).for_each(|n| sums.torque[n - 1] += n as f64 * moved.weight.0[n]);
-                *cam = moved.tool.0;
-            }
-            Joint::Output(_, m_x) => add([m_x; 2], &follower.roller, 0.0, cam, &none),
-            Joint::Shaft(_) => {}
-            Joint::Backlash(p) => {
-                if let Mode::Contact(flank) = contact {
-                    let away = flank.pick(0.0, p.s);
-                    add([p.m1; 2], &follower.roller, away, cam, &none);
-                    if p.m2 == 0.0 {
-                        add([0.0, p.m1], &follower.load, away, cam, process);
-                    }
-                }
-            }
+    /// Puts the springs of the train at rest, the shaft held, to where they balance the loads.
+    ///
+    /// # Errors
+    /// Where nothing holds a tool, or m1 at a flank, and where an elastic shaft snaps through.
+    pub fn rest(&self, modes: &mut Modes, now: &mut Instant) -> Result<(), Fault> {
+        let (angles, before, y) = (self.angles(now.phi, &now.y), *modes, now.y);
+        let f = Functions::at(self, modes, &angles);
+        let point = Point { modes: &before, y: &y, f: &f, given: &now.given };
+        for (j, follower) in self.followers.iter().enumerate() {
+            let own = &mut now.y[self.layout.followers[j]..];
+            follower.joint.rest(&self.follower(j, &point, 0.0), angles[0], own, &mut modes.stands[j])?;
         }
+        Ok(())
     }
 
-    /// J, ½ J′ and T of tool and links of follower j at `phi`, T the torque of the links' weight; None without mechanisms.
-    pub fn links<S: Scalar>(&self, modes: &Modes, j: usize, phi: S) -> Option<[S; 3]> {
-        let follower = &self.followers[j];
-        if follower.rigid.linkage.is_empty() {
-            return None;
-        }
-        let lever = follower.rigid.cam.at_in(modes.segments[1 + j][0], phi.value()).0;
-        let lever = Series::of_derivatives(lever);
-        let moved = follower.rigid.linkage.moved(follower.rigid.m, lever, &follower.load.frames);
-        let [inertia, weight] = [moved.inertia, moved.weight.slope()].map(Series::derivatives);
-        let of = |d: [f64; 5], n: usize| phi.compose([d[n], d[n + 1], d[n + 2]]);
-        Some([of(inertia, 0), of(inertia, 1) * 0.5, of(weight, 0)])
-    }
-
-    /// F_L on m1 of follower j, which has the place x1, ẋ1.
-    pub fn load_of_m1<S: Arithmetic>(&self, j: usize, x1: [S; 2], process: S, input: S) -> S {
-        let Follower { joint, load, roller, .. } = &self.followers[j];
-        let Joint::Backlash(p) = *joint else { return S::from(0.0) };
-        let own = roller.force(p.m1, x1, None, None);
-        if p.m2 > 0.0 { own } else { own + load.force(p.m1, x1, Some(process), Some(input)) }
-    }
-
-    /// Accelerations and forces in the states `y`.
-    pub fn dynamics<S: Arithmetic>(&self, modes: &Modes, y: &[S], f: &Functions<S>, given: &Given<S>) -> Dynamics<S> {
+    /// Accelerations and forces.
+    pub fn dynamics<S: Arithmetic>(&self, p: &Point<S>) -> Dynamics<S> {
+        let Point { y, f, given, .. } = *p;
         let zero = S::from(0.0);
         let mut d = Dynamics {
             a: given.course[1],
@@ -459,119 +418,37 @@ impl Train {
             demand: zero,
             rates: [zero; MOST_STATES],
             spring: [zero; MOST_FOLLOWERS],
-            normal: [zero; MOST_FOLLOWERS],
+            followers: [Motion::none(); MOST_FOLLOWERS],
             rotor: zero,
-            accelerations: [[zero; 2]; MOST_FOLLOWERS],
         };
         let machine = self.machine();
         let w = if machine.is_some() { y[1] } else { given.course[0] };
         let mut resistance = given.tau - f.torque + f.viscous * w + f.half_slope * (w * w);
-        for (j, follower) in self.followers.iter().enumerate() {
-            let [_, u1, _] = f.cams[j];
-            let spring = |[c, b]: [f64; 2], at: usize| -(y[at] * c + y[at + 1] * b);
-            let at = self.layout.followers[j];
-            match follower.joint {
-                Joint::Rigid => resistance = resistance - u1 * given.forces[j],
-                Joint::Output(p, _) => {
-                    d.spring[j] = spring([p.c, p.b], at);
-                    resistance = resistance + u1 * d.spring[j];
-                }
-                Joint::Shaft(p) => {
-                    d.spring[j] = spring([p.c, p.b], at);
-                    resistance = resistance + d.spring[j];
-                }
-                Joint::Backlash(p) => {
-                    if p.m2 > 0.0 {
-                        d.spring[j] = spring([p.c, p.b], at + 2);
-                    }
-                    if modes.contacts[j] != Mode::Free {
-                        let held = if p.m2 > 0.0 { d.spring[j] } else { -given.forces[j] };
-                        resistance = resistance + u1 * held;
-                    }
-                }
-            }
+        for (j, Follower { joint, .. }) in self.followers.iter().enumerate() {
+            let at = self.follower(j, p, w);
+            d.spring[j] = joint.spring(at.y);
+            resistance = joint.brake(&at, d.spring[j], resistance);
         }
         if let Some(machine) = machine {
-            machine.motor.drive(modes, y, &self.layout, given, &mut d);
+            machine.motor.drive(p, &self.layout, &mut d);
             d.a = (d.torque - resistance) / f.inertia;
             (d.rates[0], d.rates[1]) = (w, d.a);
             machine.motor.follow(&self.layout, &mut d);
         }
-        for j in 0..self.followers.len() {
-            self.move_follower(j, &Motion { modes, y, f, given, w }, &mut d);
+        for (j, Follower { joint, .. }) in self.followers.iter().enumerate() {
+            d.followers[j] = joint.act(&self.follower(j, p, w), d.spring[j], d.a);
+            let count = joint.states();
+            d.rates[self.layout.followers[j]..][..count].copy_from_slice(&d.followers[j].rates[..count]);
         }
         d
     }
 
     /// What brakes the shaft at constant speed but for the change of the inertia, where these are the forces of the springs.
-    pub fn reactions<S: Arithmetic>(
-        &self,
-        modes: &Modes,
-        f: &Functions<S>,
-        given: &Given<S>,
-        w: S,
-        spring: &[S; MOST_FOLLOWERS],
-    ) -> S {
-        let still = f.viscous * w - f.torque;
-        self.followers.iter().enumerate().fold(still, |sum, (j, follower)| match follower.joint {
-            Joint::Rigid => sum - f.cams[j][1] * given.forces[j],
-            Joint::Output(..) => sum + f.cams[j][1] * spring[j],
-            Joint::Shaft(_) => sum + spring[j],
-            Joint::Backlash(_) if modes.contacts[j] == Mode::Free => sum,
-            Joint::Backlash(p) if p.m2 > 0.0 => sum + f.cams[j][1] * spring[j],
-            Joint::Backlash(_) => sum - f.cams[j][1] * given.forces[j],
-        })
-    }
-
-    /// The rates of the states of follower j, and N in contact.
-    fn move_follower<S: Arithmetic>(&self, j: usize, motion: &Motion<S>, d: &mut Dynamics<S>) {
-        let Motion { modes, y, f, given, w } = *motion;
-        let (follower, at) = (&self.followers[j], self.layout.followers[j]);
-        let ([u, u1, u2], process, input) = (f.cams[j], f.process[j], given.forces[j]);
-        let on_tool = |m: f64, y: [S; 2]| follower.load.force(m, y, Some(process), Some(input));
-        match follower.joint {
-            Joint::Rigid => {}
-            Joint::Output(p, _) => {
-                let (q, v) = (y[at], y[at + 1]);
-                let x2 = u2 * (w * w) + u1 * d.a;
-                let force = d.spring[j] + on_tool(p.m, [u + q, u1 * w + v]);
-                let tool = force * (1.0 / p.m);
-                d.accelerations[j][1] = tool;
-                (d.rates[at], d.rates[at + 1]) = (v, tool - x2);
-            }
-            Joint::Shaft(p) => {
-                let speed = w + y[at + 1];
-                let force = on_tool(p.m, [u, u1 * speed]) - u2 * (speed * speed) * p.m;
-                let inertia = u1 * u1 * p.m + S::from(p.inertia);
-                let cam = (d.spring[j] + u1 * force) / inertia;
-                d.accelerations[j][0] = cam;
-                (d.rates[at], d.rates[at + 1]) = (y[at + 1], cam - d.a);
-            }
-            Joint::Backlash(p) => {
-                let x2 = u2 * (w * w) + u1 * d.a;
-                let place = match modes.contacts[j] {
-                    Mode::Contact(flank) => [u + S::from(flank.pick(0.0, p.s)), u1 * w],
-                    Mode::Free => [u + y[at] + S::from(modes.home(j, p.s)), u1 * w + y[at + 1]],
-                };
-                let own = self.load_of_m1(j, place, process, input);
-                let a1 = if modes.contacts[j] == Mode::Free {
-                    let a1 = (own - d.spring[j]) * (1.0 / p.m1);
-                    (d.rates[at], d.rates[at + 1]) = (y[at + 1], a1 - x2);
-                    a1
-                } else {
-                    d.normal[j] = x2 * p.m1 + d.spring[j] - own;
-                    x2
-                };
-                d.accelerations[j][0] = a1;
-                if p.m2 > 0.0 {
-                    let (q, v) = (y[at + 2], y[at + 3]);
-                    let force = d.spring[j] + on_tool(p.m2, [place[0] + q, place[1] + v]);
-                    let tool = force * (1.0 / p.m2);
-                    d.accelerations[j][1] = tool;
-                    (d.rates[at + 2], d.rates[at + 3]) = (v, tool - a1);
-                }
-            }
-        }
+    pub fn reactions<S: Arithmetic>(&self, p: &Point<S>, w: S, spring: &[S; MOST_FOLLOWERS]) -> S {
+        let still = p.f.viscous * w - p.f.torque;
+        let brake =
+            |sum, (j, follower): (usize, &Follower)| follower.joint.brake(&self.follower(j, p, w), spring[j], sum);
+        self.followers.iter().enumerate().fold(still, brake)
     }
 
     /// The segments of all laws at these angles, each on the side to which its angle moves, φ̇ at the speed `w`.
@@ -616,13 +493,34 @@ struct Rows<'a, const N: usize> {
     count: usize,
 }
 
-/// What the accelerations of the followers depend on beside that of the shaft, which turns at the speed w.
-struct Motion<'a, S> {
-    modes: &'a Modes,
-    y: &'a [S],
-    f: &'a Functions<S>,
-    given: &'a Given<S>,
-    w: S,
+impl<const N: usize> Sums<N> {
+    /// Adds what of a follower goes with the shaft without slip.
+    fn add(&mut self, follower: &Follower, stand: &Stand, rows: Rows<N>) {
+        let Rows { cam, process, count } = rows;
+        let linkage = Some(&follower.rigid.linkage).filter(|linkage| !linkage.is_empty());
+        let moved = linkage.map(|linkage| linkage.moved(0.0, Series(*cam), &follower.load.frames));
+        moved.iter().for_each(|moved| *cam = moved.tool.0);
+        let mut slope = [0.0; N];
+        (1..count).for_each(|n| slope[n - 1] = n as f64 * cam[n]);
+        for Along { m, weight, load, away, is_tool } in follower.along(stand) {
+            if m != 0.0 {
+                accumulate(&mut self.inertia, m, &slope, &slope, count);
+            }
+            if !load.is_none() {
+                let mut force = if is_tool { *process } else { [0.0; N] };
+                (0..count).for_each(|n| force[n] -= load.stiffness() * cam[n]);
+                force[0] += load.constant_part(weight) - load.stiffness() * away;
+                accumulate(&mut self.torque, 1.0, &force, &slope, count);
+                if let Some(b) = load.damping {
+                    accumulate(&mut self.viscous, b, &slope, &slope, count);
+                }
+            }
+        }
+        if let Some(moved) = moved {
+            self.inertia.iter_mut().zip(moved.inertia.0).for_each(|(sum, own)| *sum += own);
+            (1..count).for_each(|n| self.torque[n - 1] += n as f64 * moved.weight.0[n]);
+        }
+    }
 }
 
 /// Angles that lie closer to a breakpoint are on it (rad): some roundings of a turn.
@@ -663,7 +561,7 @@ impl<S: Scalar> Functions<S> {
         let mut numbers = [0.0; 1 + MOST_FOLLOWERS];
         numbers.iter_mut().zip(angles).for_each(|(number, angle)| *number = angle.value());
         let sums = train.functions(modes, &numbers, 5, |j, cam, process| {
-            let angle = angles[if let Joint::Shaft(_) = train.followers[j].joint { 1 + j } else { 0 }];
+            let angle = angles[train.angle_of(j)];
             cams[j] = [0, 1, 2].map(|order| of(cam, order, angle));
             forces[j] = of(process, 0, angles[0]);
         });
@@ -674,18 +572,6 @@ impl<S: Scalar> Functions<S> {
             viscous: of(&sums.viscous, 0, angles[0]),
             cams,
             process: forces,
-        }
-    }
-}
-
-impl Joint {
-    /// How many states it has.
-    pub fn states(&self) -> usize {
-        match self {
-            Joint::Rigid => 0,
-            Joint::Output(..) | Joint::Shaft(_) => 2,
-            Joint::Backlash(p) if p.m2 > 0.0 => 4,
-            Joint::Backlash(_) => 2,
         }
     }
 }

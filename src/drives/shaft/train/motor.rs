@@ -1,6 +1,6 @@
 //! The torque that a motor with its transmission has on the shaft; the laws are in [`super::super::motor`].
 
-use super::{Dynamics, Given, Layout, Modes};
+use super::{Dynamics, Layout, Point};
 use crate::drives::shaft::free::motor::Kloss;
 use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::motor::{Motor, Reference, Servo, Source, TorqueTable};
@@ -95,7 +95,8 @@ impl Motor {
     }
 
     /// The torque on the shaft and the rates that do not depend on its acceleration.
-    pub fn drive<S: Arithmetic>(&self, modes: &Modes, y: &[S], layout: &Layout, given: &Given<S>, d: &mut Dynamics<S>) {
+    pub fn drive<S: Arithmetic>(&self, p: &Point<S>, layout: &Layout, d: &mut Dynamics<S>) {
+        let Point { modes, y, given, .. } = *p;
         let (w, at) = (self.speed(y, layout), layout.motor);
         d.demand = w;
         let torque = match &self.source {

@@ -15,8 +15,8 @@
 //! Symbols: σ = 1 on flank A, −1 on flank B; P impulse on m1 (N·s) in the sense of y; z gap (m).
 //! Source: F. Pfeiffer, C. Glocker, *Multibody Dynamics with Unilateral Contacts*, Wiley 1996, chapters 5, 6, 8.
 
-use super::{Functions, Given, Joint, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
-use crate::drives::follower::contact::{Flank, Mode};
+use super::{Functions, Given, MOST_FOLLOWERS, MOST_STATES, Modes, Point, Train};
+use crate::drives::follower::contact::{self, Flank, Mode};
 use crate::numerics::double_double::Double;
 
 /// A follower at its flank: max(0, σ (offset + slope α)) presses the shaft by σ U′ times that.
@@ -73,7 +73,8 @@ pub struct Instant {
 /// These modes with all contacts at the given flanks open.
 fn opened(modes: &Modes, at_flank: &[Option<Flank>; MOST_FOLLOWERS]) -> Modes {
     let mut open = *modes;
-    at_flank.iter().zip(&mut open.contacts).filter(|(flank, _)| flank.is_some()).for_each(|(_, c)| *c = Mode::Free);
+    let at_flank = at_flank.iter().zip(&mut open.stands).filter(|(flank, _)| flank.is_some());
+    at_flank.for_each(|(_, stand)| stand.contact = Mode::Free);
     open
 }
 
@@ -101,7 +102,7 @@ impl Train {
     ) -> (Functions<f64>, super::Dynamics<f64>) {
         let angles = self.angles(phi, y);
         let functions = Functions::at(self, modes, &angles);
-        let dynamics = self.dynamics(modes, y, &functions, given);
+        let dynamics = self.dynamics(&Point { modes, y, f: &functions, given });
         (functions, dynamics)
     }
 
@@ -122,13 +123,13 @@ impl Train {
         at_flank: &[Option<Flank>; MOST_FOLLOWERS],
         now: &Instant,
     ) -> ([f64; MOST_FOLLOWERS], f64) {
-        let ((f, d), given) = (self.instant(&opened(modes, at_flank), now.phi, &now.y, &now.given), &now.given);
-        let w = self.speed(now);
+        let (modes, w) = (opened(modes, at_flank), self.speed(now));
+        let (f, d) = self.instant(&modes, now.phi, &now.y, &now.given);
+        let point = Point { modes: &modes, y: &now.y, f: &f, given: &now.given };
         let mut members = [Member::default(); MOST_FOLLOWERS];
-        for (j, member) in members.iter_mut().enumerate().take(self.followers.len()) {
-            let (Some(flank), Joint::Backlash(p)) = (at_flank[j], self.followers[j].joint) else { continue };
-            let [u, u1, u2] = f.cams[j];
-            let own = self.load_of_m1(j, [u + flank.pick(0.0, p.s), u1 * w], f.process[j], given.forces[j]);
+        for (j, flank, p) in self.touching(at_flank) {
+            let (member, [u, u1, u2]) = (&mut members[j], f.cams[j]);
+            let own = p.on_m1(&self.follower(j, &point, w), [u + flank.pick(0.0, p.s), u1 * w]);
             let offset = p.m1 * u2 * w * w + d.spring[j] - own;
             *member = Member { sigma: flank.sign(), slope: u1, offset, gain: p.m1 * u1 };
         }
@@ -136,21 +137,28 @@ impl Train {
         (members.map(|member| member.force(alpha)), alpha)
     }
 
+    /// The followers at these flanks.
+    pub fn touching(
+        &self,
+        at_flank: &[Option<Flank>; MOST_FOLLOWERS],
+    ) -> impl Iterator<Item = (usize, Flank, contact::Parameters)> {
+        let of = |(j, flank): (usize, &Option<Flank>)| Some((j, (*flank)?, self.clearance(j)?));
+        at_flank.iter().enumerate().filter_map(of)
+    }
+
     /// What happens when followers hit their flanks while others touch theirs.
     pub fn strike(&self, modes: &Modes, at_flank: &[Option<Flank>; MOST_FOLLOWERS], now: &Instant) -> Strike {
         let ((f, _), y) = (self.instant(&opened(modes, at_flank), now.phi, &now.y, &now.given), &now.y);
         let mut members = [Member::default(); MOST_FOLLOWERS];
         let mut strike = Strike::default();
-        for (j, member) in members.iter_mut().enumerate().take(self.followers.len()) {
-            let (Some(flank), Joint::Backlash(p)) = (at_flank[j], self.followers[j].joint) else { continue };
+        for (j, flank, p) in self.touching(at_flank) {
             let (u1, before) = (f.cams[j][1], y[self.layout.followers[j] + 1]);
             let offset = -p.m1 * (1.0 + p.e) * before;
-            *member = Member { sigma: flank.sign(), slope: u1, offset, gain: p.m1 * u1 };
+            members[j] = Member { sigma: flank.sign(), slope: u1, offset, gain: p.m1 * u1 };
         }
         strike.turn = balance(&members, self.carried(&f), 0.0);
-        for (j, member) in members.iter().enumerate().take(self.followers.len()) {
-            let (Some(_), Joint::Backlash(p)) = (at_flank[j], self.followers[j].joint) else { continue };
-            let before = y[self.layout.followers[j] + 1];
+        for (j, _, p) in self.touching(at_flank) {
+            let (member, before) = (&members[j], y[self.layout.followers[j] + 1]);
             strike.impulses[j] = member.pressed(strike.turn);
             strike.losses[j] = 0.5 * (1.0 - p.e) * (strike.impulses[j] * before).abs();
             let held = strike.impulses[j] != 0.0;
@@ -175,18 +183,8 @@ impl Train {
             }
         }
         for (j, follower) in self.followers.iter().enumerate() {
-            let at = self.layout.followers[j];
-            match follower.joint {
-                Joint::Rigid => {}
-                Joint::Output(..) => y[at + 1] -= slopes[j] * turn,
-                Joint::Shaft(_) => y[at + 1] -= turn,
-                Joint::Backlash(p) => {
-                    y[at + 1] = if at_flank[j].is_some() { strike.after[j] } else { y[at + 1] - slopes[j] * turn };
-                    if p.m2 > 0.0 {
-                        y[at + 3] -= strike.impulses[j] / p.m1;
-                    }
-                }
-            }
+            let struck = at_flank[j].map(|_| [strike.impulses[j], strike.after[j]]);
+            follower.joint.jolt(&mut y[self.layout.followers[j]..], turn, slopes[j], struck);
         }
     }
 }

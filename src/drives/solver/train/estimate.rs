@@ -12,8 +12,7 @@
 
 use super::record::About;
 use super::{Event, ORDERS, Outside, Run};
-use crate::drives::follower::contact::Mode;
-use crate::drives::follower::member::Joint;
+use crate::drives::follower::joint::Change;
 use crate::drives::shaft::train::switching::Instant;
 use crate::drives::shaft::train::{MOST_STATES, Train};
 use crate::drives::solver::step_control::RESERVE;
@@ -51,7 +50,7 @@ impl Errors {
         let count = train.layout.count;
         let (mut seen, mut flanks) = (vec![[0.0, f64::MIN_POSITIVE]; count], Vec::new());
         for (follower, at) in train.followers.iter().zip(&train.layout.followers) {
-            let gap = matches!(follower.joint, Joint::Backlash(_));
+            let gap = follower.joint.clearance().is_some();
             let [place, slope] = [0, 1].map(|order| if gap { follower.rigid.cam.bound(order) } else { 0.0 });
             if gap {
                 seen[*at][1] += place;
@@ -209,11 +208,8 @@ impl Run {
     /// Where the difference does not converge a member is stiff: its errors go on as its free vibration does, those of all else stay.
     fn settle_errors(&mut self, train: &Train, time: f64) {
         for (follower, at) in train.followers.iter().zip(&train.layout.followers) {
-            let (at, [m, c, b]) = match follower.joint {
-                Joint::Output(p, _) => (*at, [p.m, p.c, p.b]),
-                Joint::Backlash(p) if p.m2 > 0.0 => (at + 2, [p.m2, p.c, p.b]),
-                _ => continue,
-            };
+            let Some((place, [m, c, b])) = follower.joint.sprung() else { continue };
+            let at = at + place;
             let vibration = Oscillator::new(Double::from(c / m), Double::from(0.5 * b / m)).free(Double::from(time));
             let e = &mut self.errors.values[at..at + 2];
             let [q, v] = vibration.map(|[by_q, by_v]| by_q * e[0] + by_v * e[1]);
@@ -232,10 +228,10 @@ impl Run {
             *e += left_out;
         }
         for (j, follower) in train.followers.iter().enumerate() {
-            let slope = if let Joint::Shaft(_) = follower.joint { 1.0 } else { follower.rigid.cam.bound(1) };
+            let slope = if follower.joint.carries_cam() { 1.0 } else { follower.rigid.cam.bound(1) };
             // The mean rounding is an eighth of the last place.
             let place = 0.125 * f64::EPSILON * phi.abs() * slope;
-            let held = if let Mode::Contact(_) = self.modes.contacts[j] { 2 } else { 0 };
+            let held = if self.modes.stands[j].is_held() { 2 } else { 0 };
             let own = &mut self.errors.values[train.layout.followers[j]..][..follower.joint.states()];
             for (i, e) in own.iter_mut().enumerate().skip(held) {
                 *e += (place * if i % 2 == 0 { 1.0 } else { w.abs() }).copysign(*e);
@@ -271,7 +267,7 @@ impl Run {
                 }
                 (if rate == 0.0 { 0.0 } else { -guard / rate }, 0.0)
             }
-            Event::Impact(j, _) => {
+            Event::Follower(j, Change::Impact(_)) => {
                 let at = train.layout.followers[j];
                 let of = |y: &[f64]| [y[at], y[at + 1]];
                 let [[_, closing], [_, before], [_, behind]] = [&y0, &f0, &f1].map(|y| of(y));
@@ -286,17 +282,14 @@ impl Run {
         for (k, e) in e.iter_mut().enumerate() {
             *e += (f0[k] - f1[k]) * delay + (y1[k] - y0[k]) * struck;
         }
-        for (j, follower) in train.followers.iter().enumerate() {
-            if let (Joint::Backlash(_), Mode::Contact(_)) = (follower.joint, self.modes.contacts[j]) {
-                e[train.layout.followers[j]..][..2].fill(0.0);
-            }
+        for (_, at, _) in train.clearances().filter(|(j, ..)| self.modes.stands[*j].is_held()) {
+            e[at..at + 2].fill(0.0);
         }
     }
 
     /// Whether m1 of follower j, which bounces, is in contact.
     fn died_away(&self, train: &Train, j: usize) -> bool {
-        let bounces = matches!(train.followers[j].joint, Joint::Backlash(p) if p.e > 0.0);
-        bounces && self.modes.contacts[j] != Mode::Free
+        train.clearance(j).is_some_and(|p| p.e > 0.0) && self.modes.stands[j].is_held()
     }
 }
 

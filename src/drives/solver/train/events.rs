@@ -2,7 +2,7 @@
 
 use super::{End, Event, Outside, Run};
 use crate::drives::follower::contact::{Flank, Mode};
-use crate::drives::follower::member::Joint;
+use crate::drives::follower::joint::Change;
 use crate::drives::shaft::cam_drive::goes_on;
 use crate::drives::shaft::train::switching::{Instant, Strike};
 use crate::drives::shaft::train::{Dynamics, Functions, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
@@ -70,8 +70,12 @@ impl Run {
     /// Takes up what ends the step, which has been left there.
     pub(super) fn happen(&mut self, train: &Train, outside: &Outside, event: Event, log: &mut EventLog) {
         let Instant { phi, y, .. } = self.here(train, outside);
-        let jumps = matches!(event, Event::Border(..) | Event::Impact(..)) && !self.errors.values.is_empty();
-        let flight = if let Event::Impact(j, _) = event { self.errors.flight(j, self.start.hi) } else { f64::INFINITY };
+        let jumps = matches!(event, Event::Border(..) | Event::Follower(_, Change::Impact(_)))
+            && !self.errors.values.is_empty();
+        let flight = match event {
+            Event::Follower(j, Change::Impact(_)) => self.errors.flight(j, self.start.hi),
+            _ => f64::INFINITY,
+        };
         let before = jumps.then(|| (self.rates(train, outside), flight));
         match event {
             Event::Border(which, ahead) => {
@@ -79,12 +83,12 @@ impl Run {
                 train.cross(&mut self.modes, &angles, which, ahead);
                 self.settle(train, outside, None, log);
             }
-            Event::Release(j) => {
+            Event::Follower(j, Change::Release) => {
                 self.open(j, 3);
                 self.log(log, "release", j + 1, Figure::angle(phi.hi));
                 self.settle(train, outside, Some(j), log);
             }
-            Event::Impact(j, flank) => self.hit(train, outside, (j, flank), log),
+            Event::Follower(j, Change::Impact(flank)) => self.hit(train, outside, (j, flank), log),
             Event::Limit(sign) => {
                 self.modes.saturation = sign;
                 let kind =
@@ -118,7 +122,8 @@ impl Run {
 
     /// m1 of follower j leaves its flank; the gap begins with a zero of this order.
     fn open(&mut self, j: usize, zeros: usize) {
-        (self.modes.contacts[j], self.modes.zeros[j]) = (Mode::Free, zeros);
+        let stand = &mut self.modes.stands[j];
+        (stand.contact, stand.zeros) = (Mode::Free, zeros);
         self.errors.open(j, self.start.hi);
     }
 
@@ -179,20 +184,18 @@ impl Run {
 
     /// Places followers with backlash on the flanks that press them; one that nothing presses flies.
     pub fn press(&mut self, train: &Train, outside: &Outside, log: &mut EventLog) {
-        for (j, follower) in train.followers.iter().enumerate() {
-            if let Joint::Backlash(_) = follower.joint {
-                self.modes.contacts[j] = Mode::Contact(Flank::A);
-            }
+        for (j, ..) in train.clearances() {
+            self.modes.stands[j].contact = Mode::Contact(Flank::A);
         }
         // The flank of one depends on what the others do.
         for _ in 0..train.followers.len() {
             let at_flank = self.at_flanks(None);
             let (forces, _) = train.pressing(&self.modes, &at_flank, &self.here(train, outside));
             let mut changed = false;
-            for (j, flank) in at_flank.iter().enumerate().take(train.followers.len()) {
-                let (Some(Flank::A), Joint::Backlash(p)) = (flank, train.followers[j].joint) else { continue };
-                if forces[j] < 0.0 && p.s.is_finite() {
-                    (self.modes.contacts[j], self.modes.beyond[j]) = (Mode::Contact(Flank::B), true);
+            for (j, flank, p) in train.touching(&at_flank) {
+                if flank == Flank::A && forces[j] < 0.0 && p.s.is_finite() {
+                    let stand = &mut self.modes.stands[j];
+                    (stand.contact, stand.beyond) = (Mode::Contact(Flank::B), true);
                     changed = true;
                 }
             }
@@ -224,7 +227,7 @@ impl Run {
         y[..end.states.len()].copy_from_slice(&end.states);
         let [turn, speed] = [phi - end.course[0], w - end.course[1]];
         for (j, follower) in train.followers.iter().enumerate() {
-            if let Joint::Shaft(_) = follower.joint {
+            if follower.joint.carries_cam() {
                 let at = train.layout.followers[j];
                 (y[at], y[at + 1]) = (y[at] - turn, y[at + 1] - speed);
             }
@@ -267,9 +270,10 @@ impl Run {
         let (at, &Jump { moved, rounding, slope, is_input }) = (train.layout.followers[j], jump);
         let mut follow = |at: usize| (y[at], y[at + 1]) = (y[at] - moved[0], y[at + 1] - moved[1]);
         let mut struck = None;
-        match (train.followers[j].joint, self.modes.contacts[j]) {
-            (Joint::Output(..), _) => follow(at),
-            (Joint::Backlash(p), Mode::Contact(_)) => {
+        let joint = &train.followers[j].joint;
+        match (joint.clearance(), self.modes.stands[j].contact) {
+            (None, _) if joint.sprung().is_some() => follow(at),
+            (Some(p), Mode::Contact(_)) => {
                 let pulls = is_input && p.s.is_infinite() && moved[1] < 0.0;
                 if p.m2 > 0.0 {
                     y[at + 2] -= moved[0];
@@ -283,14 +287,14 @@ impl Run {
                     self.count(j, p.m1 * moved[1], slope);
                 }
             }
-            (Joint::Backlash(p), Mode::Free) => {
+            (Some(p), Mode::Free) => {
                 follow(at);
                 for flank in [Flank::A, Flank::B] {
                     let sign = flank.sign();
-                    let beyond = flank.pick(0.0, p.s) - self.modes.home(j, p.s) - y[at];
+                    let beyond = flank.pick(0.0, p.s) - self.modes.stands[j].home(p.s) - y[at];
                     let rests = beyond.abs() <= rounding[0] && y[at + 1].abs() <= rounding[1];
                     if rests || sign * beyond > 0.0 {
-                        (y[at], self.modes.beyond[j]) = (0.0, flank == Flank::B);
+                        (y[at], self.modes.stands[j].beyond) = (0.0, flank == Flank::B);
                         y[at + 1] *= if rests { 0.0 } else { 1.0 };
                         if p.m2 > 0.0 {
                             y[at + 2] -= beyond;
@@ -300,7 +304,7 @@ impl Run {
                     }
                 }
                 if y[at + 1] != 0.0 {
-                    self.modes.zeros[j] = 0;
+                    self.modes.stands[j].zeros = 0;
                 }
             }
             _ => {}
@@ -310,7 +314,7 @@ impl Run {
 
     /// The followers at their flanks.
     fn at_flanks(&self, but: Option<usize>) -> [Option<Flank>; MOST_FOLLOWERS] {
-        std::array::from_fn(|j| match self.modes.contacts[j] {
+        std::array::from_fn(|j| match self.modes.stands[j].contact {
             Mode::Contact(flank) if but != Some(j) => Some(flank),
             _ => None,
         })
@@ -319,12 +323,10 @@ impl Run {
     /// Which of the followers that touch a flank without velocity stay there.
     fn settle(&mut self, train: &Train, outside: &Outside, but: Option<usize>, log: &mut EventLog) {
         let mut at_flank = self.at_flanks(but);
-        for (j, follower) in train.followers.iter().enumerate().filter(|(j, _)| but != Some(*j)) {
-            let at = train.layout.followers[j];
-            if let (Joint::Backlash(_), Mode::Free) = (follower.joint, self.modes.contacts[j])
-                && self.states[at..at + 2].iter().all(|state| state.hi == 0.0)
-            {
-                at_flank[j] = Some(if self.modes.beyond[j] { Flank::B } else { Flank::A });
+        for (j, at, _) in train.clearances().filter(|(j, ..)| but != Some(*j)) {
+            let stand = self.modes.stands[j];
+            if !stand.is_held() && self.states[at..at + 2].iter().all(|state| state.hi == 0.0) {
+                at_flank[j] = Some(if stand.beyond { Flank::B } else { Flank::A });
             }
         }
         if at_flank.iter().all(Option::is_none) {
@@ -332,18 +334,16 @@ impl Run {
         }
         let now = self.here(train, outside);
         let ((forces, _), w) = (train.pressing(&self.modes, &at_flank, &now), train.speed(&now));
-        for (j, flank) in at_flank.iter().enumerate().take(train.followers.len()) {
-            let Some(flank) = flank else { continue };
-            let Joint::Backlash(p) = train.followers[j].joint else { continue };
+        for (j, flank, p) in train.touching(&at_flank) {
             let (pressed, resolution) = (flank.sign() * forces[j], self.recorded.resolution(j, w));
-            let touched = self.modes.contacts[j] == Mode::Free;
+            let touched = self.modes.stands[j].contact == Mode::Free;
             if pressed < -resolution && p.s > 0.0 {
                 self.open(j, 2);
                 if !touched {
                     self.log(log, "release", j + 1, Figure::force(forces[j]));
                 }
             } else if pressed > resolution && touched {
-                self.modes.contacts[j] = Mode::Contact(*flank);
+                self.modes.stands[j].contact = Mode::Contact(flank);
             }
         }
     }
@@ -354,11 +354,12 @@ impl Run {
         at_flank[j] = Some(flank);
         let mut now = self.here(train, outside);
         let y = &mut now.y;
-        for (i, follower) in train.followers.iter().enumerate() {
-            let (Joint::Backlash(p), Mode::Free) = (follower.joint, self.modes.contacts[i]) else { continue };
-            let at = train.layout.followers[i];
+        for (i, at, p) in train.clearances() {
+            if self.modes.stands[i].is_held() {
+                continue;
+            }
             for other in [Flank::A, Flank::B] {
-                let away = self.modes.home(i, p.s) - other.pick(0.0, p.s);
+                let away = self.modes.stands[i].home(p.s) - other.pick(0.0, p.s);
                 let (gap, speed) = (other.sign() * (y[at] + away), other.sign() * y[at + 1]);
                 // Another that gets there within the rounding of time.
                 let together =
@@ -368,7 +369,7 @@ impl Run {
                 }
             }
             if let Some(hit) = at_flank[i] {
-                (y[at], self.modes.beyond[i]) = (0.0, hit == Flank::B);
+                (y[at], self.modes.stands[i].beyond) = (0.0, hit == Flank::B);
                 // Rounding may show a grazing mass as leaving.
                 if i == j && hit.sign() * y[at + 1] > 0.0 {
                     y[at + 1] = 0.0;
@@ -389,14 +390,14 @@ impl Run {
             self.count(i, impulse, slopes[i]);
             self.tallies[i].loss += strike.losses[i];
             let Some(touched) = at_flank[i] else { continue };
-            let was_free = self.modes.contacts[i] == Mode::Free;
+            let was_free = self.modes.stands[i].contact == Mode::Free;
             if was_free {
                 self.tallies[i].impacts += 1.0;
                 let kind = touched.pick("impact on flank A", "impact on flank B");
                 self.log(log, kind, i + 1, Figure::impulse(impulse));
             }
             if strike.after[i] == 0.0 {
-                self.modes.contacts[i] = Mode::Contact(touched);
+                self.modes.stands[i].contact = Mode::Contact(touched);
             } else {
                 self.open(i, 1);
                 if was_free {
@@ -418,7 +419,7 @@ impl Run {
     /// Ends bounces that are all but over: m1 stays, and what they would still bring is summed.
     fn close(&mut self, train: &Train, bounce: Bounce, slopes: &[f64; MOST_FOLLOWERS], now: &mut Instant) -> bool {
         let Bounce { j, flank, part } = bounce;
-        let Joint::Backlash(p) = train.followers[j].joint else { return false };
+        let Some(p) = train.clearance(j) else { return false };
         let mut at_flank = self.at_flanks(None);
         at_flank[j] = Some(flank);
         let rebound = now.y[train.layout.followers[j] + 1];
@@ -436,18 +437,16 @@ impl Run {
         // The velocity that the bounces to come take from m1 and the shaft.
         let impulse = -mass * rebound;
         let turn = if train.machine().is_some() { -slopes[j] * impulse / f.inertia } else { 0.0 };
-        let impulses = std::array::from_fn(|i| match train.followers.get(i).map(|follower| follower.joint) {
-            Some(Joint::Backlash(_)) if i == j => impulse,
-            Some(Joint::Backlash(p)) if at_flank[i].is_some() => p.m1 * slopes[i] * turn,
-            _ => 0.0,
-        });
+        let mut impulses = [0.0; MOST_FOLLOWERS];
+        train.touching(&at_flank).for_each(|(i, _, p)| impulses[i] = p.m1 * slopes[i] * turn);
+        impulses[j] = impulse;
         train.take_up(&Strike { turn, impulses, ..Strike::default() }, &at_flank, slopes, &mut now.y);
         let tally = &mut self.tallies[j];
         tally.impulse += mass * rebound * (1.0 + p.e) / last;
         tally.sums[0] += impulse;
         tally.sums[1] += slopes[j] * impulse;
         tally.loss += 0.5 * mass * rebound * rebound;
-        self.modes.contacts[j] = Mode::Contact(flank);
+        self.modes.stands[j].contact = Mode::Contact(flank);
         true
     }
 }

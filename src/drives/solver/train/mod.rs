@@ -11,8 +11,7 @@ mod events;
 pub mod periodic;
 mod record;
 
-use crate::drives::follower::contact::{Flank, Mode};
-use crate::drives::follower::member::Joint;
+use crate::drives::follower::joint::{Change, Guard};
 use crate::drives::limits::step_too_much;
 use crate::drives::shaft::cam_drive::AngleMotion;
 use crate::drives::shaft::motor::Motor;
@@ -49,10 +48,8 @@ impl Outside<'_> {
 pub enum Event {
     /// An angle reaches a breakpoint, ahead or back.
     Border(usize, bool),
-    /// m1 of a follower leaves its flank.
-    Release(usize),
-    /// m1 of a follower hits a flank.
-    Impact(usize, Flank),
+    /// The equations of a follower change.
+    Follower(usize, Change),
     /// The servo reaches its limit or leaves it.
     Limit(i8),
     /// The rotor reaches the next piece of the torque table.
@@ -236,15 +233,13 @@ impl Run {
         let lengths = [self.length, self.unit, self.summed];
         let is_event = |event: &Event| match *event {
             Event::Border(0, _) => true,
-            Event::Border(which, _) => {
-                train.followers.get(which - 1).is_some_and(|follower| matches!(follower.joint, Joint::Shaft(_)))
-            }
-            Event::Release(j) | Event::Impact(j, _) => train.has_clearance(j),
+            Event::Border(which, _) => train.followers.get(which - 1).is_some_and(|f| f.joint.carries_cam()),
+            Event::Follower(j, _) => train.clearance(j).is_some(),
             Event::Limit(_) | Event::Knot(_) => train.takes(&event.changed(self.modes)),
         };
         self.states.len() == train.layout.count
             && self.errors.fit(train)
-            && self.modes.zeros.iter().all(|zeros| *zeros <= MOST_ZEROS)
+            && self.modes.stands.iter().all(|stand| stand.zeros <= MOST_ZEROS)
             && (ORDERS[0]..=ORDERS[1]).contains(&self.order)
             && lengths.iter().all(|length| (0.0..f64::INFINITY).contains(length))
             && self.unit > 0.0
@@ -289,14 +284,7 @@ impl Run {
 
     /// A time in which little happens (s), from frequencies alone.
     fn pace(&self, train: &Train) -> f64 {
-        let of = |c: f64, m: f64| (c / m).sqrt();
-        let rates = train.followers.iter().map(|f| match f.joint {
-            Joint::Rigid => 0.0,
-            Joint::Output(p, _) => of(p.c, p.m),
-            Joint::Shaft(p) => of(p.c, p.inertia),
-            Joint::Backlash(p) => of(p.c, p.m1),
-        });
-        1.0 / rates.fold(1.0, f64::max)
+        1.0 / train.followers.iter().map(|follower| follower.joint.frequency()).fold(1.0, f64::max)
     }
 
     /// φ (rad) within a turn, of a driven shaft as its motion says.
@@ -387,7 +375,7 @@ impl Run {
             take(self.recorded.tape.series(k), self.order, self.errors.sizes.get(k).copied().unwrap_or(0.0));
         }
         // What events are found by is known to one order less.
-        let held = |j: &usize| self.modes.contacts[*j] != Mode::Free;
+        let held = |j: &usize| self.modes.stands[*j].is_held();
         let of = |j| self.recorded.normal(j);
         (0..MOST_FOLLOWERS).filter(held).flat_map(of).for_each(|c| take(c, self.order - 1, 0.0));
         reach
@@ -466,40 +454,27 @@ impl Run {
         }
     }
 
-    /// Releases and impacts of a follower while the shaft turns at the speed w.
+    /// What changes the equations of a follower while the shaft turns at the speed w.
     fn watch_follower(&mut self, train: &Train, j: usize, w: f64) {
-        let Joint::Backlash(p) = train.followers[j].joint else { return };
-        let count = self.order;
-        match self.modes.contacts[j] {
-            Mode::Contact(_) if p.s == 0.0 => {}
-            Mode::Contact(flank) => {
-                let force = self.recorded.normal(j)[0];
-                let mut force = self.guard(flank.sign() * force[0], flank.sign(), force);
+        let (count, stand, own) = (self.order, self.modes.stands[j], train.layout.followers[j]);
+        train.followers[j].joint.guards(&stand, &mut |Guard { state, shift, sign, zeros, change }| {
+            let of_state = state.map(|place| self.recorded.tape.series(own + place));
+            let series = of_state.unwrap_or_else(|| self.recorded.normal(j)[0]);
+            let mut guard = self.guard(sign * (series[0] + shift), sign, series);
+            let zeros = if guard[0] == 0.0 { zeros } else { 0 };
+            guard[..zeros].fill(0.0);
+            if state.is_none() {
                 // Where nothing presses, roundings are no release.
                 let resolution = self.recorded.resolution(j, w);
-                force.iter_mut().take_while(|c| c.abs() <= resolution).for_each(|c| *c = 0.0);
-                self.watch(&force[..count], Event::Release(j));
+                guard.iter_mut().take_while(|c| c.abs() <= resolution).for_each(|c| *c = 0.0);
             }
-            Mode::Free => {
-                for flank in [Flank::A, Flank::B] {
-                    let place = flank.pick(0.0, p.s);
-                    if place.is_infinite() {
-                        continue;
-                    }
-                    let z = self.recorded.tape.series(train.layout.followers[j]);
-                    let gap = flank.sign() * (z[0] + (self.modes.home(j, p.s) - place));
-                    let mut gap = self.guard(gap, flank.sign(), z);
-                    let zeros = if gap[0] == 0.0 { self.modes.zeros[j] } else { 0 };
-                    gap[..zeros].fill(0.0);
-                    let before = self.length;
-                    self.watch(&gap[..count], Event::Impact(j, flank));
-                    let most = gap.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
-                    if zeros >= 2 && self.length < ARMING && gap[zeros] <= NOISE * most {
-                        self.length = ARMING.min(before);
-                    }
-                }
+            let before = self.length;
+            self.watch(&guard[..count], Event::Follower(j, change));
+            let most = guard.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+            if zeros >= 2 && self.length < ARMING && guard[zeros] <= NOISE * most {
+                self.length = ARMING.min(before);
             }
-        }
+        });
     }
 
     /// The limit of a servo, the ends of a piece of a torque table.
@@ -556,9 +531,7 @@ impl Run {
 
     /// ∫ b q̇² dt of a follower with backlash since the start (J), up to the place `theta` of the step, where it is counted.
     fn damped(&self, train: &Train, j: usize, theta: f64) -> Option<f64> {
-        let (before, Joint::Backlash(p)) = (self.tallies[j].damped?, train.followers.get(j)?.joint) else {
-            return None;
-        };
+        let (before, p) = (self.tallies[j].damped?, train.clearance(j)?);
         let rate = &self.recorded.tape.series(train.layout.followers[j] + 3)[..=self.order];
         let [square] = Gauss::with(16).integrate(theta - self.summed, |x| {
             let v = rate.iter().rev().fold(0.0, |sum, c| sum * (self.summed + x) + c);
@@ -704,7 +677,7 @@ impl Run {
     /// The same up to the place `theta` of the step.
     fn sums_to(&self, train: &Train, theta: f64, j: usize) -> [f64; 2] {
         let mut sums = self.tallies[j].sums;
-        if self.modes.contacts[j] != Mode::Free && j < train.followers.len() {
+        if self.modes.stands[j].is_held() && j < train.followers.len() {
             let integral = |c: &[f64], x: f64| {
                 c.iter().enumerate().rev().fold(0.0, |sum, (n, c)| sum * x + c / (n + 1) as f64) * x
             };

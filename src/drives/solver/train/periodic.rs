@@ -7,8 +7,6 @@
 //! Source: A. H. Nayfeh, B. Balachandran, *Applied Nonlinear Dynamics*, Wiley 1995, sections 6.1, 7.3.
 
 use super::{Outside, Run};
-use crate::drives::follower::contact::Mode;
-use crate::drives::follower::member::Joint;
 use crate::drives::limits::{refused_start, search_too_much};
 use crate::drives::shaft::train::{MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use crate::drives::{EventLog, Fault};
@@ -77,11 +75,7 @@ pub fn periodic(
         let base = section.turn(&y, at, &mut work)?;
         sizes.iter_mut().zip(base.sizes).for_each(|(size, own)| *size = size.max(own));
         let held = |k: usize| {
-            let gaps = train.layout.followers.iter().zip(&train.followers).zip(&at.contacts);
-            gaps.into_iter().any(|((place, follower), contact)| {
-                let touches = matches!((follower.joint, contact), (Joint::Backlash(_), Mode::Contact(_)));
-                touches && (*place..place + 2).contains(&k)
-            })
+            train.clearances().any(|(j, place, _)| at.stands[j].is_held() && (place..place + 2).contains(&k))
         };
         let unknowns: Vec<usize> = (first..train.layout.count).filter(|k| !held(*k)).collect();
         let count = unknowns.len();
@@ -91,7 +85,8 @@ pub fn periodic(
         let change = |from: &[f64; MOST_STATES], to: &[f64; MOST_STATES], k: usize| {
             (to[unknowns[k]] - from[unknowns[k]]) / size(k)
         };
-        let closed = base.modes.contacts == at.contacts && (0..count).all(|k| change(&y, &base.y, k).abs() <= CLOSED);
+        let closed = base.modes.stands.iter().map(|s| s.contact).eq(at.stands.iter().map(|s| s.contact))
+            && (0..count).all(|k| change(&y, &base.y, k).abs() <= CLOSED);
         let mut after = |k: usize, step: f64| {
             let mut moved = y;
             moved[unknowns[k]] += step * size(k);

@@ -2,11 +2,10 @@
 
 use super::Outside;
 use crate::drives::follower::contact::{Flank, Mode};
-use crate::drives::follower::load::Load;
-use crate::drives::follower::member::{Follower, Joint};
+use crate::drives::follower::joint::{Follower, Stand};
 use crate::drives::shaft::cam_drive::DriveMode;
 use crate::drives::shaft::course::Course;
-use crate::drives::shaft::train::{Functions, Given, MOST_FOLLOWERS, MOST_STATES, Modes, Shaft, Train};
+use crate::drives::shaft::train::{Functions, Given, MOST_FOLLOWERS, MOST_STATES, Modes, Point, Shaft, Train};
 use crate::numerics::double_double::Double;
 use crate::numerics::tape::{NONE, Tape, Var};
 use std::cell::RefCell;
@@ -83,7 +82,11 @@ impl Recorded {
 
     /// Whether it holds the equations of these modes.
     pub fn holds(&self, modes: &Modes) -> bool {
-        self.modes == Some(Modes { segments: Default::default(), zeros: Default::default(), ..*modes })
+        self.modes.as_ref().is_some_and(|own| {
+            let same = |(own, stand): (&Stand, &Stand)| own.contact == stand.contact && own.beyond == stand.beyond;
+            let stands = own.stands.iter().zip(&modes.stands).take(self.forces.len());
+            own.saturation == modes.saturation && own.piece == modes.piece && stands.into_iter().all(same)
+        })
     }
 
     /// Records the equations for series up to this order, unless it holds those of these modes.
@@ -91,25 +94,25 @@ impl Recorded {
         if self.holds(modes) {
             return;
         }
-        let plain = Modes { segments: Default::default(), zeros: Default::default(), ..*modes };
         if self.modes.is_none() {
-            let force = |follower: &Follower| match follower.joint {
-                Joint::Backlash(p) => (p.m1 + p.m2) * follower.rigid.cam.bound(2),
-                _ => 0.0,
+            let force = |Follower { joint, rigid, .. }: &Follower| {
+                joint.clearance().map_or(0.0, |p| (p.m1 + p.m2) * rigid.cam.bound(2))
             };
             self.forces = train.followers.iter().map(force).collect();
         }
         // No step takes memory: the equations of both ways of contact show how much of it there may be.
         if self.modes.is_none() && train.switches() {
-            let other = |mode: &Mode| if *mode == Mode::Free { Mode::Contact(Flank::A) } else { Mode::Free };
-            let contacts = std::array::from_fn(|j| other(&modes.contacts[j]));
-            self.record(train, &Modes { contacts, ..plain }, order);
-            self.record(train, &plain, order);
+            let mut other = *modes;
+            for stand in &mut other.stands {
+                stand.contact = if stand.is_held() { Mode::Free } else { Mode::Contact(Flank::A) };
+            }
+            self.record(train, &other, order);
+            self.record(train, modes, order);
             self.tape.make_room();
             self.known.reserve_exact(self.known.capacity());
         }
-        self.record(train, &plain, order);
-        self.modes = Some(plain);
+        self.record(train, modes, order);
+        self.modes = Some(*modes);
     }
 
     fn record(&mut self, train: &Train, modes: &Modes, order: usize) {
@@ -166,32 +169,28 @@ impl Recorded {
             process: [zero; MOST_FOLLOWERS],
         };
         for (j, follower) in train.followers.iter().enumerate() {
-            let rigid = follower.joint == Joint::Rigid;
+            let rigid = follower.joint.states() == 0;
             if rigid && !follower.load.input {
                 continue;
             }
-            let own = if let Joint::Shaft(_) = follower.joint {
-                (phi + y[train.layout.followers[j]]).powers(tape)
-            } else {
-                powers
-            };
+            let own =
+                if follower.joint.carries_cam() { (phi + y[train.layout.followers[j]]).powers(tape) } else { powers };
             let place = follower.load.spring.is_some() || follower.roller.spring.is_some();
             let wanted = [place && !rigid, true, !rigid];
             f.cams[j] = [0, 1, 2].map(|order| function(own, wanted[order], Known::Cam(j, order), 0.0));
             f.process[j] = function(powers, follower.load.process.is_some() && !rigid, Known::Process(j), 0.0);
         }
-        let d = train.dynamics(modes, &y, &f, &given);
+        let d = train.dynamics(&Point { modes, y: &y, f: &f, given: &given });
         d.rates[..train.layout.count].iter().for_each(|rate| rate.is_rate(tape));
         self.kept.clear();
         self.kept.resize(2 + 2 * train.followers.len(), NONE);
         let events = machine.is_some_and(|m| m.motor.servo().is_some() || m.motor.table().is_some());
         self.kept[0] = if events { d.demand.place(tape) } else { NONE };
         self.kept[1] = if driven { phi.place(tape) } else { NONE };
-        for (j, follower) in train.followers.iter().enumerate() {
-            if let (Joint::Backlash(_), Mode::Contact(_)) = (follower.joint, modes.contacts[j]) {
-                self.kept[2 + 2 * j] = d.normal[j].place(tape);
-                self.kept[3 + 2 * j] = (d.normal[j] * f.cams[j][1]).place(tape);
-            }
+        for (j, ..) in train.clearances().filter(|(j, ..)| modes.stands[*j].is_held()) {
+            let normal = d.followers[j].normal;
+            self.kept[2 + 2 * j] = normal.place(tape);
+            self.kept[3 + 2 * j] = (normal * f.cams[j][1]).place(tape);
         }
     }
 
@@ -281,18 +280,12 @@ impl Varying {
         if let Some(machine) = train.machine() {
             (varies.inertia, varies.torque) = (machine.inertia.varying.is_some(), machine.load.is_some());
         }
-        for (follower, contact) in train.followers.iter().zip(&modes.contacts) {
-            let held = *contact != Mode::Free;
-            let (mass, loads): (f64, [Option<&Load>; 2]) = match follower.joint {
-                Joint::Rigid => (follower.rigid.m, [Some(&follower.load), None]),
-                Joint::Output(_, m_x) => (m_x, [Some(&follower.roller), None]),
-                Joint::Backlash(p) if held => (p.m1, [Some(&follower.roller), (p.m2 == 0.0).then_some(&follower.load)]),
-                _ => (0.0, [None; 2]),
-            };
-            varies.inertia |= mass != 0.0 || !follower.rigid.linkage.is_empty();
-            for load in loads.into_iter().flatten().filter(|load| !load.is_none()) {
-                varies.torque = true;
-                varies.viscous |= load.damping.is_some();
+        for (follower, stand) in train.followers.iter().zip(&modes.stands) {
+            varies.inertia |= !follower.rigid.linkage.is_empty();
+            for along in follower.along(stand) {
+                varies.inertia |= along.m != 0.0;
+                varies.torque |= !along.load.is_none();
+                varies.viscous |= along.load.damping.is_some();
             }
         }
         varies

@@ -216,7 +216,7 @@ fn a_mass_that_leaves_the_flank_which_overtakes_it_keeps_its_velocity() {
 #[test]
 fn jumps_are_those_of_a_backlash_drive() {
     for e in [0.0, 0.3] {
-        let parameters = contact::Parameters { m1: 0.2, m2: 0.5, c: 3e5, b: 30.0, s: 3e-4, e };
+        let parameters = crate::drives::backlash::Parameters { m1: 0.2, m2: 0.5, c: 3e5, b: 30.0, s: 3e-4, e };
         let cam = series(&[0.0, 0.01, 0.002], &[]);
         let follower = backlash(cam.clone(), [0.2, 0.5, 3e5, 30.0, 3e-4, e]);
         // Each step ends 4.5e-5 rad and 0.135 rad/s at most beside the next one.

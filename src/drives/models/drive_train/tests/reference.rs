@@ -96,9 +96,9 @@ impl DriveTrain {
         let w = if self.motion.is_some() { given.course[0] } else { y[1] };
         let [u, u1, _] = f.cams.get(j).copied().unwrap_or_default();
         let z = if let Some(Joint::Backlash(p)) = self.train.followers.get(j).map(|f| f.joint) {
-            match self.run.modes.contacts[j] {
+            match self.run.modes.stands[j].contact {
                 Mode::Contact(flank) => [flank.pick(0.0, p.s), 0.0],
-                Mode::Free => [y[at(j)] + self.run.modes.home(j, p.s), y[at(j) + 1]],
+                Mode::Free => [y[at(j)] + self.run.modes.stands[j].home(p.s), y[at(j) + 1]],
             }
         } else {
             [0.0; 2]
@@ -118,7 +118,7 @@ impl DriveTrain {
             "xav" => u1 * w + z[1],
             "xb" => u + z[0] + y[at(j) + 2],
             "xbv" => u1 * w + z[1] + y[at(j) + 3],
-            "N" => d.normal[j],
+            "N" => d.followers[j].normal,
             "P" => self.run.tallies[j].impulse,
             "loss" => self.run.tallies.iter().map(|t| t.loss).sum(),
             _ => panic!("{name}"),
@@ -875,7 +875,7 @@ fn saved_and_restored_in_chatter() {
         copy.go_on(time, step).unwrap();
         assert_eq!(postcard::to_stdvec(&train).unwrap(), postcard::to_stdvec(&copy).unwrap(), "{time}");
         impacts = train.run.tallies[1].impacts;
-        in_flight += i32::from(train.run.modes.contacts[1] == Mode::Free);
+        in_flight += i32::from(train.run.modes.stands[1].contact == Mode::Free);
     }
     assert!(impacts > 20.0 && in_flight > 20, "{impacts} {in_flight}");
 }
