@@ -13,7 +13,7 @@ use camdrive_design::report;
 use camdrive_design::study::coupled;
 use camdrive_design::study::plan::rows_of_part;
 use camdrive_design::study::report::{Column, Findings};
-use camdrive_design::study::run::Runner;
+use camdrive_design::study::single::Runner;
 use camdrive_design::text::{self, counted, number};
 use indicatif::ProgressBar;
 use serde::Serialize;

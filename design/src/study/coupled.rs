@@ -5,18 +5,16 @@
 //! h⁶ max |f⁽⁶⁾| / 46080, h⁴ max |f⁗| / 384 or h² max |f″| / 8. What happens within a step, an impact for example, is seen only
 //! by what it leaves at the end. What is constant between events has the value at the end of the step.
 //!
-//! A window that begins or ends within a step is cut there. Steps keep their length, but for the last one of a window in time
-//! where all FMUs take steps of any length.
+//! Steps keep their length, but for the last one of a window in time where all FMUs take steps of any length.
 
 use super::measure::{Gathered, Measure};
 use super::piece::{Jet, Piece};
-use super::run::{HARMONIC, MOST_STEPS, Outputs, PHI, Span, Window, highest_harmonic, values};
+use super::run::{HARMONIC, Outputs, PHI, Window, highest_harmonic, values};
 use crate::coupling::exchange::Coupling;
 use crate::host::ModelDescription;
 use crate::text::number;
 use camdrive::drives::variable::{Causality, Kind as Type, Variability};
 use camdrive::drives::{Description, Fault, Number};
-use std::f64::consts::TAU;
 
 /// What a study takes of coupled FMUs.
 pub struct Runner<'a> {
@@ -99,75 +97,80 @@ impl<'a> Runner<'a> {
     /// # Errors
     /// What a part says, with its name and the time; what cannot be measured of the motion.
     pub fn run(&self, coupling: &mut Coupling, start: f64, step: f64) -> Result<(Vec<f64>, Option<String>), Fault> {
-        let mut before = self.read(coupling)?;
-        // Time and angle at which the span under way began.
-        let mut begin = [start, before[0][0]];
-        let reach = REACH + 64.0 * f64::EPSILON * begin[1].abs();
-        let gathered = self.measures.iter().map(|measure| Gathered::new(measure.kind, reach));
-        let mut gathered: Vec<Gathered> = gathered.collect();
-        let ends = |gathered: &mut [Gathered], value: &dyn Fn(usize) -> f64| {
-            for (gathered, output) in gathered.iter_mut().zip(&self.outputs) {
-                gathered.end(value(*output), value(*output));
-            }
-        };
-        let mut measures = matches!(self.window.settle, Span::Time(0.0) | Span::Turns(0.0));
-        if measures {
-            ends(&mut gathered, &|output| before[output][0]);
-        }
         let is_free = (0..coupling.count()).all(|part| coupling.description(part).capabilities.variable_steps);
-        let mut time = start;
-        for count in 1..=MOST_STEPS {
-            let span = |measures: bool| if measures { self.window.over } else { self.window.settle };
-            let mut next = start + count as f64 * step;
-            if let Span::Time(length) = span(measures) {
-                let end = begin[0] + length;
-                let is_short = measures && is_free && end < next;
-                next = if is_short || (end - next).abs() < ROUNDING * step { end } else { next };
-            }
-            if let Err(fault) = coupling.advance(time, next - time) {
-                let fault = fault.within(format_args!("from t = {} s to {} s", Number(time), Number(next)));
-                if measures
-                    && time > begin[0]
-                    && coupling.has_ended()
-                    && highest_harmonic(self.measures) == 0
-                    && let Ok(measured) = values(&gathered, self.measures, before[0][0] - begin[1])
-                {
-                    return Ok((measured, Some(format!("{}; measured up to t = {} s", fault.message, Number(time)))));
-                }
-                return Err(fault);
-            }
-            let after = self.read(coupling);
-            let after = after.map_err(|fault| fault.within(format_args!("at t = {} s", Number(next))))?;
-            let piece = |(k, of): (usize, &Followed)| of.piece([before[k], after[k]], next - time);
-            let mut pieces: Vec<Piece> = self.followed.iter().enumerate().map(piece).collect();
-            let mut from = time;
-            while let Some(z) = end(span(measures), begin, [from, next], &pieces[0]) {
-                let at = if z < 1.0 { from + z * (next - from) } else { next };
-                let parts: Vec<[Piece; 2]> = pieces.iter().map(|piece| parted(piece, z)).collect();
-                let [low, high] = [0, 1].map(|side| parts.iter().map(|parts| parts[side]).collect::<Vec<_>>());
-                if measures {
-                    self.take(&mut gathered, &low, at - from)?;
-                    return values(&gathered, self.measures, low[0].0[5] - begin[1]).map(|measured| (measured, None));
-                }
-                (measures, from, pieces) = (true, at, high);
-                begin = [at, pieces[0].0[0]];
-                ends(&mut gathered, &|output| pieces[output].0[0]);
-            }
-            if measures {
-                self.take(&mut gathered, &pieces, next - from)?;
-            }
-            (before, time) = (after, next);
+        let before = self.followed.iter().map(|of| of.jet(coupling)).collect::<Result<Vec<_>, _>>()?;
+        let first = [start, before[0][0]];
+        let (gathered, rest) = (Vec::new(), None);
+        let mut course =
+            Course { runner: self, coupling, is_free, start, step, count: 0, time: start, before, rest, gathered };
+        let begin = self.window.settle.follow(first, f64::INFINITY, &mut course)?;
+        let reach = REACH + 64.0 * f64::EPSILON * first[1].abs();
+        course.gathered = self.measures.iter().map(|measure| Gathered::new(measure.kind, reach)).collect();
+        for (gathered, output) in course.gathered.iter_mut().zip(&self.outputs) {
+            let value = course.rest.as_ref().map_or(course.before[*output][0], |(_, pieces)| pieces[*output].0[0]);
+            gathered.end(value, value);
         }
-        Err(Fault::new(format!("the run needs more than {MOST_STEPS} steps; it came to t = {time:.6e} s")))
+        let done = self.window.over.follow(begin, f64::INFINITY, &mut course);
+        let Course { coupling, time, before, gathered, .. } = course;
+        let measured = |angle: f64| values(&gathered, self.measures, angle - begin[1]);
+        match done {
+            Ok([_, angle]) => measured(angle).map(|measured| (measured, None)),
+            Err(fault) if time > begin[0] && coupling.has_ended() && highest_harmonic(self.measures) == 0 => {
+                let until = format!("{}; measured up to t = {} s", fault.message, Number(time));
+                measured(before[0][0]).map(|measured| (measured, Some(until))).map_err(|_| fault)
+            }
+            Err(fault) => Err(fault),
+        }
+    }
+}
+
+/// The course of coupled FMUs.
+struct Course<'a> {
+    runner: &'a Runner<'a>,
+    coupling: &'a mut Coupling,
+    /// Whether all of them take steps of any length.
+    is_free: bool,
+    /// Where the run began, and its step (s).
+    start: f64,
+    step: f64,
+    count: u64,
+    /// Where they are (s), and the outputs there.
+    time: f64,
+    before: Vec<Jet>,
+    /// What is left of the last step after the end of a span (s).
+    rest: Option<(f64, Vec<Piece>)>,
+    /// What was gathered for each measure; nothing before the window.
+    gathered: Vec<Gathered>,
+}
+
+impl super::run::Course for Course<'_> {
+    fn next(&mut self, stop: f64, pieces: &mut Vec<Piece>) -> Result<[f64; 2], Fault> {
+        if let Some((from, rest)) = self.rest.take() {
+            *pieces = rest;
+            return Ok([from, self.time]);
+        }
+        let (time, step) = (self.time, self.step);
+        self.count += 1;
+        let mut next = self.start + self.count as f64 * step;
+        let is_short = !self.gathered.is_empty() && self.is_free && stop < next;
+        next = if is_short || (stop - next).abs() < ROUNDING * step { stop } else { next };
+        let advanced = self.coupling.advance(time, next - time);
+        advanced.map_err(|fault| fault.within(format_args!("from t = {} s to {} s", Number(time), Number(next))))?;
+        pieces.clear();
+        for (of, before) in self.runner.followed.iter().zip(&mut self.before) {
+            let after = of.jet(self.coupling);
+            let after = after.map_err(|fault| fault.within(format_args!("at t = {} s", Number(next))))?;
+            pieces.push(of.piece([std::mem::replace(before, after), after], next - time));
+        }
+        self.time = next;
+        Ok([time, next])
     }
 
-    fn read(&self, coupling: &mut Coupling) -> Result<Vec<Jet>, Fault> {
-        self.followed.iter().map(|of| of.jet(coupling)).collect()
-    }
-
-    /// Takes up the outputs over a time (s).
-    fn take(&self, gathered: &mut [Gathered], pieces: &[Piece], time: f64) -> Result<(), Fault> {
-        let harmonic = highest_harmonic(self.measures);
+    fn take(&mut self, pieces: &[Piece], time: f64) -> Result<(), Fault> {
+        if self.gathered.is_empty() {
+            return Ok(());
+        }
+        let harmonic = highest_harmonic(self.runner.measures);
         let turned = (pieces[0].0[5] - pieces[0].0[0]).abs();
         if f64::from(harmonic) * turned > HARMONIC {
             let [turned, most] = [turned, HARMONIC / f64::from(harmonic)].map(number);
@@ -176,8 +179,14 @@ impl<'a> Runner<'a> {
             ))
             .hint("take a shorter `step`"));
         }
-        gathered.iter_mut().zip(&self.outputs).for_each(|(of, output)| of.add(&pieces[*output], &pieces[0], time));
+        let outputs = self.gathered.iter_mut().zip(&self.runner.outputs);
+        outputs.for_each(|(of, output)| of.add(&pieces[*output], &pieces[0], time));
         Ok(())
+    }
+
+    fn part(&mut self, [_, at]: [f64; 2], rest: Vec<Piece>) -> Result<bool, Fault> {
+        self.rest = Some((at, rest));
+        Ok(false)
     }
 }
 
@@ -221,33 +230,13 @@ impl Followed {
     }
 }
 
-/// The part of a piece of φ over these times (s) at which a span ends that began at this time and angle; None where it goes on.
-fn end(span: Span, begin: [f64; 2], times: [f64; 2], phi: &Piece) -> Option<f64> {
-    let ([begin, angle], [from, to]) = (begin, times);
-    match span {
-        Span::Time(time) => {
-            let end = begin + time;
-            (end <= to).then(|| if to > from { (end - from) / (to - from) } else { 1.0 })
-        }
-        Span::Turns(turns) => {
-            let turned = phi.0[5] - angle;
-            let level = angle + (TAU * turns).copysign(turned);
-            (turned.abs() >= TAU * turns).then(|| phi.crossing(level).unwrap_or(1.0))
-        }
-    }
-}
-
-/// The parts of a piece before and behind z in (0, 1]; at the end of the piece the same bits as there.
-fn parted(piece: &Piece, z: f64) -> [Piece; 2] {
-    if z < 1.0 { piece.split(z) } else { [*piece, Piece::constant(piece.0[5])] }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::coupling::variables::variables;
     use crate::host::Fmu;
     use crate::resource::Resource;
+    use crate::study::run::Span;
     use camdrive::drives::rigid_machine::{InertiaFunction, MachineStart, Motor, Scene};
     use camdrive::drives::settings::Settings;
     use std::f64::consts::PI;

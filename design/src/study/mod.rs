@@ -6,5 +6,6 @@ pub mod piece;
 pub mod plan;
 pub mod report;
 pub mod run;
+pub mod single;
 #[cfg(test)]
 mod tests;

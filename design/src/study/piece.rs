@@ -75,6 +75,19 @@ impl Piece {
         [Piece(low), Piece(high)]
     }
 
+    /// The larger error of the polynomials over the parts before and behind z, where f has this value and this derivative by z.
+    ///
+    /// The error of this one is z³ (1 − z)³ (α + β (z − ½)). Over a part, the first factor is at most 1/64 of the sixth power of the
+    /// part, and the second one, the sixth derivative up to a constant, is α + 7β (z − ½) in its middle.
+    pub fn error_of_parts(&self, z: f64, [value, slope]: [f64; 2]) -> f64 {
+        let (miss, bent, room) = (self.at(z) - value, self.slope(z) - slope, z - z * z);
+        let sum = miss / room.powi(3);
+        let beta = (bent - 3.0 * room * room * (1.0 - 2.0 * z) * sum) / room.powi(3);
+        let over =
+            |middle: f64, part: f64| (sum + beta * (7.0 * (middle - 0.5) - (z - 0.5))).abs() * part.powi(6) / 64.0;
+        over(0.5 * z, z).max(over(0.5 + 0.5 * z, 1.0 - z))
+    }
+
     /// The mean value.
     pub fn mean(&self) -> f64 {
         self.0.iter().sum::<f64>() / 6.0
@@ -189,6 +202,23 @@ mod tests {
         let ratio = error(0.8) / error(0.4);
         assert!((50.0..80.0).contains(&ratio), "{ratio}");
         assert!(error(0.4) < 0.4_f64.powi(6) / 46080.0);
+    }
+
+    #[test]
+    fn the_error_of_parts_is_that_of_their_polynomials() {
+        let sine = |t: f64| [t.cos(), -t.sin(), -t.cos()];
+        for z in [0.1, 0.3, 0.5, 0.8] {
+            let (from, step) = (0.4, 0.6);
+            let middle = sine(from + z * step);
+            let told = Piece::new(sine(from), sine(from + step), step).error_of_parts(z, [middle[0], step * middle[1]]);
+            let error = |from: f64, step: f64| {
+                let piece = Piece::new(sine(from), sine(from + step), step);
+                let errors = (0..=100).map(|i| f64::from(i) / 100.0).map(|z| piece.at(z) - (from + step * z).cos());
+                errors.fold(0.0, |most: f64, error| most.max(error.abs()))
+            };
+            let found = error(from, z * step).max(error(from + z * step, (1.0 - z) * step));
+            assert!((told / found - 1.0).abs() < 0.1, "{z}: {told} {found}");
+        }
     }
 
     #[test]

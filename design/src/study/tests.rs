@@ -1,7 +1,8 @@
 //! Measures of whole runs against closed forms.
 
 use super::measure::Measure;
-use super::run::{Runner, Span, Window};
+use super::run::{Span, Window};
+use super::single::Runner;
 use crate::resource::Scene;
 use camdrive::drives::follower::load::Load;
 use camdrive::drives::rigid_machine::{self, InertiaFunction, MachineStart, Motor};
@@ -289,4 +290,40 @@ fn what_cannot_be_measured_is_told() {
     let short = Window { settle: Span::Time(0.0), over: Span::Time(0.01), accuracy: 1e-6 };
     let never = measured(elastic(StartMode::AtRest, W), &short, &["q at 180 deg"], &[]).unwrap_err();
     assert!(never.contains("does not pass this angle"), "{never}");
+}
+
+#[test]
+fn what_a_drive_holds_is_read_in_any_order() {
+    let machine = rigid_machine::Scene { w_start: 20.0, motor: Motor::None, ..wheel(20.0) };
+    let scenes: [Scene; 3] =
+        [elastic(StartMode::AtRest, W).into(), clearance(StandardLaw::SimpleSine, 4e-4).into(), machine.into()];
+    for scene in scenes {
+        let mut drive = scene.build().unwrap().plan().instance();
+        drive.set_up(0.0, None);
+        drive.start().unwrap();
+        let states: Vec<usize> = (0..drive.descriptions().len()).filter(|i| drive.descriptions()[*i].state).collect();
+        let mut time = 0.0;
+        for _ in 0..100 {
+            drive.advance(time, 1.3e-3).unwrap();
+            time += 1.3e-3;
+            let (held, _) = drive.held().unwrap();
+            let whole = (held - time).min(1e-3);
+            if whole <= 0.0 {
+                continue;
+            }
+            let mut at = |from: f64, to: f64| {
+                drive.advance(time + from * whole, (to - from) * whole).unwrap();
+                states.iter().map(|state| drive.get(*state).unwrap()).collect::<Vec<f64>>()
+            };
+            // Instants are sums, which are rounded.
+            let near = |a: Vec<f64>, b: Vec<f64>| {
+                let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-12 * b.abs().max(1.0);
+                assert!(a.iter().zip(&b).all(near), "{a:?} {b:?}");
+            };
+            let (middle, end) = (at(0.0, 0.25), at(0.25, 0.875));
+            near(at(0.875, 0.25), middle);
+            near(at(0.25, 0.875), end);
+            time += 0.875 * whole;
+        }
+    }
 }

@@ -29,6 +29,7 @@ trait DynDrive: Send + Sync {
     /// Advances by a communication step; false where the states are no finite numbers at its end.
     fn advance(&mut self, time: f64, step: f64) -> Result<bool, Fault>;
     fn is_finite(&self) -> bool;
+    fn held(&self) -> Option<(f64, bool)>;
     fn evaluate(&self, values: &mut [f64]);
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64);
     fn request_tolerance(&mut self, tolerance: f64);
@@ -88,6 +89,10 @@ impl<D: Drive> DynDrive for Typed<D> {
 
     fn is_finite(&self) -> bool {
         self.drive.is_finite()
+    }
+
+    fn held(&self) -> Option<(f64, bool)> {
+        self.drive.held()
     }
 
     fn evaluate(&self, values: &mut [f64]) {
@@ -445,6 +450,11 @@ impl AnyDrive {
         let finite = self.drive.advance(time, step)?;
         self.time = time + step;
         if finite { Ok(()) } else { Err(self.not_finite()) }
+    }
+
+    /// The instant (s) up to which the motion is held, see [`Drive::held`].
+    pub fn held(&self) -> Option<(f64, bool)> {
+        self.drive.held()
     }
 
     /// Which state is no number.

@@ -66,6 +66,13 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// After a fault the drive is used no more until it is reset or an earlier state is restored.
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
 
+    /// The instant (s) up to which the present internal step holds the motion, and whether something happens there. Before it
+    /// [`Drive::advance`] reads the step alone and goes back as well, as far as to the communication point of this call. By default
+    /// nothing is held.
+    fn held(&self) -> Option<(f64, bool)> {
+        None
+    }
+
     /// Computes what the variables tell of the communication point, each value in the place that its declaration names
     /// ([`super::Variable::at`]).
     fn evaluate(&self, values: &mut [f64]);

@@ -317,6 +317,10 @@ impl Drive for BacklashDrive {
 
     as_every_cam_drive!();
 
+    fn held(&self) -> Option<(f64, bool)> {
+        self.run.as_deref().filter(|_| !self.cam.is_input()).map(Run::held)
+    }
+
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         if self.within_panel(time, time + step, step) { Ok(()) } else { self.go_on(time, step) }
     }

@@ -409,6 +409,10 @@ impl Drive for DriveTrain {
         self.run.turns * TAU + y[0] + y[1] * (end - time)
     }
 
+    fn held(&self) -> Option<(f64, bool)> {
+        self.horizon(0.0).is_infinite().then(|| self.run.held())
+    }
+
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         self.go_on(time, step)
     }

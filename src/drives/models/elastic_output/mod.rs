@@ -224,6 +224,10 @@ impl Drive for ElasticOutput {
 
     as_every_cam_drive!();
 
+    fn held(&self) -> Option<(f64, bool)> {
+        if self.cam.is_input() || self.loaded.is_some() { None } else { self.response.held() }
+    }
+
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         if self.cam.is_input() {
             return self.advance_on_inputs([time, time + step]);

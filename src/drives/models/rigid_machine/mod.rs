@@ -359,6 +359,11 @@ impl Drive for RigidMachine {
         self.state.angle.hi + TAU * self.state.turns + self.state.w * (end - time)
     }
 
+    fn held(&self) -> Option<(f64, bool)> {
+        let step = self.in_angle.step.as_ref().filter(|_| self.shaft.torques_are_constant());
+        step.map(|step| (step.end.hi, false))
+    }
+
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         self.shaft.step_begins(&mut self.state)?;
         if let Err(told) = self.reach(time, step) {

@@ -135,6 +135,12 @@ impl Run {
         (theta < self.panel.limit()).then(|| self.panel.at(bodies, theta.max(0.0)))
     }
 
+    /// The end of the current panel (s), and whether something happens there.
+    pub fn held(&self) -> (f64, bool) {
+        let Panel { event, next_segment, from, .. } = &self.panel;
+        (self.panel.instant(self.panel.limit()).hi, event.is_some() || *next_segment != from.segment)
+    }
+
     /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the communication step up to `time` (s) in the current panel.
     pub fn sums(&self, flank: &impl FlankMotion, time: f64) -> Pair {
         self.sums + Pair(self.panel.integrals(flank, [self.summed, self.theta(time)]))

@@ -277,6 +277,15 @@ impl Response {
         }
     }
 
+    /// The instant (s) up to which the closed form or the present piece holds, and whether the law has a breakpoint there.
+    pub fn held(&self) -> Option<(f64, bool)> {
+        match &self.method {
+            Method::Closed(_) => Some((f64::INFINITY, false)),
+            Method::Pieces(piece) => Some((piece.end.hi, piece.border.is_some())),
+            Method::Hermite(_) | Method::Table(_) => None,
+        }
+    }
+
     /// Brings cam and mass `now` to `time` (s), which must not lie before the piece that an earlier call has reached.
     #[inline]
     pub fn reach(&mut self, law: &MotionLaw, time: f64, now: &mut Instant) -> Result<(), Fault> {

@@ -521,6 +521,11 @@ impl Run {
         self.start + two_product(self.length, self.unit)
     }
 
+    /// The end of the step (s), and whether something happens there.
+    pub fn held(&self) -> (f64, bool) {
+        (self.end().hi, self.event.is_some())
+    }
+
     /// The states at the place `theta` of the step.
     pub fn read(&self, theta: f64, y: &mut [f64]) {
         for (k, (y, state)) in y.iter_mut().zip(&self.states).enumerate() {
