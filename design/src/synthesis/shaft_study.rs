@@ -3,13 +3,16 @@
 use super::deviation;
 use super::laws::{Rival, truncated};
 use super::shaft::{Shaft, ShaftGoal};
+use crate::resource::Scene;
 use crate::search;
-use camdrive::drives::elastic_shaft::{self, ElasticShaft, Scene};
+use crate::study::measure::{Kind, Measure};
+use crate::study::run::{Span, Window};
+use crate::study::single::Runner;
+use camdrive::drives::elastic_shaft;
 use camdrive::drives::settings::Settings;
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
-use camdrive::drives::{Drive, Fault};
+use camdrive::drives::{AnyDrive, Fault};
 use camdrive::motion::{Fourier, MotionLaw};
-use std::f64::consts::TAU;
 
 /// Speeds of a curve, at which resonances look round.
 const SPEEDS: usize = 161;
@@ -19,8 +22,8 @@ const SPEEDS: usize = 161;
 const STABLE_EVERY: usize = 4;
 const NONLINEAR_EVERY: usize = 16;
 
-/// Instants of a turn at which the torque of the drive is read: of ten waves in a turn they miss 3e-5 of the height.
-const INSTANTS: usize = 4096;
+/// How well the largest torque of the drive is found, relative to it.
+const ACCURACY: f64 = 1e-6;
 
 /// Harmonics of a standard law here: those of the torque fall as k⁻³, and the shaft does not follow the high ones.
 const HARMONICS: usize = 32;
@@ -81,7 +84,7 @@ pub fn study(goal: ShaftGoal, rivals: &[Rival]) -> Shafted {
         w,
         linear: peak(&goal.shaft, &laws[0], w),
         torque: on_periodic_motion(&goal.shaft, &laws[0], w, false)
-            .and_then(|mut drive| largest_torque(&mut drive, w))
+            .and_then(|mut drive| largest_torque(&mut drive))
             .map_err(|fault| fault.to_string()),
     };
     let fastest = |law: &Fourier| goal.shaft.periodic_torque(law, goal.fastest, None).map(|motion| motion.torque);
@@ -121,23 +124,15 @@ fn peak(shaft: &Shaft, law: &Fourier, w: f64) -> f64 {
 }
 
 /// max |M| over the next turn of the drive itself (N·m).
-pub fn largest_torque(drive: &mut ElasticShaft, w: f64) -> Result<f64, Fault> {
-    let variables = drive.variables();
-    let tau = variables.reference("tau").map(|reference| variables.0[reference].index);
-    let tau = tau.ok_or_else(|| Fault::new("the drive has no torque"))?;
-    let step = TAU / w / INSTANTS as f64;
-    let (mut largest, mut values) = (0.0_f64, variables.places());
-    for i in 0..INSTANTS {
-        drive.evaluate(&mut values);
-        largest = largest.max(values[tau].abs());
-        drive.advance(i as f64 * step, step)?;
-    }
-    Ok(largest)
+pub fn largest_torque(drive: &mut AnyDrive) -> Result<f64, Fault> {
+    let window = Window { settle: Span::Turns(0.0), over: Span::Turns(1.0), accuracy: ACCURACY };
+    let measures = [Measure { kind: Kind::Magnitude, output: "tau".to_owned() }];
+    Ok(Runner::new(drive, &window, &measures)?.run(drive)?[0])
 }
 
 /// The drive on its periodic motion: it refuses one that does not attract.
-pub fn on_periodic_motion(shaft: &Shaft, law: &Fourier, w: f64, linear: bool) -> Result<ElasticShaft, Fault> {
-    let mut drive = ElasticShaft::new(Scene {
+pub fn on_periodic_motion(shaft: &Shaft, law: &Fourier, w: f64, linear: bool) -> Result<AnyDrive, Fault> {
+    let scene = elastic_shaft::Scene {
         load: Default::default(),
         parameters: elastic_shaft::Parameters { m: shaft.m, inertia: shaft.inertia, c: shaft.c, b: shaft.b },
         linear,
@@ -145,8 +140,10 @@ pub fn on_periodic_motion(shaft: &Shaft, law: &Fourier, w: f64, linear: bool) ->
         drive: DriveMode::Constant { w, phi_start: 0.0 },
         start: Start { mode: StartMode::SteadyState, q: 0.0, q_dot: 0.0 },
         solver: Settings::default(),
-    })?;
-    drive.start(0.0).map_err(Fault::in_one_sentence)?;
+    };
+    let mut drive = Scene::from(scene).build()?.plan().instance();
+    drive.set_up(0.0, None);
+    drive.start()?;
     Ok(drive)
 }
 

@@ -291,11 +291,11 @@ fn the_least_torque_of_an_elastic_shaft() {
     let w = 0.11 * w0;
     let found = goal.peak(&profile.series, w) * goal.shaft.m * w * w;
     let mut drive = shaft_study::on_periodic_motion(&goal.shaft, &profile.series, w, true).unwrap();
-    let largest = shaft_study::largest_torque(&mut drive, w).unwrap();
+    let largest = shaft_study::largest_torque(&mut drive).unwrap();
     assert!((largest / found - 1.0).abs() < 1e-5, "{largest} {found}");
     // The nonlinear drive differs little, though its twist bends the profile.
     let mut drive = shaft_study::on_periodic_motion(&goal.shaft, &profile.series, w, false).unwrap();
-    let largest = shaft_study::largest_torque(&mut drive, w).unwrap();
+    let largest = shaft_study::largest_torque(&mut drive).unwrap();
     assert!((1e-4..0.05).contains(&(largest / found - 1.0).abs()), "{largest} {found}");
 }
 
