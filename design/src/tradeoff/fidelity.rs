@@ -2,7 +2,7 @@
 
 use super::reference::Reference;
 use super::rigid::{Formula, Shaft};
-use super::run::{Inputs, Trace};
+use super::run::{self, Inputs, Plan, Trace};
 use super::simplification::{Simplification, Simplified};
 use super::{Bench, Feature, sweep, worst_of};
 use camdrive::drives::Fault;
@@ -29,10 +29,11 @@ pub fn shaft(bench: &Bench, reference: &Reference) -> Vec<Shaft> {
 /// One run, on which the shaft moves like this.
 pub fn run(simpler: &Simplification, bench: &Bench, shaft: &[Shaft]) -> Result<Trace, Fault> {
     match &simpler.model {
-        Simplified::Scene(resource, interface) => {
-            let interface = interface.as_ref().map_err(Fault::clone)?;
+        Simplified::Scene(scene) => {
+            let (fmu, interface) = scene.as_ref().map_err(Fault::clone)?;
             let inputs = if interface.derivatives > 0 { Inputs::Derivatives } else { Inputs::Values };
-            bench.run(resource, interface, &sweep::defaults(interface), bench.grid, inputs)
+            let (starts, grid, run_up) = (&sweep::defaults(interface), bench.grid, &bench.run_up);
+            run::run(&Plan { fmu, interface, starts, grid, run_up, inputs })
         }
         Simplified::Formula(formula) => Ok(evaluate(formula, shaft)),
     }
@@ -41,8 +42,8 @@ pub fn run(simpler: &Simplification, bench: &Bench, shaft: &[Shaft]) -> Result<T
 /// The names of its outputs.
 fn outputs(simpler: &Simplification) -> Vec<String> {
     match &simpler.model {
-        Simplified::Scene(_, Ok(interface)) => interface.names().into_iter().map(|(name, _)| name).collect(),
-        Simplified::Scene(_, Err(_)) => Vec::new(),
+        Simplified::Scene(Ok((_, interface))) => interface.names().into_iter().map(|(name, _)| name).collect(),
+        Simplified::Scene(Err(_)) => Vec::new(),
         Simplified::Formula(formula) => formula.outputs.clone(),
     }
 }

@@ -22,6 +22,7 @@ mod tests;
 #[cfg(test)]
 pub(crate) use simplification::massless;
 
+use crate::host::Fmu;
 use crate::resource::Resource;
 use crate::text::{number, time};
 use crate::{Progress, work};
@@ -215,7 +216,7 @@ fn median(values: &[f64]) -> Option<f64> {
 
 /// The experiment of all runs of a study.
 pub struct Bench {
-    resource: Resource,
+    fmu: Fmu,
     interface: Interface,
     grid: Grid,
     run_up: RunUp,
@@ -232,14 +233,13 @@ impl Bench {
         let mut drive = resource.build()?;
         let experiment = drive.experiment();
         let run_up = run_up(options)?;
-        let unmoved =
-            |grid| Bench { resource: resource.clone(), interface: interface.clone(), grid, run_up, turn: None };
+        let fmu = Fmu::linked(resource)?;
         if interface.is_driven() {
             let turn = TAU / run_up.speed.abs();
             let stop = options.turns.map_or(2.0 * run_up.ramp, |turns| turns * turn + 0.5 * run_up.ramp);
             let step = run_up.ramp / INSTANTS_PER_RAMP;
             let option = if options.turns.is_some() { "--turns" } else { "--ramp" };
-            return Ok(Bench { turn: Some(turn), ..unmoved(grid(option, step, stop)?) });
+            return Ok(Bench { fmu, interface, grid: grid(option, step, stop)?, run_up, turn: Some(turn) });
         }
         if options.speed.is_some() || options.ramp.is_some() {
             return Err(Fault::new(
@@ -248,8 +248,9 @@ impl Bench {
             )
             .of("--speed"));
         }
-        let mut bench = unmoved(grid("", experiment.step, experiment.stop)?);
-        bench.turn = match interface.find("drive.w") {
+        let grid_of = |option, stop| grid(option, experiment.step, stop);
+        let mut bench = Bench { fmu, interface, grid: grid_of("", experiment.stop)?, run_up, turn: None };
+        bench.turn = match bench.interface.find("drive.w") {
             Some(speed) => Some(TAU / drive.get(speed as usize)?.abs()),
             None => bench.mean_speed()?.map(|w| TAU / w.abs()),
         }
@@ -257,7 +258,7 @@ impl Bench {
         if let Some(turns) = options.turns {
             let turn =
                 bench.turn.ok_or_else(|| Fault::new("--turns: the shaft of this scene stands still").of("--turns"))?;
-            bench.grid = grid("--turns", experiment.step, turns * turn)?;
+            bench.grid = grid_of("--turns", turns * turn)?;
         }
         Ok(bench)
     }
@@ -265,26 +266,18 @@ impl Bench {
     /// The mean speed over the run with the defaults (rad/s).
     fn mean_speed(&self) -> Result<Option<f64>, Fault> {
         let Some(column) = self.interface.names().iter().position(|(name, _)| name == "phi") else { return Ok(None) };
-        let trace = self.run(&self.resource, &self.interface, &[], self.grid, Inputs::Values)?;
+        let trace = self.run(&[], self.grid, Inputs::Values)?;
         let outputs = self.interface.outputs.len();
         let angle = |k: usize| trace.row(k, outputs).map_or(0.0, |row| row[column]);
         Ok(Some((angle(self.grid.count) - angle(0)) / (self.grid.count as f64 * self.grid.step)))
     }
 
-    fn run(
-        &self,
-        resource: &Resource,
-        interface: &Interface,
-        starts: &[(u32, f64)],
-        grid: Grid,
-        inputs: Inputs,
-    ) -> Result<run::Trace, Fault> {
-        run(&Plan { resource, interface, starts, grid, run_up: &self.run_up, inputs })
+    fn run(&self, starts: &[(u32, f64)], grid: Grid, inputs: Inputs) -> Result<Trace, Fault> {
+        run(&Plan { fmu: &self.fmu, interface: &self.interface, starts, grid, run_up: &self.run_up, inputs })
     }
 
-    fn setting(&self, setting: &Setting) -> Result<run::Trace, Fault> {
-        let inputs = setting.inputs.unwrap_or(Inputs::Values);
-        self.run(&self.resource, &self.interface, &setting.starts, setting.grid, inputs)
+    fn setting(&self, setting: &Setting) -> Result<Trace, Fault> {
+        self.run(&setting.starts, setting.grid, setting.inputs.unwrap_or(Inputs::Values))
     }
 
     fn stop(&self) -> f64 {
@@ -347,7 +340,7 @@ pub fn study(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress
 fn studied(resource: &Resource, options: &Options, progress: &dyn Fn(Progress)) -> Result<Findings, Fault> {
     progress(Progress { done: 0, total: 1, stage: "reference" });
     let bench = Bench::new(resource, options)?;
-    let reference = reference::compute(resource, &bench.interface, bench.grid, &bench.run_up)?;
+    let reference = reference::compute(&bench)?;
     let turn = bench.turn.unwrap_or(bench.stop());
     let mut settings = sweep::settings(&bench.interface, bench.grid, turn, options.quick);
     let (simpler, shaft) = (simplification::of(resource), fidelity::shaft(&bench, &reference));

@@ -5,10 +5,9 @@
 //! another tolerance, and with every parameter changed in its last binary digit, which no computation in this
 //! arithmetic can tell apart. The largest difference is the floor below which no error is known.
 
-use super::run::{Grid, Inputs, Interface, Plan, Trace, run};
-use super::run_up::RunUp;
-use super::sweep;
-use crate::resource::Resource;
+use super::run::{Grid, Inputs, Interface, Trace};
+use super::{Bench, sweep};
+use crate::host::Variable;
 use camdrive::drives::Fault;
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use serde::Serialize;
@@ -61,16 +60,14 @@ pub struct Check {
     pub difference: f64,
 }
 
-/// Computes the reference on the instants of `grid`.
-pub fn compute(resource: &Resource, interface: &Interface, grid: Grid, run_up: &RunUp) -> Result<Reference, Fault> {
-    let driven = interface.is_driven();
+/// Computes the reference on the instants of the experiment.
+pub fn compute(bench: &Bench) -> Result<Reference, Fault> {
+    let Bench { interface, grid, .. } = bench;
     // Divisions that no compared setting has. Within a tenth of the interval the polynomial of the input derivatives meets
     // the run-up to rounding.
-    let parts = if driven { 10 } else { 2 };
-    let grid = Grid { parts, ..grid };
-    let carry_out = |starts: &[(u32, f64)], grid: Grid| {
-        run(&Plan { resource, interface, starts, grid, run_up, inputs: Inputs::Derivatives })
-    };
+    let parts = if interface.is_driven() { 10 } else { 2 };
+    let grid = Grid { parts, ..*grid };
+    let carry_out = |starts: &[(u32, f64)], grid: Grid| bench.run(starts, grid, Inputs::Derivatives);
     let finest = settings(interface, TOLERANCES[0]);
     let trace = carry_out(&finest, grid)?;
     let mut others = vec![(
@@ -81,7 +78,7 @@ pub fn compute(resource: &Resource, interface: &Interface, grid: Grid, run_up: &
         let text = format!("solver.tolerance = {:e}", TOLERANCES[1]);
         others.push((text, carry_out(&settings(interface, TOLERANCES[1]), grid)?));
     }
-    others.push(perturbed(resource, interface, &finest, |starts| carry_out(starts, grid))?);
+    others.push(perturbed(bench, &finest, |starts| carry_out(starts, grid))?);
     let text = match interface.find("solver.tolerance") {
         Some(_) => format!("solver.tolerance = {:e}", TOLERANCES[0]),
         None => "the drive's only setting".to_owned(),
@@ -100,30 +97,24 @@ fn settings(interface: &Interface, tolerance: f64) -> Vec<(u32, f64)> {
 /// The run with every physical parameter changed to the next number, or, where this makes the scene impossible (angles
 /// of a cycle that no longer fill the turn), with the tunable ones changed.
 fn perturbed(
-    resource: &Resource,
-    interface: &Interface,
+    bench: &Bench,
     finest: &[(u32, f64)],
     carry_out: impl Fn(&[(u32, f64)]) -> Result<Trace, Fault>,
 ) -> Result<(String, Trace), Fault> {
-    let mut drive = resource.build()?;
-    let mut changed = |tunable_only: bool| -> Result<Vec<(u32, f64)>, Fault> {
+    let changed = |tunable_only: bool| {
         let mut starts = finest.to_vec();
-        for (i, d) in interface.variables.iter().enumerate() {
-            let physical = d.causality == Causality::Parameter && !d.name.starts_with("solver.");
-            let Kind::Real { max, .. } = d.kind else { continue };
-            if !physical || (tunable_only && d.variability != Variability::Tunable) {
-                continue;
-            }
-            let value = drive.get(i)?;
-            if value != 0.0 && value.next_up() <= max {
-                starts.push((i as u32, value.next_up()));
+        for Variable { about, reference, start, .. } in &bench.fmu.description().variables {
+            let physical = about.causality == Causality::Parameter && !about.name.starts_with("solver.");
+            let (Kind::Real { max, .. }, Some(value)) = (&about.kind, start) else { continue };
+            let is_changed = physical && (!tunable_only || about.variability == Variability::Tunable);
+            if is_changed && *value != 0.0 && value.next_up() <= *max {
+                starts.push((*reference, value.next_up()));
             }
         }
-        Ok(starts)
+        starts
     };
-    let (all, tunable) = (changed(false)?, changed(true)?);
     let text = "every parameter in its last binary digit".to_owned();
-    carry_out(&all).or_else(|_| carry_out(&tunable)).map(|trace| (text, trace))
+    carry_out(&changed(false)).or_else(|_| carry_out(&changed(true))).map(|trace| (text, trace))
 }
 
 /// Judges a reference by the runs that should yield the same.

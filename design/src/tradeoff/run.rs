@@ -117,7 +117,7 @@ pub enum Inputs {
 /// A run to be made.
 pub struct Plan<'a> {
     /// The FMU.
-    pub resource: &'a Resource,
+    pub fmu: &'a Fmu,
     /// Its interface.
     pub interface: &'a Interface,
     /// Values set before initialisation.
@@ -228,9 +228,8 @@ pub fn run(plan: &Plan<'_>) -> Result<Trace, Fault> {
         if work::draw(cost) { Ok(()) } else { Err(Fault::new("the work of the study is used up")) }
     };
     draw()?;
-    let fmu = Fmu::linked(plan.resource)?;
     let clock = ThreadTime::now();
-    let mut host = fmu.instantiate(&plan.resource.name)?;
+    let mut host = plan.fmu.instantiate(&plan.fmu.description().name)?;
     for (reference, value) in plan.starts {
         host.set(*reference as usize, *value)?;
     }

@@ -5,6 +5,7 @@
 
 use super::rigid::{self, Formula};
 use super::run::Interface;
+use crate::host::Fmu;
 use crate::resource::{Resource, Scene};
 use crate::text::counted;
 use camdrive::drives::Fault;
@@ -33,8 +34,8 @@ pub struct Simplification {
 
 /// A drive without one of its features.
 pub enum Simplified {
-    /// Another scene of the same model, with its interface unless the drive refuses it.
-    Scene(Box<Resource>, Result<Interface, Fault>),
+    /// The FMU of another scene of the same model with its interface, unless the drive refuses it.
+    Scene(Result<(Fmu, Interface), Fault>),
     /// Formulas for the outputs.
     Formula(Formula),
 }
@@ -135,7 +136,7 @@ pub fn of(resource: &Resource) -> Vec<Simplification> {
         let left_out = feature.strip_prefix("follower ").and_then(|number| number.parse().ok());
         let resource = Resource { scene: simpler, ..resource.clone() };
         let interface = Interface::of(&resource).map(|interface| renumbered(interface, left_out));
-        let model = Simplified::Scene(Box::new(resource), interface);
+        let model = Simplified::Scene(interface.and_then(|interface| Ok((Fmu::linked(&resource)?, interface))));
         list.push(Simplification { feature: feature.to_owned(), instead: instead.to_owned(), model });
     };
     for (feature, instead, leave_out) in NEUTRAL {
