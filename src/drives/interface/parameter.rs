@@ -58,6 +58,7 @@ pub struct Number {
 
 impl Number {
     /// A parameter in this section.
+    #[inline(never)]
     pub fn of<P>(section: &str, p: &Parameter<P>) -> Self {
         let Parameter { name, quantity, range: [min, max], nominal, variability, .. } = *p;
         let kind = Kind::Real { quantity, min, max, nominal };
@@ -72,6 +73,7 @@ impl Number {
 
 impl<D> List<D> {
     /// Declares a number by this name and key.
+    #[inline(never)]
     pub fn number(
         &mut self,
         number: &Number,

@@ -186,12 +186,10 @@ pub struct Output {
     pub order: usize,
     /// One sentence; empty where the name says it.
     pub text: &'static str,
-    /// Type and range.
-    pub kind: Kind,
+    /// Of a Real.
+    pub quantity: &'static Quantity,
     /// How it changes.
     pub role: Role,
-    /// The variable whose rate it is, where its name does not say so.
-    pub rate_of: Option<&'static str>,
 }
 
 /// How an output changes.
@@ -205,27 +203,26 @@ pub enum Role {
     Discrete,
     /// At events, for the eye.
     Local,
+    /// At events, an Integer from one number to the other.
+    Count(i32, i32),
+    /// At events, a Boolean.
+    Flag,
 }
 
 impl Output {
     /// A continuous one.
     pub const fn new(name: &'static str, text: &'static str, quantity: &'static Quantity) -> Self {
-        Output { name, order: 0, text, kind: real(quantity), role: Role::Continuous, rate_of: None }
+        Output { name, order: 0, text, quantity, role: Role::Continuous }
     }
 
-    /// One that changes at events.
-    pub const fn discrete(name: &'static str, text: &'static str, kind: Kind) -> Self {
-        Output { name, order: 0, text, kind, role: Role::Discrete, rate_of: None }
+    /// One that changes in another way.
+    pub const fn role(self, role: Role) -> Self {
+        Output { role, ..self }
     }
 
     /// A state, if it is one.
     pub const fn state(self, is_state: bool) -> Self {
-        Output { role: if is_state { Role::State } else { self.role }, ..self }
-    }
-
-    /// The rate of another one.
-    pub const fn rate_of(self, of: Option<&'static str>) -> Self {
-        Output { rate_of: of, ..self }
+        if is_state { self.role(Role::State) } else { self }
     }
 }
 
@@ -306,7 +303,7 @@ impl<D> Default for List<D> {
 }
 
 /// A Real of any value.
-pub const fn real(quantity: &'static Quantity) -> Kind {
+pub fn real(quantity: &'static Quantity) -> Kind {
     Kind::Real { quantity, min: f64::NEG_INFINITY, max: f64::INFINITY, nominal: None }
 }
 
@@ -369,6 +366,7 @@ impl<D> List<D> {
     }
 
     /// An output under the name that a model gives it.
+    #[inline(never)]
     pub fn named(
         &mut self,
         output: &Output,
@@ -376,14 +374,17 @@ impl<D> List<D> {
         text: &str,
         series: fn(&D, Seed, usize) -> Series,
     ) -> &mut Variable<D> {
-        let kind = output.kind.clone();
+        let kind = match output.role {
+            Role::Count(min, max) => Kind::Integer { min, max },
+            Role::Flag => Kind::Boolean,
+            _ => real(output.quantity),
+        };
         let variable = match output.role {
             Role::Continuous | Role::State => self.output(name, text, kind, series),
-            Role::Discrete => self.discrete_output(name, text, kind),
             Role::Local => self.local(name, text, kind),
+            _ => self.discrete_output(name, text, kind),
         };
         variable.description.state = output.role == Role::State;
-        output.rate_of.iter().for_each(|of| variable.description.derivative_of = Some((*of).to_owned()));
         variable
     }
 

@@ -3,14 +3,14 @@
 //! In contact m2 ẍ2 = S + F_L2, S = −(c q + b q̇), N = m1 ẍ1 + S − F_L1; in flight m1 ẍ1 = −S + F_L1, x1 = U + z, + s where z counts
 //! from flank B. Without m2 all loads act on m1.
 
-use super::output::DEFORMATION;
 use super::{
-    Along, At, Change, Follower, Guard, Kind, MOST, Motion, Now, Put, Stand, balance, moving, nothing_holds, of_tool,
+    Along, At, Change, DEFORMATION, FREE_TOOL, Follower, Guard, Kind, MOST, Motion, Now, Put, Stand, TOOL, balance,
+    either, nothing_holds,
 };
 use crate::drives::Fault;
 use crate::drives::follower::contact::{Flank, Mode, Parameters};
 use crate::drives::unit;
-use crate::drives::variable::{self, Output, Role, real};
+use crate::drives::variable::{Output, Role};
 use crate::numerics::taylor::{Arithmetic, Scalar};
 
 impl Parameters {
@@ -20,6 +20,8 @@ impl Parameters {
         if self.m2 > 0.0 { own } else { own + at.on_tool(self.m1, x1) }
     }
 }
+
+static X1: [[Output; 3]; 2] = either("x1", "Place of the mass at the cam", true);
 
 impl Kind for Parameters {
     fn has(&self, number: &str) -> bool {
@@ -106,14 +108,13 @@ impl Kind for Parameters {
         let (gap, speed) = (S::from(at.stand.home(self.s)) + y[0], u1 * w + y[1]);
         let (place, [first, tool]) = (u + gap, motion.accelerations);
         now.law(put);
-        let x1 = const { &moving("x1", "Place of the mass at the cam", true) };
-        now.moved(x1, [place, speed, first], put);
+        now.moved(&X1, [place, speed, first], put);
         put.give(&Output::new("gap", "Distance of the mass at the cam from flank A", now.place()), gap);
         if self.m2 > 0.0 {
-            now.moved(const { &of_tool(true) }, [place + y[2], speed + y[3], tool], put);
-            now.moved(const { &DEFORMATION }, [y[2], y[3], motion.rates[3]], put);
+            now.moved(&FREE_TOOL, [place + y[2], speed + y[3], tool], put);
+            now.moved(&DEFORMATION, [y[2], y[3], motion.rates[3]], put);
         } else {
-            now.moved(const { &of_tool(false) }, [place, speed, first], put);
+            now.moved(&TOOL, [place, speed, first], put);
         }
         now.reaction("force", [motion.normal, u1 * motion.normal], put);
         self.counts(now, put);
@@ -169,27 +170,32 @@ impl Parameters {
         let (Now { at, counts, .. }, two) = (now, self.s.is_finite());
         let mode = if let Mode::Contact(flank) = at.stand.contact { flank.sign() } else { 0.0 };
         let text = if two { "1 on flank A, 0 in flight, -1 on flank B" } else { "1 on the cam, 0 in flight" };
-        let mut count = |name, text, kind, value| put.give(&Output::discrete(name, text, kind), value);
-        let whole = |min, max| variable::Kind::Integer { min, max };
-        count("contact", text, whole(if two { -1 } else { 0 }, 1), S::from(mode));
+        let mut count =
+            |name, text, quantity, role, value| put.give(&Output::new(name, text, quantity).role(role), value);
+        count("contact", text, &unit::NUMBER, Role::Count(if two { -1 } else { 0 }, 1), S::from(mode));
         // A jump of the inputs takes a mass in contact along.
         let mut impulse = S::from(counts.impulse);
         if at.stand.is_held() && now.driven {
             let flank = at.cam[1] * at.w;
             impulse = (flank - S::from(flank.value())) * self.m1 + impulse;
         }
-        count("impulse", "Sum of the impulses of the cam since the start", real(&unit::IMPULSE), impulse);
-        count("impacts", "Impacts since the start", whole(0, i32::MAX), S::from(counts.impacts));
-        count("energy_loss", "Energy lost in impacts since the start", real(&unit::ENERGY), S::from(counts.loss));
+        count("impulse", "Sum of the impulses of the cam since the start", &unit::IMPULSE, Role::Discrete, impulse);
+        count("impacts", "Impacts since the start", &unit::NUMBER, Role::Count(0, i32::MAX), S::from(counts.impacts));
+        count(
+            "energy_loss",
+            "Energy lost in impacts since the start",
+            &unit::ENERGY,
+            Role::Discrete,
+            S::from(counts.loss),
+        );
         let [force, torque] = counts.means.map(S::from);
         let text = "Mean force of the drive on m1 over the last communication step, impulses included";
-        count("force_mean", text, real(now.force()), force);
+        count("force_mean", text, now.force(), Role::Discrete, force);
         let text = "Mean torque of the follower on the drive over the last communication step, impulses included";
-        count("tau_mean", text, real(&unit::TORQUE), torque);
+        count("tau_mean", text, &unit::TORQUE, Role::Discrete, torque);
         if self.m2 > 0.0 {
             let text = "Energy dissipated by the damper";
-            let output = Output::new("damping_loss", text, &unit::ENERGY);
-            put.give(&Output { role: Role::Local, ..output }, S::from(counts.damped));
+            count("damping_loss", text, &unit::ENERGY, Role::Local, S::from(counts.damped));
         }
     }
 }

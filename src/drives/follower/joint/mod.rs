@@ -379,19 +379,26 @@ impl<S> Put<'_, S> {
     }
 }
 
-/// A place, its velocity and its acceleration, where the tool moves and where it turns; the first two may be states. A place without a
-/// text is that of its name.
-const fn moving(name: &'static str, text: &'static str, state: bool) -> [[Output; 3]; 2] {
-    const fn of(place: Output, [_, velocity, acceleration]: [&'static Quantity; 3], state: bool) -> [Output; 3] {
-        let (name, text) = (place.name, place.text);
-        let velocity = Output { order: 1, ..Output::new(name, text, velocity) };
-        let acceleration = Output { order: 2, ..Output::new(name, text, acceleration) };
-        [place.state(state), velocity.state(state), acceleration]
-    }
-    let moves = [&unit::LENGTH, &unit::VELOCITY, &unit::ACCELERATION];
-    let turns = [&unit::ANGLE, &unit::ANGULAR_VELOCITY, &unit::ANGULAR_ACCELERATION];
-    [of(Output::new(name, text, moves[0]), moves, state), of(Output::new(name, text, turns[0]), turns, state)]
+/// A place, its velocity and its acceleration, the first two states or not; a place without a text is that of its name.
+const fn moving(name: &'static str, text: &'static str, of: [&'static Quantity; 3], state: bool) -> [Output; 3] {
+    let velocity = Output { order: 1, ..Output::new(name, text, of[1]) };
+    let acceleration = Output { order: 2, ..Output::new(name, text, of[2]) };
+    [Output::new(name, text, of[0]).state(state), velocity.state(state), acceleration]
 }
+
+/// Where it moves, and where it turns.
+const fn either(name: &'static str, text: &'static str, state: bool) -> [[Output; 3]; 2] {
+    let moves = [&unit::LENGTH, &unit::VELOCITY, &unit::ACCELERATION];
+    [moving(name, text, moves, state), moving(name, text, TURNS, state)]
+}
+
+const TURNS: [&Quantity; 3] = [&unit::ANGLE, &unit::ANGULAR_VELOCITY, &unit::ANGULAR_ACCELERATION];
+
+/// The tool, whose place and velocity follow from those of the shaft, or are states.
+static TOOL: [[Output; 3]; 2] = either("y", "Place of the tool", false);
+static FREE_TOOL: [[Output; 3]; 2] = either("y", "Place of the tool", true);
+/// q of a spring behind the cam.
+static DEFORMATION: [[Output; 3]; 2] = either("q", "Deformation of the spring", false);
 
 impl<S: Scalar> Now<'_, S> {
     /// The quantity of its places.
@@ -422,11 +429,6 @@ impl<S: Scalar> Now<'_, S> {
         let text = "Torque from the shaft into the follower; positive loads the drive";
         put.give(&Output::new("tau", text, &unit::TORQUE), torque);
     }
-}
-
-/// The motion of the tool, whose place and velocity may be states.
-const fn of_tool(state: bool) -> [[Output; 3]; 2] {
-    moving("y", "Place of the tool", state)
 }
 
 /// q where a spring of stiffness c balances the loads on a tool of mass m, the other end of the spring at x.

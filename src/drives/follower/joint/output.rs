@@ -1,6 +1,6 @@
 //! An elastic output: m ÿ = F + F_L, F = −(c q + b q̇), y = U + q; m_x on the cam's side follows the shaft.
 
-use super::{Along, At, Follower, Joint, Kind, MOST, Motion, Now, Put, Stand, balance, moving, of_tool};
+use super::{Along, At, DEFORMATION, FREE_TOOL, Follower, Joint, Kind, MOST, Motion, Now, Put, Stand, balance};
 use crate::drives::Fault;
 use crate::drives::follower::elastic_output::Parameters;
 use crate::drives::variable::Output;
@@ -39,8 +39,8 @@ impl Kind for Parameters {
         let (speed, roller) = (u1 * at.w, &at.follower.roller);
         let normal = *spring + at.shown_lift(now.a) * m_x - roller.force(m_x, [u, speed], None, None);
         now.law(put);
-        now.moved(const { &of_tool(true) }, [u + q, speed + v, motion.accelerations[1]], put);
-        now.moved(const { &DEFORMATION }, [q, v, motion.rates[1]], put);
+        now.moved(&FREE_TOOL, [u + q, speed + v, motion.accelerations[1]], put);
+        now.moved(&DEFORMATION, [q, v, motion.rates[1]], put);
         let text = "Force of the spring on the tool, -(c q + b der(q)), positive in the sense of y";
         put.give(&Output::new("force", text, now.force()), *spring);
         now.reaction("contact_force", [normal, u1 * normal], put);
@@ -61,9 +61,6 @@ impl Kind for Parameters {
         Ok(())
     }
 }
-
-/// q, as outputs name it.
-pub const DEFORMATION: [[Output; 3]; 2] = moving("q", "Deformation of the spring", false);
 
 impl Joint {
     /// m_x of an elastic output (kg).

@@ -1,7 +1,8 @@
 //! A rigid follower, which the cam moves itself or by mechanisms: y = U, N = m ÿ − F_L.
 
-use super::{At, Kind, Now, Put, moving, of_tool};
+use super::{At, Kind, Now, Put, TOOL, TURNS, moving};
 use crate::drives::parameter::{Parameter, Parameters};
+use crate::drives::variable::Output;
 use crate::numerics::taylor::{Scalar, Series};
 
 /// Nothing between cam and tool.
@@ -11,6 +12,8 @@ impl Parameters for Rigid {
     const SECTION: &'static str = "";
     const TABLE: &'static [Parameter<Self>] = &[];
 }
+
+static LEVER: [Output; 3] = moving("lever", "", TURNS, false);
 
 impl Kind for Rigid {
     fn outputs<S: Scalar>(&self, now: &Now<'_, S>, put: &mut Put<'_, S>) {
@@ -25,12 +28,12 @@ impl Kind for Rigid {
             Some([inertia, half_slope, weight]) => inertia * *a + half_slope * w * w - weight - u1 * load,
         };
         now.law(put);
-        now.moved(const { &of_tool(false) }, [u, speed, x2], put);
+        now.moved(&TOOL, [u, speed, x2], put);
         now.reaction("force", [normal, tau], put);
         if rigid.has_lever() {
             let cam = rigid.cam.at_in(at.segment, phi.value()).0;
             let [u, u1, u2] = [0, 1, 2].map(|n| phi.compose([cam[n], cam[n + 1], cam[n + 2]]));
-            put.all(const { &moving("lever", "", false)[1] }, [u, u1 * w, u2 * w * w + u1 * *a]);
+            put.all(&LEVER, [u, u1 * w, u2 * w * w + u1 * *a]);
         }
     }
 }

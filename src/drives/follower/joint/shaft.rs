@@ -1,6 +1,6 @@
 //! An elastic shaft before the cam: (J + m U′²) ψ̈ + m U′U″ ψ̇² = T + U′ F_L, T = −(c q + b q̇), ψ = φ + q.
 
-use super::{Along, At, Follower, Kind, MOST, Motion, Now, Put, Stand, moving, of_tool};
+use super::{Along, At, Follower, Kind, MOST, Motion, Now, Put, Stand, TOOL, TURNS, moving};
 use crate::drives::Fault;
 use crate::drives::follower::elastic_shaft::Parameters;
 use crate::drives::limits::refused_start;
@@ -11,6 +11,8 @@ use crate::numerics::taylor::{Arithmetic, Scalar};
 /// Steps of the load from nothing on; between them Newton's method needs a few iterations.
 const STEPS: usize = 64;
 const ITERATIONS: usize = 8;
+
+static TWIST: [Output; 3] = moving("q", "Deformation of the spring", TURNS, true);
 
 impl Kind for Parameters {
     fn shaft(&self) -> Option<Parameters> {
@@ -50,8 +52,8 @@ impl Kind for Parameters {
         let acceleration = u2 * speed * speed + u1 * motion.accelerations[0];
         let normal = acceleration * self.m - at.on_tool(self.m, [u, velocity]);
         now.law(put);
-        now.moved(const { &of_tool(false) }, [u, velocity, acceleration], put);
-        put.all(const { &moving("q", "Deformation of the spring", true)[1] }, [q, v, motion.rates[1]]);
+        now.moved(&TOOL, [u, velocity, acceleration], put);
+        put.all(&TWIST, [q, v, motion.rates[1]]);
         let psi = *phi + q + (now.whole - *phi);
         put.give(&Output::new("psi", "Angle of the cam behind the elastic shaft", &unit::ANGLE), psi);
         now.reaction("force", [normal, *spring], put);

@@ -18,7 +18,7 @@ use crate::drives::shaft::loads::{HasLoads, declare_force, declare_load, tell_of
 use crate::drives::shaft::motor::{Motor, Reference, Servo, Source, Transmission};
 use crate::drives::shaft::train::{self, Dynamics, Functions, Given, MOST_STATES};
 use crate::drives::unit::{self, Quantity};
-use crate::drives::variable::{Get, Kind, Output, Role, Set, Variability, real, real_within};
+use crate::drives::variable::{Get, Output, Role, Set, Variability, real, real_within};
 use crate::drives::{List, Seed, Variable};
 use crate::motion::MotionLaw;
 use crate::numerics::double_double::Double;
@@ -119,12 +119,10 @@ fn shaft<S: Scalar>(d: &DriveTrain, p: &Point<S>, motion: &Dynamics<S>, put: &mu
     if integrates || !d.motion_is_input() {
         put.give(&Output::new("phi", "Angle of the shaft", &unit::ANGLE).state(free || integrates), p.whole);
         let name = if integrates { "der(phi)" } else { "w" };
-        let speed = Output::new(name, "Angular velocity of the shaft", &unit::ANGULAR_VELOCITY).state(free);
-        put.give(&speed.rate_of(free.then_some("phi")), *w);
+        put.give(&Output::new(name, "Angular velocity of the shaft", &unit::ANGULAR_VELOCITY).state(free), *w);
     }
     if let Some(motor) = d.motor() {
-        let a = Output::new("a", "Angular acceleration of the shaft", &unit::ANGULAR_ACCELERATION);
-        put.give(&a.rate_of(Some("w")), motion.a);
+        put.give(&Output::new("a", "Angular acceleration of the shaft", &unit::ANGULAR_ACCELERATION), motion.a);
         let name = if motor.takes_torque() { "motor.tau" } else { "M_an" };
         let coupled = motor.transmission.coupling.is_some();
         if coupled || !motor.takes_torque() {
@@ -137,9 +135,9 @@ fn shaft<S: Scalar>(d: &DriveTrain, p: &Point<S>, motion: &Dynamics<S>, put: &mu
             let angle = motor.angle(*phi, y, layout) + S::from(motor.transmission.ratio * p.turns);
             put.give(&Output::new("motor.phi", "Angle of the rotor", &unit::ANGLE).state(true), angle);
             let speed = Output::new("motor.w", "Angular velocity of the rotor", &unit::ANGULAR_VELOCITY).state(true);
-            put.give(&speed.rate_of(Some("motor.phi")), motor.speed(y, layout));
+            put.give(&speed, motor.speed(y, layout));
             let a = Output::new("motor.a", "Angular acceleration of the rotor", &unit::ANGULAR_ACCELERATION);
-            put.give(&a.rate_of(Some("motor.w")), motion.rotor);
+            put.give(&a, motion.rotor);
         }
         let servo = motor.servo().is_some();
         if motor.states() > 0 {
@@ -153,7 +151,7 @@ fn shaft<S: Scalar>(d: &DriveTrain, p: &Point<S>, motion: &Dynamics<S>, put: &mu
             put.give(&Output::new("motor.u", text, &unit::TORQUE), motion.demand);
             let text = "Whether the torque of the servo is at its limit";
             let saturated = f64::from(d.run.modes.saturation != 0);
-            put.give(&Output::discrete(SATURATED, text, Kind::Boolean), S::from(saturated));
+            put.give(&Output::new(SATURATED, text, &unit::NUMBER).role(Role::Flag), S::from(saturated));
         }
     }
     if d.coupling {
@@ -424,6 +422,16 @@ impl DriveTrain {
             _ => output.text.to_owned(),
         };
         let variable = list.named(output, &self.name_of(row), &text, series).at(place);
+        let rate_of = match (output.name, follower) {
+            ("w", None) if self.machine().is_some() => Some("phi"),
+            ("a", None) => Some("w"),
+            ("motor.w", None) => Some("motor.phi"),
+            ("motor.a", None) => Some("motor.w"),
+            _ => None,
+        };
+        if let Some(of) = rate_of {
+            variable.derivative_of(of);
+        }
         if output.role == Role::Local {
             return;
         }
@@ -432,7 +440,7 @@ impl DriveTrain {
         let reference: Vec<&str> = all.iter().copied().filter(|name| name.ends_with("_ref")).collect();
         let course = self.course.known();
         let jumping = match output.name {
-            _ if output.role != Role::Discrete => &[],
+            _ if matches!(output.role, Role::Continuous | Role::State) => &[],
             SATURATED => &reference[..],
             "force_mean" | "tau_mean" => &[],
             // A jump of the inputs may open a contact, or close one; so may one of a force or a torque.
