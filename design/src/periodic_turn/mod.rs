@@ -448,9 +448,16 @@ fn extremes(
     let mut wanted: Vec<(usize, usize, usize, usize)> = Vec::new();
     for (i, values) in columns.iter().enumerate() {
         for side in 0..2 {
-            let value = |k: &usize| if side == 0 { -values[*k] } else { values[*k] };
-            let top = (0..times.len()).max_by(|a, b| value(a).total_cmp(&value(b))).unwrap_or(0);
-            wanted.push((top.saturating_sub(1), top, i, side));
+            let value = |k: usize| if side == 0 { -values[k] } else { values[k] };
+            let top = (0..times.len()).max_by(|a, b| value(*a).total_cmp(&value(*b))).unwrap_or(0);
+            found[i][side].value = values[top];
+            // A local summit may be higher between its points than the highest of all points.
+            let may_be = |k: &usize| {
+                let beside = [k.saturating_sub(1), (k + 1).min(times.len() - 1)].map(value);
+                let (low, high) = (beside[0].min(beside[1]), beside[0].max(beside[1]));
+                *k == top || value(*k) >= high && value(*k) > low && 2.0 * value(*k) - low >= value(top)
+            };
+            wanted.extend((0..times.len()).filter(may_be).map(|k| (k.saturating_sub(1), k, i, side)));
         }
     }
     wanted.sort_unstable();
@@ -472,7 +479,10 @@ fn extremes(
         let mut value = |t: f64| sign * at(t, outputs[i]);
         let (time, best) =
             if low < high { summit(&mut value, [times[low], times[high]], start, 1e-9 * step) } else { start };
-        found[i][side] = Extreme { phi: at(time, phi), value: sign * best };
+        // That of the highest point is always told, with its angle.
+        if best >= sign * found[i][side].value {
+            found[i][side] = Extreme { phi: at(time, phi), value: sign * best };
+        }
         walk.drive.restore(&saved);
         walk.time = begin;
     }

@@ -187,21 +187,6 @@ impl Gathered {
         self.end(output.0[0], output.0[5]);
     }
 
-    /// How far an output with these pieces stays away from what would change the measure; 0 where all of it counts.
-    pub fn clearance(&self, pieces: &[Piece; 2]) -> f64 {
-        let [greatest, least] = self.extremes;
-        let values = || pieces.iter().flat_map(|piece| piece.0);
-        let bound = |sign: f64| values().fold(f64::NEG_INFINITY, |bound, value| bound.max(sign * value));
-        let [above, below] = [1.0, -1.0].map(bound);
-        match self.kind {
-            Kind::Max => greatest - above,
-            Kind::Min => least - below,
-            Kind::Magnitude => greatest - above.max(below),
-            Kind::Range => (greatest - above).min(least - below),
-            _ => 0.0,
-        }
-    }
-
     /// Takes up the values at the ends of a span.
     pub fn end(&mut self, first: f64, last: f64) {
         if self.ends[0].is_nan() {

@@ -6,7 +6,7 @@
 //! that holds the motion ([`AnyDrive::held`]) by the drive itself, else from a saved state.
 //!
 //! No polynomial spans an event: a pair ends before one that ends an internal step, and is gone back over where one happens
-//! unforeseen. Where only extremes of an output are measured, pieces clear of them need no accuracy.
+//! unforeseen.
 
 use super::measure::{Gathered, Measure};
 use super::piece::{Jet, Piece};
@@ -19,7 +19,7 @@ use std::f64::consts::TAU;
 const UNEQUAL: f64 = 0.05;
 
 /// A step is longer than the one before by this factor at most.
-const GROWTH: f64 = 1.6;
+const GROWTH: f64 = 1.3;
 
 /// A pair this part of the first one is not divided further: a jump that is no event lies in it, and its ends say all.
 const LEAST: f64 = 1.0 / 65536.0;
@@ -41,9 +41,6 @@ const LONGEST: f64 = 16.0;
 
 /// The speed of the shaft is asked for anew after this many of the longest pairs.
 const LASTING: f64 = 8.0;
-
-/// A piece that stays away from the extremes so far by this many of its errors has none.
-const CLEAR: f64 = 8.0;
 
 /// What a study takes of a drive.
 pub struct Runner<'a> {
@@ -68,8 +65,6 @@ struct Followed {
     is_discrete: bool,
     /// It is the angle, whose series has no whole turns.
     is_angle: bool,
-    /// Its measures.
-    measures: Vec<usize>,
 }
 
 impl Followed {
@@ -92,12 +87,11 @@ impl<'a> Runner<'a> {
             phi.ok_or_else(|| Fault::new("the drive has no output phi, by which turns and angles are known"))
         };
         let Outputs { measured, followed, angle } = Outputs::new(all, phi, window, measures, Measure::needs_course)?;
-        let of = |(place, reference): (usize, usize)| {
-            let measures = (0..measured.len()).filter(|i| measured[*i].1 == Some(place)).collect();
+        let of = |reference: usize| {
             let is_discrete = all[reference].variability != Variability::Continuous;
-            Followed { reference, is_discrete, is_angle: all[reference].name == PHI, measures }
+            Followed { reference, is_discrete, is_angle: all[reference].name == PHI }
         };
-        let followed = followed.into_iter().enumerate().map(of).collect();
+        let followed = followed.into_iter().map(of).collect();
         let speed = all.iter().position(|d| d.name == "w" || d.name == "der(phi)");
         let means = measures.iter().any(|measure| measure.output.ends_with("_mean"));
         Ok(Runner { window, measures, outputs: measured, followed, angle, speed, means })
@@ -296,18 +290,15 @@ impl<'a> Course<'a> {
                 [pieces[0][k], pieces[1][k]] = [middle, last].map(|jet| Piece::constant(jet[0]));
                 continue;
             }
-            let both = [Piece::new(first, middle, half - from), Piece::new(middle, last, to - half)];
-            [pieces[0][k], pieces[1][k]] = both;
-            let mut clear = 0.0;
+            pieces[0][k] = Piece::new(first, middle, half - from);
+            pieces[1][k] = Piece::new(middle, last, to - half);
             if !(*angle && k == 0) {
                 scales[k] = [first, middle, last].iter().fold(scales[k], |scale, jet| scale.max(jet[0].abs()));
-                let of_measure = |i: &usize| self.gathered.get(*i).map_or(0.0, |of| of.clearance(&both));
-                clear = of.measures.iter().map(of_measure).fold(f64::INFINITY, f64::min);
             }
             let whole = Piece::new(first, last, to - from);
             let miss = whole.error_of_parts((half - from) / (to - from), [middle[0], (to - from) * middle[1]]);
             if miss != 0.0 {
-                error = error.max(miss / (accuracy * scales[k]).max(clear / CLEAR));
+                error = error.max(miss / (accuracy * scales[k]));
             }
         }
         if *angle && *others {
