@@ -29,9 +29,15 @@ impl Random {
 }
 
 impl DriveTrain {
+    /// A copy on the heap. Not inlined, so that the copy on the way there takes no room in the frame of a deep call.
+    #[inline(never)]
+    fn copied(&self) -> Box<Self> {
+        Box::new(self.clone())
+    }
+
     /// The same with other inputs.
     fn shaken(&self, inputs: &List<Self>, random: &mut Random) -> Box<Self> {
-        let mut probe = Box::new(self.clone());
+        let mut probe = self.copied();
         inputs.0.iter().for_each(|input| input.set(&mut probe, 10.0 * random.next()));
         if let DriveMode::Speed { phi_start } = &mut probe.course.mode {
             *phi_start = 10.0 * random.next();
@@ -74,7 +80,7 @@ impl DriveTrain {
             let Some(before) = values(&mut probe) else { continue };
             for (input, name) in list.0.iter().zip(&inputs) {
                 for _ in 0..OTHERS {
-                    let mut other = Box::new((*probe).clone());
+                    let mut other = probe.copied();
                     input.set(&mut other, 10.0 * random.next());
                     let Some(after) = values(&mut other) else { continue };
                     for (place, (a, b)) in before.iter().zip(&after).enumerate() {

@@ -154,7 +154,7 @@ impl DriveTrain {
     }
 
     /// Starts at `time` (s); a periodic motion with a larger multiplier is refused.
-    fn begin_within(&mut self, time: f64, most: f64) -> Result<Option<Periodic>, Fault> {
+    fn begin_within(&mut self, time: f64, most: f64) -> Result<Option<Box<Periodic>>, Fault> {
         self.solver.start();
         self.log.clear();
         self.told = vec![false; self.train.followers.len()];
@@ -162,10 +162,7 @@ impl DriveTrain {
         self.motion = self.train.machine().is_none().then(|| self.course.motion(time));
         (self.time, self.step) = (time, 0.0);
         let (y, turns) = self.first_states();
-        let tolerance = self.solver.effective_tolerance().max(FINEST_TOLERANCE);
-        let count = self.train.layout.count;
-        // In place: a run is large, and hosts give their threads little of the stack.
-        self.run = Run::begin(&self.train, Double::from(time), &y[..count], Modes::default(), tolerance);
+        self.set_off(time, &y, Modes::default());
         self.run.turns = turns;
         let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
         self.run.choose_modes(&self.train, &outside, self.start == Start::Equilibrium, &mut self.log)?;
@@ -180,7 +177,7 @@ impl DriveTrain {
                 );
                 return Err(refused_start(message));
             }
-            self.run = Run::begin(&self.train, Double::from(time), &found.y[..count], found.modes, tolerance);
+            self.set_off(time, &found.y, found.modes);
             self.run.turns = turns;
             self.run.set_period(found);
         }
@@ -190,6 +187,7 @@ impl DriveTrain {
             self.run.tallies[0].damped = Some(0.0);
         }
         let horizon = self.horizon(0.0);
+        let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
         self.run.first(&self.train, &outside, horizon)?;
         self.laid.take(&self.inputs);
         self.end = self.motion_is_input().then(Box::default);
@@ -197,11 +195,19 @@ impl DriveTrain {
         Ok(found)
     }
 
+    /// A run begins at `time` (s) with these states. Not inlined: a run is large, and hosts give their threads little of the stack.
+    #[inline(never)]
+    fn set_off(&mut self, time: f64, y: &[f64; MOST_STATES], modes: Modes) {
+        let tolerance = self.solver.effective_tolerance().max(FINEST_TOLERANCE);
+        self.run = Run::begin(&self.train, Double::from(time), &y[..self.train.layout.count], modes, tolerance);
+    }
+
     /// The periodic motion near these states, stable or not.
     ///
     /// # Errors
     /// Where nothing says at which speed, or none is found.
-    fn periodic(&self, run: &Run, outside: &Outside) -> Result<Periodic, Fault> {
+    #[inline(never)]
+    fn periodic(&self, run: &Run, outside: &Outside) -> Result<Box<Periodic>, Fault> {
         let motor = self.motor();
         // A servo whose speed is an input has none of its own.
         let given = self.machine().filter(|m| !m.motor.takes_speed()).map_or(0.0, |machine| machine.w_start);
@@ -225,7 +231,7 @@ impl DriveTrain {
             y[1] = usual;
             motor.begin(&mut y, &self.train.layout);
         }
-        periodic(&self.train, outside, (y, run.modes), usual.signum())
+        periodic(&self.train, outside, (y, run.modes), usual.signum()).map(Box::new)
     }
 
     /// Starts on the periodic motion, stable or not.
@@ -234,7 +240,8 @@ impl DriveTrain {
     /// Where there is none.
     pub fn periodic_motion(&mut self) -> Result<Periodic, Fault> {
         self.start = Start::SteadyState;
-        self.begin_within(0.0, f64::INFINITY)?.ok_or_else(|| refused_start("there is no periodic motion"))
+        let found = self.begin_within(0.0, f64::INFINITY)?;
+        found.map(|found| *found).ok_or_else(|| refused_start("there is no periodic motion"))
     }
 
     fn go_on(&mut self, time: f64, step: f64) -> Result<(), Fault> {
