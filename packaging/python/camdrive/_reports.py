@@ -215,9 +215,10 @@ def describe(scene: PathLike) -> Report:
 
 
 def steady(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
-    """The periodic `motions` of a machine or a train with their stability; that there is none is a result as well.
+    """The periodic `motions` of a drive or a machine, and its `turn`; that there is none is a result as well.
 
-    `period="120 ms"` finds the speed of the motor that yields it, `load="30 N.m"` brakes. As everywhere here, the
+    `speed="1800 rpm"` is that of a drive on inputs. For a RigidMachine `period="120 ms"` finds the speed of the motor that
+    yields it, and `load="30 N.m"` brakes. As everywhere here, the
     options are those that `camdrive help steady` explains, with underscores: numbers in SI, texts with a unit, True for
     one without a value, a list where several are possible. `output` is a folder for the tables and diagrams, which the
     report has in any case.
