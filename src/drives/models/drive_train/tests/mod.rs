@@ -3,4 +3,5 @@
 
 mod jumps;
 mod reference;
+mod stiff;
 mod tuning;
