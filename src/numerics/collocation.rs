@@ -16,20 +16,17 @@
 //! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5
 //! and IV.8; E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., Springer 2006, II.1.3.
 
-mod contraction;
 mod length;
 mod newton;
 mod solved;
-pub mod stages;
 
 use super::double_double::Double;
-use super::gauss::{ABSCISSAE, MATRIX, STAGES, legendre_integrals};
-use contraction::Contraction;
-use length::first_step;
-pub use length::{fit, growth};
+use super::gauss::{ABSCISSAE, INTEGRALS_IN_POWERS, MATRIX, STAGES, legendre_integrals};
+pub use length::fit;
+use length::{first_step, growth};
 use newton::Newton;
 use serde::{Deserialize, Serialize};
-use solved::{Solved, largest, powers, remainder_of_newton, solved, tail};
+use solved::{Solved, largest, remainder, remainder_of_newton, solved};
 
 /// The largest number of equations.
 pub const MAX_EQUATIONS: usize = 3;
@@ -48,6 +45,15 @@ const FORGETTING: f64 = 0.99;
 
 /// Newton iterations per attempt; a problem that needs more gets a shorter step.
 const ITERATIONS: usize = 15;
+
+/// The contraction of Newton's method beyond which the matrix of its first iteration is too far from the Jacobians along
+/// the step to carry errors: over the thousands of steps of an undamped motion a thousandth in each can make them grow
+/// without end. A smaller bound changes the estimate little and has more steps factorise twice.
+const STALE: f64 = 3e-4;
+
+/// A contraction below this that the first two corrections tell is chance: with the matrix of a state that stands still some
+/// 1e-4 is what they reach. A larger bound finds more of them, and makes more steps take a third correction.
+const LUCKY: f64 = 5e-6;
 
 /// Corrections are compared where no scale has grown by more than this since the one before: the contraction is off by no
 /// more then.
@@ -226,14 +232,17 @@ impl<const N: usize> Collocation<N> {
 
     /// The coefficients of θʲ in what the component `c` grows by over the fraction θ of the last step.
     pub fn growth(&self, c: usize) -> [f64; STAGES + 1] {
-        powers(|k| self.modes[k][c]).map(|sum| self.length * sum)
+        let sum = |j: usize| (0..STAGES).map(|k| self.modes[k][c] * INTEGRALS_IN_POWERS[k][j]).sum::<f64>();
+        std::array::from_fn(|j| self.length * sum(j))
     }
 
     /// Error of the polynomial of the last step between the ends, for each component: about h m₈/17, as its last
     /// coefficients decay.
     pub fn polynomial_error(&self) -> [f64; N] {
+        let pair = |k: usize, c: usize| self.modes[k][c].abs().max(self.modes[k - 1][c].abs());
         std::array::from_fn(|c| {
-            let [tail, decay] = tail(|k| self.modes[k][c], 0.0);
+            let (tail, before) = (pair(STAGES - 1, c), pair(STAGES - 3, c));
+            let decay = if tail < before { tail / before } else { 1.0 };
             self.length * tail * decay / (2 * STAGES + 1) as f64
         })
     }
@@ -386,22 +395,30 @@ impl<const N: usize> Collocation<N> {
     fn attempt(&mut self, system: &impl System<N>, h: f64, tolerance: f64) -> Option<Solved<N>> {
         let mut f = self.first_guess(system, h);
         let mut newton = Newton::unknown();
-        let (mut contraction, mut measure) = (Contraction::new(tolerance), [0.0; N]);
-        for _ in 0..ITERATIONS {
+        // Unknown before the first correction; a comparison with it is false.
+        let (mut last, mut measure) = (f64::NAN, [0.0; N]);
+        // Newton's error is not controlled by the step, so it is kept far below the tolerance.
+        let enough = (1e-4 * tolerance).max(1e-16);
+        for iteration in 0..ITERATIONS {
             let (parts, scale) = self.correct(system, h, &mut f, &mut newton)?;
             let size = largest(&parts);
             // A component that stands still at the start has no size before the first correction moves it: corrections by
             // different measures tell no contraction.
             let alike = (0..N).all(|c| scale[c] <= ALIKE * measure[c]);
-            if contraction.ends_with(size, alike, || newton.rounding(&scale, h)) {
-                if contraction.is_stale() {
+            let rate = if alike { size / last } else { f64::NAN };
+            // Either the corrections that are still to come are small, or rounding stops the contraction. The first one leads from a
+            // state that stands still: the second may be small by chance, and the third is not.
+            let likely = if iteration == 1 { rate.max(LUCKY) } else { rate };
+            let converged = rate < 1.0 && size * likely / (1.0 - likely) <= enough;
+            if size <= enough || converged || (rate > 0.3 && size <= newton.rounding(&scale, h)) {
+                if rate > STALE && !(size > enough && rate > 0.3) {
                     newton.factorise(system, h, |i| self.node(i, h), &self.stages(&f, h))?;
                 }
-                let rest = contraction.remainder(|| newton.rounding(&scale, h));
+                let rest = remainder(size, rate, || newton.rounding(&scale, h));
                 return Some(solved(f, scale, &newton, h, [rest; N]));
             }
-            newton.is_known &= !contraction.is_slow();
-            measure = scale;
+            newton.is_known &= !(rate > 0.05);
+            (last, measure) = (size, scale);
         }
         None
     }

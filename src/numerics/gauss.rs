@@ -112,7 +112,7 @@ pub(super) const fn rule<const N: usize>() -> ([f64; N], [f64; N]) {
     (x, b)
 }
 
-pub(super) const fn halves<const N: usize, const M: usize>(mut rows: [[f64; N]; M]) -> [[f64; N]; M] {
+const fn halves<const N: usize, const M: usize>(mut rows: [[f64; N]; M]) -> [[f64; N]; M] {
     let mut i = 0;
     while i < N * M {
         rows[i / N][i % N] *= 0.5;
@@ -187,11 +187,7 @@ const fn integrals_in_powers() -> [[f64; STAGES + 1]; STAGES] {
 
 /// The coefficients mₖ = Σ `projection[k][j]` fⱼ of Σ mₖ Pₖ(x), the polynomial through the fⱼ.
 pub(super) const fn projection<const N: usize>() -> [[f64; N]; N] {
-    projection_of(rule())
-}
-
-/// The same of other nodes and weights.
-pub(super) const fn projection_of<const N: usize>((x, b): ([f64; N], [f64; N])) -> [[f64; N]; N] {
+    let (x, b) = rule::<N>();
     let mut m = [[0.0; N]; N];
     let mut j = 0;
     while j < N {
@@ -208,12 +204,7 @@ pub(super) const fn projection_of<const N: usize>((x, b): ([f64; N], [f64; N])) 
 
 /// ∫₋₁^xᵢ ℓⱼ dx: the integral of the polynomial through the fⱼ up to the node xᵢ.
 pub(super) const fn integral<const N: usize>() -> [[f64; N]; N] {
-    integral_of(rule())
-}
-
-/// The same of other nodes and weights.
-pub(super) const fn integral_of<const N: usize>((x, b): ([f64; N], [f64; N])) -> [[f64; N]; N] {
-    let m = projection_of((x, b));
+    let (x, m) = (rule::<N>().0, projection::<N>());
     let mut s = [[0.0; N]; N];
     let mut i = 0;
     while i < N {

@@ -42,27 +42,18 @@ impl<const CAPACITY: usize> Lu<CAPACITY> {
 /// Factorises the leading block of the matrix, as large as there are pivots, by elimination with partial pivoting; None where it is
 /// singular or not finite.
 pub fn factorise<const N: usize>(matrix: &mut [[f64; N]], pivots: &mut [usize]) -> Option<()> {
-    factorise_rows(matrix.as_flattened_mut(), N, pivots)
-}
-
-/// The same of rows of this length, one after another.
-#[inline(always)]
-pub fn factorise_rows(matrix: &mut [f64], length: usize, pivots: &mut [usize]) -> Option<()> {
     let size = pivots.len();
     for k in 0..size {
-        let at = |i: usize| matrix[i * length + k].abs();
-        let pivot = (k..size).max_by(|&i, &j| at(i).total_cmp(&at(j)))?;
-        let head = matrix[pivot * length + k];
+        let pivot = (k..size).max_by(|&i, &j| matrix[i][k].abs().total_cmp(&matrix[j][k].abs()))?;
+        let head = matrix[pivot][k];
         if head == 0.0 || !head.is_finite() {
             return None;
         }
+        matrix.swap(k, pivot);
         pivots[k] = pivot;
-        let (above, below) = matrix.split_at_mut((k + 1) * length);
-        let row = &mut above[k * length..];
-        if pivot > k {
-            row.swap_with_slice(&mut below[(pivot - k - 1) * length..][..length]);
-        }
-        for other in below.chunks_exact_mut(length).take(size - k - 1) {
+        let (above, below) = matrix.split_at_mut(k + 1);
+        let row = &above[k];
+        for other in &mut below[..size - k - 1] {
             let factor = other[k] / head;
             other[k] = factor;
             if factor != 0.0 {
@@ -76,24 +67,18 @@ pub fn factorise_rows(matrix: &mut [f64], length: usize, pivots: &mut [usize]) -
 }
 
 /// Replaces the right-hand side by the solution, with what [`factorise`] has made.
-pub fn solve<const N: usize>(factors: &[[f64; N]], pivots: &[usize], x: &mut [f64]) {
-    solve_rows(factors.as_flattened(), N, pivots, x);
-}
-
-/// The same with what [`factorise_rows`] has made.
-#[inline(always)]
-pub fn solve_rows(factors: &[f64], length: usize, pivots: &[usize], x: &mut [f64]) {
+pub fn solve<const N: usize>(factors: &[[f64; N]], pivots: &[usize], x: &mut [f64; N]) {
     let size = pivots.len();
     for k in 0..size {
         x.swap(k, pivots[k]);
     }
     for k in 0..size {
         for i in k + 1..size {
-            x[i] -= factors[i * length + k] * x[k];
+            x[i] -= factors[i][k] * x[k];
         }
     }
     for k in (0..size).rev() {
-        let row = &factors[k * length..][..size];
+        let row = &factors[k];
         let sum: f64 = (k + 1..size).map(|j| row[j] * x[j]).sum();
         x[k] = (x[k] - sum) / row[k];
     }

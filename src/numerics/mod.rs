@@ -18,7 +18,6 @@ pub mod pair;
 pub mod period_map;
 pub mod phase;
 pub mod powers;
-mod radau;
 pub mod tape;
 pub mod taylor;
 pub mod work;

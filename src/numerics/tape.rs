@@ -12,7 +12,6 @@
 //!
 //! Source: A. Griewank, A. Walther, *Evaluating Derivatives*, 2nd ed., SIAM 2008, section 13.2.
 
-use super::collocation::stages::Rate;
 use super::taylor::Arithmetic;
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -232,118 +231,62 @@ impl Tape {
     /// Computes the coefficients of the states up to `order`, those of the rest to one order less, in the `unit` of time (s).
     pub fn expand(&mut self, order: usize, unit: f64) {
         let stride = self.stride();
-        self.clear(stride - 1);
+        let Tape { states, order: most, ops, terms, rates, series, mirrors, reversed, rows, powers, .. } = self;
+        let put = |reversed: &mut [f64], place: usize, n: usize, value: f64| {
+            let end = mirrors[place];
+            if end != NONE {
+                reversed[end - n] = value;
+            }
+        };
+        // Lanes that reach beyond what is known find zeros.
+        for (place, row) in series.chunks_exact_mut(stride).enumerate() {
+            row[1..].fill(0.0);
+            if place < *states {
+                put(reversed, place, 0, row[0]);
+            } else {
+                row[0] = 0.0;
+            }
+        }
         for n in 0..order {
-            self.coefficients(n);
-            let Tape { states, rates, series, mirrors, reversed, .. } = self;
+            let lanes = whole(n + 1);
+            let mut own = *states * stride;
+            for (op, end) in ops.iter().zip(&mirrors[*states..]) {
+                let value = match *op {
+                    Op::Sum(first, count, constant) => {
+                        let start = if n == 0 { constant } else { 0.0 };
+                        terms[first..first + count]
+                            .iter()
+                            .fold(start, |sum, (at, factor)| sum + factor * series[at + n])
+                    }
+                    Op::Given(row) => rows[row + n],
+                    Op::Powers(angle, powers_of) => {
+                        let size = (1 + *most) * stride;
+                        raise(&mut powers[powers_of..][..size], stride, &reversed[angle - n..], n);
+                        0.0
+                    }
+                    Op::Function(_, row) if n == 0 => rows[row],
+                    Op::Function(powers_of, row) => {
+                        let lanes = whole(n);
+                        dot(&rows[row + 1..][..lanes], &powers[powers_of + 1..][..lanes])
+                    }
+                    Op::Product(a, b) => dot(&series[a..][..lanes], &reversed[b - n..][..lanes]),
+                    Op::Quotient(a, b) => {
+                        let rest = dot(&series[own..][..lanes], &reversed[b - n..][..lanes]);
+                        (series[a + n] - rest) / reversed[b]
+                    }
+                };
+                series[own + n] = value;
+                if *end != NONE {
+                    reversed[*end - n] = value;
+                }
+                own += stride;
+            }
             let factor = unit / (n + 1) as f64;
-            for (state, &rate) in rates.iter().enumerate().take(*states) {
+            for (state, &rate) in rates.iter().enumerate() {
                 let value = factor * series[rate * stride + n];
                 series[state * stride + n + 1] = value;
-                let end = mirrors[state];
-                if end != NONE {
-                    reversed[end - n - 1] = value;
-                }
+                put(reversed, state, n + 1, value);
             }
-        }
-    }
-
-    /// Computes the rates of the states, and all results, as numbers.
-    pub fn evaluate(&mut self) {
-        self.clear(LANES - 1);
-        self.coefficients(0);
-        for op in &self.ops {
-            if let Op::Given(row) = *op {
-                self.rows[row + 1] = 0.0;
-            }
-        }
-    }
-
-    /// The rate of a state, and after [`Tape::vary`] its derivative.
-    pub fn rate(&self, state: usize, order: usize) -> f64 {
-        self.series[self.rates[state] * self.stride() + order]
-    }
-
-    /// Computes the derivatives of all results with respect to a state, known functions of time held, where they were evaluated last.
-    pub fn vary(&mut self, state: usize) {
-        let stride = self.stride();
-        self.series.iter_mut().skip(1).step_by(stride).for_each(|c| *c = 0.0);
-        for k in 0..self.states {
-            let (end, value) = (self.mirrors[k], if k == state { 1.0 } else { 0.0 });
-            self.series[k * stride + 1] = value;
-            if end != NONE {
-                self.reversed[end - 1] = value;
-            }
-        }
-        self.coefficients(1);
-    }
-
-    /// What the rate of each state is.
-    pub fn kinds(&self) -> impl Iterator<Item = Rate> {
-        self.rates.iter().map(|rate| match rate.checked_sub(self.states).map(|i| self.ops[i]) {
-            None => Rate::State(*rate),
-            Some(Op::Sum(_, 0, 0.0)) => Rate::Zero,
-            Some(_) => Rate::Function,
-        })
-    }
-
-    /// The coefficients of a result, to be written.
-    pub fn series_mut(&mut self, place: usize) -> &mut [f64] {
-        let stride = self.stride();
-        &mut self.series[place * stride..][..=self.order]
-    }
-
-    /// Makes zero of so many coefficients behind the first: lanes that reach beyond what is known find zeros.
-    #[inline(never)]
-    fn clear(&mut self, count: usize) {
-        let stride = self.stride();
-        let Tape { states, series, mirrors, reversed, .. } = self;
-        for (place, row) in series.chunks_exact_mut(stride).enumerate() {
-            row[1..][..count].fill(0.0);
-            if place >= *states {
-                row[0] = 0.0;
-            } else if mirrors[place] != NONE {
-                reversed[mirrors[place]] = row[0];
-            }
-        }
-    }
-
-    /// Computes the coefficients of order `n` of all results but the states.
-    // Three copies of it would make the library larger, and nothing faster.
-    #[inline(never)]
-    fn coefficients(&mut self, n: usize) {
-        let stride = self.stride();
-        let Tape { states, order: most, ops, terms, series, mirrors, reversed, rows, powers, .. } = self;
-        let lanes = whole(n + 1);
-        let mut own = *states * stride;
-        for (op, end) in ops.iter().zip(&mirrors[*states..]) {
-            let value = match *op {
-                Op::Sum(first, count, constant) => {
-                    let start = if n == 0 { constant } else { 0.0 };
-                    terms[first..first + count].iter().fold(start, |sum, (at, factor)| sum + factor * series[at + n])
-                }
-                Op::Given(row) => rows[row + n],
-                Op::Powers(angle, powers_of) => {
-                    let size = (1 + *most) * stride;
-                    raise(&mut powers[powers_of..][..size], stride, &reversed[angle - n..], n);
-                    0.0
-                }
-                Op::Function(_, row) if n == 0 => rows[row],
-                Op::Function(powers_of, row) => {
-                    let lanes = whole(n);
-                    dot(&rows[row + 1..][..lanes], &powers[powers_of + 1..][..lanes])
-                }
-                Op::Product(a, b) => dot(&series[a..][..lanes], &reversed[b - n..][..lanes]),
-                Op::Quotient(a, b) => {
-                    let rest = dot(&series[own..][..lanes], &reversed[b - n..][..lanes]);
-                    (series[a + n] - rest) / reversed[b]
-                }
-            };
-            series[own + n] = value;
-            if *end != NONE {
-                reversed[*end - n] = value;
-            }
-            own += stride;
         }
     }
 }
@@ -601,39 +544,5 @@ mod tests {
         let energy = tape.series(energy[0]);
         assert!((energy[0] - (0.245 - 1.0_f64.cos())).abs() < 1e-15);
         assert!(energy[1..24].iter().all(|c| c.abs() < 1e-15), "{energy:?}");
-    }
-
-    #[test]
-    fn rates_and_their_derivatives_are_those_of_the_equations() {
-        // ẋ = v, v̇ = x v / (1 + v²) + g(t), ż = 0, u̇ = sin x with the series of the sine about x.
-        let mut tape = Tape::default();
-        tape.begin(4, 12);
-        let rows = [tape.new_row(), tape.new_row()];
-        let tape = RefCell::new(tape);
-        let [x, v, _, _] = [0, 1, 2, 3].map(|k| Var::state(&tape, k));
-        let powers = x.powers(&tape);
-        v.is_rate(&tape);
-        (x * v / (Var::from(1.0) + v * v) + Var::given(&tape, rows[0])).is_rate(&tape);
-        Var::from(0.0).is_rate(&tape);
-        Var::function(&tape, powers, rows[1]).is_rate(&tape);
-        let mut tape = tape.into_inner();
-        tape.finish(&mut []);
-        assert!(tape.kinds().eq([Rate::State(1), Rate::Function, Rate::Zero, Rate::Function]));
-        for [x, v] in [[0.4, -0.7], [1.3, 2.0]] {
-            [x, v, 5.0, 6.0].into_iter().enumerate().for_each(|(k, y)| tape.set(k, y));
-            tape.row(rows[0], 4).copy_from_slice(&[3.0, 9.0, 9.0, 9.0]);
-            tape.row(rows[1], 4).copy_from_slice(&[x.sin(), x.cos(), -0.5 * x.sin(), -x.cos() / 6.0]);
-            tape.evaluate();
-            let square = 1.0 + v * v;
-            let expected = [v, x * v / square + 3.0, 0.0, x.sin()];
-            assert!((0..4).all(|k| (tape.rate(k, 0) - expected[k]).abs() < 1e-15));
-            let zero = [0.0; 4];
-            let by_v = [1.0, x * (1.0 - v * v) / (square * square), 0.0, 0.0];
-            let columns = [[0.0, v / square, 0.0, x.cos()], by_v, zero, zero];
-            for (k, column) in columns.iter().enumerate() {
-                tape.vary(k);
-                assert!((0..4).all(|i| (tape.rate(i, 1) - column[i]).abs() < 1e-15), "{k}");
-            }
-        }
     }
 }

@@ -7,8 +7,8 @@ use crate::numerics::lu::Lu;
 
 /// Corrections as small as this, relative to the state, may be rounding alone, and so may this many times what the rounding
 /// of the state makes of f: of a component that has all but vanished it is more.
-pub const NEWTON_ROUNDING: f64 = 1e-13;
-pub const ROUNDINGS_OF_F: f64 = 4.0;
+const NEWTON_ROUNDING: f64 = 1e-13;
+const ROUNDINGS_OF_F: f64 = 4.0;
 
 /// Newton's matrix δᵢⱼ 1 − h aᵢⱼ Jᵢ for the Fᵢ, factorised, the Jacobians at the stages and the largest |∂fᵢ/∂yⱼ| among them.
 pub struct Newton<const N: usize> {

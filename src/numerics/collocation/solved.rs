@@ -2,7 +2,7 @@
 
 use super::ROUNDING;
 use super::newton::Newton;
-use crate::numerics::gauss::{INTEGRALS_IN_POWERS, NOISE_OF_MODES, PROJECTION, STAGES};
+use crate::numerics::gauss::{NOISE_OF_MODES, PROJECTION, STAGES};
 
 /// A solved step.
 pub struct Solved<const N: usize> {
@@ -36,11 +36,14 @@ pub fn solved<const N: usize>(
     let noise = newton.noise(&scale);
     let modes: [[f64; N]; STAGES] =
         std::array::from_fn(|k| std::array::from_fn(|c| (0..STAGES).map(|j| PROJECTION[k][j] * f[j][c]).sum()));
+    let pair = |k: usize, c: usize| modes[k][c].abs().max(modes[k - 1][c].abs());
     let (mut ends, mut own) = ([0.0; N], [0.0; N]);
     let response = response(0.5 * h * newton.rate());
     let error = (0..N)
         .map(|c| {
-            let [tail, decay] = tail(|k| modes[k][c], NOISE_OF_MODES * noise[c]);
+            let tail = (pair(STAGES - 1, c) - NOISE_OF_MODES * noise[c]).max(0.0);
+            let before = pair(STAGES - 3, c);
+            let decay = if tail < before { tail / before } else { 1.0 };
             // A pair is two orders: four pairs on are the orders that the end errs by.
             ends[c] = h * tail * decay.powi(STAGES as i32 / 2) + remainder[c] * scale[c];
             // The end errs by m₈ times the coefficient of order 8 of the response to an impulse within the step, which decays
@@ -57,20 +60,8 @@ pub fn solved<const N: usize>(
     Solved { modes, scale, error, ends, own, map: newton.map(h) }
 }
 
-/// The larger of the last two Legendre coefficients, less what may be `noise`, and by how much two orders diminish it.
-pub fn tail(mode: impl Fn(usize) -> f64, noise: f64) -> [f64; 2] {
-    let pair = |k: usize| mode(k).abs().max(mode(k - 1).abs());
-    let (tail, before) = ((pair(STAGES - 1) - noise).max(0.0), pair(STAGES - 3));
-    [tail, if tail < before { tail / before } else { 1.0 }]
-}
-
-/// The coefficients of θʲ in the integral over the fraction θ of a step of what has these Legendre coefficients.
-pub fn powers(mode: impl Fn(usize) -> f64) -> [f64; STAGES + 1] {
-    std::array::from_fn(|j| (0..STAGES).map(|k| mode(k) * INTEGRALS_IN_POWERS[k][j]).sum::<f64>())
-}
-
 /// About the Legendre coefficient of order 8 of e^(xξ), ξ ∈ [−1, 1], less its growth: x⁸/17!! where x is small.
-pub fn response(x: f64) -> f64 {
+fn response(x: f64) -> f64 {
     const ODD_FACTORIAL: f64 = 34_459_425.0;
     let power = x.powi(STAGES as i32) / ODD_FACTORIAL;
     power / (1.0 + power)

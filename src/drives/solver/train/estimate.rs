@@ -123,13 +123,10 @@ impl Run {
         let c = self.recorded.tape.series(k);
         let change = theta * c[1..=self.order].iter().rev().fold(0.0, |sum, c| sum * theta + c);
         let size = if k == 0 && free { 1.0 } else { c[0].abs().max((c[0] + change).abs()) };
-        let rounded = 0.5 * f64::EPSILON * c[0].abs().max(change.abs());
-        if self.collocated {
-            return [self.missed(k, theta), rounded, self.errors.sizes[k].max(size)];
-        }
         let last = [self.order - 1, self.order].map(|n| c[n] * theta.powi(n as i32));
         // Terms fall by half at least from one to the next.
         let left = 0.5 * last[1].abs().max(0.5 * last[0].abs());
+        let rounded = 0.5 * f64::EPSILON * c[0].abs().max(change.abs());
         [left.copysign(last[1]), rounded, self.errors.sizes[k].max(size)]
     }
 
@@ -143,9 +140,8 @@ impl Run {
         self.read(theta, &mut y);
         self.read(self.length, &mut end);
         self.error = self.errors.see(train, &y, if train.machine().is_some() { y[1] } else { w });
-        // Between its ends a step of the collocation errs more.
-        let worst = if self.collocated { 0.0 } else { self.length };
-        let part = |(k, seen): (usize, &[f64; 2])| self.term(k, worst, false)[0].abs() / seen[1].max(end[k].abs());
+        let part =
+            |(k, seen): (usize, &[f64; 2])| self.term(k, self.length, false)[0].abs() / seen[1].max(end[k].abs());
         self.ahead = RESERVE * self.errors.seen.iter().enumerate().map(part).fold(0.0, f64::max);
     }
 
@@ -166,11 +162,7 @@ impl Run {
         let left_out = self.left_out(theta, train.machine().is_some());
         let largest = self.errors.largest();
         if largest > 0.0 && largest.is_finite() && self.recorded.holds(&self.modes) {
-            if self.collocated {
-                self.recorded.stages.carry(&mut self.errors.values, theta);
-            } else {
-                self.vary(train, outside, theta, DISTURBED / largest);
-            }
+            self.vary(train, outside, theta, DISTURBED / largest);
         }
         self.errors.values.iter_mut().zip(left_out).for_each(|(e, left_out)| *e += left_out);
     }
@@ -194,7 +186,7 @@ impl Run {
             y[k] += scale * self.errors.values[k];
             self.recorded.tape.set(k, y[k]);
         }
-        let angles = train.angles(outside.phi(self.start, &y), &y);
+        let angles = train.angles(self.phi(outside, self.start, &y), &y);
         let about = About { time: self.start, angles: &angles, turns: self.turns, order: low, unit: self.unit };
         self.series += 1.0;
         self.recorded.fill(train, &self.modes, outside, &about);

@@ -106,7 +106,7 @@ impl Run {
     pub(super) fn here(&self, train: &Train, outside: &Outside) -> Instant {
         let mut y = [0.0; MOST_STATES];
         self.from(&mut y);
-        Instant { phi: outside.phi(self.start, &y), given: self.given(train, outside, self.start, &y), y }
+        Instant { phi: self.phi(outside, self.start, &y), given: self.given(train, outside, self.start, &y), y }
     }
 
     /// Sets the states that an event has changed; the others keep their low parts.

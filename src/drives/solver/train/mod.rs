@@ -10,7 +10,6 @@ pub mod estimate;
 mod events;
 pub mod periodic;
 mod record;
-mod stiff;
 
 use crate::drives::follower::joint::{Change, Guard};
 use crate::drives::limits::step_too_much;
@@ -41,11 +40,6 @@ impl Outside<'_> {
     /// ω of a driven shaft where the communication step begins (rad/s).
     fn speed(&self) -> f64 {
         self.motion.map_or(0.0, |motion| motion.coefficients[1])
-    }
-
-    /// φ (rad) within a turn, of a driven shaft as its motion says.
-    fn phi(&self, time: Double, y: &[f64]) -> Double {
-        self.motion.map_or_else(|| Double::from(y[0]), |motion| Double::from(motion.at_instant(time).reduced))
     }
 }
 
@@ -109,12 +103,6 @@ pub struct Run {
     since: Option<Event>,
     /// The order of the series.
     order: usize,
-    /// Whether the present step is one of the collocation, whether the next ones are to be such, and how long (s).
-    collocated: bool,
-    stiff: bool,
-    next: f64,
-    /// λ (1/s) as it was found last.
-    fastest: f64,
     /// From where in the step the sums are still to be taken, in units.
     summed: f64,
     /// The counts of the followers.
@@ -137,9 +125,6 @@ pub struct Run {
     /// Series of the laws and mechanisms since work was last drawn for them.
     #[serde(skip)]
     series: f64,
-    /// What the collocation takes beside them (nominal µs).
-    #[serde(skip)]
-    algebra: f64,
 }
 
 /// The end of a step before inputs jump.
@@ -245,7 +230,7 @@ impl Run {
 
     /// Whether it may be one of this train, whose laws may have other pieces: a saved state with a right checksum may hold anything.
     pub fn fits(&self, train: &Train) -> bool {
-        let lengths = [self.length, self.unit, self.summed, self.next, self.fastest];
+        let lengths = [self.length, self.unit, self.summed];
         let is_event = |event: &Event| match *event {
             Event::Border(0, _) => true,
             Event::Border(which, _) => train.followers.get(which - 1).is_some_and(|f| f.joint.carries_cam()),
@@ -302,6 +287,11 @@ impl Run {
         1.0 / train.followers.iter().map(|follower| follower.joint.frequency()).fold(1.0, f64::max)
     }
 
+    /// φ (rad) within a turn, of a driven shaft as its motion says.
+    fn phi(&self, outside: &Outside, time: Double, y: &[f64]) -> Double {
+        outside.motion.map_or_else(|| Double::from(y[0]), |motion| Double::from(motion.at_instant(time).reduced))
+    }
+
     /// What comes from outside at `time`.
     pub fn given(&self, train: &Train, outside: &Outside, time: Double, y: &[f64]) -> Given<f64> {
         let since = (time - Double::from(outside.time)).hi;
@@ -334,16 +324,11 @@ impl Run {
 
     /// What was done since this was last asked (nominal µs): a step, and the series of laws and mechanisms for it.
     fn done(&mut self, train: &Train) -> f64 {
-        cost(train, std::mem::take(&mut self.series)) + std::mem::take(&mut self.algebra)
+        cost(train, std::mem::take(&mut self.series))
     }
 
     /// Computes the series about the start of the step.
     fn expand(&mut self, train: &Train, outside: &Outside) {
-        // Where no step is laid a series shows the rates.
-        if self.collocated && self.length > 0.0 && self.collocate(train, outside, self.unit).is_ok() {
-            return;
-        }
-        self.collocated = false;
         self.series += 1.0;
         self.recorded.prepare(train, &self.modes, self.order);
         let mut y = [0.0; MOST_STATES];
@@ -351,7 +336,7 @@ impl Run {
             y[k] = state.hi;
             self.recorded.tape.set(k, state.hi);
         }
-        let angles = train.angles(outside.phi(self.start, &y), &y);
+        let angles = train.angles(self.phi(outside, self.start, &y), &y);
         let about = About { time: self.start, angles: &angles, turns: self.turns, order: self.order, unit: self.unit };
         self.recorded.fill(train, &self.modes, outside, &about);
         self.recorded.tape.expand(self.order, self.unit);
@@ -398,19 +383,6 @@ impl Run {
 
     /// Lays the next step from where the last one has ended.
     fn lay(&mut self, train: &Train, outside: &Outside, horizon: f64) -> Result<(), Fault> {
-        self.steps += 1.0;
-        if !self.lay_stiffly(train, outside, horizon) {
-            let tries = self.may_try(train, outside, horizon);
-            self.lay_series(train, outside, horizon)?;
-            if tries && self.try_collocation(train, outside, horizon) && !self.lay_stiffly(train, outside, horizon) {
-                self.lay_series(train, outside, horizon)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Lays a series.
-    fn lay_series(&mut self, train: &Train, outside: &Outside, horizon: f64) -> Result<(), Fault> {
         self.unit = self.unit.min(LONGEST);
         let mut reach = 0.0;
         for _ in 0..60 {
@@ -430,6 +402,7 @@ impl Run {
         }
         (self.length, self.event, self.summed) = (reach.min(1.0).min(horizon / self.unit), None, 0.0);
         self.find_event(train, outside);
+        self.steps += 1.0;
         Ok(())
     }
 
@@ -447,7 +420,7 @@ impl Run {
     fn find_event(&mut self, train: &Train, outside: &Outside) {
         let mut y = [0.0; MOST_STATES];
         self.from(&mut y);
-        self.watch_borders(train, &train.angles(outside.phi(self.start, &y), &y));
+        self.watch_borders(train, &train.angles(self.phi(outside, self.start, &y), &y));
         let w = outside.motion.map_or(y[1], |motion| motion.at_instant(self.start).kinematics.0[1]);
         for j in 0..train.followers.len() {
             self.watch_follower(train, j, w);
@@ -589,7 +562,7 @@ impl Run {
     /// Ends the step at `theta`, where the next begins.
     fn leave(&mut self, train: &Train, outside: &Outside, theta: f64) {
         self.sum_up(train, theta);
-        let (mut changes, reach) = ([0.0; MOST_STATES], if self.collocated { 1.0 } else { self.reach() });
+        let (mut changes, reach) = ([0.0; MOST_STATES], self.reach());
         for (k, change) in changes.iter_mut().enumerate().take(self.states.len()) {
             let c = &self.recorded.tape.series(k)[1..=self.order];
             *change = theta * c.iter().rev().fold(0.0, |sum, c| sum * theta + c);
@@ -610,7 +583,6 @@ impl Run {
         self.depart(train, outside.speed());
         // The next step is expected to be as long as this one might have been.
         self.unit *= reach.clamp(0.1, 2.0);
-        self.leave_stiffly();
     }
 
     /// A communication step begins: its sums begin.
@@ -621,13 +593,8 @@ impl Run {
 
     /// The states begin anew at `time`, since what comes from outside has changed.
     pub fn restart(&mut self, train: &Train, outside: &Outside, time: f64) {
-        let mut theta = self.theta(Double::from(time)).clamp(0.0, self.length);
+        let theta = self.theta(Double::from(time)).clamp(0.0, self.length);
         if self.length > 0.0 {
-            // A step that ends there is more exact than the polynomial of one that goes beyond.
-            let within = self.collocated && 0.0 < theta && theta < 1.0;
-            if within && self.collocate(train, outside, theta * self.unit).is_ok() {
-                theta = 1.0;
-            }
             self.leave(train, outside, theta);
         }
         // What happened at the start of the step that is left holds there only.

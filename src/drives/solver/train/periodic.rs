@@ -137,7 +137,7 @@ impl Section<'_> {
         let start = Double::from(outside.time);
         let mut run = Run::begin(train, start, &y[..train.layout.count], modes, TOLERANCE);
         // Behind an elastic shaft the cam is elsewhere than where the search began.
-        run.modes.segments = train.segments(&train.angles(outside.phi(start, y), y), sense > 0.0);
+        run.modes.segments = train.segments(&train.angles(run.phi(outside, start, y), y), sense > 0.0);
         let (begun, mut log, mut sizes) = (run.modes.segments, EventLog::counting(), [0.0_f64; MOST_STATES]);
         let free = train.machine().is_some();
         let period = outside.motion.map_or(f64::INFINITY, |motion| TAU / motion.coefficients[1].abs());

@@ -6,7 +6,6 @@ use crate::drives::follower::joint::{Follower, Stand};
 use crate::drives::shaft::cam_drive::DriveMode;
 use crate::drives::shaft::course::Course;
 use crate::drives::shaft::train::{Functions, Given, MOST_FOLLOWERS, MOST_STATES, Modes, Point, Shaft, Train};
-use crate::numerics::collocation::stages::{Rate, Stages};
 use crate::numerics::double_double::Double;
 use crate::numerics::tape::{NONE, Tape, Var};
 use std::cell::RefCell;
@@ -40,14 +39,12 @@ enum Known {
 #[derive(Clone, Debug, Default)]
 pub struct Recorded {
     pub tape: Tape,
-    /// What solves the same equations along a step.
-    pub stages: Stages,
     /// What each of its known series is.
     known: Vec<Known>,
     /// For which modes it was recorded; None before.
     modes: Option<Modes>,
     /// Places of results: of u of a servo, else ω_m; φ of a driven shaft; N and U′ N of each follower with backlash in contact.
-    pub kept: Vec<usize>,
+    kept: Vec<usize>,
     /// The force of each contact at the speed 1 rad/s, as far as the law may accelerate it.
     forces: Vec<f64>,
 }
@@ -126,9 +123,6 @@ impl Recorded {
         self.write(train, modes, &tape);
         self.tape = tape.into_inner();
         self.tape.finish(&mut self.kept);
-        let mut rates = [Rate::Zero; MOST_STATES];
-        rates.iter_mut().zip(self.tape.kinds()).for_each(|(rate, kind)| *rate = kind);
-        self.stages.lay_out(&rates[..train.layout.count]);
     }
 
     // Many numbers: what follows a recording does not keep them.

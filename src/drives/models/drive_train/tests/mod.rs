@@ -3,5 +3,4 @@
 
 mod jumps;
 mod reference;
-mod stiff;
 mod tuning;

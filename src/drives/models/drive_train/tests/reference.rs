@@ -15,11 +15,11 @@ pub(super) fn series(a: &[f64], b: &[f64]) -> MotionLaw {
     MotionLaw::Fourier(Fourier::new(a.to_vec(), [&[0.0], b].concat()))
 }
 
-pub(super) fn hs(h: f64) -> MotionLaw {
+fn hs(h: f64) -> MotionLaw {
     series(&[0.0, 0.5867 * h, 0.0, -0.0984 * h, 0.0, 0.0115 * h], &[])
 }
 
-pub(super) fn follower(cam: MotionLaw, m: f64, joint: Joint) -> Follower {
+fn follower(cam: MotionLaw, m: f64, joint: Joint) -> Follower {
     Follower { rigid: rigid::Follower::new(m, cam), joint, load: Load::default(), roller: Load::default() }
 }
 
