@@ -39,7 +39,7 @@ def answers(report):
 
 def test_check_has_the_figures_of_a_design(camdrive):
     report = camdrive.check(GUIDE_BAR)
-    assert repr(report).startswith("guide_bar\nNo fault") and report.verdict["level"] == "good"
+    assert repr(report).startswith("guide_bar\nNo errors") and report.verdict["level"] == "good"
     figures = report.table("figures").set_index("name")
     # 1800 rpm; 12 kg at 270 Hz.
     assert figures["value"]["speed"] == pytest.approx(60 * math.pi, rel=1e-12)
@@ -132,7 +132,8 @@ def test_files_of_others_are_none_of_a_report(camdrive, tmp_path):
     (tmp_path / "mine.csv").write_text("1")
     first = camdrive.steady(LOOM, output=tmp_path)
     second = camdrive.steady(LOOM, output=tmp_path)
-    assert first.files == second.files and set(first.files) == {f"rapier_loom.{part}" for part in ("steady.csv", "steady.svg", "json", "html")}
+    parts = ("steady.csv", "turn.csv", "steady.svg", "motion.svg", "motor.svg", "json", "html")
+    assert first.files == second.files and set(first.files) == {f"rapier_loom.{part}" for part in parts}
     assert (tmp_path / "rapier_loom.steady.csv").read_bytes() == first.files["rapier_loom.steady.csv"]
 
 
@@ -184,7 +185,7 @@ def test_faults_are_exceptions(camdrive, tmp_path):
     assert "missing.toml" in str(refused(camdrive.SceneError, camdrive.check, tmp_path / "missing.toml"))
     assert "a scene, not a task" in str(refused(camdrive.Error, camdrive.synthesize, wrong))
     # A good scene, and a command that is not for it; options that do not exist or have no such value.
-    assert "steady is for" in str(refused(camdrive.Error, camdrive.steady, GUIDE_BAR))
+    assert "are for a RigidMachine" in str(refused(camdrive.Error, camdrive.steady, GUIDE_BAR, load=1.0))
     assert "--looad" in str(refused(camdrive.Error, camdrive.steady, LOOM, looad=3))
     assert "3 kg" in str(refused(camdrive.Error, camdrive.steady, LOOM, load="3 kg"))
     assert "-o" in str(refused(camdrive.Error, camdrive.forces, LOOM, output=wrong))

@@ -21,7 +21,8 @@ def agrees(expected, printed):
 
 
 def run(command, folder, path):
-    environment = os.environ | {"PATH": f"{Path(CAMDRIVE).parent}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": path}
+    search = f"{Path(CAMDRIVE).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = os.environ | {"PATH": search, "PYTHONPATH": path, "COLUMNS": "100"}
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, f"{command}: {done.stderr}"
     return done.stdout
