@@ -26,7 +26,7 @@ pytestmark = pytest.mark.skipif("CAMDRIVE_WHEEL" not in os.environ, reason="CAMD
 # 1600 runs in 100 parts; the long ones last seconds.
 SPEEDS = {"drive.w": {"from": "900 rpm", "to": "2400 rpm", "count": 1600}}
 MANY = {"vary": SPEEDS, "measures": "max |q|", "turns": 10}
-LONG = {**MANY, "turns": 100}
+LONG = {**MANY, "turns": 300}
 
 
 @pytest.fixture(scope="module")
