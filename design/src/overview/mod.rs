@@ -25,6 +25,7 @@ use crate::oscillator;
 use crate::periodic_turn::{self, Turn};
 use crate::report::Setting;
 use crate::resource::{Resource, Scene, Tool};
+use camdrive::drives::Fault;
 use camdrive::drives::backlash;
 use camdrive::drives::elastic_output;
 use camdrive::drives::parametric::law::{CrankLaw, Law};
@@ -50,6 +51,9 @@ pub struct Overview {
     /// A turn of the periodic motion at the speed of the scene.
     #[serde(skip)]
     pub turn: Option<Turn>,
+    /// Why there is none.
+    #[serde(skip)]
+    motionless: Option<Fault>,
     /// Values that are implausible.
     pub warnings: Vec<Warning>,
     /// Settings against warnings, by the places of these.
@@ -111,7 +115,11 @@ pub fn of(resource: &Resource) -> Overview {
 
 /// The figures of the scene without vibration.
 fn kinetostatic(resource: &Resource) -> Overview {
-    let mut overview = Overview { turn: periodic_turn::of(&resource.scene, None, 0.0).ok(), ..Overview::default() };
+    let mut overview = Overview::default();
+    match periodic_turn::of(&resource.scene, None, 0.0) {
+        Ok(turn) => overview.turn = Some(turn),
+        Err(fault) => overview.motionless = Some(fault),
+    }
     match &resource.scene {
         Scene::ElasticOutput(elastic_output::Scene { parameters, cam, drive, .. }) => {
             let elastic_output::Parameters { m, c, b } = *parameters;

@@ -2,7 +2,7 @@
 
 use super::{Overview, Warning};
 use crate::law_motions::shown;
-use crate::periodic_turn::{self, Harmonic, Turn};
+use crate::periodic_turn::{self, Harmonic, NEUTRAL, Turn};
 use crate::report::unit::RPM;
 use crate::report::{Setting, WrittenValue};
 use crate::resource::{Described, Resource, Scene};
@@ -24,13 +24,14 @@ const NAMES: [(&str, &str); 5] = [
 const NEAR: f64 = 0.25;
 
 /// A harmonic near the natural frequency that deforms this many times as much as all loads would without vibration is raised by a
-/// resonance.
+/// resonance: the vibration that a motion leaves away from resonance has the size of these at most.
 const RAISED: f64 = 2.0;
 
-/// A start that deforms this many times as much as the periodic motion is far from it.
+/// A start that deforms this many times as much as the periodic motion is far from it: a load that is put on at once deforms twice.
 const FAR: f64 = 2.0;
 
-/// Calmer speeds are looked for in steps of this part, so many to each side.
+/// Calmer speeds are sought in steps of this part, half the width of a resonance with a damping ratio of 2 %, so many to each side:
+/// up to a factor of 1.5, beyond which it is another machine.
 const STEPS: (f64, i32) = (0.02, 20);
 
 /// The name of a figure of follower j; 0 of a drive with one.
@@ -80,9 +81,9 @@ impl Overview {
         if resource.build().is_ok_and(|drive| has_inputs(&drive)) {
             return;
         }
-        if let Err(fault) = periodic_turn::of(&resource.scene, None, 0.0) {
-            let message = periodic_turn::reason(&fault);
-            self.warnings.push(Warning { message, hint: "choose more damping or another speed".to_owned() });
+        if let Some(fault) = &self.motionless {
+            let hint = "choose more damping or another speed".to_owned();
+            self.warnings.push(Warning { message: periodic_turn::reason(fault), hint });
         }
     }
 
@@ -142,18 +143,17 @@ impl Overview {
         }
     }
 
-    /// The nearest speeds (rad/s) below and above at which the deformation of follower j is not raised like that.
+    /// The nearest speeds (rad/s) below and above that are stable and do not raise the deformation of follower j like that.
     fn calm_speeds(&self, resource: &Resource, j: usize) -> Vec<f64> {
-        let Some(DriveMode::Constant { w, .. }) = resource.scene.drive().cloned() else {
-            return Vec::new();
-        };
+        let Some(DriveMode::Constant { w, .. }) = resource.scene.drive().cloned() else { return Vec::new() };
         let is_calm = |speed: f64| {
             let mut other = resource.clone();
             if let Some(mode) = other.scene.drive_mut() {
                 *mode = DriveMode::Constant { w: speed, phi_start: 0.0 };
             }
             let figures = super::kinetostatic(&other);
-            figures.turn.as_ref().is_some_and(|turn| figures.raised(j, turn).is_none())
+            let is_stable = |turn: &Turn| turn.growth.is_none_or(|growth| growth < NEUTRAL);
+            figures.turn.as_ref().is_some_and(|turn| is_stable(turn) && figures.raised(j, turn).is_none())
         };
         let side = |sign: f64| (1..=STEPS.1).map(|i| rounded(w * (1.0 + sign * STEPS.0).powi(i))).find(|w| is_calm(*w));
         [-1.0, 1.0].into_iter().filter_map(side).collect()

@@ -479,7 +479,7 @@ fn extremes(
         let mut value = |t: f64| sign * at(t, outputs[i]);
         let (time, best) =
             if low < high { summit(&mut value, [times[low], times[high]], start, 1e-9 * step) } else { start };
-        // That of the highest point is always told, with its angle.
+        // The highest point counts in any case.
         if best >= sign * found[i][side].value {
             found[i][side] = Extreme { phi: at(time, phi), value: sign * best };
         }
@@ -495,8 +495,11 @@ pub const GONE: f64 = 0.01;
 /// A growth in a turn of less than this is none: disturbances of a drive without damping come back but for roundings.
 pub const NEUTRAL: f64 = 1e-9;
 
-/// The most turns of a start that are looked at.
+/// The most turns of a start that are followed.
 const MOST_TURNS: f64 = 50.0;
+
+/// Points of a turn of a start: its peaks are compared by a factor.
+const POINTS_OF_START: f64 = 360.0;
 
 impl Turn {
     /// The turns in which a disturbance decays to a hundredth, one at least; None where it does not, or where that is not known.
@@ -517,9 +520,9 @@ pub fn start_peaks(scene: &Scene, turn: &Turn) -> Result<Vec<f64>, Fault> {
     let outputs: Vec<usize> =
         turn.outputs.iter().filter(|of| of.part().0 == "q").filter_map(|of| place(&all, &of.output)).collect();
     let turns = turn.settles().unwrap_or(MOST_TURNS).clamp(1.0, MOST_TURNS);
-    let count = (turns * POINTS as f64 / 4.0).ceil() as usize;
+    let count = (turns * POINTS_OF_START).ceil() as usize;
     let mut walk = Walk { begin: drive.save(), drive, time: 0.0 };
-    let times: Vec<f64> = (0..=count).map(|k| k as f64 * 4.0 * turn.period / POINTS as f64).collect();
+    let times: Vec<f64> = (0..=count).map(|k| k as f64 * turn.period / POINTS_OF_START).collect();
     let columns = walk.values(&times, &outputs)?;
     Ok(columns.iter().map(|column| column.iter().fold(0.0, |most: f64, q| most.max(q.abs()))).collect())
 }

@@ -193,3 +193,21 @@ fn the_study_leaves_out_followers_springs_clearances_and_loads() {
     let held = feature("the clearance of follower 2");
     assert!(held.changes["follower[2].y"] < 1e-9 && held.changes["w"] < 1e-9, "{:?}", held.changes);
 }
+
+#[test]
+fn a_follower_left_out_does_not_rename_the_others_of_a_machine() {
+    let rigid = |h: f64| {
+        let mut follower = follower(hs(h), Joint::Rigid);
+        follower.rigid.m = 2.0;
+        follower
+    };
+    let followers = vec![rigid(0.04), rigid(0.01)];
+    let names = drive_train::Names::Machine(0.0);
+    let scene = drive_train::Scene { names, ..scene(Shaft::Free(machine(kloss())), followers) };
+    let options = Options { quick: true, turns: Some(3.0), ..Options::default() };
+    let report = crate::tradeoff::study(&Resource::new("machine", scene), &options, &|_| {}).unwrap();
+    let without = &report.features.iter().find(|feature| feature.feature == "follower 1").unwrap().changes;
+    assert!(without.contains_key("U[2]") && !without.contains_key("U[1]"), "{without:?}");
+    // Four times the stroke of the other: taken for it, it would differ by more than its own size.
+    assert!(without["U[2]"] < 0.5, "{without:?}");
+}

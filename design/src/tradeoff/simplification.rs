@@ -218,13 +218,17 @@ fn of_machine(scene: &rigid_machine::Scene, add: &mut impl FnMut(&str, &str, Sce
     }
 }
 
-/// Without follower `left_out` the ones behind it keep their numbers.
+/// The arrays of a train over its followers; one that is named as a RigidMachine has the last two.
+const ARRAYS: [&str; 3] = ["follower[", "U[", "lever["];
+
+/// Without follower `left_out` the ones after it keep their numbers.
 fn renumbered(mut interface: Interface, left_out: Option<usize>) -> Interface {
     for variable in interface.variables.iter_mut().filter(|_| left_out.is_some()) {
-        let Some((before, rest)) = variable.name.split_once("follower[") else { continue };
+        let parted = |array: &&'static str| Some((*array, variable.name.split_once(*array)?));
+        let Some((array, (before, rest))) = ARRAYS.iter().find_map(|array| parted(array)) else { continue };
         let Some((number, rest)) = rest.split_once(']') else { continue };
         let number = number.parse().map_or(0, |number: usize| number + usize::from(Some(number) >= left_out));
-        variable.name = format!("{before}follower[{number}]{rest}");
+        variable.name = format!("{before}{array}{number}]{rest}");
     }
     interface
 }
