@@ -18,7 +18,8 @@ const SAME: f64 = 1e-12;
 const INPUT: &str = "The input F is taken as 0.";
 
 /// The note on a shaft that is not linear.
-const LINEARISED: &str = "The drive of the scene is not linear; this is its linearisation about q = 0.";
+pub const LINEARISED: &str =
+    "The drive is not linear; these results are of its linearisation about q = 0. `camdrive steady` has its own loads.";
 
 /// m(φ) q̈ + [b(φ) + Ω b₁(φ)] q̇ + [c(φ) + Ω c₁(φ) + Ω² c₂(φ)] q = f(φ) + Ω f₁(φ) + Ω² f₂(φ) at φ = Ω t, one degree of freedom q.
 ///
@@ -110,7 +111,7 @@ fn turning(drive: &DriveMode) -> (Option<f64>, f64) {
 }
 
 /// The breakpoints of a law and of a process force together, and the segments of both in each piece.
-fn joined(own: &[f64], process: Option<&MotionLaw>) -> (Vec<f64>, Vec<[usize; 2]>) {
+pub(crate) fn joined(own: &[f64], process: Option<&MotionLaw>) -> (Vec<f64>, Vec<[usize; 2]>) {
     let process = process.map_or(&[][..], MotionLaw::breakpoints);
     let mut breakpoints = [own, process].concat();
     breakpoints.sort_by(f64::total_cmp);

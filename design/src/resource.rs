@@ -1,6 +1,8 @@
 //! A scene that is resolved, and the drive of it with all that is said of it.
 
+use crate::cam_geometry::Plan;
 use crate::documentation::Documentation;
+use crate::forces::Loads;
 use crate::transmission;
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::drive_train::{self, DriveTrain, Names};
@@ -193,6 +195,8 @@ pub struct Resource {
     pub scene: Scene,
     /// The tools behind mechanisms whose motion is prescribed; the scene has the laws of their levers instead.
     pub tools: Vec<Tool>,
+    /// For the analysis of forces: the geometry of each follower's cam, and what its loads have beside those of the scene.
+    pub contacts: Vec<(Option<Plan>, Loads)>,
 }
 
 /// The prescribed motion of a tool.
@@ -207,9 +211,10 @@ pub struct Tool {
 }
 
 impl Resource {
-    /// Of a scene without tools behind mechanisms, with an empty guid.
+    /// Of a scene without tools behind mechanisms and geometry, with an empty guid.
     pub fn new(name: &str, scene: impl Into<Scene>) -> Self {
-        Resource { name: name.to_owned(), guid: String::new(), scene: scene.into(), tools: Vec::new() }
+        let (name, guid) = (name.to_owned(), String::new());
+        Resource { name, guid, scene: scene.into(), tools: Vec::new(), contacts: Vec::new() }
     }
 
     /// The name of the model.

@@ -1,17 +1,12 @@
 //! `camdrive check SCENE…`
 
 use super::deliver::ReportFormat;
-use super::forces::speed_of;
 use super::output::Bar;
 use super::{Failure, failure, open, print, read_all, show, system, tell_notes, width};
 use crate::document::{Diagnostic, Diagnostics, input::is_system};
 use crate::scene::Resolved;
-use crate::scene::forces::machine;
 use crate::system::System;
-use camdrive_design::forces::Machine;
-use camdrive_design::forces::report::LiftOff;
 use camdrive_design::overview::{self, Overview};
-use camdrive_design::report::{Level, Verdict};
 use camdrive_design::text;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -53,35 +48,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     }
     for (path, scene) in paths.iter().zip(&scenes) {
         let found = overview_of(scene);
-        let mut report = found.report(text::in_one_line(path.display()), format!("{} ok", scene.scene.said()));
-        let contact = lift_offs(scene);
-        report.verdict = verdict_of(scene, &found, &contact);
-        report.lines("Contact", contact.iter().map(LiftOff::text));
+        let report = found.report(text::in_one_line(path.display()), format!("{} ok", scene.scene.said()));
         out += if out.is_empty() { "" } else { "\n" };
         out += &report.text(width(), args.telling.explain);
     }
     show(&out).map(|()| ExitCode::SUCCESS)
-}
-
-/// The speeds of lift-off of followers that may leave their cams; a note has those of others.
-pub fn lift_offs(scene: &Resolved) -> Vec<LiftOff> {
-    let all = machine(scene).and_then(Machine::lift_offs).unwrap_or_default();
-    all.into_iter().filter(|of| of.may_leave).collect()
-}
-
-/// The verdict on a scene, with the followers that leave their cams at the speed of the scene.
-pub fn verdict_of(scene: &Resolved, found: &Overview, contact: &[LiftOff]) -> Verdict {
-    let mut verdict = Verdict::default();
-    let speed = speed_of(&scene.scene).unwrap_or(0.0).abs();
-    // Where the motion has impacts, the overview says it.
-    let flies = found.turn.as_ref().is_some_and(|turn| turn.impacts.iter().flatten().any(|impacts| *impacts > 0.0));
-    let leaves = |of: &&LiftOff| !flies && of.lift_off_speed.as_ref().is_some_and(|from| from.value <= speed);
-    for of in contact.iter().filter(leaves) {
-        verdict.result(Level::Mind, of.text());
-        verdict.advice(format!("`camdrive forces` tells which preload or speed keeps {} on its cam.", of.follower));
-    }
-    verdict.join(found.verdict());
-    verdict
 }
 
 /// The overview of a scene with the warnings of its tables.
@@ -115,10 +86,9 @@ fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
 fn data(path: &Path, scene: &Resolved) -> Value {
     let found = overview_of(scene);
     let mut entry = json!(found);
-    let contact = lift_offs(scene);
     let own = json!({
         "file": path.display().to_string(), "ok": true, "name": scene.name, "model": scene.scene.said(),
-        "notes": scene.notes, "verdict": verdict_of(scene, &found, &contact), "lift_offs": contact
+        "notes": scene.notes, "verdict": found.verdict()
     });
     if let (Some(entry), Value::Object(own)) = (entry.as_object_mut(), own) {
         entry.extend(own);

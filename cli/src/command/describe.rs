@@ -6,11 +6,9 @@ use crate::document::units::short;
 use crate::export::documentation::kind_of;
 use crate::export::{self, model_description::unit};
 use crate::scene::Resolved;
-use crate::scene::forces::machine;
 use camdrive::drives::variable::Kind;
 use camdrive::drives::{AnyDrive, Description, Fault};
 use camdrive_design::documentation::Equation;
-use camdrive_design::forces::Machine;
 use camdrive_design::forces::report::LiftOff;
 use camdrive_design::law_motions::Motion;
 use camdrive_design::overview::{self, Jump};
@@ -80,7 +78,7 @@ fn data(resolved: &Resolved, drive: &mut Described) -> Result<Value, Fault> {
         "name": resolved.name, "model": resolved.scene.said(), "description": resolved.description, "summary": documentation.summary,
         "equations": equations.collect::<Vec<Value>>(), "variables": variables, "accuracy": accuracy.collect::<Vec<Value>>(),
         "left_out": documentation.left_out, "limits": documentation.limits, "motions": overview.motions, "jumps": overview.jumps,
-        "lift_offs": machine(resolved).and_then(Machine::lift_offs).unwrap_or_default(),
+        "lift_offs": overview.lift_offs,
         "experiment": { "stop": e.stop, "step": e.step, "tolerance": e.tolerance },
     }))
 }
@@ -98,10 +96,7 @@ fn text(resolved: &Resolved, drive: &mut Described) -> Result<String, Fault> {
         .table("Variables", &variables(drive)?)
         .table("Motions", &cells(&Motion::table(&overview.motions)))
         .section("Jumps", overview.jumps.iter().map(Jump::text))
-        .section(
-            "Contact",
-            machine(resolved).and_then(Machine::lift_offs).unwrap_or_default().iter().map(LiftOff::text),
-        )
+        .section("Contact", overview.lift_offs.iter().map(LiftOff::text))
         .section("Solver and accuracy", documentation.accuracy.iter().map(|(of, text)| format!("{of}: {text}")))
         .section("What the model leaves out", &documentation.left_out)
         .section("Limits", &documentation.limits)

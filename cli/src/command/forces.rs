@@ -5,7 +5,6 @@ use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, failure, files, optional, read};
 use crate::scene::Resolved;
-use crate::scene::forces::machine;
 use camdrive::drives::rigid_machine::Inertia;
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::{Fault, unit};
@@ -67,7 +66,7 @@ pub fn speed_of(scene: &Scene) -> Option<f64> {
 pub fn study(path: &Path, scene: &Resolved, speed: Option<f64>) -> Result<(Report, ForceAnalysis), Failure> {
     let place = path.display();
     let fault = |fault: Fault| failure(fault.within(&place));
-    let machine = machine(scene).map_err(fault)?;
+    let machine = Machine::of(&scene.resource()).map_err(fault)?;
     let Some(speed) = speed.or_else(|| speed_of(&scene.scene)) else {
         return Err(
             failure(format!("{place}: the scene gives no speed")).hint("give it, for example --speed \"300 rpm\"")

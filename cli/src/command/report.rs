@@ -98,10 +98,7 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
         let shapes = cam::shapes(path, scene, &scene.cams, Tolerances::default());
         part("cams", shapes.map(|shapes| CamSet::new(&scene.name, &shapes).report()));
     }
-    let (overview, contact) = (check::overview_of(scene), check::lift_offs(scene));
-    let mut values = overview.report(&scene.name, "characteristic values");
-    values.verdict = check::verdict_of(scene, &overview, &contact);
-    part("", Ok(values));
+    part("", Ok(check::overview_of(scene).report(&scene.name, "characteristic values")));
     if turns && !matches!(scene.scene, Scene::ParametricDrive(_)) {
         part("forces", forces::study(path, scene, None).map(|(report, _)| report));
     }

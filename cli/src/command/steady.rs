@@ -5,9 +5,7 @@ use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, NO_MOTION, driving, failure, files, optional, read, wrong_argument};
 use crate::scene::Resolved;
-use crate::scene::forces::machine;
 use camdrive::drives::{Fault, unit};
-use camdrive_design::forces::Machine;
 use camdrive_design::resource;
 use camdrive_design::steady::{self, SteadyMotions};
 use std::path::{Path, PathBuf};
@@ -84,8 +82,7 @@ pub fn study(
             return Err(wrong_argument(format!("{place}: --speed is for drives without a motor"))
                 .hint("choose the speed by the motor of the scene"));
         }
-        let lift_offs = machine(scene).and_then(Machine::lift_offs).unwrap_or_default();
-        Bar::beside(&scene.name, |_| steady::of_drive(&scene.resource(), speed, lift_offs))
+        Bar::beside(&scene.name, |_| steady::of_drive(&scene.resource(), speed))
     };
     findings.map_err(|fault: Fault| failure(fault.within(place)))
 }

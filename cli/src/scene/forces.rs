@@ -1,18 +1,10 @@
 //! Data of the analysis of forces besides masses and loads: `[forces]` beside `[cam]`, `[follower.forces]`. The motion of the FMU
 //! is without it.
 
-use super::Resolved;
 use super::geometry::{self, CamPlan};
 use crate::document::Section;
-use camdrive::drives::backlash::BacklashDrive;
-use camdrive::drives::drive_train::{self, Shaft};
-use camdrive::drives::rigid_machine::{self, Follower};
-use camdrive::drives::shaft::cam_drive::DriveMode;
-use camdrive::drives::shaft::motor::{Reference, Source};
-use camdrive::drives::{Drive as _, Fault};
-use camdrive::motion::MotionLaw;
 use camdrive_design::cam_geometry::Carrier;
-use camdrive_design::forces::{Drive, Loads, Machine, Material, Teeth};
+use camdrive_design::forces::{Loads, Material, Teeth};
 use camdrive_design::resource::Scene;
 
 /// The key of the table.
@@ -50,69 +42,6 @@ pub fn all(root: &Section<'_>, drive: Option<&Scene>, cams: &[CamPlan]) -> Optio
         list.push(of(section, &known(section, Some(j + 1), mechanisms), loads(j)));
     }
     list.into_iter().collect()
-}
-
-/// Something with the sign of the speed to which a motor drives its rotor; 0 where an input decides it.
-fn sense(motor: &Source) -> f64 {
-    match motor {
-        Source::None | Source::Input => 0.0,
-        Source::Constant(torque) => *torque,
-        Source::Table(table) => table.torque(table.piece(0.0), 0.0),
-        Source::Kloss(kloss) => kloss.synchronous_speed,
-        Source::Servo(servo) => match servo.reference {
-            Reference::Constant(speed) | Reference::Ramp(speed) => speed,
-            Reference::Series(..) | Reference::Input => 0.0,
-        },
-    }
-}
-
-/// The cams of a scene with what they move, and a speed in the sense in which it turns.
-///
-/// # Errors
-/// Where the model has no cam.
-pub fn machine(scene: &Resolved) -> Result<Machine, Fault> {
-    let motor_or = |w_start: f64, motor: f64| if w_start == 0.0 { motor } else { w_start };
-    let prescribed = |drive: &DriveMode| if let DriveMode::Constant { w, .. } = *drive { w } else { 0.0 };
-    // With the mass on the cam's side, and whether the follower may leave its cam.
-    let beside_cam = |cam: &MotionLaw, [m, roller]: [f64; 2], leaves, drive| {
-        (vec![(Follower::new(m + roller, cam.clone()), roller, leaves)], None, prescribed(drive))
-    };
-    let (followers, inertia, speed) = match &scene.scene {
-        Scene::RigidMachine(machine) => {
-            let motor =
-                if let rigid_machine::Motor::Kloss(kloss) = machine.motor { kloss.synchronous_speed } else { 0.0 };
-            let followers = machine.followers.iter().map(|follower| (follower.clone(), 0.0, false)).collect();
-            (followers, machine.inertia.varying.clone(), motor_or(machine.w_start, motor))
-        }
-        Scene::DriveTrain(drive_train::Scene { followers, shaft, .. }) => {
-            let follower = |train: &drive_train::Follower| {
-                let [m, roller] = train.masses();
-                (Follower { m: m + roller, ..train.rigid.clone() }, roller, train.joint.clearance().is_some())
-            };
-            let (inertia, speed) = match shaft {
-                Shaft::Free(machine) => {
-                    let motor = sense(&machine.motor.source) * machine.motor.transmission.ratio;
-                    (machine.inertia.varying.clone(), motor_or(machine.w_start, motor))
-                }
-                Shaft::Driven(drive) => (None, prescribed(drive)),
-            };
-            (followers.iter().map(follower).collect(), inertia, speed)
-        }
-        Scene::ElasticOutput(own) => beside_cam(&own.cam, [own.parameters.m, own.roller.0], false, &own.drive),
-        Scene::ElasticShaft(own) => beside_cam(&own.cam, [own.parameters.m, 0.0], false, &own.drive),
-        Scene::BacklashDrive(own) => beside_cam(&own.cam, [own.parameters.m2, own.parameters.m1], true, &own.drive),
-        Scene::ParametricDrive(_) => return Err(Fault::new(format!("a {} has no cam", scene.scene.model()))),
-    };
-    let numbered = scene.scene.followers() > 0 && scene.scene.said() != BacklashDrive::MODEL;
-    let mut drives = Vec::new();
-    for (j, ((follower, roller, may_leave), loads)) in Vec::into_iter(followers).zip(&scene.loads).enumerate() {
-        let number = numbered.then_some(j + 1);
-        let name = number.map_or(scene.name.clone(), |j| format!("{}.follower{j}", scene.name));
-        let plan = scene.cams.iter().find(|cam| cam.follower == number).map(|cam| cam.plan);
-        let loads = Loads { roller: (roller, loads.roller.1.clone()), may_leave, ..loads.clone() };
-        drives.push(Drive::new(name, follower, plan, loads)?);
-    }
-    Ok(Machine { name: scene.name.clone(), speed, inertia, drives })
 }
 
 fn of(parent: &Section<'_>, known: &FollowerTraits, loads: Loads) -> Option<Loads> {

@@ -62,7 +62,9 @@ pub struct Resolved {
 impl Resolved {
     /// As an FMU carries it, with an empty guid.
     pub fn resource(&self) -> Resource {
-        Resource { name: self.name.clone(), guid: String::new(), scene: self.scene.clone(), tools: self.tools.clone() }
+        let plan = |j: usize| self.cams.iter().find(|cam| cam.follower.unwrap_or(1) == j + 1).map(|cam| cam.plan);
+        let contacts = self.loads.iter().enumerate().map(|(j, loads)| (plan(j), loads.clone())).collect();
+        Resource { tools: self.tools.clone(), contacts, ..Resource::new(&self.name, self.scene.clone()) }
     }
 
     /// Names and contents of the files that an FMU carries, from which the same scene is read: `scene.toml` and its tables.
@@ -142,7 +144,7 @@ pub fn resolve_document(file: &str, document: &Document, folder: &Path) -> Resul
             {
                 resolved.notes.extend(standstill::check(root, scene));
             }
-            let left_out = forces::machine(&resolved).ok().and_then(Machine::left_out);
+            let left_out = Machine::of(&resolved.resource()).ok().and_then(Machine::left_out);
             resolved.notes.extend(left_out.clone());
             for sentence in resolved.smoothed.iter().map(|table| &table.sentence).chain(&left_out) {
                 let own = resolved.description.trim_end_matches('.');

@@ -14,6 +14,7 @@
 //! section 2.4 (kinetostatics); VDI 2142 and VDI 2143 (cams); Johnson, *Contact Mechanics*, section 4.2 (Hertz).
 
 pub mod figures;
+mod machine;
 pub mod mechanism;
 pub mod quantity;
 pub mod report;
@@ -130,6 +131,11 @@ pub struct Forces {
 }
 
 impl Forces {
+    /// The load on the tool (N or N·m): behind mechanisms the output of the last one.
+    pub fn on_tool(&self) -> f64 {
+        self.mechanisms.last().map_or(self.load, |last| last.output)
+    }
+
     fn is_finite(&self) -> bool {
         let joints = self.mechanisms.iter().flat_map(|mechanism| &mechanism.joints);
         let contacts = self.contacts.iter().flat_map(|contact| [contact.force, contact.hertzian]);

@@ -23,7 +23,7 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
         overview.roughness("machine.J", law, "kg.m2");
     }
     for (j, follower) in scene.followers.iter().enumerate() {
-        overview.follower(&format!("follower[{}].", j + 1), follower, running.map(|(mean, _)| mean));
+        overview.follower(j, follower, running.map(|(mean, _)| mean));
     }
 }
 
@@ -43,11 +43,12 @@ impl Overview {
         self.figure("largest_inertia", greatest(&segments, value).value, "kg.m2");
     }
 
-    /// Law and tool of a follower whose names begin with `prefix`, at this speed of the shaft.
-    pub(super) fn follower(&mut self, prefix: &str, follower: &Follower, speed: Option<f64>) {
+    /// Law and tool of follower j, counted from 0, at this speed of the shaft.
+    pub(super) fn follower(&mut self, j: usize, follower: &Follower, speed: Option<f64>) {
+        let prefix = format!("follower[{}].", j + 1);
         let lever = follower.turns || !follower.linkage.0.is_empty();
         self.law(&format!("{prefix}cam"), &follower.cam, if lever { "rad" } else { "m" });
-        self.motion(prefix, (&follower.cam, &|u| follower.tool(u)), follower.m, speed, follower.turns);
+        self.motion(j, &prefix, (&follower.cam, &|u| follower.tool(u)), speed, follower.turns);
     }
 }
 

@@ -20,6 +20,8 @@ pub use machine::running;
 
 pub use characteristic::Jump;
 
+use crate::forces::Machine;
+use crate::forces::report::LiftOff;
 use crate::law_motions::{Motion, greatest_of, shown, stroke};
 use crate::oscillator;
 use crate::periodic_turn::{self, Turn};
@@ -28,6 +30,7 @@ use crate::resource::{Resource, Scene, Tool};
 use camdrive::drives::Fault;
 use camdrive::drives::backlash;
 use camdrive::drives::elastic_output;
+use camdrive::drives::follower::load::Load;
 use camdrive::drives::parametric::law::{CrankLaw, Law};
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::motion::MotionLaw;
@@ -48,6 +51,14 @@ pub struct Overview {
     /// True if they vary.
     #[serde(skip)]
     pub varies: bool,
+    /// From which speeds on force no longer keeps the followers on their cams.
+    pub lift_offs: Vec<LiftOff>,
+    /// Its cams with what they move.
+    #[serde(skip)]
+    machine: Option<Machine>,
+    /// Half the range of the kinetostatic deformation of each elastic member, at the speed of the scene; NaN of a rigid follower.
+    #[serde(skip)]
+    swings: Vec<f64>,
     /// A turn of the periodic motion at the speed of the scene.
     #[serde(skip)]
     pub turn: Option<Turn>,
@@ -109,36 +120,38 @@ pub fn of(resource: &Resource) -> Overview {
         overview.law(section, law, unit);
     }
     implausible::warn(&mut overview);
+    overview.lift_offs = overview.machine.clone().map(Machine::lift_offs).and_then(Result::ok).unwrap_or_default();
     overview.steady(resource);
     overview
 }
 
 /// The figures of the scene without vibration.
 fn kinetostatic(resource: &Resource) -> Overview {
-    let mut overview = Overview::default();
+    let machine = Machine::of(resource).ok();
+    let mut overview = Overview { machine, ..Overview::default() };
     match periodic_turn::of(&resource.scene, None, 0.0) {
         Ok(turn) => overview.turn = Some(turn),
         Err(fault) => overview.motionless = Some(fault),
     }
     match &resource.scene {
-        Scene::ElasticOutput(elastic_output::Scene { parameters, cam, drive, .. }) => {
-            let elastic_output::Parameters { m, c, b } = *parameters;
+        Scene::ElasticOutput(elastic_output::Scene { parameters, cam, drive, load, .. }) => {
             let speed = overview.driven(drive);
-            overview.elastic(&vibration::behind_cam(cam, [m, b, c], speed), Some((cam, false)));
-            overview.cam(cam, m, speed);
+            overview.elastic(&vibration::behind_cam(cam, *parameters, load, speed), Some((cam, false)));
+            overview.cam(cam, speed);
         }
         Scene::ElasticShaft(scene) => {
             let speed = overview.driven(&scene.drive);
             overview.elastic(&oscillator::of_shaft(scene), Some((&scene.cam, true)));
-            overview.cam(&scene.cam, scene.parameters.m, speed);
+            overview.cam(&scene.cam, speed);
         }
         Scene::BacklashDrive(backlash::Scene { parameters, cam, drive, .. }) => {
             let backlash::Parameters { m1, m2, c, b, s, .. } = *parameters;
             let speed = overview.driven(drive);
-            overview.elastic(&vibration::behind_cam(cam, [m2, b, c], speed), Some((cam, false)));
+            let own = elastic_output::Parameters { m: m2, c, b };
+            overview.elastic(&vibration::behind_cam(cam, own, &Load::default(), speed), Some((cam, false)));
             overview.speed("natural_frequency_in_flight", (c * (m1 + m2) / (m1 * m2)).sqrt());
             overview.clearance(cam, s);
-            overview.cam(cam, m1 + m2, speed);
+            overview.cam(cam, speed);
         }
         Scene::ParametricDrive(scene) => {
             overview.driven(&scene.drive);
@@ -193,14 +206,24 @@ impl Overview {
         self.motions(section, law, unit);
     }
 
-    /// The motion of a mass on a cam.
-    fn cam(&mut self, law: &MotionLaw, mass: f64, speed: Option<f64>) {
+    /// The motion of the only cam.
+    fn cam(&mut self, law: &MotionLaw, speed: Option<f64>) {
         self.law("cam", law, "m");
-        self.motion("", (law, &|u| u), mass, speed, false);
+        self.motion(0, "", (law, &|u| u), speed, false);
     }
 
-    /// The motion of a tool whose position and transfer functions follow from those of a law.
-    fn motion(&mut self, prefix: &str, (law, tool): Moved, mass: f64, speed: Option<f64>, turns: bool) {
+    /// The largest kinetostatic load on the tool of follower j, counted from 0, at this speed (rad/s).
+    fn load(&self, j: usize, speed: f64) -> Option<f64> {
+        let machine = self.machine.as_ref()?;
+        let drives = vec![machine.drives.get(j)?.clone()];
+        let machine = Machine { speed, inertia: None, drives, name: String::new() };
+        let turn = machine.turn().ok()?;
+        Some(turn.largest(|state| state.drives[0].on_tool().abs()).value)
+    }
+
+    /// The motion of the tool of follower j, counted from 0, whose position and transfer functions follow from those of a law.
+    fn motion(&mut self, j: usize, prefix: &str, (law, tool): Moved, speed: Option<f64>, turns: bool) {
+        let load = speed.and_then(|speed| self.load(j, speed)).filter(|load| *load > 0.0);
         let mut tell = |name: &str, value: f64, unit: [&'static str; 2]| {
             self.figure(format!("{prefix}{name}"), value, unit[usize::from(turns)]);
         };
@@ -211,16 +234,10 @@ impl Overview {
             tell("largest_second_transfer_function", curvature, ["m/rad2", "1/rad"]);
             return;
         };
-        let acceleration = curvature * speed * speed;
         tell("largest_velocity", slope * speed.abs(), ["m/s", "rad/s"]);
-        tell("largest_acceleration", acceleration, ["m/s2", "rad/s2"]);
-        // Where mechanisms carry all masses, this is no figure of theirs.
-        if mass > 0.0 {
-            tell(
-                if turns { "largest_kinetostatic_torque" } else { "largest_kinetostatic_force" },
-                mass * acceleration,
-                ["N", "N.m"],
-            );
+        tell("largest_acceleration", curvature * speed * speed, ["m/s2", "rad/s2"]);
+        if let Some(load) = load {
+            tell(if turns { "largest_kinetostatic_torque" } else { "largest_kinetostatic_force" }, load, ["N", "N.m"]);
         }
     }
 }

@@ -102,13 +102,13 @@ impl Overview {
     }
 
     /// A value by its name.
-    fn value(&self, name: &str) -> Option<f64> {
+    pub(super) fn value(&self, name: &str) -> Option<f64> {
         self.figures.iter().find(|figure| figure.name == name).map(|figure| figure.value)
     }
 
-    /// The harmonic of the deformation of follower j that a resonance raises, with the deformation without vibration.
+    /// The harmonic of the deformation of follower j that a resonance raises, with half the range of the deformation without vibration.
     fn raised(&self, j: usize, turn: &Turn) -> Option<(Harmonic, f64)> {
-        let without = self.value(&named(j, "largest_kinetostatic_deformation"))?;
+        let without = *self.swings.get(j.saturating_sub(1))?;
         let natural = self.value(&named(j, "natural_frequency"))?;
         let is_near =
             |of: &Harmonic| (of.frequency / natural - 1.0).abs() <= NEAR && periodic_turn::part(&of.output).1 == j;
@@ -124,7 +124,7 @@ impl Overview {
             let of = if j == 0 { String::new() } else { format!("follower {j}: ") };
             let [amplitude, without] = [harmonic.amplitude, without].map(|value| shown(value, harmonic.unit));
             let message = format!(
-                "{of}resonance with harmonic {}: it deforms {amplitude}; without vibration all loads deform {without}",
+                "{of}resonance with harmonic {}: its amplitude is {amplitude}; without vibration all loads deform by ±{without}",
                 harmonic.harmonic
             );
             let calm = self.calm_speeds(resource, j);

@@ -1,6 +1,7 @@
 //! The characteristic values as a report.
 
 use super::{Figure, Jump, Overview};
+use crate::forces::report::LiftOff;
 use crate::law_motions::Motion;
 use crate::report::unit::{HZ, ONE, RPM, Unit};
 use crate::report::{Advice, Claim, Level, Report, Table, Verdict};
@@ -10,7 +11,16 @@ impl Overview {
     /// The verdict on the plausibility of the values.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
-        if self.warnings.is_empty() {
+        let speed = self.value("speed").or_else(|| self.value("mean_speed")).unwrap_or(0.0).abs();
+        // Where the motion has impacts, a warning says it.
+        let flies = self.turn.as_ref().is_some_and(|turn| turn.impacts.iter().flatten().any(|impacts| *impacts > 0.0));
+        let leaves = |of: &&LiftOff| of.lift_off_speed.as_ref().is_some_and(|from| from.value <= speed);
+        for of in self.lift_offs.iter().filter(|of| of.may_leave && !flies).filter(leaves) {
+            verdict.result(Level::Mind, of.text());
+            verdict
+                .advice(format!("`camdrive forces` computes which preload or speed keeps {} on its cam.", of.follower));
+        }
+        if self.warnings.is_empty() && verdict.result.is_empty() {
             verdict.result(Level::Good, "No errors. All values are plausible.");
         }
         for (i, warning) in self.warnings.iter().enumerate() {
@@ -43,6 +53,8 @@ impl Overview {
         report.table(resonances);
         let varying = "The coefficients vary over the turn: `camdrive stability` finds resonances and unstable speeds.";
         report.lines("Resonances", self.varies.then(|| varying.to_owned()));
+        // Of others a note has it.
+        report.lines("Contact", self.lift_offs.iter().filter(|of| of.may_leave).map(LiftOff::text));
         if !self.motions.is_empty() {
             report.explain("Characteristic values of motions", [Motion::SYMBOLS.to_owned()]);
         }

@@ -589,7 +589,7 @@ fn a_train_is_told_by_its_motor_its_shaft_and_its_followers() {
     let of_followers = [
         ("follower[1].natural_frequency", w0),
         ("follower[1].damping_ratio", b / (2.0 * m * w0)),
-        ("follower[1].largest_kinetostatic_force", (m + 0.5) * a * w * w),
+        ("follower[1].largest_kinetostatic_force", 50.0 + a * ((m + 0.5) * w * w - back)),
         ("follower[2].stroke", 2.0 * a),
         ("follower[2].largest_kinetostatic_force", 2.0 * a * w * w),
         ("follower[3].natural_frequency", ((c + back) / 0.8_f64).sqrt()),

@@ -3,6 +3,7 @@
 use super::{Overview, vibration};
 use crate::oscillator::of_shaft;
 use camdrive::drives::drive_train::{Scene, Shaft, Stand};
+use camdrive::drives::elastic_output::Parameters;
 use camdrive::drives::elastic_shaft;
 use camdrive::drives::rigid_machine::{Follower, Inertia, InertiaFunction};
 use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
@@ -18,12 +19,9 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
     };
     for (j, follower) in scene.followers.iter().enumerate() {
         let (prefix, cam, load) = (format!("follower[{}].", j + 1), &follower.rigid.cam, &follower.load);
-        let damping = load.damping.unwrap_or(0.0);
-        // Its springs and the return spring side by side.
-        let behind = |m: f64, b: f64, c: f64| vibration::behind_cam(cam, [m, b + damping, c + load.stiffness()], speed);
         let mut own = Overview::default();
         if let Some((_, [m, c, b])) = follower.joint.sprung() {
-            own.elastic(&behind(m, b, c), Some((cam, false)));
+            own.elastic(&vibration::behind_cam(cam, Parameters { m, c, b }, load, speed), Some((cam, false)));
         }
         if let Some(parameters) = follower.joint.shaft() {
             let drive = speed.map_or(DriveMode::Input, |w| DriveMode::Constant { w, phi_start: 0.0 });
@@ -37,7 +35,7 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
             }
             own.clearance(cam, p.s);
         }
-        let m = follower.masses().iter().sum();
+        overview.swings.push(own.swings.first().copied().unwrap_or(f64::NAN));
         for mut figure in own.figures {
             figure.name = prefix.clone() + &figure.name;
             overview.figures.push(figure);
@@ -46,7 +44,7 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
         if scene.followers.len() == 1 {
             overview.resonances = own.resonances;
         }
-        overview.follower(&prefix, &Follower { m, ..follower.rigid.clone() }, speed);
+        overview.follower(j, &follower.rigid, speed);
     }
 }
 

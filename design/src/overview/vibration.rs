@@ -3,12 +3,15 @@
 use super::{Overview, Resonance};
 use crate::harmonic_analysis::Complex;
 use crate::law_motions::stroke;
-use crate::oscillator::{PeriodicOscillator, Terms};
+use crate::oscillator::{PeriodicOscillator, Terms, joined};
 use crate::search::{greatest, segments};
 use crate::stability::system::sample;
+use camdrive::drives::elastic_output::Parameters;
+use camdrive::drives::follower::load::Load;
 use camdrive::drives::unit;
 use camdrive::motion::MotionLaw;
 use camdrive::numerics::angle::reduce;
+use std::f64::consts::TAU;
 
 /// Harmonics among which resonances are looked for; the drives of machines run above ω₀/48.
 const HARMONICS: usize = 48;
@@ -22,17 +25,31 @@ const SAME: f64 = 1e-12;
 /// As many resonances are told.
 const TOLD: usize = 3;
 
-/// A mass m on damper and spring b, c behind a cam: m q̈ + b q̇ + c q = −Ω² m U″.
-pub fn behind_cam(law: &MotionLaw, [m, b, c]: [f64; 3], speed: Option<f64>) -> PeriodicOscillator {
-    let own = law.clone();
-    let terms =
-        move |segment: usize, phi: f64| Terms { m, b, c, f2: -m * own.at_in(segment, phi).0[2], ..Terms::default() };
-    let resolutions = law.clone();
+/// A mass m on damper and spring b, c behind a cam: m q̈ + b q̇ + c q = −Ω² m U″ + F_L(U + q, ΩU′ + q̇, φ) without an input.
+pub fn behind_cam(law: &MotionLaw, own: Parameters, load: &Load, speed: Option<f64>) -> PeriodicOscillator {
+    let Parameters { m, b, c } = own;
+    let (cam, load) = (law.clone(), load.clone());
+    let (breakpoints, segments) = joined(law.breakpoints(), load.process.as_ref());
+    let (damping, stiffness) = (load.damping.unwrap_or(0.0), load.stiffness());
+    let cost = law.cost() + load.process.as_ref().map_or(0.0, MotionLaw::cost);
+    let process = load.process.clone();
+    let reach = |[of_law, of_process]: &[usize; 2]| {
+        let process = process.as_ref().map_or(1.0, |process| process.resolution_in(*of_process));
+        1.0 / law.resolution_in(*of_law).max(process).max(1.0)
+    };
+    let reaches: Vec<f64> = segments.iter().map(reach).collect();
+    let terms = move |segment: usize, phi: f64| {
+        let [of_law, of_process] = segments[segment];
+        let [u, u1, u2, ..] = cam.at_in(of_law, phi).0;
+        let process = load.process.as_ref().map(|process| process.at_in(of_process, phi).0[0]);
+        let f = load.force(m, [u, 0.0], process, None);
+        Terms { m, b: b + damping, c: c + stiffness, f, f1: -damping * u1, f2: -m * u2, ..Terms::default() }
+    };
     PeriodicOscillator {
         terms: Box::new(terms),
-        breakpoints: law.breakpoints().to_vec(),
-        reach: Box::new(move |segment| 1.0 / resolutions.resolution_in(segment).max(1.0)),
-        cost: law.cost(),
+        breakpoints,
+        reach: Box::new(move |segment| reaches[segment]),
+        cost,
         inertia_turns: false,
         own: None,
         speed,
@@ -61,11 +78,14 @@ impl Overview {
         if let Some(speed) = oscillator.speed {
             self.figure("frequency_ratio", speed.abs() / w0, "1");
             let segments = segments(&oscillator.breakpoints);
-            let load_at = |segment: usize, phi: f64| {
+            let signed = |segment: usize, phi: f64| {
                 let t = (oscillator.terms)(segment, reduce(phi.into()));
-                (t.f + speed * t.f1 + speed * speed * t.f2).abs()
+                t.f + speed * t.f1 + speed * speed * t.f2
             };
-            let largest = greatest(&segments, load_at).value;
+            let load_at = |segment: usize, phi: f64| signed(segment, phi).abs();
+            let [high, low] = [1.0, -1.0].map(|sign| sign * greatest(&segments, |i, phi| sign * signed(i, phi)).value);
+            let largest = high.max(-low);
+            self.swings.push(0.5 * (high - low) / c);
             if moved.is_none_or(|(_, twists)| twists) {
                 self.figure(
                     if load == "N" { "largest_kinetostatic_force" } else { "largest_kinetostatic_torque" },
@@ -75,7 +95,10 @@ impl Overview {
             }
             self.figure("largest_kinetostatic_deformation", largest / c, length);
             if let Some((law, twists)) = moved {
-                let missed = |i: usize, phi: f64| load_at(i, phi) * law.at_in(i, reduce(phi.into())).0[1].abs();
+                let middles = segments.iter().map(|[low, high]| (0.5 * (low + high)).rem_euclid(TAU));
+                let of_law: Vec<usize> = middles.map(|middle| law.segment(middle, true)).collect();
+                let slope = |i: usize, phi: f64| law.at_in(of_law[i], reduce(phi.into())).0[1].abs();
+                let missed = |i: usize, phi: f64| load_at(i, phi) * slope(i, phi);
                 let missed = if twists { greatest(&segments, missed).value } else { largest };
                 let share = missed / c / stroke(law, |u| u[0]);
                 if share.is_finite() {

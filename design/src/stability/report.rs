@@ -3,6 +3,7 @@
 use super::response::Transient;
 use super::tongue::Extent;
 use super::{AtSpeed, BORDER, Order, Oscillator, PeriodicMotion, StabilityAnalysis, figures, is_listed, printed};
+use crate::oscillator::LINEARISED;
 use crate::report::rounding::{Rounded, Rounding};
 use crate::report::terminal::shown;
 use crate::report::unit::{DEG, HZ, ONE, PERCENT, RPM, Unit};
@@ -92,7 +93,9 @@ impl StabilityAnalysis {
                 true => format!(", on starting from rest {}", shown(start, &Unit::of(self.units[1]))),
                 false => String::new(),
             };
-            format!("{but} the load reaches {load}, {} times its kinetostatic value{start}", number(ratio))
+            let is_linearised = self.note.as_deref().is_some_and(|note| note.starts_with(LINEARISED));
+            let of = if is_linearised { "the linearised load" } else { "the load" };
+            format!("{but} {of} reaches {load}, {} times its kinetostatic value{start}", number(ratio))
         });
         let decay = if at.stable {
             format!("free motions decay by {} a turn", shown(1.0 - at.radius, &PERCENT))

@@ -18,6 +18,7 @@ use super::MOST_ORDERS;
 use crate::formulas::instability;
 use crate::harmonic_analysis::Complex;
 use crate::oscillator::{PeriodicOscillator, Terms};
+use crate::search::local_maxima;
 use crate::work;
 use camdrive::drives::Fault;
 use camdrive::numerics::angle::WHOLE_TURN;
@@ -334,9 +335,25 @@ impl<'a> System<'a> {
         self.samples.iter().map(|(_, _, t)| g(&self.scaled(t))).fold(f64::INFINITY, f64::min)
     }
 
-    /// The greatest absolute value of a function of the dimensionless coefficients, by its samples.
+    /// The greatest absolute value of a function of the dimensionless coefficients: that of the samples, refined between them.
     pub fn greatest(&self, g: &dyn Fn(&Terms) -> f64) -> f64 {
-        self.samples.iter().map(|(_, _, t)| g(&self.scaled(t)).abs()).fold(0.0, f64::max)
+        // From one sample to the next a function rises by less.
+        const NEAR: f64 = 0.98;
+        let size = |t: &Terms| g(&self.scaled(t)).abs();
+        let values: Vec<(f64, f64)> = self.samples.iter().map(|(phi, _, t)| (*phi, size(t))).collect();
+        let sampled = values.iter().map(|(_, value)| *value).fold(0.0, f64::max);
+        let (mut greatest, mut start) = (sampled, 0.0);
+        for (end, segment) in intervals(self.oscillator, 0.0, TAU) {
+            let f = |phi: f64| size(&(self.oscillator.terms)(segment, phi));
+            let inside: Vec<&(f64, f64)> = values.iter().filter(|(phi, _)| start < *phi && *phi < end).collect();
+            for i in (0..inside.len()).filter(|i| inside[*i].1 >= NEAR * sampled) {
+                let before = if i == 0 { start } else { inside[i - 1].0 };
+                let places = [before, inside[i].0, inside.get(i + 1).map_or(end, |(phi, _)| *phi)];
+                greatest = local_maxima(&places, greatest, &f).into_iter().map(f).fold(greatest, f64::max);
+            }
+            start = end;
+        }
+        greatest
     }
 
     /// The greatest common divisor of the orders of the harmonics, checked against the coefficients themselves.

@@ -5,6 +5,7 @@
 mod report;
 mod tables;
 
+use crate::forces::Machine;
 use crate::forces::report::LiftOff;
 use crate::overview::{self, Resonance};
 use crate::periodic_motions::{Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range};
@@ -141,11 +142,12 @@ pub fn of_machine(name: &str, scene: &Scene, load: f64, period: Option<f64>) -> 
     Ok(findings)
 }
 
-/// The motion of a drive or a train at this speed (rad/s) or its own, whose followers leave their cams at these speeds.
+/// The motion of a drive or a train at this speed (rad/s) or its own.
 ///
 /// # Errors
 /// Where its speed is not known, and where a free shaft has no such motion.
-pub fn of_drive(resource: &Resource, speed: Option<f64>, lift_offs: Vec<LiftOff>) -> Result<SteadyMotions, Fault> {
+pub fn of_drive(resource: &Resource, speed: Option<f64>) -> Result<SteadyMotions, Fault> {
+    let lift_offs = Machine::of(resource).and_then(Machine::lift_offs).unwrap_or_default();
     let mut findings =
         SteadyMotions { name: resource.name.clone(), lift_offs: Some(lift_offs), ..SteadyMotions::default() };
     let mut resource = resource.clone();

@@ -7,6 +7,7 @@ mod advice;
 mod cam;
 mod clearance;
 mod compensate;
+mod figures;
 mod forces;
 mod stability;
 mod steady;
@@ -204,7 +205,9 @@ impl Files {
         for (text, number) in self.tables.iter().zip(1..) {
             write(&format!("{number}.csv"), text);
         }
-        write("scene.toml", &toml::to_string(&self.scene).expect("a scene"));
+        if !self.scene.is_null() {
+            write("scene.toml", &toml::to_string(&self.scene).expect("a scene"));
+        }
         write("study.toml", &self.study);
         let file = if self.study.is_empty() { "scene.toml" } else { "study.toml" };
         let mut command = Command::new(env!("CARGO_BIN_EXE_camdrive"));

@@ -1,14 +1,8 @@
 //! `steady`: the periodic motions of a machine.
 
-use super::super::scenes::{CamScene, Model};
-use super::super::scenes::{MachineScene, Torque, backlash, machine, output, shaft};
+use super::super::scenes::{MachineScene, Torque, machine};
 use super::*;
-use camdrive::drives::AnyDrive;
 use camdrive::drives::rigid_machine::Follower;
-use camdrive_design::overview;
-use camdrive_design::periodic_turn;
-use camdrive_design::resource::{Resource, Scene};
-use camdrive_design::steady::of_drive;
 
 /// With a motor, which selects motions.
 pub fn driven() -> impl Strategy<Value = MachineScene> {
@@ -88,90 +82,4 @@ fn scaled() {
 #[test]
 fn permuted() {
     for_all(400, 8, driven(), |scene| holds(scene, &PERMUTATION));
-}
-
-/// The largest size of an output over a turn of a drive that has started, at small steps and by a parabola through three of them.
-fn largest(mut drive: AnyDrive, name: &str, period: f64) -> [f64; 2] {
-    const STEPS: usize = 20_000;
-    let output = drive.descriptions().iter().position(|d| d.name == name).expect("the output");
-    let step = period / STEPS as f64;
-    let mut values = vec![drive.get(output).unwrap()];
-    for k in 0..STEPS {
-        drive.advance(k as f64 * step, step).unwrap();
-        values.push(drive.get(output).unwrap());
-    }
-    let summit = |v: &[f64]| {
-        let (rise, bend) = (0.5 * (v[2] - v[0]), v[2] - 2.0 * v[1] + v[0]);
-        let inside = bend != 0.0 && rise.abs() <= bend.abs();
-        if inside { (v[1] - 0.5 * rise * rise / bend).abs().max(v[1].abs()) } else { v[1].abs() }
-    };
-    [
-        values.iter().fold(0.0, |most: f64, value| most.max(value.abs())),
-        values.windows(3).map(summit).fold(values[0].abs(), f64::max),
-    ]
-}
-
-/// What `check` and `steady` say of the periodic motion is what the drive does.
-fn figures_agree(scene: Scene) -> Result<(), TestCaseError> {
-    let resource = Resource::new("x", scene);
-    let found = of_drive(&resource, None, Vec::new()).map_err(|fault| TestCaseError::reject(fault.to_string()))?;
-    let Some(turn) = &found.turn else { return Err(TestCaseError::reject("no periodic motion")) };
-    let figures = overview::of(&resource).figures;
-    for range in &turn.outputs {
-        let (part, j) = range.part();
-        let called = match part {
-            "q" => "largest_deformation",
-            "tau" => "largest_torque",
-            "force" => "largest_force",
-            _ => continue,
-        };
-        let name = if j == 0 { called.to_owned() } else { format!("follower[{j}].{called}") };
-        let size = range.peak().value.abs();
-        let figure = figures.iter().find(|figure| figure.name == name).map(|figure| figure.value);
-        prop_assert_eq!(figure, Some(size), "{}", name);
-        let drive = periodic_turn::started(&resource.scene, None, 0.0).unwrap().0;
-        let [reached, summit] = largest(drive, &range.output, turn.period);
-        // Just beside an event a step of this size does not come.
-        let apart = if turn.impacts.iter().flatten().any(|impacts| *impacts > 0.0) { f64::INFINITY } else { 1e-6 };
-        prop_assert!(size >= reached * (1.0 - 1e-9), "{}: {} for {}", range.output, size, reached);
-        prop_assert!(size <= summit * (1.0 + apart), "{}: {} for {}", range.output, size, summit);
-    }
-    Ok(())
-}
-
-/// Seen to find an extreme that was left at a sample.
-#[test]
-fn figures_of_check_are_those_of_steady_and_of_the_drive() {
-    let drives = prop_oneof![output(), shaft(Model::Shaft, 10.0), shaft(Model::LinearShaft, 10.0), backlash()];
-    // Below, more than 48 vibrations a turn fall between the points.
-    let slow = drives.prop_filter("few vibrations in a turn", |scene: &CamScene| {
-        let inertia = if scene.model == Model::Output { scene.m } else { scene.second };
-        let natural = (scene.c / inertia).sqrt();
-        natural < 40.0 * scene.w.abs() && scene.b > 0.02 * natural * inertia
-    });
-    for_all(500, 24, slow, |scene| {
-        let (model, values) = scene.resolved();
-        let variant = match model {
-            "ElasticCamDrive.output" => "ElasticOutput",
-            "ElasticCamDrive.shaft" => "ElasticShaft",
-            other => other,
-        };
-        figures_agree(serde_json::from_value(json!({ variant: values })).expect("a scene"))
-    });
-}
-
-/// The same for every example at constant speed.
-#[test]
-fn figures_of_the_examples_agree() {
-    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
-    let mut count = 0;
-    for folder in std::fs::read_dir(examples).expect("the examples") {
-        let Ok(scene) = scene::read(&folder.expect("a folder").path().join("scene.toml")) else { continue };
-        match figures_agree(scene.scene) {
-            Ok(()) => count += 1,
-            Err(TestCaseError::Reject(_)) => {}
-            Err(TestCaseError::Fail(reason)) => panic!("{}: {reason}", scene.name),
-        }
-    }
-    assert!(count >= 6, "{count} examples");
 }

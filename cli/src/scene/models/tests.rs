@@ -3,6 +3,7 @@
 use crate::scene;
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive::drives::{AnyDrive, Description};
+use camdrive_design::forces::Machine;
 use std::path::Path;
 
 const BACKLASH: &str = "name = \"x\"\nmodel = \"BacklashDrive\"\n";
@@ -337,7 +338,7 @@ fn a_shaft_that_turns_backwards_has_its_own_speed_of_lift_off() {
         crate::scene::resolve("neg.toml", &text, "".as_ref()).expect("a scene")
     };
     for (speed, rpm) in [(-40.0, 523.08), (40.0, 578.42)] {
-        let of = crate::scene::forces::machine(&scene(speed)).and_then(|machine| machine.lift_offs()).expect("speeds");
+        let of = Machine::of(&scene(speed).resource()).and_then(|machine| machine.lift_offs()).expect("speeds");
         let found = of[0].lift_off_speed.expect("a speed").value * 30.0 / std::f64::consts::PI;
         assert!((found - rpm).abs() < 0.01, "{speed} rad/s: {found} rpm");
     }

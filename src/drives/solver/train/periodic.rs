@@ -65,7 +65,7 @@ pub fn periodic(
     sense: f64,
 ) -> Result<Periodic, Fault> {
     let (mut work, first) = (Work::default(), if train.machine().is_some() { 1 } else { 0 });
-    let (mut y, mut at, mut sizes) = (guess, modes, [0.0_f64; MOST_STATES]);
+    let (mut y, mut at) = (guess, modes);
     let section = Section { train, outside, sense };
     for _ in 0..TURNS {
         let turned = section.turn(&y, at, &mut work)?;
@@ -73,7 +73,8 @@ pub fn periodic(
     }
     for _ in 0..ITERATIONS {
         let base = section.turn(&y, at, &mut work)?;
-        sizes.iter_mut().zip(base.sizes).for_each(|(size, own)| *size = size.max(own));
+        // Of this turn alone: a step of Newton's method that went astray would make any motion look closed.
+        let sizes = base.sizes;
         let held = |k: usize| {
             train.clearances().any(|(j, place, _)| at.stands[j].is_held() && (place..place + 2).contains(&k))
         };
