@@ -2316,8 +2316,6 @@ fn tradeoff_refuses_what_gives_no_study() {
     assert!(unit.err.contains("--speed") && unit.err.contains("hint"), "{}", unit.err);
     let scene = camdrive(&["tradeoff", WRONG]);
     assert!(is_refused(scene.code) && scene.err.contains(WRONG), "{}", scene.err);
-    let lonely = camdrive(&["export", SCENE, "--quick"]);
-    assert!(is_refused(lonely.code) && lonely.err.contains("--with-tradeoff"), "{}", lonely.err);
     let file = folder("tradeoff_file").join("here");
     std::fs::write(&file, "").expect("the folder can be written to");
     let run = camdrive(&["tradeoff", SCENE, "--quick", "-o", text(&file)]);

@@ -1,6 +1,5 @@
 //! `camdrive export SCENE…`
 
-use super::tradeoff::StudyArgs;
 use super::{Failure, Format, failure, files, of_option, read_all, tell, tell_notes, wrong_argument};
 use crate::export::runtime_library::MADE;
 use crate::export::runtime_library::PLATFORMS;
@@ -25,7 +24,6 @@ Examples:
   camdrive export scene.toml --runtime linux64=libcamdrive_fmu.so \\
       --runtime win64=camdrive_fmu.dll
   camdrive export scene.toml --platforms linux64,win64
-  camdrive export scene.toml --with-tradeoff --quick
   camdrive export old/guide_bar.fmu -o new/
 
 The runtime libraries are those beside the executable unless --runtime names others. They are built by
@@ -48,21 +46,11 @@ pub struct Args {
     /// (terminalsAndIcons/ of FMI 3.0); FMI Library 3 refuses such FMUs of FMI 2.0
     #[arg(long)]
     terminals: bool,
-    /// Put the tables and diagrams of `camdrive tradeoff` into each FMU; takes some seconds per scene, since it
-    /// measures
-    #[arg(long)]
-    with_tradeoff: bool,
-    #[command(flatten, next_help_heading = "Options of --with-tradeoff")]
-    study: StudyArgs,
     #[command(flatten)]
     format: Format,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if args.study.are_given() && !args.with_tradeoff {
-        let message = "--turns, --speed, --ramp and --quick belong to the study";
-        return Err(wrong_argument(message).hint("add --with-tradeoff"));
-    }
     let scenes = read_all(&args.scenes)?;
     tell_notes(&args.scenes, &scenes);
     let targets = targets(args, &scenes)?;
@@ -70,8 +58,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let date = Date::from_environment().map_err(failure)?;
     let mut packed = Vec::new();
     for (scene, path) in scenes.iter().zip(&args.scenes) {
-        let study = if args.with_tradeoff { Some(args.study.study(path, scene)?) } else { None };
-        let extras = Extras { terminals: args.terminals, study: study.as_ref(), sources: &scene.sources() };
+        let extras = Extras { terminals: args.terminals, sources: &scene.sources() };
         let fmu = pack(&scene.resource(), &scene.description, &runtimes, date, extras);
         packed.push(fmu.map_err(|fault| failure(fault.within(path.display())))?);
     }

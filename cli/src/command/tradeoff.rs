@@ -3,10 +3,9 @@
 use super::deliver::{ReportFiles, ReportFormat};
 use super::output::Bar;
 use super::{Failure, failure, files, of_option, optional, read};
-use crate::scene::Resolved;
-use camdrive::drives::unit;
-use camdrive_design::tradeoff::{self, Findings, Options};
-use std::path::{Path, PathBuf};
+use camdrive::drives::{Fault, unit};
+use camdrive_design::tradeoff::{self, Options};
+use std::path::PathBuf;
 
 /// Measure speed against accuracy of every solver setting.
 ///
@@ -32,18 +31,6 @@ pub struct Args {
     /// Folder for tables and diagrams [default: tradeoff-NAME]
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    #[command(flatten)]
-    study: StudyArgs,
-    /// Replace files that no command wrote
-    #[arg(long)]
-    force: bool,
-    #[command(flatten)]
-    telling: ReportFormat,
-}
-
-/// Options of the runs of `tradeoff` and `export --with-tradeoff`.
-#[derive(Debug, Default, clap::Args)]
-pub struct StudyArgs {
     /// Turns of the cam in a run [default: those of the default experiment; 9 with a run-up]
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
     turns: Option<f64>,
@@ -56,35 +43,25 @@ pub struct StudyArgs {
     /// Fewer settings and repetitions
     #[arg(long)]
     quick: bool,
-}
-
-impl StudyArgs {
-    /// True if any of them is given.
-    pub fn are_given(&self) -> bool {
-        self.turns.is_some() || self.speed.is_some() || self.ramp.is_some() || self.quick
-    }
-
-    fn options(&self) -> Result<Options, Failure> {
-        Ok(Options {
-            turns: self.turns,
-            speed: optional("speed", &self.speed, &unit::ANGULAR_VELOCITY)?,
-            ramp: optional("ramp", &self.ramp, &unit::TIME)?,
-            quick: self.quick,
-        })
-    }
-
-    /// The study of a scene, with a progress bar where somebody looks.
-    pub fn study(&self, path: &Path, scene: &Resolved) -> Result<Findings, Failure> {
-        let options = self.options()?;
-        let report = Bar::beside(&scene.name, |tell| tradeoff::study(&scene.resource(), &options, tell));
-        report.map_err(|fault| of_option(&fault).unwrap_or_else(|| failure(fault.within(path.display()))))
-    }
+    /// Replace files that no command wrote
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    telling: ReportFormat,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = read(&args.scene)?;
     let folder = files::folder(args.output.as_deref(), "tradeoff", &scene.name)?;
-    let findings = args.study.study(&args.scene, &scene)?;
+    let options = Options {
+        turns: args.turns,
+        speed: optional("speed", &args.speed, &unit::ANGULAR_VELOCITY)?,
+        ramp: optional("ramp", &args.ramp, &unit::TIME)?,
+        quick: args.quick,
+    };
+    let failed = |fault: Fault| of_option(&fault).unwrap_or_else(|| failure(fault.within(args.scene.display())));
+    let findings =
+        Bar::beside(&scene.name, |tell| tradeoff::study(&scene.resource(), &options, tell)).map_err(failed)?;
     let place = ReportFiles {
         folder: Some(&folder),
         inputs: scene.files,

@@ -2,7 +2,7 @@
 
 use super::model_description::{LOG_CATEGORIES, causality, unit};
 use super::results::Results;
-use super::{picture, references, tradeoff};
+use super::{picture, references};
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{AnyDrive, Description, Fault};
 use camdrive_design::drawing::Drawing;
@@ -13,7 +13,6 @@ use camdrive_design::report::unit::ONE;
 use camdrive_design::report::{Block, Report, Table, html};
 use camdrive_design::resource::{Described, Resource};
 use camdrive_design::text::{self, TextTable};
-use camdrive_design::tradeoff::Findings;
 
 /// Parts of the page that do not follow from the drive itself.
 #[derive(Clone, Copy, Default)]
@@ -24,8 +23,6 @@ pub struct Page<'a> {
     pub platforms: &'a [&'a str],
     /// The outputs over the default experiment.
     pub results: Option<&'a Results>,
-    /// The study of speed against accuracy.
-    pub study: Option<&'a Findings>,
 }
 
 /// The text of index.html.
@@ -33,9 +30,7 @@ pub struct Page<'a> {
 /// # Errors
 /// Those of the drive's text, and of its start values.
 pub fn html(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result<String, Fault> {
-    let own = report(resource, drive, page)?;
-    let study = page.study.map(tradeoff::report);
-    Ok(html::page_without_script(&resource.name, &[own].into_iter().chain(study).collect::<Vec<Report>>()))
+    Ok(html::page_without_script(&resource.name, &[report(resource, drive, page)?]))
 }
 
 /// The report on a drive as an FMU.
@@ -317,7 +312,7 @@ mod tests {
 
     fn page() -> String {
         let results = Results::of(&mut lag()).unwrap();
-        let page = Page { description: "a < b & c", platforms: &["linux64"], results: Some(&results), study: None };
+        let page = Page { description: "a < b & c", platforms: &["linux64"], results: Some(&results) };
         html(&resource("Lag"), &mut lag(), &page).unwrap()
     }
 

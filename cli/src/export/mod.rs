@@ -19,7 +19,6 @@ pub mod sbom;
 pub mod terminals;
 #[cfg(test)]
 mod test_drive;
-pub mod tradeoff;
 pub use camdrive_design::xml::writer as xml;
 
 pub use date::Date;
@@ -29,7 +28,6 @@ use archive::File;
 use camdrive::drives::Fault;
 use camdrive::drives::resource::{self, Content};
 use camdrive_design::resource::{Described, LONGEST_NAME, Resource, is_name};
-use camdrive_design::tradeoff::Findings;
 use model_description::Identity;
 use results::Results;
 
@@ -59,9 +57,6 @@ pub struct Packed {
 pub struct Extras<'a> {
     /// [`terminals`].
     pub terminals: bool,
-    /// The tables of a study in the documentation and in `extra/`. They belong to the machine that measured them, so the
-    /// guid is that of the FMU without them: it is the same drive.
-    pub study: Option<&'a Findings>,
     /// Names and contents of the scene and its tables, for `extra/`. Comments of a scene make no other drive: the guid is that of
     /// the FMU without them.
     pub sources: &'a [(String, Vec<u8>)],
@@ -117,7 +112,7 @@ impl Contents<'_> {
             .map(|library| File::new(library.path_in_fmu(&resource.name), library.bytes.as_slice()))
             .collect();
         let platforms: Vec<&str> = runtimes.iter().map(|library| library.platform).collect();
-        let mut page = documentation::Page { description, platforms: &platforms, results: None, study: None };
+        let mut page = documentation::Page { description, platforms: &platforms, results: None };
         let mut content = self.with_guid("")?;
         content.extend(for_people(self.drive, resource, &page)?);
         if extras.terminals {
@@ -134,12 +129,9 @@ impl Contents<'_> {
         };
         self.with_guid(&guid)?.into_iter().for_each(&mut replace);
         let results = Results::of(self.drive)?;
-        (page.results, page.study) = (Some(&results), extras.study);
+        page.results = Some(&results);
         replace(File::new(DOCUMENTATION, documentation::html(resource, self.drive, &page)?));
         content.extend(references::files(extras.sources, &results)?);
-        if let Some(report) = extras.study {
-            content.extend(tradeoff::files(report)?);
-        }
         let bytes =
             archive::archive(&content, date).map_err(|e| Fault::new(format!("the archive cannot be written: {e}")))?;
         let descriptions = self.drive.descriptions();
