@@ -427,16 +427,15 @@ fn runs_grow_beyond_the_largest_steps() {
                  place = \"shaft\"\nlinear = true\nm = 1e-12\nJ = {mu}\nc = 1\nb = {damping}\n[start]\nmode = \"given\"\nq = 1e-6\n"
             ),
         );
+        files.write(
+            "system.toml",
+            "name = \"system\"\nstop = 1\nstep = 1e-3\nrepeat = 0\n[part.machine]\nscene = \"machine.toml\"\n\
+             [part.drive]\nscene = \"drive.toml\"\nshaft = \"machine\"\n",
+        );
         for (exchange, repeats) in ways {
-            let name = system::name_of(exchange);
-            files.write(
-                "system.toml",
-                &format!(
-                    "name = \"system\"\nstop = 1\nstep = 1e-3\nexchange = \"{name}\"\nrepeat = 0\n[part.machine]\n\
-                     scene = \"machine.toml\"\n[part.drive]\nscene = \"drive.toml\"\nshaft = \"machine\"\n"
-                ),
-            );
-            let Some(limit) = read(&files).limits(repeats)[0].limit.stable else { continue };
+            let system =
+                system::read_as(&files.path("system.toml"), exchange).unwrap_or_else(|faults| panic!("{faults}"));
+            let Some(limit) = system.limits(repeats)[0].limit.stable else { continue };
             let [below, above] = [0.98, 1.02].map(|part| grown(&files, exchange, repeats, part * limit) - 1.0);
             checked += 1;
             assert!(below < 1e-3 && above > 1e-3, "{mu} {exchange:?} {repeats}: {below} and {above} at {limit} s");

@@ -163,9 +163,8 @@ fn factor_of(connection: &Connection) -> Option<()> {
 fn master(system: &System, files: &[String]) -> String {
     let step = match system.exchange {
         Exchange::Held => include_str!("system/held.py"),
-        Exchange::Extrapolated => include_str!("system/extrapolated.py"),
-        Exchange::GaussSeidel => include_str!("system/gauss_seidel.py"),
-        Exchange::Interpolated | Exchange::EffectiveInertia => include_str!("system/interpolated.py"),
+        // A file chooses no other one.
+        _ => include_str!("system/interpolated.py"),
     };
     let name = |part: usize| &system.parts[part].name;
     let dictionary = |entries: Vec<String>| format!("{{{}}}", entries.join(", "));

@@ -39,6 +39,8 @@ pub struct Key {
     pub usual: Usual,
     /// Names that people write for it by mistake.
     pub also: &'static [&'static str],
+    /// Names of a choice that it no longer has, and what to write instead.
+    pub gone: &'static [(&'static str, &'static str)],
     /// The models that have it; none for all.
     pub models: &'static [&'static str],
 }
@@ -120,7 +122,7 @@ impl KeyTable {
 
 const fn value(value: Value) -> Key {
     let values = [value, Value::Nothing, Value::Nothing];
-    Key { key: "", meaning: "", values, usual: Usual::Nothing, also: &[], models: &[] }
+    Key { key: "", meaning: "", values, usual: Usual::Nothing, also: &[], gone: &[], models: &[] }
 }
 
 const fn real(quantity: &'static Quantity, limits: Limits) -> Key {
@@ -177,6 +179,10 @@ impl Key {
 
     const fn also(self, also: &'static [&'static str]) -> Self {
         Key { also, ..self }
+    }
+
+    const fn gone(self, gone: &'static [(&'static str, &'static str)]) -> Self {
+        Key { gone, ..self }
     }
 
     const fn of(self, models: &'static [&'static str]) -> Self {
@@ -878,10 +884,12 @@ tables! {
         /// communication step
         "step": real(&unit::TIME, POSITIVE).required().also(&["step_size", "h"]);
         /// what the parts tell each other at a communication point: `held`, values of the beginning of the step, as usual masters
-        /// have it; `extrapolated`, the same with first derivatives; `gauss_seidel`, drives first, then the machine; `interpolated`, the machine first with extrapolated torque, then the drives,
-        /// whose motion meets that of the machine at both ends of the step; `effective_inertia`, the same, and the machine takes the
-        /// inertia of rigid loads for its own
-        "exchange": choice(&[&["interpolated"], &["held", "jacobi"], &["extrapolated"], &["gauss_seidel"], &["effective_inertia"]]).usually("interpolated");
+        /// have it; `interpolated`, the machine first with extrapolated torque, then the drives, whose motion meets that of the machine
+        /// at both ends of the step; `effective_inertia`, the same, and the machine takes the inertia of rigid loads for its own
+        "exchange": choice(&[&["interpolated"], &["held", "jacobi"], &["effective_inertia"]]).usually("interpolated").gone(&[
+            ("extrapolated", "write `interpolated`; `camdrive system --study` still compares them"),
+            ("gauss_seidel", "write `interpolated`; `camdrive system --study` still compares them"),
+        ]);
         /// how often `camdrive run` repeats an interpolated step with what the parts tell at its end; without it once, where the
         /// scenes of all parts are known, κ is at most 0.2 and the step is stable then
         "repeat": value(Value::Count(0, 10));

@@ -619,8 +619,11 @@ impl<'a> Section<'a> {
         }
         let known: Vec<&str> = names.iter().flat_map(|names| names.iter().copied()).collect();
         let fault = self.fault_of(key, format!(": \"{text}\" is not known"));
-        let guess = nearest(text, &known).and_then(|guess| names.iter().find(|names| names.contains(&guess)));
-        let hint = guess.map(|names| format!("did you mean `{}`?", names[0]));
+        let gone = self.keys.key(key).gone.iter().find(|(name, _)| *name == text);
+        let near = nearest(text, &known).filter(|_| gone.is_none());
+        let guess = near.and_then(|guess| names.iter().find(|names| names.contains(&guess)));
+        let hint =
+            guess.map(|names| format!("did you mean `{}`?", names[0])).or(gone.map(|(_, hint)| (*hint).to_owned()));
         self.faults.report(fault.admissible(usual.join(", ")).remedy(hint));
         // What depends on the choice is checked as if the name were the one suggested.
         guess.and_then(|names| item(names[0]))

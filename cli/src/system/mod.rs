@@ -122,7 +122,7 @@ pub const INERTIA: [&str; 3] = ["J_load", "dJ_load", "tau_rest"];
 const TORQUE: &str = "tau";
 const MEAN_TORQUE: &str = "tau_mean";
 
-/// The exchanges between the parts.
+/// The exchanges between the parts. A file chooses among those that its key declares; the others are compared with them.
 pub const EXCHANGES: &[(&str, Exchange)] = &[
     ("interpolated", Exchange::Interpolated),
     ("held", Exchange::Held),
@@ -261,8 +261,18 @@ pub fn read(path: &Path) -> Result<System, Diagnostics> {
 
 /// The system of this file, as it was read or changed; parts with these names have these scenes, others those of their files.
 pub fn resolve(path: &Path, document: &Document, scenes: &[(String, Document)]) -> Result<System, Diagnostics> {
+    resolve_as(path, document, scenes, None)
+}
+
+/// The same with this exchange instead of that of the file.
+fn resolve_as(
+    path: &Path,
+    document: &Document,
+    scenes: &[(String, Document)],
+    exchange: Option<Exchange>,
+) -> Result<System, Diagnostics> {
     let (file, folder) = (path.display().to_string(), path.parent().unwrap_or(Path::new("")));
-    let mut system = input::read(&file, document, Kind::System, |root| system(root, folder, scenes))?;
+    let mut system = input::read(&file, document, Kind::System, |root| system(root, folder, scenes, exchange))?;
     system.files.push(path.to_owned());
     Ok(system)
 }
@@ -270,12 +280,11 @@ pub fn resolve(path: &Path, document: &Document, scenes: &[(String, Document)]) 
 /// The same with another exchange, at steps that are short enough for all but algebraic loops.
 pub fn read_as(path: &Path, exchange: Exchange) -> Result<System, Diagnostics> {
     let (_, mut document) = input::document(path, Kind::System)?;
-    document.set("exchange", name_of(exchange));
     document.set("step", f64::MIN_POSITIVE);
     if !matches!(exchange, Exchange::Interpolated | Exchange::EffectiveInertia) {
         document.remove("repeat");
     }
-    resolve(path, &document, &[])
+    resolve_as(path, &document, &[], Some(exchange))
 }
 
 /// A part with its section of the file.
@@ -286,10 +295,16 @@ struct PartSection<'a> {
     seat: [f64; 2],
 }
 
-fn system(root: &Section<'_>, folder: &Path, scenes: &[(String, Document)]) -> Option<System> {
+fn system(
+    root: &Section<'_>,
+    folder: &Path,
+    scenes: &[(String, Document)],
+    exchange: Option<Exchange>,
+) -> Option<System> {
     let name = root.name();
     let [stop, step] = ["stop", "step"].map(|key| root.real(key));
-    let exchange = root.choice("exchange", EXCHANGES);
+    let own = root.choice("exchange", EXCHANGES);
+    let exchange = exchange.or(own);
     let repeats = if root.has("repeat") { root.count("repeat").map(|count| Some(count as u32)) } else { Some(None) };
     if let Some((stop, step)) = stop.zip(step).filter(|(stop, step)| step > stop) {
         let fault = root.fault_of("step", format!(": {step} s is longer than the run of {stop} s"));
