@@ -12,8 +12,7 @@ use std::path::{Path, PathBuf};
 /// The courses that are asked for.
 #[derive(Debug, clap::Args)]
 pub struct Measured {
-    /// Measured curve for a diagram over the turn: angles and values, angles in deg and the rest in SI units or in
-    /// those of its headings, "phi [deg], M [kN.m]"; DIAGRAM as in the name of the diagram's file, needed where there are several
+    /// Draw a measured curve over a diagram; docs/scene.md explains it under "Measured curves"
     #[arg(long, value_name = "[DIAGRAM=]TABLE.csv")]
     measured: Vec<String>,
 }
