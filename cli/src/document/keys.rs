@@ -229,8 +229,6 @@ const STEEL: [f64; 2] = [210e9, 0.3];
 const TOOTH_ANGLE: f64 = PI / 9.0;
 /// The most harmonics of a profile: the source advises against more than nine, and cams of sixty-four can be made.
 const MOST_HARMONICS: u32 = 64;
-/// The most points in a range of the discrete objectives.
-const MOST_POINTS: u32 = 10_000;
 /// The highest harmonic of the stiffness that a scene may ask for; beyond it the whole function is cheaper.
 const HIGHEST_OF_CRANK: u32 = 256;
 /// The most samples of a study, and values of a series.
@@ -242,6 +240,9 @@ pub const FREE: &str = "free";
 const REST_OF_TURN: &str = "one of four may be left out: the rest of the turn";
 /// Lengths that fix the size of a cam.
 const SIZE: &str = "one of these";
+/// What replaces the sum of the squared errors, and the largest error, at points of a range.
+const SQUARES: &str = "write `least_squares` without `points`: it looks at all angles";
+const LARGEST: &str = "write `chebyshev` without `points`: it looks at all angles";
 const THIS_OR_FREQUENCY: &str = "this or `natural_frequency`";
 
 tables! {
@@ -934,15 +935,14 @@ tables! {
         /// one sentence
         "description": value(Value::Text);
         /// what is minimised
-        "objective": choice(&[&["least_squares", "S1"], &["discrete_least_squares", "S2"], &["chebyshev", "S3", "minimax"], &["discrete_chebyshev", "S4"], &["chebyshev_sum", "S5"], &["peak_acceleration"], &["mean_square_acceleration"], &["longest_dwell"], &["fewest_harmonics"], &["peak_torque", "torque"], &["shaft_torque"]]).required().also(&["goal", "criterion"]);
+        "objective": choice(&[&["least_squares", "S1"], &["chebyshev", "S3", "minimax"], &["chebyshev_sum", "S5"], &["peak_acceleration"], &["mean_square_acceleration"], &["longest_dwell"], &["fewest_harmonics"], &["peak_torque", "torque"], &["shaft_torque"]]).required().also(&["goal", "criterion"]).gone(&[
+            ("discrete_least_squares", SQUARES), ("S2", SQUARES), ("discrete_chebyshev", LARGEST), ("S4", LARGEST),
+        ]);
         /// w₁ of the errors in U′ (rad; of sums of squares rad²); where it is given, the derivative of U in a range counts as
         /// prescribed
         "dU_weight": other(NOT_NEGATIVE).said("1 where U′ is prescribed");
         /// w₂ of the errors in U″ (rad²; of sums of squares rad⁴); likewise
         "ddU_weight": other(NOT_NEGATIVE).said("1 where U″ is prescribed");
-        /// points in each range, for the discrete objectives; with fewer than coefficients some of these stay open, of which the
-        /// report warns
-        "points": value(Value::Count(2, MOST_POINTS)).said("12 per shortest wave, at least twice the functions");
         /// a length of which all U of the task are multiples
         "scale": real(&unit::LENGTH, POSITIVE).said("none: lengths").also(&["stroke"]);
         /// a scene whose `[cam]` is replaced; path from the folder of the task

@@ -8,8 +8,8 @@ use camdrive::drives::elastic_shaft::Parameters;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::MotionLaw;
 use camdrive_design::synthesis::Objective::{
-    Chebyshev, ChebyshevSum, DiscreteChebyshev, DiscreteLeastSquares, FewestHarmonics, LeastSquares, LongestDwell,
-    MeanSquareAcceleration, PeakAcceleration, PeakTorque, ShaftTorque,
+    Chebyshev, ChebyshevSum, FewestHarmonics, LeastSquares, LongestDwell, MeanSquareAcceleration, PeakAcceleration,
+    PeakTorque, ShaftTorque,
 };
 use camdrive_design::synthesis::clearance::Clearance;
 use camdrive_design::synthesis::shaft::{Shaft, ShaftGoal};
@@ -22,15 +22,13 @@ use std::path::{Path, PathBuf};
 /// The most laws of a task.
 const MOST_LAWS: usize = 5;
 
-/// The objective, before its points are known; None for the torque of a shaft, which has values of its own.
+/// The objective; None for the torque of a shaft, which has values of its own.
 pub type Kind = Option<Objective>;
 
 /// The objectives.
 pub const OBJECTIVES: &[(&str, Kind)] = &[
     ("least_squares", Some(LeastSquares)),
-    ("discrete_least_squares", Some(DiscreteLeastSquares { points: 0 })),
     ("chebyshev", Some(Chebyshev)),
-    ("discrete_chebyshev", Some(DiscreteChebyshev { points: 0 })),
     ("chebyshev_sum", Some(ChebyshevSum)),
     ("peak_acceleration", Some(PeakAcceleration)),
     ("mean_square_acceleration", Some(MeanSquareAcceleration)),
@@ -138,13 +136,12 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     let lengths = Lengths::of(root, folder);
     let kind = root.choice("objective", OBJECTIVES);
     // Sums of squares weigh squares.
-    let power = if matches!(kind, Some(Some(LeastSquares | DiscreteLeastSquares { .. }))) { -2 } else { -1 };
+    let power = if matches!(kind, Some(Some(LeastSquares))) { -2 } else { -1 };
     let weights = [("dU_weight", power), ("ddU_weight", 2 * power)].map(|(key, n)| {
         root.of(&unit::NUMBER, n);
         root.optional(key)
     });
     root.of(lengths.quantity, 0);
-    let points = discrete_points(root, kind);
     let search = search(root, kind);
     let scene = root.text("scene").map(|path| path.map(|path| folder.join(path)));
     let weighted = [root.has("dU_weight"), root.has("ddU_weight")];
@@ -162,7 +159,7 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     let levelled = matches!(kind, Some(LongestDwell { .. } | FewestHarmonics { .. }));
     let all = || laws.iter().flat_map(|law| &law.ranges);
     let tightest = all().filter_map(|given| given.tolerances[0]).fold(f64::INFINITY, f64::min);
-    let (points, first_dwell) = (points?, laws[0].first_dwell);
+    let first_dwell = laws[0].first_dwell;
     let dwells = longest?.map_or([first_dwell, laws[0].end_of_dwells], |one| [one - 1, one].map(|i| first_dwell + i));
     let weights = if levelled { [0.0; 2] } else { [weights[0]?.unwrap_or(1.0), weights[1]?.unwrap_or(1.0)] };
     let mut task = Task {
@@ -175,8 +172,6 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
         integral,
         objective: match kind {
             None => ShaftTorque(shaft??),
-            Some(DiscreteLeastSquares { .. }) => DiscreteLeastSquares { points },
-            Some(DiscreteChebyshev { .. }) => DiscreteChebyshev { points },
             Some(LongestDwell { .. }) => LongestDwell { tolerance: tightest, dwells },
             Some(FewestHarmonics { .. }) => FewestHarmonics { tolerance: tightest },
             Some(other) => other,
@@ -377,15 +372,6 @@ fn clearances(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<
         Some(Clearance { laws: [a - 1, b - 1], offset, directions: [directions[0]?, directions[1]?], distance })
     };
     root.each("clearance", of)
-}
-
-/// The points in a range of the discrete objectives; 0 for the default.
-fn discrete_points(root: &Section<'_>, kind: Option<Kind>) -> Option<usize> {
-    if matches!(kind, Some(Some(DiscreteLeastSquares { .. } | DiscreteChebyshev { .. }))) && root.has("points") {
-        return root.count("points");
-    }
-    root.forbid(&["points"], "the objective looks at all angles", "objective = \"discrete_chebyshev\"");
-    Some(0)
 }
 
 /// The search of an objective that is not convex.
@@ -707,7 +693,7 @@ fn elasticity(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Opti
             .refuse(fault.hint("give the speed to reach, or the deviation to keep up to the highest possible speed"));
     }
     rising(&section, slowest, fastest.unwrap_or(f64::INFINITY))?;
-    let chebyshev = matches!(kind, Some(Some(Chebyshev | DiscreteChebyshev { .. } | ChebyshevSum)));
+    let chebyshev = matches!(kind, Some(Some(Chebyshev | ChebyshevSum)));
     if method == Some(Method::Robust) && kind.is_some() && !chebyshev {
         let message = ": the robust profile minimises a largest error over angles and speeds";
         let hint = "choose objective = \"chebyshev\", or method = \"recipe\"";

@@ -214,7 +214,7 @@ impl Study {
         if motion.undetermined > 0 {
             let (all, free) = (task.basis.size(), motion.undetermined);
             verdict.result(Level::Mind, format!("What is prescribed leaves {free} of {all} coefficients free."));
-            verdict.advice("Take more `points`, fewer harmonics or more symmetry.");
+            verdict.advice("Add `[[point]]`, or take fewer `harmonics` or more `symmetry`.");
         }
         let highest = task.basis.order().max(1) as f64;
         for (point, name) in task.points.iter().zip(&self.assignment.names.points) {

@@ -4,13 +4,10 @@ use super::exact::{Solutions, dot};
 use super::family::{Family, Term};
 use super::feasibility::KEPT;
 use super::sampling::{ANGLES, within};
-use super::{Bound, Curve, ExactPoint, Infeasible, Objective, Range, Task, grid};
+use super::{Bound, Curve, ExactPoint, Infeasible, Objective, Range, Task};
 use camdrive::numerics::double_double::Double;
 use camdrive::numerics::gauss::Gauss;
 use std::f64::consts::{PI, TAU};
-
-/// Points per shortest wave of the basis at which the discrete objectives S2 and S4 look by default.
-const POINTS_PER_WAVE: f64 = 12.0;
 
 /// Rows and right-hand sides of a sum of squares |A x − b|².
 pub type Squares = (Vec<Vec<Double>>, Vec<Double>);
@@ -97,20 +94,16 @@ impl<'a> Conditions<'a> {
         self.squares(&self.task.ranges, self.task.weights)
     }
 
-    /// The same over these ranges, or the sums over their points.
+    /// The same over these ranges.
     fn squares(&self, ranges: &[Range], weights: [f64; 2]) -> Squares {
         let (mut rows, mut values) = (Vec::new(), Vec::new());
         for range in ranges {
             for (order, target) in range.prescribed.iter().enumerate() {
                 let Some(target) = target else { continue };
                 let weight = if order == 0 { 1.0 } else { weights[order - 1] };
-                let nodes = match self.task.objective {
-                    Objective::DiscreteLeastSquares { points } | Objective::DiscreteChebyshev { points } => {
-                        let points = self.points_in(range, points);
-                        grid(range.from, range.to, points).map(|phi| (phi, 1.0)).collect()
-                    }
-                    _ if range.from == range.to => vec![(range.from, 1.0)],
-                    _ => gauss_nodes(range.from, range.to, self.task.basis.order().max(target.order())),
+                let nodes = match range.from == range.to {
+                    true => vec![(range.from, 1.0)],
+                    false => gauss_nodes(range.from, range.to, self.task.basis.order().max(target.order())),
                 };
                 for &(phi, share) in nodes.iter().filter(|_| weight > 0.0) {
                     let root = Double::from((range.weight * weight * share).sqrt());
@@ -121,12 +114,6 @@ impl<'a> Conditions<'a> {
             }
         }
         (rows, values)
-    }
-
-    fn points_in(&self, range: &Range, points: usize) -> usize {
-        let default = POINTS_PER_WAVE * self.task.basis.order() as f64 * (range.to - range.from) / TAU;
-        // A range much shorter than a wave still has to tell the functions apart.
-        if points > 0 { points } else { (default.ceil() as usize).max(2 * self.task.basis.size()) }
     }
 
     /// The weight of e₁ or e₂ in the maxima.
@@ -142,7 +129,6 @@ impl<'a> Conditions<'a> {
         }
         match self.task.objective {
             Objective::LeastSquares
-            | Objective::DiscreteLeastSquares { .. }
             | Objective::MeanSquareAcceleration
             | Objective::PeakTorque
             | Objective::ShaftTorque(_) => return families,
@@ -166,9 +152,6 @@ impl<'a> Conditions<'a> {
                         family.add(Term { law: range.law, order, factor }, target, self.scale);
                     }
                     family.level = 1.0;
-                    if let Objective::DiscreteChebyshev { points } = self.task.objective {
-                        family.points = Some(self.points_in(range, points));
-                    }
                     families.push(family);
                 }
             }

@@ -62,10 +62,8 @@ pub fn optimum(conditions: &Conditions, further: Vec<Family>) -> Result<Optimum,
     let families = conditions.families().into_iter().chain(further).collect();
     let solutions = conditions.equalities()?;
     let found = optimum_of(conditions, &solutions, families, goal, squares)?;
-    let discrete =
-        matches!(task.objective, Objective::DiscreteLeastSquares { .. } | Objective::DiscreteChebyshev { .. });
-    // Between the points nothing is prescribed; over a range all is, and what is not seen is below rounding.
-    match found.undetermined > 0 && (discrete || task.ranges.iter().all(|range| range.from == range.to)) {
+    // Between points nothing is prescribed; over a range all is, and what is not seen is below rounding.
+    match found.undetermined > 0 && task.ranges.iter().all(|range| range.from == range.to) {
         true => smoothest(conditions, &solutions, found),
         false => Ok(found),
     }
@@ -147,6 +145,5 @@ fn at_all_speeds(range: SpeedRange, program: &mut Program, mut centre: Vec<Doubl
 
 /// True if the objective is a sum of squares.
 fn is_of_squares(objective: Objective) -> bool {
-    use Objective::{DiscreteLeastSquares, LeastSquares, MeanSquareAcceleration};
-    matches!(objective, LeastSquares | DiscreteLeastSquares { .. } | MeanSquareAcceleration)
+    matches!(objective, Objective::LeastSquares | Objective::MeanSquareAcceleration)
 }

@@ -1,12 +1,12 @@
 //! Conditions that hold at every angle of a range.
 
+use super::Curve;
 use super::basis::{Basis, Response};
 use super::clearance::Tangent;
 use super::deviation::Window;
 use super::elastic::output;
 use super::exact::{add_multiple, dot};
 use super::sampling::{COARSE, Density, FINE, angles, within};
-use super::{Curve, grid};
 use crate::search::crests;
 use camdrive::motion::Fourier;
 use camdrive::numerics::double_double::Double;
@@ -31,7 +31,7 @@ pub struct Term {
     pub factor: f64,
 }
 
-/// Σ f Y⁽ⁿ⁾ − Ũ ≤ level · t + limit at all angles of a range (or at some points of it), over derivatives of one law or of
+/// Σ f Y⁽ⁿ⁾ − Ũ ≤ level · t + limit at all angles of a range, over derivatives of one law or of
 /// several; Y is U or what an elastic output member makes of it.
 #[derive(Clone, Debug)]
 pub struct Family {
@@ -49,8 +49,6 @@ pub struct Family {
     pub level: f64,
     /// The right-hand side.
     pub limit: f64,
-    /// Equally spaced points instead of the whole range.
-    pub points: Option<usize>,
     /// The bound of the task that this is.
     pub bound: Option<usize>,
 }
@@ -67,7 +65,6 @@ impl Family {
             response: None,
             level: 0.0,
             limit: 0.0,
-            points: None,
             bound: None,
         }
     }
@@ -136,23 +133,16 @@ impl Family {
 
     /// The angle `phi` as one of the range, wherever whole turns lead into it; a rounding outside is its end.
     pub fn within(&self, phi: f64) -> Option<f64> {
-        within(self.from, self.to, phi).filter(|_| self.points.is_none())
+        within(self.from, self.to, phi)
     }
 
-    /// The points of the condition, or samples.
     fn angles(&self, basis: &Basis, density: Density) -> Vec<f64> {
-        match self.points {
-            Some(points) => grid(self.from, self.to, points).collect(),
-            None => angles(self.from, self.to, basis.order().max(self.target.order()), density),
-        }
+        angles(self.from, self.to, basis.order().max(self.target.order()), density)
     }
 
     /// The angles at which the excess is at a local maximum.
     pub fn maxima(&self, basis: &Basis, x: &[Double]) -> Vec<f64> {
         let angles = self.angles(basis, FINE);
-        if self.points.is_some() {
-            return angles;
-        }
         // Where plain numbers tell the excess to many digits, they find the angles.
         if let Some(sum) = self.sum(basis, x).filter(|_| self.tangent.is_none()) {
             let window = Window { from: self.from, to: self.to, order: 0, target: &self.target };
@@ -208,15 +198,7 @@ impl Family {
     /// The largest |Σ f U⁽ⁿ⁾ − Ũ| of a series, in plain numbers and without the response.
     pub fn magnitude(&self, series: &Fourier) -> f64 {
         let Some(sum) = self.combined(|_| Some(series.clone())) else { return f64::INFINITY };
-        match self.points {
-            Some(points) => {
-                let error = |phi: f64| (sum.at(phi).0[0] - self.target.at(phi - self.from)).abs();
-                grid(self.from, self.to, points).map(error).fold(0.0, f64::max)
-            }
-            None => {
-                let window = Window { from: self.from, to: self.to, order: 0, target: &self.target };
-                window.largest(&sum).value.abs()
-            }
-        }
+        let window = Window { from: self.from, to: self.to, order: 0, target: &self.target };
+        window.largest(&sum).value.abs()
     }
 }

@@ -3,10 +3,10 @@
 //! A task prescribes the position U or its derivatives U′, U″ in ranges of the drive angle φ, exactly at points, and
 //! bounds of any derivative up to U‴. The errors are eₙ = U⁽ⁿ⁾ − Ũ⁽ⁿ⁾, the objectives
 //!
-//! S1 = Σ ∫ (e₀² + w₁ e₁² + w₂ e₂²) dφ,  S2 = the same, a sum over points,
-//! S3 = max max(|e₀|, w₁|e₁|, w₂|e₂|),  S4 = the same over points,  S5 = max (|e₀| + w₁|e₁| + w₂|e₂|),
+//! S1 = Σ ∫ (e₀² + w₁ e₁² + w₂ e₂²) dφ,  S3 = max max(|e₀|, w₁|e₁|, w₂|e₂|),  S5 = max (|e₀| + w₁|e₁| + w₂|e₂|),
 //!
-//! and the peak of |U″|. Symbols: φ (rad), U (m) (or rad), w₁, w₂ weights (radⁿ) (of S1, S2: squared).
+//! and the peak of |U″|. Where all ranges are points, S1 is the sum S2 of the source and S3 its S4. Symbols: φ (rad), U (m)
+//! (or rad), w₁, w₂ weights (radⁿ) (of S1: squared).
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.2, equations (8) to (21), with the signs of the
 //! terms in w₂ and the blocks of (12) corrected. The normal equations printed there are not used: their condition
@@ -160,18 +160,8 @@ impl Bound {
 pub enum Objective {
     /// S1, integral least squares.
     LeastSquares,
-    /// S2, least squares over `points` equally spaced points of each range.
-    DiscreteLeastSquares {
-        /// Their number, ends included; 0 for the default.
-        points: usize,
-    },
     /// S3, the largest error.
     Chebyshev,
-    /// S4, the largest error at equally spaced points.
-    DiscreteChebyshev {
-        /// Their number in each range, ends included; 0 for the default.
-        points: usize,
-    },
     /// S5, the largest sum of errors.
     ChebyshevSum,
     /// The largest |U″| over the whole turn; of several laws Σ wⱼ max |Uⱼ″|.

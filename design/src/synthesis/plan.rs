@@ -30,9 +30,7 @@ impl Plan {
             Objective::LongestDwell { tolerance, dwells } => Plan::LongestDwell { tolerance, dwells },
             Objective::FewestHarmonics { tolerance } => Plan::FewestHarmonics { tolerance },
             Objective::LeastSquares
-            | Objective::DiscreteLeastSquares { .. }
             | Objective::Chebyshev
-            | Objective::DiscreteChebyshev { .. }
             | Objective::ChebyshevSum
             | Objective::PeakAcceleration
             | Objective::MeanSquareAcceleration => match (task.integral, task.clearances.is_empty()) {

@@ -323,9 +323,9 @@ fn words(task: &Task) -> &'static str {
     let at_points = task.ranges.iter().all(|range| range.from == range.to);
     match task.objective {
         Objective::LeastSquares if !at_points => "S1 (integral of the squared errors)",
-        Objective::LeastSquares | Objective::DiscreteLeastSquares { .. } => "S2 (sum of the squared errors at points)",
+        Objective::LeastSquares => "S2 (sum of the squared errors at points)",
         Objective::Chebyshev if !at_points => "S3 (largest error)",
-        Objective::Chebyshev | Objective::DiscreteChebyshev { .. } => "S4 (largest error at points)",
+        Objective::Chebyshev => "S4 (largest error at points)",
         Objective::ChebyshevSum => "S5 (largest sum of the errors)",
         Objective::PeakAcceleration => "peak of |U″|",
         Objective::MeanSquareAcceleration => "∫U″² dφ over the turn",

@@ -29,11 +29,9 @@ struct Task {
 }
 
 /// Objectives, and the powers of a length that they are.
-const OBJECTIVES: [(&str, i32); 7] = [
+const OBJECTIVES: [(&str, i32); 5] = [
     ("least_squares", 2),
-    ("discrete_least_squares", 2),
     ("chebyshev", 1),
-    ("discrete_chebyshev", 1),
     ("chebyshev_sum", 1),
     ("peak_acceleration", 1),
     ("mean_square_acceleration", 2),

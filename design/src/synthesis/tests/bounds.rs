@@ -33,8 +33,7 @@ fn random_task(random: &mut Random) -> Task {
     let from = random.between(1.7, 2.8);
     let to = from + random.between(0.35, 1.9);
     let order = random.one_of(&[5, 6, 8, 10, 12]);
-    let objective =
-        random.one_of(&[Objective::Chebyshev, Objective::ChebyshevSum, Objective::DiscreteChebyshev { points: 40 }]);
+    let objective = random.one_of(&[Objective::Chebyshev, Objective::ChebyshevSum]);
     let mut task = Task { basis: Basis::new(order, Symmetry::default()), ..symmetric_task(order, 0.5, objective) };
     task.ranges =
         vec![Range { law: 0, from, to, prescribed: [Some(Curve::polynomial(vec![1.0])), None, None], weight: 1.0 }];
@@ -53,8 +52,7 @@ fn over_a_grid(task: &Task) -> f64 {
         limits.push(limit);
     };
     let range = &task.ranges[0];
-    let points = if let Objective::DiscreteChebyshev { points } = task.objective { points } else { 1601 };
-    for phi in grid(range.from, range.to, points) {
+    for phi in grid(range.from, range.to, 1601) {
         add(phi, 1.0, 1.0, 1.0);
         add(phi, 1.0, -1.0, -1.0);
     }
@@ -122,8 +120,7 @@ fn random_tasks_with_bounds_are_solved_to_their_optimum() {
         let extremes = turn.extremes(series, 0.0).into_iter().map(|e| e.value);
         let [low, high] = extremes.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], u| [a.min(u), b.max(u)]);
         assert!(low > -0.05 - 1e-14 && high < task.bounds[0].max + 1e-14, "{i}: {low} {high}");
-        let discrete = matches!(task.objective, Objective::DiscreteChebyshev { .. });
-        assert!(discrete || worst(&profile) < profile.objective * (1.0 + 1e-8) + 1e-14, "{i}: {:e}", worst(&profile));
+        assert!(worst(&profile) < profile.objective * (1.0 + 1e-8) + 1e-14, "{i}: {:e}", worst(&profile));
         // The other program resolves nothing smaller.
         if profile.objective > 1e-6 {
             let grid = over_a_grid(&task);
@@ -169,15 +166,8 @@ fn nine_harmonics_in_half_a_degree() {
 }
 
 #[test]
-fn few_points_leave_coefficients_open() {
-    for objective in [Objective::DiscreteLeastSquares { points: 3 }, Objective::DiscreteChebyshev { points: 3 }] {
-        let mut task = symmetric_task(8, 0.3, objective);
-        task.basis = Basis::new(8, Symmetry::default());
-        let profile = task.solve().unwrap();
-        assert_eq!(profile.undetermined, 17 - 6, "{objective:?}");
-        assert!(profile.objective < 1e-14);
-    }
-    for objective in [Objective::DiscreteLeastSquares { points: 0 }, Objective::Chebyshev] {
+fn short_ranges_leave_no_coefficient_open() {
+    for objective in [Objective::LeastSquares, Objective::Chebyshev] {
         assert_eq!(symmetric_task(7, 0.05, objective).solve().unwrap().undetermined, 0);
     }
 }

@@ -58,13 +58,11 @@ fn own_points(objective: Objective) -> Task {
 
 #[test]
 fn own_points_by_least_squares() {
-    for objective in [Objective::LeastSquares, Objective::DiscreteLeastSquares { points: 7 }] {
-        let profile = own_points(objective).solve().unwrap();
-        assert_near("S", &[profile.objective], &[6.065185856792658e-4], 1e-17);
-        let a = [0.496253789272, -0.524599902352, 0.00640608899794, 0.0160914837703];
-        assert_near("a", &profile.series.a, &a, 1e-12);
-        assert_near("b", &profile.series.b[1..], &[0.143909361131, -0.0311233393132, -0.0251775991103], 1e-12);
-    }
+    let profile = own_points(Objective::LeastSquares).solve().unwrap();
+    assert_near("S", &[profile.objective], &[6.065185856792658e-4], 1e-17);
+    let a = [0.496253789272, -0.524599902352, 0.00640608899794, 0.0160914837703];
+    assert_near("a", &profile.series.a, &a, 1e-12);
+    assert_near("b", &profile.series.b[1..], &[0.143909361131, -0.0311233393132, -0.0251775991103], 1e-12);
 }
 
 #[test]
