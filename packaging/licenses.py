@@ -108,8 +108,7 @@ parts = []
 for text, names in sorted(texts.items(), key=lambda item: (item[1], item[0])):
     parts.append("\n".join(sorted(names)) + "\n\n" + (text or "Without a text of its own: that of the licence named."))
 (folder / "THIRD-PARTY.txt").write_text(f"\n\n{'=' * 80}\n".join(parts) + "\n")
-# What compilers and linkers add to every program, as in an FMU; and the font whose letters pictures have.
-shutil.copy(packaging / "dejavu.txt", folder / "DEJAVU-FONTS.txt")
+# What compilers and linkers add to every program, as in an FMU.
 shutil.copy(packaging / "third_party.txt", folder / "STANDARD-LIBRARIES.txt")
 for name in ["LICENSE-MIT", "LICENSE-APACHE"]:
     shutil.copy(root / name, folder)

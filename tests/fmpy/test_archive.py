@@ -2,7 +2,6 @@
 
 import csv
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -82,9 +81,3 @@ def test_every_fmu_agrees_and_gives_itself_again(tmp_path):
     subprocess.run([CAMDRIVE, "export", *fmus, "-o", f"{tmp_path}/"], check=True, capture_output=True)
     others = [fmu.name for fmu in fmus if fmu.read_bytes() != (tmp_path / fmu.name).read_bytes()]
     assert others == []
-
-
-def test_letters_of_pictures_are_those_of_their_font():
-    glyphs = Path(__file__).parents[2] / "packaging/glyphs"
-    run = subprocess.run([sys.executable, glyphs, "--check"], capture_output=True, text=True)
-    assert run.returncode == 0, run.stderr

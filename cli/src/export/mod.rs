@@ -163,8 +163,7 @@ fn for_people(drive: &mut Described, resource: &Resource, page: &documentation::
     let curves = drive.curves();
     let mut files = Vec::new();
     if !curves.is_empty() {
-        let drawing = picture::of_curves(&resource.name, resource.model(), &curves);
-        files.push(File::new("model.png", png::png(&drawing, picture::SCALE)?));
+        files.push(File::new("model.png", png::png(&picture::icon(&curves), picture::ICON)?));
     }
     files.push(File::new(DOCUMENTATION, documentation::html(resource, drive, page)?));
     files.extend(licenses::files(&licenses::linked()?));

@@ -1,4 +1,4 @@
-//! The picture of a drive: its curves in panels one above the other, under the title.
+//! The picture of a drive: its curves in panels one above the other, under the title; and its icon.
 
 use camdrive::drives::Curve;
 use camdrive_design::drawing::{Anchor, BLUE, Drawing, Ink, Shape, Unit};
@@ -14,6 +14,8 @@ const LEFT: f64 = 68.0;
 const RIGHT: f64 = 22.0;
 /// The picture is shown so many times as large.
 pub const SCALE: f64 = 1.3;
+/// The pixels of the icon of an FMU for a unit of its drawing.
+pub const ICON: f64 = 2.0;
 /// The ground of the icon.
 const PALE: Ink = Ink([0xdd, 0xe6, 0xef]);
 
@@ -68,8 +70,8 @@ mod tests {
         };
         for points in [vec![], vec![[0.0, 0.0]], vec![[0.0, 3.0], [1.0, 3.0]], vec![[0.0, f64::NAN], [1.0, 1e-300]]] {
             let curves = [curve(points)];
-            assert!(png(&of_curves("title", "", &curves), SCALE).is_ok());
-            assert!(png(&icon(&curves), 1.0).is_ok());
+            assert!(of_curves("title", "", &curves).svg("", SCALE).contains("title"));
+            assert!(png(&icon(&curves), ICON).is_ok());
         }
     }
 }

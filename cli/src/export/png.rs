@@ -1,7 +1,7 @@
-//! A drawing as PNG, for importers. Its letters are outlines of its own: a machine without fonts draws the same picture.
+//! A drawing as PNG, for importers: without its letters, which an icon has none of.
 
 use camdrive::drives::Fault;
-use camdrive_design::drawing::{Anchor, BLACK, Drawing, Ink, Shape};
+use camdrive_design::drawing::{Drawing, Ink, Shape};
 use std::collections::BTreeSet;
 use tiny_skia::{Color, FillRule, LineJoin, Paint, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
@@ -17,7 +17,7 @@ pub fn png(drawing: &Drawing, scale: f64) -> Result<Vec<u8>, Fault> {
     encode(&image).map_err(|e| fault(&e.to_string()))
 }
 
-/// The file of an image without transparency. Lines and letters have few colours: where a byte can count them, it does, which
+/// The file of an image without transparency. Lines have few colours: where a byte can count them, it does, which
 /// halves the file. Its rows are often the same, and are packed best as they are.
 fn encode(image: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
     let runs = image.pixels().chunk_by(|one, next| one == next);
@@ -44,9 +44,9 @@ fn encode(image: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
 }
 
 fn paint(shape: &Shape, image: &mut Pixmap, scale: Transform) {
-    let mut fill = |path: Option<tiny_skia::Path>, ink: Ink, transform: Transform| {
+    let mut fill = |path: Option<tiny_skia::Path>, ink: Ink| {
         if let Some(path) = path {
-            image.fill_path(&path, &colour(ink), FillRule::Winding, transform.post_concat(scale), None);
+            image.fill_path(&path, &colour(ink), FillRule::Winding, scale, None);
         }
     };
     match shape {
@@ -56,27 +56,11 @@ fn paint(shape: &Shape, image: &mut Pixmap, scale: Transform) {
             let stroke = Stroke { width: *width as f32, line_join: LineJoin::Round, dash, ..Stroke::default() };
             image.stroke_path(&path, &colour(*ink), &stroke, scale, None);
         }
-        Shape::Area { points, ink } => fill(path(points, true), *ink, Transform::identity()),
+        Shape::Area { points, ink } => fill(path(points, true), *ink),
         Shape::Disc { at: [x, y], radius, ink } => {
-            fill(PathBuilder::from_circle(*x as f32, *y as f32, *radius as f32), *ink, Transform::identity());
+            fill(PathBuilder::from_circle(*x as f32, *y as f32, *radius as f32), *ink);
         }
-        Shape::Text { at, size, anchor, text, upright } => {
-            let (glyphs, unit): (Vec<Glyph>, _) = (text.chars().map(Glyph::of).collect(), *size as f32 / UNITS_OF_SIZE);
-            let length = unit * glyphs.iter().map(|glyph| glyph.advance).sum::<f32>();
-            let before = match anchor {
-                Anchor::Start => 0.0,
-                Anchor::Middle => 0.5 * length,
-                Anchor::End => length,
-            };
-            let [x, y] = at.map(|length| length as f32);
-            let (mut pen, mut letters) = (x - before, PathBuilder::new());
-            for glyph in glyphs {
-                glyph.draw(&mut letters, [pen, y], unit);
-                pen += unit * glyph.advance;
-            }
-            let angle = if *upright { -90.0 } else { 0.0 };
-            fill(letters.finish(), BLACK, Transform::from_rotate_at(angle, x, y));
-        }
+        Shape::Text { .. } => (),
     }
 }
 
@@ -102,56 +86,6 @@ fn path(points: &[[f64; 2]], closed: bool) -> Option<tiny_skia::Path> {
     path.finish()
 }
 
-/// The letters of pictures, from DejaVu Sans: packaging/glyphs writes the file and tells its form.
-const GLYPHS: &str = include_str!("glyphs.txt");
-/// Its unit is this part of the size of letters.
-const UNITS_OF_SIZE: f32 = 2048.0;
-
-/// A letter: how far it moves the pen, and its outline as the path of an SVG, y upwards.
-#[derive(Clone, Copy, Default)]
-struct Glyph {
-    advance: f32,
-    outline: &'static str,
-}
-
-impl Glyph {
-    /// That of a character, or the box of those that the file does not have.
-    fn of(c: char) -> Self {
-        let wanted = u32::from(c).to_string();
-        let line = |name: &str| GLYPHS.lines().find_map(|line| line.split_once(' ').filter(|line| line.0 == name));
-        let (_, glyph) = line(&wanted).or_else(|| line("-")).unwrap_or_default();
-        let (advance, outline) = glyph.split_once(' ').unwrap_or((glyph, ""));
-        Glyph { advance: advance.parse().unwrap_or(0.0), outline }
-    }
-
-    /// Adds the outline with its origin at a place, so many pixels to a unit.
-    fn draw(self, path: &mut PathBuilder, [x0, y0]: [f32; 2], scale: f32) {
-        let mut words = self.outline.split(' ');
-        let mut point = [0.0; 2];
-        while let Some(command) = words.next() {
-            let mut next = || {
-                point = [0, 1].map(|_| words.next().and_then(|word| word.parse().ok()).unwrap_or(0.0));
-                (x0 + scale * point[0], y0 - scale * point[1])
-            };
-            match command {
-                "M" => {
-                    let (x, y) = next();
-                    path.move_to(x, y);
-                }
-                "L" => {
-                    let (x, y) = next();
-                    path.line_to(x, y);
-                }
-                "Q" => {
-                    let ((x1, y1), (x, y)) = (next(), next());
-                    path.quad_to(x1, y1, x, y);
-                }
-                _ => path.close(),
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -160,12 +94,9 @@ mod tests {
     #[test]
     fn ink_lands_where_it_should() {
         let square = vec![[10.0, 10.0], [20.0, 10.0], [20.0, 20.0], [10.0, 20.0]];
-        let text = Shape::text([50.0, 30.0], 20.0, Anchor::Middle, "φ");
-        let drawing = Drawing {
-            size: [60.0, 40.0],
-            unit: Unit::Pixel,
-            shapes: vec![Shape::Area { points: square, ink: BLUE }, text],
-        };
+        let line = Shape::line(vec![[40.0, 5.0], [40.0, 35.0]], 4.0, BLUE);
+        let shapes = vec![Shape::Area { points: square, ink: BLUE }, line];
+        let drawing = Drawing { size: [60.0, 40.0], unit: Unit::Pixel, shapes };
         let image = Pixmap::decode_png(&png(&drawing, 1.0).unwrap()).unwrap();
         let pixel = |x, y| {
             let p = image.pixel(x, y).unwrap();
@@ -173,7 +104,6 @@ mod tests {
         };
         assert_eq!(pixel(15, 15), BLUE.0);
         assert_eq!(pixel(30, 15), [255; 3]);
-        // The stem of the φ stands in its middle.
-        assert!((15..30).any(|y| pixel(50, y)[0] < 100));
+        assert_eq!([pixel(40, 20), pixel(40, 2)], [BLUE.0, [255; 3]]);
     }
 }
