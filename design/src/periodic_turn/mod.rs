@@ -95,12 +95,27 @@ pub struct Turn {
     pub outputs: Vec<Range>,
     /// Impacts of each follower in the turn; null of one without clearance.
     pub impacts: Vec<Option<f64>>,
+    /// The impacts themselves, in their order.
+    pub impulses: Vec<Impact>,
     /// φ (rad) of the points over a whole turn.
     #[serde(skip)]
     pub angles: Vec<f64>,
     /// Their instants (s).
     #[serde(skip)]
     pub times: Vec<f64>,
+}
+
+/// An impact.
+#[derive(Clone, Debug, Serialize)]
+pub struct Impact {
+    /// The number of the follower, from 1.
+    pub follower: usize,
+    /// φ (rad) there.
+    pub phi: f64,
+    /// What it meets, "flank A".
+    pub on: &'static str,
+    /// Its impulse (N·s).
+    pub impulse: f64,
 }
 
 /// The last part of a name, and the number of its follower: of `follower[2].q` and of `q[2]` those are q and 2.
@@ -284,7 +299,7 @@ impl Turn {
         let outputs: Vec<usize> = followed.iter().map(|(of, _)| *of).collect();
         let mut walk = Walk { begin: drive.save(), drive, time: 0.0 };
         let period = period(&mut walk, phi, place(&all, "w"))?;
-        let (times, pulls) = instants(&mut walk, period, phi)?;
+        let Instants { times, pulls, impulses } = instants(&mut walk, period, phi)?;
         let mut angles = walk.values(&times, &[phi])?.swap_remove(0);
         let columns = walk.values(&times, &outputs)?;
         let extremes = extremes(&mut walk, &times, &outputs, &columns, phi)?;
@@ -320,6 +335,7 @@ impl Turn {
             pulls,
             outputs: ranges.collect(),
             impacts: impacts(&mut walk, &all, period)?,
+            impulses,
             angles,
             times,
         })
@@ -400,18 +416,30 @@ fn without_rounding(mean: f64, size: f64) -> f64 {
     if mean.abs() <= 1e-12 * size { 0.0 } else { mean }
 }
 
+/// The points of a turn, and what happens between them.
+struct Instants {
+    times: Vec<f64>,
+    pulls: Vec<(usize, f64)>,
+    impulses: Vec<Impact>,
+}
+
 /// The instants of the points: equal parts of the turn, and both sides of each event.
-fn instants(walk: &mut Walk, period: f64, phi: usize) -> Result<(Vec<f64>, Vec<(usize, f64)>), Fault> {
+fn instants(walk: &mut Walk, period: f64, phi: usize) -> Result<Instants, Fault> {
     walk.restart();
-    let mut pulls = Vec::new();
+    let (mut pulls, mut impulses) = (Vec::new(), Vec::new());
     let step = period / POINTS as f64;
     let mut times = vec![0.0];
     for k in 1..=POINTS {
         let to = if k == POINTS { period } else { k as f64 * step };
         walk.drive.events().clear();
+        let before = walk.drive.get(phi)?;
         walk.to(to)?;
-        let from = times[times.len() - 1];
+        let (from, turned) = (times[times.len() - 1], walk.drive.get(phi)? - before);
         for event in walk.drive.events().iter().filter(|event| event.about == About::Machine) {
+            if let Some(on) = event.kind.strip_prefix("impact on ") {
+                let phi = (before + turned * (1.0 - (to - event.time) / step)).rem_euclid(TAU);
+                impulses.push(Impact { follower: event.follower.max(1), phi, on, impulse: event.value.abs() });
+            }
             times.extend(
                 [event.time - BESIDE * step, event.time + BESIDE * step].iter().filter(|t| from < **t && **t < to),
             );
@@ -430,7 +458,7 @@ fn instants(walk: &mut Walk, period: f64, phi: usize) -> Result<(Vec<f64>, Vec<(
     }
     times.sort_by(f64::total_cmp);
     times.dedup();
-    Ok((times, pulls))
+    Ok(Instants { times, pulls, impulses })
 }
 
 /// The least and the largest value of each output, with the angles at them.

@@ -136,6 +136,10 @@ fn impacts_are_counted_and_their_momentum_is_part_of_the_torque() {
     assert!(calm.impacts == [Some(0.0)] && calm.mean_power.abs() < 1e-9, "{:?} {}", calm.impacts, calm.mean_power);
     let turn = turn_of(scene(150.0)).unwrap();
     assert!(turn.impacts[0].unwrap() >= 1.0, "{:?}", turn.impacts);
+    // An impact takes P²/(2m), and the drive gives that.
+    let taken: f64 = turn.impulses.iter().map(|impact| impact.impulse.powi(2) / (2.0 * 0.6)).sum();
+    assert_eq!(turn.impulses.len() as f64, turn.impacts[0].unwrap());
+    near(turn.mean_power * turn.period, taken, 1e-6);
     // The drive gives what the impacts take.
     let mut train = DriveTrain::new(scene(150.0)).unwrap();
     train.start(0.0).unwrap();

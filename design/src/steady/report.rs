@@ -4,7 +4,7 @@ use super::{Motion, Speeds, SteadyMotions, tables};
 use crate::periodic_turn::{self, Dwell, GONE, NEUTRAL, Turn};
 use crate::plot::{Axis, Diagram, Series};
 use crate::report::terminal::shown;
-use crate::report::unit::{DEG, MS, NM, ONE, PERCENT, RPM, W};
+use crate::report::unit::{DEG, MS, NM, NS, ONE, PERCENT, RPM, W};
 use crate::report::{Advice, Claim, Level, Report, Setting, Table, Unit, Value, Verdict, WrittenValue};
 use crate::text::{counted, number, rpm, sentence, share, time};
 use crate::transmission::Transmission;
@@ -178,7 +178,11 @@ impl SteadyMotions {
             if let Some(impacts) = impacts.filter(|impacts| *impacts > 0.0) {
                 let follower =
                     if turn.impacts.len() > 1 { format!("Follower {}", j + 1) } else { "The follower".into() };
-                verdict.result(Level::Mind, format!("{follower} has {} a turn.", counted(impacts, "impact")));
+                let own = turn.impulses.iter().filter(|impact| impact.follower == j + 1);
+                let hardest = own.max_by(|a, b| a.impulse.total_cmp(&b.impulse)).map_or(String::new(), |hardest| {
+                    format!(", the hardest at {} with {}", shown(hardest.phi, &DEG), shown(hardest.impulse, &NS))
+                });
+                verdict.result(Level::Mind, format!("{follower} has {} a turn{hardest}.", counted(impacts, "impact")));
             }
         }
         for (follower, phi) in &turn.pulls {
@@ -222,7 +226,10 @@ impl SteadyMotions {
         }
         if let Some(turn) = &self.turn {
             report.table(tables::outputs(turn)).table(tables::course(turn));
-            report.table(tables::dwells(&self.dwells)).table(tables::harmonics(&self.harmonics, &self.resonances));
+            report
+                .table(tables::impacts(turn))
+                .table(tables::dwells(&self.dwells))
+                .table(tables::harmonics(&self.harmonics, &self.resonances));
             report.explain_table(tables::multipliers(turn));
             for (key, diagram) in tables::diagrams(&self.name, turn) {
                 report.diagram(&key, diagram);

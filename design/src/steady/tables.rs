@@ -1,9 +1,9 @@
 //! Tables and diagrams of a turn.
 
 use crate::overview::Resonance;
-use crate::periodic_turn::{Dwell, Harmonic, Range, Turn};
+use crate::periodic_turn::{Dwell, Harmonic, Impact, Range, Turn};
 use crate::plot::{Axis, Diagram, Rule, Series};
-use crate::report::unit::{DEG, HZ, ONE, RPM};
+use crate::report::unit::{DEG, HZ, NS, ONE, RPM};
 use crate::report::{Table, Unit, Value};
 
 /// Significant digits of multipliers.
@@ -58,6 +58,28 @@ pub fn dwells(dwells: &[Dwell]) -> Table {
         .column("largest", "largest", ONE, move |of| shown(of.largest, of))
         .column("rms", "rms", ONE, move |of| shown(of.rms, of))
         .column("law", "of the law itself", ONE, move |of| shown(of.law, of))
+        .into()
+}
+
+/// More impacts than a table can be read with.
+const MOST_IMPACTS: usize = 16;
+
+/// The impacts, the hardest of many, in their order.
+pub fn impacts(turn: &Turn) -> Table {
+    let mut hardest: Vec<&Impact> = turn.impulses.iter().collect();
+    hardest.sort_by(|a, b| b.impulse.total_cmp(&a.impulse));
+    hardest.truncate(MOST_IMPACTS);
+    hardest.sort_by(|a, b| a.phi.total_cmp(&b.phi));
+    let count = turn.impulses.len();
+    let most = (count > MOST_IMPACTS).then(|| format!("These are the hardest {MOST_IMPACTS} of {count}."));
+    let follower = |of: &Impact| (turn.impacts.len() > 1).then_some(of.follower);
+    Table::of("Impacts of a turn", hardest)
+        .column("follower", "follower", ONE, follower)
+        .column("at", "at", DEG, |of| of.phi)
+        .digits(4)
+        .column("on", "on", ONE, |of| of.on)
+        .column("impulse", "impulse", NS, |of| of.impulse)
+        .below(most)
         .into()
 }
 
