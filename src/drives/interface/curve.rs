@@ -31,13 +31,12 @@ impl Curve {
         }
     }
 
-    /// U(φ) (mm) and its first three derivatives (mm/radⁿ) over a turn, φ in degrees.
+    /// U(φ) (mm) and its first two derivatives (mm/radⁿ) over a turn, φ in degrees.
     pub fn of_law(law: &MotionLaw) -> Vec<Curve> {
         let names = [
             ("Position function U(φ)", "U [mm]"),
             ("First transfer function U′(φ)", "U′ [mm/rad]"),
             ("Second transfer function U″(φ)", "U″ [mm/rad²]"),
-            ("Third transfer function U‴(φ)", "U‴ [mm/rad³]"),
         ];
         let curve = |(n, (title, label))| Curve::over_turn(title, label, |phi| 1e3 * law.at(phi).0[n]);
         names.into_iter().enumerate().map(curve).collect()
