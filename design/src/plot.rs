@@ -5,6 +5,7 @@
 mod area;
 mod legend;
 mod look;
+pub mod map;
 mod rule;
 mod suited;
 pub mod ticks;
@@ -12,6 +13,7 @@ pub mod ticks;
 use crate::drawing::{Anchor, BLACK, Drawing, Frame, Ink, Point, Shape, Unit, WHITE};
 use crate::text;
 use look::{DASHED, Look, RULED, look, marked};
+use map::{BAR, Map};
 use ticks::{angular_step, decimal, decimal_step, logarithmic_ticks};
 
 /// The division of an axis.
@@ -116,6 +118,8 @@ pub struct Diagram {
     pub series: Vec<Series>,
     /// Borders and limits.
     pub rules: Vec<Rule>,
+    /// Behind all of them.
+    pub map: Option<Map>,
 }
 
 /// A diagram as it is drawn.
@@ -130,11 +134,11 @@ pub struct Picture {
 }
 
 /// Width of a diagram, and its height with the legend within the axes, below the title.
-const WIDTH: f64 = 550.0;
-const HEIGHT: f64 = 400.0;
+const WIDTH: f64 = 480.0;
+const HEIGHT: f64 = 340.0;
 /// Room for the numbers and the name of an axis: left of the plot and below it; right of it and above, for what reaches beyond.
-const LEFT: f64 = 96.0;
-const BELOW: f64 = 58.0;
+const LEFT: f64 = 84.0;
+const BELOW: f64 = 52.0;
 const RIGHT: f64 = 24.0;
 const ABOVE: f64 = 14.0;
 /// The widths of letters differ; this is the mean of a sans-serif font, per height. The middle of a capital is at this height.
@@ -225,7 +229,7 @@ impl Axis {
 impl Diagram {
     /// A diagram of these data over two axes.
     pub fn new(title: impl Into<String>, [x, y]: [Axis; 2], series: Vec<Series>, rules: Vec<Rule>) -> Self {
-        Diagram { title: title.into(), x, y, series, rules }
+        Diagram { title: title.into(), x, y, series, rules, map: None }
     }
 
     /// The diagram as an SVG document.
@@ -251,9 +255,11 @@ impl Diagram {
             Shape::text([12.0, 24.0 + LINE * i as f64], TITLE, Anchor::Start, line.trim_start())
         };
         let mut shapes: Vec<Shape> = title.lines().enumerate().map(line).collect();
-        let ends = [[LEFT, WIDTH - RIGHT], [top + HEIGHT - BELOW, top + ABOVE]];
+        let right = WIDTH - RIGHT - self.map.as_ref().map_or(0.0, |_| BAR);
+        let ends = [[LEFT, right], [top + HEIGHT - BELOW, top + ABOVE]];
         let (frame, [grid, data]) = shown.plot(ends);
         shown.draw_names(&mut shapes, ends);
+        shapes.extend(shown.map.iter().flat_map(|map| map.bar(ends)));
         let mut size = [WIDTH, top + HEIGHT];
         let names = self.series.iter().map(|series| &series.name).chain(self.keys().map(|(.., name)| name));
         let names: Vec<&String> = names.collect();
@@ -294,7 +300,7 @@ impl Diagram {
             .map(|(i, most)| axes[i].span(places.iter().map(|p| p[i]), ruled.iter().filter_map(|r| r[i]), most));
         let ranges = [x, y];
         let frame = Frame { ends, ranges };
-        let mut shapes = Vec::new();
+        let mut shapes = self.map.as_ref().map_or(Vec::new(), |map| map.shapes(axes, &frame));
         let parts = |points: &[Point]| {
             let line: Vec<Point> = points.iter().filter_map(place).collect();
             area::seen(&line, ranges).into_iter().map(|part| all(&part, &frame)).collect::<Vec<_>>()
@@ -352,10 +358,9 @@ impl Diagram {
 
     /// Names of the axes.
     fn draw_names(&self, shapes: &mut Vec<Shape>, ends: [[f64; 2]; 2]) {
-        let [x, y] = ends.map(|[first, last]| 0.5 * (first + last));
-        shapes.push(Shape::text([x, ends[1][0] + 44.0], TEXT + 1.0, Anchor::Middle, &self.x.label));
-        let (size, anchor, text) = (TEXT + 1.0, Anchor::Middle, self.y.label.clone());
-        shapes.push(Shape::Text { at: [24.0, y], size, anchor, text, upright: true });
+        let x = 0.5 * (ends[0][0] + ends[0][1]);
+        shapes.push(Shape::text([x, ends[1][0] + 42.0], TEXT + 1.0, Anchor::Middle, &self.x.label));
+        shapes.extend(upright(&self.y.label, 26.0, ends[1]));
     }
 
     /// Draws the legend in rows and columns of this width, with this corner on its upper left.
@@ -383,6 +388,17 @@ impl Diagram {
             shapes.push(Shape::text([left + 50.0, height + MIDDLE * TEXT], TEXT, Anchor::Start, name));
         }
     }
+}
+
+/// The name of an upright axis between these ends: one that is longer than its axis has more lines, lest it reaches the title.
+fn upright(name: &str, x: f64, [bottom, top]: [f64; 2]) -> Vec<Shape> {
+    let (size, anchor) = (TEXT + 1.0, Anchor::Middle);
+    let lines = text::wrapped(name, ((bottom - top) / (LETTER * size)) as usize);
+    let line = |(i, line): (usize, &str)| {
+        let (at, text) = ([x - 14.0 * i as f64, 0.5 * (bottom + top)], line.trim_start().to_owned());
+        Shape::Text { at, size, anchor, text, upright: true }
+    };
+    lines.lines().rev().enumerate().map(line).collect()
 }
 
 fn all(points: &[Point], frame: &Frame) -> Vec<Point> {
@@ -424,6 +440,7 @@ mod tests {
                         Rule::Key(None, "m < n".into()),
                         Rule::Dashed(vec![[1.0, 1.0], [f64::NAN, 2.0], [3.0, 1e3]], "o & p".into()),
                     ],
+                    map: None,
                 };
                 let svg = diagram.svg();
                 let mut reader = quick_xml::Reader::from_str(&svg);

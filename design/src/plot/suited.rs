@@ -1,4 +1,4 @@
-//! Axes in the units in which engineers read them: 0.002 m as 2 mm, 52.4 rad/s as 500 rpm.
+//! Axes in the units in which engineers read them, those of the tables: 0.002 m as 2 mm, 52.4 rad/s as 500 rpm.
 
 use super::{Axis, Diagram, Rule, Scale, Series};
 use std::f64::consts::TAU;
@@ -6,15 +6,13 @@ use std::f64::consts::TAU;
 /// A coherent SI unit and the units that take its place, from large to small, with how many of them make it.
 type Suited = (&'static str, &'static [(&'static str, f64)]);
 
-const SUITED: [Suited; 12] = [
-    ("m", &[("mm", 1e3), ("µm", 1e6), ("nm", 1e9)]),
+const SUITED: [Suited; 10] = [
+    ("m", &[("mm", 1e3)]),
     ("Pa", &[("N/mm²", 1e-6)]),
-    ("m/rad", &[("mm/rad", 1e3), ("µm/rad", 1e6)]),
-    ("m/rad²", &[("mm/rad²", 1e3), ("µm/rad²", 1e6)]),
+    ("m/rad", &[("mm/rad", 1e3)]),
+    ("m/rad²", &[("mm/rad²", 1e3)]),
     ("m²", &[("m²", 1.0), ("cm²", 1e4), ("mm²", 1e6)]),
     ("m²/rad³", &[("m²/rad³", 1.0), ("cm²/rad³", 1e4), ("mm²/rad³", 1e6)]),
-    ("N", &[("kN", 1e-3), ("N", 1.0), ("mN", 1e3)]),
-    ("N·m", &[("kN·m", 1e-3), ("N·m", 1.0), ("mN·m", 1e3)]),
     ("s", &[("s", 1.0), ("ms", 1e3), ("µs", 1e6), ("ns", 1e9)]),
     ("rad", &[("°", 360.0 / TAU)]),
     ("rad/s", &[("rpm", 60.0 / TAU)]),
@@ -68,7 +66,11 @@ impl Diagram {
             Rule::Key(shade, name) => Rule::Key(*shade, name.clone()),
         };
         let (series, rules) = (self.series.iter().map(series).collect(), self.rules.iter().map(rule).collect());
-        Diagram { title: self.title.clone(), x, y, series, rules }
+        let mut map = self.map.clone();
+        for (at, factor) in map.iter_mut().flat_map(|map| map.at.iter_mut().zip([across, up])) {
+            at.iter_mut().for_each(|value| *value *= factor);
+        }
+        Diagram { title: self.title.clone(), x, y, series, rules, map }
     }
 }
 
@@ -84,8 +86,8 @@ mod tests {
         };
         let is = |label: &str, factor: f64| (label.to_owned(), factor);
         assert_eq!(suited(Axis::linear("U″ [m]"), &[-0.02, 0.0, 0.01]), is("U″ [mm]", 1e3));
-        assert_eq!(suited(Axis::linear("Deviation [m]"), &[2e-6]), is("Deviation [µm]", 1e6));
-        assert_eq!(suited(Axis::linear("Torque [N·m]"), &[0.5, -2500.0]), is("Torque [kN·m]", 1e-3));
+        assert_eq!(suited(Axis::linear("Deviation [m]"), &[2e-6]), is("Deviation [mm]", 1e3));
+        assert_eq!(suited(Axis::linear("Torque [N·m]"), &[0.5, -2500.0]), is("Torque [N·m]", 1.0));
         // From 0.02 to 5 ms, with a turn of 30 ms beside them, rather than from 20 to 5000 µs.
         for steps in [[1e-5, 1e-1], [2e-5, 5e-3]] {
             assert_eq!(suited(Axis::logarithmic("Step [s]"), &steps), is("Step [ms]", 1e3));
@@ -100,6 +102,7 @@ mod tests {
             y: Axis::linear("U [m]").between(0.0, 0.01),
             series: vec![Series::dots("", [[90.0, 0.005]])],
             rules: vec![Rule::Horizontal(0.002, "limit".to_owned())],
+            map: None,
         };
         let suited = diagram.suited();
         assert_eq!(suited.series[0].points, [[90.0, 5.0]]);

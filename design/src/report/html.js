@@ -35,10 +35,17 @@ for (const table of document.querySelectorAll('.table table')) {
     body.append(...[...body.rows].sort(compare));
   };
   heads.forEach((head, i) => {
-    const button = document.createElement('button');
-    button.type = 'button';
+    // A heading that stands again over the next column or page has text there, but no button.
+    const button = document.createElement('span');
+    button.tabIndex = 0;
+    button.setAttribute('role', 'button');
     button.append(...head.childNodes);
     button.addEventListener('click', () => sort(head, i));
+    button.addEventListener('keydown', (event) => {
+      if (event.key !== 'Enter' && event.key !== ' ') return;
+      event.preventDefault();
+      sort(head, i);
+    });
     head.setAttribute('aria-sort', 'none');
     head.append(button);
   });
@@ -82,7 +89,7 @@ for (const figure of document.querySelectorAll('figure[data-x]')) {
       },
     };
   };
-  const x = axis(figure.dataset.x), y = axis(figure.dataset.y);
+  const x = axis(figure.dataset.x), y = axis(figure.dataset.y), z = figure.dataset.z && axis(figure.dataset.z);
   const lines = [...figure.querySelectorAll('data')].flatMap((data) => data.value.split(';').filter(Boolean).map((part) => ({
     name: data.textContent,
     points: part.split(' ').map((point) => point.split(',').map(Number)),
@@ -92,12 +99,12 @@ for (const figure of document.querySelectorAll('figure[data-x]')) {
   const mark = svg.appendChild(document.createElementNS(svg.namespaceURI, 'path'));
   for (const [key, value] of Object.entries({ fill: 'none', stroke: '#222', 'stroke-width': 1, class: 'mark' })) mark.setAttribute(key, value);
   const [left, right] = figure.dataset.x.split(' ').map(Number), [bottom, top] = figure.dataset.y.split(' ').map(Number);
-  const read = (line, [px, py], [vx, vy]) => {
+  const read = (line, [px, py], [vx, vy, vz]) => {
     mark.setAttribute('d', `M${px} ${top}V${bottom}M${left} ${py}H${right}M${px - 6} ${py}a6 6 0 1 0 12 0a6 6 0 1 0 -12 0`);
     const place = svg.createSVGPoint();
     [place.x, place.y] = [px, py];
     const at = place.matrixTransform(svg.getScreenCTM());
-    show([line.name, x.text(vx), y.text(vy)].filter(Boolean).join('\n'), { left: at.x, right: at.x, top: at.y - 8, bottom: at.y + 8 });
+    show([line.name, vz === undefined ? '' : z.text(vz), x.text(vx), y.text(vy)].filter(Boolean).join('\n'), { left: at.x, right: at.x, top: at.y - 8, bottom: at.y + 8 });
   };
   const clear = () => { mark.removeAttribute('d'); hide(); };
   svg.addEventListener('pointermove', (event) => {

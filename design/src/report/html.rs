@@ -51,7 +51,9 @@ fn document(name: &str, reports: &[Report], script: &str) -> String {
                     contents(xml, reports);
                 }
                 for (i, report) in reports.iter().enumerate() {
-                    xml.element("section", &[("id", format!("part{}", i + 1))], |xml| section(xml, report));
+                    xml.element("section", &[("id", format!("part{}", i + 1))], |xml| {
+                        section(xml, report, !script.is_empty());
+                    });
                 }
             });
             if !script.is_empty() {
@@ -95,8 +97,9 @@ fn level(xml: &mut Xml, level: Level) {
     xml.text("span", &[("class", format!("level {class}"))], text);
 }
 
-/// A report as a part of a page: heading, verdict, figures, tables and sentences; what explains is folded away.
-fn section(xml: &mut Xml, report: &Report) {
+/// A report as a part of a page: heading, verdict, figures, tables and sentences; what explains is folded away. What only the
+/// script reads is there where there is one.
+fn section(xml: &mut Xml, report: &Report, script: bool) {
     xml.text("h2", &[], &title(report));
     if report.verdict.parts().iter().any(|(_, sentences)| !sentences.is_empty()) {
         xml.element("dl", &[("class", "verdict".to_owned())], |xml| {
@@ -113,30 +116,72 @@ fn section(xml: &mut Xml, report: &Report) {
     }
     // Sentences without a title say what the figures show.
     let lead = usize::from(matches!(report.body.first(), Some(Block::Lines(title, _)) if title.is_empty()));
-    report.body.iter().take(lead).for_each(|part| block(xml, part));
-    if !report.figures.is_empty() {
-        xml.element("div", &[("class", "figures".to_owned())], |xml| {
-            report.figures.iter().for_each(|figure| picture(xml, &figure.picture));
-        });
-    }
-    report.body.iter().skip(lead).for_each(|part| block(xml, part));
+    let (lead, rest) = report.body.split_at(lead);
+    columns(xml, |xml| lead.iter().for_each(|part| block(xml, part, script)));
+    columns(xml, |xml| {
+        report.figures.iter().for_each(|figure| picture(xml, &figure.picture, script));
+        blocks(xml, rest, script);
+    });
     if !report.explained.is_empty() {
         xml.element("details", &[], |xml| {
             xml.text("summary", &[], "Formulas, sources, how it was computed");
-            report.explained.iter().for_each(|part| block(xml, part));
+            columns(xml, |xml| blocks(xml, &report.explained, script));
         });
     }
 }
 
-fn block(xml: &mut Xml, block: &Block) {
+/// As many columns as the width has room for.
+fn columns(xml: &mut Xml, content: impl FnOnce(&mut Xml)) {
+    xml.element("div", &[("class", "columns".to_owned())], content);
+}
+
+/// More rows than this may go on in the next column.
+const LONG: usize = 12;
+
+/// Letters that fit side by side into a column, and those that the edges of a cell take.
+const COLUMN: usize = 66;
+const EDGES: usize = 2;
+
+/// A cell of words needs no more letters than this: they wrap.
+const WRAPPED: usize = 16;
+
+/// The blocks that say something, each whole in its column; at the end tables that need the width of all.
+fn blocks(xml: &mut Xml, blocks: &[Block], script: bool) {
+    let class = |part: &Block| match part {
+        Block::Table(table) if table.title.is_empty() || table.rows.is_empty() => None,
+        Block::Lines(_, lines) if lines.is_empty() => None,
+        Block::Table(table) if letters(table) > COLUMN => Some("block wide"),
+        Block::Table(table) if table.rows.len() > LONG => Some("block long"),
+        _ => Some("block"),
+    };
+    let mut parts: Vec<_> = blocks.iter().filter_map(|part| Some((class(part)?, part))).collect();
+    parts.sort_by_key(|(class, _)| class.ends_with("wide"));
+    for (class, part) in parts {
+        xml.element("div", &[("class", class.to_owned())], |xml| block(xml, part, script));
+    }
+}
+
+/// How many letters side by side a table needs.
+fn letters(table: &Table) -> usize {
+    let (seen, shown) = (seen(table), cells(table));
+    let longest = |(i, of): (usize, &usize)| {
+        let words = shown.head[i].split(' ').map(|word| word.chars().count());
+        let cell = |(row, cells): (&Vec<Value>, &Vec<String>)| match full(&row[*of], &table.columns[*of]) {
+            Some(_) => cells[i].chars().count(),
+            None => cells[i].chars().count().min(WRAPPED),
+        };
+        table.rows.iter().zip(&shown.rows).map(cell).chain(words).max().unwrap_or(0) + EDGES
+    };
+    seen.iter().enumerate().map(longest).sum()
+}
+
+fn block(xml: &mut Xml, block: &Block, script: bool) {
     match block {
-        Block::Table(content) if content.title.is_empty() || content.rows.is_empty() => (),
         Block::Table(content) => {
             xml.text("h3", &[], &content.title);
-            table(xml, content);
+            table(xml, content, script);
             content.below.iter().for_each(|line| xml.prose("p", &kept(line)));
         }
-        Block::Lines(_, lines) if lines.is_empty() => (),
         Block::Lines(title, lines) if title.is_empty() => lines.iter().for_each(|line| xml.prose("p", &kept(line))),
         Block::Lines(title, lines) => {
             xml.text("h3", &[], title);
@@ -176,8 +221,8 @@ fn kept(text: &str) -> String {
     words.collect::<String>().chars().skip(1).collect()
 }
 
-/// A table in a box that scrolls; a cell has all digits beside those that are shown.
-fn table(xml: &mut Xml, table: &Table) {
+/// A table in a box that scrolls; for the script a cell has all digits beside those that are shown.
+fn table(xml: &mut Xml, table: &Table, script: bool) {
     let (seen, shown) = (seen(table), cells(table));
     let has_numbers = |i: usize| table.rows.iter().any(|row| full(&row[i], &table.columns[i]).is_some());
     xml.element("div", &[("class", "table".to_owned())], |xml| {
@@ -197,9 +242,9 @@ fn table(xml: &mut Xml, table: &Table) {
                     xml.element("tr", &[], |xml| {
                         for (i, cell) in seen.iter().zip(cells) {
                             match full(&row[*i], &table.columns[*i]) {
-                                Some(full) => xml.text("td", &[("data-v", full)], cell),
-                                None if has_numbers(*i) => xml.text("td", &[("class", "beside".to_owned())], cell),
-                                None => xml.prose("td", &kept(cell)),
+                                Some(full) if script => xml.text("td", &[("data-v", full)], cell),
+                                _ if has_numbers(*i) => xml.text("td", &[("class", "beside".to_owned())], cell),
+                                _ => xml.prose("td", &kept(cell)),
                             }
                         }
                     });
@@ -224,33 +269,40 @@ fn full(value: &Value, column: &Column) -> Option<String> {
     }
 }
 
-fn picture(xml: &mut Xml, picture: &Picture) {
+fn picture(xml: &mut Xml, picture: &Picture, script: bool) {
     match picture {
-        Picture::Diagram(content) => diagram(xml, content),
+        Picture::Diagram(content) => diagram(xml, content, script),
         Picture::Svg(svg) => xml.element("figure", &[], |xml| xml.markup(svg)),
     }
 }
 
-/// A diagram with the points of its series, for the script.
-fn diagram(xml: &mut Xml, diagram: &Diagram) {
+/// A diagram, for the script with the points of its series and the cells of its map.
+fn diagram(xml: &mut Xml, diagram: &Diagram, script: bool) {
     let mut picture = diagram.picture();
     thin(&mut picture.drawing);
+    // Letters of a diagram are as high as those of the page.
+    let svg = picture.drawing.svg(&diagram.title, PAGE);
     let (frame, shown) = (picture.frame, picture.shown);
-    let axis = |i: usize, axis: &Axis| {
-        let ([first, last], [low, high]) = (frame.ends[i], frame.ranges[i]);
+    let axis = |axis: &Axis, [first, last]: [f64; 2], [low, high]: [f64; 2]| {
         let scale = if axis.scale == Scale::Logarithmic { "log" } else { "linear" };
         format!("{first} {last} {low:?} {high:?} {scale} {}", axis.label)
     };
-    let axes = [("data-x", axis(0, &shown.x)), ("data-y", axis(1, &shown.y))];
+    let [x, y] = [(0, &shown.x), (1, &shown.y)].map(|(i, of)| axis(of, frame.ends[i], frame.ranges[i]));
+    let z = shown.map.as_ref().map(|map| ("data-z", axis(&map.scale, [0.0, 1.0], map.range())));
+    let axes: Vec<_> = [("data-x", x), ("data-y", y)].into_iter().chain(z).filter(|_| script).collect();
     xml.element("figure", &axes, |xml| {
-        // Letters of a diagram are as high as those of the page.
-        xml.markup(&picture.drawing.svg(&diagram.title, PAGE));
-        for series in &shown.series {
+        xml.markup(&svg);
+        let mut data = |name: &str, value: String| {
+            xml.text("data", &[("hidden", "hidden".to_owned()), ("value", value)], name);
+        };
+        for series in shown.series.iter().filter(|_| script) {
             let place = |[x, y]: &Point| Some(frame.at([shown.x.place(*x)?, shown.y.place(*y)?]));
             let lines = series.lines(place);
             let lines: Vec<String> = lines.iter().map(|line| values(line, &frame, [&shown.x, &shown.y])).collect();
-            let attributes = [("hidden", "hidden".to_owned()), ("value", lines.join(";"))];
-            xml.text("data", &attributes, &series.name);
+            data(&series.name, lines.join(";"));
+        }
+        for map in shown.map.iter().filter(|_| script) {
+            map.read().into_iter().for_each(|(name, cells)| data(name, cells));
         }
     });
 }

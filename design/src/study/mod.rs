@@ -1,6 +1,7 @@
 //! Studies: many variants of a drive, each run over a window and measured.
 
 pub mod coupled;
+pub mod figures;
 pub mod measure;
 pub mod piece;
 pub mod plan;

@@ -1,5 +1,6 @@
 //! What the runs of a study show.
 
+use super::figures::Space;
 use crate::report::terminal::{among, range, shown};
 use crate::report::unit::{ONE, Unit};
 use crate::report::{Level, Report, Table, Value, Verdict};
@@ -35,14 +36,19 @@ pub struct Findings {
     /// Whether one drive is measured by its motion, not by what coupled FMUs tell at communication points.
     #[serde(skip)]
     is_drive: bool,
-    rows: u64,
+    #[serde(skip)]
+    pub(super) space: Space,
+    pub(super) rows: u64,
     ok: u64,
     refused: u64,
     failed: u64,
     /// Parts that are not there.
     pub missing_parts: u64,
     measures: Vec<Measured>,
-    columns: Vec<Column>,
+    pub(super) columns: Vec<Column>,
+    /// The runs that diagrams show: their cells in the order of the columns.
+    #[serde(skip)]
+    pub(super) shown: Vec<Vec<Value>>,
     /// The first run that was refused, that failed, that ended before its window did, and why.
     #[serde(skip)]
     first: BTreeMap<String, (usize, String)>,
@@ -66,7 +72,7 @@ struct Measured {
 
 impl Column {
     /// A cell for people: enumerations say what their numbers mean at the end of the meaning, ": 1 at_rest, 2 given".
-    fn said(&self, cell: &Value) -> Value {
+    pub(super) fn said(&self, cell: &Value) -> Value {
         let Value::Number(number) = cell else { return cell.clone() };
         let start = format!("{number} ");
         let items = self.meaning.rsplit_once(": 1 ").map(|(_, rest)| format!("1 {rest}"));
@@ -77,20 +83,23 @@ impl Column {
 
 impl Findings {
     /// Of a study, without runs.
-    pub fn new(name: &str, is_drive: bool, rows: u64, columns: Vec<Column>) -> Self {
+    pub fn new(name: &str, is_drive: bool, space: Space, rows: u64, columns: Vec<Column>) -> Self {
         let measured = |Column { name, unit, .. }: &Column| Measured {
             measure: name.clone(),
             unit: unit.clone(),
             ..Measured::default()
         };
         let measures = columns.iter().filter(|column| column.role == "measured").map(measured).collect();
-        Findings { name: name.to_owned(), is_drive, rows, measures, columns, ..Findings::default() }
+        Findings { name: name.to_owned(), is_drive, space, rows, measures, columns, ..Findings::default() }
     }
 
     /// Adds a run behind those that were added: its cells in the order of the columns.
     pub fn add(&mut self, cells: &[Value]) {
         let [Value::Number(run), values @ .., Value::Text(status), message] = cells else { return };
         let run = *run as usize;
+        if (run as u64).is_multiple_of(self.space.every(self.rows)) {
+            self.shown.push(cells.to_vec());
+        }
         match &**status {
             "ok" => self.ok += 1,
             "refused" => self.refused += 1,
@@ -166,6 +175,7 @@ impl Findings {
     pub fn report(&self) -> Report {
         let mut report = Report::new(&self.name, format!("study of {}", counted(self.rows, "variant")));
         report.verdict = self.verdict();
+        self.diagrams(&mut report);
         let varied: Vec<&Column> = self.columns.iter().filter(|column| column.role == "varied").collect();
         if varied.len() > MOST_QUANTITIES {
             report.lines("Variants", [format!("What varies, {} quantities, is in the store.", varied.len())]);

@@ -5,6 +5,7 @@ use crate::command::{Failure, ending, failure};
 use crate::export::hash::{hexadecimal, sha256_of_parts};
 use crate::study::Cell;
 use camdrive_design::report::Value;
+use camdrive_design::study::figures::Space;
 use camdrive_design::study::report::{Column, Findings};
 use parquet::basic::{ConvertedType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -234,6 +235,8 @@ struct Specification {
     model: Option<String>,
     rows: u64,
     rows_of_part: u64,
+    #[serde(flatten)]
+    space: Space,
     columns: Vec<Column>,
 }
 
@@ -253,7 +256,7 @@ pub fn findings(folder: &Path) -> Result<Findings, Failure> {
         return Err(unread(&format!("its format is {}, this tool reads {FORMAT}", of.format)));
     }
     let store = Store { runs: folder.join("runs"), columns: String::new(), identity: of.identity };
-    let mut found = Findings::new(&of.name, of.model.is_some(), of.rows, of.columns);
+    let mut found = Findings::new(&of.name, of.model.is_some(), of.space, of.rows, of.columns);
     for part in 0..of.rows.div_ceil(of.rows_of_part.max(1)) {
         if store.has(part)? {
             store.read(part, &mut found).map_err(|e| failure(format!("{}: {e}", store.place(part).display())))?;
