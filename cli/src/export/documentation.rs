@@ -6,13 +6,12 @@ use super::{picture, references};
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{AnyDrive, Description, Fault};
 use camdrive_design::drawing::Drawing;
-use camdrive_design::law_motions::Motion;
 use camdrive_design::overview;
-use camdrive_design::report::terminal::cells;
 use camdrive_design::report::unit::ONE;
 use camdrive_design::report::{Block, Report, Table, html};
 use camdrive_design::resource::{Described, Resource};
-use camdrive_design::text::{self, TextTable};
+use camdrive_design::steady;
+use camdrive_design::text;
 
 /// Parts of the page that do not follow from the drive itself.
 #[derive(Clone, Copy, Default)]
@@ -30,7 +29,12 @@ pub struct Page<'a> {
 /// # Errors
 /// Those of the drive's text, and of its start values.
 pub fn html(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result<String, Fault> {
-    Ok(html::page_without_script(&resource.name, &[report(resource, drive, page)?]))
+    let own = report(resource, drive, page)?;
+    let overview = overview::of(resource);
+    let values = overview.report("", "characteristic values");
+    let motion = steady::of_overview(resource, &overview).map(|motion| motion.report());
+    let parts: Vec<Report> = [own, values].into_iter().chain(motion).collect();
+    Ok(html::page_without_script(&resource.name, &parts))
 }
 
 /// The report on a drive as an FMU.
@@ -46,18 +50,13 @@ fn report(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result
         let titles: Vec<&str> = curves.iter().map(|curve| curve.title.as_str()).collect();
         figure(&mut report, &picture::of_curves(name, model, &curves), &titles.join(", "));
     }
-    // Rounded: the last bits of sin and cos, and so all digits of a number, are those of a platform.
-    let TextTable { head, rows } = cells(&Motion::table(&overview::of(resource).motions));
-    let mut motions = words("Motions", &head, &rows);
-    motions.below.push(Motion::SYMBOLS.to_owned());
-    report.table(motions);
     if let Some(results) = page.results {
         experiment(&mut report, drive, results);
     }
+    report.lines("Connect it", connections(drive)).lines("Signs and units", signs(drive.descriptions()));
+    report.body.push(usage(name, drive));
     report.body.push(Block::Equations("Equations".to_owned(), documentation.equations));
     report.lines("What the model leaves out", documentation.left_out);
-    report.lines("Signs and units", signs(drive.descriptions()));
-    report.body.push(usage(name, drive));
     report.table(variables(drive)?);
     let rows: Vec<_> = documentation.accuracy.into_iter().map(|(quantity, text)| vec![quantity, text]).collect();
     let mut accuracy = words("Solution and accuracy", &["Quantity", "Statement"], &rows);
@@ -128,6 +127,62 @@ fn platform(name: &str) -> String {
     format!("{name}: {runs_on}{tested}")
 }
 
+/// What to wire to what, and in which steps.
+fn connections(drive: &AnyDrive) -> Vec<String> {
+    let of = |wanted: Causality| drive.descriptions().iter().filter(move |d| d.causality == wanted);
+    let names = |wanted: Causality, last: &[&str]| -> Vec<&str> {
+        let is = |d: &&Description| last.contains(&d.name.rsplit('.').next().unwrap_or_default());
+        of(wanted).filter(is).map(|d| d.name.as_str()).collect()
+    };
+    let has = |name: &str| of(Causality::Output).any(|d| d.name == name);
+    let code = |names: &[&str]| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let shaft = ["phi", "w", "a"];
+    let (moved, loads) = (names(Causality::Input, &shaft), ["tau", "tau_rest", "J_load", "dJ_load"]);
+    let mut lines = Vec::new();
+    let step = text::time(drive.experiment().step);
+    if of(Causality::Input).next().is_none() {
+        lines.push("It has no inputs: it runs by itself, and any outputs may be read.".to_owned());
+        lines.push(format!("The communication step does not change the motion; {step} show all of it."));
+        return lines;
+    }
+    let mean = |tau: &&str| of(Causality::Output).find(|d| d.name == format!("{tau}_mean")).map(|d| d.name.as_str());
+    let taus = names(Causality::Output, &["tau"]);
+    let torques: Vec<&str> = taus.iter().map(|tau| mean(tau).unwrap_or(tau)).collect();
+    let why = match torques == taus {
+        true => "",
+        false => " The torque without `_mean` has no impulses: the machine would not feel the impacts.",
+    };
+    match &moved[..] {
+        [] => {}
+        ["w"] => lines.push("Connect the speed of the machine to `w`.".to_owned()),
+        _ => lines.push(format!("Connect `phi`, `w`, `a` of the machine to {}, all three of them.", code(&moved))),
+    }
+    if !moved.is_empty() && !torques.is_empty() {
+        let sum = if torques.len() > 1 { "the sum of " } else { "" };
+        lines.push(format!("Connect {sum}{} back to the load torque of the machine.{why}", code(&torques)));
+        lines.push("Through a gear `phi`, `w`, `a` and the torque each take its ratio.".to_owned());
+        if has("tau_rest") {
+            let instead = "Instead of `tau` connect `J_load`, `dJ_load`, `tau_rest` to a machine that has inputs of these names: \
+                           steps stay stable however heavy the load is.";
+            lines.push(instead.to_owned());
+        }
+    }
+    let taken = names(Causality::Input, &loads);
+    if !taken.is_empty() {
+        let motion: Vec<&str> = shaft.into_iter().filter(|name| has(name)).collect();
+        lines.push(format!("Connect {} to the inputs of these names of each drive on the shaft.", code(&motion)));
+        lines
+            .push(format!("Connect the torque of the drives to {}: `tau_mean` of a drive with impacts.", code(&taken)));
+    }
+    let others = of(Causality::Input).filter(|d| !moved.contains(&&*d.name) && !taken.contains(&&*d.name));
+    lines.extend(others.map(|d| format!("`{}` [{}]: {}.", d.name, unit(&d.kind), d.text.trim_end_matches('.'))));
+    lines.push(format!(
+        "Begin with a communication step of {step}. Halve it until the results stay: where inputs are held over a step, \
+         the error falls with the step. `camdrive check SYSTEM` computes the largest stable one."
+    ));
+    lines
+}
+
 fn signs(descriptions: &[Description]) -> Vec<String> {
     let mut sentences = vec![
         "All values are in coherent SI units, angles in rad. Angle, angular velocity and torque of a shaft are positive \
@@ -159,11 +214,6 @@ fn signs(descriptions: &[Description]) -> Vec<String> {
              power that flows there.",
             are(&told)
         ));
-        let means = torques(Causality::Output, "tau_mean");
-        if !means.is_empty() {
-            let them = if means.len() == 1 { "it" } else { "them" };
-            sentences.push(format!("Impulses of impacts are only in {}: connect {them} instead.", means.join(", ")));
-        }
     }
     if !taken.is_empty() {
         sentences.push(format!(

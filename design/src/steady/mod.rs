@@ -7,7 +7,7 @@ mod tables;
 
 use crate::forces::Machine;
 use crate::forces::report::LiftOff;
-use crate::overview::{self, Resonance};
+use crate::overview::{self, Overview, Resonance};
 use crate::periodic_motions::{Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range};
 use crate::periodic_turn::{self, Dwell, Harmonic, Turn};
 use crate::resource::{Resource, Scene as AnyScene};
@@ -162,6 +162,18 @@ pub fn of_drive(resource: &Resource, speed: Option<f64>) -> Result<SteadyMotions
         Err(fault) => return Err(fault),
     }
     Ok(findings)
+}
+
+/// The motion of which the overview of a scene has a turn; None without one.
+pub fn of_overview(resource: &Resource, overview: &Overview) -> Option<SteadyMotions> {
+    if let AnyScene::RigidMachine(scene) = &resource.scene {
+        return of_machine(&resource.name, scene, 0.0, None).ok();
+    }
+    let name = resource.name.clone();
+    let mut findings = SteadyMotions { name, resonances: overview.resonances.clone(), ..SteadyMotions::default() };
+    findings.lift_offs = Some(overview.lift_offs.clone());
+    findings.take(&resource.scene, overview.turn.clone()?);
+    Some(findings)
 }
 
 impl SteadyMotions {
