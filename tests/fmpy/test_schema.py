@@ -57,13 +57,19 @@ def test_a_wrong_file_has_its_faults_in_the_same_lines(tool, kind, tmp_path):
     assert not missed and checked > (1 if kind == "task" else 25), (checked, missed)
 
 
-@pytest.mark.parametrize("model", ["ElasticCamDrive", "BacklashDrive", "RigidMachine", "DriveTrain", "ParametricDrive"])
-def test_a_new_scene_exports_as_it_is(model, tmp_path):
-    for command in [["new", model], ["export", "scene.toml"]]:
-        subprocess.run([CAMDRIVE, *command], cwd=tmp_path, check=True, capture_output=True)
-    assert len(list(tmp_path.glob("*.fmu"))) == 1
-    text = (tmp_path / "scene.toml").read_text()
-    assert "#:schema ./scene.schema.json" in text and text.count("#") > 8
+LIST = subprocess.run([CAMDRIVE, "new"], check=True, capture_output=True, text=True).stdout
+TEMPLATES = re.findall(r"^  (\S+) ", LIST, re.MULTILINE)
+MODELS = ["ElasticCamDrive", "BacklashDrive", "RigidMachine", "DriveTrain", "ParametricDrive"]
+
+
+@pytest.mark.parametrize("template", [*TEMPLATES, *MODELS])
+def test_a_new_file_exports_as_it_is_and_editors_find_no_fault(template, tmp_path):
+    subprocess.run([CAMDRIVE, "new", template], cwd=tmp_path, check=True, capture_output=True)
+    files = sorted(tmp_path.glob("*.toml"))
+    scenes = [file.name for file in files if file.stem not in ("task", "study", "system")]
+    subprocess.run([CAMDRIVE, "export", *scenes], cwd=tmp_path, check=True, capture_output=True)
+    assert len(list(tmp_path.glob("*.fmu"))) == len(scenes) > 0
+    assert all("\n#:schema ./" in file.read_text() for file in files)
     for tool in TOOLS:
-        run = subprocess.run([Path(sys.executable).with_name(tool), *TOOLS[tool], "scene.toml"], cwd=tmp_path, capture_output=True, text=True)
+        run = subprocess.run([Path(sys.executable).with_name(tool), *TOOLS[tool], *(file.name for file in files)], cwd=tmp_path, capture_output=True, text=True)
         assert run.returncode == 0, run.stdout + run.stderr

@@ -1,112 +1,112 @@
-//! `camdrive new MODEL`
+//! `camdrive new TEMPLATE`
 
-use super::{Failure, failure, files, schema};
+use super::{Failure, failure, files, schema, show};
 use crate::document::Kind;
-use crate::document::keys::{KeyTable, LAW, SCENE, Usual, Value};
-use crate::scene::resolve;
-use camdrive_design::text;
+use clap::ValueEnum as _;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use std::path::{Path, PathBuf};
 
-/// A scene of each model that exports as it is.
-const SCENES: &[(&str, &str)] = &[
-    ("ElasticCamDrive", include_str!("new/elastic_cam_drive.toml")),
-    ("BacklashDrive", include_str!("new/backlash_drive.toml")),
-    ("RigidMachine", include_str!("new/rigid_machine.toml")),
-    ("DriveTrain", include_str!("new/drive_train.toml")),
-    ("ParametricDrive", include_str!("new/parametric_drive.toml")),
+/// What a template writes: the file of `-o` first, the others beside it.
+struct Template {
+    name: &'static str,
+    /// The model that stands for it.
+    model: Option<&'static str>,
+    about: &'static str,
+    files: &'static [(&'static str, &'static str)],
+}
+
+macro_rules! template {
+    ($name:literal, $model:expr, $about:literal, $($file:literal = $text:literal),+) => {
+        Template {
+            name: $name,
+            model: $model,
+            about: $about,
+            files: &[$(($file, include_str!(concat!("new/", $text)))),+],
+        }
+    };
+}
+
+/// They check without a warning and run as they are.
+#[rustfmt::skip]
+const TEMPLATES: &[Template] = &[
+    template!("dwell-rise-dwell", Some("ElasticCamDrive"), "A cam lifts a tool, holds it and lowers it",
+        "scene.toml" = "dwell_rise_dwell.toml"),
+    template!("measured-lift", None, "A cam whose lift was measured",
+        "scene.toml" = "measured_lift.toml", "lift.csv" = "lift.csv"),
+    template!("press", Some("DriveTrain"), "A crank press with servo and flywheel",
+        "scene.toml" = "press.toml"),
+    template!("valve-train", None, "A valve on a cam that it may leave",
+        "scene.toml" = "valve_train.toml"),
+    template!("loom", Some("RigidMachine"), "Two tools on the shaft of a motor",
+        "scene.toml" = "loom.toml"),
+    template!("backlash", Some("BacklashDrive"), "A follower with clearance in its cam",
+        "scene.toml" = "backlash.toml"),
+    template!("parallel-crank", Some("ParametricDrive"), "Coupled cranks of varying stiffness",
+        "scene.toml" = "parallel_crank.toml"),
+    template!("study", None, "A study: variants of a scene",
+        "study.toml" = "study.toml", "scene.toml" = "dwell_rise_dwell.toml"),
+    template!("system", None, "A system: machine and drive, each an FMU",
+        "system.toml" = "system.toml", "machine.toml" = "machine.toml", "pusher.toml" = "pusher.toml"),
+    template!("task", None, "A motion task, and the scene of its cam",
+        "task.toml" = "task.toml", "scene.toml" = "dwell_rise_dwell.toml"),
 ];
 
-/// The file of the schema beside the scene.
-const SCHEMA: &str = "scene.schema.json";
-
-/// Create a commented scene, and a JSON Schema for your editor.
+/// Create a scene, task, study or system to start from, with the JSON Schema for your editor.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Example:
-  camdrive new ElasticCamDrive -o press/scene.toml")]
+Examples:
+  camdrive new    (lists the templates)
+  camdrive new dwell-rise-dwell
+  camdrive new press -o press/scene.toml
+The name of a model stands for its template.")]
 pub struct Args {
-    /// The model
-    #[arg(value_parser = clap::builder::PossibleValuesParser::new(SCENES.iter().map(|(model, _)| *model)))]
-    model: String,
-    /// The scene; scene.schema.json is written beside it
-    #[arg(short, long, default_value = "scene.toml")]
-    output: PathBuf,
+    /// The template; without it they are listed
+    #[arg(value_parser = PossibleValuesParser::new(TEMPLATES.iter().map(choice)), hide_possible_values = true)]
+    template: Option<String>,
+    /// The file; what it refers to and its schema are written beside it [default: scene.toml, task.toml …]
+    #[arg(short, long)]
+    output: Option<PathBuf>,
     /// Replace files that exist
     #[arg(long)]
     force: bool,
 }
 
+fn choice(template: &Template) -> PossibleValue {
+    PossibleValue::new(template.name).aliases(template.model).help(template.about)
+}
+
 pub fn run(args: &Args) -> Result<(), Failure> {
-    files::no_foreign(&args.output, &[], args.force)?;
-    let folder = args.output.parent().unwrap_or("".as_ref());
+    let Some(name) = &args.template else {
+        let line = |template: &Template| format!("  {:<17} {}\n", template.name, template.about);
+        let list: String = TEMPLATES.iter().map(line).collect();
+        return show(&format!("{list}\n`camdrive new TEMPLATE` writes one\n"));
+    };
+    let template = TEMPLATES.iter().find(|template| template.name == name || template.model == Some(name));
+    let template = template.ok_or_else(|| failure("there is no such template"))?;
+    let output = args.output.clone().unwrap_or_else(|| template.files[0].0.into());
+    files::no_foreign(&output, &[], args.force)?;
+    let folder = output.parent().unwrap_or("".as_ref());
+    let (mut parts, mut schemas): (Vec<(PathBuf, String)>, Vec<(PathBuf, String)>) = Default::default();
+    for (i, &(file, text)) in template.files.iter().enumerate() {
+        let path = if i == 0 { output.clone() } else { folder.join(file) };
+        let Some(stem) = file.strip_suffix(".toml") else {
+            parts.push((path, text.to_owned()));
+            continue;
+        };
+        let kind = Kind::from_str(stem, false).unwrap_or(Kind::Scene);
+        let (word, schema) = (kind.word(), format!("{}.schema.json", kind.word()));
+        let origin = format!("# A {word} by camdrive new {}; `camdrive help {word}` explains its keys.", template.name);
+        let head = format!("{origin}\n# Plain numbers are SI, a text carries its unit.\n#:schema ./{schema}\n\n");
+        parts.push((path, head + text));
+        schemas.push((folder.join(schema), schema::text(kind)));
+    }
+    schemas.dedup();
     let of_another =
         |path: &Path| std::fs::read_to_string(path).is_ok_and(|text| !text.contains("\"title\": \"camdrive"));
-    for (path, kept) in
-        [(args.output.clone(), args.output.exists()), (folder.join(SCHEMA), of_another(&folder.join(SCHEMA)))]
-    {
-        if kept && !args.force {
-            return Err(failure(format!("{}: this file exists; it is kept", path.display())).hint(files::ANOTHER));
-        }
+    let mut in_the_way = parts.iter().filter(|part| part.0.exists());
+    let kept = in_the_way.next().or_else(|| schemas.iter().find(|schema| of_another(&schema.0)));
+    if let Some((path, _)) = kept.filter(|_| !args.force) {
+        return Err(failure(format!("{}: this file exists; it is kept", path.display())).hint(files::ANOTHER));
     }
-    let scene = SCENES.iter().find(|(model, _)| *model == args.model);
-    let (_, scene) = scene.ok_or_else(|| failure("there is no such model"))?;
-    let parts = [(args.output.clone(), commented(scene)), (folder.join(SCHEMA), schema::text(Kind::Scene))];
-    super::show(&files::write(&parts, &[])?)
-}
-
-/// The scene with what its keys mean, and those that it leaves out.
-fn commented(scene: &str) -> String {
-    let mut text =
-        format!("# Scene by camdrive new. Plain numbers are SI, a text carries its unit.\n#:schema ./{SCHEMA}\n");
-    let mut table: &'static KeyTable = &SCENE;
-    let mut used: Vec<&str> = Vec::new();
-    let mut header_of = "";
-    for line in scene.lines() {
-        if let Some(header) = line.strip_prefix('[') {
-            text += &left_out(table, &used, &|key| admits(scene, header_of, key));
-            used.clear();
-            header_of = line;
-            table = header.trim_matches(['[', ']']).split('.').fold(&SCENE, inner);
-            text += &format!("\n{line}\n");
-        } else if let Some((key, _)) = line.split_once(" = ") {
-            used.push(key);
-            text += &format!("{}{line}\n", comment(&table.key(key).described()));
-        }
-    }
-    text + &left_out(table, &used, &|key| admits(scene, header_of, key))
-}
-
-/// True if the scene is right with this line in the table under this header.
-fn admits(scene: &str, header: &str, line: &str) -> bool {
-    let with = match header {
-        "" => format!("{line}\n{scene}"),
-        header => scene.replacen(&format!("{header}\n"), &format!("{header}\n{line}\n"), 1),
-    };
-    resolve("scene.toml", &with, "".as_ref()).is_ok()
-}
-
-/// A comment of several lines.
-fn comment(said: &str) -> String {
-    text::wrapped(said, 100).lines().map(|line| format!("# {}\n", line.trim_start())).collect()
-}
-
-/// The table under a key.
-fn inner(table: &'static KeyTable, key: &str) -> &'static KeyTable {
-    let of = |value: &Value| if let Value::Table(table) | Value::Tables(table) = *value { Some(table) } else { None };
-    table.key(key).values.iter().find_map(of).unwrap_or(table)
-}
-
-/// Keys of a table that may be added, with their defaults; laws have too many of them.
-fn left_out(table: &'static KeyTable, used: &[&str], admits: &dyn Fn(&str) -> bool) -> String {
-    let free = table.all().filter(|key| !used.contains(&key.key));
-    let more = free.filter_map(|key| {
-        let usual = match key.usual {
-            Usual::Number(number) => number.to_string(),
-            Usual::Name(name) => format!("\"{name}\""),
-            _ => return None,
-        };
-        let line = format!("{} = {usual}", key.key);
-        admits(&line).then(|| format!("{}#{line}\n", comment(&key.described())))
-    });
-    if table.title == LAW.title { "# other laws: camdrive help scene cam\n".to_owned() } else { more.collect() }
+    show(&files::write(&[parts, schemas].concat(), &[])?)
 }

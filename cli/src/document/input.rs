@@ -32,7 +32,8 @@ pub enum Kind {
 }
 
 impl Kind {
-    fn word(self) -> &'static str {
+    /// As files and commands are called.
+    pub fn word(self) -> &'static str {
         match self {
             Kind::Scene => "scene",
             Kind::Task => "task",

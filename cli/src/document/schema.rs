@@ -91,6 +91,16 @@ fn number(limits: Limits) -> Json {
     schema
 }
 
+/// Editors offer the first name of each; the others are right as well.
+fn choice(names: &[&[&str]]) -> Json {
+    let first: Vec<&str> = names.iter().map(|names| names[0]).collect();
+    let others: Vec<String> = names.iter().flat_map(|names| &names[1..]).map(|name| name.replace('+', r"\+")).collect();
+    match others.is_empty() {
+        true => json!({ "enum": first }),
+        false => json!({ "anyOf": [{ "enum": first }, { "pattern": format!("^({})$", others.join("|")) }] }),
+    }
+}
+
 fn of_value(value: Value, definitions: &mut Map<String, Json>) -> Option<Json> {
     let any = || json!({ "type": ["number", "string"], "pattern": QUANTITY });
     Some(match value {
@@ -107,7 +117,7 @@ fn of_value(value: Value, definitions: &mut Map<String, Json>) -> Option<Json> {
         Value::Texts => json!({ "type": "array", "items": { "type": "string" } }),
         Value::Values => json!({ "type": ["array", "number", "string", "boolean"] }),
         Value::Flag => json!({ "type": "boolean" }),
-        Value::Choice(names) => json!({ "enum": names.concat() }),
+        Value::Choice(names) => choice(names),
         Value::Table(table) => reference(table, definitions),
         Value::Named(table) => json!({ "type": "object", "additionalProperties": reference(table, definitions) }),
         // Editors that are strict take no key that a schema does not allow.
