@@ -56,32 +56,35 @@ fn references_and_schemas_are_those_of_the_declared_keys() {
     use camdrive_cli::document::input::Kind;
     use camdrive_cli::document::{reference, schema};
     let bless = std::env::var_os("BLESS").is_some_and(|v| v == "1");
-    files("docs", "md");
-    let schema = |kind| format!("{:#}\n", schema::schema(kind));
-    let page = |name: &str| std::fs::read_to_string(name).expect("the page").replace("\r\n", "\n");
-    let renewed =
-        |name: &str| reference::renewed(&page(name)).unwrap_or_else(|| panic!("{name} has a title of no table"));
-    for (name, right) in [
-        ("docs/scene.md", renewed("docs/scene.md")),
-        ("docs/task.md", renewed("docs/task.md")),
-        ("docs/study.md", renewed("docs/study.md")),
-        ("docs/system.md", renewed("docs/system.md")),
-        ("docs/scene.schema.json", schema(Kind::Scene)),
-        ("docs/task.schema.json", schema(Kind::Task)),
-        ("docs/study.schema.json", schema(Kind::Study)),
-        ("docs/system.schema.json", schema(Kind::System)),
-    ] {
+    let page = |path: &Path| std::fs::read_to_string(path).expect("the page").replace("\r\n", "\n");
+    let schema =
+        |kind: Kind| (format!("docs/{}.schema.json", kind.word()).into(), format!("{:#}\n", schema::schema(kind)));
+    let kinds = [Kind::Scene, Kind::Task, Kind::Study, Kind::System];
+    let mut right: Vec<(PathBuf, String)> = kinds.map(schema).into();
+    let mut pages = String::new();
+    for path in files("docs", "md") {
+        let text = page(&path);
+        let name = path.display();
+        let renewed = reference::renewed(&text).unwrap_or_else(|| panic!("{name} has a title of no table"));
+        for (at, _) in text.match_indices("<!-- keys: ") {
+            let since_the_last = text[..at].rsplit("<!-- end -->").next().unwrap_or_default();
+            assert!(since_the_last.contains("\n##"), "{name}: no heading for {}", &text[at..at + 40]);
+        }
+        pages += &renewed;
+        right.push((path, renewed));
+    }
+    for (path, right) in right {
         if bless {
-            std::fs::write(name, right).expect("the page can be written");
+            std::fs::write(&path, right).expect("the page can be written");
         } else {
+            let name = path.display();
             assert!(
-                page(name) == right,
+                page(&path) == right,
                 "{name}: renew it with BLESS=1 cargo test -p camdrive-cli --test suite scenes"
             );
         }
     }
-    let pages = page("docs/scene.md") + &page("docs/task.md") + &page("docs/study.md") + &page("docs/system.md");
-    for table in [Kind::Scene, Kind::Task, Kind::Study, Kind::System].into_iter().flat_map(reference::tables) {
+    for table in kinds.into_iter().flat_map(reference::tables) {
         assert!(pages.contains(&table.markdown()), "{} is in no reference", table.title);
     }
 }

@@ -18,20 +18,6 @@ impl KeyTable {
         format!("| key | meaning | unit | range | default |\n|---|---|---|---|---|\n{}", rows.collect::<String>())
     }
 
-    /// The other names of its choices, as rows of the reference.
-    pub fn other_names(&self) -> String {
-        let rows = self.keys.iter().flat_map(|key| {
-            let names = key.choices().iter().filter(|names| names.len() > 1);
-            names.map(move |names| {
-                let section = self.title.replace(['`', '[', ']'], "");
-                let key =
-                    if self.title.starts_with('`') { format!("{section}.{}", key.key) } else { key.key.to_owned() };
-                format!("| `{key}` | `{}` | `{}` |\n", names[0], names[1..].join("`, `"))
-            })
-        });
-        rows.collect()
-    }
-
     /// For the terminal.
     pub fn text(&self) -> String {
         let keys = self.keys.iter().map(|key| format!("\n{}\n    {}\n", key.key, key.described()));
@@ -48,12 +34,7 @@ pub fn renewed(page: &str) -> Option<String> {
     for part in parts {
         let (title, (_, rest)) =
             part.split_once(" -->").and_then(|(title, rest)| Some((title, rest.split_once("<!-- end -->")?)))?;
-        let rows = if title == "other names" {
-            let rows: String = tables(Kind::Scene).iter().map(|table| table.other_names()).collect();
-            format!("| key | name | accepted as well |\n|---|---|---|\n{rows}")
-        } else {
-            all.iter().find(|table| table.title.replace('`', "") == title)?.markdown()
-        };
+        let rows = all.iter().find(|table| table.title.replace('`', "") == title)?.markdown();
         text += &format!("<!-- keys: {title} -->\n{rows}<!-- end -->{rest}");
     }
     Some(text)

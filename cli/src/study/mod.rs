@@ -688,7 +688,7 @@ impl Variation<'_> {
                 Subject::Scene(_) => format!(": the drive has no variable and the scene no place for a key `{name}`"),
                 Subject::Coupled(_) => format!(": no part has a variable, and no scene a place for a key `{name}`"),
             });
-            let lists = || "`camdrive describe SCENE` lists the variables, docs/scene.md the keys".to_owned();
+            let lists = || "`camdrive describe SCENE` lists the variables, `camdrive help scene` the keys".to_owned();
             return section.refuse(fault.hint(meant(&name, &known).unwrap_or_else(lists)));
         }
         let is_text = values.iter().all(|value| value.number().is_none());
