@@ -1,4 +1,5 @@
-"""Every block of README.md runs as it stands, in an empty folder, and prints what the text says."""
+"""Every block of README.md and of the pages in docs runs as it stands, in an empty folder, and prints what the text says. Links lead
+to files and headings."""
 
 import os
 import re
@@ -6,9 +7,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from conftest import CAMDRIVE, ROOT
 
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 # Stands for lines that are left out.
 GAP = "[…]"
 
@@ -28,34 +31,47 @@ def run(command, folder, path):
     return done.stdout
 
 
-def test_every_block_runs_and_prints_what_stands_there(camdrive, tmp_path):
-    text = (ROOT / "README.md").read_text()
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_block_runs_and_prints_what_stands_there(page, camdrive, tmp_path):
+    text = page.read_text()
     package = str(Path(camdrive.__file__).parents[1])
-    blocks = BLOCK.findall(text)
-    # The only block that needs this repository.
-    assert blocks[0] == ("", "cargo run --release -- export examples/guide_bar/scene.toml\n")
-    python, counts = None, {"toml": 0, "console": 0, "python": 0}
-    for kind, block in blocks[1:]:
-        counts[kind] = counts.get(kind, 0) + 1
+    python, unused = None, set()
+    for block in BLOCK.finditer(text):
+        kind, content = block.groups()
         if kind == "toml":
-            before = text[: text.index(block)]
-            name = re.findall(r"`(\w+\.toml)`", before)[-1]
-            (tmp_path / name).write_text(block)
-            run([CAMDRIVE, "export", name], tmp_path, package)
+            # The text before it says what it is called.
+            name = re.findall(r"`(\w+\.toml)`", text[: block.start()])[-1]
+            (tmp_path / name).write_text(content)
+            unused.add(name)
         elif kind == "console":
-            for command, expected in re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", block, re.MULTILINE):
+            for command, expected in re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", content, re.MULTILINE):
                 printed = run(command.split(), tmp_path, package)
                 assert agrees(expected, printed), f"{command}:\n{printed}"
+                unused -= set(command.split())
         elif kind == "python":
-            python = run([sys.executable, "-W", "error::SyntaxWarning", "-c", block], tmp_path, package)
+            assert python is None, "a block of Python without what it prints"
+            python = run([sys.executable, "-W", "error::SyntaxWarning", "-c", content], tmp_path, package)
         else:
-            assert python is not None and agrees(block, python), f"{block}\n{python}"
+            assert python is not None and agrees(content, python), f"{content}\n{python}"
             python = None
     assert python is None, "a block of Python without what it prints"
-    assert counts["toml"] >= 1 and counts["console"] >= 1 and counts["python"] >= 2, counts
+    assert not unused, "no command reads these files"
 
 
-def test_every_link_of_readme_and_docs_leads_to_a_file():
-    for page in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]:
-        for link in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", page.read_text()):
-            assert link.startswith("http") or (page.parent / link).exists(), f"{page.name}: {link}"
+def anchors(page):
+    """The names under which a page's headings are reached."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+LISTED = subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, check=True, capture_output=True, text=True).stdout.split()
+
+
+@pytest.mark.parametrize("page", LISTED)
+def test_every_link_leads_to_a_file_and_a_heading(page):
+    page = ROOT / page
+    for link, anchor in re.findall(r"\]\(([^)#\s]*)(?:#([^)\s]*))?\)", page.read_text()):
+        if not link.startswith(("http", "mailto")):
+            target = page.parent / link if link else page
+            assert target.exists(), link
+            assert not anchor or anchor in anchors(target / "README.md" if target.is_dir() else target), f"{link}#{anchor}"
