@@ -97,7 +97,9 @@ fn choice(names: &[&[&str]]) -> Json {
     let others: Vec<String> = names.iter().flat_map(|names| &names[1..]).map(|name| name.replace('+', r"\+")).collect();
     match others.is_empty() {
         true => json!({ "enum": first }),
-        false => json!({ "anyOf": [{ "enum": first }, { "pattern": format!("^({})$", others.join("|")) }] }),
+        false => {
+            json!({ "anyOf": [{ "enum": first }, { "type": "string", "pattern": format!("^({})$", others.join("|")) }] })
+        }
     }
 }
 
