@@ -1,8 +1,9 @@
-"""Every block of README.md and of the pages in docs runs as it stands, in an empty folder, and prints what the text says. Links lead
-to files and headings."""
+"""Every block of README.md and of the pages in docs runs as it stands, in an empty folder, and prints what the text says. The
+commands of the examples run. Links lead to files and headings."""
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -56,6 +57,18 @@ def test_every_block_runs_and_prints_what_stands_there(page, camdrive, tmp_path)
             python = None
     assert python is None, "a block of Python without what it prints"
     assert not unused, "no command reads these files"
+
+
+# Those that take seconds and need no results of others; other tests run the rest.
+SHORT = re.compile(r"^(?:cargo run --release --|camdrive) ((?:export|check|forces|run|system|cam|clearance) .*examples/.*)$", re.MULTILINE)
+
+
+@pytest.mark.parametrize("page", sorted(ROOT.glob("examples/*/README.md")), ids=lambda page: page.parent.name)
+def test_commands_of_the_examples_run(page, tmp_path):
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    for command in SHORT.findall("".join(content for _, content in BLOCK.findall(page.read_text()))):
+        done = subprocess.run(["bash", "-c", f"{CAMDRIVE} {command}"], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0, f"{command}: {done.stderr}"
 
 
 def anchors(page):
