@@ -51,7 +51,7 @@ const TEMPLATES: &[Template] = &[
         "task.toml" = "task.toml", "scene.toml" = "dwell_rise_dwell.toml"),
 ];
 
-/// Create a scene, task, study or system to start from, with the JSON Schema for your editor.
+/// Create a scene, study, system or task from a template, with the JSON Schema for your editor.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
