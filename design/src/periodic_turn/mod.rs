@@ -557,7 +557,5 @@ pub fn start_peaks(scene: &Scene, turn: &Turn) -> Result<Vec<f64>, Fault> {
 
 /// Why the drive has no periodic motion, without the key that asked for it and what else that could be.
 pub fn reason(fault: &Fault) -> String {
-    let message = fault.message.rsplit("steady_state: ").next().unwrap_or(&fault.message);
-    let message = message.replace("start.mode = steady_state", "a periodic motion");
-    message.split(';').next().unwrap_or_default().trim_end_matches('.').to_owned()
+    fault.motionless.clone().unwrap_or_else(|| fault.sentence())
 }

@@ -17,6 +17,8 @@ pub struct Reason {
     pub named: bool,
     /// Whether what computes is gone, such as the process of a library: other values say nothing of these.
     pub is_loss: bool,
+    /// Why there is no periodic motion, of a start that asks for one.
+    pub motionless: Option<String>,
     /// What to do about it.
     pub hint: Option<String>,
 }
@@ -25,7 +27,7 @@ impl Fault {
     /// A fault of no variable in particular.
     pub fn new(message: impl Into<String>) -> Self {
         let (variable, message) = (String::new(), message.into());
-        Fault(Box::new(Reason { variable, message, named: false, is_loss: false, hint: None }))
+        Fault(Box::new(Reason { variable, message, named: false, is_loss: false, motionless: None, hint: None }))
     }
 
     /// That of a variable.
@@ -44,6 +46,12 @@ impl Fault {
     /// The same fault with this remedy.
     pub fn hint(mut self, hint: impl Into<String>) -> Self {
         self.0.hint = Some(hint.into());
+        self
+    }
+
+    /// The same fault as that of a start in a periodic motion, which there is not for this reason.
+    pub fn motionless(mut self, reason: impl Into<String>) -> Self {
+        self.0.motionless = Some(reason.into());
         self
     }
 

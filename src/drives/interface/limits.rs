@@ -29,11 +29,19 @@ pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &st
 
 /// The fault of a start whose periodic motion takes more than the work of a call to find; the `hint` tells what would help.
 pub fn search_too_much(hint: &str) -> Fault {
-    Fault::named(
-        "start.mode",
-        " = steady_state: the search for the periodic motion needs more work than one call may take",
-    )
-    .hint(hint)
+    no_periodic_motion("the search for the periodic motion needs more work than one call may take", "").hint(hint)
+}
+
+/// The fault of a start in a periodic motion, which there is not for this `reason`; the `rest` tells what else to choose.
+pub fn no_periodic_motion(reason: impl Into<String>, rest: &str) -> Fault {
+    let reason = reason.into();
+    Fault::named("start.mode", format!(" = steady_state: {reason}{rest}")).motionless(reason)
+}
+
+/// The same of a periodic motion that "needs" or "is" something.
+pub fn periodic_motion_that(predicate: &str, rest: &str) -> Fault {
+    let fault = refused_start(format!("start.mode = steady_state {predicate}{rest}"));
+    fault.motionless(format!("a periodic motion {predicate}"))
 }
 
 /// The fault of a start that no periodic motion allows.

@@ -4,7 +4,7 @@ use super::{BacklashDrive, CamFlank, Parameters};
 use crate::drives::follower::contact::{Beginning, Bodies, Mode, Phase, State};
 use crate::drives::follower::elastic_output::Equation;
 use crate::drives::follower::flank::FlankMotion;
-use crate::drives::limits::search_too_much;
+use crate::drives::limits::{no_periodic_motion, search_too_much};
 use crate::drives::shaft::cam_drive::DriveMode;
 use crate::drives::shaft::cam_turn::turns;
 use crate::drives::solver::contact::panel::Point;
@@ -89,15 +89,13 @@ impl BacklashDrive {
     }
 
     fn resonance(&self) -> Fault {
-        Fault::named(
-            "start.mode",
-            format!(
-                " = steady_state: there is no periodic solution, since a harmonic of the motion law has the natural \
-             frequency ({} rad/s) and `b` = {} N.s/m does not damp it; change the speed, add damping or choose at_rest",
-                Rounded(self.bodies.bound.stiffness().sqrt()),
-                self.parameters.b
-            ),
-        )
+        let reason = format!(
+            "there is no periodic solution, since a harmonic of the motion law has the natural frequency ({} rad/s) and `b` = {} \
+             N.s/m does not damp it",
+            Rounded(self.bodies.bound.stiffness().sqrt()),
+            self.parameters.b
+        );
+        no_periodic_motion(reason, "; change the speed, add damping or choose at_rest")
     }
 
     /// The mode and state that repeat after one period.
@@ -109,7 +107,7 @@ impl BacklashDrive {
             let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
             let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut self.log, work };
             run.advance(&self.bodies, &flank, &mut stretch)
-                .map_err(|fault| Fault::named("start.mode", format!(" = steady_state: {fault}")))?;
+                .map_err(|fault| no_periodic_motion(fault.to_string(), ""))?;
             let Point { state, .. } = run.panel.at(&self.bodies, run.theta(end));
             let next = (run.panel.mode(), state);
             if next.0 == last.0 && self.distance(&next.1, &last.1) <= REPEATS {
@@ -118,13 +116,10 @@ impl BacklashDrive {
             }
             last = next;
         }
-        Err(Fault::named(
-            "start.mode",
-            format!(
-                " = steady_state: the motion does not repeat from turn to turn within {MOST_TURNS} turns; with \
-             clearance the periodic motion may be unstable or longer than a turn; start at_rest and let the drive run, or \
-             add damping"
-            ),
+        Err(no_periodic_motion(
+            format!("the motion does not repeat from turn to turn within {MOST_TURNS} turns"),
+            "; with clearance the periodic motion may be unstable or longer than a turn; start at_rest and let the drive run, or \
+             add damping",
         ))
     }
 

@@ -12,7 +12,7 @@ pub use crate::drives::follower::joint::{Follower, Joint, Stand};
 pub use crate::drives::shaft::train::{MOST_FOLLOWERS, Machine, Shaft};
 pub use names::Names;
 
-use crate::drives::limits::{no_state, refused_start};
+use crate::drives::limits::{no_periodic_motion, no_state, refused_start};
 use crate::drives::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use crate::drives::shaft::cam_drive::{AngleMotion, CamDrive, DriveMode, MAX_INPUT_DERIVATIVE, field};
 use crate::drives::shaft::free::coupled::Named;
@@ -171,11 +171,8 @@ impl DriveTrain {
         if let Some(found) = &found {
             if found.multiplier > most {
                 let largest = found.multiplier;
-                let message = format!(
-                    "start.mode = steady_state: the periodic motion is not stable, its largest multiplier is {largest:.6}; \
-                     choose more damping, another speed or at_rest"
-                );
-                return Err(refused_start(message));
+                let reason = format!("the periodic motion is not stable, its largest multiplier is {largest:.6}");
+                return Err(no_periodic_motion(reason, "; choose more damping, another speed or at_rest"));
             }
             self.set_off(time, &found.y, found.modes);
             self.run.turns = turns;
@@ -213,9 +210,9 @@ impl DriveTrain {
         let given = self.machine().filter(|m| !m.motor.takes_speed()).map_or(0.0, |machine| machine.w_start);
         let usual = motor.map_or(self.course.mode.speed(), |motor| motor.usual_speed().unwrap_or(given));
         let steady = motor.is_none_or(|motor| motor.is_steady());
-        let refused = |message| {
+        let refused = |reason: &str| {
             let others = if let Names::Machine(_) = self.names { "given" } else { "at_rest or equilibrium" };
-            Err(refused_start(format!("start.mode = steady_state: {message}")).hint(format!("choose {others}")))
+            Err(no_periodic_motion(reason, "").hint(format!("choose {others}")))
         };
         if usual == 0.0 || !steady || self.motion_is_input() {
             return refused(

@@ -25,7 +25,7 @@ mod variables;
 
 pub use crate::drives::follower::elastic_output::Parameters;
 use crate::drives::follower::load::Load;
-use crate::drives::limits::{no_state, refused_start};
+use crate::drives::limits::{no_state, periodic_motion_that, refused_start};
 use crate::drives::parameter::parameters;
 use crate::drives::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use crate::drives::shaft::cam_drive::{
@@ -101,9 +101,9 @@ impl ElasticOutput {
             )),
             StartMode::Equilibrium => Ok(self.response.at_rest(&self.cam.law, &self.cam.motion(time), time)),
             StartMode::Given => Ok([self.start.q, self.start.q_dot]),
-            StartMode::SteadyState if self.cam.is_input() => Err(refused_start(
-                "start.mode = steady_state needs a constant speed, but this drive follows its inputs; choose at_rest \
-                 or given",
+            StartMode::SteadyState if self.cam.is_input() => Err(periodic_motion_that(
+                "needs a constant speed, but this drive follows its inputs",
+                "; choose at_rest or given",
             )),
             StartMode::SteadyState => self.response.periodic(&self.cam.law, &self.cam.motion(time), time),
         }

@@ -13,7 +13,7 @@
 use super::lagging_turn::LaggingTurn;
 use super::mesh::Mesh;
 use super::turn_map::{PERIODIC_TOLERANCE, SCAN_TOLERANCE, TurnMap};
-use crate::drives::limits::search_too_much;
+use crate::drives::limits::{no_periodic_motion, periodic_motion_that, search_too_much};
 use crate::drives::shaft::free::motor::{Kloss, Motor};
 use crate::drives::shaft::free::torques::Torques;
 use crate::drives::shaft::free::{Shaft, State};
@@ -64,28 +64,22 @@ pub fn periodic_motion(shaft: &Shaft, mesh: &Mesh, phi: f64) -> Result<PeriodicM
 fn search(shaft: &Shaft, mesh: &Mesh, phi: f64, work: &Cell<Work>) -> Result<PeriodicMotion, Fault> {
     let Shaft { inertia, motor, loads, .. } = shaft;
     let &Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }) = motor else {
-        return Err(Fault::named(
-            "start.mode",
-            " = steady_state needs a motor with a characteristic: a torque that does not depend on the speed selects no periodic motion; use `given`",
+        return Err(periodic_motion_that(
+            "needs a motor with a characteristic: a torque that does not depend on the speed selects no periodic motion",
+            "; use `given`",
         ));
     };
     if loads.have_inertia() {
-        return Err(Fault::named(
-            "start.mode",
-            " = steady_state: the inertia of the loads is known at one angle only; use `given`",
-        ));
+        return Err(no_periodic_motion("the inertia of the loads is known at one angle only", "; use `given`"));
     }
     let tau = loads.torque_now();
     let torques = Torques::against(motor, tau, motor.sense());
     let none = || {
-        Fault::named(
-            "start.mode",
-            format!(
-                " = steady_state: with `tau` = {} N.m there is no stable periodic motion; the motor (breakdown torque {} N.m) stalls or runs away. Reduce the load or use `given`",
-                Number(tau),
-                Number(breakdown_torque)
-            ),
-        )
+        let reason = format!("with `tau` = {} N.m there is no stable periodic motion", Number(tau));
+        let torque = Number(breakdown_torque);
+        let rest =
+            format!("; the motor (breakdown torque {torque} N.m) stalls or runs away. Reduce the load or use `given`");
+        no_periodic_motion(reason, &rest)
     };
     let (low, high) = inertia.range();
     let (bracket, motions) = match torques.only_motion(low, high) {
@@ -115,12 +109,8 @@ fn search(shaft: &Shaft, mesh: &Mesh, phi: f64, work: &Cell<Work>) -> Result<Per
         let (growth, _) = turn.growth_and_motion(motion).ok_or_else(none)?;
         if growth > 0.0 {
             let factor = growth.exp();
-            return Err(Fault::named(
-                "start.mode",
-                format!(
-                    " = steady_state: the periodic motion is unstable (a disturbance grows by {factor:.4} per turn); change `motor.T_el` or use `given`"
-                ),
-            ));
+            let reason = format!("the periodic motion is unstable (a disturbance grows by {factor:.4} per turn)");
+            return Err(no_periodic_motion(reason, "; change `motor.T_el` or use `given`"));
         }
         energy = Double::from(motion[0]) * Double::from(motion[0]) * Double::from(0.5);
         (state.torque, period) = (motion[1], t);

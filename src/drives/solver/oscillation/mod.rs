@@ -18,7 +18,7 @@ mod turn;
 use crate::drives::follower::equation::{Equation, Pace, Segments};
 use crate::drives::follower::flow::Flow;
 use crate::drives::follower::load::Load;
-use crate::drives::limits::{no_state, refused_start};
+use crate::drives::limits::{no_state, periodic_motion_that};
 use crate::drives::settings::{HasSolver, Method, Settings, Solver};
 use crate::drives::shaft::cam_drive::{
     AngleMotion, CamDrive, HasCamDrive, Start, StartMode, field, goes_on, half_a_place, push_of_rounding,
@@ -171,15 +171,15 @@ impl<E: Equation> Oscillation<E> {
                 self.equation.at_rest(&self.cam.law, &there)?
             }
             StartMode::SteadyState if self.cam.is_input() => {
-                return Err(refused_start(
-                    "start.mode = steady_state needs a constant speed; this drive follows its inputs: set start.mode = \
-                     at_rest or given",
+                return Err(periodic_motion_that(
+                    "needs a constant speed",
+                    "; this drive follows its inputs: set start.mode = at_rest or given",
                 ));
             }
             StartMode::SteadyState if self.force.is_some() => {
-                return Err(refused_start(
-                    "start.mode = steady_state needs loads that repeat themselves with the turns, the input F need not: set \
-                     start.mode = equilibrium, at_rest or given",
+                return Err(periodic_motion_that(
+                    "needs loads that repeat themselves with the turns, the input F need not",
+                    ": set start.mode = equilibrium, at_rest or given",
                 ));
             }
             StartMode::SteadyState => {

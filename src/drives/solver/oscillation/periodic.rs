@@ -3,7 +3,7 @@
 use super::steps::Moving;
 use super::turn::{Table, Turn};
 use crate::drives::follower::equation::{Equation, Words};
-use crate::drives::limits::{refused_start, search_too_much};
+use crate::drives::limits::{no_periodic_motion, periodic_motion_that, search_too_much};
 use crate::drives::shaft::cam_turn::turns;
 use crate::drives::solver::step_control::StepControl;
 use crate::drives::{Fault, Number, Rounded};
@@ -32,7 +32,7 @@ fn one_turn<E: Equation>(moving: &mut Moving<E>, start: f64, y: [f64; 2], tolera
                 "check {frequency}, lower the speed, relax solver.tolerance, or choose at_rest or given"
             ))
         } else {
-            refused_start(format!("start.mode = steady_state: {fault}"))
+            no_periodic_motion(fault.to_string(), "")
         }
     })?;
     Ok(integrator.state())
@@ -75,10 +75,10 @@ pub fn periodic<E: Equation>(
     }
     if equation.is_undamped() {
         let Words { damping, .. } = equation.words();
-        return Err(refused_start(format!(
-            "start.mode = steady_state does not exist without damping: {damping} = 0 leaves Floquet multipliers of modulus 1; \
-             without damping free vibrations never die out; set {damping} > 0, or start.mode = at_rest"
-        )));
+        return Err(periodic_motion_that(
+            &format!("does not exist without damping: {damping} = 0 leaves Floquet multipliers of modulus 1"),
+            &format!("; without damping free vibrations never die out; set {damping} > 0, or start.mode = at_rest"),
+        ));
     }
     let fixed = |whole: &Period| fixed_point(&whole.map.matrix, [0.0; 2], whole.map.shift);
     if equation.is_linear() {
@@ -166,9 +166,6 @@ fn refuse_unstable(growth: f64, w: f64) -> Result<(), Fault> {
 }
 
 fn refused(w: f64, why: &str) -> Fault {
-    refused_start(format!(
-        "start.mode = steady_state is refused at drive.w = {} rad/s: {why}; change drive.w, raise the damping, or set \
-         start.mode = at_rest",
-        Number(w)
-    ))
+    let predicate = format!("is refused at drive.w = {} rad/s: {why}", Number(w));
+    periodic_motion_that(&predicate, "; change drive.w, raise the damping, or set start.mode = at_rest")
 }

@@ -20,7 +20,7 @@ pub mod push;
 mod table;
 
 use crate::drives::follower::elastic_output::Equation;
-use crate::drives::limits::{refused_start, search_too_much, step_too_much};
+use crate::drives::limits::{no_periodic_motion, search_too_much, step_too_much};
 use crate::drives::shaft::cam_drive::{AngleMotion, DriveMode};
 use crate::drives::shaft::cam_turn::{OVERRUN, turns};
 use crate::drives::shaft::course::Course;
@@ -393,15 +393,13 @@ impl Response {
             return Ok(self.at_rest(law, motion, time));
         }
         if oscillator.stiffness() == 0.0 {
-            return Err(no_periodic_motion("without a spring (c = 0) the mean of q is arbitrary"));
+            return Err(no_motion("without a spring (c = 0) the mean of q is arbitrary"));
         }
         if let Some(series) = law.series() {
             return self.equation.periodic(series, w, motion.at(time).reduced, RESONANT).map_err(|k| {
                 let frequency = oscillator.stiffness().sqrt();
                 let what = if self.equation.of_acceleration() == 0.0 { "process force" } else { "cam" };
-                no_periodic_motion(&format!(
-                    "harmonic {k} of the {what} meets the undamped natural frequency {frequency} rad/s"
-                ))
+                no_motion(&format!("harmonic {k} of the {what} meets the undamped natural frequency {frequency} rad/s"))
             });
         }
         // One turn is an affine map of the state: s ↦ M s + r; its fixed point is the periodic motion.
@@ -417,9 +415,7 @@ impl Response {
         let [one, other] = [(1.0 - m[0][0]) * (1.0 - m[1][1]), m[0][1] * m[1][0]];
         let singular = (one - other).abs() <= SINGULAR * (one.abs() + other.abs()).max(SINGULAR);
         fixed_point(&m, [0.0; 2], r).filter(|_| !singular).ok_or_else(|| {
-            no_periodic_motion(
-                "the oscillator comes back to its state after one turn of the cam (undamped resonance or c = 0)",
-            )
+            no_motion("the oscillator comes back to its state after one turn of the cam (undamped resonance or c = 0)")
         })
     }
 
@@ -476,10 +472,9 @@ impl Response {
     }
 }
 
-fn no_periodic_motion(reason: &str) -> Fault {
-    refused_start(format!(
-        "start.mode = steady_state: there is no periodic motion, {reason}; choose at_rest or given, another speed, or b > 0"
-    ))
+fn no_motion(reason: &str) -> Fault {
+    let reason = format!("there is no periodic motion, {reason}");
+    no_periodic_motion(reason, "; choose at_rest or given, another speed, or b > 0")
 }
 
 #[cfg(test)]

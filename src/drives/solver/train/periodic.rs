@@ -7,7 +7,7 @@
 //! Source: A. H. Nayfeh, B. Balachandran, *Applied Nonlinear Dynamics*, Wiley 1995, sections 6.1, 7.3.
 
 use super::{Outside, Run};
-use crate::drives::limits::{refused_start, search_too_much};
+use crate::drives::limits::{no_periodic_motion, search_too_much};
 use crate::drives::shaft::train::{MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use crate::drives::{EventLog, Fault};
 use crate::numerics::double_double::Double;
@@ -120,7 +120,7 @@ pub fn periodic(
 }
 
 fn none() -> Fault {
-    refused_start("start.mode = steady_state: no periodic motion was found: the motion of a turn does not settle")
+    no_periodic_motion("no periodic motion was found: the motion of a turn does not settle", "")
         .hint("choose more damping, a motor whose torque falls with the speed, or at_rest")
 }
 
