@@ -396,7 +396,7 @@ const ROOMS: [(&str, usize); 39] = [
     ("design/src/formulas", 195),
     ("design/src/host", 1661),
     ("design/src/lever_law", 320),
-    ("design/src/overview", 876),
+    ("design/src/overview", 896),
     ("design/src/periodic_motions", 207),
     ("design/src/periodic_turn", 576),
     ("design/src/plot", 660),

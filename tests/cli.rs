@@ -313,7 +313,7 @@ fn check_tells_what_a_scene_amounts_to_and_finds_nothing_odd_in_ours() {
     assert!(run.code == 0 && reports.len() > 3, "{}", run.out);
     assert!(reports.iter().all(|report| minded.iter().any(|text| report.contains(text))), "{}", run.out);
     for part in [
-        "1800 rpm ",
+        "1800 rpm\n",
         "largest deformation                 0.01804 mm",
         "frequency ratio",
         "natural frequency in flight",
@@ -322,6 +322,25 @@ fn check_tells_what_a_scene_amounts_to_and_finds_nothing_odd_in_ours() {
         "follower[2].largest kinetostatic force",
     ] {
         assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
+    }
+}
+
+#[test]
+fn check_has_frequencies_in_the_unit_of_the_scene() {
+    let scene = folder("check_frequencies").join("scene.toml");
+    let bar = std::fs::read_to_string(root().join("examples/guide_bar/scene.toml")).expect("the scene");
+    // c/m = (540π/s)²; a plain number and a stiffness say no unit.
+    for (given, shown) in [
+        ("natural_frequency = \"270 Hz\"", "270 Hz"),
+        ("natural_frequency = \"16200 rpm\"", "16200 rpm"),
+        ("natural_frequency = \"1696.46 rad/s\"", "1700 rad/s"),
+        ("natural_frequency = 1696.46", "270 Hz"),
+        ("c = \"34.5357 kN/mm\"", "270 Hz"),
+    ] {
+        std::fs::write(&scene, bar.replace("natural_frequency = \"270 Hz\"", given)).expect("the scene");
+        let run = camdrive(&["check", text(&scene)]);
+        let line = run.out.lines().find(|line| line.contains("natural frequency")).expect("the figure");
+        assert!(line.split_once("frequency").is_some_and(|(_, rest)| rest.trim() == shown), "{given}: {line}");
     }
 }
 

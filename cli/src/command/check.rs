@@ -3,10 +3,13 @@
 use super::deliver::ReportFormat;
 use super::output::Bar;
 use super::{Failure, failure, open, print, read_all, show, system, tell_notes, width};
-use crate::document::{Diagnostic, Diagnostics, input::is_system};
+use crate::document::{Diagnostic, Diagnostics, Document, Value as Scalar, input::is_system, units};
 use crate::scene::Resolved;
 use crate::system::System;
+use camdrive::drives::shaft::train::MOST_FOLLOWERS;
+use camdrive::drives::unit;
 use camdrive_design::overview::{self, Overview};
+use camdrive_design::report::Unit;
 use camdrive_design::text;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -55,11 +58,27 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     show(&out).map(|()| ExitCode::SUCCESS)
 }
 
-/// The overview of a scene with the warnings of its tables.
+/// The overview of a scene with the warnings of its tables, frequencies in the unit of the scene.
 pub fn overview_of(scene: &Resolved) -> Overview {
     let mut overview = Bar::beside(&scene.name, |_| overview::of(&scene.resource()));
+    if let Some(unit) = unit_of_frequencies(&scene.document) {
+        overview.show_frequencies(&unit);
+    }
     overview.warnings.extend(scene.smoothed.iter().filter_map(|table| table.warning.clone()));
     overview
+}
+
+/// The unit that a scene gives its first natural frequency.
+fn unit_of_frequencies(document: &Document) -> Option<Unit> {
+    let parts = std::iter::once(String::new()).chain((1..=MOST_FOLLOWERS).map(|j| format!("follower[{j}].")));
+    let keys = parts.flat_map(|part| ["elasticity", "backlash"].map(|of| format!("{part}{of}.natural_frequency")));
+    keys.into_iter().find_map(|key| match document.place(&key)??.get_ref() {
+        Scalar::Text(text) => {
+            let (name, factor) = units::written(text, &unit::ANGULAR_VELOCITY)?;
+            Some(Unit { name: name.to_owned().into(), factor: 1.0 / factor })
+        }
+        _ => None,
+    })
 }
 
 /// The result as a list with an entry for each scene, faults included.

@@ -25,7 +25,8 @@ use crate::forces::report::LiftOff;
 use crate::law_motions::{Motion, greatest_of, shown, stroke};
 use crate::oscillator;
 use crate::periodic_turn::{self, Turn};
-use crate::report::Setting;
+use crate::report::unit::HZ;
+use crate::report::{Setting, Unit, terminal};
 use crate::resource::{Resource, Scene, Tool};
 use camdrive::drives::Fault;
 use camdrive::drives::backlash;
@@ -122,6 +123,7 @@ pub fn of(resource: &Resource) -> Overview {
     implausible::warn(&mut overview);
     overview.lift_offs = overview.machine.clone().map(Machine::lift_offs).and_then(Result::ok).unwrap_or_default();
     overview.steady(resource);
+    overview.show_frequencies(&HZ);
     overview
 }
 
@@ -175,6 +177,13 @@ impl Overview {
     /// A speed or a natural frequency (rad/s).
     fn speed(&mut self, name: &str, value: f64) {
         self.figure(name, value, "rad/s");
+    }
+
+    /// Shows people the natural frequencies in this unit.
+    pub fn show_frequencies(&mut self, unit: &Unit) {
+        for figure in self.figures.iter_mut().filter(|of| of.unit == "rad/s" && of.name.contains("_frequency")) {
+            figure.shown = terminal::shown(figure.value, unit);
+        }
     }
 
     /// A part of something.

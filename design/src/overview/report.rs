@@ -1,9 +1,9 @@
 //! The characteristic values as a report.
 
-use super::{Figure, Jump, Overview};
+use super::{Jump, Overview};
 use crate::forces::report::LiftOff;
 use crate::law_motions::Motion;
-use crate::report::unit::{HZ, ONE, RPM, Unit};
+use crate::report::unit::{ONE, RPM, Unit};
 use crate::report::{Advice, Claim, Level, Report, Table, Verdict};
 use crate::text::sentence;
 
@@ -40,12 +40,9 @@ impl Overview {
             .digits(4)
             .column("amplitude", "deformation in it here", q.clone(), |of| of.amplitude)
             .column("resonant_amplitude", "at that speed", q, |of| of.resonant_amplitude.unwrap_or(f64::INFINITY));
-        let frequency = |of: &Figure| (of.unit == "rad/s" && of.name.contains("frequency")).then_some(of.value);
         let figures = Table::of("Characteristic values", &self.figures)
             .column("name", "quantity", ONE, |figure| figure.name.replace('_', " "))
-            .column("value", "value", ONE, |figure| &figure.shown)
-            .column("frequency", "as frequency", HZ, frequency)
-            .digits(4);
+            .column("value", "value", ONE, |figure| &figure.shown);
         let mut report = Report::new(name, study);
         report.verdict = self.verdict();
         report.table(figures).table(Motion::table(&self.motions));
