@@ -59,6 +59,32 @@ def test_check_takes_systems_and_verify_fmus(camdrive, tmp_path):
     assert "no.fmu" in str(refused(camdrive.Error, camdrive.verify, tmp_path / "no.fmu"))
 
 
+def test_a_page_is_text_that_notebooks_show(camdrive, tmp_path):
+    page = camdrive.report(GUIDE_BAR, output=tmp_path / "bar.html")
+    assert page == (tmp_path / "bar.html").read_text() == page._repr_html_() and "Characteristic values" in page
+    assert len(repr(page)) < 100 and camdrive.report(GUIDE_BAR) == page
+    (tmp_path / "mine.html").write_text("mine")
+    assert "mine.html" in str(refused(camdrive.Error, camdrive.report, GUIDE_BAR, output=tmp_path / "mine.html"))
+    assert camdrive.report(GUIDE_BAR, output=tmp_path / "mine.html", force=True) == page
+    study = camdrive.study(GUIDE_BAR, {"m": [11, 12]}, "max |q|", turns=1)
+    assert "2 runs" in study._repr_html_()
+    assert camdrive.study(GUIDE_BAR, {"m": [11, 12]}, "max |q|", turns=1, explain=True)._repr_html_() is None
+
+
+def test_a_system_is_written_and_studied(camdrive, tmp_path):
+    file = EXAMPLES / "two_cams" / "system.toml"
+    written = camdrive.system(file, output=tmp_path)
+    assert {"machine.fmu", "pusher.fmu", "two_cams.ssp", "run.py"} <= set(written.files) == {p.name for p in tmp_path.iterdir()}
+    assert written.shafts[0]["machine"] == "machine" and "connections" in written.tables
+    study = camdrive.system(file, study=True)
+    rows = study.table("rows")
+    assert set(rows["exchange"]) == {"held", "extrapolated", "gauss_seidel", "interpolated"} and answers(study)
+    assert study.plot().startswith("<svg") and study._repr_html_().count("<h1") == 1
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text(file.read_text().replace('shaft = "machine"', 'shaft = "nothing"'))
+    assert "nothing" in str(refused(camdrive.SceneError, camdrive.system, wrong))
+
+
 def test_describe_has_the_variables(camdrive):
     report = camdrive.describe(LOOM)
     variables = report.table("variables").set_index("name")

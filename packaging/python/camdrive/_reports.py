@@ -29,6 +29,16 @@ class Diagram(str):
         return f"<Diagram: {len(self)} characters of SVG>"
 
 
+class Page(str):
+    """The HTML text of a page, which notebooks show."""
+
+    def _repr_html_(self) -> str:
+        return str(self)
+
+    def __repr__(self) -> str:
+        return f"<Page: {len(self)} characters of HTML>"
+
+
 @dataclass(repr=False)
 class Report:
     """What a command found. Its `repr` is the `answer`, name, result and advice of the `verdict`, and the names of all parts.
@@ -82,7 +92,7 @@ class Report:
     def table(self, name: str) -> pd.DataFrame:
         """One of `tables`. Records within others have the fields of these in columns such as `drives.name`.
 
-        Raises `Error` where there is no such table, or no pandas.
+        Raises `Error` where there is no such table, or no pandas, which the extra `camdrive[study]` brings.
         """
         if name not in self.tables:
             raise Error(f"this report has no table {name}, but {', '.join(self.tables) or 'none'}")
@@ -199,6 +209,29 @@ def check(scene: PathLike) -> Report:
     Raises `SceneError` where it has faults, `Error` where it cannot be checked; so does every function here.
     """
     return _report("check", scene, {}, places=())
+
+
+def report(file: PathLike, *, output: Optional[PathLike] = None, force: bool = False) -> Page:
+    """One page about a scene, a system or a study: all its tables and diagrams, as HTML that needs no network.
+
+    `output` is a file for it; one that no command wrote is replaced only with `force=True`.
+    """
+    with temporary_folder() as folder:
+        page = os.path.join(folder, "page.html") if output is None else os.fspath(output)
+        done = run("report", f"--output={page}", *(["--force"] if force else []), "--", os.fspath(file))
+        if done.returncode != 0:
+            raise failure(done.stderr, os.fspath(file))
+        return Page(Path(page).read_text(encoding="utf-8"))
+
+
+def system(file: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
+    """Connects a machine and the drives on its shaft: `parts`, `connections`, `shafts` with their stable steps.
+
+    `files` has what other masters need: an FMU for each part, NAME.ssp, OspSystemStructure.xml and run.py. With `study=True`
+    the system runs with each exchange at several steps instead: `rows` of errors, and the verdict says which step to take.
+    `simulate` gives the course of a run. Further options as of `camdrive help system`.
+    """
+    return _report("system", file, options, output)
 
 
 def verify(fmu: PathLike, *, timeout: Option = None) -> Report:

@@ -95,8 +95,8 @@ def simulate(
     Where the unit of an FMU is not SI, a number without one is refused. Several threads may call it at once.
 
     A system is a TOML file with parts, or NAME.ssp; its variables are called `machine.w`. The `engine` is "native", the
-    tool, or "fmpy": FMPy drives the FMU, which is exported of a scene, and takes those units that its variables have:
-    `pip install fmpy`.
+    tool, or "fmpy": FMPy, which the extra `camdrive[fmpy]` brings, drives the FMU, which is exported of a scene, and takes
+    those units that its variables have.
 
     The tool runs the library of a foreign FMU in a process of its own; one call of it may take `timeout`, in s or with a
     unit, by default 60 s. FMPy runs it in this process. An FMU that ends the simulation itself gives its rows so far, and

@@ -15,6 +15,7 @@ from importlib import import_module
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Optional, Union
 
+from ._reports import report
 from ._tool import Error, PathLike, failure, hinted, is_fmu, module, run, temporary_folder, words
 
 if TYPE_CHECKING:
@@ -51,12 +52,17 @@ class Study:
             said.update(missing=said["rows"] - len(status), folder=str(self.folder))
         return f"<Study: {', '.join(f'{name} {value}' for name, value in said.items())}>"
 
+    def _repr_html_(self) -> Optional[str]:
+        """The page about the runs that are there; None of a study that is only explained."""
+        return None if self.folder is None else str(report(self.folder))
+
     @cached_property
     def table(self) -> pd.DataFrame:
         """The runs that are there by their number `run`: what varies, the measures, `status` and `message`.
 
         A measure of a run that was refused or failed is NaN. `attrs` has `units` and `meanings`.
-        Raises `Error` where a part cannot be read, or pandas or pyarrow is missing; of a study that is only explained.
+        Raises `Error` where a part cannot be read, of a study that is only explained, and without pandas and pyarrow,
+        which the extra `camdrive[study]` brings.
         """
         if self.folder is None:
             raise Error("the study was explained, not run")
@@ -84,7 +90,7 @@ class Study:
 
         Quantities that vary together or are sampled have the dimension `run`, or one by their names where there are
         several such groups. `attrs` of all have `units` and `long_name`.
-        Raises `Error` where runs are missing, or xarray is not there.
+        Raises `Error` where runs are missing, or without xarray, which the extra `camdrive[study]` brings.
         """
         xarray, table, axes, rows = module("xarray"), self.table, self.data["axes"], self.data["rows"]
         if len(table) < rows:
@@ -140,8 +146,9 @@ def study(
 
     `store` is a folder, by default a temporary one; with `resume` the parts of this study that it has are kept.
     `client` is a dask.distributed.Client or the address of a scheduler whose workers have camdrive; they compute shares
-    and parts are stored as they arrive. Without it `threads` of this machine do, by default all. With `explain` only
-    a sample is run. One call of a foreign FMU's library may take `timeout`, in s or with a unit, by default 60 s.
+    and parts are stored as they arrive. The extra `camdrive[dask]` brings what that takes. Without it `threads` of this
+    machine do, by default all. With `explain` only a sample is run. One call of a foreign FMU's library may take `timeout`,
+    in s or with a unit, by default 60 s.
 
     Raises `SceneError` where the scene has faults, else `Error`; parts that a store has are kept.
     """
