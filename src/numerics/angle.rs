@@ -10,10 +10,10 @@ const TURN: [f64; 3] = [TAU, 2.4492935982947064e-16, -5.989539619436679e-33];
 pub const WHOLE_TURN: Double = Double { hi: TURN[0], lo: TURN[1] };
 
 /// 2π as the sum of two numbers of 33 bits, whose products with up to 2²⁰ turns are exact, and the rest.
-#[allow(clippy::approx_constant)] // The first 33 bits of 2π alone: the other parts hold what they lack.
+#[allow(clippy::approx_constant)] // The first 33 bits of 2π; the other two parts hold the rest.
 const TURN_IN_PARTS: [f64; 3] = [6.2831853069365025, 2.4308402025215864e-10, 8.089064995183803e-21];
 
-/// Up to this many turns the short way does.
+/// Up to this many turns the products with [`TURN_IN_PARTS`] are exact.
 const SOME_TURNS: f64 = 1048576.0;
 
 /// A number to which the nearest whole number is added by rounding, without a call of `round`.
@@ -26,7 +26,7 @@ pub fn reduce(angle: Double) -> f64 {
     remainder(angle).hi
 }
 
-/// The same with what its rounding leaves.
+/// The remainder as [`reduce`] returns it, with its rounding error.
 pub fn remainder(angle: Double) -> Double {
     if angle.hi.abs() <= 0.5 * TAU {
         return two_sum(angle.hi, angle.lo);
@@ -41,7 +41,7 @@ pub fn remainder(angle: Double) -> Double {
     }
     let turns = turns.round();
     let rest = angle - two_product(turns, TURN[0]) - two_product(turns, TURN[1]) - Double::from(turns * TURN[2]);
-    // The quotient may be off by one where the angle lies near half a turn.
+    // The quotient may be off by one if the angle lies near half a turn.
     let correction = (rest.hi / TURN[0]).round();
     rest - two_product(correction, TURN[0]) - two_product(correction, TURN[1])
 }

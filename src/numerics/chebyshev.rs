@@ -40,14 +40,14 @@ pub struct Chebyshev {
     pub degree: usize,
 }
 
-/// An interpolant with what is known of its error.
+/// An interpolant and an estimate of its error.
 #[derive(Clone, Copy, Debug)]
 pub struct Fit {
     /// The interpolant.
     pub polynomial: Chebyshev,
     /// The larger of the last two coefficients, the size of the first neglected ones or more.
     pub tail: f64,
-    /// Whether the tail is below what was asked for.
+    /// Whether the tail is below the requested tolerance.
     pub converged: bool,
     /// How often the function was evaluated.
     pub evaluations: usize,
@@ -70,7 +70,7 @@ pub fn fit(mut f: impl FnMut(f64) -> f64, relative: f64, absolute: f64) -> Fit {
         if converged || degree == MAX_DEGREE {
             return Fit { polynomial, tail, converged, evaluations: degree + 1 };
         }
-        // The points of the next degree lie between those known.
+        // The points of the next degree lie between the known ones.
         degree *= 2;
         for j in (MAX_DEGREE / degree..MAX_DEGREE).step_by(2 * MAX_DEGREE / degree) {
             values[j] = f(COSINES[j]);
@@ -126,8 +126,8 @@ impl Chebyshev {
         [root * c(0).max(root * c(1)), decay * c(0).max(root * c(1))]
     }
 
-    /// The polynomial p that solves κ p + α p′ + β p″ = self, primes with respect to x: back-substitution from the
-    /// highest coefficient down. Accurate where κ outweighs the derivatives of a polynomial of this degree.
+    /// The polynomial p that solves κ p + α p′ + β p″ = self, primes with respect to x: back-substitution from the highest
+    /// coefficient down. Accurate if κ outweighs the derivatives of a polynomial of this degree.
     pub fn solve(&self, kappa: f64, alpha: f64, beta: f64) -> Chebyshev {
         let mut p = [0.0; MAX_DEGREE + 1];
         // The coefficients of p′ and p″, two places longer so that the recurrence needs no border case.
@@ -184,7 +184,7 @@ mod tests {
             Chebyshev { coefficients, degree: 8 }.neglected()
         };
         let decaying = |j: usize| 0.1_f64.powi(j as i32);
-        // All, only the even ones, only the odd ones; each of the two is met by one of them.
+        // All, only the even and only the odd ones; each parity is met by one of the two.
         for parity in [None, Some(0), Some(1)] {
             let [odd, even] = of(&|j| if parity.is_none_or(|parity| j % 2 == parity) { -decaying(j) } else { 0.0 });
             assert!((odd / decaying(9) - 1.0).abs() < 1e-12 && (even / decaying(10) - 1.0).abs() < 1e-12, "{parity:?}");

@@ -10,8 +10,8 @@
 //! *polynomial* keeps the tolerance: errors at the ends are then of the order of its square and do not add up, so
 //! that a caller may read values anywhere in the step without the steps having to end there.
 //!
-//! The Fᵢ are found by Newton's method with the Jacobians of all stages (a linear system is solved at once); y is
-//! summed in double-double. A step whose equations cannot be solved is shortened; nothing that is not finite leaves.
+//! Newton's method finds the Fᵢ with the Jacobians of all stages (it solves a linear system at once); y is summed in double-double.
+//! A step whose equations cannot be solved is shortened; every result is finite.
 //!
 //! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5
 //! and IV.8; E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., Springer 2006, II.1.3.
@@ -33,10 +33,10 @@ pub const MAX_EQUATIONS: usize = 3;
 
 const CAPACITY: usize = STAGES * MAX_EQUATIONS;
 
-/// A state beyond this is given up: the square of any product of few such numbers would overflow.
+/// The integration gives up a state beyond this: the square of any product of few such numbers would overflow.
 pub const UNBOUNDED: f64 = 1e100;
 
-/// Scales below this count as this, so that relative errors exist for a vanishing state too.
+/// Smaller scales count as this, so that relative errors exist for a vanishing state too.
 const SMALLEST_SCALE: f64 = 1e-150;
 
 /// Least ratio of the scales of a decaying state from one step to the next: half in about 70 steps, so
@@ -51,21 +51,20 @@ const ITERATIONS: usize = 15;
 /// without end. A smaller bound changes the estimate little and has more steps factorise twice.
 const STALE: f64 = 3e-4;
 
-/// A contraction below this that the first two corrections tell is chance: with the matrix of a state that stands still some
-/// 1e-4 is what they reach. A larger bound finds more of them, and makes more steps take a third correction.
+/// A smaller contraction of the first two corrections is chance: from a stationary state the matrix gives some 1e-4. A larger bound
+/// finds more such cases and makes more steps take a third correction.
 const LUCKY: f64 = 5e-6;
 
-/// Corrections are compared where no scale has grown by more than this since the one before: the contraction is off by no
-/// more then.
+/// Corrections are compared if no scale has grown by more than this since the previous one: the contraction is off by no more then.
 const ALIKE: f64 = 2.0;
 
 /// Least error of the end of a step: some roundings of the state, as the linear equations pass them on.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Attempts per step; 0.25¹⁰⁰ of any step is nothing.
+/// Attempts per step; 0.25¹⁰⁰ of any step is negligible.
 const ATTEMPTS: usize = 100;
 
-/// A system ẏ = f(t, y) of N ≤ [`MAX_EQUATIONS`] equations, smooth over each step that is taken.
+/// A system ẏ = f(t, y) of N ≤ [`MAX_EQUATIONS`] equations, smooth over each step.
 pub trait System<const N: usize> {
     /// f(t, y); the time is a double-double, so that stages stay apart at any time.
     fn rhs(&self, t: Double, y: &[f64; N]) -> [f64; N];
@@ -73,14 +72,14 @@ pub trait System<const N: usize> {
     /// ∂fᵢ/∂yⱼ, row by row.
     fn jacobian(&self, t: Double, y: &[f64; N]) -> [[f64; N]; N];
 
-    /// The magnitude to which errors of each component are relative; by default that of the component. The
-    /// integrator takes the largest value over the step and, with slow forgetting, the steps before.
+    /// The magnitude to which errors of each component are relative; by default the component's own. The integrator takes the
+    /// largest value over the step and, with slow forgetting, the steps before.
     fn magnitude(&self, y: &[f64; N]) -> [f64; N] {
         y.map(f64::abs)
     }
 
-    /// Rounding error of f beyond what the rounding of `y` causes: where terms that do not depend on `y` all but
-    /// cancel, as a load and the spring that carries it do in slow motion.
+    /// Rounding error of f beyond what the rounding of `y` causes: terms that do not depend on `y` may all but cancel, as a load
+    /// and the spring that carries it do in slow motion.
     fn rounding(&self, _t: Double, _y: &[f64; N]) -> [f64; N] {
         [0.0; N]
     }
@@ -91,17 +90,17 @@ pub trait System<const N: usize> {
     }
 }
 
-/// Why the integration cannot go on.
+/// The reason why the integration cannot go on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Failure {
     /// No step, however short, keeps the tolerance at this time.
     Stalled {
-        /// When.
+        /// Time of the failure.
         time: f64,
     },
     /// The solution grows beyond 1e100.
     Unbounded {
-        /// When.
+        /// Time of the failure.
         time: f64,
     },
 }
@@ -115,10 +114,10 @@ pub struct Statistics {
     pub evaluations: u64,
     /// The largest estimated relative error of the polynomial over the steps so far.
     pub error_estimate: f64,
-    /// The largest estimated relative error of the state so far: that of the polynomial, and what the errors at the
-    /// ends of the steps before have grown to.
+    /// The largest estimated relative error of the state so far: the polynomial's error, and what the errors at the ends of earlier
+    /// steps have grown to.
     pub state_error: f64,
-    /// The estimate at the ends of the steps only, without that of the polynomials.
+    /// The estimate at the ends of the steps only, without the error of the polynomials.
     pub error_at_ends: f64,
 }
 
@@ -142,7 +141,7 @@ pub struct Collocation<const N: usize> {
     scale: [f64; N],
     /// Covariance of the error at the end of the last step.
     covariance: [[f64; N]; N],
-    /// The same of errors that are not those of the integration; see [`Collocation::shake`].
+    /// The covariance of errors from outside the integration; see [`Collocation::shake`].
     shaken: [[f64; N]; N],
     /// See [`Collocation::end_error`].
     ends: [f64; N],
@@ -153,7 +152,7 @@ pub struct Collocation<const N: usize> {
 }
 
 impl<const N: usize> Collocation<N> {
-    /// At the state `y` at time `t`; no step is known yet.
+    /// Starts from the state `y` at time `t`; no step is known yet.
     pub fn new(t: Double, y: [f64; N]) -> Self {
         const { assert!(N <= MAX_EQUATIONS) }
         let y = y.map(Double::from);
@@ -180,9 +179,9 @@ impl<const N: usize> Collocation<N> {
         *self = Collocation { scale, covariance, shaken, next, statistics, ..fresh };
     }
 
-    /// Error that the last step added to each component, if its coefficients go on to decay as the last ones
-    /// computed do, and what Newton's method left: larger than what the order of the method says where waves of
-    /// different lengths come together, and where steps are short.
+    /// Error that the last step added to each component, if its coefficients go on to decay like the last computed ones, plus the
+    /// remainder of Newton's method. It is larger than the order of the method implies if waves of different lengths meet and in
+    /// short steps.
     pub fn end_error(&self) -> [f64; N] {
         self.ends
     }
@@ -192,7 +191,7 @@ impl<const N: usize> Collocation<N> {
         self.covariance
     }
 
-    /// Goes on with this covariance of the error, as after a part of the motion that was computed otherwise.
+    /// Goes on with this covariance of the error, as after a part of the motion that another method computed.
     pub fn set_error_covariance(&mut self, covariance: [[f64; N]; N]) {
         self.covariance = covariance;
     }
@@ -230,7 +229,7 @@ impl<const N: usize> Collocation<N> {
         })
     }
 
-    /// The coefficients of θʲ in what the component `c` grows by over the fraction θ of the last step.
+    /// The coefficients of θʲ in the growth of the component `c` over the fraction θ of the last step.
     pub fn growth(&self, c: usize) -> [f64; STAGES + 1] {
         let sum = |j: usize| (0..STAGES).map(|k| self.modes[k][c] * INTEGRALS_IN_POWERS[k][j]).sum::<f64>();
         std::array::from_fn(|j| self.length * sum(j))
@@ -247,8 +246,8 @@ impl<const N: usize> Collocation<N> {
         })
     }
 
-    /// Undoes the last step, before which the integrator was `earlier`; what it cost stays counted, and that a step of
-    /// its length may be taken stays known.
+    /// Undoes the last step: the integrator is `earlier` again. The cost stays counted, and a step of the undone length stays
+    /// permitted.
     pub fn return_to(&mut self, earlier: &Self) {
         let Statistics { steps, evaluations, .. } = self.statistics;
         let next = self.next.max(self.length);
@@ -264,8 +263,7 @@ impl<const N: usize> Collocation<N> {
         Ok(())
     }
 
-    /// Takes one step with the relative `tolerance` that does not reach beyond `limit`; none where `limit` is
-    /// reached already.
+    /// Takes one step with the relative `tolerance` that does not reach beyond `limit`. Does nothing if `limit` is reached already.
     pub fn step(&mut self, system: &impl System<N>, limit: Double, tolerance: f64) -> Result<(), Failure> {
         let remaining = (limit - self.end).hi;
         if remaining <= 0.0 {
@@ -277,7 +275,7 @@ impl<const N: usize> Collocation<N> {
         let mut h = fit(guess.min(longest), remaining);
         for _ in 0..ATTEMPTS {
             if (self.end + Double::from(h) - self.end).hi <= 0.0 {
-                // A step that time does not feel would be taken for ever.
+                // A step too short to change the time would repeat for ever.
                 break;
             }
             match self.attempt(system, h, tolerance) {
@@ -310,7 +308,7 @@ impl<const N: usize> Collocation<N> {
         self.end = if limited { limit } else { self.start + Double::from(h) };
         (self.length, self.modes, self.scale) = (h, solved.modes, solved.scale);
         let proposal = h * growth(solved.error, tolerance);
-        // A step that was cut short at the limit says nothing against the length it was to have.
+        // A step that was cut short at the limit says nothing against its proposed length.
         self.next = if limited { proposal.max(self.next) } else { proposal };
         self.statistics.steps += 1;
         self.statistics.error_estimate = self.statistics.error_estimate.max(solved.error);
@@ -322,7 +320,7 @@ impl<const N: usize> Collocation<N> {
         Ok(())
     }
 
-    /// The state at the end of the last step has an error that does not come from the integration, of independent sign: it is
+    /// Adds an error that does not come from the integration, of independent sign, to the state at the end of the last step; it is
     /// carried along.
     pub fn disturb(&mut self, error: [f64; N]) {
         for (c, error) in error.into_iter().enumerate() {
@@ -330,8 +328,8 @@ impl<const N: usize> Collocation<N> {
         }
     }
 
-    /// As [`Collocation::disturb`], an error that is told apart from those of the integration, for it says nothing of how
-    /// large the motion is.
+    /// Adds an error as [`Collocation::disturb`] does, kept apart from the errors of the integration: it does not measure how large
+    /// the motion is.
     pub fn shake(&mut self, error: [f64; N]) {
         for (c, error) in error.into_iter().enumerate() {
             self.shaken[c][c] += error * error;
@@ -343,22 +341,22 @@ impl<const N: usize> Collocation<N> {
         std::array::from_fn(|c| self.shaken[c][c].sqrt())
     }
 
-    /// Forgets how large the motion has been, as far as the relative error of the state does not exceed the largest one so far:
-    /// what begins here is measured by itself.
+    /// Forgets how large the motion has been, as far as the relative error of the state does not exceed the largest one so far: the
+    /// motion from here on is measured by itself.
     pub fn forget(&mut self) {
         for c in 0..N {
-            // `min` takes no notice of what is no number.
+            // `min` ignores NaN.
             self.scale[c] = self.scale[c].min(self.covariance[c][c].sqrt() / self.statistics.error_at_ends);
         }
     }
 
-    /// Component `c` of the state at the end of the last step changes by this.
+    /// Changes component `c` of the state at the end of the last step by this.
     pub fn push(&mut self, c: usize, change: f64) {
         self.to[c] = self.to[c] + Double::from(change);
     }
 
-    /// Carries the error of the state over the step, y₁ = M y₀ + own error: the covariance becomes M P Mᵀ plus the
-    /// square of what the end of the step adds, so errors of independent sign grow, turn and decay as the motion does.
+    /// Carries the error of the state over the step, y₁ = M y₀ + own error: the covariance becomes M P Mᵀ plus the square of the
+    /// error that the end of the step adds. Errors of independent sign grow, turn and decay as the motion does.
     fn carry_error(&mut self, solved: &Solved<N>) {
         self.covariance = carried(&solved.map, &self.covariance);
         if self.shaken != [[0.0; N]; N] {
@@ -373,9 +371,12 @@ impl<const N: usize> Collocation<N> {
         self.statistics.state_error = self.statistics.state_error.max(solved.error + state_error);
     }
 
-    /// Takes one step to `end` of always the same cost: `iterations` of Newton's method, each with its own matrix; one
-    /// is enough where the equation is linear. The error estimate tells what the step was worth; a failure where it is
-    /// more than `worst`, or where Newton's method does not converge.
+    /// Takes one step of fixed cost to `end`: `iterations` of Newton's method, each with its own matrix; one is enough for a linear
+    /// equation. The error estimate shows how accurate the step was.
+    ///
+    /// # Errors
+    ///
+    /// The estimate exceeds `worst`, or Newton's method does not converge.
     pub fn step_of_fixed_cost(
         &mut self,
         system: &impl System<N>,
@@ -391,23 +392,23 @@ impl<const N: usize> Collocation<N> {
         }
     }
 
-    /// Solves the collocation equations for a step of length `h`; None where Newton's method does not converge.
+    /// Solves the collocation equations for a step of length `h`; None if Newton's method does not converge.
     fn attempt(&mut self, system: &impl System<N>, h: f64, tolerance: f64) -> Option<Solved<N>> {
         let mut f = self.first_guess(system, h);
         let mut newton = Newton::unknown();
-        // Unknown before the first correction; a comparison with it is false.
+        // Unknown before the first correction; comparisons with NaN are false.
         let (mut last, mut measure) = (f64::NAN, [0.0; N]);
-        // Newton's error is not controlled by the step, so it is kept far below the tolerance.
+        // Newton's error does not shrink with the step, so it is kept far below the tolerance.
         let enough = (1e-4 * tolerance).max(1e-16);
         for iteration in 0..ITERATIONS {
             let (parts, scale) = self.correct(system, h, &mut f, &mut newton)?;
             let size = largest(&parts);
-            // A component that stands still at the start has no size before the first correction moves it: corrections by
-            // different measures tell no contraction.
+            // A component at rest at the start has no size before the first correction moves it: corrections relative to different
+            // scales show no contraction.
             let alike = (0..N).all(|c| scale[c] <= ALIKE * measure[c]);
             let rate = if alike { size / last } else { f64::NAN };
-            // Either the corrections that are still to come are small, or rounding stops the contraction. The first one leads from a
-            // state that stands still: the second may be small by chance, and the third is not.
+            // Either the remaining corrections are small, or rounding stops the contraction. The first correction starts from a
+            // state at rest: the second may be small by chance, the third is not.
             let likely = if iteration == 1 { rate.max(LUCKY) } else { rate };
             let converged = rate < 1.0 && size * likely / (1.0 - likely) <= enough;
             if size <= enough || converged || (rate > 0.3 && size <= newton.rounding(&scale, h)) {
@@ -423,7 +424,7 @@ impl<const N: usize> Collocation<N> {
         None
     }
 
-    /// An attempt with a given number of iterations; what they leave of the contraction counts as error.
+    /// An attempt with a given number of iterations; the remaining contraction counts as error.
     fn attempt_with(&mut self, system: &impl System<N>, h: f64, iterations: usize) -> Option<Solved<N>> {
         let mut f = self.first_guess(system, h);
         let mut newton = Newton::unknown();
@@ -433,14 +434,14 @@ impl<const N: usize> Collocation<N> {
             (parts, _) = self.correct(system, h, &mut f, &mut newton)?;
             sizes = [sizes[1], largest(&parts)];
         }
-        // The first stages stand still, and are no measure of the motion.
+        // The first stages are at rest and do not measure the motion.
         let scale = self.scale_over(system, &self.state(), &self.stages(&f, h));
         let rate = sizes[1] / sizes[0];
         let is_rounding = sizes[1] <= newton.rounding(&scale, h);
         if rate >= 1.0 && !is_rounding {
             return None;
         }
-        // One iteration is for linear equations, which it solves; roundings leave what roundings make of the next one.
+        // One iteration solves linear equations; only roundings remain for the next one.
         let noise = newton.noise(&scale);
         let rest = std::array::from_fn(|c| match iterations {
             1 => 0.0,
@@ -452,7 +453,7 @@ impl<const N: usize> Collocation<N> {
         Some(solved)
     }
 
-    /// f at the nodes for the state that stands still.
+    /// f at the nodes for the state at rest.
     fn first_guess(&mut self, system: &impl System<N>, h: f64) -> [[f64; N]; STAGES] {
         self.statistics.evaluations += STAGES as u64;
         let y = self.state();
@@ -474,8 +475,8 @@ impl<const N: usize> Collocation<N> {
         })
     }
 
-    /// One correction of the Fᵢ, with the given matrix or a new one: how large it is of each component as a part of the
-    /// scale, and that. None where the equations cannot be solved.
+    /// Corrects the Fᵢ once, with the given matrix or a new one. Returns the size of the correction relative to the scale for each
+    /// component, and the matrix. None if the equations cannot be solved.
     fn correct(
         &mut self,
         system: &impl System<N>,
@@ -509,7 +510,7 @@ impl<const N: usize> Collocation<N> {
         parts.iter().all(|part| part.is_finite()).then_some((parts, scale))
     }
 
-    /// The largest magnitudes over the step, or those of before.
+    /// The largest magnitudes over the step and before it.
     fn scale_over(&self, system: &impl System<N>, old: &[f64; N], stages: &[[f64; N]; STAGES]) -> [f64; N] {
         let mut scale = self.scale.map(|s| (FORGETTING * s).max(SMALLEST_SCALE));
         for y in stages.iter().chain([old]) {

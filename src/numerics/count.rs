@@ -1,4 +1,4 @@
-//! Counts read from bytes: how far a list or a loop goes is checked before it is used.
+//! Counts read from bytes: the length of a list or a loop is checked before it is used.
 
 use serde::de::{Deserialize, Deserializer, Error};
 

@@ -1,24 +1,24 @@
-//! Derivatives of functions that can only be evaluated.
+//! Derivatives of functions without a formula for them.
 
 /// Step sizes of a table; the last is 2⁻¹³ of the first.
 const LEVELS: usize = 14;
 
-/// Where f is smooth rounding leaves at least so many digits; a bend or a jump does not.
+/// Rounding leaves at least this accuracy of a smooth f; a bend or a jump leaves less.
 const SMOOTH: f64 = 1e-6;
 
-/// So many steps without a better slope are spoilt by rounding, which at least doubles from one to the next.
+/// After this many steps without a better slope rounding has spoilt them; it at least doubles from one to the next.
 const SPOILT: usize = 3;
 
-/// f′(x) by differences over ever smaller steps from `reach` on, extrapolated to none (Ridders); f is evaluated within
-/// `range` only. What f refuses at a step is passed over; NaN where no step is left.
+/// f′(x) by differences over ever smaller steps from `reach` on, extrapolated to zero (Ridders); f is evaluated within `range`
+/// only. Steps that f refuses are skipped; NaN if no step is left.
 ///
-/// The table T of the slopes over hᵢ = `reach`/2ⁱ is extrapolated by T(i,k) = T(i,k−1) + (T(i,k−1) − T(i−1,k−1))/(2^(pk) − 1)
-/// with p = 2 for central differences. The entry that differs least from those that it was made of is the result: rounding
-/// spoils small steps, curvature large ones. On a border of the range, and where central differences do not converge since
-/// f bends or jumps at x, they are taken to one side, p = 1.
+/// The table T of the slopes over hᵢ = `reach`/2ⁱ is extrapolated by T(i,k) = T(i,k−1) + (T(i,k−1) − T(i−1,k−1))/(2^(pk) − 1) with
+/// p = 2 for central differences. The result is the entry that differs least from the two entries it was made of: rounding spoils
+/// small steps, curvature large ones. Differences are one-sided, p = 1, on a border of the range and where central differences do
+/// not converge because f bends or jumps at x.
 ///
 /// # Errors
-/// What f says where it refuses all steps.
+/// The error of f if it refuses all steps.
 ///
 /// Source: C. J. F. Ridders, "Accurate computation of F′(x) and F′(x)F″(x)", Advances in Engineering Software 4 (1982)
 /// 75–76.
@@ -41,7 +41,7 @@ pub fn derivative<E>(
             let h = reach * 0.5_f64.powi(level as i32);
             let [a, b] = sides.map(|side| x + side * h);
             let slope = f(a).and_then(|at_a| Ok((at_a - f(b)?) / (a - b)));
-            // What is made of a slope that is no finite number never has the least error.
+            // Entries from a slope that is not finite never have the least error.
             let mut row = vec![slope.unwrap_or_else(|e| {
                 fault = Some(e);
                 f64::NAN
@@ -58,7 +58,7 @@ pub fn derivative<E>(
             }
             above = row;
             since = if least < least_before { 0 } else { since + 1 };
-            // Rounding leaves no more, or spoils ever smaller steps of what is smooth.
+            // Rounding permits no better, or spoils ever smaller steps of a smooth f.
             if least <= 1e-13 * best.abs() || (since == SPOILT && least <= SMOOTH * best.abs()) {
                 break;
             }
@@ -146,7 +146,7 @@ mod tests {
         let near = |x: f64| if (x - 1.0).abs() < 1e-3 { Ok(x * x) } else { Err("too far") };
         assert!((derivative(near, 1.0, 0.02, ALL).unwrap() - 2.0).abs() < 1e-9);
         assert_eq!(derivative(|_| Err("never"), 1.0, 0.02, ALL), Err("never"));
-        // Near a pole that lies at an end of the first step.
+        // Near a pole at an end of the first step.
         assert!((of(|x| 1.0 / (0.02 - x), 0.0, ALL) / 2500.0 - 1.0).abs() < 1e-9);
         assert!(of(|_| f64::INFINITY, 0.3, ALL).is_nan());
     }

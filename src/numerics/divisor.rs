@@ -1,6 +1,6 @@
 //! Whole numbers: the greatest common divisor.
 
-/// The greatest common divisor; that of 0 and n is n.
+/// The greatest common divisor; for 0 and n it is n.
 pub fn greatest_common_divisor(a: usize, b: usize) -> usize {
     if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }

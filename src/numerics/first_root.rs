@@ -1,9 +1,9 @@
 //! Certified search for the first root of a polynomial on [0, 1].
 //!
-//! For x ∈ [0, H] the nested bound a₀ + min(0, H (a₁ + min(0, H (a₂ + …)))) lies below Σ aₙ xⁿ. Where it is positive
-//! there is no root. Otherwise the search moves on to the largest H that passes, with the coefficients of the
-//! polynomial about the new place: five of them, and a bound of the rest. Once the polynomial is sure to fall all the way
-//! to its root, Newton's iteration ends the search. No root can be jumped over, however close to its neighbour it lies.
+//! For x ∈ [0, H] the nested bound a₀ + min(0, H (a₁ + min(0, H (a₂ + …)))) lies below Σ aₙ xⁿ. Where it is positive there is no
+//! root. Otherwise the search moves on to the largest H that passes. There it expands the polynomial again: five coefficients and a
+//! bound of the rest. Once the polynomial certainly falls all the way to its root, Newton's iteration ends the search. No root can
+//! be jumped over, however close to its neighbour it lies.
 
 /// The most coefficients.
 const MOST: usize = 32;
@@ -23,12 +23,12 @@ const CHOOSE_FIVE: [f64; MOST] = {
     table
 };
 
-/// Steps after which the place reached counts as the root: each step that does not end the search at least doubles the
-/// distance from a near miss or halves that from a root, so that some hundred exhaust the digits of a number.
+/// After this many steps the place reached counts as the root. Each step that does not end the search at least doubles the distance
+/// from a near miss or halves the distance from a root, so some hundred steps exhaust the digits of a number.
 const MOST_STEPS: usize = 200;
 
-/// The first root in (0, `end`] of p = Σ cₙ xⁿ, at most 32 coefficients and `end` ≤ 1, where p > 0 right of 0; leading
-/// zeros of the list are a multiple root at the start and no event. 0 where p is not positive right of 0.
+/// The first root in (0, `end`] of p = Σ cₙ xⁿ, at most 32 coefficients and `end` ≤ 1. p must be positive right of 0; leading zeros
+/// of the list are a multiple root at the start, which is no event. Returns 0 if p is not positive right of 0.
 pub fn first_root(c: &[f64], end: f64) -> Option<f64> {
     let c = &c[c.iter().position(|&c| c != 0.0).unwrap_or(c.len())..];
     if !c.first().is_some_and(|&c| c > 0.0) {
@@ -94,7 +94,7 @@ pub fn range(c: &[f64], h: f64) -> [f64; 2] {
         least = if sum < least { sum } else { least };
         greatest = if sum > greatest { sum } else { greatest };
     }
-    // The comparisons take no notice of what is no number.
+    // Comparisons ignore NaN.
     if sum.is_nan() { [sum; 2] } else { [least, greatest] }
 }
 
@@ -114,8 +114,8 @@ fn expansion(c: &[f64], x: f64) -> [f64; LOCAL] {
     a
 }
 
-/// Where p is sure to fall from x on, until it must have reached zero if it goes on like this: the root there, or that
-/// there is none in `rest`. None where p may turn before. `local`: the coefficients about x and the bound of the rest.
+/// The root if p certainly falls from x on until it reaches zero, or Some(None) if that root lies beyond `rest`. None if p may turn
+/// before. `local`: the coefficients about x and the bound of the rest.
 fn falling(c: &[f64], local: &[f64; LOCAL + 1], [x, rest]: [f64; 2]) -> Option<Option<f64>> {
     let [value, slope, second, third, fourth, fifth] = *local;
     if slope >= 0.0 {
@@ -130,7 +130,7 @@ fn falling(c: &[f64], local: &[f64; LOCAL + 1], [x, rest]: [f64; 2]) -> Option<O
     if value_and_slope(c, x + reach)[0] > 0.0 {
         return if reach == rest { Some(None) } else { None };
     }
-    // Newton's iteration, kept between the ends by which the root is known to lie.
+    // Newton's iteration, kept between the ends that enclose the root.
     let (mut low, mut high) = (x, x + reach);
     let mut root = x - value / slope;
     for _ in 0..60 {
@@ -227,7 +227,7 @@ mod tests {
 
     #[test]
     fn a_polynomial_falls_for_sure_until_its_slope_may_vanish() {
-        // v − s x + a xⁿ within 2 v/s: the slope vanishes there where n a (2 v/s)ⁿ⁻¹ = s.
+        // v − s x + a xⁿ within 2 v/s: the slope vanishes there if n a (2 v/s)ⁿ⁻¹ = s.
         let (v, s) = (0.7, 3.0);
         let sure = |rise: [f64; 4], rest: f64| {
             let c = [v, -s, rise[0], rise[1], rise[2], rise[3]];
@@ -239,7 +239,7 @@ mod tests {
                 let mut rise = [0.0; 4];
                 rise[n - 2] = part * limit(n);
                 assert_eq!(sure(rise, 1.0).is_some(), falls, "{part} {n}");
-                // A neighbour takes its share; one that makes it fall more counts for nothing.
+                // A neighbour takes its share; one that makes p fall faster does not count.
                 rise[n - 2] *= 0.5;
                 let other = if n < 5 { n + 1 } else { 2 };
                 rise[other - 2] = 0.5 * part.abs() * limit(other);
@@ -248,7 +248,7 @@ mod tests {
         }
         let root = sure([0.0; 4], 1.0).unwrap().unwrap();
         assert!((root - v / s).abs() < 1e-16);
-        // The root lies behind what is left, or the polynomial may still turn behind it.
+        // The root lies beyond the rest, or the polynomial may still turn beyond it.
         assert_eq!(sure([0.0; 4], 0.9 * v / s), Some(None));
         assert_eq!(falling(&[v, s], &[v, s, 0.0, 0.0, 0.0, 0.0], [0.0, 1.0]), None);
         assert_eq!(falling(&[v, -s, 0.0, 0.0, 0.0, 0.0, 1e3], &[v, -s, 0.0, 0.0, 0.0, 0.0], [0.0, 1.0]), None);
@@ -262,7 +262,7 @@ mod tests {
             (seed >> 11) as f64 / (1u64 << 53) as f64
         };
         for case in 0..20_000 {
-            // Real roots, some close to each other, times what has none: (x − a)² + b², b not too small.
+            // Real roots, some close to each other, times a factor without real roots: (x − a)² + b², b not too small.
             let (mut c, mut first) = (vec![1.0], f64::INFINITY);
             let mut by = |factor: &[f64]| {
                 let mut product = vec![0.0; c.len() + factor.len() - 1];
@@ -298,7 +298,7 @@ mod tests {
         for n in LOCAL..MOST {
             assert_eq!(CHOOSE_FIVE[n], f64::from(binomial));
             binomial = binomial * (n + 1) as i32 / (n + 1 - LOCAL) as i32;
-            // 1 − 1.5 (s x)ⁿ, and ((s x)ⁿ − ½)² ± 10⁻⁶ where there is room for it.
+            // 1 − 1.5 (s x)ⁿ, and ((s x)ⁿ − ½)² ± 10⁻⁶ if it fits in.
             for s in [1.0, 1e3] {
                 let mut c = [0.0; MOST];
                 let power = |n: usize| f64::powi(s, n as i32);
@@ -337,7 +337,7 @@ mod tests {
     fn a_multiple_root_at_the_start_is_no_event() {
         assert!((first_root(&[0.0, 0.0, 1.0, -1.5], 1.0).unwrap() - 2.0 / 3.0).abs() < 1e-15);
         assert_eq!(first_root(&[0.0, 0.0, 0.0, 1.0, -0.5], 1.0), None);
-        // A flight too short to be told from its start still has its length.
+        // A flight too short to be distinguished from its start still has its length.
         assert!((first_root(&[0.0, 1e-20, -1.0], 1.0).unwrap() / 1e-20 - 1.0).abs() < 1e-15);
     }
 

@@ -1,8 +1,8 @@
 //! The oscillator under a polynomial forcing: exponential quadrature over one step of any stiffness.
 //!
-//! q̈ + 2δ q̇ + ω₀² q = p(t) is solved exactly (to rounding) for a polynomial p. A slow mode is integrated against
-//! its kernel by Gauss quadrature, a fast one follows the polynomial: q = (polynomial solution) + (free motion).
-//! Thus the step is limited by the forcing alone, never by the stiffness.
+//! q̈ + 2δ q̇ + ω₀² q = p(t) is solved exactly (to rounding) for a polynomial p. Gauss quadrature integrates a slow mode against
+//! its kernel; a fast mode is q = (polynomial solution) + (free motion). Thus the step is limited by the forcing alone, never by
+//! the stiffness.
 //!
 //! Source: M. Hochbruck, A. Ostermann, "Exponential integrators", Acta Numerica 19 (2010) 209–286, section 2.
 

@@ -56,7 +56,7 @@ pub static MATRIX: [[f64; STAGES]; STAGES] = halves(integral());
 /// The coefficients mₖ = Σ `PROJECTION[k][j]` fⱼ of Σ mₖ Pₖ(x), the polynomial through the fⱼ.
 pub static PROJECTION: [[f64; STAGES]; STAGES] = projection();
 
-/// `Σ |PROJECTION[7][j]| < 4`: how much of the rounding of the fⱼ can come together in a coefficient.
+/// `Σ |PROJECTION[7][j]| < 4`: bound of the rounding errors of the fⱼ that can add up in a coefficient.
 pub const NOISE_OF_MODES: f64 = 4.0;
 
 /// A Gauss rule with 6, 8, 12 or 16 nodes; n nodes are exact for polynomials of degree 2n − 1.
@@ -74,7 +74,7 @@ impl Gauss {
         })
     }
 
-    /// The places of the first N nodes and their weights for the interval from 0 to `length`.
+    /// The positions of the first N nodes and their weights for the interval from 0 to `length`.
     pub fn nodes<const N: usize>(self, length: f64) -> [[f64; 2]; N] {
         let half = 0.5 * length;
         let mut nodes = [[0.0; 2]; N];
@@ -208,7 +208,7 @@ pub(super) const fn integral<const N: usize>() -> [[f64; N]; N] {
     let mut s = [[0.0; N]; N];
     let mut i = 0;
     while i < N {
-        // One more than there are nodes, for as many as a rule may have.
+        // One more than the nodes of the largest rule.
         let p: [f64; 17] = legendre(x[i]);
         let mut j = 0;
         while j < N {

@@ -4,8 +4,8 @@
 //!
 //! p(x) = p₇(x) + P₈(x) (α + β x),  α ± β = y(±1) − p₇(±1),
 //!
-//! since P₈ vanishes at the nodes. Its integral over the step is that of the Gauss rule, exact to degree 15, so that
-//! the ends sharpen the polynomial between the ends and leave the sum over many steps as it is.
+//! since P₈ vanishes at the nodes. Its integral over the step is the Gauss rule's, exact to degree 15: the ends sharpen the
+//! polynomial between the ends and leave the sum over many steps as it is.
 //!
 //! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5.
 
@@ -19,7 +19,7 @@ pub const COEFFICIENTS: usize = STAGES + 2;
 /// ∫P₁₀ = (P₁₁ − P₉)/21 over half the step.
 pub const INTEGRATION: f64 = 21.0;
 
-/// Half of them: those of even powers and those of odd ones.
+/// Half of them: the even or the odd powers.
 const HALF: usize = COEFFICIENTS / 2;
 
 /// Σ evenⱼ x²ʲ + x Σ oddⱼ x²ʲ; two sums side by side take half as long as one.
@@ -71,8 +71,8 @@ pub fn modes(nodes: &[f64; STAGES]) -> [f64; STAGES] {
     combine(&PROJECTION_COLUMNS, nodes)
 }
 
-/// Estimate of the first neglected coefficient: the larger of the last two, diminished once more by the decay over
-/// the two before. Both of a pair are looked at, since a function may be even or odd.
+/// Estimate of the first neglected coefficient: the larger of the last two, diminished once more by the decay over the two before.
+/// It looks at pairs, since a function may be even or odd.
 pub fn neglected(modes: &[f64]) -> f64 {
     let last = modes.len() - 1;
     decay(modes) * modes[last].abs().max(modes[last - 1].abs())
@@ -85,7 +85,7 @@ pub fn decay(modes: &[f64]) -> f64 {
     if tail < before { tail / before } else { 1.0 }
 }
 
-/// The M > N Legendre coefficients of ∫₋₁ˣ p where those of p are `modes`: ∫ Pₖ = (Pₖ₊₁ − Pₖ₋₁)/(2 k + 1).
+/// The M > N Legendre coefficients of ∫₋₁ˣ p for a p with the coefficients `modes`: ∫ Pₖ = (Pₖ₊₁ − Pₖ₋₁)/(2 k + 1).
 pub fn integrated<const N: usize, const M: usize>(modes: &[f64; N]) -> [f64; M] {
     let mut c = [0.0; M];
     (c[0], c[1]) = (modes[0], modes[0]);
@@ -191,7 +191,7 @@ mod tests {
             let last = if parity == Some(1) { c(7) } else { c(6) };
             assert!((neglected(&modes) / (0.01 * last.abs()) - 1.0).abs() < 1e-12, "{parity:?}");
         }
-        // What grows is not said to go on growing.
+        // A growing sequence is not extrapolated as growing.
         assert_eq!((decay(&[1.0, 2.0, 4.0, 8.0]), neglected(&[1.0, 2.0, 4.0, -8.0])), (1.0, 8.0));
     }
 

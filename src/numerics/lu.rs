@@ -15,19 +15,19 @@ impl<const CAPACITY: usize> Lu<CAPACITY> {
         Lu { factors: [[0.0; CAPACITY]; CAPACITY], pivots: [0; CAPACITY], size: 0 }
     }
 
-    /// The factors of the leading `size` × `size` block of `matrix`; None where it is singular or not finite.
+    /// The factors of the leading `size` × `size` block of `matrix`; None if it is singular or not finite.
     pub fn new(matrix: [[f64; CAPACITY]; CAPACITY], size: usize) -> Option<Self> {
         let mut lu = Lu { factors: matrix, ..Lu::empty() };
         lu.factorise(size)?;
         Some(lu)
     }
 
-    /// Where a matrix is to be written that is [`Lu::factorise`]d next, so that a large one stands on the stack but once.
+    /// The matrix to write before [`Lu::factorise`], so that a large one stands on the stack only once.
     pub fn matrix(&mut self) -> &mut [[f64; CAPACITY]; CAPACITY] {
         &mut self.factors
     }
 
-    /// [`factorise`]s the leading `size` × `size` block of the matrix; None where it is singular or not finite.
+    /// [`factorise`]s the leading `size` × `size` block of the matrix; None if it is singular or not finite.
     pub fn factorise(&mut self, size: usize) -> Option<()> {
         self.size = size;
         factorise(&mut self.factors, &mut self.pivots[..size])
@@ -39,8 +39,8 @@ impl<const CAPACITY: usize> Lu<CAPACITY> {
     }
 }
 
-/// Factorises the leading block of the matrix, as large as there are pivots, by elimination with partial pivoting; None where it is
-/// singular or not finite.
+/// Factorises the leading block of the matrix, as large as the number of pivots, by elimination with partial pivoting; None if it
+/// is singular or not finite.
 pub fn factorise<const N: usize>(matrix: &mut [[f64; N]], pivots: &mut [usize]) -> Option<()> {
     let size = pivots.len();
     for k in 0..size {
@@ -66,7 +66,7 @@ pub fn factorise<const N: usize>(matrix: &mut [[f64; N]], pivots: &mut [usize]) 
     Some(())
 }
 
-/// Replaces the right-hand side by the solution, with what [`factorise`] has made.
+/// Replaces the right-hand side by the solution, with the factors of [`factorise`].
 pub fn solve<const N: usize>(factors: &[[f64; N]], pivots: &[usize], x: &mut [f64; N]) {
     let size = pivots.len();
     for k in 0..size {

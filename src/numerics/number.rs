@@ -1,9 +1,8 @@
-//! How messages write numbers.
+//! Numbers in messages.
 
 use std::fmt;
 
-/// A number in a message: shortest digits that identify it, with an exponent where plain digits would be a long row
-/// of zeros.
+/// A number in a message: shortest digits that identify it, with an exponent in place of a long row of zeros.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Number(pub f64);
 
@@ -28,7 +27,7 @@ impl fmt::Display for Rounded {
     }
 }
 
-/// Whether all values are finite numbers. 0 · x is 0 for those and NaN for others, so one comparison does for all.
+/// Whether all values are finite. 0 · x is 0 for finite numbers and NaN for others, so one comparison is enough.
 pub fn all_finite<const N: usize>(values: [f64; N]) -> bool {
     values.into_iter().map(|x| 0.0 * x).sum::<f64>() == 0.0
 }

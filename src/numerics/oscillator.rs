@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// q̈ + 2δ q̇ + ω₀² q = f(t) with ω₀² ≥ 0 (1/s²) and δ ≥ 0 (1/s).
 ///
-/// With D = ω₀² − δ² the roots of the characteristic equation are λ = −δ ± i√D or, where D ≤ 0, real.
+/// With D = ω₀² − δ² the roots of the characteristic equation are λ = −δ ± i√D or, for D ≤ 0, real.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Oscillator {
     /// ω₀² (1/s²).
@@ -29,13 +29,13 @@ enum Modes {
     Aperiodic { slow: f64, fast: f64 },
 }
 
-/// The response to Re[F e^(iψ)], where ψ grows at the constant rate ν: Re[A e^(iψ)] and, beside a resonance, the
-/// part of the response to the start that grows out of it.
+/// The response to Re[F e^(iψ)], where ψ grows at the constant rate ν: Re[A e^(iψ)] and, near a resonance, the part of the
+/// transient that grows out of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Harmonic {
     /// Re and Im of A.
     pub steady: [f64; 2],
-    /// The resonant part, where there is one.
+    /// The resonant part, near a resonance.
     pub resonant: Option<Resonant>,
 }
 
@@ -48,10 +48,10 @@ pub struct Resonant {
     detuning: Double,
 }
 
-/// The free motion from a given start: q and q̇ are e^(−δτ) [`cosine` cos ω_d τ + `sine` sin ω_d τ] where it oscillates.
+/// The free motion from a given start: q and q̇ are e^(−δτ) [`cosine` cos ω_d τ + `sine` sin ω_d τ] if it oscillates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FreeMotion {
-    /// Whether the modes oscillate; else [`Oscillator::free`] tells.
+    /// Whether the modes oscillate; if not, use [`Oscillator::free`].
     pub oscillates: bool,
     /// δ (1/s).
     damping: f64,
@@ -110,7 +110,7 @@ impl Oscillator {
         }
     }
 
-    /// λ₁, λ₂ (1/s) where they are real.
+    /// λ₁, λ₂ (1/s) if they are real.
     pub fn real_roots(&self) -> Option<(f64, f64)> {
         match self.modes {
             Modes::Oscillating { .. } => None,
@@ -118,7 +118,7 @@ impl Oscillator {
         }
     }
 
-    /// ω_d = √(ω₀² − δ²) (rad/s) where the modes oscillate.
+    /// ω_d = √(ω₀² − δ²) (rad/s) if the modes oscillate.
     pub fn frequency(&self) -> Option<Double> {
         match self.modes {
             Modes::Oscillating { frequency } => Some(frequency),
@@ -140,8 +140,8 @@ impl Oscillator {
         }
     }
 
-    /// After how long (s) the free motion from q, q̇ = `start` stays below these magnitudes of q and q̇; infinite where
-    /// it need not die away.
+    /// The time (s) after which the free motion from q, q̇ = `start` stays below these magnitudes of q and q̇; infinite if it need
+    /// not die away.
     pub fn settling(&self, [q, v]: [f64; 2], below: [f64; 2]) -> f64 {
         if q == 0.0 && v == 0.0 {
             return 0.0;
@@ -156,7 +156,7 @@ impl Oscillator {
         let q_bound = q + (v + 2.0 * self.damping * q) * g;
         let v_bound = 2.0 * v + (self.stiffness.hi * q + 2.0 * self.damping * v) * g;
         let decades = (q_bound / below[0]).max(v_bound / below[1]).ln().max(0.0);
-        // Written so that what is no number means that the motion does not die away.
+        // NaN means that the motion does not die away.
         let time = decades / rate;
         if time < f64::INFINITY { time } else { f64::INFINITY }
     }
@@ -256,7 +256,7 @@ impl Oscillator {
 }
 
 impl FreeMotion {
-    /// The largest |q| where it oscillates.
+    /// The largest |q| if it oscillates.
     pub fn amplitude(&self) -> f64 {
         (self.cosine[0] * self.cosine[0] + self.sine[0] * self.sine[0]).sqrt()
     }

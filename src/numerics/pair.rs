@@ -1,5 +1,5 @@
-//! Two numbers side by side, aligned so that the compiler keeps them in one register: for the few places where each
-//! instruction counts.
+//! Two numbers side by side, aligned so that the compiler keeps them in one register, for the few places where each instruction
+//! counts.
 
 use serde::{Deserialize, Serialize};
 use std::ops::{Add, Mul, Sub};
@@ -28,19 +28,19 @@ impl Pair {
         self.0
     }
 
-    /// In the other order.
+    /// The pair in reverse order.
     #[inline(always)]
     pub fn swapped(self) -> Self {
         Pair([self.0[1], self.0[0]])
     }
 
-    /// The first one twice.
+    /// The first number twice.
     #[inline(always)]
     pub fn firsts(self) -> Self {
         Pair::both(self.0[0])
     }
 
-    /// The second one twice.
+    /// The second number twice.
     #[inline(always)]
     pub fn seconds(self) -> Self {
         Pair::both(self.0[1])

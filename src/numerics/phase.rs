@@ -1,8 +1,8 @@
 //! Sine and cosine of phases that grow at constant rates, right to the last digit after any number of turns.
 //!
-//! ψ(t) = 2π (θ + ν t). The rate is kept in three parts; the products of those with at most 26 bits and the halves of t
-//! are exact, and whole steps of a table of one turn are taken off before anything is rounded. What is left of the
-//! phase is below π/256, where a few terms of the series do.
+//! ψ(t) = 2π (θ + ν t). The rate is kept in three parts. The products of the parts with at most 26 bits and the halves of t are
+//! exact, and whole steps of a table of one turn are subtracted before any rounding. The remaining phase is below π/256, for which
+//! a few terms of the series are enough.
 //!
 //! Source: S. Gal, B. Bachelis, "An accurate elementary mathematical library for the IEEE floating point standard",
 //! ACM Trans. Math. Softw. 17 (1991) 26–45 (tables); T. J. Dekker, Numer. Math. 18 (1971) 224–242 (exact products).
@@ -26,7 +26,7 @@ const STEPS_PER_RADIAN: Double = Double { hi: 40.74366543152521, lo: -2.51887061
 /// Two phases ψᵢ(t) = ψᵢ(0) + rateᵢ · t, computed side by side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Phases {
-    /// The rates in steps per second; their first 26 bits, what these leave, and what both leave.
+    /// The rates in steps per second, and their three parts: the first 26 bits, the next 53 and the rest.
     rate: [f64; 2],
     coarse: [f64; 2],
     fine: [f64; 2],
@@ -35,7 +35,7 @@ pub struct Phases {
     rounder: [f64; 2],
     /// Phase at t = 0 beyond whole steps, within ± ½.
     start: [f64; 2],
-    /// Up to this |t| the products need no reduction by themselves (s).
+    /// Up to this |t| (s) the products need no reduction of their own.
     near: f64,
 }
 
@@ -102,7 +102,7 @@ impl Phases {
         })
     }
 
-    /// Whole steps, added to [`ROUNDER`], and what is left of the phase, at any time.
+    /// Whole steps, added to [`ROUNDER`], and the remaining phase, at any time.
     #[cold]
     #[inline(never)]
     fn far(&self, i: usize, high: f64, low: f64) -> (f64, f64) {
@@ -125,13 +125,13 @@ impl Phases {
     }
 }
 
-/// One step (rad) as a number of 33 bits and what it leaves.
+/// One step (rad) as a number of 33 bits and the rest.
 const STEP_PARTS: [f64; 2] = [0.024543692605220713, 9.495469541415925e-13];
 
 /// Beyond this an angle no longer splits into exact steps (rad); 33 bits times 19 bits are exact.
 const FAR: f64 = 1e4;
 
-/// Sine and cosine of an angle (rad), error about 2e-16; quick for some turns.
+/// Sine and cosine of an angle (rad), error about 2e-16; fast up to some turns.
 #[inline(always)]
 pub fn sin_cos(angle: f64) -> [f64; 2] {
     if !(angle.abs() <= FAR) {

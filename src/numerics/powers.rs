@@ -2,8 +2,8 @@
 //!
 //! f(x) ≈ Σ cₖ Tₖ(x),  cₖ = (2 − δₖ₀)/16 Σ f(xᵢ) Tₖ(xᵢ),  xᵢ = cos((2 i + 1) π/32)
 //!
-//! For tables of smooth functions on pieces so narrow that the coefficients fall to rounding: those of the powers then
-//! are about those of the Taylor series at the middle, and no digit is lost in the sum of powers.
+//! For tables of smooth functions on pieces so narrow that the coefficients fall to rounding. The coefficients of the powers then
+//! are about the Taylor coefficients at the middle, and the sum of powers loses no digit.
 //!
 //! Source: L. N. Trefethen, *Approximation Theory and Approximation Practice*, SIAM 2013, chapters 3, 4, 8.
 
@@ -14,13 +14,13 @@ use std::f64::consts::PI;
 /// The number of points and of coefficients.
 const POINTS: usize = 16;
 
-/// Half of them: those of even powers and those of odd ones.
+/// Half of them: the even or the odd powers.
 const HALF: usize = POINTS / 2;
 
 /// How often [`Fitting::over`] evaluates a function.
 pub const EVALUATIONS: usize = 2 * POINTS + 1;
 
-/// Rounding error of an angle within the turn (rad), at the points and where the function is compared.
+/// Rounding error of an angle within the turn (rad), at the points and at the checks.
 const ROUNDING_OF_ANGLE: f64 = 1e-15;
 
 /// The coefficients of xʲ in T₀ … T₁₅.
@@ -42,12 +42,12 @@ const fn chebyshev_coefficients() -> [[f64; POINTS]; POINTS] {
     t
 }
 
-/// Tₖ(xᵢ): what all fits have in common.
+/// Tₖ(xᵢ), common to all fits.
 pub struct Fitting {
     /// xᵢ ∈ (−1, 1), descending.
     points: [f64; POINTS],
-    /// cos(i π/16) between them and at the ends, where T₁₆ is ±1 and the polynomial misses the function most. What it misses
-    /// there is seen; coefficients do not tell it where a wave is small beside a polynomial that they hold completely.
+    /// cos(i π/16) between them and at the ends, where T₁₆ is ±1 and the polynomial misses the function most. This shows its error;
+    /// coefficients do not show a small wave on a polynomial that they represent completely.
     checks: [f64; POINTS + 1],
     /// (2 − δₖ₀)/16 Tₖ(xᵢ), row by row.
     matrix: [[f64; POINTS]; POINTS],
@@ -66,8 +66,8 @@ impl Default for Fitting {
 }
 
 impl Fitting {
-    /// The polynomial for `f` over the angles from `low` on, `width` wide (rad); and at each check f and what the polynomial
-    /// misses there beyond the rounding of the angles.
+    /// The polynomial for `f` over the angles from `low` on, `width` wide (rad); and at each check f and the polynomial's error
+    /// beyond the rounding of the angles.
     pub fn over(&self, low: f64, width: f64, f: impl Fn(f64) -> f64) -> (Powers, impl Iterator<Item = [f64; 2]>) {
         let at = move |x: f64| f(low + 0.5 * (1.0 + x) * width);
         let powers = self.fit(&self.points.map(&at));
@@ -174,10 +174,10 @@ mod tests {
         for ([exact, miss], x) in misses.into_iter().zip(fitting.checks) {
             let phi = low + 0.5 * (1.0 + x) * width;
             assert!((exact - 1e3 * phi * phi).abs() < 1e-13 && (p.value(x) - exact).abs() < 2e-13, "{x}");
-            // 10⁻¹⁵ rad times f′ = 2000 φ, but for the roundings of f.
+            // 10⁻¹⁵ rad times f′ = 2000 φ, except for the roundings of f.
             assert!((miss + 1e-15 * 2e3 * phi).abs() < 2e-13, "{x}: {miss:e}");
         }
-        // What is missed counts beyond that.
+        // A larger miss counts.
         let short = |phi: f64| 1e-3 * (2500.0 * phi).sin();
         let (p, misses) = fitting.over(low, width, short);
         for ([exact, miss], x) in misses.zip(fitting.checks) {

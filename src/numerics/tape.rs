@@ -1,14 +1,13 @@
-//! Differential equations recorded once as a list of operations, whose solution follows as a power series in time.
+//! Differential equations recorded once as a list of operations; their solution follows as a power series in time.
 //!
-//! ẏ = f(y, t) is written over [`Arithmetic`]; run on [`Var`], it leaves its operations on a [`Tape`]. From the values of the states
-//! the coefficients of all results then follow order by order: those of a product or a quotient by the recurrences of
-//! power series, those of a state from its rate, y⁽ⁿ⁺¹⁾ = rate⁽ⁿ⁾ h/(n + 1) with the unit of time h. A function of an angle φ,
-//! known by its own series in φ − φ(0), is the sum of its coefficients times the series of the powers of φ − φ(0), which
-//! all functions of this angle share.
+//! ẏ = f(y, t) is written over [`Arithmetic`]; run on [`Var`], it leaves its operations on a [`Tape`]. From the values of the
+//! states the coefficients of all results then follow order by order: products and quotients by the recurrences of power series,
+//! states from their rates, y⁽ⁿ⁺¹⁾ = rate⁽ⁿ⁾ h/(n + 1) with the unit of time h. A function of an angle φ, known by its own series
+//! in φ − φ(0), is the sum of its coefficients times the series of the powers of φ − φ(0), which all functions of this angle share.
 //!
 //! A [`Var`] is a factor times a result plus a constant, so that scaling and shifting leave nothing on the tape; sums of sums are
-//! one operation, and what no rate and no result that is kept needs is left out. Convolutions are plain dot products: of what is a
-//! second factor the coefficients are kept in reverse order, too.
+//! one operation; results that neither a rate nor a kept result needs are left out. Convolutions are plain dot products: the
+//! coefficients of second factors are kept in reverse order, too.
 //!
 //! Source: A. Griewank, A. Walther, *Evaluating Derivatives*, 2nd ed., SIAM 2008, section 13.2.
 
@@ -19,7 +18,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// No place.
 pub const NONE: usize = usize::MAX;
 
-/// Dot products take so many terms at a time; behind each series as many zeros follow.
+/// Dot products take so many terms at a time; as many zeros follow each series.
 const LANES: usize = 4;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,28 +35,28 @@ enum Op {
     Quotient(usize, usize),
 }
 
-/// The operations, and the series of their results.
+/// The operations and the series of their results.
 #[derive(Clone, Debug, Default)]
 pub struct Tape {
     states: usize,
     /// The highest order of the series of a state.
     order: usize,
-    /// The operations behind the states.
+    /// The operations, after the states.
     ops: Vec<Op>,
     /// Terms of the sums: place and factor.
     terms: Vec<(usize, f64)>,
     /// The rate of each state.
     rates: Vec<usize>,
-    /// How many known series there are, and how many angles with powers.
+    /// Numbers of known series and of angles with powers.
     counts: [usize; 2],
-    /// By state and operation.
+    /// The series of states and operations.
     series: Vec<f64>,
-    /// The place among the reversed series, of each place.
+    /// For each place, its place among the reversed series.
     mirrors: Vec<usize>,
     reversed: Vec<f64>,
     /// Known series: functions of time, in its unit, and of angles.
     rows: Vec<f64>,
-    /// By angle the coefficients of the present order of the powers xᵏ, then the series of each power.
+    /// For each angle the coefficients of the present order of the powers xᵏ, then the series of each power.
     powers: Vec<f64>,
 }
 
@@ -76,7 +75,7 @@ fn whole(count: usize) -> usize {
 }
 
 impl Tape {
-    /// Forgets all and begins anew with so many states, for series up to this order; room once taken is kept.
+    /// Forgets everything and begins anew with so many states, for series up to this order; memory is kept.
     pub fn begin(&mut self, states: usize, order: usize) {
         (self.states, self.order, self.counts) = (states, order, [0; 2]);
         self.ops.clear();
@@ -84,7 +83,7 @@ impl Tape {
         self.rates.clear();
     }
 
-    /// Makes room for as much again as there is now, so that another recording of about this size finds its place.
+    /// Makes room for as much again as now, so that another recording of about this size fits.
     pub fn make_room(&mut self) {
         self.ops.reserve_exact(self.ops.capacity());
         self.terms.reserve_exact(self.terms.capacity());
@@ -94,12 +93,12 @@ impl Tape {
         }
     }
 
-    /// From one series to the next: room for three coefficients more than the order, and for whole lanes from any place.
+    /// Distance from one series to the next: room for three coefficients more than the order, and for whole lanes from any place.
     fn stride(&self) -> usize {
         whole(self.order + 1) + LANES
     }
 
-    /// Its place; what is there already is not done twice.
+    /// Returns the place of the operation; an existing one is used again.
     fn push(&mut self, op: Op) -> usize {
         let known = self.ops.iter().rposition(|known| *known == op);
         self.states
@@ -109,7 +108,7 @@ impl Tape {
             })
     }
 
-    /// A further known series.
+    /// Adds a known series.
     pub fn new_row(&mut self) -> usize {
         self.counts[0] += 1;
         self.counts[0] - 1
@@ -121,7 +120,7 @@ impl Tape {
         &mut self.rows[row * stride..][..count]
     }
 
-    /// The coefficients of a result, those of a state up to the order, of another to one less.
+    /// The coefficients of a result: for a state up to the order, for others to one less.
     pub fn series(&self, place: usize) -> &[f64] {
         &self.series[place * self.stride()..][..=self.order]
     }
@@ -132,7 +131,8 @@ impl Tape {
         self.series[state * stride] = value;
     }
 
-    /// Ends the recording: leaves out what neither rates nor the results `kept` need, and tells the latter their new places.
+    /// Ends the recording: leaves out operations that neither rates nor the results `kept` need, and writes the new places into
+    /// `kept`.
     pub fn finish(&mut self, kept: &mut [usize]) {
         let (states, count) = (self.states, self.states + self.ops.len());
         // For each place whether it is needed, then its new place.
@@ -186,7 +186,7 @@ impl Tape {
         self.lay_out(places);
     }
 
-    /// Makes room for all series; operations then name where these begin instead of places, of a reversed one where it ends.
+    /// Makes room for all series; operations then name, instead of places, where these begin, or where a reversed one ends.
     fn lay_out(&mut self, mut mirrors: Vec<usize>) {
         let (stride, angle, last) = (self.stride(), (1 + self.order) * self.stride(), self.order);
         mirrors.clear();
@@ -228,7 +228,7 @@ impl Tape {
         }
     }
 
-    /// Computes the coefficients of the states up to `order`, those of the rest to one order less, in the `unit` of time (s).
+    /// Computes the coefficients of the states up to `order`, of all others to one order less, in the `unit` of time (s).
     pub fn expand(&mut self, order: usize, unit: f64) {
         let stride = self.stride();
         let Tape { states, order: most, ops, terms, rates, series, mirrors, reversed, rows, powers, .. } = self;
@@ -238,7 +238,7 @@ impl Tape {
                 reversed[end - n] = value;
             }
         };
-        // Lanes that reach beyond what is known find zeros.
+        // Lanes that reach beyond the known coefficients find zeros.
         for (place, row) in series.chunks_exact_mut(stride).enumerate() {
             row[1..].fill(0.0);
             if place < *states {
@@ -304,7 +304,7 @@ fn raise(powers: &mut [f64], stride: usize, x: &[f64], n: usize) {
         series[(k - 1) * stride + n..][..LANES].copy_from_slice(&[value, 0.0, 0.0, 0.0]);
     };
     if x[..n - 1].iter().all(|x| *x == 0.0) {
-        // Of a straight course there is one.
+        // A straight motion has one coefficient.
         let below = if n > 1 { series[(n - 2) * stride + n - 1] } else { 1.0 };
         (1..n).for_each(|k| put(series, k, 0.0));
         return put(series, n, x[n - 1] * below);
@@ -362,7 +362,7 @@ impl<'a> Var<'a> {
         Var::push(tape, Op::Function(powers, row))
     }
 
-    /// Where it is on the tape; what is more than a result is put there.
+    /// The place on the tape; scaled or shifted results are put there first.
     pub fn place(self, tape: &'a RefCell<Tape>) -> usize {
         match self.tape {
             Some(_) if self.factor == 1.0 && self.constant == 0.0 => self.place,
@@ -376,7 +376,7 @@ impl<'a> Var<'a> {
         tape.borrow_mut().rates.push(place);
     }
 
-    /// One operation for both; the terms of sums are taken over.
+    /// One operation for both; the terms of sums are merged.
     fn sum(tape: &'a RefCell<Tape>, parts: [Self; 2]) -> Self {
         let mut on = tape.borrow_mut();
         let (first, mut constant) = (on.terms.len(), 0.0);

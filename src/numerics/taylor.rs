@@ -1,11 +1,11 @@
-//! Truncated Taylor series: an output equation written once yields its value, its time derivatives and its
-//! directional derivatives; a formula with roots and circular functions those of a mechanism.
+//! Truncated Taylor series: an output equation written once yields its value, its time derivatives and its directional derivatives.
+//! A formula with roots and circular functions yields those of a mechanism.
 //!
 //! Source: A. Griewank, A. Walther, *Evaluating Derivatives*, 2nd ed., SIAM 2008, chapter 13.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// What can be added, multiplied and divided.
+/// Numbers that can be added, multiplied and divided.
 pub trait Arithmetic:
     Copy
     + From<f64>
@@ -20,7 +20,7 @@ pub trait Arithmetic:
 
 /// Numbers of an output equation: a plain number, or a [`Series`].
 pub trait Scalar: Arithmetic {
-    /// The highest order that it knows.
+    /// The highest order that the type holds.
     const ORDER: usize;
     /// f(self), where `derivatives` are f, f′, f″ at the value of self.
     fn compose(self, derivatives: [f64; 3]) -> Self;
@@ -45,7 +45,7 @@ impl Scalar for f64 {
 pub struct Series<const N: usize = 3>(pub [f64; N]);
 
 impl Series {
-    /// The series of a function of time with these value, first and second derivative.
+    /// The series of a function of time with this value, first and second derivative.
     pub fn from_derivatives(d0: f64, d1: f64, d2: f64) -> Self {
         Series([d0, d1, d2 / 2.0])
     }
@@ -217,7 +217,7 @@ mod tests {
 
     #[test]
     fn a_formula_of_numbers_is_the_value_of_that_of_series() {
-        // x = e^t and y = 2 (1 + t) at 0: 2, 4, 6 are the derivatives of x y, 1/2, 0, 1/2 those of x/y.
+        // x = e^t and y = 2 (1 + t) at 0: x y has the derivatives 2, 4, 6, x/y has 1/2, 0, 1/2.
         let x = Series::from_derivatives(0.0, 1.0, 0.0).compose([1.0; 3]);
         let y = Series::from_derivatives(2.0, 2.0, 0.0);
         assert_eq!((formula(x, y).derivatives(), formula(1.0, 2.0)), ([8.5, 11.0, 15.5], 8.5));

@@ -1,13 +1,13 @@
 //! The work of a call, counted: loops whose count depends on values draw upon one budget, so that every call ends.
 //!
-//! What operations take is stated in nominal microseconds, measured on a processor core of 3 GHz. They are counted, not timed:
+//! The cost of operations is stated in nominal microseconds, measured on a processor core of 3 GHz. They are counted, not timed:
 //! whether a call ends well must not depend on the machine.
 
 use std::cell::Cell;
 
-/// The work that a call may take (nominal µs): a second where a nominal microsecond takes two and a half, as on a shared server
-/// at 2.5 GHz. A simulator that waits longer seems to hang, and no sensible communication step needs more: ten thousand turns of
-/// a drive of few harmonics fit in.
+/// The work that a call may take (nominal µs). It lasts a second if a nominal microsecond takes 2.5 µs, as on a shared server at
+/// 2.5 GHz. A simulator that waits longer seems to hang, and no sensible communication step needs more: ten thousand turns of a
+/// drive of few harmonics fit in.
 pub const BUDGET: f64 = 0.4e6;
 
 /// An evaluation of the equation in a step of the collocation, with its part of the linear equations (nominal µs).
@@ -30,7 +30,7 @@ thread_local! {
     static DRAWN: Cell<f64> = const { Cell::new(0.0) };
 }
 
-/// A moment in this thread, from which what makes several starts of a drive counts the work of all of them.
+/// A moment in this thread. It serves to count the work of several starts of a drive together.
 #[derive(Clone, Copy, Debug)]
 pub struct Since(f64);
 
@@ -40,25 +40,25 @@ impl Since {
         Since(DRAWN.get())
     }
 
-    /// What was drawn or noted since (nominal µs).
+    /// The work drawn or noted since (nominal µs).
     pub fn drawn(self) -> f64 {
         DRAWN.get() - self.0
     }
 
-    /// Whether more was drawn or noted since than a call of several starts may take: a fifth more than another call, with which a
-    /// machine of several tools behind mechanisms still does.
+    /// Whether more was drawn or noted since than a call of several starts may take: a fifth more than another call, which is
+    /// enough for a machine of several tools with mechanisms.
     pub fn is_exhausted(self) -> bool {
         self.drawn() > 1.2 * budget()
     }
 }
 
-/// Counts work that needs no budget, since the scene alone tells how much it is (nominal µs).
+/// Counts work that needs no budget, since the scene alone determines it (nominal µs).
 pub fn note(cost: f64) {
     DRAWN.set(DRAWN.get() + cost);
 }
 
 impl Default for Work {
-    /// That of a call which has not begun yet.
+    /// The work of a call that has not begun yet.
     fn default() -> Self {
         Work(budget())
     }
@@ -70,7 +70,7 @@ impl Work {
     pub fn draw(&mut self, cost: f64) -> Result<(), Exhausted> {
         DRAWN.set(DRAWN.get() + cost);
         self.0 -= cost;
-        // A comparison with NaN is false.
+        // Comparisons with NaN are false.
         if self.0 >= 0.0 { Ok(()) } else { Err(Exhausted) }
     }
 
@@ -85,7 +85,7 @@ impl Work {
     }
 }
 
-/// Draws upon work that several share, where it is bounded; None where it is used up.
+/// Draws upon work that several share, if it is bounded; None if it is used up.
 pub fn draw(shared: Option<&Cell<Work>>, cost: f64) -> Option<()> {
     let Some(shared) = shared else { return Some(()) };
     let mut left = shared.get();
@@ -94,7 +94,7 @@ pub fn draw(shared: Option<&Cell<Work>>, cost: f64) -> Option<()> {
     drawn.ok()
 }
 
-/// Tests ask what was drawn, and make do with less. It is always here, so that one build serves tools and tests.
+/// For tests: the work drawn, and smaller budgets. It is always compiled, so that one build serves tools and tests.
 pub mod drawn {
     use std::cell::Cell;
 
@@ -107,7 +107,7 @@ pub mod drawn {
         LIMIT.get()
     }
 
-    /// Makes do with this budget until it is dropped, so that what takes all of it takes no time.
+    /// Limits the budget until the guard is dropped, so that exhausting it takes no time.
     pub fn limit(budget: f64) -> impl Drop {
         struct Limited;
         impl Drop for Limited {
@@ -119,7 +119,7 @@ pub mod drawn {
         Limited
     }
 
-    /// All that was drawn since this was last asked (nominal µs).
+    /// The work drawn since the last call (nominal µs).
     pub fn since_last() -> f64 {
         super::DRAWN.replace(0.0)
     }

@@ -5,8 +5,8 @@ use crate::numerics::double_double::Double;
 use crate::numerics::gauss::{MATRIX, WEIGHTS};
 use crate::numerics::lu::Lu;
 
-/// Corrections as small as this, relative to the state, may be rounding alone, and so may this many times what the rounding
-/// of the state makes of f: of a component that has all but vanished it is more.
+/// Smaller corrections, relative to the state, may be rounding alone; so may corrections below this many times the rounding error
+/// that the state leaves in f, which is more for a component that has all but vanished.
 const NEWTON_ROUNDING: f64 = 1e-13;
 const ROUNDINGS_OF_F: f64 = 4.0;
 
@@ -18,7 +18,7 @@ pub struct Newton<const N: usize> {
     rates: [[f64; N]; N],
     /// Rounding error of f beyond the rounding of the state.
     own: [f64; N],
-    /// Whether there is a matrix.
+    /// Whether a matrix exists.
     pub is_known: bool,
 }
 
@@ -29,8 +29,8 @@ impl<const N: usize> Newton<N> {
         Newton { lu: Lu::empty(), jacobians, rates: [[0.0; N]; N], own: [0.0; N], is_known: false }
     }
 
-    /// Changes of the Fᵢ where y of this scale and f are rounded: f changes by ε Σ |∂f/∂y| y and its own rounding,
-    /// with a sign that differs from node to node, and Newton's equations pass that on to the Fᵢ.
+    /// Changes of the Fᵢ by the rounding of y of this scale and of f: f changes by ε Σ |∂f/∂y| y and its own rounding, with a sign
+    /// that differs from node to node, and Newton's equations pass that on to the Fᵢ.
     pub fn noise(&self, scale: &[f64; N]) -> [f64; N] {
         let mut change = [0.0; CAPACITY];
         for i in 0..STAGES {
@@ -50,14 +50,14 @@ impl<const N: usize> Newton<N> {
         (0..N).map(|c| ROUNDINGS_OF_F * h * noise[c] / scale[c]).fold(NEWTON_ROUNDING, f64::max)
     }
 
-    /// A bound of the rates of the free motion (1/s): of the products ∂fᵢ/∂yⱼ ∂fⱼ/∂yᵢ, which do not depend on the units of the
+    /// A bound of the rates of the free motion (1/s), from the products ∂fᵢ/∂yⱼ ∂fⱼ/∂yᵢ, which do not depend on the units of the
     /// state.
     pub fn rate(&self) -> f64 {
         let square = |i: usize| (0..N).map(|j| self.rates[i][j] * self.rates[j][i]).sum::<f64>();
         (0..N).map(square).fold(0.0, f64::max).sqrt()
     }
 
-    /// ∂y₁/∂y₀ over a step of length `h`: the Fᵢ follow y₀ as Newton's equations say.
+    /// ∂y₁/∂y₀ over a step of length `h`, by Newton's equations.
     pub fn map(&self, h: f64) -> [[f64; N]; N] {
         let mut map = [[0.0; N]; N];
         for c in 0..N {
@@ -76,7 +76,7 @@ impl<const N: usize> Newton<N> {
         map
     }
 
-    /// Makes the matrix of a step of length `h`; None where it is singular or not finite.
+    /// Makes the matrix of a step of length `h`; None if it is singular or not finite.
     pub fn factorise(
         &mut self,
         system: &impl System<N>,

@@ -1,4 +1,4 @@
-//! Result of a solved step: its polynomial and the errors of it.
+//! Result of a solved step: its polynomial and its errors.
 
 use super::ROUNDING;
 use super::newton::Newton;
@@ -22,10 +22,9 @@ pub struct Solved<const N: usize> {
 
 /// The Legendre coefficients of ẏ and the error that follows from their decay.
 ///
-/// The first neglected coefficient m₈ would add about h m₈/17 to the polynomial. Of the last two coefficients the
-/// larger is m₆ where all are there or the even ones are, so m₈ is taken as that, diminished once more by the decay
-/// over the two orders before. What the rounding of f can have added to a coefficient is no error of the polynomial,
-/// and no shorter step would take it away.
+/// The first neglected coefficient m₈ would add about h m₈/17 to the polynomial. The larger of the last two coefficients is m₆ if
+/// all or only the even ones are present, so m₈ is estimated as that, diminished once more by the decay over the two orders before.
+/// Rounding of f in a coefficient is no error of the polynomial, and no shorter step would remove it.
 pub fn solved<const N: usize>(
     f: [[f64; N]; STAGES],
     scale: [f64; N],
@@ -44,10 +43,10 @@ pub fn solved<const N: usize>(
             let tail = (pair(STAGES - 1, c) - NOISE_OF_MODES * noise[c]).max(0.0);
             let before = pair(STAGES - 3, c);
             let decay = if tail < before { tail / before } else { 1.0 };
-            // A pair is two orders: four pairs on are the orders that the end errs by.
+            // A pair is two orders: the error of the end is four pairs further.
             ends[c] = h * tail * decay.powi(STAGES as i32 / 2) + remainder[c] * scale[c];
-            // The end errs by m₈ times the coefficient of order 8 of the response to an impulse within the step, which decays
-            // like those of the motion or, where it is the faster one, like those of the free motion.
+            // The end errs by m₈ times the coefficient of order 8 of the response to an impulse within the step. This response
+            // decays like the motion or, if it is faster, like the free motion.
             own[c] = h * tail * decay * response + remainder[c].max(ROUNDING) * scale[c];
             h * tail * decay / (2 * STAGES + 1) as f64 / scale[c]
         })
@@ -60,29 +59,29 @@ pub fn solved<const N: usize>(
     Solved { modes, scale, error, ends, own, map: newton.map(h) }
 }
 
-/// About the Legendre coefficient of order 8 of e^(xξ), ξ ∈ [−1, 1], less its growth: x⁸/17!! where x is small.
+/// About the Legendre coefficient of order 8 of e^(xξ), ξ ∈ [−1, 1], less its growth: x⁸/17!! for small x.
 fn response(x: f64) -> f64 {
     const ODD_FACTORIAL: f64 = 34_459_425.0;
     let power = x.powi(STAGES as i32) / ODD_FACTORIAL;
     power / (1.0 + power)
 }
 
-/// The largest of the parts of all components.
+/// The largest part of all components.
 pub fn largest(parts: &[f64]) -> f64 {
     parts.iter().copied().fold(0.0, f64::max)
 }
 
-/// The sum of the corrections still to come where the last one was `size` and `rate` times the one before. Corrections that
-/// `rounding` alone may have made do not contract: two of almost the same size foretell no long series of them.
+/// The sum of the remaining corrections if the last one was `size` and `rate` times the previous one. Corrections that `rounding`
+/// alone may have made do not contract: two of almost the same size do not announce a long series.
 pub fn remainder(size: f64, rate: f64, rounding: impl FnOnce() -> f64) -> f64 {
     let rest = if rate < 1.0 { size * rate / (1.0 - rate) } else { size };
     if rest > size && size <= rounding() { size } else { rest }
 }
 
-/// The remainder where each correction has its own matrix: Newton's method converges quadratically, sⱼ₊₁ = K sⱼ², so that the
-/// ratios of the corrections are squared from one to the next.
+/// The remainder if each correction has its own matrix: Newton's method converges quadratically, sⱼ₊₁ = K sⱼ², so that the ratios
+/// of the corrections are squared from one to the next.
 pub fn remainder_of_newton(size: f64, rate: f64) -> f64 {
-    // So many squarings make next to nothing of any number below 1.
+    // After this many squarings any number below 1 is negligible.
     const TERMS: usize = 60;
     if !(rate < 1.0) {
         return size;

@@ -1,9 +1,9 @@
-//! One cell: collocation of q̈ = g − d q̇ − k q at the Gauss nodes for two free motions and one forced, or, where the free
-//! motion vibrates many times, their phase and what is left (module `vibration`).
+//! One cell: collocation of q̈ = g − d q̇ − k q at the Gauss nodes for two free motions and one forced. If the free motion vibrates
+//! many times, the cell holds its phase and the part that does not vibrate (module `vibration`).
 //!
-//! With t = t_mid + H x and a = q̈ at the nodes, q̇ = q̇₀ + H S₁ a and q = q₀ + H (1 + x) q̇₀ + H² S₁² a, hence
-//! (1 + H D S₁ + H² K S₁²) a = g − d q̇₀ − k (q₀ + H (1 + x) q̇₀), D and K diagonal: twelve equations with three right-hand
-//! sides. This is the Gauss method of order 24, A-stable; its matrix is half the size of that for (q, q̇).
+//! With t = t_mid + H x and a = q̈ at the nodes, q̇ = q̇₀ + H S₁ a and q = q₀ + H (1 + x) q̇₀ + H² S₁² a, hence (1 + H D S₁ + H² K
+//! S₁²) a = g − d q̇₀ − k (q₀ + H (1 + x) q̇₀), D and K diagonal: twelve equations with three right-hand sides. This is the Gauss
+//! method of order 24, A-stable; its matrix is half the size of the matrix for (q, q̇).
 
 use super::nodes::{ABSCISSAE, INTEGRAL, LEGENDRE, PROJECTION, SECOND_INTEGRAL, STAGES, WEIGHTS, integrate};
 use super::vibration::{self, Vibration};
@@ -27,7 +27,7 @@ pub struct Cell {
     pub motions: Motions,
 }
 
-/// The motions within a cell.
+/// The free and the forced motions within a cell.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motions {
     /// As polynomials.
@@ -36,8 +36,7 @@ pub enum Motions {
     Vibration(Vibration),
 }
 
-/// Three motions as polynomials; the index 0 stands for the motion from (1, 0), 1 for that from (0, 1), 2 for the forced
-/// one.
+/// Three motions as polynomials: index 0 is the motion from (1, 0), 1 the motion from (0, 1), 2 the forced one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polynomials {
     /// H (s).
@@ -49,7 +48,7 @@ pub struct Polynomials {
 }
 
 impl Cell {
-    /// The cell from `start` over `length` (s) by its phase, ∫d over it, and what it errs by; None where the free motion does not
+    /// Returns the cell from `start` over `length` (s) by its phase, ∫d over it, and its error; None if the free motion does not
     /// vibrate fast enough.
     pub fn vibrating(
         equation: &dyn Periodic,
@@ -64,7 +63,7 @@ impl Cell {
         Some((Cell { start, half, map, motions: Motions::Vibration(vibration) }, damping, errors))
     }
 
-    /// The cell from `start` over `length` (s) by polynomials, ∫d over it, and their estimated relative error; None where the
+    /// Returns the cell from `start` over `length` (s) by polynomials, ∫d over it, and their estimated relative error; None if the
     /// coefficients are not finite or the equations singular.
     pub fn solve(equation: &dyn Periodic, interval: usize, start: Double, length: f64) -> Option<(Cell, f64, f64)> {
         let half = 0.5 * length;
@@ -107,8 +106,8 @@ impl Cell {
 }
 
 impl Polynomials {
-    /// Takes up the motion from `y0` with these accelerations at the nodes: where it ends, and the estimated relative
-    /// error. The coefficients are those at the ends of the cell.
+    /// Tabulates the motion from `y0` with these accelerations at the nodes; returns its end and the estimated relative error. The
+    /// coefficients belong to the ends of the cell.
     fn tabulate(
         &mut self,
         which: usize,
@@ -133,7 +132,7 @@ impl Polynomials {
         let sum = |f: &[f64; STAGES]| (0..STAGES).map(|i| WEIGHTS[i] * f[i]).sum::<f64>();
         let end = [y0[0] + half * sum(&velocities), y0[1] + half * sum(acceleration)];
         // Between the nodes the polynomial of q̈ misses the equation by about m₁₂ P₁₂, which is ±1 at the ends; the integral of P₁₂
-        // is 25 times smaller. The error of q̇ is told relative to the largest q̇; that of q is smaller.
+        // is 25 times smaller. The error of q̇ is relative to the largest q̇; the error of q is smaller.
         let missed = |[q, v]: [f64; 2], side: f64, c: &Coefficients| {
             let polynomial = modes.iter().rev().fold(0.0, |sum, mode| sum * side + mode);
             let forcing = if which == 2 { c.forcing } else { 0.0 };
@@ -170,12 +169,12 @@ const RECIPROCALS: [f64; STAGES + 1] = {
     r
 };
 
-/// An error below this may be rounding and does not shorten the next cell: otherwise the last digit of a sine would decide how many
-/// there are. Two roundings of the forcing were seen to make 7e-15 of it.
+/// An error below this may be rounding and does not shorten the next cell: otherwise the last digit of a sine would decide the
+/// number of cells. Two roundings of the forcing can make 7e-15 of it.
 const NOISE: f64 = 1e-14;
 
-/// The factor by which to change the length of a cell that had this error, which goes with length¹³ or faster. Aiming at
-/// an eighteenth of the tolerance (0.8¹³) makes rejections rare.
+/// The factor for the length of a cell after this error, which goes with length¹³ or faster. Aiming at an eighteenth of the
+/// tolerance (0.8¹³) makes rejections rare.
 pub fn growth(error: f64, tolerance: f64) -> f64 {
     let least = if error <= NOISE { 1.0 } else { 0.2 };
     (0.8 * (tolerance / error.max(NOISE)).powf(1.0 / (STAGES + 1) as f64)).clamp(least, 4.0)

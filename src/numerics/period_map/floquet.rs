@@ -13,13 +13,13 @@ pub struct Monodromy {
     damping: f64,
 }
 
-/// The numbers between which the entries of the matrix are kept; squares of them are still numbers.
+/// The bounds within which the entries of the matrix are kept, so that their squares do not overflow.
 const LARGE: f64 = 1e100;
 
 /// The roundings of the entries of a monodromy matrix, relative to the largest product of two of them.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// How many times its error, as far as that is known, a discriminant has to exceed zero to count as positive.
+/// A discriminant counts as positive if it exceeds its error, as far as that is known, this many times.
 const CERTAIN: f64 = 4.0;
 
 impl Monodromy {
@@ -40,9 +40,9 @@ impl Monodromy {
 
     /// ln ρ, ρ the largest modulus of the Floquet multipliers.
     ///
-    /// Multipliers that are complex have the modulus √det M, so the growth is exact there. Real ones follow from the
-    /// discriminant (tr/2)² − det; below its error, which the two ways to compute it show, they count as equal. A growth
-    /// of less than some 1e-7 beyond that of the damping is therefore not told from none.
+    /// Multipliers that are complex have the modulus √det M, so the growth is exact there. Real ones follow from the discriminant
+    /// (tr/2)² − det. Two ways to compute it show its error; below that they count as equal. A growth of less than some 1e-7 beyond
+    /// the damping's is therefore indistinguishable from zero.
     pub fn growth(&self) -> f64 {
         let [[a, b], [c, d]] = self.matrix;
         let (half_trace, half_difference) = (0.5 * (a + d), 0.5 * (a - d));
@@ -53,7 +53,7 @@ impl Monodromy {
         if discriminant > CERTAIN * missed + rounding {
             self.scale + (half_trace.abs() + discriminant.sqrt()).ln()
         } else {
-            // The sum makes +0 of the −0 that −∫0 is.
+            // The sum turns the −0 of −∫0 into +0.
             -0.5 * self.damping + 0.0
         }
     }
@@ -68,7 +68,7 @@ pub fn spectral_radius(matrix: &[[f64; 2]; 2]) -> f64 {
     if discriminant < 0.0 { determinant.max(0.0).sqrt() } else { half_trace.abs() + discriminant.sqrt() }
 }
 
-/// The fixed point of the map y ↦ image + M (y − point); None where it is no number.
+/// The fixed point of the map y ↦ image + M (y − point); None if it is NaN.
 pub fn fixed_point(matrix: &[[f64; 2]; 2], point: [f64; 2], image: [f64; 2]) -> Option<[f64; 2]> {
     let [[a, b], [c, d]] = matrix;
     let rest = [image[0] - point[0], image[1] - point[1]];

@@ -2,17 +2,17 @@
 //!
 //! q̈ + d(τ) q̇ + k(τ) q = g(τ),  d, k, g of period T.
 //!
-//! The period is divided into cells. In each of them the two free motions from (q, q̇) = (1, 0) and (0, 1) and the
-//! forced motion from rest are tabulated as polynomials, so that every solution is, in every period, a combination
-//! of those three: (q, q̇) at any time of a cell follows from (q, q̇) at its start. The polynomials count from the
-//! start of their own cell, so a solution that grows or decays by any factor over the period keeps its relative
-//! accuracy, and an unstable one its accuracy relative to the growing envelope. Over n whole periods the affine map
-//! of one period is applied n times, by repeated squaring, so a step over any number of periods costs O(log n).
+//! The period is divided into cells. In each of them the two free motions from (q, q̇) = (1, 0) and (0, 1) and the forced motion
+//! from rest are tabulated as polynomials, so that every solution is, in every period, a combination of these three: (q, q̇) at any
+//! time of a cell follows from (q, q̇) at its start. The polynomials count from the start of their own cell, so a solution that
+//! grows or decays by any factor over the period keeps its relative accuracy, and an unstable one its accuracy relative to the
+//! growing envelope. Over n whole periods the affine map of one period is applied n times, by repeated squaring, so a step over any
+//! number of periods costs O(log n).
 //!
-//! The tables come from Gauss collocation with twelve nodes (module `cell`): at the ends of a cell of order 24, within
-//! it of order 13. The lengths of the cells are chosen so that the polynomials keep the tolerance. Where the free motion
-//! vibrates fast, its phase and what does not vibrate are tabulated instead (module `vibration`), in cells as long as
-//! the coefficients allow, so that a stiffer equation costs no more.
+//! The tables come from Gauss collocation with twelve nodes (module `cell`): at the ends of a cell of order 24, within it of order
+//! 13. The lengths of the cells are chosen so that the polynomials keep the tolerance. If the free motion vibrates fast, its phase
+//! and the part that does not vibrate are tabulated instead (module `vibration`), in cells as long as the coefficients allow, so
+//! that a stiffer equation costs no more.
 //!
 //! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5;
 //! V. A. Yakubovich, V. M. Starzhinskii, *Linear Differential Equations with Periodic Coefficients*, Wiley 1975.
@@ -34,7 +34,7 @@ use serde::{Deserialize, Serialize};
 /// Cells beyond which no table is made: some 2 MB, computed in about 10 ms.
 const MOST_CELLS: usize = 4096;
 
-/// Cells beyond which no period is gone through: a third of a second.
+/// Cells beyond which a period is not computed: a third of a second.
 const MOST_CELLS_UNTABULATED: usize = 50_000;
 
 /// A cell shorter than this part of the period means that no cell keeps the tolerance.
@@ -77,10 +77,10 @@ pub trait Periodic {
         0.0
     }
 
-    /// A cell from `tau` (s) on that is longer than this (s) could hide something between its nodes.
+    /// The longest cell from `tau` (s) on (s); a longer one could hide something between its nodes.
     fn longest_cell(&self, tau: Double, interval: usize) -> f64;
 
-    /// Draws the work of so many evaluations; None where none is left. A study takes as much as it needs.
+    /// Draws the work of so many evaluations; None if no work is left. A study takes as much as it needs.
     fn draw(&self, _evaluations: usize) -> Option<()> {
         Some(())
     }
@@ -103,13 +103,13 @@ pub struct Affine {
 /// A period as a whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Period {
-    /// From its start to its end; not finite where free motions exceed the range of numbers.
+    /// From its start to its end; not finite if free motions exceed the range of numbers.
     pub map: Affine,
     /// The homogeneous part, whatever its size.
     pub monodromy: Monodromy,
     /// The largest estimated error of a polynomial, relative to the motion in its cell.
     pub error: f64,
-    /// Error that the ends of the cells add up to, relative to the motion.
+    /// Accumulated error at the ends of the cells, relative to the motion.
     pub drift: f64,
     /// Evaluations of the coefficients.
     pub evaluations: usize,
@@ -131,8 +131,8 @@ pub struct Trajectory {
     periods: u64,
     /// The start of the present period (s).
     period_start: Double,
-    /// The present cell, its start (s), the inverse of half its length (1/s) where it is one of polynomials, and (q, q̇) at
-    /// its start.
+    /// The present cell, its start (s), the inverse of half its length (1/s) if it is a cell of polynomials, and (q, q̇) at its
+    /// start.
     cell: usize,
     start: Double,
     rate: f64,
@@ -143,10 +143,10 @@ pub struct Trajectory {
     pub steps: u64,
 }
 
-/// The solution left the range of numbers that can be gone on with.
+/// The solution left the range of numbers in which it can continue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unbounded {
-    /// When (s).
+    /// The time (s).
     pub time: f64,
 }
 
@@ -169,15 +169,15 @@ impl Affine {
 }
 
 impl Period {
-    /// Estimated error after so many periods, relative to the motion: what the polynomials err by, times `reserve`, and
-    /// what the map of the period misses, as often as a motion whose largest multiplier has this modulus remembers it.
+    /// Estimated error after so many periods, relative to the motion: the error of the polynomials, times `reserve`, and the error
+    /// of the map of the period, as often as a motion whose largest multiplier has this modulus remembers it.
     pub fn error_after(&self, periods: f64, reserve: f64, multiplier: f64) -> f64 {
         // 1/(1 − ρ) is the sum of all ρⁿ.
         let memory = if multiplier < 1.0 { 1.0 / (1.0 - multiplier) } else { f64::INFINITY };
         reserve * (self.error + ROUNDING) + self.drift * periods.min(memory)
     }
 
-    /// The period without tables; None where it takes more than 50 000 cells or more work than is left.
+    /// The period without tables; None if it takes more than 50 000 cells or more work than is left.
     pub fn of(equation: &dyn Periodic, tolerance: f64) -> Option<Self> {
         let mut count = 0;
         Self::divide(equation, tolerance, &mut |_| {
@@ -186,13 +186,13 @@ impl Period {
         })
     }
 
-    /// Hands the cells to `take`, which says whether there is room for more; None where there is not, where the work is used up,
-    /// where no cell keeps the tolerance or where a coefficient is not finite.
+    /// Hands the cells to `take`, which says whether there is room for more. None if there is not, if the work is used up, if no
+    /// cell keeps the tolerance or if a coefficient is not finite.
     fn divide(equation: &dyn Periodic, tolerance: f64, take: &mut dyn FnMut(Cell) -> bool) -> Option<Self> {
         let period = equation.period();
         let (map, monodromy) = (Affine::IDENTITY, Monodromy::IDENTITY);
         let mut whole = Period { map, monodromy, error: 0.0, drift: 0.0, evaluations: 0 };
-        // Roundings differ in sign from cell to cell; those of a period come again in the next one.
+        // Roundings differ in sign from cell to cell but repeat from period to period.
         let mut roundings: f64 = 0.0;
         let mut start = Double::default();
         let mut room = true;
@@ -204,7 +204,7 @@ impl Period {
                 let fast = lengths.fast(equation, interval, start, longest.min(remaining));
                 let wish = if fast { lengths.fast } else { lengths.polynomial };
                 let length = share(wish.min(longest), remaining);
-                // What is no number is no length either.
+                // NaN is no length either.
                 if !(length > SHORTEST_CELL * period.hi || length >= remaining) || !room {
                     return None;
                 }
@@ -254,8 +254,8 @@ impl Period {
 }
 
 impl PeriodMap {
-    /// The tables with the relative `tolerance`; None where they would need more than 4096 cells or more
-    /// work than is left, or where a coefficient is not finite.
+    /// The tables with the relative `tolerance`; None if they need more than 4096 cells or more work than is left, or if a
+    /// coefficient is not finite.
     pub fn new(equation: &dyn Periodic, tolerance: f64) -> Option<Self> {
         let mut cells = Vec::new();
         let whole = Period::divide(equation, tolerance, &mut |cell| {
@@ -299,22 +299,22 @@ impl PeriodMap {
 
 /// The lengths of the next cells.
 struct Lengths {
-    /// One by polynomials (s).
+    /// The next cell of polynomials (s).
     polynomial: f64,
-    /// One by the phase (s).
+    /// The next cell by the phase (s).
     fast: f64,
     /// Cells by the phase have failed up to here (s).
     failed: Double,
 }
 
 impl Lengths {
-    /// Nothing is known at `start` (s).
+    /// No length is known at `start` (s).
     fn new(start: Double) -> Self {
         Lengths { polynomial: f64::INFINITY, fast: f64::INFINITY, failed: start }
     }
 
-    /// Whether the cell from `start` of at most this length (s) is one by the phase: where it may be long enough for many
-    /// vibrations, and short ones have not failed before.
+    /// Whether the cell from `start` of at most this length (s) goes by the phase: it may be long enough for many vibrations, and
+    /// short ones have not failed before.
     fn fast(&mut self, equation: &dyn Periodic, interval: usize, start: Double, longest: f64) -> bool {
         if !equation.by_phase() || (self.failed - start).hi > 0.0 {
             return false;
@@ -322,7 +322,7 @@ impl Lengths {
         let frequency = equation.at(start, interval).stiffness.sqrt();
         let enough = |length: f64| 0.5 * length * frequency >= vibration::FEWEST;
         if enough(longest) && !enough(self.fast) {
-            // Over so few vibrations the coefficients change too much; behind them it is tried again.
+            // Over so few vibrations the coefficients change too much; later cells try again.
             self.failed = start + Double::from(2.0 * vibration::FEWEST / frequency);
             self.fast = f64::INFINITY;
             return false;
@@ -331,8 +331,8 @@ impl Lengths {
     }
 }
 
-/// The part to take of the `remaining` interval when `wish` is wished for: equal parts, so that none is a sliver. A wish for a part
-/// like the last one is met, whatever its rounding.
+/// The part to take of the `remaining` interval if `wish` is wished for: equal parts, so that none is a sliver. A wish like the
+/// last part is met despite rounding.
 fn share(wish: f64, remaining: f64) -> f64 {
     let parts = (remaining / wish - 1e-6).ceil();
     if parts > 1.0 { remaining / parts } else { remaining }
@@ -357,7 +357,7 @@ impl Trajectory {
         self.cell < map.cells.len()
     }
 
-    /// Goes on to the cell that holds the time `t`, which is not before the present cell.
+    /// Goes on to the cell that holds the time `t`, at or after the start of the present cell.
     pub fn reach(&mut self, map: &PeriodMap, t: f64) -> Result<(), Unbounded> {
         while self.since_start(map, t) > 2.0 {
             self.pass_cells(map, t)?;
@@ -365,8 +365,8 @@ impl Trajectory {
         Ok(())
     }
 
-    /// (q, q̇) at the time `t`, which is not before the present cell; None where it is beyond it, and where the cell is not one
-    /// of polynomials.
+    /// (q, q̇) at the time `t`, at or after the start of the present cell; None if it is beyond the cell, or the cell is not one of
+    /// polynomials.
     #[inline]
     pub fn within(&self, t: f64) -> Option<[f64; 2]> {
         let x = self.place(t);
@@ -397,7 +397,7 @@ impl Trajectory {
         [even[0] + x * odd[0], even[1] + x * odd[1]]
     }
 
-    /// x of the time `t`: −1 at the start of the present cell, 1 at its end; not finite where it is not one of polynomials.
+    /// x of the time `t`: −1 at the start of the present cell, 1 at its end; not finite if it is not one of polynomials.
     fn place(&self, t: f64) -> f64 {
         ((t - self.start.hi) - self.start.lo) * self.rate - 1.0
     }
@@ -465,7 +465,7 @@ impl Trajectory {
         if is_bounded(self.state) {
             return Ok(());
         }
-        // Where on the way: the powers that leave the state bounded, the largest ones first.
+        // The time of the overflow: the powers that leave the state bounded, the largest ones first.
         self.state = before;
         let mut passed = 0;
         for exponent in (0..u64::BITS - count.leading_zeros()).rev() {
@@ -495,7 +495,7 @@ impl Trajectory {
 }
 
 impl PeriodMap {
-    /// Where `cell` ends, from the start of the period (s).
+    /// The end of `cell`, from the start of the period (s).
     fn end(&self, cell: usize) -> Double {
         self.cells.get(cell + 1).map_or(self.period, |next| next.start)
     }

@@ -1,4 +1,4 @@
-//! The twelve Gauss nodes on [−1, 1] and what follows from them, computed at compile time.
+//! The twelve Gauss nodes on [−1, 1] and their matrices, computed at compile time.
 
 use crate::numerics::gauss::{integral, legendre, legendre_powers, projection, rule};
 use crate::numerics::interpolant::integrated;

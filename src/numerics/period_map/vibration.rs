@@ -6,10 +6,10 @@
 //!
 //! s″ + D s′ + K s = G,  Θ′² = Q − ½ p″ + ¼ p′²,  p = ln Θ′,  Q = K − ¼ D² − ½ D′.
 //!
-//! s is the forced motion that does not vibrate, Θ the phase of the free one (Kummer's equation, whose first approximation
-//! Θ′ = √Q is that of Liouville and Green). Both change as slowly as the coefficients do, so that polynomials through the
-//! Gauss nodes hold them whatever the number of vibrations: a stiffer drive needs no more cells. The Wronskian of the free
-//! motions is that of the equation, exp(−∫D), to the last digit.
+//! s is the forced motion that does not vibrate, Θ the phase of the free one (Kummer's equation, whose first approximation is
+//! Liouville's and Green's, Θ′ = √Q). Both change as slowly as the coefficients do, so that polynomials through the Gauss nodes
+//! hold them whatever the number of vibrations: a stiffer drive needs no more cells. The Wronskian of the free motions satisfies
+//! the equation's exp(−∫D) to the last digit.
 //!
 //! Validity: Q is positive and large in the whole cell.
 //!
@@ -21,33 +21,32 @@ use crate::numerics::double_double::Double;
 use crate::numerics::interpolant::neglected;
 use crate::numerics::lu::Lu;
 
-/// The fewest radians by which the free motion is to turn in half a cell: a dozen cells of polynomials take less
-/// room than such a one is worth.
+/// The fewest radians of the free motion in half a cell: below that a dozen cells of polynomials take less room.
 pub const FEWEST: f64 = 50.0;
 
-/// With fewer no cell is made: the corrections to √Q shrink from one iteration to the next by the square of this over that
-/// of the degree.
+/// With fewer radians no cell is made: the corrections to √Q shrink from one iteration to the next by the square of this over the
+/// square of the degree.
 const LEAST: f64 = 20.0;
 
 /// Iterations for Θ′; from the bound on Q each gains two digits or more.
 const ITERATIONS: usize = 8;
 
-/// Error that polynomials may leave in a radian of the phase, unless its roundings are more, and in the motion. Unlike those
-/// of an ordinary cell they have no better order at the ends, so that it goes over the periods as it is; smooth coefficients
-/// reach it with hardly more cells.
+/// Error that polynomials may leave in a radian of the phase, unless its roundings are more, and in the motion. Unlike in an
+/// ordinary cell the ends have no better order, so this error carries over the periods as it is. Smooth coefficients reach it with
+/// hardly more cells.
 const TOLERANCE: f64 = 1e-13;
 
 /// The slope of the first neglected polynomial of Legendre at the ends, n (n + 1)/2.
 const STEEPEST: f64 = 0.5 * (STAGES * (STAGES + 1)) as f64;
 
-/// Tolerance of s and its slope, in which eight roundings of s come together.
+/// Tolerance of s and its slope, in which eight roundings of s add up.
 const SLOW_TOLERANCE: f64 = 8.0 * STEEPEST * f64::EPSILON;
 
-/// Roundings at the nodes as extrapolated to the ends of the cell, in ε.
+/// Roundings at the nodes when extrapolated to the ends of the cell, in ε.
 const EXTRAPOLATED: f64 = 4.0;
 
-/// The motions of a cell, as coefficients of powers of u = 1 + x: the phase then is as exact after a few vibrations as a few
-/// vibrations are, however many the cell has.
+/// The motions of a cell, as coefficients of powers of u = 1 + x: the phase after a few vibrations is as exact as a few vibrations
+/// permit, however many the cell has.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vibration {
     /// s.
@@ -56,7 +55,7 @@ pub struct Vibration {
     decay: [f64; STAGES + 1],
     /// Θ.
     phase: [f64; STAGES + 1],
-    /// At the start of the cell.
+    /// The parts at the start of the cell.
     initial: Place,
 }
 
@@ -76,17 +75,17 @@ struct Place {
 /// Errors of the polynomials of a cell.
 #[derive(Clone, Copy, Debug)]
 pub struct Errors {
-    /// As a part of what is admissible.
+    /// Error over the admissible error.
     pub excess: f64,
-    /// Where the coefficients are not resolved, relative to the motion.
+    /// Error by unresolved coefficients, relative to the motion.
     pub polynomials: f64,
-    /// By the roundings of the phase (rad).
+    /// Error by the roundings of the phase (rad).
     pub rounding: f64,
 }
 
 impl Vibration {
-    /// The motions of the cell from `start` over `length` (s); None where the free motion does not vibrate fast
-    /// enough all along, or where a coefficient is not finite.
+    /// The motions of the cell from `start` over `length` (s); None if the free motion does not vibrate fast enough all along, or
+    /// if a coefficient is not finite.
     pub fn solve(equation: &dyn Periodic, interval: usize, start: Double, length: f64) -> Option<(Vibration, Errors)> {
         let half = 0.5 * length;
         let (mut damping, mut stiffness, mut forcing) = ([0.0; STAGES], [0.0; STAGES], [0.0; STAGES]);
@@ -106,7 +105,7 @@ impl Vibration {
             phase: powers(&integrate(&slope_modes, 0.0, 1.0)),
             initial: Place::default(),
         };
-        // The integrals begin with 0 but for rounding.
+        // The integrals begin with 0 except for rounding.
         (vibration.decay[0], vibration.phase[0]) = (0.0, 0.0);
         vibration.initial = vibration.place(0.0);
         let size = slow.iter().fold(0.0, |largest: f64, s| largest.max(s.abs()));
@@ -142,7 +141,7 @@ impl Vibration {
         [to.slow[0] + q, (to.slow[1] + slope) / half]
     }
 
-    /// The free motion and its slope at a place, from these at the start.
+    /// The free motion and its slope at a place, from its values at the start.
     fn free(&self, to: &Place, [q, slope]: [f64; 2]) -> [f64; 2] {
         let from = &self.initial;
         let (a, b) = (q, (slope - from.growth * q) / from.phase[1]);
@@ -161,7 +160,7 @@ impl Vibration {
     }
 }
 
-/// Θ′ at the nodes, and by how much the last iteration changed the phase (rad); None where it is not fast.
+/// Θ′ at the nodes, and by how much the last iteration changed the phase (rad); None if the vibration is not fast.
 fn phase_velocity(damping: &[f64; STAGES], stiffness: &[f64; STAGES]) -> Option<([f64; STAGES], f64)> {
     let jerk = differentiate(damping);
     let square: [f64; STAGES] = std::array::from_fn(|i| stiffness[i] - 0.25 * damping[i] * damping[i] - 0.5 * jerk[i]);
@@ -182,7 +181,7 @@ fn phase_velocity(damping: &[f64; STAGES], stiffness: &[f64; STAGES]) -> Option<
         let before = change;
         change = (0..STAGES).map(|i| (next[i] - velocity[i]).abs()).fold(0.0, f64::max);
         velocity = next;
-        // Beyond this only roundings change.
+        // Beyond this only roundings change it.
         if !(change < 0.5 * before) {
             break;
         }
@@ -191,13 +190,13 @@ fn phase_velocity(damping: &[f64; STAGES], stiffness: &[f64; STAGES]) -> Option<
     Some((velocity, (change - 4.0 * f64::EPSILON * largest).max(0.0)))
 }
 
-/// Misses of Θ′ and ½ D by the polynomials at the ends of the cell, where the first neglected ones of Legendre are ±1.
+/// Errors of the polynomials of Θ′ and ½ D at the ends of the cell, where the first neglected Legendre polynomials are ±1.
 fn missed_at_ends(ends: &[Coefficients; 2], half: f64, damping: &[f64; STAGES], velocity: &[f64; STAGES]) -> f64 {
     let jerk = differentiate(damping);
     let slope = differentiate(&velocity.map(f64::ln));
     let curvature = differentiate(&slope);
     let missed = |(side, c): (f64, &Coefficients)| {
-        // The sum of Legendre coefficients has a dozen roundings of its own: it is taken of the differences to the nearest node.
+        // The sum of Legendre coefficients has a dozen roundings of its own, so it is taken of the differences to the nearest node.
         let end = |values: &[f64; STAGES]| {
             let nearest = values[if side < 0.0 { 0 } else { STAGES - 1 }];
             let differences = project(&values.map(|value| value - nearest));
