@@ -4,11 +4,11 @@ use super::TransferFunctions;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// U = φ + φ₀ (rad), the one law that is not periodic: only mechanisms whose output is ([`crate::drives::follower::linkage`])
-/// may follow it.
+/// U = φ + φ₀ (rad), the one law that is not periodic: only mechanisms with a periodic output may follow it
+/// ([`crate::drives::follower::linkage`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Crank {
-    /// φ₀ (rad): the angle of the input link where that of the shaft is 0.
+    /// φ₀ (rad): the angle of the input link at the shaft angle 0.
     pub offset: f64,
 }
 
@@ -24,7 +24,7 @@ impl Crank {
         (coefficients[0], coefficients[1]) = (phi + self.offset, step);
     }
 
-    /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| over the angles that laws are asked for, see [`super::MotionLaw::at`].
+    /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| over the angles of [`super::MotionLaw::at`].
     pub fn bound(&self, order: usize) -> f64 {
         match order {
             0 => TAU + self.offset.abs(),

@@ -12,11 +12,11 @@ use std::f64::consts::TAU;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CyclePlan {
-    /// Lift from the lower to the upper dwell (m); negative where the rise lowers the follower.
+    /// Lift from the lower to the upper dwell (m); negative if the rise lowers the follower.
     pub stroke: f64,
     /// U in the lower dwell (m).
     pub lower: f64,
-    /// Where the rise starts (rad).
+    /// Angle at which the rise starts (rad).
     pub rise_start: f64,
     /// Angle of the rise (rad).
     pub rise_angle: f64,
@@ -28,12 +28,12 @@ pub struct CyclePlan {
     pub rise_law: StandardLaw,
     /// The law of the return, run backwards: U = lower + stroke (1 − f(z)).
     pub return_law: StandardLaw,
-    /// Where the accelerations of rise and return change sign, as parts of their angles; without a value in the middle.
+    /// Fractions of their angles at which the accelerations of rise and return change sign; the middle without a value.
     pub inflections: [Option<f64>; 2],
 }
 
 impl CyclePlan {
-    /// Angle of the lower dwell (rad), the rest of the turn; negative where the plan is too long.
+    /// Angle of the lower dwell (rad), the rest of the turn; negative if the plan is too long.
     pub fn lower_dwell(&self) -> f64 {
         TAU - (self.rise_angle + self.upper_dwell + self.return_angle)
     }
@@ -91,8 +91,8 @@ impl From<Cycle> for CyclePlan {
 }
 
 impl Cycle {
-    /// The cycle of this plan. A plan that [`CyclePlan::validate`] refuses, as it may arise while parameters are set
-    /// one after the other, rests in the lower dwell.
+    /// The cycle of this plan. A plan that [`CyclePlan::validate`] refuses stays in the lower dwell; such plans arise while
+    /// parameters are set one after the other.
     pub fn new(plan: CyclePlan) -> Self {
         let pieces = if plan.validate().is_ok() { Pieces::new(forms(&plan)) } else { Pieces::at_rest(plan.lower) };
         Cycle { plan, pieces }
@@ -120,7 +120,7 @@ fn forms(plan: &CyclePlan) -> Vec<([f64; 2], Form)> {
     forms.push(([dwell, fall], Form::straight(dwell, stroke, 0.0)));
     forms.extend(motion([end(fall, stroke), end(rest, 0.0)], return_angle, return_law, inflections[1]));
     forms.push(([rest, rise + TAU], Form::straight(rest, 0.0, 0.0)));
-    // Added last, so that the stroke is not rounded by it.
+    // Added last, so that the lower position does not round the stroke.
     for (_, form) in &mut forms {
         form.base += lower;
     }

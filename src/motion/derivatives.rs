@@ -12,7 +12,7 @@ pub struct TransferFunctions(pub [f64; 5]);
 pub struct Kinematics(pub [f64; 5]);
 
 impl TransferFunctions {
-    /// x(t) = U(φ(t)) and its time derivatives by the rule of Faà di Bruno.
+    /// x(t) = U(φ(t)) and its time derivatives by Faà di Bruno's rule.
     pub fn along(&self, phi: &Kinematics) -> Kinematics {
         let [u, u1, u2, u3, u4] = self.0;
         let [_, w, a, j, s] = phi.0;
@@ -27,7 +27,7 @@ impl TransferFunctions {
     }
 }
 
-/// x = U(φ), ẋ and ẍ, of numbers or of series, where `u` are U, U′, U″ and `w`, `a` the speed and the acceleration.
+/// x = U(φ), ẋ and ẍ of numbers or of series; `u` holds U, U′, U″, and `w`, `a` the speed and the acceleration.
 #[inline(always)]
 pub fn lift<S: Scalar>([u, slope, curvature]: [S; 3], [w, a]: [S; 2]) -> [S; 3] {
     [u, slope * w, curvature * w * w + slope * a]

@@ -5,7 +5,7 @@ use crate::numerics::pair::Pair;
 use crate::numerics::phase::sin_cos;
 use serde::{Deserialize, Serialize};
 
-/// The highest harmonic that a scene takes: beyond it the FMU would have more than 500 variables for the cam alone.
+/// The highest harmonic of a scene: beyond it the FMU would have more than 500 variables for the cam alone.
 pub const HIGHEST_HARMONIC: usize = 256;
 
 /// U(φ) = a₀ + Σ aₖ cos kφ + bₖ sin kφ, k = 1 … K.
@@ -20,7 +20,7 @@ pub struct Fourier {
     pub b: Vec<f64>,
 }
 
-/// Coefficients as a file has them, of any lengths.
+/// Coefficients as in a file, of any lengths.
 #[derive(Deserialize)]
 struct Coefficients {
     a: Vec<f64>,
@@ -60,7 +60,7 @@ impl Fourier {
         self.a.len() - 1
     }
 
-    /// The coefficients as one list, a₀ … a_K, b₁ … b_K: the one with this index, to change it; None beyond the list.
+    /// The coefficient with this index in the list a₀ … a_K, b₁ … b_K, to change it; None beyond the list.
     pub fn coefficient_mut(&mut self, index: usize) -> Option<&mut f64> {
         let n = self.a.len();
         if index < n { self.a.get_mut(index) } else { self.b.get_mut(index + 1 - n) }
@@ -79,7 +79,7 @@ impl Fourier {
         Fourier { a: scaled(&self.a), b: scaled(&self.b) }
     }
 
-    /// U(φ − `angle`), the law that comes `angle` (rad) later.
+    /// U(φ − `angle`), the law delayed by `angle` (rad).
     pub fn delayed(&self, angle: f64) -> Self {
         let mut delayed = self.clone();
         for k in 1..self.a.len() {
@@ -103,10 +103,10 @@ impl Fourier {
         let (mut s, mut c, mut k) = (s1, c1, 1.0);
         let mut u = [Pair::default(); PAIRS];
         u[0] = Pair::new(self.a[0], 0.0);
-        // Cheaper than to skip the first of the pairs.
+        // Cheaper than skipping the first of the pairs.
         let (of_cosines, of_sines) = (&self.a[1..], &self.b[1..]);
         for (a, b) in of_cosines.iter().zip(of_sines) {
-            // Half-wave symmetric laws have every other harmonic only.
+            // Half-wave symmetric laws have only every other harmonic.
             if *a != 0.0 || *b != 0.0 {
                 let mut pair = Pair::new(a * c + b * s, k * (b * c - a * s));
                 for u in &mut u {
@@ -119,7 +119,7 @@ impl Fourier {
         u
     }
 
-    /// U′ where sin φ = `s1` and cos φ = `c1`, for several series at one angle.
+    /// U′ at sin φ = `s1` and cos φ = `c1`, for several series at one angle.
     pub fn slope(&self, s1: f64, c1: f64) -> f64 {
         let (mut s, mut c, mut slope) = (0.0, 1.0, 0.0);
         for (k, (a, b)) in self.a.iter().zip(&self.b).enumerate().skip(1) {
@@ -138,7 +138,8 @@ impl Fourier {
         for (a, b) in self.a[1..].iter().zip(&self.b[1..]) {
             if *a != 0.0 || *b != 0.0 {
                 let rate = k * step;
-                // The terms of even and of odd order, each from the one before it; all, since the compiler then knows how many.
+                // The terms of even and of odd order, each from the previous one. All terms are computed, since the compiler then
+                // knows their number.
                 let mut term = [a * c + b * s, rate * (b * c - a * s)];
                 let square = -rate * rate;
                 for (sum, reciprocals) in sums.iter_mut().zip(&RECIPROCALS) {

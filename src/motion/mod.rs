@@ -1,6 +1,6 @@
 //! The cam as a function of its angle: the position function U(φ), 2π-periodic, and its derivatives.
 //!
-//! Knows no time, mass or stiffness. U is in m, U⁽ⁿ⁾ in m/radⁿ; φ in rad. Names after VDI 2143.
+//! It knows no time, mass or stiffness. U is in m, U⁽ⁿ⁾ in m/radⁿ; φ in rad. Names after VDI 2143.
 
 pub mod crank;
 pub mod cycle;
@@ -33,8 +33,7 @@ use std::f64::consts::TAU;
 
 /// A motion law.
 ///
-/// Between neighbouring breakpoints U is analytic; on a breakpoint a derivative jumps, and the segment decides which
-/// one-sided value is meant.
+/// Between neighbouring breakpoints U is analytic; on a breakpoint a derivative jumps, and the segment selects the one-sided value.
 ///
 /// ```
 /// use camdrive::motion::{Fourier, MotionLaw};
@@ -61,7 +60,7 @@ pub enum MotionLaw {
     Polyline(Polyline),
 }
 
-/// A law of pieces.
+/// A law that consists of pieces.
 macro_rules! pieces {
     ($pieces:ident) => {
         MotionLaw::Cycle(Cycle { pieces: $pieces, .. })
@@ -70,7 +69,7 @@ macro_rules! pieces {
     };
 }
 
-/// The bounds are enlarged by this part, more than the roundings of the bounds and of the values that they bound.
+/// The bounds are enlarged by this part, which exceeds the roundings of the bounds and of the bounded values.
 const BOUND_ROUNDING: f64 = 1e-12;
 
 impl MotionLaw {
@@ -106,8 +105,8 @@ impl MotionLaw {
         }
     }
 
-    /// The segment that holds `phi`; on a breakpoint (within some roundings of the angle) the one that follows
-    /// (`forward`) or precedes it.
+    /// The segment that holds `phi`; on a breakpoint (within some roundings of the angle) the segment after it (`forward`) or
+    /// before it.
     pub fn segment(&self, phi: f64, forward: bool) -> usize {
         match self {
             MotionLaw::Fourier(_) | MotionLaw::Crank(_) => 0,
@@ -116,9 +115,9 @@ impl MotionLaw {
         }
     }
 
-    /// The angles in [0, 2π), ascending, at which a derivative jumps: in a cycle or a plan one of order ≤ 4, in a
-    /// table that of order 5, or of order 2 where its derivatives are given, of lines and monotone curves U, U′ or U″. Segment i reaches from breakpoint i to breakpoint
-    /// i + 1, the last one around the turn. Empty where U is smooth all around.
+    /// The angles in [0, 2π), ascending, at which a derivative jumps: in a cycle or a plan one of order ≤ 4; in a table order 5, or
+    /// order 2 with given derivatives; of lines and monotone curves U, U′ or U″. Segment i reaches from breakpoint i to breakpoint
+    /// i + 1, the last one around the turn. Empty if U is smooth all around.
     pub fn breakpoints(&self) -> &[f64] {
         match self {
             MotionLaw::Fourier(_) | MotionLaw::Crank(_) => &[],
@@ -127,7 +126,7 @@ impl MotionLaw {
         }
     }
 
-    /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| over the turn (m/radᵒʳᵈᵉʳ), order ≤ 4, for certified event location.
+    /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| over the turn (m/radᵒʳᵈᵉʳ), order ≤ 4, to locate events with certainty.
     pub fn bound(&self, order: usize) -> f64 {
         let bound = match self {
             MotionLaw::Fourier(series) => series.bound(order),
@@ -159,7 +158,7 @@ impl MotionLaw {
             MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
                 (0..pieces.breakpoints().len()).map(|segment| pieces.resolution_in(segment)).fold(1.0, f64::max)
             }
-            // Each segment is a polynomial of degree 5 at most itself.
+            // Each segment is itself a polynomial of degree 5 at most.
             MotionLaw::Table(_) | MotionLaw::Crank(_) | MotionLaw::Polyline(_) => 1.0,
         }
     }
@@ -174,8 +173,8 @@ impl MotionLaw {
         }
     }
 
-    /// How far the roundings of coefficients that follow from given points may carry U′ and U″ away (m/rad, m/rad²): those of points
-    /// at the distance 1/R by ε (|U| + 2π |U′|) Rⁿ; a polynomial of degree 7 sums up coefficients sixteen times as large.
+    /// How far the roundings of coefficients from given points may move U′ and U″ (m/rad, m/rad²): for points at the distance 1/R
+    /// by ε (|U| + 2π |U′|) Rⁿ; a polynomial of degree 7 sums up coefficients sixteen times as large.
     pub fn roundings(&self) -> [f64; 2] {
         let (finest, sums) = match self {
             MotionLaw::Polyline(lines) if lines.is_monotone() => (lines.finest(), 1.0),
@@ -189,12 +188,12 @@ impl MotionLaw {
         [slope, slope * finest]
     }
 
-    /// Cost of an evaluation (nominal µs), see [`crate::numerics::work`]: pieces as much as ten harmonics.
+    /// Cost of an evaluation (nominal µs), see [`crate::numerics::work`]: a law of pieces costs as much as ten harmonics.
     pub fn cost(&self) -> f64 {
         HARMONIC * self.series().map_or(10.0, |series| series.order() as f64)
     }
 
-    /// The Fourier series where the law is one.
+    /// The Fourier series, if the law is one.
     pub fn series(&self) -> Option<&Fourier> {
         match self {
             MotionLaw::Fourier(series) => Some(series),
@@ -202,7 +201,7 @@ impl MotionLaw {
         }
     }
 
-    /// Whether the parameters, as a user may have set them, make a law; the message names quantity, value and range.
+    /// Whether the parameters, as set by the user, make a law; the message names quantity, value and range.
     pub fn validate(&self) -> Result<(), String> {
         let finite = (0..5).all(|order| self.bound(order).is_finite());
         match self {
@@ -279,7 +278,7 @@ mod tests {
                     let u = law.at_in(i, start + width * f64::from(k) / 200.0).0;
                     for n in 0..5 {
                         let bound = law.bound_in(i, n);
-                        // The ends of the segment are rounded, and U⁽ⁿ⁾ with them, outside of the segment.
+                        // The ends of the segment are rounded, so U⁽ⁿ⁾ is taken slightly outside of it.
                         assert!(u[n].abs() <= bound + 1e-15 * law.bound((n + 1).min(4)), "{law:?} {i} order {n}");
                         assert!(bound <= law.bound(n));
                     }
@@ -358,7 +357,7 @@ mod tests {
                 for k in 0..5 {
                     let a = start + (width - part) * f64::from(k) / 4.0;
                     let error = interpolation_error(&law, i, a, part);
-                    // What the roundings of angles around 6 rad, times U′, leave.
+                    // The roundings of angles around 6 rad, times U′.
                     assert!(error < 5e-15, "{law:?}, segment {i}: {error:e}");
                 }
                 assert!(law.resolution_in(i) <= law.resolution());

@@ -1,4 +1,4 @@
-//! The parameters by which a user changes a motion law: one list for names, values and setting them.
+//! The parameters of a motion law: one list for names, values and setting them.
 
 use super::parameter::{LawParameter, ParameterKind};
 use super::plan::LEAST_MOTION;
@@ -6,8 +6,8 @@ use super::{Cycle, CyclePlan, MotionLaw, StandardLaw};
 use std::f64::consts::TAU;
 
 impl MotionLaw {
-    /// The parameters of the law: `a[0]` … `a[K]`, `b[1]` … `b[K]` of a Fourier series, stroke, angles and laws of a
-    /// cycle, the scale of a table, the values that points of a plan were given.
+    /// The parameters of the law: `a[0]` … `a[K]`, `b[1]` … `b[K]` of a Fourier series, stroke, angles and laws of a cycle, the
+    /// scale of a table, the given values of a plan's points.
     pub fn parameters(&self) -> Vec<LawParameter> {
         use ParameterKind::*;
         match self {
@@ -75,7 +75,7 @@ impl MotionLaw {
         }
     }
 
-    /// Sets parameter `index`. Values that do not fit together are found by [`MotionLaw::validate`].
+    /// Sets parameter `index`. [`MotionLaw::validate`] finds values that do not fit together.
     pub fn set_parameter(&mut self, index: usize, value: f64) {
         match self {
             MotionLaw::Fourier(series) => {
@@ -149,7 +149,7 @@ mod tests {
                 assert!(differs, "{}", parameter.name);
                 assert_eq!(law.validate(), Ok(()));
             }
-            // Setting is the same as making anew.
+            // Setting gives the same as making anew.
             let json = serde_json::to_string(&law).unwrap();
             assert_eq!(serde_json::from_str::<MotionLaw>(&json).unwrap(), law, "{json}");
             let bytes = postcard::to_stdvec(&law).unwrap();

@@ -1,13 +1,13 @@
-//! Analytic pieces of the turn, of which cycles and motion plans consist.
+//! Analytic pieces of the turn, from which cycles and motion plans are made.
 
 use super::turn::{back, near, reduce, segment};
 use super::{StandardLaw, TransferFunctions};
 use std::f64::consts::{PI, TAU};
 
-/// Rounding error of an angle (rad): a piece so short is none.
+/// Rounding error of an angle (rad); shorter pieces are dropped.
 pub const ROUNDING: f64 = 1e-12;
 
-/// The number of coefficients of a polynomial: those of degree 7 meet position, velocity, acceleration and jerk at both ends.
+/// The number of coefficients of a polynomial: degree 7 meets position, velocity, acceleration and jerk at both ends.
 pub const COEFFICIENTS: usize = 8;
 
 /// g(z) of a piece.
@@ -26,11 +26,11 @@ pub enum Shape {
 /// U(φ) = base + slope (φ − origin) + height (g(z) − level), z = (φ − origin)/width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Form {
-    /// Where z = 0 (rad).
+    /// The angle at which z = 0 (rad).
     pub origin: f64,
-    /// The angle over which z runs from 0 to 1 (rad); negative where it runs backwards.
+    /// The angle over which z runs from 0 to 1 (rad); negative if it runs backwards.
     pub width: f64,
-    /// U at the origin (m) or, where `level` is 1, at the end.
+    /// U (m) at the origin or, if `level` is 1, at the end.
     pub base: f64,
     /// g there, 0 or 1.
     pub level: f64,
@@ -59,7 +59,7 @@ impl Form {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Piece {
     form: Form,
-    /// The middle of the piece (rad), within half a turn of 0, where most angles come from.
+    /// The middle of the piece (rad), within half a turn of 0 like most angles.
     middle: f64,
     /// φ − origin at both ends (rad).
     reach: [f64; 2],
@@ -78,7 +78,7 @@ impl Pieces {
         Pieces::new(vec![([0.0, TAU], Form::straight(0.0, if level.is_finite() { level } else { 0.0 }, 0.0))])
     }
 
-    /// Forms, each from one angle to another (rad), which cover the turn once, wherever it begins.
+    /// Pieces from forms, each from one angle to another (rad); they cover the turn once, wherever it begins.
     pub fn new(forms: Vec<([f64; 2], Form)>) -> Self {
         let mut starts = Vec::new();
         for ([from, to], form) in forms {
@@ -167,7 +167,7 @@ impl Pieces {
             _ => 0.0,
         };
         let scaled = |g: f64| height * g / width.powi(order as i32);
-        // g and g′ of a standard law are not negative, the higher derivatives have either sign.
+        // g and g′ of a standard law are not negative, its higher derivatives have either sign.
         let [least, greatest] = match shape {
             Shape::Straight => [0.0, 0.0],
             Shape::Law(law, _) => [if order < 2 { 0.0 } else { -law.peak(order) }, law.peak(order)],
@@ -192,7 +192,7 @@ impl Pieces {
         match shape {
             Shape::Straight => 1.0,
             Shape::Law(law, _) => law.frequency() / width.abs(),
-            // As the polynomials among the standard laws.
+            // Like the polynomials among the standard laws.
             Shape::Polynomial(_) => PI / width.abs(),
             Shape::Cosines(_) => 3.0 * PI / width.abs(),
         }
@@ -226,7 +226,7 @@ fn falling(k: usize, n: usize) -> f64 {
     (k - n + 1..=k).map(|i| i as f64).product()
 }
 
-/// Between which values g⁽ᵒʳᵈᵉʳ⁾ lies on [−½, ½]: those of its coefficients bₘ = Σ C(m, k)/C(n, k) cₖ in Bernstein's form.
+/// Bounds of g⁽ᵒʳᵈᵉʳ⁾ on [−½, ½] by its coefficients bₘ = Σ C(m, k)/C(n, k) cₖ in Bernstein's form.
 fn range(c: &[f64; COEFFICIENTS], order: usize) -> [f64; 2] {
     let c = shifted(c, -0.5);
     let n = COEFFICIENTS - 1 - order;

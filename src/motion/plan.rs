@@ -12,8 +12,8 @@
 //! | `sine` | U″ one hump of two quarter sines | R, G |
 //! | `straight` | constant velocity | R, G |
 //!
-//! H(u) = 2 f(u/2)/C_v is the half of the standard law f, that of the simple sine where the follower turns, and
-//! vₘ = [1 − (1−σ₀) λ v₀ − (1−σ₁)(1−λ) v₁]/[σ₀ λ + σ₁ (1−λ)], σ = 1/C_v, v₀ and v₁ being U′ β/h at the ends.
+//! H(u) = 2 f(u/2)/C_v is half of the standard law f (of the simple sine if the follower turns), and vₘ = [1 − (1−σ₀) λ v₀ −
+//! (1−σ₁)(1−λ) v₁]/[σ₀ λ + σ₁ (1−λ)], σ = 1/C_v, v₀ and v₁ being U′ β/h at the ends.
 //!
 //! Source: VDI 2143-1; Volmer (ed.), *Getriebetechnik – Kurvengetriebe*, 2nd ed.
 
@@ -24,28 +24,29 @@ use crate::numerics::number::Rounded;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, PI, TAU};
 
-/// The range of an inflection, as part of the angle of its segment: beyond it accelerations are fifty times those of the middle.
+/// The range of an inflection, as part of the angle of its segment: outside of it accelerations are fifty times those of the
+/// middle.
 pub const INFLECTION: [f64; 2] = [0.01, 0.99];
 
-/// Between these places of its inflection the polynomial of degree 6 has no other one and does not overshoot.
+/// With an inflection in this range the polynomial of degree 6 has no other one and does not overshoot.
 const INFLECTION_OF_DEGREE_6: [f64; 2] = [0.4, 0.6];
 
-/// Between these places of its peak the one hump of `sine` is taken unasked: beyond them the jerk is ten times that of the middle.
+/// With its peak in this range `sine` is the default; outside of it the jerk is ten times that of the middle.
 const HUMP: [f64; 2] = [0.05, 0.95];
 
 /// The most points of a plan.
 pub const MOST_POINTS: usize = 100;
 
-/// The greatest derivative of U (m/rad, m/rad², m/rad³): powers of it stay numbers, and no cam comes near.
+/// The greatest derivative of U (m/rad, m/rad², m/rad³): its powers do not overflow, and no cam comes near it.
 pub const MOST_DERIVATIVE: f64 = 1e12;
 
-/// Velocities that differ by this part are the same, as those of a straight line with a velocity that was written down are.
+/// Velocities with a smaller relative difference are the same, like a straight line's and a velocity written down for it.
 const SAME: f64 = 1e-9;
 
 /// The law of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SegmentLaw {
-    /// A standard law, whole or by halves; a polynomial through the values at the ends where these are no rests.
+    /// A standard law, whole or by halves; a polynomial through the values at the ends if these are no rests.
     Standard(StandardLaw),
     /// The polynomial of degree 6 with an inflection.
     Polynomial6,
@@ -67,17 +68,17 @@ pub struct PlanPoint {
     pub phi: f64,
     /// U (m).
     pub u: f64,
-    /// U′ (m/rad); without it that of an adjacent straight segment, else 0.
+    /// U′ (m/rad); by default the velocity of an adjacent straight segment, else 0.
     pub velocity: Option<f64>,
-    /// U″ (m/rad²); without it 0.
+    /// U″ (m/rad²); by default 0.
     pub acceleration: Option<f64>,
     /// Whether U″ follows from the laws on both sides instead.
     pub free: bool,
     /// U‴ (m/rad³), which a polynomial of degree 7 meets.
     pub jerk: Option<f64>,
-    /// The law from the point before; without one the standard one for the two points.
+    /// The law of the segment to this point; by default the standard one for its two ends.
     pub law: Option<SegmentLaw>,
-    /// Where its acceleration changes sign, as part of the angle; without it the middle, or where U″ at a turning point asks for.
+    /// The inflection, as part of the angle; by default the middle, or the inflection that U″ at a turning point requires.
     pub inflection: Option<f64>,
 }
 
@@ -87,7 +88,7 @@ pub const LEAST_MOTION: f64 = 1e-3;
 /// Largest |U| and |stroke| (m); the range of every length of a cam.
 pub const MAX_LENGTH: f64 = 1e4;
 
-/// Largest |U| of a law whatever it stands for, as that of a force (N); its powers with 1 over [`LEAST_MOTION`] stay numbers.
+/// Largest |U| of a law of any quantity, such as a force (N); its powers with 1 over [`LEAST_MOTION`] do not overflow.
 pub const LARGEST: f64 = 1e12;
 
 /// Name, meaning and kind of the values of a point.
@@ -101,19 +102,19 @@ const NAMES: [(&str, &str, ParameterKind); 6] = [
 ];
 
 impl PlanPoint {
-    /// Its values in the order of [`NAMES`], those that were given.
+    /// The given values in the order of [`NAMES`].
     fn values(&mut self) -> [Option<&mut f64>; 6] {
         let PlanPoint { phi, u, velocity, acceleration, jerk, inflection, .. } = self;
         [Some(phi), Some(u), velocity.as_mut(), acceleration.as_mut(), jerk.as_mut(), inflection.as_mut()]
     }
 }
 
-/// Why points make no plan.
+/// The reason why points make no plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanFault {
     /// The point at fault, from 0; or the one at which the segment at fault ends.
     pub point: usize,
-    /// Which of its values: `phi`, `U`, `dU`, `ddU`, `dddU`, `law`, `inflection`.
+    /// The value at fault: `phi`, `U`, `dU`, `ddU`, `dddU`, `law`, `inflection`.
     pub key: &'static str,
     /// The fault in words.
     pub text: String,
@@ -146,8 +147,8 @@ impl From<MotionPlan> for Vec<PlanPoint> {
 }
 
 impl MotionPlan {
-    /// The plan through these points. Points that [`MotionPlan::validate`] refuses, as they may arise while parameters are set
-    /// one after the other, leave the follower at rest.
+    /// The plan through these points. Points that [`MotionPlan::validate`] refuses leave the follower at rest; such points arise
+    /// while parameters are set one after the other.
     pub fn new(points: Vec<PlanPoint>) -> Self {
         let level = points.first().map_or(0.0, |point| point.u);
         let pieces = forms(&points).map_or_else(|_| Pieces::at_rest(level), Pieces::new);
@@ -159,7 +160,7 @@ impl MotionPlan {
         &self.points
     }
 
-    /// The values that the points were given: name, meaning, kind.
+    /// The given values of the points: name, meaning, kind.
     pub fn parameters(&self) -> Vec<LawParameter> {
         let mut points = self.points.clone();
         let values = points.iter_mut().map(|point| NAMES.into_iter().zip(point.values()));
@@ -242,14 +243,14 @@ impl Segment {
         self.velocity_at(inflection) * FRAC_PI_2 / (part * self.angle)
     }
 
-    /// The inflection with which U″ at a turning end is `acceleration`; None where there is none.
+    /// The inflection that gives U″ = `acceleration` at a turning end; None if no inflection does.
     fn inflection_for(&self, end: usize, acceleration: f64) -> Option<f64> {
         let missing = |inflection: f64| self.acceleration_at(end, inflection) - acceleration;
         let [mut low, mut high] = INFLECTION;
         if missing(low) * missing(high) > 0.0 {
             return None;
         }
-        // Halving up to neighbouring numbers.
+        // Bisection down to neighbouring numbers.
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
             if missing(low) * missing(middle) <= 0.0 { high = middle } else { low = middle }
@@ -262,7 +263,7 @@ impl Segment {
         let ([from, to], angle, laws) = (self.ends, self.angle, self.halves());
         if laws[0] == laws[1] && from.v == to.v && inflection == 0.5 {
             let form = Form { width: angle, height: to.u - from.u - from.v * angle, ..straight(&from) };
-            // From the end at which U is small, where roundings are, too.
+            // From the end with the smaller U, which has the smaller roundings.
             let ends_low = from.v == 0.0 && to.u.abs() < from.u.abs();
             return parts(laws[0], 1.0, if ends_low { Form { base: to.u, level: 1.0, ..form } } else { form });
         }
@@ -277,7 +278,7 @@ impl Segment {
     }
 }
 
-/// At constant velocity from or to this end.
+/// Constant velocity through this end.
 fn straight(end: &End) -> Form {
     Form::straight(end.phi, end.u, end.v)
 }
@@ -294,14 +295,14 @@ fn parts(law: StandardLaw, end: f64, form: Form) -> Vec<([f64; 2], Form)> {
     cuts.windows(2).enumerate().map(part).collect()
 }
 
-/// How the points move, and the laws between them.
+/// Velocities, accelerations and inflections of the points.
 struct Draft<'a> {
     points: &'a [PlanPoint],
     /// U′ (m/rad).
     velocities: Vec<f64>,
-    /// U″ (m/rad²), where it is known.
+    /// U″ (m/rad²), if known.
     accelerations: Vec<Option<f64>>,
-    /// The inflections, where they are decided.
+    /// The inflections, if decided.
     inflections: Vec<Option<f64>>,
 }
 
@@ -313,11 +314,11 @@ enum Kind {
     Polynomial,
     Polynomial6,
     Cosines,
-    /// With the peak of U″ at this part of the angle.
+    /// The peak of U″ is at this part of the angle.
     Sine(f64),
 }
 
-/// The end, 0 or 1, of the segment to a point, which this law makes by halves.
+/// The segment's point, its end (0 or 1) and its law, which consists of halves.
 type Side = (usize, usize, StandardLaw);
 
 /// The pieces of the plan.
@@ -365,7 +366,7 @@ fn check(points: &[PlanPoint]) -> Result<(), PlanFault> {
         if let Some((key, _, range)) = within.into_iter().find(|(_, good, _)| !good) {
             return fault(i, key, format!("out of range; expected {range}"));
         }
-        // Of the last and the first point the last one is blamed, which is beyond the turn.
+        // If the last and the first point collide, the last one is at fault: it is beyond the turn.
         let Some(before) = i.checked_sub(1).map(|before| points[before].phi) else { continue };
         let end = points[0].phi + TAU;
         let (text, other) = match point.phi {
@@ -382,7 +383,7 @@ fn check(points: &[PlanPoint]) -> Result<(), PlanFault> {
 }
 
 impl Draft<'_> {
-    /// The point before.
+    /// The previous point.
     fn before(&self, i: usize) -> usize {
         (i + self.points.len() - 1) % self.points.len()
     }
@@ -444,7 +445,7 @@ impl Draft<'_> {
         }
         let rests = !any(&|k| self.velocities[k] != 0.0 || self.turns(k));
         let moves = any(&|k| self.velocities[k] != 0.0 && self.accelerations[k] != Some(0.0));
-        // One inflection does not meet two accelerations.
+        // One inflection cannot give two accelerations.
         let both = !any(&|k| !self.turns(k) || self.points[k].free);
         let jerk = any(&|k| self.points[k].jerk.is_some());
         let [low, high] = INFLECTION_OF_DEGREE_6;
@@ -494,7 +495,7 @@ impl Draft<'_> {
         }
     }
 
-    /// Where the hump of U″ of the law `sine` to point `i` has its peak, as part of the angle; refused beyond `ends`.
+    /// The peak of U″ of the law `sine` to point `i`, as part of the angle; refused outside `ends`.
     fn hump(&self, i: usize, ends: [f64; 2]) -> Result<f64, PlanFault> {
         let segment = self.segment(i, InclinedSine);
         let ([v0, v1], mean) = (segment.ends.map(|end| end.v), segment.mean_velocity());
@@ -513,7 +514,7 @@ impl Draft<'_> {
         Ok(peak)
     }
 
-    /// Decides U″ at point `i` where the follower turns, by the laws beside it or, where it is given, their inflections by it.
+    /// Decides U″ at a turning point `i` by the laws next to it; a given U″ decides their inflections.
     fn turn(&mut self, i: usize, kinds: &[Kind]) -> Result<(), PlanFault> {
         if let (Some(_), false) =
             (self.points[i].jerk, [i, (i + 1) % kinds.len()].iter().any(|&k| kinds[k] == Kind::Polynomial))
@@ -536,7 +537,7 @@ impl Draft<'_> {
             draft.segment(to, law).inflection_for(end, acceleration)
         };
         if self.accelerations[i].is_none() {
-            // The first side decides that the other one can follow, else the first one whose inflection is given.
+            // The first side that the other one can follow decides, else the first one with a given inflection.
             let open = |side: &Side| self.inflections[side.0].is_none();
             let follows = |side: &Side| {
                 let mut others = sides.iter().filter(|other| other.0 != side.0 && open(other));
@@ -570,7 +571,7 @@ impl Draft<'_> {
             if (found - acceleration).abs() <= SAME * acceleration.abs() {
                 continue;
             }
-            // An inflection that is given is the user's word, which may cost a U″ that the laws decide.
+            // A given inflection is binding, even if the laws then have no common U″.
             if self.points[side.0].inflection.is_none() {
                 let text = "the laws beside the point meet no common ddU, since one inflection does not meet those of both ends of a \
                             segment; give ddU and leave the laws to polynomials, or give inflections";
@@ -622,7 +623,7 @@ impl Draft<'_> {
         }
     }
 
-    /// The coefficients of the polynomial of degree 5, or of degree 7 where the law or a jerk asks for it, to point `i`.
+    /// The coefficients of the polynomial of degree 5, or of degree 7 if the law or a jerk needs it, to point `i`.
     fn polynomial(&self, i: usize) -> [f64; COEFFICIENTS] {
         let segment = self.segment(i, Polynomial345);
         let (points, b) = ([self.before(i), i], segment.angle);

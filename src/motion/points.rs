@@ -1,4 +1,4 @@
-//! Points that a table consists of.
+//! Points of a table.
 
 use super::plan::{LARGEST, MAX_LENGTH};
 use serde::{Deserialize, Serialize};
@@ -7,10 +7,10 @@ use std::f64::consts::TAU;
 /// The fewest points of a table.
 pub const LEAST_POINTS: usize = 4;
 
-/// The most points that a scene takes: a tenth of a degree is 3600 of them, and each one travels in the FMU.
+/// The most points of a scene: a tenth of a degree makes 3600 of them, and the FMU carries each one.
 pub const MOST_POINTS: usize = 20_000;
 
-/// The least distance of neighbouring angles (rad); a finer one is not measured but a fault of the table.
+/// The least distance of neighbouring angles (rad); a finer one is a fault of the table, not a measurement.
 pub const LEAST_DISTANCE: f64 = 1e-6;
 
 /// A last point this near one turn after the first (rad) closes the table: angles are printed with five digits.
@@ -19,7 +19,7 @@ pub const CLOSING: f64 = 1e-4;
 /// The lifts of first and closing point may differ by this part of the stroke: roundings of a conversion.
 const EQUAL_LIFT: f64 = 1e-9;
 
-/// Without a closing point, the gap may be this many times the largest distance of neighbours.
+/// Without a closing point the gap may be this many times the largest distance of neighbours.
 const LARGEST_GAP: f64 = 2.0;
 
 /// Angles (rad) and lifts (m).
@@ -43,10 +43,10 @@ pub struct Bend {
     pub behind: f64,
 }
 
-/// Why points are no table; indices count from 0.
+/// The reason why points make no table; indices count from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TableError {
-    /// As many lifts as angles are needed.
+    /// The numbers of lifts and angles differ.
     Lengths {
         /// Number of angles.
         angles: usize,
@@ -65,11 +65,11 @@ pub enum TableError {
         /// The value (rad or m).
         value: f64,
     },
-    /// An angle does not exceed the one before by [`LEAST_DISTANCE`].
+    /// An angle does not exceed the previous one by [`LEAST_DISTANCE`].
     NotAscending {
         /// Index of the point.
         index: usize,
-        /// The angle before (rad).
+        /// The previous angle (rad).
         previous: f64,
         /// Its angle (rad).
         angle: f64,
@@ -101,11 +101,11 @@ pub enum TableError {
     },
     /// More harmonics than the points determine.
     TooManyHarmonics {
-        /// The harmonics asked for.
+        /// The requested number of harmonics.
         harmonics: usize,
         /// The most that the points determine.
         most: usize,
-        /// The angle between two neighbours that carries no more of them (rad); None where it is their number.
+        /// The angle between two neighbours (rad) that limits the harmonics; None if the number of points does.
         gap: Option<f64>,
     },
 }
@@ -133,7 +133,7 @@ impl std::fmt::Display for TableError {
 impl std::error::Error for TableError {}
 
 impl Points {
-    /// Checks the points and takes a closing one away.
+    /// Checks the points and removes a closing one.
     pub fn open(mut self) -> Result<Self, TableError> {
         if self.check(false)? {
             self.angles.pop();
@@ -145,14 +145,14 @@ impl Points {
         Ok(self)
     }
 
-    /// Checks the points, of which two may have one angle where the lift may `step`; whether the last one closes the turn.
+    /// Checks the points; two of them may have one angle if the lift may `step`. Returns whether the last one closes the turn.
     pub fn check(&self, step: bool) -> Result<bool, TableError> {
         let (angles, lifts) = (&self.angles, &self.lifts);
         if angles.len() != lifts.len() {
             return Err(TableError::Lengths { angles: angles.len(), lifts: lifts.len() });
         }
         for (index, &value) in angles.iter().enumerate() {
-            // Angles of up to 10⁴ rad are those of cams; the comparison also refuses NaN.
+            // Cams have angles up to 10⁴ rad; the comparison also refuses NaN.
             let beyond =
                 [(value, MAX_LENGTH), (lifts[index], LARGEST)].into_iter().find(|(v, most)| !(v.abs() <= *most));
             if let Some((value, _)) = beyond {

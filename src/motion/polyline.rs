@@ -1,9 +1,9 @@
 //! Points joined by straight lines or by monotone curves, with steps: a force, a torque, an inertia over the turn.
 //!
-//! Between neighbouring points U is linear, or a cubic that does not leave their range: its slope at a point is the weighted
-//! harmonic mean of those of the lines on both sides, and zero where these have not the same sign (PCHIP). Two points at one angle
-//! are a step; so is a closing point, one turn after the first, with another value; a cubic begins beside it with the slope of its
-//! line. Every point is a breakpoint: of lines U′ jumps there, of cubics U″, in a step U.
+//! Between neighbouring points U is linear, or a cubic that does not leave their range. The slope of a cubic at a point is the
+//! weighted harmonic mean of the slopes of the lines on both sides, and zero if these differ in sign (PCHIP). Two points at one
+//! angle are a step, and so is a closing point, one turn after the first, with another value. Next to a step a cubic has the slope
+//! of its line. Every point is a breakpoint: U′ of lines, U″ of cubics and U of a step jump there.
 //!
 //! Source: F. N. Fritsch, J. Butland, A method for constructing local monotone piecewise cubic interpolants, SIAM J. Sci. Stat.
 //! Comput. 5 (1984), 300–304.
@@ -64,17 +64,17 @@ impl Polyline {
         Ok(polyline)
     }
 
-    /// Whether cubics join the points, not lines.
+    /// Whether cubics join the points instead of lines.
     pub fn is_monotone(&self) -> bool {
         self.monotone
     }
 
-    /// The least value of its points, which no piece between them falls below.
+    /// The least value of the points; no piece falls below it.
     pub fn least(&self) -> f64 {
         self.points.lifts.iter().map(|lift| self.scale * lift).fold(f64::INFINITY, f64::min)
     }
 
-    /// The points as they were given, without `scale`.
+    /// The points as given, without `scale`.
     pub fn points(&self) -> &Points {
         &self.points
     }
@@ -94,7 +94,7 @@ impl Polyline {
     pub fn set_scale(&mut self, scale: f64) {
         let Points { angles, lifts } = &self.points;
         let (end, last) = (angles[0] + TAU, angles[angles.len() - 1]);
-        // A closing point may be off by the digits that angles are printed with.
+        // A closing point may be off by the printed digits of angles.
         let place = |angle: f64| if angle == last && end - last <= CLOSING { end } else { angle };
         let mut ends: Vec<_> = angles.iter().zip(lifts).map(|(&angle, &value)| [place(angle), scale * value]).collect();
         ends.push([end, scale * lifts[0]]);
@@ -112,7 +112,7 @@ impl Polyline {
             } else {
                 Form::straight(from, low, (high - low) / width)
             };
-            // The angles within half a turn of the middle of a piece are its own: a whole turn would leave its ends to roundings.
+            // The angles within half a turn of the middle of a piece belong to it: a whole turn would leave its ends to roundings.
             let middle = if width > PI { 0.5 * (from + to) } else { to };
             [([from, middle], form), ([middle, to], form)].into_iter().filter(|([from, to], _)| to > from)
         };
@@ -121,7 +121,7 @@ impl Polyline {
     }
 }
 
-/// U′ where two neighbouring lines meet, or that of line `own` of the two beside a step.
+/// U′ at the point between two neighbouring lines; next to a step the slope of line `own` of the two.
 fn slope(before: &[[f64; 2]; 2], behind: &[[f64; 2]; 2], own: usize) -> f64 {
     let lines = [before, behind];
     let widths = lines.map(|[from, to]| to[0] - from[0]);
@@ -155,7 +155,7 @@ mod tests {
     fn lines_join_the_points_and_a_step_has_a_value_on_either_side() {
         let law = MotionLaw::Polyline(press());
         let step = 330.0_f64.to_radians();
-        // The long line is two.
+        // The long line is cut in two.
         assert_eq!(law.breakpoints().len(), 5);
         let at = |deg: f64| law.at(deg.to_radians()).0;
         let slope = 7e4 / 15.0_f64.to_radians();
@@ -198,7 +198,7 @@ mod tests {
                 assert!((found - slope).abs() < 1e-13, "{phi}: {found}");
             }
         }
-        // The least lift of the curve is that of its least point, wherever it is looked at.
+        // The least lift of the curve is the lift of its least point.
         for k in 0..2000 {
             let (phi, knots) = (0.5 + TAU * f64::from(k) / 2000.0, [0.5, 1.5, 2.0, 3.5, 4.5, 0.5 + TAU]);
             let i = knots.partition_point(|knot| *knot <= phi).clamp(1, 5);
@@ -207,7 +207,7 @@ mod tests {
             let [u, ..] = curve.at(phi).0;
             assert!(u >= low - 1e-13 && u <= high + 1e-13, "{phi}: {u}");
         }
-        // Beside a step the slope is that of the line, and a line it is where another step follows.
+        // Next to a step the curve has the slope of its line, and it is that line if another step follows.
         let press = Polyline::monotone(press().points).unwrap();
         let stepped = MotionLaw::Polyline(press);
         let step = 330.0_f64.to_radians();
@@ -239,7 +239,7 @@ mod tests {
             let before = saw.at_in(saw.segment(quarter, false), quarter + TAU - 1e-9).0[0];
             assert!((saw.at(quarter + 0.5 * TAU).0[0] - 2.0).abs() < 1e-14 && (before - 3.0).abs() < 1e-9);
         }
-        // Both sides of the step at the first angle may be written on either end.
+        // Both sides of the step at the first angle may stand at either end.
         let same = [
             law(&[0.0, 3.0, TAU], &[1.0, 2.0, 5.0]),
             law(&[0.0, 3.0, TAU, TAU], &[1.0, 2.0, 5.0, 1.0]),

@@ -1,4 +1,4 @@
-//! The periodic quintic spline; what it is good for says [`super::table`].
+//! The periodic quintic spline; [`super::table`] says what it is good for.
 
 use super::points::{Bend, Points};
 use super::turn::{back, near, reduce};
@@ -7,9 +7,9 @@ use std::f64::consts::TAU;
 /// The periodic quintic spline.
 #[derive(Debug, PartialEq)]
 pub struct Spline {
-    /// Points that it was made of.
+    /// The points that it passes through.
     pub points: Points,
-    /// The derivatives at the points, where they were given.
+    /// The derivatives at the points, if given.
     pub bends: Vec<Bend>,
     /// The angles of the points (rad), ascending in [0, 2π).
     pub knots: Vec<f64>,
@@ -29,7 +29,7 @@ pub struct Piece {
 }
 
 impl Spline {
-    /// The spline through points that [`Points::open`] has checked, with as many derivatives or none.
+    /// The spline through points that [`Points::open`] has checked, with a derivative for each point or for none.
     pub fn new(points: Points, bends: Vec<Bend>) -> Self {
         let n = points.angles.len();
         // The first point of the turn [0, 2π) leads.
@@ -63,7 +63,7 @@ impl Spline {
         Spline { points, bends, knots, pieces, bounds }
     }
 
-    /// The derivatives at points that [`Points::open`] has checked, of which those with these indices are `at_rest`, U′ = U″ = 0.
+    /// The derivatives at points that [`Points::open`] has checked; the points with these indices are `at_rest`, U′ = U″ = 0.
     pub fn resting(points: &Points, at_rest: &[usize]) -> Vec<Bend> {
         let Points { angles, lifts } = points;
         let next = |i: usize| angles.get(i + 1).copied().unwrap_or(angles[0] + TAU);
@@ -120,7 +120,7 @@ fn minus(x: Slopes, y: Slopes) -> Slopes {
     [x[0] - y[0], x[1] - y[1]]
 }
 
-/// An eliminated point: how its slopes follow from those of the next and of the last point.
+/// An eliminated point: its slopes as a function of the slopes of the next and of the last point.
 struct Row {
     inverse: Block,
     next: Block,
@@ -130,9 +130,9 @@ struct Row {
 
 /// The slopes at the points, from the continuity of U‴ and U⁗ there.
 ///
-/// These are the conditions for the least ∫U‴² dφ with given U at the points: a symmetric, positive definite system
-/// of 2×2 blocks, cyclically tridiagonal, which is eliminated in order without pivoting, the last point at the end. The points
-/// `at_rest` have none, and so no part in the equations of their neighbours.
+/// These are the conditions for the least ∫U‴² dφ with given U at the points: a symmetric, positive definite system of 2×2 blocks,
+/// cyclically tridiagonal, which is eliminated in order without pivoting, the last point at the end. The points `at_rest` have zero
+/// slopes and drop out of the equations of their neighbours.
 fn slopes(widths: &[f64], lifts: &[f64], at_rest: &[usize]) -> Vec<Slopes> {
     let n = widths.len();
     let rise = |i: usize| lifts[(i + 1) % n] - lifts[i];
@@ -196,7 +196,7 @@ fn slopes(widths: &[f64], lifts: &[f64], at_rest: &[usize]) -> Vec<Slopes> {
 /// The coefficients of the quintic over `width` with value `u`, increase `rise` and (U′, U″) at both ends.
 fn quintic(width: f64, u: f64, rise: f64, start: Slopes, end: Slopes) -> [f64; 6] {
     let (h, h2) = (width, width * width);
-    // In units of the width: what is left of value, slope and curvature at the end for the upper three powers.
+    // In units of the width: the rest of value, slope and curvature at the end, for the upper three powers.
     let r0 = rise - h * start[0] - 0.5 * h2 * start[1];
     let r1 = h * (end[0] - start[0]) - h2 * start[1];
     let r2 = h2 * (end[1] - start[1]);
@@ -210,7 +210,7 @@ fn quintic(width: f64, u: f64, rise: f64, start: Slopes, end: Slopes) -> [f64; 6
     ]
 }
 
-/// U, U′, U″ at the part x ∈ [0, 1] of a piece of degree 5 of this width that has these U, U′, U″ at its ends.
+/// U, U′, U″ at the fraction x ∈ [0, 1] of a piece of degree 5 of this width with these U, U′, U″ at its ends.
 pub fn within(width: f64, start: [f64; 3], end: [f64; 3], x: f64) -> [f64; 3] {
     let ([u, u1, u2], [v, v1, v2]) = (start, end);
     let coefficients = quintic(width, u, v - u, [u1, u2], [v1, v2]);

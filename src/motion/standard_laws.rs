@@ -32,7 +32,7 @@ use StandardLaw::*;
 /// f′ in the sloping part of the modified sine: f″ = 4πV sin 4πz near z = 0.
 pub const MODIFIED_SINE: f64 = PI / (4.0 + PI);
 
-/// That of the modified trapezoid.
+/// f′ in the sloping part of the modified trapezoid.
 pub const MODIFIED_TRAPEZOID: f64 = 2.0 / (2.0 + PI);
 
 impl StandardLaw {
@@ -172,7 +172,7 @@ impl StandardLaw {
         }
     }
 
-    /// The largest |f⁽ⁿ⁾| over the rise, n = 0 … 4; C_v, C_a and C_j of VDI 2143 are those of order 1, 2 and 3.
+    /// The largest |f⁽ⁿ⁾| over the rise, n = 0 … 4; order 1, 2 and 3 are C_v, C_a and C_j of VDI 2143.
     pub fn peak(self, order: usize) -> f64 {
         let sines = |v: f64, c_v: f64| {
             let w = 2.0 * TAU;
@@ -189,8 +189,8 @@ impl StandardLaw {
         peaks[order]
     }
 
-    /// The angular frequency per z that resolves the law: the highest of its sines; for a polynomial, which every
-    /// polynomial of its degree resolves, that of the simple sine.
+    /// The angular frequency per z that resolves the law: the highest frequency of its sines, or the simple sine's for a
+    /// polynomial, which every polynomial of its degree resolves.
     pub fn frequency(self) -> f64 {
         match self {
             SimpleSine | Polynomial345 | Polynomial4567 => PI,
@@ -306,7 +306,7 @@ mod tests {
                         // Central difference of order 4; its error is h⁴/30 f⁽ⁿ⁺⁵⁾ plus rounding over h.
                         let slope = (8.0 * (f(1.0)[n] - f(-1.0)[n]) - (f(2.0)[n] - f(-2.0)[n])) / (12.0 * h);
                         let scale = law.peak(n + 1);
-                        // Where the mirrored half joins (z = ½) the function is the same, so no point is special.
+                        // The mirrored half continues the same function at its joint (z = ½), so no point is special.
                         assert!((slope - f(0.0)[n + 1]).abs() < 1e-8 * scale, "{law:?} part {part} z {z} order {n}");
                     }
                 }

@@ -1,11 +1,11 @@
 //! A table of angles and lifts as the periodic quintic spline through its points.
 //!
-//! Of all periodic functions through the points the quintic spline has the least ∫U‴² dφ, the least jerk of a cam.
-//! It is the lowest odd degree whose third derivative is continuous (an even degree has no periodic interpolant
-//! for every number of points); the fourth is continuous too, and the fifth jumps at the points. For a smooth law
-//! sampled at distance h, U⁽ⁿ⁾ is met to O(h⁶⁻ⁿ).
+//! The quintic spline has the least ∫U‴² dφ of all periodic functions through the points, the least jerk of a cam. It is the lowest
+//! odd degree whose third derivative is continuous (an even degree has no periodic interpolant for every number of points); the
+//! fourth is continuous too, and the fifth jumps at the points. The error of U⁽ⁿ⁾ is O(h⁶⁻ⁿ) for a smooth law sampled at distance
+//! h.
 //!
-//! Where U′ and U″ of the points are known too, each piece is the quintic through them, and U″ may jump at a point.
+//! If U′ and U″ of the points are known too, each piece is the quintic through them, and U″ may jump at a point.
 //!
 //! Source: C. de Boor, *A Practical Guide to Splines*, rev. ed., Springer 2001, chapters V and XIII.
 
@@ -32,7 +32,7 @@ pub struct Table {
 struct TableData {
     angles: Vec<f64>,
     lifts: Vec<f64>,
-    /// Empty where the derivatives follow from the points.
+    /// Empty if the derivatives follow from the points.
     #[serde(default)]
     bends: Vec<Bend>,
     scale: f64,
@@ -65,8 +65,8 @@ impl Table {
         Ok(Table { spline: Arc::new(Spline::new(points.open()?, Vec::new())), scale: 1.0 })
     }
 
-    /// The pieces of degree 5 through `points` with these derivatives, one for each point; that of a closing point may be left
-    /// out. Scale 1.
+    /// The pieces of degree 5 through `points` with these derivatives, one for each point; a closing point's may be left out. Scale
+    /// 1.
     pub fn bent(points: Points, mut bends: Vec<Bend>) -> Result<Self, TableError> {
         let points = points.open()?;
         bends.truncate(points.angles.len());
@@ -80,8 +80,8 @@ impl Table {
         Ok(Table { spline: Arc::new(Spline::new(points, bends)), scale: 1.0 })
     }
 
-    /// The spline through `points`, which rests, U′ = U″ = 0, at those with these indices: between two of them with one lift it is
-    /// constant. Scale 1.
+    /// The spline through `points` that rests, U′ = U″ = 0, at the points with these indices; between two of them with the same
+    /// lift it is constant. Scale 1.
     pub fn resting(points: Points, at_rest: &[usize]) -> Result<Self, TableError> {
         let points = points.open()?;
         let bends = Spline::resting(&points, at_rest);
@@ -93,12 +93,12 @@ impl Table {
         &self.spline.points
     }
 
-    /// U′ and U″ of the points where they are given, without `scale`; empty where they are interpolated.
+    /// U′ and U″ of the points if they are given, without `scale`; empty if they are interpolated.
     pub fn bends(&self) -> &[Bend] {
         &self.spline.bends
     }
 
-    /// Whether U′ and U″ of the points are given, not interpolated.
+    /// Whether U′ and U″ of the points are given instead of interpolated.
     pub fn is_bent(&self) -> bool {
         !self.spline.bends.is_empty()
     }

@@ -35,8 +35,8 @@ pub fn reduce(phi: f64) -> f64 {
     }
 }
 
-/// The segment between the ascending `breakpoints` in [0, 2π) that holds `phi`; on a breakpoint the one that
-/// follows (`forward`) or precedes. The last segment runs around the turn.
+/// The segment between the ascending `breakpoints` in [0, 2π) that holds `phi`; on a breakpoint the segment after it (`forward`) or
+/// before it. The last segment runs around the turn.
 pub fn segment(breakpoints: &[f64], phi: f64, forward: bool) -> usize {
     let shifted = reduce(phi + if forward { ON_BREAKPOINT } else { -ON_BREAKPOINT });
     let after = breakpoints.partition_point(|&b| b <= shifted);
