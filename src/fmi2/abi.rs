@@ -1,14 +1,14 @@
 //! The C types of fmi2TypesPlatform.h and fmi2FunctionTypes.h.
 //!
-//! Written by hand so that the runtime library needs no generated bindings; `tests/abi.rs` compares the signatures
-//! of all functions with the standard's headers.
+//! Written by hand, so that the runtime library needs no generated bindings; `tests/abi.rs` compares the signatures of all
+//! functions with the standard's headers.
 #![allow(non_camel_case_types, non_snake_case)]
 
 use std::ffi::{c_char, c_double, c_int, c_uint, c_void};
 
 /// An instance, as the importer holds it.
 pub type fmi2Component = *mut c_void;
-/// Environment that the importer wants back in its callbacks.
+/// Environment that callbacks return to the importer.
 pub type fmi2ComponentEnvironment = *mut c_void;
 /// A saved state, as the importer holds it.
 pub type fmi2FMUstate = *mut c_void;
@@ -34,11 +34,11 @@ pub type Enumeration = c_int;
 #[cfg(not(windows))]
 pub type Enumeration = c_uint;
 
-/// How a call went.
+/// Result of a call.
 pub type fmi2Status = Enumeration;
 /// Model Exchange or Co-Simulation.
 pub type fmi2Type = Enumeration;
-/// Which status is asked for.
+/// Kind of the requested status.
 pub type fmi2StatusKind = Enumeration;
 
 /// fmi2False.
@@ -109,6 +109,6 @@ pub struct fmi2EventInfo {
     pub valuesOfContinuousStatesChanged: fmi2Boolean,
     /// Whether the next event is known.
     pub nextEventTimeDefined: fmi2Boolean,
-    /// When it comes (s).
+    /// The time of the next event (s).
     pub nextEventTime: fmi2Real,
 }

@@ -1,7 +1,7 @@
 //! Which function may be called in which state: the table of FMI 2.0, section 4.2.4, as data.
 //!
-//! Steps are synchronous and never discarded, so the table's columns step in progress, step failed and step
-//! cancelled do not occur. Neither does fatal: instances share nothing that one of them could corrupt.
+//! Steps are synchronous and never discarded, so the table's columns "step in progress", "step failed" and "step cancelled" do not
+//! occur. Neither does fatal: instances share nothing that one of them could corrupt.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,12 +16,12 @@ pub enum Mode {
     StepComplete,
     /// After fmi2Terminate.
     Terminated,
-    /// After a step that failed; what is read serves for debugging only.
+    /// After a failed step; reading values serves for debugging only.
     Error,
 }
 
 impl Mode {
-    /// The words of a message.
+    /// The name of the mode in messages.
     pub fn name(self) -> &'static str {
         match self {
             Mode::Instantiated => "instantiated",

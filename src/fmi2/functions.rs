@@ -1,14 +1,13 @@
 //! All functions of fmi2Functions.h: C types, pointers and nothing else. The only unsafe code of the crate.
 //!
-//! Every function passes `enter`, which looks the call up in the call sequence and catches panics. A panic also
-//! prints its place on stderr, as Rust programs do: it is a fault of this library, and a hook to silence it would be
-//! process-wide where a Rust program links the crate.
+//! Every function passes `enter`, which checks the call sequence and catches panics. A panic also prints its place on stderr, as
+//! Rust programs do: it is a fault of this library, and a hook to silence it would be process-wide where a Rust program links the
+//! crate.
 //!
 //! # Safety
-//! What the standard demands of an importer, all functions take for granted: an instance comes from
-//! [`fmi2Instantiate`], is not yet freed and is used by one thread at a time; an array has the length that is said;
-//! a string ends in NUL. The logger calls no function with the instance that logs: the call that logs has it for itself alone.
-//! NULL and misaligned pointers are refused.
+//! All functions rely on the standard's demands on an importer: an instance comes from [`fmi2Instantiate`], is not yet freed and is
+//! used by one thread at a time; an array has the stated length; a string ends in NUL. The logger calls no function with the
+//! instance that logs: the logging call uses it exclusively. NULL and misaligned pointers are refused.
 #![allow(non_snake_case, clippy::missing_safety_doc)]
 
 use super::abi::*;
@@ -59,7 +58,7 @@ fn no_array(is_null: bool, count: usize, name: &str) -> Fault {
 /// An array of the importer; NULL will do if it is empty.
 ///
 /// # Safety
-/// Where `pointer` is not NULL, `count` initialised elements are behind it for the time of the call.
+/// If `pointer` is not NULL, it points to `count` initialised elements for the time of the call.
 unsafe fn array<'a, T>(pointer: *const T, count: usize, name: &str) -> Result<&'a [T], Fault> {
     if count == 0 {
         return Ok(&[]);
@@ -72,8 +71,7 @@ unsafe fn array<'a, T>(pointer: *const T, count: usize, name: &str) -> Result<&'
 /// An array of the importer to write to; NULL will do if it is empty.
 ///
 /// # Safety
-/// Where `pointer` is not NULL, the memory of `count` elements is behind it for the time of the call, and no other
-/// argument overlaps it.
+/// If `pointer` is not NULL, it points to memory of `count` elements for the time of the call, and no other argument overlaps it.
 unsafe fn array_mut<'a, T>(pointer: *mut T, count: usize, name: &str) -> Result<&'a mut [MaybeUninit<T>], Fault> {
     if count == 0 {
         return Ok(&mut []);
@@ -95,17 +93,17 @@ unsafe fn place<'a, T>(pointer: *mut T, name: &str) -> Result<&'a mut MaybeUnini
 /// A string of the importer; None if it is NULL.
 ///
 /// # Safety
-/// Where `pointer` is not NULL, a NUL-terminated string is behind it for the time of the call.
+/// If `pointer` is not NULL, it points to a NUL-terminated string for the time of the call.
 unsafe fn string<'a>(pointer: *const c_char) -> Option<&'a CStr> {
     // SAFETY: not NULL; the caller vouches for the rest.
     (!pointer.is_null()).then(|| unsafe { CStr::from_ptr(pointer) })
 }
 
-/// The living state of this FMU behind a handle.
+/// The living state of this FMU that a handle points to.
 ///
 /// # Safety
-/// Where `handle` is not NULL, at least two words are behind it; and if they are those of a living state of this
-/// FMU, it is one, which no other reference uses during the call.
+/// If `handle` is not NULL, it points to at least two words. If these are the words of a living state of this FMU, it is one, and
+/// no other reference uses it during the call.
 unsafe fn saved<'a>(handle: fmi2FMUstate, instance: &Instance) -> Result<&'a mut SavedState, Fault> {
     let state = handle.cast::<SavedState>();
     check_array(state, 1, "FMUstate")?;
@@ -121,10 +119,10 @@ unsafe fn saved<'a>(handle: fmi2FMUstate, instance: &Instance) -> Result<&'a mut
     Ok(unsafe { &mut *state })
 }
 
-/// Gives the importer a state: in the place of the one whose handle it passes, else as a new one.
+/// Passes a state to the importer: into the existing one if the importer passes its handle, else as a new one.
 ///
 /// # Safety
-/// `handle` as [`place`], initialised; what it holds as [`saved`].
+/// `handle` as [`place`], initialised; its content as [`saved`].
 unsafe fn hand_over(handle: *mut fmi2FMUstate, state: SavedState, instance: &Instance) -> Outcome {
     check_array(handle, 1, "FMUstate")?;
     // SAFETY: not NULL and aligned; the caller vouches for the rest.
@@ -141,7 +139,7 @@ unsafe fn hand_over(handle: *mut fmi2FMUstate, state: SavedState, instance: &Ins
 // ---------------------------------------------------------------------------------------------------------------
 // Inquiry, creation, log
 
-/// The platform that the C types are made for.
+/// The platform of the C types.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2GetTypesPlatform() -> *const c_char {
     c"default".as_ptr()
@@ -153,7 +151,7 @@ pub extern "C" fn fmi2GetVersion() -> *const c_char {
     c"2.0".as_ptr()
 }
 
-/// Creates an instance; NULL, with the reason in the log, where that is impossible.
+/// Creates an instance; NULL, with the reason in the log, if that is impossible.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Instantiate(
     instanceName: fmi2String,
@@ -172,7 +170,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     let callbacks = unsafe { functions.read() };
     // SAFETY: NULL or strings of the importer, which are copied.
     let (name, guid, location) = unsafe { (string(instanceName), string(fmuGUID), string(fmuResourceLocation)) };
-    // Without a logger nobody could be told anything; the standard demands one. The memory callbacks may be NULL.
+    // Without a logger there would be no messages; the standard demands one. The memory callbacks may be NULL.
     let Some(sink) = sink(&callbacks, name) else { return std::ptr::null_mut() };
     let logger = Logger::new(sink, loggingOn != FALSE);
 
@@ -213,10 +211,8 @@ fn sink(callbacks: &fmi2CallbackFunctions, name: Option<&CStr>) -> Option<Sink> 
     let (logger, environment) = (callbacks.logger?, callbacks.componentEnvironment);
     let name = CString::from(name.unwrap_or_default());
     Some(Box::new(move |status, category, text| {
-        // Loggers that drop the variadic arguments show the format, hence the text itself takes that place; it comes
-        // as an argument as well for those that read one.
-        // SAFETY: the importer keeps its logger callable as long as the instance lives. All strings end in NUL and
-        // live during the call; the text holds no conversion, and printf ignores an argument too many.
+        // Loggers that drop the variadic arguments show the format, so the text itself takes that place. It is passed as an
+        // argument as well, for loggers that read one.
         unsafe { logger(environment, name.as_ptr(), status, category.as_ptr(), text.as_ptr(), text.as_ptr()) }
     }))
 }
@@ -294,7 +290,7 @@ pub unsafe extern "C" fn fmi2SetDebugLogging(
 // ---------------------------------------------------------------------------------------------------------------
 // Initialisation and end
 
-/// Tells tolerance, start time and stop time.
+/// Sets tolerance, start time and stop time.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetupExperiment(
     c: fmi2Component,
@@ -328,7 +324,7 @@ pub unsafe extern "C" fn fmi2Terminate(c: fmi2Component) -> fmi2Status {
     enter(c, &table::TERMINATE, Instance::terminate)
 }
 
-/// Back to the state after fmi2Instantiate.
+/// Returns to the state after fmi2Instantiate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Reset(c: fmi2Component) -> fmi2Status {
     enter(c, &table::RESET, Instance::reset)
@@ -433,13 +429,13 @@ values! {
     fmi2GetInteger, GET_INTEGER, get Integer, *mut fmi2Integer, |v| v as fmi2Integer;
     /// Reads Booleans.
     fmi2GetBoolean, GET_BOOLEAN, get Boolean, *mut fmi2Boolean, |v| v as fmi2Boolean;
-    /// Reads Strings; there are none.
+    /// Reads Strings; no variable is one.
     fmi2GetString, GET_STRING, get String, *mut fmi2String, |_| c"".as_ptr();
     /// Sets Integers and Enumerations.
     fmi2SetInteger, SET_INTEGER, set Integer, *const fmi2Integer, f64::from;
     /// Sets Booleans.
     fmi2SetBoolean, SET_BOOLEAN, set Boolean, *const fmi2Boolean, f64::from;
-    /// Sets Strings; there are none.
+    /// Sets Strings; no variable is one.
     fmi2SetString, SET_STRING, set String, *const fmi2String, |_| 0.0;
 }
 
@@ -471,9 +467,9 @@ pub unsafe extern "C" fn fmi2FreeFMUstate(c: fmi2Component, FMUstate: *mut fmi2F
             return Ok(());
         }
         check_array(FMUstate, 1, "FMUstate")?;
-        // SAFETY: not NULL and aligned; the importer passes a place that holds NULL or a saved state, which it uses
-        // no more. The mark is cleared by a write that the compiler must not drop, so that a second handle to the
-        // same state is known as freed as long as the memory is not used again.
+        // SAFETY: not NULL and aligned; the importer passes a place that holds NULL or a saved state, which it no longer uses. A
+        // write that the compiler must not drop clears the mark, so that a second handle to the same state is recognised as freed
+        // as long as the memory is not used again.
         unsafe {
             if !(*FMUstate).is_null() {
                 let state: *mut SavedState = saved(*FMUstate, instance)?;
@@ -610,7 +606,7 @@ pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
 // ---------------------------------------------------------------------------------------------------------------
 // Steps
 
-/// Advances by a communication step. `noSetFMUStatePriorToCurrentPoint` is a hint that nothing here depends on.
+/// Advances by a communication step. The hint `noSetFMUStatePriorToCurrentPoint` changes nothing here.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DoStep(
     c: fmi2Component,
@@ -621,13 +617,13 @@ pub unsafe extern "C" fn fmi2DoStep(
     enter(c, &table::DO_STEP, |i| i.do_step(currentCommunicationPoint, communicationStepSize))
 }
 
-/// Steps are synchronous: there is never one to cancel.
+/// Steps are synchronous, so no step is ever in progress.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2CancelStep(c: fmi2Component) -> fmi2Status {
     enter(c, &table::CANCEL_STEP, |_| Ok(()))
 }
 
-/// Answers an inquiry about the last step; `answer` is None where there is nothing to tell.
+/// Answers an inquiry about the last step; `answer` is None if there is no answer.
 ///
 /// # Safety
 /// As [`place`].
@@ -669,7 +665,7 @@ pub unsafe extern "C" fn fmi2GetIntegerStatus(
     enter(c, &table::GET_INTEGER_STATUS, |_| unsafe { status(s, value, None) })
 }
 
-/// Whether the drive wants the simulation to end: it never does.
+/// Whether the drive wants to end the simulation: it never does.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetBooleanStatus(
     c: fmi2Component,

@@ -12,12 +12,12 @@ use std::ffi::CStr;
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Why a call did not return fmi2OK.
+/// The reason why a call did not return fmi2OK.
 #[derive(Debug, PartialEq)]
 pub enum Refusal {
     /// fmi2Error, with the reason for the log.
     Error(Fault),
-    /// fmi2Discard: the status that was asked for is not available.
+    /// fmi2Discard: the requested status is not available.
     NotAvailable,
 }
 
@@ -27,8 +27,8 @@ impl From<Fault> for Refusal {
     }
 }
 
-/// How far the communication point of a step may be from where the last step ended, and the end of a step beyond
-/// the stop time, relative to the times themselves: importers add up their steps in double precision.
+/// Tolerance for a step's communication point from the end of the last step, and for its end beyond the stop time, relative to the
+/// times: importers add up their steps in double precision.
 const TIME_TOLERANCE: f64 = 1e-9;
 
 /// An instance.
@@ -37,14 +37,14 @@ pub struct Instance {
     fingerprint: u64,
     clock: Clock,
     logger: Logger,
-    /// Whether the log wants to know of events.
+    /// Whether the log records events.
     listens: bool,
 }
 
 /// The clock after fmi2Instantiate and fmi2Reset.
 const BEGINNING: Clock = Clock { mode: Mode::Instantiated, time: 0.0, stop: NO_STOP };
 
-/// A stop time that no step goes beyond.
+/// A stop time that no step exceeds.
 const NO_STOP: f64 = f64::MAX;
 
 impl Instance {
@@ -56,7 +56,7 @@ impl Instance {
         instance
     }
 
-    /// Keeps events as long as the log wants to know of them.
+    /// Keeps events as long as the log records them.
     fn listen(&mut self) {
         let told = [Category::Warning, Category::Events, Category::Solver];
         self.listens = told.iter().any(|category| self.logger.wants(*category));
@@ -75,7 +75,7 @@ impl Instance {
         }
     }
 
-    /// The drive may be half-way through a change; fmi2Reset and fmi2SetFMUstate replace it as a whole.
+    /// The drive may have stopped amid a change; fmi2Reset and fmi2SetFMUstate replace it as a whole.
     #[cold]
     fn panicked(&mut self, panic: Box<dyn Any + Send>) -> Refusal {
         self.clock.mode = Mode::Error;
@@ -92,7 +92,7 @@ impl Instance {
         abi::ERROR
     }
 
-    /// Logs why a call failed; what it returns.
+    /// Logs why a call failed and returns its status.
     #[cold]
     fn report(&self, function: &Function, refusal: Refusal) -> fmi2Status {
         match refusal {
@@ -181,7 +181,7 @@ impl Instance {
     fn check_step(&self, point: f64, step: f64) -> Result<(), Fault> {
         let Clock { time, stop, .. } = self.clock;
         let (end, tolerance) = (point + step, TIME_TOLERANCE * (point.abs() + step));
-        // Comparisons with NaN are false. The tolerance is infinite where the point or the step is.
+        // Comparisons with NaN are false. The tolerance is infinite if the point or the step is.
         let admissible = 0.0 < step && (point - time).abs() <= tolerance && end - stop <= tolerance;
         if admissible && tolerance < f64::INFINITY { Ok(()) } else { Err(self.inadmissible_step(point, step)) }
     }
@@ -237,7 +237,7 @@ impl Instance {
         self.drive.get(index)
     }
 
-    /// Sets variables: all of them, or, where one is refused, none.
+    /// Sets variables: all of them, or none if one is refused.
     pub fn set(&mut self, r#type: Type, references: &[u32], values: &[f64]) -> Result<(), Fault> {
         self.drive.write(r#type, references, values)
     }
@@ -263,7 +263,7 @@ impl Instance {
         self.drive.output_derivative(index, order_of(order)?)
     }
 
-    /// Σ ∂unknown/∂known · component over the knowns, of each unknown.
+    /// Σ ∂unknown/∂known · component over the knowns, for each unknown.
     pub fn directional_derivatives(
         &mut self,
         unknowns: &[u32],
@@ -314,7 +314,7 @@ fn order_of(order: i32) -> Result<usize, Fault> {
     usize::try_from(order).map_err(|_| Fault::new(format!("derivatives of order {order} do not exist")))
 }
 
-/// Why a function is not allowed.
+/// The reason why a function is not allowed.
 struct Reason<'a>(&'a Function, Mode);
 
 impl std::fmt::Display for Reason<'_> {

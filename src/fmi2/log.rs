@@ -25,7 +25,7 @@ pub enum Category {
 /// Takes status, category and text of a message; the text may serve as a printf format without arguments.
 pub type Sink = Box<dyn Fn(fmi2Status, &CStr, &CStr)>;
 
-/// The importer's log with the categories that it wants to read.
+/// The importer's log with the categories that it reads.
 pub struct Logger {
     sink: Sink,
     enabled: [bool; CATEGORIES.len()],
@@ -51,8 +51,8 @@ impl Logger {
         Ok(())
     }
 
-    /// Whether messages of this category are passed on. Errors always are: the standard expects that the user has
-    /// read the reason of an fmi2Error, whereas the categories choose debug messages.
+    /// Whether messages of this category are passed on. Errors always are: the standard expects that the user has read the reason
+    /// of an fmi2Error; the categories choose debug messages.
     pub fn wants(&self, category: Category) -> bool {
         matches!(category, Category::Error | Category::Fatal) || self.enabled[category as usize]
     }
@@ -76,8 +76,8 @@ const CAPACITY: usize = 1024;
 /// The mark of a cut message.
 const CUT: &str = " …";
 
-/// One message on the stack: NUL-terminated UTF-8 in which `#` is doubled, since FMI reads `#r12#` as a variable, and
-/// `%`, since importers take it for a printf format.
+/// One message on the stack: NUL-terminated UTF-8 in which `#` is doubled, since FMI reads `#r12#` as a variable, and `%`, since
+/// importers treat it as a printf format.
 struct Line {
     bytes: [u8; CAPACITY],
     length: usize,

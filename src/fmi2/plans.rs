@@ -1,13 +1,13 @@
-//! The drives of the FMUs in use, so that the instances of one FMU share what never changes: variables, start values.
+//! The drives of the FMUs in use. The instances of one FMU share what never changes: variables and start values.
 //!
-//! Entered when an instance is made and left when one is freed, never in between.
+//! It is locked when an instance is made or freed, never in between.
 
 use crate::drives::{Fault, Plan, resource::Content};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-/// A drive with at least one instance; else its plan is gone, and [`clear`] removes the entry.
+/// A drive with at least one instance; without instances its plan is gone, and [`clear`] removes the entry.
 struct Entry {
-    /// The content of the resource it was made of.
+    /// The content of the resource that the drive was made from.
     resource: Box<[u8]>,
     guid: Box<str>,
     plan: Weak<Plan>,
@@ -15,12 +15,12 @@ struct Entry {
 
 static ENTRIES: Mutex<Vec<Entry>> = Mutex::new(Vec::new());
 
-/// No entry is ever half-way through a change, so a panic elsewhere does no harm.
+/// No entry is ever half changed, so a panic elsewhere does no harm.
 fn entries() -> MutexGuard<'static, Vec<Entry>> {
     ENTRIES.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The plan of the drive that a resource describes. Refuses another guid than that of the resource.
+/// The plan of the drive that a resource describes. Refuses a guid that differs from the resource's.
 pub fn of(resource: &[u8], guid: &str) -> Result<Arc<Plan>, Fault> {
     let known = entries().iter().find(|e| *e.resource == *resource).and_then(|e| {
         let plan = e.plan.upgrade()?;
@@ -47,7 +47,7 @@ fn compare(given: &str, own: &str) -> Result<(), Fault> {
     }
 }
 
-/// Forgets the drives without instances; without any, no memory is left behind when the library is unloaded.
+/// Forgets the drives without instances; after the last one no memory is left when the library is unloaded.
 pub fn clear() {
     let mut entries = entries();
     entries.retain(|e| 0 < e.plan.strong_count());

@@ -4,8 +4,8 @@ use crate::drives::Fault;
 use crate::drives::resource::FILE_NAME;
 use std::path::{Path, PathBuf};
 
-/// Reads the file of the drive from the resources folder that the importer names or, where it names none or a wrong
-/// one, from the folder `../../resources` of the runtime library's own folder.
+/// Reads the file of the drive from the resources folder that the importer names. If it names none or a wrong one, from the folder
+/// `../../resources` of the runtime library's own folder.
 pub fn read(location: Option<&str>, library: Option<&Path>) -> Result<Vec<u8>, Fault> {
     let mut folders = location.map(folders_of).unwrap_or_default();
     folders.extend(library.and_then(Path::parent).map(|folder| folder.join("../../resources")));
@@ -56,7 +56,7 @@ fn strip_scheme(location: &str) -> Option<&str> {
     scheme.eq_ignore_ascii_case("file:").then_some(rest)
 }
 
-/// Replaces `%41` by the byte 0x41; what is no such triple stays.
+/// Replaces `%41` with the byte 0x41; anything else stays.
 fn percent_decode(text: &str) -> Vec<u8> {
     let digit = |b: &u8| (*b as char).to_digit(16);
     let mut rest = text.as_bytes();

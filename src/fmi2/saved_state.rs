@@ -1,28 +1,28 @@
 //! Saved FMU states: the value behind an `fmi2FMUstate`, and its bytes.
 //!
-//! Bytes: magic (8) · format version (4) · fingerprint of the guid (8) · length of the content (8) · content · CRC-32
-//! of all before (4); integers little-endian. The content is the clock and the drive in postcard's encoding.
+//! Bytes: magic (8) · format version (4) · fingerprint of the guid (8) · length of the content (8) · content · CRC-32 of everything
+//! before it (4); integers little-endian. The content is the clock and the drive in postcard's encoding.
 
 use super::call_sequence::Mode;
 use crate::drives::{AnyDrive, Fault, Snapshot};
 use serde::{Deserialize, Serialize};
 
-/// Where an instance is in its life.
+/// The mode and the times of an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Clock {
     /// The state of the call sequence.
     pub mode: Mode,
     /// The communication point (s).
     pub time: f64,
-    /// The stop time; a number that no step reaches if the importer has defined none (s).
+    /// The stop time (s); without one, a number that no step reaches.
     pub stop: f64,
 }
 
-/// A saved state. An importer holds its address, and one address looks like another; so the first two words, of
-/// fixed layout, tell whether this is a living state, and of this very FMU, before anything else is read.
+/// A saved state. An importer holds its address, and one address looks like another. The first two words, of fixed layout,
+/// therefore show whether this is a living state of this very FMU before anything else is read.
 #[repr(C)]
 pub struct SavedState {
-    /// [`ALIVE`] until it is freed.
+    /// [`ALIVE`] until the state is freed.
     pub mark: u64,
     /// The fingerprint of the guid.
     pub fingerprint: u64,
@@ -42,13 +42,13 @@ impl SavedState {
     }
 }
 
-/// Tells FMUs apart by their guid (FNV-1a of 64 bits, Fowler, Noll and Vo).
+/// Distinguishes FMUs by their guid (FNV-1a of 64 bits, Fowler, Noll and Vo).
 pub fn fingerprint(guid: &str) -> u64 {
     guid.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 const MAGIC: &[u8; 8] = b"camdrive";
-/// To be raised when the encoding of any drive's state changes without a change of its guid.
+/// Raise this when the encoding of any drive's state changes without a change of its guid.
 const VERSION: u32 = 5;
 const HEADER: usize = 8 + 4 + 8 + 8;
 const CHECKSUM: usize = 4;
@@ -69,7 +69,7 @@ pub fn to_bytes(state: &SavedState) -> Result<Vec<u8>, Fault> {
     Ok(bytes)
 }
 
-/// A state from its bytes; refuses those of another FMU and damaged ones.
+/// A state from its bytes; refuses damaged ones and another FMU's.
 pub fn from_bytes(bytes: &[u8], fingerprint: u64, drive: &AnyDrive) -> Result<SavedState, Fault> {
     let refuse = |reason: &str| Err(Fault::new(format!("the serialised state {reason}")));
     let Some((body, checksum)) = bytes.split_last_chunk::<CHECKSUM>() else { return refuse("is cut off") };
