@@ -1,4 +1,4 @@
-//! Drives of any model: what differs between the models behind an object-safe interface, and all that they have in common.
+//! Drives of any model: an object-safe interface to a model, and everything that all models share.
 
 use super::limits::{check_angle, no_state};
 use super::unit;
@@ -10,23 +10,23 @@ use crate::numerics::work::Since;
 use std::mem::MaybeUninit;
 use std::sync::Arc;
 
-/// A place that no value has.
+/// A place without a value.
 const NO_PLACE: usize = usize::MAX;
 
-/// A drive whose type is known only at run time; values of every type travel as `f64`. See [`Drive`] for what is not said here.
+/// A drive whose type is known only at run time; values of every type travel as `f64`. See [`Drive`] for the rest.
 trait DynDrive: Send + Sync {
     fn copy(&self) -> Box<dyn DynDrive>;
     fn experiment(&self) -> Experiment;
     fn input_derivatives(&self) -> usize;
-    /// The value of a parameter or an input; None of what is computed.
+    /// The value of a parameter or an input; None for computed values.
     fn get(&self, reference: usize) -> Option<f64>;
-    /// Sets a parameter or an input; does nothing to what is computed.
+    /// Sets a parameter or an input; leaves computed values alone.
     fn set(&mut self, reference: usize, value: f64);
     /// The Taylor series of a continuous output.
     fn series(&self, reference: usize, seed: Seed) -> Option<Series>;
     fn start(&mut self, time: f64) -> Result<(), Fault>;
     fn apply(&mut self, time: f64) -> Result<(), Fault>;
-    /// Advances by a communication step; false where the states are no finite numbers at its end.
+    /// Advances by a communication step; false if a state is not finite at its end.
     fn advance(&mut self, time: f64, step: f64) -> Result<bool, Fault>;
     fn is_finite(&self) -> bool;
     fn held(&self) -> Option<(f64, bool)>;
@@ -35,11 +35,11 @@ trait DynDrive: Send + Sync {
     fn request_tolerance(&mut self, tolerance: f64);
     fn events(&mut self) -> &mut EventLog;
     fn serialize(&self) -> Option<Vec<u8>>;
-    /// A drive of this type from its bytes, and the bytes behind them.
+    /// A drive of this type from its bytes, and the bytes after them.
     fn deserialize<'a>(&self, bytes: &'a [u8], all: &[Description]) -> Result<(Box<dyn DynDrive>, &'a [u8]), Fault>;
 }
 
-/// A drive with the access to its variables: for each the index that its functions take, or its place, see [`super::Variable`].
+/// A drive with the access to its variables: for each the index for its functions, or its place, see [`super::Variable`].
 struct Typed<D> {
     drive: D,
     access: Arc<[(usize, Access<D>)]>,
@@ -121,7 +121,7 @@ impl<D: Drive> DynDrive for Typed<D> {
         let mut made = self.drive.clone();
         for ((index, access), description) in self.access.iter().zip(all) {
             let Some(value) = access.get(&drive, *index) else { continue };
-            // What the scene itself says is not looked at again, and what nobody changes stays shared.
+            // Values of the scene are not checked again, and values that nobody changes stay shared.
             if access.get(&made, *index) != Some(value) {
                 description.check(value)?;
                 access.set(&mut made, *index, value);
@@ -148,18 +148,18 @@ fn not_settable(d: &Description) -> Fault {
     })
 }
 
-/// A drive as its scene describes it: what all its instances have in common.
+/// A drive as its scene describes it: the part that all its instances share.
 pub struct Plan {
     initial: Box<dyn DynDrive>,
     descriptions: Vec<Description>,
-    /// For each variable its place among the computed values, [`NO_PLACE`] of what is set.
+    /// For each variable its place among the computed values, [`NO_PLACE`] for parameters and inputs.
     places: Box<[usize]>,
-    /// Like `places`, but only of Reals; packed, since importers read at every communication point.
+    /// Like `places`, but only for Reals; packed, since importers read at every communication point.
     real_places: Box<[usize]>,
 }
 
 impl Plan {
-    /// A further instance, as it is after instantiation.
+    /// Makes an instance in the state after instantiation.
     pub fn instance(self: Arc<Self>) -> AnyDrive {
         AnyDrive {
             drive: self.initial.copy(),
@@ -216,9 +216,9 @@ pub struct AnyDrive {
     plan: Arc<Plan>,
     /// The computed values of the communication point.
     values: Box<[f64]>,
-    /// Whether they are those of the present state.
+    /// Whether `values` belong to the present state.
     evaluated: bool,
-    /// Whether the start values still decide the state.
+    /// Whether the start values still determine the state.
     initialising: bool,
     /// Whether something was set since the drive last took up its settings.
     pending: bool,
@@ -234,7 +234,7 @@ pub struct Snapshot {
 }
 
 impl AnyDrive {
-    /// A drive as it is after instantiation.
+    /// A drive in the state after instantiation.
     pub fn new<D: Drive>(drive: D) -> Self {
         let (mut descriptions, mut access) = (Vec::new(), Vec::new());
         for v in drive.variables().0 {
@@ -252,7 +252,7 @@ impl AnyDrive {
         Arc::new(Plan { initial, descriptions, places, real_places }).instance()
     }
 
-    /// The same of a drive that has started already: what it is asked next goes on from there.
+    /// The same for a drive that has already started: further calls continue from there.
     pub fn under_way(mut self) -> Self {
         (self.initialising, self.pending) = (false, false);
         self
@@ -268,8 +268,8 @@ impl AnyDrive {
         &self.plan.descriptions
     }
 
-    /// The default experiment. Importers ask for its tolerance, and the stricter one counts: a coarser one of the scene is
-    /// that of the experiment too.
+    /// The default experiment. Importers ask for its tolerance, and the stricter one counts, so a coarser one of the scene is also
+    /// the experiment's.
     pub fn experiment(&self) -> Experiment {
         let own = self.plan.descriptions.iter().position(|description| description.name == "solver.tolerance");
         let coarsest = own.and_then(|reference| self.drive.get(reference)).unwrap_or(0.0);
@@ -282,7 +282,7 @@ impl AnyDrive {
         self.drive.events()
     }
 
-    /// Takes up what was set.
+    /// Takes up the values set since the last call.
     #[inline]
     fn refresh(&mut self) -> Result<(), Fault> {
         if self.pending { self.take_up() } else { Ok(()) }
@@ -291,7 +291,7 @@ impl AnyDrive {
     #[inline(never)]
     fn take_up(&mut self) -> Result<(), Fault> {
         if self.initialising {
-            // What the scene says may be out of range; what importers set has been looked at.
+            // The scene's values may be out of range; the importer's have been checked.
             for (reference, description) in self.plan.descriptions.iter().enumerate() {
                 self.drive.get(reference).map_or(Ok(()), |value| description.check(value))?;
             }
@@ -311,12 +311,12 @@ impl AnyDrive {
         Ok(())
     }
 
-    /// Something else was set.
+    /// Another value was set.
     fn changed(&mut self) {
         (self.pending, self.evaluated) = (true, false);
     }
 
-    /// Puts another state in the place of this one. The log, which is no part of the state, stays.
+    /// Replaces this state by another one. The log, which is not part of the state, stays.
     fn replace(&mut self, mut state: Snapshot) {
         std::mem::swap(state.drive.events(), self.drive.events());
         Snapshot { drive: self.drive, initialising: self.initialising, pending: self.pending, time: self.time } = state;
@@ -324,7 +324,7 @@ impl AnyDrive {
         self.evaluated = false;
     }
 
-    /// The place in the list of the variable with this reference, which has to be of this type.
+    /// The place in the list of the variable with this reference, which must have this type.
     pub fn variable(&self, reference: u32, r#type: Type) -> Result<usize, Fault> {
         match self.plan.descriptions.get(reference as usize) {
             Some(d) if d.kind.r#type() == r#type => Ok(reference as usize),
@@ -354,7 +354,7 @@ impl AnyDrive {
             for (reference, place) in references.iter().zip(&mut *values) {
                 let known = self.plan.real_places.get(*reference as usize).and_then(|place| self.values.get(*place));
                 let Some(value) = known else { return self.read_otherwise(references, values) };
-                // Zero, unless the value is no finite number.
+                // Zero unless the value is infinite or NaN.
                 finite += 0.0 * value;
                 place.write(*value);
             }
@@ -365,7 +365,8 @@ impl AnyDrive {
         self.read_otherwise(references, values)
     }
 
-    /// The first reading at a communication point, and Reals of which one is set, not computed, or does not exist, or is no number.
+    /// Handles the first reading at a communication point, and Reals of which one is set instead of computed, unknown, or not
+    /// finite.
     #[inline(never)]
     fn read_otherwise(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
         if !(self.evaluated || self.pending) {
@@ -412,7 +413,7 @@ impl AnyDrive {
         Ok(())
     }
 
-    /// Sets variables of one type: all of them, or, where one is refused, none.
+    /// Sets variables of one type: all of them, or none if one is refused.
     pub fn write(&mut self, r#type: Type, references: &[u32], values: &[f64]) -> Result<(), Fault> {
         for (reference, value) in references.iter().zip(values) {
             self.check(self.variable(*reference, r#type)?, *value)?;
@@ -424,7 +425,7 @@ impl AnyDrive {
         Ok(())
     }
 
-    /// Initialisation starts at `time` (s).
+    /// Starts initialisation at `time` (s).
     pub fn set_up(&mut self, time: f64, tolerance: Option<f64>) {
         self.time = time;
         self.drive.request_tolerance(tolerance.unwrap_or(0.0));
@@ -457,7 +458,7 @@ impl AnyDrive {
         self.drive.held()
     }
 
-    /// Which state is no number.
+    /// Names the state that is not finite.
     #[cold]
     fn not_finite(&mut self) -> Fault {
         self.drive.evaluate(&mut self.values);
@@ -522,8 +523,8 @@ impl AnyDrive {
         if jet.iter().all(|value| value.is_finite()) { Ok(jet) } else { Err(self.no_derivative(reference)) }
     }
 
-    /// Σ ∂unknown/∂known · component over a direction at the communication point, of each unknown; during initialisation those of
-    /// the start values.
+    /// Σ ∂unknown/∂known · component over a direction at the communication point, for each unknown; during initialisation the
+    /// derivatives of the start values.
     pub fn directional_derivatives(
         &mut self,
         unknowns: &[usize],
@@ -537,7 +538,7 @@ impl AnyDrive {
                 "the component {component} of the direction for `{name}` is not a finite number"
             )));
         }
-        // Hosts ask for a column of the Jacobian by a direction of all knowns.
+        // Hosts request a column of the Jacobian by a direction of all knowns.
         let direction: Vec<(usize, f64)> =
             direction.iter().copied().filter(|(_, component)| *component != 0.0).collect();
         let values = if self.initialising {
@@ -569,7 +570,7 @@ impl AnyDrive {
         let Description { name, causality, variability, dependencies, .. } = &self.plan.descriptions[reference];
         let value = match self.drive.series(reference, seed) {
             Some(series) => series.derivative(order),
-            // What changes at events only stands still between them, and hosts ask for the slope of every output.
+            // Discrete values stand still between events, and hosts request the slope of every output.
             None if *causality == Causality::Output
                 && *variability == Variability::Discrete
                 && (seed == Seed::Time || dependencies.is_empty()) =>
@@ -587,8 +588,8 @@ impl AnyDrive {
         Fault::new(format!("a derivative of `{name}` is not a finite number at t = {} s", Number(self.time)))
     }
 
-    /// [`AnyDrive::directional_derivatives`] of the start values: the sum of the columns, each by itself, so that none depends on
-    /// what else is asked for.
+    /// [`AnyDrive::directional_derivatives`] of the start values: the sum of the columns, each computed by itself, so that none
+    /// depends on the rest of the request.
     fn initial_derivatives(&self, unknowns: &[usize], direction: &[(usize, f64)]) -> Result<Vec<f64>, Fault> {
         let (begin, mut sums) = (Since::now(), vec![0.0; unknowns.len()]);
         for &(known, component) in direction {
@@ -598,9 +599,9 @@ impl AnyDrive {
         Ok(sums)
     }
 
-    /// ∂unknown/∂known of the start values, in which the states follow from inputs and parameters (y = U(phi) + start.q), by
-    /// differences on copies, since a start may be the result of an iteration. The unknowns share the starts, and no call those of
-    /// another: what a call takes must not depend on the calls before it.
+    /// ∂unknown/∂known of the start values, in which the states follow from inputs and parameters (y = U(phi) + start.q). They are
+    /// found from differences on copies, since a start may be the result of an iteration. The unknowns share the starts, but calls
+    /// do not: the work of a call must not depend on earlier calls.
     fn initial_column(&self, unknowns: &[usize], known: usize, begin: &Since) -> Result<Vec<f64>, Fault> {
         let (plan, drive, d) = (&self.plan, &self.drive, &self.plan.descriptions[known]);
         let (Some(centre), Kind::Real { quantity, min, max, .. }) = (drive.get(known), &d.kind) else {
@@ -609,8 +610,8 @@ impl AnyDrive {
                 d.name
             )));
         };
-        // A law repeats itself every turn however large the angle; other quantities are scaled by themselves, unless they are next
-        // to nothing.
+        // A law repeats itself every turn however large the angle; other quantities are scaled by themselves unless they are almost
+        // zero.
         let usual = quantity.usual();
         let size = if **quantity == unit::ANGLE {
             1.0
@@ -652,7 +653,7 @@ impl AnyDrive {
         unknowns.iter().map(&mut derivative).collect()
     }
 
-    /// Back to the state after instantiation, with the parameters of the scene.
+    /// Returns to the state after instantiation, with the scene's parameters.
     pub fn reset(&mut self) {
         self.replace(Snapshot { drive: self.plan.initial.copy(), initialising: true, pending: true, time: 0.0 });
     }
@@ -686,7 +687,7 @@ impl AnyDrive {
 }
 
 impl Snapshot {
-    /// Its bytes; None where they cannot be written.
+    /// The bytes of the state; None if they cannot be written.
     pub fn serialize(&self) -> Option<Vec<u8>> {
         let mut bytes = self.drive.serialize()?;
         bytes.extend(postcard::to_stdvec(&(self.initialising, self.pending, self.time)).ok()?);

@@ -1,4 +1,4 @@
-//! Curves that picture a drive: the documentation draws them, an importer's window shows them.
+//! Curves that picture a drive, for the documentation and an importer's window.
 
 use crate::motion::MotionLaw;
 use std::f64::consts::TAU;
@@ -12,7 +12,7 @@ pub struct Curve {
     pub x_label: String,
     /// Quantity and unit of the ordinate, for example "U (mm)".
     pub y_label: String,
-    /// Neighbouring points are joined by a straight line.
+    /// The points; straight lines join neighbours.
     pub points: Vec<[f64; 2]>,
 }
 

@@ -1,4 +1,4 @@
-//! What a drive model is.
+//! The interface of a drive model.
 
 use super::{Curve, EventLog, Experiment, Fault, List, Text};
 use serde::{Serialize, de::DeserializeOwned};
@@ -6,14 +6,14 @@ use serde::{Serialize, de::DeserializeOwned};
 /// The variable with respect to which the series of an output is taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Seed<'a> {
-    /// Time: the coefficients are those of the output along the motion.
+    /// Time: the coefficients follow the output along the motion.
     Time,
     /// The input or state with this name: c₁ is the partial derivative, the other knowns held.
     Known(&'a str),
 }
 
 impl Seed<'_> {
-    /// ∂variable/∂known of an input or state with this `name`.
+    /// ∂variable/∂known for an input or state with this `name`.
     pub fn of(self, name: &str) -> f64 {
         if self == Seed::Known(name) { 1.0 } else { 0.0 }
     }
@@ -34,7 +34,7 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// The highest order of input derivatives that [`Drive::advance`] takes into account.
     const INPUT_DERIVATIVES: usize = 0;
 
-    /// A drive at time zero. Refuses what no parameter value could mend.
+    /// A drive at time zero. Refuses scenes that no parameter value could mend.
     fn new(scene: Self::Scene) -> Result<Self, Fault>;
 
     /// All variables, in the order of their value references.
@@ -43,7 +43,7 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// Documentation of the drive.
     fn text(&self) -> Text;
 
-    /// Curves that picture the drive, the most telling first: for a cam drive [`Curve::of_law`].
+    /// Curves that picture the drive, the most informative first: for a cam drive [`Curve::of_law`].
     fn curves(&self) -> Vec<Curve>;
 
     /// The default experiment.
@@ -56,39 +56,40 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// Takes up tunable parameters and inputs that were set at the communication point `time` (s).
     fn apply(&mut self, time: f64) -> Result<(), Fault>;
 
-    /// The angle of the drive shaft at the `end` of a step from `time` (s), as far as it is known before the step (rad);
-    /// 0 of a drive without one.
+    /// The angle of the drive shaft at the `end` of a step from `time` (s), as far as it is known before the step (rad); 0 for a
+    /// drive without a shaft.
     fn angle(&self, _time: f64, _end: f64) -> f64 {
         0.0
     }
 
-    /// Advances from the communication point `time` to `time + step` (s), step > 0. Does not allocate.
-    /// After a fault the drive is used no more until it is reset or an earlier state is restored.
+    /// Advances from the communication point `time` to `time + step` (s), step > 0. Does not allocate. After a fault the drive is
+    /// not used until it is reset or an earlier state is restored.
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
 
-    /// The instant (s) up to which the present internal step holds the motion, and whether something happens there. Before it
-    /// [`Drive::advance`] reads the step alone and goes back as well, as far as to the communication point of this call. By default
-    /// nothing is held.
+    /// The instant (s) up to which the present internal step holds the motion, and whether an event happens there. Up to this
+    /// instant [`Drive::advance`] only reads the step, and can also go back as far as the communication point of this call. By
+    /// default nothing is held.
     fn held(&self) -> Option<(f64, bool)> {
         None
     }
 
-    /// Computes what the variables tell of the communication point, each value in the place that its declaration names
+    /// Computes the values of the variables at the communication point, each in the place that its declaration names
     /// ([`super::Variable::at`]).
     fn evaluate(&self, values: &mut [f64]);
 
-    /// The relative tolerance that the importer asked for at set-up, 0 for none; never makes the result worse than
-    /// the documented default.
+    /// The relative tolerance that the importer requested at set-up, 0 for none; never makes the result worse than the documented
+    /// default.
     fn request_tolerance(&mut self, tolerance: f64);
 
-    /// Whether the states are finite numbers; asked after each step, so that none that is not leaves as a result.
+    /// Whether the states are finite; checked after each step, so that no other result is returned.
     fn is_finite(&self) -> bool;
 
     /// Events since the log was last cleared.
     fn events(&mut self) -> &mut EventLog;
 
-    /// Called on a drive that was just read from bytes: rebuilds what the serialisation leaves out, to the same bits, or takes
-    /// it from `made`, the drive as it was made of the scene with the parameters of this one. Refuses what can be no state of this drive.
+    /// Called on a drive that was just read from bytes: rebuilds the parts that the serialisation leaves out, to the same bits, or
+    /// takes them from `made`, the drive as made from the scene with the parameters of this one. Refuses states that this drive
+    /// cannot have.
     fn restored(&mut self, _made: &Self) -> Result<(), Fault> {
         Ok(())
     }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::ffi::CStr;
 
-/// The log categories of every FMU: name, and what it means.
+/// The log categories of every FMU: name and meaning.
 pub const LOG_CATEGORIES: [(&CStr, &str); 6] = [
     (c"logStatusWarning", "Warnings"),
     (c"logStatusError", "Errors: why a call was refused or a step failed"),
@@ -16,9 +16,9 @@ pub const LOG_CATEGORIES: [(&CStr, &str); 6] = [
 /// A switching instant or a note of the solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
-    /// When (s).
+    /// The time (s).
     pub time: f64,
-    /// What, for example "impact on flank A".
+    /// The kind, for example "impact on flank A".
     pub kind: &'static str,
     /// The quantity that measures it, for example "impulse".
     pub quantity: &'static str,
@@ -26,18 +26,18 @@ pub struct Event {
     pub value: f64,
     /// Its unit.
     pub unit: &'static str,
-    /// Of which follower, counted from 1; 0 where there is but one or none.
+    /// The follower, counted from 1; 0 if there is only one or none.
     pub follower: usize,
-    /// What the entry speaks of.
+    /// The subject of the entry.
     pub about: About,
 }
 
-/// What an entry of the log speaks of.
+/// The subject of an entry of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum About {
     /// The machine (`logEvents`).
     Machine,
-    /// Loads that do not hold what they are to hold: no switching instant (`logEvents`).
+    /// Loads that do not hold the follower on its cam: no switching instant (`logEvents`).
     Loads,
     /// The solver (`logSolver`).
     Solver,
@@ -45,11 +45,11 @@ pub enum About {
     Inputs,
 }
 
-/// How many events of one step are kept; a chattering contact yields more, and their number is told.
+/// How many events of one step are kept; a chattering contact has more, and the log states their number.
 const CAPACITY: usize = 32;
 
-/// The first events of a communication step; not part of the FMU state. The room for them is there before a step, so
-/// that nothing is allocated in one, and only where somebody reads them.
+/// The first events of a communication step; not part of the FMU state. The memory is reserved before a step, so that the step
+/// allocates nothing, and only if somebody reads them.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct EventLog {
     #[serde(skip, default = "room")]
@@ -78,7 +78,7 @@ impl Clone for EventLog {
 }
 
 impl EventLog {
-    /// A log that only counts, for which no room is made.
+    /// A log that only counts and reserves no memory.
     pub fn counting() -> Self {
         EventLog { events: Vec::new(), count: 0 }
     }
@@ -110,7 +110,7 @@ impl EventLog {
         self.events.iter()
     }
 
-    /// How many events happened that are not kept.
+    /// The number of events that were not kept.
     pub fn dropped(&self) -> usize {
         self.count - self.events.len()
     }

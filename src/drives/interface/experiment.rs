@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 
 /// The experiment that shows a drive: whole revolutions, at most 1000 communication steps. The quotient of stop time and step is a
-/// whole number to the last bit, since some importers refuse any other.
+/// whole number to the last bit, since some importers refuse other values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Experiment {
     /// Stop time (s), a whole number of steps.
     pub stop: f64,
-    /// Communication step (s), a whole number of nanoseconds and one that reads well.
+    /// Communication step (s), a whole number of nanoseconds with few digits.
     pub step: f64,
     /// Relative tolerance (1).
     pub tolerance: f64,
@@ -17,22 +17,22 @@ pub struct Experiment {
 /// The most communication steps: importers thin out or double the steps of longer runs.
 const MOST_STEPS: f64 = 1000.0;
 
-/// Leading digits of steps below the next power of ten: near enough to each other for three quarters of the most steps.
+/// Leading digits of steps below the next power of ten, close enough that at least three quarters of the most steps are used.
 const ROUND: [f64; 10] = [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
 
 /// A span this part of a step beyond a whole number of steps is a rounding error.
 const SLACK: f64 = 1e-9;
 
-/// A turn longer than this (s) is none for an experiment.
+/// A turn longer than this (s) is too long for an experiment.
 const LONGEST_TURN: f64 = 1e6;
 
 impl Experiment {
-    /// So many turns at the angular velocity `w` (rad/s), rounded up to the next whole steps whose quotient is whole; a second where
-    /// that is none.
+    /// So many turns at the angular velocity `w` (rad/s), rounded up to the next whole steps whose quotient is whole; one second if
+    /// the turns take too long.
     pub fn of_turns(turns: f64, w: f64) -> Self {
         let turn = TAU / w.abs();
         let span = if turn <= LONGEST_TURN { turns * turn } else { 1.0 };
-        // In whole nanoseconds the quotients below are the numbers that are meant to the last bit.
+        // In whole nanoseconds the quotients below are exact to the last bit.
         let least = (1e9 * span / MOST_STEPS * (1.0 - SLACK)).max(1.0);
         let power = 10.0_f64.powi(least.log10().floor() as i32);
         let steps = [power, 10.0 * power].into_iter().flat_map(|power| ROUND.map(|digits| (digits * power).ceil()));

@@ -1,73 +1,73 @@
-//! Why a drive cannot go on.
+//! The reason why a drive cannot go on.
 
 use serde::{Deserialize, Serialize};
 
-/// Why a drive cannot go on. In a box, since every step returns one or none.
+/// The reason why a drive cannot go on. In a box, since every step returns one or none.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Fault(pub Box<Reason>);
 
 /// Variable, message and remedy of a [`Fault`].
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Reason {
-    /// The variable at fault, by its name in the FMU; empty where it is none in particular.
+    /// The variable at fault, by its name in the FMU; empty for none in particular.
     pub variable: String,
-    /// One sentence that names the quantity, its value and what would be admissible.
+    /// One sentence that names the quantity, its value and the admissible values.
     pub message: String,
-    /// Whether the name of the variable stands before the message, which then goes on from there.
+    /// Whether the message begins with the name of the variable, which is then not part of `message`.
     pub named: bool,
-    /// Whether what computes is gone, such as the process of a library: other values say nothing of these.
+    /// Whether the computation itself is lost, as when the process of a library ends: other values say nothing about these.
     pub is_loss: bool,
-    /// Why there is no periodic motion, of a start that asks for one.
+    /// The reason why a start found no periodic motion; None for other faults.
     pub motionless: Option<String>,
-    /// What to do about it.
+    /// The remedy.
     pub hint: Option<String>,
 }
 
 impl Fault {
-    /// A fault of no variable in particular.
+    /// A fault of no particular variable.
     pub fn new(message: impl Into<String>) -> Self {
         let (variable, message) = (String::new(), message.into());
         Fault(Box::new(Reason { variable, message, named: false, is_loss: false, motionless: None, hint: None }))
     }
 
-    /// That of a variable.
+    /// Attributes the fault to a variable.
     pub fn of(mut self, variable: impl Into<String>) -> Self {
         self.0.variable = variable.into();
         self
     }
 
-    /// A fault of a variable, with whose name the message begins.
+    /// A fault of a variable; the message begins with its name.
     pub fn named(variable: impl Into<String>, message: impl Into<String>) -> Self {
         let mut fault = Fault::new(message).of(variable);
         fault.0.named = true;
         fault
     }
 
-    /// The same fault with this remedy.
+    /// Adds a remedy.
     pub fn hint(mut self, hint: impl Into<String>) -> Self {
         self.0.hint = Some(hint.into());
         self
     }
 
-    /// The same fault as that of a start in a periodic motion, which there is not for this reason.
+    /// Marks it as the fault of a start without periodic motion, for this reason.
     pub fn motionless(mut self, reason: impl Into<String>) -> Self {
         self.0.motionless = Some(reason.into());
         self
     }
 
-    /// The same fault with its place, a file or a part, before the message.
+    /// Puts its place, a file or a part, before the message.
     pub fn within(self, place: impl std::fmt::Display) -> Self {
         let message = format!("{place}: {}", self.sentence());
         self.told(message)
     }
 
-    /// The same fault in other words.
+    /// Replaces the message.
     pub fn told(mut self, message: String) -> Self {
         (self.0.message, self.0.named) = (message, false);
         self
     }
 
-    /// The same fault with its remedy at the end of the message, as logs have it.
+    /// Moves the remedy to the end of the message, as logs need it.
     pub fn in_one_sentence(mut self) -> Self {
         if let Some(hint) = self.0.hint.take() {
             self.0.message += &format!("; {hint}");
@@ -77,7 +77,7 @@ impl Fault {
 }
 
 impl Reason {
-    /// The message from the name of the variable on.
+    /// The message including the name of the variable.
     pub fn sentence(&self) -> String {
         if self.named { format!("`{}`{}", self.variable, self.message) } else { self.message.clone() }
     }

@@ -1,22 +1,21 @@
-//! Limits of a call: angles that are numbers, and no more than the work of one call ([`crate::numerics::work`]).
+//! Limits of a call: angles that a number resolves, and the work of one call ([`crate::numerics::work`]).
 
 use super::{Fault, Rounded};
 
-/// The greatest angle (rad): beyond it neighbouring numbers are an eighth of a radian apart, and more.
+/// The greatest angle (rad): beyond it neighbouring numbers are an eighth of a radian or more apart.
 pub const LARGEST_ANGLE: f64 = 1e15;
 
 /// The greatest angular velocity of a drive (rad/s): ten million revolutions per minute.
 pub const FASTEST: f64 = 1e6;
 
-/// The greatest angular acceleration of a drive (rad/s²): that of a shaft at the greatest speed which alternates once a turn.
+/// The greatest angular acceleration of a drive (rad/s²): a shaft at the greatest speed that alternates once a turn.
 pub const STEEPEST: f64 = FASTEST * FASTEST;
 
 /// The greatest sizes of the inputs phi (rad), w (rad/s) and a (rad/s²).
 pub const INPUTS: [f64; 3] = [LARGEST_ANGLE, FASTEST, STEEPEST];
 
-/// The fault of a communication step that takes more than the work of a call: it was to go on from one time to another and
-/// has `reached` a time between them (s); `motion` tells what turns and how fast, the `hint` what would help beside shorter
-/// steps.
+/// The fault of a communication step that takes more than the work of a call. It was to go on from one time to another and has
+/// `reached` a time between them (s); `motion` says what turns and how fast, the `hint` what helps in addition to shorter steps.
 pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &str) -> Fault {
     Fault::new(format!(
         "the {} s to t = {} s need more work than one call may take: {motion}, and only {} s of them are done; shorten the \
@@ -27,7 +26,7 @@ pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &st
     ))
 }
 
-/// The fault of a start whose periodic motion takes more than the work of a call to find; the `hint` tells what would help.
+/// The fault of a start whose periodic motion takes more than the work of a call to find; the `hint` says what helps.
 pub fn search_too_much(hint: &str) -> Fault {
     no_periodic_motion("the search for the periodic motion needs more work than one call may take", "").hint(hint)
 }
@@ -49,14 +48,14 @@ pub fn refused_start(message: impl Into<String>) -> Fault {
     Fault::new(message).of("start.mode")
 }
 
-/// The fault of a saved state that no drive of the scene can be in.
+/// The fault of a saved state that no drive of the scene can have.
 pub fn no_state() -> Fault {
     Fault::new("the serialised state does not belong to this drive: its numbers contradict each other")
 }
 
-/// Refuses a step to the time `to` (s), at which the angle (rad) is beyond all that tells where in its turn a shaft is.
+/// Refuses a step to the time `to` (s) at which the angle (rad) is too large to determine the position within a turn.
 pub fn check_angle(angle: f64, to: f64) -> Result<(), Fault> {
-    // A comparison with NaN is false.
+    // Comparisons with NaN are false.
     if angle.abs() <= LARGEST_ANGLE { Ok(()) } else { Err(beyond(angle, to)) }
 }
 

@@ -1,4 +1,4 @@
-//! What `fmi2` and the exporter see of a drive; no physics.
+//! The interface of a drive to `fmi2` and the exporter; no physics.
 
 mod any;
 pub mod curve;

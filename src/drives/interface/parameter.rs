@@ -1,5 +1,5 @@
-//! The numbers of a drive that its scene gives and its FMU has as parameters: what is to be said of each is said once, and the
-//! scene's reader, the variables and their documentation follow from it.
+//! The numbers of a drive that are keys of its scene and parameters of its FMU. Each is declared once; the scene's reader, the
+//! variables and their documentation follow from it.
 
 use super::unit::Quantity;
 use super::variable::{Get, Kind, Set, Variability};
@@ -17,15 +17,15 @@ pub struct Parameter<P: 'static> {
     pub quantity: &'static Quantity,
     /// The admissible range, borders included.
     pub range: [f64; 2],
-    /// Value where the scene does not give it; None where it must.
+    /// The value if the scene leaves it out; None if the scene must contain it.
     pub default: Option<f64>,
     /// Usual magnitude.
     pub nominal: Option<f64>,
     /// Fixed or tunable.
     pub variability: Variability,
-    /// Reads it.
+    /// Reads the value.
     pub get: fn(&P) -> f64,
-    /// Writes it.
+    /// Writes the value.
     pub set: fn(&mut P, f64),
 }
 
@@ -33,19 +33,19 @@ pub struct Parameter<P: 'static> {
 pub trait Parameters: Sized + 'static {
     /// The section of the scene that holds them.
     const SECTION: &'static str;
-    /// In the order of their value references.
+    /// The parameters in the order of their value references.
     const TABLE: &'static [Parameter<Self>];
 }
 
 /// A drive with such a group.
 pub trait Has<P> {
-    /// The group; None where the scene has none.
+    /// The group; None if the scene has none.
     fn group(&self) -> Option<&P>;
     /// The group, to change it.
     fn group_mut(&mut self) -> Option<&mut P>;
 }
 
-/// How a number is declared, whatever it belongs to.
+/// The declaration of a number, whatever it belongs to.
 pub struct Number {
     /// The name in the FMU.
     pub name: &'static str,
@@ -57,7 +57,7 @@ pub struct Number {
 }
 
 impl Number {
-    /// A parameter in this section.
+    /// The declaration of a parameter in this section.
     #[inline(never)]
     pub fn of<P>(section: &str, p: &Parameter<P>) -> Self {
         let Parameter { name, quantity, range: [min, max], nominal, variability, .. } = *p;
@@ -65,7 +65,7 @@ impl Number {
         Number { name, key: format!("{section}.{}", p.key), text: p.text.trim_start(), kind, variability }
     }
 
-    /// All of a group.
+    /// The declarations of a whole group.
     pub fn all<P: Parameters>(_: Option<&P>) -> Vec<Self> {
         P::TABLE.iter().map(|p| Number::of(P::SECTION, p)).collect()
     }
@@ -106,8 +106,8 @@ fn set<D: Has<P>, P: Parameters>(drive: &mut D, which: usize, value: f64) {
     }
 }
 
-/// Declares a group of parameters: a struct of numbers, which is a field `of` a drive, or fields of a struct behind `for`; and what
-/// [`Parameters`] says of them. The range comes behind `in`, the default behind `or`, the usual magnitude behind `about`.
+/// Declares a group of parameters: a struct of numbers, which is a field `of` a drive, or fields of the struct named after `for`;
+/// and the items of [`Parameters`]. The range follows `in`, the default `or`, the usual magnitude `about`.
 #[macro_export]
 macro_rules! parameters {
     ($(#[$doc:meta])* $struct:ident $(of $drive:ident . $($place:ident).+)?, $section:literal {

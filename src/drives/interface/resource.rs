@@ -1,6 +1,6 @@
 //! The resolved scene as an FMU carries it in `resources/drive.bin`.
 //!
-//! Bytes: magic (8) · model, guid and scene in postcard's encoding · CRC-32 of all before (4, little-endian).
+//! Bytes: magic (8) · model, guid and scene in postcard's encoding · CRC-32 of everything before it (4, little-endian).
 
 use super::{AnyDrive, Fault, Model};
 use serde::{Deserialize, Serialize};
@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 /// The name of the file in the resources folder of an FMU.
 pub const FILE_NAME: &str = "drive.bin";
 
-/// To be changed when the encoding of the file changes; that of the scenes goes with the guid.
+/// Change this when the encoding of the file changes; changes of the scenes' encoding show in the guid.
 const MAGIC: &[u8; 8] = b"camscen3";
 const CHECKSUM: usize = 4;
 
-/// Version and sources. The text stands in every library, where the command line looks for it before it packs one, since a
-/// scene is encoded for the library of the same sources.
+/// Version and sources. Every library contains this text. The command line checks it before it packs a library, since a scene is
+/// encoded for the library of the same sources.
 pub const BUILD: &str = concat!("camdrive ", env!("CARGO_PKG_VERSION"), ", sources ", env!("CAMDRIVE_SOURCES"));
 
 /// Content of the file.
@@ -61,7 +61,7 @@ impl<'a> Content<'a> {
     }
 }
 
-/// The fault of a `model` that is none of the `known`.
+/// The fault of a `model` that is not among the `known`.
 pub fn unknown<'a>(model: &str, known: impl Iterator<Item = &'a str>) -> Fault {
     Fault::new(format!("unknown model `{model}`; expected one of {}", known.collect::<Vec<&str>>().join(", ")))
 }

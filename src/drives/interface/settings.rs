@@ -3,16 +3,16 @@
 use super::{List, unit, variable};
 use serde::{Deserialize, Serialize};
 
-/// Relative tolerance of a drive whose user asks for nothing: the documented accuracy.
+/// Relative tolerance of a drive by default: the documented accuracy.
 pub const DEFAULT_TOLERANCE: f64 = 1e-10;
 
 /// The finest tolerance that double precision can honour.
 pub const FINEST_TOLERANCE: f64 = 1e-14;
 
-/// The coarsest tolerance that may be asked for.
+/// The coarsest tolerance that may be requested.
 pub const COARSEST_TOLERANCE: f64 = 1.0;
 
-/// The longest internal step that may be asked for (s): longer than any communication step.
+/// The longest internal step that may be requested (s): longer than any communication step.
 pub const LONGEST_STEP_SIZE: f64 = 1e6;
 
 /// Method that decides the internal steps.
@@ -66,7 +66,7 @@ pub struct Settings {
 pub struct Solver {
     /// The user's settings.
     pub settings: Settings,
-    /// Tolerance that the importer asked for at set-up; 0 if none.
+    /// Tolerance that the importer requested at set-up; 0 if none.
     pub requested: f64,
     /// Internal steps since the start.
     pub steps: f64,
@@ -82,8 +82,7 @@ impl Solver {
         Solver { settings, ..Solver::default() }
     }
 
-    /// The tolerance to work with: the user's, else the default; a finer one of the importer is honoured, a
-    /// coarser one is not.
+    /// The tolerance in use: the user's, else the default; the importer's counts only if it is finer.
     pub fn effective_tolerance(&self) -> f64 {
         let Settings { tolerance, .. } = self.settings;
         let own = if tolerance > 0.0 { tolerance } else { DEFAULT_TOLERANCE };
@@ -109,13 +108,13 @@ pub trait HasSolver: Sized {
         false
     }
 
-    /// Whether `solver.tolerance` changes anything: what a closed form computes is at rounding level anyway.
+    /// Whether `solver.tolerance` changes anything: a closed form is at rounding level anyway.
     fn has_tolerance(&self) -> bool {
         true
     }
 
-    /// Declares `solver.tolerance`, `solver.method` and `solver.step_size`, each where it changes anything, and the
-    /// statistics, which are computed values from this place on.
+    /// Declares `solver.tolerance`, `solver.method` and `solver.step_size`, each if it has an effect, and the statistics, which are
+    /// computed values from this place on.
     fn declare_solver(&self, list: &mut List<Self>, place: usize) {
         if self.has_tolerance() {
             list.parameter(
@@ -154,7 +153,7 @@ pub trait HasSolver: Sized {
 
     /// Values of the variables that [`HasSolver::declare_solver`] declares, in the order of their places.
     fn statistics(&self) -> [f64; 3] {
-        // `min` takes what is no number for 1: then all digits are lost.
+        // `min` turns NaN into 1: all digits are lost.
         let &Solver { steps, evaluations, error_estimate, .. } = self.solver();
         [steps, evaluations, error_estimate.min(1.0)]
     }

@@ -6,7 +6,7 @@ use super::Fault;
 #[derive(Clone, Debug)]
 pub struct Text {
     /// The file beside the drive's code: TOML with `sources` and passages `summary`, `equation`, `left_out`, `accuracy` and
-    /// `limit`, each with the conditions `when` it holds. What of it holds under a condition only is written {condition|text}.
+    /// `limit`, each with the conditions `when` it holds. Text that holds only under a condition is written {condition|text}.
     pub file: &'static str,
     /// All conditions that the file may name, and whether they hold.
     pub conditions: Vec<(&'static str, bool)>,
@@ -21,7 +21,7 @@ impl Text {
     /// Whether a condition holds, "inputs" or "not inputs".
     ///
     /// # Errors
-    /// Where the drive knows no such condition.
+    /// The drive does not know the condition.
     pub fn holds(&self, condition: &str) -> Result<bool, Fault> {
         let (name, wanted) = condition.strip_prefix("not ").map_or((condition, true), |name| (name, false));
         let known = self.conditions.iter().find(|(known, _)| *known == name);

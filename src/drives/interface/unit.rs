@@ -14,7 +14,7 @@ pub struct Quantity {
 }
 
 impl Quantity {
-    /// One of the units that engineers read it in, in SI.
+    /// The SI value of one unit as engineers read it.
     pub fn usual(&self) -> f64 {
         self.display.map_or(1.0, |(_, factor)| 1.0 / factor)
     }
@@ -48,9 +48,9 @@ quantities! {
     LENGTH = "Length", "m", [0, 1, 0, 0], Some(("mm", 1e3));
     /// The first derivative of a length by the angle (m/rad).
     LENGTH_PER_ANGLE = "LengthPerAngle", "m/rad", [0, 1, 0, -1], None;
-    /// The second one (m/rad²).
+    /// The second derivative of a length by the angle (m/rad²).
     LENGTH_PER_ANGLE2 = "LengthPerAngle2", "m/rad2", [0, 1, 0, -2], None;
-    /// The third one (m/rad³).
+    /// The third derivative of a length by the angle (m/rad³).
     LENGTH_PER_ANGLE3 = "LengthPerAngle3", "m/rad3", [0, 1, 0, -3], None;
     /// A rate (1/s).
     RATE = "Rate", "1/s", [0, 0, -1, 0], None;

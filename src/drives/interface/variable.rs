@@ -1,5 +1,5 @@
-//! The variables of a drive: each is declared once, and the model description, the value references, the
-//! documentation and the access all come from that declaration.
+//! The variables of a drive: each is declared once; model description, value references, documentation and access all follow from
+//! that declaration.
 
 use super::{Fault, Seed, unit::Quantity};
 use crate::numerics::number::{Number, Range};
@@ -38,7 +38,7 @@ pub enum Kind {
     Real {
         /// Quantity and unit.
         quantity: &'static Quantity,
-        /// Admissible range, borders included; infinite where open.
+        /// Admissible range, borders included; infinite if open.
         min: f64,
         /// See `min`.
         max: f64,
@@ -96,7 +96,7 @@ impl Kind {
 pub struct Description {
     /// Structured name.
     pub name: String,
-    /// Where the scene gives it; the name where that is not said.
+    /// The place in the scene that sets it; the name by default.
     pub key: String,
     /// One sentence.
     pub text: String,
@@ -112,13 +112,13 @@ pub struct Description {
     pub derivative_of: Option<String>,
     /// The inputs and states that the variable depends on directly at a communication point.
     pub dependencies: Vec<String>,
-    /// The inputs and parameters that it depends on during initialisation, by name or, up to a dot or bracket, by the first
-    /// part of their names: `cam` stands for `cam.a[1]` and all others. What does not exist in a scene may be named.
+    /// The inputs and parameters that it depends on during initialisation, by name or, up to a dot or bracket, by the first part of
+    /// their names: `cam` stands for `cam.a[1]` and all others. Variables that a scene lacks may be named.
     pub initial_dependencies: Vec<String>,
 }
 
 impl Description {
-    /// Of a variable that is no state and depends on nothing.
+    /// A variable that is no state and depends on nothing.
     #[inline(never)]
     fn new(name: &str, text: &str, kind: Kind, causality: Causality, variability: Variability) -> Self {
         Description {
@@ -180,13 +180,13 @@ impl Description {
 /// An output as an equation gives it, before a model names it.
 #[derive(Clone, Debug)]
 pub struct Output {
-    /// Its name; of a derivative that of its place.
+    /// Its name; for a derivative the name of its place.
     pub name: &'static str,
-    /// Which time derivative of that it is.
+    /// Its order as time derivative of that place.
     pub order: usize,
-    /// One sentence; empty where the name says it.
+    /// One sentence; empty if the name says enough.
     pub text: &'static str,
-    /// Of a Real.
+    /// Quantity and unit.
     pub quantity: &'static Quantity,
     /// How it changes.
     pub role: Role,
@@ -210,17 +210,17 @@ pub enum Role {
 }
 
 impl Output {
-    /// A continuous one.
+    /// A continuous output.
     pub const fn new(name: &'static str, text: &'static str, quantity: &'static Quantity) -> Self {
         Output { name, order: 0, text, quantity, role: Role::Continuous }
     }
 
-    /// One that changes in another way.
+    /// Sets how it changes.
     pub const fn role(self, role: Role) -> Self {
         Output { role, ..self }
     }
 
-    /// A state, if it is one.
+    /// Marks it as a state if it is one.
     pub const fn state(self, is_state: bool) -> Self {
         if is_state { self.role(Role::State) } else { self }
     }
@@ -230,34 +230,35 @@ impl Output {
 pub struct Variable<D> {
     /// Description for importers.
     pub description: Description,
-    /// The place of a computed value; else which element of an array, or whatever the access functions need to know.
+    /// The place of a computed value; else the element of an array, or whatever else the access functions need.
     pub index: usize,
-    /// How the value is had.
+    /// How the value is read and written.
     pub access: Access<D>,
 }
 
 /// Reads a parameter or an input.
 pub type Get<D> = fn(&D, usize) -> f64;
-/// Writes a parameter; the value is finite and within its range.
+/// Writes an input (order 0) or its time derivative of order n > 0 (unit of the input over sⁿ), which holds for the next step; the
+/// value is finite, an input's within its range.
 pub type Set<D> = fn(&mut D, usize, f64);
 /// Writes an input, where the order is 0, or its time derivative of the order n > 0 (unit of the input over sⁿ), which holds for
 /// the next step; the value is finite, that of the input within its range.
 pub type SetInput<D> = fn(&mut D, usize, usize, f64);
 
-/// How the value of a variable is had.
+/// How the value of a variable is read and written.
 pub enum Access<D> {
     /// A parameter.
     Set {
         /// Reads the value.
         get: Get<D>,
-        /// Writes it.
+        /// Writes the value.
         set: Set<D>,
     },
     /// An input.
     Input {
         /// Reads the value.
         get: Get<D>,
-        /// Writes it, or a derivative.
+        /// Writes the value or a derivative.
         set: SetInput<D>,
     },
     /// [`super::Drive::evaluate`] puts the value in its place.
@@ -268,7 +269,7 @@ pub enum Access<D> {
 }
 
 impl<D> Access<D> {
-    /// The value of a parameter or an input; None of what is computed.
+    /// The value of a parameter or an input; None for computed values.
     pub fn get(&self, drive: &D, index: usize) -> Option<f64> {
         match self {
             Access::Set { get, .. } | Access::Input { get, .. } => Some(get(drive, index)),
@@ -276,7 +277,7 @@ impl<D> Access<D> {
         }
     }
 
-    /// Sets a parameter or an input; does nothing to what is computed.
+    /// Sets a parameter or an input; leaves computed values alone.
     pub fn set(&self, drive: &mut D, index: usize, value: f64) {
         match self {
             Access::Set { set, .. } => set(drive, index, value),
@@ -285,7 +286,7 @@ impl<D> Access<D> {
         }
     }
 
-    /// Sets the derivative of this order of an input; does nothing to what is none.
+    /// Sets the derivative of this order of an input; leaves others alone.
     pub fn set_derivative(&self, drive: &mut D, index: usize, order: usize, value: f64) {
         if let Access::Input { set, .. } = self {
             set(drive, index, order, value);
@@ -312,7 +313,7 @@ pub fn real_within(quantity: &'static Quantity, min: f64, max: f64) -> Kind {
     Kind::Real { quantity, min, max, nominal: None }
 }
 
-// A declaration is made once: inlined into all of them, these makers take 37 kB of the library.
+// Out of line: inlined into every declaration these makers take 37 kB of the library.
 impl<D> List<D> {
     #[inline(never)]
     fn push(&mut self, description: Description, access: Access<D>) -> &mut Variable<D> {
@@ -338,8 +339,8 @@ impl<D> List<D> {
         )
     }
 
-    /// A continuous output with its Taylor series; [`Variable::at`] tells its place. `der(x)` is the derivative of `x`, `der(x,2)`
-    /// that of `der(x)`.
+    /// A continuous output with its Taylor series; [`Variable::at`] sets its place. `der(x)` is the derivative of `x`, `der(x,2)`
+    /// the derivative of `der(x)`.
     #[inline(never)]
     pub fn output(
         &mut self,
@@ -399,20 +400,20 @@ impl<D> List<D> {
 }
 
 impl<D> Variable<D> {
-    /// Passes this index to the access functions, or is the place of the computed value.
+    /// Sets the index for the access functions, or the place of the computed value.
     pub fn at(&mut self, index: usize) -> &mut Self {
         self.index = index;
         self
     }
 
-    /// Where the scene gives it.
+    /// Sets the key in the scene.
     #[inline(never)]
     pub fn key(&mut self, key: &str) -> &mut Self {
         self.description.key = key.to_owned();
         self
     }
 
-    /// The usual magnitude.
+    /// Sets the usual magnitude.
     pub fn nominal(&mut self, value: f64) -> &mut Self {
         if let Kind::Real { nominal, .. } = &mut self.description.kind {
             *nominal = Some(value);
@@ -420,26 +421,26 @@ impl<D> Variable<D> {
         self
     }
 
-    /// The variable is a continuous state.
+    /// Marks the variable as a continuous state.
     pub fn state(&mut self) -> &mut Self {
         self.description.state = true;
         self
     }
 
-    /// The variable is the time derivative of `name`.
+    /// Marks the variable as the time derivative of `name`.
     pub fn derivative_of(&mut self, name: &str) -> &mut Self {
         self.description.derivative_of = Some(name.to_owned());
         self
     }
 
-    /// The partial derivatives of a discrete variable that jumps of the inputs move.
+    /// Sets the partial derivatives of a discrete variable, which jumps of the inputs change.
     #[inline(never)]
     pub fn slopes(&mut self, series: fn(&D, Seed, usize) -> Series) -> &mut Self {
         self.access = Access::Computed { series: Some(series) };
         self
     }
 
-    /// The inputs and states that the variable depends on directly at communication points.
+    /// Names the inputs and states that the variable depends on directly at communication points.
     #[inline(never)]
     pub fn depends(&mut self, names: &[&str]) -> &mut Self {
         self.description.dependencies = names.iter().map(|n| (*n).to_owned()).collect();
@@ -473,7 +474,7 @@ impl<D: super::Drive> Variable<D> {
         self.access.set(drive, self.index, value);
     }
 
-    /// The value in `drive`, apart from all others.
+    /// The value in `drive`, computed on its own.
     pub fn value(&self, drive: &D) -> f64 {
         self.access.get(drive, self.index).unwrap_or_else(|| {
             let mut values = drive.variables().places();
@@ -581,7 +582,7 @@ mod tests {
         for (place, name) in ["y", "der(y)", "der(y,2)"].into_iter().enumerate() {
             list.output(name, "", Kind::Boolean, series).at(place);
         }
-        // What is set has no place among the computed values.
+        // Inputs have no place among the computed values.
         list.input("u", "", Kind::Boolean, |_, _| 0.0, |_, _, _, _| {}).at(7);
         assert_eq!((list.places().len(), list.reference("der(y,2)"), list.reference("z")), (3, Some(2), None));
         let of: Vec<_> = list.0.iter().map(|v| v.description.derivative_of.as_deref()).collect();
