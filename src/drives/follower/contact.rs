@@ -1,4 +1,4 @@
-//! The two bodies, the contact conditions and what a switching instant does to the state.
+//! The two bodies, the contact conditions and the effect of a switching instant on the state.
 
 use super::flank::FlankMotion;
 use crate::drives::parameter::parameters;
@@ -16,7 +16,7 @@ pub enum Flank {
     B,
 }
 
-/// Where m1 is.
+/// Position of m1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
     /// On a flank.
@@ -27,7 +27,7 @@ pub enum Mode {
 }
 
 impl Flank {
-    /// What belongs to this flank.
+    /// The one of the two that belongs to this flank.
     #[inline(always)]
     pub fn pick<T>(self, a: T, b: T) -> T {
         if self == Flank::A { a } else { b }
@@ -57,7 +57,7 @@ parameters! {
     }
 }
 
-/// Parameters of which s may be infinite, which text formats have no number for.
+/// Parameters of which s may be infinite, a value that text formats cannot write.
 pub mod one_sided {
     use super::Parameters;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -65,13 +65,13 @@ pub mod one_sided {
     /// The value of s without flank B, beyond its range.
     const NONE: f64 = -1.0;
 
-    /// Writes them.
+    /// Writes the parameters.
     pub fn serialize<S: Serializer>(parameters: &Parameters, serializer: S) -> Result<S::Ok, S::Error> {
         let s = if parameters.s == f64::INFINITY { NONE } else { parameters.s };
         Parameters { s, ..*parameters }.serialize(serializer)
     }
 
-    /// Reads them.
+    /// Reads the parameters.
     pub fn deserialize<'a, D: Deserializer<'a>>(deserializer: D) -> Result<Parameters, D::Error> {
         let parameters = Parameters::deserialize(deserializer)?;
         Ok(Parameters { s: if parameters.s == NONE { f64::INFINITY } else { parameters.s }, ..parameters })
@@ -106,16 +106,16 @@ pub struct Bodies {
 pub struct State {
     /// q = x2 − x1 (m) and q̇ (m/s).
     pub q: [f64; 2],
-    /// The place that ζ counts from: 0 (flank A), s (flank B) (m). Near that flank ζ keeps all its digits.
+    /// The zero of ζ (m): 0 (flank A) or s (flank B). Near that flank ζ keeps all its digits.
     pub home: f64,
     /// ζ = x1 − U − `home` (m) and ζ̇ (m/s).
     pub zeta: [f64; 2],
 }
 
-/// State with which the motion goes on after a switching instant.
+/// State after a switching instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Phase {
-    /// Where m1 is.
+    /// The position of m1.
     pub mode: Mode,
     /// The relative state.
     pub state: State,
@@ -123,14 +123,14 @@ pub struct Phase {
     pub zeros: usize,
 }
 
-/// Where a panel begins; the panel follows from it.
+/// The start of a panel, which determines the panel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Beginning {
-    /// When (s).
+    /// The time (s).
     pub start: Double,
     /// The smooth segment of the flank.
     pub segment: usize,
-    /// How.
+    /// The mode and the state.
     pub phase: Phase,
     /// The longest length of the panel (s).
     pub longest: f64,
@@ -139,24 +139,24 @@ pub struct Beginning {
 /// Forces below this part of (m1 + m2) max|Ü| are rounding errors: the terms of F_K cancel near a release.
 const FORCE_RESOLUTION: f64 = 1e-12;
 
-/// The bounces of a mass pressed on a flank are over after 1/(1 − e) times the next one. They are summed when that is
-/// within this part of the time in which the pressing force changes or the damper takes the velocity. The velocity left is
-/// then less than 1e-7 of what that force produces in such a time, and the error of the sums is the product of both.
+/// The bounces of a mass pressed on a flank are over after 1/(1 − e) times the next one. They are summed if that is within this
+/// part of the time in which the pressing force changes or the damper absorbs the velocity. The remaining velocity then is less
+/// than 1e-7 of what that force produces in such a time, and the error of the sums is the product of both.
 const CLOSURE: f64 = 1e-7;
 
-/// Bounces of a higher restitution are too many to follow them to where they can be summed, more than ten thousand.
+/// With a higher restitution more than ten thousand bounces would precede those that can be summed.
 const LIVELY: f64 = 0.999;
 
-/// Such a bounce is contact when it is back within this part of the shortest time in which flank and spring change: the
-/// velocity left is 5e-7 of what the pressing force produces in such a time, the mean distance from the flank 1e-13 of the
-/// way …
+/// Such a bounce counts as contact if it is shorter than this part of the shortest time in which flank and spring change: the
+/// remaining velocity is 5e-7 of what the pressing force produces in such a time, the mean distance from the flank 1e-13 of the way
+/// …
 const BRIEF: f64 = 1e-6;
 
-/// … and within this part of the time m1/b or that in which the force turns: the damper takes the velocity left within some
+/// … and than this part of m1/b or of the time in which the force turns: the damper absorbs the remaining velocity within some
 /// thousand such bounces, over which the mean distance from the flank is 1e-7 of the way in that time.
 const DAMPED: f64 = 1e-3;
 
-/// A velocity is none below this part of what the force resolution gives m1 in the shortest time in which anything changes:
+/// A velocity counts as zero below this part of the velocity that the force resolution gives m1 in the shortest time of any change:
 /// 1e-16 of the velocities of the flank.
 const FAINT: f64 = 1e-4;
 
@@ -167,13 +167,13 @@ pub struct Impact {
     pub impulse: f64,
     /// The energy lost (J).
     pub loss: f64,
-    /// Where m1 is afterwards.
+    /// The position of m1 after the impact.
     pub after: Mode,
     /// The order of the zero with which the gap begins, if it does.
     pub zeros: usize,
-    /// The energy that the damper takes in bounces that count as contact (J).
+    /// The energy that the damper absorbs in bounces that count as contact (J).
     pub damped: f64,
-    /// The part of `impulse` that is the closed sum of the bounces to come (N·s).
+    /// The part of `impulse` from bounces that are still to come, summed in closed form (N·s).
     pub bounces: f64,
 }
 
@@ -245,8 +245,8 @@ impl Bodies {
 
     /// Whether m1, without velocity relative to `flank`, stays on it, and the order of the zero of the gap if not.
     ///
-    /// F_K pressing: stays. F_K pulling: leaves at once, z ∝ t². F_K = 0: the sign of its first derivative that is not
-    /// zero decides, z ∝ t³ or slower.
+    /// A pressing F_K keeps m1 on the flank. A pulling one releases it at once, z ∝ t². At F_K = 0 the first derivative that is not
+    /// zero decides by its sign, z ∝ t³ or slower.
     pub fn settle(&self, flank: Flank, q: [f64; 2], u: &Kinematics, resolution: f64) -> (Mode, usize) {
         let sign = flank.sign();
         let [force, rate, bend] = self.force(q, u).map(|f| sign * f);
@@ -263,19 +263,19 @@ impl Bodies {
 
     /// The impact of m1 on `flank`; updates the state.
     ///
-    /// ż⁺ = −e ż⁻, P = −m1 (1 + e) ż⁻, loss ½ m1 (1 − e²) (ż⁻)². Without a rebound F_K decides at once whether m1
-    /// stays. A rebound against a pressing force F_K > 0 returns after 2ż⁺/α, α = F_K/m1; the bounces end after
-    /// 2ż⁺/(α (1 − e)) with the further impulse m1 ż⁺ (1 + e)/(1 − e) and the loss ½ m1 (ż⁺)². Where that time is short
-    /// ([`CLOSURE`], [`BRIEF`]) m1 stays at once and the bounces are summed; those that the force or the damper ends sooner
-    /// are contact, with their impulse in F_K. A pulling force never ends in sticking. `rate` is that of the flank (rad/s).
+    /// ż⁺ = −e ż⁻, P = −m1 (1 + e) ż⁻, loss ½ m1 (1 − e²) (ż⁻)². Without a rebound F_K decides whether m1 stays. A rebound against
+    /// a pressing force F_K > 0 returns after 2ż⁺/α, α = F_K/m1; the bounces end after 2ż⁺/(α (1 − e)) with the further impulse m1
+    /// ż⁺ (1 + e)/(1 − e) and the loss ½ m1 (ż⁺)². If that time is short ([`CLOSURE`], [`BRIEF`]) m1 stays at once and the bounces
+    /// are summed. Bounces that the force or the damper ends sooner count as contact; F_K includes their impulse. A pulling force
+    /// never ends in sticking. `rate` is the flank's (rad/s).
     pub fn impact(&self, flank: Flank, state: &mut State, u: &Kinematics, rate: f64, resolution: f64) -> Impact {
         let sign = flank.sign();
-        // Rounding may show a grazing mass as leaving.
+        // Rounding may show a grazing mass as receding.
         let approach = (sign * state.zeta[1]).min(0.0) * sign;
-        // Where F_K is zero, bounces would otherwise go on until their velocity is no number any more.
+        // At F_K = 0 bounces would otherwise go on until their velocity underflows.
         let negligible = FAINT * resolution / (self.m1 * (rate + self.relative.rates().1));
         let rebound = if approach.abs() > negligible { -self.e * approach } else { 0.0 };
-        // The velocity of x1 rises by ż⁺ − ż⁻, that of x2 does not.
+        // The velocity of x1 rises by ż⁺ − ż⁻, the velocity of x2 stays.
         state.q[1] += state.zeta[1] - rebound;
         state.home = self.place(flank);
         state.zeta = [0.0, rebound];

@@ -1,4 +1,4 @@
-//! A mass behind a spring and a damper whose other end a cam moves by x = U(φ(t)):
+//! A mass on a spring and a damper whose other end a cam moves by x = U(φ(t)):
 //!
 //! m ÿ = −(c q + b q̇), y = x + q, hence q̈ + 2δ q̇ + ω₀² q = −ẍ with ω₀² = c/m, 2δ = b/m.
 //!
@@ -6,13 +6,13 @@
 //!
 //! q̈ + 2δ q̇ + ω₀² q = −ẍ − (b_r/m) ẋ − (c_r/m) x.
 //!
-//! A force P(φ) adds the motion of the same left side with P/m on the right, and so do the constant loads and the input force.
+//! A force P(φ) adds the motion of the same left side with P/m on the right. The constant loads and the input force do the same.
 //!
 //! Symbols: m mass (kg), c stiffness (N/m), b damping (N·s/m), q deformation (m). Signs: the force −(c q + b q̇) acts on the
 //! mass, positive in the sense of y.
 //!
-//! What stands on the right is linear in x, so that the solvers take it from here for whatever they are made of: values,
-//! series, amplitudes of harmonics, coefficients of polynomials.
+//! The right side is linear in x, so the solvers use it for values, series, amplitudes of harmonics and coefficients of polynomials
+//! alike.
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.2, equations (1) to (4).
 
@@ -25,8 +25,8 @@ use crate::numerics::taylor::Scalar;
 use serde::{Deserialize, Serialize};
 
 parameters! {
-    // Twelve decades to either side of 1 kg, and as far from 1 N/m and 1 N·s/m as this leaves natural frequencies that can be
-    // squared.
+    // Twelve decades to either side of 1 kg; stiffness and damping reach as far from 1 N/m and 1 N·s/m as natural frequencies can
+    // still be squared.
     /// Mass and spring.
     Parameters, "elasticity" {
         /// Mass of the output member
@@ -45,7 +45,7 @@ pub struct Equation {
     pub parameters: [f64; 3],
     /// The left side, divided by m.
     pub oscillator: Oscillator,
-    /// The factors of x, ẋ, ẍ on the right, where they are not 0, 0, −1.
+    /// The factors of x, ẋ, ẍ on the right, unless they are 0, 0, −1.
     pub weights: Option<[f64; 3]>,
 }
 
@@ -62,7 +62,7 @@ impl Equation {
         Equation { parameters: [m, c, b], oscillator: Oscillator::of_mass(m, c, b), weights: None }
     }
 
-    /// The same under the spring and the damper of a load on the mass.
+    /// The equation with the spring and the damper of a load on the mass.
     pub fn under(self, load: &Load) -> Self {
         if load.spring.is_none() && load.damping.is_none() {
             return self;
@@ -74,12 +74,12 @@ impl Equation {
         Equation { oscillator, weights: Some([-c_r / m, -b_r / m, -1.0]), ..self }
     }
 
-    /// The motion that a force adds, which stands in the place of x.
+    /// The equation of the motion that a force adds; the force replaces x.
     pub fn of_force(self) -> Self {
         Equation { weights: Some([1.0 / self.parameters[0], 0.0, 0.0]), ..self }
     }
 
-    /// The right side (m/s²) where the cam has x, ẋ, ẍ.
+    /// The right side (m/s²) for the cam's x, ẋ, ẍ.
     #[inline(always)]
     pub fn forcing<S: Scalar>(&self, [x, x1, x2]: [S; 3]) -> S {
         match self.weights {
@@ -88,7 +88,7 @@ impl Equation {
         }
     }
 
-    /// A bound of the right side where U, U′, U″, ω and α are not beyond these.
+    /// A bound of the right side for bounds of U, U′, U″, ω and α.
     pub fn bound(&self, [u, slope, curvature]: [f64; 3], [speed, acceleration]: [f64; 2]) -> f64 {
         let x2 = curvature * speed * speed + slope * acceleration;
         let weighed = |[k, k1, k2]: [f64; 3]| k2.abs() * x2 + k1.abs() * (slope * speed) + k.abs() * u;
@@ -100,17 +100,17 @@ impl Equation {
         self.weights.map_or(-1.0, |[_, _, k2]| k2)
     }
 
-    /// q where a resting cam has this x; not of an equation without stiffness.
+    /// q for a resting cam at this x; the equation must have a stiffness.
     pub fn at_rest(&self, x: f64) -> f64 {
         self.weights.map_or(0.0, |_| self.forcing([x, 0.0, 0.0]) / self.oscillator.stiffness())
     }
 
-    /// The same of a harmonic: F of Re[F e^(iψ)] where x = Re[X e^(iψ)], X = `x`, ψ̇ = `nu` (rad/s).
+    /// The right side of a harmonic: F of Re[F e^(iψ)] for x = Re[X e^(iψ)], X = `x`, ψ̇ = `nu` (rad/s).
     pub fn forcing_of_harmonic(&self, [re, im]: [f64; 2], nu: f64) -> [f64; 2] {
         [[re, -nu * im, -nu * nu * re], [im, nu * re, -nu * nu * im]].map(|x| self.forcing(x))
     }
 
-    /// q̈ at q, q̇ where the cam has x, ẋ, ẍ.
+    /// q̈ at q, q̇ for the cam's x, ẋ, ẍ.
     #[inline(always)]
     pub fn acceleration<S: Scalar>(&self, [q, v]: [S; 2], x: [S; 3]) -> S {
         self.forcing(x) - q * self.oscillator.stiffness() - v * (2.0 * self.oscillator.damping())
@@ -123,18 +123,18 @@ impl Equation {
         -(q * c + v * b)
     }
 
-    /// q, q̇ of the periodic motion where a cam with this law turns at `w` and stands at `phi` (rad): the sum of the responses to
-    /// its harmonics. Else the first one whose relative impedance is below `least`: at a resonance.
+    /// q, q̇ of the periodic motion under a cam with this law that turns at `w` and stands at `phi` (rad): the sum of the responses
+    /// to its harmonics. At a resonance it returns the first harmonic whose relative impedance is below `least`.
     pub fn periodic(&self, law: &Fourier, w: f64, phi: f64, least: f64) -> Result<[f64; 2], usize> {
         let sense = w.signum();
         let mut sum = [self.at_rest(law.a[0]), 0.0];
         for k in (1..=law.order()).filter(|&k| law.a[k] != 0.0 || law.b[k] != 0.0) {
             let nu = two_product(k as f64, w.abs());
-            // What is no number is no impedance either.
+            // NaN is no impedance.
             if !(self.oscillator.relative_impedance(nu) >= least) {
                 return Err(k);
             }
-            // ψ = kφ sgn w grows: a cam that turns back sees the other sign of sines.
+            // ψ = kφ sgn w grows: a cam that turns backwards reverses the sign of the sines.
             let force = self.forcing_of_harmonic([law.a[k], -sense * law.b[k]], nu.hi);
             let [re, im] = self.oscillator.steady(force, nu);
             let (s, c) = (k as f64 * phi * sense).sin_cos();

@@ -44,8 +44,8 @@ pub struct Twist {
     pub load: Option<Arc<Load>>,
 }
 
-/// U … U⁗ and, for time derivatives of the linearised equation alone, U⁽⁵⁾ at the angle on which the cam acts; of the process
-/// force P, P′ and P″ at that of the drive.
+/// U … U⁗ at the cam's angle and, for time derivatives of the linearised equation only, U⁽⁵⁾; of the process force P, P′ and P″ at
+/// the drive's angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cam(pub [f64; 6], pub [f64; 3]);
 
@@ -154,7 +154,7 @@ impl Equation for Twist {
         let inertia = inertia + m * u1 * u1;
         let (g, g1) = (m * u1 * u2, m * (u2 * u2 + u1 * u3));
         let speed = f.turning(!self.linear);
-        // c, b and the torque that a load adds to those of the shaft.
+        // c, b and the torque that a load adds to the shaft's.
         let (c, b, loaded) = self.load.as_deref().map_or((c, b, 0.0), |load| {
             let (force, damping) = (self.force(load, cam, f, [u, u1 * speed]), load.damping.unwrap_or(0.0));
             let by_q = u1 * u1 * load.stiffness() + speed * u1 * u2 * damping - u2 * force;
@@ -171,15 +171,15 @@ impl Equation for Twist {
     }
 
     /// Rounding error of q̈ from U′, U″ and α over the unit roundoff: |α| + m ψ̇² (|U″| max|U″| + |U′| max|U‴|)/(J + m U′²)
-    /// (rad/s²), since the sine of the k-th multiple of an angle is rounded k times as much as the angle. Where the
-    /// cam turns slowly the twist follows the forces of the follower, q̇ all but vanishes, and this is what remains of q̈.
+    /// (rad/s²), since the sine of the k-th multiple of an angle is rounded k times as much as the angle. If the cam turns slowly
+    /// the twist follows the forces of the follower, q̇ all but vanishes, and only this remains of q̈.
     ///
-    /// Those of a load add |F_L| max|U″| and |U′| times the sum of the sizes of its parts.
+    /// A load's roundings add |F_L| max|U″| and |U′| times the sum of the sizes of its parts.
     fn rounding(&self, law: &MotionLaw, segments: Segments, f: &Flow<f64>) -> f64 {
         let (Parameters { m, inertia, .. }, [segment, _]) = (self.parameters, segments);
         let cam = self.at(law, segments, f);
         let [u, u1, u2, ..] = cam.0;
-        // Those of the segment: beside a steep rise a gentle return would count all it errs by as rounding.
+        // The bounds of the segment: next to a steep rise a gentle return would otherwise count all its errors as rounding.
         let [largest2, largest3] = [2, 3].map(|order| law.bound_in(segment, order));
         let speed = f.turning(!self.linear);
         let products = u2.abs() * largest2 + u1.abs() * largest3;
@@ -201,9 +201,9 @@ impl Equation for Twist {
         REACH / law.resolution_in(segment).max(process)
     }
 
-    /// U′², U′U″ and U″² + U′U‴ repeat themselves after an equal part of the turn: their harmonics are the sums and
-    /// differences of those of U, all of which are multiples of the greatest common divisor of 2 k₁ and k − k₁. Two parts
-    /// for a law with odd harmonics alone. Under a load U itself counts, and its process force.
+    /// U′², U′U″ and U″² + U′U‴ repeat themselves after an equal part of the turn: their harmonics are sums and differences of U's,
+    /// and all of these are multiples of the greatest common divisor of 2 k₁ and k − k₁. Two parts for a law with odd harmonics
+    /// alone. Under a load U itself counts, and its process force.
     fn symmetry(&self, law: &MotionLaw) -> usize {
         let Some(series) = law.series() else { return 1 };
         let mut orders = harmonics(series);
@@ -221,9 +221,9 @@ impl Equation for Twist {
         law.cost() + self.process().map_or(0.0, MotionLaw::cost)
     }
 
-    /// The vibration √(c/J); the angle from one breakpoint of the law to the next on the average, or 1/(2 K √(1 + m U′²max/J)),
-    /// K the highest harmonic, whichever is smaller: J + m U′² has its complex zeros 1/K √(J/m)/U′max beside those of U′.
-    /// The cam turns at |ω| and the speed that the vibration has now. A load counts with its spring and its process force.
+    /// The vibration √(c/J); the angle from one breakpoint of the law to the next on the average, or 1/(2 K √(1 + m U′²max/J)), K
+    /// the highest harmonic, whichever is smaller: J + m U′² has its complex zeros 1/K √(J/m)/U′max next to the zeros of U′. The
+    /// cam turns at |ω| and the present speed of the vibration. A load counts with its spring and its process force.
     fn pace(&self, law: &MotionLaw, [q, v]: [f64; 2]) -> Pace {
         let Parameters { m, inertia, c, .. } = self.parameters;
         let ratio = m * law.bound(1).powi(2) / inertia;
@@ -244,8 +244,8 @@ impl Equation for Twist {
         [load.hold(m, self.lift(&cam, &f)), self.contact_force(&cam, &f)]
     }
 
-    /// c q = U′ F_L, U at φ + q and q̇ = 0, as the load grows from nothing: with λ F_L the way there is λ = c q/(U′ F_L), and it is
-    /// one of equilibria that hold as long as λ grows with q. Linear: c q = U′ F_L + (U″ F_L − c_r U′²) q.
+    /// c q = U′ F_L, U at φ + q and q̇ = 0, followed as the load grows from zero: with λ F_L the way is λ = c q/(U′ F_L), and its
+    /// equilibria are stable as long as λ grows with q. Linear: c q = U′ F_L + (U″ F_L − c_r U′²) q.
     fn at_rest(&self, law: &MotionLaw, f: &Flow<f64>) -> Result<[f64; 2], Fault> {
         let Some(load) = self.load.as_deref() else { return Ok([0.0; 2]) };
         let c = self.parameters.c;
@@ -271,7 +271,7 @@ impl Equation for Twist {
         if self.linear || start == 0.0 {
             return Ok([start / (c - slope), 0.0]);
         }
-        // Steps within which the torque follows a cubic; it vanishes within a turn, and has then crossed c q.
+        // Steps within which the torque follows a cubic; it vanishes within a turn and has crossed c q before.
         let step = 0.05f64.copysign(start) / law.resolution();
         let mut low = 0.0;
         while (c * (low + step) - torque(low + step)[0]) * start < 0.0 {
@@ -281,7 +281,7 @@ impl Equation for Twist {
                 return Err(snaps(low));
             }
         }
-        // Newton's method from within the bracket, by halves where it leaves it.
+        // Newton's method from within the bracket, bisection if it leaves it.
         let (mut high, mut q) = (low + step, low);
         for _ in 0..64 {
             let [torque, slope] = torque(q);
@@ -303,13 +303,13 @@ impl Equation for Twist {
     }
 }
 
-/// The orders of the harmonics that a series has.
+/// The orders of the nonzero harmonics of a series.
 fn harmonics(series: &Fourier) -> impl Iterator<Item = usize> {
     (1..=series.order()).filter(|&k| series.a[k] != 0.0 || series.b[k] != 0.0)
 }
 
 impl Twist {
-    /// F_L (N) where the follower is at `y` with this speed.
+    /// F_L (N) on the follower at `y` with this speed.
     fn force<S: Scalar>(&self, load: &Load, cam: &Cam, f: &Flow<S>, y: [S; 2]) -> S {
         let process = load.process.is_some().then(|| f.phi.compose(cam.1));
         load.force(self.parameters.m, y, process, load.input.then_some(f.force))
@@ -340,7 +340,7 @@ impl Twist {
         cam
     }
 
-    /// y = U(ψ), or U + U′ q where the equation is linearised (m).
+    /// y = U(ψ), or U + U′ q if the equation is linearised (m).
     #[inline(always)]
     pub fn lift<S: Scalar>(&self, cam: &Cam, f: &Flow<S>) -> S {
         let [d0, d1, d2, d3, ..] = cam.0;

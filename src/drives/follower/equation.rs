@@ -1,4 +1,4 @@
-//! What an equation says of itself. It knows no solver and no drive.
+//! The interface of an equation of motion. It knows no solver and no drive.
 
 use crate::drives::Fault;
 use crate::drives::follower::flow::Flow;
@@ -11,10 +11,9 @@ use serde::{Serialize, de::DeserializeOwned};
 use std::fmt::Debug;
 use std::sync::Arc;
 
-/// q̈ = f(φ, ω, α, q, q̇) of one oscillator on a shaft whose motion φ(t) is given. Its coefficients follow from a law over an
-/// angle.
+/// q̈ = f(φ, ω, α, q, q̇) of one oscillator on a shaft whose motion φ(t) is given. A law over an angle gives its coefficients.
 pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + Send + Sync + 'static {
-    /// What depends on the angle.
+    /// The law over the angle.
     type Law: Clone + PartialEq + Debug + Serialize + DeserializeOwned + Send + Sync + 'static;
     /// The parameters that may change between communication steps.
     type Parameters: Copy + PartialEq + Debug + Serialize + DeserializeOwned + Send + Sync;
@@ -27,7 +26,7 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
     /// The same equation with other parameters.
     fn with(&self, parameters: Self::Parameters) -> Self;
 
-    /// Takes up what follows from the law, whose parameters may have been changed; refuses what is no law.
+    /// Derives what follows from the law after its parameters may have changed; refuses parameters that make no law.
     fn prepare(&mut self, law: &Self::Law) -> Result<(), Fault>;
 
     /// Whether the equation is linear in q.
@@ -40,7 +39,7 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
         self.clone()
     }
 
-    /// Whether the oscillator carries the law, which then is taken at the angle φ + q, else at φ.
+    /// Whether the oscillator carries the law, which then is taken at the angle φ + q instead of φ.
     fn carries_law(&self) -> bool {
         false
     }
@@ -54,7 +53,7 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
     /// The loads on the mass.
     fn load(&self) -> &Option<Arc<Load>>;
 
-    /// The same, to change them.
+    /// The loads, to change them.
     fn load_mut(&mut self) -> &mut Option<Arc<Load>>;
 
     /// The process force P(φ) among them.
@@ -67,19 +66,19 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
         self.load().as_ref().is_some_and(|load| load.input)
     }
 
-    /// The angles in [0, 2π), ascending, at which a derivative of a coefficient jumps: of the law, and of what depends on the
-    /// angle of the drive whether the oscillator carries the law or not. Segment i reaches from breakpoint i to the next one, the
-    /// last one around the turn.
+    /// The angles in [0, 2π), ascending, at which a derivative of a coefficient jumps: of the law and of the process force, which
+    /// depends on the drive's angle even if the oscillator carries the law. Segment i reaches from breakpoint i to the next one,
+    /// the last one around the turn.
     fn breakpoints<'a>(&'a self, _law: &'a Self::Law) -> [&'a [f64]; 2] {
         [&[], &[]]
     }
 
-    /// Of which of them the oscillator carries the angle.
+    /// For each of the two, whether the oscillator carries its angle.
     fn carried(&self) -> [bool; 2] {
         [self.carries_law(), false]
     }
 
-    /// The segments of both where drive and oscillator are so; on a breakpoint the one to which they turn.
+    /// The segments of both in this state of drive and oscillator; on a breakpoint the segment ahead.
     #[inline(always)]
     fn segments(&self, law: &Self::Law, f: &Flow<f64>) -> Segments {
         let (carried, breakpoints) = (self.carried(), self.breakpoints(law));
@@ -95,10 +94,10 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
         })
     }
 
-    /// The law where drive and oscillator are so, continued smoothly from its segments.
+    /// The law in this state of drive and oscillator, continued smoothly from its segments.
     fn at(&self, law: &Self::Law, segments: Segments, f: &Flow<f64>) -> Self::Local;
 
-    /// Place and speed from which q and q̇ count: those of the shaft.
+    /// Place and velocity from which q and q̇ count: the shaft's.
     fn base<S: Scalar>(&self, _local: &Self::Local, f: &Flow<S>) -> [S; 2] {
         [f.phi, f.w]
     }
@@ -109,12 +108,12 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
     /// ∂q̈/∂q (1/s²) and ∂q̈/∂q̇ (1/s).
     fn jacobian(&self, local: &Self::Local, f: &Flow<f64>) -> [f64; 2];
 
-    /// Rounding error of q̈ over the unit roundoff where its terms cancel.
+    /// Rounding error of q̈ over the unit roundoff if its terms cancel.
     fn rounding(&self, _law: &Self::Law, _segments: Segments, _f: &Flow<f64>) -> f64 {
         0.0
     }
 
-    /// What the roundings of the law's coefficients make of q̈ at the speed 1 rad/s.
+    /// The effect of the roundings of the law's coefficients on q̈ at the speed 1 rad/s.
     fn roundings(&self, _law: &Self::Law) -> f64 {
         0.0
     }
@@ -122,28 +121,28 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
     /// The angle (rad) from `phi` on over which the coefficients follow a polynomial of degree 8.
     fn reach(&self, law: &Self::Law, segments: Segments, phi: f64) -> f64;
 
-    /// Into how many equal parts symmetry divides the turn.
+    /// The number of equal parts into which symmetry divides the turn.
     fn symmetry(&self, law: &Self::Law) -> usize;
 
     /// Cost of an evaluation of the law (nominal µs), see [`crate::numerics::work`].
     fn cost(&self, law: &Self::Law) -> f64;
 
-    /// What the internal step of fixed cost follows from where none is asked for.
+    /// The quantities that determine the default internal step of fixed cost.
     fn pace(&self, law: &Self::Law, state: [f64; 2]) -> Pace;
 
-    /// The force with which loads are to hold a follower on its cam, and that of the cam; zeros where they hold none.
+    /// The force with which loads are to hold a follower on its cam, and the cam's force; zeros without such loads.
     fn contact(&self, _now: impl FnOnce() -> (Self::Local, Flow<f64>)) -> [f64; 2] {
         [0.0; 2]
     }
 
-    /// The equilibrium where the shaft rests at the angle of `f`.
+    /// The equilibrium with the shaft at rest at the angle of `f`.
     fn at_rest(&self, _law: &Self::Law, _f: &Flow<f64>) -> Result<[f64; 2], Fault> {
         // The spring is relaxed.
         Ok([0.0; 2])
     }
 }
 
-/// The segment of the law, and of what depends on the angle of the drive.
+/// The segments of the law and of the process force.
 pub type Segments = [usize; 2];
 
 /// How fast a motion changes.
@@ -153,7 +152,7 @@ pub struct Pace {
     pub frequency: f64,
     /// The angle that one step may turn through (rad).
     pub angle: f64,
-    /// The speed by which the oscillator turns through the law, beside that of the shaft (rad/s).
+    /// The additional speed with which the oscillator turns through the law (rad/s).
     pub speed: f64,
 }
 
@@ -164,12 +163,12 @@ pub struct Words {
     pub quantity: &'static str,
     /// The turning part: "the cam".
     pub turning: &'static str,
-    /// Parameters that may be wrong where no step keeps the tolerance: "J, m, c, b".
+    /// Parameters that may be wrong if no step keeps the tolerance: "J, m, c, b".
     pub parameters: &'static str,
-    /// Parameters that may be wrong where the work is too much: "c and J".
+    /// Parameters that may be wrong if the work is too much: "c and J".
     pub frequency: &'static str,
     /// The damping: "b".
     pub damping: &'static str,
-    /// What else may help where free motions grow; empty, or a text behind a comma.
+    /// Another remedy for growing free motions; empty, or a text after a comma.
     pub instead: &'static str,
 }

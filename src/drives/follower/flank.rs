@@ -1,4 +1,4 @@
-//! The motion of flank A, as far as the contact and the search for switching instants have to know it.
+//! The motion of flank A, as the contact and the search for switching instants need it.
 
 use crate::motion::Kinematics;
 use crate::numerics::double_double::Double;
@@ -19,24 +19,25 @@ pub trait FlankMotion {
         EXPANSION
     }
 
-    /// Words of messages for the motion from one time to another (s).
+    /// The motion from one time to another (s), in words for messages.
     fn told(&self, way: [f64; 2]) -> String;
 
     /// Whether the speed is constant.
     fn is_uniform(&self) -> bool;
 
-    /// φ̇ where it is constant (rad/s).
+    /// φ̇ if it is constant (rad/s).
     fn speed(&self) -> f64;
 
     /// Upper bounds of |u| (m) and |u̇| (m/s) with the speed at `time` (s).
     fn sizes(&self, time: f64) -> [f64; 2];
 
-    /// How many times larger than roundings of its values those of the coefficients of the law are, and one.
+    /// How many times larger than roundings of its values the roundings of the law's coefficients are, at least one.
     fn roundings(&self) -> f64 {
         1.0
     }
 
-    /// An upper bound of |ü| in `segment` at `time`, in a dwell that in any segment: what comes to rest there came from others.
+    /// An upper bound of |ü| in `segment` at `time`; in a dwell the bound of all segments, since they caused the motion that
+    /// settles there.
     fn acceleration(&self, segment: usize, time: Double) -> f64;
 
     /// K|w|, the highest rate at which u changes in `segment` at `time` (rad/s).
@@ -49,5 +50,5 @@ pub trait FlankMotion {
     fn stay(&self, segment: usize, time: Double, longest: f64) -> (f64, usize);
 }
 
-/// What an expansion takes (nominal µs).
+/// Cost of an expansion (nominal µs).
 pub const EXPANSION: f64 = 0.3;

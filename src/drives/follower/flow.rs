@@ -25,7 +25,7 @@ impl<S: Scalar> Flow<S> {
         self.w + self.v
     }
 
-    /// The angle at which the law is taken: ψ = φ + q where the oscillator carries it, else φ.
+    /// The angle of the law: ψ = φ + q if the oscillator carries it, else φ.
     pub fn argument(&self, carried: bool) -> S {
         if carried { self.phi + self.q } else { self.phi }
     }
@@ -37,7 +37,7 @@ impl<S: Scalar> Flow<S> {
 }
 
 impl Flow<f64> {
-    /// As a function of φ, all else held.
+    /// The arguments as functions of φ, with everything else constant.
     pub fn over_angle(&self) -> Flow<Series> {
         let Flow { phi, w, a, q, v, force } = *self;
         let phi = Series([phi, 1.0, 0.0]);

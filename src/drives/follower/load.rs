@@ -2,12 +2,12 @@
 //!
 //! F_L(y, ẏ, φ, t) = m g + F₀ − F_v − c (y − y₀) − b ẏ + P(φ) + F(t)
 //!
-//! Symbols: y place of the mass (m or rad), F_L sum of the loads (N or N·m), positive in the sense of y; m the mass (kg or
-//! kg·m²), g gravity along y (m/s²), F₀ a constant force, F_v and c preload and stiffness of a return spring whose preload holds
-//! at y₀, b damping to the ground, P process force over the angle φ of the drive, F an input of the FMU.
+//! Symbols: y place of the mass (m or rad), F_L sum of the loads (N or N·m), positive in the sense of y; m the mass (kg or kg·m²),
+//! g gravity along y (m/s²), F₀ a constant force, F_v and c preload (at y₀) and stiffness of a return spring, b damping to the
+//! ground, P process force over the angle φ of the drive, F an input of the FMU.
 //!
-//! What a scene does not name is None here: it costs nothing and has no variable. Valid for linear springs and dampers; P is
-//! taken at the angle of the drive also where the cam sits behind an elastic shaft.
+//! Loads that a scene leaves out are None: they cost nothing and have no variable. Valid for linear springs and dampers; P is taken
+//! at the angle of the drive also where the cam sits behind an elastic shaft.
 
 use crate::drives::Fault;
 use crate::motion::MotionLaw;
@@ -19,8 +19,7 @@ use serde::{Deserialize, Serialize};
 pub struct Load {
     /// g (m/s²), the component along y.
     pub gravity: Option<f64>,
-    /// g (m/s²) in the frame of each mechanism before the tool, for its links; empty where there is none. `gravity` is what the
-    /// tool has of it.
+    /// g (m/s²) in the frame of each mechanism before the tool, for its links; empty without mechanisms. `gravity` is the tool's.
     pub frames: Vec<[f64; 2]>,
     /// F₀.
     pub constant: Option<f64>,
@@ -46,7 +45,7 @@ pub struct Spring {
 }
 
 impl Load {
-    /// Whether there is none.
+    /// Whether it is empty.
     pub fn is_none(&self) -> bool {
         *self == Load::default()
     }
@@ -76,18 +75,18 @@ impl Load {
         self.spring.map_or(0.0, |spring| spring.c)
     }
 
-    /// What depends neither on y nor on time, on the mass `m`: m g + F₀ − F_v + c y₀.
+    /// The part that depends neither on y nor on time, on the mass `m`: m g + F₀ − F_v + c y₀.
     pub fn constant_part(&self, m: f64) -> f64 {
         let spring = self.spring.map_or(0.0, |spring| spring.c * spring.at - spring.preload);
         m * self.gravity.unwrap_or(0.0) + self.constant.unwrap_or(0.0) + spring
     }
 
-    /// What spring, gravity and constant force press with on the mass `m` at y, in the sense of y.
+    /// The force in the sense of y with which spring, gravity and constant force press on the mass `m` at y.
     pub fn hold(&self, m: f64, y: f64) -> f64 {
         self.constant_part(m) - self.stiffness() * y
     }
 
-    /// F_L on the mass `m` at y, ẏ, where P and F are `process` and `input`.
+    /// F_L on the mass `m` at y, ẏ, with P = `process` and F = `input`.
     pub fn force<S: Arithmetic>(&self, m: f64, [y, v]: [S; 2], process: Option<S>, input: Option<S>) -> S {
         let spring = self.spring.map(|spring| -((y - S::from(spring.at)) * spring.c));
         let damping = self.damping.map(|b| -(v * b));

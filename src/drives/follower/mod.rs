@@ -1,4 +1,4 @@
-//! What hangs on the shaft: the equations of motion, apart from every way to solve them and from how the shaft moves.
+//! Followers on the shaft: their equations of motion, apart from every way to solve them and from the shaft's motion.
 
 pub(super) mod contact;
 pub(super) mod elastic_output;

@@ -4,7 +4,7 @@ use crate::motion::{MotionLaw, TransferFunctions};
 use crate::numerics::angle::WHOLE_TURN;
 use std::f64::consts::{PI, TAU};
 
-/// Which smooth piece of the laws is meant: that which holds `inside`.
+/// A smooth piece of the laws: the one that contains `inside`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     inside: f64,
@@ -36,7 +36,7 @@ pub fn ends(borders: &[f64], i: usize) -> (f64, f64) {
     (borders[i], borders.get(i + 1).copied().unwrap_or(borders[0] + TAU))
 }
 
-/// The ends of all pieces (rad); without borders there is one, from 0 on.
+/// The ends of all pieces (rad); without borders one piece, from 0 on.
 pub fn pieces(borders: &[f64]) -> impl ExactSizeIterator<Item = (f64, f64)> {
     (0..borders.len().max(1)).map(|i| if borders.is_empty() { (0.0, TAU) } else { ends(borders, i) })
 }

@@ -1,4 +1,4 @@
-//! Followers, which the cams of the machine move.
+//! Rigid followers, moved by the cams of the machine.
 
 use super::linkage::{Extreme, Linkage};
 use super::place::{Place, pieces};
@@ -10,14 +10,14 @@ use crate::numerics::work::Work;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// A tool that a cam of the machine moves, itself or by a lever and the mechanisms behind it.
+/// A tool moved by a cam of the machine, directly or by a lever and mechanisms.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Follower {
-    /// The tool's mass m (kg), or its moment of inertia (kg·m²) where it turns.
+    /// The tool's mass m (kg), or its moment of inertia (kg·m²) if it turns.
     pub m: f64,
     /// Whether the tool's coordinate is an angle.
     pub turns: bool,
-    /// U(φ) of the tool (m or rad); with mechanisms the angle of the lever (rad), or of the shaft that they sit on.
+    /// U(φ) of the tool (m or rad); with mechanisms the angle of the lever (rad), or of the shaft if they sit on it.
     pub cam: MotionLaw,
     /// The mechanisms between lever and tool.
     pub linkage: Linkage,
@@ -29,27 +29,27 @@ const ROUNDING: f64 = 2e-14;
 /// The polynomial of degree 15 meets a wave of the order 1 to rounding over this width (rad).
 const WAVE: f64 = 2.6;
 
-/// How many times finer than the law the inertia may be; a mechanism that comes nearer to a singular position is refused or
-/// keeps a small error.
+/// How many times finer than the law the inertia may be; a mechanism closer to a singular position is refused or keeps a small
+/// error.
 const FINEST: f64 = 256.0;
 
-/// The most samples of a turn, and the highest ratio of the speeds of lever and shaft with which they still lie within two
-/// degrees of the lever's turn.
+/// The most samples of a turn, and the highest ratio of the speeds of lever and shaft at which they still lie within two degrees of
+/// the lever's turn.
 const MOST_SAMPLES: f64 = 65536.0;
 const HIGHEST_RATIO: f64 = MOST_SAMPLES / 32.0;
 
 impl Follower {
-    /// A mass that the cam moves itself.
+    /// A mass that the cam moves directly.
     pub fn new(m: f64, cam: MotionLaw) -> Self {
         Follower { m, turns: false, cam, linkage: Linkage::default() }
     }
 
-    /// What moves its mechanisms or its tool, as variables and scenes name it.
+    /// The word of variables and scenes for the part that moves its mechanisms or its tool.
     pub fn mover(&self) -> &'static str {
         if self.has_cam() { "cam" } else { "crank" }
     }
 
-    /// Whether a cam moves it, not the shaft itself.
+    /// Whether a cam moves it instead of the shaft itself.
     pub fn has_cam(&self) -> bool {
         !matches!(self.cam, MotionLaw::Crank(_))
     }
@@ -59,18 +59,18 @@ impl Follower {
         self.has_cam() && !self.linkage.is_empty()
     }
 
-    /// Whether the cam's law is an angle: that of a lever, or of a tool that turns.
+    /// Whether the cam's law is an angle, of a lever or of a turning tool.
     pub fn cam_turns(&self) -> bool {
         self.turns || !self.linkage.is_empty()
     }
 
-    /// The tool's position and its derivatives, where `cam` are those of the law.
+    /// The tool's position and its derivatives; `cam` holds those of the law.
     pub fn tool<const N: usize>(&self, cam: [f64; N]) -> [f64; N] {
         self.linkage.tool(cam)
     }
 
-    /// J and its derivatives of tool and links with respect to what `cam`, the law and its derivatives, are taken to; one
-    /// order less than they have, the last is zero.
+    /// J of tool and links and its derivatives with respect to the variable of `cam`, the law with its derivatives; one order less
+    /// than `cam`, the last is zero.
     pub fn inertia<const N: usize>(&self, cam: [f64; N]) -> [f64; N] {
         let mut derivatives = self.linkage.moved(self.m, Series::of_derivatives(cam), &[]).inertia.derivatives();
         if let Some(unknown) = derivatives.last_mut() {
@@ -79,7 +79,7 @@ impl Follower {
         derivatives
     }
 
-    /// Refuses mechanisms that cannot be assembled all around, or not safely; `prefix` names them.
+    /// Refuses mechanisms that cannot be assembled all around, or come too close to a singular position; `prefix` names them.
     pub fn check_linkage(&self, prefix: &str) -> Result<(), Fault> {
         if !self.has_cam() && self.linkage.turns() != Some(0.0) {
             let message = ": it turns with the shaft, but its output is not the same again after a turn of the shaft; end it with a \
@@ -108,13 +108,12 @@ impl Follower {
         self.cam.cost() + self.linkage.cost()[0]
     }
 
-    /// For each mechanism where its transmission angle is least over the turn.
+    /// For each mechanism the position of its least transmission angle over the turn.
     pub fn transmission(&self) -> Vec<Extreme> {
         self.linkage.extremes(self.samples(), |phi| self.lever(phi))
     }
 
-    /// As many samples of a turn as tell the waves of the law and the turns of the lever apart; the worst positions are then
-    /// refined.
+    /// As many samples of a turn as resolve the waves of the law and the turns of the lever; the worst positions are then refined.
     fn samples(&self) -> usize {
         let fastest = self.cam.bound(1) * self.linkage.step_up();
         let count = (32.0 * self.cam.resolution().max(fastest)).clamp(256.0, MOST_SAMPLES);
@@ -126,8 +125,8 @@ impl Follower {
         self.cam.at(phi.rem_euclid(TAU)).0[0]
     }
 
-    /// The harmonic order that resolves the inertia, see `Inertia::resolution`: twice that of the law, doubled until
-    /// polynomials meet its values; infinite where the work of a call does not do to find out.
+    /// The harmonic order that resolves the inertia, see `Inertia::resolution`: twice the law's, doubled until polynomials meet its
+    /// values; infinite if the work of a call is not enough to find it.
     pub fn linked_resolution(&self) -> f64 {
         let law = 2.0 * self.cam.resolution();
         let (fitting, mut work) = (Fitting::default(), Work::default());
@@ -155,7 +154,7 @@ impl Follower {
                     self.inertia([u, u1])[0]
                 });
                 for [inertia, own] in misses {
-                    // A maximum would drop what is no number.
+                    // `max` would drop NaN.
                     if own.is_nan() {
                         return false;
                     }

@@ -1,6 +1,6 @@
-//! Clearance between the cam's flanks, one or two, and m1, with m2 behind a spring or without.
+//! Clearance between the cam's flanks, one or two, and m1, with or without m2 on a spring.
 //!
-//! In contact m2 ẍ2 = S + F_L2, S = −(c q + b q̇), N = m1 ẍ1 + S − F_L1; in flight m1 ẍ1 = −S + F_L1, x1 = U + z, + s where z counts
+//! In contact m2 ẍ2 = S + F_L2, S = −(c q + b q̇), N = m1 ẍ1 + S − F_L1; in flight m1 ẍ1 = −S + F_L1, x1 = U + z, + s if z counts
 //! from flank B. Without m2 all loads act on m1.
 
 use super::{
@@ -133,8 +133,8 @@ impl Kind for Parameters {
         }
     }
 
-    /// m1 lies on flank A where N = −c q − F_L1 ≥ 0, on flank B where N ≤ 0 there. Without loads it may be anywhere, and a spring may
-    /// hold it between them: neither is a start.
+    /// m1 lies on flank A if N = −c q − F_L1 ≥ 0, on flank B if N ≤ 0 there. Without loads it may be anywhere, and a spring may
+    /// hold it between the flanks: neither is a start.
     fn rest(&self, at: &At<'_, f64>, _: f64, y: &mut [f64], stand: &mut Stand) -> Result<(), Fault> {
         let mut lie = |flank: Flank| {
             let x1 = at.cam[0] + flank.pick(0.0, self.s);
@@ -155,7 +155,7 @@ impl Kind for Parameters {
             if on_a < 0.0 && on_b > 0.0 || on_a == 0.0 && on_b == 0.0 {
                 return Err(nothing_holds(at.j, "it at a flank of its clearance"));
             }
-            // A spring that is relaxed just there holds it.
+            // A relaxed spring holds it just there.
             if on_a == 0.0 {
                 lie(Flank::A)?;
             }
@@ -165,7 +165,7 @@ impl Kind for Parameters {
 }
 
 impl Parameters {
-    /// Where m1 is, and what impacts and dampers have done.
+    /// The position of m1, and the sums over impacts and damper.
     fn counts<S: Scalar>(&self, now: &Now<'_, S>, put: &mut Put<'_, S>) {
         let (Now { at, counts, .. }, two) = (now, self.s.is_finite());
         let mode = if let Mode::Contact(flank) = at.stand.contact { flank.sign() } else { 0.0 };
@@ -173,7 +173,7 @@ impl Parameters {
         let mut count =
             |name, text, quantity, role, value| put.give(&Output::new(name, text, quantity).role(role), value);
         count("contact", text, &unit::NUMBER, Role::Count(if two { -1 } else { 0 }, 1), S::from(mode));
-        // A jump of the inputs takes a mass in contact along.
+        // A jump of the inputs carries a mass in contact along.
         let mut impulse = S::from(counts.impulse);
         if at.stand.is_held() && now.driven {
             let flank = at.cam[1] * at.w;

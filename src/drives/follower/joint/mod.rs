@@ -1,6 +1,6 @@
-//! A follower of a train: what hangs between its cam, or its crank, and its tool, and what acts on it.
+//! A follower of a train: the joint between its cam, or its crank, and its tool, and the loads on it.
 //!
-//! Each kind of joint is a file with its equations, its outputs and its state of rest; [`Kind`] is what the rest of the house asks.
+//! Each kind of joint is a file with its equations, its outputs and its state of rest; [`Kind`] is its interface to all other code.
 
 mod backlash;
 mod output;
@@ -21,13 +21,13 @@ use serde::{Deserialize, Serialize};
 /// A follower with its loads.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Follower {
-    /// Law and mechanisms; the tool's mass where the follower is rigid, else 0.
+    /// Law and mechanisms; the tool's mass if the follower is rigid, else 0.
     pub rigid: super::rigid::Follower,
-    /// What is between cam and tool.
+    /// The joint between cam and tool.
     pub joint: Joint,
-    /// On the tool.
+    /// The loads on the tool.
     pub load: Load,
-    /// On the mass on the cam's side: m_x of an elastic output, m1 with backlash.
+    /// The loads on the mass on the cam's side: m_x of an elastic output, m1 with backlash.
     pub roller: Load,
 }
 
@@ -37,13 +37,13 @@ impl Follower {
         self.joint.masses(self)
     }
 
-    /// What follows the shaft without slip.
+    /// The masses that follow the shaft without slip.
     pub fn along(&self, stand: &Stand) -> impl Iterator<Item = Along<'_>> {
         self.joint.along(self, stand).into_iter().flatten()
     }
 
-    /// What spring, gravity and constant force press with in the sense of y where a cam without clearance moves the tool to y; 0
-    /// behind mechanisms, and with clearance, whose motion knows the flight.
+    /// The force in the sense of y with which spring, gravity and constant force press, for a cam without clearance that moves the
+    /// tool to y. It is 0 with mechanisms, and with clearance, whose equations include the flight.
     pub fn hold(&self, y: f64) -> f64 {
         let held = self.rigid.linkage.is_empty() && self.joint.clearance().is_none();
         let [m, m_x] = self.masses();
@@ -51,7 +51,7 @@ impl Follower {
     }
 }
 
-/// What is between cam and tool.
+/// The joint between cam and tool.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Joint {
@@ -61,11 +61,11 @@ pub enum Joint {
     Output(elastic_output::Parameters, f64),
     /// An elastic shaft before the cam.
     Shaft(elastic_shaft::Parameters),
-    /// Clearance; s is infinite where there is no flank B.
+    /// Clearance; s is infinite without flank B.
     Backlash(#[serde(with = "contact::one_sided")] contact::Parameters),
 }
 
-/// A joint as its kind: the only place that tells one from another.
+/// A joint as its kind: the only place that distinguishes them.
 macro_rules! each {
     ($joint:expr, $kind:ident => $do:expr) => {
         match $joint {
@@ -80,11 +80,11 @@ macro_rules! each {
     };
 }
 
-/// Declares [`Kind`], and the same of a joint.
+/// Declares [`Kind`] and its methods on a joint.
 macro_rules! kind {
     ($($(#[$doc:meta])* fn $name:ident $(<$life:lifetime>)? $(<$scalar:ident: $bound:ident>)? (&$self:ident $(, $argument:ident: $type:ty)*)
         $(-> $result:ty)? $default:block)*) => {
-        /// What a kind of joint says of itself; a kind without a word of its own is rigid. Places of states count from its first.
+        /// The interface of a kind of joint; the defaults are those of a rigid one. Places of states count from its first.
         #[allow(unused_variables)]
         pub trait Kind {
             $($(#[$doc])* fn $name$(<$life>)?$(<$scalar: $bound>)?(&$self $(, $argument: $type)*) $(-> $result)? $default)*
@@ -99,21 +99,21 @@ macro_rules! kind {
 }
 
 kind! {
-    /// How many states it has: a place and its rate of the gap, and of the spring.
+    /// The number of its states: a place and its rate for the gap and for the spring.
     fn states(&self) -> usize {
         2 * (usize::from(self.clearance().is_some()) + usize::from(self.elastic().is_some()))
     }
 
-    /// Whether it has this one of its numbers.
+    /// Whether it has the number of this name.
     fn has(&self, number: &str) -> bool { true }
 
     /// Inertia and spring of an elastic shaft.
     fn shaft(&self) -> Option<elastic_shaft::Parameters> { None }
 
-    /// Masses, spring and clearance of one whose mass on the cam's side moves between flanks.
+    /// Masses, spring and clearance, if the mass on the cam's side moves between flanks.
     fn clearance(&self) -> Option<contact::Parameters> { None }
 
-    /// The place of q of its spring, and the mass behind it, or the inertia of the cam, with its c, b.
+    /// The place of q of its spring, with m, c, b of the mass on it, or J, c, b with the inertia of the cam.
     fn elastic(&self) -> Option<(usize, [f64; 3])> { None }
 
     /// A natural frequency (rad/s), the highest one within a small factor.
@@ -122,61 +122,62 @@ kind! {
     /// The masses of the tool and on the cam's side (kg).
     fn masses(&self, of: &Follower) -> [f64; 2] { [of.rigid.m, 0.0] }
 
-    /// What follows the shaft without slip.
+    /// The masses that follow the shaft without slip.
     fn along<'a>(&self, of: &'a Follower, stand: &Stand) -> [Option<Along<'a>>; 2] {
         [Some(Along { m: of.rigid.m, weight: of.rigid.m, load: &of.load, away: 0.0, is_tool: true }), None]
     }
 
-    /// The force of the spring on the tool, of an elastic shaft its torque.
+    /// The force of the spring on the tool; the torque of an elastic shaft.
     fn spring<S: Arithmetic>(&self, y: &[S]) -> S {
         self.elastic().map_or(S::from(0.0), |(q, [_, c, b])| -(y[q] * c + y[q + 1] * b))
     }
 
-    /// What brakes the shaft, and with it the follower, whose spring has this force.
+    /// The brake of the shaft and of its follower, if the spring has this force.
     fn brake<S: Arithmetic>(&self, at: &At<'_, S>, spring: S, sum: S) -> S { sum - at.cam[1] * at.input }
 
-    /// Rates, accelerations and contact force where the spring has this force and the shaft the acceleration a.
+    /// Rates, accelerations and contact force for this force of the spring and this acceleration a of the shaft.
     fn act<S: Arithmetic>(&self, at: &At<'_, S>, spring: S, a: S) -> Motion<S> { Motion::none() }
 
-    /// Gives what ends the present equations.
+    /// Passes on the guards that end the present equations.
     fn guards(&self, stand: &Stand, watch: &mut dyn FnMut(Guard)) {}
 
-    /// Gives the outputs in the order of their declaration; the force of the cam on the follower is the last one called force.
+    /// Passes on the outputs in the order of their declaration; the last one called force is the force of the cam on the follower.
     fn outputs<S: Scalar>(&self, now: &Now<'_, S>, put: &mut Put<'_, S>) {}
 
-    /// The slopes of the states where one input or state changes: `cam` those of U and U′ω, `of` those of an output and its rate.
+    /// The slopes of the states with respect to one input or state: `cam` are the slopes of U and U′ω, `of` returns those of an
+    /// output and its rate.
     fn slopes(&self, at: &At<'_, f64>, cam: [f64; 2], of: &dyn Fn(&str) -> [f64; 2]) -> [f64; MOST] { [0.0; MOST] }
 
-    /// Changes the velocities where that of the shaft jumps by `turn`, with the impulse and the velocity of the gap after it of one at
-    /// a flank.
+    /// Changes the velocities when the shaft's jumps by `turn`; of a mass at a flank `struck` holds the impulse and the velocity of
+    /// the gap afterwards.
     fn jolt(&self, y: &mut [f64], turn: f64, slope: f64, struck: Option<[f64; 2]>) {}
 
-    /// Puts the spring to where it balances the loads.
+    /// Puts the spring into balance with the loads.
     fn rest(&self, at: &At<'_, f64>, phi: f64, y: &mut [f64], stand: &mut Stand) -> Result<(), Fault> { Ok(()) }
 }
 
 impl Joint {
-    /// Whether it carries the cam, whose law is then taken at ψ = φ + q.
+    /// Whether it carries the cam; its law then is taken at ψ = φ + q.
     pub fn carries_cam(&self) -> bool {
         self.shaft().is_some()
     }
 
-    /// The place of q of a mass on a spring behind the cam, and its m, c, b.
+    /// The place of q of a mass on a spring after the cam, and its m, c, b.
     pub fn sprung(&self) -> Option<(usize, [f64; 3])> {
         self.elastic().filter(|_| !self.carries_cam())
     }
 
-    /// How the numbers of its kind are declared.
+    /// The declarations of its numbers.
     pub fn numbers(&self) -> Vec<Number> {
         each!(self, kind => Number::all(Some(kind)))
     }
 
-    /// The value of one of them.
+    /// The value of one of its numbers.
     pub fn number(&self, i: usize) -> f64 {
         each!(self, kind => (table(kind)[i].get)(kind))
     }
 
-    /// Changes one of them.
+    /// Changes one of its numbers.
     pub fn set_number(&mut self, i: usize, value: f64) {
         each!(self, kind => (table(kind)[i].set)(kind, value));
     }
@@ -189,24 +190,24 @@ fn table<P: Parameters>(_: &P) -> &'static [Parameter<P>] {
     P::TABLE
 }
 
-/// How a follower stands: what changes at events only.
+/// The discrete state of a follower, which changes at events only.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stand {
-    /// Where m1 is.
+    /// The position of m1.
     pub contact: Mode,
-    /// Whether z counts from flank B, the one that m1 has been at last.
+    /// Whether z counts from flank B, the last flank that m1 touched.
     pub beyond: bool,
     /// The order of the zero with which the gap begins.
     pub zeros: usize,
 }
 
 impl Stand {
-    /// On flank A.
+    /// The state on flank A.
     pub fn held() -> Self {
         Stand { contact: Mode::Contact(Flank::A), ..Stand::default() }
     }
 
-    /// The place of x1 − U at which z is zero, with the clearance `s` (m).
+    /// The value of x1 − U at z = 0, with the clearance `s` (m).
     pub fn home(&self, s: f64) -> f64 {
         if self.beyond { s } else { 0.0 }
     }
@@ -217,7 +218,7 @@ impl Stand {
     }
 }
 
-/// What changes the equations of a follower.
+/// An event that changes the equations of a follower.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Change {
     /// m1 leaves its flank.
@@ -226,7 +227,7 @@ pub enum Change {
     Impact(Flank),
 }
 
-/// A function of time whose root changes the equations: σ (f + shift), first above zero, where f is a state of this place, or N
+/// A function of time whose root changes the equations: σ (f + shift), positive at first; f is the state of this place, or N
 /// without one.
 pub struct Guard {
     /// The place of the state.
@@ -235,13 +236,13 @@ pub struct Guard {
     pub shift: f64,
     /// σ.
     pub sign: f64,
-    /// The order of the zero with which it begins where its value is zero.
+    /// The order of the zero with which it begins if its value is zero.
     pub zeros: usize,
-    /// What happens there.
+    /// The event at the root.
     pub change: Change,
 }
 
-/// What follows the shaft without slip.
+/// A mass that follows the shaft without slip.
 pub struct Along<'a> {
     /// Its mass (kg).
     pub m: f64,
@@ -249,9 +250,9 @@ pub struct Along<'a> {
     pub weight: f64,
     /// Its loads.
     pub load: &'a Load,
-    /// How far from U it is (m).
+    /// Its distance from U (m).
     pub away: f64,
-    /// Whether these are the loads of the tool, with the process force.
+    /// Whether these are the tool's loads, with the process force.
     pub is_tool: bool,
 }
 
@@ -260,13 +261,13 @@ pub struct Along<'a> {
 pub struct At<'a, S> {
     /// Its number, from 0.
     pub j: usize,
-    /// What it is made of.
+    /// The follower.
     pub follower: &'a Follower,
-    /// How it stands.
+    /// Its discrete state.
     pub stand: &'a Stand,
     /// The segment of its law.
     pub segment: usize,
-    /// U, U′, U″ of its cam, or of its tool behind mechanisms.
+    /// U, U′, U″ of its cam, or of its tool with mechanisms.
     pub cam: [S; 3],
     /// P(φ).
     pub process: S,
@@ -279,7 +280,7 @@ pub struct At<'a, S> {
 }
 
 impl<S: Arithmetic> At<'_, S> {
-    /// F_L on a tool of mass m with this place and velocity.
+    /// F_L on a tool of mass m at this place and velocity.
     fn on_tool(&self, m: f64, place: [S; 2]) -> S {
         self.follower.load.force(m, place, Some(self.process), Some(self.input))
     }
@@ -289,7 +290,7 @@ impl<S: Arithmetic> At<'_, S> {
         self.cam[2] * (self.w * self.w) + self.cam[1] * a
     }
 
-    /// The same with other roundings, those of the outputs.
+    /// The same with the roundings of the outputs.
     fn shown_lift(&self, a: S) -> S {
         self.cam[2] * self.w * self.w + self.cam[1] * a
     }
@@ -300,14 +301,14 @@ impl<S: Arithmetic> At<'_, S> {
 pub struct Motion<S> {
     /// The rates of its states.
     pub rates: [S; MOST],
-    /// ẍ1 or ψ̈, and ÿ of the mass behind a spring.
+    /// ẍ1 or ψ̈, and ÿ of the mass on a spring.
     pub accelerations: [S; 2],
     /// N of a mass in contact.
     pub normal: S,
 }
 
 impl<S: Arithmetic> Motion<S> {
-    /// Of what has no states.
+    /// The motion of a follower without states.
     pub fn none() -> Self {
         let zero = S::from(0.0);
         Motion { rates: [zero; MOST], accelerations: [zero; 2], normal: zero }
@@ -316,11 +317,11 @@ impl<S: Arithmetic> Motion<S> {
 
 /// A follower at a communication point.
 pub struct Now<'a, S> {
-    /// What its motion depends on.
+    /// The arguments of its motion.
     pub at: At<'a, S>,
     /// φ within its turn.
     pub phi: S,
-    /// φ with its turns.
+    /// φ including its turns.
     pub whole: S,
     /// φ̈.
     pub a: S,
@@ -328,9 +329,9 @@ pub struct Now<'a, S> {
     pub spring: S,
     /// Its motion.
     pub motion: &'a Motion<S>,
-    /// What has happened since the start.
+    /// Its counts since the start.
     pub counts: Counts,
-    /// Whether inputs move the shaft, by whose jumps a mass in contact takes up momentum.
+    /// Whether inputs move the shaft; their jumps give momentum to a mass in contact.
     pub driven: bool,
 }
 
@@ -343,13 +344,13 @@ pub struct Counts {
     pub impacts: f64,
     /// Energy lost in impacts (J).
     pub loss: f64,
-    /// The same in the damper (J).
+    /// Energy dissipated by the damper (J).
     pub damped: f64,
     /// Means of F_K and U′ F_K over the last communication step.
     pub means: [f64; 2],
 }
 
-/// Where an output belongs.
+/// The place of an output and its follower.
 #[derive(Clone, Copy)]
 pub struct Seat {
     /// Its place.
@@ -358,35 +359,35 @@ pub struct Seat {
     pub follower: Option<usize>,
 }
 
-/// Takes outputs with their values.
+/// Receives outputs with their values.
 pub struct Put<'a, S> {
-    /// Where the next one belongs.
+    /// The seat of the next one.
     pub seat: Seat,
-    /// What becomes of them.
+    /// Takes each of them.
     pub take: &'a mut dyn FnMut(Seat, &Output, S),
 }
 
 impl<S> Put<'_, S> {
-    /// Gives one.
+    /// Passes on one output.
     pub fn give(&mut self, output: &Output, value: S) {
         (self.take)(self.seat, output, value);
         self.seat.place += 1;
     }
 
-    /// Gives some.
+    /// Passes on several outputs.
     fn all<const N: usize>(&mut self, outputs: &[Output; N], values: [S; N]) {
         outputs.iter().zip(values).for_each(|(output, value)| self.give(output, value));
     }
 }
 
-/// A place, its velocity and its acceleration, the first two states or not; a place without a text is that of its name.
+/// A place, its velocity and its acceleration; the first two may be states. A place without a text has the text of its name.
 const fn moving(name: &'static str, text: &'static str, of: [&'static Quantity; 3], state: bool) -> [Output; 3] {
     let velocity = Output { order: 1, ..Output::new(name, text, of[1]) };
     let acceleration = Output { order: 2, ..Output::new(name, text, of[2]) };
     [Output::new(name, text, of[0]).state(state), velocity.state(state), acceleration]
 }
 
-/// Where it moves, and where it turns.
+/// The outputs of a motion that is a translation, and of one that is a rotation.
 const fn either(name: &'static str, text: &'static str, state: bool) -> [[Output; 3]; 2] {
     let moves = [&unit::LENGTH, &unit::VELOCITY, &unit::ACCELERATION];
     [moving(name, text, moves, state), moving(name, text, TURNS, state)]
@@ -394,10 +395,10 @@ const fn either(name: &'static str, text: &'static str, state: bool) -> [[Output
 
 const TURNS: [&Quantity; 3] = [&unit::ANGLE, &unit::ANGULAR_VELOCITY, &unit::ANGULAR_ACCELERATION];
 
-/// The tool, whose place and velocity follow from those of the shaft, or are states.
+/// The tool; its place and velocity follow from the shaft's, or are states.
 static TOOL: [[Output; 3]; 2] = either("y", "Place of the tool", false);
 static FREE_TOOL: [[Output; 3]; 2] = either("y", "Place of the tool", true);
-/// q of a spring behind the cam.
+/// q of a spring after the cam.
 static DEFORMATION: [[Output; 3]; 2] = either("q", "Deformation of the spring", false);
 
 impl<S: Scalar> Now<'_, S> {
@@ -431,7 +432,7 @@ impl<S: Scalar> Now<'_, S> {
     }
 }
 
-/// q where a spring of stiffness c balances the loads on a tool of mass m, the other end of the spring at x.
+/// q at which a spring of stiffness c balances the loads on a tool of mass m, with the spring's other end at x.
 fn balance(at: &At<'_, f64>, [c, m]: [f64; 2], x: f64) -> Result<f64, Fault> {
     let (load, push) = (&at.follower.load, at.process + at.input);
     let stiffness = c + load.stiffness();

@@ -68,7 +68,7 @@ impl Joint {
         if let Joint::Output(_, m_x) = self { Some(*m_x) } else { None }
     }
 
-    /// Changes it.
+    /// Changes m_x.
     pub fn set_roller(&mut self, value: f64) {
         if let Joint::Output(_, m_x) = self {
             *m_x = value;

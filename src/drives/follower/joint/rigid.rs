@@ -1,4 +1,4 @@
-//! A rigid follower, which the cam moves itself or by mechanisms: y = U, N = m ÿ − F_L.
+//! A rigid follower, moved by the cam itself or by mechanisms: y = U, N = m ÿ − F_L.
 
 use super::{At, Kind, Now, Put, TOOL, TURNS, moving};
 use crate::drives::parameter::{Parameter, Parameters};
@@ -22,7 +22,7 @@ impl Kind for Rigid {
         let (speed, m) = (u1 * w, rigid.m);
         let load = at.on_tool(m, [u, speed]);
         let normal = x2 * m - load;
-        // Of mechanisms the inertia and the weight of the links count, too.
+        // The inertia and the weight of the mechanisms' links count, too.
         let tau = match links(at, *phi) {
             None => u1 * normal,
             Some([inertia, half_slope, weight]) => inertia * *a + half_slope * w * w - weight - u1 * load,

@@ -8,7 +8,7 @@ use crate::drives::unit;
 use crate::drives::variable::Output;
 use crate::numerics::taylor::{Arithmetic, Scalar};
 
-/// Steps of the load from nothing on; between them Newton's method needs a few iterations.
+/// Steps in which the load grows from zero; Newton's method needs a few iterations between them.
 const STEPS: usize = 64;
 const ITERATIONS: usize = 8;
 
@@ -68,8 +68,8 @@ impl Kind for Parameters {
         y[1] -= turn;
     }
 
-    /// c q = U′(ψ) F_L(U(ψ)), followed from F_L = 0 on, as long as c > d(U′F_L)/dψ: beyond, the shaft snaps through. That condition is
-    /// the one of a conservative system, the second derivative of its potential.
+    /// c q = U′(ψ) F_L(U(ψ)), followed from F_L = 0 on, as long as c > d(U′F_L)/dψ. Beyond that the shaft snaps through. The
+    /// condition belongs to a conservative system: it is the second derivative of its potential.
     fn rest(&self, at: &At<'_, f64>, phi: f64, y: &mut [f64], _: &mut Stand) -> Result<(), Fault> {
         let (load, push) = (&at.follower.load, at.process + at.input);
         let mut q = 0.0;

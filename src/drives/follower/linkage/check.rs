@@ -1,16 +1,16 @@
-//! Whether a linkage can be assembled all around the turn, and where it comes nearest to a position in which its output may go
-//! either way.
+//! Whether a linkage can be assembled all around the turn, and its nearest approach to a position in which its output may go either
+//! way.
 
 use super::{FourBar, Kind, Linkage, Mechanism, decimals};
 use crate::drives::Fault;
 use crate::numerics::taylor::Series;
 use std::f64::consts::TAU;
 
-/// Angles below this (rad) between coupler and output link, or between rod and the normal of the slider's line, count as
-/// singular: derivatives of order n grow with its power 2n − 1, and of those of order 4 no digit would be left.
+/// Smaller angles (rad) between coupler and output link, or between rod and the normal of the slider's line, count as singular:
+/// derivatives of order n grow with its power 2n − 1, and those of order 4 would have no digit left.
 const SINGULAR: f64 = 1e-3;
 
-/// Where a mechanism comes nearest to a singular position.
+/// The nearest approach of a mechanism to a singular position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extreme {
     /// φ (rad).
@@ -29,12 +29,12 @@ impl Extreme {
 }
 
 impl Mechanism {
-    /// Whether its output could go either way somewhere.
+    /// Whether its output could go either way in some position.
     pub fn has_transmission_angle(&self) -> bool {
         !matches!(self.kind, Kind::Gear(_))
     }
 
-    /// cos μ at θ; zero where there is no such angle.
+    /// cos μ at θ; zero for a mechanism without such an angle.
     fn transmission_cosine(&self, theta: f64) -> f64 {
         match &self.kind {
             Kind::FourBar(linkage) => linkage.transmission_cosine(theta),
@@ -59,7 +59,7 @@ impl Mechanism {
 }
 
 impl Linkage {
-    /// By how many turns its output goes on while its input makes one; None where they differ from turn to turn.
+    /// The number of turns of its output per turn of its input; None if it differs from turn to turn.
     pub fn turns(&self) -> Option<f64> {
         self.0.iter().try_fold(1.0, |turns: f64, mechanism| match &mechanism.kind {
             Kind::Gear(gear) => Some(turns * gear.ratio),
@@ -69,14 +69,14 @@ impl Linkage {
         })
     }
 
-    /// How many times as fast as its input its gears turn at most.
+    /// The highest ratio of the speeds of its gears to its input.
     pub fn step_up(&self) -> f64 {
         let ratio = |mechanism: &Mechanism| if let Kind::Gear(gear) = mechanism.kind { gear.ratio.abs() } else { 1.0 };
         self.0.iter().map(ratio).fold(1.0, |most, ratio| most * ratio.max(1.0))
     }
 
-    /// For each mechanism where cos μ is largest in size over a turn, of the lever's angle `lever` as a function of φ sampled
-    /// at so many `points`; the list ends with the first mechanism that cannot be assembled all around.
+    /// For each mechanism the position in which cos μ is largest in size over a turn of the lever's angle `lever`, a function of φ
+    /// sampled at so many `points`. The list ends with the first mechanism that cannot be assembled all around.
     pub fn extremes(&self, points: usize, lever: impl Fn(f64) -> f64) -> Vec<Extreme> {
         let step = TAU / points as f64;
         let mut extremes = Vec::with_capacity(self.0.len());
@@ -104,8 +104,8 @@ impl Linkage {
         extremes
     }
 
-    /// Refuses dimensions that make no mechanism, and turns that lead through positions where a mechanism cannot be assembled
-    /// or its output may go either way; `prefix` is the name of the linkage.
+    /// Refuses dimensions that make no mechanism, and turns through positions in which a mechanism cannot be assembled or its
+    /// output may go either way; `prefix` is the name of the linkage.
     pub fn check(&self, prefix: &str, points: usize, lever: impl Fn(f64) -> f64) -> Result<(), Fault> {
         for (i, mechanism) in self.0.iter().enumerate() {
             mechanism.check_dimensions(&format!("{prefix}[{}]", i + 1))?;
@@ -134,17 +134,17 @@ impl Linkage {
     }
 }
 
-/// φ of a turn in degrees: to the digits shown a full turn is none.
+/// φ of a turn in degrees; a full turn shows as 0 to these digits.
 pub fn in_turn(phi: f64, digits: usize) -> String {
     let finest = 10f64.powi(digits as i32);
     decimals((phi.to_degrees() * finest).round().rem_euclid(360.0 * finest) / finest, digits)
 }
 
-/// Where f is largest within the `width` from `low` on, by golden sections.
+/// The place of the maximum of f within the `width` from `low` on, by golden sections.
 fn summit(f: &impl Fn(f64) -> f64, low: f64, width: f64) -> f64 {
     const RATIO: f64 = 0.618_033_988_749_894_9;
     let (mut low, mut high) = (low, low + width);
-    // 40 sections leave 4e-9 of the width, and f misses its maximum by the square of that.
+    // 40 sections leave 4e-9 of the width; the error of the maximum of f is the square of that.
     for _ in 0..40 {
         let (left, right) = (high - RATIO * (high - low), low + RATIO * (high - low));
         if f(left) >= f(right) {

@@ -19,7 +19,7 @@ pub struct FourBar {
     pub ground: f64,
     /// a; its first joint is the pivot (0, 0).
     pub input: Link,
-    /// b; its first joint is that with the input link.
+    /// b; its first joint is the joint with the input link.
     pub coupler: Link,
     /// c; its first joint is the pivot (g, 0).
     pub output: Link,
@@ -60,7 +60,7 @@ impl FourBar {
         let (mut sp, mut cp) = psi.sin_cos();
         let slope = -c * (g * sp.value() + a * (theta.value() - psi.value()).sin());
         for _ in 1..N {
-            // What F misses is right in the first order in which ψ is wrong.
+            // The error of F is right in the first order of the error of ψ.
             let miss = (cp * g - (ct * cp + st * sp) * a) * c - ct * (a * g);
             for n in 1..N {
                 psi.0[n] -= miss.0[n] / slope;

@@ -1,4 +1,4 @@
-//! Gear pairs and what else has a constant ratio.
+//! Gear pairs and other mechanisms of constant ratio.
 
 use super::Links;
 use crate::numerics::taylor::Series;
@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 pub struct Gear {
     /// i (1 or m/rad), not zero; negative where output and input run against each other.
     pub ratio: f64,
-    /// The moment of inertia of all that turns with the input (kg·m²); what moves with the output belongs to the tool or the
-    /// next mechanism.
+    /// The moment of inertia of all parts that turn with the input (kg·m²); parts that move with the output belong to the tool or
+    /// the next mechanism.
     pub inertia: f64,
     /// Whether the output is an angle.
     pub output_turns: bool,

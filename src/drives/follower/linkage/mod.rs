@@ -1,12 +1,12 @@
-//! Plane mechanisms between the lever that a cam moves and the tool, one behind the other.
+//! Plane mechanisms in series between the lever that a cam moves and the tool.
 //!
-//! θ₁ = χ + offset → f₁ → θ₂ → f₂ → … → y, and the moment of inertia of tool and links with respect to whatever χ depends on,
+//! θ₁ = χ + offset → f₁ → θ₂ → f₂ → … → y, and the moment of inertia of tool and links with respect to the variable of χ,
 //!
 //! J = m y′² + Σ (m_i |r_i′|² + J_i β_i′²).
 //!
-//! Symbols: χ angle of the lever (rad); θ input angle of a mechanism (rad); y coordinate of the tool (m or rad); m mass of
-//! the tool (kg), or its moment of inertia (kg·m²) where it turns; m_i, J_i, r_i, β_i mass, moment of inertia about the
-//! centre of mass, centre of mass and angle of link i.
+//! Symbols: χ angle of the lever (rad); θ input angle of a mechanism (rad); y coordinate of the tool (m or rad); m mass of the tool
+//! (kg), or its moment of inertia (kg·m²) if it turns; m_i, J_i, r_i, β_i mass, moment of inertia about the centre of mass, centre
+//! of mass and angle of link i.
 //!
 //! Each mechanism is evaluated in closed form for power series ([`Series`]), so that derivatives with respect to the angle of
 //! the main shaft, to time or to the lever's angle are exact to any order. Angles are continuous: an output that turns right
@@ -46,7 +46,7 @@ pub struct Link {
     pub centre: [f64; 2],
 }
 
-/// What the links of a mechanism are together.
+/// Sums over the links of a mechanism.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Links<const N: usize> {
     /// Σ m |r′|² + J β′² (kg·m²).
@@ -60,7 +60,7 @@ impl<const N: usize> Links<N> {
         Links { inertia: Series::from(0.0), moment: [Series::from(0.0); 2] }
     }
 
-    /// With a link whose first joint is at `joint`, the line to its second one in the direction (cos β, sin β).
+    /// Adds a link whose first joint is at `joint`, with the line to its second one in the direction (cos β, sin β).
     fn with(mut self, link: &Link, [x, y]: [Series<N>; 2], [cos, sin]: [Series<N>; 2]) -> Self {
         if link.mass == 0.0 && link.inertia == 0.0 {
             return self;
@@ -75,10 +75,10 @@ impl<const N: usize> Links<N> {
     }
 }
 
-/// Which of its two positions a mechanism has.
+/// Selects one of the two positions of a mechanism.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Branch {
-    /// The sign + in front of the root.
+    /// The sign + before the root.
     #[default]
     Plus,
     /// The sign −.
@@ -100,9 +100,9 @@ impl Branch {
 pub struct Mechanism {
     /// f.
     pub kind: Kind,
-    /// Where the input is zero, on the scale of the mechanism's own input angle θ (rad).
+    /// The input angle θ (rad) of the mechanism at input zero.
     pub input_offset: f64,
-    /// Where the output is zero, on the scale of the mechanism's own output (rad or m).
+    /// The output (rad or m) of the mechanism at output zero.
     pub output_offset: f64,
 }
 
@@ -138,9 +138,9 @@ impl Mechanism {
         }
     }
 
-    /// Nominal work (µs), see [`crate::numerics::work`], of output and links to the fourth derivative, and to the highest order of
-    /// a train: processor times of an optimised build, which took 0.35 and 38 µs for a four-bar linkage where a nominal
-    /// microsecond takes two and a half. The series of ψ takes a pass for each order.
+    /// Nominal work (µs), see [`crate::numerics::work`], for output and links to the fourth derivative, and to the highest order of
+    /// a train. These are processor times of an optimised build: a four-bar linkage took 0.35 and 38 µs on a computer where a
+    /// nominal microsecond takes 2.5. The series of ψ takes a pass for each order.
     pub fn cost(&self) -> [f64; 2] {
         match self.kind {
             Kind::FourBar(_) => [0.15, 15.0],
@@ -159,11 +159,11 @@ impl Mechanism {
     }
 }
 
-/// The mechanisms between lever and tool, from the cam to the tool; none where the cam moves the tool itself.
+/// The mechanisms between lever and tool, from the cam to the tool; empty if the cam moves the tool itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Linkage(pub Vec<Mechanism>);
 
-/// A tool and what moves with it.
+/// The tool's motion and inertia.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moved<const N: usize> {
     /// y.
@@ -180,14 +180,13 @@ impl Linkage {
         self.0.is_empty()
     }
 
-    /// Nominal work of all of them, see [`Mechanism::cost`].
+    /// Nominal work of all mechanisms, see [`Mechanism::cost`].
     pub fn cost(&self) -> [f64; 2] {
         self.0.iter().map(Mechanism::cost).fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]])
     }
 
-    /// Tool and inertia moved by the lever's angle χ (or by the tool itself where there is no mechanism), the tool having the
-    /// mass `m`, and the links' weight with g (m/s²) in these `frames`. Values that are no numbers where a mechanism cannot be
-    /// assembled.
+    /// Tool and inertia moved by the lever's angle χ (or by the tool itself without mechanisms) for a tool of mass `m`, and the
+    /// links' weight with g (m/s²) in these `frames`. The values are NaN if a mechanism cannot be assembled.
     pub fn moved<const N: usize>(&self, m: f64, lever: Series<N>, frames: &[[f64; 2]]) -> Moved<N> {
         let (mut y, mut inertia, mut weight) = (lever, Series::from(0.0), Series::from(0.0));
         for (i, mechanism) in self.0.iter().enumerate() {
@@ -207,7 +206,7 @@ impl Linkage {
     }
 }
 
-/// A number with so many decimals; what they show as zero has no sign.
+/// A number with so many decimals; zero has no sign.
 pub fn decimals(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     match text.strip_prefix('-') {
@@ -216,7 +215,7 @@ pub fn decimals(value: f64, digits: usize) -> String {
     }
 }
 
-/// arccos, which would lose half of the digits where its argument is near ±1; None beyond.
+/// arccos without its loss of half of the digits near ±1; None beyond.
 pub fn arccos(x: f64) -> Option<f64> {
     (x.abs() <= 1.0).then(|| ((1.0 - x) * (1.0 + x)).sqrt().atan2(x))
 }

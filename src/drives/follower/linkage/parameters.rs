@@ -3,7 +3,7 @@
 use super::{FourBar, Gear, Kind, Link, Mechanism, SliderCrank};
 use crate::drives::unit::{self, Quantity};
 
-/// Kind of a parameter, which says what values it may have.
+/// Kind of a parameter, which determines its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParameterKind {
     /// A length of a link (m).
@@ -42,7 +42,7 @@ impl ParameterKind {
         }
     }
 
-    /// The quantity in which it is measured.
+    /// Its quantity.
     pub const fn quantity(self) -> &'static Quantity {
         match self {
             ParameterKind::Angle => &unit::ANGLE,
@@ -53,12 +53,12 @@ impl ParameterKind {
         }
     }
 
-    /// Whether a scene must give it; what it need not give is zero, or follows from the rest.
+    /// Whether a scene must contain it; optional ones are zero or follow from the rest.
     pub fn is_required(self) -> bool {
         matches!(self, ParameterKind::Length | ParameterKind::Ratio | ParameterKind::Radius)
     }
 
-    /// Whether zero is left out of its range.
+    /// Whether zero is excluded from its range.
     pub fn is_ratio(self) -> bool {
         matches!(self, ParameterKind::Ratio | ParameterKind::Radius)
     }
@@ -78,7 +78,7 @@ impl ParameterKind {
 /// A parameter of a mechanism.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
-    /// The link that it belongs to, a table in scenes; None for one of the mechanism itself.
+    /// Its link, a table in scenes; None for a parameter of the mechanism itself.
     pub link: Option<&'static str>,
     /// Its key there.
     pub key: &'static str,

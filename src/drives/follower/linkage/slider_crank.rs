@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct SliderCrank {
     /// r; its first joint is the pivot.
     pub crank: Link,
-    /// l; its first joint is that with the crank.
+    /// l; its first joint is the joint with the crank.
     pub rod: Link,
     /// e, the offset of the slider's line.
     pub offset: f64,

@@ -1,5 +1,4 @@
-//! The periodic coefficients of m(φ) q̈ + b(φ) q̇ + c(φ) q = f(φ): their values, their harmonics, and how fast they
-//! vary.
+//! The periodic coefficients of m(φ) q̈ + b(φ) q̇ + c(φ) q = f(φ): their values, their harmonics and their variation.
 
 use super::crank::{Dip, ParallelCrank, SAME_ANGLE};
 use crate::motion::Fourier;
@@ -13,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 pub enum Stiffness {
     /// A finite Fourier series.
     Series(Fourier),
-    /// A sum of dips, as the parallel crank has it.
+    /// A sum of dips, as of a parallel crank.
     Dips(Vec<Dip>),
 }
 
@@ -68,7 +67,7 @@ impl Stiffness {
         }
     }
 
-    /// The harmonics of c up to `order`, the others left out.
+    /// The harmonics of c up to `order`.
     pub fn harmonics(&self, order: usize) -> Fourier {
         let mut series = Fourier::new(vec![0.0; order + 1], Vec::new());
         match self {
@@ -87,7 +86,7 @@ impl Stiffness {
         self.harmonics(0).a[0]
     }
 
-    /// The greatest common divisor of the orders of the harmonics; 0 where c is constant.
+    /// The greatest common divisor of the orders of the harmonics; 0 if c is constant.
     fn symmetry(&self) -> usize {
         match self {
             Stiffness::Series(series) => symmetry(series),
@@ -107,7 +106,7 @@ impl Coefficients {
         Values { m: at(&self.m, phi), b: at(&self.b, phi), c: self.c.at(phi), f: at(&self.f, phi) }
     }
 
-    /// Cost of an evaluation (nominal µs), see [`crate::numerics::work`]; a dip as much as ten harmonics.
+    /// Cost of an evaluation (nominal µs), see [`crate::numerics::work`]; a dip costs as much as ten harmonics.
     pub fn cost(&self) -> f64 {
         let stiffness = match &self.c {
             Stiffness::Series(series) => series.order(),
@@ -122,7 +121,7 @@ impl Coefficients {
         if order == 0 {
             return (0.0, self.m.a[0]);
         }
-        // 16 samples per shortest wave: between neighbours of the least one m has a single minimum.
+        // 16 samples per shortest wave: between the neighbours of the least sample m has a single minimum.
         let count = 16 * order;
         let step = TAU / count as f64;
         let value = |phi: f64| self.m.at(phi).0[0];
@@ -143,8 +142,8 @@ impl Coefficients {
         [&self.m, &self.b, &self.f].into_iter().map(highest).fold(c, usize::max)
     }
 
-    /// After which part of a turn the coefficients repeat themselves: the greatest common divisor of the orders of all
-    /// harmonics; 1 where there are none.
+    /// The part of a turn after which the coefficients repeat, as its denominator: the greatest common divisor of the orders of all
+    /// harmonics; 1 without harmonics.
     pub fn symmetry(&self) -> usize {
         let own = [&self.m, &self.b, &self.f].into_iter().map(symmetry);
         own.fold(self.c.symmetry(), greatest_common_divisor).max(1)
@@ -168,8 +167,8 @@ impl Coefficients {
         (0.5 * poles.min(self.to_massless(phi))).min(waves)
     }
 
-    /// A bound (rad) for the distance of `phi` from the nearest complex zero of m: where m + m′ x − ½ M x² could vanish,
-    /// M bounding |m″| within a radian of the highest harmonic off the real axis.
+    /// A bound (rad) for the distance of `phi` from the nearest complex zero of m: the zero of m + m′ x − ½ M x², with M a bound of
+    /// |m″| within a radian of the highest harmonic off the real axis.
     fn to_massless(&self, phi: f64) -> f64 {
         if self.m.order() == 0 {
             return f64::INFINITY;
@@ -181,14 +180,14 @@ impl Coefficients {
         if curvature > 0.0 { 2.0 * m / (slope + (slope * slope + 2.0 * curvature * m).sqrt()) } else { f64::INFINITY }
     }
 
-    /// The smallest angle that [`Coefficients::reach`] yields over the turn (rad), but for a factor of two.
+    /// The smallest angle that [`Coefficients::reach`] returns over the turn (rad), up to a factor of two.
     pub fn least_reach(&self) -> f64 {
         let dips = if let Stiffness::Dips(dips) = &self.c { &dips[..] } else { &[] };
         let places = dips.iter().map(|dip| dip.centre).chain([self.least_mass().0]);
         places.map(|phi| self.reach(phi)).fold(f64::INFINITY, f64::min)
     }
 
-    /// A frequency (rad/s) that no vibration exceeds, but for that of m and c alone: √(max |c| / min m).
+    /// A frequency (rad/s) that no vibration exceeds: √(max |c| / min m).
     pub fn highest_frequency(&self) -> f64 {
         let largest = match &self.c {
             Stiffness::Series(series) => series.bound(0),
@@ -199,7 +198,7 @@ impl Coefficients {
 }
 
 fn at(series: &Fourier, phi: f64) -> [f64; 4] {
-    // What a scene does not vary costs no sine.
+    // Constant coefficients cost no sine.
     if series.order() == 0 {
         return [series.a[0], 0.0, 0.0, 0.0];
     }

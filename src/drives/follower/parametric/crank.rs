@@ -1,14 +1,14 @@
 //! The stiffness of a parallel-crank drive.
 //!
-//! Two parallel shafts of torsional stiffness c_T1 and c_T2 carry cranks of length R, which a coupling rod of
-//! longitudinal stiffness c_AB joins. Turned against each other by the small angle q, the cranks stretch the rod by
-//! R q sin φ, so that the rod alone has the torsional stiffness c_AB R² sin²φ, none at the dead centres φ = 0 and π. In
-//! series with the shafts, 1/c₁₂ = 1/c_T1 + 1/c_T2:
+//! Two parallel shafts of torsional stiffness c_T1 and c_T2 carry cranks of length R, which a coupling rod of longitudinal
+//! stiffness c_AB joins. Turned against each other by the small angle q, the cranks stretch the rod by R q sin φ, so the rod alone
+//! has the torsional stiffness c_AB R² sin²φ, which is zero at the dead centres φ = 0 and π. In series with the shafts, 1/c₁₂ =
+//! 1/c_T1 + 1/c_T2:
 //!
 //! c_T(φ) = c₁₂ S/(σ + S),  S = sin²φ,  σ = c₁₂/(c_AB R²).
 //!
-//! A second crank set that runs ahead by δ adds its own c_T(φ + δ) where it has its own shafts; on the same shafts
-//! its rod acts beside the first one, S = sin²φ + sin²(φ + δ) = 1 − cos δ cos(2φ + δ), which is constant for δ = 90°.
+//! A second crank set that runs ahead by δ adds its own c_T(φ + δ) if it has its own shafts; on the same shafts its rod acts in
+//! parallel with the first one, S = sin²φ + sin²(φ + δ) = 1 − cos δ cos(2φ + δ), which is constant for δ = 90°.
 //!
 //! Validity: |q| small against the angle over which sin φ changes, no play, massless rods.
 //!
@@ -18,7 +18,7 @@ use crate::motion::Fourier;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Angles this near to a quarter of a turn are one (rad): what it changes is below rounding.
+/// Angles this near to a quarter of a turn count as one (rad): the change is below rounding.
 pub const SAME_ANGLE: f64 = 1e-15;
 
 /// Shafts, cranks and coupling rods.
@@ -36,7 +36,7 @@ pub struct ParallelCrank {
     pub second: SecondCrank,
 }
 
-/// Whether there is a second crank set, and how far it runs ahead, δ (rad).
+/// The second crank set, if any, and the angle δ (rad) by which it runs ahead.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SecondCrank {
@@ -75,7 +75,7 @@ impl ParallelCrank {
         self.shafts() / (self.c_ab * self.r * self.r)
     }
 
-    /// The terms whose sum is c_T(φ): one, or two where a second crank set has shafts of its own.
+    /// The terms whose sum is c_T(φ): two if a second crank set has its own shafts, else one.
     pub fn dips(&self) -> impl Iterator<Item = Dip> + use<> {
         let single = Dip { stiffness: self.shafts(), sigma: self.sigma(), least: 0.0, swing: 1.0, centre: 0.0 };
         let (first, second) = match self.second {
@@ -93,8 +93,8 @@ impl ParallelCrank {
 }
 
 impl Dip {
-    /// c, c′, c″, c‴ (N·m/radⁿ⁺¹) at `phi` (rad). By the quotients of D = σ + S and its derivatives, so that no power
-    /// of a small D is formed, and without cancellation near the dead centres.
+    /// c, c′, c″, c‴ (N·m/radⁿ⁺¹) at `phi` (rad). It divides D = σ + S and its derivatives, so that no power of a small D occurs,
+    /// without cancellation near the dead centres.
     pub fn at(&self, phi: f64) -> [f64; 4] {
         let (sin, cos) = (phi - self.centre).sin_cos();
         let s = self.least + self.swing * sin * sin;
@@ -111,14 +111,13 @@ impl Dip {
         ]
     }
 
-    /// ζ ∈ [0, 1), by which the amplitude of each even harmonic is smaller than that of the one before. For a single
-    /// crank ζ = (√(1 + σ) − √σ)².
+    /// ζ ∈ [0, 1), the ratio of the amplitudes of successive even harmonics. For a single crank ζ = (√(1 + σ) − √σ)².
     pub fn decay(&self) -> f64 {
         let least = self.sigma + self.least;
         self.swing / ((least + self.swing).sqrt() + least.sqrt()).powi(2)
     }
 
-    /// How far the complex zeros of σ + S lie from the real axis (rad); infinite where c is constant.
+    /// The distance of the complex zeros of σ + S from the real axis (rad); infinite if c is constant.
     pub fn width(&self) -> f64 {
         -0.5 * self.decay().ln()
     }
@@ -128,7 +127,7 @@ impl Dip {
     pub fn add_harmonics(&self, series: &mut Fourier) {
         let (sigma, least, swing) = (self.sigma, self.least, self.swing);
         let root = ((sigma + least) * (sigma + least + swing)).sqrt();
-        // 1 − σ/root without cancellation where the rod is soft.
+        // 1 − σ/root without cancellation for a soft rod.
         let mean = (sigma * (2.0 * least + swing) + least * (least + swing)) / (root * (root + sigma));
         series.a[0] += self.stiffness * mean;
         let mut amplitude = -2.0 * self.stiffness * sigma / root;

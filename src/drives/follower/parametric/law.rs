@@ -7,7 +7,7 @@ use crate::drives::{Fault, Number};
 use crate::motion::Fourier;
 use serde::{Deserialize, Serialize};
 
-/// Where the coefficients come from.
+/// The source of the coefficients.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Law {
@@ -28,7 +28,7 @@ pub struct SeriesLaw {
     pub b: Fourier,
     /// c(φ) (N·m/rad or N/m).
     pub c: Fourier,
-    /// f(φ) (N·m or N); None where nothing acts.
+    /// f(φ) (N·m or N); None without excitation.
     pub f: Option<Fourier>,
 }
 
@@ -51,9 +51,9 @@ pub struct CrankLaw {
     pub inertia: f64,
     /// Damping between both sides b_T (N·m·s/rad).
     pub damping: f64,
-    /// Torque on the driven side f(φ) (N·m), positive in the sense of φ; None where nothing acts.
+    /// Torque on the driven side f(φ) (N·m), positive in the sense of φ; None without a load.
     pub load: Option<Fourier>,
-    /// Up to which harmonic c_T is taken into account; None for all of them.
+    /// The highest harmonic of c_T that counts; None for all of them.
     pub harmonics: Option<usize>,
 }
 
@@ -108,7 +108,7 @@ impl Law {
         }
     }
 
-    /// Refuses what is no drive.
+    /// Refuses laws that make no drive.
     pub fn validate(&self) -> Result<(), Fault> {
         match self {
             Law::Series(series) => series.validate(),

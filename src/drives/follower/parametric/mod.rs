@@ -27,7 +27,7 @@ impl Values {
         -(of(flow, &self.c) * flow.q + of(flow, &self.b) * flow.v)
     }
 
-    /// ½ (m′ q̇² + c′ q²): the torque by which the drive feeds ½ m q̇² + ½ c q² where m and c vary (N·m).
+    /// ½ (m′ q̇² + c′ q²): the torque by which the drive feeds ½ m q̇² + ½ c q² as m and c vary (N·m).
     pub fn parametric_torque<S: Scalar>(&self, flow: &Flow<S>) -> S {
         (slope(flow, &self.m) * flow.v * flow.v + slope(flow, &self.c) * flow.q * flow.q) * 0.5
     }
@@ -46,14 +46,14 @@ fn slope<S: Scalar>(flow: &Flow<S>, &[_, d1, d2, d3]: &[f64; 4]) -> S {
     flow.phi.compose([d1, d2, d3])
 }
 
-/// The vibration, as the law of the drive has it.
+/// The vibration under the law of the drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Vibration {
     /// m, b, c and f after the law; shared by all instances with the same ones.
     pub coefficients: Arc<Coefficients>,
     /// Whether q counts from the drive.
     pub relative: bool,
-    /// The loads on the mass, whose place y is q, or φ + q where q counts from the drive.
+    /// The loads on the mass, whose place y is q, or φ + q if q counts from the drive.
     pub load: Option<Arc<Load>>,
     /// min m (kg·m² or kg).
     least_mass: f64,
@@ -63,7 +63,7 @@ pub struct Vibration {
 }
 
 impl Vibration {
-    /// That of this law under these loads.
+    /// The vibration of this law under these loads.
     pub fn of(law: &Law, load: Option<Arc<Load>>) -> Self {
         let coefficients = law.coefficients();
         let (frequency, angle) = (coefficients.highest_frequency(), 0.25 * coefficients.least_reach());
@@ -147,7 +147,7 @@ impl Equation for Vibration {
         if self.relative { [f.phi, f.w] } else { [S::from(0.0); 2] }
     }
 
-    /// q̈ = (f + F_L − b q̇ − c q)/m, less α where q counts from the drive.
+    /// q̈ = (f + F_L − b q̇ − c q)/m, less α if q counts from the drive.
     fn acceleration<S: Scalar>(&self, values: &Values, flow: &Flow<S>) -> S {
         let acceleration = self.force(values, flow) / of(flow, &values.m);
         if self.relative { acceleration - flow.a } else { acceleration }
@@ -181,7 +181,7 @@ impl Equation for Vibration {
         Pace { frequency, angle: angle.min(of_process).min(TAU / breakpoints), speed }
     }
 
-    /// q = (f + F_L)/(c + c_r), F_L where q = 0 and nothing moves.
+    /// q = (f + F_L)/(c + c_r), F_L at q = 0 and at rest.
     fn at_rest(&self, law: &Law, flow: &Flow<f64>) -> Result<[f64; 2], Fault> {
         let values = self.at(law, self.segments(law, flow), flow);
         let ground = self.ground();
