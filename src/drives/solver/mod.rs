@@ -1,4 +1,4 @@
-//! Ways to move shaft and followers from one event to the next. They know equations, no drive.
+//! Solvers that move shaft and followers from one event to the next. They know equations and no drive.
 
 pub(super) mod contact;
 pub mod free_shaft;

@@ -1,4 +1,4 @@
-//! Internal steps along a motion: what decides their lengths, what they err by.
+//! Internal steps along a motion: the control of their lengths, and their errors.
 
 use crate::numerics::collocation::{Collocation, Failure, Statistics, System};
 use crate::numerics::double_double::{Double, two_product};
@@ -6,22 +6,22 @@ use crate::numerics::double_double::{Double, two_product};
 /// A time that no step reaches.
 pub const FAR: Double = Double { hi: 1e300, lo: 0.0 };
 
-/// A step of fixed cost that misses the motion by more than this part of it is refused: the estimate is one no more,
-/// and what follows would be no value of this drive.
+/// A step of fixed cost with a larger relative error is refused: the estimate no longer holds, and the result would be no value of
+/// this drive.
 pub const WORST: f64 = 1e-2;
 
 /// By how much a step of fixed cost may differ from its length, so that no sliver is left before a point of the grid.
 pub const SLIVER: f64 = 1e-3;
 
-/// Factor of the error estimate over what the coefficients of the polynomials and the covariance of the errors tell: so many
-/// standard deviations that fewer than one normal variable in a thousand is larger.
+/// Factor of the error estimate over the coefficients of the polynomials and the covariance of the errors: so many standard
+/// deviations that fewer than one normal variable in a thousand is larger.
 pub const RESERVE: f64 = 3.5;
 
-/// The same for the polynomials between the ends of steps where the tolerance decides, which are read anywhere.
+/// The same for the polynomials between the ends of steps under the tolerance, which may be read anywhere.
 const RESERVE_BETWEEN_ENDS: f64 = 16.0;
-/// Beside them count the errors that add up from end to end.
+/// The same, in addition, for the errors that add up from end to end.
 const RESERVE_AT_ENDS: f64 = 6.0;
-/// On inputs steps end at the communication points, so that only the errors at the ends count.
+/// On inputs steps end at the communication points, so only the errors at the ends count.
 const RESERVE_ON_INPUTS: f64 = 4.7;
 
 /// The same for the polynomials of a tabulated period.
@@ -37,14 +37,14 @@ pub enum StepControl {
     Tolerance(f64),
     /// A grid of equal steps.
     Grid {
-        /// Where it starts (s).
+        /// The start of the grid (s).
         origin: f64,
         /// The length of a step (s).
         step: f64,
     },
 }
 
-/// The point (s) of the grid of equal steps from `origin` (s) on that a step from `from` goes to.
+/// The point (s) of the grid of equal steps from `origin` (s) on that ends a step from `from`.
 pub fn point_of_grid(origin: f64, step: f64, from: Double) -> Double {
     let origin = Double::from(origin);
     let next = ((from - origin).hi / step + SLIVER).floor() + 1.0;
@@ -74,19 +74,19 @@ impl StepControl {
         }
     }
 
-    /// Estimated relative error of the state so far, 1 where all digits are lost; on inputs every communication point is the
-    /// end of a step.
+    /// Estimated relative error of the state so far, 1 if all digits are lost; on inputs every communication point is the end of a
+    /// step.
     pub fn error_estimate(self, statistics: &Statistics, on_inputs: bool) -> f64 {
         let error = match (self, on_inputs) {
             (StepControl::Tolerance(_), false) => {
                 RESERVE_BETWEEN_ENDS * statistics.error_estimate + RESERVE_AT_ENDS * statistics.error_at_ends
             }
-            // Among equal steps the worst polynomial counts, which overestimates the error by itself.
+            // On a grid the worst polynomial counts, which already overestimates the error.
             (StepControl::Grid { .. }, false) => statistics.state_error,
             (StepControl::Tolerance(_), true) => RESERVE_ON_INPUTS * statistics.error_at_ends,
             (StepControl::Grid { .. }, true) => RESERVE * statistics.error_at_ends,
         };
-        // `min` takes what is no number for 1.
+        // `min` turns NaN into 1.
         error.min(1.0)
     }
 }

@@ -1,14 +1,13 @@
-//! How far rounding and the neglected terms of the series can have carried the motion away: the covariance of the errors,
-//! taken along with the motion.
+//! The covariance of the errors that rounding and the neglected terms of the series cause, carried along with the motion.
 //!
-//! Between switching instants an error moves like the free motion: δ(T) = M δ(0). A release, where nothing jumps, leaves
-//! it alone. An impact comes earlier by δζ/ζ̇⁻, so that with n = δζ/ζ̇⁻
+//! Between switching instants an error moves like the free motion: δ(T) = M δ(0). A release leaves it alone, since nothing jumps.
+//! An impact comes earlier by δζ/ζ̇⁻, so that with n = δζ/ζ̇⁻
 //!
 //! δζ⁺ = −e δζ⁻,  δζ̇⁺ = −e δζ̇⁻ + (ζ̈⁺ + e ζ̈⁻) n,
 //! δq⁺ = δq⁻ + (1 + e) δζ⁻,  δq̇⁺ = δq̇⁻ + (1 + e) δζ̇⁻ + (q̈⁺ − q̈⁻ − (1 + e) ζ̈⁻) n.
 //!
-//! So a grazing impact (ζ̇⁻ → 0) multiplies errors, and the estimate with them. Linear: where it reaches the size of the
-//! motion, all digits are lost.
+//! So a grazing impact (ζ̇⁻ → 0) multiplies errors, and the estimate with them. The estimate is linear: if it reaches the size of
+//! the motion, all digits are lost.
 //!
 //! Source: R. I. Leine, H. Nijmeijer, *Dynamics and Bifurcations of Non-Smooth Mechanical Systems*, Springer 2004,
 //! section 7.4 (jump of the fundamental solution matrix).
@@ -25,7 +24,7 @@ pub struct Covariance {
     matrix: [[f64; 4]; 4],
     /// The time since (s), up to the current panel.
     elapsed: f64,
-    /// Errors added since, the current panel included: variances of roundings, sums of neglected terms.
+    /// Errors added since then, including the current panel: variances of roundings, sums of neglected terms.
     rounded: [f64; 4],
     neglected: [f64; 4],
     /// Roundings that a panel adds, in units of the first terms of its series.
@@ -34,7 +33,7 @@ pub struct Covariance {
 
 /// ζ̇, ζ̈, q̈ on one side of an impact.
 pub struct Side {
-    /// (m/s).
+    /// ζ̇ (m/s).
     pub speed: f64,
     /// ζ̈ and q̈ (m/s²).
     pub accelerations: [f64; 2],
@@ -52,12 +51,12 @@ impl Side {
 }
 
 impl Covariance {
-    /// No errors, on a flank whose roundings are so many times those of its values.
+    /// No errors; the flank's roundings are so many times those of its values.
     pub fn new(roundings: f64) -> Self {
         Covariance { rounding: ROUNDINGS * f64::EPSILON * roundings, ..Covariance::default() }
     }
 
-    /// A panel begins: adds what it rounds and neglects up to its end, in ζ, ζ̇, q, q̇.
+    /// Begins a panel: adds its roundings and neglected terms up to its end, in ζ, ζ̇, q, q̇.
     pub fn enter(&mut self, [sizes, neglected]: [[f64; 4]; 2]) {
         self.round(sizes);
         for i in 0..4 {
@@ -65,7 +64,7 @@ impl Covariance {
         }
     }
 
-    /// The panel is left this long (s) after its start.
+    /// Leaves the panel this long (s) after its start.
     pub fn leave(&mut self, after: f64) {
         self.elapsed += after;
     }
@@ -102,7 +101,7 @@ impl Covariance {
         (self.elapsed, self.rounded, self.neglected) = (0.0, [0.0; 4], [0.0; 4]);
     }
 
-    /// An impact between these sides; `stays` if m1 does not leave the flank again.
+    /// Takes up an impact between these sides; `stays` if m1 does not leave the flank again.
     pub fn strike(&mut self, e: f64, before: &Side, after: &Side, stays: bool) {
         let [z, q] = [0, 1].map(|i| [before.accelerations[i], after.accelerations[i]]);
         let earlier = |jump: f64| if before.speed == 0.0 { 0.0 } else { jump / before.speed };
@@ -137,9 +136,9 @@ impl Covariance {
         }
     }
 
-    /// A bound of the errors up to the end of a panel of the length `ahead` (s), those of x1, x2 relative to the place
-    /// and those of ẋ1, ẋ2 to the velocity in `largest` (m), (m/s), whatever the phase of the free motion and the
-    /// correlation of the errors; 1 where all digits are lost.
+    /// A bound of the errors up to the end of a panel of the length `ahead` (s), whatever the phase of the free motion and the
+    /// correlation of the errors: errors of x1, x2 relative to the place and of ẋ1, ẋ2 relative to the velocity in `largest` (m),
+    /// (m/s); 1 if all digits are lost.
     pub fn relative(&self, bodies: &Bodies, ahead: f64, [place, speed]: [f64; 2]) -> f64 {
         // A cam without a stroke moves nothing.
         if place == 0.0 {
@@ -153,7 +152,7 @@ impl Covariance {
         let vibration = [q + v / bodies.bound.stiffness().sqrt(), v + q * bodies.relative.stiffness().sqrt()];
         let drift = z + (self.elapsed + ahead) * y;
         let parts = [(drift + vibration[0]) / place, if speed > 0.0 { (y + vibration[1]) / speed } else { 0.0 }];
-        // What is no number is none of these, and what is read is itself rounded.
+        // NaN is none of these, and output values are themselves rounded.
         let kept = parts.iter().all(|&part| part < 1.0);
         if kept { (parts[0].max(parts[1]) + self.rounding).min(1.0) } else { 1.0 }
     }

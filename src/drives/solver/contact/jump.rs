@@ -46,7 +46,7 @@ impl Run {
             }
             Mode::Free => {
                 state.zeta = [state.zeta[0] - jump[0], state.zeta[1] - jump[1]];
-                // What the differences above round to.
+                // The roundings of the differences above.
                 let rounding = [0, 1].map(|n| 8.0 * f64::EPSILON * (u.0[n].abs() + end.u[n].abs()));
                 for contact in [Flank::A, Flank::B] {
                     let sign = contact.sign();

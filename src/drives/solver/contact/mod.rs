@@ -1,7 +1,7 @@
 //! The motion from panel to panel and from one switching instant to the next.
 //!
-//! Panels follow each other without regard to the communication points; these only read the motion. So the
-//! switching instants at constant speed do not depend on the communication step, not even by a rounding.
+//! Panels follow each other independently of the communication points, which only read the motion. The switching instants at
+//! constant speed therefore do not depend on the communication step, not even by a rounding.
 
 use crate::drives::follower::contact::{Beginning, Bodies, Flank, Mode, Phase, State};
 mod covariance;
@@ -22,8 +22,8 @@ use panel::{Panel, Point};
 use serde::{Deserialize, Serialize};
 use switching::Found;
 
-/// Panels that together are within the rounding of the communication step: the rest would never be reached. Bounces that die
-/// out are fewer, or last longer.
+/// This many panels within the rounding of the communication step mean that they will never reach its end. Bounces that die out are
+/// fewer, or last longer.
 const STUCK: f64 = 1e4;
 
 /// The highest order of a zero with which a gap begins: after a release.
@@ -56,33 +56,33 @@ pub struct Run {
     pub tally: Tally,
     /// The errors made so far.
     pub errors: Covariance,
-    /// ∫ F_K dt + ΣP (N·s) and ∫ U′ F_K dt + ΣU′P (N·m·s) over the communication step so far, and where in the current
-    /// panel that ends (s).
+    /// ∫ F_K dt + ΣP (N·s) and ∫ U′ F_K dt + ΣU′P (N·m·s) over the communication step so far, and the time in the current panel at
+    /// which that ends (s).
     sums: Pair,
     summed: f64,
 }
 
-/// How far to go and what to note.
+/// How far to go, and the log.
 pub struct Stretch<'a> {
     /// The end of the communication step (s).
     pub end: f64,
-    /// The longest panel (s): what is left of the motion as prescribed.
+    /// The longest panel (s): the rest of the prescribed motion.
     pub horizon: f64,
     /// The log.
     pub log: &'a mut EventLog,
-    /// Work that the call has left.
+    /// The remaining work of the call.
     pub work: &'a mut Work,
 }
 
 impl Run {
-    /// A run from there on, with series of so many terms.
+    /// Starts a run from there, with series of so many terms.
     pub fn new(bodies: &Bodies, flank: &impl FlankMotion, from: Beginning, terms: usize) -> Self {
         let mut run = Run { errors: Covariance::new(flank.roundings()), ..Run::default() };
         run.enter(bodies, flank, from, terms);
         run
     }
 
-    /// Goes on from there, counts kept.
+    /// Goes on from there; the counts stay.
     pub fn restart(&mut self, bodies: &Bodies, flank: &impl FlankMotion, from: Beginning) {
         self.enter(bodies, flank, from, self.terms());
         self.tally.panels += 1.0;
@@ -95,20 +95,20 @@ impl Run {
         self.errors.enter(self.panel.series.errors(self.panel.mode(), self.panel.limit()));
     }
 
-    /// Counts what has passed when the current panel is left `theta` (s) after its start.
+    /// Counts the motion up to `theta` (s) after the start of the current panel, which is left then.
     pub fn pass_panel(&mut self, bodies: &Bodies, theta: f64) {
         self.tally.damping_loss += self.panel.damping_loss(bodies, theta);
         self.errors.leave(theta);
     }
 
-    /// Whether it is one of a law with so many segments, with series of so many terms.
+    /// Whether it belongs to a law with so many segments, with series of so many terms.
     pub fn is_of(&self, segments: usize, terms: usize) -> bool {
         let of_law = |from: &Beginning| from.segment < segments.max(1) && from.phase.zeros <= MOST_ZEROS;
         let Panel { from, next_segment, .. } = self.panel;
         of_law(&from) && next_segment < segments.max(1) && self.terms() == terms
     }
 
-    /// A communication step begins at `time` (s) in the current panel.
+    /// Begins a communication step at `time` (s) in the current panel.
     pub fn begin_step(&mut self, time: f64) {
         (self.sums, self.summed) = (Pair::default(), self.theta(time));
     }
@@ -118,24 +118,24 @@ impl Run {
         self.panel.series.terms
     }
 
-    /// A bound of the errors of places and velocities up to the end of the current panel, relative to those of the cam,
-    /// `largest` (m), (m/s).
+    /// A bound of the errors of places and velocities up to the end of the current panel, relative to the cam's, `largest` (m),
+    /// (m/s).
     pub fn error_estimate(&self, bodies: &Bodies, largest: [f64; 2]) -> f64 {
         self.errors.relative(bodies, self.panel.limit(), largest)
     }
 
-    /// How far `time` is from the start of the panel (s).
+    /// The time from the start of the panel to `time` (s).
     pub fn theta(&self, time: f64) -> f64 {
         self.panel.until(time).min(self.panel.length).max(0.0)
     }
 
-    /// The motion at `time` (s), where the current panel holds it and nothing happens before.
+    /// The motion at `time` (s), if the current panel holds it and no event comes before.
     pub fn within(&self, bodies: &Bodies, time: f64) -> Option<Point> {
         let theta = self.panel.until(time);
         (theta < self.panel.limit()).then(|| self.panel.at(bodies, theta.max(0.0)))
     }
 
-    /// The end of the current panel (s), and whether something happens there.
+    /// The end of the current panel (s), and whether an event happens there.
     pub fn held(&self) -> (f64, bool) {
         let Panel { event, next_segment, from, .. } = &self.panel;
         (self.panel.instant(self.panel.limit()).hi, event.is_some() || *next_segment != from.segment)
@@ -146,7 +146,7 @@ impl Run {
         self.sums + Pair(self.panel.integrals(flank, [self.summed, self.theta(time)]))
     }
 
-    /// Takes them up, since what comes next is another motion of the flank.
+    /// Adds up the sums before the flank changes its motion.
     pub fn sum_up(&mut self, flank: &impl FlankMotion, time: f64) {
         (self.sums, self.summed) = (self.sums(flank, time), self.theta(time));
     }
@@ -210,7 +210,7 @@ impl Run {
         let (state, u) = self.panel.event_at(bodies, flank, at);
         let mut state = in_place(bodies, mode, state);
         let [force, rate, _] = bodies.force(state.q, &u);
-        // The flight begins without any force, and the series of F_K has two terms less than that of q.
+        // The flight begins without any force, and the series of F_K has two terms fewer than q's.
         let better = at - force / rate;
         if better > 0.0 && (better - at).abs() <= NEARBY * self.panel.series.span {
             at = better;
@@ -273,10 +273,10 @@ impl Run {
             });
         }
         if impact.after == Mode::Free && impact.zeros > 1 {
-            // Without a rebound m1 rests on the flank for no time at all: the force there would pull.
+            // Without a rebound m1 stays on the flank for no time at all: the force there would pull.
             log.push(release(hit, time, ("force", bodies.force(state.q, &u)[0], "N")));
         }
-        // Bounces summed are still to come: what they add on the way is the integral of F_K.
+        // The summed bounces are still to come: the integral of F_K includes what they add on the way.
         let impulse = bodies.m1 * (state.zeta[1] - before.speed);
         let slope = if flank.is_uniform() && flank.speed() != 0.0 {
             u.0[1] / flank.speed()
@@ -294,7 +294,7 @@ pub struct Arrival {
     pub hit: Flank,
     /// The motion.
     pub state: State,
-    /// When it is there.
+    /// The time.
     pub time: Double,
     /// The segment of the law there.
     pub segment: usize,
@@ -309,7 +309,7 @@ impl Stretch<'_> {
     }
 }
 
-/// The release from `flank` at `time`, with the name, value and unit of what tells that the flank would pull.
+/// The release from `flank` at `time`, with the name, value and unit of the quantity that shows that the flank would pull.
 pub fn release(flank: Flank, time: Double, (quantity, value, unit): (&'static str, f64, &'static str)) -> Event {
     let kind = flank.pick("release from flank A", "release from flank B");
     Event { time: time.hi, kind, quantity, value, unit, follower: 0, about: About::Machine }

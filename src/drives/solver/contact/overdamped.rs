@@ -1,8 +1,8 @@
 //! Series of an overdamped drive: its slow mode apart from the fast one, which has died out.
 //!
-//! With real roots λ₂ ≪ λ₁ of the oscillator, w = q̇ − λ₁ q obeys λ₂ w = ẇ + ü. One solution has no part that decays like
-//! e^(λ₂t), a power series found from its highest coefficient down. So a panel spans two radians of the flank or of the slow
-//! mode, however strong the damper is; until the fast mode has decayed below rounding, panels follow it.
+//! With real roots λ₂ ≪ λ₁ of the oscillator, w = q̇ − λ₁ q obeys λ₂ w = ẇ + ü. One solution has no part that decays like e^(λ₂t),
+//! a power series found from its highest coefficient down. A panel therefore spans two radians of the flank or of the slow mode,
+//! however strong the damper is; until the fast mode has decayed below rounding, panels follow it.
 //!
 //! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section VI.3
 //! (the smooth solution of a singularly perturbed problem).
@@ -15,20 +15,20 @@ use crate::numerics::oscillator::Oscillator;
 /// since n + 1 ≤ 25 is less than 32.
 const STIFF: f64 = 32.0;
 
-/// The flank may be slower than this part of the fastest mode; its panels then last that long.
+/// The least rate of a flank as part of the fastest mode; panels of slower flanks are not longer.
 const SLOWEST: f64 = 1e-9;
 
 /// A part of the motion this small against the rest is a rounding error.
 const ROUNDING: f64 = 1e-14;
 
-/// The rate (rad/s) of the slow motion where the fast mode can be treated apart: that of the flank or of the slow mode.
+/// The rate (rad/s) of the slow motion if the fast mode can be treated apart: the flank's or the slow mode's.
 pub fn slow_rate(oscillator: &Oscillator, flank_rate: f64) -> Option<f64> {
     let (slow, fast) = oscillator.real_roots()?;
     let slow = flank_rate.max(-slow);
     (-fast > STIFF * slow).then_some(slow.max(SLOWEST * -fast))
 }
 
-/// q without the fast mode; None where that is still to decay. `scale`: a bound of |ü| (m/s²).
+/// q without the fast mode; None as long as that still has to decay. `scale`: a bound of |ü| (m/s²).
 pub fn elongation(oscillator: &Oscillator, phase: &Phase, flank: &FlankSeries, scale: f64) -> Option<Terms> {
     let (slow, fast) = oscillator.real_roots()?;
     let (h, terms) = (flank.span, flank.terms);

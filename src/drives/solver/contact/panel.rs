@@ -13,15 +13,15 @@ use crate::numerics::number::all_finite;
 use crate::numerics::pair::Pair;
 use serde::{Deserialize, Serialize};
 
-/// A panel with the search for its event, beside the expansion of u (nominal µs).
+/// Cost of a panel with the search for its event, without the expansion of u (nominal µs).
 const PANEL: f64 = 0.7;
 
 /// A panel; see the module.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Panel {
-    /// Where it begins.
+    /// The start of the panel.
     pub from: Beginning,
-    /// How long it lasts (s).
+    /// The duration (s).
     pub length: f64,
     /// The first event, after the start (s).
     pub event: Option<(Found, f64)>,
@@ -31,7 +31,7 @@ pub struct Panel {
     pub series: Series,
     /// In flight the centre of mass at the start (m) and its velocity (m/s).
     centre: [f64; 2],
-    /// Cost of laying it (nominal µs).
+    /// Cost of computing it (nominal µs).
     #[serde(skip)]
     pub cost: f64,
 }
@@ -52,14 +52,14 @@ impl Point {
         [self.u[0] + (home + zeta[0]), self.u[1] + zeta[1]]
     }
 
-    /// Whether all numbers are.
+    /// Whether all numbers are finite.
     pub fn is_finite(&self) -> bool {
         all_finite(self.place()) && all_finite(self.state.q)
     }
 }
 
 impl Panel {
-    /// Becomes the panel from there on, with series of so many terms: in place, since it is too large to be moved about.
+    /// Becomes the panel from there on, with series of so many terms: in place, since it is too large to be moved.
     pub fn lay(&mut self, bodies: &Bodies, flank: &impl FlankMotion, from: Beginning, terms: usize) {
         let Beginning { start, segment, phase, longest } = from;
         let oscillator = bodies.oscillator(phase.mode);
@@ -86,7 +86,7 @@ impl Panel {
         }
     }
 
-    /// Where m1 is.
+    /// The position of m1.
     pub fn mode(&self) -> Mode {
         self.from.phase.mode
     }
@@ -96,7 +96,7 @@ impl Panel {
         (self.at(bodies, theta).state, flank.at(self.from.segment, self.instant(theta)))
     }
 
-    /// How long after the start `time` is (s), to the last digit or two: the first difference is exact where it is small.
+    /// The time from the start to `time` (s), to the last digit or two: the first difference is exact if it is small.
     #[inline(always)]
     pub fn until(&self, time: f64) -> f64 {
         (time - self.from.start.hi) - self.from.start.lo
@@ -107,7 +107,7 @@ impl Panel {
         self.from.start + Double::from(theta)
     }
 
-    /// The motion `theta` (s) after the start. In flight x1 is off the centre of mass, which moves uniformly, by −μ q.
+    /// The motion `theta` (s) after the start. In flight x1 is at −μ q from the centre of mass, which moves uniformly.
     pub fn at(&self, bodies: &Bodies, theta: f64) -> Point {
         let contact = self.mode() != Mode::Free;
         let sums = if contact { self.series.at::<true>(theta) } else { self.series.at::<false>(theta) };
@@ -118,12 +118,12 @@ impl Panel {
         }
         let [place, speed] = self.centre;
         let [x, x_dot] = [place + theta * speed - bodies.share * q[0], speed - bodies.share * q[1]];
-        // Rounding may put m1 behind a flank that it has not reached.
+        // Rounding may put m1 beyond a flank that it has not reached.
         let zeta = [first.clamp(-home, bodies.s - home), rate];
         Point { state: State { q, home, zeta }, u: [x - home - zeta[0], x_dot - zeta[1], 0.0] }
     }
 
-    /// How far the panel goes before something happens (s).
+    /// The time to the first event, or to the end of the panel (s).
     pub fn limit(&self) -> f64 {
         self.event.map_or(self.length, |(_, at)| at)
     }
@@ -140,7 +140,7 @@ impl Panel {
         }
     }
 
-    /// [`Panel::integrals`] by N terms of the series.
+    /// [`Panel::integrals`] from N terms of the series.
     fn integrals_by<const N: usize>(&self, flank: &impl FlankMotion, way: [f64; 2]) -> [f64; 2] {
         let (uniform, speed) = (flank.is_uniform(), flank.speed());
         let slope = |theta: f64| flank.slope(self.from.segment, self.instant(theta));

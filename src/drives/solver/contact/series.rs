@@ -1,6 +1,6 @@
 //! The motion in one mode as power series of time.
 //!
-//! The series of the flank u(t) gives that of q by the recurrence of the equation of motion,
+//! The series of the flank u(t) gives the series of q by the recurrence of the equation of motion,
 //!
 //! q̈ = −2δ q̇ − ω² q − ü (contact: δ, ω of m2 on its spring) or q̈ = −2δ₂ q̇ − ω₂² q (flight: of m1 against m2),
 //!
@@ -21,22 +21,22 @@ use serde::{Deserialize, Serialize};
 /// The fastest rate times the length of a series (rad).
 pub const REACH: f64 = 2.0;
 
-/// The most terms of a series: of ü, 2²²/22! = 4e-15 is left out, of q and the gap 2²⁴/24! = 3e-17.
+/// The most terms of a series: ü leaves out 2²²/22! = 4e-15, q and the gap 2²⁴/24! = 3e-17.
 pub const MOST_TERMS: usize = 24;
 
 /// The fewest terms of a series.
 const LEAST_TERMS: usize = 8;
 
-/// Halvings of a span; 2⁻⁶⁰ of it shows no change of the speed any more.
+/// Halvings of a span; over 2⁻⁶⁰ of it the speed no longer changes.
 const MOST_HALVINGS: usize = 60;
 
-/// The series of u and q have two terms more than that of ü.
+/// The series of u and q have two terms more than ü's.
 const COEFFICIENTS: usize = MOST_TERMS + 2;
 
 /// A series while it is computed.
 pub type Terms = [f64; COEFFICIENTS];
 
-/// u (contact) or ζ (flight) beside q.
+/// u (contact) or ζ (flight), paired with q.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Series {
     /// The unit of time (s).
@@ -47,7 +47,7 @@ pub struct Series {
     /// Spans per second.
     per_span: f64,
     pairs: [Pair; COEFFICIENTS],
-    /// In contact the terms of F_K beside those of u̇.
+    /// In contact the terms of F_K, paired with those of u̇.
     forces: [Pair; MOST_TERMS],
 }
 
@@ -64,7 +64,7 @@ pub struct FlankSeries {
 }
 
 impl FlankSeries {
-    /// From `from` on with `span` (s) as the unit of time, or with one in which it decays fast enough.
+    /// Expands u from `from` on with `span` (s) as the unit of time, or with a shorter one in which the series decays fast enough.
     pub fn new(flank: &impl FlankMotion, from: &Beginning, terms: usize, mut span: f64) -> Self {
         let (mut u, mut cost) = ([0.0; COEFFICIENTS], 0.0);
         for _ in 0..MOST_HALVINGS {
@@ -101,10 +101,10 @@ impl FlankSeries {
 }
 
 impl Series {
-    /// Becomes the series of u or ζ beside that of `q`.
+    /// Becomes the series of u or ζ, paired with `q`.
     pub fn take(&mut self, bodies: &Bodies, phase: &Phase, flank: &FlankSeries, q: &Terms) {
         let FlankSeries { span, terms, ref u, .. } = *flank;
-        // What the compiler knows it need not check.
+        // Bounds known to the compiler need no check.
         (self.span, self.terms, self.per_span) = (span, terms.min(MOST_TERMS), 1.0 / span);
         if phase.mode == Mode::Free {
             let share = bodies.share;
@@ -132,8 +132,8 @@ impl Series {
         }
     }
 
-    /// Values, rates and, where wanted, accelerations of u or ζ (first) and of q (second) at `theta` (s). Never inlined, so that
-    /// the pairs stay in registers.
+    /// Values, rates and, if wanted, accelerations of u or ζ (first) and of q (second) at `theta` (s). Never inlined, so that the
+    /// pairs stay in registers.
     #[inline(never)]
     pub fn at<const ACCELERATIONS: bool>(&self, theta: f64) -> [Pair; 3] {
         let x = theta * self.per_span;
@@ -148,8 +148,8 @@ impl Series {
         [values, rates * per_span, accelerations]
     }
 
-    /// How many terms do at the part `x` of the span: (2 x)ⁿ/n! is 4e-19 at half of it and n = 20, 7e-19 at a quarter and
-    /// n = 16; of ü and the force, with two terms less, 2e-16 and 7e-16.
+    /// The number of terms needed at the fraction `x` of the span: (2 x)ⁿ/n! is 4e-19 at half of it and n = 20, 7e-19 at a quarter
+    /// and n = 16; for ü and the force, with two terms fewer, 2e-16 and 7e-16.
     pub fn terms_at(&self, x: f64) -> usize {
         self.terms.min(if x <= 0.25 {
             14
@@ -166,7 +166,7 @@ impl Series {
         self.forces.map(|pair| sign * pair.0[0])
     }
 
-    /// F_K and u̇ in contact, `theta` (s) after the start, by so many terms; apart like [`Series::at`].
+    /// F_K and u̇ in contact, `theta` (s) after the start, from so many terms; out of line like [`Series::at`].
     #[inline(never)]
     pub fn force_and_rate<const N: usize>(&self, theta: f64) -> Pair {
         let x = Pair::both(theta * self.per_span);
@@ -195,7 +195,7 @@ impl Series {
             sizes[2 * i] = start + x * (c1 + x * (c2 + x * c3));
             sizes[2 * i + 1] = (c1 + x * (2.0 * c2 + 3.0 * x * c3)) * self.per_span;
             let omitted = (c4 + c5) * last;
-            // What the states leave out is smaller by the ratio of such terms.
+            // The neglected terms of the states are smaller by the ratio of such terms.
             let ratio = REACH * REACH * RECIPROCAL[self.terms];
             neglected[2 * i] = if i == 0 { omitted } else { ratio * omitted };
             neglected[2 * i + 1] = ratio * omitted * self.terms as f64 * self.per_span;
@@ -204,7 +204,7 @@ impl Series {
     }
 }
 
-/// The fewest terms with which a series leaves out less than the part `tolerance` of ü.
+/// The fewest terms with which a series neglects less than the part `tolerance` of ü.
 pub fn terms_for(tolerance: f64) -> usize {
     (LEAST_TERMS..MOST_TERMS).step_by(2).find(|terms| part_of_term(terms - 2) <= tolerance).unwrap_or(MOST_TERMS)
 }
@@ -246,7 +246,7 @@ const RECIPROCAL: [f64; COEFFICIENTS] = {
     table
 };
 
-/// 2ⁿ/n!, the part of its sum that the term of order n can have where the series lasts two radians.
+/// 2ⁿ/n!, the largest part of the sum that the term of order n can have if the series spans two radians.
 fn part_of_term(n: usize) -> f64 {
     (1..=n).map(|n| REACH / n as f64).product()
 }

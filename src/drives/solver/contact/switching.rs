@@ -5,11 +5,11 @@ use crate::drives::follower::contact::{Beginning, Bodies, Flank, Mode};
 use crate::numerics::first_root::{first_root, range, value_and_slope};
 use serde::{Deserialize, Serialize};
 
-/// The shortest flight that begins without velocity, as a part of the shortest time in which anything changes. A mass
-/// that is back earlier has moved by 1e-14 of a typical displacement, next to the rounding of x1.
+/// The shortest flight that begins without velocity, as a part of the shortest time of any change. A mass that returns earlier has
+/// moved by 1e-14 of a typical displacement, about the rounding of x1.
 const ARMING: f64 = 1e-7;
 
-/// Result of the search in a panel.
+/// Event found in a panel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Found {
     /// Release from the flank.
@@ -18,11 +18,11 @@ pub enum Found {
     Impact(Flank),
 }
 
-/// Where the search goes.
+/// The range of the search.
 pub struct Search<'a> {
     pub from: &'a Beginning,
     pub series: &'a Series,
-    /// Up to here (s).
+    /// The end of the range (s).
     pub length: f64,
     /// The fastest change (rad/s).
     pub rate: f64,
@@ -31,7 +31,7 @@ pub struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The first event, and when after the start (s).
+    /// The first event, and its time after the start (s).
     pub fn first_event(&self, bodies: &Bodies) -> Option<(Found, f64)> {
         match self.from.phase.mode {
             Mode::Contact(contact) => self.release(contact),
@@ -39,7 +39,7 @@ impl Search<'_> {
         }
     }
 
-    /// The first release: where F_K has fallen to the resolution below zero.
+    /// The first release: F_K has fallen to the resolution below zero.
     fn release(&self, contact: Flank) -> Option<(Found, f64)> {
         let mut force = self.series.force(contact);
         // At rest nothing pulls.
@@ -76,13 +76,13 @@ impl Search<'_> {
     }
 }
 
-/// The root of the force just before `seen`, where it has fallen to the resolution below zero.
+/// The root of the force just before `seen`, at which it has fallen to the resolution below zero.
 fn polish(force: &[f64], seen: f64) -> f64 {
     let mut root = seen;
     for _ in 0..3 {
         let [value, slope] = value_and_slope(force, root);
         let next = root - value / slope;
-        // A force that only just reaches zero keeps the instant at which it is seen to pull.
+        // A force that only just reaches zero keeps the instant `seen`.
         if !(slope < 0.0 && next >= 0.0 && (next - seen).abs() <= 1e-4) {
             return seen;
         }

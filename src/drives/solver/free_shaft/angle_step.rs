@@ -1,11 +1,11 @@
-//! The motion in the angle: the energy over a step of φ, and the time that it takes.
+//! The motion in the angle: the energy over a step of φ, and the duration of the step.
 //!
 //! With σ the sense of rotation, ψ = σφ and E = ½J φ̇² the equation of motion is
 //!
 //! dE/dψ = σ(M_an − τ),  φ̇ = σ√(2E/J),  dt/dψ = 1/|φ̇|
 //!
-//! as long as the shaft turns. J′ has gone, J enters only by its value at the angle, which a mesh tabulates once
-//! for all turns, and there is one unknown. Without torques E is constant to the last digit.
+//! as long as the shaft turns. J′ drops out, J enters only by its value at the angle, which a mesh tabulates once for all turns,
+//! and there is one unknown. Without torques E is constant to the last digit.
 //!
 //! Method: Gauss collocation of order 16 for E. Sweeps Eᵢ ← E₀ + h Σ aᵢⱼ N(Eⱼ) contract by about h ∂N/∂E; a motor that
 //! is too stiff for them gets Newton's method. The slowness 1/φ̇ at the nodes and at both ends gives t(ψ), of degree
@@ -35,27 +35,27 @@ const ITERATIONS: usize = 14;
 /// Iterations for the angle at a time; a polynomial yields some digits to start with and Newton's method doubles them.
 const INVERSION: usize = 8;
 
-/// Tolerance of the angle at a time, as multiple of the remainder of the equations: its error does not add up.
+/// Tolerance of the angle at a time, as multiple of the remainder of the equations: this error does not add up.
 const INSTANT: f64 = 30.0;
 
 /// The degree of the polynomial of N that is continued into the next step as a first guess. The coefficients decay by a
 /// tenth or so per degree; those of higher degrees grow as much beyond the step.
 const CONTINUED: usize = 5;
 
-/// How many times as long as the step before a step may be whose first guess continues it: step control makes them up to four
-/// times as long. Behind a sliver the continued polynomial is nothing but rounding, so far off that a sweep back from it passes
-/// for contraction.
+/// The largest ratio of a step to the previous one from which its first guess is continued: step control makes them up to four
+/// times as long. After a sliver the continued polynomial is mere rounding, so far off that a sweep back from it looks like
+/// contraction.
 const STRETCH: f64 = 8.0;
 
-/// How many steps' errors of E come together before the motor has taken the first of them away.
+/// The number of steps whose errors of E add up before the motor has removed the first of them.
 const ACCUMULATION: f64 = 10.0;
 
-/// Factor of the estimate over the part of the first neglected coefficient: those beyond it decay slowly and may
-/// have the same sign. 99 of 100 random machines then stay below it.
+/// Factor of the estimate over the part of the first neglected coefficient: further coefficients decay slowly and may have the same
+/// sign. 99 of 100 random machines then stay below it.
 const CAUTION: f64 = 8.0;
 
-/// What the rounding of E can make of N at the nodes, however steep N(E) is: E₀ + h Σ aᵢⱼ Nⱼ = Eᵢ, rounded by ε E, moves
-/// N by no more than this times ε E/h, the largest row sum of the inverse of (aᵢⱼ).
+/// Effect of the rounding of E on N at the nodes, however steep N(E) is: E₀ + h Σ aᵢⱼ Nⱼ = Eᵢ, rounded by ε E, moves N by at most
+/// this times ε E/h, the largest row sum of the inverse of (aᵢⱼ).
 const STIFFEST: f64 = 273.2;
 
 /// Errors that grow by more than e⁵⁰ in a step are lost anyway.
@@ -64,7 +64,7 @@ const LARGEST_EXPONENT: f64 = 50.0;
 /// Energies of nodes below this part of the first are not accepted: the machine is about to stop.
 const LEAST_ENERGY: f64 = 1e-3;
 
-/// Where a step begins.
+/// The start of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Position {
     /// Time (s).
@@ -89,7 +89,7 @@ pub struct Tabulated {
 }
 
 impl Tabulated {
-    /// In descending order.
+    /// Reverses the order.
     pub fn reverse(&mut self) {
         self.ends.reverse();
         self.nodes.reverse();
@@ -107,16 +107,16 @@ pub struct Errors {
 
 /// The errors of a step of length h from E₀ to E₁.
 ///
-/// Between its ends the polynomials neglect coefficients, the first of them ν of N and σ of 1/φ̇ (as part of its mean m). E errs
-/// by e and the angle at a given time by δ,
+/// The polynomials neglect coefficients between the ends of the step. The first neglected ones are ν of N and σ of 1/φ̇ (as part of
+/// its mean m). E errs by e and the angle at a given time by δ,
 ///
 /// e = h ν/(17 E_min),  δ = h (σ m max|φ̇|/I + e/16),
 ///
-/// since the integration divides by 2s + 1 = 17 and by I. Where coefficients decay by r per order, r⁸ or r¹⁰ is left to the
-/// polynomials and r¹⁶ to the sums at the end: there ln E errs by g = h ν/E_min · min(1, ν/max|N|), and the time by t = σ^(3/2).
-/// That is the least: where waves of different lengths come together, the last coefficients decay by d < 1 only, and the sums see
-/// what is three orders beyond, h ν/E_min · d³ and σ d³. The rounding of E makes ε (max|N| + E |∂N/∂E|) of N, which is no error
-/// of the polynomial and which no shorter step takes away.
+/// since the integration divides by 2s + 1 = 17 and by I. If coefficients decay by r per order, r⁸ or r¹⁰ remains for the
+/// polynomials and r¹⁶ for the sums at the end: there ln E errs by g = h ν/E_min · min(1, ν/max|N|), and the time by t = σ^(3/2).
+/// These are the least errors. If waves of different lengths meet, the last coefficients decay only by d < 1, and the sums contain
+/// terms three orders beyond, h ν/E_min · d³ and σ d³. The rounding of E changes N by ε (max|N| + E |∂N/∂E|), which is no error of
+/// the polynomial and which no shorter step removes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The error that decides whether the step is short enough, max(δ, e, 10 g, t).
@@ -186,20 +186,20 @@ impl Estimate {
     }
 }
 
-/// How a step changes with another place and energy at its beginning.
+/// The change of a step that begins at another place and energy.
 #[derive(Clone, Copy)]
 pub struct Shift {
-    /// Where it begins then.
+    /// Its new start.
     pub from: Position,
-    /// How E grows over the step (J), and by how much more then.
+    /// The growth of E over the step (J), and its change.
     pub gain: Double,
     pub more: f64,
-    /// How long the step takes (s), and by how much longer then.
+    /// The duration of the step (s), and its change.
     pub duration: Double,
     pub longer: f64,
-    /// The same as a part of the duration.
+    /// The change as a part of the duration.
     pub slower: f64,
-    /// The relative errors of E that this makes at the end and, besides, between the ends.
+    /// The resulting relative errors of E at the end and, in addition, between the ends.
     pub ends: f64,
     pub between: f64,
 }
@@ -207,16 +207,16 @@ pub struct Shift {
 /// A step in the angle: the motion between its ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AngleStep {
-    /// Where it begins.
+    /// Its start.
     pub from: Position,
     /// Its length (rad), positive.
     pub length: f64,
-    /// Whether it ends where its cell ends.
+    /// Whether it ends with its cell.
     pub to_edge: bool,
     /// |φ̇| and N at the end (rad/s, N·m).
     pub end_speed: f64,
     pub end_net: f64,
-    /// When it ends (s).
+    /// The time of its end (s).
     pub end: Double,
     /// E at the end (J).
     pub energy: Double,
@@ -224,15 +224,15 @@ pub struct AngleStep {
     slowness: Interpolant,
     /// Its integral from 0 to −1.
     slowness_before: f64,
-    /// Growth per second of the integral of 1/|φ̇| over x: 2/length, but where the step is shifted.
+    /// Growth per second of the integral of 1/|φ̇| over x: 2/length unless the step is shifted.
     rate: f64,
-    /// The part of its duration that passes in a second (1/s).
+    /// One over the duration (1/s).
     inverse_duration: f64,
-    /// Rise of E with x beyond `work`, where the step is shifted (J).
+    /// Rise of E with x beyond `work`, if the step is shifted (J).
     tilt: f64,
     /// x as a polynomial of the part s of the duration that has passed: −1 + Σ gⱼ sʲ⁺¹ (j < 5) + g₅ s³ (1 − s)³.
     guess: [f64; 6],
-    /// A correction of x whose square is at most this leaves no more than a part of the tolerance.
+    /// A correction of x whose square is at most this has converged to a part of the tolerance.
     converged: f64,
     /// Legendre coefficients of N (N·m).
     net: [f64; STAGES],
@@ -246,25 +246,26 @@ pub struct AngleStep {
 
 /// The part of a cell that a step is to pass.
 pub struct Part<'a> {
-    /// Where it begins.
+    /// Its start.
     pub from: Position,
     /// Its length (rad).
     pub length: f64,
-    /// Whether it ends where its cell ends.
+    /// Whether it ends with its cell.
     pub to_edge: bool,
-    /// 2/J at its ends and nodes in the order in which they are passed.
+    /// 2/J at its ends and nodes in the order of passage.
     pub reciprocal: &'a Tabulated,
 }
 
 impl Part<'_> {
-    /// E at the nodes where N at the nodes is `net`.
+    /// E at the nodes if N there is `net`.
     #[inline(always)]
     fn energies(&self, net: &[f64; STAGES]) -> [f64; STAGES] {
         let (from, length) = (self.from.energy, self.length);
         combine(&MATRIX_COLUMNS, net).map(|sum| from.hi + (from.lo + length * sum))
     }
 
-    /// Solves Nᵢ = N(Eᵢ(N)) from the guess `net` on, to an error of `remainder` relative to E; returns what may remain of it.
+    /// Solves Nᵢ = N(Eᵢ(N)) from the guess `net` on, to an error of `remainder` relative to E; returns a bound of the remaining
+    /// error.
     fn solve(
         &self,
         net: &mut [f64; STAGES],
@@ -275,11 +276,11 @@ impl Part<'_> {
     ) -> Option<f64> {
         let (from, length, reciprocal) = (self.from.energy, self.length, &self.reciprocal.nodes);
         let mut newton: Option<Lu<STAGES>> = None;
-        // Unknown before the first correction; a comparison with it is false.
+        // Unknown before the first correction; comparisons with NaN are false.
         let mut last = f64::NAN;
         for _ in 0..ITERATIONS {
             let e = self.energies(net);
-            // A comparison with NaN is false too.
+            // Comparisons with NaN are false here, too.
             if !e.iter().all(|e| *e > LEAST_ENERGY * from.hi) {
                 return None;
             }
@@ -301,7 +302,7 @@ impl Part<'_> {
             }
             size *= length / from.hi;
             let rate = size / last;
-            // Later sweeps contract faster than earlier ones, so that this overestimates what is left.
+            // Later sweeps contract faster than earlier ones, so this overestimates the remainder.
             let left = if rate < 1.0 { size * rate / (1.0 - rate) } else { size };
             let rounding = rate > 0.3 && size <= 1e-13;
             if left <= remainder || rounding {
@@ -366,8 +367,8 @@ fn guessed(guess: &[f64; 6], s: f64) -> f64 {
 }
 
 impl AngleStep {
-    /// The step over a part of a cell. N of the step `before`, which ends where it begins, goes on as a first guess. Adds to the
-    /// number of evaluations. None where the equations cannot be solved to an error of `remainder`, relative to E.
+    /// Makes the step over a part of a cell. N of the step `before`, which ends at its start, continues as a first guess. Adds to
+    /// the number of evaluations. None if the equations cannot be solved to an error of `remainder`, relative to E.
     pub fn new(
         part: &Part,
         torques: &Torques,
@@ -446,7 +447,7 @@ impl AngleStep {
         self.estimate.time += ends;
     }
 
-    /// dE₁/dE₀, about.
+    /// dE₁/dE₀, approximately.
     pub fn slope(&self) -> f64 {
         self.estimate.growth * self.energy.hi / self.from.energy.hi
     }
@@ -457,17 +458,17 @@ impl AngleStep {
         self.length * (0..STAGES).map(|i| WEIGHTS[i] * slope(ABSCISSAE[i])).sum::<f64>()
     }
 
-    /// How long after its beginning the instant `time` is, and how long before its end (s).
+    /// The time from its start to the instant `time`, and from there to its end (s).
     #[inline(always)]
     pub fn around(&self, time: Double) -> [f64; 2] {
-        // The first differences are exact where they are small.
+        // The first differences are exact if they are small.
         let [from, end] = [self.from.time, self.end];
         [(time.hi - from.hi) + (time.lo - from.lo), (end.hi - time.hi) + (end.lo - time.lo)]
     }
 
-    /// Where the machine is in the step at the time `elapsed` (s) after its beginning, as abscissa x ∈ [−1, 1].
+    /// The position in the step at the time `elapsed` (s) after its start, as abscissa x ∈ [−1, 1].
     ///
-    /// The time is a smooth increasing function of x, so that Newton's method needs no safeguard but the ends.
+    /// The time is a smooth increasing function of x, so Newton's method needs no safeguard except the ends.
     pub fn place_at(&self, elapsed: f64) -> f64 {
         let mut x = guessed(&self.guess, elapsed * self.inverse_duration).clamp(-1.0, 1.0);
         let wanted = elapsed * self.rate + self.slowness_before;
@@ -487,7 +488,7 @@ impl AngleStep {
         0.5 * self.length * (1.0 + x)
     }
 
-    /// E at the abscissa `x` less that at the beginning (J).
+    /// E at the abscissa `x` less E at the start (J).
     #[inline(always)]
     pub fn work_to(&self, x: f64) -> f64 {
         self.work.value(x) + self.tilt * (1.0 + x)
@@ -503,7 +504,7 @@ impl AngleStep {
         1.0 / self.slowness.value(x)
     }
 
-    /// N at the nodes of the step of `length` that follows.
+    /// N at the nodes of a following step of this `length`.
     fn continued(&self, length: f64) -> [f64; STAGES] {
         let mut trend = [0.0; COEFFICIENTS];
         trend[..=CONTINUED].copy_from_slice(&self.net[..=CONTINUED]);
@@ -519,7 +520,7 @@ impl AngleStep {
         Errors { energy, time: errors.time + duration * (0.5 * errors.energy.max(energy) + self.estimate.time) }
     }
 
-    /// The errors at the abscissa `x`, about.
+    /// The approximate errors at the abscissa `x`.
     pub fn errors_at(&self, errors: Errors, x: f64) -> Errors {
         let (part, end) = (0.5 * (1.0 + x), self.pass_on(errors));
         Errors {

@@ -1,4 +1,4 @@
-//! Steps in the angle, one after the other: how long each may be.
+//! Successive steps in the angle and the control of their lengths.
 
 use super::angle_step::{AngleStep, Part, Position};
 use super::mesh::{Mesh, tabulate};
@@ -16,14 +16,14 @@ const REMAINDER: f64 = 1e-3;
 /// Attempts per step.
 const ATTEMPTS: usize = 60;
 
-/// Steps in the angle under torques that stay as they are.
+/// Steps in the angle under torques that do not change.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct AngleSteps {
     /// N(|φ̇|).
     pub torques: Torques,
     /// Relative tolerance.
     pub tolerance: f64,
-    /// The length that the next step may have (rad).
+    /// The admissible length of the next step (rad).
     pub next_length: f64,
     /// Evaluations of N, and tables of 2/J for parts of cells, in the last step.
     pub evaluations: f64,
@@ -36,8 +36,8 @@ impl AngleSteps {
         AngleSteps { torques, tolerance, next_length: f64::INFINITY, ..AngleSteps::default() }
     }
 
-    /// The step from `position` on, not beyond the end of its cell and not longer than `most` (rad); None where no step
-    /// meets the tolerance.
+    /// The step from `position` on, not beyond the end of its cell and not longer than `most` (rad); None if no step meets the
+    /// tolerance.
     pub fn pass(
         &mut self,
         mesh: &Mesh,
@@ -75,7 +75,7 @@ impl AngleSteps {
             let error = step.as_ref().map_or(f64::INFINITY, |step| step.estimate.error);
             let next_length = || length * growth(error, self.tolerance);
             if error <= self.tolerance {
-                // A step that was cut short says nothing against the length it was to have.
+                // A step that was cut short says nothing against its proposed length.
                 self.next_length = match (whole, length == remaining) {
                     (true, _) => f64::INFINITY,
                     (_, true) => self.next_length.max(next_length()),
@@ -93,7 +93,7 @@ impl AngleSteps {
     }
 }
 
-/// The factor by which to change a step that had this error.
+/// The factor for the length of a step after this error.
 fn growth(error: f64, tolerance: f64) -> f64 {
     if error.is_infinite() {
         return 0.25;

@@ -1,12 +1,12 @@
-//! The periodic motion under a constant load, tabulated: what a machine does in every turn once it has run up.
+//! The periodic motion under a constant load, tabulated: the motion of every turn once a machine has run up.
 //!
-//! A cell of the mesh that begins with E = E* + δ, E* on the periodic motion, is passed as on that motion but for
+//! A cell of the mesh that begins with E = E* + δ, E* on the periodic motion, follows that motion except for
 //!
 //! δ(ψ) = δ(0) g(ψ),  g(ψ) = exp ∫₀^ψ ∂N/∂E dψ,  δt = −δ(0) ½ ∫ g/(E φ̇) dψ,
 //!
-//! which is right to first order in δ. Where the square of δ is below the tolerance there is nothing to solve. The table
-//! follows from the parameters and the load, so that all instances with the same ones share it, and a machine that reads
-//! it computes the same whatever has happened before.
+//! which is right to first order in δ. If the square of δ is below the tolerance nothing remains to be solved. The table follows
+//! from the parameters and the load, so all instances with the same ones share it. A machine that reads it computes the same
+//! whatever has happened before.
 
 use super::angle_step::{AngleStep, Position, Shift};
 use super::mesh::Mesh;
@@ -16,7 +16,7 @@ use crate::drives::shaft::free::torques::Torques;
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::{ABSCISSAE, MATRIX, STAGES, WEIGHTS};
 
-/// The part of the tolerance that a tabulated step may add to what solving it leaves.
+/// The part of the tolerance that a tabulated step may add to the error of the solved one.
 const PART: f64 = 0.1;
 
 /// The most steps of a turn in a table: half a kilobyte each, and half a microsecond in each turn of the search.
@@ -25,7 +25,7 @@ const MOST_LAPS: usize = 400;
 /// Turns in search of the periodic motion. The secant method needs five; without a periodic motion it goes astray soon.
 const TURNS: usize = 10;
 
-/// Part of the tolerance by which the end of the tabulated turn may miss its beginning, which the machine feels as a δ.
+/// Part of the tolerance by which the end of the tabulated turn may miss its start; it acts like a δ.
 const CLOSED: f64 = 1e-2;
 
 /// The table.
@@ -37,10 +37,10 @@ pub struct Cycle {
     first: Vec<usize>,
 }
 
-/// How a step is passed on the periodic motion and beside it.
+/// A step of the periodic motion and its response to a δ.
 struct Lap {
     step: AngleStep,
-    /// Growth of E over the step (J), and how long the step takes (s).
+    /// Growth of E over the step (J), and the duration of the step (s).
     gain: Double,
     duration: Double,
     /// g − 1 at the end.
@@ -50,7 +50,7 @@ struct Lap {
     slower: f64,
     /// 1/E at the beginning (1/J).
     per_joule: f64,
-    /// Nonlinear remainder of δ/E within the step: g and the integral for δt are taken as if they went with x and t.
+    /// Nonlinear remainder of δ/E within the step: g and the integral for δt are approximated as proportional to x and t.
     bent: f64,
     /// The largest |δ| (J).
     reach: f64,
@@ -86,7 +86,7 @@ impl Lap {
         }
     }
 
-    /// Makes `step` the one from another energy at the beginning; false where that is too far away.
+    /// Makes `step` the one from another energy at its start; false if that is too far away.
     fn lay(&self, position: Position, step: &mut AngleStep) -> bool {
         let own = &self.step;
         let delta = (position.energy - own.from.energy).hi;
@@ -110,7 +110,7 @@ impl Lap {
 }
 
 impl Cycle {
-    /// The periodic motion on this mesh against the load `tau` (N·m); None where there is none that a table serves for.
+    /// The periodic motion on this mesh against the load `tau` (N·m); None if no motion suits a table.
     pub fn new(mesh: &Mesh, tau: f64) -> Option<Self> {
         let Motor::Kloss(Kloss { dynamics: None, .. }) = mesh.motor else { return None };
         let tolerance = mesh.tolerance;
@@ -144,7 +144,7 @@ impl Cycle {
         self.torques.against_what() == tau
     }
 
-    /// Makes `step` the step that begins at `position`, near the periodic motion; whether there is one.
+    /// Makes `step` the step that begins at `position`, near the periodic motion; returns whether there is one.
     pub fn lay(&self, torques: &Torques, position: Position, step: &mut AngleStep) -> bool {
         if self.torques != *torques {
             return false;

@@ -1,7 +1,7 @@
 //! The grid of the method `fixed_cost`: equal steps in time, each of the same cost, for hosts with a deadline.
 //!
-//! The grid starts with the simulation. A step that ends at a communication point or at a border is followed by one to the
-//! next point of the grid.
+//! The grid starts with the simulation. After a step to a communication point or a border the next step goes to the next point of
+//! the grid.
 
 use crate::drives::shaft::free::motor::{Kloss, Motor};
 use crate::drives::shaft::free::{Shaft, State};
@@ -11,33 +11,32 @@ use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// How often an internal step may be cut at borders of the motion laws. The usual step passes one on the average; the
-/// densest laws put five of them into the angle of two.
+/// How often borders of the motion laws may cut an internal step. The usual step passes one on the average; the densest laws put
+/// five of them into the angle of two.
 pub const MOST_CUTS: u32 = 8;
 
-/// The usual step, times the angular rate of the shortest wave of J and the square root of J's range: a wave where J
-/// does not vary much is passed in three steps.
+/// The usual step, times the angular rate of the shortest wave of J and the square root of J's range: it passes a wave of a J of
+/// little variation in three steps.
 const ANGLE: f64 = 2.0;
 
 /// The usual step, as part of the time that a motor needs to follow its load, w_s s_K J/M_K, and of the lag of its torque.
 const FOLLOWING: f64 = 1.0;
 
-/// Limit to how far a stiff motor may shorten the usual step: what it does within a smaller part of a wave is a jump between
-/// two motions in balance, which the method meets without resolving the way there.
+/// Limit to how far a stiff motor may shorten the usual step: within a smaller part of a wave the motion jumps between two motions
+/// in balance, which the method meets without resolving the transition.
 const STIFFEST: f64 = 1.0 / 32.0;
 
-/// The usual step of a machine of which neither the start nor the motor tells a speed (s): the communication step of
-/// common real-time hosts.
+/// The usual step (s) of a machine whose start and motor determine no speed: the communication step of common real-time hosts.
 const USUAL: f64 = 1e-3;
 
 /// The grid and the way to its next point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Grid {
-    /// Where the grid begins (s).
+    /// The start of the grid (s).
     origin: f64,
     /// The length of its steps (s).
     pub size: f64,
-    /// The point of the grid towards which the steps go (s), and how often borders have cut the way there.
+    /// The point of the grid at which the steps aim (s), and how often borders have cut the way there.
     point: Double,
     cuts: u32,
 }
@@ -49,17 +48,17 @@ impl Grid {
         Grid { origin, size, point: Double::from(origin), cuts: 0 }
     }
 
-    /// Where the step from `from` on ends: at the next point of the grid, or at `limit`.
+    /// The end of the step from `from` on: the next point of the grid, or `limit`.
     pub fn end_of_step(&mut self, from: Double, limit: Option<Double>) -> Double {
         let point = point_of_grid(self.origin, self.size, from);
         if (point - self.point).hi > 0.0 {
             (self.point, self.cuts) = (point, 0);
         }
-        // No sliver is left over behind the point either.
+        // No sliver is left over after the point either.
         limit.filter(|limit| (*limit - point).hi <= SLIVER * self.size).unwrap_or(point)
     }
 
-    /// Counts a step that does not reach the next point of the grid, where there is one.
+    /// Counts a step that a border ended before the next point of the grid.
     pub fn cut(&mut self, at: Double) -> Result<(), Fault> {
         self.cuts += 1;
         if self.size == 0.0 || self.cuts <= MOST_CUTS {
@@ -83,11 +82,10 @@ impl Grid {
     }
 }
 
-/// The internal step where none is asked for (s): see [`ANGLE`], [`FOLLOWING`], [`STIFFEST`] and [`USUAL`]; borders
-/// of the motion laws are passed one at a time on the average.
+/// The default internal step (s): see [`ANGLE`], [`FOLLOWING`], [`STIFFEST`] and [`USUAL`]; borders of the motion laws are passed
+/// one at a time on the average.
 ///
-/// √J(φ) is a sum of waves up to the order R of J with branch points √(J_min/J_max)/R beside the real angles, or
-/// farther away.
+/// √J(φ) is a sum of waves up to the order R of J with branch points √(J_min/J_max)/R next to the real angles, or farther away.
 fn usual_step(Shaft { inertia, motor, .. }: &Shaft, start: &State) -> f64 {
     let (low, high) = inertia.range();
     let free = start.u.hi.abs() / low.sqrt();

@@ -1,8 +1,8 @@
-//! The motion in the angle, from step to step: while torques stay as they are and the shaft turns fast enough.
+//! The motion in the angle, from step to step, while torques do not change and the shaft turns fast enough.
 //!
-//! The steps ([`super::angle_step`]) do not end at communication points: those read the polynomial of the step that holds
-//! them, so that the internal steps and every digit of the answer are the same whatever the communication step. On the
-//! periodic motion against the load of the start a table yields them ([`super::cycle`]).
+//! The steps ([`super::angle_step`]) do not end at communication points. Those read the polynomial of the step that holds them, so
+//! the internal steps and every digit of the result are independent of the communication step. On the periodic motion against the
+//! load of the start a table yields them ([`super::cycle`]).
 
 use super::angle_step::{AngleStep, Errors, Position};
 use super::angle_steps::AngleSteps;
@@ -20,8 +20,8 @@ use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Steps in the angle are taken while E exceeds this part of the work of the torques over a cell. 1/φ̇ has a branch
-/// point where E vanishes; the steps that the polynomial then needs are about a fourth of the angle to that point.
+/// Steps in the angle are taken while E exceeds this part of the work of the torques over a cell. 1/φ̇ has a branch point at E = 0;
+/// the polynomial then needs steps of about a fourth of the angle to that point.
 const SLOW: f64 = 1.0 / 16.0;
 
 /// The motion in the angle.
@@ -30,31 +30,30 @@ pub struct InAngle {
     /// The turn's cells with their J; follows from the parameters.
     #[serde(skip)]
     pub mesh: Mesh,
-    /// The periodic motion against the load of the start, where there is one; follows from the parameters and that load.
+    /// The periodic motion against the load of the start, if any; follows from the parameters and that load.
     #[serde(skip)]
     pub cycle: Option<Arc<Cycle>>,
-    /// τ when the simulation started (N·m).
+    /// τ at the start of the simulation (N·m).
     load_at_start: f64,
     /// The step that holds the communication point; None while the motion is integrated in time.
     pub step: Option<AngleStep>,
-    /// Where in the step the communication point lies, x ∈ [−1, 1].
+    /// The position x ∈ [−1, 1] of the communication point in the step.
     abscissa: f64,
-    /// Known errors at the beginning of the step.
+    /// Known errors at the start of the step.
     errors: Errors,
-    /// The torques for which the step holds, and the length that the next one may have.
+    /// The torques of the step, and the admissible length of the next one.
     steps: AngleSteps,
 }
 
 impl InAngle {
-    /// At the start of a simulation under this load (N·m).
+    /// Starts a simulation under this load (N·m).
     pub fn start(&mut self, load_at_start: f64) {
         let InAngle { mesh, cycle, .. } = std::mem::take(self);
         let steps = AngleSteps::new(Torques::default(), 0.0);
         *self = InAngle { mesh, cycle, load_at_start, steps, ..InAngle::default() };
     }
 
-    /// Makes the mesh of the shaft, where it is another one, and tabulates the periodic motion where the steps are those of the
-    /// tolerance.
+    /// Makes the mesh of the shaft if it has changed, and tabulates the periodic motion if the steps follow the tolerance.
     pub fn prepare(&mut self, shaft: &Shaft, solver: &Solver) -> Result<(), Fault> {
         let (tolerance, tau) = (solver.effective_tolerance(), self.load_at_start);
         let same = self.mesh.is_for(&shaft.profile, &shaft.motor, tolerance);
@@ -69,8 +68,8 @@ impl InAngle {
         Ok(())
     }
 
-    /// Begins at the time `now` with these deviations of φ, u and M_an where E is large against the work of the torques over a cell;
-    /// whether a step meets the tolerance.
+    /// Begins at the time `now` with these deviations of φ, u and M_an if E is large against the work of the torques over a cell;
+    /// returns whether a step meets the tolerance.
     pub fn begin(
         &mut self,
         shaft: &Shaft,
@@ -102,8 +101,8 @@ impl InAngle {
         self.step.is_some()
     }
 
-    /// From the end of a step to the next one, or, where the machine has become slow, to the integration in time. Returns what
-    /// it cost (nominal µs).
+    /// From the end of a step to the next one or, if the machine has become slow, to the integration in time. Returns the cost
+    /// (nominal µs).
     pub fn extend(&mut self, shaft: &Shaft, state: &mut State, solver: &mut Solver) -> Result<f64, Fault> {
         let Some(step) = &mut self.step else { return Ok(0.0) };
         if step.end_speed > FASTEST {
@@ -116,7 +115,7 @@ impl InAngle {
         state.travelled += step.length;
         let slow = step.energy.hi <= SLOW * step.end_net.abs() * self.mesh.widest;
         if !slow && self.cycle.as_ref().is_some_and(|cycle| cycle.lay(torques, position, step)) {
-            // As after a step that was solved.
+            // As after a solved step.
             *next_length = if step.to_edge { f64::INFINITY } else { step.length };
         } else {
             let before = self.step.take();
@@ -143,7 +142,7 @@ impl InAngle {
         solver.steps += 1.0;
     }
 
-    /// Takes the values `elapsed` (s) after the beginning of the step, which holds them.
+    /// Takes the values `elapsed` (s) after the start of the step, which holds them.
     pub fn read(&mut self, shaft: &Shaft, state: &mut State, elapsed: f64) {
         let Some(step) = &self.step else { return };
         let sense = self.steps.torques.sense;
@@ -151,13 +150,13 @@ impl InAngle {
         state.angle = step.from.angle + Double::from(sense * step.advance(self.abscissa));
         state.turns = step.from.turns;
         state.interval = self.mesh.cells()[step.from.cell].interval;
-        // J is the function itself, so that ½ J φ̇² is E to the last digit.
+        // J is the exact function, so that ½ J φ̇² is E to the last digit.
         let inertia = shaft.profile.value(state.interval, state.angle.hi);
         let energy = step.from.energy.hi + (step.from.energy.lo + step.work_to(self.abscissa));
         state.w = sense * (2.0 * energy / inertia).sqrt();
     }
 
-    /// Ends the step where it was read last; the machine goes on from there. Whether there was one.
+    /// Ends the step where it was read last; the machine goes on from there. Returns whether there was one.
     pub fn leave(&mut self, state: &mut State) -> bool {
         let Some(step) = self.step.take() else { return false };
         self.errors = step.errors_at(self.errors, self.abscissa);
@@ -166,12 +165,12 @@ impl InAngle {
         true
     }
 
-    /// The deviations of φ and u behind the last step.
+    /// The deviations of φ and u after the last step.
     pub fn deviations(&self, state: &State) -> [f64; 2] {
         [state.w.abs() * self.errors.time, 0.5 * state.u.hi.abs() * self.errors.energy]
     }
 
-    /// The step from `position` on, at most to the end of the cell; None where no step meets the tolerance.
+    /// The step from `position` on, at most to the end of the cell; None if no step meets the tolerance.
     fn pass(&mut self, position: Position, before: Option<&AngleStep>, solver: &mut Solver) {
         self.step = self.steps.pass(&self.mesh, position, before, f64::INFINITY);
         solver.evaluations += self.steps.evaluations;

@@ -1,17 +1,17 @@
-//! The motion of the machine in time ([`crate::drives::shaft::free::equation`]): internal steps by the tolerance or, of the method `fixed_cost`, from
-//! one point of a grid to the next.
+//! The motion of the machine in time ([`crate::drives::shaft::free::equation`]): internal steps by the tolerance or, with
+//! `fixed_cost`, from one point of a grid to the next.
 //!
-//! Method: Gauss collocation ([`crate::numerics::collocation`]) of the increments over each internal step, which are
-//! added to angle and u in double-double. A communication point is read from the polynomial of the step that holds it. Steps
-//! by the tolerance end at communication points; so do those of a grid where a torque changes there or depends on time, else
-//! they go on beyond, and the answer does not depend on the communication step.
+//! Method: Gauss collocation ([`crate::numerics::collocation`]) of the increments over each internal step, which are added to angle
+//! and u in double-double. The polynomial of a step yields the communication points that it holds. Steps by the tolerance end at
+//! communication points, and so do steps of a grid if a torque changes there or depends on time. Otherwise they go on beyond, and
+//! the result does not depend on the communication step.
 //!
-//! Steps also end where the angle passes a border between smooth pieces of a motion law. The polynomial of the step finds that
-//! instant to about the tolerance; that is more than enough, because the right-hand side is continuous there: stopping δ beside
+//! Steps also end when the angle passes a border between smooth pieces of a motion law. The polynomial of the step finds that
+//! instant to about the tolerance. That is more than enough, because the right-hand side is continuous there: a stop δ away from
 //! the border changes the solution by the order of δ². The certified first root misses no visit beyond a border, however short.
 //!
-//! Nothing is repeated for the sake of a tolerance at fixed cost: each step takes the same number of Newton iterations, and what
-//! they leave counts as error.
+//! At fixed cost nothing is repeated for the sake of a tolerance: each step takes the same number of Newton iterations, and their
+//! remainder counts as error.
 
 use super::grid::Grid;
 use crate::drives::settings::{Method, Solver};
@@ -28,18 +28,18 @@ use crate::numerics::first_root::first_root;
 use crate::numerics::work::EVALUATION;
 use serde::{Deserialize, Serialize};
 
-/// Newton iterations in a step of fixed cost. The motion differs from that at a constant speed by some part x over the angle of
-/// the usual step, and four iterations leave x¹⁶ of that.
+/// Newton iterations in a step of fixed cost. The motion differs from a constant speed by some part x over the angle of the usual
+/// step, and four iterations leave x¹⁶ of that.
 const ITERATIONS: usize = 4;
 
 /// Factor of the estimate in time over the deviations: 99 of 100 random machines stay below it, and its median is at most 100
 /// times the error.
 const CAUTION: f64 = 0.4;
-/// The factor where the torque follows the speed at once: it has poles beside the speeds passed (s = ± i s_K), so that its
-/// coefficients decay less than those of the motion, from which the deviations are extrapolated.
+/// The factor if the torque follows the speed at once: its poles lie close to the passed speeds (s = ± i s_K), so its coefficients
+/// decay less than the motion's, from which the deviations are extrapolated.
 const CAUTION_WITH_MOTOR: f64 = 2.4;
 
-/// The speed beyond which the machine counts as run away (rad/s): ten times what may be set.
+/// The speed beyond which the machine counts as run away (rad/s): ten times the highest admissible setting.
 pub const FASTEST: f64 = 1e7;
 
 /// The integrator, with or without the motor's torque as third unknown.
@@ -61,12 +61,12 @@ macro_rules! either {
     };
 }
 
-/// φ, u and M_an, the latter zero where it is no unknown.
+/// φ, u and M_an, the latter zero if it is no unknown.
 fn padded<const N: usize>(values: [f64; N]) -> [f64; 3] {
     std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0))
 }
 
-/// The standard deviations of φ, u and M_an, with `own` errors beside those carried along.
+/// The standard deviations of φ, u and M_an: `own` errors and those carried along.
 fn deviations<const N: usize>(c: &Collocation<N>, own: [f64; N]) -> [f64; 3] {
     let covariance = c.error_covariance();
     padded::<N>(std::array::from_fn(|k| (covariance[k][k] + own[k] * own[k]).sqrt()))
@@ -78,23 +78,23 @@ impl Integrator {
         either!(self, c => padded(if theta == 1.0 { c.state() } else { c.at_fraction(theta) }))
     }
 
-    /// Adds what the last step errs by at the fraction θ, where it is left, to the covariance of the error.
+    /// Adds the error of the last step at the fraction θ, at which it ends, to the covariance of the error.
     fn leave(&mut self, theta: f64) {
         either!(self, c => c.disturb(if theta == 1.0 { c.end_error() } else { c.polynomial_error() }));
     }
 }
 
-/// The integration in time: an integrator, and the internal step that it took last.
+/// The integration in time: an integrator and its last internal step.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct InTime {
     integrator: Integrator,
-    /// The internal step that holds the communication point, where steps go on beyond it.
+    /// The internal step that holds the communication point, if steps go on beyond it.
     span: Option<Span>,
     /// The steps of the method `fixed_cost`.
     pub grid: Grid,
 }
 
-/// An internal step: where the integrator's polynomial begins.
+/// An internal step: the start of the integrator's polynomial.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
 struct Span {
     base: State,
@@ -114,8 +114,7 @@ impl Span {
     }
 }
 
-/// The fraction of the step just taken at which the shaft turned back; and that at which the angle left the interval, and
-/// whether upwards.
+/// The fractions of the last step at which the shaft turned back and at which the angle left the interval, and whether upwards.
 fn encounter<const N: usize>(
     c: &Collocation<N>,
     state: &State,
@@ -129,18 +128,18 @@ fn encounter<const N: usize>(
     (reversal, exit(&way, inertia.ends(state.interval)))
 }
 
-/// The room that a step in time has.
+/// The bounds of a step in time.
 #[derive(Clone, Copy)]
 pub struct Room {
-    /// The communication step begins (s).
+    /// The start of the communication step (s).
     pub time: f64,
-    /// The step begins.
+    /// The start of the step.
     pub from: Double,
-    /// It ends at the latest.
+    /// The latest end of the step.
     pub limit: Option<Double>,
 }
 
-/// What the search for a step works with beside the integrator.
+/// The settings of the search for a step.
 struct Search<'a> {
     shaft: &'a Shaft,
     state: &'a State,
@@ -149,12 +148,12 @@ struct Search<'a> {
     time: f64,
     /// Relative; None at fixed cost.
     tolerance: Option<f64>,
-    /// Whether communication points may lie within the step: only there what its polynomial errs by is seen.
+    /// Whether communication points may lie within the step: only there the error of its polynomial matters.
     within: bool,
 }
 
 impl Search<'_> {
-    /// The step to `end`, or to the border before it, and its estimated error.
+    /// The step to `end`, or to an earlier border, and its estimated error.
     fn span<const N: usize>(&mut self, c: &mut Collocation<N>, [from, end]: [Double; 2]) -> Result<(Span, f64), Fault> {
         let (inertia, covariance) = (&self.shaft.inertia, c.error_covariance());
         let mut span = Span { base: *self.state, from, end, ..Span::default() };
@@ -175,13 +174,13 @@ impl Search<'_> {
         Ok((span, error_of(self.shaft, self.state, padded(c.state()), deviations)))
     }
 
-    /// Solves the equations over `span`, or over as much of it as the tolerance and the reach of the nodes allow.
+    /// Solves the equations over `span`, or over the part of it that the tolerance and the reach of the nodes allow.
     fn solve<const N: usize>(&mut self, c: &mut Collocation<N>, span: &mut Span) -> Result<(), Fault> {
         let piece = Piece::new(self.shaft, self.state, (span.from - Double::from(self.time)).hi);
         if self.tolerance.is_none() {
             let longest = System::<N>::longest_step(&piece, Double::from(0.0), &[0.0; N]);
             if (span.end - span.from).hi > (1.0 + SLIVER) * longest {
-                // Beyond a narrow interval its laws hold no more.
+                // Outside of a narrow interval its laws are not valid.
                 if self.shaft.inertia.borders().is_empty() {
                     return Err(self.grid.refused(self.state, span.from));
                 }
@@ -203,7 +202,7 @@ impl Search<'_> {
                 Ok(()) | Err(Failure::Stalled { .. }) if self.tolerance.is_none() => {
                     return Err(self.grid.refused(self.state, span.from));
                 }
-                // A load that grows during the step takes the shaft further than its first acceleration told.
+                // A load that grows during the step moves the shaft further than its first acceleration implies.
                 Ok(()) => limit = c.end() * Double::from(0.5),
                 Err(failure) => return Err(fault(failure, self.state, span.from.hi)),
             }
@@ -217,7 +216,7 @@ impl Search<'_> {
 }
 
 impl InTime {
-    /// At the start of a machine with this motor.
+    /// The start of a machine with this motor.
     pub fn new(motor: &Motor) -> Self {
         let zero = Double::from(0.0);
         let integrator = match motor.lag() {
@@ -245,7 +244,7 @@ impl InTime {
         either!(&self.integrator, c => deviations(c, Default::default()))
     }
 
-    /// Begins with these deviations of φ and u, as after a part of the motion that was computed otherwise.
+    /// Begins with these deviations of φ and u, as after a part of the motion that another method computed.
     pub fn begin(&mut self, [phi, u]: [f64; 2]) {
         if let Integrator::Mechanical(c) = &mut self.integrator {
             c.set_error_covariance([[phi * phi, 0.0], [0.0, u * u]]);
@@ -257,7 +256,7 @@ impl InTime {
         self.span.map(|span| span.end)
     }
 
-    /// The next step: to a border, to a limit, to the next point of the grid, or as far as the tolerance allows. Returns what it cost
+    /// The next step: to a border, to a limit, to the next point of the grid, or as far as the tolerance allows. Returns the cost
     /// (nominal µs).
     pub fn extend(&mut self, shaft: &Shaft, state: &State, solver: &mut Solver, room: Room) -> Result<f64, Fault> {
         let Room { time, from, limit } = room;
@@ -277,7 +276,7 @@ impl InTime {
         solver.steps += 1.0;
         solver.evaluations += evaluations;
         solver.error_estimate = solver.error_estimate.max(error);
-        // A step that evaluated nothing would be taken for ever.
+        // A step without evaluations would repeat for ever.
         Ok(InTime::cost(shaft) * evaluations.max(1.0))
     }
 
@@ -308,8 +307,8 @@ impl InTime {
     }
 }
 
-/// The larger error at the ends of a step that begins `here`, by these deviations: of φ relative to the angle passed, of φ̇ = u/√J
-/// to the greatest speed and of a lagging torque to the breakdown torque.
+/// The larger error at the ends of a step that begins `here`, by these deviations: φ relative to the passed angle, φ̇ = u/√J to the
+/// greatest speed and a lagging torque to the breakdown torque.
 fn error_of(shaft: &Shaft, here: &State, increment: [f64; 3], deviations: [f64; 3]) -> f64 {
     let [phi, u, torque] = deviations;
     let mut there = *here;
@@ -330,7 +329,7 @@ fn error_of(shaft: &Shaft, here: &State, increment: [f64; 3], deviations: [f64; 
     at(here).max(at(&there))
 }
 
-/// The fault of a failure so long after the instant `since` (s) of this state.
+/// The fault of a failure this long after the instant `since` (s) of this state.
 pub fn fault(failure: Failure, state: &State, since: f64) -> Fault {
     Fault::new(match failure {
         Failure::Stalled { time: after } => format!(

@@ -4,9 +4,10 @@
 //!
 //! dv/dψ = σ(M_an − τ)/v,  dM_an/dψ = (M_Kloss(φ̇) − M_an)/(T_el |φ̇|),  dt/dψ = √J/v,  φ̇ = σ v/√J
 //!
-//! and (v, M_an) at ψ = 0 → ψ = 2π is a map of two dimensions. Newton's method starts from the periodic motion without lag or, where
-//! that leads nowhere, from the one with a lag of many turns, over which M_an and v stay what they are: M_an = τ, and in time the
-//! characteristic has this mean, ∮(M_Kloss − τ)√J dψ = 0. The periodic motion must be stable. A disturbance q of E on it follows the linear equation
+//! and (v, M_an) at ψ = 0 → ψ = 2π is a map of two dimensions. Newton's method starts from the periodic motion without lag. If that
+//! fails, it starts from the motion with a lag of many turns, over which M_an and v are constant: M_an = τ, and in time the
+//! characteristic has this mean, ∮(M_Kloss − τ)√J dψ = 0. The periodic motion must be stable. A disturbance q of E on it follows
+//! the linear equation
 //!
 //! q″ + q′/(T_el|φ̇|) + k q = 0,  k = −[M_Kloss′(φ̇) − σ(M_Kloss − M_an)/|φ̇|]/(2E T_el),
 //!
@@ -33,7 +34,7 @@ const GROWTH_TOLERANCE: f64 = 1e-10;
 /// Iterations of Newton's method, which needs a handful.
 const ITERATIONS: usize = 80;
 
-/// A smooth piece of the turn: up to which ψ.
+/// A smooth piece of the turn, up to its end ψ.
 struct Leg {
     place: Place,
     end: f64,
@@ -50,7 +51,7 @@ pub struct LaggingTurn<'a> {
     /// φ at the start (rad) and the interval between borders that holds it.
     phi_start: f64,
     interval: usize,
-    /// Work that the call has left; a study takes as much as it needs.
+    /// The remaining work of the call; a study takes as much as it needs.
     work: Option<&'a Cell<Work>>,
 }
 
@@ -64,7 +65,7 @@ impl OnLeg<'_> {
     /// √J, φ̇.
     fn speed(&self, psi: Double, v: f64) -> (f64, f64) {
         let root = self.turn.inertia.at(self.place, self.turn.phi_start + self.turn.sense * psi.hi)[0].sqrt();
-        // A machine that comes to rest before the turn is over has no φ-domain form; the square root tells.
+        // A machine that comes to rest before the end of the turn has no φ-domain form; the square root is NaN then.
         (root, self.turn.sense * if v > 0.0 { v } else { f64::NAN } / root)
     }
 }
@@ -129,8 +130,8 @@ impl<'a> LaggingTurn<'a> {
         legs
     }
 
-    /// ln of the largest modulus of the multipliers of the periodic motion (v, M_an), and the motion; None where the machine
-    /// comes to rest on it.
+    /// ln of the largest modulus of the multipliers of the periodic motion (v, M_an), and the motion; None if the machine comes to
+    /// rest on it.
     pub fn growth_and_motion(&self, motion: [f64; 2]) -> Option<(f64, Motion<'_>)> {
         let motion = Motion { turn: self, lag: self.motor.lag()?, pieces: self.pieces(motion)? };
         let growth = match Period::of(&motion, GROWTH_TOLERANCE) {
@@ -153,7 +154,7 @@ impl<'a> LaggingTurn<'a> {
         self.run(&self.legs(), [y[0], y[1], 0.0]).map(|[v, torque, _]| [v, torque])
     }
 
-    /// The values after a turn that starts with `y`; None where the machine comes to rest or the work is used up.
+    /// The values after a turn that starts with `y`; None if the machine comes to rest or the work is used up.
     fn run(&self, legs: &[Leg], y: [f64; 3]) -> Option<[f64; 3]> {
         self.follow(legs, y, |_, _| ())
     }
@@ -171,7 +172,7 @@ impl<'a> LaggingTurn<'a> {
                 draw(self.work, cost * (c.statistics.evaluations - before) as f64)?;
                 visit(place, &c);
             }
-            // Below a billionth of the first speed the time scale of the turn has gone: this is a standstill.
+            // Below a billionth of the first speed the time scale of the turn is lost: this is a standstill.
             if c.state()[0] < 1e-9 * y[0] {
                 return None;
             }
@@ -179,8 +180,8 @@ impl<'a> LaggingTurn<'a> {
         Some(c.state())
     }
 
-    /// The periodic motion (v, M_an) of a motor with lag next to the periodic motion `v` without, or next to that with a lag of many
-    /// turns; also T.
+    /// The periodic motion (v, M_an) of a motor with lag near the periodic motion `v` without lag, or near the one with a lag of
+    /// many turns; also T.
     pub fn refine(&self, v: f64, torque_scale: f64) -> Option<([f64; 2], f64)> {
         let legs = &self.legs();
         let root = self.inertia.at(legs[0].place, self.phi_start)[0].sqrt();
@@ -208,7 +209,7 @@ impl<'a> LaggingTurn<'a> {
             };
             roots.iter().map(part).sum()
         };
-        // From above all stable motions down to where the motor is beyond its breakdown slip in the whole turn.
+        // From above all stable motions down to the speed at which the motor is beyond its breakdown slip in the whole turn.
         let (least, largest) = self.inertia.range();
         let mut high = 1.2 * largest.sqrt() * synchronous_speed.abs() * (1.0 + breakdown_slip.min(1.0));
         let bottom = 0.8 * least.sqrt() * synchronous_speed.abs() * (1.0 - breakdown_slip).max(0.1);
@@ -226,7 +227,7 @@ impl<'a> LaggingTurn<'a> {
         Some(low)
     }
 
-    /// The periodic motion next to `y`, and T.
+    /// The periodic motion near `y`, and T.
     fn newton(&self, legs: &[Leg], mut y: [f64; 2], torque_scale: f64) -> Option<([f64; 2], f64)> {
         let shoot = |y: [f64; 2]| self.run(legs, [y[0], y[1], 0.0]);
         let mut smallest = f64::INFINITY;
@@ -285,7 +286,7 @@ impl Motion<'_> {
         sense * self.at(piece, Double::from(sense * (phi - phi_start)))[1]
     }
 
-    /// On this piece v, |φ̇|, M_Kloss − M_an and M_Kloss′.
+    /// v, |φ̇|, M_Kloss − M_an and M_Kloss′ on this piece.
     fn at(&self, piece: usize, psi: Double) -> [f64; 4] {
         let (place, motion) = &self.pieces[piece];
         let [v, torque, _] = motion.at(psi);
@@ -326,7 +327,7 @@ impl Periodic for Motion<'_> {
     }
 
     fn longest_cell(&self, _: Double, _: usize) -> f64 {
-        // The periodic motion's own steps, which the pieces are, see what happens.
+        // The steps of the periodic motion, which are the pieces, resolve it.
         f64::INFINITY
     }
 }

@@ -1,10 +1,9 @@
 //! The turn as a mesh of cells, with J(φ) tabulated at the nodes of each.
 //!
-//! A machine passes the same angles in every turn. What the equations need of J there is computed once, so that the
-//! cost of a turn depends neither on the number of followers nor on that of their harmonics. Cells are as wide as
-//! the polynomial through the nodes (degree 9) for √J(φ), which 1/φ̇ of a machine without torques goes with, leaves the
-//! angle to the tolerance; they end at the borders of the motion laws. Where the motor's torque varies more than √J at
-//! its synchronous speed, cells are divided.
+//! A machine passes the same angles in every turn. J there is computed once, so the cost of a turn depends neither on the number of
+//! followers nor on the number of their harmonics. Cells are as wide as the tolerance of the angle permits for the polynomial
+//! through the nodes (degree 9) for √J(φ), to which 1/φ̇ of a machine without torques is proportional. They end at the borders of
+//! the motion laws. Cells are divided if the motor's torque varies more than √J at its synchronous speed.
 
 use super::angle_step::{AngleStep, Part, Position, Tabulated};
 use crate::drives::shaft::free::beside;
@@ -20,8 +19,8 @@ use crate::numerics::work::Work;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// The widest cell (rad). Where J is constant the torque alone changes the speed; a sixth of a turn leaves the step
-/// control room to save work without losing sight of it.
+/// The widest cell (rad). If J is constant only the torque changes the speed; a sixth of a turn lets the step control save work
+/// without missing the change.
 const WIDEST: f64 = TAU / 6.0;
 
 /// The narrowest cell (rad): a wave of J that is shorter than this has more harmonics than a scene can hold.
@@ -30,15 +29,15 @@ const NARROWEST: f64 = 1e-9;
 /// Edges are multiples of this (rad), so that the widths between them are exact and a million turns add up exactly.
 const GRAIN: f64 = 1.0 / (1u64 << 45) as f64;
 
-/// Tolerance of the table as part of that of the motion: the motion adds the variation that the torques
-/// cause, and a cell that is too wide by a little would have to be passed in two steps every turn.
+/// Tolerance of the table as part of the motion's: the motion adds the variation that the torques cause, and a slightly too wide
+/// cell would have to be passed in two steps every turn.
 const FINER: f64 = 0.1;
 
-/// Into how many parts the motor's torque may divide a cell. A motor that is synchronous for a moment only asks for
-/// narrow cells where that moment happens to be, which no table can know.
+/// Into how many parts the motor's torque may divide a cell. A motor that is only briefly synchronous needs narrow cells just
+/// there, which no table can know.
 const MOST_PARTS: f64 = 4.0;
 
-/// A cell beside the evaluations of J for it (nominal µs).
+/// Cost of a cell without the evaluations of J for it (nominal µs).
 const CELL: f64 = 0.5;
 
 /// A part of the turn.
@@ -47,7 +46,7 @@ pub struct Cell {
     pub low: f64,
     /// φ at the high end (rad).
     pub high: f64,
-    /// The exact width (rad); that of the last cell knows that a turn is 2π.
+    /// The exact width (rad); the width of the last cell accounts for a turn of 2π.
     pub width: f64,
     /// The interval between borders of the motion laws.
     pub interval: usize,
@@ -55,7 +54,7 @@ pub struct Cell {
     pub reciprocal: Tabulated,
 }
 
-/// The cells of a turn, ascending; none before it is prepared.
+/// The cells of a turn, ascending; empty before it is prepared.
 #[derive(Clone, Default)]
 pub struct Mesh {
     cells: Arc<Vec<Cell>>,
@@ -71,7 +70,7 @@ pub struct Mesh {
 }
 
 impl Cell {
-    /// φ where it is entered (rad).
+    /// φ at its entry (rad).
     pub fn entry(&self, forward: bool) -> Double {
         Double::from(if forward { self.low } else { self.high })
     }
@@ -93,7 +92,7 @@ fn error(table: &Tabulated, width: f64) -> f64 {
     width * neglected(&modes) / (INTEGRATION * least)
 }
 
-/// The fault where the turn cannot be divided with the work of a call; it came to an angle where cells are this wide (rad).
+/// The fault of a turn that cannot be divided with the work of a call; it reached an angle where cells are this wide (rad).
 fn too_many(profile: &Profile, [at, width]: [f64; 2]) -> Fault {
     let (low, high) = profile.inertia.range();
     Fault::new(format!(
@@ -117,11 +116,10 @@ fn mean_root(cells: &[Cell]) -> f64 {
 }
 
 impl Mesh {
-    /// The mesh on which J is met to the relative `tolerance`, and the torque of the motor as it is about its synchronous
-    /// speed.
+    /// The mesh on which J is met to the relative `tolerance`, and the torque of the motor near its synchronous speed.
     ///
     /// # Errors
-    /// Where so many cells are needed that the work of a call does not do for them.
+    /// The turn needs so many cells that the work of a call is not enough for them.
     pub fn new(profile: Arc<Profile>, motor: Motor, tolerance: f64) -> Result<Self, Fault> {
         let mut cells = Self::of_inertia(&profile, tolerance)?;
         if let Motor::Kloss(kloss @ Kloss { dynamics: None, .. }) = motor {
@@ -132,13 +130,13 @@ impl Mesh {
         Ok(Mesh { widest, mean_root, cells: Arc::new(cells), profile, motor, tolerance })
     }
 
-    /// The cells that J(φ) alone asks for.
+    /// The cells that J(φ) alone needs.
     fn of_inertia(profile: &Profile, tolerance: f64) -> Result<Vec<Cell>, Fault> {
         let inertia = &profile.inertia;
         let (mut cells, mut work) = (Vec::new(), Work::default());
         let cost = CELL + (2 + STAGES) as f64 * inertia.cost();
         let mut width = WIDEST.min(4.0 / inertia.resolution());
-        // What the rounded end of the turn is short of 2π beyond its beginning.
+        // The distance of the rounded end of the turn from 2π after its start.
         let missing = two_sum(inertia.borders().first().copied().unwrap_or(0.0), TAU).lo + WHOLE_TURN.lo;
         for (interval, (low, high)) in inertia.pieces().enumerate() {
             let mut at = low;
@@ -163,8 +161,8 @@ impl Mesh {
         Ok(cells)
     }
 
-    /// These cells, divided where a machine with the mean energy of the synchronous speed would not pass them in one
-    /// step: its torque has waves of its own.
+    /// These cells, divided if a machine with the mean energy of the synchronous speed would not pass them in one step: its torque
+    /// has waves of its own.
     fn divided(cells: Vec<Cell>, profile: &Profile, motor: Kloss, tolerance: f64) -> Vec<Cell> {
         let speed = motor.synchronous_speed;
         let torques = Torques::against(&Motor::Kloss(motor), 0.0, speed.signum());
@@ -205,7 +203,7 @@ impl Mesh {
         &self.cells
     }
 
-    /// Where the step begins that follows a step in this sense.
+    /// The start of the step that follows a step in this sense.
     pub fn after(&self, step: &AngleStep, sense: f64) -> Position {
         let angle = step.from.angle + Double::from(sense * step.length);
         let mut position = Position { time: step.end, energy: step.energy, angle, ..step.from };
@@ -222,7 +220,7 @@ impl Mesh {
         position.angle = self.cells[cell].entry(forward);
     }
 
-    /// The cell that holds the angle `phi` of interval `interval`; on an edge the one ahead.
+    /// The cell that holds the angle `phi` of interval `interval`; on an edge the cell ahead.
     pub fn find(&self, interval: usize, phi: f64, forward: bool) -> usize {
         let first = self.cells.partition_point(|cell| cell.interval < interval);
         let beyond = self.cells.partition_point(|cell| cell.interval <= interval);
@@ -269,7 +267,7 @@ mod tests {
         };
         let few = count(0.5, 5, 1e-6);
         assert!(few < 40 && few < count(0.5, 5, 1e-12) && few < count(0.5, 64, 1e-6));
-        // J falls to a billionth where the follower rests: the cells there are narrow, those between are not.
+        // J falls to a billionth in the follower's dwell: cells are narrow at its ends and wide between them.
         assert!(count(1e-8, 5, 1e-9) < 2000);
     }
 

@@ -6,8 +6,8 @@
 //! | `in_time` | else: a torque that changes with time, a motor with a lag, standstill, reversal | as the tolerance allows; they end at communication points |
 //! | `in_time` on its `grid` | `solver.method` = `fixed_cost` | equal ones; they go on beyond communication points while torques stay as they are |
 //!
-//! Each of them **begins** at a state with the errors of the one before, **extends** the motion by an internal step, is **read** at
-//! a time within that step and **left** where it was read last. The start on a periodic motion is in `steady`.
+//! Each of them **begins** at a state with the errors so far, **extends** the motion by an internal step, is **read** at a time
+//! within that step and **left** at the time of the last reading. The start on a periodic motion is in `steady`.
 
 mod angle_step;
 mod angle_steps;

@@ -1,12 +1,12 @@
 //! The start on the periodic solution.
 //!
-//! A motion that is faster than w* everywhere, where M(w*) = τ with a falling characteristic, loses energy, hence every
-//! periodic motion crosses w* or stays below it. A periodic motion that crosses w* keeps within ½ J_min w*² ≤ E ≤ ½ J_max w*²,
-//! as long as the torque exceeds the load between the slowest of these speeds and w*. Where the characteristic falls at all
-//! these speeds, |s| < s_K, there is one such periodic motion, it is stable, and it is the fastest. Otherwise there may be
-//! several. **Of the stable periodic motions the fastest is taken**: the one that a machine reaches that was fast before. The
-//! map of the turn ([`super::turn_map`]) is then scanned for changes of the sign of E(2π) − E(0), so that two periodic motions closer together than the scan's
-//! mesh (half a per cent of the speed) may be overlooked.
+//! Let M(w*) = τ on the falling characteristic. A motion that is faster than w* everywhere loses energy, hence every periodic
+//! motion crosses w* or stays below it. A periodic motion that crosses w* keeps within ½ J_min w*² ≤ E ≤ ½ J_max w*², as long as
+//! the torque exceeds the load between the slowest of these speeds and w*. If the characteristic falls at all these speeds, |s| <
+//! s_K, there is one such periodic motion, it is stable, and it is the fastest. Otherwise there may be several. **Of the stable
+//! periodic motions the fastest is taken**: a machine that slows down reaches this one. The map of the turn ([`super::turn_map`])
+//! is then scanned for changes of the sign of E(2π) − E(0), so that two periodic motions closer together than the scan's mesh (half
+//! a per cent of the speed) may be overlooked.
 //!
 //! Source: W. Walter, *Ordinary Differential Equations*, Springer 1998, § 9 (lower and upper solutions).
 
@@ -22,22 +22,22 @@ use crate::numerics::double_double::Double;
 use crate::numerics::work::Work;
 use std::cell::Cell;
 
-/// How many speeds of the scan lie where periodic motions without load can lie, and how many below.
+/// The number of speeds that the scan tries in the range of the periodic motions without load, and below it.
 const SCAN: usize = 80;
 const SCAN_BELOW: usize = 32;
 
 /// A periodic motion.
 pub struct PeriodicMotion {
-    /// The state at the angle that was asked for.
+    /// The state at the requested angle.
     pub state: State,
     /// T (s).
     pub period: f64,
-    /// Whether there are others beside it.
+    /// Whether there are other periodic motions.
     several: bool,
 }
 
 impl PeriodicMotion {
-    /// That it was found, at the `time` of the start (s).
+    /// The event for the log, at the `time` of the start (s).
     pub fn event(&self, time: f64) -> Event {
         let kind = if self.several {
             "several periodic motions exist; the fastest stable one was taken"
@@ -48,12 +48,12 @@ impl PeriodicMotion {
     }
 }
 
-/// The periodic motion at the angle `phi` (rad) under the load that acts now; `mesh` is that of the shaft.
+/// The periodic motion at the angle `phi` (rad) under the present load; `mesh` is the shaft's.
 pub fn periodic_motion(shaft: &Shaft, mesh: &Mesh, phi: f64) -> Result<PeriodicMotion, Fault> {
     let work = Cell::new(Work::default());
     let outcome = search(shaft, mesh, phi, &work);
     if work.get().is_exhausted() {
-        // What was found since is no result.
+        // A motion found with the work used up is no result.
         return Err(search_too_much(
             "choose a larger `motor.s_k`, a larger `J0` or smaller masses, a coarser solver.tolerance, or `given`",
         ));

@@ -5,8 +5,7 @@
 //!
 //! exp ∮ ∂N/∂E dψ,  N = σ(M_an − τ),  ∂N/∂E = M_an′(ω)/(Jω):
 //!
-//! positive, however steep the characteristic. Solutions that disturbances leave are found backwards, where disturbances come
-//! back to them.
+//! positive, however steep the characteristic. Unstable solutions are found backwards in time, which makes them stable.
 //!
 //! With a lagging torque the map has two dimensions ([`super::lagging_turn`]).
 
@@ -32,33 +31,33 @@ pub(super) const ROUNDING: f64 = 4e-15;
 /// Iterations of the shooting; the secant method needs a handful, bisection fifty.
 const ITERATIONS: usize = 80;
 
-/// Below this part of the first energy a machine has come to rest: a billionth of the speed.
+/// Below this part of the first energy, a billionth of the speed, a machine has come to rest.
 const REST: f64 = 1e-18;
 
 /// Steps of a turn; a motor that is synchronous for a hundred-thousandth of the turn only takes some hundred.
 const MOST_STEPS: usize = 200_000;
 
-/// A table of 2/J beside the evaluations of J for it (nominal µs).
+/// Cost of a table of 2/J without the evaluations of J for it (nominal µs).
 const TABLE: f64 = 0.5;
 
-/// Cost of a step that evaluates N so often (nominal µs).
+/// Cost of a step with so many evaluations of N (nominal µs).
 pub(super) fn cost_of_step(evaluations: f64) -> f64 {
     0.15 + 0.03 * evaluations
 }
 
-/// Result of a turn from the beginning of the mesh on.
+/// Result of a turn from the start of the mesh.
 pub struct Shot {
     /// E(2π) − E(0) (J).
     pub gain: f64,
-    /// The slope of the map, about.
+    /// The approximate slope of the map.
     pub slope: f64,
     /// The time of the turn (s).
     pub period: f64,
 }
 
 impl Shot {
-    /// d gain/dE at the `energy` of this turn: by a secant, since the slope of the map is known to some digits only. Takes the place
-    /// of the turn `before`, of which it uses energy and gain.
+    /// d gain/dE at the `energy` of this turn: by a secant, since the slope of the map is known to some digits only. It uses energy
+    /// and gain of the turn `before` and replaces it by this one.
     pub(super) fn rise(&self, energy: f64, before: &mut Option<(f64, f64)>) -> f64 {
         match before.replace((energy, self.gain)) {
             Some((other, its_gain)) if other != energy => (self.gain - its_gain) / (energy - other),
@@ -75,25 +74,26 @@ pub struct TurnMap<'a> {
     /// N over the speed.
     pub torques: Torques,
     tolerance: f64,
-    /// E at the beginning of the turn on the periodic motion, about: that of the mean √J at the speed that balances the load.
+    /// E at the start of the turn on the periodic motion, approximately: the energy with the mean √J at the speed that balances the
+    /// load.
     pub(super) first_energy: Option<f64>,
-    /// Steps in a turn with more of which the machine is given up.
+    /// The most steps in a turn; beyond that the machine is given up.
     pub(super) most_steps: usize,
-    /// Work that the call has left; a study takes as much as it needs.
+    /// The remaining work of the call; a study takes as much as it needs.
     work: Option<&'a Cell<Work>>,
 }
 
 impl<'a> TurnMap<'a> {
-    /// The map of a machine with this mesh against the load `tau` (N·m), in the sense in which its motor turns, with what is left
-    /// of the `work`; a study takes as much as it needs.
+    /// The map of a machine with this mesh against the load `tau` (N·m), in the motor's sense of rotation, with the remaining
+    /// `work`; a study takes as much as it needs.
     ///
     /// # Errors
-    /// Where the mesh of this tolerance takes too much.
+    /// The mesh of this tolerance takes too much work.
     pub fn new(own: &Mesh, tau: f64, tolerance: f64, work: Option<&'a Cell<Work>>) -> Result<Self, Fault> {
         let torques = Torques::against(&own.motor, tau, own.motor.sense());
         let root = |speed: f64| own.mean_root * speed;
         let first_energy = torques.balance().map(root).map(|root| 0.5 * root * root);
-        // The machine's own mesh serves where it is fine enough.
+        // The machine's own mesh serves if it is fine enough.
         let mesh = if own.tolerance <= tolerance {
             own.clone()
         } else {
@@ -102,7 +102,7 @@ impl<'a> TurnMap<'a> {
         Ok(TurnMap { mesh, torques, tolerance, first_energy, most_steps: MOST_STEPS, work })
     }
 
-    /// The map for the way back.
+    /// The map backwards in time.
     pub fn backwards(&self) -> Self {
         TurnMap { torques: self.torques.backwards(), ..self.clone() }
     }
@@ -111,15 +111,15 @@ impl<'a> TurnMap<'a> {
         self.torques.sense > 0.0
     }
 
-    /// The beginning of the turn with this energy.
+    /// The start of the turn with this energy.
     fn beginning(&self, energy: f64) -> Position {
         let cells = self.mesh.cells();
         let cell = if self.forward() { 0 } else { cells.len() - 1 };
         Position { energy: Double::from(energy), angle: cells[cell].entry(self.forward()), cell, ..Position::default() }
     }
 
-    /// Follows the machine from the beginning of a turn with this energy; `most` sees every step and bounds the next one, or
-    /// ends the journey. None where the machine comes to rest.
+    /// Follows the machine from the start of a turn with this energy. `most` sees every step and bounds the next one, or ends the
+    /// journey. None if the machine comes to rest.
     fn travel(
         &self,
         energy: f64,
@@ -144,7 +144,7 @@ impl<'a> TurnMap<'a> {
         None
     }
 
-    /// A turn that begins with this energy; None where the machine comes to rest.
+    /// A turn that begins with this energy; None if the machine comes to rest.
     pub fn shoot(&self, energy: f64) -> Option<Shot> {
         self.follow(energy, |_| ())
     }
@@ -172,7 +172,7 @@ impl<'a> TurnMap<'a> {
             (!there && position.turns == 0.0)
                 .then(|| if position.cell == cell { ahead(position) } else { f64::INFINITY })
         });
-        // At the very beginning there is no step to take.
+        // At the very start there is no step to take.
         let beginning = self.beginning(energy);
         if beginning.cell == cell && ahead(&beginning) <= 0.0 { Some(beginning.energy) } else { Some(end?.energy) }
     }
@@ -198,8 +198,7 @@ impl<'a> TurnMap<'a> {
         (stable, motions)
     }
 
-    /// The fixed point between `low`, from which the machine speeds up, and `high`, from which it slows down, and the
-    /// period.
+    /// The fixed point between `low`, from which the machine speeds up, and `high`, from which it slows down, and the period.
     pub fn refine(&self, (mut low, mut high): (f64, f64)) -> Option<(f64, f64)> {
         let mut energy = self.first_energy.filter(|e| *e > low && *e < high).unwrap_or(0.5 * (low + high));
         let mut best = None;
@@ -219,7 +218,7 @@ impl<'a> TurnMap<'a> {
             }
             let rise = shot.rise(energy, &mut before);
             let wanted = energy - gain / rise;
-            // The rest is rounding, of which a secant would make a slope.
+            // The rest is rounding, from which a secant would make a slope.
             if gain.abs() <= ROUNDING * energy {
                 best = Some((if rise == 0.0 { energy } else { wanted }, period));
                 break;

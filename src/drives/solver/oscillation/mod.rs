@@ -1,7 +1,6 @@
 //! One oscillator on a driven shaft, in operation: q̈ = f(φ, ω, α, q, q̇) with φ(t) given by a constant speed or by inputs.
 //!
-//! What differs from drive to drive is its [`Equation`]; a drive adds its names. Two ways lead from one communication point to the
-//! next:
+//! Drives differ by their [`Equation`]; a drive adds its names. Two ways lead from one communication point to the next:
 //!
 //! - *table*, for a linear equation at constant speed (module `turn`): all motions over a period as polynomials, so that a step
 //!   costs the same however long it is;
@@ -46,32 +45,32 @@ pub struct Oscillation<E: Equation> {
     pub(in crate::drives) cam: CamDrive<E::Law>,
     pub(in crate::drives) start: Start,
     pub(in crate::drives) solver: Solver,
-    /// The parameters with which the last internal step was made.
+    /// The parameters of the last internal step.
     used: E::Parameters,
-    /// Whether they have been changed since.
+    /// Whether they have changed since then.
     tuned: bool,
     /// φ(t) through the communication point.
     pub(in crate::drives) motion: AngleMotion,
     integrator: Collocation<2>,
-    /// The internal step of fixed cost at constant speed where none is asked for (s).
+    /// The default internal step of fixed cost at constant speed (s).
     usual_step: f64,
     /// The linear equation at constant speed over its period; follows from the parameters, and all instances with the same ones
     /// share it.
     #[serde(skip)]
     pub(in crate::drives) table: Option<Arc<Table<E>>>,
-    /// The way through the table; None while the integrator is at work.
+    /// The way through the table; None while the integrator works.
     pub(in crate::drives) trajectory: Option<Trajectory>,
-    /// ln of the largest modulus of the Floquet multipliers over a turn; 0 where it is not known.
+    /// ln of the largest modulus of the Floquet multipliers over a turn; 0 if it is unknown.
     pub(in crate::drives) growth: f64,
     /// The segments at the end of the integrator's last step.
     segments: Segments,
-    /// The input F; None where the equation has none.
+    /// The input F; None if the equation has none.
     pub(in crate::drives) force: Option<Signal>,
     /// Whether a load has been changed since the last internal step.
     pub(in crate::drives) loaded_anew: bool,
-    /// Whether it has been told that the cam pulls.
+    /// Whether the log has reported that the cam pulls.
     told: bool,
-    /// What the roundings of the law's coefficients make of q̈ at the speed 1 rad/s; see [`Equation::roundings`].
+    /// The effect of the roundings of the law's coefficients on q̈ at the speed 1 rad/s; see [`Equation::roundings`].
     roundings: f64,
     /// The largest errors of q and q̇ by the roundings of law and inputs, and the largest |q| and |q̇| so far.
     shaken: [f64; 2],
@@ -80,7 +79,7 @@ pub struct Oscillation<E: Equation> {
     pub(in crate::drives) time: f64,
     /// q (rad or m) and q̇ there.
     pub(in crate::drives) state: [f64; 2],
-    /// φ, ω, q, q̇ at the end of the previous communication step, from which jumps of the inputs are counted.
+    /// φ, ω, q, q̇ at the end of the previous communication step, from which jumps of the inputs count.
     pub(in crate::drives) before: [f64; 4],
     pub(in crate::drives) log: EventLog,
 }
@@ -198,13 +197,13 @@ impl<E: Equation> Oscillation<E> {
         Ok(())
     }
 
-    /// Refuses loads that were changed to what makes no law.
+    /// Refuses changed loads that make no law.
     pub(in crate::drives) fn check_loads(&self) -> Result<(), Fault> {
         let changed = self.equation.load().as_ref().filter(|_| self.loaded_anew);
         changed.map_or(Ok(()), |load| load.validate("load"))
     }
 
-    /// Takes up parameters and inputs at the communication point `time` (s); whether the shaft jumps there.
+    /// Takes up parameters and inputs at the communication point `time` (s); returns whether the shaft jumps there.
     pub(in crate::drives) fn take_up(&mut self, time: f64) -> bool {
         self.time = time;
         self.tuned = self.loaded_anew || self.used != self.equation.parameters();
@@ -213,7 +212,7 @@ impl<E: Equation> Oscillation<E> {
             let ([phi, w, a, ..], [before, speed, q, v]) = (self.motion.coefficients, self.before);
             self.state = [q, v];
             if !goes_on([before, speed, a], [phi, w], time) {
-                // Place and speed of the mass do not jump, so q and q̇ take up the jumps of what they count from.
+                // Place and speed of the mass do not jump, so q and q̇ take up the jumps of the motion that they count from.
                 let [now, before] = [[phi, w], [before, speed]].map(|[phi, w]| {
                     let f = Flow { phi, w, a, q, v, force: 0.0 };
                     self.equation.base(&self.local(E::at, &f), &f)
@@ -238,7 +237,7 @@ impl<E: Equation> Oscillation<E> {
         self.go_further(time, target)
     }
 
-    /// Tells when the cam begins to pull.
+    /// Logs when the cam begins to pull.
     pub(in crate::drives) fn watch(&mut self) {
         let forces = self.equation.contact(|| self.now(E::at));
         tell_of_pull(&mut self.told, forces, self.time, 0, &mut self.log);
@@ -249,7 +248,7 @@ impl<E: Equation> Oscillation<E> {
     #[inline(never)]
     fn go_further(&mut self, time: f64, target: f64) -> Result<(), Fault> {
         if self.tuned {
-            // Tabulating anew would allocate within a step, and who tunes once may tune again.
+            // A new table would allocate within a step, and a user who tunes once may tune again.
             self.trajectory = None;
         }
         if let (Some(trajectory), Some(table)) = (&mut self.trajectory, &self.table)
@@ -281,7 +280,7 @@ impl<E: Equation> Oscillation<E> {
         let (mut moving, integrator) = self.moving();
         let mut limit = FAR;
         if on_inputs {
-            // The motion is known up to the end of the communication step only.
+            // The motion is only known up to the end of the communication step.
             limit = Double::from(target);
         }
         if on_shaft {
@@ -290,7 +289,7 @@ impl<E: Equation> Oscillation<E> {
             let alike = usual.min(target - time);
             let push = push_of_rounding([phi, w, a], time, slope, alike);
             integrator.disturb([0.0, push]);
-            // Where the rounding of the inputs, a quarter of the last place in the mean, is taken for no jump, the mass keeps neither
+            // If the rounding of the inputs, a quarter of the last place in the mean, counts as no jump, the mass keeps neither
             // place nor speed.
             let [place, speed] = moving.base([phi, w]).map(|base| 0.25 * f64::EPSILON * base);
             integrator.shake([place, speed.abs() + roundings * w * w * alike]);
@@ -310,22 +309,22 @@ impl<E: Equation> Oscillation<E> {
         let error = control.error_estimate(&statistics, on_inputs);
         self.solver.steps = statistics.steps as f64;
         self.solver.evaluations = statistics.evaluations as f64;
-        // By how much q and q̇ are shaken, which may begin small, counts against the motion as it has become.
+        // The disturbances of q and q̇, which may begin small, count against the motion as it has become.
         let shaken = |c: usize| ROUNDINGS * self.shaken[c] / self.largest[c];
         let before = if on_inputs { shaken(0).max(shaken(1)) } else { self.solver.error_estimate };
         self.solver.error_estimate = error.max(before);
         Ok(())
     }
 
-    /// Called when it was read from bytes: rebuilds what the serialisation leaves out.
+    /// Rebuilds, after reading from bytes, the parts that the serialisation leaves out.
     pub(in crate::drives) fn resume(&mut self, made: &Self) -> Result<(), Fault> {
         self.cam.take(&made.cam);
-        // Of a load, too, only the parameters count.
+        // Only the parameters of a load count, too.
         self.equation = made.equation.clone();
-        // What is no law is refused when it starts.
+        // A law that is none is refused at the start.
         let _ = self.equation.prepare(&self.cam.law);
         if self.loaded_anew {
-            // They are those of a process force that has changed since; the next step finds them anew.
+            // They belong to a process force that has changed since; the next step finds them anew.
             self.segments = [0; 2];
         }
         let breakpoints = self.equation.breakpoints(&self.cam.law);
@@ -347,7 +346,7 @@ impl<E: Equation> Oscillation<E> {
         Ok(())
     }
 
-    /// The oscillator on its way to the next communication point, and the integrator; of a call the only one that takes work.
+    /// The oscillator on its way to the next communication point, and the integrator; the only one of a call that takes work.
     pub(in crate::drives) fn moving(&mut self) -> (Moving<'_, E>, &mut Collocation<2>) {
         let [phi, w, a, ..] = self.motion.coefficients;
         let rounding = if self.cam.is_input() { half_a_place([phi, w, a], self.time) } else { 0.0 };
@@ -368,7 +367,7 @@ impl<E: Equation> Oscillation<E> {
         moving.locate(time, &y);
     }
 
-    /// The equation with these parameters over a period, tabulated unless it is that already.
+    /// The equation with these parameters over a period, tabulated unless it already is.
     fn tabulate(&mut self, parameters: E::Parameters) -> Arc<Table<E>> {
         let (equation, tolerance) = (self.equation.with(parameters), self.solver.effective_tolerance());
         let known = self.table.take().filter(|table| table.is_for(&equation, &self.cam, tolerance));
@@ -376,14 +375,14 @@ impl<E: Equation> Oscillation<E> {
         self.table.insert(table).clone()
     }
 
-    /// Whether the motion is known up to the end of the communication step only.
+    /// Whether the motion is only known up to the end of the communication step.
     fn is_on_inputs(&self) -> bool {
         self.cam.is_input() || self.force.is_some()
     }
 
-    /// The rule for the internal steps on the way to `target`. At constant speed the grid of fixed cost starts with the
-    /// simulation; on inputs, whose motion has its corners at the communication points, it divides the communication
-    /// step equally, by the longest steps that do not exceed what is asked for. Where nothing is, they are `usual` (s).
+    /// The rule for the internal steps on the way to `target`. At constant speed the grid of fixed cost starts with the simulation;
+    /// on inputs, whose motion has its corners at the communication points, it divides the communication step equally, by the
+    /// longest steps that do not exceed the requested ones, by default `usual` (s).
     fn control(&self, target: f64, usual: f64) -> StepControl {
         let Settings { method, step_size, .. } = self.solver.settings;
         if method == Method::Adaptive {
@@ -397,8 +396,8 @@ impl<E: Equation> Oscillation<E> {
         StepControl::Grid { origin: self.time, step: length / (length / step).ceil().max(1.0) }
     }
 
-    /// The internal step of fixed cost on the way to `target` where none is asked for (s): half a radian of the fastest
-    /// vibration, or what the law allows at the highest speed, whichever is shorter.
+    /// The default internal step of fixed cost on the way to `target` (s): half a radian of the fastest vibration, or what the law
+    /// allows at the highest speed, whichever is shorter.
     fn usual_step(&self, target: f64) -> f64 {
         let Pace { frequency, angle, speed } = self.equation.pace(&self.cam.law, self.state);
         let speed_at = |time: f64| self.motion.at(time).kinematics.0[1].abs();
@@ -411,7 +410,7 @@ impl<E: Equation> Oscillation<E> {
         self.before = [phi, w, self.state[0], self.state[1]];
     }
 
-    /// The law where drive and oscillator are so.
+    /// The law in the present state of drive and oscillator.
     #[inline]
     fn local(&self, at: impl Fn(&E, &E::Law, Segments, &Flow<f64>) -> E::Local, f: &Flow<f64>) -> E::Local {
         at(&self.equation, &self.cam.law, self.equation.segments(&self.cam.law, f), f)
@@ -430,8 +429,8 @@ impl<E: Equation> Oscillation<E> {
         (self.local(at, &Flow { phi: shaft.reduced, ..f }), f)
     }
 
-    /// Drive and oscillator as functions of time, each pass of the equation yielding one more derivative of q̇, or of one input or
-    /// one of the two `states`, which are place and speed of the mass, the others held.
+    /// Drive and oscillator as functions of time; each pass of the equation yields one more derivative of q̇. Or as functions of
+    /// one input or one of the two `states`, place and speed of the mass, with the others constant.
     pub(in crate::drives) fn along(
         &self,
         seed: Seed,

@@ -1,7 +1,7 @@
-//! Where the cam leaves a segment of its law.
+//! The instant at which the cam leaves a segment of its law.
 //!
-//! The way of the cam over a step is a polynomial, φ of the drive and q of the collocation: however briefly the cam leaves
-//! its segment, the certified first root tells.
+//! The motion of the cam over a step is a polynomial, φ of the drive plus q of the collocation: its certified first root shows
+//! every exit from the segment, however brief.
 
 use crate::drives::follower::flow::Flow;
 use crate::drives::shaft::cam_drive::AngleMotion;
@@ -11,30 +11,30 @@ use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::{Double, two_sum};
 use std::f64::consts::TAU;
 
-/// Those of the way: φ is of degree 10 at most, q of less.
+/// Coefficients of this polynomial: φ is of degree 10 at most, q of less.
 const COEFFICIENTS: usize = 11;
 
-/// Where in its segment the cam was at the start of a step.
+/// The position of the cam in its segment at the start of a step.
 pub struct Place {
     /// The angle from the start of the segment (rad).
     offset: f64,
     /// The length of the segment (rad).
     span: f64,
-    /// When (s).
+    /// The time (s).
     start: Double,
     /// φ, reduced (rad), and q (rad).
     phi: f64,
     q: f64,
-    /// Whether the law is taken at φ + q, else at φ.
+    /// Whether the law is taken at φ + q instead of φ.
     carried: bool,
 }
 
 /// The cam leaves its segment.
 #[derive(Clone, Copy)]
 pub struct Exit {
-    /// When (s).
+    /// The time (s).
     pub time: Double,
-    /// Whether by the end of the segment.
+    /// Whether it leaves at the end of the segment.
     pub forward: bool,
 }
 
@@ -44,12 +44,12 @@ impl Place {
         let lower = breakpoints[segment];
         let upper = breakpoints.get(segment + 1).copied().unwrap_or(breakpoints[0] + TAU);
         let span = upper - lower;
-        // Nearest to the middle: a cam a little before the segment is not almost a turn behind it.
+        // Nearest to the middle: a cam slightly before the segment must not count as almost a turn after it.
         let offset = 0.5 * span + angle::reduce(two_sum(f.argument(carried), -0.5 * (lower + upper)));
         Place { offset, span, start, phi: f.phi, q: f.q, carried }
     }
 
-    /// Where the cam leaves the segment in the last step of `integrator`, on this `motion` of the drive.
+    /// The exit from the segment in the last step of `integrator`, on this `motion` of the drive.
     pub fn exit(&self, motion: &AngleMotion, integrator: &Collocation<2>) -> Option<Exit> {
         let length = (integrator.end() - self.start).hi;
         let mut way = growth(motion, self.start, length);
@@ -63,15 +63,15 @@ impl Place {
         Some(Exit { time: self.start + Double::from(theta * length), forward })
     }
 
-    /// The time (s) by which the step that was to end at the breakpoint, and did in the state `f`, ended too late: by the
-    /// polynomial of the longer step the breakpoint is known to the accuracy of polynomials alone.
+    /// The time (s) by which a step to the breakpoint, which ended in the state `f`, ended too late: the polynomial of the longer
+    /// step locates the breakpoint only to the accuracy of polynomials.
     pub fn delay(&self, f: &Flow<f64>, forward: bool) -> f64 {
         self.beyond(f, forward) / f.turning(self.carried)
     }
 
     /// The angle (rad) from the breakpoint to the state `f`.
     pub fn beyond(&self, f: &Flow<f64>, forward: bool) -> f64 {
-        // Less than half a turn per step, so the difference of reduced angles tells the way.
+        // Less than half a turn per step, so the difference of reduced angles shows the direction.
         let turned = angle::reduce(two_sum(f.phi, -self.phi)) + if self.carried { f.q - self.q } else { 0.0 };
         self.offset + turned - if forward { self.span } else { 0.0 }
     }

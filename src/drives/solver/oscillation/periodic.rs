@@ -12,10 +12,10 @@ use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::{Affine, Period, fixed_point, spectral_radius};
 
-/// Newton iterations for the nonlinear equation; it doubles the digits, so more mean that there is no solution near.
+/// Newton iterations for the nonlinear equation; they double the digits, so more mean that there is no solution near.
 const ITERATIONS: usize = 20;
 
-/// Turns for which the nonlinear drive runs in where Newton's method fails from the linear solution.
+/// Turns for which the nonlinear drive runs in if Newton's method fails from the linear solution.
 const RUN_IN: usize = 300;
 
 /// (q, q̇) one turn after `start`.
@@ -62,7 +62,7 @@ fn turn_map<E: Equation>(
     Ok(Affine { matrix, shift })
 }
 
-/// The periodic (q, q̇) at `start`; refused where it is not found or does not attract.
+/// The periodic (q, q̇) at `start`; refused if it is not found or does not attract.
 pub fn periodic<E: Equation>(
     moving: &mut Moving<E>,
     table: &Table<E>,
@@ -98,12 +98,11 @@ pub fn periodic<E: Equation>(
     }
 }
 
-/// The fixed point of the turn map of a linear equation whose period is too long to be computed as a whole: three turns show
-/// the map.
+/// The fixed point of the turn map of a linear equation whose period is too long to be tabulated: three turns show the map.
 fn linear<E: Equation>(moving: &mut Moving<E>, start: f64, tolerance: f64) -> Result<Option<[f64; 2]>, Fault> {
     let frequency = moving.equation.pace(moving.law, [0.0; 2]).frequency;
     let shift = one_turn(moving, start, [0.0; 2], tolerance)?;
-    // As large as the motion, so that neither is lost in the roundings of the other; any size where nothing moves.
+    // As large as the motion, so that neither is lost in the roundings of the other; any size at rest.
     let q = shift[0].abs().max(shift[1].abs() / frequency).max(1e-9);
     let mut matrix = [[0.0; 2]; 2];
     for (c, size) in [q, q * frequency].into_iter().enumerate() {
@@ -129,7 +128,7 @@ fn run_in<E: Equation>(moving: &mut Moving<E>, start: f64, tolerance: f64) -> Re
     Ok(y)
 }
 
-/// Newton's method on the turn map of the nonlinear equation; None where it does not converge.
+/// Newton's method on the turn map of the nonlinear equation; None if it does not converge.
 fn shoot<E: Equation>(
     moving: &mut Moving<E>,
     start: f64,
@@ -139,7 +138,7 @@ fn shoot<E: Equation>(
     let frequency = moving.equation.pace(moving.law, guess).frequency;
     let mut y = guess;
     for _ in 0..ITERATIONS {
-        // Differences over 1e-4 of the motion: a truncation of 1e-8 of it, a rounding of 1e-10.
+        // Differences over 1e-4 of the motion: a truncation of 1e-8 and a rounding of 1e-10 of it.
         let q = y[0].abs().max(y[1].abs() / frequency).max(1e-9);
         let size = [1e-4 * q, 1e-4 * q * frequency];
         let map = turn_map(moving, start, y, size, tolerance)?;

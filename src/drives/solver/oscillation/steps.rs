@@ -1,4 +1,4 @@
-//! Integration of the oscillator: Gauss collocation, with steps that end where the law has a breakpoint.
+//! Integration of the oscillator: Gauss collocation, with steps that end at the breakpoints of the law.
 
 use super::passage::{Exit, Place};
 use crate::drives::follower::equation::{Equation, Segments, Words};
@@ -13,43 +13,43 @@ use crate::numerics::collocation::{Collocation, Failure, System};
 use crate::numerics::double_double::Double;
 use crate::numerics::work::{EVALUATION, Work};
 
-/// How often the end of a step at a breakpoint is corrected by Newton's method: from an error of 1e-4 of the way the
-/// first correction leaves its square, the second that of this.
+/// How often Newton's method corrects the end of a step at a breakpoint: from an error of 1e-4 of the way the first correction
+/// leaves its square, the second the square of this.
 const CORRECTIONS: u64 = 2;
 
 /// Breakpoints of the law that an internal step of fixed cost may pass. The default step passes one on the average; the
 /// densest laws put five of them into the angle of two.
 const MOST_PASSAGES: u64 = 8;
 
-/// Attempts that an internal step of fixed cost may take: at each passage one to find it, one to end there, and the corrections.
+/// Attempts of an internal step of fixed cost: at each passage one to find it, one to end there, and the corrections.
 pub const ATTEMPTS: u64 = MOST_PASSAGES * (2 + CORRECTIONS);
 
-/// Newton iterations in a step of fixed cost: a linear equation is solved by one; a nonlinear one differs from its
-/// linearisation by some q, and four iterations leave q¹⁶ of that.
+/// Newton iterations in a step of fixed cost: one solves a linear equation; a nonlinear one differs from its linearisation by some
+/// q, and four iterations leave q¹⁶ of that.
 const ITERATIONS: [usize; 2] = [4, 1];
 
 /// The oscillator as a system of first order, y = (q, q̇), while its law is in one segment.
 pub struct Moving<'a, E: Equation> {
     /// The equation.
     pub equation: &'a E,
-    /// What depends on the angle.
+    /// The law over the angle.
     pub law: &'a E::Law,
     /// φ(t).
     pub motion: &'a AngleMotion,
-    /// The segments of the law and of what depends on the angle of the drive.
+    /// The segments of the law and of the process force.
     pub segments: &'a mut Segments,
-    /// The input F, and when its step began (s).
+    /// The input F, and the start of its step (s).
     pub force: Option<(&'a Signal, f64)>,
     /// Rounding error of φ (rad).
     pub rounding: f64,
-    /// ln of the largest modulus of the Floquet multipliers over a turn; 0 where it is not known.
+    /// ln of the largest modulus of the Floquet multipliers over a turn; 0 if it is unknown.
     pub growth: f64,
-    /// Work that the call has left.
+    /// The remaining work of the call.
     pub work: Work,
 }
 
 impl<'a, E: Equation> Moving<'a, E> {
-    /// The oscillator on a motion of the shaft that is not rounded.
+    /// The oscillator on a motion of the shaft without rounding.
     pub fn new(equation: &'a E, law: &'a E::Law, motion: &'a AngleMotion, segments: &'a mut Segments) -> Self {
         Moving { equation, law, motion, segments, force: None, rounding: 0.0, growth: 0.0, work: Work::default() }
     }
@@ -66,13 +66,13 @@ impl<'a, E: Equation> Moving<'a, E> {
         self.equation.at(self.law, *self.segments, f)
     }
 
-    /// Finds the segments in which the law is at `t`.
+    /// Finds the segments of the law at `t`.
     pub fn locate(&mut self, t: Double, y: &[f64; 2]) {
         *self.segments = self.equation.segments(self.law, &self.flow(t, y));
     }
 
-    /// Steps until the last one ends at or beyond `target`, nowhere beyond `limit`. Where this is far the steps do not depend on
-    /// where the target lies.
+    /// Steps until the last one ends at or beyond `target`, nowhere beyond `limit`. If `limit` is far the steps do not depend on
+    /// the target.
     pub fn integrate(
         &mut self,
         integrator: &mut Collocation<2>,
@@ -94,7 +94,7 @@ impl<'a, E: Equation> Moving<'a, E> {
         while (target - integrator.end()).hi > 0.0 {
             let (time, before) = (integrator.end().hi, integrator.statistics.evaluations);
             self.step(integrator, limit, control).map_err(|failure| self.failed(failure, control))?;
-            // A step that evaluated nothing would be taken for ever.
+            // A step without evaluations would repeat for ever.
             let evaluations = (integrator.statistics.evaluations - before).max(1);
             self.work.draw(cost * evaluations as f64).map_err(|_| self.too_much(control, way, time))?;
             if let StepControl::Grid { step, .. } = control
@@ -112,7 +112,7 @@ impl<'a, E: Equation> Moving<'a, E> {
         Ok(())
     }
 
-    /// A step failed.
+    /// The fault of a failed step.
     fn failed(&self, failure: Failure, control: StepControl) -> Fault {
         let Words { quantity, turning, parameters, .. } = self.equation.words();
         let (Failure::Stalled { time } | Failure::Unbounded { time }) = failure;
@@ -130,7 +130,7 @@ impl<'a, E: Equation> Moving<'a, E> {
         Fault::new(format!("{quantity} cannot be computed beyond t = {} s{why}", Rounded(time)))
     }
 
-    /// The work is used up at `time` (s) on the way from one time to another.
+    /// The fault of work used up at `time` (s) on the way from one time to another.
     fn too_much(&self, control: StepControl, way: [f64; 2], time: f64) -> Fault {
         let Words { turning, frequency, .. } = self.equation.words();
         let grid = matches!(control, StepControl::Grid { .. });
@@ -139,7 +139,7 @@ impl<'a, E: Equation> Moving<'a, E> {
         step_too_much(way, time, &self.motion.told(turning, way), &hint)
     }
 
-    /// One step, shortened to where the law leaves its segment.
+    /// One step, shortened to the end of the law's segment.
     fn step(&mut self, integrator: &mut Collocation<2>, limit: Double, control: StepControl) -> Result<(), Failure> {
         if self.equation.breakpoints(self.law).iter().all(|list| list.is_empty()) {
             return self.step_smoothly(integrator, limit, control);
@@ -147,14 +147,14 @@ impl<'a, E: Equation> Moving<'a, E> {
         if let Some(segments) = self.step_to_breakpoint(integrator, limit, control)? {
             *self.segments = segments;
             if matches!(control, StepControl::Tolerance(_)) {
-                // Behind a dwell, in which the oscillator dies out or swings fast, another motion begins.
+                // After a dwell, in which the oscillator dies out or swings fast, another motion begins.
                 integrator.forget();
             }
         }
         Ok(())
     }
 
-    /// One step to `limit` at most or the first breakpoint; the segments beyond it where the step ends there.
+    /// One step to `limit` at most or the first breakpoint; returns the segments beyond it if the step ends there.
     fn step_to_breakpoint(
         &self,
         integrator: &mut Collocation<2>,
@@ -186,7 +186,7 @@ impl<'a, E: Equation> Moving<'a, E> {
             integrator.return_to(&before);
             self.step_smoothly(integrator, exit.time, control)?;
             if (exit.time - integrator.end()).hi > 0.0 {
-                // The tolerance asks for a shorter step, so the way to the breakpoint is left to the next one.
+                // The tolerance needs a shorter step, so the way to the breakpoint is left to the next one.
                 return Ok(None);
             }
             f = self.flow(integrator.end(), &integrator.state());
@@ -199,36 +199,36 @@ impl<'a, E: Equation> Moving<'a, E> {
             }
             exit.time = better;
         }
-        // What lies no farther away than roundings is passed at once.
+        // A breakpoint within roundings is passed at once.
         if let (Some(place), Some(exit)) = (&places[1 - first], &exits[1 - first])
             && place.beyond(&f, exit.forward).abs() <= 4.0 * OVERRUN
         {
             beyond[1 - first] = behind(1 - first, exit);
         }
         let (jump, passed) = (self.jump(integrator, beyond), (integrator.end() - before.end()).hi);
-        // What q̇ would have gained beyond the breakpoint, at the speed that the law is passed with now.
+        // The gain of q̇ beyond the breakpoint, at the present speed of passage.
         integrator.push(1, jump * delay.abs().min(passed).copysign(delay));
-        // Unknown are some roundings of angles near 2π, and what the speed changes meanwhile.
+        // Unknown are some roundings of angles near 2π, and the change of the speed meanwhile.
         let late = (4.0 * f64::EPSILON + self.rounding + 0.5 * f.a.abs() * delay * delay) / f.turning(carried).abs();
         integrator.disturb([0.0, jump * late.min(passed)]);
         Ok(Some(beyond))
     }
 
-    /// Difference of q̈ between the segments `beyond` and the present ones where the last step ended (rad/s²).
+    /// Difference of q̈ at the end of the last step between the segments `beyond` and the present ones (rad/s²).
     fn jump(&self, integrator: &Collocation<2>, beyond: Segments) -> f64 {
         let f = self.flow(integrator.end(), &integrator.state());
         let acceleration = |segments| self.equation.acceleration(&self.equation.at(self.law, segments, &f), &f);
         acceleration(beyond) - acceleration(*self.segments)
     }
 
-    /// Whether the speed errs by more than the last step itself where the segments `beyond` are entered late by `delay`.
-    /// Where q̈ is continuous the accelerations on both sides differ by the delay, too, and it seldom does.
+    /// Whether a delay in entering the segments `beyond` adds more error of the speed than the last step itself. If q̈ is
+    /// continuous, the accelerations on both sides also differ by the delay, and the error seldom matters.
     fn matters(&self, integrator: &Collocation<2>, beyond: Segments, delay: f64) -> bool {
         let error = self.jump(integrator, beyond) * delay;
         error.abs() > integrator.end_error()[1].max(f64::EPSILON * integrator.state()[1].abs())
     }
 
-    /// One step in which the law stays in its segment, or on the continuation of it.
+    /// One step in which the law stays in its segment, or on its continuation.
     fn step_smoothly(
         &self,
         integrator: &mut Collocation<2>,
@@ -238,7 +238,7 @@ impl<'a, E: Equation> Moving<'a, E> {
         control.step(integrator, self, limit, ITERATIONS[usize::from(self.equation.is_linear())])
     }
 
-    /// Place and speed of what q counts from where the shaft has the angle `phi` (rad) and the speed `w` (rad/s).
+    /// Place and speed of the origin of q for the shaft at the angle `phi` (rad) with the speed `w` (rad/s).
     pub fn base(&self, [phi, w]: [f64; 2]) -> [f64; 2] {
         let f = Flow { phi, w, a: 0.0, q: 0.0, v: 0.0, force: 0.0 };
         self.equation.base(&self.local(&f), &f)
@@ -251,7 +251,7 @@ impl<'a, E: Equation> Moving<'a, E> {
     }
 }
 
-/// The motion has left the range of numbers that can be gone on with.
+/// The motion has left the range of numbers in which it can continue.
 pub fn unbounded(equation: &impl Equation, time: f64, growth: f64) -> Fault {
     let words = equation.words();
     let why = if growth > 0.0 {

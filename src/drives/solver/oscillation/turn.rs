@@ -11,20 +11,20 @@ use crate::numerics::work::{EVALUATION, Work, draw};
 use std::cell::Cell;
 use std::sync::Arc;
 
-/// The equation tabulated over its period, and what it was tabulated for.
+/// The equation tabulated over its period, and the arguments of the table.
 #[derive(Debug)]
 pub struct Table<E: Equation> {
     equation: E,
     law: Arc<E::Law>,
     mode: DriveMode,
     tolerance: f64,
-    /// None where the equation is not linear, the speed not constant, zero, or the table too long.
+    /// None if the equation is not linear, the speed not constant or zero, or the table too long.
     pub map: Option<PeriodMap>,
     /// The period as a whole; None where it cannot be computed either.
     pub whole: Option<Period>,
-    /// ln of the largest modulus of the multipliers over a turn; 0 where there is no period.
+    /// ln of the largest modulus of the multipliers over a turn; 0 without a period.
     pub growth: f64,
-    /// Over a period.
+    /// The same over a period.
     growth_of_period: f64,
 }
 
@@ -67,18 +67,18 @@ pub struct Turn<'a, E: Equation> {
     law: &'a E::Law,
     w: f64,
     cam: CamTurn<'a>,
-    /// What depends on the angle of the drive, where that has breakpoints.
+    /// The process force, if it has breakpoints.
     other: Option<CamTurn<'a>>,
     /// The segments in each interval between the joints.
     segments: Vec<Segments>,
-    /// Into how many equal periods symmetry divides the turn.
+    /// The number of equal periods into which symmetry divides the turn.
     symmetry: usize,
-    /// Work that the call has left.
+    /// The remaining work of the call.
     work: Cell<Work>,
 }
 
 impl<'a, E: Equation> Turn<'a, E> {
-    /// None where the shaft is at rest.
+    /// None if the shaft is at rest.
     pub fn new(equation: &'a E, law: &'a E::Law, w: f64, phi_start: f64) -> Option<Self> {
         let [own, others] = equation.breakpoints(law).map(|list| CamTurn::new(list, w, phi_start));
         let (cam, symmetry) = (own?, equation.symmetry(law));
@@ -96,7 +96,7 @@ impl<'a, E: Equation> Turn<'a, E> {
         while let [Some(a), Some(b)] = [own.get(at[0]), others.get(at[1])] {
             let segments = [self.cam.segment(at[0]), self.other.as_ref().map_or(0, |other| other.segment(at[1]))];
             list.push((if (*a - *b).hi <= 0.0 { *a } else { *b }, segments));
-            // What lies closer together is one joint: an interval between them would be lost in rounding.
+            // Closer joints are merged: an interval between them would be lost in rounding.
             let ahead = (*a - *b).hi * self.w.abs();
             at = [at[0] + usize::from(ahead <= SLACK), at[1] + usize::from(ahead >= -SLACK)];
         }
@@ -108,11 +108,10 @@ impl<'a, E: Equation> Turn<'a, E> {
         self.segments[interval % self.segments.len()]
     }
 
-    /// ln of the largest modulus of the multipliers where the coefficients hardly change over a vibration or its decay: the
-    /// integral of the larger real part of the roots of λ² + d λ + k. Tongues that it misses are narrower than any number
-    /// tells.
+    /// ln of the largest modulus of the multipliers if the coefficients hardly change over a vibration or its decay: the integral
+    /// of the larger real part of the roots of λ² + d λ + k. It misses only tongues that are narrower than numbers resolve.
     fn slow_growth(&self) -> f64 {
-        // Equal places are exact for all harmonics below their number, far beyond those that a scene takes.
+        // Equal places are exact for all harmonics below their number, far beyond those of a scene.
         const PLACES: u32 = 4096;
         let (period, joints) = (self.period(), self.joints());
         let rate = |i: u32| {

@@ -1,5 +1,5 @@
-//! Cam and oscillator in closed form, for a Fourier law at constant speed and for a cam at rest: harmonic response plus
-//! free motion, valid at any later time without growth of the error.
+//! Cam and oscillator in closed form, for a Fourier law at constant speed and for a cam at rest: harmonic response plus free
+//! motion, valid at any later time without growth of the error.
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.2, equations (2) to (4).
 
@@ -20,14 +20,14 @@ use serde::{Deserialize, Serialize};
 /// The free motion is left out once it is below this part of the harmonic response: a tenth of its rounding.
 const UNFELT: f64 = 1e-17;
 
-/// An oscillator whose natural frequency is below this part of the speed of the cam hardly turns while it is pushed: its
-/// deflection under a constant force is built up from the start, as at a resonance, lest two large motions all but cancel.
+/// An oscillator whose natural frequency is below this part of the speed of the cam hardly moves while it is pushed. Its deflection
+/// under a constant force is therefore built up from the start, as at a resonance, lest two large motions all but cancel.
 const SOFT: f64 = 1.0 / 64.0;
 
-/// The closed form from its start on; all but the speed follows from law and oscillator.
+/// The closed form from its start on; everything except the speed follows from law and oscillator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClosedForm {
-    /// The speed for which the harmonics were computed; None where the equation has changed since.
+    /// The speed of the harmonics; None if the equation has changed since.
     pub holds_for: Option<f64>,
     /// a₀ (m).
     #[serde(skip)]
@@ -50,11 +50,11 @@ pub struct ClosedForm {
 /// The motion from a start on.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Run {
-    /// When it started (s).
+    /// The time of the start (s).
     start: f64,
     /// φ (rad) at a time (s).
     known: (f64, f64),
-    /// φ and, where the free motion oscillates, its phase since the start.
+    /// φ and, if the free motion oscillates, its phase since the start.
     phases: Phases,
     /// The mean of q (m) or, for a soft oscillator, the constant part of the right side (m/s²).
     mean: f64,
@@ -62,9 +62,9 @@ pub struct Run {
     /// Free motion at the start, the state less the harmonic response: q (m), q̇ (m/s).
     offset: [f64; 2],
     free: FreeMotion,
-    /// When the free motion has died away (s).
+    /// The time at which the free motion has died away (s).
     free_until: f64,
-    /// The largest |q| that was asked for (m).
+    /// The largest |q| returned so far (m).
     pub largest: f64,
 }
 
@@ -88,7 +88,7 @@ impl Harmonic {
 }
 
 impl ClosedForm {
-    /// The closed form for the law `series`, or None for a law of another kind, of which only a rest has one.
+    /// The closed form for the law `series`; for other laws (None) it serves a cam at rest only.
     pub fn new(series: Option<&Fourier>) -> Self {
         let order = series.map_or(0, Fourier::order);
         let (first, distance) = series.map_or((0, 1), progression);
@@ -106,7 +106,7 @@ impl ClosedForm {
         }
     }
 
-    /// Rebuilds what the serialisation leaves out.
+    /// Rebuilds the parts that the serialisation leaves out.
     pub fn restored(&mut self, equation: &Equation, series: Option<&Fourier>) {
         *self = ClosedForm { holds_for: self.holds_for, ..ClosedForm::new(series) };
         if let Some(w) = self.holds_for {
@@ -114,8 +114,8 @@ impl ClosedForm {
         }
     }
 
-    /// Starts at `time` (s) from `state` = q, q̇ on `motion`, which has a constant speed; `rest` is U of a cam at rest, of which U
-    /// and U′ are not computed where the law is no series.
+    /// Starts at `time` (s) from `state` = q, q̇ on `motion`, which has a constant speed; `rest` is U of a cam at rest, whose U and
+    /// U′ are not computed if the law is no series.
     pub fn restart(
         &mut self,
         equation: &Equation,
@@ -159,8 +159,8 @@ impl ClosedForm {
         [largest(0), largest(1)]
     }
 
-    /// Rounding error of q by `time` (s), relative to the largest |q| since the start: each of the motions that
-    /// q consists of is rounded by itself, and near a resonance or soon after the start they all but cancel.
+    /// Rounding error of q by `time` (s), relative to the largest |q| since the start: each part of q is rounded by itself, and
+    /// near a resonance or soon after the start the parts all but cancel.
     pub fn rounding(&self, run: &Run, oscillator: &Oscillator, time: f64) -> f64 {
         let elapsed = time - run.start;
         let [q, v] = run.offset.map(f64::abs);
@@ -192,8 +192,8 @@ impl ClosedForm {
             let k = self.first + i * self.distance;
             let ([a, _], [b, _]) = (harmonic.straight[0].array(), harmonic.crossed[0].array());
             let nu = two_product(k as f64, w.abs());
-            // ψ = kφ sgn w grows, so that a cam that turns back sees the sine coefficients with the other sign.
-            // At rest all harmonics together are a constant.
+            // ψ = kφ sgn w grows, so a cam that turns backwards reverses the sign of the sine coefficients. At rest all harmonics
+            // together are a constant.
             let moved = turns(w) || equation.weights.is_none();
             let force = if moved { equation.forcing_of_harmonic([a, -sense * b], nu.hi) } else { [0.0; 2] };
             let response = equation.oscillator.harmonic(force, nu);
@@ -205,7 +205,7 @@ impl ClosedForm {
         }
     }
 
-    /// Brings cam and mass `now` to `time` (s), not before the start, on the motion of the start.
+    /// Brings cam and mass `now` to `time` (s), at or after the start, on the motion of the start.
     pub fn reach(&self, run: &mut Run, oscillator: &Oscillator, motion: &AngleMotion, time: f64, now: &mut Instant) {
         let ([s, c], free) = if time > run.free_until {
             (run.phases.first(time), [0.0; 2])
@@ -231,7 +231,7 @@ impl ClosedForm {
         run.largest = run.largest.max(q.abs());
     }
 
-    /// Sets the cam, and adds the harmonic response without resonant parts to the free motion q, where cos φ and sin φ are `z`.
+    /// Sets the cam at cos φ and sin φ = `z`, and adds the harmonic response without resonant parts to the free motion q.
     #[inline(always)]
     fn drive(&self, z: Pair, now: &mut Instant) {
         let (mut z, turn) = (power(z, self.first), power(z, self.distance));
@@ -264,14 +264,14 @@ fn add_push(run: &Run, oscillator: &Oscillator, time: f64, now: &mut Instant) {
     now.q = now.q + under_constant(oscillator, run.push, [0.0; 2], time - run.start).into();
 }
 
-/// How many harmonics of a law of this order can be resonant at once: ν/ω₀ lies within [√(63/65), √(65/63)], so that k
-/// lies within 3.2 % of the order.
+/// The most harmonics of a law of this order that can be resonant at once: ν/ω₀ lies within [√(63/65), √(65/63)], so that k lies
+/// within 3.2 % of the order.
 fn most_resonant(order: usize) -> usize {
     1 + order / 31
 }
 
-/// The first k with a coefficient that is not zero, and the largest distance from it in which all others lie: only
-/// odd harmonics cost half as much. k = 0 where all are zero.
+/// The first k with a coefficient that is not zero, and the largest distance from it in which all others lie: only odd harmonics
+/// cost half as much. k = 0 if all are zero.
 pub fn progression(series: &Fourier) -> (usize, usize) {
     let mut present = (1..=series.order()).filter(|&k| series.a[k] != 0.0 || series.b[k] != 0.0);
     let Some(first) = present.next() else { return (0, 1) };

@@ -1,5 +1,5 @@
-//! One communication step of a Fourier law on inputs φ, ω, α by one quadrature: the right side f, a sum of x, ẋ and ẍ with
-//! constant factors, as the polynomial of degree 2M + 1 = 11 that has its value and first M derivatives at both ends.
+//! One communication step of a Fourier law on inputs φ, ω, α by one quadrature: the right side f, a sum of x, ẋ and ẍ with constant
+//! factors, interpolated by the polynomial of degree 2M + 1 = 11 with its value and first M derivatives at both ends.
 //!
 //! With σ = (t − t₀)/h the cam turns from an end by p σ + β σ², p = ω h there and β = ½ α h², and x has the Taylor
 //! coefficients
@@ -8,11 +8,11 @@
 //!
 //! q(h) = free motion + ∫ g(h − s) f(s) ds = free motion + Σ Wₙ yₙ over both ends and n = 2 … M + 2, from 0 on with x and ẋ,
 //!
-//! where the Wₙ, integrals of the impulse response g times Hermite's basis polynomials, are those of all steps of this
-//! length, and the Dₙ at the start are those at the end of the step before: a step evaluates the law once.
+//! where the Wₙ, integrals of the impulse response g times Hermite's basis polynomials, are the same for all steps of this length,
+//! and the Dₙ at the start are those at the end of the previous step: a step evaluates the law once.
 //!
-//! What this leaves is known before anything is computed: |f|⁽ⁿ⁾ ≤ νⁿ max |f| for n ≤ 16 with ν = K|ω| + 3 √(K|α|), so that
-//! f errs by (νh)²ᴹ⁺²/(2M + 2)! (σ(1 − σ))ᴹ⁺¹ of its bound, and its integral by (νh)²ᴹ⁺² (M + 1)!²/((2M + 2)! (2M + 3)!).
+//! The error is known in advance: |f|⁽ⁿ⁾ ≤ νⁿ max |f| for n ≤ 16 with ν = K|ω| + 3 √(K|α|), so that f errs by (νh)²ᴹ⁺²/(2M + 2)!
+//! (σ(1 − σ))ᴹ⁺¹ of its bound, and its integral by (νh)²ᴹ⁺² (M + 1)!²/((2M + 2)! (2M + 3)!).
 //!
 //! Source: J. Stoer, R. Bulirsch, *Introduction to Numerical Analysis*, section 2.1.5 (interpolation after Hermite and its
 //! remainder).
@@ -37,15 +37,15 @@ const M: usize = ORDERS - 3;
 /// (M + 1)!²/((2M + 2)! (2M + 3)!).
 const FACTOR: f64 = 1.0 / 5753767219200.0;
 
-/// Up to this |λ|h 16 nodes integrate the kernel times the basis polynomials to rounding: their Chebyshev coefficients of the
-/// order 11 are 1e-4, those of the kernel of the order 21 below 1e-16, the product of lower orders is integrated exactly.
+/// Up to this |λ|h 16 nodes integrate the kernel times the basis polynomials to rounding: their Chebyshev coefficients of order 11
+/// are 1e-4, the kernel's of order 21 below 1e-16, and products of lower orders are exact.
 const SLOW: f64 = 4.0;
 
-/// Shorter steps, whose squares are near the smallest numbers, are none (s).
+/// Shorter steps (s) do not count: their squares are near the smallest numbers.
 const SHORTEST: f64 = 1e-100;
 
-/// Relative to the step, lengths as near as this count as the same one; the difference, a rounding of the clock, is
-/// taken into account to first order.
+/// Lengths with a smaller relative difference count as the same one; the difference, a rounding of the clock, is taken into account
+/// to first order.
 const SAME_LENGTH: f64 = 1e-9;
 
 /// n!/((n − 2j)! j!) by j and n.
@@ -63,24 +63,24 @@ const BENDS: [[f64; ORDERS]; PAIRS] = {
     table
 };
 
-/// Properties of the oscillator for steps of one length, and where the last one ended.
+/// Properties of the oscillator for steps of one length, and the end of the last step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hermite {
     /// h (s); 0 while unknown.
     length: f64,
-    /// Wₙ/n!: that of q at the start beside that of q̇ at the end, then the other two.
+    /// Wₙ/n!: for q at the start beside q̇ at the end, then the other two.
     weights: [[Pair; 2]; ORDERS],
     /// The free motion over the step.
     free: [[f64; 2]; 2],
     /// The decay of the slower mode over the step.
     pub decay: f64,
-    /// U, U′ … where the cam was last, and its angle there (rad); infinite while unknown.
+    /// U, U′ … at the last position of the cam, and its angle there (rad); infinite while unknown.
     u: [Pair; PAIRS],
     angle: f64,
 }
 
-/// Error of a step over `length` (s) relative to the largest |f|, for a law of this order and a cam below this speed (rad/s)
-/// and acceleration (rad/s²); infinite where the quadrature does not do.
+/// Error of a step over `length` (s) relative to the largest |f|, for a law of this order and a cam below this speed (rad/s) and
+/// acceleration (rad/s²); infinite if the quadrature is not accurate enough.
 pub fn left(oscillator: &Oscillator, order: f64, [speed, acceleration]: [f64; 2], length: f64) -> f64 {
     let (_, fast) = oscillator.rates();
     if !(fast * length <= SLOW && SHORTEST <= length) {
@@ -91,13 +91,13 @@ pub fn left(oscillator: &Oscillator, order: f64, [speed, acceleration]: [f64; 2]
 }
 
 impl Hermite {
-    /// Nothing is known yet.
+    /// Starts without any known step.
     pub fn new() -> Self {
         let (weights, u) = Default::default();
         Hermite { length: 0.0, weights, free: [[0.0; 2]; 2], decay: 1.0, u, angle: f64::INFINITY }
     }
 
-    /// Brings cam and mass from where they are `now` to `time` (s) on the `motion` from there, which has a constant acceleration.
+    /// Brings cam and mass from `now` to `time` (s) on the `motion` from there, which has a constant acceleration.
     pub fn over(&mut self, equation: &Equation, series: &Fourier, motion: &AngleMotion, time: f64, now: &mut Instant) {
         let ([phi, w, a, ..], length) = (motion.coefficients, time - motion.origin);
         if !((length - self.length).abs() <= SAME_LENGTH * length) {
@@ -122,7 +122,7 @@ impl Hermite {
         let turned = rest * speed;
         let ([q, v], [d0, d1], [d2, _]) = (state.array(), after[0].array(), after[1].array());
         let rate = equation.acceleration([q, v], lift([d0, d1, d2], [speed, a]));
-        // The highest one, which has no higher one, stays.
+        // The highest one, which has no successor, stays.
         for i in 0..PAIRS {
             let next = after.get(i + 1).map_or(0.0, |pair| pair.array()[0]);
             self.u[i] = after[i] + Pair::both(turned) * Pair::new(after[i].array()[1], next);
@@ -133,8 +133,8 @@ impl Hermite {
         now.q = state + Pair::both(rest) * Pair::new(v, rate);
     }
 
-    /// Σ Wₙ yₙ from n = `FIRST` on with the derivatives `after` the step and those before it; `p` at the start and at the end
-    /// side by side.
+    /// Σ Wₙ yₙ from n = `FIRST` on with the derivatives `after` the step and those before it; `p` is paired, at the start and at
+    /// the end.
     #[inline(always)]
     fn forced<const FIRST: usize>(&self, after: &[Pair; PAIRS], p: Pair, bend: f64) -> Pair {
         let mut d = [Pair::default(); ORDERS];
@@ -149,7 +149,7 @@ impl Hermite {
         for j in 1..PAIRS {
             bends[j] = bends[j - 1] * bend;
         }
-        // What the start adds to q beside what the end adds to q̇, and the other two.
+        // The effect of the start on q paired with the effect of the end on q̇, and the other two.
         let (mut straight, mut crossed) = (Pair::default(), Pair::default());
         for n in FIRST..ORDERS {
             // n! yₙ.
@@ -178,7 +178,7 @@ impl Hermite {
         for [place, weight] in Gauss::with(16).nodes::<16>(length) {
             let sigma = place / length;
             let mut factorial = 1.0;
-            // Of x, ẋ and ẍ: a derivative by time is one by σ over h.
+            // For x, ẋ and ẍ: a derivative by time is one by σ over h.
             let (kernel, part) = (oscillator.kernel(length - place), weight / length);
             let kernels = [
                 |g: f64, part: f64, length: f64| [part * length * g, 0.0, 0.0],
@@ -200,8 +200,8 @@ impl Hermite {
     }
 }
 
-/// Hermite's basis polynomial of degree 2M + 1 at `sigma`: its Taylor coefficients up to σᴹ are 0 at 1, and at 0 as well, that
-/// of σʲ excepted, which is 1: σʲ (1 − σ)ᴹ⁺¹ Σᵢ (M + i over i) σⁱ, i ≤ M − j.
+/// Hermite's basis polynomial of degree 2M + 1 at `sigma`. Its Taylor coefficients up to σᴹ are 0 at 1 and at 0, except that of σʲ
+/// at 0, which is 1: σʲ (1 − σ)ᴹ⁺¹ Σᵢ (M + i over i) σⁱ, i ≤ M − j.
 fn basis(j: usize, sigma: f64) -> f64 {
     let (mut sum, mut term) = (0.0, 1.0);
     for i in 0..=M - j {

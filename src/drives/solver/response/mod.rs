@@ -1,12 +1,12 @@
-//! The motion q of an oscillator that a cam moves, q̈ + 2δ q̇ + ω₀² q = f, f as the equation makes it of x = U(φ(t)).
+//! The motion q of an oscillator that a cam moves, q̈ + 2δ q̇ + ω₀² q = f; the equation gives f from x = U(φ(t)).
 //!
-//! Four methods, the first of which is tried at each step on inputs, the others chosen at each restart:
+//! Four methods; the first is tried at each step on inputs, the others are chosen at each restart:
 //!
 //! - *Hermite step*, for a Fourier law: the impulse response times f, integrated over the whole step from its ends;
 //! - *closed form*, for a Fourier law at constant speed (or any law at rest): harmonic response plus free motion,
 //!   valid at any later time without growth of the error; on inputs, too, as long as they keep their speed;
-//! - *table*, for any other law at constant speed from the start on: the motion over a turn as polynomials on cells, which
-//!   the state at the start of each cell combines, and whole turns as powers of one map;
+//! - *table*, for any other law at constant speed from the start on: the motion over a turn as polynomials on cells, combined by
+//!   the state at the start of each cell, and whole turns as powers of one map;
 //! - *substeps* otherwise: f as a Chebyshev polynomial on pieces that follow the motion of the cam, the oscillator
 //!   solved exactly on each. Pieces end at the breakpoints of the law; stiffness does not shorten them.
 //!
@@ -45,28 +45,28 @@ use std::sync::Arc;
 pub use table::Table;
 use table::Turn;
 
-/// The part of the tolerance that one step may take up: so little that a thousand steps in a row, as a weakly damped
-/// oscillator adds them up, keep it.
+/// The part of the tolerance that one step may take up: so little that the sum of a thousand steps, as a weakly damped oscillator
+/// adds them, keeps it.
 const SHARE: f64 = 1e-3;
 
 /// The last two Chebyshev coefficients of the forcing on a piece need not fall below this part of the largest one: some roundings.
 const LEAST_TAIL: f64 = 1e-14;
 
-/// Rounding error of U″ and U′, relative to their bounds in the segment: where the forcing passes through zero, its
-/// coefficients need not fall below this.
+/// Rounding error of U″ and U′, relative to their bounds in the segment: coefficients of a forcing that passes through zero need
+/// not fall below this.
 const ROUNDING: f64 = 2e-15;
 
-/// Breakpoints lie in [0, 2π): between them the angle is rounded as an input of this size (rad) beyond what it is anyway.
+/// Breakpoints lie in [0, 2π): the angle between them has the rounding of an input of this size (rad) in addition to its own.
 const OF_BREAKPOINTS: f64 = 2.0;
 
-/// A piece, and an evaluation of the forcing beside that of the law (nominal µs).
+/// Cost of a piece, and of an evaluation of the forcing without the law (nominal µs).
 const PIECE: f64 = 1.0;
 const FORCING: f64 = 0.03;
 
-/// Below this part of its terms the determinant of a turn's map less one hangs on the digits of the parameters.
+/// Below this part of its terms the determinant of a turn's map minus one depends on the rounding of the parameters.
 const SINGULAR: f64 = 1e-13;
 
-/// A harmonic is resonant where its relative impedance is some roundings of the parameters m and c.
+/// A harmonic is resonant if its relative impedance is below this: some roundings of the parameters m and c.
 const RESONANT: f64 = 1e-15;
 
 /// The motion of the oscillator from a given state on.
@@ -75,7 +75,7 @@ pub struct Response {
     equation: Equation,
     /// Relative tolerance of q.
     tolerance: f64,
-    /// The cam moves like this from the next restart or Hermite step on.
+    /// The motion of the cam from the next restart or Hermite step on.
     pub motion: AngleMotion,
     /// Bounds of |U| (m), |U′| (m/rad) and |U″| (m/rad²) over the turn, for a Hermite step: a Fourier law is one segment.
     bounds: [f64; 3],
@@ -83,10 +83,10 @@ pub struct Response {
     roundings: [f64; 2],
     closed_form: ClosedForm,
     method: Method,
-    /// The turn of the cam as it starts, see [`Response::tabulate`]; all instances with the same parameters share it.
+    /// The turn of the cam from its start, see [`Response::tabulate`]; all instances with the same parameters share it.
     #[serde(skip)]
     pub table: Option<Arc<Table>>,
-    /// Until when `motion` is valid (s).
+    /// The time up to which `motion` is valid (s).
     until: f64,
     /// Restarts of the closed form and pieces since the response was made.
     pub steps: f64,
@@ -96,8 +96,7 @@ pub struct Response {
     bound: ErrorBound,
 }
 
-/// Method by which the motion goes on at present, with its data: one of them at a time, in the same memory. None is
-/// boxed, since a step does not allocate.
+/// Method by which the motion goes on at present, with its data. The methods share memory, unboxed, since a step does not allocate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 enum Method {
     /// The closed form.
@@ -113,10 +112,10 @@ enum Method {
 /// The current piece of the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Piece {
-    /// Start and end (s); the fraction of a second beyond `f64` matters where a breakpoint lies between two of them.
+    /// Start and end (s), in double-double since a breakpoint may lie between two neighbouring `f64`.
     start: Double,
     end: Double,
-    /// The segment of the law, that of the next piece, and the breakpoint (rad) where it ends behind one.
+    /// The segment of the law, the next piece's segment, and the breakpoint (rad) if the piece ends just after one.
     segment: usize,
     next: usize,
     border: Option<f64>,
@@ -124,7 +123,7 @@ struct Piece {
 }
 
 impl Response {
-    /// A response at rest; [`Response::restart`] sets it going. Allocates what the law needs.
+    /// A response at rest; [`Response::restart`] starts it. Allocates the memory that the law needs.
     pub fn new(equation: Equation, law: &MotionLaw, tolerance: f64) -> Self {
         Response {
             equation,
@@ -142,8 +141,8 @@ impl Response {
         }
     }
 
-    /// Called when it was read from bytes: rebuilds what the serialisation leaves out, or takes it from the response as it was
-    /// `made`; whether it can be one of this law that is where it is `now`.
+    /// Rebuilds, after reading from bytes, the parts that the serialisation leaves out, or takes them from `made`, the response as
+    /// made from the scene. Returns whether it can be one of this law in the state `now`.
     pub fn restored(
         &mut self,
         made: Option<&Response>,
@@ -161,19 +160,19 @@ impl Response {
             Method::Table(_) => self.tabulate(made.and_then(|made| made.table.clone()), law, mode),
         }
         if !self.has_its_table() {
-            // As after any other change: on from here without a table.
+            // As after any other change: from here on without a table.
             let _ = self.go_on(law, now);
         }
         true
     }
 
-    /// Goes on for ever from where it is `now`, at constant speed.
+    /// Goes on from `now` without end, at constant speed.
     pub fn go_on(&mut self, law: &MotionLaw, now: &Instant) -> Result<(), Fault> {
         let motion = self.motion;
         self.restart(law, &motion, now.time, f64::INFINITY, now.q.array())
     }
 
-    /// The equation that it follows.
+    /// The equation of the motion.
     pub fn equation(&self) -> &Equation {
         &self.equation
     }
@@ -187,11 +186,11 @@ impl Response {
         }
     }
 
-    /// Takes up the table of a turn in this mode, where one helps: `known` if it is that, else a new one. Allocates.
+    /// Takes up the table of a turn in this mode if it helps: `known` if it is that table, else a new one. Allocates.
     pub fn tabulate(&mut self, known: Option<Arc<Table>>, law: &Arc<MotionLaw>, mode: &DriveMode) {
         let DriveMode::Constant { w, phi_start } = *mode else { return };
         let (equation, law, tolerance) = (self.equation, law.clone(), self.tolerance);
-        // The closed form needs none.
+        // The closed form needs no table.
         let wanted = law.series().is_none() && turns(w);
         let turn = Turn { equation, law, w, phi_start, tolerance };
         self.table = match known {
@@ -206,7 +205,7 @@ impl Response {
         matches!(self.method, Method::Table(_))
     }
 
-    /// Whether the present cell is one of the table.
+    /// Whether the present cell belongs to the table.
     fn has_its_table(&self) -> bool {
         match (&self.method, self.map()) {
             (Method::Table(trajectory), Some(map)) => trajectory.is_in(map),
@@ -218,7 +217,7 @@ impl Response {
         self.table.as_ref()?.map.as_ref()
     }
 
-    /// The table of a turn that starts at `time` (s), where there is one and nothing has been tuned since it was made.
+    /// The table of a turn that starts at `time` (s), if it exists and no parameter has changed since.
     fn map_from(&self, time: f64) -> Option<&PeriodMap> {
         let AngleMotion { origin, coefficients: [phi, w, ..], .. } = self.motion;
         let table = self.table.as_ref()?;
@@ -263,7 +262,7 @@ impl Response {
         if let Method::Closed(run) = &self.method { run.largest.max(self.bound.largest) } else { self.bound.largest }
     }
 
-    /// U of a cam that rests.
+    /// U of a cam at rest.
     fn rest(&self, law: &MotionLaw, motion: &AngleMotion, time: f64) -> Option<f64> {
         (!turns(motion.coefficients[1])).then(|| motion.at(time).on(law).0[0])
     }
@@ -286,7 +285,7 @@ impl Response {
         }
     }
 
-    /// Brings cam and mass `now` to `time` (s), which must not lie before the piece that an earlier call has reached.
+    /// Brings cam and mass `now` to `time` (s), which must not precede the piece that an earlier call has reached.
     #[inline]
     pub fn reach(&mut self, law: &MotionLaw, time: f64, now: &mut Instant) -> Result<(), Fault> {
         if let (Method::Closed(run), Some(_)) = (&mut self.method, law.series()) {
@@ -299,7 +298,7 @@ impl Response {
         Ok(())
     }
 
-    /// q, q̇ at `time` (s) within what is left of the `work`.
+    /// q, q̇ at `time` (s) with the remaining `work`.
     fn at(&mut self, law: &MotionLaw, time: f64, work: &mut Work) -> Result<[f64; 2], Fault> {
         let state = match &mut self.method {
             Method::Closed(run) => {
@@ -357,7 +356,7 @@ impl Response {
         Err(Fault::new("the response has lost its pieces"))
     }
 
-    /// The segment in which the motion goes on behind a piece, and its state there.
+    /// The segment of the motion after a piece, and its state there.
     fn leave_piece(&mut self, law: &MotionLaw, piece: Piece) -> (usize, [f64; 2]) {
         let Piece { start, end, segment, next, border, step } = piece;
         let mut state = step.at(&self.equation.oscillator, (end - start).hi);
@@ -371,7 +370,7 @@ impl Response {
                 Some([k, _, k2]) if k * w != 0.0 => k2 * (after[2] - before[2]) * w + k * (after[0] - before[0]) / w,
                 _ => self.equation.of_acceleration() * (after[2] - before[2]) * w,
             };
-            // What it would have gained beyond the border.
+            // The gain beyond the border.
             state[1] += jump * beyond;
             let angle = if self.until.is_finite() { phi } else { 0.0 };
             self.bound.pass(&self.equation.oscillator, jump, angle);
@@ -380,12 +379,12 @@ impl Response {
         (next, state)
     }
 
-    /// q, q̇ where a cam that rests as it stands at `time` (s) holds the mass.
+    /// q, q̇ of a mass at rest on a cam that rests in its position at `time` (s).
     pub fn at_rest(&self, law: &MotionLaw, motion: &AngleMotion, time: f64) -> [f64; 2] {
         [self.equation.at_rest(motion.at(time).on(law).0[0]), 0.0]
     }
 
-    /// q, q̇ at `time` (s) of the motion that repeats itself every turn at constant speed.
+    /// q, q̇ at `time` (s) of the motion that repeats every turn at constant speed.
     pub fn periodic(&mut self, law: &MotionLaw, motion: &AngleMotion, time: f64) -> Result<[f64; 2], Fault> {
         let w = motion.coefficients[1];
         let oscillator = self.equation.oscillator;
@@ -419,7 +418,7 @@ impl Response {
         })
     }
 
-    /// Lays the next piece, in `segment` of the law from `start` (s) and `state`.
+    /// Computes the next piece, in `segment` of the law from `start` (s) and `state`.
     fn next_piece(&mut self, law: &MotionLaw, segment: usize, start: Double, state: [f64; 2]) -> Result<(), Fault> {
         let course = Course::of(&self.motion, start);
         // Infinity has no double-double.
@@ -428,7 +427,7 @@ impl Response {
         let passage = first_passage(law.breakpoints(), segment, course.angle[0], &course.scaled(length), OVERRUN);
         length *= passage.map_or(1.0, |passage| passage.at);
         let whole = length;
-        // Those of the segment: beside a steep rise all that a gentle return errs by would count as rounding.
+        // The bounds of the segment: next to a steep rise a gentle return would otherwise count all its errors as rounding.
         let [lift_bound, slope, curvature, jerk] = [0, 1, 2, 3].map(|order| law.bound_in(segment, order));
         let fit = loop {
             length = admissible_length(&self.equation.oscillator, length);
@@ -439,17 +438,17 @@ impl Response {
             };
             let speed = course.speed(length);
             let scale = self.equation.bound([lift_bound, slope, curvature], [speed, course.acceleration(length)]);
-            // Where the law is steep the rounding of the angle counts for more than that of U″.
+            // On a steep law the rounding of the angle exceeds the rounding of U″.
             let of_angle = f64::EPSILON * self.equation.bound([slope, curvature, jerk], [speed, 0.0]);
             let rounding = (ROUNDING * scale).max(of_angle);
             let fit = chebyshev::fit(forcing, (SHARE * self.tolerance).max(LEAST_TAIL), rounding);
             self.evaluations += fit.evaluations as u64;
-            // Twenty halvings suffice for any motion that is smooth on the piece; beyond, the estimate tells. An infinite length,
-            // to which a damaged state may lead, is not halved at all.
+            // Twenty halvings suffice for any motion that is smooth on the piece; otherwise the estimate shows the error. An
+            // infinite length, which a damaged state may have, is not halved.
             if fit.converged || !(length > whole * 1e-6) {
                 let (oscillator, order) = (&self.equation.oscillator, law.resolution_in(segment));
                 let [error, between] = neglected(oscillator, &fit.polynomial, length);
-                // On inputs a piece that ends with the step is read there only.
+                // On inputs a piece that ends with the step is read only at its end.
                 let within = if length == horizon { [0.0; 2] } else { between };
                 let angle = if self.until.is_finite() { self.motion.coefficients[0] } else { 0.0 };
                 let turned = order * speed * length;

@@ -9,7 +9,7 @@ use crate::drives::shaft::instant::Instant;
 use crate::motion::MotionLaw;
 
 impl Response {
-    /// Brings cam and mass from where they are `now` to `end` (s); `goes_on` where the step before ended with this motion.
+    /// Brings cam and mass from `now` to `end` (s); `goes_on` if the previous step ended with this motion.
     #[inline]
     pub fn step(&mut self, law: &MotionLaw, end: f64, goes_on: bool, now: &mut Instant) -> Result<(), Fault> {
         self.round_inputs();
@@ -28,7 +28,7 @@ impl Response {
         self.reach(law, end, now)
     }
 
-    /// The inputs of a step are rounded by half a last place: where that is no jump, the mass was to keep place and speed.
+    /// The inputs of a step are rounded by half a last place: if that is no jump, the mass should have kept place and speed.
     fn round_inputs(&mut self) {
         if self.equation.of_acceleration() == 0.0 {
             return;
@@ -38,7 +38,7 @@ impl Response {
         self.bound.disturb([slope * phi, (slope + curvature * phi) * w]);
     }
 
-    /// The same by one quadrature, for a Fourier law, where it reaches so far.
+    /// The same by one quadrature, for a Fourier law, if the quadrature is accurate enough.
     #[inline]
     pub(super) fn by_quadrature(&mut self, law: &MotionLaw, end: f64, now: &mut Instant) -> Option<()> {
         let series = law.series()?;

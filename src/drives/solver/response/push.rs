@@ -1,5 +1,5 @@
-//! The motion that forces add which depend on time alone: constant loads and an input, a polynomial of time over a communication
-//! step. The equation is linear, so that it adds to what cam and process make of q.
+//! The motion added by forces that depend on time alone: constant loads and an input, a polynomial of time over a communication
+//! step. The equation is linear, so this motion adds to the motion that cam and process cause.
 
 use crate::drives::shaft::free::signal::Signal;
 use crate::numerics::chebyshev::fit;
@@ -31,7 +31,7 @@ impl Push {
         *self = Push { signal: self.signal, now, ..Push::default() };
     }
 
-    /// The oscillator has changed.
+    /// Restarts after a change of the oscillator.
     pub fn restart(&mut self) {
         self.constant = None;
     }
@@ -57,7 +57,7 @@ impl Push {
                 let mut done = 0.0;
                 while done < length {
                     let part = admissible_length(oscillator, length - done);
-                    // Degree 8 at most, so that the interpolant is the polynomial itself.
+                    // Degree 8 at most, so the interpolant is the polynomial itself.
                     let course = fit(|x| acceleration(done + 0.5 * part * (1.0 + x)), f64::EPSILON, 0.0).polynomial;
                     self.now = ForcedStep::new(oscillator, part, course, self.now).at(oscillator, part);
                     largest = course.coefficients.iter().map(|c| c.abs()).sum::<f64>().max(largest);
@@ -66,7 +66,7 @@ impl Push {
             }
         }
         self.signal.step_ends(length);
-        // Time since a start that is not zero is rounded, and the phase with it.
+        // The time since a start that is not zero is rounded, and so is the phase.
         let rate = oscillator.stiffness().sqrt();
         let reach = elapsed.min(1.0 / rate);
         let size = self.now[0].abs() + self.from[0].abs() + reach * (self.from[1].abs() + reach * largest);

@@ -11,14 +11,15 @@ use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// No table where the oscillator turns or decays by more than this in a turn of the cam (rad): cells of a few radians
-/// each, a few microseconds to make and half a kilobyte long, then still are an instant's work and some 0.1 MB.
+/// No table if the oscillator turns or decays by more than this in a turn of the cam (rad). Below that the cells of a few radians
+/// each, a few microseconds to make and half a kilobyte long, take little time and some 0.1 MB.
 const FASTEST: f64 = 512.0;
 
 /// A cell may hold two radians of the finest harmonic of the law; the oscillator shortens it as the tolerance demands.
 const REACH: f64 = 2.0;
 
-/// What is tabulated: the equation behind a cam with this law that turns at `w` (rad/s) from `phi_start` (rad).
+/// The arguments of the table: the equation of an oscillator on a cam with this law that turns at `w` (rad/s) from `phi_start`
+/// (rad).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Turn {
     pub equation: Equation,
@@ -31,11 +32,11 @@ pub struct Turn {
 /// The equation over a turn.
 #[derive(Debug, PartialEq)]
 pub struct Table {
-    /// What it was tabulated for.
+    /// The arguments of the table.
     pub turn: Turn,
-    /// What roundings of angles and of U″ make of q in a turn (m).
+    /// Effect of roundings of angles and of U″ on q in a turn (m).
     pub roundings: f64,
-    /// None where there are too many cells.
+    /// None if there are too many cells.
     pub map: Option<PeriodMap>,
 }
 
@@ -50,11 +51,11 @@ impl Table {
         // An error of q̇ turns into one of q while the cam turns by this (rad).
         let span = (w.abs() / oscillator.stiffness().sqrt()).min(TAU);
         let squares = (0..law.breakpoints().len()).map(|segment| law.bound_in(segment, 1).powi(2));
-        // Four roundings shift a segment of the law, and four of U′ stay in q̇ behind it.
+        // Four roundings shift a segment of the law, and four roundings of U′ remain in q̇ after it.
         let [slope, curvature] = law.roundings().map(|rounding| ROUNDINGS * rounding * span.min(1.0));
         let of_points = slope + curvature * span.min(1.0);
         let of_angles = 2.0 * f64::EPSILON * (1.0 + span) * squares.sum::<f64>().sqrt();
-        // A force that acts so much longer.
+        // The roundings of a force that acts for that long.
         let forces = (0..law.breakpoints().len()).map(|segment| {
             let [u, slope] = [0, 1].map(|order| law.bound_in(segment, order));
             turn.equation.bound([u, slope, 0.0], [w.abs(), 0.0]).powi(2)
@@ -71,7 +72,7 @@ struct OnCam<'a> {
 }
 
 impl OnCam<'_> {
-    /// U … U‴ at `tau` (s) in an interval, whose angle is not rounded.
+    /// U … U‴ at `tau` (s) in an interval, with an unrounded angle.
     fn law_at(&self, tau: Double, interval: usize) -> [f64; 4] {
         let Turn { law, w, phi_start, .. } = self.turn;
         let phi = angle::remainder(Double::from(*phi_start) + Double::from(*w) * tau);
@@ -99,7 +100,8 @@ impl Periodic for OnCam<'_> {
         }
     }
 
-    /// Absolutely, the mass has no jump: what q̈ gained by the roundings of the joint, q̇ gets back as the law's jump of U′ there.
+    /// In absolute coordinates the mass does not jump: q̇ loses at the law's jump of U′ what q̈ gained by the roundings of the
+    /// joint.
     fn jump(&self, tau: Double, interval: usize) -> f64 {
         let next = if tau == self.period() { 0 } else { interval + 1 };
         let [before, after] = [interval, next].map(|interval| self.law_at(tau, interval));

@@ -1,8 +1,8 @@
 //! The estimated error of a motion.
 //!
-//! A vector e of errors, one for each state and with its sign, is carried along: over a step e⁺ = ∂y⁺/∂y e + what the step leaves out,
-//! the product by the difference of two series of low order, one from y, one from y + s e. Where the rates f jump or
-//! velocities do, the event of the disturbed motion comes δt later, and
+//! A vector e of errors, one for each state and with its sign, is carried along: over a step e⁺ = ∂y⁺/∂y e + the terms that the
+//! step neglects. The product is the difference of two series of low order, one from y, one from y + s e. If the rates f or the
+//! velocities jump, the event of the disturbed motion comes δt later, and
 //!
 //! e⁺ = e + f⁻ δt + (y⁺ − y⁻) v/ż⁻ − f⁺ δt,  δt = −(∇g e)/ġ,  v = e_ż + f⁻_ż δt,
 //!
@@ -20,14 +20,14 @@ use crate::numerics::double_double::Double;
 use crate::numerics::oscillator::Oscillator;
 use serde::{Deserialize, Serialize};
 
-/// The series whose difference carries errors leave out terms below this part of the first ones, over which an undamped vibration loses
-/// or gains as little in a step.
+/// The series whose difference carries errors neglect terms below this part of the first ones; an undamped vibration loses or gains
+/// as little over a step.
 const CARRIED: f64 = 1e-3;
-/// They have this order at least; a stiff part at rest shows only in the difference, which is not taken before it converges.
+/// They have at least this order; a stiff part at rest shows only in the difference, which is not taken before it converges.
 const LEAST: usize = 4;
-/// A difference whose last term is a larger part of the disturbance than this does not converge; errors then stay as they are.
+/// A difference whose last term is a larger part of the disturbance does not converge; the errors then stay as they are.
 const CONVERGED: f64 = 0.1;
-/// Of what a state is disturbed for it, as part of its size: a third of the digits.
+/// The disturbance of a state for it, as part of its size: a third of the digits.
 const DISTURBED: f64 = 1e-5;
 
 /// Errors of the states with their signs, and the largest size of each state so far.
@@ -35,17 +35,18 @@ const DISTURBED: f64 = 1e-5;
 pub struct Errors {
     pub(super) values: Vec<f64>,
     pub sizes: Vec<f64>,
-    /// The largest error and the largest size of each state at communication points: where a stiff member settles between them,
-    /// nobody sees how fast it did, and the error of its small velocity counts by that velocity.
+    /// The largest error and the largest size of each state at communication points. If a stiff member settles between them, its
+    /// speed of settling is not visible, and the error of its small velocity counts relative to that velocity.
     seen: Vec<[f64; 2]>,
-    /// The largest |U′| of each follower with backlash, whose gap counts by the motion of its cam, and when m1 was last at a flank (s).
+    /// The largest |U′| of each follower with backlash, whose gap counts relative to the motion of its cam, and the last time of m1
+    /// at a flank (s).
     flanks: Vec<[f64; 2]>,
-    /// The order that the last difference asks for.
+    /// The order that the last difference needs.
     order: usize,
 }
 
 impl Errors {
-    /// None so far.
+    /// No errors so far.
     pub fn none(train: &Train) -> Self {
         let count = train.layout.count;
         let (mut seen, mut flanks) = (vec![[0.0, f64::MIN_POSITIVE]; count], Vec::new());
@@ -61,14 +62,14 @@ impl Errors {
         Errors { values, sizes, seen, flanks, order: LEAST }
     }
 
-    /// Whether they are those of this train.
+    /// Whether they belong to this train.
     pub fn fit(&self, train: &Train) -> bool {
         let states = [self.values.len(), self.sizes.len(), self.seen.len()];
         states == [train.layout.count; 3] && self.flanks.len() == train.followers.len()
     }
 
-    /// The size by which a state is disturbed: a gap that is all but closed counts by the motion of its cam, since the disturbance
-    /// of all else would drown in rounding beside it.
+    /// The size of a state for its disturbance. A gap that is all but closed counts by the motion of its cam: next to its own size
+    /// the disturbance of everything else would drown in rounding.
     fn size(&self, k: usize) -> f64 {
         self.sizes[k].max(self.seen[k][1])
     }
@@ -78,8 +79,8 @@ impl Errors {
         self.values.iter().enumerate().fold(0.0_f64, |most, (k, e)| most.max(e.abs() / self.size(k)))
     }
 
-    /// Takes up the states at a communication point, at which the shaft turns with `w` (rad/s); the estimated relative error of the
-    /// motion so far. The angle of a free shaft counts in radians.
+    /// Takes up the states at a communication point, at which the shaft turns at `w` (rad/s); returns the estimated relative error
+    /// of the motion so far. The angle of a free shaft counts in radians.
     fn see(&mut self, train: &Train, y: &[f64], w: f64) -> f64 {
         for ([slope, _], at) in self.flanks.iter().zip(&train.layout.followers).filter(|([slope, _], _)| *slope > 0.0) {
             let size = &mut self.seen[at + 1][1];
@@ -94,20 +95,20 @@ impl Errors {
         RESERVE * largest
     }
 
-    /// m1 of a follower leaves its flank at `time` (s).
+    /// Records that m1 of a follower leaves its flank at `time` (s).
     pub(super) fn open(&mut self, j: usize, time: f64) {
         self.flanks.iter_mut().skip(j).take(1).for_each(|[_, opened]| *opened = time);
     }
 
-    /// How long m1 of a follower has been in flight at `time` (s).
+    /// The time that m1 of a follower has been in flight at `time` (s).
     pub(super) fn flight(&self, j: usize, time: f64) -> f64 {
         self.flanks.get(j).map_or(f64::INFINITY, |[_, opened]| time - opened)
     }
 }
 
 impl Run {
-    /// What the step up to `theta` leaves out of each state and rounds, with the sign of the one and of the error so far; the largest
-    /// sizes are taken up.
+    /// The neglected terms of the step up to `theta` for each state and their roundings, with the sign of the former and of the
+    /// error so far; takes up the largest sizes.
     fn left_out(&mut self, theta: f64, free: bool) -> [f64; MOST_STATES] {
         let mut left_out = [0.0; MOST_STATES];
         for k in 0..self.states.len() {
@@ -118,20 +119,20 @@ impl Run {
         left_out
     }
 
-    /// What the step up to `theta` leaves out of a state, what it rounds, and the largest size of the state.
+    /// The neglected term of the step up to `theta` for a state, its rounding, and the largest size of the state.
     fn term(&self, k: usize, theta: f64, free: bool) -> [f64; 3] {
         let c = self.recorded.tape.series(k);
         let change = theta * c[1..=self.order].iter().rev().fold(0.0, |sum, c| sum * theta + c);
         let size = if k == 0 && free { 1.0 } else { c[0].abs().max((c[0] + change).abs()) };
         let last = [self.order - 1, self.order].map(|n| c[n] * theta.powi(n as i32));
-        // Terms fall by half at least from one to the next.
+        // Terms fall at least by half from one to the next.
         let left = 0.5 * last[1].abs().max(0.5 * last[0].abs());
         let rounded = 0.5 * f64::EPSILON * c[0].abs().max(change.abs());
         [left.copysign(last[1]), rounded, self.errors.sizes[k].max(size)]
     }
 
-    /// A communication point at the place `theta` of the present step, which up to its end may be all of a run: what the step adds to
-    /// the estimate up to there counts, too.
+    /// Takes up a communication point at the place `theta` of the present step, which up to its end may be the whole run: the
+    /// step's own part of the estimate up to there counts, too.
     pub(super) fn arrive(&mut self, train: &Train, theta: f64, w: f64) {
         if self.errors.values.is_empty() {
             return;
@@ -145,7 +146,7 @@ impl Run {
         self.ahead = RESERVE * self.errors.seen.iter().enumerate().map(part).fold(0.0, f64::max);
     }
 
-    /// The end of a step within which there was a communication point counts like one.
+    /// The end of a step counts as a communication point if the step contained one.
     pub(super) fn depart(&mut self, train: &Train, w: f64) {
         if std::mem::take(&mut self.arrived) && !self.errors.values.is_empty() {
             let mut y = [0.0; MOST_STATES];
@@ -154,7 +155,7 @@ impl Run {
         }
     }
 
-    /// Carries the errors over the step up to `theta`. The series are those of another motion afterwards.
+    /// Carries the errors over the step up to `theta`. Afterwards the series belong to another motion.
     pub(super) fn carry(&mut self, train: &Train, outside: &Outside, theta: f64) {
         if self.errors.values.is_empty() {
             return;
@@ -167,14 +168,14 @@ impl Run {
         self.errors.values.iter_mut().zip(left_out).for_each(|(e, left_out)| *e += left_out);
     }
 
-    /// ∂y⁺/∂y e, by a motion that is disturbed by `scale` e.
+    /// ∂y⁺/∂y e, from a motion disturbed by `scale` e.
     fn vary(&mut self, train: &Train, outside: &Outside, theta: f64, scale: f64) {
         let (count, order) = (self.states.len(), self.order);
         let partial = |c: &[f64], low: usize| theta * c[1..=low].iter().rev().fold(0.0, |sum, c| sum * theta + c);
         let (mut low, mut powers) = (self.errors.order.clamp(LEAST, order - 1), [1.0; ORDERS[1] + 1]);
         (1..=order).for_each(|n| powers[n] = theta * powers[n - 1]);
         for c in (0..count).map(|k| self.recorded.tape.series(k)) {
-            // The size of a state as its first coefficients show it.
+            // The size of a state from its first coefficients.
             let limit = CARRIED * c[..5].iter().fold(0.0_f64, |most, c| most.max(c.abs()));
             low = (low + 1..order).rev().find(|n| c[*n].abs() * powers[*n] > limit).unwrap_or(low);
         }
@@ -205,7 +206,7 @@ impl Run {
         self.errors.order = if rest < CARRIED * DISTURBED { low - 1 } else { low + 2 };
     }
 
-    /// Where the difference does not converge a member is stiff: its errors go on as its free vibration does, those of all else stay.
+    /// For a stiff member, whose difference does not converge: its errors follow its free vibration, all others stay.
     fn settle_errors(&mut self, train: &Train, time: f64) {
         for (follower, at) in train.followers.iter().zip(&train.layout.followers) {
             let Some((place, [m, c, b])) = follower.joint.sprung() else { continue };
@@ -217,8 +218,8 @@ impl Run {
         }
     }
 
-    /// The end of a step on inputs of the shaft, which themselves are rounded: by them place and velocity of the cams jump. Vibrations
-    /// carry the errors of so short a step on as they are.
+    /// Takes up the end of a step on inputs of the shaft. Inputs are rounded, so place and velocity of the cams jump. Vibrations
+    /// carry the errors of such a short step on unchanged.
     pub(super) fn end_on_inputs(&mut self, train: &Train, theta: f64, [phi, w]: [f64; 2]) {
         if self.errors.values.is_empty() || theta == 0.0 {
             return;
@@ -246,8 +247,8 @@ impl Run {
         [y, train.instant(&self.modes, phi, &y, &given).1.rates]
     }
 
-    /// What an event makes of the errors, before which states and rates were these, and for how long m1 of a follower that hits has
-    /// been in flight (s).
+    /// The effect of an event on the errors. States and rates before it were these; m1 of a follower that hits has been in flight
+    /// for this long (s).
     pub(super) fn carry_over(
         &mut self,
         train: &Train,
@@ -287,33 +288,34 @@ impl Run {
         }
     }
 
-    /// Whether m1 of follower j, which bounces, is in contact.
+    /// Whether m1 of follower j has bounced and is now in contact.
     fn died_away(&self, train: &Train, j: usize) -> bool {
         train.clearance(j).is_some_and(|p| p.e > 0.0) && self.modes.stands[j].is_held()
     }
 }
 
-/// Delay of an impact and the part v/ż⁻ of its jump, with these errors of gap and velocity, closing velocity and acceleration before it,
-/// where the motion mostly comes later, by δt = −e_z/ż⁻: what its velocity errs by otherwise is less than ż⁻, or half of the whole.
+/// Delay of an impact and the part v/ż⁻ of its jump, with these errors of gap and velocity, closing velocity and acceleration
+/// before it, for a motion that mostly comes later, by δt = −e_z/ż⁻: the rest of the error of its velocity is less than ż⁻ or half
+/// of the whole.
 ///
-/// All impacts of one that chatters, and all flights and contacts of others that it opens, then have the same δt, however short they
-/// are, and what they add of f⁻ δt and f⁺ δt cancels to the first and the last.
+/// All impacts of a follower that chatters, and all flights and contacts of others that it opens, then have the same δt, however
+/// short they are. Their terms f⁻ δt and f⁺ δt cancel except for the first and the last.
 fn later([gap, speed]: [f64; 2], closing: f64, acceleration: f64) -> Option<(f64, f64)> {
     let delay = -gap / closing;
     let rest = speed + acceleration * delay;
     (closing != 0.0 && rest.abs() <= closing.abs().max(0.5 * speed.abs())).then_some((delay, rest / closing))
 }
 
-/// The same where impacts of the disturbed motion are others, with the accelerations before and behind it and the time of flight (s).
+/// The same if the disturbed motion has other impacts, with the accelerations before and after and the time of flight (s).
 fn apart(errors: [f64; 2], closing: f64, accelerations: [f64; 2], flight: f64) -> (f64, f64) {
     let ([gap, speed], [before, behind]) = (errors, accelerations);
-    // Where the gap closes slowly, its curvature bounds the delay.
+    // If the gap closes slowly, its curvature bounds the delay.
     let rate = (closing * closing + (2.0 * (behind - before) * gap).abs()).sqrt().copysign(closing);
     if rate == 0.0 {
         return (0.0, 0.0);
     }
-    // A bounce that is lower than the error is gone, or one more, in the disturbed motion: that changes all else for as long as
-    // it takes, no longer.
+    // A bounce lower than the error disappears, or one more occurs, in the disturbed motion: that affects everything else only for
+    // its duration.
     let delay = (-gap / rate).min(flight).max(-flight);
     (delay, (speed + before * delay) / rate)
 }

@@ -1,4 +1,4 @@
-//! What happens at the end of a step.
+//! Events at the end of a step.
 
 use super::{End, Event, Outside, Run};
 use crate::drives::follower::contact::{Flank, Mode};
@@ -9,15 +9,15 @@ use crate::drives::shaft::train::{Dynamics, Functions, MOST_FOLLOWERS, MOST_STAT
 use crate::drives::{About, Event as Entry, EventLog, Fault};
 use crate::numerics::double_double::Double;
 
-/// Bounces end in contact when all that are to come take less than this part of the time in which the pressing force changes; their
-/// impulse is summed. Those of one follower may open the contact of another: with 1e-7, enough for one alone, the impulses of two that
-/// chatter at once are off by 2e-10.
+/// Bounces end in contact when the remaining ones take less than this part of the time in which the pressing force changes; their
+/// impulse is summed. Bounces of one follower may open the contact of another: with 1e-7, enough for a single follower, the
+/// impulses of two that chatter at once are off by 2e-10.
 const CLOSURE: f64 = 1e-10;
 
-/// Impacts that would bounce for less than this part of that time are none: m1 stays.
+/// Impacts whose bounces last less than this part of that time do not count: m1 stays.
 const FAINT: f64 = 1e-14;
 
-/// What tells of an event.
+/// The quantity logged with an event.
 struct Figure {
     quantity: &'static str,
     value: f64,
@@ -38,7 +38,7 @@ impl Figure {
     }
 }
 
-/// m1 of follower j at a flank that it has hit: its bounces end when all that are to come take less than this part of the time in
+/// m1 of follower j at a flank that it has hit: its bounces end when the remaining ones take less than this part of the time in
 /// which the pressing force changes.
 struct Bounce {
     j: usize,
@@ -46,15 +46,15 @@ struct Bounce {
     part: f64,
 }
 
-/// How cam and flank of a follower jump.
+/// A jump of cam and flank of a follower.
 struct Jump {
-    /// By how much place (m) and velocity (m/s) do.
+    /// The jumps of place (m) and velocity (m/s).
     moved: [f64; 2],
-    /// What these differences round to.
+    /// The roundings of these differences.
     rounding: [f64; 2],
-    /// U′ behind it.
+    /// U′ after the jump.
     slope: f64,
-    /// Whether inputs make it.
+    /// Whether inputs cause it.
     is_input: bool,
 }
 
@@ -67,7 +67,7 @@ impl End {
 }
 
 impl Run {
-    /// Takes up what ends the step, which has been left there.
+    /// Carries out the event at the end of the step.
     pub(super) fn happen(&mut self, train: &Train, outside: &Outside, event: Event, log: &mut EventLog) {
         let Instant { phi, y, .. } = self.here(train, outside);
         let jumps = matches!(event, Event::Border(..) | Event::Follower(_, Change::Impact(_)))
@@ -120,7 +120,7 @@ impl Run {
         log.push(Entry { time: self.start.hi, kind, quantity, value, unit, follower, about: About::Machine });
     }
 
-    /// m1 of follower j leaves its flank; the gap begins with a zero of this order.
+    /// Opens the contact of m1 of follower j; the gap begins with a zero of this order.
     fn open(&mut self, j: usize, zeros: usize) {
         let stand = &mut self.modes.stands[j];
         (stand.contact, stand.zeros) = (Mode::Free, zeros);
@@ -130,7 +130,7 @@ impl Run {
     /// The modes at the start: segments, pieces, flanks.
     ///
     /// # Errors
-    /// Where the train is to start `at_rest` under loads that it cannot balance.
+    /// The train is to start `at_rest` under loads that it cannot balance.
     pub fn choose_modes(
         &mut self,
         train: &Train,
@@ -155,11 +155,11 @@ impl Run {
         Ok(())
     }
 
-    /// The segments of all laws at the start of the step; the shaft's acceleration and what comes with it there.
+    /// The segments of all laws at the start of the step; returns the shaft's acceleration and the other dynamics there.
     pub fn locate(&mut self, train: &Train, outside: &Outside) -> Dynamics<f64> {
         let now = self.here(train, outside);
         let angles = train.angles(now.phi, &now.y);
-        // At rest the acceleration tells where the shaft will turn.
+        // At rest the acceleration shows the sense in which the shaft will turn.
         self.modes.segments = train.segments(&angles, true);
         let (_, d) = train.instant(&self.modes, now.phi, &now.y, &now.given);
         let w = train.speed(&now);
@@ -168,7 +168,7 @@ impl Run {
         d
     }
 
-    /// What the present inputs and parameters decide: the limit of a servo, and who stays on its flank.
+    /// Decides by the present inputs and parameters about the limit of a servo and the contacts.
     pub fn decide(&mut self, train: &Train, outside: &Outside, log: &mut EventLog) {
         if let Some(motor) = train.machine().map(|machine| &machine.motor) {
             let now = self.here(train, outside);
@@ -182,12 +182,12 @@ impl Run {
         self.settle(train, outside, None, log);
     }
 
-    /// Places followers with backlash on the flanks that press them; one that nothing presses flies.
+    /// Places followers with backlash on the flanks that press them; without a pressing force they fly.
     pub fn press(&mut self, train: &Train, outside: &Outside, log: &mut EventLog) {
         for (j, ..) in train.clearances() {
             self.modes.stands[j].contact = Mode::Contact(Flank::A);
         }
-        // The flank of one depends on what the others do.
+        // The flank of each depends on the others.
         for _ in 0..train.followers.len() {
             let at_flank = self.at_flanks(None);
             let (forces, _) = train.pressing(&self.modes, &at_flank, &self.here(train, outside));
@@ -206,10 +206,11 @@ impl Run {
         self.settle(train, outside, None, log);
     }
 
-    /// The shaft jumps from where it was at the `end` of the last step to where its inputs put it: masses keep place and velocity,
-    /// one in contact follows its flank, and the momentum that it takes up counts as impulse; a cam without flank B, which cannot pull,
-    /// leaves it its velocity. A free mass that the jump puts beyond a flank is set on it, and hits it if it moves towards it. Whether
-    /// a step `begins` with it, whose sums it begins, or outputs show it only. False where the shaft does not jump, but goes on.
+    /// A jump of the shaft from its state at the `end` of the last step to the values of its inputs. Masses keep place and
+    /// velocity. A mass in contact follows its flank, and the momentum that it takes up counts as impulse; a cam without flank B,
+    /// which cannot pull, leaves the mass its velocity. A free mass beyond a flank after the jump is set on it, and hits it if it
+    /// moves towards it. The jump `begins` a step and its sums, or only serves the outputs. False if the shaft goes on without a
+    /// jump.
     pub fn jump(&mut self, train: &Train, outside: &Outside, (end, begins): (&End, bool), log: &mut EventLog) -> bool {
         let Some(motion) = outside.motion else { return false };
         let [phi, w, a, ..] = motion.at(outside.time).kinematics.0;
@@ -258,7 +259,7 @@ impl Run {
         jumps
     }
 
-    /// Puts follower j where a jump leaves it; the flank that a free mass then hits.
+    /// Moves follower j as a jump does; returns the flank that a free mass then hits.
     fn displace(
         &mut self,
         train: &Train,
@@ -320,7 +321,7 @@ impl Run {
         })
     }
 
-    /// Which of the followers that touch a flank without velocity stay there.
+    /// Decides which of the followers that touch a flank without velocity stay there.
     fn settle(&mut self, train: &Train, outside: &Outside, but: Option<usize>, log: &mut EventLog) {
         let mut at_flank = self.at_flanks(but);
         for (j, at, _) in train.clearances().filter(|(j, ..)| but != Some(*j)) {
@@ -361,7 +362,7 @@ impl Run {
             for other in [Flank::A, Flank::B] {
                 let away = self.modes.stands[i].home(p.s) - other.pick(0.0, p.s);
                 let (gap, speed) = (other.sign() * (y[at] + away), other.sign() * y[at + 1]);
-                // Another that gets there within the rounding of time.
+                // Another follower that arrives within the rounding of time.
                 let together =
                     i != j && speed < 0.0 && gap <= -speed * f64::EPSILON * self.start.hi.abs().max(self.unit);
                 if together {
@@ -370,7 +371,7 @@ impl Run {
             }
             if let Some(hit) = at_flank[i] {
                 (y[at], self.modes.stands[i].beyond) = (0.0, hit == Flank::B);
-                // Rounding may show a grazing mass as leaving.
+                // Rounding may show a grazing mass as receding.
                 if i == j && hit.sign() * y[at + 1] > 0.0 {
                     y[at + 1] = 0.0;
                 }
@@ -416,7 +417,7 @@ impl Run {
         tally.sums[1] += slope * impulse;
     }
 
-    /// Ends bounces that are all but over: m1 stays, and what they would still bring is summed.
+    /// Ends bounces that are all but over: m1 stays, and the impulse of the remaining ones is summed.
     fn close(&mut self, train: &Train, bounce: Bounce, slopes: &[f64; MOST_FOLLOWERS], now: &mut Instant) -> bool {
         let Bounce { j, flank, part } = bounce;
         let Some(p) = train.clearance(j) else { return false };
@@ -429,12 +430,12 @@ impl Run {
         let inverse = 1.0 / p.m1 + if train.machine().is_some() { slopes[j] * slopes[j] / f.inertia } else { 0.0 };
         let mass = 1.0 / inverse;
         let (last, w) = (1.0 - p.e, train.speed(now));
-        // Where nothing changes, the unit of time grows without limit.
+        // If nothing changes, the unit of time grows without limit.
         let time = part * self.unit.min(self.pace(train)).min(1.0 / w.abs());
         if !(force > 0.0 && last > 0.0 && 2.0 * rebound.abs() * mass <= time * force * last) {
             return false;
         }
-        // The velocity that the bounces to come take from m1 and the shaft.
+        // The velocity that the remaining bounces take from m1 and the shaft.
         let impulse = -mass * rebound;
         let turn = if train.machine().is_some() { -slopes[j] * impulse / f.inertia } else { 0.0 };
         let mut impulses = [0.0; MOST_FOLLOWERS];

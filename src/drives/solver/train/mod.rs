@@ -1,7 +1,7 @@
 //! The motion of a train from event to event, by power series in time.
 //!
-//! A step is the power series of all states about its start ([`record`]), as long as the terms left out stay below the tolerance.
-//! Communication points are read from it. Events are first roots of polynomials, which none can hide from: breakpoints of a
+//! A step is the power series of all states about its start ([`record`]), as long as the neglected terms allow for the tolerance.
+//! It yields the communication points. Events are certified first roots of polynomials, none of which is missed: breakpoints of a
 //! law, release and impact, the limit of a servo's torque, a knot of a torque table. A step ends at the first of them.
 //!
 //! Source: À. Jorba, M. Zou, Experimental Mathematics 14 (2005) 99–117 (step size of Taylor's method).
@@ -28,22 +28,22 @@ use record::{About, Recorded};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// What comes from outside during a communication step that begins at `time` (s).
+/// The external influences during a communication step that begins at `time` (s).
 pub struct Outside<'a> {
     pub time: f64,
-    /// The course of a driven shaft.
+    /// The motion of a driven shaft.
     pub motion: Option<&'a AngleMotion>,
     pub inputs: &'a Inputs,
 }
 
 impl Outside<'_> {
-    /// ω of a driven shaft where the communication step begins (rad/s).
+    /// ω of a driven shaft at the start of the communication step (rad/s).
     fn speed(&self) -> f64 {
         self.motion.map_or(0.0, |motion| motion.coefficients[1])
     }
 }
 
-/// What ends a step.
+/// An event that ends a step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Event {
     /// An angle reaches a breakpoint, ahead or back.
@@ -57,7 +57,7 @@ pub enum Event {
 }
 
 impl Event {
-    /// The modes of the motor behind it.
+    /// The modes of the motor after it.
     fn changed(self, modes: Modes) -> Modes {
         match self {
             Event::Limit(saturation) => Modes { saturation, ..modes },
@@ -76,7 +76,7 @@ pub struct Tally {
     pub impacts: f64,
     /// Energy lost (J).
     pub loss: f64,
-    /// ∫ b q̇² dt up to the current step (J), where it is counted.
+    /// ∫ b q̇² dt up to the current step (J), if it is counted.
     pub damped: Option<f64>,
     /// ∫F_K dt + ΣP and ∫U′F_K dt + ΣU′P of the communication step up to the current step.
     pub sums: [f64; 2],
@@ -85,40 +85,40 @@ pub struct Tally {
 /// The motion: a step that holds the communication point.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Run {
-    /// Where the step begins (s).
+    /// The start of the step (s).
     start: Double,
     /// The states there; φ within a turn.
     states: Vec<Double>,
     /// The whole turns of φ.
     pub turns: f64,
-    /// Since that start.
+    /// The modes since that start.
     pub modes: Modes,
     /// The unit of time (s).
     unit: f64,
-    /// How far the step goes, in units.
+    /// The length of the step, in units.
     length: f64,
-    /// What happens there.
+    /// The event at its end.
     event: Option<Event>,
-    /// What happened at its start.
+    /// The event at its start.
     since: Option<Event>,
     /// The order of the series.
     order: usize,
-    /// From where in the step the sums are still to be taken, in units.
+    /// The place in the step from which the sums are still to be taken, in units.
     summed: f64,
     /// The counts of the followers.
     pub tallies: [Tally; MOST_FOLLOWERS],
     /// Steps since the start.
     pub steps: f64,
-    /// Estimated relative error up to the present step, and what that adds.
+    /// Estimated relative error up to the present step, and the step's own part.
     pub error: f64,
     pub ahead: f64,
     /// Whether a communication point has been in the present step.
     arrived: bool,
-    /// What it comes from; without states while a periodic motion is searched for.
+    /// The errors behind it; without states during the search for a periodic motion.
     pub errors: Errors,
-    /// Relative.
+    /// The relative tolerance.
     tolerance: f64,
-    /// The period with which it began (s), and its largest multiplier; 0 where it began otherwise.
+    /// The period at the start (s), and its largest multiplier; 0 for other starts.
     pub period: [f64; 2],
     #[serde(skip)]
     recorded: Recorded,
@@ -139,12 +139,12 @@ pub struct End {
 }
 
 impl End {
-    /// Whether its pieces are some of the train's laws.
+    /// Whether its pieces exist in the train's laws.
     pub fn has_segments_of(&self, train: &Train) -> bool {
         train.has_segments(&self.modes.segments)
     }
 
-    /// Whether it may be one of this train, whose laws may have other pieces.
+    /// Whether it may belong to this train, whose laws may have other pieces.
     pub fn fits(&self, train: &Train) -> bool {
         self.states.len() == train.layout.count
             && train.takes(&self.modes)
@@ -152,25 +152,25 @@ impl End {
     }
 }
 
-/// The least order, and the one of the finest tolerance.
+/// The least order, and the order of the finest tolerance.
 const ORDERS: [usize; 2] = [8, 24];
 
-/// The terms left out are below this part of the tolerance in each step, so that those of many steps stay below it.
+/// The neglected terms of each step are below this part of the tolerance, so that those of many steps stay below it.
 const SHARE: f64 = 0.05;
 
-/// No step is longer (s).
+/// The longest step (s).
 const LONGEST: f64 = 1e6;
 
-/// The speed on a torque table may be beyond the end of its piece by this part of the table: as the pieces meet with their
-/// slopes, the torque differs by the square of that, and no rounding brings the speed back.
+/// The speed on a torque table may be beyond the end of its piece by this part of the table: the pieces meet with equal slopes, so
+/// the torque differs by the square of that, and no rounding brings the speed back.
 const SLACK: f64 = 1e-8;
 
-/// Behind a limit of the servo its demand differs from the limit by no more than this part of it, and that by tolerance.
+/// After the servo reaches its limit, its demand differs from the limit by at most this part of it, by tolerance.
 const NEAR: f64 = 1e-3;
 
 /// The shortest flight that begins without velocity, as a part of the unit of time: m1 has moved by 1e-14 of a typical way.
 const ARMING: f64 = 1e-7;
-/// It counts where the leading coefficient of the gap is no more than this part of the largest one, about rounding.
+/// It counts if the leading coefficient of the gap is no more than this part of the largest one, about rounding.
 const NOISE: f64 = 1e-9;
 
 /// The highest order of a zero with which a gap begins: after a release.
@@ -179,7 +179,7 @@ const MOST_ZEROS: usize = 3;
 /// Nominal work of a step, and of a follower in it (µs).
 const COST: [f64; 2] = [2.0, 1.0];
 
-/// The series of a law takes so many times the work of its value, U … U⁗: measured on trains of 2 and 16 laws of 256 harmonics.
+/// Cost of the series of a law over the cost of its value, U … U⁗: measured on trains of 2 and 16 laws of 256 harmonics.
 const SERIES_OF_LAW: f64 = 1.3;
 
 /// Nominal work of a step of this train with so many series of its laws and mechanisms (µs).
@@ -190,8 +190,8 @@ fn cost(train: &Train, series: f64) -> f64 {
     COST[0] + COST[1] * train.followers.len() as f64 + series * of_functions
 }
 
-/// The order of the series for a tolerance. Longer series make longer steps: of a motor with three elastic outputs 4 + 1.4 digits needs
-/// half as many steps again in the same time.
+/// The order of the series for a tolerance. Longer series make longer steps: for a motor with three elastic outputs 4 + 1.4 digits
+/// takes 1.5 times as many steps in the same time.
 fn order(tolerance: f64) -> usize {
     let digits = -tolerance.log10();
     (9.0 + 1.45 * digits).round().clamp(ORDERS[0] as f64, ORDERS[1] as f64) as usize
@@ -207,28 +207,29 @@ impl Run {
         run
     }
 
-    /// The states where the step begins.
+    /// The states at the start of the step.
     pub fn from(&self, y: &mut [f64]) {
         self.states.iter().zip(y).for_each(|(state, y)| *y = state.hi);
     }
 
-    /// Other states and modes, as they are before the first step.
+    /// Sets other states and modes, as before the first step.
     pub fn put(&mut self, y: &[f64], modes: Modes) {
         self.states.iter_mut().zip(y).for_each(|(state, y)| *state = Double::from(*y));
         (self.modes, self.length) = (modes, 0.0);
     }
 
-    /// It begins on this motion.
+    /// Records that the run begins on this periodic motion.
     pub fn set_period(&mut self, found: &periodic::Periodic) {
         self.period = [found.period, found.multiplier];
     }
 
-    /// The equations have changed.
+    /// Forgets the recorded equations after a change.
     pub fn forget(&mut self) {
         self.recorded.forget();
     }
 
-    /// Whether it may be one of this train, whose laws may have other pieces: a saved state with a right checksum may hold anything.
+    /// Whether it may belong to this train, whose laws may have other pieces: a saved state with a right checksum may hold
+    /// anything.
     pub fn fits(&self, train: &Train) -> bool {
         let lengths = [self.length, self.unit, self.summed];
         let is_event = |event: &Event| match *event {
@@ -247,12 +248,12 @@ impl Run {
             && self.event.iter().chain(&self.since).all(is_event)
     }
 
-    /// Whether its pieces are some of the train's laws.
+    /// Whether its pieces exist in the train's laws.
     pub fn has_segments_of(&self, train: &Train) -> bool {
         train.has_segments(&self.modes.segments)
     }
 
-    /// Computes the series anew that saved states leave out.
+    /// Recomputes the series that saved states leave out.
     pub fn rebuild(&mut self, train: &Train, outside: &Outside) {
         self.expand(train, outside);
     }
@@ -262,7 +263,7 @@ impl Run {
         self.order as f64
     }
 
-    /// Whether the states are numbers.
+    /// Whether the states are finite.
     pub fn is_finite(&self) -> bool {
         self.states.iter().all(|state| state.hi.is_finite()) && self.length.is_finite() && self.unit.is_finite()
     }
@@ -282,17 +283,17 @@ impl Run {
         }
     }
 
-    /// A time in which little happens (s), from frequencies alone.
+    /// A time in which the motion changes little (s), from frequencies alone.
     fn pace(&self, train: &Train) -> f64 {
         1.0 / train.followers.iter().map(|follower| follower.joint.frequency()).fold(1.0, f64::max)
     }
 
-    /// φ (rad) within a turn, of a driven shaft as its motion says.
+    /// φ (rad) within a turn; for a driven shaft from its motion.
     fn phi(&self, outside: &Outside, time: Double, y: &[f64]) -> Double {
         outside.motion.map_or_else(|| Double::from(y[0]), |motion| Double::from(motion.at_instant(time).reduced))
     }
 
-    /// What comes from outside at `time`.
+    /// The external values at `time`.
     pub fn given(&self, train: &Train, outside: &Outside, time: Double, y: &[f64]) -> Given<f64> {
         let since = (time - Double::from(outside.time)).hi;
         let mut given = Given {
@@ -322,7 +323,7 @@ impl Run {
         given
     }
 
-    /// What was done since this was last asked (nominal µs): a step, and the series of laws and mechanisms for it.
+    /// The work done since the last call (nominal µs): a step, and the series of laws and mechanisms for it.
     fn done(&mut self, train: &Train) -> f64 {
         cost(train, std::mem::take(&mut self.series))
     }
@@ -342,18 +343,18 @@ impl Run {
         self.recorded.tape.expand(self.order, self.unit);
     }
 
-    /// How far the series serves, in units: the last two terms of each state are below the tolerance of its first ones, or of the largest
-    /// that it has been.
+    /// The reach of the series, in units: the last two terms of each state are below the tolerance of its first ones, or of its
+    /// largest size so far.
     fn reach(&self) -> f64 {
         let (mut at, mut reach) = (1.0, self.reach_by(1.0));
-        // Behind half of the place the first terms are at most sixteen times as large, which [`SHARE`] outweighs.
+        // Beyond half of the place the first terms are at most sixteen times as large, which [`SHARE`] outweighs.
         while 0.0 < reach && reach < 0.5 * at {
             (at, reach) = (reach, self.reach_by(reach));
         }
         reach
     }
 
-    /// The same by the first terms as they are at the place `at`.
+    /// The same relative to the first terms at the place `at`.
     fn reach_by(&self, at: f64) -> f64 {
         let tolerance = SHARE * self.tolerance;
         let mut reach = 4.0_f64;
@@ -365,7 +366,7 @@ impl Run {
                 if c[n].is_nan() {
                     reach = 0.0;
                 } else if c[n] != 0.0 {
-                    // A motion that begins flat is judged by what its first terms have come to.
+                    // A motion that begins flat is measured by the later size of its first terms.
                     let flat = || (5..n).fold(0.0_f64, |most, i| most.max(below(c[i].abs(), n - i)));
                     reach = reach.min(if size > f64::MIN_POSITIVE { below(size, n) } else { flat() });
                 }
@@ -374,21 +375,21 @@ impl Run {
         for k in 0..self.states.len() {
             take(self.recorded.tape.series(k), self.order, self.errors.sizes.get(k).copied().unwrap_or(0.0));
         }
-        // What events are found by is known to one order less.
+        // The quantities that locate events are known to one order less.
         let held = |j: &usize| self.modes.stands[*j].is_held();
         let of = |j| self.recorded.normal(j);
         (0..MOST_FOLLOWERS).filter(held).flat_map(of).for_each(|c| take(c, self.order - 1, 0.0));
         reach
     }
 
-    /// Lays the next step from where the last one has ended.
+    /// Computes the next step from the end of the last one.
     fn lay(&mut self, train: &Train, outside: &Outside, horizon: f64) -> Result<(), Fault> {
         self.unit = self.unit.min(LONGEST);
         let mut reach = 0.0;
         for _ in 0..60 {
             self.expand(train, outside);
             reach = self.reach();
-            // What is no number, and steps much shorter than their unit, are tried in a smaller unit.
+            // Steps that are not finite or much shorter than their unit are tried in a smaller unit.
             if reach >= 0.1 {
                 break;
             }
@@ -430,7 +431,7 @@ impl Run {
         }
     }
 
-    /// A guard: its value now, and the course of a series in one sense or the other.
+    /// A guard: its present value, and the motion of a series in one sense or the other.
     fn guard(&self, value: f64, sign: f64, c: &[f64]) -> [f64; ORDERS[1]] {
         let mut guard = [0.0; ORDERS[1]];
         guard[0] = value;
@@ -454,7 +455,7 @@ impl Run {
         }
     }
 
-    /// What changes the equations of a follower while the shaft turns at the speed w.
+    /// The guards of a follower while the shaft turns at the speed w.
     fn watch_follower(&mut self, train: &Train, j: usize, w: f64) {
         let (count, stand, own) = (self.order, self.modes.stands[j], train.layout.followers[j]);
         train.followers[j].joint.guards(&stand, &mut |Guard { state, shift, sign, zeros, change }| {
@@ -464,7 +465,7 @@ impl Run {
             let zeros = if guard[0] == 0.0 { zeros } else { 0 };
             guard[..zeros].fill(0.0);
             if state.is_none() {
-                // Where nothing presses, roundings are no release.
+                // Without a pressing force, roundings are no release.
                 let resolution = self.recorded.resolution(j, w);
                 guard.iter_mut().take_while(|c| c.abs() <= resolution).for_each(|c| *c = 0.0);
             }
@@ -477,7 +478,7 @@ impl Run {
         });
     }
 
-    /// The limit of a servo, the ends of a piece of a torque table.
+    /// The guards of the motor: the limit of a servo, the ends of a piece of a torque table.
     fn watch_motor(&mut self, motor: &Motor) {
         let count = self.order;
         let side = |run: &Self, sign: f64, shift: f64| {
@@ -485,7 +486,7 @@ impl Run {
             run.guard(sign * demand[0] + shift, sign, demand)
         };
         if let Some(servo) = motor.servo() {
-            // Behind a limit the guard begins with a zero.
+            // After reaching a limit the guard begins with a zero.
             let (fresh, saturation) = (matches!(self.since, Some(Event::Limit(_))), self.modes.saturation);
             let mut limit = |sign: f64, shift: f64, event: Event| {
                 let mut guard = side(self, sign, shift);
@@ -511,7 +512,7 @@ impl Run {
         }
     }
 
-    /// How far `time` is from the start of the step, in units.
+    /// The time from the start of the step to `time`, in units.
     fn theta(&self, time: Double) -> f64 {
         (time - self.start).hi / self.unit
     }
@@ -521,7 +522,7 @@ impl Run {
         self.start + two_product(self.length, self.unit)
     }
 
-    /// The end of the step (s), and whether something happens there.
+    /// The end of the step (s), and whether an event happens there.
     pub fn held(&self) -> (f64, bool) {
         (self.end().hi, self.event.is_some())
     }
@@ -534,7 +535,7 @@ impl Run {
         }
     }
 
-    /// ∫ b q̇² dt of a follower with backlash since the start (J), up to the place `theta` of the step, where it is counted.
+    /// ∫ b q̇² dt of a follower with backlash since the start (J), up to the place `theta` of the step, if it is counted.
     fn damped(&self, train: &Train, j: usize, theta: f64) -> Option<f64> {
         let (before, p) = (self.tallies[j].damped?, train.clearance(j)?);
         let rate = &self.recorded.tape.series(train.layout.followers[j] + 3)[..=self.order];
@@ -559,7 +560,7 @@ impl Run {
         self.summed = theta;
     }
 
-    /// Ends the step at `theta`, where the next begins.
+    /// Ends the step at `theta`; the next one begins there.
     fn leave(&mut self, train: &Train, outside: &Outside, theta: f64) {
         self.sum_up(train, theta);
         let (mut changes, reach) = ([0.0; MOST_STATES], self.reach());
@@ -585,19 +586,19 @@ impl Run {
         self.unit *= reach.clamp(0.1, 2.0);
     }
 
-    /// A communication step begins: its sums begin.
+    /// Begins a communication step and its sums.
     pub fn begin_step(&mut self, train: &Train, time: f64) {
         self.sum_up(train, self.theta(Double::from(time)).clamp(0.0, self.length));
         self.tallies.iter_mut().for_each(|tally| tally.sums = [0.0; 2]);
     }
 
-    /// The states begin anew at `time`, since what comes from outside has changed.
+    /// Restarts from the states at `time`, since external influences have changed.
     pub fn restart(&mut self, train: &Train, outside: &Outside, time: f64) {
         let theta = self.theta(Double::from(time)).clamp(0.0, self.length);
         if self.length > 0.0 {
             self.leave(train, outside, theta);
         }
-        // What happened at the start of the step that is left holds there only.
+        // The event at the start of the step that is left holds only there.
         (self.length, self.event, self.since) = (0.0, None, self.since.filter(|_| theta == 0.0));
     }
 
@@ -613,7 +614,7 @@ impl Run {
         Ok(())
     }
 
-    /// Goes on up to the step that holds `end`; what comes from outside holds for so long as `horizon` says (s).
+    /// Goes on up to the step that holds `end`; the external influences hold up to the `horizon` (s).
     pub fn advance(
         &mut self,
         train: &Train,
@@ -656,7 +657,7 @@ impl Run {
         }
     }
 
-    /// Keeps the motion at `time` on this course of the shaft, where the step ends.
+    /// Keeps the motion at `time` on this motion of the shaft, at which the step ends.
     pub fn keep(&mut self, train: &Train, time: f64, motion: &AngleMotion, end: &mut End) {
         let [phi, w, ..] = motion.at(time).kinematics.0;
         self.end_on_inputs(train, self.theta(Double::from(time)).clamp(0.0, self.length), [phi, w]);

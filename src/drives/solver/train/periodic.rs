@@ -1,8 +1,8 @@
 //! The periodic motion of a train by shooting over a turn.
 //!
-//! The section is φ = φ(0) modulo 2π, the unknowns s are all states but φ, of a driven shaft all states. Some turns from a guess
-//! come near the motion; Newton's method then solves s = P(s), with the derivatives of the map P of a turn by differences. Its
-//! multipliers, the eigenvalues of ∂P/∂s, decide about stability; the gap of a mass that is in contact at the section is no unknown.
+//! The section is φ = φ(0) modulo 2π, the unknowns s are all states except φ; for a driven shaft all states. Some turns from a
+//! guess come near the motion; Newton's method then solves s = P(s), with the derivatives of the map P of a turn by differences.
+//! Its multipliers, the eigenvalues of ∂P/∂s, decide about stability. The gap of a mass in contact at the section is no unknown.
 //!
 //! Source: A. H. Nayfeh, B. Balachandran, *Applied Nonlinear Dynamics*, Wiley 1995, sections 6.1, 7.3.
 
@@ -15,25 +15,25 @@ use crate::numerics::lu;
 use crate::numerics::work::Work;
 use std::f64::consts::TAU;
 
-/// Turns from the guess on: vibrations with D = 0.02 in six periods a turn have come down to 1e-5 by then.
+/// Turns from the guess on: by then vibrations with D = 0.02 in six periods a turn have decayed to 1e-5.
 const TURNS: usize = 16;
-/// Newton's method doubles the digits; from a good start a few do.
+/// Newton's method doubles the digits; from a good start a few iterations are enough.
 const ITERATIONS: usize = 12;
-/// Of what differences change a state, as part of its largest value: half of the digits for Newton's method, and a third of them on
-/// both sides for the multipliers, where what is left out is about as small as what roundings make.
+/// The change of a state for differences, as part of its largest value: half of the digits for Newton's method. For the multipliers
+/// a third of them on both sides, where neglected terms and roundings are about equal.
 const STEPS: [f64; 2] = [1e-7, 1e-4];
-/// Beyond this multiplier a motion counts as unstable, far above the roundings of the differences.
+/// Above this multiplier a motion counts as unstable, far above the roundings of the differences.
 pub const STABLE: f64 = 1.0 + 1e-6;
-/// A turn repeats itself to this part of the states.
+/// A turn repeats itself if the states change by less than this part.
 const CLOSED: f64 = 1e-11;
-/// The motion is followed as finely as numbers allow, so that differences are right.
+/// The tolerance of the motion is as fine as numbers allow, so that differences are accurate.
 const TOLERANCE: f64 = 1e-13;
 
 /// A periodic motion.
 pub struct Periodic {
-    /// The states at the section; φ first where the shaft is free.
+    /// The states at the section; φ first if the shaft is free.
     pub y: [f64; MOST_STATES],
-    /// What holds there.
+    /// The modes at the section.
     pub modes: Modes,
     /// T (s).
     pub period: f64,
@@ -46,7 +46,7 @@ pub struct Periodic {
 /// The states after a turn.
 struct Turned {
     y: [f64; MOST_STATES],
-    /// The largest size of each state on the way.
+    /// The largest size of each state during the turn.
     sizes: [f64; MOST_STATES],
     modes: Modes,
     /// The segments of the laws at its start.
@@ -57,7 +57,7 @@ struct Turned {
 /// The periodic motion near these states; the shaft turns in the sense `sense`.
 ///
 /// # Errors
-/// Where there is none, or too much work.
+/// There is no periodic motion, or it takes too much work.
 pub fn periodic(
     train: &Train,
     outside: &Outside,
@@ -73,14 +73,14 @@ pub fn periodic(
     }
     for _ in 0..ITERATIONS {
         let base = section.turn(&y, at, &mut work)?;
-        // Of this turn alone: a step of Newton's method that went astray would make any motion look closed.
+        // Of this turn alone: after a step of Newton's method that went astray any motion would look closed.
         let sizes = base.sizes;
         let held = |k: usize| {
             train.clearances().any(|(j, place, _)| at.stands[j].is_held() && (place..place + 2).contains(&k))
         };
         let unknowns: Vec<usize> = (first..train.layout.count).filter(|k| !held(*k)).collect();
         let count = unknowns.len();
-        // A state that happens to be small is judged by the largest of its kind.
+        // A state that happens to be small is measured by the largest of its kind.
         let least = 1e-6 * unknowns.iter().fold(0.0_f64, |most, k| most.max(sizes[*k]));
         let size = |k: usize| sizes[unknowns[k]].max(least).max(f64::MIN_POSITIVE);
         let change = |from: &[f64; MOST_STATES], to: &[f64; MOST_STATES], k: usize| {
@@ -112,7 +112,7 @@ pub fn periodic(
         (0..count).for_each(|k| x[k] = change(&y, &base.y, k));
         lu::factorise(&mut matrix, &mut pivots).ok_or_else(none)?;
         lu::solve(&matrix, &pivots, &mut x);
-        // The contacts at the section are those of the turn before.
+        // The contacts at the section are those of the previous turn.
         at = Modes { segments: at.segments, ..base.modes };
         (0..count).for_each(|k| y[unknowns[k]] += x[k] * size(k));
     }
@@ -124,7 +124,7 @@ fn none() -> Fault {
         .hint("choose more damping, a motor whose torque falls with the speed, or at_rest")
 }
 
-/// The section that each turn of the shaft in the sense `sense` begins and ends with.
+/// The section at which each turn of the shaft in the sense `sense` begins and ends.
 struct Section<'a> {
     train: &'a Train,
     outside: &'a Outside<'a>,
@@ -137,7 +137,7 @@ impl Section<'_> {
         let Section { train, outside, sense } = *self;
         let start = Double::from(outside.time);
         let mut run = Run::begin(train, start, &y[..train.layout.count], modes, TOLERANCE);
-        // Behind an elastic shaft the cam is elsewhere than where the search began.
+        // With an elastic shaft the cam is elsewhere than at the start of the search.
         run.modes.segments = train.segments(&train.angles(run.phi(outside, start, y), y), sense > 0.0);
         let (begun, mut log, mut sizes) = (run.modes.segments, EventLog::counting(), [0.0_f64; MOST_STATES]);
         let free = train.machine().is_some();
@@ -176,7 +176,7 @@ impl Section<'_> {
             if let Some(event) = event {
                 run.happen(train, outside, event, &mut log);
             }
-            // A shaft that stands still or turns back never gets around.
+            // A shaft that stands still or turns back never completes the turn.
             if free && sense * run.states[1].hi <= 0.0 {
                 return Err(none());
             }
@@ -185,7 +185,7 @@ impl Section<'_> {
     }
 }
 
-/// Where `g`, below zero at 0, becomes zero.
+/// The zero of `g`, which is below zero at 0.
 fn bisect(end: f64, g: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, end);
     // Sixty halvings leave neighbouring numbers.

@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 /// The most coefficients of a known series: three more than the highest order.
 const COEFFICIENTS: usize = super::ORDERS[1] + 3;
 
-/// What a known series is: a function of time …
+/// The kinds of known series: functions of time …
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Known {
     Tau,
@@ -35,13 +35,13 @@ enum Known {
     Process(usize),
 }
 
-/// The tape, and where on it things are.
+/// The tape, and the places of results on it.
 #[derive(Clone, Debug, Default)]
 pub struct Recorded {
     pub tape: Tape,
-    /// What each of its known series is.
+    /// The kind of each of its known series.
     known: Vec<Known>,
-    /// For which modes it was recorded; None before.
+    /// The modes of the recording; None before the first.
     modes: Option<Modes>,
     /// Places of results: of u of a servo, else ω_m; φ of a driven shaft; N and U′ N of each follower with backlash in contact.
     kept: Vec<usize>,
@@ -53,7 +53,7 @@ pub struct Recorded {
 const RESOLUTION: f64 = 1e-12;
 
 impl Recorded {
-    /// The equations have changed.
+    /// Forgets the recording after a change of the equations.
     pub fn forget(&mut self) {
         if self.modes.is_some() {
             self.modes = Some(Modes { saturation: i8::MAX, ..Modes::default() });
@@ -89,7 +89,7 @@ impl Recorded {
         })
     }
 
-    /// Records the equations for series up to this order, unless it holds those of these modes.
+    /// Records the equations for series up to this order, unless it already holds those of these modes.
     pub fn prepare(&mut self, train: &Train, modes: &Modes, order: usize) {
         if self.holds(modes) {
             return;
@@ -100,7 +100,7 @@ impl Recorded {
             };
             self.forces = train.followers.iter().map(force).collect();
         }
-        // No step takes memory: the equations of both ways of contact show how much of it there may be.
+        // A step must not allocate: recording both cases of each contact shows the largest size.
         if self.modes.is_none() && train.switches() {
             let mut other = *modes;
             for stand in &mut other.stands {
@@ -125,7 +125,7 @@ impl Recorded {
         self.tape.finish(&mut self.kept);
     }
 
-    // Many numbers: what follows a recording does not keep them.
+    // Out of line: its many numbers need not stay on the stack after a recording.
     #[inline(never)]
     fn write(&mut self, train: &Train, modes: &Modes, tape: &RefCell<Tape>) {
         let zero = Var::from(0.0);
@@ -267,7 +267,7 @@ pub struct About<'a> {
     pub unit: f64,
 }
 
-/// Which sums over the followers depend on the angle.
+/// The sums over the followers that depend on the angle.
 struct Varying {
     inertia: bool,
     torque: bool,
