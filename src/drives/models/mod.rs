@@ -1,7 +1,7 @@
 //! The drive models: each a constructor of shaft, followers and solver, with its variables and its text.
 //!
-//! A model is one folder and two lines here, `pub mod` and its name in `models!`; everything that an importer sees of
-//! it (variables, units, dependencies, equations, documentation) comes from there.
+//! A model is one folder and two lines here, `pub mod` and its name in `models!`; it provides everything that an importer sees
+//! (variables, units, dependencies, equations, documentation).
 
 pub mod backlash;
 pub mod drive_train;
@@ -17,7 +17,7 @@ macro_rules! models {
         /// All drive models.
         pub const MODELS: &[Model] = &[$(Model::of::<$drive>()),*];
 
-        // Compiled here, so that crates above need not compile every drive with its engine once more.
+        // Compiled here, so that dependent crates need not compile every drive again.
         $(impl From<$drive> for AnyDrive {
             fn from(drive: $drive) -> Self {
                 AnyDrive::new(drive)

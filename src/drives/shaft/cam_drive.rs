@@ -1,5 +1,5 @@
-//! The driven cam that all cam drives share: the motion law U(φ), or what else depends on the angle, and the motion φ(t)
-//! of its shaft.
+//! The driven cam that all cam drives share: the motion law U(φ), or another quantity over the angle, and the motion φ(t) of its
+//! shaft.
 
 use super::led::Led;
 pub use super::led::roundings;
@@ -19,8 +19,8 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The highest order of input derivatives that enters the motion within a step; importers extrapolate with one to
-/// three, and a place in the state must be kept for each.
+/// The highest order of input derivatives that enters the motion within a step. Importers extrapolate with one to three, and the
+/// state needs a place for each.
 pub const MAX_INPUT_DERIVATIVE: usize = 8;
 
 /// Coefficients of the motion polynomial: φ, w, a and the derivatives of `a`.
@@ -38,7 +38,7 @@ pub const CAM: &[&str] = &["cam"];
 /// The greatest sizes of q (m or rad) and q̇ (m/s or rad/s) at the start.
 pub const LARGEST_START: [f64; 2] = [1e6, 1e9];
 
-/// How the cam shaft moves.
+/// The motion of the cam shaft.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DriveMode {
@@ -59,7 +59,7 @@ pub enum DriveMode {
 }
 
 impl DriveMode {
-    /// The angular velocity (rad/s); 0 where inputs give it.
+    /// The angular velocity (rad/s); 0 on inputs.
     pub fn speed(&self) -> f64 {
         match *self {
             DriveMode::Constant { w, .. } => w,
@@ -67,7 +67,7 @@ impl DriveMode {
         }
     }
 
-    /// Parameter 0, ω (rad/s), or 1, φ at the start (rad), to change it; None of what an input gives.
+    /// Parameter 0, ω (rad/s), or 1, φ at the start (rad), to change it; None if an input gives it.
     pub fn parameter_mut(&mut self, which: usize) -> Option<&mut f64> {
         match (self, which) {
             (DriveMode::Constant { w, .. }, 0) => Some(w),
@@ -82,11 +82,11 @@ impl DriveMode {
     }
 }
 
-/// Where a cam drive starts.
+/// The start of a cam drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub struct Start {
-    /// How the initial state is found.
+    /// The way to determine the initial state.
     pub mode: StartMode,
     /// q at the start for [`StartMode::Given`] (m or rad).
     pub q: f64,
@@ -94,17 +94,17 @@ pub struct Start {
     pub q_dot: f64,
 }
 
-/// How the initial state is found.
+/// The way to determine the initial state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StartMode {
     /// At rest relative to the cam, q = q̇ = 0.
     AtRest,
-    /// From given values.
+    /// From the given values.
     Given,
     /// On the periodic solution.
     SteadyState,
-    /// Where the loads balance the springs at the angle of the start, q̇ = 0.
+    /// In the equilibrium of loads and springs at the start angle, q̇ = 0.
     Equilibrium,
 }
 
@@ -141,7 +141,7 @@ impl StartMode {
     }
 }
 
-/// φ(t) = Σ cⱼ (t − t₀)ʲ / j!, the motion of the shaft over a communication step (or, at constant speed, for ever).
+/// φ(t) = Σ cⱼ (t − t₀)ʲ / j!, the motion of the shaft over a communication step or, at constant speed, without end.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AngleMotion {
     /// t₀ (s).
@@ -163,12 +163,12 @@ pub struct ShaftState {
 }
 
 impl ShaftState {
-    /// The shaft at φ, ω and α as inputs give them, φ as one number.
+    /// The shaft at φ, ω and α from inputs, φ as one number.
     pub fn at_angle([phi, w, a]: [f64; 3]) -> Self {
         ShaftState { reduced: angle::reduce(Double::from(phi)), kinematics: Kinematics([phi, w, a, 0.0, 0.0]) }
     }
 
-    /// U … U⁗ of a cam on it; on a breakpoint of the law those of the side to which it turns.
+    /// U … U⁗ of a cam on it; on a breakpoint of the law the values ahead.
     pub fn on(&self, law: &MotionLaw) -> TransferFunctions {
         law.at_in(law.segment(self.reduced, self.kinematics.0[1] >= 0.0), self.reduced)
     }
@@ -182,8 +182,8 @@ impl AngleMotion {
         AngleMotion { origin, coefficients, degree: 1 }
     }
 
-    /// φ and its derivatives at `time` (s); the angle is summed in double-double, so that its remainder modulo
-    /// one turn stays right after any number of turns.
+    /// φ and its derivatives at `time` (s); the angle is summed in double-double, so its remainder modulo one turn stays accurate
+    /// after any number of turns.
     pub fn at(&self, time: f64) -> ShaftState {
         self.at_instant(Double::from(time))
     }
@@ -202,14 +202,14 @@ impl AngleMotion {
         ShaftState { reduced: angle::reduce(phi), kinematics: Kinematics(d) }
     }
 
-    /// φ(t₀ + τ) where φ(t₀) is `phi`.
+    /// φ(t₀ + τ) for φ(t₀) = `phi`.
     fn angle_from(&self, phi: Double, tau: Double) -> Double {
         let c = &self.coefficients;
         let mut above = 0.0;
         for j in (2..=self.degree).rev() {
             above = (c[j] + above) * tau.hi / j as f64;
         }
-        // φ = c₀ + (c₁ + above) τ; only the first two terms grow large, so they alone are summed with care.
+        // φ = c₀ + (c₁ + above) τ; only the first two terms grow large, so only they are summed with care.
         phi + two_product(c[1], tau.hi) + two_product(above, tau.hi) + Double::from(c[1] * tau.lo)
     }
 
@@ -252,7 +252,7 @@ impl AngleMotion {
         c[0] + (1..=self.degree).rev().fold(0.0, |above, j| (c[j] + above) * tau / j as f64)
     }
 
-    /// Words of messages for the motion from one time to another (s), with the speed as it was asked for.
+    /// The motion from one time to another (s) in words for messages, with the speed as set.
     pub fn told(&self, turning: &str, [from, to]: [f64; 2]) -> String {
         let [_, w, a, ..] = self.coefficients;
         let turns = Rounded((self.angle(to) - self.angle(from)).abs() / TAU);
@@ -261,15 +261,15 @@ impl AngleMotion {
     }
 }
 
-/// Whether inputs φ, ω set at `time` (s) move the shaft from φ, ω, α where it is by no more than their rounding. That is no
-/// jump: else it would shake the drive at every communication point.
+/// Whether inputs φ, ω set at `time` (s) move the shaft from its φ, ω, α by no more than their rounding. That is no jump: otherwise
+/// it would shake the drive at every communication point.
 pub fn goes_on(from: [f64; 3], [phi, w]: [f64; 2], time: f64) -> bool {
     let [of_phi, of_w] = roundings(from, time);
     (phi - from[0]).abs() <= of_phi && (w - from[1]).abs() <= of_w
 }
 
-/// Effect of the rounding of φ, an input, on a state that it accelerates by `slope` · φ within a communication step: the
-/// angle is off by half a last place, and that for as long as the step is or the acceleration keeps its sign, `time` (s).
+/// Effect of the rounding of φ, an input, on a state that it accelerates by `slope` · φ within a communication step: the angle is
+/// off by half a last place for the `time` (s) of the step, or as long as the acceleration keeps its sign.
 pub fn push_of_rounding(inputs: [f64; 3], at: f64, slope: f64, time: f64) -> f64 {
     half_a_place(inputs, at) * slope.abs() * time
 }
@@ -282,20 +282,20 @@ pub fn half_a_place(inputs: [f64; 3], time: f64) -> f64 {
 /// Law and motion of the cam of a cam drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CamDrive<Law = MotionLaw> {
-    /// U(φ); shared by all instances of which none has changed it.
+    /// U(φ); shared by all instances that have not changed it.
     pub law: Arc<Law>,
     /// Prescribed speed or inputs.
     pub mode: DriveMode,
     /// The time at which φ = `phi_start` (s).
     start_time: f64,
-    /// φ, w, a as the importer set them; where w alone is an input, φ as it has become, and the a that its derivative gives.
+    /// φ, w, a as set by the importer; if only w is an input, the integrated φ, and the a from its derivative.
     input: [f64; 3],
-    /// What φ, integrated from w, is more than the nearest number.
+    /// The excess of φ, integrated from w, over the nearest number.
     below: f64,
     /// Whether φ and w belong together.
     led: Led,
-    /// The coefficients of the motion beyond them that derivatives of the inputs give, valid for the next step; and which
-    /// input each is from, counted from 1, 0 for none.
+    /// The further coefficients of the motion, from derivatives of the inputs and valid for the next step; and the input of each,
+    /// counted from 1, 0 for none.
     beyond: [f64; MAX_INPUT_DERIVATIVE],
     from: [u8; MAX_INPUT_DERIVATIVE],
 }
@@ -315,12 +315,12 @@ impl<Law> CamDrive<Law> {
         }
     }
 
-    /// Takes law and mode of another cam with the same parameters: of those read from bytes only the parameters count.
+    /// Takes law and mode of another cam with the same parameters: only the parameters count of a cam read from bytes.
     pub fn take(&mut self, made: &Self) {
         (self.law, self.mode) = (made.law.clone(), made.mode.clone());
     }
 
-    /// The simulation starts at `time` (s).
+    /// Starts the simulation at `time` (s).
     pub fn start(&mut self, time: f64) {
         self.start_time = time;
         if let DriveMode::Speed { phi_start } = self.mode {
@@ -332,9 +332,9 @@ impl<Law> CamDrive<Law> {
 
     /// The motion of the shaft over the communication step that starts at `time` (s).
     ///
-    /// Inputs: φ, w and a are the first three coefficients. The higher ones come from the derivatives of `a`,
-    /// else of `w`, else of `phi`, whichever the importer has set. Where w alone is an input, φ has been integrated, and a is
-    /// its first derivative; w without derivatives is held over the step.
+    /// Inputs: φ, w and a are the first three coefficients. The higher ones come from the derivatives of `a`, else of `w`, else of
+    /// `phi`, whichever the importer has set. If only w is an input, φ is integrated and a is the first derivative of w; w without
+    /// derivatives is held over the step.
     pub fn motion(&self, time: f64) -> AngleMotion {
         match self.mode {
             DriveMode::Constant { w, phi_start } => AngleMotion::uniform(self.start_time, phi_start, w),
@@ -366,7 +366,7 @@ impl<Law> CamDrive<Law> {
         }
     }
 
-    /// φ, w, a as the importer set them, where these are all that is known of the motion.
+    /// φ, w, a as set by the importer, if nothing else is known of the motion.
     #[inline(always)]
     pub fn plain_inputs(&self) -> Option<[f64; 3]> {
         (self.is_input() && self.from == [0; MAX_INPUT_DERIVATIVE]).then_some(self.input)
@@ -378,7 +378,7 @@ impl<Law> CamDrive<Law> {
         self.input = inputs;
     }
 
-    /// Which of φ, w, a are inputs; they come first among all inputs.
+    /// The range of φ, w, a that are inputs; they come first among all inputs.
     pub fn inputs(&self) -> Range<usize> {
         match self.mode {
             DriveMode::Constant { .. } => 0..0,
@@ -387,7 +387,7 @@ impl<Law> CamDrive<Law> {
         }
     }
 
-    /// Which of φ, w, a are inputs or states, by name.
+    /// The names of φ, w, a that are inputs or states.
     pub fn known(&self) -> &'static [&'static str] {
         match self.mode {
             DriveMode::Constant { .. } => &[],
@@ -401,18 +401,18 @@ impl<Law> CamDrive<Law> {
         matches!(self.mode, DriveMode::Speed { .. })
     }
 
-    /// Whether the shaft moves as the inputs say.
+    /// Whether the shaft follows inputs.
     #[inline(always)]
     pub fn is_input(&self) -> bool {
         !matches!(self.mode, DriveMode::Constant { .. })
     }
 
-    /// Input `which` (0: phi, 1: w, 2: a) as it was set.
+    /// Input `which` (0: phi, 1: w, 2: a) as set.
     pub fn input(&self, which: usize) -> f64 {
         self.input[which]
     }
 
-    /// Sets input `which`; derivatives belong to the value that they were set for.
+    /// Sets input `which`; its derivatives are forgotten, since they belong to the previous value.
     pub fn set_input(&mut self, which: usize, value: f64) {
         self.input[which] = value;
         if self.integrates() {
@@ -423,7 +423,7 @@ impl<Law> CamDrive<Law> {
         }
     }
 
-    /// Sets the derivative of this order of input `which` (0: phi, 1: w, 2: a), of order 0 the input itself.
+    /// Sets the derivative of this order of input `which` (0: phi, 1: w, 2: a); order 0 is the input itself.
     pub fn set_input_derivative(&mut self, which: usize, order: usize, value: f64) {
         if order == 0 {
             return self.set_input(which, value);
@@ -431,7 +431,7 @@ impl<Law> CamDrive<Law> {
         if self.integrates() && order == 1 {
             self.input[2] = value;
         }
-        // That of `a` tells more than that of w, and that more than that of phi.
+        // A derivative of `a` is more precise than one of w, and that more than one of phi.
         let rank = which as u8 + 1;
         if let Some(j) = (which + order).checked_sub(3)
             && self.from.get(j).is_some_and(|from| *from <= rank)
@@ -440,7 +440,7 @@ impl<Law> CamDrive<Law> {
         }
     }
 
-    /// Forgets what derivatives of input `which` have given.
+    /// Forgets the coefficients from derivatives of input `which`.
     #[cold]
     fn forget(&mut self, which: usize) {
         for (value, from) in self.beyond.iter_mut().zip(&mut self.from).filter(|(_, from)| **from == which as u8 + 1) {
@@ -448,7 +448,7 @@ impl<Law> CamDrive<Law> {
         }
     }
 
-    /// The step on `motion` ends at `end` (s). The input derivatives hold for one communication step only.
+    /// Ends the step on `motion` at `end` (s). The input derivatives hold for one communication step only.
     #[inline]
     pub fn step_done(&mut self, motion: &AngleMotion, end: f64) {
         if !self.is_input() {
@@ -467,7 +467,8 @@ impl<Law> CamDrive<Law> {
         }
     }
 
-    /// The inputs at `time` (s) do not go on where the step before led, φ and ω; tells it where they contradict each other.
+    /// Whether the inputs at `time` (s) differ from the φ and ω to which the previous step `led`; logs it if they contradict each
+    /// other.
     #[cold]
     pub fn jumps(&mut self, led: [f64; 2], time: f64, log: &mut EventLog) {
         if !self.integrates() {
@@ -485,7 +486,7 @@ impl CamDrive {
     }
 }
 
-/// A field, to be read and to be changed: `field!(start_values, start_values_mut: Start = start)`.
+/// A field, to read and to change: `field!(start_values, start_values_mut: Start = start)`.
 macro_rules! field {
     ($get:ident, $get_mut:ident: $type:ty = $field:ident) => {
         fn $get(&self) -> &$type {
@@ -521,17 +522,17 @@ macro_rules! as_every_cam_drive {
 }
 pub(in crate::drives) use as_every_cam_drive;
 
-/// The outputs of a cam drive while they are declared.
+/// Declares the outputs of a cam drive.
 pub struct Outputs<'a, D> {
     list: &'a mut List<D>,
-    /// φ, w, a as far as they are inputs or states.
+    /// Those of φ, w, a that are inputs or states.
     shaft: &'static [&'static str],
     states: &'static [&'static str],
     series: fn(&D, Seed, usize) -> Series,
 }
 
 impl<D> Outputs<'_, D> {
-    /// An output in its place, and the inputs, where there are any, and states that it depends on directly.
+    /// An output in its place, with the inputs and states that it depends on directly.
     pub fn add(
         &mut self,
         place: usize,
@@ -559,7 +560,7 @@ impl<D> Outputs<'_, D> {
         self.list.discrete_output(name, text, kind).at(place).depends(&known)
     }
 
-    /// φ and ω, which are outputs where they are no inputs.
+    /// φ and ω, which are outputs unless they are inputs.
     pub fn add_shaft(&mut self, [phi, w]: [usize; 2]) {
         if self.shaft.contains(&"a") {
             return;
@@ -578,7 +579,7 @@ impl<D> Outputs<'_, D> {
     }
 }
 
-/// Declares the inputs of the motion, those of φ, w, a that are `inputs`.
+/// Declares the inputs of the motion: those of φ, w, a in the range `inputs`.
 pub fn declare_inputs<D>(list: &mut List<D>, inputs: Range<usize>, get: Get<D>, set: SetInput<D>) {
     let speed = match inputs.len() {
         1 => "Angular velocity of the drive; without derivatives held over the communication step",
@@ -624,7 +625,7 @@ pub trait HasCamDrive: Sized {
     /// The cam, to change it.
     fn cam_mut(&mut self) -> &mut CamDrive<Self::Law>;
 
-    /// Declares the inputs `phi`, `w`, `a`, or those of them that there are, and the drive parameters.
+    /// Declares those of `phi`, `w`, `a` that are inputs, and the drive parameters.
     fn declare_drive(&self, list: &mut List<Self>) {
         let set = |d: &mut Self, i: usize, order: usize, value| d.cam_mut().set_input_derivative(i, order, value);
         declare_inputs(list, self.cam().inputs(), |d, i| d.cam().input(i), set);
@@ -633,7 +634,7 @@ pub trait HasCamDrive: Sized {
         declare_parameters(list, &self.cam().mode, |d, i| d.cam().mode.parameter(i).unwrap_or(0.0), set);
     }
 
-    /// Begins to declare the outputs, all with this `series`; `states` are the names of those that are states.
+    /// Begins to declare the outputs, all with this `series`; `states` names those that are states.
     fn outputs<'a>(
         &self,
         list: &'a mut List<Self>,
@@ -643,9 +644,9 @@ pub trait HasCamDrive: Sized {
         Outputs { list, shaft: self.cam().known(), states, series }
     }
 
-    /// Where the drive starts.
+    /// The start of the drive.
     fn start_values(&self) -> &Start;
-    /// Where the drive starts, to change it.
+    /// The start of the drive, to change it.
     fn start_values_mut(&mut self) -> &mut Start;
 
     /// Dependencies of a start on the periodic solution, which inputs do not allow; `of` are the parameters of the vibration.

@@ -1,31 +1,32 @@
-//! A turn of the cam at constant speed as the period of an equation that is tabulated over it.
+//! A turn of the cam at constant speed as the period of a tabulated equation.
 
 use crate::motion::turn;
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
-/// How far beyond a breakpoint the smooth continuation is followed (rad): more than the rounding of an angle, so
-/// that the passage is certain, and no more: the speed is corrected for it to first order only.
+/// How far the smooth continuation is followed beyond a breakpoint (rad). It exceeds the rounding of an angle, so that the passage
+/// is certain; the speed is corrected for it to first order only.
 pub const OVERRUN: f64 = 1e-14;
 
-/// A breakpoint this near is where the motion has just come from or begins (rad): some roundings of an angle.
+/// A motion this near a breakpoint (rad), some roundings of an angle, has just come from it or begins there.
 pub const ON_BREAKPOINT: f64 = 1e-14;
 
 /// A breakpoint this near the start of the turn counts as lying there (rad): more than the rounding of an angle.
 pub const SLACK: f64 = 1e-12;
 
-/// Slower than this is no motion (rad/s): its square and that of the time of a turn are numbers, whatever masses they meet.
+/// Slower shafts count as at rest (rad/s): above this its square and the square of the time of a turn neither underflow nor
+/// overflow, with any masses.
 pub const SLOWEST: f64 = 1e-100;
 
-/// Whether a cam at the constant speed `w` (rad/s) turns; else it is at rest within any time that can be simulated.
+/// Whether a cam at the constant speed `w` (rad/s) turns; otherwise it is at rest within any time that can be simulated.
 pub fn turns(w: f64) -> bool {
     w.abs() >= SLOWEST
 }
 
 /// A turn of the cam from `phi_start` (rad) at the constant speed `w` (rad/s), at which it turns.
 pub struct CamTurn<'a> {
-    /// Of the law, ascending.
+    /// The breakpoints of the law, ascending.
     breakpoints: &'a [f64],
     w: f64,
     phi_start: f64,
@@ -34,14 +35,14 @@ pub struct CamTurn<'a> {
 }
 
 impl<'a> CamTurn<'a> {
-    /// None where the cam is at rest.
+    /// None if the cam is at rest.
     pub fn new(breakpoints: &'a [f64], w: f64, phi_start: f64) -> Option<Self> {
         let start = angle::reduce(Double::from(phi_start));
         let segment = turn::segment(breakpoints, start + SLACK * w.signum(), 0.0 < w);
         turns(w).then_some(CamTurn { breakpoints, w, phi_start, segment })
     }
 
-    /// How long this part of the turn takes (s), one of so many.
+    /// The duration of one of `parts` equal parts of the turn (s).
     pub fn period(&self, parts: usize) -> Double {
         angle::WHOLE_TURN.divide(Double::from(parts as f64 * self.w.abs()))
     }
@@ -52,7 +53,7 @@ impl<'a> CamTurn<'a> {
         if 0.0 < self.w { (self.segment + interval) % count } else { (self.segment + count - interval % count) % count }
     }
 
-    /// When the cam passes the breakpoints of the law within the turn (s), ascending, and the `end`.
+    /// The times at which the cam passes the breakpoints of the law within the turn (s), ascending, and the `end`.
     pub fn joints(&self, end: Double) -> Vec<Double> {
         let start = angle::reduce(Double::from(self.phi_start));
         let way = |breakpoint: &f64| ((breakpoint - start) * self.w.signum()).rem_euclid(TAU);

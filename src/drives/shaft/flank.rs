@@ -8,13 +8,13 @@ use crate::motion::{Kinematics, MotionLaw};
 use crate::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
-/// How many evaluations of the law its derivatives take.
+/// The number of evaluations of the law for its derivatives.
 const DERIVATIVES: f64 = 5.0;
-/// What the composition with a motion takes per degree of that (nominal µs).
+/// Cost of the composition with a motion per degree of the motion (nominal µs).
 const COMPOSITION: f64 = 0.5;
-/// At how many points U′ is then integrated.
+/// The number of points at which U′ is then integrated.
 const POINTS: f64 = 12.0;
-/// The angle of one of them (nominal µs).
+/// Cost of the angle at one of them (nominal µs).
 const ANGLE: f64 = 0.05;
 
 /// The flank of a cam on its shaft.
@@ -58,7 +58,7 @@ impl FlankMotion for CamFlank<'_> {
             self.law.expand(segment, phi, w * span, coefficients);
             return;
         }
-        // The way put into the series of U by Horner's rule.
+        // Inserts the motion into the series of U by Horner's rule.
         let (a, degree) = (Course::of(self.motion, time).scaled(span), self.motion.degree);
         let count = coefficients.len();
         let mut law = [0.0; MOST_COEFFICIENTS];
@@ -130,7 +130,7 @@ impl FlankMotion for CamFlank<'_> {
         let width = if count == 1 { TAU } else { (next - start).rem_euclid(TAU) };
         let course = Course::of(self.motion, time);
         let mut below = (course.angle[0] - start).rem_euclid(TAU);
-        // What is a rounding before the start is not almost a turn behind it.
+        // A start within a rounding before the segment must not count as almost a turn after it.
         if below > 0.5 * (width + TAU) {
             below = 0.0;
         }

@@ -5,7 +5,7 @@ use crate::motion::{MotionLaw, TransferFunctions};
 use crate::numerics::pair::Pair;
 use serde::{Deserialize, Serialize};
 
-/// Shaft, cam and mass at an instant; where something jumps there, on one side of it.
+/// Shaft, cam and mass at an instant; at a jump on one side of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Instant {
     /// t (s).
@@ -21,23 +21,23 @@ pub struct Instant {
 }
 
 impl Instant {
-    /// The mass at q, q̇ where the shaft has these φ, ω, α and the cam these transfer functions.
+    /// The mass at q, q̇ with these φ, ω, α of the shaft and these transfer functions of the cam.
     pub fn new(time: f64, shaft: [f64; 3], u: &TransferFunctions, q: Pair) -> Self {
         let [u, slope, curvature, ..] = u.0;
         Instant { time, shaft, u: Pair::new(u, slope), curvature, q }
     }
 
-    /// The mass at q, q̇ where a cam of this law moves like this.
+    /// The mass at q, q̇ on a cam of this law with this motion.
     pub fn on(motion: &AngleMotion, law: &MotionLaw, time: f64, q: [f64; 2]) -> Self {
         let shaft = motion.at(time);
         let [phi, w, a, ..] = shaft.kinematics.0;
         Instant::new(time, [phi, w, a], &shaft.on(law), q.into())
     }
 
-    /// Whether cam and mass are within the range of numbers, on a shaft that is.
+    /// Whether cam and mass are finite, given a shaft that is.
     #[inline(always)]
     pub fn is_finite(&self) -> bool {
-        // A sum that is finite has finite terms.
+        // A finite sum has finite terms.
         let [places, rates] = (self.u + self.q).array();
         (places + rates).is_finite()
     }
@@ -70,7 +70,7 @@ mod tests {
                 assert!(!at(numbers).is_finite(), "{numbers:?}");
             }
         }
-        // The place of the mass, x + q, is beyond all numbers.
+        // The place of the mass, x + q, overflows.
         assert!(!at([f64::MAX, 0.0, f64::MAX, 0.0]).is_finite());
     }
 }

@@ -9,30 +9,30 @@ use crate::motion::MotionLaw;
 use crate::motion::parameter::ParameterKind;
 use crate::motion::plan::MOST_DERIVATIVE;
 
-/// The number of J_v among the laws; those of the followers come before.
+/// The number of J_v among the laws; the followers' laws come before.
 pub const INERTIA_LAW: usize = 0xffff;
-/// That of M_L.
+/// The number of M_L.
 pub const LOAD_LAW: usize = 0xfffe;
 
-/// A machine with laws and followers, which it numbers from 0.
+/// A machine with laws and followers, numbered from 0.
 pub trait HasLaws {
     /// The law of this number.
     fn law(&self, number: usize) -> Option<&MotionLaw>;
-    /// Changes it.
+    /// Changes the law of this number.
     fn change_law(&mut self, number: usize, change: impl FnMut(&mut MotionLaw));
     /// The follower of this number.
     fn follower(&self, number: usize) -> Option<&Follower>;
-    /// Changes it.
+    /// Changes the follower of this number.
     fn change_follower(&mut self, number: usize, change: impl FnMut(&mut Follower));
 }
 
-/// Declares the parameters of the law of this number as `prefix.a[k]` …; the index holds the number of the parameter and, below,
-/// that of the law.
+/// Declares the parameters of the law of this number as `prefix.a[k]` …; the index holds the number of the parameter and, in its
+/// lower bits, the number of the law.
 pub fn declare_law<D: HasLaws>(list: &mut List<D>, drive: &D, number: usize, prefix: &str) {
     let angular = drive.follower(number).is_some_and(Follower::cam_turns);
     for (k, parameter) in drive.law(number).into_iter().flat_map(MotionLaw::parameters).enumerate() {
         let kind = match parameter.kind {
-            // Values of the laws of the machine itself are inertias and torques, those of a cam that moves a lever angles.
+            // Values of the machine's own laws are inertias and torques; of a cam that moves a lever they are angles.
             ParameterKind::Length if number == INERTIA_LAW => real_within(&unit::INERTIA, -1e12, 1e12),
             ParameterKind::Length if number == LOAD_LAW => real_within(&unit::TORQUE, -1e12, 1e12),
             ParameterKind::Length if angular => real_within(&unit::ANGLE, -1e4, 1e4),
@@ -52,8 +52,8 @@ pub fn declare_law<D: HasLaws>(list: &mut List<D>, drive: &D, number: usize, pre
     }
 }
 
-/// Declares the parameters of the mechanisms of follower j; the index holds the number of the parameter and, below, those of the
-/// mechanism and of the follower.
+/// Declares the parameters of the mechanisms of follower j; the index holds the number of the parameter and, in its lower bits, the
+/// numbers of the mechanism and of the follower.
 pub fn declare_mechanisms<D: HasLaws>(list: &mut List<D>, drive: &D, j: usize) {
     let mechanisms = drive.follower(j).map_or(&[][..], |follower| &follower.linkage.0);
     for (i, mechanism) in mechanisms.iter().enumerate() {

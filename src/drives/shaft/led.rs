@@ -1,16 +1,17 @@
-//! Whether angle and speed of a shaft, both inputs, belong together: where those of one step lead, those of the next begin.
+//! Whether angle and speed of a shaft, both inputs, belong together: each step should begin at the φ and ω to which the previous
+//! one led.
 
 use crate::drives::{About, Event, EventLog};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// By which part of the way of a step φ may be off without a word: angle and speed that are measured apart agree about as well.
+/// The part of a step's way by which φ may be off without a message: separately measured angles and speeds agree about as well.
 const SHARE: f64 = 0.01;
 
-/// A jump of φ (rad) that no master means and that shakes nothing: 0.1 µm at a radius of 100 mm. Solvers of masters err by as much.
+/// An unintended jump of φ (rad) below this shakes nothing: 0.1 µm at a radius of 100 mm. Solvers of masters err by as much.
 const UNFELT: f64 = 1e-6;
 
-/// What is told, once each.
+/// The messages, each logged once.
 const JUMPS: &str = "phi is not where phi, w and a of the step before led: the cam jumps there, which shakes the drive; w and a are \
                      the derivatives of phi";
 const NO_SPEED: &str =
@@ -18,34 +19,34 @@ const NO_SPEED: &str =
 const NO_ANGLE: &str = "phi stays while w does not: the cam returns to it at every communication point; connect phi, too, or \
                         choose [drive] mode = \"speed\", which integrates w";
 
-/// The rounding of inputs φ and ω at `time` (s), of which the time itself has its part.
+/// The rounding of inputs φ and ω at `time` (s), including the rounding of the time.
 pub fn roundings([phi, w, a]: [f64; 3], time: f64) -> [f64; 2] {
     [phi.abs() + (w * time).abs(), w.abs() + (a * time).abs()].map(|size| 4.0 * f64::EPSILON * size)
 }
 
-/// The step before: φ (rad) and ω (rad/s) as the inputs gave them at its start, and when that was (s).
+/// The previous step: φ (rad) and ω (rad/s) of the inputs at its start, and the time of its start (s).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Led {
     /// φ and ω.
     pub from: [f64; 2],
     /// The start.
     pub time: f64,
-    /// Which causes have been told, as bits.
+    /// The causes already logged, as bits.
     told: u8,
 }
 
 impl Led {
-    /// At the start nothing has led anywhere.
+    /// At the start there is no previous step.
     pub fn begin(from: [f64; 2], time: f64) -> Self {
         Led { from, time, told: 0 }
     }
 
-    /// Inputs `now` at `time` (s), where the step before led `to`, both φ and ω.
+    /// Compares inputs `now` at `time` (s) with the φ and ω to which the previous step led, `to`.
     pub fn compare(&mut self, now: [f64; 2], to: [f64; 2], time: f64, log: &mut EventLog) {
         let [phi, w] = now;
-        // What `a` did not tell of the change of w explains as much of the way at most.
+        // A change of w that `a` does not explain accounts for at most this part of the way.
         let explained = (time - self.time) * ((w - to[1]).abs() + SHARE * (w.abs() + to[1].abs()));
-        // An angle may begin anew each turn.
+        // An angle may start again at each turn.
         let off = phi - to[0];
         let jump = off - TAU * (off / TAU).round();
         if jump.abs() <= explained + UNFELT + roundings([phi, w, 0.0], time)[0] {

@@ -10,7 +10,7 @@ use crate::motion::MotionLaw;
 use crate::motion::parameter::ParameterKind;
 use crate::motion::plan::{LARGEST, MAX_LENGTH, MOST_DERIVATIVE};
 
-/// A drive with loads, which it counts as it likes.
+/// A drive with loads, numbered as it likes.
 pub trait HasLoads {
     /// The load of this number.
     fn load(&self, which: usize) -> Option<&Load>;
@@ -26,7 +26,7 @@ pub trait HasLoads {
     }
 }
 
-/// Tells once that a follower pulls its cam at `time` (s): `forces` are the one by which loads are to hold it there and the contact
+/// Logs once that a follower pulls its cam at `time` (s): `forces` are the force of the loads that hold it there and the contact
 /// force; the follower has a number in a train, else 0.
 pub fn tell_of_pull(told: &mut bool, forces: [f64; 2], time: f64, follower: usize, log: &mut EventLog) {
     let [held, force] = forces;
@@ -47,10 +47,11 @@ pub fn tell_of_pull(told: &mut bool, forces: [f64; 2], time: f64, follower: usiz
     log.push(Event { time, kind, quantity: "contact_force", value: force, unit: "N", follower, about: About::Loads });
 }
 
-/// A parameter: key, text, quantity where the follower moves and where it turns, range.
+/// A parameter: key, text, quantity for a translating and for a rotating follower, range.
 type Number = (&'static str, &'static str, [&'static Quantity; 2], [f64; 2]);
 
-// A force is a value of a law; spring and damper reach as far as those of a drive, a place as far as a lift, gravity as far as the fastest centrifuges.
+// A force is a value of a law. The ranges of spring and damper are those of a drive, of a place those of a lift; gravity reaches
+// the fastest centrifuges.
 const FORCE: [&Quantity; 2] = [&unit::FORCE, &unit::TORQUE];
 const NUMBERS: [Number; 6] = [
     ("g", "Gravity along y", [&unit::ACCELERATION, &unit::ANGULAR_ACCELERATION], [-1e7, 1e7]),
@@ -61,7 +62,7 @@ const NUMBERS: [Number; 6] = [
     ("b", "Damping to the ground", [&unit::DAMPING, &unit::ROTATIONAL_DAMPING], [0.0, 1e24]),
 ];
 
-/// The value of this one of [`NUMBERS`], where the scene names it.
+/// The value of this one of [`NUMBERS`], if the scene contains it.
 fn number(load: &mut Load, which: usize) -> Option<&mut f64> {
     match which {
         0 => load.gravity.as_mut(),
@@ -73,7 +74,7 @@ fn number(load: &mut Load, which: usize) -> Option<&mut f64> {
     }
 }
 
-/// Where the parameters of the process force begin among those of a load.
+/// The number of the first parameter of the process force among those of a load.
 const PROCESS: usize = NUMBERS.len();
 
 fn get<D: HasLoads>(drive: &D, index: usize) -> f64 {
@@ -98,8 +99,8 @@ fn set<D: HasLoads>(drive: &mut D, index: usize, value: f64) {
     }
 }
 
-/// Declares the parameters of the load `which` < 256 as `name.g` …, each where the scene gives it, and those of its process force
-/// as `name.process.a[0]` …; `turns` where the mass that it acts on turns.
+/// Declares the parameters of the load `which` < 256 as `name.g` …, each if the scene contains it, and its process force's as
+/// `name.process.a[0]` …; `turns` if its mass turns.
 pub fn declare_load<D: HasLoads>(list: &mut List<D>, drive: &D, which: usize, name: &str, turns: bool) {
     let Some(mut load) = drive.load(which).cloned() else { return };
     let mut declare = |name: &str, text: &str, kind, parameter: usize| {
@@ -124,7 +125,7 @@ pub fn declare_load<D: HasLoads>(list: &mut List<D>, drive: &D, which: usize, na
     }
 }
 
-/// Declares the input of the load `which` where it has one.
+/// Declares the input of the load `which`, if it has one.
 pub fn declare_force<'a, D: HasLoads>(
     list: &'a mut List<D>,
     drive: &D,
@@ -214,7 +215,7 @@ mod tests {
         for (i, variable) in list.0.iter().enumerate() {
             let before: Vec<f64> =
                 list.0.iter().map(|v| v.access.get(&drive, v.index).expect("all can be set")).collect();
-            // Angles of the cycle have room for this; laws by their number do not.
+            // Angles of the cycle can change by this; laws by their number cannot.
             let value = if variable.description.kind == law_parameter_kind(ParameterKind::Law) {
                 2.0
             } else {

@@ -1,4 +1,4 @@
-//! How the shaft moves: its motion φ(t) prescribed by a constant speed or by inputs, or free under its torques. No way to solve.
+//! The motion of the shaft: φ(t) prescribed by a constant speed or by inputs, or free under its torques. No solvers.
 
 pub mod cam_drive;
 pub mod cam_turn;

@@ -1,7 +1,7 @@
-//! Motors with their transmission: how the torque on the shaft comes about.
+//! Motors with their transmission: the torque on the shaft.
 //!
-//! All data are the rotor's: angle φ_m, speed ω_m = φ̇_m, torque M. Stiff, ω_m = i φ̇ and M_an = i M; its rotor adds i² J_m to
-//! the shaft's inertia. Behind a coupling or belt of stiffness c_k and damping b_k, both at the shaft,
+//! All data are the rotor's: angle φ_m, speed ω_m = φ̇_m, torque M. Stiff, ω_m = i φ̇ and M_an = i M; its rotor adds i² J_m to the
+//! shaft's inertia. With a coupling or belt of stiffness c_k and damping b_k, both at the shaft,
 //!
 //! J_m φ̈_m = M(φ̇_m) − T_k/i,  M_an = T_k = c_k θ + b_k θ̇,  θ = φ_m/i − φ.
 //!
@@ -12,11 +12,11 @@
 //! | Kloss | sgn(ω_s) 2 M_K s s_K/(s² + s_K²), s = (ω_s − ω_m)/ω_s; with a lag T_el Ṁ = M_Kloss − M | M with a lag |
 //! | servo | clip(u, ±M_max), u = K_p (ω_ref + K_v e − ω_m) + I, İ = K_i (ω_ref + K_v e − ω_m) − K_aw (u − M) | I, and ∫ω_ref with K_v |
 //!
-//! with e = φ_ref − φ_m, φ_ref = φ_m(0) + ∫ω_ref dt, or an input where ω_ref is one.
+//! with e = φ_ref − φ_m, φ_ref = φ_m(0) + ∫ω_ref dt, or an input if ω_ref is one.
 //!
-//! Symbols: i = ω_m/φ̇ ratio, not zero, negative where the rotor turns the other way; J_m (kg·m²); K_p (N·m·s), K_i (N·m),
-//! K_aw and K_v (1/s). Source: M. Kloss, Archiv für Elektrotechnik 5 (1916) 59–87; F. N. Fritsch, J. Butland, SIAM J. Sci.
-//! Stat. Comput. 5 (1984) 300–304; K. J. Åström, T. Hägglund, *PID Controllers*, section 3.5 (back-calculation).
+//! Symbols: i = ω_m/φ̇ ratio, not zero, negative if the rotor turns the other way; J_m (kg·m²); K_p (N·m·s), K_i (N·m), K_aw and
+//! K_v (1/s). Source: M. Kloss, Archiv für Elektrotechnik 5 (1916) 59–87; F. N. Fritsch, J. Butland, SIAM J. Sci. Stat. Comput. 5
+//! (1984) 300–304; K. J. Åström, T. Hägglund, *PID Controllers*, section 3.5 (back-calculation).
 
 use super::free::motor::Kloss;
 use crate::motion::Fourier;
@@ -25,13 +25,13 @@ use serde::{Deserialize, Serialize};
 /// A motor with its transmission.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Motor {
-    /// Where the torque comes from.
+    /// The source of the torque.
     pub source: Source,
     /// i, J_m, coupling.
     pub transmission: Transmission,
 }
 
-/// Where the torque of the rotor comes from.
+/// The source of the rotor's torque.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {

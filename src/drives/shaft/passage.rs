@@ -1,4 +1,4 @@
-//! When a shaft passes the next breakpoint of a law.
+//! Passages of a shaft through breakpoints of a law.
 
 use super::cam_turn::{ON_BREAKPOINT, OVERRUN};
 use crate::motion::turn::near;
@@ -8,16 +8,16 @@ use std::f64::consts::TAU;
 /// The shaft leaves a segment of a law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passage {
-    /// Where on its way, from 0 to 1.
+    /// The place on its way, from 0 to 1.
     pub at: f64,
     /// The breakpoint (rad).
     pub border: f64,
-    /// The segment behind it.
+    /// The segment after it.
     pub segment: usize,
 }
 
-/// The first passage on the way φ + Σ wayⱼ xʲ, 1 ≤ j, x ∈ [0, 1], which begins in a `segment` between these `breakpoints` or
-/// on an end of it; seen `overrun` (rad) behind the breakpoint. A shaft that rests on a breakpoint does not pass it.
+/// The first passage on the way φ + Σ wayⱼ xʲ, 1 ≤ j, x ∈ [0, 1], which begins in a `segment` between these `breakpoints` or on its
+/// end; it is detected `overrun` (rad) after the breakpoint. A shaft at rest on a breakpoint does not pass it.
 pub fn first_passage<const N: usize>(
     breakpoints: &[f64],
     segment: usize,
@@ -27,19 +27,20 @@ pub fn first_passage<const N: usize>(
 ) -> Option<Passage> {
     let (count, lower) = (breakpoints.len(), *breakpoints.get(segment)?);
     let upper = breakpoints.get(segment + 1).copied().unwrap_or(breakpoints[0] + TAU);
-    // In the turn that has it nearest to the middle: what is a rounding before the start is not almost a turn behind it.
+    // In the turn whose angle is nearest to the middle: a start within a rounding before the segment must not count as almost a
+    // turn after it.
     let angle = near(phi, 0.5 * (lower + upper));
     let (at, up) = first_end([angle - (lower - overrun), upper + overrun - angle], count == 1, way, overrun)?;
     let segment = (segment + if up { 1 } else { count - 1 }) % count;
     Some(Passage { at, border: if up { breakpoints[segment] } else { lower }, segment })
 }
 
-/// The x ∈ [0, 1] at which the way Σ wayⱼ xʲ, 1 ≤ j, reaches an end of a segment, and whether the upper one. The `ends` are the
-/// distances down and up (rad), `overrun` included; the `only` segment of a law ends where it starts.
+/// The x ∈ [0, 1] at which the way Σ wayⱼ xʲ, 1 ≤ j, reaches an end of a segment, and whether that is the upper one. The `ends` are
+/// the distances down and up (rad), `overrun` included; the `only` segment of a law ends where it starts.
 pub fn first_end<const N: usize>(ends: [f64; 2], only: bool, way: &[f64; N], overrun: f64) -> Option<(f64, bool)> {
     let mut left = ends.map(|left| if left < overrun + ON_BREAKPOINT { overrun } else { left });
     if only && left.contains(&overrun) {
-        // The motion is about to cross all of it.
+        // The motion is about to cross the whole segment.
         left = if way[1] < 0.0 { [TAU + overrun, overrun] } else { [overrun, TAU + overrun] };
     }
     let [down, up] = [(1.0, left[0]), (-1.0, left[1])].map(|(sign, left)| {
@@ -55,7 +56,7 @@ pub fn first_end<const N: usize>(ends: [f64; 2], only: bool, way: &[f64; N], ove
 
 /// The x ∈ [0, 1] at which the integrated angle Σ wayⱼ xʲ leaves the segment from `low` to `high` (rad), and whether upwards.
 pub fn exit<const N: usize>(way: &[f64; N], (low, high): (f64, f64)) -> Option<(f64, bool)> {
-    // A step that ended a little before a breakpoint, or beyond it, is followed by one that starts there.
+    // After a step that ended slightly before a breakpoint, or beyond it, the next one starts there.
     let at = first_exit(way, low.min(way[0]) - OVERRUN, high.max(way[0]) + OVERRUN)?;
     let there = way.iter().rev().fold(0.0, |sum, c| sum * at + c);
     Some((at, there > 0.5 * (low + high)))
@@ -104,7 +105,7 @@ mod tests {
 
     #[test]
     fn what_starts_on_a_border_passes_it_at_once_or_rests_on_it() {
-        // A few roundings before it are on it; what lies behind it counts from there.
+        // A few roundings before it count as on it; anything beyond counts from there.
         for phi in [4.0 - 5e-15, 4.0, 4.005] {
             passed(first_passage(&BREAKPOINTS, 1, phi, &[0.0, 2.0], 0.01), 0.005, 4.0, 2);
             let at_once = first_passage(&BREAKPOINTS, 1, phi, &[0.0, 2.0], 0.0).unwrap();

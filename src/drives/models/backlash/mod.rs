@@ -1,6 +1,6 @@
-//! Cam drive with backlash: a mass between the two flanks of the driven member, an elastic mass behind it.
+//! Cam drive with backlash: a mass between the two flanks of the driven member, and an elastic mass on it.
 //!
-//! x1 is the place of m1, x2 = x1 + q that of m2, U(φ) flank A, U + s flank B:
+//! x1 is the place of m1, x2 = x1 + q the place of m2, U(φ) flank A, U + s flank B:
 //!
 //! ```text
 //! m1 ẍ1 = F_K + c q + b q̇
@@ -15,8 +15,8 @@
 //! * Limits that the tests check: s = 0 is the elastic output drive with m1 fixed to the cam; for a cubic U and e = 0
 //!   the closed formulas of Kaltofen.
 //!
-//! Source: K. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", 1996, extended to two flanks,
-//! restitution and damping; U̇, Ü from φ, φ̇, φ̈ that belong together.
+//! Source: K. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", 1996, extended to two flanks, restitution and damping;
+//! U̇, Ü from consistent φ, φ̇, φ̈.
 
 mod steady_state;
 mod variables;
@@ -53,7 +53,7 @@ pub struct Scene {
     pub cam: MotionLaw,
     /// Constant speed or inputs.
     pub drive: DriveMode,
-    /// Whether the outputs tell what inertia follows the shaft without slip.
+    /// Whether outputs show the inertia that follows the shaft without slip.
     #[serde(default)]
     pub coupling: bool,
     /// The initial state.
@@ -65,9 +65,9 @@ pub struct Scene {
 /// The drive at a communication point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Now {
-    /// (s).
+    /// The time (s).
     pub time: f64,
-    /// Where m1 is.
+    /// The position of m1.
     pub mode: Mode,
     /// The relative state and the motion of the flank.
     pub point: Point,
@@ -106,7 +106,7 @@ impl BacklashDrive {
         CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds }
     }
 
-    /// The bodies and the bounds of the law as the parameters are now.
+    /// The bodies and the bounds of the law for the present parameters.
     fn prepare_bodies(&mut self) {
         self.bounds = [0, 1, 2].map(|order| self.cam.law.bound(order));
         self.bodies = Bodies::new(&self.parameters);
@@ -140,7 +140,7 @@ impl BacklashDrive {
         self.run = Some(Box::new(run));
     }
 
-    /// The tolerance to work with: by default rounding errors alone count, since impacts may multiply any error.
+    /// The tolerance in use: by default only rounding errors count, since impacts may multiply any error.
     fn tolerance(&self) -> f64 {
         let own = if self.has_tolerance() { self.solver.settings.tolerance } else { 0.0 };
         let own = if own > 0.0 { own } else { FINEST_TOLERANCE };
@@ -165,8 +165,8 @@ impl BacklashDrive {
         self.now.tally.damping_loss + run.panel.damping_loss(&self.bodies, run.theta(self.now.time))
     }
 
-    /// Goes on at constant speed from `time` to `end` within the current panel, where nothing happens and nothing is
-    /// counted; whether it does.
+    /// Goes on at constant speed from `time` to `end` within the current panel if it has no event and no count; returns whether it
+    /// does.
     fn within_panel(&mut self, time: f64, end: f64, step: f64) -> bool {
         let Some(run) = self.run.as_deref_mut().filter(|_| !self.cam.is_input()) else { return false };
         let Some(point) = run.within(&self.bodies, end) else { return false };
@@ -175,7 +175,7 @@ impl BacklashDrive {
         true
     }
 
-    /// Advances over the ends of panels, or as inputs say.
+    /// Advances over the ends of panels, or on inputs.
     #[inline(never)]
     fn go_on(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let horizon = self.horizon(step);
@@ -192,7 +192,7 @@ impl BacklashDrive {
         run.begin_step(time);
         if input {
             run.pass_panel(&self.bodies, run.theta(time));
-            // The inputs themselves are rounded: by them place and velocity of the flank jump.
+            // The inputs themselves are rounded, so place and velocity of the flank jump.
             let phi = self.motion.at(time).kinematics.0[0].abs();
             let [_, slope, curvature] = self.bounds;
             let w = flank.speed().abs();
@@ -305,7 +305,7 @@ impl Drive for BacklashDrive {
         let Some(mut run) = self.run.as_deref().copied() else { return Ok(()) };
         self.motion = self.cam.motion(time);
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
-        // What happens is logged when the step is taken.
+        // Events are logged when the step is taken.
         let mut unheard = EventLog::counting();
         let before = Before { mode: self.end.mode, point: &self.end.point };
         let Phase { mode, state, .. } = run.take_up(&self.bodies, &flank, before, time, &mut unheard);
@@ -348,7 +348,7 @@ impl HasCamDrive for BacklashDrive {
 }
 
 impl HasSolver for BacklashDrive {
-    /// At constant speed all terms of a series cost little more than some; inputs are worth fewer.
+    /// At constant speed all terms of a series cost little more than a few; on inputs it pays to use fewer.
     fn has_tolerance(&self) -> bool {
         self.cam.is_input()
     }

@@ -16,20 +16,20 @@ use crate::numerics::period_map::fixed_point;
 use crate::numerics::work::Work;
 use std::f64::consts::TAU;
 
-/// How many turns may pass until the motion repeats.
+/// The most turns until the motion repeats.
 const MOST_TURNS: usize = 2000;
 
-/// The state repeats when it changes by less than this part of its size from turn to turn; the rounding errors of a
-/// turn are below a tenth of it.
+/// The state repeats when it changes by less than this part of its size from turn to turn; the rounding errors of a turn are below
+/// a tenth of it.
 const REPEATS: f64 = 1e-12;
 
-/// The response to a harmonic that exceeds that at rest by the inverse of this is none to be reached: rounding of the
-/// speed decides it.
+/// A response to a harmonic that exceeds the response at rest by the inverse of this cannot be reached: rounding of the speed
+/// decides it.
 const RESONANT: f64 = 1e-6;
 
 impl BacklashDrive {
-    /// Starts on the periodic motion: without clearance that of permanent contact, else the motion that the drive
-    /// settles to from there.
+    /// Starts on the periodic motion: without clearance the motion in permanent contact, else the motion that the drive settles to
+    /// from there.
     pub(super) fn begin_steady(&mut self, time: f64) -> Result<(), Fault> {
         let DriveMode::Constant { w, .. } = self.cam.mode else {
             return Err(Fault::named(
@@ -54,20 +54,20 @@ impl BacklashDrive {
             self.begin(time, contact?);
             return Ok(());
         }
-        // With clearance the periodic motion does not hang on this first guess.
+        // With clearance the periodic motion does not depend on this first guess.
         self.begin(time, contact.unwrap_or_default());
         let (mode, state) = self.periodic(time, period, work)?;
         self.lay(time, Phase { mode, state, zeros: 0 });
         Ok(())
     }
 
-    /// q, q̇ of the periodic response in permanent contact: of a Fourier series the sum of the responses to its
-    /// harmonics, else x = M x + r, where M is the free motion over a period and r the response from rest.
+    /// q, q̇ of the periodic response in permanent contact: for a Fourier series the sum of the responses to its harmonics, else x
+    /// = M x + r, with M the free motion over a period and r the response from rest.
     fn contact_orbit(&self, time: f64, period: f64, work: &mut Work) -> Result<[f64; 2], Fault> {
         if let Some(series) = self.cam.law.series() {
             let Parameters { m2, c, b, .. } = self.parameters;
             let (phi, w) = (self.motion.at(time).reduced, self.motion.coefficients[1]);
-            // m2 hangs on m1, which follows the flank; near a resonance ω² + ν² is twice ω².
+            // m2 is coupled to m1, which follows the flank; near a resonance ω² + ν² is twice ω².
             let orbit = Equation::new([m2, c, b]).periodic(series, w, phi, 0.5 * RESONANT);
             return orbit.map_err(|_| self.resonance());
         }
@@ -82,7 +82,7 @@ impl BacklashDrive {
         run.advance(&locked, &flank, &mut stretch)?;
         let response = run.panel.at(&locked, run.theta(time + period)).state.q;
         let m = locked.bound.free(Double::from(time + period) + Double::from(-time));
-        // det(I − M) = |1 − e^(λT)|² vanishes at a resonance without damping only.
+        // det(I − M) = |1 − e^(λT)|² vanishes only at a resonance without damping.
         let determinant = (1.0 - m[0][0]) * (1.0 - m[1][1]) - m[0][1] * m[1][0];
         let regular = determinant.abs() >= RESONANT * RESONANT;
         fixed_point(&m, [0.0; 2], response).filter(|_| regular).ok_or_else(|| self.resonance())

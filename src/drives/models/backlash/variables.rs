@@ -83,7 +83,7 @@ impl BacklashDrive {
         }
     }
 
-    /// u and its time derivatives: the values that are shown, the others from the law.
+    /// u and its time derivatives: the shown values, the others from the law.
     fn flank_motion(&self) -> Kinematics {
         let (shaft, law) = self.cam.at(&self.motion, self.now.time);
         let mut u = law.along(&shaft.kinematics);
@@ -104,7 +104,7 @@ impl BacklashDrive {
         }
     }
 
-    /// The series, and that of z; x1 = u + z.
+    /// The quantities as series, and the series of z; x1 = u + z.
     fn series_and_gap(&self, seed: Seed) -> (Known<Series>, Series) {
         let x = self.flank_motion();
         let (u, z, q) = match seed {
@@ -165,7 +165,7 @@ impl BacklashDrive {
         let [impulse, loss] = [now[0] - run.tally.impulse, now[1] - run.tally.energy_loss];
         let Now { mode, point: end, .. } = &self.end;
         let slopes = match mode {
-            // m1 Δu̇, with which m1 follows.
+            // m1 Δu̇, the impulse with which m1 follows.
             Mode::Contact(_) => [self.parameters.m1 * rate, 0.0],
             // An impact: P ∝ ż⁻, the loss ∝ (ż⁻)².
             Mode::Free if impulse != 0.0 => {
@@ -177,7 +177,7 @@ impl BacklashDrive {
         [0, 1].map(|i| Series([now[i], slopes[i], 0.0]))
     }
 
-    /// 1 on flank A, 0 in flight, −1 on flank B; without clearance the flank that presses with this force.
+    /// 1 on flank A, 0 in flight, −1 on flank B; without clearance the flank that exerts this force.
     fn contact_number(&self, force: f64) -> f64 {
         match self.now.mode {
             Mode::Free => 0.0,
@@ -229,7 +229,7 @@ const DAMPING_LOSS: usize = 19;
 const STATISTICS: usize = 20;
 const COUPLED: usize = STATISTICS + 3;
 
-/// The continuous outputs, of numbers or of series, in the order of their places; of the gap, the shaft and U′ as they are.
+/// The continuous outputs, of numbers or of series, in the order of their places; gap, shaft and U′ are passed through.
 fn continuous<S: Scalar>(d: &BacklashDrive, known: &Known<S>, gap: S, shaft: [S; 2], slope: S) -> [S; TAU + 1] {
     let ([x, x_dot], [y, y_dot], [q, q_dot]) = (known.place, known.far_place(), known.q);
     let force = known.force(d);
@@ -275,7 +275,7 @@ fn series(d: &BacklashDrive, seed: Seed, which: usize) -> Series {
     continuous(d, &known, gap, shaft, d.transfer_series(seed, 1))[which]
 }
 
-/// Initial dependencies of q, q̇, the flank that is touched and whatever else only the periodic start brings.
+/// Initial dependencies of q, q̇, the touched flank, and the further ones of a periodic start.
 struct Beginning {
     q: Vec<&'static str>,
     q_dot: Vec<&'static str>,
@@ -288,7 +288,7 @@ impl Beginning {
         let periodic = drive.periodic_start(&["m1", "m2", "c", "b", "s", "e", "cam"]);
         let q = [&periodic[..], &["start.mode", "start.q"]].concat();
         let q_dot = [&periodic[..], &["start.mode", "start.q_dot"]].concat();
-        // The flank is the one on which the force, or where that is zero its rate, presses.
+        // The flank is the one on which the force presses, or its rate if the force is zero.
         let contact = [&q[..], &q_dot, PHI, W, A, CAM, &["m1", "m2", "c", "b", "s"]].concat();
         Beginning { q, q_dot, contact, periodic }
     }
@@ -346,7 +346,7 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         let initial: &[&[&str]] = if i < 2 { &of_m1 } else { &of_rest };
         outputs.add(COUPLED + i, name, text, quantity, known).depends_initially(initial);
     }
-    // What a communication step, and all since the start, come to.
+    // Sums over a communication step and since the start.
     let real = variable::real;
     let text = "Mean force of the drive on m1 over the last communication step, impulses included";
     outputs.add_discrete(MEANS, "force_mean", text, real(&unit::FORCE), &[]);

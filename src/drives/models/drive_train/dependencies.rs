@@ -1,5 +1,5 @@
-//! What each output depends on, found by its own equations: the partial derivatives in a few random states, and what the start
-//! makes of other inputs.
+//! The dependencies of each output, found from its own equations: the partial derivatives in a few random states, and starts with
+//! other inputs.
 
 use super::variables::{Dependencies, Row};
 use super::{DriveTrain, Start, variables};
@@ -10,12 +10,12 @@ use crate::drives::variable::Role;
 use crate::drives::{List, Seed};
 use std::f64::consts::TAU;
 
-/// States in which the derivatives are taken: each way of contact with each of a servo.
+/// States in which the derivatives are taken: each case of contact with each case of a servo.
 const STATES: usize = 6;
 /// Starts that are compared for each input and mode.
 const STARTS: usize = 16;
 
-/// Other values of each.
+/// Other values of each input.
 const OTHERS: usize = 4;
 
 /// Numbers in [−1, 1), the same for every train (the generator of Knuth's MMIX).
@@ -29,7 +29,7 @@ impl Random {
 }
 
 impl DriveTrain {
-    /// A copy on the heap. Not inlined, so that the copy on the way there takes no room in the frame of a deep call.
+    /// A copy on the heap. Not inlined, so that it takes no room in the stack frame of a deep call.
     #[inline(never)]
     fn copied(&self) -> Box<Self> {
         Box::new(self.clone())
@@ -45,7 +45,7 @@ impl DriveTrain {
         probe
     }
 
-    /// What the outputs depend on.
+    /// The dependencies of the outputs.
     pub(super) fn dependencies(&self, table: &[Row]) -> Dependencies {
         let places = variables::FIRST + table.len();
         let (mut running, mut initial) = (vec![Vec::new(); places], vec![Vec::new(); places]);
@@ -91,7 +91,7 @@ impl DriveTrain {
                 }
             }
         }
-        // A periodic motion, but for its angle, is that of all that acts on the shaft.
+        // A periodic motion, except for its angle, depends on everything that acts on the shaft.
         if self.train.machine().is_some_and(|machine| !machine.motor.takes_speed()) {
             for (names, running) in initial.iter_mut().zip(&running) {
                 if running.iter().any(|name| name != "phi" && !inputs.contains(name)) {
@@ -99,7 +99,7 @@ impl DriveTrain {
                 }
             }
         }
-        // Whether the demand before it is beyond the limit.
+        // Whether the demand before it exceeds the limit.
         if let Some(at) = table.iter().position(|row| row.output.name == variables::SATURATED) {
             initial[variables::FIRST + at] = initial[variables::FIRST + at - 1].clone();
         }

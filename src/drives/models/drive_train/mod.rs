@@ -1,6 +1,6 @@
-//! The drive train: a shaft with its motor, or a prescribed motion, and all that hangs on it, as one system.
+//! The drive train: a shaft with its motor, or a prescribed motion, and all its followers, as one system.
 //!
-//! The equations are in [`crate::drives::shaft::train`], what integrates them in `solver::train`.
+//! The equations are in [`crate::drives::shaft::train`], the integration in `solver::train`.
 
 mod dependencies;
 mod names;
@@ -32,30 +32,30 @@ use std::f64::consts::TAU;
 /// The train as a scene describes it; coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
-    /// What moves the shaft.
+    /// The shaft.
     pub shaft: Shaft,
-    /// j counts from 1 in the variable names.
+    /// The followers; j counts from 1 in the variable names.
     pub followers: Vec<Follower>,
-    /// How they begin.
+    /// The start of the followers.
     pub start: Start,
-    /// Whether the outputs of a driven train tell what inertia follows its shaft without slip.
+    /// Whether outputs of a driven train show the inertia that follows its shaft without slip.
     #[serde(default)]
     pub coupling: bool,
     /// `solver.tolerance`; the method is the adaptive one.
     pub solver: Settings,
-    /// Whose names the variables have.
+    /// The names of the variables.
     #[serde(default)]
     pub names: Names,
 }
 
-/// How the followers begin.
+/// The start of the followers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Start {
     /// q = q̇ = 0, contact.
     #[default]
     AtRest,
-    /// Where the loads balance the springs.
+    /// In the equilibrium of loads and springs.
     Equilibrium,
     /// On the periodic motion.
     SteadyState,
@@ -72,20 +72,20 @@ pub struct DriveTrain {
     names: Names,
     solver: Solver,
     inputs: Inputs,
-    /// The course of a driven shaft.
+    /// The motion of a driven shaft.
     course: CamDrive<()>,
     motion: Option<AngleMotion>,
     run: Run,
-    /// The communication point (s), and the length of the step before it.
+    /// The communication point (s), and the length of the step to it.
     time: f64,
     step: f64,
-    /// The inputs for which the present internal step holds.
+    /// The inputs of the present internal step.
     laid: Inputs,
-    /// The end of the last step, before inputs jump, where the shaft is driven by them.
+    /// The end of the last step, before inputs jump, if they drive the shaft.
     end: Option<Box<End>>,
-    /// Whether a parameter has been changed since the last step.
+    /// Whether a parameter has changed since the last step.
     tuned: bool,
-    /// Of which followers it has been told that their cams pull.
+    /// The followers whose pulling cams have been logged.
     told: Vec<bool>,
     log: EventLog,
 }
@@ -125,7 +125,7 @@ impl DriveTrain {
         self.train.machine().is_none() && self.course.is_input()
     }
 
-    /// How long what comes from outside is known (s).
+    /// The time for which the external influences are known (s).
     fn horizon(&self, step: f64) -> f64 {
         let known = self.inputs.are_constant() && !self.motion_is_input();
         if known { f64::INFINITY } else { step }
@@ -136,7 +136,7 @@ impl DriveTrain {
         let mut y = [0.0; MOST_STATES];
         let layout = &self.train.layout;
         if let (Names::Backlash(q), Start::Given) = (self.names, self.start) {
-            // Behind z and ż.
+            // After z and ż.
             y[2..4].copy_from_slice(&q);
         }
         let Some(machine) = self.train.machine() else { return (y, 0.0) };
@@ -178,7 +178,7 @@ impl DriveTrain {
             self.run.turns = turns;
             self.run.set_period(found);
         }
-        // As a BacklashDrive tells it.
+        // In the words of a BacklashDrive.
         let spring = || self.train.followers.iter().all(|follower| follower.joint.sprung().is_some());
         if matches!(self.names, Names::Backlash(_)) && spring() {
             self.run.tallies[0].damped = Some(0.0);
@@ -192,7 +192,7 @@ impl DriveTrain {
         Ok(found)
     }
 
-    /// A run begins at `time` (s) with these states. Not inlined: a run is large, and hosts give their threads little of the stack.
+    /// Begins a run at `time` (s) with these states. Not inlined: a run is large, and hosts give their threads small stacks.
     #[inline(never)]
     fn set_off(&mut self, time: f64, y: &[f64; MOST_STATES], modes: Modes) {
         let tolerance = self.solver.effective_tolerance().max(FINEST_TOLERANCE);
@@ -202,11 +202,11 @@ impl DriveTrain {
     /// The periodic motion near these states, stable or not.
     ///
     /// # Errors
-    /// Where nothing says at which speed, or none is found.
+    /// No speed is known, or no periodic motion is found.
     #[inline(never)]
     fn periodic(&self, run: &Run, outside: &Outside) -> Result<Box<Periodic>, Fault> {
         let motor = self.motor();
-        // A servo whose speed is an input has none of its own.
+        // A servo whose speed is an input has no speed of its own.
         let given = self.machine().filter(|m| !m.motor.takes_speed()).map_or(0.0, |machine| machine.w_start);
         let usual = motor.map_or(self.course.mode.speed(), |motor| motor.usual_speed().unwrap_or(given));
         let steady = motor.is_none_or(|motor| motor.is_steady());
@@ -234,7 +234,7 @@ impl DriveTrain {
     /// Starts on the periodic motion, stable or not.
     ///
     /// # Errors
-    /// Where there is none.
+    /// There is no periodic motion.
     pub fn periodic_motion(&mut self) -> Result<Periodic, Fault> {
         self.start = Start::SteadyState;
         let found = self.begin_within(0.0, f64::INFINITY)?;
@@ -269,7 +269,7 @@ impl DriveTrain {
         Ok(())
     }
 
-    /// A parameter is about to be changed: the step up to the communication point belongs to the equations before.
+    /// Prepares the change of a parameter: the step up to the communication point belongs to the equations before.
     fn retune(&mut self) {
         if !self.tuned {
             self.tuned = true;
@@ -283,25 +283,25 @@ impl DriveTrain {
         self.run.restart(&self.train, &before, time);
     }
 
-    /// Finds the pieces of all laws anew, whose number and borders a parameter may have changed.
+    /// Finds the pieces of all laws anew; a parameter may have changed their number and borders.
     fn locate(&mut self) {
         let outside = Outside { time: self.time, motion: self.motion.as_ref(), inputs: &self.inputs };
         self.run.locate(&self.train, &outside);
         self.end.iter_mut().for_each(|end| end.locate(&self.train));
     }
 
-    /// The equations hold anew from the communication point `time` (s) on.
+    /// Restarts the equations from the communication point `time` (s).
     fn restart(&mut self, time: f64) {
         self.end_step(time);
         self.laid.take(&self.inputs);
-        // Where inputs drive the shaft, it has jumped or is about to.
+        // If inputs drive the shaft, it has jumped or is about to.
         if self.end.is_none() {
             let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
             self.run.decide(&self.train, &outside, &mut self.log);
         }
     }
 
-    /// Keeps the end of the step where inputs may jump.
+    /// Keeps the end of the step if inputs may jump.
     fn keep_end(&mut self) {
         if let (Some(end), Some(motion)) = (&mut self.end, &self.motion) {
             self.run.keep(&self.train, self.time, motion, end);
@@ -368,7 +368,7 @@ impl Drive for DriveTrain {
         curves
     }
 
-    /// Twenty turns at the speed at which the motor or the start turns the shaft, a second at rest.
+    /// Twenty turns at the speed of the motor or the start, one second at rest.
     fn experiment(&self) -> Experiment {
         let speed = match self.machine() {
             None => self.course.mode.speed(),
@@ -398,7 +398,7 @@ impl Drive for DriveTrain {
         if let (Some(end), Some(motion)) = (&self.end, self.motion.as_mut()) {
             *motion = self.course.motion(time);
             let outside = Outside { time, motion: Some(motion), inputs: &self.inputs };
-            // What happens is logged when the step is taken.
+            // Events are logged when the step is taken.
             self.run.jump(&self.train, &outside, (end, false), &mut EventLog::counting());
         }
         Ok(())
@@ -437,7 +437,7 @@ impl Drive for DriveTrain {
         &mut self.log
     }
 
-    /// Of the train only the parameters count, and they are those of `made`.
+    /// Only the parameters of the train count, and they are those of `made`.
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
         self.train = made.train.clone();
         (self.names, self.start, self.coupling) = (made.names, made.start, made.coupling);
@@ -454,7 +454,7 @@ impl Drive for DriveTrain {
             return Err(no_state());
         }
         if self.tuned {
-            // The pieces are those of laws that have changed since.
+            // The pieces belong to laws that have changed since.
             self.locate();
         }
         let of_end = self.end.as_ref().is_none_or(|end| end.has_segments_of(&self.train));

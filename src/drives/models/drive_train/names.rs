@@ -1,4 +1,4 @@
-//! How the variables are called: as those of a train, or of the single model that its loads, its motor or a missing flank make one.
+//! The names of the variables: a train's, or a single model's if loads, motor or a missing flank make the train one.
 
 use super::{DriveTrain, Start};
 use crate::drives::List;
@@ -10,16 +10,16 @@ use crate::drives::unit;
 use crate::drives::variable::{Enumeration, Kind, real_within};
 use serde::{Deserialize, Serialize};
 
-/// Whose names the variables have.
+/// The model that names the variables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Names {
-    /// Those of a train.
+    /// A train.
     #[default]
     Train,
-    /// Those of a BacklashDrive, with q (m) and q̇ (m/s) of its start.
+    /// A BacklashDrive, with q (m) and q̇ (m/s) of its start.
     Backlash([f64; 2]),
-    /// Those of a RigidMachine, with the torque (N·m) with which a motor with a lag starts.
+    /// A RigidMachine, with the torque (N·m) at the start of a motor with a lag.
     Machine(f64),
 }
 
@@ -34,7 +34,7 @@ static START_MODE: Enumeration = Enumeration {
 };
 
 impl Names {
-    /// What is called `name` in the equations of follower j.
+    /// The name in the model of `name` in the equations of follower j.
     pub(super) fn of(&self, j: usize, name: &str) -> String {
         match (self, name) {
             (Names::Backlash(_), _) => name.to_owned(),
@@ -54,10 +54,10 @@ impl Names {
         }
     }
 
-    /// Whether an output of a follower is one of the model.
+    /// Whether the model has this output of a follower.
     pub(super) fn show(&self, name: &str) -> bool {
         match name {
-            // `y` is all that the single models know of it.
+            // The single models only have `y` of it.
             "U" => *self == Names::Train,
             "force_mean" | "damping_loss" => matches!(self, Names::Backlash(_)),
             "lever" => matches!(self, Names::Machine(_)),
@@ -72,7 +72,7 @@ impl Names {
 }
 
 impl DriveTrain {
-    /// How such a drive may start: the items of `start.mode`, and what they mean.
+    /// The admissible starts of such a drive: the items of `start.mode`, and their meanings.
     fn starts(&self) -> (&'static Enumeration, &'static [Start]) {
         let spring = self.train.followers.first().is_some_and(|follower| follower.joint.sprung().is_some());
         match self.names {
@@ -84,12 +84,12 @@ impl DriveTrain {
         }
     }
 
-    /// The motor has a lag, whose torque is a state.
+    /// Whether the motor has a lag, so that its torque is a state.
     pub(super) fn lags(&self) -> bool {
         matches!(self.motor().map(|motor| &motor.source), Some(Source::Kloss(Kloss { dynamics: Some(_), .. })))
     }
 
-    /// Declares `start.mode` and what belongs to it.
+    /// Declares `start.mode` and the start values.
     pub(super) fn declare_start(&self, list: &mut List<Self>) {
         let (items, modes) = self.starts();
         list.parameter(

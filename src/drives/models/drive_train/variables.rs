@@ -29,7 +29,7 @@ use std::ops::Range;
 /// Rate of a torque (N·m/s).
 static TORQUE_RATE: Quantity = Quantity { name: "TorqueRate", unit: "N.m/s", base: [1, 2, -3, 0], display: None };
 
-/// Places: of the statistics of the solver, of the period and its multiplier, of the first output.
+/// Places of the solver's statistics, of the period and its multiplier, of the first output.
 const STATISTICS: usize = 0;
 const PERIOD: usize = 3;
 const MULTIPLIER: usize = 4;
@@ -38,14 +38,14 @@ pub(super) const FIRST: usize = 5;
 /// Whether the servo is at its limit; its demand comes before.
 pub(super) const SATURATED: &str = "motor.saturated";
 
-/// What the start depends on beside its inputs.
+/// The parameters that the start depends on in addition to its inputs.
 const PARAMETERS: &[&str] = &["J0", "inertia", "load", "motor", "drive", "start", "phi_start", "w_start"];
 
-/// The same of each follower, all but its input.
+/// The same for each follower.
 const PARAMETERS_OF_FOLLOWER: &[&str] =
     &["m", "J", "c", "b", "m1", "m2", "s", "e", "m_roller", "load", "cam", "crank", "linkage"];
 
-/// What the outputs depend on, by place.
+/// The dependencies of the outputs, by place.
 pub(super) struct Dependencies {
     /// The inputs by name, those of a driven shaft first.
     pub inputs: Vec<String>,
@@ -56,7 +56,7 @@ pub(super) struct Dependencies {
 }
 
 impl Dependencies {
-    /// Tells what the output in this place depends on.
+    /// Declares the dependencies of the output in this place.
     fn declare(&self, d: &DriveTrain, variable: &mut Variable<DriveTrain>, place: usize) {
         let own = |j: usize| PARAMETERS_OF_FOLLOWER.iter().map(move |key| d.names.of(j, key));
         let followers: Vec<String> = (0..d.train.followers.len()).flat_map(own).collect();
@@ -73,10 +73,10 @@ struct Point<S> {
     y: [S; MOST_STATES],
     given: Given<S>,
     f: Functions<S>,
-    /// φ with its turns, and those (rad).
+    /// φ with its turns, and the turns (rad).
     whole: S,
     turns: f64,
-    /// Whether counts of the followers are wanted.
+    /// Whether the followers' counts are wanted.
     counted: bool,
 }
 
@@ -94,7 +94,7 @@ pub(super) struct Row {
     pub follower: Option<usize>,
 }
 
-/// Gives the outputs, of numbers or of series, to `take`, each with its place and its follower.
+/// Passes on the outputs, of numbers or of series, to `take`, each with its place and its follower.
 fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, take: &mut dyn FnMut(Seat, &Output, S)) {
     let Point { phi, w, y, given, f, whole, .. } = p;
     let point = train::Point { modes: &d.run.modes, y, f, given };
@@ -201,7 +201,7 @@ impl DriveTrain {
         table
     }
 
-    /// Tells when the cam of a follower begins to pull.
+    /// Logs when the cam of a follower begins to pull.
     pub(super) fn watch(&mut self) {
         let followers = &self.train.followers;
         let holds = |j: usize| !self.told[j] && [0.0, 1.0].iter().any(|y| followers[j].hold(*y) != 0.0);
@@ -219,7 +219,7 @@ impl DriveTrain {
         }
     }
 
-    /// What follower j with clearance has counted.
+    /// The counts of follower j with clearance.
     fn counts(&self, j: usize) -> Counts {
         let (run, tally) = (&self.run, &self.run.tallies[j]);
         let sums = if self.step > 0.0 { run.sums(&self.train, self.time, j) } else { [0.0; 2] };
@@ -241,7 +241,7 @@ impl DriveTrain {
         Point { phi, w, y, given, f, whole, turns, counted: false }
     }
 
-    /// What comes from outside now, where the signals stand.
+    /// The present external values.
     fn given_now(&self, y: &[f64]) -> Given<f64> {
         let given = self.given_series(y).0;
         let at = |s: Series| s.0[0];
@@ -256,7 +256,7 @@ impl DriveTrain {
         }
     }
 
-    /// The same as series in time, the lag of a position that is an input without the rotor's part.
+    /// The same as series in time; the lag of a position input lacks the rotor's part.
     fn given_series(&self, y: &[f64]) -> (Given<Series>, f64) {
         let inputs = &self.inputs;
         let mut given = Given {
@@ -288,7 +288,7 @@ impl DriveTrain {
         (given, ratio)
     }
 
-    /// The point as series: in time, or with respect to one known.
+    /// The point as series in time, or with respect to one known.
     fn point_series(&self, seed: Seed) -> Point<Series> {
         let now = self.point();
         let (given, ratio) = self.given_series(&now.y);
@@ -310,7 +310,7 @@ impl DriveTrain {
             self.seed_known(seed, &now, &mut seeded);
         }
         let Seeded { phi, w, y, given } = seeded;
-        // The same numbers as without series, so that what cancels is zero.
+        // The same numbers as without series, so that terms that cancel give zero.
         let numbers = self.train.angles(Double::from(now.phi), &now.y);
         let mut angles = numbers.map(|number| Series([number, phi.0[1], phi.0[2]]));
         for (j, follower) in self.train.followers.iter().enumerate() {
@@ -323,7 +323,8 @@ impl DriveTrain {
         Point { phi, w, y, given, f, whole: phi, turns: 0.0, counted: false }
     }
 
-    /// One input or state moves, the others are held: of what is elastic its place y, so that q = y − U(φ) moves with φ.
+    /// Moves one input or state with the others constant. For an elastic follower the place y is constant, so that q = y − U(φ)
+    /// moves with φ.
     fn seed_known(&self, seed: Seed, now: &Point<f64>, seeded: &mut Seeded) {
         let Seeded { phi, w, y, given } = seeded;
         let value = |value: f64, slope: f64| Series([value, slope, 0.0]);
@@ -365,13 +366,13 @@ impl DriveTrain {
         }
     }
 
-    /// What an output is called.
+    /// The name of an output.
     pub(super) fn name_of(&self, Row { output, follower }: &Row) -> String {
         follower.map_or_else(|| output.name.to_owned(), |j| self.names.derivative(j, output.name, output.order))
     }
 
     /// The list of variables. The elements of an array follow one another (FMI 2.0, section 2.2.9): all of a follower, then the
-    /// derivatives of all followers; those of a machine's tools, and of their derivatives, at the end.
+    /// derivatives of all followers; the tools of a machine and their derivatives come at the end.
     pub(super) fn declare(&self, table: &[Row], dependencies: &Dependencies) -> List<Self> {
         let mut list = List::default();
         let outputs = |list: &mut List<Self>, wanted: &dyn Fn(&Row) -> bool| {
@@ -443,7 +444,7 @@ impl DriveTrain {
             _ if matches!(output.role, Role::Continuous | Role::State) => &[],
             SATURATED => &reference[..],
             "force_mean" | "tau_mean" => &[],
-            // A jump of the inputs may open a contact, or close one; so may one of a force or a torque.
+            // A jump of the inputs, of a force or a torque may open or close a contact.
             "contact" => &all,
             "impulse" if !course.is_empty() => &course[..2],
             _ => course,
@@ -567,7 +568,7 @@ impl DriveTrain {
     }
 }
 
-/// Numbers of a machine with the place `x` where they are in it; without one they are NaN, and `or` says which one is none.
+/// Numbers of a machine and their places `x` in it; numbers that it lacks are NaN.
 macro_rules! numbers {
     ($($x:ident in $place:pat => $name:literal, $text:literal, $quantity:ident in [$min:expr, $max:expr]
         $(or $none:literal)?, $variability:ident;)*) => {
@@ -597,7 +598,7 @@ macro_rules! transmission {
     ($($part:tt)*) => { Machine { motor: Motor { transmission: Transmission { $($part)*, .. }, .. }, .. } };
 }
 
-#[allow(irrefutable_let_patterns)] // Some are there in every machine.
+#[allow(irrefutable_let_patterns)] // Some patterns match every machine.
 const NUMBERS: &[parameter::Parameter<Machine>] = numbers! {
     x in Machine { friction: Some(x), .. } => "load.b", "Viscous friction of the shaft", ROTATIONAL_DAMPING in [0.0, 1e12], Tunable;
     x in source!(Kloss(Kloss { dynamics: Some(x), .. })) => "motor.T_el", "Electrical time constant", TIME in [LAG[0], LAG[1]], Fixed;

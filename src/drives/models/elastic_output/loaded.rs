@@ -1,5 +1,5 @@
-//! The drive under loads. The equation is linear: to the motion that the cam makes, under the spring and the damper of the load,
-//! those that the process force, and constant loads and input make, add up.
+//! The drive under loads. The equation is linear: the motion that the cam causes, with the spring and the damper of the load, and
+//! the motions that the process force, constant loads and input cause add up.
 
 use super::ElasticOutput;
 use crate::drives::Fault;
@@ -15,33 +15,33 @@ use crate::motion::MotionLaw;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The loads and what they make of q.
+/// The loads and their effects on q.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Loaded {
-    /// On the mass, and on the mass on the cam's side.
+    /// The loads on the mass, and on the mass on the cam's side.
     pub loads: Arc<[Load; 2]>,
     /// m_x (kg).
     pub m_roller: f64,
-    /// Whether the outputs tell the inertia of m_x on the shaft.
+    /// Whether outputs show the inertia of m_x on the shaft.
     pub coupling: bool,
-    /// What a process force on the mass makes.
+    /// The motion caused by a process force on the mass.
     pub process: Option<Process>,
-    /// What constant loads and the input make.
+    /// The motion caused by constant loads and the input.
     pub push: Push,
     /// Whether a parameter of the loads has changed since the last step.
     tuned: bool,
     /// The largest |q| at a communication point (m).
     pub largest: f64,
-    /// Whether it has been told that the cam pulls.
+    /// Whether the log has reported that the cam pulls.
     told: bool,
 }
 
-/// The motion that a process force makes: P(φ) in the place of the cam's motion.
+/// The motion that a process force causes: P(φ) replaces the cam's motion.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Process {
     law: Arc<MotionLaw>,
     response: Response,
-    /// P and its derivatives stand for those of U; see [`ElasticOutput`].
+    /// P and its derivatives replace those of U; see [`ElasticOutput`].
     pub now: Instant,
     end: Instant,
 }
@@ -64,7 +64,7 @@ impl Loaded {
         load.validate("load")
     }
 
-    /// What the process force on the mass makes, in front of its start.
+    /// The motion caused by the process force on the mass, before its start.
     pub(super) fn make_process(&mut self, equation: &Equation, tolerance: f64, mode: &DriveMode) {
         let known = self.process.take().and_then(|mut process| process.response.table.take());
         self.process = self.loads[0].process.as_ref().map(|law| {
@@ -74,15 +74,15 @@ impl Loaded {
         });
     }
 
-    /// q, q̇ with what the loads make of it.
+    /// q, q̇ including the effects of the loads.
     #[inline(never)]
     fn added_to(&self, q: [f64; 2]) -> [f64; 2] {
         let process = self.process.as_ref().map_or([0.0; 2], |process| process.now.q.array());
         [0, 1].map(|i| q[i] + self.push.now[i] + process[i])
     }
 
-    /// Steps, evaluations, and the estimated error of q relative to its largest size, where the cam's motion makes these
-    /// steps, evaluations, and this error of q (m).
+    /// Steps, evaluations, and the estimated error of q relative to its largest size; the arguments are the cam motion's steps,
+    /// evaluations and error of q (m).
     pub(super) fn tally(&self, [mut steps, mut evaluations, mut error]: [f64; 3]) -> [f64; 3] {
         if let Some(Process { response, now, .. }) = &self.process {
             (steps, evaluations) = (steps + response.steps, evaluations + response.evaluations as f64);
@@ -116,7 +116,7 @@ impl Loaded {
 }
 
 impl ElasticOutput {
-    /// Computes how process, constant loads and input start.
+    /// Starts the motions of process, constant loads and input.
     pub(super) fn start_loads(&mut self, time: f64) -> Result<(), Fault> {
         let (equation, tolerance, motion) = (*self.response.equation(), self.tolerance(), self.response.motion);
         let Some(loaded) = &mut self.loaded else { return Ok(()) };
@@ -144,7 +144,7 @@ impl ElasticOutput {
         Ok(())
     }
 
-    /// The equation of what the cam makes of q.
+    /// The equation of the motion that the cam causes.
     pub(super) fn equation(&self) -> Equation {
         let equation = self.parameters.equation();
         self.loaded.as_ref().map_or(equation, |loaded| equation.under(&loaded.loads[0]))
@@ -157,7 +157,7 @@ impl ElasticOutput {
         if let Some(loaded) = &self.loaded { loaded.added_to(q) } else { q }
     }
 
-    /// Whether the parameters of the loads have changed since the last step; what they make of q then starts anew.
+    /// Whether the parameters of the loads have changed since the last step; the effects on q then start anew.
     #[inline(never)]
     pub(super) fn retune_loads(&mut self, tuned: bool) -> Result<bool, Fault> {
         let (equation, tolerance) = (self.equation(), self.tolerance());
@@ -186,7 +186,7 @@ impl ElasticOutput {
         Ok(true)
     }
 
-    /// The process goes on from `time` (s) as the inputs say.
+    /// Takes up the inputs for the process at `time` (s).
     #[inline(never)]
     pub(super) fn take_up_process(&mut self, motion: &AngleMotion, time: f64, goes_on: bool) {
         let Some(loaded) = &mut self.loaded else { return };
@@ -200,7 +200,7 @@ impl ElasticOutput {
         response.motion = *motion;
     }
 
-    /// Brings what the loads make of q from one time to another (s); `goes_on` where the inputs did.
+    /// Brings the effects of the loads on q from one time to another (s); `goes_on` if the inputs do.
     #[inline(never)]
     pub(super) fn advance_loads(&mut self, [time, end]: [f64; 2], goes_on: bool) -> Result<(), Fault> {
         let (m, is_input) = (self.parameters.m, self.cam.is_input());
@@ -219,7 +219,7 @@ impl ElasticOutput {
         Ok(())
     }
 
-    /// Tells when the cam begins to pull where a spring, gravity or a constant force holds the follower on it.
+    /// Logs when the cam begins to pull a follower that a spring, gravity or a constant force holds on it.
     pub(super) fn watch(&mut self) {
         let (m, x, q) = (self.parameters.m, self.now.u.array()[0], self.deformation()[0]);
         let Some(loaded) = &self.loaded else { return };
@@ -231,7 +231,7 @@ impl ElasticOutput {
         tell_of_pull(&mut loaded.told, [held, force], self.now.time, 0, &mut self.log);
     }
 
-    /// Called when the drive was read from bytes.
+    /// Rebuilds, after reading from bytes, the parts that the serialisation leaves out.
     pub(super) fn restore_loads(&mut self, made: &Self) -> bool {
         let tolerance = self.tolerance();
         let (loaded, made) = match (&mut self.loaded, &made.loaded) {

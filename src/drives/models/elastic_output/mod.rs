@@ -4,12 +4,12 @@
 //!
 //! m q̈ + b q̇ + c q = −m ẍ, with ẍ = U″ ω² + U′ α.
 //!
-//! Symbols: m mass of the output member (kg), c stiffness (N/m) and b damping (N·s/m) between cam and mass,
-//! q deformation (m), φ drive angle (rad) with ω = φ̇ and α = φ̈. Under a load F_L, which acts on the mass, F_L stands on the
-//! right, too (see [`crate::drives::follower::load`]); a mass m_x on the cam's side and its load act on the cam only.
-//! Signs: force = −(c q + b q̇) acts on the mass, positive in the sense of y; tau = U′·force is the torque from the
-//! drive into the cam unit and loads the drive where it is positive. Under loads the cam acts on the follower with
-//! contact_force = force + m_x ẍ − F_Lx, and tau = U′·contact_force = m_x U′² α + m_x U′U″ ω² + U′·(force − F_Lx).
+//! Symbols: m mass of the output member (kg), c stiffness (N/m) and b damping (N·s/m) between cam and mass, q deformation (m), φ
+//! drive angle (rad) with ω = φ̇ and α = φ̈. A load F_L on the mass adds F_L to the right side (see
+//! [`crate::drives::follower::load`]); a mass m_x on the cam's side and its load act on the cam only. Signs: force = −(c q + b q̇)
+//! acts on the mass, positive in the sense of y; tau = U′·force is the torque from the drive into the cam unit and loads the drive
+//! if it is positive. Under loads the cam acts on the follower with contact_force = force + m_x ẍ − F_Lx, and tau =
+//! U′·contact_force = m_x U′² α + m_x U′U″ ω² + U′·(force − F_Lx).
 //!
 //! Validity: the follower keeps contact with both sides of its groove, spring and damper are linear.
 //!
@@ -46,13 +46,13 @@ parameters!(Parameters of ElasticOutput.parameters);
 pub struct Scene {
     /// m, c, b.
     pub parameters: Parameters,
-    /// On the mass.
+    /// The load on the mass.
     #[serde(default)]
     pub load: Load,
-    /// m_x (kg) on the cam's side, and what acts on it.
+    /// m_x (kg) on the cam's side, and its load.
     #[serde(default)]
     pub roller: (f64, Load),
-    /// Whether the outputs tell what inertia follows the shaft without slip.
+    /// Whether outputs show the inertia that follows the shaft without slip.
     #[serde(default)]
     pub coupling: bool,
     /// U.
@@ -75,11 +75,11 @@ pub struct ElasticOutput {
     response: Response,
     /// None without loads.
     loaded: Option<Box<Loaded>>,
-    /// The communication point, behind the jump of the inputs where they have been set.
+    /// The communication point, after the jump of the inputs if they have been set.
     now: Instant,
-    /// The end of the last step, in front of that jump; kept only where there are inputs.
+    /// The end of the last step, before that jump; kept only if there are inputs.
     end: Instant,
-    /// Whether the inputs, once taken up at the communication point, go on where the last step ended.
+    /// Whether the inputs, once taken up at the communication point, go on from the end of the last step.
     taken_up: Option<bool>,
     log: EventLog,
 }
@@ -90,7 +90,7 @@ impl ElasticOutput {
         if self.has_tolerance() { self.solver.effective_tolerance() } else { FINEST_TOLERANCE }
     }
 
-    /// q, q̇ at the start, without what the loads make.
+    /// q, q̇ at the start, without the effects of the loads.
     fn initial_state(&mut self, time: f64) -> Result<[f64; 2], Fault> {
         let free = self.response.equation().oscillator.stiffness() == 0.0;
         match self.start.mode {
@@ -192,7 +192,7 @@ impl Drive for ElasticOutput {
         self.cam.start(time);
         self.taken_up = None;
         self.solver.start();
-        // The law's parameters may have changed, and with them what the response keeps of it.
+        // The law's parameters may have changed, and with them the data that the response keeps.
         let table = self.response.table.take();
         self.response = Response::new(self.equation(), &self.cam.law, self.tolerance());
         self.response.tabulate(table, &self.cam.law, &self.cam.mode);

@@ -1,4 +1,4 @@
-//! The drive on inputs: what they move when they are set, and the steps that follow them.
+//! The drive on inputs: the effects of setting them, and the steps that follow them.
 
 use super::ElasticOutput;
 use crate::drives::Fault;
@@ -24,7 +24,7 @@ impl ElasticOutput {
         self.arrived()
     }
 
-    /// Takes up the motion that the inputs give at `time` (s); whether it goes on where the last step ended. Else the mass
+    /// Takes up the motion of the inputs at `time` (s); returns whether it goes on from the end of the last step. If not, the mass
     /// keeps position and velocity: q⁺ = q⁻ − Δx, q̇⁺ = q̇⁻ − Δẋ.
     pub(super) fn take_up_inputs(&mut self, time: f64) -> bool {
         let motion = self.cam.motion(time);
@@ -45,10 +45,10 @@ impl ElasticOutput {
     }
 }
 
-/// How far x and ẋ jump where the shaft goes from one position to another and the cam with it.
+/// The jumps of x and ẋ when the shaft, and the cam with it, goes from one position to another.
 fn jump(law: &MotionLaw, [from, to]: [[f64; 3]; 2], [before, after]: &[TransferFunctions; 2]) -> Pair {
     let (d, [u, u1, u2, u3, u4]) = (to[0] - from[0], before.0);
-    // Within this angle the series of U up to U⁗ is right to (1e-3)⁵/5! = 1e-17 of the finest harmonic.
+    // Within this angle the series of U up to U⁗ is accurate to (1e-3)⁵/5! = 1e-17 of the finest harmonic.
     let (du, du1) = if d.abs() * law.resolution() < 1e-3 && law.breakpoints().is_empty() {
         (d * (u1 + d / 2.0 * (u2 + d / 3.0 * (u3 + d / 4.0 * u4))), d * (u2 + d / 2.0 * (u3 + d / 3.0 * u4)))
     } else {

@@ -34,24 +34,24 @@ enum Output {
     QDotDot,
     Force,
     Tau,
-    /// Under loads only.
+    /// Only under loads.
     Contact,
 }
 
-/// Of what the outputs tell of the inertia on the shaft, the places behind that of the contact force.
+/// The places of the outputs for the inertia on the shaft follow the contact force's.
 const COUPLED: usize = Output::Contact as usize + 1;
 
-/// How many there are without loads.
+/// The number of outputs without loads.
 const OUTPUTS: usize = Output::Tau as usize + 1;
 
-/// The loads, and what that on the mass depends on beside place and speed: process force and input.
+/// The loads, and the arguments of the mass's load other than place and speed: process force and input.
 struct Forces<'a, S> {
     loaded: &'a Loaded,
     given: [Option<S>; 2],
 }
 
 impl<'a, S: Scalar> Forces<'a, S> {
-    /// At the angle `phi`, where `input` makes an input of its signal; None without loads.
+    /// The forces at the angle `phi`; `input` reads the input's signal. None without loads.
     fn new(drive: &'a ElasticOutput, phi: S, input: impl Fn(&Signal) -> S) -> Option<Self> {
         let loaded = drive.loaded.as_deref()?;
         let process = loaded.process.as_ref().map(|Process { now, .. }| {
@@ -68,7 +68,7 @@ pub(super) fn list(drive: &ElasticOutput) -> List<ElasticOutput> {
     declare_force(&mut list, drive, 0, F, false);
     list.group::<Parameters>();
     if drive.loaded.as_ref().is_some_and(|loaded| loaded.m_roller > 0.0) {
-        // It stays one, as large as that of the output member.
+        // It stays one, as large as the output member's.
         let kind = real_within(&unit::MASS, 1e-12, 1e12);
         let roller = list.parameter(
             "m_roller",
@@ -89,7 +89,7 @@ pub(super) fn list(drive: &ElasticOutput) -> List<ElasticOutput> {
     list
 }
 
-/// How many outputs there are.
+/// The number of outputs.
 fn count(drive: &ElasticOutput) -> usize {
     OUTPUTS + drive.loaded.as_ref().map_or(0, |loaded| if loaded.coupling { 4 } else { 1 })
 }
@@ -108,7 +108,7 @@ fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
     let q_dot = [&periodic[..], &["start.mode", "start.q_dot"]].concat();
     let force: &[&[&str]] = &[&q, &q_dot, &["c", "b"]];
     let all: &[&str] = &["phi", "w", "y", "der(y)"];
-    // What the input force changes.
+    // The effect of the input force.
     let accelerated: &[&str] =
         if drive.load(0).is_some_and(|load| load.input) { &["phi", "w", "y", "der(y)", F] } else { all };
     let mut contact = all.to_vec();
@@ -150,8 +150,8 @@ fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
     }
 }
 
-/// The outputs, of numbers or of series, in the order of [`Output`], and those under loads; u holds U … U⁗ at the
-/// communication point.
+/// The outputs, of numbers or of series, in the order of [`Output`], and those under loads; u holds U … U⁗ at the communication
+/// point.
 #[inline(always)]
 fn outputs<S: Scalar>(
     drive: &ElasticOutput,
@@ -185,7 +185,7 @@ fn outputs<S: Scalar>(
 fn numbers(drive: &ElasticOutput, q: Pair, forces: Option<&Forces<'_, f64>>) -> ([f64; OUTPUTS], [f64; 4]) {
     let Instant { shaft: [phi, w, a], u, curvature, .. } = drive.now;
     let ([x, slope], [q, v]) = (u.array(), q.array());
-    // phi is put out without reduction; U needs no angle any more, and numbers no derivative beyond U″.
+    // The output phi is not reduced; U no longer needs the angle, and numbers need no derivative beyond U″.
     let u = [x, slope, curvature, 0.0, 0.0];
     outputs(drive, &u, &Flow { phi, w, a, q, v, force: 0.0 }, forces)
 }
@@ -258,7 +258,7 @@ fn along_time<'a>(
     (Flow { phi, w, a, q, v, force: 0.0.into() }, forces)
 }
 
-/// Drive and mass as functions of one input or state, the others held: q = y − U(φ), q̇ = ẏ − U′(φ) ω.
+/// Drive and mass as functions of one input or state with the others constant: q = y − U(φ), q̇ = ẏ − U′(φ) ω.
 fn along_known(drive: &ElasticOutput, shaft: &Kinematics, u: &TransferFunctions, known: Seed) -> Flow<Series> {
     let [phi_1, w_1, a_1, y_1, y_dot_1] = ["phi", "w", "a", "y", "der(y)"].map(|name| known.of(name));
     let ([phi, w, a, ..], [_, u1, u2, ..], [q, v]) = (shaft.0, u.0, drive.deformation());

@@ -9,12 +9,12 @@
 //!
 //! Loads on the follower add the torque U′ F_L(U, U′ψ̇, φ, t) to the right-hand side, see [`load`](crate::drives::follower::load).
 //!
-//! Symbols: m mass of the follower (kg), J moment of inertia of the cam (kg·m²), c stiffness (N·m/rad) and
-//! b damping (N·m·s/rad) of the shaft, q twist (rad). Signs: φ, ψ, tau positive in the same sense;
-//! tau = −(c q + b q̇) is the torque from the drive into the cam unit and loads the drive where it is positive.
+//! Symbols: m mass of the follower (kg), J moment of inertia of the cam (kg·m²), c stiffness (N·m/rad) and b damping (N·m·s/rad) of
+//! the shaft, q twist (rad). Signs: φ, ψ, tau positive in the same sense; tau = −(c q + b q̇) is the torque from the drive into the
+//! cam unit and loads the drive if it is positive.
 //!
-//! Validity: the follower never leaves the cam; the linear equation where |q| is small against the angle over which
-//! U′U″ changes. J > 0: without it the frequency at U′ = 0 is infinite.
+//! Validity: the follower never leaves the cam; the linear equation needs |q| small against the angle over which U′U″ changes. J >
+//! 0: without it the frequency at U′ = 0 is infinite.
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.3; the right-hand side of its equation (1) reads
 //! U′U″ here, as the derivation and its own rigid limit demand.

@@ -25,14 +25,14 @@ enum Output {
     Y,
     YDot,
     Tau,
-    /// Under a load only.
+    /// Only under a load.
     Contact,
 }
 
-/// How many there are without a load.
+/// The number of outputs without a load.
 const OUTPUTS: usize = Output::Tau as usize + 1;
 
-/// How many there are.
+/// The number of outputs.
 fn count(drive: &ElasticShaft) -> usize {
     OUTPUTS + usize::from(drive.equation.load.is_some())
 }
@@ -72,12 +72,12 @@ fn declare_outputs(drive: &ElasticShaft, list: &mut List<ElasticShaft>) {
     };
     let of = ["m", "J", "c", "b", "shaft.linear", "cam", "load", "solver.tolerance"];
     let periodic = drive.periodic_start(&of);
-    // An equilibrium is one of a load, and also on inputs.
+    // A load has an equilibrium, even on inputs.
     let loaded: &[&str] = if drive.equation.load.is_some() { &["F", "load", "m"] } else { &[] };
     let balanced = if loaded.is_empty() { Vec::new() } else { [loaded, PHI, W, CAM, &["c", "shaft.linear"]].concat() };
     let q = [&periodic[..], &balanced, &["start.mode", "start.q"]].concat();
     let q_dot = [&periodic[..], &["start.mode", "start.q_dot"]].concat();
-    // Whether the equation is linearised is a parameter: then U is taken at phi, and a acts on q.
+    // A parameter decides whether the equation is linearised: then U is taken at phi, and a acts on q.
     let lift = [PHI, CAM, &q, &["shaft.linear"]].concat();
     let all: &[&str] = &["phi", "w", "psi", "der(psi)"];
     output(Output::Psi, "psi", "Angle of the cam, phi + q", &unit::ANGLE, &["psi"], &[PHI, &q]);

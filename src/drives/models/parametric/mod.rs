@@ -1,20 +1,20 @@
 //! A drive with one degree of freedom and periodic coefficients.
 //!
-//! m(φ) q̈ + b(φ) q̇ + c(φ) q = f(φ), φ(t) prescribed. The coefficients are finite Fourier series, or those of a
-//! parallel-crank drive: J ψ̈ + b_T q̇ + c_T(φ) q = f(φ) with ψ = φ + q (modules [`crank`] and [`law`]).
+//! m(φ) q̈ + b(φ) q̇ + c(φ) q = f(φ), φ(t) prescribed. The coefficients are finite Fourier series, or a parallel-crank drive's: J
+//! ψ̈ + b_T q̇ + c_T(φ) q = f(φ) with ψ = φ + q (modules [`crank`] and [`law`]).
 //!
-//! Symbols: m mass (kg·m² or kg), b damping (N·m·s/rad or N·s/m), c stiffness (N·m/rad or N/m), f torque or force
-//! on the mass, positive in the sense of q, q angle (rad) or length (m); φ drive angle (rad). Signs: φ, ψ and torques are positive in the same
-//! sense; tau = −(c q + b q̇) is the torque from the drive into the unit and loads the drive where it is positive.
+//! Symbols: m mass (kg·m² or kg), b damping (N·m·s/rad or N·s/m), c stiffness (N·m/rad or N/m), f torque or force on the mass,
+//! positive in the sense of q, q angle (rad) or length (m); φ drive angle (rad). Signs: φ, ψ and torques are positive in the same
+//! sense; tau = −(c q + b q̇) is the torque from the drive into the unit and loads the drive if it is positive.
 //!
-//! Loads on the mass add F_L(y, ẏ, φ, t) to f, y = q or ψ, see [`load`](crate::drives::follower::load); what a return spring and a
-//! damper of theirs bear goes to the ground and is no part of tau.
+//! Loads on the mass add F_L(y, ẏ, φ, t) to f, y = q or ψ, see [`load`](crate::drives::follower::load); the forces of their return
+//! spring and damper go to the ground and are no part of tau.
 //!
-//! Energy: d/dt (½ m q̇² + ½ c q²) = f q̇ − b q̇² + ω ½ (m′ q̇² + c′ q²); the last term, `tau_parametric` times ω, is
-//! what the drive feeds into the vibration because m and c vary. It is of second order in q.
+//! Energy: d/dt (½ m q̇² + ½ c q²) = f q̇ − b q̇² + ω ½ (m′ q̇² + c′ q²); the last term, `tau_parametric` times ω, is the power
+//! that the drive feeds into the vibration as m and c vary. It is of second order in q.
 //!
-//! Stability: free motions grow or decay over a turn by the Floquet multipliers; `growth` is ln of the largest modulus.
-//! Where it is positive the drive is parametrically unstable, and the motion grows until it is given up beyond 1e100.
+//! Stability: free motions grow or decay over a turn by the Floquet multipliers; `growth` is ln of the largest modulus. If it is
+//! positive the drive is parametrically unstable, and the motion grows; the computation ends beyond 1e100.
 //!
 //! Validity: q small enough for a linear equation; m > 0 over the whole turn.
 //!
@@ -41,7 +41,7 @@ pub use variables::{of_coefficients, quantities};
 /// The drive as a scene describes it, coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
-    /// Where the coefficients come from.
+    /// The source of the coefficients.
     pub law: Law,
     /// φ.
     pub drive: DriveMode,

@@ -19,7 +19,7 @@ use crate::numerics::taylor::{Scalar, Series};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// The continuous quantities. The two states are ψ and ψ̇ where q counts from the drive, else q and q̇.
+/// The continuous quantities. The two states are ψ and ψ̇ if q counts from the drive, else q and q̇.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Output {
     Phi,
@@ -35,7 +35,7 @@ enum Output {
     Stiffness,
 }
 
-/// How many there are; `growth` follows them, then the statistics of the solver.
+/// The number of continuous quantities; `growth` follows them, then the statistics of the solver.
 const OUTPUTS: usize = Output::Stiffness as usize + 1;
 
 pub(super) fn list(drive: &ParametricDrive) -> List<ParametricDrive> {
@@ -114,7 +114,7 @@ fn declare_crank(law: &CrankLaw, list: &mut List<ParametricDrive>) {
     }
 }
 
-/// Coefficients of one series have numbers from a multiple of this on.
+/// The numbers of the coefficients of each series begin at a multiple of this.
 const SERIES: usize = 1 << 16;
 
 /// The series of the law that are parameters: letter, meaning, number of the quantity.
@@ -129,7 +129,7 @@ fn series(law: &Law) -> Vec<(&'static str, &'static str, usize)> {
     }
 }
 
-/// The series of this number, to be read and to be changed.
+/// The series of this number, to read and to change.
 macro_rules! series {
     ($name:ident$(, $mut:tt)?) => {
         fn $name(law: &$($mut)? Law, which: usize) -> Option<&$($mut)? Fourier> {
@@ -145,7 +145,7 @@ macro_rules! series {
 series!(series_of);
 series!(series_mut, mut);
 
-/// The first parts of the names of the parameters and of the input that make m, b, c, and f with the loads.
+/// The first parts of the names of the parameters and of the input that determine m, b, c, and f with the loads.
 fn names(law: &Law) -> [&'static [&'static str]; 4] {
     match law {
         Law::Series(_) => [&["m"], &["b"], &["c"], &["f", "load", "F"]],
@@ -208,7 +208,7 @@ fn declare_outputs(drive: &ParametricDrive, list: &mut List<ParametricDrive>) {
     let starts = |varies: bool| if varies { PHI } else { &[] };
     let [of_m, of_b, of_c, of_f] = names(&drive.cam.law);
     let periodic = drive.periodic_start(&[of_m, of_b, of_c, of_f, &["solver.tolerance"]].concat());
-    // An equilibrium is one of f and of loads, and also on inputs.
+    // f and the loads have an equilibrium, even on inputs.
     let acts = drive.equation.load.is_some() || series_of(&drive.cam.law, 3).is_some();
     let balanced = if acts { [PHI, of_m, of_c, of_f].concat() } else { Vec::new() };
     let q_start = [&periodic[..], &balanced, &["start.mode", "start.q"]].concat();

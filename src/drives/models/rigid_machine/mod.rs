@@ -2,16 +2,16 @@
 //!
 //! J(φ) φ̈ + ½ J′(φ) φ̇² = M_an − τ,  J(φ) = J0 + J_v(φ) + Σ m_j U_j′(φ)²
 //!
-//! Symbols: φ angle of the main shaft (rad); J reduced moment of inertia (kg·m²); J0 its constant part; J_v an
-//! optional periodic part (Fourier series or table); m_j mass (kg) and U_j position function (m) of follower j (moment of
-//! inertia (kg·m²) and (rad) where it turns); M_an torque of the motor on the shaft (N·m), positive in the sense of φ; τ
-//! load (N·m), **positive brakes**. Between a cam and its tool there may be mechanisms, see [`linkage`]; U_j then is the
-//! tool's position, the cam moves a lever, and the links' inertia adds to J.
+//! Symbols: φ angle of the main shaft (rad); J reduced moment of inertia (kg·m²); J0 its constant part; J_v an optional periodic
+//! part (Fourier series or table); m_j mass (kg) and U_j position function (m) of follower j (moment of inertia (kg·m²) and (rad)
+//! if it turns); M_an torque of the motor on the shaft (N·m), positive in the sense of φ; τ load (N·m), **positive brakes**.
+//! Between a cam and its tool there may be mechanisms, see [`linkage`]; U_j then is the tool's position, the cam moves a lever, and
+//! the links' inertia adds to J.
 //!
 //! Valid for rigid links without backlash and J > 0 everywhere; standstill, reversal and a load that drives the motor
 //! are ordinary states.
 //!
-//! The shaft with its parts is in `shaft::free`, what integrates it in `solver::free_shaft`.
+//! The shaft with its parts is in `shaft::free`, the integration in `solver::free_shaft`.
 //!
 //! Limit cases that the tests check: M_an = τ = 0 ⇒ Jφ̇² is constant and the turn takes ∮ √(J/2E) dφ; constant J ⇒
 //! the run-up time of Kloss in closed form; ½Jφ̇² changes by ∫(M_an − τ)dφ.
@@ -62,36 +62,36 @@ pub struct Scene {
     pub followers: Vec<Follower>,
     /// The source of M_an.
     pub motor: Motor,
-    /// The loads that other units put on it.
+    /// The loads of other units on it.
     pub loads: Vec<Named>,
     /// φ at the start (rad).
     pub phi_start: f64,
     /// φ̇ at the start (rad/s), for [`MachineStart::Given`].
     pub w_start: f64,
-    /// How the initial speed is found.
+    /// The way to determine the initial speed.
     pub start: MachineStart,
     /// `solver.tolerance`, `solver.method`, `solver.step_size`.
     pub solver: Settings,
 }
 
-/// How the initial speed is found.
+/// The way to determine the initial speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MachineStart {
     /// φ̇ = `w_start`; a motor with a lag starts at `motor.M_start`.
     Given,
-    /// On the periodic solution under the load that acts at the start.
+    /// On the periodic solution under the load at the start.
     SteadyState,
 }
 
-/// Where and how the machine starts.
+/// The start of the machine.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Start {
     /// φ (rad).
     phi: f64,
     /// φ̇ (rad/s), for [`MachineStart::Given`].
     w: f64,
-    /// M_an of a motor with a lag (N·m); 0 where it is switched on.
+    /// M_an of a motor with a lag (N·m); 0 if it is switched on at the start.
     torque: f64,
     mode: MachineStart,
 }
@@ -105,7 +105,7 @@ pub struct RigidMachine {
     state: State,
     in_angle: InAngle,
     in_time: InTime,
-    /// τ − M_an for which the present internal step holds (N·m), as far as it does not depend on the speed.
+    /// The part of τ − M_an in the present internal step that does not depend on the speed (N·m).
     torque: f64,
     /// The period of the steady state found at the start (s); 0 without one.
     period: f64,
@@ -115,7 +115,7 @@ pub struct RigidMachine {
 impl HasSolver for RigidMachine {
     field!(solver, solver_mut: Solver = solver);
 
-    /// The steps of the tolerance are the longer the slower the shaft turns and the steadier its torques are.
+    /// The tolerance permits longer steps at slower speeds and steadier torques.
     fn has_method(&self) -> bool {
         true
     }
@@ -145,7 +145,7 @@ impl RigidMachine {
             return Err(Fault::named("motor.w_s", message));
         }
         let inertia = &self.shaft.inertia;
-        // Where there is a table it has passed.
+        // A table exists only if J has passed this check.
         if self.shaft.profile.is_of(inertia) {
             return Ok(());
         }
@@ -162,7 +162,7 @@ impl RigidMachine {
         Err(Fault::new(message).of("J0"))
     }
 
-    /// Makes the tables that follow from the parameters, where they are those of others.
+    /// Makes the tables that follow from the parameters, unless they are up to date.
     fn prepare(&mut self) -> Result<(), Fault> {
         if !self.shaft.profile.is_of(&self.shaft.inertia) {
             self.shaft.profile = Arc::new(Profile::new(self.shaft.inertia.clone()));
@@ -170,8 +170,8 @@ impl RigidMachine {
         self.in_angle.prepare(&self.shaft, &self.solver)
     }
 
-    /// From one communication point to the next, with the work of a call: the internal step that holds a point is read there, and
-    /// others follow until one holds the next point.
+    /// From one communication point to the next, with the work of a call: reads the internal step that holds a point, and takes
+    /// further steps until one holds the next point.
     fn reach(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let RigidMachine { shaft, state, solver, in_angle, in_time, .. } = self;
         let (target, mut work) = (two_sum(time, step), Work::default());
@@ -206,7 +206,7 @@ impl RigidMachine {
                 cost
             } else if let Some(end) = in_time.end() {
                 let holds = (target - end).hi <= 0.0;
-                // What is left of a step that does not is read, so that its end is left as every end.
+                // The rest of a step that does not hold it is read, so that its end is treated like every end.
                 now = if holds { target } else { end };
                 if let Some(instant) = in_time.read(shaft, state, now) {
                     self.events.push(reversal(shaft, state, instant));
@@ -230,9 +230,9 @@ impl RigidMachine {
         }
     }
 
-    /// The fault of a step that takes more than the work of a call; it has come to the time `reached` (s).
+    /// The fault of a step that takes more than the work of a call; it has reached the time `reached` (s).
     fn too_long(&self, way: [f64; 2], reached: f64) -> Fault {
-        // While there is an angle step, the speed of the state is that of the last communication point.
+        // During an angle step the speed of the state is the one at the last communication point.
         let speed = self.in_angle.step.as_ref().map_or(self.state.w, |step| step.end_speed);
         let hint =
             "relax solver.tolerance, lengthen solver.step_size of equal steps, or lower the speed or the range of J";
@@ -240,7 +240,7 @@ impl RigidMachine {
     }
 }
 
-/// The shaft, in this state, turns back at the `time` (s).
+/// The event of a shaft that turns back in this state at the `time` (s).
 fn reversal(shaft: &Shaft, state: &State, time: f64) -> Event {
     Event {
         time,
@@ -273,7 +273,7 @@ impl Drive for RigidMachine {
             events: EventLog::default(),
         };
         machine.check()?;
-        // Here, so that the instances of a scene share it.
+        // Prepared here, so that the instances of a scene share it.
         machine.prepare()?;
         Ok(machine)
     }
@@ -318,7 +318,8 @@ impl Drive for RigidMachine {
         curves
     }
 
-    /// Twenty turns at the synchronous speed (or at `w_start`); a second of a machine that starts at rest with a torque as input.
+    /// Twenty turns at the synchronous speed (or at `w_start`); one second for a machine that starts at rest with a torque as
+    /// input.
     fn experiment(&self) -> Experiment {
         let speed = match self.shaft.motor {
             Motor::Kloss(Kloss { synchronous_speed, .. }) => synchronous_speed.abs(),
@@ -348,12 +349,12 @@ impl Drive for RigidMachine {
         Ok(())
     }
 
-    /// The inputs change the acceleration at once and the state not at all.
+    /// The inputs change the acceleration at once and leave the state alone.
     fn apply(&mut self, _time: f64) -> Result<(), Fault> {
         if self.shaft.loads.have_inertia() { self.shaft.check_inertia(&self.state) } else { Ok(()) }
     }
 
-    /// At the speed that the shaft has now.
+    /// At the present speed of the shaft.
     #[inline(always)]
     fn angle(&self, time: f64, end: f64) -> f64 {
         self.state.angle.hi + TAU * self.state.turns + self.state.w * (end - time)
@@ -368,7 +369,7 @@ impl Drive for RigidMachine {
         self.shaft.step_begins(&mut self.state)?;
         if let Err(told) = self.reach(time, step) {
             let Self { shaft, state, .. } = self;
-            // Twice the way at the speed that it has got.
+            // Twice the way at the speed reached.
             let own = |phi| shaft.profile.value(state.interval, phi);
             return Err(shaft.loads.why(told, state, 2.0 * state.w * step, own));
         }
@@ -394,7 +395,7 @@ impl Drive for RigidMachine {
         &mut self.events
     }
 
-    /// The tables, of which already the outputs before the next step take J.
+    /// The tables, from which outputs before the next step already take J.
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
         let Shaft { loads, driving, .. } = &mut self.shaft;
         if !loads.fit(&made.shaft.loads) {
@@ -402,7 +403,7 @@ impl Drive for RigidMachine {
         }
         self.shaft = Shaft { loads: std::mem::take(loads), driving: *driving, ..made.shaft.clone() };
         (self.in_angle.mesh, self.in_angle.cycle) = (made.in_angle.mesh.clone(), made.in_angle.cycle.clone());
-        // Parameters that are yet to be changed need make no machine; the next start tells.
+        // Parameters that are yet to be changed need not make a machine; the next start checks them.
         if self.check().is_ok() {
             self.prepare()?;
         }

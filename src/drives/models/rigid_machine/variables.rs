@@ -36,10 +36,10 @@ struct Point<S> {
     /// φ within the turn.
     phi: S,
     w: S,
-    /// M_an where it is an input or a state.
+    /// M_an if it is an input or a state.
     torque: S,
     tau: S,
-    /// J of the machine itself with its derivatives by φ; of numbers the first two.
+    /// J of the machine itself with its derivatives by φ; for numbers only the first two.
     inertia: [f64; 4],
     /// J and J′ of loads.
     loads: [S; 2],
@@ -53,7 +53,7 @@ impl<S: Scalar> Point<S> {
     }
 }
 
-/// φ̈ = (M_an − τ − ½ J′ φ̇²) / J, where loads with an inertia add to J and J′.
+/// φ̈ = (M_an − τ − ½ J′ φ̇²) / J; loads with an inertia add to J and J′.
 fn acceleration<S: Scalar>(machine: &RigidMachine, p: &Point<S>, [mut j, mut j1]: [S; 2]) -> S {
     if machine.shaft.loads.have_inertia() {
         (j, j1) = (j + p.loads[0], j1 + p.loads[1]);
@@ -69,13 +69,12 @@ fn torque_rate<S: Scalar>(machine: &RigidMachine, p: &Point<S>) -> S {
     }
 }
 
-/// U, U′ and U″ where they are `u` with two more derivatives at φ.
+/// U, U′ and U″ from `u`, which holds them with two more derivatives at φ.
 fn transfer<S: Scalar>(phi: S, u: [f64; 5]) -> [S; 3] {
     [0, 1, 2].map(|n| phi.compose([u[n], u[n + 1], u[n + 2]]))
 }
 
-/// The outputs; those of follower j have the indices FOLLOWER + 6j + n, n the order of the derivative, those of its lever
-/// FOLLOWER + 6j + 3 + n.
+/// The outputs; follower j has the indices FOLLOWER + 6j + n, n the order of the derivative, its lever FOLLOWER + 6j + 3 + n.
 const PHI: usize = 0;
 const W: usize = 1;
 const A: usize = 2;
@@ -85,12 +84,12 @@ const ENERGY: usize = 5;
 const TORQUE_RATE: usize = 6;
 const FOLLOWER: usize = 7;
 
-/// Where the statistics of the solver begin, and the period of the start, behind the outputs of so many followers.
+/// The places of the solver's statistics and of the period of the start, after the outputs of so many followers.
 fn statistics(followers: usize) -> usize {
     FOLLOWER + 6 * followers
 }
 
-/// Gives the outputs, of numbers or of series, to `put`, those of the followers where they are wanted.
+/// Passes the outputs, of numbers or of series, to `put`, including the followers' if they are wanted.
 fn outputs<S: Scalar>(machine: &RigidMachine, p: &Point<S>, followers: bool, mut put: impl FnMut(usize, S)) {
     let inertia = p.inertia();
     let a = acceleration(machine, p, inertia);
@@ -170,8 +169,7 @@ impl RigidMachine {
                 let tau = loads.series();
                 let mut p = Point { phi, w, torque, tau, inertia, loads: now.loads.map(Series::from) };
                 let curvature = loads.now(&self.state)[2];
-                // Each pass yields the next coefficient: the rates are right up to the order of what they are
-                // computed from.
+                // Each pass yields the next coefficient: the rates are right up to the order of their arguments.
                 for order in 1..3 {
                     let (a, rate) = (acceleration(self, &p, p.inertia()), torque_rate(self, &p));
                     p.phi.0[order] = p.w.0[order - 1] / order as f64;
@@ -243,7 +241,7 @@ impl RigidMachine {
         let loads: Vec<&str> = loads.iter().map(String::as_str).collect();
         let torques = [loads.clone(), when(input || lag, "M_an")].concat();
         let enters_a = [&torques[..], &of_phi, &of_w].concat();
-        // What the start values depend on; only a motor allows the periodic start.
+        // The dependencies of the start values; only a motor allows the periodic start.
         let turning: &[&str] = if varies { &["phi_start"] } else { &[] };
         let inertia: &[&[&str]] = &[turning, &["J0", "inertia", "follower"]];
         let of_motor: &[&str] = &["motor.M_k", "motor.s_k", "motor.w_s"];
@@ -296,8 +294,8 @@ impl RigidMachine {
         self.declare_followers(list, &[&torques[..], &["phi", "w"]].concat(), [&w_start, &a_start]);
     }
 
-    /// Declares the motions of the tools and levers; what enters the acceleration of the shaft, and what its speed and its
-    /// acceleration depend on at the start.
+    /// Declares the motions of the tools and levers. The arguments are the variables that enter the acceleration of the shaft, and
+    /// the dependencies of its speed and its acceleration at the start.
     fn declare_followers(&self, list: &mut List<Self>, enters_a: &[&str], [w_start, a_start]: [&[&str]; 2]) {
         // The elements of an array follow one another (FMI 2.0, section 2.2.9), so the followers come innermost.
         for i in 0..6 {

@@ -1,11 +1,11 @@
-//! The loads that other units put on the shaft: their torques, or, of those whose inertia is known, what is left of them.
+//! The loads that other units put on the shaft: their torques or, for loads of known inertia, the rest of their torques.
 //!
 //! τ = Σ τ_k + Σ (J_k φ̈ + ½ J_k′ φ̇² + τ_rest,k),  J_k(φ) = J_load + dJ_load Δ + ½ J″ Δ²,  Δ = φ − φ_n
 //!
-//! Symbols: τ_k torque of a load (N·m), positive brakes; J_k inertia of what follows the shaft without slip in a load (kg·m²),
-//! τ_rest,k the rest of its torque; φ_n and φ̇_n the shaft at the beginning of the communication step (rad), (rad/s). J″ is the first
-//! time derivative of the input dJ_load over φ̇_n where φ̇_n ≠ 0, else 0. dJ_load + J″ Δ is the derivative of J_k itself, so that the
-//! energy ½ (J + Σ J_k) φ̇² changes by the work of the torques alone.
+//! Symbols: τ_k torque of a load (N·m), positive brakes; J_k inertia that follows the shaft without slip in a load (kg·m²),
+//! τ_rest,k the rest of its torque; φ_n and φ̇_n the shaft at the beginning of the communication step (rad), (rad/s). J″ is the
+//! first time derivative of the input dJ_load over φ̇_n where φ̇_n ≠ 0, else 0. dJ_load + J″ Δ is the derivative of J_k itself, so
+//! that the energy ½ (J + Σ J_k) φ̇² changes by the work of the torques alone.
 //!
 //! Valid while J + Σ J_k > 0.
 
@@ -23,21 +23,21 @@ use std::ops::Range;
 /// The inputs of a load: a torque, or with its inertia three of them, in the order of their value references.
 pub const INPUTS: [&str; 4] = ["tau", "J_load", "dJ_load", "tau_rest"];
 
-/// The outputs of a drive that tell of what follows its shaft without slip, for the machine that turns it:
-/// tau = J_load φ̈ + ½ dJ_load φ̇² + tau_rest.
+/// The outputs of a drive with the inertia that follows its shaft without slip, for the machine that turns it: tau = J_load φ̈ + ½
+/// dJ_load φ̇² + tau_rest.
 pub const COUPLING: [(&str, &str, &Quantity); 3] = [
     ("J_load", "Moment of inertia of what follows the shaft without slip", &unit::INERTIA),
     ("dJ_load", "Its derivative by phi", &unit::INERTIA_PER_ANGLE),
     ("tau_rest", "Torque from the drive less that of this inertia, tau - J_load a - dJ_load w^2/2", &unit::TORQUE),
 ];
 
-/// How many places on the way of a step tell why it failed.
+/// The number of places at which a failed step is searched for its cause.
 const PLACES: u32 = 256;
 
-/// A load as a scene names it.
+/// A load with its name from the scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Named {
-    /// What stands before the names of its inputs; empty of the only load.
+    /// The first part of the names of its inputs; empty for the only load.
     pub name: String,
     /// Whether its inertia is known.
     pub inertia: bool,
@@ -60,7 +60,7 @@ struct Coupled {
     inertia: [Signal; 2],
 }
 
-/// The shaft where a step begins.
+/// The shaft at the start of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Beginning {
     angle: Double,
@@ -73,7 +73,7 @@ struct Beginning {
 pub struct Loads {
     each: Vec<Coupled>,
     begin: Beginning,
-    /// Σ J_load, Σ dJ_load, Σ J″ in the present step; None where no inertia is known.
+    /// Σ J_load, Σ dJ_load, Σ J″ in the present step; None without a known inertia.
     sum: Option<[f64; 3]>,
 }
 
@@ -84,7 +84,7 @@ impl Loads {
         Loads { each, ..Loads::default() }
     }
 
-    /// The loads as the scene names them.
+    /// The loads with their names from the scene.
     pub fn named(&self) -> impl Iterator<Item = &Named> {
         self.each.iter().map(|load| &load.named)
     }
@@ -156,12 +156,12 @@ impl Loads {
         self.each.iter().map(|load| &load.torque)
     }
 
-    /// The simulation starts.
+    /// Starts the simulation.
     pub fn start(&mut self) {
         (self.begin, self.sum) = Default::default();
     }
 
-    /// A communication step begins where the shaft is.
+    /// Begins a communication step with the shaft in this state.
     pub fn step_begins(&mut self, state: &State) {
         self.all().for_each(Signal::step_begins);
         if self.have_inertia() {
@@ -171,12 +171,12 @@ impl Loads {
         }
     }
 
-    /// The step took `step` (s).
+    /// Ends a step of `step` (s).
     pub fn step_ends(&mut self, step: f64) {
         self.all().for_each(|signal| signal.step_ends(step));
     }
 
-    /// Whether the torques depend on the speed at most.
+    /// Whether the torques depend at most on the speed.
     pub fn are_constant(&self) -> bool {
         self.torques().all(Signal::is_constant) && !self.have_inertia()
     }
@@ -186,23 +186,23 @@ impl Loads {
         self.torques().fold(Series::from(0.0), |sum, torque| sum + torque.series())
     }
 
-    /// The same so long after the beginning of the step (s).
+    /// The value so long after the start of the step (s).
     pub fn at(&self, t: f64) -> f64 {
         self.torques().map(|torque| torque.at(t)).sum()
     }
 
-    /// The coefficients of the same about that instant in this `unit` of time.
+    /// Its coefficients about that instant in this `unit` of time.
     pub fn expand(&self, t: f64, unit: f64, row: &mut [f64]) {
         row.fill(0.0);
         self.torques().for_each(|torque| torque.add_expanded(t, unit, row));
     }
 
-    /// The same as it was set.
+    /// Its value as set.
     pub fn set_value(&self) -> f64 {
         self.torques().map(Signal::set_value).sum()
     }
 
-    /// The same now.
+    /// Its present value.
     pub fn torque_now(&self) -> f64 {
         self.torques().map(Signal::now).sum()
     }
@@ -214,7 +214,8 @@ impl Loads {
         (state.angle - self.begin.angle + whole).hi
     }
 
-    /// Σ J_k and its derivatives by φ at the communication point: of what was set there, else of the polynomials of the step before.
+    /// Σ J_k and its derivatives by φ at the communication point: of the values set there, else of the polynomials of the previous
+    /// step.
     pub fn now(&self, state: &State) -> [f64; 3] {
         if !self.have_inertia() {
             return [0.0; 3];
@@ -230,18 +231,18 @@ impl Loads {
         })
     }
 
-    /// The fault of a step in which the shaft would turn by `way` (rad) from this state on: that of the inertia where it vanishes on
-    /// the way, the `own` of the shaft being known over the angle, else the one that was told.
+    /// The cause of a failed step in which the shaft would turn by `way` (rad) from this state on. It is the inertia if it vanishes
+    /// on the way (`own` is the shaft's over the angle), else the fault `told`.
     pub fn why(&self, told: Fault, state: &State, way: f64, own: impl Fn(f64) -> f64) -> Fault {
         let Some(loads) = self.from(state) else { return told };
         let places = (0..=PLACES).map(|i| way * f64::from(i) / f64::from(PLACES));
         let inertia = |way: f64| ([own(state.angle.hi + way), loads.at(way)[0]], state.angle.hi + way);
-        // A comparison with NaN is false.
+        // Comparisons with NaN are false.
         let lost = places.map(inertia).find(|([own, loads], _)| own + loads <= 0.0);
         lost.map_or(told, |(inertia, phi)| not_positive(inertia, phi))
     }
 
-    /// Σ J_k of the step over what φ is more than in this state.
+    /// Σ J_k of the step over the increment of φ from this state.
     pub fn from(&self, state: &State) -> Option<Polynomial> {
         self.sum.map(|coefficients| Polynomial { coefficients, from: self.way(state) })
     }

@@ -1,11 +1,11 @@
-//! The equations of motion in time, for where the angle does not serve as the variable.
+//! The equations of motion in time, used if the angle cannot serve as the variable.
 //!
 //! With u = √J φ̇ the equation of motion becomes
 //!
 //! φ̇ = u / √J(φ),  u̇ = (M_an − τ) / √J(φ),  [T_el Ṁ_an = M_Kloss(φ̇) − M_an]
 //!
-//! since d(½u²)/dt = (M_an − τ) φ̇. J′ has gone, so the equations are one order smoother than the original, and
-//! without torques u, hence the energy, is constant to the last digit.
+//! since d(½u²)/dt = (M_an − τ) φ̇. J′ drops out, so the equations are one order smoother than the original, and without torques u,
+//! hence the energy, is constant to the last digit.
 
 use super::coupled::Polynomial;
 use super::motor::{Kloss, Motor};
@@ -20,7 +20,7 @@ pub struct Piece<'a> {
     base: &'a State,
     /// Inertia of loads over the increment of φ.
     loads: Option<Polynomial>,
-    /// How long after the communication point the time of the integrator begins (s).
+    /// The start of the integrator's time after the communication point (s).
     since: f64,
     /// The most that φ may change in a step (rad).
     pub reach: f64,
@@ -29,8 +29,8 @@ pub struct Piece<'a> {
 impl<'a> Piece<'a> {
     /// The equations from the state `base` on, in a time that begins `since` (s) after the communication point.
     pub fn new(shaft: &'a Shaft, base: &'a State, since: f64) -> Self {
-        // A wave of J within a step leaves eight nodes per wave, and what lies beyond the interval is not to be
-        // followed far: there a law goes on that no longer holds.
+        // A wave of J within a step leaves eight nodes per wave. A law is not valid outside of its interval, so its continuation is
+        // not followed far.
         let inertia = &shaft.inertia;
         let (low, high) = inertia.ends(base.interval);
         let wave = if inertia.varies() { TAU / inertia.resolution() } else { f64::INFINITY };
@@ -100,7 +100,7 @@ impl<const N: usize> System<N> for Piece<'_> {
         m
     }
 
-    /// Angles are judged by the radian, u by itself, a lagging torque by the breakdown torque.
+    /// Errors of angles are relative to the radian, of u to itself, of a lagging torque to the breakdown torque.
     fn magnitude(&self, y: &[f64; N]) -> [f64; N] {
         let mut magnitude = [1.0; N];
         magnitude[1] = self.u(y[1]).abs();

@@ -15,8 +15,8 @@ use std::sync::OnceLock;
 pub struct InertiaFunction {
     /// J0 (kg·m²).
     pub constant: f64,
-    /// A 2π-periodic addition (kg·m²): a Fourier series or a table; its derivatives are those of the interpolant, so
-    /// that energy is conserved.
+    /// A 2π-periodic addition (kg·m²): a Fourier series or a table. Its derivatives are the interpolant's, so that energy is
+    /// conserved.
     pub varying: Option<MotionLaw>,
 }
 
@@ -27,8 +27,7 @@ parameters! {
     }
 }
 
-/// J(φ) = J0 + J_v(φ) + Σ m_j U_j′(φ)², where mechanisms lie between cam and tool with the inertia of tool and links instead
-/// of the last term.
+/// J(φ) = J0 + J_v(φ) + Σ m_j U_j′(φ)². With mechanisms between cam and tool the inertia of tool and links replaces the last term.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Inertia {
     /// J0 and J_v.
@@ -41,7 +40,7 @@ pub struct Inertia {
     known: Known,
 }
 
-/// Values derived from the rest of the inertia once they were asked for, which say nothing about whether two are the same.
+/// Values derived from the rest of the inertia on demand; they do not count in comparisons.
 #[derive(Clone, Debug, Default)]
 struct Known {
     range: OnceLock<(f64, f64)>,
@@ -54,8 +53,8 @@ impl PartialEq for Known {
     }
 }
 
-/// Cost of an evaluation of J among many, as part of one in a step: with it a nominal microsecond takes as long here as
-/// there, measured on machines of 2 and 8 followers with 256 harmonics.
+/// Cost of an evaluation of J among many over the cost of one in a step: with it a nominal microsecond takes equally long in both,
+/// measured on machines of 2 and 8 followers with 256 harmonics.
 pub const IN_A_ROW: f64 = 0.4;
 
 /// Borders that lie closer together count as one: the interval between them would be lost in rounding.
@@ -74,8 +73,8 @@ impl Inertia {
         self.followers.iter().any(|follower| !follower.linkage.is_empty())
     }
 
-    /// The order that resolves the inertia of the followers with mechanisms; 0 without, infinite where it is beyond the work of
-    /// a call.
+    /// The order that resolves the inertia of the followers with mechanisms; 0 without mechanisms, infinite if it takes more than
+    /// the work of a call.
     pub fn linked_resolution(&self) -> f64 {
         *self.known.linked_resolution.get_or_init(|| {
             let linked = self.followers.iter().filter(|follower| !follower.linkage.is_empty());
@@ -109,7 +108,7 @@ impl Inertia {
         self.borders = all;
     }
 
-    /// Whether the parameters of the laws, as a user may have set them, make laws.
+    /// Whether the parameters of the laws, as set by a user, make laws.
     pub fn validate(&self) -> Result<(), Fault> {
         for (j, follower) in self.followers.iter().enumerate() {
             let follower_j = format!("follower[{}]", j + 1);
@@ -170,7 +169,7 @@ impl Inertia {
         j
     }
 
-    /// J alone (kg·m²) at `phi`, continued smoothly from the place `inside`: what a step needs.
+    /// Only J (kg·m²) at `phi`, continued smoothly from the place `inside`, as steps need it.
     pub fn value(&self, place: Place, phi: f64) -> f64 {
         let phi = into_turn(phi);
         let (sin, cos) = phi.sin_cos();
@@ -193,8 +192,8 @@ impl Inertia {
         j
     }
 
-    /// The interval between borders that holds `phi` ∈ [−π, π] (rad), and `phi` moved into it by whole turns: interval i
-    /// reaches from border i to border i + 1, the last one around the turn. On a border the interval ahead.
+    /// The interval between borders that holds `phi` ∈ [−π, π] (rad), and `phi` moved into it by whole turns: interval i reaches
+    /// from border i to border i + 1, the last one around the turn. On a border it is the interval ahead.
     pub fn interval(&self, phi: f64, forward: bool) -> (usize, f64) {
         let Some(&first) = self.borders.first() else { return (0, phi) };
         let mut phi = if phi < 0.0 { phi + TAU } else { phi };
@@ -210,12 +209,12 @@ impl Inertia {
         }
     }
 
-    /// The ends of interval `i` (rad); infinite where there are no borders.
+    /// The ends of interval `i` (rad); infinite without borders.
     pub fn ends(&self, i: usize) -> (f64, f64) {
         if self.borders.is_empty() { (f64::NEG_INFINITY, f64::INFINITY) } else { ends(&self.borders, i) }
     }
 
-    /// The ends of the smooth pieces of the turn (rad); without borders it is one, from 0 on.
+    /// The ends of the smooth pieces of the turn (rad); without borders one piece, from 0 on.
     pub fn pieces(&self) -> impl ExactSizeIterator<Item = (f64, f64)> {
         pieces(&self.borders)
     }
@@ -226,8 +225,8 @@ impl Inertia {
         Place::at(if low.is_finite() { 0.5 * (low + high) } else { 0.0 })
     }
 
-    /// The harmonic order that resolves J(φ): a product of two transfer functions doubles that of the law; what mechanisms add
-    /// is measured.
+    /// The harmonic order that resolves J(φ): a product of two transfer functions doubles the law's order; the contribution of
+    /// mechanisms is measured.
     pub fn resolution(&self) -> f64 {
         let product = self.followers.iter().map(|f| 2.0 * f.cam.resolution());
         let own = self.function.varying.iter().map(|law| law.resolution());
@@ -240,8 +239,8 @@ impl Inertia {
     }
 
     fn sampled_range(&self) -> (f64, f64) {
-        // 32 samples per shortest wave leave ½ J″ (Δφ/2)² below half a per cent of that wave's amplitude; the
-        // shortest wave of a table goes with the distance of its points.
+        // 32 samples per shortest wave leave ½ J″ (Δφ/2)² below half a per cent of that wave's amplitude; the shortest wave of a
+        // table is proportional to the distance of its points.
         let count = (32.0 * self.resolution()).clamp(64.0, 65536.0).max(8.0 * self.borders.len() as f64) as usize;
         note(IN_A_ROW * count as f64 * self.cost());
         let step = TAU / count as f64;
@@ -256,7 +255,7 @@ impl Inertia {
             curvature = curvature.max(j[2].abs());
         }
         let dip = curvature * step * step / 8.0;
-        // Followers add nothing negative, so that J0 alone is a strict bound, as is the least point of a table that keeps to the
+        // Followers add nothing negative, so J0 alone is a strict bound. So is the least point of a table that stays within the
         // range of its points.
         let strict = match &self.function.varying {
             None => self.function.constant,

@@ -24,11 +24,11 @@ use std::sync::Arc;
 /// The parts of the equation of motion.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Shaft {
-    /// J(φ); shared by all instances of which none has changed it.
+    /// J(φ); shared by all instances that have not changed it.
     pub inertia: Arc<Inertia>,
     /// The source of M_an.
     pub motor: Motor,
-    /// The loads of other units: input `tau`, or those of each.
+    /// The loads of other units: one input `tau`, or the inputs of each.
     pub loads: Loads,
     /// Input `M_an`, for [`Motor::Input`].
     pub driving: Signal,
@@ -40,13 +40,13 @@ pub struct Shaft {
 /// The state of the machine at a communication point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// φ − 2π `turns` (rad), within a turn; its second part takes up the rounding of many small steps.
+    /// φ − 2π `turns` (rad), within a turn; its low part takes up the rounding of many small steps.
     pub angle: Double,
-    /// Whole turns. With the angle apart from them, a million turns cost no digit.
+    /// Whole turns. Since they are kept apart from the angle, a million turns cost no digit.
     pub turns: f64,
     /// φ̇ (rad/s).
     pub w: f64,
-    /// u = √J φ̇ [√J]: E = ½u². See `equation` for why. Out of date while there is an angle step.
+    /// u = √J φ̇ [√J]: E = ½u². See `equation` for the reason. Not up to date during an angle step.
     pub u: Double,
     /// M_an (N·m) of a motor with a lag.
     pub torque: f64,
@@ -54,13 +54,13 @@ pub struct State {
     pub interval: usize,
     /// The angle passed since the start, there and back (rad), up to the internal step that holds the communication point.
     pub travelled: f64,
-    /// The greatest |φ̇| since the start (rad/s), where the motion was integrated in time.
+    /// The greatest |φ̇| since the start (rad/s) while the motion was integrated in time.
     pub top_speed: f64,
 }
 
 impl Shaft {
-    /// Relative errors of φ, φ̇ and M_an by the roundings of angles, which count from `phi` (rad) on, and laws. The torque of a
-    /// motor with a lag changes by 2/s_K times as much as the speed, which it then disturbs.
+    /// Relative errors of φ, φ̇ and M_an by the roundings of anglesfrom `phi` (rad) on, and of laws. The torque of a motor with a
+    /// lag changes by 2/s_K times as much as the speed, which it then disturbs.
     pub fn roundings(&self, phi: f64) -> f64 {
         let part = |follower: &Follower| follower.cam.roundings()[0] / follower.cam.bound(1);
         let of_laws = self.inertia.followers.iter().map(part).fold(0.0, f64::max);
@@ -71,21 +71,21 @@ impl Shaft {
         (f64::EPSILON * (1.0 + phi.abs()) + of_laws) * (1.0 + of_torque)
     }
 
-    /// J, J′ of the shaft itself where it is.
+    /// J, J′ of the shaft itself in this state.
     pub fn own_inertia(&self, state: &State) -> [f64; 2] {
         self.profile.with_slope(state.interval, state.angle.hi)
     }
 
-    /// J, J′ where the shaft is in the present step, with those of its loads.
+    /// J, J′ of the shaft and its loads in this state of the present step.
     pub fn inertia_at(&self, state: &State) -> [f64; 2] {
         let own = self.own_inertia(state);
         self.loads.from(state).map_or(own, |loads| [0, 1].map(|n| own[n] + loads.at(0.0)[n]))
     }
 
-    /// A communication step begins: φ̇ goes on where the inertia of loads is another one.
+    /// Begins a communication step; φ̇ is continuous even if the inertia of loads changes.
     ///
     /// # Errors
-    /// Where the inertia is not positive.
+    /// The inertia is not positive.
     pub fn step_begins(&mut self, state: &mut State) -> Result<(), Fault> {
         self.loads.step_begins(state);
         self.driving.step_begins();
@@ -96,7 +96,7 @@ impl Shaft {
         Ok(())
     }
 
-    /// Refuses an inertia of the loads with which that of the whole is not positive at the communication point.
+    /// Refuses an inertia of the loads that makes the whole inertia not positive at the communication point.
     pub fn check_inertia(&self, state: &State) -> Result<(), Fault> {
         let [own, loads] = [self.own_inertia(state)[0], self.loads.now(state)[0]];
         check_positive([own, loads], state.angle.hi)
@@ -107,7 +107,7 @@ impl Shaft {
         self.motor.driving(w, self.known_torque(state)) - self.loads.torque_now()
     }
 
-    /// M_an (N·m) as an input or a state; 0 where it is neither.
+    /// M_an (N·m) as an input or a state; 0 otherwise.
     pub fn known_torque(&self, state: &State) -> f64 {
         if self.motor == Motor::Input { self.driving.now() } else { state.torque }
     }
@@ -117,13 +117,13 @@ impl Shaft {
         self.loads.are_constant() && self.driving.is_constant()
     }
 
-    /// τ − M_an as far as it does not depend on the speed (N·m).
+    /// The part of τ − M_an that does not depend on the speed (N·m).
     pub fn constant_torque(&self) -> f64 {
         self.loads.set_value() - if self.motor == Motor::Input { self.driving.set_value() } else { 0.0 }
     }
 
-    /// The state at the angle `phi` (rad) with the speed `w` (rad/s) and M_an of a motor with a lag (N·m); at a border of the
-    /// laws on the side to which the shaft turns.
+    /// The state at the angle `phi` (rad) with the speed `w` (rad/s) and M_an of a motor with a lag (N·m); at a border of the laws
+    /// in the interval ahead.
     pub fn state_at(&self, phi: f64, w: f64, torque: f64) -> State {
         let mut state = State { w, torque, ..State::default() };
         let backwards = if w == 0.0 { self.net_torque(&state, 0.0) } else { w } < 0.0;
@@ -136,7 +136,7 @@ impl Shaft {
 }
 
 impl State {
-    /// φ and the whole turns beside it as a mesh has them, whose turn begins at 0 where there are no borders.
+    /// φ and the whole turns on a mesh, whose turn begins at 0 if there are no borders.
     pub fn on_mesh(&self, inertia: &Inertia) -> (Double, f64) {
         let before = inertia.borders().is_empty() && self.angle.hi < 0.0;
         if before { (self.angle + WHOLE_TURN, self.turns - 1.0) } else { (self.angle, self.turns) }
@@ -164,7 +164,7 @@ impl State {
         self.take_speed(shaft);
     }
 
-    /// The shaft passed a border of its interval.
+    /// Changes the interval after the shaft has passed its border.
     pub fn change_interval(&mut self, inertia: &Inertia, upward: bool) {
         let turns;
         (self.interval, turns) = beside(self.interval, inertia.borders().len(), upward);
@@ -181,7 +181,7 @@ impl State {
     }
 }
 
-/// The part of the turn that is passed after part `i` of `count`, and the whole turns that are completed with this one.
+/// The part of the turn after part `i` of `count`, and the whole turns that it completes.
 pub fn beside(i: usize, count: usize, forward: bool) -> (usize, f64) {
     match (i, forward) {
         (i, true) if i + 1 == count => (0, 1.0),

@@ -76,8 +76,7 @@ pub fn kloss(breakdown_torque: f64, breakdown_slip: f64, synchronous_speed: f64,
 }
 
 impl Motor {
-    /// The torque of the characteristic at the speed `w` with its derivatives of order 1 and 2; zero where the
-    /// motor has none.
+    /// The torque of the characteristic at the speed `w` with its derivatives of order 1 and 2; zero without one.
     pub fn characteristic(&self, w: f64) -> [f64; 3] {
         match *self {
             Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }) => {
@@ -100,7 +99,7 @@ impl Motor {
         w.compose(self.characteristic(w.value()))
     }
 
-    /// M_an at the speed `w`, where it is `known` if it is an input or a state.
+    /// M_an at the speed `w`; `known` is its value if it is an input or a state.
     pub fn driving<S: Scalar>(&self, w: S, known: S) -> S {
         match self {
             Motor::Kloss(Kloss { dynamics: None, .. }) => self.torque(w),

@@ -1,9 +1,8 @@
-//! J(φ) and J′(φ) from a table of polynomials that meet them to rounding.
+//! J(φ) and J′(φ) from a table of polynomials that are exact to rounding.
 //!
-//! What a step and an output need of J costs the same however many followers there are and however many harmonics they
-//! have. An interval between borders of the motion laws is divided into equal pieces, so that the piece follows from
-//! the angle without a search. Where an interval would need many more of them than the waves of J make one expect,
-//! because J falls to a small part of its size, it has no table: the laws themselves are evaluated there.
+//! J costs a step and an output the same for any number of followers and harmonics. An interval between borders of the motion laws
+//! is divided into equal pieces, so the piece follows from the angle without a search. An interval in which J falls to a small part
+//! of its size would need many more pieces than the waves of J imply; it has no table, and the laws themselves are evaluated there.
 
 use super::inertia::{IN_A_ROW, Inertia};
 use crate::numerics::powers::{EVALUATIONS, Fitting, Powers};
@@ -15,18 +14,18 @@ use std::sync::Arc;
 /// neglected coefficient is 2 (width/4)¹⁶/16!.
 const PIECE_OF_WAVE: f64 = 2.6;
 
-/// How many times the number of pieces that the waves ask for an interval may have.
+/// The most pieces of an interval as a multiple of the number that the waves need.
 const EXCESS: usize = 4;
 
 /// Tolerance of the polynomial, relative to J: the rounding of the laws.
 const ROUNDING: f64 = 4e-15;
 
-/// How far beyond the ends of an interval its polynomials serve, as part of a piece: steps end there but for rounding.
+/// How far beyond the ends of an interval its polynomials are valid, as part of a piece: steps end there except for rounding.
 const BEYOND: f64 = 1e-6;
 
 /// The pieces of an interval.
 struct Stretch {
-    /// φ where it begins (rad).
+    /// φ at its start (rad).
     low: f64,
     /// Pieces per radian.
     rate: f64,
@@ -39,9 +38,9 @@ struct Stretch {
 /// The table.
 #[derive(Default)]
 pub struct Profile {
-    /// What it tabulates.
+    /// The tabulated inertia.
     pub inertia: Arc<Inertia>,
-    /// By interval; None where there is no table.
+    /// By interval; None without a table.
     stretches: Vec<Option<Stretch>>,
     /// Polynomials over x ∈ [−1, 1] (kg·m²).
     pieces: Vec<Powers>,
@@ -57,7 +56,7 @@ impl Profile {
         let mut profile = Profile { turn, inertia: inertia.clone(), ..Profile::default() };
         for (interval, (low, high)) in inertia.pieces().enumerate() {
             let wanted = ((high - low) * inertia.resolution() / PIECE_OF_WAVE).ceil().max(1.0) as usize;
-            // Between borders laws often are polynomials: a single piece may do.
+            // Between borders laws often are polynomials: a single piece may be enough.
             let mut count = if turn { wanted } else { 1 };
             let first = profile.pieces.len();
             let met = loop {
@@ -88,16 +87,16 @@ impl Profile {
         !self.stretches.is_empty() && *self.inertia == *inertia
     }
 
-    /// Adds the piece of this `width` from `low` on; whether it meets J.
+    /// Adds the piece of this `width` from `low` on; returns whether it is accurate.
     fn add(&mut self, fitting: &Fitting, interval: usize, low: f64, width: f64) -> bool {
         let place = self.inertia.place(interval);
         let (powers, mut misses) = fitting.over(low, width, |phi| self.inertia.value(place, phi));
         self.pieces.push(powers);
-        // A comparison with NaN is false.
+        // Comparisons with NaN are false.
         misses.all(|[j, missed]| missed <= ROUNDING * j)
     }
 
-    /// The piece that holds `phi` and the place x therein.
+    /// The piece that holds `phi` and the position x in it.
     #[inline]
     fn piece(&self, interval: usize, phi: f64) -> Option<(&Powers, f64)> {
         let stretch = self.stretches.get(interval)?.as_ref()?;

@@ -4,35 +4,35 @@ use crate::drives::shaft::cam_drive::MAX_INPUT_DERIVATIVE;
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 
-/// v(t) = Σ vⱼ (t − t₀)ʲ / j! over the step that starts at t₀. After the step the value at its end stands until a
-/// new one is set or the next step begins; then the value that was set holds again.
+/// v(t) = Σ vⱼ (t − t₀)ʲ / j! over the step that starts at t₀. After the step its end value stands until a new value is set or the
+/// next step begins; then the set value holds again.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Signal {
     value: f64,
     derivatives: [f64; MAX_INPUT_DERIVATIVE],
-    /// Whether one of them is not zero.
+    /// Whether one of v₁ … is not zero.
     varies: bool,
-    /// The time since t₀ (s); above zero when the step is over.
+    /// The time since t₀ (s); positive after the step.
     elapsed: f64,
 }
 
 impl Signal {
-    /// v₀ as it was set.
+    /// v₀ as set.
     pub fn set_value(&self) -> f64 {
         self.value
     }
 
-    /// v₁ as it was set.
+    /// v₁ as set.
     pub fn set_rate(&self) -> f64 {
         self.derivatives[0]
     }
 
-    /// Sets v₀; derivatives belong to the value that they were set for.
+    /// Sets v₀ and forgets its derivatives, which belong to the previous value.
     pub fn set(&mut self, value: f64) {
         *self = Signal { value, ..Signal::default() };
     }
 
-    /// Sets vⱼ, j = `order` ∈ 1 … [`MAX_INPUT_DERIVATIVE`], for the next step; v₀ as [`Signal::set`] does.
+    /// Sets vⱼ, j = `order` ∈ 1 … [`MAX_INPUT_DERIVATIVE`], for the next step; j = 0 as [`Signal::set`].
     pub fn set_derivative(&mut self, order: usize, value: f64) {
         let Some(j) = order.checked_sub(1) else { return self.set(value) };
         self.step_begins();
@@ -45,7 +45,7 @@ impl Signal {
         !self.varies
     }
 
-    /// Forgets the derivatives of the step before.
+    /// Forgets the derivatives of the previous step.
     pub fn step_begins(&mut self) {
         if self.elapsed > 0.0 && self.varies {
             self.set(self.value);
@@ -53,7 +53,7 @@ impl Signal {
         self.elapsed = 0.0;
     }
 
-    /// The step took `step` (s).
+    /// Ends a step of `step` (s).
     pub fn step_ends(&mut self, step: f64) {
         self.elapsed = step;
     }
@@ -73,7 +73,7 @@ impl Signal {
         self.add_expanded(t, unit, row);
     }
 
-    /// Adds them.
+    /// Adds these coefficients.
     pub fn add_expanded(&self, t: f64, unit: f64, row: &mut [f64]) {
         row[0] += self.at(t);
         let mut factor = 1.0;
@@ -84,7 +84,7 @@ impl Signal {
         }
     }
 
-    /// Whether it is set to the same course.
+    /// Whether both are set to the same polynomial.
     pub fn is_like(&self, other: &Self) -> bool {
         (self.value, self.derivatives) == (other.value, other.derivatives)
     }
@@ -94,7 +94,7 @@ impl Signal {
         self.elapsed
     }
 
-    /// v now.
+    /// The present value of v.
     pub fn now(&self) -> f64 {
         self.at(self.elapsed)
     }

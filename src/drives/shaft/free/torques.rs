@@ -16,7 +16,7 @@ pub struct Torques {
     rate: f64,
     /// a = 2 M_K sgn(σ w_s) (N·m).
     amplitude: f64,
-    /// d = σ(τ − M_an), M_an as far as it does not depend on the speed (N·m).
+    /// d = σ(τ − M_an), with the part of M_an that does not depend on the speed (N·m).
     load: f64,
 }
 
@@ -35,19 +35,19 @@ impl Torques {
         }
     }
 
-    /// The torques where the film runs backwards: energies that rise ahead fall on the way back.
+    /// The torques backwards in time: energies that rise ahead fall on the way back.
     pub fn backwards(&self) -> Self {
         Torques { sense: -self.sense, amplitude: -self.amplitude, load: -self.load, ..*self }
     }
 
-    /// The load for which they hold (N·m).
+    /// The load of these torques (N·m).
     pub fn against_what(&self) -> f64 {
         self.sense * self.load
     }
 
     /// Two energies between which the only fast periodic motion of a machine with `low` ≤ J ≤ `high` lies (see
-    /// [`crate::drives::solver::free_shaft::steady`]); None where the characteristic does not fall at all speeds in question, and where no speed
-    /// balances the load.
+    /// [`crate::drives::solver::free_shaft::steady`]); None if the characteristic does not fall at all speeds in question, or no
+    /// speed balances the load.
     pub fn only_motion(&self, low: f64, high: f64) -> Option<(f64, f64)> {
         let balance = self.balance()?;
         let spread = (high / low).sqrt();
@@ -64,10 +64,9 @@ impl Torques {
         self.amplitude * s / (1.0 + s * s) - self.load
     }
 
-    /// The speed at which the motor and the load balance on the falling branch of the characteristic (rad/s), where there is
-    /// one.
+    /// The speed (rad/s) at which the motor and the load balance on the falling branch of the characteristic, if any.
     pub fn balance(&self) -> Option<f64> {
-        // d s² − a s + d = 0 of N(s) = 0 by the form that keeps its digits for a small load d.
+        // N(s) = 0 is d s² − a s + d = 0, solved in the form that keeps its digits for a small load d.
         let discriminant = self.amplitude * self.amplitude - 4.0 * self.load * self.load;
         let root = discriminant.max(0.0).sqrt();
         let slip = 2.0 * self.load / (self.amplitude + root.copysign(self.amplitude));

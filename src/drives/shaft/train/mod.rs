@@ -1,4 +1,4 @@
-//! Shaft and followers as one system with the states φ, φ̇, those of the motor and those of the followers.
+//! Shaft and followers as one system; its states are φ, φ̇, the motor's and the followers'.
 //!
 //! ```text
 //! J φ̈ = M_an − M_L(φ) − b_L φ̇ − τ − ½ J′ φ̇² − Σ R_j
@@ -11,18 +11,18 @@
 //!                  z, ż        in flight: m1 ẍ1 = −S + F_L1,  x1 = U + z (+ s where z counts from flank B)    0
 //! ```
 //!
-//! J collects J0, J_φ(φ), the rotor of a stiff transmission and m U′² of what follows the shaft without slip: rigid followers,
-//! m_x of elastic outputs, m1 in contact. φ̈ follows explicitly, since springs and dampers depend on states only.
+//! J collects J0, J_φ(φ), the rotor of a stiff transmission and m U′² of the masses that follow the shaft without slip: rigid
+//! followers, m_x of elastic outputs, m1 in contact. φ̈ follows explicitly, since springs and dampers depend on states only.
 //!
-//! Symbols: m mass (kg) or moment of inertia where the follower turns; U(φ) of the cam, U(ψ) behind an elastic shaft; F_L load on
-//! the tool, F_Lx and F_L1 on the mass on the cam's side; τ an input, positive brakes. N, the force of the cam on the follower in
-//! the sense of y, is F + m_x ẍ − F_Lx, or F_K = m1 ẍ1 + S − F_L1 with backlash. Without m2 all loads act on m1.
+//! Symbols: m mass (kg) or moment of inertia if the follower turns; U(φ) of the cam, U(ψ) with an elastic shaft; F_L load on the
+//! tool, F_Lx and F_L1 on the mass on the cam's side; τ an input, positive brakes. N, the force of the cam on the follower in the
+//! sense of y, is F + m_x ẍ − F_Lx, or F_K = m1 ẍ1 + S − F_L1 with backlash. Without m2 all loads act on m1.
 //!
-//! What depends on φ alone (J, static loads of what follows without slip) is summed up as one function of the angle, so that
+//! Functions of φ alone (J, static loads of masses that follow without slip) are summed up as one function of the angle, so that
 //! rigid followers cost next to nothing.
 //!
-//! Valid for rigid links, linear springs and dampers, impacts without duration. Source: Dresig, Holzweißig,
-//! *Maschinendynamik*, chapter 2; the equations of the parts as in their own modules.
+//! Valid for rigid links, linear springs and dampers, impacts without duration. Source: Dresig, Holzweißig, *Maschinendynamik*,
+//! chapter 2; the equations of the parts are in their own modules.
 
 pub mod motor;
 pub mod switching;
@@ -54,7 +54,7 @@ pub const MOST_STATES: usize = 6 + 4 * MOST_FOLLOWERS;
 /// The shaft.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-#[allow(clippy::large_enum_variant)] // One of them lives in a train.
+#[allow(clippy::large_enum_variant)] // A train has only one shaft.
 pub enum Shaft {
     /// Its motion is prescribed.
     Driven(DriveMode),
@@ -81,18 +81,18 @@ pub struct Machine {
     pub w_start: f64,
 }
 
-/// Shaft and followers, and where their states are.
+/// Shaft and followers, and the places of their states.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Train {
     /// The shaft.
     pub shaft: Shaft,
     /// The followers.
     pub followers: Vec<Follower>,
-    /// Where the states of the motor, of its coupling and of each follower begin; how many there are in all.
+    /// The places of the states of motor, coupling and followers, and the number of all states.
     pub layout: Layout,
 }
 
-/// Where states begin.
+/// The first places of states.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Layout {
     /// M of a motor with a lag; I, and e of a servo.
@@ -101,24 +101,24 @@ pub struct Layout {
     pub coupling: usize,
     /// q, q̇, and with backlash z, ż before them.
     pub followers: Vec<usize>,
-    /// How many states there are.
+    /// The number of states.
     pub count: usize,
 }
 
-/// What changes at events only.
+/// The discrete state, which changes at events only.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Modes {
     /// The segment of each law: of J_φ and M_L, then of cam and process force of each follower.
     pub segments: [[usize; 2]; 1 + MOST_FOLLOWERS],
-    /// How each follower stands.
+    /// The discrete state of each follower.
     pub stands: [Stand; MOST_FOLLOWERS],
-    /// Whether the servo is at its limit, and which.
+    /// The limit at which the servo is: 1, −1, or 0 for none.
     pub saturation: i8,
     /// The piece of the torque table: 0 below its first speed.
     pub piece: usize,
 }
 
-/// What goes with the shaft without slip, as power series about the present angle: Σ cₙ xⁿ.
+/// Sums over the masses that follow the shaft without slip, as power series about the present angle: Σ cₙ xⁿ.
 pub struct Sums<const N: usize> {
     /// J.
     pub inertia: [f64; N],
@@ -144,10 +144,10 @@ pub struct Functions<S> {
     pub process: [S; MOST_FOLLOWERS],
 }
 
-/// The inputs of a train beside those of a driven shaft.
+/// The inputs of a train, apart from those of a driven shaft.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Inputs {
-    /// τ, or what other loads tell.
+    /// τ, or the inputs of several loads.
     pub loads: Loads,
     /// M.
     pub torque: Signal,
@@ -160,7 +160,7 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// Those of so many followers under these loads.
+    /// The inputs of so many followers under these loads.
     pub fn of(followers: usize, loads: &[Named]) -> Self {
         Inputs { loads: Loads::new(loads), forces: vec![Signal::default(); followers], ..Inputs::default() }
     }
@@ -175,7 +175,7 @@ impl Inputs {
         self.loads.each().chain([&self.torque, &self.reference, &self.position]).chain(&self.forces)
     }
 
-    /// Takes over the courses of others of the same train, without taking memory.
+    /// Takes over the signals of another train of the same kind, without allocating.
     pub fn take(&mut self, other: &Self) {
         self.all().zip(other.each()).for_each(|(own, other)| own.clone_from(other));
     }
@@ -190,13 +190,13 @@ impl Inputs {
         self.each().all(Signal::is_constant)
     }
 
-    /// Whether they are set to the same courses.
+    /// Whether they are set to the same signals.
     pub fn are_like(&self, other: &Self) -> bool {
         self.each().zip(other.each()).all(|(one, other)| one.is_like(other))
     }
 }
 
-/// What comes from outside.
+/// The external values.
 #[derive(Clone, Copy)]
 pub struct Given<S> {
     /// φ̇, φ̈ of a driven shaft.
@@ -231,15 +231,15 @@ pub struct Dynamics<S> {
     pub rotor: S,
 }
 
-/// The train at an instant: all that its accelerations depend on.
+/// The train at an instant: all arguments of its accelerations.
 pub struct Point<'a, S> {
-    /// What changes at events only.
+    /// The discrete state.
     pub modes: &'a Modes,
     /// The states.
     pub y: &'a [S],
     /// Functions of the angle.
     pub f: &'a Functions<S>,
-    /// What comes from outside.
+    /// The external values.
     pub given: &'a Given<S>,
 }
 
@@ -254,17 +254,17 @@ impl Train {
             && modes.saturation.abs() <= i8::from(saturates)
     }
 
-    /// What follower j with backlash is made of; None without.
+    /// The parameters of follower j with backlash; None without backlash.
     pub fn clearance(&self, j: usize) -> Option<contact::Parameters> {
         self.followers.get(j).and_then(|follower| follower.joint.clearance())
     }
 
-    /// The followers with backlash, and where their states begin.
+    /// The followers with backlash, and the places of their states.
     pub fn clearances(&self) -> impl Iterator<Item = (usize, usize, contact::Parameters)> {
         (0..self.followers.len()).filter_map(|j| Some((j, self.layout.followers[j], self.clearance(j)?)))
     }
 
-    /// Whether these segments are some of its laws.
+    /// Whether its laws have these segments.
     pub fn has_segments(&self, segments: &[[usize; 2]]) -> bool {
         self.laws().all(|(number, law, _)| segments[number / 2][number % 2] < law.breakpoints().len().max(1))
     }
@@ -296,21 +296,21 @@ impl Train {
         if let Shaft::Free(machine) = &mut self.shaft { Some(machine) } else { None }
     }
 
-    /// Whether other equations may hold after an event.
+    /// Whether an event may change the equations.
     pub fn switches(&self) -> bool {
         let motor = self.machine().map(|machine| &machine.motor);
         self.clearances().next().is_some()
             || motor.is_some_and(|motor| motor.servo().is_some() || motor.table().is_some())
     }
 
-    /// Whether a follower that is not rigid, or one with an input, is taken at φ.
+    /// Whether a follower that is not rigid, or one with an input, uses its law at φ.
     pub fn needs_cams_at_phi(&self) -> bool {
         self.followers.iter().any(|Follower { joint, load, .. }| {
             if joint.carries_cam() { load.process.is_some() } else { joint.states() > 0 || load.input }
         })
     }
 
-    /// J as far as it depends on no angle.
+    /// The part of J that depends on no angle.
     pub fn constant_inertia(&self) -> f64 {
         self.machine().map_or(0.0, |machine| machine.inertia.constant + machine.motor.stiff_rotor())
     }
@@ -320,7 +320,7 @@ impl Train {
         self.machine().and_then(|machine| machine.friction).unwrap_or(0.0)
     }
 
-    /// The laws with their numbers in [`Modes::segments`] and the angles at which they are taken: 0 is φ, 1 + j is ψ of follower j.
+    /// The laws with their numbers in [`Modes::segments`] and the numbers of their angles: 0 is φ, 1 + j is ψ of follower j.
     pub fn laws(&self) -> impl Iterator<Item = (usize, &MotionLaw, usize)> {
         let machine = self.machine();
         let of_machine = [machine.and_then(|m| m.inertia.varying.as_ref()), machine.and_then(|m| m.load.as_ref())];
@@ -331,12 +331,12 @@ impl Train {
         of_machine.into_iter().enumerate().map(|(i, law)| law.map(|law| (i, law, 0))).chain(of_followers).flatten()
     }
 
-    /// The number of the angle at which the cam of follower j is taken.
+    /// The number of the angle of the cam of follower j.
     fn angle_of(&self, j: usize) -> usize {
         if self.followers[j].joint.carries_cam() { 1 + j } else { 0 }
     }
 
-    /// Follower j where the shaft turns at the speed w.
+    /// Follower j while the shaft turns at the speed w.
     #[inline]
     pub fn follower<'a, S: Arithmetic>(&'a self, j: usize, p: &Point<'a, S>, w: S) -> At<'a, S> {
         let ([segment, _], cam) = (p.modes.segments[1 + j], p.f.cams[j]);
@@ -345,7 +345,7 @@ impl Train {
         At { j, follower, stand, segment, cam, process, input, w, y }
     }
 
-    /// The angles, reduced to one turn, where the shaft is at `phi` and the states are `y`.
+    /// The angles, reduced to one turn, for the shaft at `phi` and the states `y`.
     pub fn angles(&self, phi: Double, y: &[f64]) -> [f64; 1 + MOST_FOLLOWERS] {
         let mut angles = [0.0; 1 + MOST_FOLLOWERS];
         angles[0] = angle::reduce(phi);
@@ -357,7 +357,8 @@ impl Train {
         angles
     }
 
-    /// The functions of the angle to `count` coefficients of U, of J′ and U″ to three less; U and P of each follower go to `take`.
+    /// The functions of the angle to `count` coefficients of U, and three fewer for J′ and U″; U and P of each follower go to
+    /// `take`.
     pub fn functions<const N: usize>(
         &self,
         modes: &Modes,
@@ -393,10 +394,10 @@ impl Train {
         sums
     }
 
-    /// Puts the springs of the train at rest, the shaft held, to where they balance the loads.
+    /// Puts the springs of the train into balance with the loads, with the shaft held.
     ///
     /// # Errors
-    /// Where nothing holds a tool, or m1 at a flank, and where an elastic shaft snaps through.
+    /// Nothing holds a tool, or m1 at a flank, or an elastic shaft snaps through.
     pub fn rest(&self, modes: &mut Modes, now: &mut Instant) -> Result<(), Fault> {
         let (angles, before, y) = (self.angles(now.phi, &now.y), *modes, now.y);
         let f = Functions::at(self, modes, &angles);
@@ -443,7 +444,7 @@ impl Train {
         d
     }
 
-    /// What brakes the shaft at constant speed but for the change of the inertia, where these are the forces of the springs.
+    /// The brakes on the shaft at constant speed, without the change of the inertia, for these forces of the springs.
     pub fn reactions<S: Arithmetic>(&self, p: &Point<S>, w: S, spring: &[S; MOST_FOLLOWERS]) -> S {
         let still = p.f.viscous * w - p.f.torque;
         let brake =
@@ -451,7 +452,7 @@ impl Train {
         self.followers.iter().enumerate().fold(still, brake)
     }
 
-    /// The segments of all laws at these angles, each on the side to which its angle moves, φ̇ at the speed `w`.
+    /// The segments of all laws at these angles, each on the side to which its angle moves at this speed of the shaft.
     pub fn segments(&self, angles: &[f64], forward: bool) -> [[usize; 2]; 1 + MOST_FOLLOWERS] {
         let mut segments = [[0; 2]; 1 + MOST_FOLLOWERS];
         for (number, law, angle) in self.laws() {
@@ -473,7 +474,7 @@ impl Train {
         ways
     }
 
-    /// Changes the segments that end where this angle is, ahead or back.
+    /// Changes the segments that end at this angle, ahead or back.
     pub fn cross(&self, modes: &mut Modes, angles: &[f64], which: usize, ahead: bool) {
         for (number, law, angle) in self.laws() {
             let segment = &mut modes.segments[number / 2][number % 2];
@@ -486,7 +487,7 @@ impl Train {
     }
 }
 
-/// Series of a follower's law and process to `count` coefficients; of mechanisms the law becomes the motion of the tool.
+/// Series of a follower's law and process to `count` coefficients; with mechanisms the law is replaced by the motion of the tool.
 struct Rows<'a, const N: usize> {
     cam: &'a mut [f64; N],
     process: &'a [f64; N],
@@ -494,7 +495,7 @@ struct Rows<'a, const N: usize> {
 }
 
 impl<const N: usize> Sums<N> {
-    /// Adds what of a follower goes with the shaft without slip.
+    /// Adds the masses of a follower that follow the shaft without slip.
     fn add(&mut self, follower: &Follower, stand: &Stand, rows: Rows<N>) {
         let Rows { cam, process, count } = rows;
         let linkage = Some(&follower.rigid.linkage).filter(|linkage| !linkage.is_empty());
@@ -523,7 +524,7 @@ impl<const N: usize> Sums<N> {
     }
 }
 
-/// Angles that lie closer to a breakpoint are on it (rad): some roundings of a turn.
+/// Angles closer to a breakpoint are on it (rad): some roundings of a turn.
 const ON_BREAKPOINT: f64 = 1e-12;
 
 /// The ways from `phi` to the ends of a segment, ahead and back.
@@ -550,7 +551,7 @@ fn accumulate<const N: usize>(sum: &mut [f64; N], f: f64, a: &[f64; N], b: &[f64
 }
 
 impl<S: Scalar> Functions<S> {
-    /// At these angles.
+    /// The functions at these angles.
     pub fn at(train: &Train, modes: &Modes, angles: &[S]) -> Self {
         const FACTORIALS: [f64; 5] = [1.0, 1.0, 2.0, 6.0, 24.0];
         let of = |row: &[f64; 5], order: usize, angle: S| {

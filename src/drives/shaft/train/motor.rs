@@ -1,4 +1,4 @@
-//! The torque that a motor with its transmission has on the shaft; the laws are in [`super::super::motor`].
+//! The torque of a motor with its transmission on the shaft; the laws are in [`super::super::motor`].
 
 use super::{Dynamics, Layout, Point};
 use crate::drives::shaft::free::motor::Kloss;
@@ -7,7 +7,7 @@ use crate::drives::shaft::motor::{Motor, Reference, Servo, Source, TorqueTable};
 use crate::numerics::taylor::Arithmetic;
 
 impl Motor {
-    /// How many states the motor has beside its transmission.
+    /// The number of states of the motor without its transmission.
     pub fn states(&self) -> usize {
         match &self.source {
             Source::Kloss(Kloss { dynamics: Some(_), .. }) => 1,
@@ -17,7 +17,7 @@ impl Motor {
         }
     }
 
-    /// The states of the motor where the shaft has its speed: the torque of Kloss' law, no part of a servo's integrator.
+    /// The states of the motor at the present speed of the shaft: the torque of Kloss' law, zero in a servo's integrator.
     pub fn begin(&self, y: &mut [f64], layout: &Layout) {
         if let Source::Kloss(kloss @ Kloss { dynamics: Some(_), .. }) = &self.source {
             y[layout.motor] = kloss.at(self.speed(y, layout));
@@ -35,7 +35,7 @@ impl Motor {
         if let Source::Servo(servo) = &self.source { Some(servo) } else { None }
     }
 
-    /// Whether a servo whose demand this is is at its limit, and which.
+    /// The limit at which a servo with this demand is, if any.
     pub fn saturation(&self, demand: f64) -> i8 {
         self.servo().filter(|servo| demand.abs() > servo.limit).map_or(0, |_| demand.signum() as i8)
     }
@@ -60,7 +60,7 @@ impl Motor {
         if self.servo().is_some() { "I" } else { "M" }
     }
 
-    /// The speed of the shaft at which it usually turns (rad/s), where that is known.
+    /// The usual speed of the shaft (rad/s), if known.
     pub fn usual_speed(&self) -> Option<f64> {
         let rotor = match &self.source {
             Source::Kloss(kloss) => kloss.synchronous_speed,
@@ -72,7 +72,7 @@ impl Motor {
         Some(rotor / self.transmission.ratio)
     }
 
-    /// Whether nothing in it changes with time.
+    /// Whether its law does not change with time.
     pub fn is_steady(&self) -> bool {
         self.servo().is_none_or(|servo| matches!(servo.reference, Reference::Constant(_) | Reference::Input))
     }
@@ -82,7 +82,7 @@ impl Motor {
         self.servo().is_some_and(|servo| servo.position.is_some() && servo.reference == Reference::Input)
     }
 
-    /// φ_m at `phi`, where that is within its turn.
+    /// φ_m at `phi`, within its turn if `phi` is.
     pub fn angle<S: Arithmetic>(&self, phi: S, y: &[S], layout: &Layout) -> S {
         let at_shaft = if self.transmission.coupling.is_some() { phi + y[layout.coupling] } else { phi };
         at_shaft * self.transmission.ratio
@@ -140,7 +140,7 @@ impl Motor {
                 let at = layout.coupling;
                 let of_coupling = y[at] * c + y[at + 1] * b;
                 d.rates[at] = y[at + 1];
-                // φ̈_m/i; φ̈ is taken off when it is known.
+                // φ̈_m/i; φ̈ is subtracted when it is known.
                 d.rotor = (torque - of_coupling * (1.0 / t.ratio)) * (1.0 / t.rotor);
                 d.rates[at + 1] = d.rotor * (1.0 / t.ratio);
                 of_coupling
@@ -157,7 +157,7 @@ impl Motor {
 }
 
 impl Servo {
-    /// ω_ref about `time` (s) as coefficients in this `unit` of time; of an input the signal and how long it has been on.
+    /// ω_ref about `time` (s) as coefficients in this `unit` of time; for an input from its signal at this time since its start.
     pub fn expand_reference(&self, time: f64, unit: f64, (input, since): (&Signal, f64), row: &mut [f64]) {
         row.fill(0.0);
         match &self.reference {
@@ -179,7 +179,7 @@ impl Kloss {
 }
 
 impl TorqueTable {
-    /// The piece that holds the speed `w`: 0 below the first one, n behind the last of n.
+    /// The piece that holds the speed `w`: 0 below the first of n speeds, n beyond the last.
     pub fn piece(&self, w: f64) -> usize {
         self.speeds.partition_point(|speed| *speed <= w)
     }
@@ -190,7 +190,7 @@ impl TorqueTable {
         [end(piece.checked_sub(1), f64::NEG_INFINITY), end(Some(piece), f64::INFINITY)]
     }
 
-    /// The speed at which the torque becomes zero from above, between its points.
+    /// The speed at which the torque falls to zero, between its points.
     fn zero(&self) -> Option<f64> {
         let falls = |i: &usize| self.torques[*i] > 0.0 && self.torques[i + 1] <= 0.0;
         let i = (0..self.speeds.len() - 1).find(falls)?;
@@ -198,7 +198,7 @@ impl TorqueTable {
         Some(self.speeds[i] + part * (self.speeds[i + 1] - self.speeds[i]))
     }
 
-    /// From the first speed to the last.
+    /// The range of the speeds.
     pub fn span(&self) -> f64 {
         self.speeds[self.speeds.len() - 1] - self.speeds[0]
     }

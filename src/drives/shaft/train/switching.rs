@@ -4,13 +4,13 @@
 //!
 //! J_s α + Σ σ_i U_i′ max(0, σ_i F_i(α)) = T_s,  contact i holds where σ_i F_i(α) > 0,
 //!
-//! whose left side grows with α, so that there is one solution. J_s, T_s inertia and torque without the contacts.
+//! whose left side grows with α, so the solution is unique. J_s, T_s are inertia and torque without the contacts.
 //!
-//! **Impact.** All velocities but ẋ1 and φ̇ stay; with Δ = Δφ̇ and P_j(Δ) = m1 (−(1 + e) ż⁻ + U′ Δ) of all that touch or hit,
+//! **Impact.** All velocities except ẋ1 and φ̇ stay. With Δ = Δφ̇ and P_j(Δ) = m1 (−(1 + e) ż⁻ + U′ Δ) for all that touch or hit,
 //!
 //! J_s Δ + Σ σ_j U_j′ max(0, σ_j P_j(Δ)) = 0.
 //!
-//! P_j = 0 means that the flank runs away from m1 and the contact opens. The loss is Σ ½ (1 − e) |P| |ż⁻|.
+//! P_j = 0 means that the flank recedes from m1 and the contact opens. The loss is Σ ½ (1 − e) |P| |ż⁻|.
 //!
 //! Symbols: σ = 1 on flank A, −1 on flank B; P impulse on m1 (N·s) in the sense of y; z gap (m).
 //! Source: F. Pfeiffer, C. Glocker, *Multibody Dynamics with Unilateral Contacts*, Wiley 1996, chapters 5, 6, 8.
@@ -19,7 +19,7 @@ use super::{Functions, Given, MOST_FOLLOWERS, MOST_STATES, Modes, Point, Train};
 use crate::drives::follower::contact::{self, Flank, Mode};
 use crate::numerics::double_double::Double;
 
-/// A follower at its flank: max(0, σ (offset + slope α)) presses the shaft by σ U′ times that.
+/// A follower at its flank: its force max(0, σ (offset + slope α)) acts on the shaft with σ U′.
 #[derive(Clone, Copy, Default)]
 struct Member {
     sigma: f64,
@@ -45,7 +45,7 @@ fn balance(members: &[Member], inertia: f64, free: f64) -> f64 {
     for kink in members.iter().map(|m| -m.offset / m.gain).filter(|kink| kink.is_finite()) {
         if excess(kink) <= 0.0 { low = low.max(kink) } else { high = high.min(kink) }
     }
-    // A place between the kinks around the solution shows which contacts hold there.
+    // A place between the kinks next to the solution shows which contacts hold there.
     let probe = match (low.is_finite(), high.is_finite()) {
         (true, true) => 0.5 * (low + high),
         (true, false) => low + low.abs().max(1.0),
@@ -62,11 +62,11 @@ fn balance(members: &[Member], inertia: f64, free: f64) -> f64 {
 
 /// The train at an instant.
 pub struct Instant {
-    /// φ (rad), within a turn where the shaft is free.
+    /// φ (rad), within a turn if the shaft is free.
     pub phi: Double,
     /// The states.
     pub y: [f64; MOST_STATES],
-    /// What comes from outside.
+    /// The external values.
     pub given: Given<f64>,
 }
 
@@ -111,12 +111,12 @@ impl Train {
         if self.machine().is_some() { now.y[1] } else { now.given.course[0] }
     }
 
-    /// J without the followers at a flank; infinite where the shaft is driven.
+    /// J without the followers at a flank; infinite for a driven shaft.
     fn carried(&self, functions: &Functions<f64>) -> f64 {
         if self.machine().is_some() { functions.inertia } else { f64::INFINITY }
     }
 
-    /// N of each follower at a flank, as if those stayed that press, and φ̈; the force is negative times σ where one leaves.
+    /// φ̈, and N of each follower at a flank if those that press stay; σ N is negative if the follower leaves.
     pub fn pressing(
         &self,
         modes: &Modes,
@@ -146,7 +146,7 @@ impl Train {
         at_flank.iter().enumerate().filter_map(of)
     }
 
-    /// What happens when followers hit their flanks while others touch theirs.
+    /// The result when followers hit their flanks while others touch theirs.
     pub fn strike(&self, modes: &Modes, at_flank: &[Option<Flank>; MOST_FOLLOWERS], now: &Instant) -> Strike {
         let ((f, _), y) = (self.instant(&opened(modes, at_flank), now.phi, &now.y, &now.given), &now.y);
         let mut members = [Member::default(); MOST_FOLLOWERS];
