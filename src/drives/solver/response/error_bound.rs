@@ -4,7 +4,7 @@
 //! The errors of the quadratures turn with cam and oscillator, so that those of different waves add up like independent ones: the
 //! squares of their bounds are summed, and so are those of the roundings of ẍ. (They do not turn at a resonance, but there q itself
 //! grows with them.) The roundings of equal steps are equal, since the same propagator is applied again and again: they are summed
-//! with their signs.
+//! linearly.
 
 use crate::drives::solver::step_control::ROUNDINGS;
 use crate::numerics::chebyshev::Chebyshev;
