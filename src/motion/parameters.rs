@@ -35,7 +35,8 @@ impl MotionLaw {
                 let given =
                     names.into_iter().zip(cycle.plan().inflections).filter(|(_, inflection)| inflection.is_some());
                 list.extend(given.map(|((name, of), _)| {
-                    let text = format!("Where the acceleration of the {of} changes sign, as part of its angle");
+                    let text =
+                        format!("Inflection of the {of}, where the acceleration changes sign, as part of its angle");
                     LawParameter::new(name, text, Inflection)
                 }));
                 list
@@ -43,7 +44,7 @@ impl MotionLaw {
             MotionLaw::Plan(plan) => plan.parameters(),
             MotionLaw::Table(_) => vec![LawParameter::new("scale", "Factor of the lifts of the table", Factor)],
             MotionLaw::Crank(_) => {
-                let text = "Angle of the first mechanism's input link where that of the shaft is 0";
+                let text = "Angle of the first mechanism's input link at shaft angle 0";
                 vec![LawParameter::new("offset", text, Angle { min: -TAU, max: TAU })]
             }
             MotionLaw::Polyline(_) => vec![LawParameter::new("scale", "Factor of the values of the points", Factor)],

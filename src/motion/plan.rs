@@ -98,7 +98,11 @@ const NAMES: [(&str, &str, ParameterKind); 6] = [
     ("dU", "Velocity dU/dphi at", ParameterKind::Derivative(1)),
     ("ddU", "Acceleration d2U/dphi2 at", ParameterKind::Derivative(2)),
     ("dddU", "Jerk d3U/dphi3 at", ParameterKind::Derivative(3)),
-    ("inflection", "Where the acceleration changes sign, as part of the angle to", ParameterKind::Inflection),
+    (
+        "inflection",
+        "Inflection, where the acceleration changes sign, as part of the angle to",
+        ParameterKind::Inflection,
+    ),
 ];
 
 impl PlanPoint {
@@ -425,7 +429,7 @@ impl Draft<'_> {
             let given = *velocity.get_or_insert(slope);
             if (given - slope).abs() > SAME * slope.abs().max(given.abs()) {
                 let [given, slope] = [given, slope].map(Rounded);
-                return fault(i, "dU", format!("{given} m/rad, but a straight segment beside it has {slope} m/rad"));
+                return fault(i, "dU", format!("{given} m/rad, but a straight segment next to it has {slope} m/rad"));
             }
         }
         Ok(velocity.unwrap_or(0.0))
@@ -461,7 +465,7 @@ impl Draft<'_> {
             }
             _ if polynomial => Ok(Kind::Polynomial),
             _ if moves => {
-                let text = "where dU and ddU are not 0 only polynomial_345 and polynomial_4567 are possible";
+                let text = "if dU and ddU are not 0 only polynomial_345 and polynomial_4567 are possible";
                 fault(i, "law", text)
             }
             Some(Straight | Sine) if inflection.is_some() => {
@@ -480,7 +484,7 @@ impl Draft<'_> {
                 fault(i, "law", "cosines are for motions from standstill to standstill only, dU = 0 at both ends")
             }
             Some(Cosines) if inflection.is_some() => {
-                fault(i, "inflection", "that of cosines follows from ddU at both ends")
+                fault(i, "inflection", "the inflection of cosines follows from ddU at both ends")
             }
             Some(Straight) => Ok(Kind::Straight),
             Some(Cosines) => Ok(Kind::Cosines),
@@ -519,7 +523,7 @@ impl Draft<'_> {
         if let (Some(_), false) =
             (self.points[i].jerk, [i, (i + 1) % kinds.len()].iter().any(|&k| kinds[k] == Kind::Polynomial))
         {
-            return fault(i, "dddU", "no polynomial beside the point meets it");
+            return fault(i, "dddU", "no polynomial next to the point meets it");
         }
         if !self.turns(i) {
             return Ok(());
@@ -558,7 +562,7 @@ impl Draft<'_> {
                         i,
                         "ddU",
                         format!(
-                            "{} m/rad² is met by no inflection of the segment to point[{}]: in its middle the law has {} m/rad²",
+                            "{} m/rad² needs an inflection that the segment to point[{}] cannot have: in its middle the law has {} m/rad²",
                             Rounded(acceleration),
                             side.0 + 1,
                             Rounded(own(self, side))
@@ -573,14 +577,14 @@ impl Draft<'_> {
             }
             // A given inflection is binding, even if the laws then have no common U″.
             if self.points[side.0].inflection.is_none() {
-                let text = "the laws beside the point meet no common ddU, since one inflection does not meet those of both ends of a \
+                let text = "the laws next to the point have no common ddU, since one inflection cannot give ddU at both ends of a \
                             segment; give ddU and leave the laws to polynomials, or give inflections";
                 return fault(i, "ddU", text);
             }
             if self.points[i].acceleration.is_some() {
                 let (given, found, to) = (Rounded(acceleration), Rounded(found), side.0 + 1);
                 let text = format!(
-                    "{given} m/rad² and the inflection of the segment to point[{to}] contradict each other: with that the law has \
+                    "{given} m/rad² and the inflection of the segment to point[{to}] contradict each other: with this inflection the law has \
                      {found} m/rad² here; leave one of them out"
                 );
                 return fault(i, "ddU", text);

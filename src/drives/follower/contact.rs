@@ -44,7 +44,7 @@ parameters! {
     Parameters, "backlash" {
         /// Mass at the clearance
         m1 = "m1", "m1", MASS in [1e-9, 1e9] about 1.0, Fixed;
-        /// Mass behind the spring
+        /// Mass on the spring
         m2 = "m2", "m2", MASS in [1e-9, 1e9] about 1.0, Fixed;
         /// Stiffness of the spring between m1 and m2
         c = "c", "c", STIFFNESS in [1e-6, 1e15] about 1e6, Fixed;
@@ -83,7 +83,7 @@ pub mod one_sided {
 pub struct Bodies {
     /// Mass at the clearance (kg).
     pub m1: f64,
-    /// Mass behind the spring (kg).
+    /// Mass on the spring (kg).
     pub m2: f64,
     /// Stiffness (N/m).
     pub c: f64,

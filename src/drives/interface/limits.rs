@@ -18,7 +18,7 @@ pub const INPUTS: [f64; 3] = [LARGEST_ANGLE, FASTEST, STEEPEST];
 /// `reached` a time between them (s); `motion` says what turns and how fast, the `hint` what helps in addition to shorter steps.
 pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &str) -> Fault {
     Fault::new(format!(
-        "the {} s to t = {} s need more work than one call may take: {motion}, and only {} s of them are done; shorten the \
+        "the {} s to t = {} s need more work than one call may take: {motion}, and only {} s are done; shorten the \
          communication step, {hint}",
         Rounded(to - from),
         Rounded(to),
@@ -90,8 +90,6 @@ mod tests {
     fn a_step_that_is_too_much_is_told_with_what_was_done_of_it() {
         let told = step_too_much([1.0, 4.0], 1.5, "the shaft turns", "or rest").to_string();
         assert!(told.starts_with("the 3 s to t = 4 s need more work"), "{told}");
-        assert!(
-            told.ends_with("the shaft turns, and only 0.5 s of them are done; shorten the communication step, or rest")
-        );
+        assert!(told.ends_with("the shaft turns, and only 0.5 s are done; shorten the communication step, or rest"));
     }
 }

@@ -115,7 +115,7 @@ pub static START_MODE: variable::Enumeration = variable::Enumeration {
         ("at_rest", "At rest relative to the cam: q = 0, der(q) = 0"),
         ("given", "From start.q and start.q_dot"),
         ("steady_state", "On the periodic solution"),
-        ("equilibrium", "Where the loads balance the spring at the start angle; der(q) = 0"),
+        ("equilibrium", "In the equilibrium of loads and spring at the start angle; der(q) = 0"),
     ],
 };
 

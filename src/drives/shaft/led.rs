@@ -12,12 +12,11 @@ const SHARE: f64 = 0.01;
 const UNFELT: f64 = 1e-6;
 
 /// The messages, each logged once.
-const JUMPS: &str = "phi is not where phi, w and a of the step before led: the cam jumps there, which shakes the drive; w and a are \
-                     the derivatives of phi";
-const NO_SPEED: &str =
-    "w stays 0 while phi moves: the cam jumps from one communication point to the next; connect w and a, too";
-const NO_ANGLE: &str = "phi stays while w does not: the cam returns to it at every communication point; connect phi, too, or \
-                        choose [drive] mode = \"speed\", which integrates w";
+const JUMPS: &str = "phi differs from the angle to which phi, w and a of the previous step lead: the cam jumps, which shakes the \
+                     drive; w and a must be the derivatives of phi";
+const NO_SPEED: &str = "w stays 0 while phi changes: the cam jumps at each communication point; connect w and a, too";
+const NO_ANGLE: &str = "phi stays constant while w is not 0: the cam returns to phi at each communication point; connect phi, \
+                        too, or choose [drive] mode = \"speed\", which integrates w";
 
 /// The rounding of inputs φ and ω at `time` (s), including the rounding of the time.
 pub fn roundings([phi, w, a]: [f64; 3], time: f64) -> [f64; 2] {

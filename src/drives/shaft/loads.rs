@@ -36,12 +36,12 @@ pub fn tell_of_pull(told: &mut bool, forces: [f64; 2], time: f64, follower: usiz
     *told = true;
     let kind = match follower {
         0 => {
-            "the contact force changes its sign: a follower that nothing but its loads holds on the cam leaves it; BacklashDrive \
-             with s = \"inf\" models that"
+            "the contact force changes its sign: a follower that only its loads hold on the cam lifts off; to simulate that \
+             use a BacklashDrive with s = \"inf\""
         }
         _ => {
-            "the contact force changes its sign: a follower that nothing but its loads holds on the cam leaves it; \
-             [follower.backlash] with s = \"inf\" models that"
+            "the contact force changes its sign: a follower that only its loads hold on the cam lifts off; to simulate that \
+             use [follower.backlash] with s = \"inf\""
         }
     };
     log.push(Event { time, kind, quantity: "contact_force", value: force, unit: "N", follower, about: About::Loads });
@@ -58,7 +58,12 @@ const NUMBERS: [Number; 6] = [
     ("F0", "Constant force, positive in the sense of y", FORCE, [-LARGEST, LARGEST]),
     ("preload", "Force of the return spring at `at`, positive against y", FORCE, [-LARGEST, LARGEST]),
     ("c", "Stiffness of the return spring", [&unit::STIFFNESS, &unit::ROTATIONAL_STIFFNESS], [0.0, 1e24]),
-    ("at", "Place where the return spring has its preload", [&unit::LENGTH, &unit::ANGLE], [-MAX_LENGTH, MAX_LENGTH]),
+    (
+        "at",
+        "Position in which the return spring has its preload",
+        [&unit::LENGTH, &unit::ANGLE],
+        [-MAX_LENGTH, MAX_LENGTH],
+    ),
     ("b", "Damping to the ground", [&unit::DAMPING, &unit::ROTATIONAL_DAMPING], [0.0, 1e24]),
 ];
 

@@ -318,7 +318,7 @@ fn what_makes_no_plan_is_refused_by_name_and_rests() {
     refused(vec![at(0.0, 0.0), at(90.0, 1.0), at(361.0, 0.0)], "point[3].phi");
     refused(vec![at(0.0, 0.0), PlanPoint { inflection: Some(1.0), ..at(90.0, 1.0) }], "point[2].inflection");
     let straight = PlanPoint { velocity: Some(1.0), ..with(SegmentLaw::Straight, at(90.0, 1.0)) };
-    refused(vec![at(0.0, 0.0), straight], "point[2].dU: 1 m/rad, but a straight segment beside it has");
+    refused(vec![at(0.0, 0.0), straight], "point[2].dU: 1 m/rad, but a straight segment next to it has");
     refused(vec![at(0.0, 0.0), with(SegmentLaw::Sine, at(90.0, 1.0))], "point[2].law: `sine` cannot lead");
     let moving = PlanPoint { velocity: Some(1.0), acceleration: Some(1.0), ..at(90.0, 1.0) };
     refused(
@@ -328,7 +328,7 @@ fn what_makes_no_plan_is_refused_by_name_and_rests() {
     refused(vec![at(0.0, 0.0), PlanPoint { free: true, ..moving }], "only at a turning point");
     let between = PlanPoint { free: true, ..at(90.0, 1.0) };
     refused(vec![at(0.0, 0.0), between, at(180.0, 2.0)], "point[2].ddU: only at a turning point");
-    refused(vec![at(0.0, 0.0), PlanPoint { acceleration: Some(-0.1), ..at(90.0, 1.0) }], "is met by no inflection");
+    refused(vec![at(0.0, 0.0), PlanPoint { acceleration: Some(-0.1), ..at(90.0, 1.0) }], "needs an inflection");
     let sixth = PlanPoint { inflection: Some(0.3), ..with(SegmentLaw::Polynomial6, at(90.0, 1.0)) };
     refused(vec![at(0.0, 0.0), sixth], "polynomial_6 has one inflection and no overshoot from 0.4 to 0.6 only");
     let sine = PlanPoint {

@@ -442,8 +442,8 @@ fn balance(at: &At<'_, f64>, [c, m]: [f64; 2], x: f64) -> Result<f64, Fault> {
 
 fn nothing_holds(j: usize, what: &str) -> Fault {
     refused_start(format!(
-        "start.mode = equilibrium: nothing holds follower {} where it is: neither spring nor load holds {what}; choose at_rest, \
-         or give the follower a spring or a force",
+        "start.mode = equilibrium: follower {} has no equilibrium: neither spring nor load holds {what}; choose at_rest, or give \
+         the follower a spring or a force",
         j + 1
     ))
 }

@@ -136,8 +136,8 @@ impl Mechanism {
     fn entries(&mut self) -> impl Iterator<Item = Entry<'_>> {
         let output = if self.output_turns() { ParameterKind::Angle } else { ParameterKind::Coordinate };
         let Mechanism { kind, input_offset, output_offset } = self;
-        let of_input = "Input angle of the mechanism at the zero of what drives it";
-        let of_output = "Output of the mechanism at the zero of what it drives";
+        let of_input = "Input angle of the mechanism at the zero of its driver";
+        let of_output = "Output of the mechanism at the zero of the driven part";
         let offsets = [
             own("input_offset", of_input, ParameterKind::Angle, input_offset),
             own("output_offset", of_output, output, output_offset),
@@ -159,7 +159,7 @@ impl Mechanism {
                     true => own("ratio", "Output angle per input angle", ParameterKind::Ratio, ratio),
                     false => own("radius", "Output per input angle", ParameterKind::Radius, ratio),
                 };
-                let text = "Moment of inertia of what turns with the input";
+                let text = "Moment of inertia of all parts that turn with the input";
                 ([Some(ratio), Some(own("J", text, ParameterKind::Inertia, inertia))], [None, None, None])
             }
         };

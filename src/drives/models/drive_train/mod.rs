@@ -216,7 +216,7 @@ impl DriveTrain {
         };
         if usual == 0.0 || !steady || self.motion_is_input() {
             return refused(
-                "no speed is known near which the shaft turns steadily (give start.w_start), or what drives it changes with time",
+                "no speed is known near which the shaft turns steadily (give start.w_start), or its drive changes with time",
             );
         }
         if !self.inputs.are_constant() {

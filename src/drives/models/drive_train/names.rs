@@ -28,7 +28,7 @@ static START_MODE: Enumeration = Enumeration {
     name: "TrainStart",
     items: &[
         ("at_rest", "At rest relative to the cams: q = 0, der(q) = 0, contact"),
-        ("equilibrium", "Where the loads balance the springs at phi_start; der(q) = 0"),
+        ("equilibrium", "In the equilibrium of loads and springs at phi_start; der(q) = 0"),
         ("steady_state", "On the periodic motion"),
     ],
 };

@@ -244,8 +244,7 @@ fn declare_outputs(drive: &ParametricDrive, list: &mut List<ParametricDrive>) {
             Coordinate::Translation => ("force", "Force of spring and damper on the mass, -(c q + b der(q))"),
         };
         output(Output::Transmitted, name, text, force, &with_states(b || c), spring);
-        let text =
-            "Torque by which the drive feeds the vibration where m and c vary, (m'(phi) der(q)^2 + c'(phi) q^2)/2";
+        let text = "Torque by which the drive feeds the vibration as m and c vary, (m'(phi) der(q)^2 + c'(phi) q^2)/2";
         let known: Vec<&str> =
             [(m || c, "phi"), (c, "q"), (m, "der(q)")].into_iter().filter(|s| s.0).map(|s| s.1).collect();
         let of_start = [(c, &q_start[..]), (c, of_c), (m, &v_start), (m, of_m), (m || c, PHI)];

@@ -339,7 +339,7 @@ impl RigidMachine {
                     |d, _, value| d.group_mut().into_iter().for_each(|kloss: &mut Kloss| kloss.dynamics = Some(value)),
                 )
                 .key("motor.lag");
-                let text = "M_an at the start for start.mode = given; 0 where the motor is switched on";
+                let text = "M_an at the start for start.mode = given; 0 if the motor is switched on";
                 list.parameter(
                     "motor.M_start",
                     text,

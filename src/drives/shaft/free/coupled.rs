@@ -26,9 +26,13 @@ pub const INPUTS: [&str; 4] = ["tau", "J_load", "dJ_load", "tau_rest"];
 /// The outputs of a drive with the inertia that follows its shaft without slip, for the machine that turns it: tau = J_load φ̈ + ½
 /// dJ_load φ̇² + tau_rest.
 pub const COUPLING: [(&str, &str, &Quantity); 3] = [
-    ("J_load", "Moment of inertia of what follows the shaft without slip", &unit::INERTIA),
+    ("J_load", "Moment of inertia that follows the shaft without slip", &unit::INERTIA),
     ("dJ_load", "Its derivative by phi", &unit::INERTIA_PER_ANGLE),
-    ("tau_rest", "Torque from the drive less that of this inertia, tau - J_load a - dJ_load w^2/2", &unit::TORQUE),
+    (
+        "tau_rest",
+        "Torque from the drive without the torque of this inertia, tau - J_load a - dJ_load w^2/2",
+        &unit::TORQUE,
+    ),
 ];
 
 /// The number of places at which a failed step is searched for its cause.
@@ -257,7 +261,7 @@ pub fn check_positive([own, loads]: [f64; 2], phi: f64) -> Result<(), Fault> {
 fn not_positive([own, loads]: [f64; 2], phi: f64) -> Fault {
     Fault::new(format!(
         "the inertia of shaft and loads must be positive, but J = {} kg.m2 and J_load = {} kg.m2 at phi = {} rad of the turn; take \
-         J_load and dJ_load from what follows the shaft without slip, and shorten the communication step",
+         J_load and dJ_load from the masses that follow the shaft without slip, and shorten the communication step",
         Number(own),
         Number(loads),
         Number(phi)
@@ -287,9 +291,11 @@ pub fn declare_loads<D>(list: &mut List<D>, loads: &Loads, get: Get<D>, set: Set
                 "Load torque on the shaft; positive brakes. From a drive with impacts take its tau_mean",
                 &unit::TORQUE,
             ),
-            1 => ("Moment of inertia of what follows the shaft without slip in the load, at phi", &unit::INERTIA),
-            2 => ("Its derivative by phi; its rate, where set, tells the second one", &unit::INERTIA_PER_ANGLE),
-            _ => ("Load torque on the shaft less that of this inertia; positive brakes", &unit::TORQUE),
+            1 => ("Moment of inertia in the load that follows the shaft without slip, at phi", &unit::INERTIA),
+            2 => {
+                ("Its derivative by phi; its input derivative, if set, gives the second one", &unit::INERTIA_PER_ANGLE)
+            }
+            _ => ("Load torque on the shaft without the torque of this inertia; positive brakes", &unit::TORQUE),
         };
         // Sums and products of the inertia keep to the range of numbers.
         let most = if matches!(at % 4, 1 | 2) { 1e12 } else { f64::INFINITY };

@@ -40,7 +40,7 @@ impl PeriodicMotion {
     /// The event for the log, at the `time` of the start (s).
     pub fn event(&self, time: f64) -> Event {
         let kind = if self.several {
-            "several periodic motions exist; the fastest stable one was taken"
+            "several periodic motions exist; the fastest stable one is taken"
         } else {
             "periodic motion found"
         };
@@ -65,7 +65,7 @@ fn search(shaft: &Shaft, mesh: &Mesh, phi: f64, work: &Cell<Work>) -> Result<Per
     let Shaft { inertia, motor, loads, .. } = shaft;
     let &Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }) = motor else {
         return Err(periodic_motion_that(
-            "needs a motor with a characteristic: a torque that does not depend on the speed selects no periodic motion",
+            "needs a motor with a characteristic: a torque that does not depend on the speed determines no periodic motion",
             "; use `given`",
         ));
     };

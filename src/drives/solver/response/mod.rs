@@ -348,7 +348,7 @@ impl Response {
             self.next_piece(law, segment, end, state)?;
             let (evaluations, from) = ((self.evaluations - before) as f64, *from.get_or_insert(start.hi));
             work.draw(PIECE + evaluations * (FORCING + law.cost())).map_err(|_| {
-                let hint = "relax solver.tolerance where there is one, or lower the speed or the natural frequency";
+                let hint = "relax solver.tolerance if the drive has it, or lower the speed or the natural frequency";
                 let way = [from, time];
                 step_too_much(way, end.hi, &self.motion.told("the cam", way), hint)
             })?;
@@ -414,7 +414,7 @@ impl Response {
         let [one, other] = [(1.0 - m[0][0]) * (1.0 - m[1][1]), m[0][1] * m[1][0]];
         let singular = (one - other).abs() <= SINGULAR * (one.abs() + other.abs()).max(SINGULAR);
         fixed_point(&m, [0.0; 2], r).filter(|_| !singular).ok_or_else(|| {
-            no_motion("the oscillator comes back to its state after one turn of the cam (undamped resonance or c = 0)")
+            no_motion("the oscillator returns to its state after one turn of the cam (undamped resonance or c = 0)")
         })
     }
 
