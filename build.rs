@@ -1,4 +1,4 @@
-//! Names the sources of the runtime library by a hash, so that the command line packs only libraries of its own sources.
+//! Hashes the sources of the runtime library, so that the command line packs only libraries of its own sources.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ fn main() {
     let mut files = vec![PathBuf::from("Cargo.lock"), PathBuf::from("Cargo.toml")];
     list(Path::new("src"), &mut files);
     files.sort();
-    // FNV-1a. Carriage returns come and go with the checkout.
+    // FNV-1a, without carriage returns, which depend on the checkout.
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     for file in &files {
         for byte in std::fs::read(file).unwrap_or_default().into_iter().filter(|byte| *byte != b'\r') {

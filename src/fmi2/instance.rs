@@ -58,8 +58,8 @@ impl Instance {
 
     /// Keeps events as long as the log records them.
     fn listen(&mut self) {
-        let told = [Category::Warning, Category::Events, Category::Solver];
-        self.listens = told.iter().any(|category| self.logger.wants(*category));
+        let recorded = [Category::Warning, Category::Events, Category::Solver];
+        self.listens = recorded.iter().any(|category| self.logger.wants(*category));
         self.drive.events().keep(self.listens);
     }
 
@@ -213,10 +213,10 @@ impl Instance {
             };
             let (time, value) = (Number(e.time), Number(e.value));
             let separator = if e.unit.is_empty() { "" } else { " " };
-            let told = format_args!("{}, {} = {value}{separator}{}", e.kind, e.quantity, e.unit);
+            let event = format_args!("{}, {} = {value}{separator}{}", e.kind, e.quantity, e.unit);
             match e.follower {
-                0 => self.logger.log(category, format_args!("t = {time} s: {told}")),
-                j => self.logger.log(category, format_args!("t = {time} s: follower {j}: {told}")),
+                0 => self.logger.log(category, format_args!("t = {time} s: {event}")),
+                j => self.logger.log(category, format_args!("t = {time} s: follower {j}: {event}")),
             }
         }
         if 0 < events.dropped() {

@@ -18,7 +18,7 @@
 
 mod length;
 mod newton;
-mod solved;
+mod solution;
 
 use super::double_double::Double;
 use super::gauss::{ABSCISSAE, INTEGRALS_IN_POWERS, MATRIX, STAGES, legendre_integrals};
@@ -26,7 +26,7 @@ pub use length::fit;
 use length::{first_step, growth};
 use newton::Newton;
 use serde::{Deserialize, Serialize};
-use solved::{Solved, largest, remainder, remainder_of_newton, solved};
+use solution::{Solution, largest, remainder, remainder_of_newton, solution};
 
 /// The largest number of equations.
 pub const MAX_EQUATIONS: usize = 3;
@@ -279,11 +279,11 @@ impl<const N: usize> Collocation<N> {
                 break;
             }
             match self.attempt(system, h, tolerance) {
-                Some(solved) if solved.error <= tolerance => {
-                    self.accept(solved, h, limit, h == remaining, tolerance)?;
+                Some(solution) if solution.error <= tolerance => {
+                    self.accept(solution, h, limit, h == remaining, tolerance)?;
                     return Ok(());
                 }
-                Some(solved) => h *= growth(solved.error, tolerance),
+                Some(solution) => h *= growth(solution.error, tolerance),
                 None => h *= 0.25,
             }
             self.next = h;
@@ -296,7 +296,7 @@ impl<const N: usize> Collocation<N> {
 
     fn accept(
         &mut self,
-        solved: Solved<N>,
+        solution: Solution<N>,
         h: f64,
         limit: Double,
         limited: bool,
@@ -304,16 +304,16 @@ impl<const N: usize> Collocation<N> {
     ) -> Result<(), Failure> {
         self.start = self.end;
         self.from = self.to;
-        self.to = std::array::from_fn(|c| self.from[c] + Double::from(h * solved.modes[0][c]));
+        self.to = std::array::from_fn(|c| self.from[c] + Double::from(h * solution.modes[0][c]));
         self.end = if limited { limit } else { self.start + Double::from(h) };
-        (self.length, self.modes, self.scale) = (h, solved.modes, solved.scale);
-        let proposal = h * growth(solved.error, tolerance);
+        (self.length, self.modes, self.scale) = (h, solution.modes, solution.scale);
+        let proposal = h * growth(solution.error, tolerance);
         // A step that was cut short at the limit says nothing against its proposed length.
         self.next = if limited { proposal.max(self.next) } else { proposal };
         self.statistics.steps += 1;
-        self.statistics.error_estimate = self.statistics.error_estimate.max(solved.error);
-        self.ends = solved.ends;
-        self.carry_error(&solved);
+        self.statistics.error_estimate = self.statistics.error_estimate.max(solution.error);
+        self.ends = solution.ends;
+        self.carry_error(&solution);
         if self.to.iter().any(|y| y.hi.is_nan() || y.hi.abs() > UNBOUNDED) {
             return Err(Failure::Unbounded { time: self.end.hi });
         }
@@ -357,18 +357,18 @@ impl<const N: usize> Collocation<N> {
 
     /// Carries the error of the state over the step, y₁ = M y₀ + own error: the covariance becomes M P Mᵀ plus the square of the
     /// error that the end of the step adds. Errors of independent sign grow, turn and decay as the motion does.
-    fn carry_error(&mut self, solved: &Solved<N>) {
-        self.covariance = carried(&solved.map, &self.covariance);
+    fn carry_error(&mut self, solution: &Solution<N>) {
+        self.covariance = carried(&solution.map, &self.covariance);
         if self.shaken != [[0.0; N]; N] {
-            self.shaken = carried(&solved.map, &self.shaken);
+            self.shaken = carried(&solution.map, &self.shaken);
         }
         let mut state_error: f64 = 0.0;
         for c in 0..N {
-            self.covariance[c][c] += solved.own[c].powi(2);
-            state_error = state_error.max(self.covariance[c][c].sqrt() / solved.scale[c]);
+            self.covariance[c][c] += solution.own[c].powi(2);
+            state_error = state_error.max(self.covariance[c][c].sqrt() / solution.scale[c]);
         }
         self.statistics.error_at_ends = self.statistics.error_at_ends.max(state_error);
-        self.statistics.state_error = self.statistics.state_error.max(solved.error + state_error);
+        self.statistics.state_error = self.statistics.state_error.max(solution.error + state_error);
     }
 
     /// Takes one step of fixed cost to `end`: `iterations` of Newton's method, each with its own matrix; one is enough for a linear
@@ -387,13 +387,13 @@ impl<const N: usize> Collocation<N> {
         let time = self.end.hi;
         let h = (end - self.end).hi;
         match self.attempt_with(system, h, iterations) {
-            Some(solved) if solved.error <= worst => self.accept(solved, h, end, true, worst),
+            Some(solution) if solution.error <= worst => self.accept(solution, h, end, true, worst),
             _ => Err(Failure::Stalled { time }),
         }
     }
 
     /// Solves the collocation equations for a step of length `h`; None if Newton's method does not converge.
-    fn attempt(&mut self, system: &impl System<N>, h: f64, tolerance: f64) -> Option<Solved<N>> {
+    fn attempt(&mut self, system: &impl System<N>, h: f64, tolerance: f64) -> Option<Solution<N>> {
         let mut f = self.first_guess(system, h);
         let mut newton = Newton::unknown();
         // Unknown before the first correction; comparisons with NaN are false.
@@ -416,7 +416,7 @@ impl<const N: usize> Collocation<N> {
                     newton.factorise(system, h, |i| self.node(i, h), &self.stages(&f, h))?;
                 }
                 let rest = remainder(size, rate, || newton.rounding(&scale, h));
-                return Some(solved(f, scale, &newton, h, [rest; N]));
+                return Some(solution(f, scale, &newton, h, [rest; N]));
             }
             newton.is_known &= !(rate > 0.05);
             (last, measure) = (size, scale);
@@ -425,7 +425,7 @@ impl<const N: usize> Collocation<N> {
     }
 
     /// An attempt with a given number of iterations; the remaining contraction counts as error.
-    fn attempt_with(&mut self, system: &impl System<N>, h: f64, iterations: usize) -> Option<Solved<N>> {
+    fn attempt_with(&mut self, system: &impl System<N>, h: f64, iterations: usize) -> Option<Solution<N>> {
         let mut f = self.first_guess(system, h);
         let mut newton = Newton::unknown();
         let (mut sizes, mut parts) = ([f64::NAN; 2], [f64::NAN; N]);
@@ -448,9 +448,9 @@ impl<const N: usize> Collocation<N> {
             _ if is_rounding => parts[c].max(h * noise[c] / scale[c]),
             _ => remainder_of_newton(parts[c], rate),
         });
-        let mut solved = solved(f, scale, &newton, h, rest);
-        solved.error += largest(&rest);
-        Some(solved)
+        let mut solution = solution(f, scale, &newton, h, rest);
+        solution.error += largest(&rest);
+        Some(solution)
     }
 
     /// f at the nodes for the state at rest.

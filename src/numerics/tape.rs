@@ -26,7 +26,7 @@ enum Op {
     /// A constant and terms: the first of them and their number.
     Sum(usize, usize, f64),
     /// A known function of time.
-    Given(usize),
+    Signal(usize),
     /// The powers of an angle, no number itself.
     Powers(usize, usize),
     /// A function of an angle: which powers, row of its coefficients.
@@ -152,7 +152,7 @@ impl Tape {
                 Op::Product(a, b) | Op::Quotient(a, b) => (places[a], places[b]) = (0, 0),
                 Op::Powers(a, _) => places[a] = 0,
                 Op::Function(powers, _) => places[powers] = 0,
-                Op::Given(_) => {}
+                Op::Signal(_) => {}
             }
         }
         (0..states).for_each(|state| places[state] = state);
@@ -174,7 +174,7 @@ impl Tape {
                 Op::Quotient(a, b) => Op::Quotient(places[a], places[b]),
                 Op::Powers(a, which) => Op::Powers(places[a], which),
                 Op::Function(powers, row) => Op::Function(places[powers], row),
-                op @ Op::Given(_) => op,
+                op @ Op::Signal(_) => op,
             };
             places[states + i] = states + used;
             used += 1;
@@ -205,7 +205,7 @@ impl Tape {
                     self.terms[first..first + count].iter_mut().for_each(|(place, _)| *place *= stride);
                     Op::Sum(first, count, constant)
                 }
-                Op::Given(row) => Op::Given(row * stride),
+                Op::Signal(row) => Op::Signal(row * stride),
                 Op::Powers(a, which) => Op::Powers(mirror(&mut mirrors, a), which * angle),
                 Op::Function(powers, row) => {
                     let Op::Powers(_, powers) = self.ops[powers - self.states] else { continue };
@@ -258,7 +258,7 @@ impl Tape {
                             .iter()
                             .fold(start, |sum, (at, factor)| sum + factor * series[at + n])
                     }
-                    Op::Given(row) => rows[row + n],
+                    Op::Signal(row) => rows[row + n],
                     Op::Powers(angle, powers_of) => {
                         let size = (1 + *most) * stride;
                         raise(&mut powers[powers_of..][..size], stride, &reversed[angle - n..], n);
@@ -345,8 +345,8 @@ impl<'a> Var<'a> {
     }
 
     /// The function of time in this row.
-    pub fn given(tape: &'a RefCell<Tape>, row: usize) -> Self {
-        Var::push(tape, Op::Given(row))
+    pub fn signal(tape: &'a RefCell<Tape>, row: usize) -> Self {
+        Var::push(tape, Op::Signal(row))
     }
 
     /// The powers of this angle, for [`Var::function`].

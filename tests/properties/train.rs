@@ -12,7 +12,7 @@ use camdrive::drives::Fault;
 use camdrive::drives::drive_train::{self, Follower, Joint, Machine, Shaft};
 use camdrive::drives::follower::load::{Load, Spring};
 use camdrive::drives::rigid_machine::linkage::{Kind, Link, Linkage};
-use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, Named};
+use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, NamedLoad};
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::shaft::motor::{Motor, Reference, Servo, Source, TorqueTable, Transmission};
 use camdrive::drives::variable::{self, Causality, Description, Variability};
@@ -651,7 +651,7 @@ fn trains_of(laws: Laws, range: std::ops::Range<usize>) -> impl Strategy<Value =
                     },
                     load: has[2].then(|| times(&load, 0.3 * torque)),
                     friction: has[1].then_some(0.1 * n[2] * torque / w),
-                    loads: if has[0] { vec![Named::default()] } else { vec![] },
+                    loads: if has[0] { vec![NamedLoad::default()] } else { vec![] },
                     motor,
                     phi_start,
                     w_start,

@@ -192,7 +192,7 @@ fn inputs(folder: &Path, about: &ModelDescription) -> Result<(Signals, Option<St
     }
     let signals = signals::read(&table, &all, |_| None).map_err(|Failure { fault, .. }| {
         let message = fault.message.replace(&table.display().to_string(), references::INPUT);
-        fault.told(message)
+        fault.with_message(message)
     })?;
     Ok((signals, None))
 }

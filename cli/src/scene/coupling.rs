@@ -4,7 +4,7 @@
 use crate::document::{Faults, Section, Value};
 use camdrive::drives::Description;
 use camdrive::drives::drive_train::{self, Shaft};
-use camdrive::drives::rigid_machine::Named;
+use camdrive::drives::rigid_machine::NamedLoad;
 use camdrive::drives::variable::Causality;
 use camdrive_design::resource::Scene;
 
@@ -21,7 +21,7 @@ const MOST: usize = 16;
 const LONGEST: usize = 31;
 
 /// The loads of a machine, of which `plain` says whether it has an input `tau` where the scene names none.
-pub fn of_machine(root: &Section<'_>, plain: bool) -> Option<Vec<Named>> {
+pub fn of_machine(root: &Section<'_>, plain: bool) -> Option<Vec<NamedLoad>> {
     let names = names(root);
     let inertia = root.read(KEY, |section| {
         let all = match section.node(INERTIA).map(|node| node.value) {
@@ -33,7 +33,7 @@ pub fn of_machine(root: &Section<'_>, plain: bool) -> Option<Vec<Named>> {
     });
     let (mut loads, inertia) = (names?, inertia?.unwrap_or(Ok(false)));
     if loads.is_empty() && plain {
-        loads.push(Named::default());
+        loads.push(NamedLoad::default());
     }
     let known = loads.iter().map(|load| load.name.clone()).collect::<Vec<_>>().join(", ");
     let section = root.section(KEY)?;
@@ -70,7 +70,7 @@ pub fn of_machine(root: &Section<'_>, plain: bool) -> Option<Vec<Named>> {
 }
 
 /// Refuses loads with an inertia on a shaft that is solved as a train.
-pub fn refuse_inertia(root: &Section<'_>, loads: &[Named]) -> Option<()> {
+pub fn refuse_inertia(root: &Section<'_>, loads: &[NamedLoad]) -> Option<()> {
     if !loads.iter().any(|load| load.inertia) {
         return Some(());
     }
@@ -81,7 +81,7 @@ pub fn refuse_inertia(root: &Section<'_>, loads: &[Named]) -> Option<()> {
 }
 
 /// `torques`; none where the key is not there.
-fn names(root: &Section<'_>) -> Option<Vec<Named>> {
+fn names(root: &Section<'_>) -> Option<Vec<NamedLoad>> {
     if !root.has(TORQUES) {
         return Some(Vec::new());
     }
@@ -90,7 +90,7 @@ fn names(root: &Section<'_>) -> Option<Vec<Named>> {
         let fault = root.fault_of(TORQUES, format!(" has {} names", list.len()));
         return root.refuse(fault.admissible(format!("1 to {MOST}")).hint("leave it out for the plain input tau"));
     }
-    let mut loads: Vec<Named> = Vec::new();
+    let mut loads: Vec<NamedLoad> = Vec::new();
     for (name, node) in list {
         let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
         let is_name = name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(letters);
@@ -102,7 +102,7 @@ fn names(root: &Section<'_>) -> Option<Vec<Named>> {
                 "different names of letters, digits and _, a letter first, at most {LONGEST} characters"
             )));
         }
-        loads.push(Named { name: name.to_owned(), inertia: false });
+        loads.push(NamedLoad { name: name.to_owned(), inertia: false });
     }
     Some(loads)
 }

@@ -4,7 +4,7 @@ use crate::document::{Section, units::short};
 use camdrive::drives::drive_train::{Machine, Scene, Shaft, Start};
 use camdrive::drives::shaft::motor::{Reference, Servo, Source};
 use camdrive::drives::shaft::train::switching::Instant;
-use camdrive::drives::shaft::train::{Given, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
+use camdrive::drives::shaft::train::{InputValues, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use camdrive::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
@@ -96,14 +96,14 @@ fn turn(scene: &Scene, machine: &Machine, sense: f64) -> Option<Vec<[f64; 2]>> {
     still.motor.source = Source::None;
     let train = Train::new(Shaft::Free(still), scene.followers.clone());
     let forces = [0.0; MOST_FOLLOWERS];
-    let given = Given { course: [0.0; 2], tau: 0.0, torque: 0.0, reference: 0.0, lag: 0.0, forces };
+    let input_values = InputValues { shaft: [0.0; 2], tau: 0.0, torque: 0.0, reference: 0.0, lag: 0.0, forces };
     let at = |steps: f64| {
         let phi = Double::from(machine.phi_start + sense * TAU * steps / ANGLES as f64);
-        let (mut modes, mut now) = (Modes::default(), Instant { phi, y: [0.0; MOST_STATES], given });
+        let (mut modes, mut now) = (Modes::default(), Instant { phi, y: [0.0; MOST_STATES], input_values });
         modes.segments = train.segments(&train.angles(phi, &now.y), sense > 0.0);
         train.rest(&mut modes, &mut now).ok()?;
         modes.segments = train.segments(&train.angles(phi, &now.y), sense > 0.0);
-        let (functions, dynamics) = train.instant(&modes, phi, &now.y, &now.given);
+        let (functions, dynamics) = train.instant(&modes, phi, &now.y, &now.input_values);
         Some([-sense * functions.inertia * dynamics.a, functions.inertia])
     };
     std::iter::once(0.0).chain((0..ANGLES).map(|i| i as f64 + 0.5)).map(at).collect()

@@ -8,7 +8,7 @@ use crate::document::Section;
 use camdrive::drives::backlash;
 use camdrive::drives::drive_train::{Follower, Joint, MOST_FOLLOWERS, Machine, Names, Scene, Shaft, Stand, Start};
 use camdrive::drives::follower::load::Load;
-use camdrive::drives::rigid_machine::Named;
+use camdrive::drives::rigid_machine::NamedLoad;
 use camdrive::drives::settings::{Method, Settings};
 use camdrive::motion::MotionLaw;
 use std::path::Path;
@@ -50,7 +50,7 @@ pub fn read(root: &Section<'_>, folder: &Path) -> Option<Scene> {
     let coupling = if driven {
         root.forbid(&[coupling::TORQUES], "the drive prescribes the motion", "[machine] instead of [drive]");
         let rigid = |follower: &Follower| {
-            let heavy = follower.along(&Stand::held()).any(|along| along.m > 0.0);
+            let heavy = follower.carried(&Stand::held()).any(|mass| mass.m > 0.0);
             heavy || !follower.rigid.linkage.is_empty()
         };
         let none = followers.as_ref().is_some_and(|followers| !followers.iter().any(rigid));
@@ -112,7 +112,7 @@ pub fn machine(root: &Section<'_>, start: Option<[f64; 2]>, folder: &Path) -> Op
     let (inertia, load) = machine??;
     let (load, friction, input) = load.unwrap_or_default();
     let [phi_start, w_start] = start?;
-    let loads = if input { vec![Named::default()] } else { Vec::new() };
+    let loads = if input { vec![NamedLoad::default()] } else { Vec::new() };
     Some(Machine { inertia, load, friction, loads, motor: motor?, phi_start, w_start })
 }
 

@@ -162,7 +162,7 @@ impl Subject {
 fn of_file(path: &Path, fault: Fault) -> Diagnostics {
     let (place, message) = (format!("{}: ", path.display()), fault.sentence());
     let message = message.strip_prefix(&place).unwrap_or(&message).to_owned();
-    Diagnostics::of_file(path, fault.told(message))
+    Diagnostics::of_file(path, fault.with_message(message))
 }
 
 /// The communication step, where the study says it.

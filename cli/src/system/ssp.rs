@@ -66,7 +66,7 @@ pub fn read(path: &Path) -> Result<System, Fault> {
     let outside = format!("{}{}", folder.path().display(), std::path::MAIN_SEPARATOR);
     system(path, folder).map_err(|fault| {
         let message = fault.sentence().replace(&outside, "");
-        fault.told(message)
+        fault.with_message(message)
     })
 }
 

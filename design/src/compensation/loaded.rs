@@ -21,7 +21,7 @@ use camdrive::drives::drive_train::{Follower, MOST_FOLLOWERS, Machine, Shaft};
 use camdrive::drives::rigid_machine::Motor;
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::shaft::motor::{Reference, Servo, Source};
-use camdrive::drives::shaft::train::{Functions, Given, Modes, Point, Train};
+use camdrive::drives::shaft::train::{Functions, InputValues, Modes, Point, Train};
 use camdrive::motion::{Fourier, MotionLaw};
 use camdrive::numerics::collocation::{Collocation, System};
 use camdrive::numerics::double_double::Double;
@@ -114,8 +114,8 @@ impl Sides {
     /// The rates in time of φ, ω and the motor's state.
     fn rates(&self, [own, tools]: &[Modes; 2], phase: f64, y: &[f64; 3]) -> [f64; 3] {
         let (omega, mut modes) = (self.mean_speed, *own);
-        let given = Given {
-            course: [0.0; 2],
+        let input_values = InputValues {
+            shaft: [0.0; 2],
             tau: self.load,
             torque: 0.0,
             reference: self.reference,
@@ -126,10 +126,10 @@ impl Sides {
         if let Some((motor, table)) = motor.and_then(|motor| Some((motor, motor.table()?))) {
             modes.piece = table.piece(motor.transmission.ratio * y[1]);
         }
-        let (f, mut d) = self.own.instant(&modes, Double::from(y[0]), y, &given);
+        let (f, mut d) = self.own.instant(&modes, Double::from(y[0]), y, &input_values);
         if motor.and_then(|motor| motor.servo()).is_some_and(|servo| d.demand.abs() > servo.limit) {
             modes.saturation = d.demand.signum() as i8;
-            d = self.own.dynamics(&Point { modes: &modes, y, f: &f, given: &given });
+            d = self.own.dynamics(&Point { modes: &modes, y, f: &f, input_values: &input_values });
         }
         let t = Functions::at(&self.tools, tools, &[(phase * omega.signum()).rem_euclid(TAU); 1 + MOST_FOLLOWERS]);
         let first = self.own.followers.len() - self.tools.followers.len();
@@ -260,13 +260,13 @@ impl LoadedMachine {
             }
             let step = jacobian.lu().solve(&missed)?;
             let first = (FARTHEST / step.amax()).min(1.0);
-            let course;
-            (x, (course, missed)) = (0..HALVINGS).find_map(|n| {
+            let shaft;
+            (x, (shaft, missed)) = (0..HALVINGS).find_map(|n| {
                 let next = x - first * 0.5f64.powi(n) * step.component_mul(&sizes);
                 Some((next, at(&next)?))
             })?;
             if step.amax() < CONVERGED || step.amax() < ROUGH && step.amax() > 0.5 * before {
-                return Some(course);
+                return Some(shaft);
             }
             before = step.amax();
         }

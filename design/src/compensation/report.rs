@@ -190,7 +190,7 @@ fn beside_least_inertia(task: &Task, fault: Fault) -> Fault {
         "{}. (J0 = {given} kg.m2; without a motor it must be above {least} kg.m2, and the closer to that, the more harmonics the cams need)",
         fault.sentence()
     );
-    fault.told(message)
+    fault.with_message(message)
 }
 
 /// The machine with finite series.

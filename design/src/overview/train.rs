@@ -51,7 +51,7 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
 /// The inertia of what follows the shaft without slip, m1 behind a clearance included: it does while it is in contact.
 pub fn without_slip(scene: &Scene) -> Inertia {
     let followers = scene.followers.iter().filter_map(|follower| {
-        let m = follower.along(&Stand::held()).next()?.m;
+        let m = follower.carried(&Stand::held()).next()?.m;
         Some(Follower { m, ..follower.rigid.clone() })
     });
     let function = match &scene.shaft {

@@ -20,7 +20,7 @@ pub trait FlankMotion {
     }
 
     /// The motion from one time to another (s), in words for messages.
-    fn told(&self, way: [f64; 2]) -> String;
+    fn describe(&self, way: [f64; 2]) -> String;
 
     /// Whether the speed is constant.
     fn is_uniform(&self) -> bool;

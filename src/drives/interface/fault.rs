@@ -58,11 +58,11 @@ impl Fault {
     /// Puts its place, a file or a part, before the message.
     pub fn within(self, place: impl std::fmt::Display) -> Self {
         let message = format!("{place}: {}", self.sentence());
-        self.told(message)
+        self.with_message(message)
     }
 
     /// Replaces the message.
-    pub fn told(mut self, message: String) -> Self {
+    pub fn with_message(mut self, message: String) -> Self {
         (self.0.message, self.0.named) = (message, false);
         self
     }

@@ -128,7 +128,7 @@ pub trait HasSolver: Sized {
         if self.has_method() {
             list.parameter(
                 "solver.method",
-                "What decides the internal steps",
+                "Control of the internal steps",
                 variable::Kind::Enumeration(&METHOD),
                 |d, _| d.solver().settings.method.number(),
                 |d, _, value| d.solver_mut().settings.method = Method::from_number(value),

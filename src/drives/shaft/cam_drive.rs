@@ -1,8 +1,8 @@
 //! The driven cam that all cam drives share: the motion law U(φ), or another quantity over the angle, and the motion φ(t) of its
 //! shaft.
 
-use super::led::Led;
-pub use super::led::roundings;
+use super::consistency::Consistency;
+pub use super::consistency::roundings;
 use crate::drives::limits::{FASTEST, INPUTS, LARGEST_ANGLE};
 use crate::drives::variable::{Get, Set, SetInput};
 use crate::drives::{EventLog, List, Rounded, Seed, Variable, unit, variable};
@@ -253,7 +253,7 @@ impl AngleMotion {
     }
 
     /// The motion from one time to another (s) in words for messages, with the speed as set.
-    pub fn told(&self, turning: &str, [from, to]: [f64; 2]) -> String {
+    pub fn describe(&self, turning: &str, [from, to]: [f64; 2]) -> String {
         let [_, w, a, ..] = self.coefficients;
         let turns = Rounded((self.angle(to) - self.angle(from)).abs() / TAU);
         let acceleration = if a == 0.0 { String::new() } else { format!(" and a = {} rad/s²", Rounded(a)) };
@@ -293,7 +293,7 @@ pub struct CamDrive<Law = MotionLaw> {
     /// The excess of φ, integrated from w, over the nearest number.
     below: f64,
     /// Whether φ and w belong together.
-    led: Led,
+    consistency: Consistency,
     /// The further coefficients of the motion, from derivatives of the inputs and valid for the next step; and the input of each,
     /// counted from 1, 0 for none.
     beyond: [f64; MAX_INPUT_DERIVATIVE],
@@ -309,7 +309,7 @@ impl<Law> CamDrive<Law> {
             start_time: 0.0,
             input: [0.0; 3],
             below: 0.0,
-            led: Led::default(),
+            consistency: Consistency::default(),
             beyond: [0.0; MAX_INPUT_DERIVATIVE],
             from: [0; MAX_INPUT_DERIVATIVE],
         }
@@ -327,7 +327,7 @@ impl<Law> CamDrive<Law> {
             (self.input[0], self.below) = (phi_start, 0.0);
         }
         let [phi, w, _] = self.input;
-        self.led = Led::begin([phi, w], time);
+        self.consistency = Consistency::begin([phi, w], time);
     }
 
     /// The motion of the shaft over the communication step that starts at `time` (s).
@@ -463,17 +463,17 @@ impl<Law> CamDrive<Law> {
             let phi = motion.angle_from(from, Double::from(end) + Double::from(-motion.origin));
             (self.input, self.below) = ([phi.hi, w, 0.0], phi.lo);
         } else {
-            (self.led.from, self.led.time) = ([phi, w], motion.origin);
+            (self.consistency.from, self.consistency.time) = ([phi, w], motion.origin);
         }
     }
 
-    /// Whether the inputs at `time` (s) differ from the φ and ω to which the previous step `led`; logs it if they contradict each
+    /// Whether the inputs at `time` (s) differ from the φ and ω to which the previous step led, `expected`; logs it if they contradict each
     /// other.
     #[cold]
-    pub fn jumps(&mut self, led: [f64; 2], time: f64, log: &mut EventLog) {
+    pub fn jumps(&mut self, expected: [f64; 2], time: f64, log: &mut EventLog) {
         if !self.integrates() {
             let [phi, w, _] = self.input;
-            self.led.compare([phi, w], led, time, log);
+            self.consistency.compare([phi, w], expected, time, log);
         }
     }
 }

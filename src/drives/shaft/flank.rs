@@ -1,7 +1,7 @@
 //! The flank of a cam on a prescribed shaft: u(t) = U(φ(t)).
 
+use super::angle_series::AngleSeries;
 use super::cam_drive::AngleMotion;
-use super::course::Course;
 use super::passage::first_end;
 use crate::drives::follower::flank::{EXPANSION, FlankMotion};
 use crate::motion::{Kinematics, MotionLaw};
@@ -59,7 +59,7 @@ impl FlankMotion for CamFlank<'_> {
             return;
         }
         // Inserts the motion into the series of U by Horner's rule.
-        let (a, degree) = (Course::of(self.motion, time).scaled(span), self.motion.degree);
+        let (a, degree) = (AngleSeries::of(self.motion, time).scaled(span), self.motion.degree);
         let count = coefficients.len();
         let mut law = [0.0; MOST_COEFFICIENTS];
         self.law.expand(segment, phi, 1.0, &mut law[..count]);
@@ -78,8 +78,8 @@ impl FlankMotion for CamFlank<'_> {
         EXPANSION + DERIVATIVES * law + if self.motion.is_uniform() { 0.0 } else { composed }
     }
 
-    fn told(&self, way: [f64; 2]) -> String {
-        self.motion.told("the cam", way)
+    fn describe(&self, way: [f64; 2]) -> String {
+        self.motion.describe("the cam", way)
     }
 
     fn is_uniform(&self) -> bool {
@@ -116,7 +116,7 @@ impl FlankMotion for CamFlank<'_> {
     }
 
     fn segment(&self, time: Double) -> usize {
-        let course = Course::of(self.motion, time);
+        let course = AngleSeries::of(self.motion, time);
         self.law.segment(course.angle[0], course.forward())
     }
 
@@ -128,7 +128,7 @@ impl FlankMotion for CamFlank<'_> {
         }
         let (start, next) = (breakpoints[segment], breakpoints[(segment + 1) % count]);
         let width = if count == 1 { TAU } else { (next - start).rem_euclid(TAU) };
-        let course = Course::of(self.motion, time);
+        let course = AngleSeries::of(self.motion, time);
         let mut below = (course.angle[0] - start).rem_euclid(TAU);
         // A start within a rounding before the segment must not count as almost a turn after it.
         if below > 0.5 * (width + TAU) {

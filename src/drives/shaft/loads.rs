@@ -28,12 +28,12 @@ pub trait HasLoads {
 
 /// Logs once that a follower pulls its cam at `time` (s): `forces` are the force of the loads that hold it there and the contact
 /// force; the follower has a number in a train, else 0.
-pub fn tell_of_pull(told: &mut bool, forces: [f64; 2], time: f64, follower: usize, log: &mut EventLog) {
+pub fn log_pull(logged: &mut bool, forces: [f64; 2], time: f64, follower: usize, log: &mut EventLog) {
     let [held, force] = forces;
-    if *told || !(held * force > 0.0) {
+    if *logged || !(held * force > 0.0) {
         return;
     }
-    *told = true;
+    *logged = true;
     let kind = match follower {
         0 => {
             "the contact force changes its sign: a follower that only its loads hold on the cam lifts off; to simulate that \

@@ -164,7 +164,7 @@ fn turned(law: &MotionLaw) -> MotionLaw {
 
 /// How a shaft is driven.
 #[derive(Clone, Debug)]
-struct Course {
+struct Trajectory {
     /// φ, ω, α and its derivative at the start, on inputs; None at constant speed.
     inputs: Option<[f64; 4]>,
     /// Whether the inputs at each point are numbers without rounding.
@@ -173,7 +173,7 @@ struct Course {
     times: Vec<f64>,
 }
 
-impl Course {
+impl Trajectory {
     /// From `phi` at the speed `w` over `span` (s).
     fn new(r: &mut Random, kind: usize, [phi, w]: [f64; 2], span: f64) -> Self {
         let count = r.count(2, 12);
@@ -198,7 +198,7 @@ impl Course {
             inputs =
                 Some([digits(phi, 1.0, 8), digits(w, w, 8), if a == 0.0 { 0.0 } else { digits(a, w / span, 6) }, 0.0]);
         }
-        Course { inputs, exact, times }
+        Trajectory { inputs, exact, times }
     }
 
     /// φ, ω, α at a communication point, before they are rounded.
@@ -214,7 +214,7 @@ impl Course {
         let [before, now] = [i - 1, i].map(|i| self.at(self.times[i]).map(|x| x.hi));
         let jerk = self.inputs.unwrap_or_default()[3];
         let h = Double::from(self.times[i]) - Double::from(self.times[i - 1]);
-        let start = Course { inputs: Some([before[0], before[1], before[2], jerk]), exact: false, times: vec![] };
+        let start = Trajectory { inputs: Some([before[0], before[1], before[2], jerk]), exact: false, times: vec![] };
         let [phi, w, _] = start.at(h.hi);
         let phi = phi + two_product(before[1], h.lo);
         [(Double::from(now[0]) - phi).hi, (Double::from(now[1]) - w).hi]
@@ -225,7 +225,7 @@ impl Course {
 /// makes the drive follow a jump of the shaft.
 fn run<D: Drive<Scene = S> + HasSolver, S, const N: usize>(
     scene: S,
-    course: &Course,
+    course: &Trajectory,
     turned: f64,
     mut kick: impl FnMut(&mut D, [f64; 2], [f64; 3], f64),
     read: impl Fn(&D) -> [f64; N],
@@ -344,7 +344,7 @@ fn start(r: &mut Random, size: f64, frequency: f64) -> Start {
     Start { mode: StartMode::Given, q, q_dot: frequency * size * r.between(-1.0, 1.0) }
 }
 
-fn mode(course: &Course, w: f64, phi_start: f64) -> DriveMode {
+fn mode(course: &Trajectory, w: f64, phi_start: f64) -> DriveMode {
     if course.inputs.is_some() { DriveMode::Input } else { DriveMode::Constant { w, phi_start } }
 }
 
@@ -363,7 +363,7 @@ fn shaft(linear: bool) -> Rows {
         let w = frequency / r.scale(1.0 / 3.0, 30.0) * if r.chance(0.3) { -1.0 } else { 1.0 };
         let b = if r.chance(0.15) { 0.0 } else { 2.0 * r.scale(1e-3, 1.0) * (c * inertia).sqrt() };
         let (phi, span) = (r.between(-10.0, 10.0), r.scale(0.3, 30.0) * TAU / w.abs());
-        let course = Course::new(r, number % 3, [phi, w], span);
+        let course = Trajectory::new(r, number % 3, [phi, w], span);
         let kind = format!("{}, {}", kind_of(&cam), KINDS[number % 3]);
         let size = r.scale(1e-6, 0.1);
         let scene = elastic_shaft::Scene {
@@ -458,7 +458,7 @@ fn parametric(crank: bool) -> Rows {
         let frequency = (mean / m).sqrt();
         let w = frequency / r.scale(1.0 / 3.0, 30.0) * if r.chance(0.3) { -1.0 } else { 1.0 };
         let (phi, span) = (r.between(-10.0, 10.0), r.scale(0.3, 30.0) * TAU / w.abs());
-        let course = Course::new(r, number % 3, [phi, w], span);
+        let course = Trajectory::new(r, number % 3, [phi, w], span);
         let kind = KINDS[number % 3];
         let size = r.scale(1e-6, 0.1);
         let scene = Scene {
@@ -511,7 +511,7 @@ fn output() -> Rows {
         let c = m * frequency * frequency;
         let b = if r.chance(0.2) { 0.0 } else { 2.0 * r.scale(1e-3, 1.5) * m * frequency };
         let (phi, span) = (r.between(-10.0, 10.0), r.scale(0.1, 30.0) * TAU / w.abs());
-        let course = Course::new(r, number % 3, [phi, w], span);
+        let course = Trajectory::new(r, number % 3, [phi, w], span);
         let kind = format!("{}, {}", kind_of(&cam), KINDS[number % 3]);
         let size = size * r.scale(1e-4, 1.0);
         let scene = Scene {
@@ -578,7 +578,7 @@ fn backlash() -> Rows {
         let b = if r.chance(0.3) { 0.0 } else { 2.0 * r.scale(1e-3, 0.5) * m2 * frequency };
         let e = if r.chance(0.5) { 0.0 } else { r.between(0.0, 0.95) };
         let (phi, span) = (r.between(-10.0, 10.0), r.scale(0.1, 10.0) * TAU / w);
-        let course = Course::new(r, number % 3, [phi, w], span);
+        let course = Trajectory::new(r, number % 3, [phi, w], span);
         let kind = format!("{}, {}", kind_of(&cam), KINDS[number % 3]);
         let size = 0.1 * s;
         let scene = Scene {
@@ -629,7 +629,7 @@ struct Signals {
 
 impl Signals {
     /// φ, ω and a lagging torque at the times of a course, and the error estimate; torques and inertia are so many times larger.
-    fn motion(&self, scene: rigid_machine::Scene, larger: f64, course: &Course) -> Option<(Vec<[f64; 3]>, f64)> {
+    fn motion(&self, scene: rigid_machine::Scene, larger: f64, course: &Trajectory) -> Option<(Vec<[f64; 3]>, f64)> {
         let mut machine = rigid_machine::RigidMachine::new(scene).ok()?;
         let list = machine.variables();
         let set = |machine: &mut rigid_machine::RigidMachine, t: f64| {
@@ -690,7 +690,7 @@ fn machine(kind: usize) -> Rows {
         };
         let (phi_start, w_start) = (r.between(-10.0, 10.0), synchronous * r.between(0.1, 1.2));
         let span = turn * r.scale(0.3, 20.0);
-        let course = Course::new(r, 0, [0.0, 0.0], span);
+        let course = Trajectory::new(r, 0, [0.0, 0.0], span);
         let varies = if r.chance(0.3) { 1.0 } else { 0.0 };
         let mut signal = || {
             let [a, b, c] = [0; 3].map(|_| 0.2 * torque * r.between(-1.0, 1.0));

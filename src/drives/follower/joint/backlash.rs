@@ -4,8 +4,8 @@
 //! from flank B. Without m2 all loads act on m1.
 
 use super::{
-    Along, At, Change, DEFORMATION, FREE_TOOL, Follower, Guard, Kind, MOST, Motion, Now, Put, Stand, TOOL, balance,
-    either, nothing_holds,
+    At, CarriedMass, Change, DEFORMATION, FREE_TOOL, Follower, Guard, Kind, MOST, Motion, Now, Put, Stand, TOOL,
+    balance, either, nothing_holds,
 };
 use crate::drives::Fault;
 use crate::drives::follower::contact::{Flank, Mode, Parameters};
@@ -48,11 +48,11 @@ impl Kind for Parameters {
         [self.m2, self.m1]
     }
 
-    fn along<'a>(&self, of: &'a Follower, stand: &Stand) -> [Option<Along<'a>>; 2] {
+    fn carried<'a>(&self, of: &'a Follower, stand: &Stand) -> [Option<CarriedMass<'a>>; 2] {
         let Mode::Contact(flank) = stand.contact else { return [None, None] };
         let (m, away) = (self.m1, flank.pick(0.0, self.s));
-        let tool = Along { m: 0.0, weight: m, load: &of.load, away, is_tool: true };
-        [Some(Along { m, weight: m, load: &of.roller, away, is_tool: false }), (self.m2 == 0.0).then_some(tool)]
+        let tool = CarriedMass { m: 0.0, weight: m, load: &of.load, away, is_tool: true };
+        [Some(CarriedMass { m, weight: m, load: &of.roller, away, is_tool: false }), (self.m2 == 0.0).then_some(tool)]
     }
 
     fn brake<S: Arithmetic>(&self, at: &At<'_, S>, spring: S, sum: S) -> S {

@@ -38,8 +38,8 @@ impl Follower {
     }
 
     /// The masses that follow the shaft without slip.
-    pub fn along(&self, stand: &Stand) -> impl Iterator<Item = Along<'_>> {
-        self.joint.along(self, stand).into_iter().flatten()
+    pub fn carried(&self, stand: &Stand) -> impl Iterator<Item = CarriedMass<'_>> {
+        self.joint.carried(self, stand).into_iter().flatten()
     }
 
     /// The force in the sense of y with which spring, gravity and constant force press, for a cam without clearance that moves the
@@ -123,8 +123,8 @@ kind! {
     fn masses(&self, of: &Follower) -> [f64; 2] { [of.rigid.m, 0.0] }
 
     /// The masses that follow the shaft without slip.
-    fn along<'a>(&self, of: &'a Follower, stand: &Stand) -> [Option<Along<'a>>; 2] {
-        [Some(Along { m: of.rigid.m, weight: of.rigid.m, load: &of.load, away: 0.0, is_tool: true }), None]
+    fn carried<'a>(&self, of: &'a Follower, stand: &Stand) -> [Option<CarriedMass<'a>>; 2] {
+        [Some(CarriedMass { m: of.rigid.m, weight: of.rigid.m, load: &of.load, away: 0.0, is_tool: true }), None]
     }
 
     /// The force of the spring on the tool; the torque of an elastic shaft.
@@ -243,7 +243,7 @@ pub struct Guard {
 }
 
 /// A mass that follows the shaft without slip.
-pub struct Along<'a> {
+pub struct CarriedMass<'a> {
     /// Its mass (kg).
     pub m: f64,
     /// The mass that gravity acts on (kg).

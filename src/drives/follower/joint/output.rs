@@ -1,6 +1,6 @@
 //! An elastic output: m ÿ = F + F_L, F = −(c q + b q̇), y = U + q; m_x on the cam's side follows the shaft.
 
-use super::{Along, At, DEFORMATION, FREE_TOOL, Follower, Joint, Kind, MOST, Motion, Now, Put, Stand, balance};
+use super::{At, CarriedMass, DEFORMATION, FREE_TOOL, Follower, Joint, Kind, MOST, Motion, Now, Put, Stand, balance};
 use crate::drives::Fault;
 use crate::drives::follower::elastic_output::Parameters;
 use crate::drives::variable::Output;
@@ -15,9 +15,9 @@ impl Kind for Parameters {
         [self.m, of.joint.roller().unwrap_or(0.0)]
     }
 
-    fn along<'a>(&self, of: &'a Follower, _: &Stand) -> [Option<Along<'a>>; 2] {
+    fn carried<'a>(&self, of: &'a Follower, _: &Stand) -> [Option<CarriedMass<'a>>; 2] {
         let [_, m] = of.masses();
-        [Some(Along { m, weight: m, load: &of.roller, away: 0.0, is_tool: false }), None]
+        [Some(CarriedMass { m, weight: m, load: &of.roller, away: 0.0, is_tool: false }), None]
     }
 
     fn brake<S: Arithmetic>(&self, at: &At<'_, S>, spring: S, sum: S) -> S {

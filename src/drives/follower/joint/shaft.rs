@@ -1,6 +1,6 @@
 //! An elastic shaft before the cam: (J + m U′²) ψ̈ + m U′U″ ψ̇² = T + U′ F_L, T = −(c q + b q̇), ψ = φ + q.
 
-use super::{Along, At, Follower, Kind, MOST, Motion, Now, Put, Stand, TOOL, TURNS, moving};
+use super::{At, CarriedMass, Follower, Kind, MOST, Motion, Now, Put, Stand, TOOL, TURNS, moving};
 use crate::drives::Fault;
 use crate::drives::follower::elastic_shaft::Parameters;
 use crate::drives::limits::refused_start;
@@ -27,7 +27,7 @@ impl Kind for Parameters {
         [self.m, 0.0]
     }
 
-    fn along<'a>(&self, _: &'a Follower, _: &Stand) -> [Option<Along<'a>>; 2] {
+    fn carried<'a>(&self, _: &'a Follower, _: &Stand) -> [Option<CarriedMass<'a>>; 2] {
         [None, None]
     }
 

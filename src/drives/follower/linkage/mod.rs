@@ -165,7 +165,7 @@ pub struct Linkage(pub Vec<Mechanism>);
 
 /// The tool's motion and inertia.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moved<const N: usize> {
+pub struct ToolMotion<const N: usize> {
     /// y.
     pub tool: Series<N>,
     /// J, known to one order less than y.
@@ -187,7 +187,7 @@ impl Linkage {
 
     /// Tool and inertia moved by the lever's angle χ (or by the tool itself without mechanisms) for a tool of mass `m`, and the
     /// links' weight with g (m/s²) in these `frames`. The values are NaN if a mechanism cannot be assembled.
-    pub fn moved<const N: usize>(&self, m: f64, lever: Series<N>, frames: &[[f64; 2]]) -> Moved<N> {
+    pub fn moved<const N: usize>(&self, m: f64, lever: Series<N>, frames: &[[f64; 2]]) -> ToolMotion<N> {
         let (mut y, mut inertia, mut weight) = (lever, Series::from(0.0), Series::from(0.0));
         for (i, mechanism) in self.0.iter().enumerate() {
             let (output, own) = mechanism.moved(y);
@@ -197,7 +197,7 @@ impl Linkage {
             }
         }
         let slope = y.slope();
-        Moved { tool: y, inertia: inertia + slope * slope * m, weight }
+        ToolMotion { tool: y, inertia: inertia + slope * slope * m, weight }
     }
 
     /// The tool's coordinate alone and its derivatives.

@@ -32,7 +32,7 @@ use crate::drives::shaft::cam_drive::{
     goes_on,
 };
 use crate::drives::shaft::flank::CamFlank;
-use crate::drives::solver::contact::jump::Before;
+use crate::drives::solver::contact::jump::MotionBefore;
 use crate::drives::solver::contact::panel::Point;
 use crate::drives::solver::contact::series::terms_for;
 use crate::drives::solver::contact::{Run, Stretch, Tally};
@@ -92,7 +92,7 @@ pub struct BacklashDrive {
     run: Option<Box<Run>>,
     /// The end of the last step, before inputs jump, and φ and ω there.
     end: Now,
-    led: [f64; 2],
+    expected: [f64; 2],
     /// The communication point as the outputs show it.
     now: Now,
     /// The length of the last communication step (s); 0 before the first.
@@ -182,9 +182,9 @@ impl BacklashDrive {
         let input = self.cam.is_input();
         if input {
             self.motion = self.cam.motion(time);
-            let ([phi, w, a, ..], [led, speed]) = (self.motion.coefficients, self.led);
-            if !goes_on([led, speed, a], [phi, w], time) {
-                self.cam.jumps(self.led, time, &mut self.log);
+            let ([phi, w, a, ..], [expected, speed]) = (self.motion.coefficients, self.expected);
+            if !goes_on([expected, speed, a], [phi, w], time) {
+                self.cam.jumps(self.expected, time, &mut self.log);
             }
         }
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
@@ -199,7 +199,7 @@ impl BacklashDrive {
             // The mean rounding is an eighth of the last place.
             let sizes = [slope * phi, (slope + curvature * phi) * w].map(|size| 0.125 * size);
             run.errors.round([sizes[0], sizes[1], sizes[0], sizes[1]]);
-            let before = Before { mode: self.end.mode, point: &self.end.point };
+            let before = MotionBefore { mode: self.end.mode, point: &self.end.point };
             let phase = run.take_up(&self.bodies, &flank, before, time, &mut self.log);
             let start = Double::from(time);
             let from = Beginning { start, segment: flank.segment(start), phase, longest: horizon };
@@ -218,7 +218,7 @@ impl BacklashDrive {
             run.sum_up(&flank, end);
             self.end = self.now;
             let [phi, w, ..] = self.motion.kinematics(end);
-            self.led = [phi, w];
+            self.expected = [phi, w];
         }
         if self.solver.steps != run.tally.panels {
             self.solver.steps = run.tally.panels;
@@ -251,7 +251,7 @@ impl Drive for BacklashDrive {
             bounds: [0.0; 3],
             run: None,
             end: now,
-            led: [0.0; 2],
+            expected: [0.0; 2],
             now,
             step: 0.0,
             log: EventLog::default(),
@@ -283,7 +283,7 @@ impl Drive for BacklashDrive {
         self.step = 0.0;
         self.cam.start(time);
         self.motion = self.cam.motion(time);
-        self.led = [self.motion.coefficients[0], self.motion.coefficients[1]];
+        self.expected = [self.motion.coefficients[0], self.motion.coefficients[1]];
         self.prepare_bodies();
         match self.start.mode {
             StartMode::Equilibrium if self.parameters.s > 0.0 => {
@@ -307,7 +307,7 @@ impl Drive for BacklashDrive {
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
         // Events are logged when the step is taken.
         let mut unheard = EventLog::counting();
-        let before = Before { mode: self.end.mode, point: &self.end.point };
+        let before = MotionBefore { mode: self.end.mode, point: &self.end.point };
         let Phase { mode, state, .. } = run.take_up(&self.bodies, &flank, before, time, &mut unheard);
         let u = flank.at(flank.segment(Double::from(time)), Double::from(time)).0;
         let point = Point { state, u: [u[0], u[1], u[2]] };

@@ -110,7 +110,7 @@ impl FlankMotion for CubicFlank {
             factor *= span / (n + 1) as f64;
         }
     }
-    fn told(&self, _: [f64; 2]) -> String {
+    fn describe(&self, _: [f64; 2]) -> String {
         String::new()
     }
     fn is_uniform(&self) -> bool {

@@ -13,7 +13,7 @@ use crate::numerics::taylor::{Scalar, Series};
 const STATES: [&str; 4] = ["x1", "der(x1)", "y", "der(y)"];
 
 /// Quantities from which the outputs are computed: numbers, or series.
-struct Known<S> {
+struct Quantities<S> {
     /// x1 and ẋ1.
     place: [S; 2],
     /// q and q̇; never formed as differences.
@@ -22,7 +22,7 @@ struct Known<S> {
     driven: S,
 }
 
-impl<S: Scalar> Known<S> {
+impl<S: Scalar> Quantities<S> {
     /// x2 and ẋ2.
     fn far_place(&self) -> [S; 2] {
         let ([x, x_dot], [q, q_dot]) = (self.place, self.q);
@@ -53,9 +53,9 @@ impl<S: Scalar> Known<S> {
 
 impl BacklashDrive {
     /// The numbers.
-    fn values(&self) -> Known<f64> {
+    fn values(&self) -> Quantities<f64> {
         let point = &self.now.point;
-        Known { place: point.place(), q: point.state.q, driven: point.u[2] }
+        Quantities { place: point.place(), q: point.state.q, driven: point.u[2] }
     }
 
     /// z and ż, with all digits also near flank B.
@@ -105,13 +105,13 @@ impl BacklashDrive {
     }
 
     /// The quantities as series, and the series of z; x1 = u + z.
-    fn series_and_gap(&self, seed: Seed) -> (Known<Series>, Series) {
+    fn series_and_gap(&self, seed: Seed) -> (Quantities<Series>, Series) {
         let x = self.flank_motion();
         let (u, z, q) = match seed {
             Seed::Time => self.time_series(&x),
             known => self.partial_series(known, &x),
         };
-        (Known { place: [u[0] + z[0], u[1] + z[1]], q, driven: u[2] }, z[0])
+        (Quantities { place: [u[0] + z[0], u[1] + z[1]], q, driven: u[2] }, z[0])
     }
 
     /// u, u̇, ü; z, ż; q, q̇.
@@ -230,7 +230,7 @@ const STATISTICS: usize = 20;
 const COUPLED: usize = STATISTICS + 3;
 
 /// The continuous outputs, of numbers or of series, in the order of their places; gap, shaft and U′ are passed through.
-fn continuous<S: Scalar>(d: &BacklashDrive, known: &Known<S>, gap: S, shaft: [S; 2], slope: S) -> [S; TAU + 1] {
+fn continuous<S: Scalar>(d: &BacklashDrive, known: &Quantities<S>, gap: S, shaft: [S; 2], slope: S) -> [S; TAU + 1] {
     let ([x, x_dot], [y, y_dot], [q, q_dot]) = (known.place, known.far_place(), known.q);
     let force = known.force(d);
     let (x2, y2, [phi, w]) = (known.acceleration(d), known.link(d) * (-1.0 / d.parameters.m2), shaft);
@@ -256,7 +256,7 @@ pub(super) fn evaluate(d: &BacklashDrive, values: &mut [f64]) {
 }
 
 /// The inertia of m1 in contact on the shaft, its derivative by φ, and the rest of the torque.
-fn coupled<S: Scalar>(d: &BacklashDrive, known: &Known<S>, [slope, curvature]: [S; 2]) -> [S; 3] {
+fn coupled<S: Scalar>(d: &BacklashDrive, known: &Quantities<S>, [slope, curvature]: [S; 2]) -> [S; 3] {
     match d.now.mode {
         Mode::Contact(_) => {
             let m1 = d.parameters.m1;

@@ -39,7 +39,7 @@ impl DriveTrain {
     fn shaken(&self, inputs: &List<Self>, random: &mut Random) -> Box<Self> {
         let mut probe = self.copied();
         inputs.0.iter().for_each(|input| input.set(&mut probe, 10.0 * random.next()));
-        if let DriveMode::Speed { phi_start } = &mut probe.course.mode {
+        if let DriveMode::Speed { phi_start } = &mut probe.shaft.mode {
             *phi_start = 10.0 * random.next();
         }
         probe

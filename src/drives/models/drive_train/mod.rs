@@ -15,13 +15,13 @@ pub use names::Names;
 use crate::drives::limits::{no_periodic_motion, no_state, refused_start};
 use crate::drives::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use crate::drives::shaft::cam_drive::{AngleMotion, CamDrive, DriveMode, MAX_INPUT_DERIVATIVE, field};
-use crate::drives::shaft::free::coupled::Named;
+use crate::drives::shaft::free::coupled::NamedLoad;
 use crate::drives::shaft::free::inertia::Inertia;
 use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::train::{Inputs, MOST_STATES, Modes, Train};
 use crate::drives::solver::train::periodic::periodic;
 pub use crate::drives::solver::train::periodic::{Periodic, STABLE};
-use crate::drives::solver::train::{End, Outside, Run};
+use crate::drives::solver::train::{End, Excitation, Run};
 use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Number, Text};
 use crate::motion::MotionLaw;
 use crate::numerics::angle;
@@ -73,7 +73,7 @@ pub struct DriveTrain {
     solver: Solver,
     inputs: Inputs,
     /// The motion of a driven shaft.
-    course: CamDrive<()>,
+    shaft: CamDrive<()>,
     motion: Option<AngleMotion>,
     run: Run,
     /// The communication point (s), and the length of the step to it.
@@ -86,7 +86,7 @@ pub struct DriveTrain {
     /// Whether a parameter has changed since the last step.
     tuned: bool,
     /// The followers whose pulling cams have been logged.
-    told: Vec<bool>,
+    logged: Vec<bool>,
     log: EventLog,
 }
 
@@ -99,7 +99,7 @@ impl DriveTrain {
         } else {
             DriveMode::Constant { w: 0.0, phi_start: 0.0 }
         };
-        let loads: &[Named] = if let Shaft::Free(machine) = &shaft { &machine.loads } else { &[] };
+        let loads: &[NamedLoad] = if let Shaft::Free(machine) = &shaft { &machine.loads } else { &[] };
         DriveTrain {
             inputs: Inputs::of(followers.len(), loads),
             laid: Inputs::of(followers.len(), loads),
@@ -108,21 +108,21 @@ impl DriveTrain {
             coupling,
             names,
             solver: Solver::new(solver),
-            course: CamDrive::new((), mode),
+            shaft: CamDrive::new((), mode),
             motion: None,
             run: Run::default(),
             time: 0.0,
             step: 0.0,
             end: None,
             tuned: false,
-            told: Vec::new(),
+            logged: Vec::new(),
             log: EventLog::default(),
         }
     }
 
     /// Whether the shaft follows its inputs.
     fn motion_is_input(&self) -> bool {
-        self.train.machine().is_none() && self.course.is_input()
+        self.train.machine().is_none() && self.shaft.is_input()
     }
 
     /// The time for which the external influences are known (s).
@@ -157,17 +157,17 @@ impl DriveTrain {
     fn begin_within(&mut self, time: f64, most: f64) -> Result<Option<Box<Periodic>>, Fault> {
         self.solver.start();
         self.log.clear();
-        self.told = vec![false; self.train.followers.len()];
-        self.course.start(time);
-        self.motion = self.train.machine().is_none().then(|| self.course.motion(time));
+        self.logged = vec![false; self.train.followers.len()];
+        self.shaft.start(time);
+        self.motion = self.train.machine().is_none().then(|| self.shaft.motion(time));
         (self.time, self.step) = (time, 0.0);
         let (y, turns) = self.first_states();
         self.set_off(time, &y, Modes::default());
         self.run.turns = turns;
-        let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
-        self.run.choose_modes(&self.train, &outside, self.start == Start::Equilibrium, &mut self.log)?;
+        let excitation = Excitation { time, motion: self.motion.as_ref(), inputs: &self.inputs };
+        self.run.choose_modes(&self.train, &excitation, self.start == Start::Equilibrium, &mut self.log)?;
         let steady = self.start == Start::SteadyState;
-        let found = if steady { Some(self.periodic(&self.run, &outside)?) } else { None };
+        let found = if steady { Some(self.periodic(&self.run, &excitation)?) } else { None };
         if let Some(found) = &found {
             if found.multiplier > most {
                 let largest = found.multiplier;
@@ -184,8 +184,8 @@ impl DriveTrain {
             self.run.tallies[0].damped = Some(0.0);
         }
         let horizon = self.horizon(0.0);
-        let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
-        self.run.first(&self.train, &outside, horizon)?;
+        let excitation = Excitation { time, motion: self.motion.as_ref(), inputs: &self.inputs };
+        self.run.first(&self.train, &excitation, horizon)?;
         self.laid.take(&self.inputs);
         self.end = self.motion_is_input().then(Box::default);
         self.keep_end();
@@ -204,11 +204,11 @@ impl DriveTrain {
     /// # Errors
     /// No speed is known, or no periodic motion is found.
     #[inline(never)]
-    fn periodic(&self, run: &Run, outside: &Outside) -> Result<Box<Periodic>, Fault> {
+    fn periodic(&self, run: &Run, excitation: &Excitation) -> Result<Box<Periodic>, Fault> {
         let motor = self.motor();
         // A servo whose speed is an input has no speed of its own.
         let given = self.machine().filter(|m| !m.motor.takes_speed()).map_or(0.0, |machine| machine.w_start);
-        let usual = motor.map_or(self.course.mode.speed(), |motor| motor.usual_speed().unwrap_or(given));
+        let usual = motor.map_or(self.shaft.mode.speed(), |motor| motor.usual_speed().unwrap_or(given));
         let steady = motor.is_none_or(|motor| motor.is_steady());
         let refused = |reason: &str| {
             let others = if let Names::Machine(_) = self.names { "given" } else { "at_rest or equilibrium" };
@@ -228,7 +228,7 @@ impl DriveTrain {
             y[1] = usual;
             motor.begin(&mut y, &self.train.layout);
         }
-        periodic(&self.train, outside, (y, run.modes), usual.signum()).map(Box::new)
+        periodic(&self.train, excitation, (y, run.modes), usual.signum()).map(Box::new)
     }
 
     /// Starts on the periodic motion, stable or not.
@@ -246,10 +246,10 @@ impl DriveTrain {
         let horizon = self.horizon(step);
         let input = self.motion_is_input();
         if let (Some(end), Some(motion)) = (&self.end, self.motion.as_mut()) {
-            *motion = self.course.motion(time);
-            let outside = Outside { time, motion: Some(motion), inputs: &self.inputs };
-            if self.run.jump(&self.train, &outside, (end, true), &mut self.log) {
-                self.course.jumps(end.course, time, &mut self.log);
+            *motion = self.shaft.motion(time);
+            let excitation = Excitation { time, motion: Some(motion), inputs: &self.inputs };
+            if self.run.jump(&self.train, &excitation, (end, true), &mut self.log) {
+                self.shaft.jumps(end.shaft, time, &mut self.log);
             }
         } else {
             self.run.begin_step(&self.train, time);
@@ -257,14 +257,14 @@ impl DriveTrain {
         if input || horizon.is_finite() || !self.inputs.are_like(&self.laid) {
             self.restart(time);
         }
-        let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
-        self.run.advance(&self.train, &outside, (time + step, horizon), &mut self.log)?;
+        let excitation = Excitation { time, motion: self.motion.as_ref(), inputs: &self.inputs };
+        self.run.advance(&self.train, &excitation, (time + step, horizon), &mut self.log)?;
         (self.time, self.step) = (time + step, step);
         self.inputs.all().for_each(|signal| signal.step_ends(step));
         self.keep_end();
         self.watch();
         if let Some(motion) = &self.motion {
-            self.course.step_done(motion, time + step);
+            self.shaft.step_done(motion, time + step);
         }
         Ok(())
     }
@@ -279,14 +279,14 @@ impl DriveTrain {
 
     /// Ends the present internal step at the communication point `time` (s).
     fn end_step(&mut self, time: f64) {
-        let before = Outside { time: self.time - self.step, motion: self.motion.as_ref(), inputs: &self.laid };
+        let before = Excitation { time: self.time - self.step, motion: self.motion.as_ref(), inputs: &self.laid };
         self.run.restart(&self.train, &before, time);
     }
 
     /// Finds the pieces of all laws anew; a parameter may have changed their number and borders.
     fn locate(&mut self) {
-        let outside = Outside { time: self.time, motion: self.motion.as_ref(), inputs: &self.inputs };
-        self.run.locate(&self.train, &outside);
+        let excitation = Excitation { time: self.time, motion: self.motion.as_ref(), inputs: &self.inputs };
+        self.run.locate(&self.train, &excitation);
         self.end.iter_mut().for_each(|end| end.locate(&self.train));
     }
 
@@ -296,8 +296,8 @@ impl DriveTrain {
         self.laid.take(&self.inputs);
         // If inputs drive the shaft, it has jumped or is about to.
         if self.end.is_none() {
-            let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
-            self.run.decide(&self.train, &outside, &mut self.log);
+            let excitation = Excitation { time, motion: self.motion.as_ref(), inputs: &self.inputs };
+            self.run.decide(&self.train, &excitation, &mut self.log);
         }
     }
 
@@ -371,7 +371,7 @@ impl Drive for DriveTrain {
     /// Twenty turns at the speed of the motor or the start, one second at rest.
     fn experiment(&self) -> Experiment {
         let speed = match self.machine() {
-            None => self.course.mode.speed(),
+            None => self.shaft.mode.speed(),
             Some(machine) => machine.motor.usual_speed().unwrap_or(machine.w_start),
         };
         Experiment::of_turns(20.0, speed.abs())
@@ -392,21 +392,21 @@ impl Drive for DriveTrain {
         if self.tuned || !self.inputs.are_like(&self.laid) {
             self.tuned = false;
             self.restart(time);
-            let outside = Outside { time, motion: self.motion.as_ref(), inputs: &self.inputs };
-            self.run.rebuild(&self.train, &outside);
+            let excitation = Excitation { time, motion: self.motion.as_ref(), inputs: &self.inputs };
+            self.run.rebuild(&self.train, &excitation);
         }
         if let (Some(end), Some(motion)) = (&self.end, self.motion.as_mut()) {
-            *motion = self.course.motion(time);
-            let outside = Outside { time, motion: Some(motion), inputs: &self.inputs };
+            *motion = self.shaft.motion(time);
+            let excitation = Excitation { time, motion: Some(motion), inputs: &self.inputs };
             // Events are logged when the step is taken.
-            self.run.jump(&self.train, &outside, (end, false), &mut EventLog::counting());
+            self.run.jump(&self.train, &excitation, (end, false), &mut EventLog::counting());
         }
         Ok(())
     }
 
     fn angle(&self, time: f64, end: f64) -> f64 {
         if self.machine().is_none() {
-            return self.course.angle(time, end);
+            return self.shaft.angle(time, end);
         }
         let mut y = [0.0; MOST_STATES];
         self.run.at(self.time, &mut y);
@@ -441,13 +441,13 @@ impl Drive for DriveTrain {
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
         self.train = made.train.clone();
         (self.names, self.start, self.coupling) = (made.names, made.start, made.coupling);
-        self.course.take(&made.course);
+        self.shaft.take(&made.shaft);
         let alike = [&self.inputs, &self.laid].iter().all(|inputs| inputs.fit(&made.inputs));
         let driven = self.train.machine().is_none();
         let fits = alike
             && self.motion.is_some() == driven
             && self.end.is_some() == self.motion_is_input()
-            && self.told.len() == self.train.followers.len()
+            && self.logged.len() == self.train.followers.len()
             && self.end.as_ref().is_none_or(|end| end.fits(&self.train))
             && self.run.fits(&self.train);
         if !fits {
@@ -461,8 +461,8 @@ impl Drive for DriveTrain {
         if !(of_end && self.run.has_segments_of(&self.train)) {
             return Err(no_state());
         }
-        let outside = Outside { time: self.time - self.step, motion: self.motion.as_ref(), inputs: &self.laid };
-        self.run.rebuild(&self.train, &outside);
+        let excitation = Excitation { time: self.time - self.step, motion: self.motion.as_ref(), inputs: &self.laid };
+        self.run.rebuild(&self.train, &excitation);
         Ok(())
     }
 }

@@ -14,9 +14,9 @@ use crate::drives::shaft::free::inertia::InertiaFunction;
 use crate::drives::shaft::free::motor::{Kloss, LAG};
 use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::laws::{HasLaws, INERTIA_LAW, LOAD_LAW, declare_law, declare_mechanisms};
-use crate::drives::shaft::loads::{HasLoads, declare_force, declare_load, tell_of_pull};
+use crate::drives::shaft::loads::{HasLoads, declare_force, declare_load, log_pull};
 use crate::drives::shaft::motor::{Motor, Reference, Servo, Source, Transmission};
-use crate::drives::shaft::train::{self, Dynamics, Functions, Given, MOST_STATES};
+use crate::drives::shaft::train::{self, Dynamics, Functions, InputValues, MOST_STATES};
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Get, Output, Role, Set, Variability, real, real_within};
 use crate::drives::{List, Seed, Variable};
@@ -71,7 +71,7 @@ struct Point<S> {
     phi: S,
     w: S,
     y: [S; MOST_STATES],
-    given: Given<S>,
+    input_values: InputValues<S>,
     f: Functions<S>,
     /// φ with its turns, and the turns (rad).
     whole: S,
@@ -81,11 +81,11 @@ struct Point<S> {
 }
 
 /// Motion and inputs as series, without the functions of the angle.
-struct Seeded {
+struct Seeds {
     phi: Series,
     w: Series,
     y: [Series; MOST_STATES],
-    given: Given<Series>,
+    input_values: InputValues<Series>,
 }
 
 /// An output of the shaft, or of follower j.
@@ -96,8 +96,8 @@ pub(super) struct Row {
 
 /// Passes on the outputs, of numbers or of series, to `take`, each with its place and its follower.
 fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, take: &mut dyn FnMut(Seat, &Output, S)) {
-    let Point { phi, w, y, given, f, whole, .. } = p;
-    let point = train::Point { modes: &d.run.modes, y, f, given };
+    let Point { phi, w, y, input_values, f, whole, .. } = p;
+    let point = train::Point { modes: &d.run.modes, y, f, input_values };
     let motion = d.train.dynamics(&point);
     let mut put = Put { seat: Seat { place: FIRST, follower: None }, take };
     shaft(d, p, &motion, &mut put);
@@ -115,7 +115,7 @@ fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, take: &mut dyn FnMut(Seat, &
 /// The outputs of the shaft and its motor.
 fn shaft<S: Scalar>(d: &DriveTrain, p: &Point<S>, motion: &Dynamics<S>, put: &mut Put<S>) {
     let (Point { phi, w, y, f, .. }, layout) = (p, &d.train.layout);
-    let (free, integrates) = (d.machine().is_some(), d.course.integrates());
+    let (free, integrates) = (d.machine().is_some(), d.shaft.integrates());
     if integrates || !d.motion_is_input() {
         put.give(&Output::new("phi", "Angle of the shaft", &unit::ANGLE).state(free || integrates), p.whole);
         let name = if integrates { "der(phi)" } else { "w" };
@@ -155,7 +155,7 @@ fn shaft<S: Scalar>(d: &DriveTrain, p: &Point<S>, motion: &Dynamics<S>, put: &mu
         }
     }
     if d.coupling {
-        let point = train::Point { modes: &d.run.modes, y, f, given: &p.given };
+        let point = train::Point { modes: &d.run.modes, y, f, input_values: &p.input_values };
         let rest = d.train.reactions(&point, *w, &motion.spring);
         let values = [f.inertia, f.half_slope * 2.0, rest];
         for ((name, text, quantity), value) in COUPLING.into_iter().zip(values) {
@@ -204,7 +204,7 @@ impl DriveTrain {
     /// Logs when the cam of a follower begins to pull.
     pub(super) fn watch(&mut self) {
         let followers = &self.train.followers;
-        let holds = |j: usize| !self.told[j] && [0.0, 1.0].iter().any(|y| followers[j].hold(*y) != 0.0);
+        let holds = |j: usize| !self.logged[j] && [0.0, 1.0].iter().any(|y| followers[j].hold(*y) != 0.0);
         if !(0..followers.len()).any(holds) {
             return;
         }
@@ -214,8 +214,8 @@ impl DriveTrain {
             (Some(j), "force" | "contact_force") => forces[j][1] = value,
             _ => {}
         });
-        for (j, told) in self.told.iter_mut().enumerate() {
-            tell_of_pull(told, forces[j], self.time, j + 1, &mut self.log);
+        for (j, logged) in self.logged.iter_mut().enumerate() {
+            log_pull(logged, forces[j], self.time, j + 1, &mut self.log);
         }
     }
 
@@ -231,23 +231,23 @@ impl DriveTrain {
     fn point(&self) -> Point<f64> {
         let mut y = [0.0; MOST_STATES];
         self.run.at(self.time, &mut y);
-        let given = self.given_now(&y);
+        let input_values = self.input_values_now(&y);
         let phi = self.motion.map_or(y[0], |motion| motion.at(self.time).reduced);
         let angles = self.train.angles(Double::from(phi), &y);
         let f = Functions::at(&self.train, &self.run.modes, &angles);
-        let w = if self.motion.is_some() { given.course[0] } else { y[1] };
+        let w = if self.motion.is_some() { input_values.shaft[0] } else { y[1] };
         let turns = self.run.turns * TAU;
         let whole = self.motion.map_or(phi + turns, |motion| motion.angle(self.time));
-        Point { phi, w, y, given, f, whole, turns, counted: false }
+        Point { phi, w, y, input_values, f, whole, turns, counted: false }
     }
 
     /// The present external values.
-    fn given_now(&self, y: &[f64]) -> Given<f64> {
-        let given = self.given_series(y).0;
+    fn input_values_now(&self, y: &[f64]) -> InputValues<f64> {
+        let input_values = self.input_series(y).0;
         let at = |s: Series| s.0[0];
-        let Given { course, tau, torque, reference, lag, forces } = given;
-        Given {
-            course: course.map(at),
+        let InputValues { shaft, tau, torque, reference, lag, forces } = input_values;
+        InputValues {
+            shaft: shaft.map(at),
             tau: at(tau),
             torque: at(torque),
             reference: at(reference),
@@ -257,10 +257,10 @@ impl DriveTrain {
     }
 
     /// The same as series in time; the lag of a position input lacks the rotor's part.
-    fn given_series(&self, y: &[f64]) -> (Given<Series>, f64) {
+    fn input_series(&self, y: &[f64]) -> (InputValues<Series>, f64) {
         let inputs = &self.inputs;
-        let mut given = Given {
-            course: [Series::from(0.0); 2],
+        let mut input_values = InputValues {
+            shaft: [Series::from(0.0); 2],
             tau: inputs.loads.series(),
             torque: inputs.torque.series(),
             reference: Series::from(0.0),
@@ -269,47 +269,48 @@ impl DriveTrain {
         };
         if let Some(motion) = &self.motion {
             let [_, w, a, jerk, snap] = motion.at(self.time).kinematics.0;
-            given.course = [Series::from_derivatives(w, a, jerk), Series::from_derivatives(a, jerk, snap)];
+            input_values.shaft = [Series::from_derivatives(w, a, jerk), Series::from_derivatives(a, jerk, snap)];
         }
         let mut ratio = 0.0;
         if let Some(motor) = self.motor() {
             if let Some(servo) = motor.servo() {
                 let mut row = [0.0; 32];
                 servo.expand_reference(self.time, 1.0, (&inputs.reference, inputs.reference.elapsed()), &mut row);
-                given.reference = Series([row[0], row[1], row[2]]);
+                input_values.reference = Series([row[0], row[1], row[2]]);
             }
             if motor.takes_position() {
                 ratio = motor.transmission.ratio;
                 let turns = ratio * self.run.turns * std::f64::consts::TAU;
-                given.lag = inputs.position.series() - Series::from(turns + motor.angle(y[0], y, &self.train.layout));
+                input_values.lag =
+                    inputs.position.series() - Series::from(turns + motor.angle(y[0], y, &self.train.layout));
             }
         }
-        inputs.forces.iter().zip(&mut given.forces).for_each(|(signal, force)| *force = signal.series());
-        (given, ratio)
+        inputs.forces.iter().zip(&mut input_values.forces).for_each(|(signal, force)| *force = signal.series());
+        (input_values, ratio)
     }
 
     /// The point as series in time, or with respect to one known.
     fn point_series(&self, seed: Seed) -> Point<Series> {
         let now = self.point();
-        let (given, ratio) = self.given_series(&now.y);
+        let (input_values, ratio) = self.input_series(&now.y);
         let (phi, w) = (Series::from(now.phi), Series::from(now.w));
-        let mut seeded = Seeded { phi, w, y: now.y.map(Series::from), given };
+        let mut seeds = Seeds { phi, w, y: now.y.map(Series::from), input_values };
         if seed == Seed::Time {
-            let Seeded { phi, w, y, given } = &mut seeded;
+            let Seeds { phi, w, y, input_values } = &mut seeds;
             self.run.series_at(self.time, y);
             if self.motion.is_some() {
-                let [first, second] = [given.course[0].0[0], given.course[0].0[1]];
+                let [first, second] = [input_values.shaft[0].0[0], input_values.shaft[0].0[1]];
                 *phi = Series([now.phi, first, 0.5 * second]);
-                *w = given.course[0];
+                *w = input_values.shaft[0];
             } else {
                 (*phi, *w) = (y[0], y[1]);
                 let Series([_, rate, bend]) = *phi;
-                given.lag = given.lag - Series([0.0, ratio * rate, ratio * bend]);
+                input_values.lag = input_values.lag - Series([0.0, ratio * rate, ratio * bend]);
             }
         } else {
-            self.seed_known(seed, &now, &mut seeded);
+            self.seed_known(seed, &now, &mut seeds);
         }
-        let Seeded { phi, w, y, given } = seeded;
+        let Seeds { phi, w, y, input_values } = seeds;
         // The same numbers as without series, so that terms that cancel give zero.
         let numbers = self.train.angles(Double::from(now.phi), &now.y);
         let mut angles = numbers.map(|number| Series([number, phi.0[1], phi.0[2]]));
@@ -320,20 +321,20 @@ impl DriveTrain {
             }
         }
         let f = Functions::at(&self.train, &self.run.modes, &angles);
-        Point { phi, w, y, given, f, whole: phi, turns: 0.0, counted: false }
+        Point { phi, w, y, input_values, f, whole: phi, turns: 0.0, counted: false }
     }
 
     /// Moves one input or state with the others constant. For an elastic follower the place y is constant, so that q = y − U(φ)
     /// moves with φ.
-    fn seed_known(&self, seed: Seed, now: &Point<f64>, seeded: &mut Seeded) {
-        let Seeded { phi, w, y, given } = seeded;
+    fn seed_known(&self, seed: Seed, now: &Point<f64>, seeds: &mut Seeds) {
+        let Seeds { phi, w, y, input_values } = seeds;
         let value = |value: f64, slope: f64| Series([value, slope, 0.0]);
         let (turn, speed) = (seed.of("phi"), seed.of("w"));
         (*phi, *w) = (value(now.phi, turn), value(now.w, speed));
-        given.course = [*w, value(now.given.course[1], seed.of("a"))];
-        given.tau = value(now.given.tau, self.inputs.loads.seeded(seed)[0]);
-        given.torque = value(now.given.torque, seed.of("M_an"));
-        given.reference = value(now.given.reference, seed.of("w_ref"));
+        input_values.shaft = [*w, value(now.input_values.shaft[1], seed.of("a"))];
+        input_values.tau = value(now.input_values.tau, self.inputs.loads.seeded(seed)[0]);
+        input_values.torque = value(now.input_values.torque, seed.of("M_an"));
+        input_values.reference = value(now.input_values.reference, seed.of("w_ref"));
         if self.motion.is_none() {
             (y[0], y[1]) = (*phi, *w);
             let layout = &self.train.layout;
@@ -349,13 +350,13 @@ impl DriveTrain {
                     y[layout.coupling] = value(now.y[layout.coupling], seed.of(&names[1]) / i - turn);
                     y[layout.coupling + 1] = value(now.y[layout.coupling + 1], seed.of(&names[2]) / i - speed);
                 }
-                given.lag = value(now.given.lag, seed.of("phi_ref") - rotor);
+                input_values.lag = value(now.input_values.lag, seed.of("phi_ref") - rotor);
             }
         }
-        let point = train::Point { modes: &self.run.modes, y: &now.y, f: &now.f, given: &now.given };
+        let point = train::Point { modes: &self.run.modes, y: &now.y, f: &now.f, input_values: &now.input_values };
         for (j, follower) in self.train.followers.iter().enumerate() {
             let of = |name: &str| [0, 1].map(|order| seed.of(&self.names.derivative(j, name, order)));
-            given.forces[j] = value(now.given.forces[j], of("F")[0]);
+            input_values.forces[j] = value(now.input_values.forces[j], of("F")[0]);
             let [_, u1, u2] = now.f.cams[j];
             let cam = [u1 * turn, u2 * now.w * turn + u1 * speed];
             let (at, joint) = (self.train.layout.followers[j], &follower.joint);
@@ -439,15 +440,15 @@ impl DriveTrain {
         dependencies.declare(self, variable, place);
         let all: Vec<&str> = dependencies.inputs.iter().map(String::as_str).collect();
         let reference: Vec<&str> = all.iter().copied().filter(|name| name.ends_with("_ref")).collect();
-        let course = self.course.known();
+        let shaft = self.shaft.known();
         let jumping = match output.name {
             _ if matches!(output.role, Role::Continuous | Role::State) => &[],
             SATURATED => &reference[..],
             "force_mean" | "tau_mean" => &[],
             // A jump of the inputs, of a force or a torque may open or close a contact.
             "contact" => &all,
-            "impulse" if !course.is_empty() => &course[..2],
-            _ => course,
+            "impulse" if !shaft.is_empty() => &shaft[..2],
+            _ => shaft,
         };
         if !jumping.is_empty() {
             variable.depends(jumping).slopes(series);
@@ -467,8 +468,8 @@ impl DriveTrain {
     }
 
     fn declare_inputs(&self, list: &mut List<Self>) {
-        let set = |d: &mut Self, i: usize, order: usize, value| d.course.set_input_derivative(i, order, value);
-        declare_inputs(list, self.course.inputs(), |d, i| d.course.input(i), set);
+        let set = |d: &mut Self, i: usize, order: usize, value| d.shaft.set_input_derivative(i, order, value);
+        declare_inputs(list, self.shaft.inputs(), |d, i| d.shaft.input(i), set);
         macro_rules! input {
             ($if:expr, $name:literal, $text:literal, $quantity:expr, $signal:ident) => {
                 if $if {
@@ -519,8 +520,8 @@ impl DriveTrain {
             declare_law(list, self, LOAD_LAW, "load.M");
         } else {
             let set =
-                |d: &mut Self, i: usize, value| d.course.mode.parameter_mut(i).into_iter().for_each(|p| *p = value);
-            declare_parameters(list, &self.course.mode, |d, i| d.course.mode.parameter(i).unwrap_or(0.0), set);
+                |d: &mut Self, i: usize, value| d.shaft.mode.parameter_mut(i).into_iter().for_each(|p| *p = value);
+            declare_parameters(list, &self.shaft.mode, |d, i| d.shaft.mode.parameter(i).unwrap_or(0.0), set);
         }
         self.declare_start(list);
     }

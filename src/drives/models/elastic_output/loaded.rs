@@ -8,7 +8,7 @@ use crate::drives::follower::load::Load;
 use crate::drives::shaft::cam_drive::{AngleMotion, DriveMode, ShaftState, StartMode};
 use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::instant::Instant;
-use crate::drives::shaft::loads::{HasLoads, tell_of_pull};
+use crate::drives::shaft::loads::{HasLoads, log_pull};
 use crate::drives::solver::response::Response;
 use crate::drives::solver::response::push::Push;
 use crate::motion::MotionLaw;
@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 /// The loads and their effects on q.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Loaded {
+pub(super) struct LoadEffects {
     /// The loads on the mass, and on the mass on the cam's side.
     pub loads: Arc<[Load; 2]>,
     /// m_x (kg).
@@ -33,7 +33,7 @@ pub(super) struct Loaded {
     /// The largest |q| at a communication point (m).
     pub largest: f64,
     /// Whether the log has reported that the cam pulls.
-    told: bool,
+    logged: bool,
 }
 
 /// The motion that a process force causes: P(φ) replaces the cam's motion.
@@ -46,12 +46,12 @@ pub(super) struct Process {
     end: Instant,
 }
 
-impl Loaded {
+impl LoadEffects {
     pub(super) fn new(loads: [Load; 2], m_roller: f64, coupling: bool) -> Result<Option<Box<Self>>, Fault> {
         if loads.iter().all(Load::is_none) && m_roller == 0.0 {
             return Ok(None);
         }
-        let loaded = Loaded { loads: Arc::new(loads), m_roller, coupling, ..Loaded::default() };
+        let loaded = LoadEffects { loads: Arc::new(loads), m_roller, coupling, ..LoadEffects::default() };
         loaded.validate()?;
         Ok(Some(Box::new(loaded)))
     }
@@ -121,7 +121,7 @@ impl ElasticOutput {
         let (equation, tolerance, motion) = (*self.response.equation(), self.tolerance(), self.response.motion);
         let Some(loaded) = &mut self.loaded else { return Ok(()) };
         loaded.validate()?;
-        (loaded.tuned, loaded.largest, loaded.told) = (false, 0.0, false);
+        (loaded.tuned, loaded.largest, loaded.logged) = (false, 0.0, false);
         let settled = matches!(self.start.mode, StartMode::SteadyState | StartMode::Equilibrium);
         let force = loaded.loads[0].constant_part(self.parameters.m) + loaded.push.signal.set_value();
         let deflection = force / self.parameters.m / equation.oscillator.stiffness();
@@ -228,7 +228,7 @@ impl ElasticOutput {
         let force = if held == 0.0 { 0.0 } else { self.contact_force() };
         let Some(loaded) = &mut self.loaded else { return };
         loaded.largest = loaded.largest.max(q.abs());
-        tell_of_pull(&mut loaded.told, [held, force], self.now.time, 0, &mut self.log);
+        log_pull(&mut loaded.logged, [held, force], self.now.time, 0, &mut self.log);
     }
 
     /// Rebuilds, after reading from bytes, the parts that the serialisation leaves out.

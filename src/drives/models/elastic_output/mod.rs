@@ -36,7 +36,7 @@ use crate::drives::solver::response::Response;
 use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::motion::MotionLaw;
 use crate::numerics::number::all_finite;
-use loaded::Loaded;
+use loaded::LoadEffects;
 use serde::{Deserialize, Serialize};
 
 parameters!(Parameters of ElasticOutput.parameters);
@@ -74,7 +74,7 @@ pub struct ElasticOutput {
     solver: Solver,
     response: Response,
     /// None without loads.
-    loaded: Option<Box<Loaded>>,
+    loaded: Option<Box<LoadEffects>>,
     /// The communication point, after the jump of the inputs if they have been set.
     now: Instant,
     /// The end of the last step, before that jump; kept only if there are inputs.
@@ -148,7 +148,7 @@ impl Drive for ElasticOutput {
         let Scene { parameters, load, roller: (m_roller, on_roller), coupling, cam, drive, start, solver } = scene;
         cam.validate().map_err(|message| Fault::new(message).of("cam"))?;
         let response = Response::new(parameters.equation().under(&load), &cam, FINEST_TOLERANCE);
-        let mut loaded = Loaded::new([load, on_roller], m_roller, coupling)?;
+        let mut loaded = LoadEffects::new([load, on_roller], m_roller, coupling)?;
         if let Some(loaded) = &mut loaded {
             loaded.make_process(response.equation(), FINEST_TOLERANCE, &drive);
         }
@@ -175,7 +175,7 @@ impl Drive for ElasticOutput {
     fn text(&self) -> Text {
         let (inputs, series) = (self.cam.is_input(), self.cam.law.series().is_some());
         let mut conditions = vec![("inputs", inputs), ("series", series), ("closed form", series && !inputs)];
-        conditions.extend(Loaded::conditions(self.loaded.as_deref()));
+        conditions.extend(LoadEffects::conditions(self.loaded.as_deref()));
         Text::new(include_str!("text.toml"), &conditions)
     }
 

@@ -318,20 +318,20 @@ fn a_coarser_tolerance_saves_evaluations_and_is_kept() {
             let mut scene = scene([1.0, 1e4, 5.0], law.clone(), DriveMode::Input, at_rest());
             scene.solver.tolerance = tolerance;
             let mut drive = drive(scene);
-            let (mut course, mut time) = (Vec::new(), 0.0f64);
+            let (mut motion, mut time) = (Vec::new(), 0.0f64);
             for _ in 0..100 {
                 let t = time;
                 set_inputs(&mut drive, &[0.5 + 20.0 * t + 15.0 * t * t, 20.0 + 30.0 * t, 30.0], t);
                 drive.advance(t, 0.01).unwrap();
                 time += 0.01;
-                course.push(drive.now.q.array()[0]);
+                motion.push(drive.now.q.array()[0]);
             }
-            (tolerance, course, [drive.statistics()[1], drive.statistics()[2]])
+            (tolerance, motion, [drive.statistics()[1], drive.statistics()[2]])
         });
         let [(_, finest, _), coarser @ ..] = &runs;
         let largest = finest.iter().fold(0.0, |largest: f64, q| largest.max(q.abs()));
-        for (tolerance, course, [_, estimate]) in coarser {
-            let error = course.iter().zip(finest).fold(0.0, |error: f64, (a, b)| error.max((a - b).abs())) / largest;
+        for (tolerance, motion, [_, estimate]) in coarser {
+            let error = motion.iter().zip(finest).fold(0.0, |error: f64, (a, b)| error.max((a - b).abs())) / largest;
             assert!(error <= *tolerance && error <= *estimate, "{tolerance}: {error}, {estimate}");
         }
         let evaluations = runs.each_ref().map(|(.., [evaluations, _])| *evaluations);

@@ -1,6 +1,6 @@
 //! The variables of the drive.
 
-use super::loaded::{Loaded, Process};
+use super::loaded::{LoadEffects, Process};
 use super::{ElasticOutput, Parameters};
 use crate::drives::follower::flow::Flow;
 use crate::drives::settings::HasSolver;
@@ -46,7 +46,7 @@ const OUTPUTS: usize = Output::Tau as usize + 1;
 
 /// The loads, and the arguments of the mass's load other than place and speed: process force and input.
 struct Forces<'a, S> {
-    loaded: &'a Loaded,
+    loaded: &'a LoadEffects,
     given: [Option<S>; 2],
 }
 

@@ -26,7 +26,7 @@ mod variables;
 pub use crate::drives::follower::linkage;
 pub use crate::drives::follower::place::Place;
 pub use crate::drives::follower::rigid::Follower;
-pub use crate::drives::shaft::free::coupled::Named;
+pub use crate::drives::shaft::free::coupled::NamedLoad;
 pub use crate::drives::shaft::free::inertia::{Inertia, InertiaFunction};
 pub use crate::drives::shaft::free::motor::{Kloss, LAG, Motor};
 pub use variables::START_MODE;
@@ -63,7 +63,7 @@ pub struct Scene {
     /// The source of M_an.
     pub motor: Motor,
     /// The loads of other units on it.
-    pub loads: Vec<Named>,
+    pub loads: Vec<NamedLoad>,
     /// φ at the start (rad).
     pub phi_start: f64,
     /// φ̇ at the start (rad/s), for [`MachineStart::Given`].
@@ -367,11 +367,11 @@ impl Drive for RigidMachine {
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         self.shaft.step_begins(&mut self.state)?;
-        if let Err(told) = self.reach(time, step) {
+        if let Err(fault) = self.reach(time, step) {
             let Self { shaft, state, .. } = self;
             // Twice the way at the speed reached.
             let own = |phi| shaft.profile.value(state.interval, phi);
-            return Err(shaft.loads.why(told, state, 2.0 * state.w * step, own));
+            return Err(shaft.loads.why(fault, state, 2.0 * state.w * step, own));
         }
         self.shaft.loads.step_ends(step);
         self.shaft.driving.step_ends(step);

@@ -40,14 +40,14 @@ const PLACES: u32 = 256;
 
 /// A load with its name from the scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Named {
+pub struct NamedLoad {
     /// The first part of the names of its inputs; empty for the only load.
     pub name: String,
     /// Whether its inertia is known.
     pub inertia: bool,
 }
 
-impl Named {
+impl NamedLoad {
     /// The numbers of its inputs in [`INPUTS`].
     fn inputs(&self) -> Range<usize> {
         if self.inertia { 1..4 } else { 0..1 }
@@ -56,8 +56,8 @@ impl Named {
 
 /// A load.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Coupled {
-    named: Named,
+struct CoupledLoad {
+    named: NamedLoad,
     /// τ or τ_rest.
     torque: Signal,
     /// J_load, dJ_load.
@@ -75,7 +75,7 @@ struct Beginning {
 /// The loads on a shaft.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Loads {
-    each: Vec<Coupled>,
+    each: Vec<CoupledLoad>,
     begin: Beginning,
     /// Σ J_load, Σ dJ_load, Σ J″ in the present step; None without a known inertia.
     sum: Option<[f64; 3]>,
@@ -83,13 +83,13 @@ pub struct Loads {
 
 impl Loads {
     /// These loads, all without torque.
-    pub fn new(named: &[Named]) -> Self {
-        let each = named.iter().map(|named| Coupled { named: named.clone(), ..Coupled::default() }).collect();
+    pub fn new(named: &[NamedLoad]) -> Self {
+        let each = named.iter().map(|named| CoupledLoad { named: named.clone(), ..CoupledLoad::default() }).collect();
         Loads { each, ..Loads::default() }
     }
 
     /// The loads with their names from the scene.
-    pub fn named(&self) -> impl Iterator<Item = &Named> {
+    pub fn named(&self) -> impl Iterator<Item = &NamedLoad> {
         self.each.iter().map(|load| &load.named)
     }
 
@@ -236,14 +236,14 @@ impl Loads {
     }
 
     /// The cause of a failed step in which the shaft would turn by `way` (rad) from this state on. It is the inertia if it vanishes
-    /// on the way (`own` is the shaft's over the angle), else the fault `told`.
-    pub fn why(&self, told: Fault, state: &State, way: f64, own: impl Fn(f64) -> f64) -> Fault {
-        let Some(loads) = self.from(state) else { return told };
+    /// on the way (`own` is the shaft's over the angle), else `fault`.
+    pub fn why(&self, fault: Fault, state: &State, way: f64, own: impl Fn(f64) -> f64) -> Fault {
+        let Some(loads) = self.from(state) else { return fault };
         let places = (0..=PLACES).map(|i| way * f64::from(i) / f64::from(PLACES));
         let inertia = |way: f64| ([own(state.angle.hi + way), loads.at(way)[0]], state.angle.hi + way);
         // Comparisons with NaN are false.
         let lost = places.map(inertia).find(|([own, loads], _)| own + loads <= 0.0);
-        lost.map_or(told, |(inertia, phi)| not_positive(inertia, phi))
+        lost.map_or(fault, |(inertia, phi)| not_positive(inertia, phi))
     }
 
     /// Σ J_k of the step over the increment of φ from this state.

@@ -37,17 +37,17 @@ pub struct Inertia {
     /// The angles in [0, 2π), ascending, at which one of the laws has a breakpoint.
     borders: Vec<f64>,
     #[serde(skip)]
-    known: Known,
+    cache: Cache,
 }
 
 /// Values derived from the rest of the inertia on demand; they do not count in comparisons.
 #[derive(Clone, Debug, Default)]
-struct Known {
+struct Cache {
     range: OnceLock<(f64, f64)>,
     linked_resolution: OnceLock<f64>,
 }
 
-impl PartialEq for Known {
+impl PartialEq for Cache {
     fn eq(&self, _: &Self) -> bool {
         true
     }
@@ -76,7 +76,7 @@ impl Inertia {
     /// The order that resolves the inertia of the followers with mechanisms; 0 without mechanisms, infinite if it takes more than
     /// the work of a call.
     pub fn linked_resolution(&self) -> f64 {
-        *self.known.linked_resolution.get_or_init(|| {
+        *self.cache.linked_resolution.get_or_init(|| {
             let linked = self.followers.iter().filter(|follower| !follower.linkage.is_empty());
             linked.map(Follower::linked_resolution).fold(0.0, f64::max)
         })
@@ -91,12 +91,12 @@ impl Inertia {
     pub fn change(&mut self, change: impl FnOnce(&mut InertiaFunction, &mut [Follower])) {
         change(&mut self.function, &mut self.followers);
         self.find_borders();
-        self.known = Known::default();
+        self.cache = Cache::default();
     }
 
     /// J0 and J_v, to change numbers that move no border.
     pub fn function_mut(&mut self) -> &mut InertiaFunction {
-        self.known = Known::default();
+        self.cache = Cache::default();
         &mut self.function
     }
 
@@ -235,7 +235,7 @@ impl Inertia {
 
     /// A lower bound of J over the turn, from samples and the curvature between them, and the largest sample.
     pub fn range(&self) -> (f64, f64) {
-        *self.known.range.get_or_init(|| self.sampled_range())
+        *self.cache.range.get_or_init(|| self.sampled_range())
     }
 
     fn sampled_range(&self) -> (f64, f64) {

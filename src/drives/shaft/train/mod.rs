@@ -28,13 +28,13 @@ pub mod motor;
 pub mod switching;
 
 use super::cam_drive::DriveMode;
-use super::free::coupled::{Loads, Named};
+use super::free::coupled::{Loads, NamedLoad};
 use super::free::inertia::InertiaFunction;
 use super::free::signal::Signal;
 use super::motor::Motor;
 use crate::drives::Fault;
 use crate::drives::follower::contact;
-use crate::drives::follower::joint::{Along, At, Follower, Motion, Stand};
+use crate::drives::follower::joint::{At, CarriedMass, Follower, Motion, Stand};
 use crate::drives::follower::place::ends;
 use crate::motion::MotionLaw;
 use crate::motion::turn;
@@ -72,7 +72,7 @@ pub struct Machine {
     /// b_L (N·m·s/rad).
     pub friction: Option<f64>,
     /// The loads that other units put on it.
-    pub loads: Vec<Named>,
+    pub loads: Vec<NamedLoad>,
     /// The motor.
     pub motor: Motor,
     /// φ at the start (rad).
@@ -161,7 +161,7 @@ pub struct Inputs {
 
 impl Inputs {
     /// The inputs of so many followers under these loads.
-    pub fn of(followers: usize, loads: &[Named]) -> Self {
+    pub fn of(followers: usize, loads: &[NamedLoad]) -> Self {
         Inputs { loads: Loads::new(loads), forces: vec![Signal::default(); followers], ..Inputs::default() }
     }
 
@@ -198,9 +198,9 @@ impl Inputs {
 
 /// The external values.
 #[derive(Clone, Copy)]
-pub struct Given<S> {
+pub struct InputValues<S> {
     /// φ̇, φ̈ of a driven shaft.
-    pub course: [S; 2],
+    pub shaft: [S; 2],
     /// τ.
     pub tau: S,
     /// M of a motor that is an input.
@@ -240,7 +240,7 @@ pub struct Point<'a, S> {
     /// Functions of the angle.
     pub f: &'a Functions<S>,
     /// The external values.
-    pub given: &'a Given<S>,
+    pub input_values: &'a InputValues<S>,
 }
 
 impl Train {
@@ -340,7 +340,7 @@ impl Train {
     #[inline]
     pub fn follower<'a, S: Arithmetic>(&'a self, j: usize, p: &Point<'a, S>, w: S) -> At<'a, S> {
         let ([segment, _], cam) = (p.modes.segments[1 + j], p.f.cams[j]);
-        let (process, input) = (p.f.process[j], p.given.forces[j]);
+        let (process, input) = (p.f.process[j], p.input_values.forces[j]);
         let (follower, stand, y) = (&self.followers[j], &p.modes.stands[j], &p.y[self.layout.followers[j]..]);
         At { j, follower, stand, segment, cam, process, input, w, y }
     }
@@ -401,7 +401,7 @@ impl Train {
     pub fn rest(&self, modes: &mut Modes, now: &mut Instant) -> Result<(), Fault> {
         let (angles, before, y) = (self.angles(now.phi, &now.y), *modes, now.y);
         let f = Functions::at(self, modes, &angles);
-        let point = Point { modes: &before, y: &y, f: &f, given: &now.given };
+        let point = Point { modes: &before, y: &y, f: &f, input_values: &now.input_values };
         for (j, follower) in self.followers.iter().enumerate() {
             let own = &mut now.y[self.layout.followers[j]..];
             follower.joint.rest(&self.follower(j, &point, 0.0), angles[0], own, &mut modes.stands[j])?;
@@ -411,10 +411,10 @@ impl Train {
 
     /// Accelerations and forces.
     pub fn dynamics<S: Arithmetic>(&self, p: &Point<S>) -> Dynamics<S> {
-        let Point { y, f, given, .. } = *p;
+        let Point { y, f, input_values, .. } = *p;
         let zero = S::from(0.0);
         let mut d = Dynamics {
-            a: given.course[1],
+            a: input_values.shaft[1],
             torque: zero,
             demand: zero,
             rates: [zero; MOST_STATES],
@@ -423,8 +423,8 @@ impl Train {
             rotor: zero,
         };
         let machine = self.machine();
-        let w = if machine.is_some() { y[1] } else { given.course[0] };
-        let mut resistance = given.tau - f.torque + f.viscous * w + f.half_slope * (w * w);
+        let w = if machine.is_some() { y[1] } else { input_values.shaft[0] };
+        let mut resistance = input_values.tau - f.torque + f.viscous * w + f.half_slope * (w * w);
         for (j, Follower { joint, .. }) in self.followers.iter().enumerate() {
             let at = self.follower(j, p, w);
             d.spring[j] = joint.spring(at.y);
@@ -503,7 +503,7 @@ impl<const N: usize> Sums<N> {
         moved.iter().for_each(|moved| *cam = moved.tool.0);
         let mut slope = [0.0; N];
         (1..count).for_each(|n| slope[n - 1] = n as f64 * cam[n]);
-        for Along { m, weight, load, away, is_tool } in follower.along(stand) {
+        for CarriedMass { m, weight, load, away, is_tool } in follower.carried(stand) {
             if m != 0.0 {
                 accumulate(&mut self.inertia, m, &slope, &slope, count);
             }

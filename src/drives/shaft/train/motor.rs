@@ -96,12 +96,12 @@ impl Motor {
 
     /// The torque on the shaft and the rates that do not depend on its acceleration.
     pub fn drive<S: Arithmetic>(&self, p: &Point<S>, layout: &Layout, d: &mut Dynamics<S>) {
-        let Point { modes, y, given, .. } = *p;
+        let Point { modes, y, input_values, .. } = *p;
         let (w, at) = (self.speed(y, layout), layout.motor);
         d.demand = w;
         let torque = match &self.source {
             Source::None => S::from(0.0),
-            Source::Input => given.torque,
+            Source::Input => input_values.torque,
             Source::Constant(torque) => S::from(*torque),
             Source::Table(table) => table.torque(modes.piece, w),
             Source::Kloss(kloss) => match kloss.dynamics {
@@ -112,9 +112,9 @@ impl Motor {
                 }
             },
             Source::Servo(servo) => {
-                let mut error = given.reference - w;
+                let mut error = input_values.reference - w;
                 if let Some(k) = servo.position {
-                    let mut lag = given.lag;
+                    let mut lag = input_values.lag;
                     if self.states() == 2 {
                         (lag, d.rates[at + 1]) = (y[at + 1], error);
                     }

@@ -15,7 +15,7 @@
 //! Symbols: σ = 1 on flank A, −1 on flank B; P impulse on m1 (N·s) in the sense of y; z gap (m).
 //! Source: F. Pfeiffer, C. Glocker, *Multibody Dynamics with Unilateral Contacts*, Wiley 1996, chapters 5, 6, 8.
 
-use super::{Functions, Given, MOST_FOLLOWERS, MOST_STATES, Modes, Point, Train};
+use super::{Functions, InputValues, MOST_FOLLOWERS, MOST_STATES, Modes, Point, Train};
 use crate::drives::follower::contact::{self, Flank, Mode};
 use crate::numerics::double_double::Double;
 
@@ -67,7 +67,7 @@ pub struct Instant {
     /// The states.
     pub y: [f64; MOST_STATES],
     /// The external values.
-    pub given: Given<f64>,
+    pub input_values: InputValues<f64>,
 }
 
 /// These modes with all contacts at the given flanks open.
@@ -98,17 +98,17 @@ impl Train {
         modes: &Modes,
         phi: Double,
         y: &[f64],
-        given: &Given<f64>,
+        input_values: &InputValues<f64>,
     ) -> (Functions<f64>, super::Dynamics<f64>) {
         let angles = self.angles(phi, y);
         let functions = Functions::at(self, modes, &angles);
-        let dynamics = self.dynamics(&Point { modes, y, f: &functions, given });
+        let dynamics = self.dynamics(&Point { modes, y, f: &functions, input_values });
         (functions, dynamics)
     }
 
     /// φ̇ (rad/s).
     pub fn speed(&self, now: &Instant) -> f64 {
-        if self.machine().is_some() { now.y[1] } else { now.given.course[0] }
+        if self.machine().is_some() { now.y[1] } else { now.input_values.shaft[0] }
     }
 
     /// J without the followers at a flank; infinite for a driven shaft.
@@ -124,8 +124,8 @@ impl Train {
         now: &Instant,
     ) -> ([f64; MOST_FOLLOWERS], f64) {
         let (modes, w) = (opened(modes, at_flank), self.speed(now));
-        let (f, d) = self.instant(&modes, now.phi, &now.y, &now.given);
-        let point = Point { modes: &modes, y: &now.y, f: &f, given: &now.given };
+        let (f, d) = self.instant(&modes, now.phi, &now.y, &now.input_values);
+        let point = Point { modes: &modes, y: &now.y, f: &f, input_values: &now.input_values };
         let mut members = [Member::default(); MOST_FOLLOWERS];
         for (j, flank, p) in self.touching(at_flank) {
             let (member, [u, u1, u2]) = (&mut members[j], f.cams[j]);
@@ -148,7 +148,7 @@ impl Train {
 
     /// The result when followers hit their flanks while others touch theirs.
     pub fn strike(&self, modes: &Modes, at_flank: &[Option<Flank>; MOST_FOLLOWERS], now: &Instant) -> Strike {
-        let ((f, _), y) = (self.instant(&opened(modes, at_flank), now.phi, &now.y, &now.given), &now.y);
+        let ((f, _), y) = (self.instant(&opened(modes, at_flank), now.phi, &now.y, &now.input_values), &now.y);
         let mut members = [Member::default(); MOST_FOLLOWERS];
         let mut strike = Strike::default();
         for (j, flank, p) in self.touching(at_flank) {

@@ -8,7 +8,7 @@ use crate::drives::follower::flank::FlankMotion;
 use crate::numerics::double_double::Double;
 
 /// The motion right before a jump.
-pub struct Before<'a> {
+pub struct MotionBefore<'a> {
     /// Whether m1 is on a flank.
     pub mode: Mode,
     /// Place and velocity.
@@ -23,11 +23,11 @@ impl Run {
         &mut self,
         bodies: &Bodies,
         flank: &impl FlankMotion,
-        before: Before,
+        before: MotionBefore,
         time: f64,
         log: &mut EventLog,
     ) -> Phase {
-        let Before { mode: from, point: end } = before;
+        let MotionBefore { mode: from, point: end } = before;
         let place = (Double::from(time), flank.segment(Double::from(time)));
         let u = flank.at(place.1, place.0);
         let jump = [u.0[0] - end.u[0], u.0[1] - end.u[1]];

@@ -20,7 +20,7 @@ use crate::numerics::work::Work;
 use covariance::{Covariance, Side};
 use panel::{Panel, Point};
 use serde::{Deserialize, Serialize};
-use switching::Found;
+use switching::Switch;
 
 /// This many panels within the rounding of the communication step mean that they will never reach its end. Bounces that die out are
 /// fewer, or last longer.
@@ -166,8 +166,8 @@ impl Run {
             events += if self.panel.event.is_some() { 1.0 } else { 0.0 };
             match self.panel.event {
                 None => self.leave_panel(bodies, flank, stretch),
-                Some((Found::Release, at)) => self.release(bodies, flank, at, stretch),
-                Some((Found::Impact(hit), at)) => self.impact(bodies, flank, (hit, at), stretch),
+                Some((Switch::Release, at)) => self.release(bodies, flank, at, stretch),
+                Some((Switch::Impact(hit), at)) => self.impact(bodies, flank, (hit, at), stretch),
             }
             panels += 1.0;
             let is_stuck = panels > STUCK && (self.panel.from.start - begin).hi <= f64::EPSILON * whole;
@@ -180,7 +180,7 @@ impl Run {
                     Rounded(bodies.relative.stiffness().sqrt())
                 );
                 let way = [begin.hi, stretch.end];
-                return Err(step_too_much(way, self.panel.from.start.hi, &flank.told(way), &hint));
+                return Err(step_too_much(way, self.panel.from.start.hi, &flank.describe(way), &hint));
             }
         }
     }

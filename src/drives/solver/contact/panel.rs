@@ -3,7 +3,7 @@
 
 use super::overdamped;
 use super::series::{FlankSeries, MOST_TERMS, REACH, Series};
-use super::switching::{Found, Search};
+use super::switching::{Search, Switch};
 use crate::drives::follower::contact::{Beginning, Bodies, Mode, State};
 use crate::drives::follower::flank::FlankMotion;
 use crate::motion::Kinematics;
@@ -24,7 +24,7 @@ pub struct Panel {
     /// The duration (s).
     pub length: f64,
     /// The first event, after the start (s).
-    pub event: Option<(Found, f64)>,
+    pub event: Option<(Switch, f64)>,
     /// The segment at the end.
     pub next_segment: usize,
     /// The motion.

@@ -11,7 +11,7 @@ const ARMING: f64 = 1e-7;
 
 /// Event found in a panel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Found {
+pub enum Switch {
     /// Release from the flank.
     Release,
     /// Impact on the flank.
@@ -32,7 +32,7 @@ pub struct Search<'a> {
 
 impl Search<'_> {
     /// The first event, and its time after the start (s).
-    pub fn first_event(&self, bodies: &Bodies) -> Option<(Found, f64)> {
+    pub fn first_event(&self, bodies: &Bodies) -> Option<(Switch, f64)> {
         match self.from.phase.mode {
             Mode::Contact(contact) => self.release(contact),
             Mode::Free => self.impact(bodies),
@@ -40,7 +40,7 @@ impl Search<'_> {
     }
 
     /// The first release: F_K has fallen to the resolution below zero.
-    fn release(&self, contact: Flank) -> Option<(Found, f64)> {
+    fn release(&self, contact: Flank) -> Option<(Switch, f64)> {
         let mut force = self.series.force(contact);
         // At rest nothing pulls.
         if force == [0.0; MOST_TERMS] {
@@ -49,11 +49,11 @@ impl Search<'_> {
         force[0] += self.resolution;
         let seen = first_root(&force[..self.series.terms], self.length / self.series.span)?;
         force[0] -= self.resolution;
-        Some((Found::Release, polish(&force[..self.series.terms], seen) * self.series.span))
+        Some((Switch::Release, polish(&force[..self.series.terms], seen) * self.series.span))
     }
 
     /// The first impact.
-    fn impact(&self, bodies: &Bodies) -> Option<(Found, f64)> {
+    fn impact(&self, bodies: &Bodies) -> Option<(Switch, f64)> {
         let (span, phase) = (self.series.span, &self.from.phase);
         let mut end = self.length / span;
         let mut found = None;
@@ -70,7 +70,7 @@ impl Search<'_> {
             if phase.zeros >= 2 && away == 0.0 {
                 root = root.max(ARMING / (self.rate * span)).min(end);
             }
-            (end, found) = (root, Some((Found::Impact(flank), root * span)));
+            (end, found) = (root, Some((Switch::Impact(flank), root * span)));
         }
         found
     }

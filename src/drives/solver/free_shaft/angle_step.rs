@@ -81,14 +81,14 @@ pub struct Position {
 
 /// 2/J over a step, in ascending order of the angle.
 #[derive(Clone, Copy)]
-pub struct Tabulated {
+pub struct ReciprocalInertia {
     /// At the ends.
     pub ends: [f64; 2],
     /// At the Gauss nodes.
     pub nodes: [f64; STAGES],
 }
 
-impl Tabulated {
+impl ReciprocalInertia {
     /// Reverses the order.
     pub fn reverse(&mut self) {
         self.ends.reverse();
@@ -253,7 +253,7 @@ pub struct Part<'a> {
     /// Whether it ends with its cell.
     pub to_edge: bool,
     /// 2/J at its ends and nodes in the order of passage.
-    pub reciprocal: &'a Tabulated,
+    pub reciprocal: &'a ReciprocalInertia,
 }
 
 impl Part<'_> {

@@ -5,7 +5,7 @@
 //! through the nodes (degree 9) for √J(φ), to which 1/φ̇ of a machine without torques is proportional. They end at the borders of
 //! the motion laws. Cells are divided if the motor's torque varies more than √J at its synchronous speed.
 
-use super::angle_step::{AngleStep, Part, Position, Tabulated};
+use super::angle_step::{AngleStep, Part, Position, ReciprocalInertia};
 use crate::drives::shaft::free::beside;
 use crate::drives::shaft::free::motor::{Kloss, Motor};
 use crate::drives::shaft::free::profile::Profile;
@@ -51,7 +51,7 @@ pub struct Cell {
     /// The interval between borders of the motion laws.
     pub interval: usize,
     /// 2/J.
-    pub reciprocal: Tabulated,
+    pub reciprocal: ReciprocalInertia,
 }
 
 /// The cells of a turn, ascending; empty before it is prepared.
@@ -77,14 +77,14 @@ impl Cell {
 }
 
 /// 2/J over the `width` (rad) from `low` on, in interval `interval`.
-pub fn tabulate(profile: &Profile, interval: usize, low: f64, width: f64) -> Tabulated {
+pub fn tabulate(profile: &Profile, interval: usize, low: f64, width: f64) -> ReciprocalInertia {
     let at = |x: f64| 2.0 / profile.value(interval, low + 0.5 * (1.0 + x) * width);
-    Tabulated { ends: [at(-1.0), at(1.0)], nodes: ABSCISSAE.map(at) }
+    ReciprocalInertia { ends: [at(-1.0), at(1.0)], nodes: ABSCISSAE.map(at) }
 }
 
 /// The error of the angle at a given time (rad) that a machine without torques would have in a cell of this `width`
 /// with the polynomial through the nodes for √J.
-fn error(table: &Tabulated, width: f64) -> f64 {
+fn error(table: &ReciprocalInertia, width: f64) -> f64 {
     let root = |reciprocal: f64| reciprocal.recip().sqrt();
     let (nodes, ends) = (table.nodes.map(root), table.ends.map(root));
     let modes: [f64; COEFFICIENTS] = Interpolant::modes_through(&nodes, ends);

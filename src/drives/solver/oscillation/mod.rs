@@ -23,7 +23,7 @@ use crate::drives::shaft::cam_drive::{
     AngleMotion, CamDrive, HasCamDrive, Start, StartMode, field, goes_on, half_a_place, push_of_rounding,
 };
 use crate::drives::shaft::free::signal::Signal;
-use crate::drives::shaft::loads::{HasLoads, tell_of_pull};
+use crate::drives::shaft::loads::{HasLoads, log_pull};
 use crate::drives::solver::step_control::{FAR, ROUNDINGS, StepControl};
 use crate::drives::{EventLog, Fault, Seed};
 use crate::numerics::collocation::Collocation;
@@ -69,7 +69,7 @@ pub struct Oscillation<E: Equation> {
     /// Whether a load has been changed since the last internal step.
     pub(in crate::drives) loaded_anew: bool,
     /// Whether the log has reported that the cam pulls.
-    told: bool,
+    logged: bool,
     /// The effect of the roundings of the law's coefficients on q̈ at the speed 1 rad/s; see [`Equation::roundings`].
     roundings: f64,
     /// The largest errors of q and q̇ by the roundings of law and inputs, and the largest |q| and |q̇| so far.
@@ -134,7 +134,7 @@ impl<E: Equation> Oscillation<E> {
             segments: [0; 2],
             force: None,
             loaded_anew: false,
-            told: false,
+            logged: false,
             roundings: 0.0,
             shaken: [0.0; 2],
             largest: [0.0; 2],
@@ -153,7 +153,7 @@ impl<E: Equation> Oscillation<E> {
     /// Computes the initial state at `time` (s).
     pub(in crate::drives) fn begin(&mut self, time: f64) -> Result<(), Fault> {
         self.equation.prepare(&self.cam.law)?;
-        (self.time, self.told) = (time, false);
+        (self.time, self.logged) = (time, false);
         self.cam.start(time);
         self.force.iter_mut().for_each(Signal::step_begins);
         self.solver.start();
@@ -240,7 +240,7 @@ impl<E: Equation> Oscillation<E> {
     /// Logs when the cam begins to pull.
     pub(in crate::drives) fn watch(&mut self) {
         let forces = self.equation.contact(|| self.now(E::at));
-        tell_of_pull(&mut self.told, forces, self.time, 0, &mut self.log);
+        log_pull(&mut self.logged, forces, self.time, 0, &mut self.log);
     }
 
     /// A step that leaves the present cell of the table, or goes without one.

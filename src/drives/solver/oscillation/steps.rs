@@ -136,7 +136,7 @@ impl<'a, E: Equation> Moving<'a, E> {
         let grid = matches!(control, StepControl::Grid { .. });
         let setting = if grid { "lengthen solver.step_size" } else { "relax solver.tolerance" };
         let hint = format!("{setting}, or check the speed, {frequency}");
-        step_too_much(way, time, &self.motion.told(turning, way), &hint)
+        step_too_much(way, time, &self.motion.describe(turning, way), &hint)
     }
 
     /// One step, shortened to the end of the law's segment.

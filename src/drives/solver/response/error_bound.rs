@@ -56,7 +56,7 @@ pub struct ErrorBound {
 
 /// A step.
 #[derive(Clone, Copy, Debug)]
-pub struct Made {
+pub struct StepErrors {
     /// Its length (s).
     pub length: f64,
     /// Bounds of the errors of its quadrature, of q (m) and q̇ (m/s), at its end.
@@ -76,7 +76,7 @@ pub struct Made {
 impl ErrorBound {
     /// Adds a step; `decay` is the slow mode's over it; `within` are the errors between its ends if it is read there, which are not
     /// passed on.
-    pub fn add(&mut self, oscillator: &Oscillator, decay: f64, step: &Made, within: [f64; 2]) {
+    pub fn add(&mut self, oscillator: &Oscillator, decay: f64, step: &StepErrors, within: [f64; 2]) {
         let rate = oscillator.stiffness().sqrt();
         let [q, v] = step.state.map(f64::abs);
         // The propagator, which is the same in every step.

@@ -21,9 +21,9 @@ mod table;
 
 use crate::drives::follower::elastic_output::Equation;
 use crate::drives::limits::{no_periodic_motion, search_too_much, step_too_much};
+use crate::drives::shaft::angle_series::AngleSeries;
 use crate::drives::shaft::cam_drive::{AngleMotion, DriveMode};
 use crate::drives::shaft::cam_turn::{OVERRUN, turns};
-use crate::drives::shaft::course::Course;
 use crate::drives::shaft::instant::Instant;
 use crate::drives::shaft::passage::first_passage;
 use crate::drives::solver::step_control::RESERVE;
@@ -38,7 +38,7 @@ use crate::numerics::forced::{ForcedStep, admissible_length};
 use crate::numerics::period_map::{self, PeriodMap, fixed_point};
 use crate::numerics::work::Work;
 use closed_form::{ClosedForm, Run};
-use error_bound::{ErrorBound, Made, neglected};
+use error_bound::{ErrorBound, StepErrors, neglected};
 use hermite::Hermite;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -251,8 +251,8 @@ impl Response {
             (self.steps, self.evaluations) = (self.steps + 1.0, evaluations as u64);
             Ok(())
         } else {
-            let course = Course::of(&self.motion, two_sum(time, 0.0));
-            let segment = law.segment(course.angle[0], course.forward());
+            let angles = AngleSeries::of(&self.motion, two_sum(time, 0.0));
+            let segment = law.segment(angles.angle[0], angles.forward());
             self.next_piece(law, segment, Double::from(time), state)
         }
     }
@@ -350,7 +350,7 @@ impl Response {
             work.draw(PIECE + evaluations * (FORCING + law.cost())).map_err(|_| {
                 let hint = "relax solver.tolerance if the drive has it, or lower the speed or the natural frequency";
                 let way = [from, time];
-                step_too_much(way, end.hi, &self.motion.told("the cam", way), hint)
+                step_too_much(way, end.hi, &self.motion.describe("the cam", way), hint)
             })?;
         }
         Err(Fault::new("the response has lost its pieces"))
@@ -420,11 +420,11 @@ impl Response {
 
     /// Computes the next piece, in `segment` of the law from `start` (s) and `state`.
     fn next_piece(&mut self, law: &MotionLaw, segment: usize, start: Double, state: [f64; 2]) -> Result<(), Fault> {
-        let course = Course::of(&self.motion, start);
+        let angles = AngleSeries::of(&self.motion, start);
         // Infinity has no double-double.
         let horizon = if self.until.is_finite() { (Double::from(self.until) - start).hi } else { f64::INFINITY };
-        let mut length = course.length_for(2.0 / law.resolution_in(segment)).min(horizon.max(f64::MIN_POSITIVE));
-        let passage = first_passage(law.breakpoints(), segment, course.angle[0], &course.scaled(length), OVERRUN);
+        let mut length = angles.length_for(2.0 / law.resolution_in(segment)).min(horizon.max(f64::MIN_POSITIVE));
+        let passage = first_passage(law.breakpoints(), segment, angles.angle[0], &angles.scaled(length), OVERRUN);
         length *= passage.map_or(1.0, |passage| passage.at);
         let whole = length;
         // The bounds of the segment: next to a steep rise a gentle return would otherwise count all its errors as rounding.
@@ -432,12 +432,12 @@ impl Response {
         let fit = loop {
             length = admissible_length(&self.equation.oscillator, length);
             let forcing = |x: f64| {
-                let [phi, w, a] = course.at(0.5 * length * (1.0 + x));
+                let [phi, w, a] = angles.at(0.5 * length * (1.0 + x));
                 let [u, slope, curvature, ..] = law.at_in(segment, phi).0;
                 self.equation.forcing(lift([u, slope, curvature], [w, a]))
             };
-            let speed = course.speed(length);
-            let scale = self.equation.bound([lift_bound, slope, curvature], [speed, course.acceleration(length)]);
+            let speed = angles.speed(length);
+            let scale = self.equation.bound([lift_bound, slope, curvature], [speed, angles.acceleration(length)]);
             // On a steep law the rounding of the angle exceeds the rounding of U″.
             let of_angle = f64::EPSILON * self.equation.bound([slope, curvature, jerk], [speed, 0.0]);
             let rounding = (ROUNDING * scale).max(of_angle);
@@ -453,11 +453,11 @@ impl Response {
                 let angle = if self.until.is_finite() { self.motion.coefficients[0] } else { 0.0 };
                 let turned = order * speed * length;
                 let angle = angle.abs() + if law.breakpoints().is_empty() { 0.0 } else { OF_BREAKPOINTS };
-                let made = Made { length, error, forcing: scale, order, turned, angle, state };
-                let of_law = self.roundings[1] * speed * speed + self.roundings[0] * course.acceleration(length);
+                let step_errors = StepErrors { length, error, forcing: scale, order, turned, angle, state };
+                let of_law = self.roundings[1] * speed * speed + self.roundings[0] * angles.acceleration(length);
                 let of_law = self.equation.of_acceleration() * of_law;
                 self.bound.disturb([0.0, of_law * length.min(1.0 / oscillator.stiffness().sqrt())]);
-                self.bound.add(oscillator, (-length * oscillator.decay()).exp(), &made, within);
+                self.bound.add(oscillator, (-length * oscillator.decay()).exp(), &step_errors, within);
                 break fit;
             }
             length *= 0.5;

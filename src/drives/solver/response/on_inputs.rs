@@ -1,6 +1,6 @@
 //! A step on inputs: in closed form as long as they keep their speed, else by one quadrature, else in pieces.
 
-use super::error_bound::Made;
+use super::error_bound::StepErrors;
 use super::hermite::{Hermite, left};
 use super::{Method, Response, SHARE};
 use crate::drives::Fault;
@@ -65,8 +65,8 @@ impl Response {
         let error = part * length * forcing;
         let error = [error * length.min(1.0 / self.equation.oscillator.rates().1), error];
         let turned = order * speed * length;
-        let made = Made { length, error, forcing, order, turned, angle: phi.abs(), state: now.q.array() };
-        self.bound.add(&self.equation.oscillator, step.decay, &made, [0.0; 2]);
+        let step_errors = StepErrors { length, error, forcing, order, turned, angle: phi.abs(), state: now.q.array() };
+        self.bound.add(&self.equation.oscillator, step.decay, &step_errors, [0.0; 2]);
         Some(())
     }
 }

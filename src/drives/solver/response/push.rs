@@ -58,9 +58,9 @@ impl Push {
                 while done < length {
                     let part = admissible_length(oscillator, length - done);
                     // Degree 8 at most, so the interpolant is the polynomial itself.
-                    let course = fit(|x| acceleration(done + 0.5 * part * (1.0 + x)), f64::EPSILON, 0.0).polynomial;
-                    self.now = ForcedStep::new(oscillator, part, course, self.now).at(oscillator, part);
-                    largest = course.coefficients.iter().map(|c| c.abs()).sum::<f64>().max(largest);
+                    let forcing = fit(|x| acceleration(done + 0.5 * part * (1.0 + x)), f64::EPSILON, 0.0).polynomial;
+                    self.now = ForcedStep::new(oscillator, part, forcing, self.now).at(oscillator, part);
+                    largest = forcing.coefficients.iter().map(|c| c.abs()).sum::<f64>().max(largest);
                     done = if part < length - done { done + part } else { length };
                 }
             }

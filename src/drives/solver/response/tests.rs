@@ -274,7 +274,7 @@ fn the_estimates_of_pieces_are_honest() {
 
 /// What a cycle errs by from rest at this speed, angle and natural frequency, and what it estimates. The truth: q at some
 /// times, of 34 digits, −ẍ times the impulse response by Gauss's rule on cells of a radian.
-fn error_and_estimate(plan: CyclePlan, motion: [f64; 3], table: bool, course: &[(f64, f64)]) -> [f64; 2] {
+fn error_and_estimate(plan: CyclePlan, motion: [f64; 3], table: bool, reference: &[(f64, f64)]) -> [f64; 2] {
     let [w, phi, omega] = motion;
     let law = Arc::new(MotionLaw::Cycle(Cycle::new(plan)));
     let mut response = Response::new(Equation::new([1.0, omega * omega, 0.0]), &law, FINEST_TOLERANCE);
@@ -283,10 +283,10 @@ fn error_and_estimate(plan: CyclePlan, motion: [f64; 3], table: bool, course: &[
     }
     response.restart(&law, &AngleMotion::uniform(0.0, phi, w), 0.0, f64::INFINITY, [0.0; 2]).unwrap();
     assert_eq!(response.is_on_table(), table);
-    let largest = course.iter().fold(0.0, |largest: f64, (_, q)| largest.max(q.abs()));
-    let errors = course.iter().map(|&(time, q)| (response.q_at(&law, time).unwrap()[0] - q).abs() / largest);
+    let largest = reference.iter().fold(0.0, |largest: f64, (_, q)| largest.max(q.abs()));
+    let errors = reference.iter().map(|&(time, q)| (response.q_at(&law, time).unwrap()[0] - q).abs() / largest);
     let error = errors.fold(0.0, f64::max);
-    [error, response.error(course[course.len() - 1].0)]
+    [error, response.error(reference[reference.len() - 1].0)]
 }
 
 fn simple_sines(rise_angle: f64) -> CyclePlan {
@@ -309,27 +309,27 @@ fn a_steep_segment_does_not_hide_the_errors_of_another() {
     let inflections = [Some(0.99), None];
     let plan = CyclePlan { return_angle: 3.0, rise_law, return_law, inflections, ..simple_sines(0.001) };
     // Within the return.
-    let course = [
+    let reference = [
         (0.25, 1.5636697204990926e-06),
         (0.5, 1.8349414923184644e-06),
         (0.75, -1.3239313567196198e-07),
         (1.0, -1.937768814677821e-06),
         (1.25, -1.3807371853836859e-06),
     ];
-    let [error, estimate] = error_and_estimate(plan, [2.0, 0.73, 180.0], false, &course);
+    let [error, estimate] = error_and_estimate(plan, [2.0, 0.73, 180.0], false, &reference);
     assert!(error <= estimate && estimate <= 1e-12, "{error:e}, estimate {estimate:e}");
 }
 
 #[test]
 fn jumps_of_the_acceleration_are_not_late() {
-    let course = [
+    let reference = [
         (0.03125, -0.009404601161392264),
         (0.0625, 0.026242574004379775),
         (0.125, -0.025234307523351582),
         (0.25, 0.012503345740988913),
         (0.375, 0.06285603773545693),
     ];
-    let [error, estimate] = error_and_estimate(simple_sines(0.05), [30.0, 0.1, 60.0], false, &course);
+    let [error, estimate] = error_and_estimate(simple_sines(0.05), [30.0, 0.1, 60.0], false, &reference);
     assert!(error <= estimate && estimate <= 1e-12, "{error:e}, estimate {estimate:e}");
 }
 
@@ -343,7 +343,7 @@ fn the_first_piece_has_an_estimate_too() {
 #[test]
 fn roundings_of_angles_keep_no_speed_in_a_table() {
     let plan = CyclePlan { rise_start: 5.9, inflections: [Some(0.01), None], ..simple_sines(0.008) };
-    let course = [
+    let reference = [
         (0.5, 0.0026871720653916117),
         (1.0, 0.021473639944253727),
         (1.5, -0.016108929961278429),
@@ -351,6 +351,6 @@ fn roundings_of_angles_keep_no_speed_in_a_table() {
         (3.0, 0.022340193203499641),
         (4.0, 0.0015030253878843646),
     ];
-    let [error, estimate] = error_and_estimate(plan, [-2.0, 1.0, 3.0], true, &course);
+    let [error, estimate] = error_and_estimate(plan, [-2.0, 1.0, 3.0], true, &reference);
     assert!(error <= estimate && estimate <= 1e-12, "{error:e}, estimate {estimate:e}");
 }

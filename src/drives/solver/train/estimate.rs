@@ -11,7 +11,7 @@
 //! Source: P. C. Müller, Chaos, Solitons & Fractals 5 (1995) 1671–1681 (linearisation at discontinuities).
 
 use super::record::About;
-use super::{Event, ORDERS, Outside, Run};
+use super::{Event, Excitation, ORDERS, Run};
 use crate::drives::follower::joint::Change;
 use crate::drives::shaft::train::switching::Instant;
 use crate::drives::shaft::train::{MOST_STATES, Train};
@@ -121,7 +121,7 @@ impl Run {
 
     /// The neglected term of the step up to `theta` for a state, its rounding, and the largest size of the state.
     fn term(&self, k: usize, theta: f64, free: bool) -> [f64; 3] {
-        let c = self.recorded.tape.series(k);
+        let c = self.recording.tape.series(k);
         let change = theta * c[1..=self.order].iter().rev().fold(0.0, |sum, c| sum * theta + c);
         let size = if k == 0 && free { 1.0 } else { c[0].abs().max((c[0] + change).abs()) };
         let last = [self.order - 1, self.order].map(|n| c[n] * theta.powi(n as i32));
@@ -156,25 +156,25 @@ impl Run {
     }
 
     /// Carries the errors over the step up to `theta`. Afterwards the series belong to another motion.
-    pub(super) fn carry(&mut self, train: &Train, outside: &Outside, theta: f64) {
+    pub(super) fn carry(&mut self, train: &Train, excitation: &Excitation, theta: f64) {
         if self.errors.values.is_empty() {
             return;
         }
         let left_out = self.left_out(theta, train.machine().is_some());
         let largest = self.errors.largest();
-        if largest > 0.0 && largest.is_finite() && self.recorded.holds(&self.modes) {
-            self.vary(train, outside, theta, DISTURBED / largest);
+        if largest > 0.0 && largest.is_finite() && self.recording.holds(&self.modes) {
+            self.vary(train, excitation, theta, DISTURBED / largest);
         }
         self.errors.values.iter_mut().zip(left_out).for_each(|(e, left_out)| *e += left_out);
     }
 
     /// ∂y⁺/∂y e, from a motion disturbed by `scale` e.
-    fn vary(&mut self, train: &Train, outside: &Outside, theta: f64, scale: f64) {
+    fn vary(&mut self, train: &Train, excitation: &Excitation, theta: f64, scale: f64) {
         let (count, order) = (self.states.len(), self.order);
         let partial = |c: &[f64], low: usize| theta * c[1..=low].iter().rev().fold(0.0, |sum, c| sum * theta + c);
         let (mut low, mut powers) = (self.errors.order.clamp(LEAST, order - 1), [1.0; ORDERS[1] + 1]);
         (1..=order).for_each(|n| powers[n] = theta * powers[n - 1]);
-        for c in (0..count).map(|k| self.recorded.tape.series(k)) {
+        for c in (0..count).map(|k| self.recording.tape.series(k)) {
             // The size of a state from its first coefficients.
             let limit = CARRIED * c[..5].iter().fold(0.0_f64, |most, c| most.max(c.abs()));
             low = (low + 1..order).rev().find(|n| c[*n].abs() * powers[*n] > limit).unwrap_or(low);
@@ -182,19 +182,19 @@ impl Run {
         let [mut y, mut sums, mut tops] = [[0.0; MOST_STATES]; 3];
         self.from(&mut y);
         for k in 0..count {
-            let c = self.recorded.tape.series(k);
+            let c = self.recording.tape.series(k);
             (sums[k], tops[k]) = (partial(c, low), c[low]);
             y[k] += scale * self.errors.values[k];
-            self.recorded.tape.set(k, y[k]);
+            self.recording.tape.set(k, y[k]);
         }
-        let angles = train.angles(self.phi(outside, self.start, &y), &y);
+        let angles = train.angles(self.phi(excitation, self.start, &y), &y);
         let about = About { time: self.start, angles: &angles, turns: self.turns, order: low, unit: self.unit };
         self.series += 1.0;
-        self.recorded.fill(train, &self.modes, outside, &about);
-        self.recorded.tape.expand(low, self.unit);
+        self.recording.fill(train, &self.modes, excitation, &about);
+        self.recording.tape.expand(low, self.unit);
         let mut rest = 0.0_f64;
         for k in 0..count {
-            let c = self.recorded.tape.series(k);
+            let c = self.recording.tape.series(k);
             rest = rest.max((c[low] - tops[k]).abs() * powers[low] / self.errors.size(k));
             sums[k] = (partial(c, low) - sums[k]) / scale;
         }
@@ -242,9 +242,9 @@ impl Run {
     }
 
     /// States and rates.
-    pub(super) fn rates(&self, train: &Train, outside: &Outside) -> [[f64; MOST_STATES]; 2] {
-        let Instant { phi, y, given } = self.here(train, outside);
-        [y, train.instant(&self.modes, phi, &y, &given).1.rates]
+    pub(super) fn rates(&self, train: &Train, excitation: &Excitation) -> [[f64; MOST_STATES]; 2] {
+        let Instant { phi, y, input_values } = self.here(train, excitation);
+        [y, train.instant(&self.modes, phi, &y, &input_values).1.rates]
     }
 
     /// The effect of an event on the errors. States and rates before it were these; m1 of a follower that hits has been in flight
@@ -252,11 +252,11 @@ impl Run {
     pub(super) fn carry_over(
         &mut self,
         train: &Train,
-        outside: &Outside,
+        excitation: &Excitation,
         event: Event,
         (before, flight): ([[f64; MOST_STATES]; 2], f64),
     ) {
-        let ([y0, f0], [y1, f1]) = (before, self.rates(train, outside));
+        let ([y0, f0], [y1, f1]) = (before, self.rates(train, excitation));
         let e = &self.errors.values;
         let (delay, struck) = match event {
             Event::Border(which, _) => {

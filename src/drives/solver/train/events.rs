@@ -1,6 +1,6 @@
 //! Events at the end of a step.
 
-use super::{End, Event, Outside, Run};
+use super::{End, Event, Excitation, Run};
 use crate::drives::follower::contact::{Flank, Mode};
 use crate::drives::follower::joint::Change;
 use crate::drives::shaft::cam_drive::goes_on;
@@ -61,34 +61,34 @@ struct Jump {
 impl End {
     /// Finds the segments of all laws anew.
     pub fn locate(&mut self, train: &Train) {
-        let [phi, w] = self.course;
+        let [phi, w] = self.shaft;
         self.modes.segments = train.segments(&train.angles(Double::from(phi), &self.states), w >= 0.0);
     }
 }
 
 impl Run {
     /// Carries out the event at the end of the step.
-    pub(super) fn happen(&mut self, train: &Train, outside: &Outside, event: Event, log: &mut EventLog) {
-        let Instant { phi, y, .. } = self.here(train, outside);
+    pub(super) fn happen(&mut self, train: &Train, excitation: &Excitation, event: Event, log: &mut EventLog) {
+        let Instant { phi, y, .. } = self.here(train, excitation);
         let jumps = matches!(event, Event::Border(..) | Event::Follower(_, Change::Impact(_)))
             && !self.errors.values.is_empty();
         let flight = match event {
             Event::Follower(j, Change::Impact(_)) => self.errors.flight(j, self.start.hi),
             _ => f64::INFINITY,
         };
-        let before = jumps.then(|| (self.rates(train, outside), flight));
+        let before = jumps.then(|| (self.rates(train, excitation), flight));
         match event {
             Event::Border(which, ahead) => {
                 let angles = train.angles(phi, &y);
                 train.cross(&mut self.modes, &angles, which, ahead);
-                self.settle(train, outside, None, log);
+                self.settle(train, excitation, None, log);
             }
             Event::Follower(j, Change::Release) => {
                 self.open(j, 3);
                 self.log(log, "release", j + 1, Figure::angle(phi.hi));
-                self.settle(train, outside, Some(j), log);
+                self.settle(train, excitation, Some(j), log);
             }
-            Event::Follower(j, Change::Impact(flank)) => self.hit(train, outside, (j, flank), log),
+            Event::Follower(j, Change::Impact(flank)) => self.hit(train, excitation, (j, flank), log),
             Event::Limit(sign) => {
                 self.modes.saturation = sign;
                 let kind =
@@ -98,15 +98,19 @@ impl Run {
             Event::Knot(piece) => self.modes.piece = piece,
         }
         if let Some(before) = before {
-            self.carry_over(train, outside, event, before);
+            self.carry_over(train, excitation, event, before);
         }
     }
 
     /// The train at the start of the step.
-    pub(super) fn here(&self, train: &Train, outside: &Outside) -> Instant {
+    pub(super) fn here(&self, train: &Train, excitation: &Excitation) -> Instant {
         let mut y = [0.0; MOST_STATES];
         self.from(&mut y);
-        Instant { phi: self.phi(outside, self.start, &y), given: self.given(train, outside, self.start, &y), y }
+        Instant {
+            phi: self.phi(excitation, self.start, &y),
+            input_values: self.input_values(train, excitation, self.start, &y),
+            y,
+        }
     }
 
     /// Sets the states that an event has changed; the others keep their low parts.
@@ -134,11 +138,11 @@ impl Run {
     pub fn choose_modes(
         &mut self,
         train: &Train,
-        outside: &Outside,
+        excitation: &Excitation,
         balanced: bool,
         log: &mut EventLog,
     ) -> Result<(), Fault> {
-        let (mut now, d) = (self.here(train, outside), self.locate(train, outside));
+        let (mut now, d) = (self.here(train, excitation), self.locate(train, excitation));
         if let Some(motor) = train.machine().map(|machine| &machine.motor) {
             if let Some(table) = motor.table() {
                 self.modes.piece = table.piece(d.demand);
@@ -148,20 +152,20 @@ impl Run {
         if balanced {
             train.rest(&mut self.modes, &mut now)?;
             self.states.iter_mut().zip(now.y).for_each(|(state, y)| *state = Double::from(y));
-            self.settle(train, outside, None, log);
+            self.settle(train, excitation, None, log);
         } else {
-            self.press(train, outside, log);
+            self.press(train, excitation, log);
         }
         Ok(())
     }
 
     /// The segments of all laws at the start of the step; returns the shaft's acceleration and the other dynamics there.
-    pub fn locate(&mut self, train: &Train, outside: &Outside) -> Dynamics<f64> {
-        let now = self.here(train, outside);
+    pub fn locate(&mut self, train: &Train, excitation: &Excitation) -> Dynamics<f64> {
+        let now = self.here(train, excitation);
         let angles = train.angles(now.phi, &now.y);
         // At rest the acceleration shows the sense in which the shaft will turn.
         self.modes.segments = train.segments(&angles, true);
-        let (_, d) = train.instant(&self.modes, now.phi, &now.y, &now.given);
+        let (_, d) = train.instant(&self.modes, now.phi, &now.y, &now.input_values);
         let w = train.speed(&now);
         let forward = if w != 0.0 { w > 0.0 } else { d.a >= 0.0 };
         self.modes.segments = train.segments(&angles, forward);
@@ -169,28 +173,28 @@ impl Run {
     }
 
     /// Decides by the present inputs and parameters about the limit of a servo and the contacts.
-    pub fn decide(&mut self, train: &Train, outside: &Outside, log: &mut EventLog) {
+    pub fn decide(&mut self, train: &Train, excitation: &Excitation, log: &mut EventLog) {
         if let Some(motor) = train.machine().map(|machine| &machine.motor) {
-            let now = self.here(train, outside);
-            let (_, d) = train.instant(&self.modes, now.phi, &now.y, &now.given);
+            let now = self.here(train, excitation);
+            let (_, d) = train.instant(&self.modes, now.phi, &now.y, &now.input_values);
             let sign = motor.saturation(d.demand);
             // At the limit itself roundings would decide.
             if sign != self.modes.saturation && !matches!(self.since, Some(Event::Limit(_))) {
-                self.happen(train, outside, Event::Limit(sign), log);
+                self.happen(train, excitation, Event::Limit(sign), log);
             }
         }
-        self.settle(train, outside, None, log);
+        self.settle(train, excitation, None, log);
     }
 
     /// Places followers with backlash on the flanks that press them; without a pressing force they fly.
-    pub fn press(&mut self, train: &Train, outside: &Outside, log: &mut EventLog) {
+    pub fn press(&mut self, train: &Train, excitation: &Excitation, log: &mut EventLog) {
         for (j, ..) in train.clearances() {
             self.modes.stands[j].contact = Mode::Contact(Flank::A);
         }
         // The flank of each depends on the others.
         for _ in 0..train.followers.len() {
             let at_flank = self.at_flanks(None);
-            let (forces, _) = train.pressing(&self.modes, &at_flank, &self.here(train, outside));
+            let (forces, _) = train.pressing(&self.modes, &at_flank, &self.here(train, excitation));
             let mut changed = false;
             for (j, flank, p) in train.touching(&at_flank) {
                 if flank == Flank::A && forces[j] < 0.0 && p.s.is_finite() {
@@ -203,7 +207,7 @@ impl Run {
                 break;
             }
         }
-        self.settle(train, outside, None, log);
+        self.settle(train, excitation, None, log);
     }
 
     /// A jump of the shaft from its state at the `end` of the last step to the values of its inputs. Masses keep place and
@@ -211,22 +215,28 @@ impl Run {
     /// which cannot pull, leaves the mass its velocity. A free mass beyond a flank after the jump is set on it, and hits it if it
     /// moves towards it. The jump `begins` a step and its sums, or only serves the outputs. False if the shaft goes on without a
     /// jump.
-    pub fn jump(&mut self, train: &Train, outside: &Outside, (end, begins): (&End, bool), log: &mut EventLog) -> bool {
-        let Some(motion) = outside.motion else { return false };
-        let [phi, w, a, ..] = motion.at(outside.time).kinematics.0;
-        let jumps = !goes_on([end.course[0], end.course[1], a], [phi, w], outside.time);
+    pub fn jump(
+        &mut self,
+        train: &Train,
+        excitation: &Excitation,
+        (end, begins): (&End, bool),
+        log: &mut EventLog,
+    ) -> bool {
+        let Some(motion) = excitation.motion else { return false };
+        let [phi, w, a, ..] = motion.at(excitation.time).kinematics.0;
+        let jumps = !goes_on([end.shaft[0], end.shaft[1], a], [phi, w], excitation.time);
         (self.start, self.length, self.event, self.since) = (Double::from(end.time), 0.0, None, None);
         self.summed = 0.0;
         (self.modes, self.tallies) = (end.modes, end.tallies);
         if begins {
             self.tallies.iter_mut().for_each(|tally| tally.sums = [0.0; 2]);
         }
-        let before = train.angles(Double::from(end.course[0]), &end.states);
+        let before = train.angles(Double::from(end.shaft[0]), &end.states);
         let cams = |modes: &Modes, angles: &[f64]| Functions::at(train, modes, angles).cams;
         let old = cams(&self.modes, &before);
         let mut y = [0.0; MOST_STATES];
         y[..end.states.len()].copy_from_slice(&end.states);
-        let [turn, speed] = [phi - end.course[0], w - end.course[1]];
+        let [turn, speed] = [phi - end.shaft[0], w - end.shaft[1]];
         for (j, follower) in train.followers.iter().enumerate() {
             if follower.joint.carries_cam() {
                 let at = train.layout.followers[j];
@@ -238,7 +248,7 @@ impl Run {
         let new = cams(&self.modes, &angles);
         let mut struck = [None; MOST_FOLLOWERS];
         for j in 0..train.followers.len() {
-            let [from, to] = [[old[j][0], old[j][1] * end.course[1]], [new[j][0], new[j][1] * w]];
+            let [from, to] = [[old[j][0], old[j][1] * end.shaft[1]], [new[j][0], new[j][1] * w]];
             let jump = Jump {
                 moved: [to[0] - from[0], to[1] - from[1]],
                 rounding: [0, 1].map(|n| 8.0 * f64::EPSILON * (from[n].abs() + to[n].abs())),
@@ -249,12 +259,12 @@ impl Run {
         }
         self.states.iter_mut().zip(y).for_each(|(state, y)| *state = Double::from(y));
         for (j, flank) in struck.into_iter().enumerate().filter_map(|(j, flank)| Some((j, flank?))) {
-            self.hit(train, outside, (j, flank), log);
+            self.hit(train, excitation, (j, flank), log);
         }
-        self.settle(train, outside, None, log);
+        self.settle(train, excitation, None, log);
         if !begins {
             self.tallies.iter_mut().zip(&end.tallies).for_each(|(tally, end)| tally.sums = end.sums);
-            self.rebuild(train, outside);
+            self.rebuild(train, excitation);
         }
         jumps
     }
@@ -322,7 +332,7 @@ impl Run {
     }
 
     /// Decides which of the followers that touch a flank without velocity stay there.
-    fn settle(&mut self, train: &Train, outside: &Outside, but: Option<usize>, log: &mut EventLog) {
+    fn settle(&mut self, train: &Train, excitation: &Excitation, but: Option<usize>, log: &mut EventLog) {
         let mut at_flank = self.at_flanks(but);
         for (j, at, _) in train.clearances().filter(|(j, ..)| but != Some(*j)) {
             let stand = self.modes.stands[j];
@@ -333,10 +343,10 @@ impl Run {
         if at_flank.iter().all(Option::is_none) {
             return;
         }
-        let now = self.here(train, outside);
+        let now = self.here(train, excitation);
         let ((forces, _), w) = (train.pressing(&self.modes, &at_flank, &now), train.speed(&now));
         for (j, flank, p) in train.touching(&at_flank) {
-            let (pressed, resolution) = (flank.sign() * forces[j], self.recorded.resolution(j, w));
+            let (pressed, resolution) = (flank.sign() * forces[j], self.recording.resolution(j, w));
             let touched = self.modes.stands[j].contact == Mode::Free;
             if pressed < -resolution && p.s > 0.0 {
                 self.open(j, 2);
@@ -350,10 +360,10 @@ impl Run {
     }
 
     /// The impact of follower j, and of those that hit in the same instant.
-    fn hit(&mut self, train: &Train, outside: &Outside, (j, flank): (usize, Flank), log: &mut EventLog) {
+    fn hit(&mut self, train: &Train, excitation: &Excitation, (j, flank): (usize, Flank), log: &mut EventLog) {
         let mut at_flank = self.at_flanks(None);
         at_flank[j] = Some(flank);
-        let mut now = self.here(train, outside);
+        let mut now = self.here(train, excitation);
         let y = &mut now.y;
         for (i, at, p) in train.clearances() {
             if self.modes.stands[i].is_held() {
@@ -377,12 +387,12 @@ impl Run {
                 }
             }
         }
-        let (f, _) = train.instant(&self.modes, now.phi, &now.y, &now.given);
+        let (f, _) = train.instant(&self.modes, now.phi, &now.y, &now.input_values);
         let slopes: [f64; MOST_FOLLOWERS] = std::array::from_fn(|i| f.cams[i][1]);
         // Two that chatter at once open each other at every bounce, to the last digit.
         if self.close(train, Bounce { j, flank, part: FAINT }, &slopes, &mut now) {
             self.take(&now.y);
-            return self.settle(train, outside, None, log);
+            return self.settle(train, excitation, None, log);
         }
         let strike = train.strike(&self.modes, &at_flank, &now);
         train.take_up(&strike, &at_flank, &slopes, &mut now.y);
@@ -407,7 +417,7 @@ impl Run {
             }
         }
         self.take(&now.y);
-        self.settle(train, outside, None, log);
+        self.settle(train, excitation, None, log);
     }
 
     fn count(&mut self, j: usize, impulse: f64, slope: f64) {
@@ -426,7 +436,7 @@ impl Run {
         let rebound = now.y[train.layout.followers[j] + 1];
         let (forces, _) = train.pressing(&self.modes, &at_flank, now);
         let force = flank.sign() * forces[j];
-        let (f, _) = train.instant(&self.modes, now.phi, &now.y, &now.given);
+        let (f, _) = train.instant(&self.modes, now.phi, &now.y, &now.input_values);
         let inverse = 1.0 / p.m1 + if train.machine().is_some() { slopes[j] * slopes[j] / f.inertia } else { 0.0 };
         let mass = 1.0 / inverse;
         let (last, w) = (1.0 - p.e, train.speed(now));

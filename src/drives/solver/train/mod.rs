@@ -15,7 +15,7 @@ use crate::drives::follower::joint::{Change, Guard};
 use crate::drives::limits::step_too_much;
 use crate::drives::shaft::cam_drive::AngleMotion;
 use crate::drives::shaft::motor::Motor;
-use crate::drives::shaft::train::{Given, Inputs, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
+use crate::drives::shaft::train::{InputValues, Inputs, MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use crate::drives::{EventLog, Fault, Rounded};
 use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::double_double::{Double, two_product, two_sum};
@@ -24,19 +24,19 @@ use crate::numerics::gauss::Gauss;
 use crate::numerics::taylor::Series;
 use crate::numerics::work::Work;
 use estimate::Errors;
-use record::{About, Recorded};
+use record::{About, Recording};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// The external influences during a communication step that begins at `time` (s).
-pub struct Outside<'a> {
+pub struct Excitation<'a> {
     pub time: f64,
     /// The motion of a driven shaft.
     pub motion: Option<&'a AngleMotion>,
     pub inputs: &'a Inputs,
 }
 
-impl Outside<'_> {
+impl Excitation<'_> {
     /// ω of a driven shaft at the start of the communication step (rad/s).
     fn speed(&self) -> f64 {
         self.motion.map_or(0.0, |motion| motion.coefficients[1])
@@ -121,7 +121,7 @@ pub struct Run {
     /// The period at the start (s), and its largest multiplier; 0 for other starts.
     pub period: [f64; 2],
     #[serde(skip)]
-    recorded: Recorded,
+    recording: Recording,
     /// Series of the laws and mechanisms since work was last drawn for them.
     #[serde(skip)]
     series: f64,
@@ -135,7 +135,7 @@ pub struct End {
     modes: Modes,
     tallies: [Tally; MOST_FOLLOWERS],
     /// φ, φ̇ of the shaft.
-    pub course: [f64; 2],
+    pub shaft: [f64; 2],
 }
 
 impl End {
@@ -148,7 +148,7 @@ impl End {
     pub fn fits(&self, train: &Train) -> bool {
         self.states.len() == train.layout.count
             && train.takes(&self.modes)
-            && self.course.iter().chain([&self.time]).all(|number| number.is_finite())
+            && self.shaft.iter().chain([&self.time]).all(|number| number.is_finite())
     }
 }
 
@@ -225,7 +225,7 @@ impl Run {
 
     /// Forgets the recorded equations after a change.
     pub fn forget(&mut self) {
-        self.recorded.forget();
+        self.recording.forget();
     }
 
     /// Whether it may belong to this train, whose laws may have other pieces: a saved state with a right checksum may hold
@@ -254,8 +254,8 @@ impl Run {
     }
 
     /// Recomputes the series that saved states leave out.
-    pub fn rebuild(&mut self, train: &Train, outside: &Outside) {
-        self.expand(train, outside);
+    pub fn rebuild(&mut self, train: &Train, excitation: &Excitation) {
+        self.expand(train, excitation);
     }
 
     /// Terms of a series.
@@ -272,7 +272,7 @@ impl Run {
     pub fn series_at(&self, time: f64, y: &mut [Series]) {
         let theta = self.theta(Double::from(time)).clamp(0.0, self.length);
         for (k, y) in y.iter_mut().enumerate().take(self.states.len()) {
-            let c = self.recorded.tape.series(k);
+            let c = self.recording.tape.series(k);
             let [mut value, mut rate, mut bend] = [0.0; 3];
             for c in c[..=self.order].iter().rev() {
                 bend = bend * theta + rate;
@@ -289,38 +289,43 @@ impl Run {
     }
 
     /// φ (rad) within a turn; for a driven shaft from its motion.
-    fn phi(&self, outside: &Outside, time: Double, y: &[f64]) -> Double {
-        outside.motion.map_or_else(|| Double::from(y[0]), |motion| Double::from(motion.at_instant(time).reduced))
+    fn phi(&self, excitation: &Excitation, time: Double, y: &[f64]) -> Double {
+        excitation.motion.map_or_else(|| Double::from(y[0]), |motion| Double::from(motion.at_instant(time).reduced))
     }
 
     /// The external values at `time`.
-    pub fn given(&self, train: &Train, outside: &Outside, time: Double, y: &[f64]) -> Given<f64> {
-        let since = (time - Double::from(outside.time)).hi;
-        let mut given = Given {
-            course: [0.0; 2],
-            tau: outside.inputs.loads.at(since),
-            torque: outside.inputs.torque.at(since),
+    pub fn input_values(&self, train: &Train, excitation: &Excitation, time: Double, y: &[f64]) -> InputValues<f64> {
+        let since = (time - Double::from(excitation.time)).hi;
+        let mut input_values = InputValues {
+            shaft: [0.0; 2],
+            tau: excitation.inputs.loads.at(since),
+            torque: excitation.inputs.torque.at(since),
             reference: 0.0,
             lag: 0.0,
             forces: [0.0; MOST_FOLLOWERS],
         };
-        if let Some(motion) = outside.motion {
+        if let Some(motion) = excitation.motion {
             let [_, w, a, ..] = motion.at_instant(time).kinematics.0;
-            given.course = [w, a];
+            input_values.shaft = [w, a];
         }
         if let Some(motor) = train.machine().map(|machine| &machine.motor) {
             if let Some(servo) = motor.servo() {
                 let mut row = [0.0; 9];
-                servo.expand_reference(time.hi, 1.0, (&outside.inputs.reference, since), &mut row);
-                given.reference = row[0];
+                servo.expand_reference(time.hi, 1.0, (&excitation.inputs.reference, since), &mut row);
+                input_values.reference = row[0];
             }
             if motor.takes_position() {
                 let turns = motor.transmission.ratio * self.turns * TAU;
-                given.lag = outside.inputs.position.at(since) - turns - motor.angle(y[0], y, &train.layout);
+                input_values.lag = excitation.inputs.position.at(since) - turns - motor.angle(y[0], y, &train.layout);
             }
         }
-        outside.inputs.forces.iter().zip(&mut given.forces).for_each(|(signal, force)| *force = signal.at(since));
-        given
+        excitation
+            .inputs
+            .forces
+            .iter()
+            .zip(&mut input_values.forces)
+            .for_each(|(signal, force)| *force = signal.at(since));
+        input_values
     }
 
     /// The work done since the last call (nominal µs): a step, and the series of laws and mechanisms for it.
@@ -329,18 +334,18 @@ impl Run {
     }
 
     /// Computes the series about the start of the step.
-    fn expand(&mut self, train: &Train, outside: &Outside) {
+    fn expand(&mut self, train: &Train, excitation: &Excitation) {
         self.series += 1.0;
-        self.recorded.prepare(train, &self.modes, self.order);
+        self.recording.prepare(train, &self.modes, self.order);
         let mut y = [0.0; MOST_STATES];
         for (k, state) in self.states.iter().enumerate() {
             y[k] = state.hi;
-            self.recorded.tape.set(k, state.hi);
+            self.recording.tape.set(k, state.hi);
         }
-        let angles = train.angles(self.phi(outside, self.start, &y), &y);
+        let angles = train.angles(self.phi(excitation, self.start, &y), &y);
         let about = About { time: self.start, angles: &angles, turns: self.turns, order: self.order, unit: self.unit };
-        self.recorded.fill(train, &self.modes, outside, &about);
-        self.recorded.tape.expand(self.order, self.unit);
+        self.recording.fill(train, &self.modes, excitation, &about);
+        self.recording.tape.expand(self.order, self.unit);
     }
 
     /// The reach of the series, in units: the last two terms of each state are below the tolerance of its first ones, or of its
@@ -373,21 +378,21 @@ impl Run {
             }
         };
         for k in 0..self.states.len() {
-            take(self.recorded.tape.series(k), self.order, self.errors.sizes.get(k).copied().unwrap_or(0.0));
+            take(self.recording.tape.series(k), self.order, self.errors.sizes.get(k).copied().unwrap_or(0.0));
         }
         // The quantities that locate events are known to one order less.
         let held = |j: &usize| self.modes.stands[*j].is_held();
-        let of = |j| self.recorded.normal(j);
+        let of = |j| self.recording.normal(j);
         (0..MOST_FOLLOWERS).filter(held).flat_map(of).for_each(|c| take(c, self.order - 1, 0.0));
         reach
     }
 
     /// Computes the next step from the end of the last one.
-    fn lay(&mut self, train: &Train, outside: &Outside, horizon: f64) -> Result<(), Fault> {
+    fn lay(&mut self, train: &Train, excitation: &Excitation, horizon: f64) -> Result<(), Fault> {
         self.unit = self.unit.min(LONGEST);
         let mut reach = 0.0;
         for _ in 0..60 {
-            self.expand(train, outside);
+            self.expand(train, excitation);
             reach = self.reach();
             // Steps that are not finite or much shorter than their unit are tried in a smaller unit.
             if reach >= 0.1 {
@@ -402,7 +407,7 @@ impl Run {
             )));
         }
         (self.length, self.event, self.summed) = (reach.min(1.0).min(horizon / self.unit), None, 0.0);
-        self.find_event(train, outside);
+        self.find_event(train, excitation);
         self.steps += 1.0;
         Ok(())
     }
@@ -418,11 +423,11 @@ impl Run {
     }
 
     /// Shortens the step to the first event.
-    fn find_event(&mut self, train: &Train, outside: &Outside) {
+    fn find_event(&mut self, train: &Train, excitation: &Excitation) {
         let mut y = [0.0; MOST_STATES];
         self.from(&mut y);
-        self.watch_borders(train, &train.angles(self.phi(outside, self.start, &y), &y));
-        let w = outside.motion.map_or(y[1], |motion| motion.at_instant(self.start).kinematics.0[1]);
+        self.watch_borders(train, &train.angles(self.phi(excitation, self.start, &y), &y));
+        let w = excitation.motion.map_or(y[1], |motion| motion.at_instant(self.start).kinematics.0[1]);
         for j in 0..train.followers.len() {
             self.watch_follower(train, j, w);
         }
@@ -444,9 +449,9 @@ impl Run {
         let count = self.order;
         let ways = train.ways(&self.modes, angles);
         for (which, [ahead, back]) in ways.into_iter().enumerate().filter(|(_, way)| way[0].is_finite()) {
-            let mut way = self.guard(back, 1.0, self.recorded.phi());
+            let mut way = self.guard(back, 1.0, self.recording.phi());
             if which > 0 {
-                let twist = self.recorded.tape.series(train.layout.followers[which - 1]);
+                let twist = self.recording.tape.series(train.layout.followers[which - 1]);
                 way[1..count].iter_mut().zip(&twist[1..]).for_each(|(way, twist)| *way += twist);
             }
             self.watch(&way[..count], Event::Border(which, false));
@@ -459,14 +464,14 @@ impl Run {
     fn watch_follower(&mut self, train: &Train, j: usize, w: f64) {
         let (count, stand, own) = (self.order, self.modes.stands[j], train.layout.followers[j]);
         train.followers[j].joint.guards(&stand, &mut |Guard { state, shift, sign, zeros, change }| {
-            let of_state = state.map(|place| self.recorded.tape.series(own + place));
-            let series = of_state.unwrap_or_else(|| self.recorded.normal(j)[0]);
+            let of_state = state.map(|place| self.recording.tape.series(own + place));
+            let series = of_state.unwrap_or_else(|| self.recording.normal(j)[0]);
             let mut guard = self.guard(sign * (series[0] + shift), sign, series);
             let zeros = if guard[0] == 0.0 { zeros } else { 0 };
             guard[..zeros].fill(0.0);
             if state.is_none() {
                 // Without a pressing force, roundings are no release.
-                let resolution = self.recorded.resolution(j, w);
+                let resolution = self.recording.resolution(j, w);
                 guard.iter_mut().take_while(|c| c.abs() <= resolution).for_each(|c| *c = 0.0);
             }
             let before = self.length;
@@ -482,7 +487,7 @@ impl Run {
     fn watch_motor(&mut self, motor: &Motor) {
         let count = self.order;
         let side = |run: &Self, sign: f64, shift: f64| {
-            let demand = run.recorded.demand();
+            let demand = run.recording.demand();
             run.guard(sign * demand[0] + shift, sign, demand)
         };
         if let Some(servo) = motor.servo() {
@@ -530,7 +535,7 @@ impl Run {
     /// The states at the place `theta` of the step.
     pub fn read(&self, theta: f64, y: &mut [f64]) {
         for (k, (y, state)) in y.iter_mut().zip(&self.states).enumerate() {
-            let c = &self.recorded.tape.series(k)[1..=self.order];
+            let c = &self.recording.tape.series(k)[1..=self.order];
             *y = state.hi + (state.lo + theta * c.iter().rev().fold(0.0, |sum, c| sum * theta + c));
         }
     }
@@ -538,7 +543,7 @@ impl Run {
     /// ∫ b q̇² dt of a follower with backlash since the start (J), up to the place `theta` of the step, if it is counted.
     fn damped(&self, train: &Train, j: usize, theta: f64) -> Option<f64> {
         let (before, p) = (self.tallies[j].damped?, train.clearance(j)?);
-        let rate = &self.recorded.tape.series(train.layout.followers[j] + 3)[..=self.order];
+        let rate = &self.recording.tape.series(train.layout.followers[j] + 3)[..=self.order];
         let [square] = Gauss::with(16).integrate(theta - self.summed, |x| {
             let v = rate.iter().rev().fold(0.0, |sum, c| sum * (self.summed + x) + c);
             [v * v]
@@ -561,14 +566,14 @@ impl Run {
     }
 
     /// Ends the step at `theta`; the next one begins there.
-    fn leave(&mut self, train: &Train, outside: &Outside, theta: f64) {
+    fn leave(&mut self, train: &Train, excitation: &Excitation, theta: f64) {
         self.sum_up(train, theta);
         let (mut changes, reach) = ([0.0; MOST_STATES], self.reach());
         for (k, change) in changes.iter_mut().enumerate().take(self.states.len()) {
-            let c = &self.recorded.tape.series(k)[1..=self.order];
+            let c = &self.recording.tape.series(k)[1..=self.order];
             *change = theta * c.iter().rev().fold(0.0, |sum, c| sum * theta + c);
         }
-        self.carry(train, outside, theta);
+        self.carry(train, excitation, theta);
         for (state, change) in self.states.iter_mut().zip(changes) {
             *state = two_sum(state.hi, change) + Double::from(state.lo);
         }
@@ -581,7 +586,7 @@ impl Run {
                 self.turns += turns;
             }
         }
-        self.depart(train, outside.speed());
+        self.depart(train, excitation.speed());
         // The next step is expected to be as long as this one might have been.
         self.unit *= reach.clamp(0.1, 2.0);
     }
@@ -593,24 +598,24 @@ impl Run {
     }
 
     /// Restarts from the states at `time`, since external influences have changed.
-    pub fn restart(&mut self, train: &Train, outside: &Outside, time: f64) {
+    pub fn restart(&mut self, train: &Train, excitation: &Excitation, time: f64) {
         let theta = self.theta(Double::from(time)).clamp(0.0, self.length);
         if self.length > 0.0 {
-            self.leave(train, outside, theta);
+            self.leave(train, excitation, theta);
         }
         // The event at the start of the step that is left holds only there.
         (self.length, self.event, self.since) = (0.0, None, self.since.filter(|_| theta == 0.0));
     }
 
     /// The first step.
-    pub fn first(&mut self, train: &Train, outside: &Outside, horizon: f64) -> Result<(), Fault> {
+    pub fn first(&mut self, train: &Train, excitation: &Excitation, horizon: f64) -> Result<(), Fault> {
         self.errors = Errors::none(train);
         if horizon > 0.0 {
-            self.lay(train, outside, horizon)?;
+            self.lay(train, excitation, horizon)?;
         } else {
-            self.expand(train, outside);
+            self.expand(train, excitation);
         }
-        self.arrive(train, 0.0, outside.speed());
+        self.arrive(train, 0.0, excitation.speed());
         Ok(())
     }
 
@@ -618,7 +623,7 @@ impl Run {
     pub fn advance(
         &mut self,
         train: &Train,
-        outside: &Outside,
+        excitation: &Excitation,
         (end, horizon): (f64, f64),
         log: &mut EventLog,
     ) -> Result<(), Fault> {
@@ -627,21 +632,21 @@ impl Run {
             let left = (target - self.end()).hi;
             if self.length > 0.0 && (left < 0.0 || (left == 0.0 && self.event.is_none())) {
                 if !std::mem::replace(&mut self.arrived, true) {
-                    self.arrive(train, self.theta(target), outside.speed());
+                    self.arrive(train, self.theta(target), excitation.speed());
                 }
                 return Ok(());
             }
             if self.length > 0.0 || self.event.is_some() {
                 let event = self.event;
-                self.leave(train, outside, self.length);
+                self.leave(train, excitation, self.length);
                 self.since = event;
                 if let Some(event) = event {
-                    self.happen(train, outside, event, log);
+                    self.happen(train, excitation, event, log);
                 }
             }
-            let left = (Double::from(outside.time + horizon) - self.start).hi;
+            let left = (Double::from(excitation.time + horizon) - self.start).hi;
             if work.draw(self.done(train)).is_err() {
-                let way = [outside.time, end];
+                let way = [excitation.time, end];
                 let hint = "lower the speed, or choose softer springs, heavier masses or a smaller `e`";
                 let told = format!("the step has come to t = {} s", Rounded(self.start.hi));
                 return Err(step_too_much(way, self.start.hi, &told, hint));
@@ -649,11 +654,11 @@ impl Run {
             if left <= 0.0 {
                 self.length = 0.0;
                 self.event = None;
-                self.expand(train, outside);
-                self.arrive(train, 0.0, outside.speed());
+                self.expand(train, excitation);
+                self.arrive(train, 0.0, excitation.speed());
                 return Ok(());
             }
-            self.lay(train, outside, if horizon.is_finite() { left } else { f64::INFINITY })?;
+            self.lay(train, excitation, if horizon.is_finite() { left } else { f64::INFINITY })?;
         }
     }
 
@@ -663,7 +668,7 @@ impl Run {
         self.end_on_inputs(train, self.theta(Double::from(time)).clamp(0.0, self.length), [phi, w]);
         end.states.resize(self.states.len(), 0.0);
         self.at(time, &mut end.states);
-        (end.time, end.modes, end.tallies, end.course) = (time, self.modes, self.tallies, [phi, w]);
+        (end.time, end.modes, end.tallies, end.shaft) = (time, self.modes, self.tallies, [phi, w]);
         for j in 0..train.followers.len() {
             (end.tallies[j].sums, end.tallies[j].damped) =
                 (self.sums(train, time, j), self.damping_loss(train, time, j));
@@ -687,7 +692,7 @@ impl Run {
             let integral = |c: &[f64], x: f64| {
                 c.iter().enumerate().rev().fold(0.0, |sum, (n, c)| sum * x + c / (n + 1) as f64) * x
             };
-            for (sum, c) in sums.iter_mut().zip(self.recorded.normal(j)) {
+            for (sum, c) in sums.iter_mut().zip(self.recording.normal(j)) {
                 let c = &c[..self.order];
                 *sum += self.unit * (integral(c, theta) - integral(c, self.summed));
             }

@@ -6,7 +6,7 @@
 //!
 //! Source: A. H. Nayfeh, B. Balachandran, *Applied Nonlinear Dynamics*, Wiley 1995, sections 6.1, 7.3.
 
-use super::{Outside, Run};
+use super::{Excitation, Run};
 use crate::drives::limits::{no_periodic_motion, search_too_much};
 use crate::drives::shaft::train::{MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use crate::drives::{EventLog, Fault};
@@ -44,7 +44,7 @@ pub struct Periodic {
 }
 
 /// The states after a turn.
-struct Turned {
+struct Turn {
     y: [f64; MOST_STATES],
     /// The largest size of each state during the turn.
     sizes: [f64; MOST_STATES],
@@ -60,13 +60,13 @@ struct Turned {
 /// There is no periodic motion, or it takes too much work.
 pub fn periodic(
     train: &Train,
-    outside: &Outside,
+    excitation: &Excitation,
     (guess, modes): ([f64; MOST_STATES], Modes),
     sense: f64,
 ) -> Result<Periodic, Fault> {
     let (mut work, first) = (Work::default(), if train.machine().is_some() { 1 } else { 0 });
     let (mut y, mut at) = (guess, modes);
-    let section = Section { train, outside, sense };
+    let section = Section { train, excitation, sense };
     for _ in 0..TURNS {
         let turned = section.turn(&y, at, &mut work)?;
         (y, at) = (turned.y, turned.modes);
@@ -127,22 +127,22 @@ fn none() -> Fault {
 /// The section at which each turn of the shaft in the sense `sense` begins and ends.
 struct Section<'a> {
     train: &'a Train,
-    outside: &'a Outside<'a>,
+    excitation: &'a Excitation<'a>,
     sense: f64,
 }
 
 impl Section<'_> {
     /// One turn from these states on.
-    fn turn(&self, y: &[f64; MOST_STATES], modes: Modes, work: &mut Work) -> Result<Turned, Fault> {
-        let Section { train, outside, sense } = *self;
-        let start = Double::from(outside.time);
+    fn turn(&self, y: &[f64; MOST_STATES], modes: Modes, work: &mut Work) -> Result<Turn, Fault> {
+        let Section { train, excitation, sense } = *self;
+        let start = Double::from(excitation.time);
         let mut run = Run::begin(train, start, &y[..train.layout.count], modes, TOLERANCE);
         // With an elastic shaft the cam is elsewhere than at the start of the search.
-        run.modes.segments = train.segments(&train.angles(run.phi(outside, start, y), y), sense > 0.0);
+        run.modes.segments = train.segments(&train.angles(run.phi(excitation, start, y), y), sense > 0.0);
         let (begun, mut log, mut sizes) = (run.modes.segments, EventLog::counting(), [0.0_f64; MOST_STATES]);
         let free = train.machine().is_some();
-        let period = outside.motion.map_or(f64::INFINITY, |motion| TAU / motion.coefficients[1].abs());
-        run.lay(train, outside, f64::INFINITY)?;
+        let period = excitation.motion.map_or(f64::INFINITY, |motion| TAU / motion.coefficients[1].abs());
+        run.lay(train, excitation, f64::INFINITY)?;
         loop {
             sizes.iter_mut().zip(&run.states).for_each(|(size, state)| *size = size.max(state.hi.abs()));
             let passed = |run: &Run, theta: f64| {
@@ -163,7 +163,7 @@ impl Section<'_> {
                 run.read(theta, &mut end);
                 end[0] = if free { y[0] } else { end[0] };
                 let time = (run.start - start).hi + theta * run.unit;
-                return Ok(Turned { begun, y: end, sizes, modes: run.modes, time });
+                return Ok(Turn { begun, y: end, sizes, modes: run.modes, time });
             }
             if work.draw(run.done(train)).is_err() {
                 return Err(search_too_much(
@@ -171,16 +171,16 @@ impl Section<'_> {
                 ));
             }
             let event = run.event;
-            run.leave(train, outside, run.length);
+            run.leave(train, excitation, run.length);
             run.since = event;
             if let Some(event) = event {
-                run.happen(train, outside, event, &mut log);
+                run.happen(train, excitation, event, &mut log);
             }
             // A shaft that stands still or turns back never completes the turn.
             if free && sense * run.states[1].hi <= 0.0 {
                 return Err(none());
             }
-            run.lay(train, outside, f64::INFINITY)?;
+            run.lay(train, excitation, f64::INFINITY)?;
         }
     }
 }

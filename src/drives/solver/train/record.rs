@@ -1,11 +1,11 @@
 //! The equations of a train on a tape, and the known series that they need about an instant.
 
-use super::Outside;
+use super::Excitation;
 use crate::drives::follower::contact::{Flank, Mode};
 use crate::drives::follower::joint::{Follower, Stand};
+use crate::drives::shaft::angle_series::AngleSeries;
 use crate::drives::shaft::cam_drive::DriveMode;
-use crate::drives::shaft::course::Course;
-use crate::drives::shaft::train::{Functions, Given, MOST_FOLLOWERS, MOST_STATES, Modes, Point, Shaft, Train};
+use crate::drives::shaft::train::{Functions, InputValues, MOST_FOLLOWERS, MOST_STATES, Modes, Point, Shaft, Train};
 use crate::numerics::double_double::Double;
 use crate::numerics::tape::{NONE, Tape, Var};
 use std::cell::RefCell;
@@ -16,7 +16,7 @@ const COEFFICIENTS: usize = super::ORDERS[1] + 3;
 
 /// The kinds of known series: functions of time …
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Known {
+enum SeriesKind {
     Tau,
     Torque,
     Reference,
@@ -37,10 +37,10 @@ enum Known {
 
 /// The tape, and the places of results on it.
 #[derive(Clone, Debug, Default)]
-pub struct Recorded {
+pub struct Recording {
     pub tape: Tape,
     /// The kind of each of its known series.
-    known: Vec<Known>,
+    known: Vec<SeriesKind>,
     /// The modes of the recording; None before the first.
     modes: Option<Modes>,
     /// Places of results: of u of a servo, else ω_m; φ of a driven shaft; N and U′ N of each follower with backlash in contact.
@@ -52,7 +52,7 @@ pub struct Recorded {
 /// Contact forces below this part of the largest that the law may need are rounding errors: their terms cancel near a release.
 const RESOLUTION: f64 = 1e-12;
 
-impl Recorded {
+impl Recording {
     /// Forgets the recording after a change of the equations.
     pub fn forget(&mut self) {
         if self.modes.is_some() {
@@ -132,39 +132,39 @@ impl Recorded {
         let mut y = [zero; MOST_STATES];
         y.iter_mut().enumerate().take(train.layout.count).for_each(|(k, y)| *y = Var::state(tape, k));
         let machine = train.machine();
-        let mut row = |what: Known| {
+        let mut row = |what: SeriesKind| {
             self.known.push(what);
             tape.borrow_mut().new_row()
         };
-        let mut given_if = |needed: bool, what: Known| if needed { Var::given(tape, row(what)) } else { zero };
+        let mut input_if = |needed: bool, what: SeriesKind| if needed { Var::signal(tape, row(what)) } else { zero };
         let driven = machine.is_none();
-        let phi = if driven { given_if(true, Known::Phi) } else { y[0] };
+        let phi = if driven { input_if(true, SeriesKind::Phi) } else { y[0] };
         let accelerates = matches!(train.shaft, Shaft::Driven(DriveMode::Input | DriveMode::Speed { .. }));
-        let mut given = Given {
-            course: [given_if(driven, Known::W), given_if(accelerates, Known::A)],
-            tau: given_if(machine.is_some_and(|m| !m.loads.is_empty()), Known::Tau),
-            torque: given_if(machine.is_some_and(|m| m.motor.takes_torque()), Known::Torque),
-            reference: given_if(machine.is_some_and(|m| m.motor.servo().is_some()), Known::Reference),
+        let mut input_values = InputValues {
+            shaft: [input_if(driven, SeriesKind::W), input_if(accelerates, SeriesKind::A)],
+            tau: input_if(machine.is_some_and(|m| !m.loads.is_empty()), SeriesKind::Tau),
+            torque: input_if(machine.is_some_and(|m| m.motor.takes_torque()), SeriesKind::Torque),
+            reference: input_if(machine.is_some_and(|m| m.motor.servo().is_some()), SeriesKind::Reference),
             lag: zero,
             forces: [zero; MOST_FOLLOWERS],
         };
         if let Some(machine) = machine.filter(|m| m.motor.takes_position()) {
-            given.lag = given_if(true, Known::Lag) - machine.motor.angle(phi, &y, &train.layout);
+            input_values.lag = input_if(true, SeriesKind::Lag) - machine.motor.angle(phi, &y, &train.layout);
         }
         for (j, follower) in train.followers.iter().enumerate() {
-            given.forces[j] = given_if(follower.load.input, Known::Force(j));
+            input_values.forces[j] = input_if(follower.load.input, SeriesKind::Force(j));
         }
         let varies = Varying::of(train, modes);
         let any_of_phi = varies.inertia || varies.torque || train.needs_cams_at_phi();
         let powers = if any_of_phi { phi.powers(tape) } else { 0 };
-        let mut function = |powers: usize, wanted: bool, what: Known, otherwise: f64| {
+        let mut function = |powers: usize, wanted: bool, what: SeriesKind, otherwise: f64| {
             if wanted { Var::function(tape, powers, row(what)) } else { Var::from(otherwise) }
         };
         let mut f = Functions {
-            inertia: function(powers, varies.inertia, Known::Inertia, train.constant_inertia()),
-            half_slope: function(powers, varies.inertia, Known::HalfSlope, 0.0),
-            torque: function(powers, varies.torque, Known::Static, 0.0),
-            viscous: function(powers, varies.viscous, Known::Viscous, train.constant_friction()),
+            inertia: function(powers, varies.inertia, SeriesKind::Inertia, train.constant_inertia()),
+            half_slope: function(powers, varies.inertia, SeriesKind::HalfSlope, 0.0),
+            torque: function(powers, varies.torque, SeriesKind::Static, 0.0),
+            viscous: function(powers, varies.viscous, SeriesKind::Viscous, train.constant_friction()),
             cams: [[zero; 3]; MOST_FOLLOWERS],
             process: [zero; MOST_FOLLOWERS],
         };
@@ -177,10 +177,10 @@ impl Recorded {
                 if follower.joint.carries_cam() { (phi + y[train.layout.followers[j]]).powers(tape) } else { powers };
             let place = follower.load.spring.is_some() || follower.roller.spring.is_some();
             let wanted = [place && !rigid, true, !rigid];
-            f.cams[j] = [0, 1, 2].map(|order| function(own, wanted[order], Known::Cam(j, order), 0.0));
-            f.process[j] = function(powers, follower.load.process.is_some() && !rigid, Known::Process(j), 0.0);
+            f.cams[j] = [0, 1, 2].map(|order| function(own, wanted[order], SeriesKind::Cam(j, order), 0.0));
+            f.process[j] = function(powers, follower.load.process.is_some() && !rigid, SeriesKind::Process(j), 0.0);
         }
-        let d = train.dynamics(&Point { modes, y: &y, f: &f, given: &given });
+        let d = train.dynamics(&Point { modes, y: &y, f: &f, input_values: &input_values });
         d.rates[..train.layout.count].iter().for_each(|rate| rate.is_rate(tape));
         self.kept.clear();
         self.kept.resize(2 + 2 * train.followers.len(), NONE);
@@ -195,9 +195,9 @@ impl Recorded {
     }
 
     /// Fills the known series about an instant.
-    pub fn fill(&mut self, train: &Train, modes: &Modes, outside: &Outside, about: &About) {
+    pub fn fill(&mut self, train: &Train, modes: &Modes, excitation: &Excitation, about: &About) {
         let About { time, angles, turns, order, unit } = *about;
-        let Recorded { tape, known, .. } = self;
+        let Recording { tape, known, .. } = self;
         let count = order + 3;
         let slope = |from: &[f64], into: &mut [f64], factor: f64| {
             (1..count).for_each(|n| into[n - 1] = factor * n as f64 * from[n]);
@@ -210,44 +210,44 @@ impl Recorded {
         let sums = train.functions::<COEFFICIENTS>(modes, angles, count, |j, cam, process| {
             for (row, what) in known.iter().enumerate() {
                 match *what {
-                    Known::Cam(of, 0) if of == j => tape.row(row, count).copy_from_slice(&cam[..count]),
-                    Known::Cam(of, 1) if of == j => slope(cam, tape.row(row, count), 1.0),
-                    Known::Cam(of, _) if of == j => bend(cam, tape.row(row, count), 1.0),
-                    Known::Process(of) if of == j => tape.row(row, count).copy_from_slice(&process[..count]),
+                    SeriesKind::Cam(of, 0) if of == j => tape.row(row, count).copy_from_slice(&cam[..count]),
+                    SeriesKind::Cam(of, 1) if of == j => slope(cam, tape.row(row, count), 1.0),
+                    SeriesKind::Cam(of, _) if of == j => bend(cam, tape.row(row, count), 1.0),
+                    SeriesKind::Process(of) if of == j => tape.row(row, count).copy_from_slice(&process[..count]),
                     _ => {}
                 }
             }
         });
-        let since = (time - Double::from(outside.time)).hi;
+        let since = (time - Double::from(excitation.time)).hi;
         let mut angle = [0.0; COEFFICIENTS];
-        if let Some(motion) = outside.motion {
-            let course = Course::of(motion, time).scaled(unit);
-            angle[..course.len()].copy_from_slice(&course);
+        if let Some(motion) = excitation.motion {
+            let series = AngleSeries::of(motion, time).scaled(unit);
+            angle[..series.len()].copy_from_slice(&series);
         }
         let motor = train.machine().map(|machine| &machine.motor);
         for (row, what) in known.iter().enumerate() {
             let row = tape.row(row, count);
             match *what {
-                Known::Inertia => row.copy_from_slice(&sums.inertia[..count]),
-                Known::HalfSlope => slope(&sums.inertia, row, 0.5),
-                Known::Static => row.copy_from_slice(&sums.torque[..count]),
-                Known::Viscous => row.copy_from_slice(&sums.viscous[..count]),
-                Known::Tau => outside.inputs.loads.expand(since, unit, row),
-                Known::Torque => outside.inputs.torque.expand(since, unit, row),
-                Known::Force(j) => outside.inputs.forces[j].expand(since, unit, row),
-                Known::Reference => {
+                SeriesKind::Inertia => row.copy_from_slice(&sums.inertia[..count]),
+                SeriesKind::HalfSlope => slope(&sums.inertia, row, 0.5),
+                SeriesKind::Static => row.copy_from_slice(&sums.torque[..count]),
+                SeriesKind::Viscous => row.copy_from_slice(&sums.viscous[..count]),
+                SeriesKind::Tau => excitation.inputs.loads.expand(since, unit, row),
+                SeriesKind::Torque => excitation.inputs.torque.expand(since, unit, row),
+                SeriesKind::Force(j) => excitation.inputs.forces[j].expand(since, unit, row),
+                SeriesKind::Reference => {
                     if let Some(servo) = motor.and_then(|motor| motor.servo()) {
-                        servo.expand_reference(time.hi, unit, (&outside.inputs.reference, since), row);
+                        servo.expand_reference(time.hi, unit, (&excitation.inputs.reference, since), row);
                     }
                 }
-                Known::Lag => {
-                    outside.inputs.position.expand(since, unit, row);
+                SeriesKind::Lag => {
+                    excitation.inputs.position.expand(since, unit, row);
                     row[0] -= motor.map_or(0.0, |motor| motor.transmission.ratio) * turns * TAU;
                 }
-                Known::Phi => row.copy_from_slice(&angle[..count]),
-                Known::W => slope(&angle, row, 1.0 / unit),
-                Known::A => bend(&angle, row, 1.0 / (unit * unit)),
-                Known::Cam(..) | Known::Process(_) => {}
+                SeriesKind::Phi => row.copy_from_slice(&angle[..count]),
+                SeriesKind::W => slope(&angle, row, 1.0 / unit),
+                SeriesKind::A => bend(&angle, row, 1.0 / (unit * unit)),
+                SeriesKind::Cam(..) | SeriesKind::Process(_) => {}
             }
         }
     }
@@ -282,10 +282,10 @@ impl Varying {
         }
         for (follower, stand) in train.followers.iter().zip(&modes.stands) {
             varies.inertia |= !follower.rigid.linkage.is_empty();
-            for along in follower.along(stand) {
-                varies.inertia |= along.m != 0.0;
-                varies.torque |= !along.load.is_none();
-                varies.viscous |= along.load.damping.is_some();
+            for mass in follower.carried(stand) {
+                varies.inertia |= mass.m != 0.0;
+                varies.torque |= !mass.load.is_none();
+                varies.viscous |= mass.load.damping.is_some();
             }
         }
         varies

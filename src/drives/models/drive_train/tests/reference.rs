@@ -85,15 +85,15 @@ impl DriveTrain {
     pub(super) fn read(&self, name: &str) -> f64 {
         let mut y = [0.0; MOST_STATES];
         self.run.at(self.time, &mut y);
-        let outside = Outside { time: self.time, motion: self.motion.as_ref(), inputs: &self.inputs };
+        let excitation = Excitation { time: self.time, motion: self.motion.as_ref(), inputs: &self.inputs };
         let time = Double::from(self.time);
         let phi = self.motion.map_or(Double::from(y[0]), |m| Double::from(m.at(self.time).reduced));
-        let given = self.run.given(&self.train, &outside, time, &y);
-        let (f, d) = self.train.instant(&self.run.modes, phi, &y, &given);
+        let input_values = self.run.input_values(&self.train, &excitation, time, &y);
+        let (f, d) = self.train.instant(&self.run.modes, phi, &y, &input_values);
         let (name, j) = name.split_at(name.find(|c: char| c.is_ascii_digit()).unwrap_or(name.len()));
         let j: usize = j.parse().unwrap_or(0);
         let at = |j: usize| self.train.layout.followers[j];
-        let w = if self.motion.is_some() { given.course[0] } else { y[1] };
+        let w = if self.motion.is_some() { input_values.shaft[0] } else { y[1] };
         let [u, u1, _] = f.cams.get(j).copied().unwrap_or_default();
         let z = if let Some(Joint::Backlash(p)) = self.train.followers.get(j).map(|f| f.joint) {
             match self.run.modes.stands[j].contact {

@@ -143,7 +143,7 @@ const STOP: f64 = 1.0;
 
 /// q, q̇ at the ends of so many equal steps, from rest at φ, ω, α on inputs or at constant speed; and how often the
 /// law changed.
-fn course<L: Law>(law: L, cam: &MotionLaw, shaft: [f64; 3], input: bool, steps: u32) -> (Vec<[f64; 2]>, usize) {
+fn trajectory<L: Law>(law: L, cam: &MotionLaw, shaft: [f64; 3], input: bool, steps: u32) -> (Vec<[f64; 2]>, usize) {
     let [phi, w, a] = shaft;
     let mode = if input { DriveMode::Input } else { DriveMode::Constant { w, phi_start: phi } };
     let mut drive = CamDrive::new(cam.clone(), mode);
@@ -152,7 +152,7 @@ fn course<L: Law>(law: L, cam: &MotionLaw, shaft: [f64; 3], input: bool, steps: 
     let mut piece = Piece { law, cam, motion, segment: 0, on_guard: true, crossings: 0 };
     piece.segment = cam.segment(motion.at(0.0).reduced, w >= 0.0);
     let mut integrator = Collocation::new(Double::default(), [0.0; 2]);
-    let (control, mut course) = (StepControl::Tolerance(1e-12), Vec::new());
+    let (control, mut trajectory) = (StepControl::Tolerance(1e-12), Vec::new());
     for n in 0..steps {
         let [time, end] = [n, n + 1].map(|n| STOP * f64::from(n) / f64::from(steps));
         if input {
@@ -164,9 +164,9 @@ fn course<L: Law>(law: L, cam: &MotionLaw, shaft: [f64; 3], input: bool, steps: 
         while (target - integrator.end()).hi > 0.0 {
             piece.step(&mut integrator, limit, control).unwrap();
         }
-        course.push(integrator.at(target));
+        trajectory.push(integrator.at(target));
     }
-    (course, piece.crossings)
+    (trajectory, piece.crossings)
 }
 
 /// The same of m, c and b = b₁ + b₂ |q̇| by the classical Runge–Kutta method in steps of 1e-5 s at most, which end where the cam passes a breakpoint.
@@ -184,7 +184,7 @@ fn reference(body: [f64; 4], cam: &MotionLaw, shaft: [f64; 3], steps: u32) -> Ve
         }
     }
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (mut y, mut start, mut course) = ([0.0f64; 2], 0.0, Vec::new());
+    let (mut y, mut start, mut trajectory) = ([0.0f64; 2], 0.0, Vec::new());
     for (end, is_read) in ends {
         let middle = angle::reduce(Double::from(angle(0.5 * (start + end))));
         let segment = cam.segment(middle, true);
@@ -206,10 +206,10 @@ fn reference(body: [f64; 4], cam: &MotionLaw, shaft: [f64; 3], steps: u32) -> Ve
         }
         start = end;
         if is_read {
-            course.push(y);
+            trajectory.push(y);
         }
     }
-    course
+    trajectory
 }
 
 /// The largest error of q relative to the largest |q|.
@@ -234,7 +234,7 @@ fn a_progressive_damper_is_right_at_constant_speed_and_on_inputs() {
         ] {
             let expected = reference([m, c, b1, b2], cam, shaft, 40);
             for every in [1, 4] {
-                let (found, crossings) = course(law, cam, shaft, input, 40 / every);
+                let (found, crossings) = trajectory(law, cam, shaft, input, 40 / every);
                 let expected: Vec<_> =
                     expected.iter().copied().skip(every as usize - 1).step_by(every as usize).collect();
                 let error = error(&found, &expected);
@@ -250,7 +250,7 @@ fn without_its_second_part_it_is_the_drive() {
     let ([m, c, b1], w) = ([1.5, 8e3, 7.0], 20.0);
     for cam in [MotionLaw::Fourier(series()), cycle(SimpleSine, Polynomial345)] {
         let law = Progressive { equation: Equation::new([m, c, b1]), b2: 0.0, sense: 1.0 };
-        let (found, _) = course(law, &cam, [0.3, w, 0.0], false, 20);
+        let (found, _) = trajectory(law, &cam, [0.3, w, 0.0], false, 20);
         let mut drive = drive(scene([m, c, b1], cam, DriveMode::Constant { w, phi_start: 0.3 }, at_rest()));
         let expected: Vec<_> = (1..=20).map(|n| run(&mut drive, f64::from(n) / 20.0, 0.05)).collect();
         assert!(error(&found, &expected) <= 1e-10);

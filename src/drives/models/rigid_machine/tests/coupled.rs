@@ -37,13 +37,13 @@ fn begun(mut drive: AnyDrive) -> Unit {
     Unit(drive, 0.0)
 }
 
-fn scene(inertia: InertiaFunction, motor: Motor, loads: Vec<Named>) -> Scene {
+fn scene(inertia: InertiaFunction, motor: Motor, loads: Vec<NamedLoad>) -> Scene {
     let (start, solver) = (MachineStart::Given, Settings::default());
     Scene { inertia, followers: vec![], motor, loads, phi_start: 0.0, w_start: 8.0, start, solver }
 }
 
-fn only(inertia: bool) -> Vec<Named> {
-    vec![Named { name: String::new(), inertia }]
+fn only(inertia: bool) -> Vec<NamedLoad> {
+    vec![NamedLoad { name: String::new(), inertia }]
 }
 
 /// M = 2 (10 − φ̇), the characteristic of Kloss far from its breakdown but for 2e-7 N·m.
@@ -52,7 +52,7 @@ fn nearly_linear() -> Motor {
 }
 
 /// A machine with J0 = 1 kg·m² and M = 2 (10 − φ̇).
-fn flywheel(loads: &[Named]) -> Unit {
+fn flywheel(loads: &[NamedLoad]) -> Unit {
     let inertia = InertiaFunction { constant: 1.0, varying: None };
     begun(AnyDrive::new(RigidMachine::new(scene(inertia, nearly_linear(), loads.to_vec())).unwrap()))
 }
@@ -196,7 +196,8 @@ fn an_inertia_that_is_not_positive_is_refused() {
 /// The derivatives of the outputs, against differences of the drive and of its motion.
 #[test]
 fn derivatives_know_the_loads() {
-    let loads = [("pusher", true), ("gripper", false)].map(|(name, inertia)| Named { name: name.to_owned(), inertia });
+    let loads =
+        [("pusher", true), ("gripper", false)].map(|(name, inertia)| NamedLoad { name: name.to_owned(), inertia });
     let inputs = ["pusher.J_load", "pusher.dJ_load", "pusher.tau_rest", "gripper.tau"];
     for name in inputs {
         let prepared = |moved: f64, h: f64| {

@@ -71,12 +71,12 @@ fn each_cause_is_told_once() {
 
 #[test]
 fn a_start_forgets_what_was_told() {
-    let (mut led, mut log) = (Led::begin([0.0; 2], 0.0), EventLog::default());
+    let (mut consistency, mut log) = (Consistency::begin([0.0; 2], 0.0), EventLog::default());
     for phi in [1.0, 2.0] {
-        led.compare([phi, 0.0], [0.0; 2], 0.1, &mut log);
+        consistency.compare([phi, 0.0], [0.0; 2], 0.1, &mut log);
         assert_eq!(log.count(), 1);
     }
-    led = Led::begin([0.0; 2], 0.0);
-    led.compare([1.0, 0.0], [0.0; 2], 0.1, &mut log);
+    consistency = Consistency::begin([0.0; 2], 0.0);
+    consistency.compare([1.0, 0.0], [0.0; 2], 0.1, &mut log);
     assert_eq!(log.count(), 2);
 }

@@ -7,12 +7,12 @@ use crate::numerics::double_double::Double;
 const DEGREE: usize = 10;
 
 /// φ(t₀ + τ) = Σ angleⱼ τʲ.
-pub struct Course {
+pub struct AngleSeries {
     pub angle: [f64; DEGREE + 1],
     pub degree: usize,
 }
 
-impl Course {
+impl AngleSeries {
     /// `motion` about `start` (s).
     pub fn of(motion: &AngleMotion, start: Double) -> Self {
         let mut angle = motion.derivatives((start - Double::from(motion.origin)).hi);
@@ -22,7 +22,7 @@ impl Course {
             factorial *= j as f64;
             *d /= factorial;
         }
-        Course { angle, degree: motion.degree }
+        AngleSeries { angle, degree: motion.degree }
     }
 
     /// φ, w, a at τ.

@@ -25,19 +25,19 @@ pub fn roundings([phi, w, a]: [f64; 3], time: f64) -> [f64; 2] {
 
 /// The previous step: φ (rad) and ω (rad/s) of the inputs at its start, and the time of its start (s).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Led {
+pub struct Consistency {
     /// φ and ω.
     pub from: [f64; 2],
     /// The start.
     pub time: f64,
     /// The causes already logged, as bits.
-    told: u8,
+    logged: u8,
 }
 
-impl Led {
+impl Consistency {
     /// At the start there is no previous step.
     pub fn begin(from: [f64; 2], time: f64) -> Self {
-        Led { from, time, told: 0 }
+        Consistency { from, time, logged: 0 }
     }
 
     /// Compares inputs `now` at `time` (s) with the φ and ω to which the previous step led, `to`.
@@ -58,8 +58,8 @@ impl Led {
         } else {
             (4, JUMPS)
         };
-        if self.told & cause == 0 {
-            self.told |= cause;
+        if self.logged & cause == 0 {
+            self.logged |= cause;
             let (quantity, value, unit) = ("jump of phi", jump, "rad");
             log.push(Event { time, kind, quantity, value, unit, follower: 0, about: About::Inputs });
         }

@@ -5,7 +5,7 @@ use super::newton::Newton;
 use crate::numerics::gauss::{NOISE_OF_MODES, PROJECTION, STAGES};
 
 /// A solved step.
-pub struct Solved<const N: usize> {
+pub struct Solution<const N: usize> {
     /// Legendre coefficients of ẏ.
     pub modes: [[f64; N]; STAGES],
     /// Magnitudes to which errors are relative.
@@ -25,13 +25,13 @@ pub struct Solved<const N: usize> {
 /// The first neglected coefficient m₈ would add about h m₈/17 to the polynomial. The larger of the last two coefficients is m₆ if
 /// all or only the even ones are present, so m₈ is estimated as that, diminished once more by the decay over the two orders before.
 /// Rounding of f in a coefficient is no error of the polynomial, and no shorter step would remove it.
-pub fn solved<const N: usize>(
+pub fn solution<const N: usize>(
     f: [[f64; N]; STAGES],
     scale: [f64; N],
     newton: &Newton<N>,
     h: f64,
     remainder: [f64; N],
-) -> Solved<N> {
+) -> Solution<N> {
     let noise = newton.noise(&scale);
     let modes: [[f64; N]; STAGES] =
         std::array::from_fn(|k| std::array::from_fn(|c| (0..STAGES).map(|j| PROJECTION[k][j] * f[j][c]).sum()));
@@ -56,7 +56,7 @@ pub fn solved<const N: usize>(
     for c in 0..N {
         own[c] += power * scale[c];
     }
-    Solved { modes, scale, error, ends, own, map: newton.map(h) }
+    Solution { modes, scale, error, ends, own, map: newton.map(h) }
 }
 
 /// About the Legendre coefficient of order 8 of e^(xξ), ξ ∈ [−1, 1], less its growth: x⁸/17!! for small x.
