@@ -1,4 +1,4 @@
-//! The linear oscillation of a drive whose coefficients repeat themselves every turn.
+//! The linear oscillation of a drive whose coefficients repeat every turn.
 
 use crate::resource::Scene;
 use crate::search;
@@ -15,16 +15,15 @@ use std::f64::consts::TAU;
 const SAME: f64 = 1e-12;
 
 /// The note on an input.
-const INPUT: &str = "The input F is taken as 0.";
+const INPUT: &str = "The input F is set to 0.";
 
 /// The note on a shaft that is not linear.
-pub const LINEARISED: &str =
-    "The drive is not linear; these results are of its linearisation about q = 0. `camdrive steady` has its own loads.";
+pub const LINEARISED: &str = "The drive is not linear. These results hold for its linearisation about q = 0; `camdrive steady` computes the drive's own loads.";
 
 /// m(φ) q̈ + [b(φ) + Ω b₁(φ)] q̇ + [c(φ) + Ω c₁(φ) + Ω² c₂(φ)] q = f(φ) + Ω f₁(φ) + Ω² f₂(φ) at φ = Ω t, one degree of freedom q.
 ///
-/// Either b₁ = c₂ = 0, or the inertia turns with the drive: b₁ = m′ and c₂ = m″/2, as the kinetic energy ½ m ψ̇²
-/// with m at ψ = φ + q has it. c₁ and f₁ are of dampers and grow with b.
+/// Either b₁ = c₂ = 0, or the inertia turns with the drive: b₁ = m′ and c₂ = m″/2, from the kinetic energy ½ m ψ̇² with m at ψ
+/// = φ + q. c₁ and f₁ belong to dampers and grow with b.
 pub struct PeriodicOscillator {
     /// The coefficients at an angle (rad) in [−2π, 2π], continued smoothly from a segment.
     pub terms: Box<dyn Fn(usize, f64) -> Terms + Send + Sync>,
@@ -37,9 +36,9 @@ pub struct PeriodicOscillator {
     pub cost: f64,
     /// True if b₁ = m′ and c₂ = m″/2.
     pub inertia_turns: bool,
-    /// b and c of the spring and the damper that the drive loads at an angle (rad), where others act beside them.
+    /// b and c of the drive's own spring and damper at an angle (rad), if others act as well.
     pub own: Option<Angular>,
-    /// The speed Ω of the scene (rad/s); None where the drive follows its inputs.
+    /// The speed Ω of the scene (rad/s); None if the drive follows its inputs.
     pub speed: Option<f64>,
     /// The angle at which the scene starts (rad).
     pub start: f64,
@@ -47,7 +46,7 @@ pub struct PeriodicOscillator {
     pub coordinate: &'static Quantity,
     /// Quantity of c q.
     pub load: &'static Quantity,
-    /// The way from the equation of the scene to this one, where they differ: "linearised about q = 0".
+    /// The simplification of the scene's equation, if any: "linearised about q = 0".
     pub note: Option<String>,
 }
 
@@ -77,10 +76,10 @@ pub struct Terms {
     pub f2: f64,
 }
 
-/// The drive of a scene as an oscillator with periodic coefficients, linearised where it is not linear.
+/// The drive of a scene as an oscillator with periodic coefficients, linearised if necessary.
 ///
 /// # Errors
-/// Where the model is none.
+/// Other models.
 pub fn of(scene: &Scene) -> Result<PeriodicOscillator, Fault> {
     match scene {
         Scene::ElasticShaft(scene) => Ok(of_shaft(scene)),
@@ -90,7 +89,7 @@ pub fn of(scene: &Scene) -> Result<PeriodicOscillator, Fault> {
                 Scene::RigidMachine(_) | Scene::DriveTrain(_) => {
                     "write a follower of a machine or a train as a scene of its own"
                 }
-                _ => "its coefficients do not vary over the turn; `camdrive check` tells its resonances",
+                _ => "its coefficients do not vary over the turn; `camdrive check` lists its resonances",
             };
             Err(Fault::new(format!(
                 "{} is not an oscillator with periodic coefficients; ElasticCamDrive with an elastic input shaft and \
@@ -102,7 +101,7 @@ pub fn of(scene: &Scene) -> Result<PeriodicOscillator, Fault> {
     }
 }
 
-/// The speed (rad/s), where it is constant, and the angle (rad) of the start.
+/// The speed (rad/s), if it is constant, and the angle (rad) of the start.
 fn turning(drive: &DriveMode) -> (Option<f64>, f64) {
     match *drive {
         DriveMode::Constant { w, phi_start } => (Some(w), phi_start),
@@ -171,8 +170,8 @@ pub fn of_shaft(scene: &elastic_shaft::Scene) -> PeriodicOscillator {
     }
 }
 
-/// The turn divided so that [`Coefficients::reach`] covers each piece: where it begins, in [0, 2π), and its length (rad). Empty
-/// where no zero of m and no pole of c is near and one reach serves the whole turn.
+/// The turn divided so that [`Coefficients::reach`] covers each piece: its beginning, in [0, 2π), and its length (rad). Empty
+/// if no zero of m and no pole of c is near and one reach serves the whole turn.
 fn pieces(coefficients: &Coefficients) -> Vec<(f64, f64)> {
     let mut pieces = Vec::new();
     let mut phi = 0.0;
@@ -186,8 +185,7 @@ fn pieces(coefficients: &Coefficients) -> Vec<(f64, f64)> {
 
 /// m(φ) q̈ + b(φ) q̇ + c(φ) q = f(φ).
 ///
-/// Under a load, F = F_L without an input where q = q̇ = 0: b += b_r, c += c_r, f += F; where q counts from the drive,
-/// f₁ = −b_r.
+/// Under a load, F = F_L without an input at q = q̇ = 0: b += b_r, c += c_r, f += F; if q counts from the drive, f₁ = −b_r.
 pub fn of_coefficients(scene: &parametric::Scene) -> PeriodicOscillator {
     let coefficients = scene.law.coefficients();
     let (load, process, relative) = (scene.load.clone(), scene.load.process.clone(), scene.law.is_relative());

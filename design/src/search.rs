@@ -13,11 +13,11 @@ pub struct Extreme {
     pub value: f64,
 }
 
-/// Evaluations after which a search is ended: bisection alone takes 60 from one end of a `f64` to the last digit.
+/// Evaluations after which a search ends: bisection alone takes 60 from one end of a `f64` to the last digit.
 const MOST_EVALUATIONS: usize = 120;
 
-/// A zero of `f` between the ends of an interval, at which it has these values of different signs, to the rounding of x or
-/// to `tolerance`. Brent's method.
+/// A zero of `f` between the ends of an interval with these values of different signs, to the rounding of x or to `tolerance`.
+/// Brent's method.
 pub fn zero(f: &mut dyn FnMut(f64) -> f64, ends: [f64; 2], values: [f64; 2], tolerance: f64) -> f64 {
     let ([mut a, mut b], [mut fa, mut fb]) = (ends, values);
     let (mut c, mut fc) = (a, fa);
@@ -66,17 +66,17 @@ pub fn zero(f: &mut dyn FnMut(f64) -> f64, ends: [f64; 2], values: [f64; 2], tol
     b
 }
 
-/// The zero of `f` between `a` and `b`, at whose ends it has different signs, to the rounding of x.
+/// The zero of `f` between `a` and `b`, where it has different signs, to the rounding of x.
 pub fn root(mut f: impl FnMut(f64) -> f64, ends: [f64; 2]) -> f64 {
     let values = ends.map(&mut f);
     zero(&mut f, ends, values, 0.0)
 }
 
-/// Place and value of the maximum of `f` between `a` and `b`, the place to `tolerance`, so the value to the square of
-/// it. Nine samples find the highest part, Brent's method the place in it.
+/// Place and value of the maximum of `f` between `a` and `b`, the place to `tolerance`, so the value to its square. Nine
+/// samples find the highest part, Brent's method the place in it.
 pub fn maximum(f: &mut dyn FnMut(f64) -> f64, [a, b]: [f64; 2], tolerance: f64) -> (f64, f64) {
     const SAMPLES: usize = 9;
-    // Denser towards the ends, where a narrow summit may lie.
+    // Denser towards the ends, where a narrow peak may lie.
     let place = |i: usize| {
         let turn = std::f64::consts::PI * i as f64 / (SAMPLES + 1) as f64;
         a + (b - a) * 0.5 * (1.0 - turn.cos())
@@ -143,7 +143,7 @@ pub fn summit(f: &mut dyn FnMut(f64) -> f64, ends: [f64; 2], from: (f64, f64), t
     (x, fx)
 }
 
-/// Where `f` has local maxima that may reach `least`, looked for at `candidates` and then between their neighbours.
+/// The local maxima of `f` that may reach `least`, searched at `candidates` and then between their neighbours.
 pub fn local_maxima(candidates: &[f64], least: f64, f: &dyn Fn(f64) -> f64) -> Vec<f64> {
     let values: Vec<f64> = candidates.iter().map(|x| f(*x)).collect();
     let last = candidates.len() - 1;
@@ -186,15 +186,15 @@ fn highest(segments: &[[f64; 2]], f: &dyn Fn(usize, f64) -> f64) -> Extreme {
         let places: Vec<f64> = (0..=parts as usize).map(|k| from + (to - from) * k as f64 / parts).collect();
         let at = |phi: f64| Extreme { phi, value: f(i, phi) };
         greatest = places.iter().map(|phi| at(*phi)).fold(greatest, higher);
-        // A constant has no summit to look for.
+        // A constant has no peak to search.
         let summits = local_maxima(&places, greatest.value.next_up(), &|phi| f(i, phi));
         greatest = summits.into_iter().map(at).fold(greatest, higher);
     }
     greatest
 }
 
-/// The local maxima of a function with these values at ascending places, by its slope and bend; each with the index of the place
-/// that it is nearest to.
+/// The local maxima of a function with these values at ascending places, by its slope and bend; each with the index of the
+/// closest place.
 pub fn crests(places: &[f64], values: &[f64], slopes: &dyn Fn(f64) -> [f64; 2]) -> Vec<(usize, f64)> {
     let last = places.len() - 1;
     let beside = |i: usize| [i.saturating_sub(1), (i + 1).min(last)];

@@ -6,11 +6,11 @@
 //! * Elastically: the force changes its sign within the first natural period. With R² = A² + B², tan δ = −B/A and
 //!   cos α = (μ+1)/R the smallest f is (μ+1)(τ₁ + π + δ + α − tan α), so that it happens where
 //!   tan α − α > π + τ₁ + δ. For given μ that holds for all K above one value K_el(μ), which is
-//!   15.1790607982 for μ → 0 and larger for every μ > 0. f(τ* + 2π) > f(τ*): what does not happen in the first period does not happen later.
+//!   15.1790607982 for μ → 0 and larger for every μ > 0. f(τ* + 2π) > f(τ*): if it does not happen in the first period, it does not happen later.
 //!
 //! The condition K ≤ 15 of the source excludes the second kind only.
 //!
-//! Source: K. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", 1996, (25), (26) and the map after them.
+//! Source: K. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", 1996, (25), (26) and the map that follows.
 
 use crate::formulas::passage::{Masses, Passage};
 use crate::search::root;
@@ -27,14 +27,14 @@ pub enum Sequel {
     Immediate,
     /// m1 leaves the flank within the first natural period.
     Elastic,
-    /// m1 rebounds, since e > 0; the formulas do not know that.
+    /// m1 rebounds, since e > 0; the formulas leave that out.
     Rebound,
-    /// m1 falls back to the flank that it has left; nor that.
+    /// m1 falls back to the flank that it has left; the formulas leave that out, too.
     Return,
 }
 
 impl Sequel {
-    /// The word for tables.
+    /// The name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Sequel::None => "none",
@@ -51,11 +51,11 @@ fn involute(tan: f64) -> f64 {
     tan - tan.atan()
 }
 
-/// δ and tan α of the contact force after the impact; None where it never falls, R ≤ μ + 1.
+/// δ and tan α of the contact force after the impact; None if it never falls, R ≤ μ + 1.
 fn wave(passage: &Passage) -> Option<[f64; 2]> {
     let [a, b] = passage.amplitudes();
     let size = (a * a + b * b).sqrt() * passage.masses.share;
-    // R ≥ μ + 1 in a form that keeps its digits where both are near.
+    // R ≥ μ + 1 in a form that keeps its digits if both are close.
     (size > 1.0).then(|| [(-b).atan2(a), ((size - 1.0) * (size + 1.0)).sqrt()])
 }
 
@@ -75,7 +75,7 @@ pub fn sequel(passage: &Passage) -> Sequel {
     }
 }
 
-/// When the contact ends again, τ* after the impact: 0 at once, else the first zero of f; None where it lasts.
+/// When the contact ends again, τ* after the impact: 0 at once, else the first zero of f; None if it lasts.
 pub fn release(passage: &Passage) -> Option<f64> {
     match sequel(passage) {
         Sequel::None | Sequel::Rebound | Sequel::Return => None,
@@ -89,7 +89,7 @@ pub fn release(passage: &Passage) -> Option<f64> {
     }
 }
 
-/// The passage beyond whose K contact is interrupted elastically: f has a double zero after it.
+/// The passage above whose K contact is interrupted elastically: f has a double zero after it.
 pub fn elastic_border(mu: f64) -> Passage {
     // No border below τ₁ = 4; above the other end A ≥ ½τ₁² − 2 makes the excess positive.
     let tau = root(|tau| elastic_excess(&Passage::lasting(mu, tau)), [4.0, 2.0 * mu + 2.0 * PI + 6.0]);
@@ -106,8 +106,8 @@ pub fn elastic_limit() -> [f64; 2] {
     [tau, tau * tau * tau / 6.0 + tau]
 }
 
-/// The highest point of band n, as θ and μ: tan θ = θ, μ = −cos θ; above that of n = 0 no impact is followed by an immediate
-/// release.
+/// The highest point of band n, as θ and μ: tan θ = θ, μ = −cos θ. Above the point of n = 0 no impact is followed by an
+/// immediate release.
 pub(super) fn band_tip(n: u32) -> [f64; 2] {
     // θ = (2n+1)π + β with tan β = θ: the zero of tan β − β − (2n+1)π, by its arctangent.
     let odd = f64::from(2 * n + 1) * PI;
@@ -115,13 +115,13 @@ pub(super) fn band_tip(n: u32) -> [f64; 2] {
     [odd + beta, beta.cos()]
 }
 
-/// The θ between which band n, counted from 0, interrupts contact at once; None where μ is above its tip.
+/// The θ between which band n, counted from 0, interrupts contact at once; None if μ is above its tip.
 pub fn band(mu: f64, n: u32) -> Option<[f64; 2]> {
     let (odd, even) = (f64::from(2 * n + 1) * PI, f64::from(2 * n + 2) * PI);
     if mu >= 1.0 || mu.is_nan() {
         return None;
     }
-    // With θ = odd + x the band is where sin x > μθ; the distance is largest at cos x = μ.
+    // With θ = odd + x the band is the x with sin x > μθ; the distance is largest at cos x = μ.
     let top = mu.acos();
     if top.sin() <= mu * (odd + top) {
         return None;
@@ -132,7 +132,7 @@ pub fn band(mu: f64, n: u32) -> Option<[f64; 2]> {
     Some([low, high])
 }
 
-/// Bands listed at most; for μ ≥ 5e-5 all that lie below K_el.
+/// Bands listed at most; for μ ≥ 5e-5 these are all below K_el.
 pub(super) const MOST_BANDS: u32 = 100;
 
 /// The K without a second impact at one mass ratio.
@@ -171,7 +171,7 @@ pub fn admissible(mu: f64) -> Admissible {
 /// A border of the map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Border {
-    /// The number of the band from 0 for an immediate release, None for the elastic border.
+    /// The number of the band, from 0, of an immediate release; None for the elastic border.
     pub band: Option<u32>,
     /// Its points.
     pub points: Vec<BorderPoint>,
@@ -198,11 +198,11 @@ impl BorderPoint {
     }
 }
 
-/// Points of a border lie so near that a straight line between them, both axes logarithmic, misses it by less: a
-/// fiftieth of the width of a line in a diagram of three decades.
+/// A straight line between two points of a border, both axes logarithmic, misses it by less: a fiftieth of the width of a line
+/// in a diagram of three decades.
 const CHORD: f64 = 3e-4;
 
-/// Points on the border, `point(x)` for x from 0 to 1, as many as [`CHORD`] asks for.
+/// Points on the border, `point(x)` for x from 0 to 1, as many as [`CHORD`] needs.
 fn trace(point: &impl Fn(f64) -> BorderPoint) -> Vec<BorderPoint> {
     fn refine(
         point: &impl Fn(f64) -> BorderPoint,
@@ -216,7 +216,7 @@ fn trace(point: &impl Fn(f64) -> BorderPoint) -> Vec<BorderPoint> {
         let chord = [b[0] - a[0], b[1] - a[1]];
         let length = (chord[0] * chord[0] + chord[1] * chord[1]).sqrt();
         let off = (chord[0] * (m[1] - a[1]) - chord[1] * (m[0] - a[0])).abs() / length.max(f64::MIN_POSITIVE);
-        // Three bisections first, that no bend between two points on one line is passed over.
+        // Three bisections first, so that no bend between two points on one line is missed.
         if depth < 3 || (off > CHORD && depth < 14) {
             refine(point, [from, middle], depth + 1, points);
             refine(point, [middle, to], depth + 1, points);

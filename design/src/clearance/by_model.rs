@@ -1,11 +1,11 @@
 //! Which natural frequencies, speeds, clearances, masses m1 and damping ratios avoid further impacts by the event-driven model.
 //!
-//! The formulas tell them at once ([`super::tuning`]), but rest on a quasi-static release and a cubic U. Here the model is
-//! followed through all passages of a turn at values around those of the scene, and the borders between calm and other
-//! values are bisected. A range of values narrower than the distance of two samples may be missed.
+//! The formulas give them at once ([`super::tuning`]), but assume a quasi-static release and a cubic U. Here the model follows
+//! all passages of a turn at values around the scene's, and bisection finds the borders between calm and other values. A range
+//! of values narrower than the distance of two samples may be missed.
 //!
-//! A passage that ends well from permanent contact may not do so with the vibration of those before it: what the motion settles
-//! to at a value within each interval tells which [`Change`] makes the drive gentler.
+//! A passage that ends well from permanent contact may not do so with the vibration of earlier ones: the settled motion at a
+//! value within each interval shows which [`Change`] makes the drive gentler.
 
 use super::contact_motion::ContactMotion;
 use super::law::Crossing;
@@ -22,9 +22,9 @@ use crate::text;
 use camdrive::drives::backlash::Scene;
 use serde::Serialize;
 
-/// Values are looked for between the part 1/`REACH` and `REACH` of that of the scene.
+/// Values are searched between the part 1/`REACH` and `REACH` times the scene's value.
 const REACH: f64 = 4.0;
-/// Damping ratios are looked for between these, whatever that of the scene is, which may be 0.
+/// Damping ratios are searched between these, whatever the scene's is: it may be 0.
 const DAMPING: [f64; 2] = [0.0025, 1.0];
 /// Quantities.
 const COUNT: usize = 5;
@@ -34,14 +34,14 @@ const SAMPLES: [usize; 2] = [10, 36];
 const MOST_INSTANTS: usize = 10_000_000;
 /// Instants of a passage: its flight and twice the natural period after it.
 const INSTANTS_OF_A_PASSAGE: usize = 1000;
-/// A change stands so far within its interval: masses, stiffnesses and speeds of machines that are built scatter by some per cent.
+/// A change stays this far inside its interval: masses, stiffnesses and speeds of built machines scatter by some per cent.
 const MARGIN: f64 = 1.05;
-/// A border is known to this part: the three digits that are shown.
+/// Relative accuracy of a border: the three digits that reports show.
 const BORDER: f64 = 5e-4;
 /// Internal steps of an evaluation; a drive that needs more vibrates too often to be followed.
 const MOST_STEPS: f64 = 1e5;
 
-/// Admissible values around those of the scene, by the model.
+/// Admissible values around the scene's, by the model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ByModel {
     /// Natural frequencies ω (rad/s).
@@ -54,11 +54,11 @@ pub struct ByModel {
     pub mass: Intervals,
     /// Damping ratios D = b/(2 m2 ω).
     pub damping: Intervals,
-    /// The values between which each was looked for.
+    /// The values between which each was searched.
     pub searched: [[f64; 2]; COUNT],
     /// The ratio of neighbouring samples.
     pub ratio: f64,
-    /// That of damping ratios.
+    /// The ratio of neighbouring damping ratios.
     pub damping_ratio: f64,
     /// Samples at which the model could not be followed; they count as not admissible.
     pub unknown: usize,
@@ -86,7 +86,7 @@ pub const QUANTITIES: [&str; COUNT] = ["natural frequency", "speed", "clearance"
 /// Their units for people.
 pub const UNITS: [Unit; COUNT] = [HZ, RPM, MM, KG, ONE];
 
-/// Significant digits of a change: what is tried is what is told.
+/// Significant digits of a change: the model tries the value that the report shows.
 pub const DIGITS: usize = 3;
 
 impl ByModel {
@@ -96,8 +96,8 @@ impl ByModel {
     }
 }
 
-/// True if each passage ends with one impact on the other flank and lasting contact; None where the model has not
-/// followed all of the `releases` and none of those it has followed tells the contrary.
+/// True if each passage ends with one impact on the other flank and lasting contact; None if the model has not followed all of
+/// the `releases` and none of the followed ones is to the contrary.
 pub fn is_calm(passages: &[Clearance], releases: Option<usize>) -> Option<bool> {
     let sequels: Vec<Sequel> = passages.iter().filter_map(|p| Some(p.model?.sequel)).collect();
     if sequels.iter().any(|sequel| *sequel != Sequel::None) {
@@ -131,13 +131,13 @@ fn middle([low, high]: [f64; 2]) -> f64 {
     (low * high).sqrt()
 }
 
-/// The value in an interval that is next to `own`, with its margin; the middle of an interval that is too narrow or has it.
+/// The value in an interval next to `own`, with its margin; the middle of an interval that is too narrow or contains `own`.
 fn within([low, high]: [f64; 2], own: f64) -> f64 {
     let [inner, outer] = [low * MARGIN, high / MARGIN];
     if inner < outer && !(low..=high).contains(&own) { own.clamp(inner, outer) } else { middle([low, high]) }
 }
 
-/// The model of a scene and its motion of permanent contact; None where it cannot be followed.
+/// The model of a scene and its motion of permanent contact; None if it cannot be followed.
 fn model(scene: &Scene, machine: &Parameters, ignore: f64) -> Option<(Machine, ContactMotion)> {
     let mut model = Machine::new(scene, machine.speed).ok()?;
     model.allow(MOST_STEPS);
@@ -151,23 +151,23 @@ pub struct Variation<'a> {
     pub scene: &'a Scene,
     /// Its parameters.
     pub machine: &'a Parameters,
-    /// Where its contact force changes its sign by the formulas.
+    /// Angles at which its contact force changes sign by the formulas.
     pub crossings: &'a [Crossing],
     /// The part of the largest force up to which a change of sign is ignored.
     pub ignore: f64,
 }
 
 impl Variation<'_> {
-    /// The values around those of the scene, whose periodic motion is `motion`, with changes that settle for `turns`; None where
-    /// that would take long or the model cannot be followed.
+    /// The values around the scene's, whose periodic motion is `motion`, with changes that settle for `turns`; None if that
+    /// would take long or the model cannot be followed.
     pub fn around(&self, motion: &ContactMotion, turns: usize) -> Option<ByModel> {
-        // Borders are about as many evaluations again.
+        // Borders take about as many evaluations again.
         let instants = motion.samples.len() + INSTANTS_OF_A_PASSAGE * motion.releases.len().max(1);
         let count = (MOST_INSTANTS / (2 * COUNT * 2 * instants)).min(SAMPLES[1]);
         if count < SAMPLES[0] {
             return None;
         }
-        // What cannot be followed with so few steps here cannot be nearby.
+        // If so few steps do not suffice here, they do not nearby.
         self.is_calm(self.scene, self.machine)?;
         let (intervals, unknown) = self.admissible(count);
         let changes = self.changes(&intervals, turns);
@@ -187,13 +187,13 @@ impl Variation<'_> {
         })
     }
 
-    /// The values that are multiplied: those of the scene, of damping ratios the middle one.
+    /// The values that are multiplied: the scene's, and the middle one of the damping ratios.
     fn own(&self) -> [f64; COUNT] {
         let Parameters { omega, speed, s, m1, .. } = *self.machine;
         [omega, speed.abs(), s, m1, middle(DAMPING)]
     }
 
-    /// True if these values are calm; None where the model cannot be followed.
+    /// True if these values are calm; None if the model cannot be followed.
     fn is_calm(&self, scene: &Scene, machine: &Parameters) -> Option<bool> {
         let (mut model, motion) = model(scene, machine, self.ignore)?;
         let passages = passages(scene, machine, self.crossings, Some((&mut model, &motion)));
@@ -264,7 +264,7 @@ impl Variation<'_> {
     }
 }
 
-/// Values are looked for between the part 1/reach and reach of the own one.
+/// Values are searched between the part 1/reach and reach times the scene's value.
 fn reach(which: usize) -> f64 {
     if which < COUNT - 1 { REACH } else { DAMPING[1] / middle(DAMPING) }
 }

@@ -11,9 +11,9 @@ use camdrive::motion::Fourier;
 const SAMPLES: f64 = 8.0;
 /// More would take longer than a second.
 const MOST_SAMPLES: f64 = 3e5;
-/// Fewer would leave the lobes of a simple law in the dark.
+/// Fewer would miss the lobes of a simple law.
 const LEAST_SAMPLES: f64 = 256.0;
-/// A force this small a part of the largest one is a rest: ten times what the drive takes for a rounding of its terms.
+/// A force this small a part of the largest one is a rest: ten times the part that the drive treats as rounding of its terms.
 const ROUNDING: f64 = 1e-11;
 
 /// A sample of the periodic motion.
@@ -42,7 +42,7 @@ pub struct Release {
     pub phi: f64,
     /// True if F_K falls: a release from flank A.
     pub falling: bool,
-    /// Where the contact force was largest since its zero before: from there on the passage is followed.
+    /// The largest contact force since the zero before: the passage is followed from there on.
     pub before: Sample,
 }
 
@@ -55,8 +55,8 @@ pub struct ContactMotion {
 }
 
 impl ContactMotion {
-    /// The periodic motion of the machine on locked flanks. Lobes of F_K below the part `ignore` of the largest one are
-    /// no passages.
+    /// The periodic motion of the machine on locked flanks. Lobes of F_K below the part `ignore` of the largest one are no
+    /// passages.
     pub fn new(machine: &mut Machine, scene: &Scene, ignore: f64) -> Result<Self, Fault> {
         let count = count(scene, machine.w)?;
         let step = machine.turn() / count as f64;
@@ -111,7 +111,7 @@ impl ContactMotion {
             let [a, b] = [pair[0], pair[1]];
             let signs = [sign(&a), sign(&b)];
             if signs[0] != signs[1] {
-                // A rest begins and ends where the force is a rounding.
+                // A rest begins and ends at a force of rounding size.
                 let of = if signs.contains(&0.0) { rounding * (signs[0] + signs[1]) } else { 0.0 };
                 zeros.push(Zero { sample, at: zero(machine, [a, b], 0, of)?, beyond: b });
             } else if turns_back(signs[0], &a, &b) {
@@ -130,8 +130,8 @@ impl ContactMotion {
             let (time, falling) = (zeros[lobe].at.time, heights[lobe] < 0.0);
             let mut before = peaks[(lobe + peaks.len() - 1) % peaks.len()];
             if before.force[0].abs() <= rounding {
-                // Nothing presses in a rest. F_K = 0 and a rate of this sign put m1 on the flank that it is to leave; what
-                // comes of it stays a rounding.
+                // Nothing presses in a rest. F_K = 0 and a rate of this sign put m1 on the flank that it will leave; the effect
+                // stays a rounding.
                 let Parameters { c, b, m2, .. } = *parameters;
                 let rate = if falling { -0.01 } else { 0.01 } * rounding / ((c * m2).sqrt() + b);
                 before.q = [-b * rate / c, rate];
@@ -167,9 +167,9 @@ struct Zero {
     beyond: Sample,
 }
 
-/// q and q̇ of the forced vibration at φ = 0: each harmonic of U answers by itself,
-/// q̈ + (b/m2) q̇ + ω² q = −Ü. Without damping it is the periodic motion without free vibration, which is one of many where
-/// a multiple of the speed that U does not hold is the natural frequency.
+/// q and q̇ of the forced vibration at φ = 0: each harmonic of U answers by itself, q̈ + (b/m2) q̇ + ω² q = −Ü. Without damping
+/// it is the periodic motion without free vibration: one of many if a multiple of the speed that U does not contain is the
+/// natural frequency.
 fn forced(series: &Fourier, scene: &Scene, w: f64) -> Result<[f64; 2], Fault> {
     let (square, damping) = (scene.parameters.c / scene.parameters.m2, scene.parameters.b / scene.parameters.m2);
     let mut state = [0.0; 2];
@@ -194,13 +194,13 @@ fn forced(series: &Fourier, scene: &Scene, w: f64) -> Result<[f64; 2], Fault> {
     Ok(state)
 }
 
-/// An undamped harmonic as near to the natural frequency has an amplitude of which no digit is right.
+/// An undamped harmonic as close to the natural frequency has an amplitude without a correct digit.
 const RESONANCE: f64 = 1e-12;
 
 /// The number of samples of the turn that shows every vibration.
 fn count(scene: &Scene, w: f64) -> Result<usize, Fault> {
     let natural = (scene.parameters.c / scene.parameters.m2).sqrt() / w.abs();
-    // Only the harmonics of a Fourier law are left of the periodic motion; other laws excite the natural frequency.
+    // Only the harmonics of a Fourier law stay in the periodic motion; other laws excite the natural frequency.
     let fastest =
         if scene.cam.series().is_some() { scene.cam.resolution() } else { scene.cam.resolution().max(natural) };
     let count = (SAMPLES * std::f64::consts::TAU * fastest).ceil().max(LEAST_SAMPLES);
@@ -230,8 +230,8 @@ fn turns_back(sign: f64, a: &Sample, b: &Sample) -> bool {
     low < 0.0 && high > 0.0 && a.force[0].abs().min(b.force[0].abs()) < low.abs().max(high)
 }
 
-/// Where the force (`order` 0) or its rate (1) has this value between two samples; the second one where it has it on
-/// neither side.
+/// The place between two samples at which the force (`order` 0) or its rate (1) has this value; the second sample if neither
+/// has it on the other side.
 fn zero(machine: &mut Machine, [a, b]: [Sample; 2], order: usize, of: f64) -> Result<Sample, Fault> {
     let ends = [a, b].map(|sample| sample.force[order] - of);
     if ends[0] * ends[1] > 0.0 {

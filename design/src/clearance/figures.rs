@@ -13,11 +13,11 @@ const K: &str = "Dynamic clearance K = s/(|U‴|η³) [1]";
 const MASS_RATIOS: [f64; 7] = [0.0, 0.1, 0.3, 1.0, 3.0, 10.0, f64::INFINITY];
 /// Points of a smooth curve over some decades.
 const POINTS: usize = 200;
-/// Laws and passages that a diagram can tell apart.
+/// Laws and passages that a reader can distinguish in a diagram.
 const MOST_LAWS: usize = 6;
 const MOST_PASSAGES: usize = 3;
 
-/// μ and K between which the map is drawn: that of the source, wide enough for the passages.
+/// μ and K between which the map is drawn: the source's, extended to the passages.
 pub fn extent(report: &ClearanceAnalysis) -> ([f64; 2], [f64; 2]) {
     let (mut mu, mut k) = ([0.01, 10.0], [0.1, 1000.0]);
     let widen = |ends: &mut [f64; 2], value: f64| *ends = [ends[0].min(0.5 * value), ends[1].max(2.0 * value)];
@@ -28,7 +28,7 @@ pub fn extent(report: &ClearanceAnalysis) -> ([f64; 2], [f64; 2]) {
     (mu, k)
 }
 
-/// (K, τ₁) for the mass ratios of the source's diagram and its K, or as far as the passages ask for.
+/// (K, τ₁) for the mass ratios of the source's diagram and its K, extended to the passages.
 pub fn passage_times(report: &ClearanceAnalysis) -> Vec<(String, Vec<[f64; 2]>)> {
     let k = report.laws.iter().flat_map(|study| &study.passages).filter_map(|passage| passage.k);
     let [low, high] = k.fold([0.1, 50.0], |[low, high]: [f64; 2], k| [low.min(0.5 * k), high.max(2.0 * k)]);
@@ -41,7 +41,7 @@ pub fn passage_times(report: &ClearanceAnalysis) -> Vec<(String, Vec<[f64; 2]>)>
     MASS_RATIOS.iter().map(|mu| (name(*mu), curve(*mu))).collect()
 }
 
-/// The passages of a law with K, at most as many as can be told apart laws.
+/// The passages of a law with K, for at most as many laws as a reader can distinguish.
 fn by_law<'a>(
     report: &'a ClearanceAnalysis,
     point: impl Fn(&Clearance) -> Option<[f64; 2]> + 'a,
@@ -55,14 +55,14 @@ pub fn passage_time(report: &ClearanceAnalysis) -> Diagram {
     let curves = passage_times(report).into_iter();
     let mut series: Vec<Series> = curves.map(|(mu, points)| Series::line(format!("μ = {mu}"), points)).collect();
     series.extend(by_law(report, |passage| Some([passage.k?, passage.model.or(passage.formula)?.tau])).map(|series| {
-        // The curves are those of the formulas.
+        // The curves follow the formulas.
         Series { name: format!("{}, model", series.name), ..series }
     }));
     let axes = [Axis::logarithmic(K), Axis::linear("Time of passage τ₁ = ω t₁ [1]")];
     Diagram::new(format!("Time of passage of {}", report.scene), axes, series, Vec::new())
 }
 
-/// Where in the plane of K and μ further impacts follow, with the passages of the laws.
+/// The areas of K and μ in which further impacts follow, with the passages of the laws.
 pub fn multiple_impacts(report: &ClearanceAnalysis) -> Diagram {
     let (mu, k) = extent(report);
     let seen = |[x, y]: &[f64; 2]| (k[0]..=k[1]).contains(x) && (mu[0]..=mu[1]).contains(y);

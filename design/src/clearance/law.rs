@@ -1,7 +1,7 @@
-//! Where a motion law lets the contact change flanks: the zeros of U″ with a change of sign.
+//! The angles at which a motion law lets the contact change flanks: the zeros of U″ with a change of sign.
 //!
-//! Quasi-statically the contact force is F_K = (m1 + m2) Ω²U″, so that each of them is a passage of the clearance, and U‴
-//! there decides how hard it is. Rests, U″ = 0 over an angle, are no passages of their own.
+//! Quasi-statically the contact force is F_K = (m1 + m2) Ω²U″, so each of them is a passage of the clearance, and U‴ there
+//! decides how hard it is. Rests, U″ = 0 over an angle, are no passages of their own.
 
 use crate::law_motions::greatest_of;
 use crate::search::segments;
@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 pub struct Crossing {
     /// φ in [0, 2π) (rad).
     pub phi: f64,
-    /// U‴ there, of the segment in which the motion goes on (m).
+    /// U‴ there, in the segment in which the motion goes on (m).
     pub jerk: f64,
     /// U⁗ there (m).
     pub fourth: f64,
@@ -23,14 +23,14 @@ pub struct Crossing {
     pub fifth: f64,
 }
 
-/// The acceleration of a law as the clearance sees it.
+/// The zeros of U″ that matter for the clearance, and its size.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Signs {
     /// The zeros with a change of sign, by angle.
     pub crossings: Vec<Crossing>,
     /// max |U″| (m).
     pub largest: f64,
-    /// The number of zeros that were left out with the lobes of U″ that stay below the share to be ignored.
+    /// The number of zeros left out because their lobes of U″ stay below the ignored share.
     pub ignored: usize,
 }
 
@@ -54,8 +54,8 @@ fn pieces(law: &MotionLaw) -> Vec<(usize, f64, f64)> {
     pieces
 }
 
-/// The signs of U″ around the turn. Lobes that stay below the part `ignore` of the largest one count as rest.
-/// `forward`: the sense in which the shaft turns; it decides which one-sided U‴ holds where that jumps.
+/// The signs of U″ around the turn. Lobes that stay below the part `ignore` of the largest one count as rest. `forward` is the
+/// sense in which the shaft turns; it selects the one-sided U‴ at a jump.
 pub fn signs(law: &MotionLaw, forward: bool, ignore: f64) -> Signs {
     let pieces = pieces(law);
     let within = |phi: f64| phi - TAU * (phi / TAU).round();
@@ -96,8 +96,8 @@ pub fn signs(law: &MotionLaw, forward: bool, ignore: f64) -> Signs {
     Signs { crossings, largest, ignored }
 }
 
-/// The lobes with which the sign changes: those of at least the height `least` behind one of the other sign, whatever
-/// lower ones lie between. `heights` have signs and go around the turn in the sense of the motion.
+/// The lobes with which the sign changes: those of at least the height `least` after one of the other sign, whatever lower ones
+/// lie between. `heights` have signs and go around the turn in the sense of the motion.
 pub fn changes(heights: &[f64], least: f64) -> Vec<usize> {
     let mut high: Vec<usize> = (0..heights.len()).filter(|lobe| heights[*lobe].abs() >= least).collect();
     let mut sign = high.last().map_or(0.0, |lobe| heights[*lobe].signum());
@@ -134,10 +134,10 @@ fn zeros(law: &MotionLaw, pieces: &[(usize, f64, f64)], rounding: f64) -> Vec<f6
     zeros
 }
 
-/// A zero this near the end of a piece, as a part of it, is the beginning of the next one.
+/// A zero this close to the end of a piece, as a part of it, is the beginning of the next one.
 const ON_END: f64 = 1e-13;
 
-/// The coefficients of U″(φ + width x) in x, up to a factor; a value at x = 0 up to `zero` counts as none.
+/// The coefficients of U″(φ + width x) in x, up to a factor; a value at x = 0 up to `zero` counts as 0.
 fn second_derivative(law: &MotionLaw, segment: usize, phi: f64, width: f64, zero: f64) -> [f64; TERMS - 2] {
     let mut c = [0.0; TERMS];
     law.expand(segment, phi - TAU * (phi / TAU).round(), width, &mut c);

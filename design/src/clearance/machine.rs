@@ -1,4 +1,4 @@
-//! The event-driven model in the hands of the study: the drive with backlash of `drives`, started where a passage begins.
+//! The event-driven model as the study uses it: the drive with backlash of `drives`, started at the beginning of a passage.
 
 use super::MOST_STEPS;
 use camdrive::drives::backlash::{BacklashDrive, Scene};
@@ -83,8 +83,8 @@ impl Machine {
         Ok(Machine { drive, at, w, clearance, phi_start: 0.0, time: 0.0, work: 0.0, limit: 0.0 })
     }
 
-    /// Starts at the angle `phi` (rad) with q (m), q̇ (m/s) on the flank that presses; on the periodic motion where no
-    /// state is given. `locked`: without clearance.
+    /// Starts at the angle `phi` (rad) with q (m), q̇ (m/s) on the flank that presses; on the periodic motion without a state.
+    /// `locked`: without clearance.
     pub fn begin(&mut self, phi: f64, state: Option<[f64; 2]>, locked: bool) -> Result<Moment, Fault> {
         self.drive.reset();
         self.drive.set_up(0.0, None);
@@ -106,7 +106,7 @@ impl Machine {
         self.limit = self.work + steps;
     }
 
-    /// True if all that was allowed is used up.
+    /// True if all allowed steps are used up.
     pub fn is_exhausted(&self) -> bool {
         self.work > self.limit
     }
@@ -119,7 +119,7 @@ impl Machine {
             }
             let before = self.drive.get(self.at.steps)?;
             let advanced = self.drive.advance(self.time, time - self.time);
-            // A step that failed had used up the work of a call.
+            // A failed step has used up the work of a call.
             self.work += if advanced.is_err() { MOST_STEPS } else { self.drive.get(self.at.steps)? - before };
             advanced?;
             self.time = time;

@@ -1,11 +1,11 @@
-//! The passage of the clearance: every place of a motion law at which a drive with backlash changes flanks, how hard it is,
-//! whether further impacts follow, and which natural frequency or speed avoids them.
+//! The passage of the clearance: every angle of a motion law at which a drive with backlash changes flanks, how hard the impact
+//! is, whether further impacts follow, and which natural frequency or speed avoids them.
 //!
-//! [`law`] finds the places, [`crate::formulas::passage`] has Kaltofen's closed formulas for one passage, [`borders`] the map of multiple
-//! impacts, [`tuning`] what it admits. [`passage`] sets formula and event-driven model side by side; the model starts from the
-//! motion of permanent contact ([`contact_motion`]); what it admits finds [`by_model`], and where the two differ the model
-//! decides. [`settled`] runs it until it repeats, with all that earlier impacts leave behind. [`report`] and [`figures`] show the
-//! findings.
+//! [`law`] finds the angles, [`crate::formulas::passage`] has Kaltofen's closed formulas for one passage, [`borders`] the map
+//! of multiple impacts, [`tuning`] the values that it admits. [`passage`] compares the formula with the event-driven model,
+//! which starts from the motion of permanent contact ([`contact_motion`]). [`by_model`] finds the values that the model admits;
+//! the model decides if the two differ. [`settled`] runs it until it repeats, with all effects of earlier impacts. [`report`]
+//! and [`figures`] show the findings.
 
 pub mod borders;
 pub mod by_model;
@@ -45,33 +45,33 @@ use tuning::{Passages, Tuning};
 /// Options of a study.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Clearance instead of that of the scene (m).
+    /// Clearance instead of the scene's (m).
     pub clearance: Option<f64>,
-    /// Mass at the clearance instead of that of the scene (kg).
+    /// Mass at the clearance instead of the scene's (kg).
     pub m1: Option<f64>,
-    /// Speed instead of that of the scene (rad/s).
+    /// Speed instead of the scene's (rad/s).
     pub speed: Option<f64>,
-    /// ω = √(c/m2) instead of that of the scene, by another stiffness (rad/s); the damping ratio stays.
+    /// ω = √(c/m2) instead of the scene's, by another stiffness (rad/s); the damping ratio stays.
     pub natural_frequency: Option<f64>,
-    /// Damping ratio D = b/(2 m2 ω) instead of that of the scene.
+    /// Damping ratio D = b/(2 m2 ω) instead of the scene's.
     pub damping: Option<f64>,
     /// Turns of the settled motion, [`settled::TURNS`].
     pub turns: Option<usize>,
     /// Lobes of U″ and of the contact force below this part of the largest one are no passages; [`IGNORE`], and the noise of
     /// a table.
     pub ignore: Option<f64>,
-    /// The height of lobes of U″ of the scene's law that are noise (m), 0 where it is no smoothed table.
+    /// The height of lobes of U″ of the scene's law that are noise (m); 0 for all laws but smoothed tables.
     pub noise: f64,
-    /// Leave out what the model admits at other values, which takes most of the time.
+    /// Leave out the values that the model admits, which take most of the time.
     pub quick: bool,
     /// Further laws in the place of the scene's, with their names and the height of lobes of their U″ that are noise (m).
     pub laws: Vec<(String, MotionLaw, f64)>,
 }
 
-/// Lobes that much lower than the largest one are roundings of a law or of a table.
+/// Lobes this much lower than the largest one are roundings of a law or of a table.
 pub const IGNORE: f64 = 1e-9;
 
-/// Passages that are followed by the model, at most; a law that rests on a vibration has any number of them.
+/// Passages that the model follows, at most; a law that rests on a vibration has any number of them.
 const MOST_FOLLOWED: usize = 40;
 
 /// Internal steps for all passages of a law, and for its settled motion: about a second of computing each.
@@ -87,7 +87,7 @@ pub struct ClearanceAnalysis {
     pub scene: String,
     /// The parameters.
     pub machine: Parameters,
-    /// The laws, that of the scene first.
+    /// The laws, the scene's first.
     pub laws: Vec<Study>,
 }
 
@@ -129,19 +129,19 @@ pub struct Study {
     pub crossings: usize,
     /// Zeros left out as too small.
     pub ignored: usize,
-    /// Changes of sign of the exact contact force; None where it has no periodic motion.
+    /// Changes of sign of the exact contact force; None if it has no periodic motion.
     pub releases: Option<usize>,
-    /// The largest contact force of the periodic motion without clearance (N); None where it has none.
+    /// The largest contact force of the periodic motion without clearance (N); None without such a motion.
     pub contact_force: Option<f64>,
     /// The least angle between neighbouring zeros of U″ (rad).
     pub least_spacing: Option<f64>,
     /// The passages, by angle.
     pub passages: Vec<Clearance>,
-    /// The answer whether no passage is followed by a further impact.
+    /// Whether all passages stay without further impacts.
     pub calm: Calm,
     /// The frequencies, speeds and clearances without multiple impacts, by the formulas.
     pub tuning: Option<Tuning>,
-    /// Those by the model; None where e > 0 rebounds m1 at all of them, and where that takes long.
+    /// The values that the model admits; None if e > 0, which rebounds m1 at all of them, and if that takes long.
     pub by_model: Option<ByModel>,
     /// The motion that the drive settles to.
     pub settled: Option<SettledMotion>,
@@ -152,19 +152,19 @@ pub struct Study {
     pub course: Vec<[f64; 2]>,
 }
 
-/// The answers whether each passage ends with one impact and lasting contact.
+/// Whether each passage ends with one impact and lasting contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Calm {
-    /// By the formulas, of the zeros of U″; None where one of them has no K.
+    /// By the formulas, for the zeros of U″; None if one of them has no K.
     pub by_formulas: Option<bool>,
-    /// By the model, of all changes of sign of the contact force; None where it could not be followed.
+    /// By the model, for all changes of sign of the contact force; None if it could not be followed.
     pub by_model: Option<bool>,
 }
 
 /// Studies the passages of the clearance.
 ///
 /// # Errors
-/// A model without clearance, a standing shaft, options that are out of range.
+/// A model without clearance, a shaft at rest, options out of range.
 pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)) -> Result<ClearanceAnalysis, Fault> {
     let scene = scene(resource, options)?;
     let w = speed(&scene, options)?;
@@ -185,7 +185,7 @@ pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)
     Ok(ClearanceAnalysis { scene: resource.name.clone(), machine, laws: studies })
 }
 
-/// The drive with backlash that is meant.
+/// The drive with backlash of the scene and its options.
 fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
     let mut scene: Scene = match resource.scene.clone() {
         resource::Scene::BacklashDrive(scene) => scene,
@@ -258,7 +258,7 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
     Ok(scene)
 }
 
-/// The speed that is meant (rad/s).
+/// The speed to study (rad/s).
 fn speed(scene: &Scene, options: &Options) -> Result<f64, Fault> {
     let w = match (options.speed, &scene.drive) {
         (Some(w), _) => w,
@@ -339,7 +339,8 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options, no
 }
 
 impl Study {
-    /// Adds what the event-driven model tells: the passages from permanent contact on, what it admits, the settled motion.
+    /// Adds the event-driven model's findings: the passages from permanent contact on, the values that it admits, the settled
+    /// motion.
     ///
     /// # Errors
     /// A scene that it refuses.
@@ -369,7 +370,7 @@ impl Study {
                 let followed = self.passages.iter().filter(|p| p.model.is_some() || p.fault.is_some()).count();
                 if releases > followed {
                     self.remarks.push(format!(
-                        "Of {releases} changes of sign of the contact force the model has followed {followed}; more would \
+                        "The model has followed {followed} of {releases} changes of sign of the contact force; more would \
                          take too long."
                     ));
                 }
@@ -390,7 +391,7 @@ fn spacing(crossings: &[Crossing]) -> Option<f64> {
     crossings.iter().zip(following).map(|(a, b)| ahead(a.phi, b.phi, 1.0)).reduce(f64::min)
 }
 
-/// The zeros of U″ with the exact releases that belong to them: the nearest one of the same sense, each at most once.
+/// The zeros of U″ with their exact releases: the nearest one of the same sense, each at most once.
 fn pairs(crossings: &[Crossing], releases: &[Release], w: f64) -> Vec<(Option<usize>, Option<usize>)> {
     let falling = |crossing: &Crossing| crossing.jerk * w < 0.0;
     let nearest = |of: &dyn Fn(usize) -> Option<f64>, count: usize| {
@@ -488,7 +489,7 @@ fn merged(formula: Vec<passage::VibrationPoint>, model: Vec<passage::VibrationPo
     both.map(|(a, b)| passage::VibrationPoint { q: [a.q[0], b.q[1]], force: [a.force[0], b.force[1]], ..a }).collect()
 }
 
-/// Notes what the passages leave out.
+/// Notes what the passages ignore.
 fn remark(study: &mut Study) {
     let left = study.passages.iter().map(|p| p.left).fold(0.0, f64::max);
     let remarks = &mut study.remarks;

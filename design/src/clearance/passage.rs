@@ -1,8 +1,8 @@
 //! One passage of the clearance, by the closed formulas and by the event-driven model.
 //!
-//! The model is followed from the periodic motion of permanent contact, so that release, passage and impact are those of
-//! a machine in which the vibration of earlier impacts has died out: the assumption of the formulas. What they leave out,
-//! the higher derivatives of U, damping and restitution, is in the model.
+//! The model is followed from the periodic motion of permanent contact. Release, passage and impact then belong to a machine in
+//! which the vibration of earlier impacts has died out, as the formulas assume. The model also contains what the formulas leave
+//! out: the higher derivatives of U, damping and restitution.
 
 use super::borders::{self, Sequel};
 use super::contact_motion::{ContactMotion, Release, Sample};
@@ -45,7 +45,7 @@ pub struct Figures {
 /// A passage.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Clearance {
-    /// The zero of U″; None where only the exact contact force has one.
+    /// The zero of U″; None if only the exact contact force has one.
     pub crossing: Option<Crossing>,
     /// The flank that m1 leaves.
     pub from: char,
@@ -55,7 +55,7 @@ pub struct Clearance {
     pub formula: Option<Figures>,
     /// By the event-driven model.
     pub model: Option<Figures>,
-    /// Why a part is missing.
+    /// The reason why a part is missing.
     pub fault: Option<String>,
     /// Expected error of (3): η²|U⁽⁵⁾/U‴|.
     pub quasi_static: Option<f64>,
@@ -70,7 +70,7 @@ pub struct Clearance {
     pub course: Vec<VibrationPoint>,
 }
 
-/// A point of the period after the impact; q and the force count positive where the flank presses.
+/// A point of the period after the impact; q and the force are positive if the flank presses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VibrationPoint {
     /// τ*.
@@ -81,11 +81,11 @@ pub struct VibrationPoint {
     pub force: [Option<f64>; 2],
 }
 
-/// Points of the period after the impact: largest values of the model are right to (π/400)²/2 = 3e-5 of the vibration.
+/// Points of the period after the impact: largest values of the model err by at most (π/400)²/2 = 3e-5 of the vibration.
 const POINTS: usize = 400;
 
 impl Figures {
-    /// By (10)–(26), of the passage at `crossing`.
+    /// By (10)–(26), for the passage at `crossing`.
     pub fn by_formula(passage: &Passage, crossing: &Crossing, scene: &Scene, w: f64) -> Self {
         let omega = (scene.parameters.c / scene.parameters.m2).sqrt();
         let eta = w.abs() / omega;
@@ -202,7 +202,7 @@ impl Bench<'_> {
         (c * (1.0 / m1 + 1.0 / m2)).sqrt() + self.scene.cam.resolution() * self.machine.w.abs()
     }
 
-    /// Up to the first impact after the release, a turn at most.
+    /// Follows the motion up to the first impact after the release, a turn at most.
     fn flight(&mut self, release: &Release, lead: f64, scale: f64) -> Result<Flight, Fault> {
         self.machine.begin(self.start(release), Some(release.before.q), false)?;
         let end = lead + self.machine.turn();
@@ -227,11 +227,11 @@ impl Bench<'_> {
                 break;
             }
         }
-        Err(Fault::new("within a turn m1 does not come to the other flank"))
+        Err(Fault::new("m1 does not reach the other flank within a turn"))
     }
 
-    /// The amplitude of q `time` (s) after a release, about the motion of permanent contact there. Where m1 has left the flank
-    /// again, q̇ is that of m2 against the flank.
+    /// The amplitude of q `time` (s) after a release, about the motion of permanent contact there. If m1 has left the flank
+    /// again, q̇ is the velocity of m2 against the flank.
     fn vibration(&self, release: &Release, now: &Moment, time: f64, motion: &Sample) -> f64 {
         let Moment { q, contact, far_speed, .. } = *now;
         let omega = (self.scene.parameters.c / self.scene.parameters.m2).sqrt();
@@ -251,7 +251,7 @@ impl Bench<'_> {
     ) -> Result<Vec<VibrationPoint>, Fault> {
         let Parameters { c, s, m2, .. } = self.scene.parameters;
         let omega = (c / m2).sqrt();
-        // Pressing counts positive: against flank B after a release from A.
+        // Pressing is positive: against flank B after a release from A.
         let sign = if release.falling { 1.0 } else { -1.0 };
         self.machine.begin(self.start(release), Some(release.before.q), false)?;
         self.machine.go(impact)?;

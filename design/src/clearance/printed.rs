@@ -60,7 +60,7 @@ fn passages(findings: &ClearanceAnalysis) -> Table {
         .into()
 }
 
-/// Formulas beside the model, what they admit, and why they may be wrong.
+/// Compares formulas and model, the values that they admit, and the doubts about the formulas.
 pub(super) fn explain(findings: &ClearanceAnalysis, report: &mut Report) {
     report.explain_table(passages(findings));
     let machine = &findings.machine;
@@ -74,13 +74,13 @@ pub(super) fn explain(findings: &ClearanceAnalysis, report: &mut Report) {
     );
     let mut lines = vec![
         "K. Kaltofen, Zur Dynamik spielbehafteter periodischer Antriebe, Liberec 1996: U a cubic about the release, no \
-         damping, no rebound, nothing left of earlier impacts. K = s/(|U‴| η³), μ = m1/m2, η = Ω/ω, ω² = c/m2; τ = ω t, τ₁ at \
+         damping, no rebound, no vibration left from earlier impacts. K = s/(|U‴| η³), μ = m1/m2, η = Ω/ω, ω² = c/m2; τ = ω t, τ₁ at \
          the impact, τ* after it. Printed wrong: U⁗ in (10), (16) and Ü in (13), (18), where the third derivative is meant."
             .to_owned(),
     ];
     if let Some(tuning) = &study.tuning {
         lines.push(format!(
-            "Admissible K at μ = {}: {}{}. The source's K ≤ {SOURCE_BOUND}, natural frequencies up to {}, {}.",
+            "Admissible K at μ = {}: {}{}. The source's bound K ≤ {SOURCE_BOUND}, natural frequencies up to {}, {}.",
             number(machine.mu),
             admissible(&tuning.k.intervals, &ONE),
             if tuning.k.cut {
@@ -89,11 +89,7 @@ pub(super) fn explain(findings: &ClearanceAnalysis, report: &mut Report) {
                 String::new()
             },
             WrittenValue::rounded(tuning.source_frequency, &HZ, DIGITS, false),
-            if tuning.k.intervals.len() > 1 {
-                "leaves out the releases right after the impact"
-            } else {
-                "is sufficient"
-            }
+            if tuning.k.intervals.len() > 1 { "ignores releases right after the impact" } else { "is sufficient" }
         ));
         if tuning.mass_cut {
             let first = tuning.mass.first().map_or(0.0, |ends| ends[0]);
@@ -101,7 +97,7 @@ pub(super) fn explain(findings: &ClearanceAnalysis, report: &mut Report) {
         }
         if tuning.quasi_static_speed.is_finite() && tuning.quasi_static_frequency > 0.0 {
             lines.push(format!(
-                "Their quasi-static release is right to 5 % from a natural frequency of {} on at this speed, up to {} at \
+                "Their quasi-static release is accurate to 5 % from a natural frequency of {} on at this speed, up to {} at \
                  this natural frequency.",
                 WrittenValue::rounded(tuning.quasi_static_frequency, &HZ, DIGITS, true),
                 WrittenValue::rounded(tuning.quasi_static_speed, &RPM, DIGITS, false)
@@ -124,7 +120,7 @@ pub(super) fn explain(findings: &ClearanceAnalysis, report: &mut Report) {
     if !differing.is_empty() {
         let laws = differing.join(", ");
         lines.push(format!(
-            "Of further impacts after a passage they say otherwise than the model, which decides: {laws}."
+            "The formulas and the model disagree on further impacts after a passage: {laws}. The model decides."
         ));
     }
     lines.push(format!("U″ has {} changes of sign in a turn{ignored}{signs}.", study.crossings));

@@ -1,4 +1,4 @@
-//! The findings as a report: where the contact opens, how hard it closes, whether further impacts follow, which change cures.
+//! The findings as a report: where the contact opens, how hard it closes, whether further impacts follow, which change helps.
 
 use super::borders::{Sequel, borders};
 use super::by_model::{Change, DIGITS, QUANTITIES, UNITS};
@@ -14,26 +14,26 @@ use crate::text::{counted, number};
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
-/// Places and laws that a sentence lists, intervals that a cell lists; the others are in the files.
+/// Places and laws listed in a sentence, intervals listed in a cell; the others are in the files.
 const LISTED: usize = 6;
 
-/// A change is worth it that takes this part of the hardest impact at least: the sequences of impacts scatter by some per cent.
+/// A change is worth it if it reduces the hardest impact by this part: the sequences of impacts scatter by some per cent.
 const GAIN: f64 = 0.1;
 
-/// A quantity of the machine, and where it avoids further impacts after a single passage.
+/// A quantity of the machine and its values that avoid further impacts after a single passage.
 pub(super) struct Tunable<'a> {
     pub name: &'static str,
     pub unit: Unit,
-    /// That of the scene (SI).
+    /// The scene's value (SI).
     pub value: f64,
     pub by_formulas: Option<&'a Intervals>,
-    /// The intervals, and the values between which they were looked for.
+    /// The intervals, and the values between which they were searched.
     pub by_model: Option<(&'a Intervals, [f64; 2])>,
 }
 
-/// "100.3°, 254°", the first of them where there are many.
+/// "100°, 254°", or the first few of many.
 fn places(angles: impl Iterator<Item = f64>) -> String {
-    let mut texts: Vec<String> = angles.map(|phi| format!("{:.1}°", phi.to_degrees())).collect();
+    let mut texts: Vec<String> = angles.map(|phi| format!("{}°", number(phi.to_degrees()))).collect();
     let more = texts.len().saturating_sub(LISTED);
     texts.truncate(LISTED);
     if more > 0 { format!("{} and {more} more", texts.join(", ")) } else { texts.join(", ") }
@@ -45,7 +45,7 @@ fn settings(machine: &Parameters, which: usize, value: f64) -> Vec<Setting> {
     let written = |value: f64| WrittenValue::nearest(value, &UNITS[which], DIGITS);
     let damping = 0.5 * b / (m2 * omega);
     match which {
-        // The damping ratio stays, that is b follows.
+        // The damping ratio stays, so b follows.
         0 => vec![
             Setting::new("backlash.natural_frequency", written(value)).or("backlash.c", m2 * value * value),
             Setting::new("backlash.damping_ratio", damping).or("backlash.b", b * value / omega),
@@ -80,7 +80,7 @@ fn impacts(settled: &SettledMotion) -> String {
 }
 
 impl Study {
-    /// The passages that are known, by the model where it has followed them.
+    /// The passages with figures, the model's if it has followed them.
     fn known(&self) -> Vec<(&Clearance, Figures)> {
         self.passages.iter().filter_map(|passage| Some((passage, passage.model.or(passage.formula)?))).collect()
     }
@@ -89,8 +89,8 @@ impl Study {
         self.known().into_iter().map(|(_, figures)| figures).max_by(|a, b| a.impulse.total_cmp(&b.impulse))
     }
 
-    /// True if the settled motion repeats itself with no more impacts than passages; where it is not known, whether each passage
-    /// ends with one.
+    /// True if the settled motion repeats with no more impacts than passages; if it is unknown, whether each passage ends with
+    /// one.
     fn is_calm(&self) -> Option<bool> {
         match self.settled.zip(self.releases) {
             Some((settled, releases)) => Some(settled.repeats && settled.impacts <= releases as f64),
@@ -109,17 +109,15 @@ impl Study {
         let count = counted(self.releases.unwrap_or(self.crossings), "time");
         let told = match (&self.settled, level) {
             (Some(settled), _) if !settled.repeats => {
-                format!("The motion does not settle: {}, and no turn is like the one before", impacts(settled))
+                format!("The motion does not repeat from turn to turn: {}", impacts(settled))
             }
             (Some(settled), Level::Good) => format!("The settled motion has {}", impacts(settled)),
             (Some(settled), _) => format!("The settled motion has further impacts: {}", impacts(settled)),
-            (None, Level::Good) => {
-                "After a single passage the contact lasts; the settled motion is not known".to_owned()
-            }
-            (None, _) => "Further impacts may follow: the settled motion is not known".to_owned(),
+            (None, Level::Good) => "The contact lasts after a single passage; the settled motion is unknown".to_owned(),
+            (None, _) => "Further impacts may follow: the settled motion is unknown".to_owned(),
         };
         verdict.result(level, format!("{told}."));
-        verdict.result(level, format!("From permanent contact it opens {count} a turn, at {opened}."));
+        verdict.result(level, format!("The contact opens {count} a turn from permanent contact, at {opened}."));
         if let Some(hardest) = self.hardest() {
             let at = places(
                 [hardest.release + hardest.angle * machine.speed.signum()].map(|phi| phi.rem_euclid(TAU)).into_iter(),
@@ -127,25 +125,23 @@ impl Study {
             let force = self.known().iter().filter_map(|(_, figures)| figures.force).reduce(f64::max);
             let force = force.map_or(String::new(), |force| {
                 let times = self.contact_force.filter(|without| *without > 0.0).map_or(String::new(), |without| {
-                    format!(", {} times the largest one without clearance", number(force / without))
+                    format!(", {} times the peak without clearance", number(force / without))
                 });
-                format!("; the contact force after it reaches {}{times}", shown(force, &N))
+                format!("; the contact force then reaches {}{times}", shown(force, &N))
             });
             let impulse = shown(hardest.impulse, &NS);
-            verdict.result(level, format!("A single passage closes hardest at {at} with {impulse}{force}."));
+            verdict.result(level, format!("The hardest single passage closes at {at} with {impulse}{force}."));
         }
     }
 
-    /// Which changes make the settled motion gentler.
+    /// Advises the changes that make the settled motion gentler.
     fn advise(&self, machine: &Parameters, verdict: &mut Verdict) {
         if self.passages.is_empty() || self.is_calm() == Some(true) {
             return;
         }
         if machine.e > 0.0 {
             let e = number(machine.e);
-            verdict.advice(format!(
-                "With a restitution of {e} m1 rebounds after each impact; only softer flanks cure this."
-            ));
+            verdict.advice(format!("m1 rebounds after each impact (restitution {e}). Only softer flanks cure this."));
             return;
         }
         let (Some(model), Some(settled)) = (&self.by_model, &self.settled) else { return };
@@ -160,28 +156,28 @@ impl Study {
                 let [value, before] =
                     [change.value, of.value].map(|value| WrittenValue::nearest(value, &of.unit, DIGITS));
                 let settled = impacts(&change.settled);
-                let text = format!("Gentler: a {} of {value} instead of {before} ({settled}).", of.name);
+                let text = format!("Change the {} from {before} to {value} for gentler impacts ({settled}).", of.name);
                 let claim = Claim::Impulse { at_most: (1.0 - GAIN) * now };
                 verdict.advice(Advice::new(text).set(settings(machine, i, change.value), claim));
                 cured.push(of.name);
             }
         }
         if cured.is_empty() {
-            verdict.advice("No change of one quantity was found that makes the hardest impact gentler by a tenth.");
+            verdict.advice("No change of a single quantity was found that makes the hardest impact 10 % gentler.");
         }
     }
 
-    /// Says how sure the verdict is.
+    /// Adds how certain the verdict is.
     fn certify(&self, verdict: &mut Verdict) {
         if let Some(model) = &self.by_model {
             verdict.certainty(format!(
-                "By the event-driven model. Changes were looked for at values {} apart (damping {}), one in each interval.",
+                "Figures come from the event-driven model. It tried values {} apart (damping {}), one in each interval.",
                 shown(model.ratio - 1.0, &PERCENT),
                 shown(model.damping_ratio - 1.0, &PERCENT)
             ));
         }
         if self.calm.by_model.is_none() && self.calm.by_formulas.is_some() {
-            verdict.certainty("The model has not followed all passages: closed formulas stand in for it.");
+            verdict.certainty("The model has not followed all passages. Closed formulas give the rest.");
         }
         let faults: BTreeSet<&String> = self.passages.iter().filter_map(|p| p.fault.as_ref()).collect();
         verdict.certainty.extend(faults.into_iter().map(|fault| format!("A passage was not followed: {fault}.")));
@@ -204,14 +200,14 @@ impl Study {
         all.collect()
     }
 
-    /// The tables of the admissible intervals and of the motions that were tried.
+    /// The tables of the admissible intervals and of the tried motions.
     fn tables(&self, machine: &Parameters) -> Option<[Table; 2]> {
         let model = self.by_model.as_ref()?;
         let quantities = self.quantities(machine);
         let single = Table::of("A single passage without further impact", &quantities)
             .column("", "quantity", ONE, |q| q.name)
             .column("", "now", ONE, |q| shown(q.value, &q.unit))
-            .column("", "looked for", ONE, |q| q.by_model.map(|(_, searched)| range(searched, &q.unit)))
+            .column("", "searched", ONE, |q| q.by_model.map(|(_, searched)| range(searched, &q.unit)))
             .column("", "admissible", ONE, |q| q.by_model.map(|(found, _)| admissible(found, &q.unit)));
         let unit =
             |change: &Change| quantities.iter().find(|q| q.name == change.quantity).map_or(ONE, |q| q.unit.clone());
@@ -230,7 +226,7 @@ impl Study {
 }
 
 impl ClearanceAnalysis {
-    /// The answer, on the law of the scene.
+    /// The verdict on the law of the scene.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         if let Some(study) = self.laws.first() {
@@ -259,7 +255,7 @@ impl ClearanceAnalysis {
             .column("", "impulse", NS, |(_, f)| f.impulse)
             .column("", "loss", J, |(_, f)| f.loss)
             .column("", "largest force", N, |(_, f)| f.force)
-            .column("", "over that without clearance", ONE, move |(_, f)| Some(f.force? / study.contact_force?))
+            .column("", "times peak without clearance", ONE, move |(_, f)| Some(f.force? / study.contact_force?))
             .column("", "then", ONE, |(_, f)| sequel(f))
             .into()
     }
@@ -282,7 +278,7 @@ impl ClearanceAnalysis {
             .into()
     }
 
-    /// Tables that stand in files alone: after each impact, time of passage, map.
+    /// Adds the tables of the files: after each impact, time of passage, map.
     fn add_files(&self, report: &mut Report) {
         let passages =
             self.laws.iter().flat_map(|study| study.passages.iter().zip(1..).map(move |(p, i)| (study, i, p)));

@@ -1,4 +1,4 @@
-//! The motion that a drive with backlash settles to: all passages with what earlier impacts leave behind.
+//! The motion that a drive with backlash settles to: all passages with the effects of earlier impacts.
 
 use super::machine::Machine;
 use camdrive::drives::Fault;
@@ -61,7 +61,7 @@ pub fn run(machine: &mut Machine, start: [f64; 2], turns: usize) -> Result<Settl
         impacts: mean(&impacts),
         largest_impulse: largest,
         loss: mean(&losses),
-        // A single turn tells nothing of the next one.
+        // A single turn says nothing about the next one.
         repeats: impacts.len() > 1 && pairs(&impacts, 0.0) && pairs(&losses, REPEATS * scale),
     })
 }

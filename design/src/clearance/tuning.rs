@@ -1,8 +1,8 @@
 //! Which natural frequencies, and which speeds, let every passage of a motion law end without a second impact.
 //!
-//! K = (s/|U₀‴|)(ω/Ω)³ with the mass ratio held: each admissible interval of K, [`super::borders`], is one of ω at given Ω
-//! and one of Ω at given ω; admissible for the machine is what all passages admit. K does not depend on m1: it is tuned by the
-//! mass ratio μ = m1/m2 at K, with which the free natural frequency ω₂ = ω √((μ + 1)/μ) changes. The formulas know no damping.
+//! K = (s/|U₀‴|)(ω/Ω)³ with the mass ratio held: each admissible interval of K, [`super::borders`], is an interval of ω at
+//! given Ω and one of Ω at given ω. The machine admits the values that all passages admit. K does not depend on m1: the mass
+//! ratio μ = m1/m2 tunes it at K, and with it the free natural frequency ω₂ = ω √((μ + 1)/μ). The formulas contain no damping.
 
 use super::borders::{Admissible, MOST_BANDS, band_tip, elastic_border, elastic_limit};
 use crate::formulas::passage::Masses;
@@ -10,7 +10,7 @@ use crate::search;
 use serde::Serialize;
 use std::f64::consts::PI;
 
-/// Intervals of one quantity; an end of ∞ is none.
+/// Intervals of one quantity; an end of ∞ is open.
 pub type Intervals = Vec<[f64; 2]>;
 
 /// Admissible values for a mass ratio and its passages.
@@ -20,17 +20,17 @@ pub struct Tuning {
     pub frequency: Intervals,
     /// Speeds at the natural frequency of the scene (rad/s); the last one has no end.
     pub speed: Intervals,
-    /// Clearances at both (m).
+    /// Clearances at both of the scene (m).
     pub clearance: Intervals,
     /// Masses m1 at the other values (kg); the last interval has no end.
     pub mass: Intervals,
-    /// True if there are further ones below them, too many to list.
+    /// True if there are further intervals below them, too many to list.
     pub mass_cut: bool,
-    /// The ω that the condition K ≤ 15 of the source allows at most (rad/s).
+    /// The largest ω that the source's condition K ≤ 15 allows (rad/s).
     pub source_frequency: f64,
-    /// From this ω on the quasi-static deformation (3) is right to 5 % at every passage (rad/s).
+    /// From this ω on the quasi-static deformation (3) is accurate to 5 % at every passage (rad/s).
     pub quasi_static_frequency: f64,
-    /// Up to this speed it is, at the natural frequency of the scene (rad/s).
+    /// Up to this speed the deformation is, at the natural frequency of the scene (rad/s).
     pub quasi_static_speed: f64,
     /// The K that each passage may have.
     pub k: Admissible,
@@ -60,7 +60,7 @@ pub struct Passages {
 }
 
 impl Tuning {
-    /// The intervals for these passages; None where there are none.
+    /// The intervals for these passages; None without passages.
     pub fn new(k: Admissible, passages: &Passages) -> Option<Self> {
         let Passages { s, omega, speed, m2, .. } = *passages;
         let smallest = passages.jerks.iter().copied().reduce(f64::min)?;
@@ -75,7 +75,7 @@ impl Tuning {
         };
         let ratios: Vec<AdmissibleRatios> =
             passages.jerks.iter().map(|jerk| admissible_ratios(s / jerk * (omega / speed).powi(3))).collect();
-        // What one passage no longer lists the others do not tell either; where they admit nothing there, none is missing.
+        // Below the list of one passage the others say nothing either; if they admit nothing there, nothing is missing.
         let first = |cut: bool| {
             let those = ratios.iter().filter(move |r| r.cut == cut);
             those.map(|r| r.intervals.first().map_or(f64::INFINITY, |ends| ends[0])).fold(0.0, f64::max)
@@ -99,7 +99,7 @@ impl Tuning {
     }
 }
 
-/// Intersection of two lists of intervals, which are ascending and apart.
+/// Intersection of two lists of ascending, separate intervals.
 fn intersection(a: &[[f64; 2]], b: &[[f64; 2]]) -> Intervals {
     let pairs = a.iter().flat_map(|a| b.iter().map(move |b| [a[0].max(b[0]), a[1].min(b[1])]));
     pairs.filter(|[low, high]| low < high).collect()
@@ -116,8 +116,8 @@ pub struct AdmissibleRatios {
 
 /// The intervals of μ in which no second impact follows at `k` > 0.
 ///
-/// K_el(μ) grows with μ, so that K < K_el is a least μ, none up to K_el(0); in a band K(θ) = K(aθ, −sin θ/θ) rises from 0 and
-/// falls to 0, so that it is crossed at two θ or not at all.
+/// K_el(μ) grows with μ, so K < K_el demands a least μ, or none up to K_el(0). In a band K(θ) = K(aθ, −sin θ/θ) rises from 0
+/// and falls to 0, so it is crossed at two θ or not at all.
 pub fn admissible_ratios(k: f64) -> AdmissibleRatios {
     let mut least = 0.0;
     if k > elastic_limit()[1] {

@@ -1,28 +1,28 @@
 //! Bounds of the critical damping and borders of parametric instability, by few harmonics.
 //!
-//! **Bounds.** With complex harmonics relative to the means, R_k = 2 ĉ_k and M_k = 2 m̂_k, so that ĉ = 1 + Σ Re(R_k e^(ikφ)), at
-//! j η = 1 and for damping proportional to nothing but itself:
+//! **Bounds.** With complex harmonics relative to the means, R_k = 2 ĉ_k and M_k = 2 m̂_k, so that ĉ = 1 + Σ Re(R_k e^(ikφ)),
+//! at j η = 1 and for constant damping:
 //!
 //! - three terms, q = A₀ + A cos jφ + B sin jφ: θ > ¼ |M₂ⱼ − R₂ⱼ| for half-integer j, and for integer j
-//!   θ > ¼ |M₂ⱼ − R₂ⱼ + ½ C|, C = (Rⱼ − ½ Mⱼ)² where the inertia turns with the drive, C = Rⱼ (Rⱼ − Mⱼ) where it
+//!   θ > ¼ |M₂ⱼ − R₂ⱼ + ½ C|, C = (Rⱼ − ½ Mⱼ)² if the inertia turns with the drive, C = Rⱼ (Rⱼ − Mⱼ) if it
 //!   does not;
 //! - second order, all harmonics between: θ > ½ |H_{j,−j} − Σ H_{jn} H_{n,−j}/(1 − n²/j²)|, n ≠ ±j, H_{nl} the
 //!   element of Hill's matrix in row n of e^(inφ), divided by c₀.
 //!
-//! The borders are those of the three terms at any speed, with x = j²η² and the constant eliminated,
+//! The borders are the three terms' at any speed, with x = j²η² and the constant eliminated,
 //! E = H_{jj} − H_{j0} H_{0j}, F = H_{j,−j} − H_{j0} H_{0,−j} (without the products for half-integer j):
 //!
-//! |E + 2iθ√x|² = |F|²,  unstable where the left side is less.
+//! |E + 2iθ√x|² = |F|²,  unstable if the left side is less.
 //!
 //! For half-integer j that is (10)–(13), D₂ η⁴ − D₁ η² + D₀ = 0 with D₀ = 1 − ¼(r_c² + r_s²), D₁ = 2j² (1 − ¼ r_c μ − 2θ²),
-//! D₂ = j⁴ (1 − ¼ μ²), for integer j the determinant (9). Validity: one harmonic that outweighs the others, constant damping;
-//! what the mass varies moves borders by per cents, since the mean of 1/m is not 1/m₀.
+//! D₂ = j⁴ (1 − ¼ μ²), for integer j the determinant (9). Valid for one harmonic that outweighs the others and constant damping; a
+//! varying mass moves borders by per cents, because the mean of 1/m is not 1/m₀.
 //!
-//! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, sections 4.5.2 (9)–(16) and 4.5.3 (7), figure 4.23c: (9) with the entry k_j that its first row has
-//! lost; (12) with r = (c₂ⱼ − jΩ b₂ⱼ)/c₀, whose Ω is not printed, by which Ω cancels where the inertia turns; (15) and (16)
-//! with the modulus of the complex sum, which alone does not depend on where the angle is counted from, as well as printed.
-//! The second order is that of H. Poincaré's determinant as in Yakubovich, Starzhinskii, *Linear Differential Equations with
-//! Periodic Coefficients*, 1975.
+//! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, sections 4.5.2 (9)–(16) and 4.5.3 (7), figure 4.23c: (9) with the entry
+//! k_j that is missing in the print of its first row; (12) with r = (c₂ⱼ − jΩ b₂ⱼ)/c₀, whose Ω is not printed and cancels if
+//! the inertia turns; (15) and (16) as printed and with the modulus of the complex sum, which alone does not depend on the zero
+//! of the angle. The second order is H. Poincaré's determinant as in Yakubovich, Starzhinskii, *Linear Differential Equations
+//! with Periodic Coefficients*, 1975.
 
 use crate::harmonic_analysis::{Complex, coefficient};
 use crate::search;
@@ -37,13 +37,13 @@ pub struct Bounds {
     pub second_order: f64,
     /// (14), (16) as printed, with a sum of moduli.
     pub printed: f64,
-    /// The three terms at the speed that needs most damping: the summit of the border (9), (10).
+    /// The three terms at the speed that needs most damping: the top of the border (9), (10).
     pub determinant: f64,
     /// The three terms without the constant A₀: ¼ |M₂ⱼ − R₂ⱼ|.
     pub without_mean: f64,
 }
 
-/// The harmonics of m̂ and ĉ that the bounds are made of.
+/// The harmonics of m̂ and ĉ in the bounds.
 pub struct Harmonics {
     /// m̂ₖ of e^(ikφ).
     pub m: Vec<Complex>,
@@ -53,9 +53,9 @@ pub struct Harmonics {
     pub turning: bool,
 }
 
-/// j²η² between which a border is looked for: its instability lies about 1.
+/// j²η² between which a border is searched: its instability lies around 1.
 const NEAR: [f64; 2] = [0.25, 4.0];
-/// The place of a summit; the damping there is known to more digits.
+/// Tolerance of the place of a top; the damping there has more digits.
 const TOLERANCE: f64 = 1e-12;
 
 impl Harmonics {
@@ -71,8 +71,8 @@ impl Harmonics {
         }
     }
 
-    /// The speed ratios η of the border of the order j = `twice`/2 at the damping ratio θ, (9) or (13); None where it has no
-    /// roots about j η = 1, the upper one infinite where there is none.
+    /// The speed ratios η of the border of the order j = `twice`/2 at the damping ratio θ, (9) or (13); the upper one is
+    /// infinite in an open tongue. None if it has no roots around j η = 1.
     pub fn borders(&self, twice: usize, theta: f64) -> Option<[f64; 2]> {
         let [summit, highest] = self.summit(twice);
         let excess = highest - theta;
@@ -88,12 +88,12 @@ impl Harmonics {
         Some([end(0.5)?, end(2.0).unwrap_or(f64::INFINITY)])
     }
 
-    /// x and θ where the border reaches highest: η = √x/j.
+    /// x and θ at the top of the border: η = √x/j.
     pub fn summit(&self, twice: usize) -> [f64; 2] {
         search::maximum(&mut |x| self.damping(twice, x), NEAR, TOLERANCE).into()
     }
 
-    /// θ on the border at x = j²η²; negative where no damping is needed.
+    /// θ on the border at x = j²η²; negative if no damping is needed.
     fn damping(&self, twice: usize, x: f64) -> f64 {
         let [e, f] = self.reduced(twice, x);
         let square = f.norm_sqr() - e.re * e.re;
@@ -108,7 +108,7 @@ impl Harmonics {
         [j, -j].map(|l| element(j, l) - through(l))
     }
 
-    /// H_{nl} over c₀ at x = j²η². Orders are counted in halves, so that those of half-integer j are whole numbers.
+    /// H_{nl} over c₀ at x = j²η². Orders are counted in halves, so those of half-integer j are whole numbers.
     fn element(&self, j: i64, [n, l]: [i64; 2], x: f64) -> Complex {
         let square = |n: i64| (n as f64 / j as f64).powi(2);
         let waves = if self.turning { 0.5 * (square(n) + square(l)) } else { square(l) };

@@ -1,8 +1,7 @@
 //! Kaltofen's closed formulas for one passage of the clearance: cubic U about the release, no damping, e = 0.
 //!
-//! The mass m1 leaves its flank where Ü = 0, with the spring moving as the quasi-static deformation does (9), flies
-//! freely beside m2 and meets the other flank, on which it stays. With τ = ωt, ω² = c/m2, μ = m1/m2, a² = μ/(μ + 1),
-//! θ = τ₁/a and η = Ω/ω:
+//! The mass m1 leaves its flank at Ü = 0, while the spring follows the quasi-static deformation (9), flies freely, and meets
+//! the other flank, on which it stays. With τ = ωt, ω² = c/m2, μ = m1/m2, a² = μ/(μ + 1), θ = τ₁/a and η = Ω/ω:
 //!
 //! ```text
 //! K = |s|/(|U₀‴| η³)                                                            (16)
@@ -12,20 +11,20 @@
 //! F_K/(c s) = −f/K − (μ/K) Z δ(τ*),   f = (μ+1)(τ₁ + τ*) + A sin τ* + B cos τ*   (25), (26)
 //! ```
 //!
-//! τ* counts from the impact; F_K and q₂ have the signs of a release from flank A (U₀‴ < 0), the other one mirrors them.
-//! Symbols: s clearance (m), c stiffness between m1 and m2 (N/m), Ω speed of the drive (rad/s); the rest are numbers.
+//! τ* counts from the impact; F_K and q₂ have the signs of a release from flank A (U₀‴ < 0), flank B mirrors them. Symbols: s
+//! clearance (m), c stiffness between m1 and m2 (N/m), Ω speed of the drive (rad/s); the rest are numbers.
 //!
-//! Validity: k²η² ≪ 1 for the harmonics k that U holds near the release (the relative error of (9) for a harmonic is k²η²),
-//! a passage short against the angle over which U‴ changes, no vibration left from an earlier passage.
+//! Valid for k²η² ≪ 1 for the harmonics k of U near the release (the relative error of (9) for a harmonic is k²η²), for a
+//! passage short against the angle over which U‴ changes, and without vibration from an earlier passage.
 //!
-//! Where the source has U₀⁗ in (10) and (16) and Ü₀ in (13) and (18), the third derivative is meant; in (19) ω² is a
-//! factor of both terms.
+//! The source prints U₀⁗ in (10) and (16) and Ü₀ in (13) and (18) but means the third derivative; in (19) ω² is a factor of
+//! both terms.
 //!
 //! Source: K. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", IFToMM congress, Liberec 1996.
 
 use crate::search::root;
 
-/// Below this argument the series of [`remainder`] loses nothing, and 17 of its terms are right to rounding.
+/// Below this argument the series of [`remainder`] loses no digits, and 17 of its terms are accurate to rounding.
 const SERIES: f64 = 3.0;
 
 /// xⁿ/n! − xⁿ⁺²/(n+2)! + …: x − sin x for n = 3, x²/2 − 1 + cos x for n = 4, for 0 ≤ x ≤ [`SERIES`].
@@ -84,7 +83,7 @@ impl Masses {
         tau * tau * tau / 6.0 + self.share * self.lag(tau)
     }
 
-    /// Z of (18); for μ = 0 the mean over θ, since cos θ then turns infinitely fast.
+    /// Z of (18); for μ = 0 the mean over θ, because cos θ then turns infinitely fast.
     pub fn jump(&self, tau: f64) -> f64 {
         let turning = if self.a == 0.0 { 1.0 } else { versine(tau / self.a) };
         0.5 * tau * tau + self.share * turning
@@ -92,7 +91,7 @@ impl Masses {
 
     /// τ₁, the only root of (15), for K > 0.
     pub fn passage_time(&self, k: f64) -> f64 {
-        // θ − sin θ lies between 0 and θ³/6, and above (1 − 0.2173) θ for θ ≥ 4.49, where sin θ/θ has its minimum.
+        // θ − sin θ lies between 0 and θ³/6, and above (1 − 0.2173) θ for θ ≥ 4.49, the minimum of sin θ/θ.
         let widest = (6.0 * k).cbrt();
         let (low, mut high) = (widest * self.a.powf(2.0 / 3.0) * (1.0 - 1e-12), widest * (1.0 + 1e-12));
         if self.a == 0.0 {
@@ -123,7 +122,7 @@ impl Passage {
         Passage { masses, k, tau, theta: tau / masses.a }
     }
 
-    /// The passage that takes this time τ₁ > 0.
+    /// The passage of the duration τ₁ > 0.
     pub fn lasting(mu: f64, tau: f64) -> Self {
         let masses = Masses::new(mu);
         Passage { masses, k: masses.clearance(tau), tau, theta: tau / masses.a }
@@ -151,7 +150,7 @@ impl Passage {
         (tau + self.masses.a * self.theta.sin() + self.vibrating(tau)) / self.k
     }
 
-    /// f at τ* ≥ 0, (25), (26); positive where the flank presses.
+    /// f at τ* ≥ 0, (25), (26); positive if the flank presses.
     pub fn pressing(&self, tau: f64) -> f64 {
         (self.masses.mu + 1.0) * tau + self.pressing_at_once() + self.vibrating(tau)
     }

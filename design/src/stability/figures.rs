@@ -16,7 +16,7 @@ const WORD: [f64; 2] = [0.1, 0.05];
 /// A letter takes this part of the width, and so does the gap between a word and a border.
 const LETTER: f64 = 0.016;
 
-/// The speeds that were asked for.
+/// The name of the speeds of the options or the scene.
 const SCENE: &str = "speed examined";
 
 /// The borders by formulas.
@@ -29,7 +29,8 @@ fn speed_axis(report: &StabilityAnalysis) -> Axis {
     Axis::logarithmic("Speed [rpm]").between(low * rpm, high * rpm)
 }
 
-/// True if a word at this place, in parts of width and height, stays so far from those written; it is one of them then.
+/// True if a word at this place, in parts of width and height, keeps this distance from the written words; it is then added to
+/// them.
 fn is_free(written: &mut Vec<[f64; 2]>, place: [f64; 2], [wide, high]: [f64; 2]) -> bool {
     let free = written.iter().all(|other| (other[0] - place[0]).abs() >= wide || (other[1] - place[1]).abs() >= high);
     written.extend(free.then_some(place));
@@ -42,12 +43,12 @@ struct Map<'a> {
     rules: Vec<Rule>,
     /// True if orders are written to the right of their places, rather than about them.
     beside: bool,
-    /// Where orders are written so far, in parts of width and height.
+    /// The places of the orders written so far, in parts of width and height.
     words: Vec<[f64; 2]>,
 }
 
 impl<'a> Map<'a> {
-    /// A map with a line across it.
+    /// A map with a horizontal line.
     fn new(report: &'a StabilityAnalysis, line: f64, name: &str, beside: bool) -> Self {
         let rules = vec![Rule::Horizontal(line, String::new()), Rule::Key(None, name.to_owned())];
         Map { report, rules, beside, words: Vec::new() }
@@ -85,10 +86,10 @@ impl<'a> Map<'a> {
         }
     }
 
-    /// Writes the order at this place, where no other is written.
+    /// Writes the order at this place if the place is free.
     fn name(&mut self, j: f64, [eta, height]: [f64; 2], top: f64) {
         let [low, high] = self.report.ranges[0];
-        // The first word tells what the numbers are.
+        // The first word says what the numbers are.
         let (word, width) =
             if self.words.is_empty() { (format!("j = {j}"), WORD[0]) } else { (j.to_string(), 0.5 * WORD[0]) };
         let aside = if self.beside { LETTER * (0.5 * word.chars().count() as f64 + 1.0) } else { 0.0 };
@@ -115,7 +116,7 @@ pub fn over_damping(report: &StabilityAnalysis) -> Diagram {
     let (top, theta) = (report.ranges[1][1], report.oscillator.damping_ratio);
     let mut map = Map::new(report, theta, "damping of the scene", false);
     map.rules.push(Rule::Key(Some(Shade::Dark), "unstable".to_owned()));
-    // The large tongues first, so that their order is written where there is room for one only.
+    // The large tongues first, so that they get their order written if only one fits.
     let mut regions: Vec<&Region> = report.over_damping.iter().collect();
     regions.sort_by(|a, b| height(b).total_cmp(&height(a)));
     let [low, high] = report.ranges[0];
@@ -137,7 +138,7 @@ fn height(region: &Region) -> f64 {
     region.lines.last().map_or(0.0, |line| line[0])
 }
 
-/// Unstable speeds over the modulation: without damping, and at that of the scene.
+/// Unstable speeds over the modulation: without damping, and at the scene's.
 pub fn over_modulation(report: &StabilityAnalysis) -> Diagram {
     let top = report.ranges[2][1];
     let mut map = Map::new(report, 1.0, "modulation of the scene", true);
@@ -146,7 +147,7 @@ pub fn over_modulation(report: &StabilityAnalysis) -> Diagram {
     map.rules.push(Rule::Key(Some(Shade::Pale), "unstable if θ = 0".to_owned()));
     let undamped = |region: &&Region| region.theta == Some(0.0);
     for region in report.over_modulation.iter().filter(undamped) {
-        // To the right of the foot of the tongue, whichever way that leans.
+        // To the right of the foot of the tongue, whichever way it leans.
         let foot = 0.01 * top;
         let borders = region.lines.iter().take_while(|[height, ..]| *height < foot + WORD[1] * top);
         let right = borders.map(|[.., right]| *right).reduce(f64::max);
@@ -160,7 +161,7 @@ pub fn over_modulation(report: &StabilityAnalysis) -> Diagram {
         "Unstable speeds of {} over the modulation: pale without damping, dark at the damping ratio {theta}",
         report.scene
     );
-    let y = Axis::linear("Modulation of the coefficients, that of the scene = 1 [1]").between(0.0, top);
+    let y = Axis::linear("Modulation of the coefficients, scene = 1 [1]").between(0.0, top);
     Diagram::new(title, [speed_axis(report), y], own_points(report, 1.0), map.rules)
 }
 
@@ -207,10 +208,10 @@ pub fn amplification(report: &StabilityAnalysis) -> Diagram {
     Diagram::new(title, [speed_axis(report), y], own, rules)
 }
 
-/// Speeds whose loads a diagram can tell apart.
+/// Speeds whose loads a reader can distinguish in a diagram.
 const MOST_SPEEDS: usize = 3;
 
-/// The load of the elastic member over the turn beside the kinetostatic one, M₀ = f + Ω² f₂: of an elastic shaft −m U′U″Ω².
+/// The load of the elastic member over the turn and the kinetostatic one, M₀ = f + Ω² f₂; for an elastic shaft −m U′U″Ω².
 pub fn load(report: &StabilityAnalysis) -> Diagram {
     let unit = report.units[1].replace('.', "·");
     let (name, sign) = if report.units[1] == "N" { ("Force", "F") } else { ("Torque", "M") };
@@ -225,7 +226,7 @@ pub fn load(report: &StabilityAnalysis) -> Diagram {
         series.push(line("kinetostatic", 2));
     }
     let axes = [Axis::angular("Angle φ [°]").between(0.0, 360.0), Axis::linear(&format!("{name} {sign} [{unit}]"))];
-    let title = format!("{name} on the elastic member of {}, steady, beside the kinetostatic one", report.scene);
+    let title = format!("{name} on the elastic member of {}, steady and kinetostatic", report.scene);
     Diagram::new(title, axes, series, Vec::new())
 }
 
@@ -242,7 +243,7 @@ pub fn crank(report: &StabilityAnalysis, crank: &Crank) -> Diagram {
     let top = 1.1 * all().map(|p| p.bounds.printed.max(p.exact.unwrap_or(0.0))).fold(theta, f64::max);
     for curve in &crank.curves {
         let exact = course(curve, |p| p.exact.unwrap_or(f64::NAN));
-        // Below the curve, where the formula is not.
+        // Below the curve, away from the formula's.
         let [sigma, height] = exact[exact.len() * 3 / 4];
         rules.push(Rule::Word([sigma, height - 1.2 * WORD[1] * top], format!("j = {}", curve.j)));
         rules.push(Rule::Border(exact, 2.0));

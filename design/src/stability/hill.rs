@@ -2,15 +2,15 @@
 //!
 //! Without damping, m̂ q″ + b̂₁ q′ + (λ ĉ + ĉ₂) q = 0 is a self-adjoint eigenproblem in λ = 1/η² with periodic or
 //! antiperiodic ends. Its eigenvalues come in pairs, the ends of the instability of order n, whose eigenfunctions have
-//! n zeros in a period; n is even with periodic ends, odd with antiperiodic ones. So the place in the sorted list tells
+//! n zeros in a period; n is even with periodic ends, odd with antiperiodic ones. So the place in the sorted list is
 //! the order, however far from j² the eigenvalue lies, and no tongue can be missed, however narrow.
 //!
 //! In harmonics e^(ipnφ), p n the orders that the symmetry of the turn admits:
 //!
 //! - Inertia that turns (b̂₁ = m̂′, ĉ₂ = m̂″/2): Σ m̂ₙ₋ₗ (n² + l²)/2 qₗ = λ Σ ĉₙ₋ₗ qₗ, symmetric where ĉ > 0. An
 //!   eigenvalue λ ≤ 0 belongs to no speed: the instability reaches from the other boundary to infinite speed.
-//! - Fixed inertia: −q″ = λ (ĉ/m̂) q, with η² = 1/λ as the eigenvalue, so that ĉ may change its sign. The constant is
-//!   eliminated, since it does not oscillate. A damping that is negative somewhere adds what depends on η
+//! - Fixed inertia: −q″ = λ (ĉ/m̂) q, with η² = 1/λ as the eigenvalue, so ĉ may change its sign. The constant is
+//!   eliminated, since it does not oscillate. A damping that is negative somewhere adds a term that depends on η
 //!   ([`System::ratio`]); each order takes it at its own η = 1/j.
 //!
 //! Source: V. A. Yakubovich, V. M. Starzhinskii, *Linear Differential Equations with Periodic Coefficients*, Wiley
@@ -24,13 +24,13 @@ use nalgebra::DMatrix;
 /// The undamped boundaries of the instability of order n.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
-    /// The lower λ, that is the higher speed; not positive where there is none.
+    /// The lower λ, the higher speed; not positive without such a speed.
     pub low: f64,
     /// The higher λ.
     pub high: f64,
 }
 
-/// The boundaries of the orders n = 1 …, and how far the truncation is to be trusted.
+/// The boundaries of the orders n = 1 …, and how far to trust the truncation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Boundaries {
     /// One pair for each n.
@@ -42,7 +42,7 @@ pub struct Boundaries {
 }
 
 impl Boundaries {
-    /// Those of a drive whose coefficients do not vary.
+    /// The boundaries of a drive whose coefficients do not vary: an empty list.
     pub fn none() -> Self {
         Boundaries { pairs: Vec::new(), harmonics: 0, changes: Vec::new() }
     }
@@ -52,8 +52,8 @@ impl Boundaries {
         largest(&self.changes)
     }
 
-    /// The boundaries of the order n where the truncation tells them from those of its neighbours, which lie about the
-    /// part 2/n of λ from them.
+    /// The boundaries of the order n if the truncation separates them from their neighbours, which are about the part 2/n of λ
+    /// away.
     pub fn of(&self, n: usize) -> Option<Pair> {
         (self.changes[n - 1] < TRUSTED / n as f64).then_some(self.pairs[n - 1])
     }
@@ -94,7 +94,7 @@ fn converged(functions: &Functions, orders: usize) -> Boundaries {
     let mut harmonics = first_harmonics(orders);
     let mut pairs = truncated(functions, orders, harmonics);
     let mut changes = vec![f64::INFINITY; orders];
-    // The first doubling tells what is to be trusted.
+    // The first doubling shows how far to trust the result.
     while changes.first() == Some(&f64::INFINITY) || (largest(&changes) > CONVERGED && 2 * harmonics <= MOST_HARMONICS)
     {
         harmonics *= 2;
@@ -106,7 +106,7 @@ fn converged(functions: &Functions, orders: usize) -> Boundaries {
     Boundaries { pairs, harmonics, changes }
 }
 
-/// The harmonics that the matrices are made of, those that the symmetry of the turn admits.
+/// The harmonics of the matrices, those that the symmetry of the turn admits.
 struct Functions {
     parts: usize,
     kind: Kind,
@@ -129,12 +129,12 @@ impl Functions {
         functions
     }
 
-    /// Those that the symmetry admits.
+    /// The harmonics that the symmetry admits.
     fn harmonics(&self, all: Vec<Complex>) -> Vec<Complex> {
         all.into_iter().step_by(self.parts).collect()
     }
 
-    /// Adds the effect of a fluctuation of the damping at η = 1/j; no drive has it with an inertia that turns.
+    /// Adds the effect of a fluctuation of the damping at η = 1/j; no drive with an inertia that turns has one.
     fn with(&self, fluctuation: &[Complex], j: f64) -> Self {
         let kind = match &self.kind {
             Kind::Fixed(ratio) => {
@@ -158,7 +158,7 @@ fn truncated(functions: &Functions, orders: usize, harmonics: usize) -> Vec<Pair
     (1..=orders).map(pair).collect()
 }
 
-/// The λ of one kind of ends in the order of the oscillation numbers, without that of the number 0.
+/// The λ of one kind of ends, in the order of the oscillation numbers, without number 0.
 fn eigenvalues(functions: &Functions, half: bool, harmonics: usize, orders: usize) -> Vec<f64> {
     // The eigenvalues of a full matrix of 2 `harmonics` rows.
     if !work::draw(5.0 * (2.0 * harmonics as f64).powi(3)) {

@@ -12,8 +12,8 @@ use crate::formulas::instability::Harmonics;
 use crate::parallel;
 use serde::Serialize;
 
-/// The tongue of an order in a map: at each height (damping ratio or modulation) the lower and the upper speed ratio,
-/// the latter infinite where there is none.
+/// The tongue of an order in a map: at each height (damping ratio or modulation) the lower and the upper speed ratio; the upper
+/// one is infinite in an open tongue.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Region {
     /// j.
@@ -24,16 +24,16 @@ pub struct Region {
     pub lines: Vec<[f64; 3]>,
 }
 
-/// The polygon of a curve may miss it by this part of the picture's width or height: a third of a line's thickness.
+/// The polygon of a curve misses it by at most this part of the picture's width or height: a third of a line's thickness.
 const DEVIATION: f64 = 1e-3;
 
 /// Lines are halved at most so often.
 const HALVINGS: usize = 6;
 
-/// The modulations at which the second map is begun.
+/// The modulations that the second map starts with.
 const MODULATIONS: usize = 16;
 
-/// A tongue at the modulation of the scene with the damping at which it vanishes.
+/// A tongue at the modulation of the scene, and the damping at which it vanishes.
 pub type Instability = (Tongue, Option<Apex>);
 
 /// The regions over (speed, damping) up to the damping ratio `top`, of the tongues that reach a visible part of it.
@@ -42,7 +42,7 @@ pub fn over_damping(system: &System, known: &[Instability], top: f64, done: &(dy
         let end = apex.map_or(top, |apex| apex.theta);
         let mut lines = Vec::new();
         if !tongue.is_empty() && end > DEVIATION * top {
-            // Heights end · s (2 − s), since the top of a tongue is round.
+            // Heights end · s (2 − s), because the top of a tongue is round.
             let height = |s: f64| if apex.is_some() { end * s * (2.0 - s) } else { end * s };
             let at = |s: f64| {
                 let height = height(s);
@@ -62,7 +62,7 @@ pub fn over_damping(system: &System, known: &[Instability], top: f64, done: &(dy
     regions.into_iter().filter(|region| region.lines.len() > 1).collect()
 }
 
-/// The lines with more of them between where the curves bend.
+/// Adds lines between the given ones wherever the curves bend.
 fn refined(first: Vec<Line>, at: &dyn Fn(f64) -> Option<[f64; 3]>, top: f64) -> Vec<[f64; 3]> {
     let mut refinement = Refinement { at, top, lines: Vec::new() };
     for pair in first.windows(2) {
@@ -114,11 +114,11 @@ fn deviates(a: &[f64; 3], line: &[f64; 3], b: &[f64; 3], top: f64) -> bool {
 /// Extent of the map over the modulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Modulation<'a> {
-    /// For each order n = 1 … a modulation at which it becomes unstable or stable at the damping ratio, where one is known.
+    /// For each order n = 1 … a modulation at which it becomes unstable or stable at the damping ratio, if known.
     pub critical: &'a [Option<f64>],
     /// The modulation at the upper edge.
     pub top: f64,
-    /// The damping ratio for which boundaries are drawn beside those without damping.
+    /// The damping ratio of the second set of boundaries, in addition to those without damping.
     pub theta: f64,
 }
 
@@ -200,14 +200,14 @@ pub fn over_modulation(system: &System, plan: &Modulation, done: &(dyn Fn() + Sy
     regions(system, theta, &all, &tips)
 }
 
-/// True if a boundary moves by more than three per cent from one point to the next, so that its bend could show.
+/// True if a boundary moves by more than three per cent between two points, so that its bend could show.
 fn bends(pair: &[TonguePoint]) -> bool {
     let both = pair[0].intervals.iter().zip(&pair[1].intervals);
     both.filter_map(|(a, b)| Some((a.as_ref()?, b.as_ref()?)))
         .any(|(a, b)| (0..2).any(|k| (a[k] / b[k]).ln().abs() > 0.03))
 }
 
-/// Where each order becomes unstable or stable at the damping ratio; `points` by order and modulation.
+/// The modulations at which each order becomes unstable or stable at the damping ratio; `points` by order and modulation.
 fn tips(system: &System, plan: &Modulation, points: &[TonguePoint], done: &(dyn Fn() + Sync)) -> Vec<Tip> {
     let theta = plan.theta;
     let mut crossings: Vec<(usize, [f64; 2], bool)> = Vec::new();
@@ -234,7 +234,7 @@ fn tips(system: &System, plan: &Modulation, points: &[TonguePoint], done: &(dyn 
     parallel::map(&crossings, tip, done).into_iter().flatten().collect()
 }
 
-/// The regions that the points, by order and modulation, and the tips make.
+/// The regions of these points, by order and modulation, and tips.
 fn regions(system: &System, theta: f64, points: &[TonguePoint], tips: &[Tip]) -> Vec<Region> {
     let mut regions = Vec::new();
     for (which, theta) in [0.0, theta].into_iter().enumerate() {

@@ -1,11 +1,11 @@
-//! Kinetic stability: at which speeds do the coefficients that vary over the turn make a drive vibrate by themselves,
-//! how much damping prevents it, and what do the vibrations amount to?
+//! Kinetic stability: at which speeds the coefficients that vary over the turn make a drive vibrate by themselves, how much
+//! damping prevents it, and how large the vibrations are.
 //!
-//! Of any drive that is an oscillator with periodic coefficients ([`crate::oscillator`]), [`study`] finds the
-//! Floquet multipliers at a speed; the boundaries of the instability of every order by Hill's eigenproblem ([`hill`]
-//! numbers them, [`tongue`] makes them exact); the damping and the
-//! modulation at which each vanishes; the printed approximations beside them ([`printed`]); maps over speed and damping, speed and modulation ([`map`]); and the motion under load
-//! ([`response`]). [`report`] and [`figures`] show all that.
+//! [`study`] treats any drive that is an oscillator with periodic coefficients ([`crate::oscillator`]). It finds the Floquet
+//! multipliers at a speed; the boundaries of the instability of every order by Hill's eigenproblem ([`hill`] numbers them,
+//! [`tongue`] makes them exact); the damping and the modulation at which each vanishes; the printed approximations
+//! ([`printed`]); maps over speed and damping, speed and modulation ([`map`]); and the motion under load ([`response`]).
+//! [`report`] and [`figures`] show the findings.
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, sections 4.5 and 4.6.3.
 
@@ -40,14 +40,14 @@ use tongue::{Extent, multipliers, spectral_radius};
 /// Options of a study.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Speeds Ω (rad/s) at which stability and motion are examined; that of the scene if there are none. [`study_scene`] takes
-    /// those of a drive that turns backwards, too.
+    /// Speeds Ω (rad/s) at which stability and motion are examined; the scene's if empty. [`study_scene`] also takes the speeds
+    /// of a drive that turns backwards.
     pub speeds: Vec<f64>,
     /// The speeds between which maps and amplification are drawn (rad/s), the slower one first.
     pub range: Option<[f64; 2]>,
-    /// The number of orders to examine; as many as belong to the speeds, eight at least.
+    /// The number of orders to examine; by default as many as belong to the speeds, at least eight.
     pub orders: Option<usize>,
-    /// The damping ratio θ to take instead of that of the scene.
+    /// The damping ratio θ instead of the scene's.
     pub damping: Option<f64>,
     /// The modulation at the upper edge of its map.
     pub modulation: Option<f64>,
@@ -57,36 +57,36 @@ pub struct Options {
 
 /// Orders that are always examined.
 const LEAST_ORDERS: usize = 8;
-/// Orders beyond which none is examined without being asked for: their tongues are narrow, and each takes some
-/// hundredths of a second.
+/// The highest order that is examined without a request: tongues of higher ones are narrow, and each takes some hundredths of a
+/// second.
 const USUAL_ORDERS: usize = 40;
-/// Orders beyond which none can be examined: Hill's matrices would need more harmonics than are taken.
+/// The highest order that can be examined: Hill's matrices would need too many harmonics beyond it.
 pub const MOST_ORDERS: usize = 120;
-/// The upper edge of that map in multiples of the modulation of the scene, and the greatest part of the way from there to
-/// the modulation at which the inertia vanishes.
+/// The upper edge of that map in multiples of the scene's modulation, and the greatest part of the way from there to the
+/// modulation at which the inertia vanishes.
 const USUAL_MODULATION: f64 = 1.5;
 const GREATEST_MODULATION: f64 = 0.98;
-/// As many orders are always told.
+/// At least so many orders are listed.
 const FIRST_ORDERS: usize = 6;
-/// An order whose θ/θ* is above this one is summed up with its like.
+/// Orders whose θ/θ* is above this one are summed up.
 const SAFE: f64 = 100.0;
-/// Speeds at which the amplification is evaluated before its summits are looked for.
+/// Speeds at which the amplification is evaluated before its peaks are searched.
 const SPEEDS: usize = 240;
-/// The motion beside an unstable speed is evaluated this part of the speed from it: far above rounding, and no wider than
-/// a line of a diagram.
+/// The motion next to an unstable speed is evaluated this part of the speed away: far above rounding, and within a line of a
+/// diagram.
 const BESIDE: f64 = 1e-4;
 /// Harmonics of the load among which resonances are listed.
 const RESONANCES: usize = 40;
-/// Residual of |1 ∓ tr M + det M| where no boundary is: far above rounding.
+/// Residual of |1 ∓ tr M + det M| away from any boundary: far above rounding.
 const LOST: f64 = 1e-6;
-/// Said of a drive that turns backwards.
-const BACKWARDS: &str = "The drive turns backwards: all speeds are for this sense, without their sign.";
-/// Definition of θ where the damping is negative somewhere.
+/// The note on a drive that turns backwards.
+const BACKWARDS: &str = "The drive turns backwards: all speeds are magnitudes in this sense.";
+/// The definition of θ for a damping that is negative somewhere.
 const ACTIVE: &str = "The damping is negative over a part of the turn. θ is the ratio of the constant damping with the \
      same decay over a turn, mean(b/m)/mean(1/m); its variation stays at every θ, also \"without damping\".";
 /// Free motions that change in a turn by less than this part neither grow nor decay.
 const BORDER: f64 = 1e-12;
-/// Below this θ* an order is of no account: less than any machine's damping by orders of magnitude.
+/// Orders below this θ* are ignored: it is orders of magnitude below any machine's damping.
 pub const NEGLIGIBLE: f64 = 1e-12;
 
 /// The result of a study.
@@ -96,7 +96,7 @@ pub struct StabilityAnalysis {
     pub scene: String,
     /// The drive model.
     pub model: String,
-    /// Where the equation is not that of the scene.
+    /// The difference between the equation and the scene's.
     pub note: Option<String>,
     /// The units of q and of the load.
     pub units: [&'static str; 2],
@@ -108,9 +108,9 @@ pub struct StabilityAnalysis {
     pub speeds: Vec<AtSpeed>,
     /// The instabilities by order.
     pub orders: Vec<Order>,
-    /// Starts from rest at each speed; None where the motion leaves the range of numbers.
+    /// Starts from rest at each speed; None if the motion leaves the range of numbers.
     pub transients: Vec<Option<Transient>>,
-    /// φ (rad), load M and kinetostatic load M₀ of the periodic motion over the turn at each speed; M is NaN where the drive is
+    /// φ (rad), load M and kinetostatic load M₀ of the periodic motion over the turn at each speed; M is NaN if the drive is
     /// unstable.
     #[serde(skip)]
     pub courses: Vec<Vec<[f64; 3]>>,
@@ -141,7 +141,7 @@ pub struct Oscillator {
     pub mean_inertia: f64,
     /// c₀, coherent SI.
     pub mean_stiffness: f64,
-    /// The number of periods of the coefficients in a turn; 0 where they do not vary.
+    /// The number of periods of the coefficients in a turn; 0 if they do not vary.
     pub periods_per_turn: usize,
 }
 
@@ -152,13 +152,13 @@ pub struct Eigenproblem {
     pub harmonics: usize,
     /// The relative change of a boundary when their number was doubled; the exact boundaries do not depend on it.
     pub change: f64,
-    /// The largest |1 ∓ tr M + det M| that is left at an exact boundary, relative to the entries of M.
+    /// The largest residual |1 ∓ tr M + det M| at an exact boundary, relative to the entries of M.
     pub residual: f64,
     /// True if a monodromy matrix could not be computed, so that some numbers are missing.
     pub incomplete: bool,
-    /// True if the map over the modulation and ε/ε* lack what lies near a modulation at which the inertia vanishes.
+    /// True if the map over the modulation and ε/ε* lack the surroundings of a modulation at which the inertia vanishes.
     pub unnumbered: bool,
-    /// The first order whose boundaries have not been found, if there is one; it and those above are left out.
+    /// The first order whose boundaries have not been found, if any; it and those above are left out.
     pub lost: Option<f64>,
 }
 
@@ -175,9 +175,9 @@ pub struct AtSpeed {
     pub radius: f64,
     /// True if free motions decay.
     pub stable: bool,
-    /// The damping ratio from which on this speed is stable; 0 where it is stable without damping.
+    /// The damping ratio from which on this speed is stable; 0 if it is stable without damping.
     pub critical_damping: f64,
-    /// The order to whose instability without damping it belongs.
+    /// The order to whose instability without damping the speed belongs.
     pub order: Option<f64>,
     /// The unstable speeds next to it below and above at the damping of the scene: j and Ω (rad/s).
     pub next: [Option<[f64; 2]>; 2],
@@ -188,21 +188,21 @@ pub struct AtSpeed {
 pub struct Order {
     /// j, the vibrations in a turn.
     pub j: f64,
-    /// η of the boundaries without damping, the upper one infinite where there is none.
+    /// η of the boundaries without damping; the upper one is infinite in an open tongue.
     pub undamped: [f64; 2],
-    /// Which speeds that are.
+    /// The kind of these speeds.
     pub extent: Extent,
     /// η of the boundaries at the damping of the scene.
     pub damped: Option<[f64; 2]>,
-    /// θ*; None where no damping ratio suffices.
+    /// θ*; None if no damping ratio suffices.
     pub critical_damping: Option<f64>,
     /// η at which the last unstable speed vanishes.
     pub critical_eta: Option<f64>,
     /// θ/θ*.
     pub safety: Option<f64>,
-    /// ε/ε*: the modulation of the scene over that at which the order becomes unstable at the damping of the scene, above
-    /// 1 where it is; None where it does not, up to the modulation of the map, without damping, and for orders whose θ/θ*
-    /// is above a hundred.
+    /// ε/ε*: the scene's modulation over the modulation at which the order becomes unstable at the damping of the scene, above
+    /// 1 if it is unstable. None without damping, if the order stays stable up to the modulation of the map, and if its θ/θ* is
+    /// above a hundred.
     pub modulation_ratio: Option<f64>,
     /// The approximations of θ*.
     #[serde(flatten)]
@@ -231,10 +231,10 @@ impl<'a> Counter<'a> {
     }
 }
 
-/// Studies the oscillator of a scene; of one with a parallel crank θ*(σ) as well.
+/// Studies the oscillator of a scene; with a parallel crank θ*(σ) as well.
 ///
 /// # Errors
-/// As [`study`], and where it takes more work than a study may.
+/// As [`study`], and for more work than a study may take.
 pub fn study_scene(
     resource: &Resource,
     options: &Options,
@@ -285,7 +285,7 @@ fn studied(
 /// Studies the oscillator of the model `model` of the scene `scene`.
 ///
 /// # Errors
-/// Where the coefficients make no oscillator, and for options that have no meaning.
+/// Coefficients that make no oscillator, and options without meaning.
 pub fn study(
     [scene, model]: [&str; 2],
     oscillator: &PeriodicOscillator,
@@ -382,12 +382,12 @@ impl StabilityAnalysis {
     }
 }
 
-/// Why the drive cannot be examined at a speed.
+/// The reason why the drive cannot be examined at a speed.
 fn unfollowed(why: Unfollowed, speed: f64, eta: f64, theta: f64) -> Fault {
     let at = format!("at {} rpm, η = {}, and the damping ratio {}", rpm(speed), number(eta), number(theta));
     match why {
         Unfollowed::Range => {
-            Fault::new(format!("{at} free motions change in a turn by more than numbers can hold, e^±700"))
+            Fault::new(format!("{at} free motions change by more than the factor e^±700 in a turn, beyond the range of numbers"))
                 .hint("examine speeds nearer to the natural frequency, η = 1, or less damping")
         }
         Unfollowed::Cells => Fault::new(format!(
@@ -464,7 +464,7 @@ fn order(system: &System, (tongue, apex): &Instability, theta: f64, classical: &
     }
 }
 
-/// ε* of each order next to the modulation of the scene, up to `top`; None for orders of no account as well.
+/// ε* of each order closest to the scene's modulation, up to `top`; None also for ignored orders.
 fn critical_modulations(
     system: &System,
     orders: &[Order],
@@ -483,8 +483,8 @@ fn critical_modulations(
     told.into_iter().map(|told| if told { found.next().flatten() } else { None }).collect()
 }
 
-/// True if the order with this index has a line of its own in the report: all of the first ones, and those that are not
-/// safe a hundredfold.
+/// True if the order with this index has its own line in the report: the first ones, and those whose damping is not a
+/// hundredfold safe.
 pub fn is_listed(index: usize, order: &Order) -> bool {
     index < FIRST_ORDERS || order.safety.is_some_and(|safety| safety < SAFE) || order.critical_damping.is_none()
 }
@@ -505,7 +505,7 @@ fn at_speed(system: &System, known: &[Instability], orders: &[Order], speed: f64
     let lambda = 1.0 / (eta * eta);
     let within = |ends: [f64; 2], eta: f64| ends[0] < eta && eta < ends[1];
     let inside = known.iter().zip(orders).find(|((tongue, _), order)| {
-        // Damping that differs over the turn may make speeds beside the undamped instability unstable.
+        // Damping that differs over the turn may make speeds next to the undamped instability unstable.
         (tongue.lambda.low < lambda && lambda < tongue.lambda.high)
             || order.damped.is_some_and(|ends| within(ends, eta))
     });
@@ -525,8 +525,8 @@ fn at_speed(system: &System, known: &[Instability], orders: &[Order], speed: f64
     }
 }
 
-/// The periodic motion over a range of η, at equal ratios, beside the borders of the unstable speeds and at the summits
-/// of the amplification between them.
+/// The periodic motion over a range of η: at equal ratios, next to the borders of the unstable speeds, and at the peaks of the
+/// amplification between them.
 fn amplification(
     system: &System,
     range: [f64; 2],

@@ -20,14 +20,14 @@ pub(super) fn tongue(system: &System, n: usize) -> Option<Tongue> {
     tongue
 }
 
-/// det E of the order n at a modulation where it is least: negative where speeds are unstable at the damping ratio
-/// `theta`, NaN where its boundaries are not found.
+/// The least det E of the order n at a modulation: negative if speeds are unstable at the damping ratio `theta`, NaN if its
+/// boundaries are not found.
 pub fn margin(system: &System, n: usize, theta: f64, modulation: f64) -> f64 {
     let system = system.modulated(modulation);
     tongue(&system, n).map_or(f64::NAN, |tongue| tongue.margin(&system, theta))
 }
 
-/// η where the order n is least stable at a modulation and a damping ratio; None where it has no undamped boundaries.
+/// η at which the order n is least stable at a modulation and a damping ratio; None without undamped boundaries.
 pub fn least_stable(system: &System, n: usize, theta: f64, modulation: f64) -> Option<f64> {
     let system = system.modulated(modulation);
     tongue(&system, n)?.least_stable(&system, theta).map(|(inverse, _)| 1.0 / inverse)
@@ -35,7 +35,7 @@ pub fn least_stable(system: &System, n: usize, theta: f64, modulation: f64) -> O
 
 /// The modulation in the bracket at which θ* of the order n passes `theta`: the zero of [`margin`], whose values at the
 /// ends are `margins`.
-///
+/// None if its boundaries are not found on the way.
 /// None where its boundaries are not found on the way.
 pub fn crossing(system: &System, n: usize, theta: f64, ends: [f64; 2], margins: [f64; 2]) -> Option<f64> {
     let mut found = margins.iter().all(|margin| margin.is_finite());
@@ -48,8 +48,8 @@ pub fn crossing(system: &System, n: usize, theta: f64, ends: [f64; 2], margins: 
     found.then_some(crossing)
 }
 
-/// The modulation next to 1, that of the scene, at which θ* of the order n passes the damping ratio: the next one above
-/// where the order is stable, None where it stays so up to `top`; the last one below where it is not.
+/// The modulation closest to the scene's, 1, at which θ* of the order n passes the damping ratio: the next one above if the
+/// order is stable, None if it stays so up to `top`; the last one below if it is unstable.
 pub fn next(system: &System, n: usize, theta: f64, top: f64) -> Option<f64> {
     let mut last = (1.0, margin(system, n, theta, 1.0));
     if last.1.is_nan() {

@@ -10,14 +10,14 @@ use crate::parallel;
 pub struct Tongues {
     /// Hill's boundaries of all of them.
     pub start: hill::Boundaries,
-    /// Those found, by order.
+    /// The found instabilities, by order.
     pub known: Vec<Instability>,
-    /// The first order whose boundaries have not been found; it and those above are not among the known ones.
+    /// The first order whose boundaries have not been found; it and those above are missing in the list.
     pub lost: Option<f64>,
 }
 
-/// The tongues of the first orders, and of as many more as it takes until the last ones are stable at the damping ratio
-/// `until`: those of higher order lie at lower speeds.
+/// The tongues of the first orders, and of further ones until the last are stable at the damping ratio `until`: tongues of
+/// higher order lie at lower speeds.
 pub fn tongues(system: &System, orders: usize, until: Option<f64>, counter: &Counter) -> Tongues {
     let mut start = hill::Boundaries::none();
     let mut known: Vec<Instability> = Vec::new();

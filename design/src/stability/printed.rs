@@ -1,12 +1,13 @@
-//! The printed formulas of instability ([`crate::formulas::instability`]) beside the exact values, and θ* of a parallel crank.
+//! The printed formulas of instability ([`crate::formulas::instability`]) compared with the exact values, and θ* of a parallel
+//! crank.
 //!
 //! **Parallel crank**, θ* over the stiffness of shafts and rod: σ = c₁₂/(c_AB R²), ζ = (√(1 + σ) − √σ)², r₂ₙ = −(1 − ζ) ζⁿ⁻¹. By
 //! the source's (7), θ* = ¼ (|r₂ⱼ| + ½ rⱼ²), of a single crank
 //!
 //! (1 − ζ)/4, (1 − ζ²)/8, (1 − ζ) ζ²/4 for j = 1, 2, 3, and (1 − ζ) ζ/4 for j = 2 without r₂ (its curve 4).
 //!
-//! The exact θ* beside them come from the same oscillator with another c_AB. That r₃ = 0 lets the second term of j = 3 vanish is
-//! an error of the source: r₂ r₄ and r₂³ outweigh r₆, and its conclusion, no danger at Ω ≈ ω₀/3, does not hold.
+//! The exact θ* come from the same oscillator with another c_AB. The source errs in that r₃ = 0 lets the second term of j = 3
+//! vanish: r₂ r₄ and r₂³ outweigh r₆, and its conclusion, no danger at Ω ≈ ω₀/3, does not hold.
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.5.3 (7), figure 4.23c.
 
@@ -26,7 +27,7 @@ use serde::Serialize;
 const CRANK_ORDERS: usize = 3;
 /// σ of the diagram: from a notch at the dead centres to a pure sine.
 const RANGE: [f64; 2] = [0.01, 10.0];
-/// The widest range, for a scene outside of that of the diagram.
+/// The widest range, for a scene outside the diagram's.
 const WIDEST: [f64; 2] = [1e-4, 1e4];
 /// Points of a curve over three decades.
 pub(super) const POINTS: usize = 49;
@@ -54,14 +55,14 @@ pub struct Curve {
 pub struct CrankPoint {
     /// σ.
     pub sigma: f64,
-    /// Exact; None where the boundaries are not found.
+    /// Exact; None if the boundaries are not found.
     pub exact: Option<f64>,
     /// By the approximations.
     #[serde(flatten)]
     pub bounds: Bounds,
 }
 
-/// The curves of a scene with a parallel crank; None of another one, and where the stiffness is constant.
+/// The curves of a scene with a parallel crank; None for other scenes and for a constant stiffness.
 pub fn curves(scene: &resource::Scene, done: &(dyn Fn() + Sync)) -> Option<Crank> {
     let resource::Scene::ParametricDrive(scene) = scene else { return None };
     let Law::Crank(law) = &scene.law else { return None };
@@ -108,7 +109,7 @@ pub(super) fn hidden(rows: Rows<'_, Order>, w0: f64) -> Rows<'_, Order> {
         .hidden("approximate", RPM, move |o| o.approximate.map(|ends| ends.map(|eta| eta * w0)))
 }
 
-/// The printed formulas beside the exact values, their misprints and their effect in this scene.
+/// Compares the printed formulas with the exact values, and names their misprints and their effect in this scene.
 pub(super) fn explain(findings: &StabilityAnalysis, report: &mut Report) {
     if findings.orders.is_empty() {
         return;

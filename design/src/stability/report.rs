@@ -1,4 +1,4 @@
-//! The findings as a report: whether the machine may run at its speeds, which speeds to avoid, which damping cures.
+//! The findings as a report: whether the machine may run at its speeds, which speeds to avoid, which damping helps.
 
 use super::response::Transient;
 use super::tongue::Extent;
@@ -8,17 +8,17 @@ use crate::report::rounding::{Rounded, Rounding};
 use crate::report::terminal::shown;
 use crate::report::unit::{DEG, HZ, ONE, PERCENT, RPM, Unit};
 use crate::report::{Advice, Claim, Level, Report, Rows, Setting, Table, Value, Verdict, WrittenValue};
-use crate::text::{counted, digits, digits_beyond, number, rpm};
+use crate::text::{counted, digits_beyond, number, rpm};
 use std::cmp::Ordering;
 use std::f64::consts::PI;
 
-/// An unstable speed nearer than this part of the speed is one to be minded.
+/// A warning is due if an unstable speed is closer than this part of the speed.
 const CLOSE: f64 = 0.1;
-/// A load so many times its kinetostatic value is one to be minded, and so is a resonance.
+/// A warning is due if a load is this many times its kinetostatic value; resonances of this size are listed.
 const LOUD: f64 = 2.0;
 /// Speeds to avoid lie within this factor of the working speed: farther ones are passed at most when the machine starts.
 const BAND: f64 = 2.0;
-/// As many resonances are told, the nearest ones.
+/// The number of listed resonances, the nearest ones.
 const MOST_TOLD: usize = 3;
 /// The linear equation has the coefficients at φ, not at φ + q. A harmonic k of them is then wrong by 1 − cos kq or more; of the
 /// sixth, which motions over 60° have, that is 13 % at a twist q of 5° (rad).
@@ -28,7 +28,7 @@ const TURNS: Unit = Unit::new("turns", 1.0);
 
 /// Significant digits of borders, more where they lie close together.
 const DIGITS: usize = 3;
-/// Those of a speed that stays as it is.
+/// Significant digits of a speed that stays as it is.
 const EXACT: usize = 12;
 
 impl StabilityAnalysis {
@@ -38,24 +38,24 @@ impl StabilityAnalysis {
         self.orders.iter().filter_map(move |order| Some((order, order.damped?.map(|eta| eta * w0))))
     }
 
-    /// The orders that have a line of their own, or those that have none.
+    /// The orders with a line of their own, or those without.
     pub(super) fn listed(&self, told: bool) -> impl DoubleEndedIterator<Item = &Order> {
         let orders: Vec<(usize, &Order)> = self.orders.iter().enumerate().collect();
         orders.into_iter().filter(move |(i, order)| is_listed(*i, order) == told).map(|(_, order)| order)
     }
 
-    /// The distance of the interval from the nearest speed that is examined, as a factor; 1 without such a speed.
+    /// The distance of the interval from the nearest examined speed, as a factor; 1 without such a speed.
     pub(super) fn distance(&self, [from, to]: [f64; 2]) -> f64 {
         let factor = |at: &AtSpeed| (from / at.speed).max(at.speed / to).max(1.0);
         self.speeds.iter().map(factor).reduce(f64::min).unwrap_or(1.0)
     }
 
-    /// True if the linear equation reaches what it does not hold for.
+    /// True if the amplitude exceeds the range of the linear equation.
     fn is_beyond(&self, amplitude: f64) -> bool {
         self.units[0] == "rad" && amplitude > LINEAR
     }
 
-    /// The answer.
+    /// The verdict.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         for (i, at) in self.speeds.iter().enumerate() {
@@ -64,7 +64,7 @@ impl StabilityAnalysis {
         if self.oscillator.periods_per_turn == 0 {
             verdict.result(
                 Level::Good,
-                "The coefficients do not vary over the turn: no speed excites the drive by its parameters.",
+                "The coefficients are constant over the turn: no speed excites the drive parametrically.",
             );
         }
         self.advise(&mut verdict);
@@ -76,10 +76,13 @@ impl StabilityAnalysis {
     fn judge(&self, at: &AtSpeed, transient: Option<&Transient>, verdict: &mut Verdict) {
         let speed = rpm(at.speed);
         if at.radius > 1.0 + BORDER {
-            let growth = digits(at.radius, 5, -4);
+            let growth = match at.radius < 2.0 {
+                true => shown(at.radius - 1.0, &PERCENT),
+                false => format!("the factor {}", number(at.radius)),
+            };
             verdict.result(
                 Level::Bad,
-                format!("At {speed} rpm the machine must not run: free motions grow by the factor {growth} in a turn."),
+                format!("The machine must not run at {speed} rpm: free motions grow by {growth} a turn."),
             );
             return;
         }
@@ -90,7 +93,7 @@ impl StabilityAnalysis {
                 (shown(steady.load, &Unit::of(self.units[1])), if ratio < LOUD { ", and" } else { ", but" });
             let start = transient.map_or(0.0, |start| start.peak_load);
             let start = match start > steady.load * (1.0 + CLOSE) {
-                true => format!(", on starting from rest {}", shown(start, &Unit::of(self.units[1]))),
+                true => format!(" ({} starting from rest)", shown(start, &Unit::of(self.units[1]))),
                 false => String::new(),
             };
             let is_linearised = self.note.as_deref().is_some_and(|note| note.starts_with(LINEARISED));
@@ -98,45 +101,45 @@ impl StabilityAnalysis {
             format!("{but} {of} reaches {load}, {} times its kinetostatic value{start}", number(ratio))
         });
         let decay = if at.stable {
-            format!("free motions decay by {} a turn", shown(1.0 - at.radius, &PERCENT))
+            format!("Free motions decay by {} a turn", shown(1.0 - at.radius, &PERCENT))
         } else {
-            "free motions neither grow nor decay".to_owned()
+            "Free motions neither grow nor decay".to_owned()
         };
         let near = at.next.iter().flatten().any(|[_, next]| (next / at.speed - 1.0).abs() < CLOSE);
         let level = if near || ratio >= LOUD || !at.stable { Level::Mind } else { Level::Good };
-        verdict.result(level, format!("At {speed} rpm the machine may run{}; {decay}.", load.unwrap_or_default()));
-        let next = |[_, next]: &[f64; 2]| format!("{} rpm, {} times the speed", rpm(*next), number(next / at.speed));
+        verdict.result(level, format!("The machine may run at {speed} rpm{}. {decay}.", load.unwrap_or_default()));
+        let next = |[_, next]: &[f64; 2]| format!("{} rpm ({} times the speed)", rpm(*next), number(next / at.speed));
         let next: Vec<String> = at.next.iter().flatten().map(next).collect();
         if !next.is_empty() {
-            verdict.result(level, format!("Next unstable: {}.", next.join(", and ")));
+            verdict.result(level, format!("Nearest unstable: {}.", next.join(" and ")));
         }
         if let Some(peak) = transient.map(|start| start.peak).filter(|peak| self.is_beyond(*peak)) {
             let twist = shown(peak, &DEG);
             verdict.result(
                 Level::Mind,
-                format!("At {speed} rpm it twists by {twist}, for which the linear equation does not hold."),
+                format!("The shaft twists by {twist} at {speed} rpm: the linear equation does not hold there."),
             );
         }
         if at.critical_damping > 0.0 {
             let least = digits_beyond(at.critical_damping, DIGITS, true);
-            verdict.certainty(format!("At {speed} rpm a damping ratio below {least} would make it unstable."));
+            verdict.certainty(format!("A damping ratio below {least} would make {speed} rpm unstable."));
         }
     }
 
-    /// Speeds to avoid about those that are examined, and the damping from which there are none.
+    /// Adds the speeds to avoid around the examined ones, and the damping that makes all of them stable.
     fn advise(&self, verdict: &mut Verdict) {
         let theta = number(self.oscillator.damping_ratio);
         let count = self.unstable().count();
         let lost = self.eigenproblem.lost;
-        // What is left out may be unstable at any speed.
+        // Orders that are left out may be unstable at any speed.
         let level = if lost.is_some() { Level::Mind } else { Level::Good };
         if let (0, Some(highest)) = (count, self.orders.last()) {
             let j = highest.j;
-            verdict.result(level, format!("Orders up to {j} make no speed unstable at the damping ratio {theta}."));
+            verdict.result(level, format!("Orders up to {j} are stable at every speed (damping ratio {theta})."));
         } else if let (0, Some(lost)) = (count, lost) {
             verdict.result(level, format!("No order below {lost} is judged: any speed may be unstable."));
         } else if count > 0 && self.speeds.is_empty() {
-            verdict.result(Level::Mind, format!("Unstable in {}.", counted(count, "interval of speeds")));
+            verdict.result(Level::Mind, format!("Unstable in {}.", counted(count, "speed interval")));
         }
         let mut near: Vec<(&Order, [f64; 2])> =
             self.unstable().filter(|(_, ends)| self.distance(*ends) <= BAND).collect();
@@ -158,11 +161,11 @@ impl StabilityAnalysis {
             .collect();
         if !told.is_empty() {
             let told = told.join(", ");
-            verdict.result(Level::Good, format!("Resonances (times the kinetostatic load): {told}."));
+            verdict.result(Level::Good, format!("Resonances (amplification of the kinetostatic load): {told}."));
         }
     }
 
-    /// Speeds to avoid (rad/s), and the speed of the scene or the nearest one that is outside of them.
+    /// Speeds to avoid (rad/s), and the speed of the scene or the nearest one outside them.
     fn avoid(&self, ends: &[[f64; 2]], verdict: &mut Verdict) {
         let intervals = Rounding::Outward.of(ends, &RPM);
         let advice = Advice::new(format!("Avoid {}.", Rounding::Outward.list(&intervals, &RPM)));
@@ -189,12 +192,12 @@ impl StabilityAnalysis {
         let Oscillator { natural_frequency: w0, damping_ratio: theta, mean_inertia, .. } = self.oscillator;
         let most = orders.iter().map(|order| order.critical_damping.unwrap_or(f64::INFINITY)).fold(0.0, f64::max);
         if most.is_infinite() {
-            verdict.result(Level::Mind, "No damping makes all speeds stable that are to be avoided.");
+            verdict.result(Level::Mind, "No damping makes all of these speeds stable.");
             return;
         }
         let ratio = Setting::at_least("elasticity.damping_ratio", most, &ONE, DIGITS);
         let now = digits_beyond(theta, DIGITS + 1, false);
-        let text = format!("They are stable from a damping ratio of {} on (now {now}).", ratio.value);
+        let text = format!("A damping ratio of {} or more makes them stable (now {now}).", ratio.value);
         let b = |ratio: &WrittenValue| {
             if let WrittenValue::Number(ratio) = ratio { 2.0 * mean_inertia * w0 * ratio } else { f64::NAN }
         };
@@ -204,7 +207,7 @@ impl StabilityAnalysis {
         verdict.advice(Advice::new(text).set([ratio], Claim::Stable { at }));
     }
 
-    /// Says how sure the verdict is.
+    /// Adds how certain the verdict is.
     fn certify(&self, verdict: &mut Verdict) {
         let e = &self.eigenproblem;
         verdict.certainty.extend(self.note.clone());
@@ -214,17 +217,14 @@ impl StabilityAnalysis {
         for (holds, text) in [
             (
                 self.oscillator.periods_per_turn > 0 && e.residual > 0.0,
-                format!(
-                    "Boundaries are exact to {} for the model; what is uncertain is its damping.",
-                    number(e.residual)
-                ),
+                format!("Boundaries are exact to {} for the model. Its damping is uncertain.", number(e.residual)),
             ),
-            (more, "More unstable speeds lie below those listed: ask for them with --orders.".to_owned()),
+            (more, "There are more unstable speeds below these. List them with --orders.".to_owned()),
             (
                 e.lost.is_some(),
                 format!(
-                    "Orders from {lost} on are left out: inertia or stiffness nearly vanishes, and they are not told apart. \
-                     They may make any speed unstable; --speed judges the speeds you need."
+                    "Orders from {lost} on are left out: inertia or stiffness nearly vanishes and orders cannot be told apart. \
+                     They may make any speed unstable. Judge the speeds you need with --speed."
                 ),
             ),
             (
@@ -297,7 +297,7 @@ impl StabilityAnalysis {
         let q = Unit::of(self.units[0]);
         let beyond = self.resonances.iter().filter_map(|r| r.amplitude).any(|amplitude| self.is_beyond(amplitude));
         let limit = format!(
-            "Above |q| = {} the linear equation does not hold: such a speed is to be avoided in any case.",
+            "The linear equation does not hold above |q| = {}. Avoid such speeds in any case.",
             shown(LINEAR, &DEG)
         );
         Table::of("Resonances with the harmonics of the load", &self.resonances)
@@ -312,7 +312,7 @@ impl StabilityAnalysis {
             .into()
     }
 
-    /// Tables that stand in files alone: boundaries of the maps, load over the turn, motion over the speed.
+    /// Adds the tables of the files: boundaries of the maps, load over the turn, motion over the speed.
     fn add_files(&self, report: &mut Report) {
         let w0 = self.oscillator.natural_frequency;
         let [q, load] = self.units.map(Unit::of);
@@ -380,10 +380,10 @@ impl StabilityAnalysis {
         let e = &self.eigenproblem;
         if self.oscillator.periods_per_turn > 0 {
             report.explain("Orders", [format!(
-                "Numbered by vibrations in a turn, by Hill's matrices of {} harmonics; boundaries by the monodromy matrix M, \
-                 |1 ∓ tr M + det M| ≤ {}. An order is stable at every speed from its critical damping ratio on. The \
-                 modulation ratio of the file is the modulation of the coefficients over that from which the order is unstable \
-                 at this damping.",
+                "Orders count the vibrations in a turn (Hill's matrices of {} harmonics). The monodromy matrix M gives the \
+                 boundaries, |1 ∓ tr M + det M| ≤ {}. An order is stable at every speed from its critical damping ratio on. \
+                 The file's modulation ratio is the modulation of the coefficients, divided by the modulation from which the \
+                 order is unstable at this damping.",
                 e.harmonics,
                 number(e.residual)
             )]);

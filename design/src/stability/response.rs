@@ -1,7 +1,7 @@
 //! The motion under load: periodic motion, amplification of the load over the speed, start from rest, resonances.
 //!
-//! The load on the elastic member is M = c q + b q̇. Its kinetostatic value M₀ = f + Ω² f₂ is what remains when the
-//! member does not oscillate; R = max |M|/max |M₀| over a turn.
+//! The load on the elastic member is M = c q + b q̇. Its kinetostatic value M₀ = f + Ω² f₂ remains if the member does not
+//! oscillate; R = max |M|/max |M₀| over a turn.
 
 use super::BORDER;
 use super::system::System;
@@ -12,15 +12,14 @@ use camdrive::numerics::period_map::{PeriodMap, Trajectory};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// Samples of a turn, and of a vibration, from which maxima are read; between them a parabola is laid, which leaves an
-/// error of 1e-5 of a maximum or less.
+/// Samples of a turn, and of a vibration, for maxima. A parabola between them leaves an error of at most 1e-5 of a maximum.
 const SAMPLES_PER_TURN: f64 = 720.0;
 const SAMPLES_PER_VIBRATION: f64 = 60.0;
 
 /// A start is followed until its free motion has decayed to this part, or for so many turns.
 const DECAYED: f64 = 1e-3;
 const MOST_TURNS: f64 = 200.0;
-/// Where the free motion does not decay, what a start does in these turns is told.
+/// The turns of a start whose free motion does not decay.
 const TURNS_WITHOUT_DECAY: f64 = 20.0;
 
 /// The periodic motion at a speed.
@@ -36,7 +35,7 @@ pub struct PeriodicMotion {
     pub kinetostatic: f64,
     /// R; None without load.
     pub amplification: Option<f64>,
-    /// True if no free motion grows; the periodic motion of an unstable drive is never seen.
+    /// True if no free motion grows; nobody sees the periodic motion of an unstable drive.
     pub stable: bool,
 }
 
@@ -51,9 +50,9 @@ pub struct Transient {
     pub peak: f64,
     /// The largest |M| from the start on.
     pub peak_load: f64,
-    /// The turns over which the peaks were looked for.
+    /// The turns over which the peaks were searched.
     pub turns: f64,
-    /// Turns until the free motion has decayed to a thousandth; None where it does not decay.
+    /// Turns until the free motion has decayed to a thousandth; None if it does not decay.
     pub settled_after: Option<f64>,
 }
 
@@ -62,15 +61,15 @@ pub struct Transient {
 pub struct Resonance {
     /// k.
     pub k: usize,
-    /// Ω of k Ω = ω₀ (rad/s), where the resonance of a constant oscillator lies.
+    /// Ω of k Ω = ω₀ (rad/s): the resonance of a constant oscillator.
     pub nominal_speed: f64,
-    /// Ω of the largest load nearby (rad/s); where the drive is unstable, the middle of the instability.
+    /// Ω of the largest load nearby (rad/s); the middle of the instability if the drive is unstable.
     pub speed: f64,
     /// True if the drive is unstable there.
     pub unstable: bool,
-    /// The amplitude of the harmonic of the load over c₀ at that speed: what it would deflect if nothing oscillated.
+    /// The amplitude of the harmonic of the load over c₀ at that speed: the deflection without oscillation.
     pub deflection: f64,
-    /// The amplitude that a constant oscillator would reach, that deflection over 2 θ; None without damping.
+    /// The amplitude that a constant oscillator would reach, this deflection over 2 θ; None without damping.
     pub estimate: Option<f64>,
     /// max |q| of the periodic motion.
     pub amplitude: Option<f64>,
@@ -78,8 +77,7 @@ pub struct Resonance {
     pub amplification: Option<f64>,
 }
 
-/// The largest load is looked for within this part of the expected speed: half of the way to the next resonance of most
-/// orders.
+/// The largest load is searched within this part of the expected speed: half of the way to the next resonance of most orders.
 const NEARBY: f64 = 0.05;
 
 /// The turn under load at the speed ratio η and the damping ratio θ, and its periodic motion at the start of the turn.
@@ -106,7 +104,7 @@ impl<'a> LoadedTurn<'a> {
         (y[0].is_finite() && y[1].is_finite()).then_some(y)
     }
 
-    /// The largest |q| and |M|/c₀ over `turns` from the state `y` on; None where the motion leaves the range of numbers.
+    /// The largest |q| and |M|/c₀ over `turns` from the state `y` on; None if the motion leaves the range of numbers.
     fn largest(&self, y: [f64; 2], turns: f64) -> Option<[f64; 2]> {
         let per_turn = SAMPLES_PER_TURN.max(SAMPLES_PER_VIBRATION / self.eta).ceil();
         let step = TAU / per_turn;
@@ -129,7 +127,7 @@ impl<'a> LoadedTurn<'a> {
         Some(largest)
     }
 
-    /// q and M/c₀ at the angle `tau` after the start, of the trajectory that has been followed to there.
+    /// q and M/c₀ at the angle `tau` after the start, on the trajectory followed so far.
     fn at(&self, trajectory: &Trajectory, tau: f64) -> [f64; 2] {
         let [q, slope] = trajectory.at(&self.map, tau);
         let phi = (self.system.start() + tau).rem_euclid(TAU);
@@ -139,7 +137,7 @@ impl<'a> LoadedTurn<'a> {
         [q, c * q + self.eta * self.eta * damping * slope]
     }
 
-    /// The modulus by which the slowest free motion changes in a turn.
+    /// The factor by which the slowest free motion changes in a turn.
     fn radius(&self) -> f64 {
         spectral_radius(&self.map.period_map().matrix)
     }
@@ -150,7 +148,7 @@ impl<'a> LoadedTurn<'a> {
     }
 }
 
-/// The periodic motion at the speed ratio η; None where there is none.
+/// The periodic motion at the speed ratio η, if any.
 pub fn periodic_motion(system: &System, eta: f64, theta: f64) -> Option<PeriodicMotion> {
     let turn = LoadedTurn::new(system, eta, theta)?;
     motion_of(&turn)
@@ -172,7 +170,7 @@ fn motion_of(turn: &LoadedTurn) -> Option<PeriodicMotion> {
     })
 }
 
-/// φ (rad), M and M₀ of the periodic motion over the turn; M is NaN where no such motion is seen, the drive being unstable.
+/// φ (rad), M and M₀ of the periodic motion over the turn; M is NaN if the drive is unstable and nobody sees this motion.
 pub fn course(system: &System, eta: f64, theta: f64) -> Option<Vec<[f64; 3]>> {
     let turn = LoadedTurn::new(system, eta, theta)?;
     let stable = turn.is_stable();
@@ -208,8 +206,8 @@ pub fn transient(system: &System, eta: f64, theta: f64) -> Option<Transient> {
     Some(Transient { speed, steady, peak, peak_load: system.mean.c * load, turns, settled_after })
 }
 
-/// The resonances of the harmonics of the load up to `most`, without those that deflect less than a ten-thousandth
-/// of the strongest. `expected` is the η at which the free motion makes k vibrations in a turn, where that is known.
+/// The resonances of the harmonics of the load up to `most`, without those that deflect less than a ten-thousandth of the
+/// strongest. `expected` is the η at which the free motion makes k vibrations in a turn, if known.
 pub fn resonances(system: &System, theta: f64, most: usize, expected: &dyn Fn(usize) -> Option<f64>) -> Vec<Resonance> {
     let most = most.min(system.highest_harmonic());
     let terms: [fn(&Terms) -> f64; 3] = [|t| t.f, |t| t.f1, |t| t.f2];

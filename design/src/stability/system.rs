@@ -4,15 +4,14 @@
 //!
 //! m̂ q″ + (d b̂ + b̂₁) q′ + (λ ĉ + d c₁/b₀ + ĉ₂) q = λ f/c₀ + d f₁/b₀ + f₂/m₀,  λ = 1/η², d = 2 θ/η.
 //!
-//! It is linear in λ and d, so that every question of stability is an eigenproblem in one of them. Where b = 0,
-//! b̂ = 1: damping is then what would have to be added. A modulation μ multiplies what varies of all coefficients of
-//! the left side: m̂ = 1 + μ (m/m₀ − 1) and so on.
+//! It is linear in λ and d, so every question of stability is an eigenproblem in one of them. If b = 0, b̂ = 1: damping is then
+//! an addition. A modulation μ multiplies the varying part of all coefficients of the left side: m̂ = 1 + μ (m/m₀ − 1) and so
+//! on.
 //!
-//! A damping that is negative somewhere cannot be scaled as a whole: its mean may be 0 or next to it. There
-//! b₀ = ∫ b/m dφ / ∫ 1/m dφ is the constant damping with the same decay over a turn (Liouville's formula: the product of
-//! the multipliers is exp(−∫ b/m dt)), and what b differs from it stays at every θ: the term of q′ is
-//! d + β + b̂₁ with β = (b − b₀)/(m₀ Ω), b̂ stands for 1 + β η. At another modulation a constant is taken from β so that
-//! ∫ β/m̂ dφ = 0 all the same.
+//! A damping that is negative somewhere cannot be scaled as a whole: its mean may be 0 or close to it. Then b₀ = ∫ b/m dφ / ∫
+//! 1/m dφ is the constant damping with the same decay over a turn (Liouville's formula: the product of the multipliers is
+//! exp(−∫ b/m dt)). The difference of b from it stays at every θ: the term of q′ is d + β + b̂₁ with β = (b − b₀)/(m₀ Ω), and
+//! b̂ stands for 1 + β η. At another modulation a constant is subtracted from β, so that ∫ β/m̂ dφ = 0 again.
 
 use super::MOST_ORDERS;
 use crate::formulas::instability;
@@ -38,14 +37,13 @@ const SLACK: f64 = 1e-12;
 /// Harmonics below this part of the mean are roundings of the quadrature.
 const LEAST_HARMONIC: f64 = 1e-12;
 
-/// Harmonics from which the symmetry of a turn is read; a drive whose lowest ones are of higher order is taken as one
-/// without symmetry.
+/// Harmonics from which the symmetry of a turn is read; a drive whose lowest ones are of higher order counts as one without
+/// symmetry.
 const SYMMETRY_ORDER: usize = 48;
 
-/// The polynomials of the cells keep this relative error; the ends of the cells, of which the monodromy matrix is made,
-/// then err by less than 1e-20 beside their roundings. Where an inertia or a stiffness nearly vanishes, what is left of
-/// it has lost digits by cancellation, and no cell keeps the first one: the last one still leaves an error of 1e-14 at
-/// the ends.
+/// The polynomials of the cells keep this relative error; the ends of the cells, which make the monodromy matrix, then err by
+/// less than 1e-20 in addition to their roundings. If an inertia or a stiffness nearly vanishes, cancellation has cost its
+/// digits, and no cell keeps the first tolerance: the last one still leaves an error of 1e-14 at the ends.
 const CELL_TOLERANCES: [f64; 3] = [1e-12, 1e-10, 1e-8];
 
 /// Means over a turn, coherent SI.
@@ -53,7 +51,7 @@ const CELL_TOLERANCES: [f64; 3] = [1e-12, 1e-10, 1e-8];
 pub struct Means {
     /// m₀.
     pub m: f64,
-    /// b₀; where the damping is negative somewhere, the constant one with the same decay.
+    /// b₀; for a damping that is negative somewhere, the constant one with the same decay.
     pub b: f64,
     /// c₀.
     pub c: f64,
@@ -78,27 +76,27 @@ pub struct System<'a> {
     order: usize,
     /// The harmonics at μ = 1.
     harmonics: Arc<Harmonics>,
-    /// Those of turns gone through, at all modulations, of which none is in use.
+    /// The harmonics of past turns, at all modulations, of turns not in use.
     nodes: Arc<Mutex<Vec<Nodes>>>,
     /// True if a monodromy matrix could not be computed, of this system or of one with another modulation.
     failed: Arc<AtomicBool>,
-    /// True if Hill's matrices did not tell the orders apart, likewise.
+    /// True if Hill's matrices did not separate the orders, likewise.
     unnumbered: Arc<AtomicBool>,
 }
 
-/// Segment, angle and coefficients in the order in which a turn asked for them. The next one mostly asks for the same,
-/// whatever λ and d: where the coefficients are rich in harmonics, it is their reach that limits the cells.
+/// Segment, angle and coefficients in the order in which a turn asked for them. The next turn mostly asks for the same,
+/// whatever λ and d: coefficients rich in harmonics limit the cells by their own reach.
 type Nodes = Vec<(usize, f64, Terms)>;
 
 /// Nodes that are kept of a turn: some 6 MB.
 const MOST_NODES: usize = 1 << 16;
 
-/// Why a turn cannot be followed.
+/// The reason why a turn cannot be followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unfollowed {
     /// The free motions grow or decay beyond the range of numbers.
     Range,
-    /// It takes more cells than are taken, or no cell keeps the tolerance.
+    /// It takes too many cells, or no cell keeps the tolerance.
     Cells,
 }
 
@@ -111,11 +109,11 @@ struct Harmonics {
     stiffness: Vec<Complex>,
 }
 
-/// Harmonics beyond which no more are taken, but for one doubling: some tenths of a second of work. Where coefficients
-/// have jumps in a derivative, the boundaries then still have five digits or more.
+/// The most harmonics, but for one doubling: some tenths of a second of work. If coefficients have jumps in a derivative, the
+/// boundaries then still have five digits or more.
 pub const MOST_HARMONICS: usize = 96;
 
-/// The harmonics that so many orders are begun with.
+/// The first number of harmonics for so many orders.
 pub const fn first_harmonics(orders: usize) -> usize {
     orders / 2 + 12
 }
@@ -133,7 +131,7 @@ impl<'a> System<'a> {
     /// The system of an oscillator.
     ///
     /// # Errors
-    /// Where the means do not make an oscillator.
+    /// Means that make no oscillator.
     pub fn new(oscillator: &'a PeriodicOscillator) -> Result<Self, Fault> {
         let mut system = Self::sampled(oscillator, SYMMETRY_ORDER)?;
         let parts = system.symmetry();
@@ -212,7 +210,7 @@ impl<'a> System<'a> {
         system
     }
 
-    /// The modulation at which the inertia vanishes somewhere; infinite where it does not vary.
+    /// The modulation at which the inertia vanishes somewhere; infinite if it does not vary.
     pub fn greatest_modulation(&self) -> f64 {
         let least = self.samples.iter().map(|(_, _, t)| t.m).fold(f64::INFINITY, f64::min) / self.mean.m;
         if least < 1.0 - LEAST_HARMONIC { 1.0 / (1.0 - least) } else { f64::INFINITY }
@@ -264,8 +262,7 @@ impl<'a> System<'a> {
         }
     }
 
-    /// The factors c₀ and b₀ d/λ of q and q′ in the load of the drive's own spring and damper at φ, where others act beside
-    /// them.
+    /// The factors c₀ and b₀ d/λ of q and q′ in the load of the drive's own spring and damper at φ, if others act as well.
     pub fn own(&self, phi: f64) -> Option<[f64; 2]> {
         self.oscillator
             .own
@@ -274,7 +271,7 @@ impl<'a> System<'a> {
             .map(|[b, c]| [if b == 0.0 { 0.0 } else { b / self.mean.b }, c / self.mean.c])
     }
 
-    /// The damping term of q′ where b̂ is `b`, at η = 1/`inverse`.
+    /// The damping term of q′ with b̂ = `b`, at η = 1/`inverse`.
     pub fn damping(&self, b: f64, inverse: f64, d: f64) -> f64 {
         if self.active { d + inverse * (b - 1.0) } else { d * b }
     }
@@ -284,13 +281,13 @@ impl<'a> System<'a> {
         self.varied(&self.harmonics.inertia)
     }
 
-    /// Those of ĉ.
+    /// The coefficients of ĉ.
     pub fn stiffness(&self) -> Vec<Complex> {
         self.varied(&self.harmonics.stiffness)
     }
 
-    /// Those of ĉ/m̂. Of an active damping those of ĉ/m̂ − ¼ (β η/m̂)², what is left of it in the equation of
-    /// y = q exp(½ ∫ β/m̂ dφ) at θ = 0; the other part is [`System::fluctuation`] over η.
+    /// The coefficients of ĉ/m̂. For an active damping those of ĉ/m̂ − ¼ (β η/m̂)², its part in the equation of y = q exp(½ ∫
+    /// β/m̂ dφ) at θ = 0; the other part is [`System::fluctuation`] over η.
     pub fn ratio(&self) -> Vec<Complex> {
         if self.active {
             return self.coefficients(self.order, &|t| t.c / t.m - 0.25 * ((t.b - 1.0) / t.m).powi(2));
@@ -299,7 +296,7 @@ impl<'a> System<'a> {
         if constant { self.stiffness() } else { self.coefficients(self.order, &|t| t.c / t.m) }
     }
 
-    /// Those of −½ (β η/m̂)′ of an active damping.
+    /// The coefficients of −½ (β η/m̂)′ for an active damping.
     pub fn fluctuation(&self) -> Vec<Complex> {
         let list = self.coefficients(self.order, &|t| (t.b - 1.0) / t.m);
         // The derivative of e^(ikφ) is i k e^(ikφ).
@@ -335,7 +332,7 @@ impl<'a> System<'a> {
         self.samples.iter().map(|(_, _, t)| g(&self.scaled(t))).fold(f64::INFINITY, f64::min)
     }
 
-    /// The greatest absolute value of a function of the dimensionless coefficients: that of the samples, refined between them.
+    /// The greatest absolute value of a function of the dimensionless coefficients: the samples' maximum, refined between them.
     pub fn greatest(&self, g: &dyn Fn(&Terms) -> f64) -> f64 {
         // From one sample to the next a function rises by less.
         const NEAR: f64 = 0.98;
@@ -372,7 +369,7 @@ impl<'a> System<'a> {
         }
     }
 
-    /// True if the coefficients repeat themselves `parts` times in a turn, at angles that no symmetry prefers.
+    /// True if the coefficients repeat `parts` times in a turn, checked at angles that no symmetry prefers.
     fn repeats(&self, parts: usize) -> bool {
         (0..40).all(|i| {
             let phi = (0.1 + 0.618_033_988_75 * f64::from(i)).rem_euclid(1.0) * TAU / parts as f64;
@@ -383,7 +380,7 @@ impl<'a> System<'a> {
         })
     }
 
-    /// The tables of the whole turn with the load; None where they cannot be computed.
+    /// The tables of the whole turn with the load; None if they cannot be computed.
     pub fn table(&self, lambda: f64, d: f64) -> Option<PeriodMap> {
         let turn = PeriodEquation::new(self, lambda, d, 1, true);
         CELL_TOLERANCES.iter().find_map(|tolerance| PeriodMap::new(&turn, *tolerance))
@@ -392,7 +389,7 @@ impl<'a> System<'a> {
     /// The monodromy matrix of (q, q′) over a period.
     ///
     /// # Errors
-    /// Where it cannot be computed.
+    /// A matrix that cannot be computed.
     pub fn followed(&self, lambda: f64, d: f64) -> Result<Matrix, Unfollowed> {
         let turn = PeriodEquation::new(self, lambda, d, self.parts.max(1), false);
         let period = CELL_TOLERANCES.iter().find_map(|tolerance| Period::of(&turn, *tolerance));
@@ -400,7 +397,7 @@ impl<'a> System<'a> {
         if matrix.iter().flatten().all(|entry| entry.is_finite()) { Ok(matrix) } else { Err(Unfollowed::Range) }
     }
 
-    /// The monodromy matrix of (q, q′) over a period; NaN where it cannot be computed, which [`System::has_failed`] tells.
+    /// The monodromy matrix of (q, q′) over a period; NaN if it cannot be computed, see [`System::has_failed`].
     pub fn monodromy(&self, lambda: f64, d: f64) -> Matrix {
         self.followed(lambda, d).unwrap_or_else(|_| {
             self.failed.store(true, Ordering::Relaxed);
@@ -413,12 +410,12 @@ impl<'a> System<'a> {
         self.failed.load(Ordering::Relaxed)
     }
 
-    /// True if Hill's matrices did not tell the orders apart at some modulation so far.
+    /// True if Hill's matrices did not separate the orders at some modulation so far.
     pub fn has_unnumbered(&self) -> bool {
         self.unnumbered.load(Ordering::Relaxed)
     }
 
-    /// Says so.
+    /// Notes that Hill's matrices did not separate the orders.
     pub fn mark_unnumbered(&self) {
         self.unnumbered.store(true, Ordering::Relaxed);
     }
@@ -460,8 +457,8 @@ fn intervals(oscillator: &PeriodicOscillator, start: f64, length: f64) -> Vec<(f
         .collect()
 }
 
-/// Gauss nodes over the turn, weights of sum 1 and the coefficients: cells over which neither the coefficients nor the
-/// waves of order `order` turn by more than 4 rad, of which 16 nodes integrate the product to rounding.
+/// Gauss nodes over the turn, weights of sum 1 and the coefficients. Neither the coefficients nor the waves of order `order`
+/// turn by more than 4 rad over a cell, and 16 nodes integrate the product to rounding.
 pub fn sample(oscillator: &PeriodicOscillator, order: usize) -> Vec<(f64, f64, Terms)> {
     let mut samples = Vec::new();
     let mut start = 0.0;
@@ -491,7 +488,7 @@ struct PeriodEquation<'a> {
     /// The angle at which the period starts (rad).
     start: f64,
     intervals: Vec<(f64, usize)>,
-    /// Those of a turn before, as far as they are not overwritten yet, and the next one of this turn.
+    /// The nodes of a turn before, as far as they are not overwritten yet, and the next one of this turn.
     nodes: RefCell<(Nodes, usize)>,
 }
 

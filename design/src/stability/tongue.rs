@@ -1,9 +1,8 @@
 //! The instabilities of the orders j: exact boundaries and critical damping.
 //!
-//! At a boundary a Floquet multiplier is s = ±1, so that E = M − s, M(λ, d) the monodromy matrix, is singular. With
-//! det E = 1 − s tr M + det M the two sides of the infinite Hill determinant are the same; what is solved here is
-//! therefore Hill's eigenproblem without any truncation. Hill's truncated matrices ([`super::hill`]) number the
-//! boundaries and give the start.
+//! At a boundary a Floquet multiplier is s = ±1, so E = M − s, M(λ, d) the monodromy matrix, is singular. With det E = 1 − s tr
+//! M + det M the two sides of the infinite Hill determinant are the same: this is Hill's eigenproblem without any truncation.
+//! Hill's truncated matrices ([`super::hill`]) number the boundaries and give the start.
 //!
 //! Inside an instability one multiplier is beyond s and det E < 0; outside det E > 0, since det M ≤ 1 keeps both
 //! multipliers from being there. Along any line through an instability the boundary is the zero of det E.
@@ -19,23 +18,23 @@ use serde::Serialize;
 pub struct Tongue {
     /// The number of zeros of its motions in a period.
     pub n: usize,
-    /// The order j = n p/2, the number of vibrations in a turn, p the periods of a turn.
+    /// The order j = n p/2: the number of vibrations in a turn, with p periods in a turn.
     pub j: f64,
     /// The exact boundaries in λ.
     pub lambda: Pair,
-    /// The largest |det E| that is left at the boundaries, relative to the entries of M.
+    /// The largest residual |det E| at the boundaries, relative to the entries of M.
     pub residual: f64,
 }
 
-/// Which speeds an instability has without damping.
+/// The speeds of an instability without damping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Extent {
-    /// Those between two boundaries.
+    /// The speeds between two boundaries.
     Bounded,
-    /// None: its boundaries coincide, two motions of this period coexist there.
+    /// None: its boundaries coincide; two motions of this period coexist there.
     Closed,
-    /// All from a boundary to infinite speed.
+    /// All speeds above a boundary.
     Open,
     /// None: at infinite speed the free motion still vibrates faster.
     Absent,
@@ -52,7 +51,7 @@ pub struct Apex {
     pub residual: f64,
 }
 
-/// A tongue narrower than this part of λ is closed: what is left of its width is rounding.
+/// A tongue narrower than this part of λ is closed: its width is rounding.
 const CLOSED: f64 = 2e-13;
 
 /// The boundaries come from the linear pencil E + δ dE/dλ, whose derivative is a difference over this part of λ; the
@@ -61,13 +60,13 @@ const DIFFERENCE: f64 = 1e-4;
 const POLISHING: usize = 8;
 
 /// The parabolas whose vertices lead to θ* are as wide as the last change of the place, between these parts of the tongue:
-/// narrow ones say more, wide ones tell what differs from rounding.
+/// narrow ones are more accurate, wide ones stay above rounding.
 const COARSE: f64 = 0.05;
 const FINE: f64 = 1e-3;
 
 impl Tongue {
-    /// The instability of order n where the truncation of Hill's matrices tells it from its neighbours, and the exact boundaries are
-    /// found next to theirs.
+    /// The instability of order n if the truncation of Hill's matrices separates it from its neighbours, and the exact
+    /// boundaries are found next to theirs.
     pub fn numbered(system: &System, n: usize, all: &Boundaries) -> Option<Self> {
         let start = all.of(n)?;
         let tongue = Tongue::new(system, n, start);
@@ -101,7 +100,7 @@ impl Tongue {
         Tongue { n, j, lambda, residual: residual(lambda.low).max(residual(lambda.high)) }
     }
 
-    /// Which speeds it has without damping.
+    /// The speeds of the instability without damping.
     pub fn extent(&self) -> Extent {
         match self.lambda {
             Pair { high, .. } if high <= 0.0 => Extent::Absent,
@@ -141,7 +140,8 @@ impl Tongue {
         left(&mut |theta| self.excess(system, inverse, theta), (0.0, start), 1.05 * growth(system, inverse, &m))
     }
 
-    /// The damping ratio at which the instability vanishes at this speed, looked for above `theta` where the speed is unstable at it.
+    /// The damping ratio at which the instability vanishes at this speed, searched above `theta` if the speed is unstable at
+    /// it.
     pub fn critical_above(&self, system: &System, inverse: f64, theta: f64) -> f64 {
         let mut f = |theta: f64| self.excess(system, inverse, theta);
         let value = f(theta);
@@ -151,8 +151,8 @@ impl Tongue {
         left(&mut f, (theta, value), 1.2 * theta)
     }
 
-    /// The damping ratio θ* at which the instability vanishes at every speed; None where no damping ratio suffices,
-    /// since it reaches to infinite speed.
+    /// The damping ratio θ* at which the instability vanishes at every speed; None if no damping ratio suffices because it
+    /// reaches to infinite speed.
     pub fn apex(&self, system: &System) -> Option<Apex> {
         if self.is_empty() {
             return Some(Apex { theta: 0.0, eta: 1.0 / self.lambda.high.max(0.0).sqrt(), residual: 0.0 });
@@ -166,8 +166,8 @@ impl Tongue {
         let (mut inverse, _) = search::maximum(&mut undamped, ends, 1e-2 * width);
         let mut theta = self.critical_at(system, inverse);
         let mut step = COARSE * width;
-        // det E is 0 at (1/η, θ). Next to it there is a speed where it is less; what θ misses there is the square of what
-        // 1/η misses.
+        // det E is 0 at (1/η, θ). Next to it there is a speed with a smaller one; the error of θ there is the square of the
+        // error of 1/η.
         for _ in 0..2 * POLISHING {
             let [before, after] = [-step, step].map(|step| self.excess(system, inverse + step, theta));
             let change = (0.5 * step * (before - after) / (before + after)).clamp(-2.0 * step, 2.0 * step);
@@ -193,8 +193,8 @@ impl Tongue {
         (!self.is_empty()).then(|| [eta(self.lambda.high), eta(self.lambda.low)])
     }
 
-    /// The speed ratios between which the drive with the damping ratio `theta` is unstable, the upper one infinite
-    /// where there is none; None where it is stable at all of them.
+    /// The speed ratios between which the drive with the damping ratio `theta` is unstable; the upper one is infinite in an
+    /// open tongue. None if it is stable at all of them.
     pub fn interval(&self, system: &System, theta: f64) -> Option<[f64; 2]> {
         if theta == 0.0 || self.is_empty() {
             return self.undamped();
@@ -210,11 +210,11 @@ impl Tongue {
         Some(self.about(system, inside, theta))
     }
 
-    /// det E where it is least at the damping ratio `theta` > 0: negative where speeds are unstable, 0 at θ = θ*. It is a
-    /// smooth function of whatever the tongue depends on, and takes a tenth of the work of θ* itself.
+    /// The least det E at the damping ratio `theta` > 0: negative if speeds are unstable, 0 at θ = θ*. It is a smooth function
+    /// of all that the tongue depends on, and takes a tenth of the work of θ* itself.
     pub fn margin(&self, system: &System, theta: f64) -> f64 {
         match self.extent() {
-            // det E of what is as stable, or as unstable, as can be.
+            // det E of the most stable, or most unstable, turn.
             Extent::Absent => 1.0,
             Extent::Open => -1.0,
             Extent::Closed => self.excess(system, self.lambda.high.sqrt(), theta),
@@ -222,7 +222,7 @@ impl Tongue {
         }
     }
 
-    /// Between two boundaries the place 1/η at which det E is least, and det E there.
+    /// The place 1/η between two boundaries at which det E is least, and det E there.
     pub fn least_stable(&self, system: &System, theta: f64) -> Option<(f64, f64)> {
         if self.extent() != Extent::Bounded {
             return None;
@@ -266,19 +266,19 @@ impl Tongue {
     }
 }
 
-/// The damping ratio at which an instability is left, from θ and det E in it; `next` is a guess.
+/// The damping ratio at which an instability ends, from θ and det E in it; `next` is a guess.
 fn left(f: &mut dyn FnMut(f64) -> f64, from: (f64, f64), next: f64) -> f64 {
     let (low, high) = climb(f, from, next);
     search::zero(f, [low.0, high.0], [low.1, high.1], 0.0)
 }
 
-/// The growth of the undamped motion as the damping ratio that would make up for it exactly if the damping were proportional
-/// to the inertia.
+/// The growth of the undamped motion, as the damping ratio that would balance it exactly if the damping were proportional to
+/// the inertia.
 fn growth(system: &System, inverse: f64, m: &Matrix) -> f64 {
     (spectral_radius(m).ln() / (system.period() * inverse)).max(f64::MIN_POSITIVE)
 }
 
-/// From θ and det E in an instability to ever higher θ, `next` the first of them, until it is left: the last two.
+/// Raises θ from an instability, with det E there, until it ends, `next` first; returns the last two pairs.
 fn climb(f: &mut dyn FnMut(f64) -> f64, from: (f64, f64), next: f64) -> ((f64, f64), (f64, f64)) {
     let (mut low, mut high) = (from, (next, f(next)));
     for _ in 0..60 {
@@ -334,8 +334,8 @@ pub fn multipliers(m: &Matrix) -> [[f64; 2]; 2] {
     [[large, 0.0], [small, 0.0]]
 }
 
-/// A boundary: the zeros of det(E + δ dE/dλ) about the present λ are both boundaries of the tongue where it is narrow,
-/// so that they are told apart however near they are to each other.
+/// A boundary: the zeros of det(E + δ dE/dλ) around the present λ are both boundaries of a narrow tongue, so they stay separate
+/// however close they are.
 fn polish(system: &System, s: f64, scale: f64, start: Pair, high: bool) -> f64 {
     let mut lambda = if high { start.high } else { start.low };
     let h = DIFFERENCE * scale;
@@ -351,7 +351,7 @@ fn polish(system: &System, s: f64, scale: f64, start: Pair, high: bool) -> f64 {
         let (a, b, c) = (determinant(&slope), mixed(&e, &slope), determinant(&e));
         let Some([near, far]) = quadratic(a, b, c) else { break };
         let (lower, upper) = (near.min(far), near.max(far));
-        // Where the other boundary is far, the nearer zero is this one; where both are near, their order decides.
+        // If the other boundary is far, the nearer zero is this one; if both are near, their order decides.
         let change = if near.abs() < 0.05 * far.abs() {
             near
         } else if high {
@@ -371,8 +371,7 @@ fn polish(system: &System, s: f64, scale: f64, start: Pair, high: bool) -> f64 {
     lambda
 }
 
-/// The real zeros of a x² + b x + c, the smaller one in modulus first; a double one where rounding has made them
-/// complex.
+/// The real zeros of a x² + b x + c, the smaller one in modulus first; a double one if rounding has made them complex.
 fn quadratic(a: f64, b: f64, c: f64) -> Option<[f64; 2]> {
     let discriminant = b * b - 4.0 * a * c;
     if !(discriminant.is_finite() && a != 0.0) {

@@ -253,7 +253,7 @@ fn restitution_is_told_from_the_formulas() {
     let report = report(&with(scene(profile(), 0.05, 5e-5), |p| p.e = 0.5));
     let study = &report.laws[0];
     assert!(study.passages.iter().all(|p| p.model.unwrap().sequel == Sequel::Rebound));
-    assert!(report.verdict().advice[0].text.contains("With a restitution of 0.5"), "{:?}", report.verdict());
+    assert!(report.verdict().advice[0].text.contains("(restitution 0.5)"), "{:?}", report.verdict());
     for passage in &study.passages {
         // P = m1 (1 + e) |ż|, loss ½ m1 (1 − e²) ż².
         let model = passage.model.unwrap();
