@@ -1,8 +1,8 @@
 //! The least transmission angles of the mechanisms between cam and tool.
 //!
-//! μ is the angle between coupler and output link of a four-bar linkage, or between rod and the normal of the slider's line;
-//! at 90° the whole force of the coupler moves the output, towards 0 forces in the joints and the effect of play grow like
-//! 1/sin μ.
+//! μ is the angle between coupler and output link of a four-bar linkage, or between rod and the normal of the slider's line. At
+//! 90° the whole force of the coupler moves the output; towards 0 forces in the joints and the effect of play grow like 1/sin
+//! μ.
 //!
 //! Source: VDI 2130 (four-bar linkages), which takes the least transmission angle as the measure of quality; J. Volmer (ed.),
 //! *Getriebetechnik*: at least 40°, with high speeds 50°.
@@ -12,10 +12,10 @@ use camdrive::drives::rigid_machine::linkage::{decimals, in_turn};
 use serde::Serialize;
 use std::f64::consts::PI;
 
-/// The least transmission angle (rad) that is usual.
+/// The usual least transmission angle (rad).
 pub const USUAL: f64 = 40.0 * PI / 180.0;
 
-/// A mechanism where its transmission angle is least over the turn.
+/// A mechanism at its least transmission angle over the turn.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Transmission {
     /// The number of the follower, from 1.
@@ -36,7 +36,7 @@ impl Transmission {
         self.least_angle >= USUAL
     }
 
-    /// The measured angle.
+    /// The name of the measured angle.
     pub fn what(&self) -> String {
         format!("least transmission angle of linkage[{}] ({})", self.mechanism, self.kind)
     }
@@ -48,7 +48,7 @@ impl Transmission {
             return format!("at least {usual:.0}° is usual");
         }
         format!(
-            "below the usual {usual:.0}°: forces in the joints and the effect of play are large; other lengths or offsets"
+            "below the usual {usual:.0}°: forces in the joints and the effect of play are large; choose other lengths or offsets"
         )
     }
 

@@ -1,4 +1,4 @@
-//! The motion law as a cam table for a motion controller: electronic cam instead of a cut one.
+//! The motion law as a cam table for a motion controller: an electronic cam instead of a cut one.
 
 use camdrive::motion::MotionLaw;
 use std::f64::consts::TAU;
@@ -12,20 +12,21 @@ pub struct CamTable {
     pub error: f64,
     /// True if U is an angle.
     pub angular: bool,
-    /// The angles (rad) at which U″ jumps: a row there has the value after the jump, as controllers take one U″ for each master.
+    /// The angles (rad) at which U″ jumps: a row there has the value after the jump, because controllers take one U″ for each
+    /// master.
     pub jumps: Vec<f64>,
 }
 
 /// The most rows of a table; controllers take some thousand.
 const MOST_ROWS: usize = 65_536;
 
-/// The most jumps that are listed.
+/// The most listed jumps.
 const MOST_TOLD: usize = 12;
 
 /// U″ jumps where it changes at a breakpoint by more than this part of its bound; smooth laws have roundings.
 const JUMP: f64 = 1e-6;
 
-/// The units of slaves that move along a line and of those that turn: how many of them make one SI unit.
+/// The units of slaves that move along a line and of slaves that turn: their number in one SI unit.
 const UNITS: [(&str, f64); 2] = [("mm", 1e3), ("deg", 360.0 / TAU)];
 
 /// The breakpoints at which U″ jumps, `bound` being its bound.
@@ -37,8 +38,8 @@ fn jumps(law: &MotionLaw, bound: f64) -> Vec<f64> {
 }
 
 impl CamTable {
-    /// The table of this law whose error is at most `tolerance` (m or rad), or the longest one. Between neighbours at the distance h
-    /// straight lines miss U by h² max|U″|/8 at most.
+    /// The table of this law with an error of at most `tolerance` (m or rad), or the longest one. Between neighbours at the
+    /// distance h straight lines miss U by at most h² max|U″|/8.
     pub fn new(law: &MotionLaw, angular: bool, tolerance: f64) -> Self {
         let bound = law.bound(2);
         let wanted = TAU * (bound / (8.0 * tolerance)).sqrt();
@@ -57,7 +58,7 @@ impl CamTable {
         UNITS[usize::from(self.angular)]
     }
 
-    /// Where U″ jumps, which its column cannot hold; None where it does not.
+    /// The angles at which U″ jumps, which its column cannot hold; None without jumps.
     pub fn jumps_told(&self) -> Option<String> {
         let shown = |phi: &f64| format!("{:.2}°", phi.to_degrees());
         let mut angles = self.jumps.iter().take(MOST_TOLD).map(shown).collect::<Vec<_>>().join(", ");

@@ -15,7 +15,7 @@ pub struct Limits {
     pub pressure: f64,
     /// The radius of the tool that cuts a hollow (m).
     pub cutter: f64,
-    /// The radius of shaft and hub, which the contour of a disc must leave (m).
+    /// The radius of shaft and hub, which the contour of a disc must not reach (m).
     pub hub: f64,
 }
 
@@ -26,11 +26,11 @@ pub struct Finding {
     pub what: String,
     /// The angle φ of the place (rad), 0 … 2π.
     pub phi: f64,
-    /// The value there, in SI units; infinite where there is no limit.
+    /// The value there, in SI units; infinite without a limit.
     pub value: f64,
     /// The unit of the value.
     pub unit: &'static str,
-    /// The judgement: `Mind` where the cam runs badly, `Bad` where it cannot be cut or does not move the follower as prescribed.
+    /// The judgement: `Mind` if the cam runs badly, `Bad` if it cannot be cut or does not move the follower as prescribed.
     pub verdict: Level,
     /// Its meaning.
     pub remark: String,
@@ -51,7 +51,7 @@ impl Finding {
         if good { self } else { Finding { verdict, remark: remark(), ..self } }
     }
 
-    /// The least transmission angle of a mechanism behind the cam.
+    /// The least transmission angle of a mechanism after the cam.
     pub fn of_transmission(transmission: &Transmission) -> Self {
         let Transmission { phi, least_angle, .. } = *transmission;
         let finding = Finding::new(transmission.what(), phi, least_angle, "rad").remark(transmission.remark());
@@ -78,10 +78,10 @@ impl Finding {
 /// Samples of a turn at least, and of the shortest wave of the law; the worst place is refined between its neighbours.
 const SAMPLES: [f64; 2] = [1440.0, 24.0];
 
-/// The angle and the value where `f` is largest over the turn; `f` takes the segment of the law and the angle.
+/// The angle and the value of the maximum of `f` over the turn; `f` takes the segment of the law and the angle.
 ///
 /// # Errors
-/// Those of `f`.
+/// The errors of `f`.
 pub fn worst(cam: &Cam, f: impl Fn(usize, f64) -> Result<f64, Standstill>) -> Result<(f64, f64), Standstill> {
     let mut best = (0.0, f64::NEG_INFINITY);
     for (from, to, segment) in pieces(cam) {
@@ -96,7 +96,7 @@ pub fn worst(cam: &Cam, f: impl Fn(usize, f64) -> Result<f64, Standstill>) -> Re
             }
             let beside = [i.saturating_sub(1), (i + 1).min(n)];
             let [a, b] = beside.map(|j| values[j]);
-            // Between samples f rises by less than these differ: the highest summit need not have the highest sample.
+            // Between samples f rises by less than these differ: the highest peak need not have the highest sample.
             if !(*value >= a.max(b) && 2.0 * value - a.min(b) > sampled) {
                 continue;
             }
@@ -124,7 +124,7 @@ fn millimetres(length: f64) -> String {
 /// All findings of a cam whose contours are these polygons.
 ///
 /// # Errors
-/// Where the roller's centre stands still on the cam.
+/// A roller's centre that stands still on the cam.
 pub fn findings(cam: &Cam, plan: &Plan, outlines: &[Outline]) -> Result<Vec<Finding>, Standstill> {
     let mut list = Vec::new();
     if matches!(cam.follower, Follower::Flat { .. }) {
@@ -149,7 +149,7 @@ fn pressure(cam: &Cam, limit: f64) -> Result<Finding, Standstill> {
     let allowed = format!("admissible {:.3}°", limit.to_degrees());
     let finding = Finding::new("largest pressure angle", phi, pressure, "rad").remark(&allowed);
     Ok(finding.unless(pressure <= limit, Level::Mind, || {
-        format!("above the {allowed}: a larger base circle, another pivot or offset reduces it")
+        format!("above the {allowed}: choose a larger base circle, another pivot or offset")
     }))
 }
 
@@ -172,7 +172,7 @@ fn face(cam: &Cam) -> Result<[Finding; 2], Standstill> {
         Finding::new("least width of the face", farthest, left + right, "m").remark(remark),
         Finding::new(what, phi, radius, "m").unless(radius > 0.0, Level::Bad, || {
             format!(
-                "there the contour would have to be hollow, which a flat face does not reach: the base circle, with a radius of {}, must be larger than {}",
+                "a flat face cannot touch the hollow contour needed there: enlarge the radius of the base circle from {} to above {}",
                 millimetres(base),
                 millimetres(base - radius)
             )
@@ -180,8 +180,8 @@ fn face(cam: &Cam) -> Result<[Finding; 2], Standstill> {
     ])
 }
 
-/// The range of the follower's coordinate: a lever must not reach the line pivot–cam centre, a translating roller not the
-/// height of the cam's centre (the second one of a pair is below it), where no contour moves it.
+/// The range of the follower's coordinate. A lever must not reach the line pivot–cam centre, and a translating roller not the
+/// height of the cam's centre (the second one of a pair is below it): no contour moves them there.
 fn reach(cam: &Cam, plan: &Plan) -> Result<[Finding; 2], Standstill> {
     let coordinate = |segment: usize, phi: f64| cam.follower.coordinate(cam.law.at_in(segment, phi).0[0]);
     let (low_at, low) = worst(cam, |segment, phi| Ok(-coordinate(segment, phi)))?;
@@ -201,7 +201,7 @@ fn reach(cam: &Cam, plan: &Plan) -> Result<[Finding; 2], Standstill> {
     Ok([of("least", low_at, low, good[0]), of("largest", high_at, high, good[1])])
 }
 
-/// Why a cam cannot move a follower whose coordinate has this range, and which key changes it.
+/// The reason why a cam cannot move a follower with this range of its coordinate, and the key that changes it.
 fn out_of_reach(cam: &Cam, plan: &Plan, [low, high]: [f64; 2]) -> String {
     let degrees = |angle: f64| format!("{:.3}°", angle.to_degrees());
     let second = match plan.cut {
@@ -209,33 +209,33 @@ fn out_of_reach(cam: &Cam, plan: &Plan, [low, high]: [f64; 2]) -> String {
         _ => None,
     };
     match (cam.follower, second) {
-        // ψ₂ = λ − ψ has to stay between 0 and π.
+        // ψ₂ = λ − ψ must stay between 0 and π.
         (Follower::Lever { .. }, Some(second)) => format!(
-            "the second arm turns through the line pivot–cam centre, where a cam cannot move it: `second_arm_angle`, {}, must be above {}, the largest angle of the first arm, and below {}",
+            "the second arm turns through the line pivot–cam centre, where a cam cannot move it: change `second_arm_angle` from {} to above {}, the largest angle of the first arm, and below {}",
             degrees(second.place),
             degrees(second.place - low),
             degrees(PI + second.place - high)
         ),
         (Follower::Lever { .. }, None) => {
             let more = if low <= 0.0 { "larger" } else { "smaller" };
-            format!("the arm turns through the line pivot–cam centre, where a cam cannot move it: a {more} `start_angle`, `prime_radius` or `base_radius` keeps it away")
+            format!("the arm turns through the line pivot–cam centre, where a cam cannot move it: choose a {more} `start_angle`, `prime_radius` or `base_radius`")
         }
-        // h₂ = h − D has to stay below the cam's centre.
+        // h₂ = h − D must stay below the cam's centre.
         (_, Some(second)) => format!(
-            "the second roller passes the cam's centre, where a cam cannot move it: `roller_distance`, {}, must be above {}, the largest height of the first one",
+            "the second roller passes the cam's centre, where a cam cannot move it: change `roller_distance` from {} to above {}, the largest height of the first roller",
             millimetres(second.place),
             millimetres(second.place + high)
         ),
         (_, None) => {
-            "the roller passes the cam's centre, where a cam cannot move it: a larger `start_height`, `prime_radius` or `base_radius` keeps it away".to_owned()
+            "the roller passes the cam's centre, where a cam cannot move it: choose a larger `start_height`, `prime_radius` or `base_radius`".to_owned()
         }
     }
 }
 
 /// The size of the cam.
 fn size(cam: &Cam, plan: &Plan) -> Result<Vec<Finding>, Standstill> {
-    // Where the distance from the cam's centre is extreme the contour is at right angles to it: its own distance differs by
-    // the radius of the roller.
+    // At an extreme distance from the cam's centre the contour is at right angles to it: its own distance differs by the radius
+    // of the roller.
     let (low_at, nearest) = worst(cam, |segment, phi| Ok(-cam.at_in(segment, phi)?.centre.norm()))?;
     let (high_at, farthest) = worst(cam, |segment, phi| Ok(cam.at_in(segment, phi)?.centre.norm()))?;
     let mut list = Vec::new();
@@ -248,7 +248,7 @@ fn size(cam: &Cam, plan: &Plan) -> Result<Vec<Finding>, Standstill> {
             least > hub,
             Level::Bad,
             || match hub > 0.0 {
-                true => format!("nothing is left of shaft and hub (radius {})", millimetres(hub)),
+                true => format!("the contour cuts into shaft and hub (radius {})", millimetres(hub)),
                 false => format!("the roller (radius {}) covers the cam's centre", millimetres(cam.roller)),
             },
         ));
@@ -289,19 +289,19 @@ fn contour(cam: &Cam, side: Side, cutter: f64) -> Result<Vec<Finding>, Standstil
         Level::Bad,
         || {
             format!(
-                "the roller (radius {}) cuts away a part of the contour that it needs; it must be smaller, or the base circle larger",
+                "the roller (radius {}) cuts away a part of the contour that it needs: choose a smaller roller or a larger base circle",
                 millimetres(cam.roller)
             )
         },
     );
     let good = undercut.verdict == Level::Good;
     let mut list = vec![undercut];
-    // Bulges curve around the material, which is beyond the contour as seen from the path; hollows away from it.
+    // Bulges curve around the material, which is beyond the contour as seen from the path; hollows curve away from it.
     let bulge = |segment: usize, phi: f64| {
         let at = cam.at_in(segment, phi)?;
         Ok([at.curvature, side.curvature(cam, &at)].map(|curvature| side.sign(cam.sense) * curvature))
     };
-    // Where the roller is too large a bulge has no radius.
+    // A roller that is too large leaves a bulge without radius.
     if good {
         let (phi, curvature) = worst(cam, |segment, phi| bulge(segment, phi).map(|[_, k]| k))?;
         if curvature > 0.0 {
@@ -322,7 +322,7 @@ fn contour(cam: &Cam, side: Side, cutter: f64) -> Result<Vec<Finding>, Standstil
     Ok(list)
 }
 
-/// Where contours cross themselves or each other.
+/// The crossings of contours with themselves or each other.
 fn crossings(outlines: &[Outline]) -> Vec<Finding> {
     let mut list = Vec::new();
     let pairs =
@@ -335,7 +335,7 @@ fn crossings(outlines: &[Outline]) -> Vec<Finding> {
             _ => format!("the {} crosses the {}", first.side.name(), second.side.name()),
         };
         let remark = format!(
-            "at φ = {:.3}° and {:.3}°, ({}, {}) of the cam: what one passage needs, the other cuts away",
+            "at φ = {:.3}° and {:.3}°, ({}, {}) of the cam: one passage cuts away what the other needs",
             degrees(one),
             degrees(other),
             millimetres(place.re),
@@ -374,7 +374,7 @@ fn crossing(outlines: &[&Outline]) -> Option<Crossing> {
             let neighbours = same && ((first.1 + 1) % n == second.1 || (second.1 + 1) % n == first.1);
             let (c, d) = edge(second);
             let apart = c.im.min(d.im) > a.im.max(b.im) || c.im.max(d.im) < a.im.min(b.im);
-            // Of two outlines only the crossings with each other count.
+            // For two outlines only the crossings with each other count.
             if neighbours || apart || (same && outlines.len() > 1) {
                 continue;
             }
@@ -387,7 +387,7 @@ fn crossing(outlines: &[&Outline]) -> Option<Crossing> {
     None
 }
 
-/// Where the lines a–b and c–d cross between their ends.
+/// The point at which the lines a–b and c–d cross between their ends.
 fn meeting(a: Point, b: Point, c: Point, d: Point) -> Option<Point> {
     let cross = |u: Point, v: Point| (u.conj() * v).im;
     let (u, v) = (b - a, d - c);

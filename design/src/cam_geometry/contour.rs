@@ -5,7 +5,7 @@ use camdrive::drives::Fault;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// On which side of the path of the roller's centre a contour lies.
+/// The side of the path of the roller's centre on which a contour lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Side {
@@ -20,7 +20,7 @@ pub enum Side {
 /// A closed polygon; the last point is not repeated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
-    /// Which contour it is.
+    /// The side of this contour.
     pub side: Side,
     /// Its points with the angle φ at which each is in contact.
     pub points: Vec<(f64, Point)>,
@@ -31,12 +31,12 @@ pub struct Outline {
 pub struct Mesh {
     /// The cam at each angle, ascending from φ = 0.
     pub at: Vec<CamPosition>,
-    /// The largest distance of a curve from its chords (m), seen at three places between neighbours.
+    /// The largest distance of a curve from its chords (m), at three places between neighbours.
     pub chord_error: f64,
 }
 
-/// The turn is divided at least this often, and so often for the shortest wave of the law, so that no bump is missed by the
-/// looks at three places between neighbours.
+/// The turn is divided at least this often, and so often for the shortest wave of the law, so that the three places between
+/// neighbours miss no bump.
 const LEAST: [f64; 2] = [180.0, 8.0];
 
 /// An interval is halved at most this often: 1e-9 of a turn.
@@ -55,8 +55,8 @@ impl Side {
         }
     }
 
-    /// +1 where the contour lies to the left of the path. A cam that turns counter-clockwise (σ = 1) sees the roller run
-    /// around it clockwise, and its centre to the right.
+    /// +1 if the contour lies to the left of the path. A cam that turns counter-clockwise (σ = 1) sees the roller run around it
+    /// clockwise, and its centre to the right.
     pub fn sign(self, sense: f64) -> f64 {
         match self {
             Side::Inner => -sense,
@@ -70,12 +70,13 @@ impl Side {
         at.centre + Point::new(0.0, self.sign(cam.sense) * cam.roller) * at.tangent
     }
 
-    /// 1 − (±ϱ) κ: the contour moves along with the path where it is positive; elsewhere it is undercut.
+    /// 1 − (±ϱ) κ: if it is positive, the contour moves along with the path; otherwise it is undercut.
     pub fn growth(self, cam: &Cam, at: &CamPosition) -> f64 {
         1.0 - self.sign(cam.sense) * cam.roller * at.curvature
     }
 
-    /// The radius of a cylinder that touches a plane as closely as roller or face the contour; negative where that is undercut.
+    /// The radius of a cylinder that touches a plane as closely as the roller or face touches the contour; negative at an
+    /// undercut.
     pub fn closeness(self, cam: &Cam, at: &CamPosition) -> f64 {
         match cam.follower {
             Follower::Flat { .. } => -cam.sense / self.curvature(cam, at),
@@ -99,7 +100,7 @@ pub fn pieces(cam: &Cam) -> Vec<(f64, f64, usize)> {
     before.into_iter().chain(within).chain([(*last, TAU, around)]).collect()
 }
 
-/// Why there is no mesh.
+/// The reason why there is no mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NoMesh {
     /// The contour has no direction.
@@ -125,7 +126,7 @@ impl From<NoMesh> for Fault {
     }
 }
 
-/// The curves of a cam, to be divided.
+/// The curves of a cam to divide.
 struct Curves<'a> {
     cam: &'a Cam,
     sides: &'a [Side],
@@ -134,11 +135,11 @@ struct Curves<'a> {
 }
 
 impl Mesh {
-    /// The angles at which the chords of the path of the roller's centre and of the contours on these sides lie within
-    /// `tolerance` (m) of them.
+    /// The angles at which chords stay within `tolerance` (m) of the path of the roller's centre and of the contours on these
+    /// sides.
     ///
     /// # Errors
-    /// Where the roller's centre stands still on the cam, and where too many points would be needed.
+    /// A roller's centre that stands still on the cam, and a chord error that needs too many points.
     pub fn new(cam: &Cam, sides: &[Side], tolerance: f64) -> Result<Mesh, NoMesh> {
         let mut mesh = Mesh { at: Vec::new(), chord_error: 0.0 };
         let sides: Vec<Side> = sides.iter().copied().chain([Side::Path]).collect();

@@ -23,11 +23,11 @@ fn named(what: &str, cam: &str) -> String {
     if cam.is_empty() { what.to_owned() } else { format!("{what} {cam}") }
 }
 
-/// The pressure angle over the turn with what is admissible; of a flat face where it touches.
+/// The pressure angle over the turn with its admissible limit; for a flat face the place of the contact.
 pub fn pressure(shape: &Shape) -> Diagram {
     if shape.plan.carrier == Carrier::Flat {
         let curves = shape.cams.iter().map(|c| curve("contact".to_owned(), &c.cam, |at| at.place.re)).collect();
-        let axes = [angle(), Axis::linear("Contact beside the cam's centre [m]")];
+        let axes = [angle(), Axis::linear("Contact from the cam's centre [m]")];
         return Diagram::new(format!("Contact on the face of {}", shape.name), axes, curves, Vec::new());
     }
     let limit = shape.plan.limits.pressure;
@@ -37,7 +37,7 @@ pub fn pressure(shape: &Shape) -> Diagram {
     Diagram::new(format!("Pressure angle of {}", shape.name), axes, curves.collect(), vec![limit])
 }
 
-/// The curvature of the path of the roller's centre, positive where it bulges, with that at which the contour is undercut; of a
+/// The curvature of the path of the roller's centre, positive in a bulge, with the curvature at which undercut begins; for a
 /// flat face the radius of curvature of the contour.
 pub fn curvature(shape: &Shape) -> Diagram {
     if shape.plan.carrier == Carrier::Flat {

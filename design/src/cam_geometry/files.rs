@@ -1,5 +1,4 @@
-//! Files for the workshop: contours as CSV, DXF and SVG, in mm, in the frame of the cam, which at φ = 0 is that of the
-//! machine.
+//! Files for the workshop: contours as CSV, DXF and SVG, in mm, in the frame of the cam, which is the machine's at φ = 0.
 
 use super::{Cam, CamPosition, Follower, Mesh, Point, Side};
 use crate::drawing::{Anchor, BLACK, Drawing, Ink, Shape, Unit, WHITE, arc};
@@ -14,7 +13,7 @@ const MILLIMETRES: f64 = 1e3;
 
 /// A cam of the drawing.
 pub struct CamDrawing<'a> {
-    /// "F" and "P" of a conjugate pair, nothing where there is but one.
+    /// "F" and "P" of a conjugate pair, empty for a single cam.
     pub name: &'static str,
     /// The cam.
     pub cam: &'a Cam,
@@ -24,17 +23,17 @@ pub struct CamDrawing<'a> {
     pub sides: &'static [Side],
     /// True if its law is an angle.
     pub angular: bool,
-    /// The radius of shaft and hub (m); 0 where the scene does not give it.
+    /// The radius of shaft and hub (m); 0 if the scene has none.
     pub hub: f64,
 }
 
 impl CamDrawing<'_> {
-    /// The path of the centre of roller or cutter, where there is one, and the contours.
+    /// The path of the centre of roller or cutter, if any, and the contours.
     fn curves(&self) -> impl Iterator<Item = Side> {
         (self.cam.roller > 0.0).then_some(Side::Path).into_iter().chain(self.sides.iter().copied())
     }
 
-    /// A flat face at φ = 0, as wide as it has to be (mm).
+    /// A flat face at φ = 0, as wide as necessary (mm).
     fn face(&self) -> Option<[Point; 2]> {
         let first = self.mesh.at.first().filter(|_| matches!(self.cam.follower, Follower::Flat { .. }))?;
         let x = || self.mesh.at.iter().map(|at| at.place.re);
@@ -66,12 +65,13 @@ impl CamDrawing<'_> {
         radii.fold([f64::INFINITY, 0.0], |[least, most], r| [least.min(r), most.max(r)])
     }
 
-    /// The radius of the roller (mm), 0 where there is none.
+    /// The radius of the roller (mm), 0 without a roller.
     fn roller_radius(&self) -> f64 {
         if self.face().is_some() { 0.0 } else { self.cam.roller * MILLIMETRES }
     }
 
-    /// From the cam's centre to where φ (rad) is marked: that points at the roller of the first cam when the cam has turned by φ.
+    /// The direction from the cam's centre to the mark of φ (rad): it points at the roller of the first cam when the cam has
+    /// turned by φ.
     fn mark(&self, phi: f64) -> Point {
         let start = self.roller();
         Point::from_polar(1.0, start.arg() - self.cam.sense * phi)
@@ -129,7 +129,7 @@ fn hundredths(value: f64) -> String {
     ((100.0 * value).round() / 100.0 + 0.0).to_string()
 }
 
-/// A length (mm) to a tenth of a nanometre, without the sign of a zero.
+/// A length (mm) to a tenth of a nanometre; a zero has no sign.
 fn decimal(length: f64) -> String {
     let text = format!("{length:.7}");
     if text.trim_start_matches(['-', '0', '.']).is_empty() { "0.0".to_owned() } else { text }
@@ -189,7 +189,7 @@ pub fn dxf(title: &str, drawn: &[CamDrawing<'_>]) -> String {
     }
     let _ = write!(text, "0\nSECTION\n2\nTABLES\n0\nTABLE\n2\nLAYER\n70\n{}\n", layers.len());
     for layer in layers {
-        // Colour 7, black or white; the contours are told by their layers.
+        // Colour 7, black or white; the layers distinguish the contours.
         let _ = write!(text, "0\nLAYER\n2\n{layer}\n70\n0\n62\n7\n6\nCONTINUOUS\n");
     }
     text + "0\nENDTAB\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n" + &entities + "0\nENDSEC\n0\nEOF\n"
@@ -201,7 +201,7 @@ const ROOM: f64 = 5.0;
 /// The height of letters: at least (mm), and of the largest radius.
 const LETTERS: [f64; 2] = [3.0, 0.045];
 
-/// Lines that are no edges of the part, and the dashes of centre lines, of hidden edges, of the base circle.
+/// Lines that are no edges of the part, and the dashes of centre lines, hidden edges and the base circle.
 const GREY: Ink = Ink([0x55; 3]);
 const CENTRE: &[f64] = &[4.0, 1.0, 0.5, 1.0];
 const HIDDEN: &[f64] = &[6.0, 1.5];
@@ -268,7 +268,7 @@ impl Sheet {
             self.head(far, far);
             self.words(far * 0.75, &named(format!("R {}", hundredths(most))));
         }
-        // Away from the rollers and from the largest radius, the second one beside the first.
+        // Away from the rollers and from the largest radius, the second one next to the first.
         let away = cam.mark(0.0).arg() + 0.5 * TAU + 0.6 * number as f64;
         let is_beside = far.is_some_and(|far| (far / Point::from_polar(1.0, away)).arg().abs() < 0.6);
         let below = Point::from_polar(least, if is_beside { away + 1.2 } else { away });
@@ -306,7 +306,7 @@ impl Sheet {
         self.head(tip, Point::new(0.0, sense) * tip);
     }
 
-    /// The drawing of what lies between two corners, with notes below.
+    /// The drawing between two corners, with notes below.
     fn framed(mut self, notes: &[String], low: Point, high: Point) -> Drawing {
         let letter = self.letter;
         let across = ((high.re - low.re - 2.0 * ROOM) / (LETTER * letter)) as usize;
@@ -330,9 +330,9 @@ fn down(p: Point) -> [f64; 2] {
     [p.re, -p.im]
 }
 
-/// The cam as a drawing in its true size, read without colours: contours thick (that of the second cam dashed), path of the
-/// roller's centre, base circle, hub and centre lines thin, roller and lever at φ = 0, largest radius, sense of rotation; around
-/// it the angles φ at which a mark points at the first roller.
+/// The cam as a drawing in its true size, readable without colours: contours thick (the second cam's dashed); path of the
+/// roller's centre, base circle, hub and centre lines thin; roller and lever at φ = 0, largest radius, sense of rotation.
+/// Around it the angles φ at which a mark points at the first roller.
 pub fn svg(title: &str, drawn: &[CamDrawing<'_>]) -> String {
     let curves = || drawn.iter().flat_map(|cam| cam.curves().flat_map(|side| cam.points(side)));
     let largest = curves().map(Point::norm).fold(0.0, f64::max);
@@ -402,7 +402,7 @@ pub fn csv(drawn: &CamDrawing<'_>) -> Result<String, Fault> {
             let point = side.point(drawn.cam, at) * MILLIMETRES;
             cells.extend([point.re, point.im, bulge * side.curvature(drawn.cam, at) / MILLIMETRES]);
         }
-        // What is only rounding is nothing: these are mm, ° and 1/mm, of which 1e-12 is below the last digit of a cam of 1 m.
+        // Values of rounding size are 0: these are mm, ° and 1/mm, and 1e-12 is below the last digit of a cam of 1 m.
         cells.into_iter().map(|cell: f64| format!("{:?}", if cell.abs() < 1e-12 { 0.0 } else { cell })).collect()
     };
     let head = head.split(',').map(str::to_owned).collect();

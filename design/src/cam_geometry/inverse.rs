@@ -1,15 +1,15 @@
 //! From the contour of a cam to its motion law: U(φ) of the follower that runs on it.
 //!
 //! A periodic spline through the points, over the sum of the chords, gives the normal n in each of them. A roller that touches
-//! there has its centre at z = c ± ϱ n; its distance from the cam's centre gives the follower's coordinate, and with it p, and
-//! φ = σ arg(p/z). A flat face that touches at c has h = Re(c n̄) and φ = σ arg(i/n). An error δ of the direction of n moves the
-//! pair (φ, U) along the law and changes it by ϱδ²/2 only, so that the pairs are as accurate as the points; the law gives normals for
-//! better pairs. It is the periodic quintic spline through them, with its jumps of U″ ([`Corners`]). Without noise the law of a flat face needs no spline: contact and curvature give U, U′ and U″
-//! (module `flat`).
+//! there has its centre at z = c ± ϱ n. The centre's distance from the cam's centre gives the follower's coordinate, and with
+//! it p, and φ = σ arg(p/z). A flat face that touches at c has h = Re(c n̄) and φ = σ arg(i/n). An error δ of the direction of
+//! n moves the pair (φ, U) along the law and changes it by ϱδ²/2 only, so the pairs are as accurate as the points; normals of
+//! the law give better pairs. The law is the periodic quintic spline through them, with its jumps of U″ ([`Corners`]). Without
+//! noise the law of a flat face needs no spline: contact and curvature give U, U′ and U″ (module `flat`).
 //!
-//! Symbols: c point of the contour seen from the cam (m), others as in [`super`]. The contour has to go around the cam's centre
-//! once, with each point in contact at an angle of its own: hollows narrower than the roller, hollows at all below a flat face
-//! and parts without points are refused. Source: derived here; the forward equations are those of [`super`].
+//! Symbols: c point of the contour seen from the cam (m), others as in [`super`]. The contour must go around the cam's centre
+//! once, and each point must be in contact at an angle of its own: hollows narrower than the roller, any hollows below a flat
+//! face and parts without points are refused. Source: derived here from the forward equations of [`super`].
 
 mod flat;
 
@@ -23,41 +23,41 @@ use camdrive::motion::{MotionLaw, Table};
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
-/// The law that a contour gives, as points of a table.
+/// The law of a contour, as points of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Traced {
     /// Angles and lifts.
     pub points: Points,
-    /// U′ and U″ of the points; empty where U″ does not jump.
+    /// U′ and U″ of the points; empty if U″ does not jump.
     pub bends: Vec<Bend>,
-    /// The point of the contour to which each belongs.
+    /// The point of the contour of each.
     pub rows: Vec<usize>,
-    /// The standard deviation of the lifts over that of the points.
+    /// The ratio of the standard deviations of the lifts and of the points.
     pub noise: f64,
-    /// The largest uncertainty of the contour between its points (m), and the row before it; None where it is not known.
+    /// The largest uncertainty of the contour between its points (m), and the row before it; None if unknown.
     pub open: Option<(f64, usize)>,
-    /// By which part of its largest value U″ between the points is uncertain; None where that is not known.
+    /// The uncertainty of U″ between the points, as a part of its largest value; None if unknown.
     pub bend_open: Option<f64>,
     /// The coordinate of the follower at U = 0.
     start: f64,
 }
 
-/// A point of the contour in contact: angle, coordinate of the follower, curvature of the contour (1/m), positive where it bulges.
+/// A point of the contour in contact: angle, coordinate of the follower, curvature of the contour (1/m), positive in a bulge.
 #[derive(Clone, Copy)]
 struct Contact {
     phi: f64,
     coordinate: f64,
     curvature: f64,
-    /// The point to which it belongs, of those without repetitions.
+    /// Its point, among the points without repetitions.
     point: usize,
     /// h′ and h″ below a flat face.
     bend: Option<Bend>,
 }
 
-/// Why a contour gives no law.
+/// The reason why a contour gives no law.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refusal {
-    /// The point at fault; None where it is the contour.
+    /// The point at fault; None if the whole contour is.
     pub index: Option<usize>,
     /// The fault.
     pub message: String,
@@ -74,35 +74,35 @@ impl Refusal {
 /// The fewest points of a contour.
 const LEAST: usize = 8;
 
-/// A gap is wider than this (rad) and than so many times both of its neighbours: rests are measured every two degrees. Steps of 45°
-/// are gaps anyway.
+/// A gap is wider than this (rad), and than this many times both of its neighbours: rests are measured every two degrees. Steps
+/// of 45° are always gaps.
 const GAP: (f64, f64) = (PI / 72.0, 3.0);
 
 /// The least radius may differ from the given one by this part of the stroke, the tolerance of a finished cam.
 const SIZE: f64 = 0.01;
 
-/// A bend with a radius beyond so many times the distance from the cam's centre is a straight line to the eye.
+/// A bend with a radius beyond this many times the distance from the cam's centre looks straight.
 const STRAIGHT: f64 = 1e3;
 
 /// The hint on points that no follower passes in their order.
-const ORDER: &str = "are the follower, its `roller_radius` and the order of the points right? points with noise need `noise`, for example \"estimate\"";
+const ORDER: &str = "check the follower, its `roller_radius` and the order of the points; set `noise`, for example \"estimate\", if the points have noise";
 
 fn millimetres(length: f64) -> String {
     format!("{:.4} mm", 1e3 * length)
 }
 
-/// The law of `plan` with this contour, seen from the cam at φ = 0: the inner one of a groove, that of the first cam of a pair.
-/// `noise` is the standard deviation of its points, None in it where they tell it themselves.
+/// The law of `plan` with this contour, seen from the cam at φ = 0: the inner contour of a groove, the first cam's of a pair.
+/// `noise` is the standard deviation of its points; None in it estimates the deviation from them.
 ///
 /// # Errors
-/// Where the contour does not determine the law.
+/// A contour that does not determine the law.
 pub fn trace(plan: &Plan, contour: &[Point], noise: Option<Option<f64>>) -> Result<Traced, Refusal> {
     let outline = Outline::new(plan, contour)?;
     let mut contacts = outline.contacts(noise)?;
     let (order, steps) = outline.order(&contacts.list)?;
     let start = outline.start(contacts.range)?;
     let n = order.len();
-    // It begins between points that are neither near enough to be taken for one nor so far apart that some may be missing.
+    // Begins between points that are neither so close that they count as one nor so far apart that some may be missing.
     let mut by_width: Vec<usize> = (0..n).collect();
     by_width.sort_by(|a, b| steps[*a].total_cmp(&steps[*b]));
     let seam = by_width[n / 2];
@@ -110,7 +110,7 @@ pub fn trace(plan: &Plan, contour: &[Point], noise: Option<Option<f64>>) -> Resu
     let mut traced = outline.law(&contacts, first, start);
     if noise.is_none() && plan.carrier != Carrier::Flat {
         traced = traced.cornered();
-        // The law gives better normals where the curvature jumps between points far apart.
+        // The law gives better normals if the curvature jumps between points far apart.
         for _ in 0..2 {
             let Some(motion) = traced.law() else { break };
             outline.touch_again(&mut contacts.list, &plan.with(motion, start));
@@ -124,11 +124,11 @@ pub fn trace(plan: &Plan, contour: &[Point], noise: Option<Option<f64>>) -> Resu
 struct Outline<'a> {
     plan: &'a Plan,
     points: Vec<Point>,
-    /// Their places among all points.
+    /// Their indices among all points.
     rows: Vec<usize>,
     /// 2π (sum of chords)/(length).
     angles: Vec<f64>,
-    /// 1 where they go around counter-clockwise, else −1.
+    /// 1 if they go around counter-clockwise, else −1.
     left: f64,
 }
 
@@ -150,7 +150,7 @@ impl<'a> Outline<'a> {
         let seen = steps((0..n).map(|i| (points[(i + 1) % n] / points[i]).arg()));
         let winding = seen.iter().sum::<f64>();
         if !((winding.abs() - TAU).abs() < 1.0) {
-            let hint = "the origin is the cam's centre; are columns and units right?";
+            let hint = "the origin must be the cam's centre; check columns and units";
             return Err(Refusal::at(None, "the contour does not go around the cam's centre once", hint));
         }
         let outline = Outline { plan, points, rows, angles, left: winding.signum() };
@@ -160,20 +160,20 @@ impl<'a> Outline<'a> {
         }
     }
 
-    /// The refusal of a contour that has no points over this step before a point.
+    /// The refusal of a contour without points over this step before a point.
     fn missing(&self, step: f64, point: usize, of: &str) -> Refusal {
-        let message = format!("before this point the contour has none over {:.3}° {of}", step.abs().to_degrees());
-        let hint = "measure the whole turn; where nothing is missing the contour has a corner there, by undercut; are columns and units right?";
+        let message = format!("the contour has no point in the {:.3}° {of} before this one", step.abs().to_degrees());
+        let hint = "measure the whole turn; if no point is missing, the contour has a corner there by undercut; check columns and units";
         Refusal::at(self.rows[point], message, hint)
     }
 
-    /// From a point of contact outwards to the roller's centre.
+    /// The distance from a point of contact outwards to the roller's centre.
     fn outwards(&self) -> f64 {
         if self.plan.cut.sides()[0] == Side::Outer { -self.plan.roller } else { self.plan.roller }
     }
 
-    /// Angle and coordinate of the follower that touches at c with this normal, the point being the one of this number, and the
-    /// coordinate by a shift of c along the normal.
+    /// Angle and coordinate of the follower that touches at c, the point of this number, with this normal, and the change of
+    /// the coordinate by a shift of c along the normal.
     fn place(&self, point: usize, c: Point, normal: Point) -> Result<(f64, f64, f64), Refusal> {
         let plan = self.plan;
         if plan.carrier == Carrier::Flat {
@@ -182,7 +182,7 @@ impl<'a> Outline<'a> {
         let centre = c + self.outwards() * normal;
         let coordinate = plan.coordinate_at(centre.norm()).map_err(|fault: Fault| {
             let message = format!("no roller of this follower touches the contour here: {fault}");
-            Refusal::at(self.rows[point], message, "are the lengths of the follower and the unit of the points right?")
+            Refusal::at(self.rows[point], message, "check the lengths of the follower and the unit of the points")
         })?;
         let below = matches!(plan.start, Start::Coordinate(start) if start < 0.0);
         let coordinate =
@@ -192,7 +192,7 @@ impl<'a> Outline<'a> {
         Ok((plan.sense * turned.arg(), coordinate, 1.0 / (turned * normal * by_lift.conj()).re))
     }
 
-    /// The contacts, those of a roller by normals of a spline.
+    /// The contacts; a roller's by normals of a spline.
     fn contacts(&self, noise: Option<Option<f64>>) -> Result<Contacts, Refusal> {
         let (points, n) = (&self.points, self.points.len());
         let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY];
@@ -211,7 +211,7 @@ impl<'a> Outline<'a> {
             let [curve, slope, bend] =
                 [0, 1, 2].map(|order| Point::new(x.at(angles[i]).0[order], y.at(angles[i]).0[order]));
             let normal = -I * self.left * slope / slope.norm();
-            // What moves a point along the contour does not change it.
+            // A shift of a point along the contour does not change it.
             let off = ((points[i] - curve) * normal.conj()).re;
             let (phi, coordinate, per) = self.place(i, curve + normal * off, normal)?;
             variance += per * per / n as f64;
@@ -247,12 +247,12 @@ impl<'a> Outline<'a> {
         Ok((order, steps))
     }
 
-    /// U by the coordinate of the follower.
+    /// dU over the coordinate of the follower.
     fn transmission(&self) -> f64 {
         if let Carrier::Lever { transmission, .. } = self.plan.carrier { transmission } else { 1.0 }
     }
 
-    /// The coordinate of the follower at U = 0, whose least and largest one are these.
+    /// The coordinate of the follower at U = 0, if these are its least and largest one.
     fn start(&self, range: [f64; 2]) -> Result<f64, Refusal> {
         let start = match self.plan.start {
             Start::Coordinate(start) => return Ok(start),
@@ -268,7 +268,7 @@ impl<'a> Outline<'a> {
             let hint = "correct one of them, the unit of the points or the radius of the roller";
             return Err(Refusal::at(None, message, hint));
         }
-        // Where the tool moves against the arm its least U belongs to the largest coordinate.
+        // If the tool moves against the arm, its least U belongs to the largest coordinate.
         Ok(if self.transmission() < 0.0 { high } else { start })
     }
 
@@ -304,7 +304,7 @@ impl<'a> Outline<'a> {
         }
     }
 
-    /// The refusal of a contour that a flat face does not follow at this point.
+    /// The refusal of a contour that a flat face cannot follow at this point.
     fn dented(&self, i: usize) -> Refusal {
         let n = self.points.len();
         let [before, own, after] = [i + n - 1, i, i + 1].map(|i| self.points[i % n]);
@@ -316,7 +316,7 @@ impl<'a> Outline<'a> {
         } else {
             let radius = millimetres(radius);
             format!(
-                "the contour is undercut: it bends inwards with a radius of {radius}, which a flat face does not follow"
+                "the contour is undercut: it bends inwards with a radius of {radius}, which a flat face cannot follow"
             )
         };
         let normal = if (own * (-I * leaving).conj()).re > 0.0 { -I * leaving } else { I * leaving };
@@ -329,7 +329,8 @@ fn placed(point: Point) -> String {
     format!("{} and {} in x and y", millimetres(point.re), millimetres(point.im))
 }
 
-/// The contacts of a flat face, how far the contour is open at most after which point, and by which part of its largest value U″ is.
+/// The contacts of a flat face, the largest uncertainty of the contour with the point before it, and the uncertainty of U″ as a
+/// part of its largest value.
 fn below_face(sense: f64, points: &[Point], left: bool) -> Result<(Vec<Contact>, (f64, usize), f64), usize> {
     let last = points.len() - 1;
     let of = |i: usize| if left { i } else { last - i };
@@ -352,7 +353,7 @@ fn below_face(sense: f64, points: &[Point], left: bool) -> Result<(Vec<Contact>,
     Ok((contacts, (open[most], of(most)), bend))
 }
 
-/// Where the follower would have to turn back at one of these points, and why.
+/// The one of these points at which the follower would have to turn back, and the reason.
 fn backwards(plan: &Plan, outwards: f64, found: &[Contact], beside: &[usize]) -> (usize, String) {
     let sign = if outwards < 0.0 { -1.0 } else { 1.0 };
     let bend = |i: usize| sign * found[i].curvature;
@@ -366,12 +367,12 @@ fn backwards(plan: &Plan, outwards: f64, found: &[Contact], beside: &[usize]) ->
         true => "a flat face".to_owned(),
         false => format!("a roller with a radius of {}", millimetres(plan.roller)),
     };
-    (sharpest, format!("the contour is undercut: it bends with a radius of {radius}, which {what} does not follow"))
+    (sharpest, format!("the contour is undercut: it bends with a radius of {radius}, which {what} cannot follow"))
 }
 
 /// The steps of an angle around the turn, one of which may be wider than half of it.
 fn steps(differences: impl Iterator<Item = f64>) -> Vec<f64> {
-    /// The least part of the turn outside of the widest gap (rad).
+    /// The least part of the turn outside the widest gap (rad).
     const REST: f64 = 0.3;
     let mut steps: Vec<f64> = differences.map(|step| (step + PI).rem_euclid(TAU) - PI).collect();
     let sum = steps.iter().sum::<f64>();
@@ -395,7 +396,7 @@ fn known(plan: &Plan, distance: f64) -> Result<f64, Refusal> {
     plan.coordinate_at(distance).map_err(|fault| Refusal::at(None, fault.to_string(), "choose other lengths"))
 }
 
-/// The points without those that repeat the one before, as a closing one does, and the angles 2π (sum of chords)/(length).
+/// The points without those that repeat the one before, such as a closing point, and the angles 2π (sum of chords)/(length).
 fn around(contour: &[Point]) -> Result<(Vec<usize>, Vec<f64>), Refusal> {
     let n = contour.len();
     let few = |n: usize| {
@@ -424,7 +425,7 @@ fn around(contour: &[Point]) -> Result<(Vec<usize>, Vec<f64>), Refusal> {
     Ok((rows, sums.collect()))
 }
 
-/// A coordinate of the contour over the sum of its chords, without noise: of what is left of it the normals are accurate enough.
+/// A coordinate of the contour over the sum of its chords, without noise; the normals of the result are accurate enough.
 fn smoothed(
     angles: &[f64],
     values: impl Iterator<Item = f64>,
@@ -433,7 +434,7 @@ fn smoothed(
     let mut points = Points { angles: angles.to_vec(), lifts: values.collect() };
     points.angles.push(TAU);
     points.lifts.push(points.lifts[0]);
-    let refuse = |message: String| Refusal::at(None, message, "are the unit of the points and `noise` right?");
+    let refuse = |message: String| Refusal::at(None, message, "check the unit of the points and `noise`");
     if let Some(sigma) = noise {
         match smooth(points.clone(), sigma, Outliers::DropOfCurve, &[]) {
             Ok(smooth) => points = smooth.points,
@@ -445,15 +446,15 @@ fn smoothed(
 }
 
 impl Traced {
-    /// The distances of the points from the contour that the follower of `plan` with this law has: the root of their mean square
-    /// and the largest (m).
+    /// The distances of the points from the contour of the follower of `plan` with this law: their root mean square and the
+    /// largest (m).
     pub fn misfit(&self, plan: &Plan, law: &MotionLaw, contour: &[Point]) -> [f64; 2] {
         let (cam, side) = (plan.with(law.clone(), self.start), plan.cut.sides()[0]);
         let off = self.rows.iter().zip(&self.points.angles).filter_map(|(row, phi)| {
             let at = cam.at(*phi).ok()?;
             Some((*row, ((contour[*row] - side.point(&cam, &at)) * (I * at.tangent).conj()).re.abs()))
         });
-        // A corner between points has none of its own; it is listed with one beside it.
+        // A corner between points has no point of its own; it is listed with a neighbour.
         let mut nearest: BTreeMap<usize, f64> = BTreeMap::new();
         off.for_each(|(row, off)| {
             nearest.entry(row).and_modify(|least| *least = least.min(off)).or_insert(off);
@@ -463,14 +464,14 @@ impl Traced {
         [(sum / nearest.len() as f64).sqrt(), largest]
     }
 
-    /// The law through the points; None where they are no table.
+    /// The law through the points; None if they are no table.
     pub fn law(&self) -> Option<MotionLaw> {
         let (points, bends) = (self.points.clone(), self.bends.clone());
         let table = if bends.is_empty() { Table::new(points) } else { Table::bent(points, bends) };
         table.ok().map(MotionLaw::Table)
     }
 
-    /// With the places where U″ jumps as corners.
+    /// With corners at the jumps of U″.
     fn cornered(mut self) -> Self {
         let corners = corners(&self.points);
         if !corners.is_empty()
@@ -483,13 +484,14 @@ impl Traced {
     }
 }
 
-/// Third differences across a jump of U″ are so many times those on both sides of it.
+/// Third differences across a jump of U″ are this many times those on both sides of it.
 const JUMP: f64 = 6.0;
 
-/// A jump by this part of the stroke per square of the points' distance is none: the spline across it is accurate to 1e-7.
+/// A jump below this part of the stroke per square of the points' distance is ignored: the spline across it is accurate to
+/// 1e-7.
 const SMALL: f64 = 5e-6;
 
-/// The angles where U″ jumps, with the jumps: where the polynomials of degree 4 through the points on both sides touch.
+/// The angles at which U″ jumps, with the jumps: there the polynomials of degree 4 through the points on both sides touch.
 fn corners(points: &Points) -> Vec<(f64, f64)> {
     let n = points.angles.len();
     let angle = |i: usize| points.angles[i % n] + TAU * (i / n) as f64;
@@ -516,7 +518,7 @@ fn corners(points: &Points) -> Vec<(f64, f64)> {
     for first in (n..2 * n).filter(|i| high[i % n] && !high[(i - 1) % n]) {
         let last = (first..first + n).take_while(|i| high[i % n]).last().unwrap_or(first);
         let ends = [angle(first + 1), angle(last + 2)];
-        // A jump near a point leaves little in one of three differences; the point may be on either side.
+        // A jump near a point affects one of three differences little; the point may be on either side.
         let near = usize::from(last < first + 2);
         let between = |phi: f64| {
             let [left, right] = [first - 2 - near, last + 1 + near].map(|first| polynomial(first, 5, phi).0);
@@ -529,7 +531,7 @@ fn corners(points: &Points) -> Vec<(f64, f64)> {
         }
         let nearest = (first..=last + 3).min_by(|a, b| (angle(*a) - at).abs().total_cmp(&(angle(*b) - at).abs()));
         let width = (ends[1] - ends[0]) / (last + 1 - first) as f64;
-        // A corner as near to a point is in it.
+        // A corner this close to a point is in the point.
         let near = nearest.filter(|&i| (angle(i) - at).abs() < 0.02 * width);
         at = near.map_or(at, angle);
         let [apart, _, bend] = between(at);

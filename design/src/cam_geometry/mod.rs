@@ -1,4 +1,4 @@
-//! From the motion law to the cam: path of the roller's centre, contours, and whether they can be cut and run.
+//! From the motion law to the cam: path of the roller's centre, contours, and checks that they can be cut and run.
 //!
 //! The cam's centre is the origin; it turns by σφ, σ = ±1. In the fixed frame the roller's centre is p(φ), seen from the cam
 //! z = e^{−iσφ} p. With v = p′ − iσp, in the fixed frame,
@@ -10,9 +10,9 @@
 //! angle of the drive (rad); p, z positions (m); ϱ radius of the roller (m); κ curvature (1/m), positive to the left; ′ =
 //! d/dφ.
 //!
-//! A flat face at right angles to its line, at the height h = h₀ + U, touches the contour at σU′ beside the cam's centre: h is the
-//! support function of the contour, whose radius of curvature is h + U″, and the pressure angle is 0. Instead of the roller's
-//! centre p = σU′ + i (h + ϱ) is that of a cutter of the radius ϱ on the other side of the face.
+//! A flat face at right angles to its line, at the height h = h₀ + U, touches the contour at the distance σU′ from the cam's
+//! centre: h is the support function of the contour, whose radius of curvature is h + U″, and the pressure angle is 0. p = σU′
+//! + i (h + ϱ) is then the centre of a cutter of radius ϱ on the other side of the face.
 //!
 //! Source: VDI 2142 and VDI 2143 (cam mechanisms: roller lever, translating follower, pressure angle, undercut); Norton, *Cam
 //! Design and Manufacturing Handbook*, section 7.4 (flat-faced follower); the complex forms are derived here.
@@ -55,10 +55,10 @@ pub enum Follower {
         length: f64,
         /// ψ₀ (rad), at U = 0.
         start: f64,
-        /// R (m/rad): the motion of the tool per angle of the lever; negative where they run against each other. A number where U is
-        /// an angle.
+        /// R (m/rad): the motion of the tool per angle of the lever; negative if they run against each other. 1 if U is an
+        /// angle.
         transmission: f64,
-        /// s = ±1: on which side of the line pivot–cam centre the roller is.
+        /// s = ±1: the side of the line pivot–cam centre on which the roller is.
         side: f64,
     },
     /// A follower on a line at the distance e from the cam's centre: p = e + i (h₀ + U).
@@ -82,9 +82,9 @@ pub struct Cam {
     pub law: MotionLaw,
     /// The follower that carries the roller.
     pub follower: Follower,
-    /// σ: 1 where the cam turns counter-clockwise, −1 clockwise.
+    /// σ: 1 if the cam turns counter-clockwise, −1 if clockwise.
     pub sense: f64,
-    /// ϱ (m); of a flat face that of the cutter, which may be 0.
+    /// ϱ (m); for a flat face the cutter's, which may be 0.
     pub roller: f64,
 }
 
@@ -111,12 +111,12 @@ pub struct CamPosition {
     pub place: Point,
     /// n, the normal of the path in the fixed frame that points away from the inner contour.
     pub normal: Point,
-    /// n · dp/dU: how far the roller's centre moves along n, per unit of U.
+    /// n · dp/dU: the motion of the roller's centre along n per unit of U.
     pub gain: f64,
 }
 
-/// Speeds of the roller's centre over the cam below this part of its distance are standstills: path and normal have no
-/// direction there.
+/// The roller's centre stands still on the cam if its speed is below this part of its distance: path and normal then have no
+/// direction.
 const STANDSTILL: f64 = 1e-9;
 
 /// The roller's centre stands still on the cam at φ (rad): neither path nor contour has a direction there.
@@ -132,7 +132,7 @@ impl From<Standstill> for Fault {
     }
 }
 
-/// An angle of the turn (°), from 0 on: to the three decimals shown a full turn is none.
+/// An angle of the turn (°), from 0 on: to the three shown decimals a full turn is 0.
 fn degrees(phi: f64) -> f64 {
     let degrees = phi.rem_euclid(TAU).to_degrees();
     if degrees < 360.0 - 5e-4 { degrees } else { 0.0 }
@@ -147,7 +147,7 @@ impl Follower {
         }
     }
 
-    /// p, p′, p″ of a roller and dp/dU, where U, U′, U″ are `u`.
+    /// p, p′, p″ of a roller and dp/dU, with U, U′, U″ in `u`.
     fn position(&self, [u, u1, u2]: [f64; 3]) -> ([Point; 3], Point) {
         match *self {
             Follower::Lever { pivot, length, start, transmission, side } => {
@@ -167,7 +167,7 @@ impl Cam {
     /// The cam at φ, on this piece of the motion law.
     ///
     /// # Errors
-    /// Where the roller's centre stands still on the cam.
+    /// A roller's centre that stands still on the cam.
     pub fn at_in(&self, segment: usize, phi: f64) -> Result<CamPosition, Standstill> {
         let [u, u1, u2, ..] = self.law.at_in(segment, phi).0;
         // Turned back into the frame of the cam; angles stay.
@@ -215,16 +215,16 @@ impl Cam {
         })
     }
 
-    /// Contour and path at φ in one turn, on a breakpoint of the law with the right-hand values.
+    /// Contour and path at φ in one turn, with the right-hand values on a breakpoint of the law.
     ///
     /// # Errors
-    /// Where the roller's centre stands still on the cam.
+    /// A roller's centre that stands still on the cam.
     pub fn at(&self, phi: f64) -> Result<CamPosition, Standstill> {
         let phi = if phi > PI { phi - TAU } else { phi };
         self.at_in(self.law.segment(phi, true), phi)
     }
 
-    /// The second cam of a conjugate pair, its follower fixed to that of the first one.
+    /// The second cam of a conjugate pair; its follower is fixed to the first one's.
     ///
     /// For a lever ψ₂ = λ − ψ on the other side of the line pivot–cam centre, λ the angle between both arms and l₂ its own
     /// length; for a translating follower h₂ = h − D, D the distance of both rollers, so that it is on the other side of

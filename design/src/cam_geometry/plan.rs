@@ -1,4 +1,4 @@
-//! Prescribed geometry of a cam beside its motion law.
+//! The prescribed geometry of a cam, in addition to its motion law.
 
 use super::checks::worst;
 use super::{Cam, Follower, Limits, Side};
@@ -35,7 +35,7 @@ pub enum Start {
     Coordinate(f64),
     /// The radius of the prime circle, the least distance of the roller's centre from the cam's centre (m).
     Prime(f64),
-    /// The radius of the base circle, that of the prime circle less the roller's (m); of a flat face its least height.
+    /// The radius of the base circle, the prime circle's less the roller's (m); for a flat face its least height.
     Base(f64),
 }
 
@@ -50,7 +50,7 @@ pub struct Second {
     pub roller: f64,
 }
 
-/// Which flanks are cut.
+/// The flanks to cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cut {
     /// A disc that the roller runs on from outside.
@@ -68,13 +68,13 @@ pub enum Cut {
 pub struct Plan {
     /// The follower.
     pub carrier: Carrier,
-    /// True if U is an angle (rad) that moves a lever, and no length.
+    /// True if U is an angle (rad) that moves a lever; false if it is a length.
     pub angular: bool,
     /// Where it starts.
     pub start: Start,
     /// σ.
     pub sense: f64,
-    /// ϱ (m); of a flat face that of the cutter.
+    /// ϱ (m); for a flat face the cutter's.
     pub roller: f64,
     /// The flanks.
     pub cut: Cut,
@@ -97,7 +97,7 @@ impl Plan {
     /// The cams for this law with their names: one without name, or F and P of a conjugate pair.
     ///
     /// # Errors
-    /// Where no follower of these lengths has the base or prime circle wanted.
+    /// A base or prime circle that no follower of these lengths has.
     pub fn cams(&self, law: &MotionLaw) -> Result<Vec<(&'static str, Cam)>, Fault> {
         let cam = self.first(law)?;
         Ok(match self.cut {
@@ -153,7 +153,7 @@ impl Plan {
         }
     }
 
-    /// ψ or h where the roller's centre is at this distance from the cam's centre, and at rest there with a flat face.
+    /// ψ or h at this distance of the roller's centre from the cam's centre; for a flat face at rest.
     pub(super) fn coordinate_at(&self, distance: f64) -> Result<f64, Fault> {
         let millimetres = |length: f64| format!("{} mm", (1e9 * length).round() / 1e6);
         match self.carrier {
@@ -169,7 +169,7 @@ impl Plan {
                         millimetres(most)
                     )));
                 }
-                // Half the angle from the three sides: accurate also where the angle is small.
+                // Half the angle from the three sides: accurate for a small angle, too.
                 let (below, above) = ((distance - least) * (distance + least), (most - distance) * (most + distance));
                 Ok(2.0 * below.sqrt().atan2(above.sqrt()))
             }

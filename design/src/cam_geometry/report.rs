@@ -9,7 +9,7 @@ use crate::report::{Advice, Block, Claim, Level, Report, Setting, Table, Value, 
 use camdrive::drives::Fault;
 use serde::Serialize;
 
-/// Significant digits of a radius that decides.
+/// Significant digits of a limiting radius.
 const FINE: usize = 4;
 
 /// A file: its ending and its content.
@@ -29,7 +29,7 @@ impl Shape {
         format!("{cut}, turning {sense}")
     }
 
-    /// "follower1" of a cam of a machine, with the name of one of a pair.
+    /// "follower1" of a cam of a machine, with the name of the cam if it is one of a pair.
     fn part(&self, scene: &str, disc: &str) -> String {
         let follower = self.name.strip_prefix(scene).and_then(|rest| rest.strip_prefix('.')).unwrap_or(&self.name);
         format!("{follower} {disc}").trim_end().to_owned()
@@ -47,7 +47,7 @@ impl Shape {
         Setting::at_most(key, most, &MM, FINE)
     }
 
-    /// The angle and curvature of its contours, and what they allow, in a table for each cam.
+    /// The findings on its contours, in a table for each cam.
     fn tables(&self, scene: &str) -> impl Iterator<Item = Table> {
         let unit = if self.plan.angular { DEG } else { MM };
         let error = shown(self.table.error, &unit);
@@ -67,7 +67,7 @@ impl Shape {
         })
     }
 
-    /// Adds whether it can be cut and runs well, and what to change.
+    /// Adds whether it can be cut and runs well, and the advised changes.
     fn judge(&self, scene: &str, verdict: &mut Verdict) {
         for (disc, finding) in self.cams.iter().flat_map(|disc| disc.findings.iter().map(move |f| (disc, f))) {
             if finding.verdict != Level::Good {
@@ -92,7 +92,7 @@ impl Shape {
             if let Some(least) = least.filter(|least| least.value < RESERVE * self.plan.roller) {
                 let own = shown(self.plan.roller, &MM);
                 let limit = self.roller(scene, least.value);
-                let text = format!("{what}: no roller of a radius above {} instead of {own}.", limit.value);
+                let text = format!("{what}: keep the roller radius at {} or less (now {own}).", limit.value);
                 verdict.advice(Advice::new(text).set([limit], Claim::Cut { follower: self.number(scene) }));
             }
         }
@@ -141,11 +141,11 @@ impl Shape {
     }
 }
 
-/// Findings that the verdict names of a cam that can be cut.
+/// Findings that the verdict names for a cam that can be cut.
 const TOLD: [&str; 4] =
     ["largest pressure angle", "least width of the face", "undercut of the inner contour: smallest", "smallest con"];
 
-/// A roller whose radius has this reserve to undercut may be exchanged without a thought.
+/// A roller whose radius is below its limit by this factor needs no warning.
 const RESERVE: f64 = 2.0;
 
 /// The equations, of rollers and of flat faces.

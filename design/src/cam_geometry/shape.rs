@@ -1,4 +1,4 @@
-//! A cam of a law with its geometry, and what is to be said of it.
+//! A cam of a law with its geometry, and the findings on it.
 
 use super::cam_table::CamTable;
 use super::contour::NoMesh;
@@ -12,12 +12,12 @@ use camdrive::motion::MotionLaw;
 pub struct Tolerances {
     /// The largest distance between contour and chord (m).
     pub chord: f64,
-    /// The largest error of a motion controller's straight interpolation (m), of an angle on the roller's arm.
+    /// The largest error of a motion controller's straight interpolation (m); the error of an angle counts on the roller's arm.
     pub table: f64,
 }
 
 impl Default for Tolerances {
-    /// A micrometre each, which no machine cuts.
+    /// A micrometre each, which no machine can cut.
     fn default() -> Self {
         Tolerances { chord: 1e-6, table: 1e-6 }
     }
@@ -25,7 +25,7 @@ impl Default for Tolerances {
 
 /// A cam, or the two of a conjugate pair.
 pub struct Shape {
-    /// Whose it is, for titles and file names.
+    /// Its name in titles and file names.
     pub name: String,
     /// The geometry.
     pub plan: Plan,
@@ -37,7 +37,7 @@ pub struct Shape {
 
 /// One cam.
 pub struct Disc {
-    /// "F" and "P" of a pair, else nothing.
+    /// "F" and "P" of a pair, else empty.
     pub name: &'static str,
     /// The cam.
     pub cam: Cam,
@@ -51,8 +51,8 @@ impl Shape {
     /// The cam of `law`.
     ///
     /// # Errors
-    /// Where no follower has the circle wanted, where the roller's centre stands still on the cam, and where the chord error
-    /// demands too many points.
+    /// A circle that no follower has, a roller's centre that stands still on the cam, and a chord error that needs too many
+    /// points.
     pub fn new(name: &str, law: &MotionLaw, plan: Plan, tolerances: Tolerances) -> Result<Shape, Fault> {
         let sides = plan.cut.sides();
         let disc = |(name, cam): (&'static str, Cam)| -> Result<Disc, NoMesh> {

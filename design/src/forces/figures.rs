@@ -21,7 +21,7 @@ pub fn of_drive(turn: &MachineTurn<'_>, j: usize, drive: &Drive) -> Vec<(String,
         let shown = quantities.iter().filter(|q| !q.part && q.key.starts_with(begin) && !q.key.ends_with("_input"));
         let shown: Vec<&Quantity<'_>> = shown.collect();
         let unit = shown.first()?.unit.0;
-        // What the title says already.
+        // The title already says this part.
         let name = |q: &Quantity<'_>| q.name.rsplit([',', ':']).next().unwrap_or_default().trim().to_owned();
         let series = shown.iter().map(|q| line(turn, &name(q), |state| (q.of)(&state.drives[j]))).collect();
         Some((file, diagram(format!("{what}, {}", drive.name), format!("{what} [{unit}]"), series)))
@@ -35,7 +35,7 @@ pub fn of_drive(turn: &MachineTurn<'_>, j: usize, drive: &Drive) -> Vec<(String,
     roller.into_iter().chain(mechanisms).flatten().collect()
 }
 
-/// The torque on the shaft, of each drive and of all.
+/// The torque on the shaft: of each drive, and in all.
 pub fn torque(turn: &MachineTurn<'_>, machine: &Machine) -> Diagram {
     let own = |(j, drive): (usize, &Drive)| line(turn, &drive.name, move |state| state.drives[j].torque);
     let mut series: Vec<Series> = machine.drives.iter().enumerate().map(own).collect();

@@ -10,7 +10,7 @@ use camdrive::drives::shaft::motor::{Reference, Source};
 use camdrive::drives::{Drive as _, Fault};
 use camdrive::motion::MotionLaw;
 
-/// Something with the sign of the speed to which a motor drives its rotor; 0 where an input decides it.
+/// A value with the sign of the speed to which a motor drives its rotor; 0 if an input decides it.
 fn sense(motor: &Source) -> f64 {
     match motor {
         Source::None | Source::Input => 0.0,
@@ -28,7 +28,7 @@ impl Machine {
     /// The cams of a scene with what they move, and a speed in the sense in which it turns.
     ///
     /// # Errors
-    /// Where the model has no cam.
+    /// A model without cam.
     pub fn of(resource: &Resource) -> Result<Machine, Fault> {
         let (name, scene) = (&resource.name, &resource.scene);
         let motor_or = |w_start: f64, motor: f64| if w_start == 0.0 { motor } else { w_start };

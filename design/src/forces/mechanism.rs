@@ -10,13 +10,13 @@ use camdrive::drives::rigid_machine::linkage::{FourBar, Gear, Kind, Link, Mechan
 /// Forces in the joints of a mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reactions {
-    /// τ: what its output demands (N·m or N), positive where it works against the motion of the output.
+    /// τ: the load on its output (N·m or N), positive against the motion of the output.
     pub output: f64,
     /// The torque that drives its input (N·m).
     pub input: f64,
-    /// The force in each joint (N) in the frame of the mechanism, as it acts on the link that is nearer to the output; that of
-    /// the ground on input, output and slider. Of teeth the tangential force in the sense of the output, and the radial one that
-    /// drives the wheels apart. Named by [`joints`].
+    /// The force in each joint (N) in the frame of the mechanism, as it acts on the link that is closer to the output, and as
+    /// the ground acts on input, output and slider. Teeth have the tangential force in the sense of the output, and the radial
+    /// force that drives the wheels apart. [`joints`] names them.
     pub joints: Vec<Point>,
 }
 
@@ -25,12 +25,12 @@ pub struct Reactions {
 pub struct Teeth {
     /// r, the pitch radius of the output wheel of a pair (m).
     pub radius: Option<f64>,
-    /// α, their pressure angle (rad).
+    /// α, the pressure angle of the teeth (rad).
     pub angle: f64,
 }
 
 impl Teeth {
-    /// τ over the tangential force: r, of a rack 1.
+    /// τ over the tangential force: r, for a rack 1.
     fn arm(&self, gear: &Gear) -> Option<f64> {
         if gear.output_turns { self.radius } else { Some(1.0) }
     }
@@ -54,7 +54,7 @@ fn cross(a: Point, b: Point) -> f64 {
     (a.conj() * b).im
 }
 
-/// The direction e^{iχ}, where χ, χ̇, χ̈ are these.
+/// The direction e^{iχ} with these χ, χ̇, χ̈.
 fn direction([angle, w, a]: [f64; 3]) -> Moving {
     let e = Point::from_polar(1.0, angle);
     [e, Point::new(0.0, w) * e, Point::new(-w * w, a) * e]
@@ -75,7 +75,7 @@ fn inertia(link: &Link, joint: Moving, along: Moving, gravity: Point) -> (Point,
 /// The loads on a mechanism besides its input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Demand {
-    /// τ: what the output demands (N·m or N).
+    /// τ: the load on the output (N·m or N).
     pub tau: f64,
     /// The mass (kg) of a tool on a slider, which weighs on its guide.
     pub carried: f64,

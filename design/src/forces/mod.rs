@@ -1,15 +1,16 @@
 //! Kinetostatics: the forces with which a machine at constant speed moves its tools, from the tool back to the cam.
 //!
-//! The tool demands τ = m ÿ − F_L with the loads F_L on it ([`camdrive::drives::follower::load`]), the mechanisms before it pass it on ([`mechanism`]), and with the
-//! lever Q = J_l Ü + (torque of the first mechanism) is the force on the coordinate U of the cam. By virtual work the roller
-//! presses with N = Q/(n · dp/dU), and the cam's shaft needs M = Q U′. The contact (Hertz, line contact of cylinders) bears
+//! The tool's load is τ = m ÿ − F_L with the loads F_L on it ([`camdrive::drives::follower::load`]). The mechanisms pass it on
+//! ([`mechanism`]), and with the lever Q = J_l Ü + (torque of the first mechanism) is the force on the coordinate U of the cam.
+//! By virtual work the roller presses with N = Q/(n · dp/dU), and the cam's shaft needs M = Q U′. The contact (Hertz, line
+//! contact of cylinders) bears
 //!
 //! p_H = √(N E*/(π L R)),  1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂,  R = ϱ (1 ∓ ϱκ),
 //!
-//! the roller's radius times what is left of it in the curvature of the contour, of a flat face the radius of the contour. Symbols: y coordinate of the tool (m or
-//! rad), m its mass (kg) or moment of inertia (kg·m²); n normal of the path of the roller's centre p that points
-//! away from the inner contour; N > 0 presses on the inner contour, N < 0 on the outer one; L width of the contact (m).
-//!
+//! with the roller's radius reduced by the curvature of the contour; for a flat face R is the radius of the contour. Symbols: y
+//! coordinate of the tool (m or rad), m its mass (kg) or moment of inertia (kg·m²); n normal of the path of the roller's centre
+//! p that points away from the inner contour; N > 0 presses on the inner contour, N < 0 on the outer one; L width of the
+//! contact (m).
 //! Valid for rigid bodies without friction and clearance, at constant speed. Source: Dresig, Holzweißig, *Maschinendynamik*,
 //! section 2.4 (kinetostatics); VDI 2142 and VDI 2143 (cams); Johnson, *Contact Mechanics*, section 4.2 (Hertz).
 
@@ -48,17 +49,17 @@ pub struct Material {
 /// The loads on a follower, and the parts that bear them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Loads {
-    /// J_l (kg·m²) of what turns with the lever.
+    /// J_l (kg·m²) of all parts that turn with the lever.
     pub lever_inertia: f64,
     /// Loads on the tool.
     pub load: Load,
     /// Part of the mass (kg) that is on the cam's side of an elasticity or clearance, and loads on it.
     pub roller: (f64, Load),
-    /// True if in the motion of the FMU the follower may leave its cam.
+    /// True if the follower may leave its cam in the FMU's motion.
     pub may_leave: bool,
     /// Teeth of its gears.
     pub teeth: Teeth,
-    /// For the pressure in the contact.
+    /// The material of the contact.
     pub material: Option<Material>,
 }
 
@@ -77,17 +78,17 @@ pub struct Drive {
     contacts: Vec<Bearing>,
 }
 
-/// Where a roller can run.
+/// A flank on which a roller can run.
 #[derive(Clone, Debug, PartialEq)]
 struct Bearing {
-    /// "F" and "P" of a conjugate pair, else nothing.
+    /// "F" and "P" of a conjugate pair, else empty.
     name: &'static str,
     cam: Cam,
     side: Side,
 }
 
 impl Bearing {
-    /// Its name behind that of the drive.
+    /// Its name after the drive's.
     fn suffix(&self) -> String {
         if self.name.is_empty() { String::new() } else { format!(" {}", self.name) }
     }
@@ -96,16 +97,16 @@ impl Bearing {
 /// A contact of roller and cam at one angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// The force (N), positive where it presses.
+    /// The force (N), positive if it presses.
     pub force: f64,
     /// The force for Q = 1.
     pub gain: f64,
     /// The pressure angle (rad).
     pub pressure_angle: f64,
-    /// p_H (Pa), 0 where nothing presses.
+    /// p_H (Pa), 0 without pressure.
     pub hertzian: f64,
-    /// Its part along x (N), with which a translating follower presses against its guide; of a flat face its moment about the line of
-    /// the follower (N·m).
+    /// Its component along x (N), with which a translating follower presses against its guide; for a flat face its moment about
+    /// the line of the follower (N·m).
     pub side: f64,
 }
 
@@ -116,13 +117,13 @@ pub struct Forces {
     pub tool: [f64; 3],
     /// Q (N, of an angular law N·m).
     pub load: f64,
-    /// Q at rest, what damping adds to it for each rad/s, and inertia for each (rad/s)².
+    /// Q at rest, its growth by damping for each rad/s, and by inertia for each (rad/s)².
     pub parts: [f64; 3],
     /// dy/dU: Q for F₀ = 1.
     pub travel: f64,
     /// M (N·m).
     pub torque: f64,
-    /// (b ẏ − P) dy/dφ (N·m): what process and damping take of M.
+    /// (b ẏ − P) dy/dφ (N·m): the part of process and damping in M.
     pub process: f64,
     /// Reactions in each mechanism, from the cam to the tool.
     pub mechanisms: Vec<Reactions>,
@@ -131,7 +132,7 @@ pub struct Forces {
 }
 
 impl Forces {
-    /// The load on the tool (N or N·m): behind mechanisms the output of the last one.
+    /// The load on the tool (N or N·m): after mechanisms the output of the last one.
     pub fn on_tool(&self) -> f64 {
         self.mechanisms.last().map_or(self.load, |last| last.output)
     }
@@ -150,17 +151,17 @@ impl Loads {
         [&self.load, &self.roller.1]
     }
 
-    /// F_L at rest at y, where the follower has the mass `m` in all.
+    /// F_L at rest at y, for the follower's total mass `m`.
     fn push(&self, m: f64, y: f64, process: f64) -> f64 {
         let (m_roller, roller) = &self.roller;
-        // Without a second mass both loads act on the one that is there.
+        // Without a second mass both loads act on the only one.
         let tool = if m > *m_roller { m - m_roller } else { m };
         self.load.force(tool, [y, 0.0], Some(process), None) + roller.force(*m_roller, [y, 0.0], None, None)
     }
 }
 
 impl Material {
-    /// p_H (Pa) for a force (N) and an equivalent radius R (m); 0 where nothing presses.
+    /// p_H (Pa) for a force (N) and an equivalent radius R (m); 0 without pressure.
     fn hertzian(&self, force: f64, radius: f64) -> f64 {
         if force <= 0.0 {
             return 0.0;
@@ -171,10 +172,10 @@ impl Material {
 }
 
 impl Drive {
-    /// A drive with the contacts that its geometry has.
+    /// A drive with the contacts of its geometry.
     ///
     /// # Errors
-    /// Where no follower of these lengths has the base or prime circle wanted.
+    /// A base or prime circle that no follower of these lengths has.
     pub fn new(name: String, follower: Follower, plan: Option<Plan>, loads: Loads) -> Result<Drive, Fault> {
         let mut contacts = Vec::new();
         for (name, cam) in plan.map_or(Ok(Vec::new()), |plan: Plan| plan.cams(&follower.cam))? {
@@ -184,7 +185,7 @@ impl Drive {
         Ok(Drive { name, follower, plan, loads, contacts })
     }
 
-    /// True if the contact is kept by force alone: a single contact, or a return spring where no geometry is known.
+    /// True if force alone keeps the contact: a single contact, or a return spring without a geometry.
     pub fn is_force_closed(&self) -> bool {
         self.contacts.len() == 1
             || self.plan.is_none()
@@ -217,7 +218,7 @@ impl Drive {
         }
     }
 
-    /// The tool's coordinate and its derivatives, mechanism by mechanism from those of the cam's law.
+    /// The tool's coordinate and its derivatives, mechanism by mechanism from the law of the cam.
     fn motions(&self, lever: [f64; 3]) -> Vec<[f64; 3]> {
         let mut motions = vec![lever];
         for mechanism in &self.follower.linkage.0 {
@@ -227,8 +228,8 @@ impl Drive {
         motions
     }
 
-    /// Q and the reactions of the mechanisms, where U, U̇, Ü are `lever` and the tool is pushed by `push` (N or N·m); without
-    /// the weight of links for `weight` = 0, with it for 1.
+    /// Q and the reactions of the mechanisms with U, U̇, Ü in `lever` and the load `push` on the tool (N or N·m); without the
+    /// weight of links for `weight` = 0, with it for 1.
     fn backward(&self, lever: [f64; 3], push: f64, weight: f64) -> (f64, Vec<Reactions>) {
         let motions = self.motions(lever);
         let mass = self.follower.m;
@@ -248,7 +249,7 @@ impl Drive {
     /// The forces at φ on the piece of the turn with its middle at `within`, at the speed ω (rad/s).
     ///
     /// # Errors
-    /// Where the roller's centre stands still on the cam, where a contour that bears is undercut, and beyond the range of
+    /// A roller's centre that stands still on the cam, a bearing contour that is undercut, and values beyond the range of
     /// numbers.
     pub fn at(&self, within: f64, phi: f64, w: f64) -> Result<Forces, Fault> {
         let law = &self.follower.cam;
@@ -281,7 +282,7 @@ impl Drive {
         Err(Fault::new(format!("at φ = {place}° the forces of {name} exceed the range of numbers")))
     }
 
-    /// A contact where the force on the cam's coordinate is `load`.
+    /// A contact under the force `load` on the cam's coordinate.
     fn contact(&self, bearing: &Bearing, segment: usize, phi: f64, load: f64) -> Result<Contact, Fault> {
         let Bearing { cam, side, .. } = bearing;
         let at = cam.at_in(segment, phi)?;
@@ -289,13 +290,13 @@ impl Drive {
         if !gain.is_finite() {
             let (place, name) = (in_turn(phi, 3), &self.name);
             return Err(Fault::new(format!(
-                "at φ = {place}° the pressure angle of {name} is 90°: no force of the roller moves it"
+                "at φ = {place}° the pressure angle of {name} is 90°: no roller force moves it"
             )));
         }
         let (force, radius) = (gain * load, side.closeness(cam, &at));
         if force > 0.0 && radius <= 0.0 && self.loads.material.is_some() {
             return Err(Fault::new(format!(
-                "at φ = {}° the {} of {}{} is undercut, so there is no contact pressure; camdrive cam says what fits",
+                "at φ = {}° the {} of {}{} is undercut, so there is no contact pressure; find what fits with `camdrive cam`",
                 in_turn(phi, 3),
                 side.name(),
                 self.name,

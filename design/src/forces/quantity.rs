@@ -4,7 +4,7 @@ use super::{Contact, Drive, Forces};
 use crate::cam_geometry::{Cut, Follower as Carrier, Side};
 use crate::report::unit::{self, DEG, Unit};
 
-/// Coherent SI, and the unit that people read.
+/// A coherent SI unit, and the unit that people read.
 pub type Units = (&'static str, Unit);
 
 /// A force.
@@ -14,7 +14,7 @@ pub const TORQUE: Units = ("N·m", unit::NM);
 const PRESSURE: Units = ("Pa", unit::PRESSURE);
 const ANGLE: Units = ("rad", DEG);
 
-/// Something that varies over the turn.
+/// A quantity that varies over the turn.
 pub struct Quantity<'a> {
     /// Its name in files.
     pub key: String,
@@ -29,7 +29,7 @@ pub struct Quantity<'a> {
 }
 
 impl Drive {
-    /// All that varies, in the order of the flow of force from the cam to the tool.
+    /// All varying quantities, in the order of the flow of force from the cam to the tool.
     pub fn quantities(&self) -> Vec<Quantity<'_>> {
         let mut list: Vec<Quantity<'_>> = Vec::new();
         let mut add = |key: &str, name: &str, unit: Units, part: bool, of: Box<dyn Fn(&Forces) -> f64>| {
@@ -55,7 +55,7 @@ impl Drive {
             } else {
                 of("roller_force", "roller force", NEWTON, |contact| contact.force.max(0.0));
             }
-            // Both flanks of a groove have the same.
+            // Both flanks of a groove have the same one.
             if !flat && (i == 0 || !bearing.name.is_empty()) {
                 of("pressure_angle", "pressure angle", ANGLE, |contact| contact.pressure_angle);
             }
@@ -82,7 +82,7 @@ impl Drive {
         for (i, mechanism) in self.follower.linkage.0.iter().enumerate() {
             let (key, name) = (format!("linkage{}", i + 1), format!("linkage[{}] ({})", i + 1, mechanism.name()));
             let input = Box::new(move |forces: &Forces| forces.mechanisms[i].input);
-            // Without inertia of the lever that of the first one is the torque on the lever.
+            // Without inertia of the lever the torque of the first mechanism is the torque on the lever.
             let same = i == 0 && self.loads.lever_inertia == 0.0;
             add(&format!("{key}_input"), &format!("{name}: torque on its input"), TORQUE, same, input);
             for (k, joint) in super::mechanism::joints(mechanism, self.loads.teeth).iter().enumerate() {

@@ -8,16 +8,15 @@ use crate::report::unit::{self, DEG, ONE, RPM, Unit, W};
 use crate::report::{Advice, Claim, Level, Report, Setting, Table, Value, Verdict, WrittenValue, terminal::shown};
 use crate::text::{self, number};
 use camdrive::drives::Fault;
-use camdrive::drives::rigid_machine::linkage::in_turn;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// A least value or a mean below this part of the largest one is shown as zero.
 const ROUNDING: f64 = 1e-9;
 
-/// Significant digits of speeds and preloads that decide.
-const FINE: usize = 5;
-/// Those that rounding of the computation leaves.
+/// Significant digits of limiting speeds and preloads.
+const FINE: usize = 3;
+/// Significant digits above the rounding of the computation.
 const EXACT: usize = 12;
 
 /// A quantity over the turn.
@@ -37,10 +36,10 @@ pub struct Range {
     shown: (String, Unit),
 }
 
-/// Conditions that keep a follower on its cam by force alone.
+/// Conditions for force alone to keep a follower on its cam.
 #[derive(Clone, Debug, Serialize)]
 pub struct Keeping {
-    /// The least F₀ (N or N·m) at all speeds from rest to this one, and the angle that demands it; None where no preload helps.
+    /// The least F₀ (N or N·m) at all speeds from rest to this one, and the angle that demands it; None if no preload helps.
     pub least_preload: Option<Extreme>,
     /// [`MachineTurn::lift_off`].
     pub lift_off_speed: Option<Extreme>,
@@ -53,18 +52,18 @@ pub struct OfDrive {
     pub name: String,
     /// The loads on its parts.
     pub quantities: Vec<Range>,
-    /// φ (rad) where the force of the roller changes its sign; without a geometry the torque on the lever, or the force on the
+    /// φ (rad) at which the roller force changes sign; without a geometry the torque on the lever, or the force on the
     /// follower.
     pub sign_changes: Vec<f64>,
-    /// Where force alone keeps the contact.
+    /// The conditions if force alone keeps the contact.
     pub keeping: Option<Keeping>,
 }
 
-/// The powers (W) on the mean of a turn. Inertia, springs and gravity take as much as they give, so that both are equal but for
-/// roundings: the shaft's comes from the forces in the joints, that of the process from the motion of the tools.
+/// The powers (W) on the mean of a turn. Inertia, springs and gravity take as much as they give, so both are equal but for
+/// roundings: the shaft's comes from the forces in the joints, the process's from the motion of the tools.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Power {
-    /// That of the shaft, mean(M) ω.
+    /// The power of the shaft, mean(M) ω.
     pub shaft: f64,
     /// The power of the process, mean(−P ẏ).
     pub process: f64,
@@ -79,9 +78,9 @@ pub struct ForceAnalysis {
     pub scene: String,
     /// ω (rad/s).
     pub speed: f64,
-    /// Each cam with what it moves.
+    /// Each cam and its follower.
     pub drives: Vec<OfDrive>,
-    /// The torque on the shaft of all together.
+    /// The total torque on the shaft.
     pub shaft: Range,
     /// The balance of power.
     pub power: Power,
@@ -105,15 +104,15 @@ impl Range {
         if self.largest.value >= -self.least.value { self.largest } else { self.least }
     }
 
-    /// A value for people; 0 where it is what roundings leave of nothing.
+    /// A value for people; 0 if it is only rounding.
     fn clean(&self, value: f64) -> f64 {
         if value.abs() <= ROUNDING * self.peak().value.abs() { 0.0 } else { value }
     }
 
-    /// "torque on the shaft of follower1 -9.57 N·m at φ = 156.4°".
+    /// "torque on the shaft of follower1 -9.57 N·m at φ = 156°".
     fn told(&self, of: &str) -> String {
         let (peak, (name, unit)) = (self.peak(), &self.shown);
-        format!("{name}{of} {} at φ = {}°", shown(self.clean(peak.value), unit), in_turn(peak.phi, 1))
+        format!("{name}{of} {} at φ = {}", shown(self.clean(peak.value), unit), angle(peak.phi))
     }
 }
 
@@ -132,7 +131,8 @@ fn ranges<'a>(title: &str, list: impl IntoIterator<Item = &'a Range>) -> Table {
 }
 
 impl Keeping {
-    /// F₀ ≥ −(Q − F₀ Q₁)/Q₁ with Q₁ = dy/dU all over the turn and on the way from rest to the speed, and [`MachineTurn::lift_off`].
+    /// From F₀ ≥ −(Q − F₀ Q₁)/Q₁ with Q₁ = dy/dU all over the turn and on the way from rest to the speed, and from
+    /// [`MachineTurn::lift_off`].
     fn of(turn: &MachineTurn<'_>, j: usize, drive: &Drive) -> Self {
         let preload = drive.preload();
         let sense = turn.sense(j);
@@ -140,7 +140,7 @@ impl Keeping {
         let w = turn.machine.speed;
         let needed = |state: &State| {
             let Forces { parts: [rest, damping, inertia], travel, .. } = &state.drives[j];
-            // A part s of the speed demands −(Q_rest + s ω Q_damping + s² ω² Q_inertia)/Q₁.
+            // At the part s of the speed F₀ must exceed −(Q_rest + s ω Q_damping + s² ω² Q_inertia)/Q₁.
             let at = |s: f64| preload - (rest + s * w * (damping + s * w * inertia)) / travel;
             let summit = -0.5 * damping / (w * inertia);
             [0.0, summit.clamp(0.0, 1.0), 1.0].into_iter().map(at).fold(f64::NEG_INFINITY, f64::max)
@@ -154,12 +154,12 @@ fn up_to(lift_off: f64, digits: usize) -> String {
     WrittenValue::rounded(lift_off, &RPM, digits, false).to_string()
 }
 
-/// "from 1623.2 rpm on" of a speed of lift-off.
+/// "from 1620 rpm on", or "even at rest".
 fn from(lift_off: f64, digits: usize) -> String {
     if lift_off == 0.0 { "even at rest".to_owned() } else { format!("from {} on", up_to(lift_off, digits)) }
 }
 
-/// The significant digits that tell a speed from that of lift-off.
+/// The significant digits that distinguish a speed from the speed of lift-off.
 fn telling(speed: f64, lift_off: f64) -> usize {
     let differs = |digits: &usize| {
         let [at, from] = [
@@ -171,9 +171,14 @@ fn telling(speed: f64, lift_off: f64) -> usize {
     (FINE..EXACT).find(differs).unwrap_or(EXACT)
 }
 
-/// Angles in a row.
+/// An angle (rad) in degrees of the turn.
+fn angle(phi: f64) -> String {
+    shown(phi.rem_euclid(TAU), &DEG)
+}
+
+/// A list of angles.
 fn angles(list: &[f64]) -> String {
-    list.iter().map(|phi| format!("{}°", in_turn(*phi, 2))).collect::<Vec<_>>().join(", ")
+    list.iter().copied().map(angle).collect::<Vec<_>>().join(", ")
 }
 
 impl OfDrive {
@@ -192,7 +197,7 @@ impl OfDrive {
         }
     }
 
-    /// The judgement on contact at this speed (rad/s), with the speed up to which force keeps the follower on its cam; None where
+    /// The judgement on contact at this speed (rad/s), with the speed up to which force keeps the follower on its cam; None if
     /// its cam holds it on both sides.
     fn contact(&self, part: &str, speed: f64) -> Option<(Level, String)> {
         let lift_off = self.keeping.as_ref()?.lift_off_speed;
@@ -201,46 +206,46 @@ impl OfDrive {
         Some(match lift_off {
             None => (Level::Good, format!("{part} stays on its cam at any speed.")),
             Some(Extreme { value, phi }) if speed.abs() < value => {
-                let place = in_turn(phi, 2);
-                let leaves = format!("leaves it {}, first at φ = {place}°", from(value, fine));
-                (Level::Good, format!("{part} stays on its cam at {at}; it {leaves}."))
+                let lifts = format!("lifts off {}, first at φ = {}", from(value, fine), angle(phi));
+                (Level::Good, format!("{part} stays on its cam at {at}; it {lifts}."))
             }
             Some(Extreme { value, .. }) => {
-                let holds = if value == 0.0 { "not even at rest" } else { &format!("up to {}", up_to(value, fine)) };
+                let holds = match value == 0.0 {
+                    true => "it has no contact even at rest".to_owned(),
+                    false => format!("contact holds up to {}", up_to(value, fine)),
+                };
                 let level = if speed.abs() > value { Level::Bad } else { Level::Mind };
-                (level, format!("{part} leaves its cam at {at}: contact holds {holds}."))
+                (level, format!("{part} lifts off its cam at {at}; {holds}."))
             }
         })
     }
 }
 
-/// The part that presses on the cam of a drive, or on its follower.
+/// The name of the force or torque that keeps the follower on its cam.
 fn pressing(drive: &Drive) -> &'static str {
     match drive.plan {
         Some(_) if drive.is_flat() => "force on the face",
-        Some(_) => "force of the roller",
+        Some(_) => "roller force",
         None if drive.follower.cam_turns() => drive.turned(),
         None => "force on the follower",
     }
 }
 
 impl Keeping {
-    /// Adds what preload keeps a follower on its cam, and what else does where it is `lost`: the force that changes its sign, and
-    /// where.
+    /// Adds the preload that keeps a follower on its cam, and the other remedies if contact is `lost`: the force that changes
+    /// sign, and its angles.
     fn advise(&self, verdict: &mut Verdict, machine: &Machine, drive: &Drive, lost: Option<(&str, &String)>) {
         let part = machine.part(drive).unwrap_or("The follower");
         let claim = || Claim::Contact { follower: machine.number(drive) };
         let unit = if drive.follower.turns { unit::NM } else { unit::N };
-        // Rounded away from the least one.
+        // Rounded away from the least preload.
         let given = WrittenValue::rounded(drive.preload(), &unit, FINE, lost.is_none());
-        let preload = self.least_preload.map(|at| (machine.preload(drive, at.value, &unit), in_turn(at.phi, 2)));
+        let preload = self.least_preload.map(|at| (machine.preload(drive, at.value, &unit), angle(at.phi)));
         let Some((what, changes)) = lost else {
             match preload {
                 Some((preload, _)) if self.least_preload.is_some_and(|at| at.value > 0.0) => {
-                    let text = format!(
-                        "{part}: keep the preload of the return spring above {}; it is {given}.",
-                        preload.least
-                    );
+                    let text =
+                        format!("{part}: keep the preload of the return spring above {} (now {given}).", preload.least);
                     verdict.advice(Advice::new(text).set(preload.setting, claim()));
                 }
                 _ => {
@@ -251,17 +256,17 @@ impl Keeping {
         };
         let how = match changes.is_empty() {
             true => "never presses".to_owned(),
-            false => format!("changes its sign at φ = {changes}"),
+            false => format!("changes sign at φ = {changes}"),
         };
         verdict.result(Level::Mind, format!("{part}: the {what} {how}."));
         if let Some((preload, phi)) = preload {
             let text = match preload.setting.is_some() {
                 true => format!(
-                    "{part}: raise the preload of the return spring from {given} to {}; φ = {phi}° needs it.",
+                    "{part}: raise the preload of the return spring from {given} to {} (needed at φ = {phi}).",
                     preload.least
                 ),
                 false => {
-                    format!("{part}: a return spring keeps the contact; φ = {phi}° needs {} of it.", preload.least)
+                    format!("{part}: add a return spring with a preload of {} (needed at φ = {phi}).", preload.least)
                 }
             };
             verdict.advice(Advice::new(text).set(preload.setting, claim()));
@@ -271,22 +276,22 @@ impl Keeping {
             let text = format!("{part}: or run below {}.", up_to(at.value, FINE));
             verdict.advice(Advice::new(text).set([speed], claim()));
         }
-        // A motion that lets the follower leave its cam knows no second flank.
+        // A motion in which the follower leaves its cam has no second flank.
         let held = (drive.plan.is_some() && !drive.is_flat() && !drive.loads.may_leave)
             .then(|| Setting::new(machine.key(drive, "geometry.contour"), "groove"));
-        let text = format!("{part}: or let its cam hold it on both sides, by a groove or conjugate cams.");
+        let text = format!("{part}: or use a groove or conjugate cams, which hold it on both sides.");
         verdict.advice(Advice::new(text).set(held, claim()));
     }
 }
 
-/// A preload of the return springs of a drive, and what sets it where it has one.
+/// A preload of the return springs of a drive, and its setting if it has a spring.
 struct Preload {
     least: String,
     setting: Option<Setting>,
 }
 
 impl Machine {
-    /// The number of a follower in its scene; None of a drive of its own.
+    /// The number of a follower in its scene; None for a drive of its own.
     fn number(&self, drive: &Drive) -> Option<usize> {
         self.part(drive)?.strip_prefix("follower")?.parse().ok()
     }
@@ -296,7 +301,7 @@ impl Machine {
         self.number(drive).map_or(key.to_owned(), |number| format!("follower[{number}].{key}"))
     }
 
-    /// The least preload (N or N·m) of all springs of a drive together; one of them takes what the others leave.
+    /// The least preload (N or N·m) of all springs of a drive together; one of them takes the share that the others leave.
     fn preload(&self, drive: &Drive, least: f64, unit: &Unit) -> Preload {
         let keys = ["load.spring.preload", "load.roller.spring.preload"];
         let springs = drive.loads.on().into_iter().zip(keys).find_map(|(load, key)| Some((load.spring?.preload, key)));
@@ -322,7 +327,7 @@ impl ForceAnalysis {
         }
     }
 
-    /// That followers leave their cams at this speed, for each of them.
+    /// A sentence for each follower that leaves its cam at this speed.
     pub fn lost(&self) -> Vec<String> {
         let of = |drive: &OfDrive| drive.contact(&drive.name, self.speed).filter(|(level, _)| *level == Level::Bad);
         self.drives.iter().filter_map(of).map(|(_, sentence)| sentence.trim_end_matches('.').to_owned()).collect()
@@ -342,14 +347,14 @@ impl ForceAnalysis {
         }
         let is_crossed = |(found, _): &(&OfDrive, _)| found.keeping.is_none() && !found.sign_changes.is_empty();
         let crossed = all().filter(is_crossed).map(|(found, drive)| {
-            let of = machine.part(drive).map_or(String::new(), |part| format!("in {part} "));
-            format!("{of}the {} changes its sign at φ = {}", pressing(drive), angles(&found.sign_changes))
+            let the = machine.part(drive).map_or("The".to_owned(), |part| format!("{part}: the"));
+            format!("{the} {} changes sign at φ = {}", pressing(drive), angles(&found.sign_changes))
         });
         let crossed: Vec<String> = crossed.collect();
         if !crossed.is_empty() {
-            verdict.result(Level::Mind, format!("Where there is clearance it is crossed: {}.", crossed.join("; ")));
+            verdict.result(Level::Mind, format!("{}. Any play is crossed there.", crossed.join("; ")));
         }
-        // What a tenth of a millimetre shows: whether there is a cam at all.
+        // A tenth of a millimetre shows whether there is a cam at all.
         let coarse = Tolerances { chord: 1e-4, table: 1e-4 };
         for (drive, plan) in machine.drives.iter().filter_map(|drive| Some((drive, drive.plan?))) {
             let faults = match Shape::new(name(drive), &drive.follower.cam, plan, coarse) {
@@ -372,7 +377,7 @@ impl ForceAnalysis {
         let mean = if shaft.abs() <= ROUNDING * largest { 0.0 } else { shaft };
         let [mean, most] = [mean, largest].map(|power| shown(power, &W));
         let loads = loads.join(", ");
-        verdict.result(Level::Good, format!("Largest magnitudes: {loads}; mean power {mean}, peak power {most}."));
+        verdict.result(Level::Good, format!("Largest magnitudes: {loads}. Mean power {mean}, peak power {most}."));
         let names = |of: &dyn Fn(&OfDrive, &Drive) -> bool| {
             let those = all().filter(|(found, drive)| drive.plan.is_some() && of(found, drive));
             let names: Vec<&str> = those.map(|(_, drive)| machine.part(drive).unwrap_or("the follower")).collect();
@@ -382,10 +387,10 @@ impl ForceAnalysis {
             verdict.advice(format!("Keep the clearance between roller and cam small: {names}."));
         }
         if let Some(names) = names(&|_, drive| drive.loads.material.is_none()) {
-            verdict.advice(format!("Give `roller_width` in [forces], and the Hertzian pressure follows: {names}."));
+            verdict.advice(format!("Set `roller_width` in [forces] to get the Hertzian pressure: {names}."));
         }
         verdict.certainty(
-            "Kinetostatic: rigid bodies at constant speed, without friction and clearance; vibration and impacts are left out.",
+            "Kinetostatic: rigid bodies at constant speed, without friction, clearance, vibration and impacts.",
         );
         verdict
     }
@@ -424,39 +429,39 @@ impl ForceAnalysis {
         );
         let apart = (self.power.shaft - self.power.process).abs() / self.power.largest;
         report.explain("How it is computed", [
-            "From the tool back to the cam: what the tool demands, m ÿ − F, passes through the mechanisms; by virtual work the roller \
-             presses with N = Q/(n · dp/dU), and the shaft gives M = Q U′ (Dresig, Holzweißig, Maschinendynamik, section 2.4)."
+            "The tool's load m ÿ − F passes through the mechanisms to the cam. Virtual work gives the roller force N = Q/(n · dp/dU) \
+             and the shaft torque M = Q U′ (Dresig, Holzweißig, Maschinendynamik, section 2.4)."
                 .to_owned(),
             "Hertzian pressure of a line contact: p = √(N E*/(π L R)) (Johnson, Contact Mechanics, section 4.2).".to_owned(),
-            format!("The power of the shaft, from the forces, and that of the process, from the motion of the tools, differ by {} of the largest power.", number(apart)),
+            format!("The power of the shaft (from forces) and of the process (from the tools' motion) differ by {} of the largest power.", number(apart)),
         ]);
         report
     }
 }
 
-/// From which speed on force no longer keeps a follower on its cam, whatever moves it.
+/// The speed from which on force no longer keeps a follower on its cam.
 #[derive(Clone, Debug, Serialize)]
 pub struct LiftOff {
     /// Its name: "follower1".
     pub follower: String,
     /// See [`MachineTurn::lift_off`].
     pub lift_off_speed: Option<Extreme>,
-    /// True if the motion of the FMU knows the flight.
+    /// True if the FMU's motion contains the flight.
     pub may_leave: bool,
 }
 
 impl LiftOff {
-    /// In a sentence.
+    /// The finding as a sentence.
     pub fn text(&self) -> String {
-        let held = if self.may_leave { "" } else { "; the motion of the FMU keeps the contact" };
+        let held = if self.may_leave { "" } else { "; this model keeps contact" };
         match self.lift_off_speed {
             None => format!("{} stays on its cam at any speed.", self.follower),
             Some(Extreme { phi, value }) => {
-                let at = in_turn(phi, 2);
                 format!(
-                    "{} leaves its cam {}, first at φ = {at}° (kinetostatic){held}.",
+                    "{} lifts off its cam {}, first at φ = {} (kinetostatic){held}.",
                     self.follower,
-                    from(value, FINE)
+                    from(value, FINE),
+                    angle(phi)
                 )
             }
         }
@@ -464,16 +469,16 @@ impl LiftOff {
 }
 
 impl Machine {
-    /// The speeds of lift-off of all followers that nothing but their loads keeps on their cams.
+    /// The speeds of lift-off of all followers that only their loads keep on their cams.
     ///
     /// # Errors
-    /// Those of [`Drive::at`].
+    /// The errors of [`Drive::at`].
     pub fn lift_offs(mut self) -> Result<Vec<LiftOff>, Fault> {
-        // They do without the pressure in the contact, which an undercut cam does not have.
+        // Without the pressure in the contact, which an undercut cam does not have.
         self.drives.iter_mut().for_each(|drive| drive.loads.material = None);
         let turn = self.turn()?;
         let of = |(j, drive): (usize, &Drive)| {
-            // Where the scene names nothing that acts, nothing tells what holds the follower.
+            // A scene without any load says nothing about what holds the follower.
             let acts = drive.loads.lever_inertia > 0.0 || drive.loads.on().iter().any(|load| !load.is_none());
             let name = self.part(drive).unwrap_or("the follower");
             (acts && drive.is_force_closed()).then(|| LiftOff {
@@ -485,8 +490,8 @@ impl Machine {
         Ok(self.drives.iter().enumerate().filter_map(of).collect())
     }
 
-    /// The loads that the motion of an FMU leaves out, and the speeds from which its followers would leave their cams though in
-    /// that motion they cannot, in a sentence; None without either.
+    /// A sentence on the loads that the FMU's motion leaves out, and on the speeds from which followers would leave their cams
+    /// although they cannot in that motion; None without either.
     pub fn left_out(self) -> Option<String> {
         let lever = self.drives.iter().any(|drive| drive.loads.lever_inertia > 0.0);
         let instead = if self.drives.iter().any(|drive| drive.name.contains('.')) {
@@ -494,18 +499,17 @@ impl Machine {
         } else {
             "BacklashDrive with s = \"inf\""
         };
-        let leaving = self.lift_offs().unwrap_or_default().into_iter().filter(|of| !of.may_leave).filter_map(|of| {
-            Some(format!(
-                "the kinetostatic force would lift {} off its cam {}",
-                of.follower,
-                from(of.lift_off_speed?.value, FINE)
-            ))
-        });
+        let leaving =
+            self.lift_offs().unwrap_or_default().into_iter().filter(|of| !of.may_leave).filter_map(|of| {
+                Some(format!("{} would lift off {}", of.follower, from(of.lift_off_speed?.value, FINE)))
+            });
         let leaving = leaving.collect::<Vec<_>>().join(", ");
         let leaving = if leaving.is_empty() {
             leaving
         } else {
-            format!("contact holds at any speed; in the machine {leaving} ({instead} models that)")
+            format!(
+                "contact holds at any speed; in the machine {leaving} (kinetostatic; use {instead} to simulate lift-off)"
+            )
         };
         match (lever, leaving.is_empty()) {
             (false, true) => None,

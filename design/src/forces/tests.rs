@@ -355,33 +355,29 @@ fn what_the_motion_leaves_out_is_told() {
     let still = |loads: Loads| machine(0.0, Follower::new(2.0, series(&[0.01, -0.01], &[])), None, loads).left_out();
     assert_eq!(still(Loads { material: steel(0.01), ..Loads::default() }), None);
     // m ω² h cos φ against F₀ + m g − P = 20 + 20 − 10 N.
-    let rpm = text::digits(1500.0_f64.sqrt() * 60.0 / TAU, 5, -4);
+    let rpm = text::digits_beyond(1500.0_f64.sqrt() * 60.0 / TAU, 3, false);
     let mut loads = loaded([20.0, 0.0], 10.0, constant(10.0));
     let leaves = format!(
-        "the kinetostatic force would lift the follower off its cam from {rpm} rpm on (BacklashDrive with s = \"inf\" models that)"
+        "the follower would lift off from {rpm} rpm on (kinetostatic; use BacklashDrive with s = \"inf\" to simulate lift-off)"
     );
-    // A motion is told of where it holds a contact that is none.
+    // The note names motions that hold a contact the machine loses.
     let holds = format!("in the motion of the FMU contact holds at any speed; in the machine {leaves}");
     assert_eq!(still(loads.clone()), Some(holds.clone()));
     assert_eq!(still(Loads { may_leave: true, ..loads.clone() }), None);
-    // Studies tell of both kinds, and which of them the motion knows.
+    // Studies name both kinds, and say which the motion contains.
     for may_leave in [false, true] {
         let loads = Loads { may_leave, ..loads.clone() };
         let of = machine(0.0, Follower::new(2.0, series(&[0.01, -0.01], &[])), None, loads).lift_offs().unwrap();
         let text = of[0].text();
-        assert!(text.starts_with(&format!("the follower leaves its cam from {rpm} rpm on")), "{text}");
-        assert_eq!(text.contains("keeps the contact"), !may_leave);
+        assert!(text.starts_with(&format!("the follower lifts off its cam from {rpm} rpm on")), "{text}");
+        assert_eq!(text.contains("keeps contact"), !may_leave);
     }
     let levers = Loads { lever_inertia: 1e-9, ..loads.clone() };
     let told =
         holds.replace("in the motion of the FMU", "forces.lever_J is not part of the motion of the FMU, in which");
     assert_eq!(still(levers), Some(told));
     loads.load.process = constant(50.0);
-    assert!(
-        still(loads).is_some_and(
-            |told| told.contains("the kinetostatic force would lift the follower off its cam even at rest")
-        )
-    );
+    assert!(still(loads).is_some_and(|told| told.contains("the follower would lift off even at rest")));
     let levers = Loads { lever_inertia: 0.1, ..Loads::default() };
     assert_eq!(still(levers), Some("forces.lever_J is not part of the motion of the FMU".to_owned()));
 }

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 /// Samples of a turn at least, and of the shortest wave of its laws; largest values and zeros are refined between them.
 const SAMPLES: [f64; 2] = [1440.0, 24.0];
 
-/// Values below this part of the largest one count as zero where signs are told: what roundings leave of a dwell.
+/// Values below this part of the largest one have the sign 0: they are roundings in a dwell.
 const ZERO: f64 = 1e-9;
 
 /// A machine at constant speed.
@@ -21,7 +21,7 @@ pub struct Machine {
     pub name: String,
     /// ω (rad/s).
     pub speed: f64,
-    /// The varying part of the machine's own moment of inertia (kg·m²), which asks for ½ J′ω².
+    /// The varying part of the machine's own moment of inertia (kg·m²), which adds ½ J′ω² to the torque.
     pub inertia: Option<MotionLaw>,
     /// The drives that its cams move.
     pub drives: Vec<Drive>,
@@ -34,7 +34,7 @@ pub struct State {
     pub phi: f64,
     /// Forces of each drive.
     pub drives: Vec<Forces>,
-    /// The torque on the shaft of all together (N·m).
+    /// The total torque on the shaft (N·m).
     pub torque: f64,
 }
 
@@ -46,10 +46,10 @@ pub struct MachineTurn<'a> {
     pub pieces: Vec<Vec<State>>,
 }
 
-/// The least coordinate that a tool has in a turn.
+/// The least coordinate of a tool in a turn.
 ///
 /// # Errors
-/// Those of [`super::Drive::at`].
+/// The errors of [`super::Drive::at`].
 pub fn least_place(follower: &Follower) -> Result<f64, Fault> {
     let drive = Drive::new("tool".to_owned(), follower.clone(), None, Loads::default())?;
     let machine = Machine { name: String::new(), speed: 0.0, inertia: None, drives: vec![drive] };
@@ -57,7 +57,7 @@ pub fn least_place(follower: &Follower) -> Result<f64, Fault> {
 }
 
 impl Machine {
-    /// The name of a follower within its machine, "follower1"; None of a drive of its own.
+    /// The name of a follower within its machine, "follower1"; None for a drive of its own.
     pub(super) fn part<'a>(&self, drive: &'a Drive) -> Option<&'a str> {
         drive.name.strip_prefix(&self.name)?.strip_prefix('.')
     }
@@ -65,7 +65,7 @@ impl Machine {
     /// The forces at φ on the piece with its middle at `within`.
     ///
     /// # Errors
-    /// Those of [`super::Drive::at`].
+    /// The errors of [`super::Drive::at`].
     pub fn at(&self, within: f64, phi: f64) -> Result<State, Fault> {
         let drives = self.drives.iter().map(|drive| drive.at(within, phi, self.speed));
         let drives = drives.collect::<Result<Vec<_>, _>>()?;
@@ -88,7 +88,7 @@ impl Machine {
     /// The forces over the turn.
     ///
     /// # Errors
-    /// Those of [`super::Drive::at`].
+    /// The errors of [`super::Drive::at`].
     pub fn turn(&self) -> Result<MachineTurn<'_>, Fault> {
         let (ends, resolution) = self.pieces();
         let density = f64::max(SAMPLES[0], SAMPLES[1] * resolution) / TAU;
@@ -108,13 +108,13 @@ impl MachineTurn<'_> {
         self.pieces.iter().flatten()
     }
 
-    /// Something of the state at φ on a piece; what cannot be evaluated there, though it could beside, is no number.
+    /// A function of the state at φ on a piece; NaN if it cannot be evaluated there, even if it could be nearby.
     fn on<'a>(&'a self, piece: &'a [State], f: &'a impl Fn(&State) -> f64) -> impl FnMut(f64) -> f64 + 'a {
         let within = 0.5 * (piece[0].phi + piece[piece.len() - 1].phi);
         move |phi| self.machine.at(within, phi).map_or(f64::NAN, |state| f(&state))
     }
 
-    /// Where f is largest.
+    /// The maximum of f and its place.
     pub fn largest(&self, f: impl Fn(&State) -> f64) -> Extreme {
         let value = |state: &State| Extreme { phi: state.phi, value: f(state) };
         let highest = |best: Extreme, next: Extreme| if next.value > best.value { next } else { best };
@@ -142,14 +142,14 @@ impl MachineTurn<'_> {
         Extreme { phi: best.phi.rem_euclid(TAU), ..best }
     }
 
-    /// ±1: the sense in which Q presses drive j on its cam; where no contact is known, that of the return spring.
+    /// ±1: the sense in which Q presses drive j on its cam; without a known contact the return spring's.
     pub fn sense(&self, j: usize) -> impl Fn(&State) -> f64 {
         let travel = self.mean(|state| state.drives[j].travel);
         move |state| state.drives[j].contacts.first().map_or(travel, |contact| contact.gain).signum()
     }
 
-    /// The speed (rad/s) from which on force no longer keeps drive j on its cam, and where it fails first; 0 where it fails at
-    /// rest, None where it never does.
+    /// The speed (rad/s) from which on force no longer keeps drive j on its cam, and the place of the first failure; 0 if it
+    /// fails at rest, None if it never fails.
     ///
     /// The cam bears Q_rest + ω Q_damping + ω² Q_inertia; at that speed the least value of the turn is 0.
     pub fn lift_off(&self, j: usize) -> Option<Extreme> {
@@ -160,12 +160,12 @@ impl MachineTurn<'_> {
         };
         let lacking = |w: f64| self.largest(|state| -borne(state, [1.0, way * w, w * w]));
         let (at_rest, inertia) = (lacking(0.0), self.largest(|state| -borne(state, [0.0, 0.0, 1.0])));
-        // Where inertia pulls most, it then pulls twice as much as presses anywhere.
+        // At the place of the strongest pull of inertia, it then pulls twice as much as anything presses anywhere.
         let most = |powers: [f64; 3]| self.largest(|state| borne(state, powers)).value.max(0.0);
         let (presses, damps) = (most([1.0, 0.0, 0.0]), most([0.0, way, 0.0]));
         let end = (damps + (damps * damps + 2.0 * presses * inertia.value).sqrt()) / inertia.value;
         let pulls = inertia.value > 0.0 && end.is_finite();
-        // A spring without preload presses by nothing where it is longest; inertia decides there.
+        // A spring without preload does not press at its longest; inertia decides there.
         let slowest = if at_rest.value < 0.0 { 0.0 } else { ZERO.sqrt() * end };
         if at_rest.value >= 0.0 && (!pulls || lacking(slowest).value >= 0.0) {
             return Some(Extreme { value: 0.0, ..at_rest });
@@ -176,7 +176,7 @@ impl MachineTurn<'_> {
         })
     }
 
-    /// Where f changes its sign, from one turn to the next too; where it is zero for a while, the beginning of that.
+    /// The angles at which f changes sign, also from one turn to the next; the beginning of an interval in which it is zero.
     pub fn sign_changes(&self, f: impl Fn(&State) -> f64) -> Vec<f64> {
         let size = self.states().map(|state| f(state).abs()).fold(0.0, f64::max);
         let sign = |value: f64| if value.abs() <= ZERO * size { 0.0 } else { value.signum() };

@@ -1,10 +1,11 @@
-//! Where a flat face touches a contour: its direction in each point, and the places between points where its curvature jumps.
+//! The contact of a flat face with a contour: its direction in each point, and the places between points at which its curvature
+//! jumps.
 //!
-//! The direction θ of a convex contour grows with its length s, and the chord between two points has the mean of θ over the arc
-//! that it spans: Θ(s) = ∫θ ds is known in each point, and where the contour is a circular arc it is a parabola. So θ = Θ′ and
-//! κ = Θ″ come from the polynomial through neighbours; those are chosen whose differences say that no jump of κ lies between them.
-//! In an interval whose ends are on different arcs the polynomials of both touch where κ jumps. What chords of arcs with
-//! another curvature are longer and turned follows from the polynomials.
+//! The direction θ of a convex contour grows with its length s, and the chord between two points has the mean of θ over its
+//! arc. So Θ(s) = ∫θ ds is known in each point; on a circular arc it is a parabola. The polynomial through neighbours then
+//! gives θ = Θ′ and κ = Θ″; the differences select neighbours without a jump of κ between them. If the ends of an interval are
+//! on different arcs, the polynomials of both touch at the jump of κ. The polynomials also correct length and direction of the
+//! chords of arcs with another curvature.
 //!
 //! Symbols: c point of the contour seen from the cam (m), s its length (m), θ its direction (rad), κ its curvature (1/m), n its
 //! normal. The face at φ = σ(π − θ) has the height h = Re(c n̄), h′ = −σ Im(c n̄), h″ = 1/κ − h. Valid for convex contours with three
@@ -19,57 +20,58 @@ use std::f64::consts::{PI, TAU};
 /// The highest order of a divided difference: seven points lie on a polynomial.
 const MOST: usize = 8;
 
-/// Neighbours on one side alone are chosen where their differences are smaller by this factor.
+/// Neighbours on one side alone are chosen if their differences are smaller by this factor.
 const ASIDE: f64 = 2.0;
 
-/// A corner is found from points that are at least this part of a chord away from where it seems to be.
+/// A corner is found from points at least this part of a chord away from its first estimate.
 const ASIDE_CORNER: f64 = 0.3;
 
-/// A first look finds a corner as far (of a chord) beside its interval, as the neighbours of the next point may lie across it.
+/// A first look finds a corner this far (of a chord) outside its interval, because the neighbours of the next point may lie
+/// across it.
 const REACH: f64 = 0.5;
 
-/// Corrections of the chords: each leaves the square of the turn between neighbours of the error.
+/// Corrections of the chords: each multiplies the error by the square of the turn between neighbours.
 const PASSES: usize = 3;
 
-/// The curvature in a point is at most by this factor beyond those of circles through it and its neighbours.
+/// The curvature in a point exceeds the curvatures of circles through it and its neighbours at most by this factor.
 const BEYOND: f64 = 3.0;
 
 /// A point at which the chords turn by a smaller part of both neighbours' turns is on no arc: it is straight, or has noise.
 const EVEN: f64 = 0.05;
 
-/// A jump of κ is so many times its change over a chord beside it.
+/// A jump of κ is this many times its change over a neighbouring chord.
 const JUMP: f64 = 2.0;
 
-/// A jump of κ that moves the contour by less than this part of its length within the interval is none.
+/// A jump of κ that moves the contour by less than this part of its length within the interval is ignored.
 const SMALL: f64 = 1e-8;
 
-/// Two directions nearer to each other than this (rad) are one: ten times the least distance of points of a table.
+/// Two directions closer than this (rad) are one: ten times the least distance of points of a table.
 const ONE: f64 = 1e-5;
 
-/// Rounded coordinates may leave h″ uncertain between two contacts by this part of its largest value before one of them is left out: a
-/// third of the percent to which an acceleration is wanted.
+/// Rounded coordinates may leave h″ uncertain between two contacts by this part of its largest value before one of them is left
+/// out: a third of the required per cent of an acceleration.
 const ROUGH: f64 = 3e-3;
 
-/// A point is left out where h″ becomes less uncertain at least by this factor.
+/// A point is left out if h″ becomes less uncertain at least by this factor.
 const BETTER: f64 = 0.9;
 
-/// Contacts are left out within this angle (rad), a third of what is taken for a gap; over it h″ of a law that is no arc bends little.
+/// Contacts are left out within this angle (rad), a third of a gap; over it h″ of a law that is no arc bends little.
 const NARROW: f64 = 0.015;
 
-/// Those that are nearer to another by this factor are left out also within a wider angle (rad): over it a polynomial of degree 5 has h
-/// of an arc to Δθ⁶/46080 = 1e-7 of its radius.
+/// Contacts that are closer to another by this factor are also left out within a wider angle (rad): over it a polynomial of
+/// degree 5 has h of an arc to Δθ⁶/46080 = 1e-7 of its radius.
 const NEAR: (f64, f64) = (0.1, 0.4);
 
 /// The contour in contact with the face.
 #[derive(Clone, Copy, Debug)]
 pub struct Touch {
-    /// The point of the contour, from 0, to which it belongs, or the last one before it.
+    /// Its point of the contour, from 0, or the last point before it.
     pub index: usize,
     /// θ.
     pub direction: f64,
     /// c.
     pub place: Point,
-    /// κ before and behind it, in the sense of growing θ.
+    /// κ before and after it, in the sense of growing θ.
     pub curvatures: [f64; 2],
 }
 
@@ -82,10 +84,10 @@ impl Touch {
     }
 }
 
-/// By how much h″ between two contacts is uncertain: how far the polynomial of degree 5 in θ with h, h′ and h″ of both leaves h″ of an
-/// arc there. With Δθ their distance, what is left of h′ by the rule of the trapezium, e₁ = [h′] − Δθ (h″₁ + h″₂)/2 − Δθ³ h̄″/12, where
-/// h⁗ = −h″, and of h by that of Euler and Maclaurin, e₀ = [h] − Δθ (h′₁ + h′₂)/2 + Δθ² [h″]/12, move h″ by 3 e₁/(2 Δθ) and
-/// 10 e₀/(√3 Δθ²): an error in the last digit of a coordinate counts the more, the nearer both are.
+/// The uncertainty of h″ between two contacts: the deviation of the polynomial of degree 5 in θ with h, h′ and h″ of both from
+/// h″ of an arc. With Δθ their distance, the residual of h′ in the trapezoidal rule, e₁ = [h′] − Δθ (h″₁ + h″₂)/2 − Δθ³ h̄″/12,
+/// where h⁗ = −h″, and the residual of h in Euler's and Maclaurin's rule, e₀ = [h] − Δθ (h′₁ + h′₂)/2 + Δθ² [h″]/12, move h″ by
+/// 3 e₁/(2 Δθ) and 10 e₀/(√3 Δθ²): an error in the last digit of a coordinate counts more if both are closer.
 fn rough(own: &Touch, next: &Touch) -> f64 {
     let [(start, [low, low_slope], [_, before]), (end, [high, high_slope], [behind, _])] =
         [own, next].map(|touch| touch.contact(-1.0));
@@ -96,7 +98,7 @@ fn rough(own: &Touch, next: &Touch) -> f64 {
     1.5 * turned.abs() / width + 10.0 / 3.0_f64.sqrt() * moved.abs() / (width * width)
 }
 
-/// The contacts without those with which h″ is more uncertain than without, and by which part of its largest value it still is.
+/// The contacts without those that make h″ more uncertain, and its remaining uncertainty as a part of its largest value.
 fn settled(mut list: Vec<Touch>) -> (Vec<Touch>, f64) {
     let bends = list.iter().flat_map(|touch| touch.contact(-1.0).2).map(f64::abs);
     let most = bends.fold(f64::MIN_POSITIVE, f64::max);
@@ -106,7 +108,7 @@ fn settled(mut list: Vec<Touch>) -> (Vec<Touch>, f64) {
         let n = list.len();
         let at = |i: usize| &list[i % n];
         let (own, near) = (rough(at(k), at(k + 1)), distance(at(k), at(k + 1)));
-        // Of both ends the one without which it is better; a jump of κ stays.
+        // Drops the end without which it is better; a jump of κ stays.
         let ends = [(k, k + n - 1, k + 1), (k + 1, k, k + 2)].into_iter();
         let without = ends
             .filter(|&(i, from, to)| {
@@ -150,8 +152,8 @@ struct Local {
     order: usize,
 }
 
-/// The contacts of the contour through these points, counter-clockwise in the order of θ, and for each interval how far (m) the
-/// polynomials on both sides of it are apart, and the part of its largest value by which h″ is uncertain.
+/// The contacts of the contour through these points, counter-clockwise in the order of θ; for each interval the distance (m) of
+/// the polynomials on both sides of it; and the uncertainty of h″ as a part of its largest value.
 ///
 /// # Errors
 /// The index of a point at which the contour is not convex.
@@ -172,7 +174,8 @@ pub fn touches(points: &[Point]) -> Result<(Vec<Touch>, Vec<f64>, f64), usize> {
             let apart = |i: usize| {
                 let (start, width, of) = (course.place(n + i), course.lengths[i], [locals[i], locals[i + 1]]);
                 let apart = course.apart([n + i, n + i + 1], of, corners[i].unwrap_or(start + 0.5 * width)).abs();
-                // An arc with fewer points than a polynomial needs may rise above its chord by anything up to what it does.
+                // An arc with fewer points than a polynomial needs may rise above its chord by any height up to the
+                // polynomial's.
                 let lost = of.iter().any(|local| course.crosses(*local, &corners));
                 let bend = of.iter().map(|local| course.at(*local, start)[2].abs()).fold(0.0, f64::max);
                 if lost { apart + bend * width * width / 8.0 } else { apart }
@@ -190,7 +193,7 @@ impl<'a> Course<'a> {
         let n = points.len();
         let chords: Vec<Point> = (0..n).map(|i| points[(i + 1) % n] - points[i]).collect();
         let turns: Vec<f64> = (0..n).map(|i| (chords[i] / chords[(i + n - 1) % n]).arg()).collect();
-        // Beside a corner a point on the flatter arc has one of its kind.
+        // Next to a corner a point on the flatter arc has one neighbour of its kind.
         let least = |i: usize| EVEN * turns[(i + 1) % n].min(turns[(i + n - 1) % n]).max(0.0);
         if let Some(i) = (0..n).find(|&i| !(turns[i] > least(i))) {
             return Err(i);
@@ -202,7 +205,7 @@ impl<'a> Course<'a> {
         });
         let mut means: Vec<f64> = means.collect();
         means.push(means[n - 2] + turns[n - 1]);
-        // Over a chord the contour bends as it does in that of its ends whose neighbour bends more alike.
+        // Over a chord the contour bends as in the end whose neighbour bends more alike.
         let bend = |i: usize| 2.0 * turns[i % n] / (chords[i % n].norm() + chords[(i + n - 1) % n].norm());
         let length = |i: usize| {
             let [before, own, next, behind] = [i + n - 1, i, i + 1, i + 2].map(bend);
@@ -216,7 +219,7 @@ impl<'a> Course<'a> {
         Ok(course)
     }
 
-    /// s of a point, counted on over the turns, as are all indices here.
+    /// s of a point, counted on over the turns like all indices here.
     fn place(&self, i: usize) -> f64 {
         let n = self.places.len();
         self.places[i % n] + self.length * (i / n) as f64
@@ -251,8 +254,8 @@ impl<'a> Course<'a> {
         self.differences = (0..n).map(from).collect();
     }
 
-    /// The places where κ jumps, over the turn from point n on: seen first from neighbours that lie on one side of it, then found
-    /// from points that surely do.
+    /// The places at which κ jumps, over the turn from point n on: first estimated from neighbours on one side, then found from
+    /// points that are certainly on their side.
     fn corners(&self) -> Vec<f64> {
         let n = self.points.len();
         let locals: Vec<Local> = (n..=2 * n).map(|i| self.smooth(i)).collect();
@@ -267,7 +270,7 @@ impl<'a> Course<'a> {
         let all = |k: usize| found[k % found.len()] + self.length * (k / found.len()) as f64;
         let sharper = |k: usize| {
             let [before, own, next] = [k + found.len() - 1, k + found.len(), k + found.len() + 1].map(all);
-            // Points beside it may lie on either side.
+            // Neighbouring points may lie on either side.
             let near = ASIDE_CORNER * width(own);
             let [a, b] = [self.index(own - near), self.index(own + near) + 1];
             let [first, last] = [self.index(before + near) + 1, self.index(next - near)];
@@ -300,7 +303,7 @@ impl<'a> Course<'a> {
         n * turns as usize + self.places.partition_point(|place| *place <= s - turns * self.length) - 1
     }
 
-    /// Four neighbours of a point, or more, without a jump of κ between them.
+    /// At least four neighbours of a point, without a jump of κ between them.
     fn smooth(&self, i: usize) -> Local {
         let size = |first: usize| self.difference(first, 3).abs();
         let aside = |first: usize| if first + 3 == i || first == i { ASIDE } else { 1.0 };
@@ -329,7 +332,7 @@ impl<'a> Course<'a> {
         self.grown(i, Local { first, order: 2 }, borders)
     }
 
-    /// Between which values κ at a point can be, by those of the chords beside it.
+    /// The limits of κ at a point, from the chords next to it.
     fn bends(&self, i: usize) -> [f64; 2] {
         let near = (i - 3..=i + 1).map(|first| 2.0 * self.difference(first, 2));
         let [least, most] = near.fold([f64::INFINITY, 0.0], |[a, b]: [f64; 2], bend| [a.min(bend), b.max(bend)]);
@@ -342,12 +345,12 @@ impl<'a> Course<'a> {
         self.at(local, s)[2].clamp(least, most)
     }
 
-    /// These neighbours of a point with more on both sides, from the first to the last of `borders`: as long as what they add becomes
-    /// smaller.
+    /// Extends these neighbours of a point on both sides, from the first to the last of `borders`, as long as the added terms
+    /// become smaller.
     fn grown(&self, i: usize, mut local: Local, borders: [usize; 2]) -> Local {
         while local.order < MOST {
             let (Local { first, order }, next) = (local, local.order + 1);
-            // How far the middle would be aside, and what would be added.
+            // The distance of the middle, and the added term.
             let rank = |first: usize| ((2 * first + next).abs_diff(2 * i), self.difference(first, next).abs());
             let left = (first > borders[0]).then(|| (rank(first - 1), first - 1));
             let right = (first + order < borders[1]).then(|| (rank(first), first));
@@ -359,7 +362,7 @@ impl<'a> Course<'a> {
             }
             local = Local { first: from, order: next };
         }
-        // The direction lies between those of both chords; where it does not, too few points lie on this arc.
+        // The direction lies between those of both chords; otherwise too few points lie on this arc.
         let [low, high] = [self.mean(i - 1), self.mean(i)];
         let [_, direction, bend, _] = self.at(local, self.place(i));
         let [least, most] = self.bends(i);
@@ -380,7 +383,7 @@ impl<'a> Course<'a> {
         [sum, direction, 2.0 * bend, 6.0 * change]
     }
 
-    /// The distance of the polynomials of two points at `s` between them; each is exact in its own.
+    /// The distance of the polynomials of two points at `s` between them; each is exact in its own point.
     fn apart(&self, ends: [usize; 2], [left, right]: [Local; 2], s: f64) -> f64 {
         let [start, end] = ends.map(|i| self.place(i));
         let before = self.at(left, s)[0] - self.at(left, start)[0];
@@ -389,7 +392,8 @@ impl<'a> Course<'a> {
         before + behind - whole
     }
 
-    /// Where between two points, or `reach` of their distance beside them, κ jumps: where their polynomials touch.
+    /// The place between two points, or within `reach` of their distance outside, at which κ jumps: their polynomials touch
+    /// there.
     fn corner(&self, ends: [usize; 2], of: [Local; 2], reach: f64) -> Option<f64> {
         let [start, end] = ends.map(|i| self.place(i));
         let (width, mut s) = (end - start, 0.5 * (start + end));
@@ -444,7 +448,7 @@ impl<'a> Course<'a> {
         let mut list: Vec<Touch> = Vec::new();
         let direction = |i: usize| self.at(locals[i], self.place(n + i))[1];
         let corner = |i: usize| corners[i].map(|s| (s, self.at(locals[i], s)[1]));
-        // A corner in a point is none between points.
+        // A corner in a point is not between points.
         let at_start = |i: usize| corner(i).is_some_and(|(_, turned)| turned - direction(i) < ONE);
         let at_end = |i: usize| corner(i).is_some_and(|(_, turned)| direction(i + 1) - turned < ONE);
         for i in 0..n {

@@ -71,7 +71,7 @@ fn a_base_circle_above_the_least_one_has_no_undercut() {
         assert!((undercut.value - (start - 0.014)).abs() < 1e-12 && undercut.verdict == verdict, "{undercut:?}");
         let place = (undercut.phi.to_degrees() + 60.0) % 120.0;
         assert!(place.min(120.0 - place) < 1e-3, "{undercut:?}");
-        assert_eq!(undercut.remark.contains("larger than 14.0000 mm"), verdict == Level::Bad, "{undercut:?}");
+        assert_eq!(undercut.remark.contains("above 14.0000 mm"), verdict == Level::Bad, "{undercut:?}");
         assert_eq!(list.iter().any(|f| f.what.contains("crosses")), verdict == Level::Bad);
     }
 }
