@@ -2,10 +2,10 @@
 //!
 //! χ(φ) = f⁻¹(y(φ)), χ′ = y′/f′, χ″ = (y″ − f″χ′²)/f′.
 //!
-//! Where y is a finite Fourier series, χ is analytic and periodic, so that its harmonics fall geometrically; the series is cut
-//! where the rest is at rounding level. Where y consists of pieces (standard laws, tables), χ consists of polynomials of degree
-//! 5 through χ, χ′, χ″ at their ends, as many as the accuracy needs; dwells and jumps of the acceleration stay what they are.
-//! What is left in the tool's acceleration is measured.
+//! If y is a finite Fourier series, χ is analytic and periodic, so its harmonics fall geometrically; the series ends at
+//! rounding level. If y consists of pieces (standard laws, tables), χ consists of polynomials of degree 5 through χ, χ′, χ″ at
+//! their ends, as many as the accuracy needs; dwells and jumps of the acceleration are kept. The remaining error of the tool's
+//! acceleration is measured.
 
 pub mod inverse;
 
@@ -19,29 +19,29 @@ use camdrive::motion::{Fourier, MotionLaw, Table};
 use inverse::{Obstacle, inputs};
 use std::f64::consts::TAU;
 
-/// Positions at which the mechanisms are turned back: four for the shortest wave, so that its aliases are beyond
+/// Positions at which the mechanisms are inverted: four for the shortest wave, so that its aliases are beyond
 /// [`HIGHEST_HARMONIC`].
 const POSITIONS: usize = 1024;
 
-/// The error of the tool's acceleration that a law is made for, relative to its largest value. Laws that need more harmonics
-/// or pieces than there are have a tool near a dead centre.
+/// The wanted error of the tool's acceleration, relative to its largest value. Laws that need more harmonics or pieces than
+/// allowed have a tool near a dead centre.
 const FINE: f64 = 1e-9;
 
-/// The error that pieces may have, which is told: where they are short, roundings of the lever's angle decide about it.
+/// The admissible error of pieces, which is reported: roundings of the lever's angle determine it in short pieces.
 const COARSEST: f64 = 1e-7;
 
-/// The part of the largest acceleration that the harmonics left out may have together.
+/// The part of the largest acceleration that the omitted harmonics may have together.
 const REST: f64 = 1e-13;
 
-/// Pieces over a turn at least. Longer ones are better than shorter ones as long as they suffice: the rounding of χ counts in χ″
-/// like 1/width².
+/// The least number of pieces over a turn. Longer ones are better than shorter ones as long as they suffice: the rounding of χ
+/// counts in χ″ like 1/width².
 const PIECES: f64 = 36.0;
 
-/// The mechanisms are followed in steps of at most this angle (rad), lest they change to their other position.
+/// The mechanisms are followed in steps of at most this angle (rad), so that they do not change to their other position.
 const STEP: f64 = TAU / 720.0;
 
-/// Places within a piece where its error is measured, as part of its width: where that of a quintic's curvature is largest,
-/// which goes with the second derivative of x³(1 − x)³.
+/// Places within a piece at which its error is measured, as part of its width: the maxima of the error of a quintic's
+/// curvature, which follows the second derivative of x³(1 − x)³.
 const WITHIN: [f64; 3] = [0.13, 0.5, 0.87];
 
 /// The lever's law.
@@ -63,15 +63,15 @@ impl LeverLaw {
     }
 }
 
-/// The law that makes the tool behind `linkage` move as `tool`, beginning next to the lever's angle `near` (rad).
+/// The law with which the tool of `linkage` moves as `tool`, beginning next to the lever's angle `near` (rad).
 ///
 /// # Errors
-/// A sentence that says at which angle which mechanism hinders it.
+/// A sentence that names the angle and the mechanism that prevents it.
 pub fn lever_law(linkage: &Linkage, tool: &MotionLaw, near: f64) -> Result<LeverLaw, String> {
     let [at_near] = linkage.tool([near]);
     if !at_near.is_finite() {
         return Err(format!(
-            "the mechanisms cannot be assembled at the lever's angle {} deg, near which its motion should begin",
+            "the mechanisms cannot be assembled at the lever's angle {} deg, near the start of its motion",
             decimals(near.to_degrees(), 4)
         ));
     }
@@ -95,13 +95,13 @@ pub fn lever_law(linkage: &Linkage, tool: &MotionLaw, near: f64) -> Result<Lever
 struct Way<'a> {
     linkage: &'a Linkage,
     tool: &'a MotionLaw,
-    /// The lever's angle at which the motion begins, about, and where the tool is there.
+    /// The lever's approximate angle at the beginning of the motion, and the tool's place there.
     near: f64,
     at_near: f64,
 }
 
 impl Way<'_> {
-    /// χ where the tool is at `wanted`, at φ, next to the position with these `inputs`.
+    /// χ for the tool at `wanted`, at φ, next to the position with these `inputs`.
     fn lever_at(&self, phi: f64, wanted: f64, inputs: &mut [f64]) -> Result<f64, String> {
         inverse::lever_at(self.linkage, wanted, inputs).map_err(|obstacle| {
             let (mechanism, output, what) = match obstacle {
@@ -115,7 +115,7 @@ impl Way<'_> {
             };
             let tool = |position: f64| self.linkage.0.last().map_or(String::new(), |last| with_unit(last, position));
             format!(
-                "at phi = {} deg, where the tool should be at {}, mechanism {} {what} {} (with the lever at {} deg the tool is at {})",
+                "at phi = {} deg the tool should be at {}, but mechanism {} {what} {} (the lever at {} deg puts the tool at {})",
                 in_turn(phi, 4),
                 tool(wanted),
                 mechanism + 1,
@@ -126,7 +126,7 @@ impl Way<'_> {
         })
     }
 
-    /// Refuses a lever that has turned right round and comes back to another angle.
+    /// Refuses a lever that has made a full turn and comes back to another angle.
     fn comes_back(&self, first: f64, last: f64) -> Result<(), String> {
         if (first - last).abs() <= 1e-9 * (1.0 + first.abs()) {
             return Ok(());
@@ -151,7 +151,7 @@ impl Way<'_> {
         let full = analyse(Points { angles, lifts }, HIGHEST_HARMONIC).map_err(|e| told(&e))?.series;
         let weight = |k: usize| (k * k) as f64 * (full.a[k].powi(2) + full.b[k].powi(2)).sqrt();
         let largest = (1..=HIGHEST_HARMONIC).map(weight).fold(f64::MIN_POSITIVE, f64::max);
-        // Harmonics at rounding level carry nothing of the motion, whatever their number makes of them in the acceleration.
+        // Harmonics at rounding level are no motion, though their number enlarges them in the acceleration.
         let rounding = f64::EPSILON * full.a.iter().chain(&full.b).fold(0.0, |m: f64, c| m.max(c.abs()));
         let mut rest = 0.0;
         let order = (1..=HIGHEST_HARMONIC)
@@ -181,7 +181,7 @@ impl Way<'_> {
             loop {
                 let part = self.part(i, [*low, high], count, inputs.clone())?;
                 let miss = self.miss(i, &part);
-                // Finer pieces are worth their points as long as roundings do not decide.
+                // Finer pieces are worth their points as long as roundings do not dominate.
                 let better = best.as_ref().is_none_or(|(least, _)| miss < 0.5 * least);
                 if better {
                     best = Some((miss, part));
@@ -246,14 +246,14 @@ impl Way<'_> {
         missed
     }
 
-    /// max |y″_wanted|; a tool that stands still is measured by its place.
+    /// max |y″_wanted|; the place for a tool that stands still.
     fn peak(&self) -> f64 {
         let at = |i: usize| self.tool.at(TAU * (i as f64 + 0.3) / (4 * POSITIONS) as f64).0;
         let [place, acceleration] = [0, 2].map(|n| (0..4 * POSITIONS).map(|i| at(i)[n].abs()).fold(0.0, f64::max));
         acceleration.max(1e-6 * place).max(f64::MIN_POSITIVE)
     }
 
-    /// max |y″ − y″_wanted| / max |y″_wanted|, between the positions of the analysis too.
+    /// max |y″ − y″_wanted| / max |y″_wanted|, also between the positions of the analysis.
     fn error(&self, lever: &MotionLaw) -> f64 {
         let own: Vec<f64> = (0..4 * POSITIONS).map(|i| TAU * (i as f64 + 0.3) / (4 * POSITIONS) as f64).collect();
         let borders = lever.breakpoints();
@@ -284,7 +284,7 @@ struct Part {
     inputs: Vec<f64>,
 }
 
-/// Not the maximum of two numbers, which would drop what is none.
+/// Not the maximum of two numbers, which would drop NaN.
 fn worse(missed: f64, miss: f64) -> f64 {
     if miss <= missed { missed } else { miss }
 }

@@ -1,8 +1,8 @@
-//! All periodic motions of a machine: what a design needs to know beside the one that `steady` starts with.
+//! All periodic motions of a machine, in addition to the one that `steady` starts with.
 //!
-//! They are the fixed points of [`TurnMap`], E(0) → E(2π). Its gain g(E) = E(2π) − E(0) is scanned over the speeds; where |g|
-//! has a minimum between two samples without a change of sign, the extreme of g decides whether two motions lie there. With a
-//! lagging torque each is continued to the map of two dimensions.
+//! They are the fixed points of [`TurnMap`], E(0) → E(2π). Its gain g(E) = E(2π) − E(0) is scanned over the speeds; if |g| has
+//! a minimum between two samples without a change of sign, the extreme of g shows whether two motions lie there. With a lagging
+//! torque each is continued to the map of two dimensions.
 
 use crate::search::{Extreme, greatest, summit};
 use camdrive::drives::rigid_machine::{Inertia, Kloss, MachineStart, Motor, Place, RigidMachine, Scene};
@@ -20,7 +20,7 @@ pub struct PeriodicMotion {
     pub period: f64,
     /// E = ½Jω² (J) at φ = 0.
     pub energy: f64,
-    /// ln of the factor by which a small disturbance grows in a turn, of the largest Floquet multiplier's modulus.
+    /// ln of the factor by which a small disturbance grows in a turn, the modulus of the largest Floquet multiplier.
     pub growth: f64,
     /// M_an (N·m) at φ = 0.
     pub torque: f64,
@@ -29,7 +29,7 @@ pub struct PeriodicMotion {
 }
 
 impl PeriodicMotion {
-    /// The factor by which a small disturbance grows in a turn; infinite where the motor is steep.
+    /// The factor by which a small disturbance grows in a turn; infinite for a steep motor.
     pub fn multiplier(&self) -> f64 {
         self.growth.exp()
     }
@@ -46,8 +46,8 @@ pub fn range(course: &[[f64; 2]]) -> [f64; 2] {
     course.iter().fold(ends, |[low, high], [_, w]| [low.min(*w), high.max(*w)])
 }
 
-/// φ and ω over a turn at about [`POINTS`] places and where ω is least and largest, in the order in which the motion passes them;
-/// ω(i, φ) is smooth on each of the pieces.
+/// φ and ω over a turn at about [`POINTS`] places and at the least and largest ω, in the order of the motion; ω(i, φ) is smooth
+/// on each of the pieces.
 fn course(pieces: &[[f64; 2]], w: impl Fn(usize, f64) -> f64) -> Vec<[f64; 2]> {
     let mut course = Vec::new();
     for (i, [from, to]) in pieces.iter().enumerate() {
@@ -67,46 +67,46 @@ fn course(pieces: &[[f64; 2]], w: impl Fn(usize, f64) -> f64) -> Vec<[f64; 2]> {
     course
 }
 
-/// Speeds of the scan, from a little above the fastest possible motion down to two thousandths of the synchronous speed, equally
-/// spaced in the logarithm: two per cent apart. So many lie between where J is constant.
+/// Speeds of the scan, from a little above the fastest possible motion down to two thousandths of the synchronous speed,
+/// equally spaced in the logarithm: two per cent apart for a constant J.
 const SCAN: usize = 320;
 const SLOWEST: f64 = 2e-3;
 
-/// Tolerance of the extreme of the gain, as part of E: less than tells a double root from two.
+/// Tolerance of the extreme of the gain, as part of E: fine enough to distinguish a double root from two.
 const FINEST: f64 = 1e-12;
 
 /// Points of the course of a motion.
 const POINTS: usize = 720;
 
-/// Two periods are those of one motion when they agree to this part, far above the tolerance of the periodic motions; different
+/// Two periods belong to one motion if they agree to this part, far above the tolerance of the periodic motions; different
 /// motions differ by the slip of the motor.
 const SAME: f64 = 1e-9;
 
 /// All periodic motions of the machine against a constant load, the fastest first.
 ///
 /// # Errors
-/// Where the motor has no characteristic, or the machine cannot be built.
+/// A motor without characteristic, or a machine that cannot be built.
 pub fn periodic_motions(scene: &Scene, load: f64) -> Result<Vec<PeriodicMotion>, Fault> {
     all_motions(scene, load).map(|motions| motions.found)
 }
 
-/// The periodic motions, and what is known of those that could not be found.
+/// The periodic motions, and the periods of those that could not be found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motions {
     /// The fastest first.
     pub found: Vec<PeriodicMotion>,
-    /// T (s) of those motions of the machine whose motor follows at once that could not be continued to the lagging torque:
-    /// it has none there, or one that disturbances leave so fast that a turn forgets where it began.
+    /// T (s) of the motions with a motor that follows at once that could not be continued to the lagging torque: it has none
+    /// there, or one that disturbances leave so fast that a turn forgets where it began.
     pub lost: Vec<f64>,
 }
 
-/// See [`periodic_motions`], which yields those that are found.
+/// See [`periodic_motions`], which yields the found ones.
 ///
 /// # Errors
-/// Those of [`periodic_motions`].
+/// The errors of [`periodic_motions`].
 pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
     let Motor::Kloss(Kloss { breakdown_slip, breakdown_torque, synchronous_speed, .. }) = scene.motor else {
-        return Err(Fault::new("a torque that does not depend on the speed selects no periodic motion"));
+        return Err(Fault::new("a torque that does not depend on the speed determines no periodic motion"));
     };
     let mut machine = RigidMachine::new(Scene {
         start: MachineStart::Given,
@@ -118,7 +118,7 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
     let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
     let samples =
         scan(&TurnMap::new(machine.mesh(), load, SCAN_TOLERANCE, None)?, &inertia, breakdown_slip, synchronous_speed)?;
-    // The interval that is passed from φ = 0 on, and the angle therein.
+    // The interval that is passed from φ = 0 on, and the angle in it.
     let zero = inertia.interval(0.0, synchronous_speed > 0.0);
     let ahead = TurnMap::new(machine.mesh(), load, PERIODIC_TOLERANCE, None)?;
     let back = ahead.backwards();
@@ -130,7 +130,7 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
         if !(stable || unstable) {
             continue;
         }
-        // A machine that comes to rest ahead tells nothing of what lies between; the way back to it does.
+        // A machine that comes to rest ahead says nothing about the interval in between; the way back to it does.
         let map = if stable { &ahead } else { &back };
         let Some((start, period)) = map.refine((*below, *above)) else { continue };
         let Some(energy) = map.energy_at(start, zero).map(|energy| energy.hi) else { continue };
@@ -207,7 +207,7 @@ fn scan(map: &TurnMap<'_>, inertia: &Inertia, slip: f64, synchronous: f64) -> Re
     let fastest = synchronous.abs() * (1.0 + 4.0 * slip.max(0.25)) * (high / low).sqrt();
     let energy = |i: usize| 0.5 * high * (fastest * SLOWEST.powf(i as f64 / SCAN as f64)).powi(2);
     let gain = |energy: f64| map.shoot(energy).map_or(f64::NEG_INFINITY, |shot| shot.gain / energy);
-    // The fastest speed takes the turn to begin where J is largest, the slowest to begin where it is least.
+    // The fastest speed assumes a turn that begins at the largest J, the slowest one at the least J.
     let last = SCAN + (SCAN as f64 * (high / low).ln() / -SLOWEST.ln()).ceil() as usize;
     let mut samples: Vec<(f64, f64)> = (0..=last).map(energy).map(|e| (e, gain(e))).collect();
     let mut extra = Vec::new();
@@ -255,8 +255,8 @@ pub fn free_motion(inertia: &Inertia, period: f64, sense: f64) -> Vec<[f64; 2]> 
         };
         (0..pieces.len()).map(of).sum()
     };
-    // √J has branch points at about √(J0/m)/|U″| beside the turning points of a follower, which a light J0 takes as near as
-    // it likes; at the last halving they may be 1e-4 rad away.
+    // √J has branch points at about √(J0/m)/|U″| next to the turning points of a follower, arbitrarily close for a light J0; at
+    // the last halving they may be 1e-4 rad away.
     let mut sum = integral(1);
     for halving in 1..=12 {
         let finer = integral(1 << halving);

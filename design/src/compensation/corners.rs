@@ -1,17 +1,17 @@
-//! The wanted motion between the points of the mesh, where laws of the tools are no series: cycles, plans, tables.
+//! The wanted motion between the points of the mesh, for tools whose laws are no series: cycles, plans, tables.
 //!
-//! Where a derivative of a law jumps, ω(ψ) has a corner, and its series converges slowly. The sum
+//! A jump of a derivative of a law makes a corner of ω(ψ), whose series then converges slowly. The sum
 //!
 //! P(ψ) = ½ J(φ) ω² + ½ Ω² S(ψ) = E + (1/Ω) ∫ (M − τ) ω dψ
 //!
-//! is two orders smoother than S, and constant without motor; from its series, with S as the laws have it,
+//! is two orders smoother than S, and constant without motor. From its series, with the laws' S,
 //!
 //! ω = √((2P − Ω²S)/J),  φ = (1/Ω) ∫ ω dψ,  J ω̇ = M − τ − ½ J′ ω² − ½ Ω³ S′/ω,
 //!
-//! φ by Gauss's rule from corner to corner, ω̇ from either side of a corner. A cam with U_cam(φ) = U(ψ) has there
-//! U_cam′ = U′Ω/ω and U_cam″ = (U″Ω² − U_cam′ω̇)/ω², from which a table is made whose pieces end at the corners.
+//! with φ by Gauss's rule from corner to corner, and ω̇ from either side of a corner. A cam with U_cam(φ) = U(ψ) has U_cam′ =
+//! U′Ω/ω and U_cam″ = (U″Ω² − U_cam′ω̇)/ω² there; they make a table whose pieces end at the corners.
 //!
-//! Symbols are those of [`super::periodic_motion`]; validity: S is continuous, so that no law jumps in its slope. Derived here.
+//! Symbols as in [`super::periodic_motion`]; valid for continuous S: no law jumps in its slope. Derived here.
 
 use super::periodic_motion::PeriodicMotion;
 use super::spectral::Mesh;
@@ -22,13 +22,13 @@ use camdrive::motion::table::Bend;
 use camdrive::numerics::gauss::Gauss;
 use std::f64::consts::TAU;
 
-/// Corners nearer than this to another one (rad) are taken for it: ten times the least distance of a table's points.
+/// Corners closer than this (rad) are merged: ten times the least distance of a table's points.
 const SAME: f64 = 1e-5;
 
 /// The widest panel of the quadrature (rad): eight nodes meet the waves of a law in it to rounding.
 const PANEL: f64 = TAU / 512.0;
 
-/// Where a machine is at a place of its turn.
+/// The state of a machine at a place of its turn.
 #[derive(Clone, Copy, Debug)]
 pub struct Instant {
     /// φ (rad), in [0, 2π].
@@ -41,7 +41,7 @@ pub struct Instant {
     pub phase: f64,
 }
 
-/// The knots with so many parts between each and the next; without the last knot.
+/// The knots with this many parts between each and the next; without the last knot.
 pub fn divided(knots: &[f64], parts: impl Fn(usize) -> usize) -> Vec<f64> {
     let between = |(i, pair): (usize, &[f64])| {
         let (from, width, n) = (pair[0], pair[1] - pair[0], parts(i));
@@ -58,7 +58,7 @@ pub trait WantedTurn: std::fmt::Debug + Send + Sync {
     /// ψ of the corners, from 0 to 2π.
     fn angles(&self) -> &[f64];
 
-    /// Where the machine is at ψ, 0 ≤ ψ ≤ 2π, ω̇ behind (`forward`) a corner or before it.
+    /// The state of the machine at ψ, 0 ≤ ψ ≤ 2π, with ω̇ after (`forward`) or before a corner.
     fn instant(&self, psi: f64, forward: bool) -> Instant;
 
     /// φ(ψ) (rad), 0 ≤ ψ ≤ 2π.
@@ -75,7 +75,7 @@ pub trait WantedTurn: std::fmt::Debug + Send + Sync {
     /// U_cam′ and U_cam″ on either side of ψ.
     fn bend(&self, tool: &Tool, psi: f64) -> Bend {
         let side = |forward: bool| {
-            // Before the beginning of the turn is the end of the last one.
+            // The end of the last turn comes before the beginning of this one.
             let psi = if !forward && psi == 0.0 { TAU } else { psi };
             let Instant { speed, change, .. } = self.instant(psi, forward);
             let [_, u1, u2, ..] = tool.driven_beside(psi, forward);
@@ -108,7 +108,7 @@ pub struct Corners {
     sum: Fourier,
     /// M(ψ) (N·m) of a motor that lags.
     torque: Fourier,
-    /// φ(ψ) as the mesh has it, which J depends on.
+    /// φ(ψ) from the mesh, on which J depends.
     near: Angle,
     /// ψ of the corners, from 0 to 2π.
     angles: Vec<f64>,
@@ -143,7 +143,7 @@ impl Corners {
             let phi = corners.angle(end);
             corners.panels.push([end, phi]);
         }
-        // What the mesh misses of the mean of ω.
+        // The error of the mesh in the mean of ω.
         let turn = corners.panels[corners.panels.len() - 1][1] / TAU;
         corners.panels.iter_mut().for_each(|[_, phi]| *phi /= turn);
         corners

@@ -1,8 +1,8 @@
 //! Courses and spectra of the rounds as diagrams: φ̇(t), the tools' accelerations, their distances.
 //!
-//! Of a motion y(ψ) = Σ aₘ cos mψ + bₘ sin mψ, ψ = Ωt, the acceleration has the amplitudes m²Ω²√(aₘ² + bₘ²), of each round with its
-//! own Ω = 2π/T; what is prescribed is compared at the same Ω. The courses are sums of these series: where a cycle's acceleration
-//! jumps, they overshoot the jump by a tenth.
+//! The acceleration of a motion y(ψ) = Σ aₘ cos mψ + bₘ sin mψ, ψ = Ωt, has the amplitudes m²Ω²√(aₘ² + bₘ²), with the own Ω =
+//! 2π/T of each round; the prescribed motion is compared at the same Ω. The courses are sums of these series: they overshoot a
+//! jump of a cycle's acceleration by a tenth.
 //!
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", tables 1 and 2, equation (5).
 
@@ -13,12 +13,12 @@ use crate::plot::{Axis, Diagram, Rule, Series};
 use crate::report::unit::RPM;
 use camdrive::motion::Fourier;
 
-/// Harmonics below this part of the largest are not shown, nor higher ones than this: HS profiles have none, and cycles no end.
+/// The least harmonic shown, relative to the largest one, also for higher ones: HS profiles have none, and cycles have no end.
 const LEAST: f64 = 1e-4;
 const HIGHEST: usize = 40;
 
 impl Compensation {
-    /// The machines, by the names that legends have.
+    /// The machines with their names in legends.
     fn shown(&self) -> impl Iterator<Item = (String, &Round)> {
         self.machines().map(|(name, round)| match name.as_str() {
             "round 0" => ("cams for uniform speed".to_owned(), round),
@@ -38,12 +38,12 @@ impl Compensation {
         std::iter::once(("speed".to_owned(), self.speed_diagram())).chain(tools).chain(distance).collect()
     }
 
-    /// The first and the last machine: courses of the others lie between theirs.
+    /// The first and the last machine: courses of the others lie in between.
     fn at_the_ends(&self) -> impl Iterator<Item = (String, &Round)> {
         self.shown().filter(|(name, _)| !name.starts_with("round"))
     }
 
-    /// φ̇(t), at first and at last.
+    /// φ̇(t) of the first and the last machine.
     fn speed_diagram(&self) -> Diagram {
         let curves =
             self.at_the_ends().map(|(name, round)| (name, over_period(|psi| RPM.factor * round.speeds.at(psi).0[0])));
@@ -52,7 +52,7 @@ impl Compensation {
         Diagram::new(title, [period_axis(), Axis::linear("Speed [rpm]")], series, Vec::new())
     }
 
-    /// The acceleration of tool `j` over the time, as prescribed, at first and at last.
+    /// The acceleration of tool `j` over time: prescribed, first and last.
     fn acceleration_diagram(&self, j: usize) -> Diagram {
         let curve = |name: String, series: &Fourier, round: &Round| {
             let omega = round.mean_speed();
@@ -76,7 +76,7 @@ impl Compensation {
         let least = LEAST * spectra.iter().flat_map(|(_, spectrum)| spectrum).fold(0.0, |most, a| a.max(most));
         let series = |(i, (name, spectrum)): (usize, (String, Vec<f64>))| {
             let harmonics = spectrum.into_iter().zip(1_u16..).map(|(a, m)| [f64::from(m), a]);
-            // The prescribed harmonics as a line, lest those that meet them hide them.
+            // The prescribed harmonics as a line, so that harmonics that meet them do not hide them.
             Series { joined: i == 0, ..Series::dots(name, harmonics.filter(|[_, a]| *a >= least)) }
         };
         let series = spectra.into_iter().enumerate().map(series).collect();
@@ -85,7 +85,7 @@ impl Compensation {
         Diagram::new(title, axes, series, Vec::new())
     }
 
-    /// The distances of tools that keep clear, with cams for uniform speed and at last; None where none is asked for.
+    /// The distances of tools that keep clear, with cams for uniform speed and at last; None without such a condition.
     fn distance_diagram(&self) -> Option<Diagram> {
         let (mut series, mut rules) = (Vec::new(), Vec::new());
         for (name, clearance) in self.restrictions.clearances() {

@@ -1,4 +1,4 @@
-//! The source's iteration: cut the cams for the motion found last, find the motion with these cams, and so on.
+//! The source's iteration: cut the cams for the last motion, find the motion with these cams, and so on.
 //!
 //! In the angle: J_n(φ) = J_own + Σ m_j (U_j′(ψ_n) ψ_n′)² → periodic motion ω(φ), T → ψ_{n+1}′ = 2π/(T ω). Round 0 is the
 //! machine with cams cut for a uniform speed, ψ_0 = φ.
@@ -18,7 +18,7 @@ use camdrive::motion::{Fourier, MotionLaw};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// A harmonic of a tool counts as an extra one above this part of the largest that is wanted.
+/// A harmonic of a tool is an extra one above this part of the largest wanted one.
 pub const EXTRA: f64 = 0.01;
 
 /// The quality of a tool's motion.
@@ -34,7 +34,7 @@ pub struct Quality {
     pub highest_extra: Option<usize>,
 }
 
-/// A round of the iteration, or a machine as it is.
+/// A round of the iteration, or a given machine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Round {
     /// T (s).
@@ -54,7 +54,7 @@ pub struct Round {
 }
 
 impl Round {
-    /// Ω = 2π/T (rad/s), negative where the machine turns backwards.
+    /// Ω = 2π/T (rad/s), negative if the machine turns backwards.
     pub fn mean_speed(&self) -> f64 {
         self.speeds.a[0]
     }
@@ -66,7 +66,7 @@ impl Round {
     }
 }
 
-/// J at the points, with the cams as they are, and dφ/dχ there.
+/// J at the points, with the given cams, and dφ/dχ there.
 struct InAngle<'a> {
     inertia: Vec<f64>,
     rate: &'a [f64],
@@ -88,15 +88,15 @@ impl Inertia for InAngle<'_> {
     }
 }
 
-/// The machine with cams as they are, at angles φ(χ) that are equidistant in χ: φ = χ itself, or where the machine almost comes
-/// to rest in a small part of the turn, the phase of time of the design, in which all that happens there is slow.
+/// The machine with given cams, at angles φ(χ) that are equidistant in χ: φ = χ itself, or the phase of time of the design,
+/// which slows down a small part of the turn in which the machine almost comes to rest.
 pub struct Machine<'a> {
     mesh: Mesh,
     /// φ at the points (rad).
     angles: Vec<f64>,
     /// dφ/dχ there.
     rate: Vec<f64>,
-    /// ω̇ there (rad/s²), where loads make it.
+    /// ω̇ there (rad/s²), if loads make it.
     changes: Option<Vec<f64>>,
     task: &'a Task,
 }
@@ -132,7 +132,7 @@ impl<'a> Machine<'a> {
         (Machine { angles, rate, changes, mesh, task }, periodic)
     }
 
-    /// The cam with which a tool moves as U(ψ) where the phases and their derivatives are ψ, ψ′ and ψ″.
+    /// The cam with which a tool moves as U(ψ), for these phases ψ, ψ′ and ψ″.
     pub fn cam_of_phases(&self, tool: &Tool, phases: &[[f64; 3]]) -> Cam {
         let at = |[psi, slope, bend]: &[f64; 3]| {
             let [u, u1, u2, ..] = tool.driven(*psi);
@@ -156,7 +156,7 @@ impl<'a> Machine<'a> {
         let over_turn =
             |f: fn(f64) -> f64| mean(&inertia.iter().zip(&self.rate).map(|(j, g)| f(*j) * g).collect::<Vec<_>>());
         let (level, uniform) = (over_turn(f64::sqrt), over_turn(|j| j));
-        // The motion without motor, J ω² = const; with a motor it is nearer than the uniform one.
+        // The motion without motor, J ω² = const; with a motor it is closer than the uniform one.
         let start = |driving: &Driving| {
             let mut start = periodic_motion::uniform(&self.mesh, driving, uniform)?;
             start.speed.iter_mut().zip(&inertia).for_each(|(w, j)| *w *= level / j.sqrt());
@@ -198,8 +198,8 @@ impl<'a> Machine<'a> {
         (0..self.mesh.len()).map(at).collect()
     }
 
-    /// The largest part of a tool's acceleration that a motion with this law of its cam misses, relative to the largest that is
-    /// wanted, at equal phases of time; `design` is that of [`Machine::along`].
+    /// The largest error of a tool's acceleration in a motion with this law of its cam, relative to the largest wanted one, at
+    /// equal phases of time; `design` as in [`Machine::along`].
     pub fn miss(&self, periodic: &PeriodicMotion, tool: &Tool, law: &MotionLaw, design: &Solution) -> f64 {
         let angle = design.angle();
         let fastest = self.rate.iter().copied().fold(1.0, f64::max);
@@ -219,7 +219,7 @@ impl<'a> Machine<'a> {
         largest_between(&places(law, &angle, fastest), miss)[1] / tool.acceleration(periodic.mean_speed)[1]
     }
 
-    /// Period, speeds, and how well the tools move.
+    /// Period, speeds, and quality of the tools' motions.
     pub fn judge(&self, periodic: &PeriodicMotion, cams: &[Cam]) -> Round {
         let changes = self.changes(periodic, cams);
         let phases = self.phases(periodic, &changes);
@@ -242,8 +242,8 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// The series in ψ whose coefficients are (1/π) ∫ f cos mψ dφ and (1/π) ∫ f sin mψ dφ, its constant (1/2π) ∫ f dφ, `f` at
-    /// the points: on equal steps of χ exact to rounding, up to the harmonics whose waves in χ the mesh resolves.
+    /// The series in ψ with the coefficients (1/π) ∫ f cos mψ dφ and (1/π) ∫ f sin mψ dφ and the constant (1/2π) ∫ f dφ, `f` at
+    /// the points. On equal steps of χ it is exact to rounding, up to the harmonics whose waves in χ the mesh resolves.
     fn over_time(&self, phases: &[[f64; 3]], f: impl Fn(usize) -> f64) -> Fourier {
         let n = self.mesh.len();
         let fastest = (0..n).map(|i| phases[i][1] * self.rate[i]).fold(1.0, f64::max);
@@ -271,8 +271,8 @@ impl<'a> Machine<'a> {
         Fourier::new(a, b)
     }
 
-    /// The quality of a tool's motion with these accelerations (m/s² or rad/s²) at the points; where laws have corners, the largest
-    /// ones are looked for at the points alone.
+    /// The quality of a tool's motion with these accelerations (m/s² or rad/s²) at the points; if laws have corners, the
+    /// largest ones are searched at the points alone.
     fn quality(&self, omega: f64, tool: &Tool, actual: Vec<f64>, phases: &[[f64; 3]], motion: &Fourier) -> Quality {
         let mesh = &self.mesh;
         let prescribed: Vec<f64> = phases.iter().map(|[psi, ..]| omega * omega * tool.at(*psi)[2]).collect();
@@ -284,7 +284,7 @@ impl<'a> Machine<'a> {
             let series = mesh.series(values);
             largest(mesh.order() / 2, |phi| series.at(phi).0[0])[1]
         };
-        // At the same points, lest what lies between them passes for an overshoot.
+        // At the same points, so that values between them do not count as an overshoot.
         let peak = if self.task.has_corners() { most(&prescribed) } else { tool.acceleration(omega)[1] };
         let order = tool.wanted.order();
         let harmonic = |series: &Fourier, k: usize| amplitude(series, k) * (k * k) as f64;
@@ -300,7 +300,7 @@ impl<'a> Machine<'a> {
     }
 }
 
-/// The rounds of the iteration, from round 0 on; fewer where a round finds no motion.
+/// The rounds of the iteration, from round 0 on; fewer if a round finds no motion.
 pub fn rounds(task: &Task, order: usize, count: usize) -> Vec<Round> {
     let machine = Machine::new(task, order);
     let mut phases: Vec<[f64; 3]> = machine.angles.iter().map(|phi| [*phi, 1.0, 0.0]).collect();

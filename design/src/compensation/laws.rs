@@ -1,11 +1,11 @@
-//! The compensated cams as laws that a scene takes: a Fourier series in φ, or a table where that would be too long.
+//! The compensated cams as laws of a scene: a Fourier series in φ, or a table if the series would be too long.
 //!
-//! Near the bound of feasibility the machine almost comes to rest while the tools are fastest. The law then changes over a small
-//! part of the turn only, and its series needs more harmonics than a scene takes; the points of a table lie there the closer.
+//! Near the bound of feasibility the machine almost comes to rest while the tools are fastest. The law then changes over a
+//! small part of the turn only, and its series needs more harmonics than a scene may have; a table has its points closer there.
 //!
-//! The error of a law is that of the tool's acceleration on the motion that is wanted, max|ÿ − ÿ_wanted|/max|ÿ_wanted| with
-//! ÿ = f(U(φ))¨, U̇ = U′ω, Ü = U″ω² + U′ω̇ against y = f(U(ψ)): both sides in closed form, the maximum found between the
-//! places at which they are compared.
+//! The error of a law is the error of the tool's acceleration on the wanted motion, max|ÿ − ÿ_wanted|/max|ÿ_wanted| with ÿ =
+//! f(U(φ))¨, U̇ = U′ω, Ü = U″ω² + U′ω̇ against y = f(U(ψ)): both sides in closed form, the maximum found between the places of
+//! comparison.
 
 use super::corners::{Instant, WantedTurn, divided};
 use super::spectral::{Mesh, amplitude, largest, largest_between};
@@ -17,36 +17,36 @@ use camdrive::motion::table::{MOST_POINTS, Points};
 use camdrive::motion::{Fourier, MotionLaw, Table};
 use std::f64::consts::TAU;
 
-/// Harmonics below this part of the largest lift are roundings of the phases at which the lift is taken.
+/// Harmonics below this part of the largest lift are roundings of the phases of the lift.
 const ROUNDING: f64 = 2e-16;
 
-/// Places for the shortest wave, and within a piece of a table, at which errors are measured: they tell the largest maximum from
-/// others, which is then refined.
+/// Places for the shortest wave, and within a piece of a table, at which errors are measured: enough to identify the largest
+/// maximum, which is then refined.
 const PLACES: usize = 12;
 
-/// Least order of the waves that the remainder of a series is searched for. They reach about twice the order of the series,
-/// since harmonics fall geometrically, and those of a short one this order.
+/// Least order of the waves in the search for the remainder of a series. The waves reach about twice the order of the series,
+/// because harmonics fall geometrically, and this order for a short one.
 const SHORTEST: usize = 32;
 
 /// The points of the first table for the shortest wave of the tool.
 const FIRST_POINTS: usize = 4;
 
-/// The widest piece of the first table where laws have corners (rad).
+/// The widest piece of the first table if laws have corners (rad).
 const WIDEST: f64 = TAU / 64.0;
 
-/// Tables that are tried: each divides the pieces that miss the tolerance as often as their order of four demands.
+/// The most tables: each divides the pieces that miss the tolerance, as their order of four demands.
 const TABLES: usize = 12;
 
-/// Tables in a row that may be no better: the first ones do not see where the machine almost comes to rest.
+/// Tables in a row without progress: the first ones do not resolve the place at which the machine almost comes to rest.
 const STALE: usize = 3;
 
-/// The most parts of a piece in one of these rounds: farther the order is no guide.
+/// The most parts of a piece in one of these rounds: beyond it the order is no guide.
 const MOST_PARTS: f64 = 8.0;
 
 /// Form of the laws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Form {
-    /// A series where it is short enough, else a table.
+    /// A series if it is short enough, else a table.
     #[default]
     Auto,
     /// Fourier series in φ.
@@ -58,21 +58,21 @@ pub enum Form {
 /// The law of a compensated cam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Law {
-    /// U_cam(φ) (m); of a lever or a tool that turns (rad).
+    /// U_cam(φ) (m); (rad) for a lever or a tool that turns.
     pub law: MotionLaw,
     /// The largest error of the tool's acceleration that it causes on the wanted motion, relative to the largest acceleration.
     pub truncation: f64,
 }
 
-/// |ÿ − ÿ_wanted| (m/s² or rad/s²) with this law of the cam, Ω (rad/s) that of the motion.
+/// |ÿ − ÿ_wanted| (m/s² or rad/s²) with this law of the cam, Ω (rad/s) the motion's.
 pub fn miss(tool: &Tool, law: &MotionLaw, mean_speed: f64, at: Instant) -> f64 {
     let [u, u1, u2, ..] = law.at(at.angle).0;
     let got = tool.moved([u, u1 * at.speed, u2 * at.speed * at.speed + u1 * at.change])[2];
     (got - mean_speed * mean_speed * tool.at(at.phase)[2]).abs()
 }
 
-/// The places on which a law is measured, in the phase ψ of the design: [`PLACES`] for each shortest wave of its error, or for
-/// each piece. `angle` leads to φ, `fastest` is the largest of φ′(ψ).
+/// The places at which a law is measured, in the phase ψ of the design: [`PLACES`] for each shortest wave of its error, or for
+/// each piece. `angle` leads to φ, `fastest` is the largest φ′(ψ).
 pub fn places(law: &MotionLaw, angle: &Angle, fastest: f64) -> Vec<f64> {
     match law {
         MotionLaw::Fourier(series) => {
@@ -92,7 +92,7 @@ pub fn places(law: &MotionLaw, angle: &Angle, fastest: f64) -> Vec<f64> {
 struct Wanted<'a> {
     solution: &'a Solution,
     angle: Angle,
-    /// The largest of φ′(ψ).
+    /// The largest φ′(ψ).
     fastest: f64,
     tolerance: f64,
 }
@@ -118,7 +118,7 @@ impl Wanted<'_> {
         largest_between(&places, |psi| miss(tool, law, omega, self.instant(psi)))[1] / tool.acceleration(omega)[1]
     }
 
-    /// The series with as few harmonics as the tolerance allows; the least error where they are too many.
+    /// The series with as few harmonics as the tolerance allows; the least error if they are too many.
     fn series(&self, tool: &Tool) -> Result<Law, f64> {
         // At equidistant angles the waves of the series have no error of phase; five points for each wave of the highest
         // harmonic keep the aliases out.
@@ -144,7 +144,7 @@ impl Wanted<'_> {
         };
         let orders: Vec<usize> = (1..=last).collect();
         let order = orders.partition_point(|order| !suffices(*order)) + 1;
-        // Between the places the error may be a little larger than on them.
+        // Between the places the error may be a little larger.
         let laws = (order..=last).map(|order| {
             let law = cut(order);
             Law { truncation: self.error(tool, &law), law }
@@ -152,7 +152,7 @@ impl Wanted<'_> {
         laws.into_iter().find(|law| law.truncation <= self.tolerance).ok_or(least)
     }
 
-    /// The table with points where the tolerance needs them; the least error where they are too many.
+    /// The table with points as dense as the tolerance needs; the least error if they are too many.
     fn table(&self, tool: &Tool) -> Result<Law, f64> {
         let corners = self.solution.corners.as_deref();
         let omega = self.solution.mean_speed();
@@ -178,13 +178,14 @@ impl Wanted<'_> {
             let Ok(table) = table else { break };
             let law = MotionLaw::Table(table);
             let in_piece = |pair: &[f64]| {
-                // The first place is a millionth of the piece behind its start, where a corner may be.
+                // The first place is a millionth of the piece after its start, where a corner may be.
                 let at = |j: usize| pair[0] + (pair[1] - pair[0]) * f64::max(j as f64 / PLACES as f64, 1e-6);
                 (0..PLACES).map(|j| miss(tool, &law, omega, self.instant(at(j))) / peak).fold(0.0, f64::max)
             };
             let errors: Vec<f64> = knots.windows(2).map(in_piece).collect();
             let worst = errors.iter().copied().fold(0.0, f64::max);
-            // Halved pieces are sixteen times better, once they see the law: what stays over several tables are roundings.
+            // Halved pieces are sixteen times better once they resolve the law: an error that stays over several tables is
+            // rounding.
             stale = if worst < 0.7 * least { 0 } else { stale + 1 };
             least = least.min(worst);
             if stale > STALE {
@@ -196,8 +197,8 @@ impl Wanted<'_> {
                     return Ok(Law { law, truncation });
                 }
             }
-            // U″ of the spline converges with the fourth power of the distance; half the tolerance leaves room for what a
-            // piece has of its neighbours'.
+            // U″ of the spline converges with the fourth power of the distance; half the tolerance leaves room for the errors
+            // of neighbouring pieces.
             let parts =
                 |i: usize| (errors[i] / (0.5 * self.tolerance)).powf(0.25).ceil().clamp(1.0, MOST_PARTS) as usize;
             knots = divided(&knots, parts);
@@ -210,12 +211,11 @@ impl Wanted<'_> {
     }
 }
 
-/// The laws of the cams, each as short as keeps the error of the tool's acceleration below `tolerance`, relative to its
-/// largest.
+/// The laws of the cams, each as short as possible with an error of the tool's acceleration below `tolerance`, relative to the
+/// largest acceleration.
 ///
 /// # Errors
-/// Where a series is demanded of a motion that has none, or neither the most harmonics nor the most points suffice, or not
-/// those of the demanded form.
+/// A series demanded for a motion that has none; harmonics or points that do not suffice, in the demanded form or in any.
 pub fn of(solution: &Solution, tools: &[Tool], tolerance: f64, form: Form) -> Result<Vec<Law>, Fault> {
     let fastest = solution.range().map(|w| w / solution.mean_speed()).into_iter().fold(1.0, f64::max);
     let wanted = Wanted { solution, angle: solution.angle(), fastest, tolerance };

@@ -4,9 +4,9 @@
 //!
 //! J(φ) ω̇ = M − M_L − b_L ω − τ − ½ J′ ω² + Σ R_k + (Ω/ω) [Σ U_j′ F_Lj(U_j, ΩU_j′, φ) − ½ Ω² S′(ψ)],
 //!
-//! φ̇ = ω, R_k the torques of followers whose cams stay as they are, and the equation of the motor's state. It is integrated over a
-//! turn of ψ, from one breakpoint of a law in ψ or φ to the next; Newton's method finds ω and the motor's state at ψ = 0, and Ω,
-//! with which φ has turned once and the others return. Machines with finished cams are those whose followers all stay as they are.
+//! φ̇ = ω, R_k the torques of followers with given cams, and the equation of the motor's state. It is integrated over a turn of
+//! ψ, from one breakpoint of a law in ψ or φ to the next. Newton's method finds ω and the motor's state at ψ = 0, and Ω, such
+//! that φ turns once and the others return. In machines with finished cams all followers have given cams.
 //!
 //! Symbols as in [`super::periodic_motion`]; F_Lj load on tool j (N or N·m), M_L, b_L load and friction of the shaft. Valid for
 //! rigid followers and a motor whose rotor follows the shaft, with one state at most. Derived here.
@@ -31,17 +31,17 @@ use std::f64::consts::TAU;
 /// Relative error of the motion within a step; at the ends of steps it is far less.
 const TOLERANCE: f64 = 1e-12;
 
-/// Newton steps; from a far start Ω comes nearer by a third at a time, and a step that fails is tried by halves.
+/// Newton steps; from a far start Ω gets closer by a third at a time, and a failed step is tried by halves.
 const ITERATIONS: usize = 40;
 const FARTHEST: f64 = 0.3;
 const HALVINGS: i32 = 10;
 
-/// A step that changes the unknowns by this part is the last one, roundings of the turn; or a larger one below the other that gets
-/// no smaller: the knots of a table of torques leave errors of some 1e-9.
+/// A step that changes the unknowns by this part is the last one: roundings of the turn. So is a larger one, below the other
+/// limit, that gets no smaller: the knots of a table of torques leave errors of some 1e-9.
 const CONVERGED: f64 = 1e-10;
 const ROUGH: f64 = 1e-7;
 
-/// Of what differences change an unknown, half of the digits.
+/// The relative change of an unknown for differences, half of the digits.
 const DIFFERENCE: f64 = 1e-7;
 
 /// Work of an evaluation of the laws of a follower (nominal µs).
@@ -52,7 +52,7 @@ const COST: f64 = 2.0;
 pub struct LoadedMachine {
     /// The shaft with its motor.
     pub machine: Machine,
-    /// Followers whose cams stay as they are.
+    /// Followers with given cams.
     pub kept: Vec<Follower>,
     /// The tools.
     pub tools: Vec<Follower>,
@@ -61,7 +61,7 @@ pub struct LoadedMachine {
 /// Inertia and loads on both sides of the elastic shaft: those at φ and those at ψ.
 #[derive(Clone, Debug)]
 struct Sides {
-    /// Behind the followers each tool as one that does not move, so that its process force is known over φ.
+    /// After the followers each tool as one that does not move, so that its process force is known over φ.
     own: Train,
     tools: Train,
     /// τ (N·m), and ω_ref (rad/s) of a servo.
@@ -138,7 +138,7 @@ impl Sides {
         [y[1], d.a + omega * tools / (y[1] * f.inertia), d.rates[2]]
     }
 
-    /// A turn from these values on; None where the machine comes to rest.
+    /// A turn from these values on; None if the machine comes to rest.
     fn turn(&self, mut y: [f64; 3]) -> Option<Vec<Leg>> {
         let ahead = self.mean_speed > 0.0;
         let there = |psi: f64| if ahead { psi } else { TAU - psi };
@@ -207,11 +207,12 @@ impl LoadedMachine {
         processes.chain(&self.machine.load).any(|law| !law.breakpoints().is_empty())
     }
 
-    /// The periodic motion against the constant `load` near these values of ω and the motor's state at ψ = 0, and of Ω, else near the
-    /// speed at which such a motor usually turns; where a `period` (s) is prescribed, with the synchronous speed that yields it.
+    /// The periodic motion against the constant `load` near these values of ω and the motor's state at ψ = 0, and of Ω, else
+    /// near the speed at which such a motor usually turns; with a prescribed `period` (s), it finds the synchronous speed that
+    /// yields it.
     ///
     /// # Errors
-    /// Where none is found.
+    /// Without such a motion.
     pub fn motion(&self, load: f64, period: Option<f64>, near: Option<[f64; 3]>) -> Result<Course, Fault> {
         let Machine { motor, w_start, .. } = &self.machine;
         let speed = Some(motor.usual_speed().unwrap_or(*w_start)).filter(|speed| *speed != 0.0);

@@ -1,22 +1,22 @@
 //! HS motions despite a fluctuating drive speed: the laws of the cams with which tools move as prescribed **in time**.
 //!
-//! A machine whose cams are cut for a uniform speed turns non-uniformly, since the tools' inertia fluctuates, and its
-//! tools then have harmonics that nobody wanted. Tool j is to move as x_j(t) = U_j(ψ), ψ = 2πt/T. With the angle φ(ψ) of
-//! the machine that moves so, the cam has to be
+//! A machine whose cams are cut for a uniform speed turns non-uniformly, because the tools' inertia fluctuates, and its tools
+//! then have unwanted harmonics. Tool j is to move as x_j(t) = U_j(ψ), ψ = 2πt/T. With the angle φ(ψ) of the machine in this
+//! motion, the cam must be
 //!
 //! U_cam,j(φ) = U_j(ψ(φ)).
 //!
-//! Because the tools' motion in time is known beforehand, φ(ψ) solves one regular periodic equation ([`periodic_motion`]);
-//! the source's iteration ([`iteration`]) tends to the same limit with the factor ρ = max Ω²S/(J ω² + Ω²S), the largest part
-//! of the tools in the kinetic energy. Without motor a solution exists only if J0 ≥ ⟨√(S_max − S)⟩², J0 the constant inertia
-//! and S = Σ m_j U_j′²: below it the machine would come to rest while the tools move fastest.
+//! Because the tools' motion in time is known beforehand, φ(ψ) solves one regular periodic equation ([`periodic_motion`]). The
+//! source's iteration ([`iteration`]) tends to the same limit with the factor ρ = max Ω²S/(J ω² + Ω²S), the largest share of
+//! the tools in the kinetic energy. Without motor a solution exists only if J0 ≥ ⟨√(S_max − S)⟩², J0 the constant inertia and S
+//! = Σ m_j U_j′²: otherwise the machine would come to rest while the tools move fastest.
 //!
-//! Behind mechanisms the same holds for the lever: where the tool moves as prescribed in time, so does the lever, and S holds
-//! the tool and all links with the velocities that they then have in time.
+//! With mechanisms the same holds for the lever: if the tool moves as prescribed in time, so does the lever, and S contains the
+//! tool and all links with their velocities in time.
 //!
-//! The cams' laws are Fourier series in φ, as long as the wanted accuracy demands, or tables where that is too long (`laws`).
-//! Where the motions are no series (cycles, plans, tables) all cams are tables that end their pieces at the corners
-//! (`corners`). Loads, and motors other than those, have the motion over time by shooting ([`loaded`]).
+//! The cams' laws are Fourier series in φ, as long as the wanted accuracy demands, or tables if a series is too long (`laws`).
+//! If the motions are no series (cycles, plans, tables), all cams are tables whose pieces end at the corners (`corners`). With
+//! loads, and with other motors, shooting finds the motion over time ([`loaded`]).
 //!
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 3; factor and bound are
 //! derived here.
@@ -51,38 +51,38 @@ use spectral::{Mesh, largest, mean, tail};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// The coarsest and the finest mesh, by its order. A machine near the bound of feasibility, which almost comes to rest,
-/// needs more; its solution then says how far it is resolved.
+/// The coarsest and the finest mesh, by its order. A machine near the bound of feasibility, which almost comes to rest, needs
+/// more; its solution then reports its resolution.
 const ORDERS: [usize; 2] = [48, 384];
 
 /// The finest mesh of a machine whose motion has a closed form: within a hundredth of the least inertia.
 const FINEST_CLOSED: usize = 1536;
 
-/// The mesh that tells whether tools with corners are too heavy for the machine: least inertias on it are right to a thousandth,
-/// and it is some fifty times as fast as the finest, on which Newton's method would try for minutes.
+/// The mesh that shows whether tools with corners are too heavy for the machine: least inertias on it are accurate to a
+/// thousandth. It is some fifty times as fast as the finest, on which Newton's method would try for minutes.
 const COARSE: usize = 96;
 
 /// The motion is resolved when its last harmonics are below this part of the largest: roundings of a Newton step.
 const RESOLVED: f64 = 1e-14;
 
-/// A motion whose last harmonics are above this part of the largest has corners, as a table of torques and the limit of a servo
-/// make them.
+/// A motion whose last harmonics are above this part of the largest has corners, for example from a table of torques or the
+/// limit of a servo.
 const SMOOTH: f64 = 1e-10;
 
 /// Significant digits of the least inertia.
 const LEAST: usize = 6;
 
-/// The share of the tools' inertia grows by this much at first where Newton's method needs to be led to the solution, and
-/// by this much at least.
+/// The share of the tools' inertia grows by this much at first if Newton's method must be led to the solution, and by this much
+/// at least.
 const SHARES: [f64; 2] = [0.25, 1e-3];
 
-/// The work that the least inertia with a motor is worth, which only a refusal names.
+/// The work allowed for the least inertia with a motor, which only a refusal names.
 const LEAST_INERTIA: f64 = 0.25 * work::BUDGET;
 
-/// The machine and what is wanted of it.
+/// The machine and its task.
 #[derive(Clone, Debug)]
 pub struct Task {
-    /// The parts that turn with the angle of the machine: J0, J_v(φ) and cams that stay as they are.
+    /// The parts that turn with the angle of the machine: J0, J_v(φ) and given cams.
     pub own: rigid_machine::Inertia,
     /// The tools.
     pub tools: Vec<Tool>,
@@ -90,8 +90,8 @@ pub struct Task {
     pub driving: Driving,
     /// Restrictions of the tools.
     pub restrictions: Restrictions,
-    /// The machine under its loads and with its motor, where these are others than those of `driving`, which then has the period
-    /// and the constant load.
+    /// The machine under its loads and with its motor, if they differ from those of `driving`, which then has the period and
+    /// the constant load.
     pub loaded: Option<LoadedMachine>,
 }
 
@@ -102,11 +102,11 @@ pub struct Solution {
     pub periodic: PeriodicMotion,
     /// ω(ψ) (rad/s).
     pub speed: Fourier,
-    /// The last harmonics of ω(ψ) relative to its mean: how far the motion is resolved.
+    /// The last harmonics of ω(ψ) relative to its mean: the resolution of the motion.
     pub resolution: f64,
     /// ρ, the factor by which an iteration of the source reduces the error.
     pub factor: f64,
-    /// The motion from corner to corner, where laws have some.
+    /// The motion from corner to corner, if laws have corners.
     corners: Option<Arc<dyn WantedTurn>>,
     /// A machine under loads, with ω and the motor's state at ψ = 0, and Ω.
     loaded: Option<(LoadedMachine, [f64; 3])>,
@@ -133,21 +133,21 @@ impl Inertia for InTime<'_> {
 }
 
 impl Task {
-    /// S(ψ) = Σ m_j U_j′(ψ)² (kg·m²), behind mechanisms with the inertia of all links.
+    /// S(ψ) = Σ m_j U_j′(ψ)² (kg·m²), with the inertia of all links of mechanisms.
     pub fn tools_inertia(&self, psi: f64) -> f64 {
         self.tools.iter().map(|tool| tool.inertia(psi)).sum()
     }
 
-    /// The highest harmonic of the tools' motions; of laws that are no series, which have no highest, what the finest mesh
-    /// carries.
+    /// The highest harmonic of the tools' motions; for laws that are no series and have no highest one, the limit of the finest
+    /// mesh.
     fn order(&self) -> usize {
         let carried = self.finest().min(ORDERS[1]) / 2;
         let of = |tool: &Tool| tool.motion.series().map_or(carried, |series| tool.wanted.order().max(series.order()));
         self.tools.iter().map(of).max().unwrap_or(1).max(1)
     }
 
-    /// The order of the finest mesh: half of it where a motor lags, whose torque is as many unknowns, beside corners, which no
-    /// mesh resolves.
+    /// The order of the finest mesh: half of it with a motor that lags, whose torque adds as many unknowns, and with corners,
+    /// which no mesh resolves.
     fn finest(&self) -> usize {
         match (self.has_corners(), self.driving.motor.lag().is_some()) {
             (true, true) => ORDERS[1] / 2,
@@ -156,14 +156,14 @@ impl Task {
         }
     }
 
-    /// True if a law of a tool is no series, or one of a load has breakpoints.
+    /// True if a tool's law is no series, or a load's law has breakpoints.
     fn has_corners(&self) -> bool {
         self.loaded.as_ref().is_some_and(LoadedMachine::has_corners)
             || self.tools.iter().any(|tool| tool.motion.series().is_none())
     }
 
-    /// The order of the coarsest mesh for the motion: six points for each harmonic of the tools, of many harmonics two, as
-    /// their inertia has them, since the work grows with the cube.
+    /// The order of the coarsest mesh for the motion: six points for each harmonic of the tools; two for many harmonics, as for
+    /// their inertia, because the work grows with the cube.
     fn coarsest(&self) -> usize {
         (6 * self.order()).min(self.finest().min(ORDERS[1])).max(2 * self.order()).max(ORDERS[0])
     }
@@ -175,8 +175,8 @@ impl Task {
 
     /// ⟨√(S_max − S)⟩² (kg·m²): the least constant inertia of a machine without motor.
     pub fn least_inertia_without_motor(&self) -> f64 {
-        // The square root has a corner where S is largest, so that the mean converges with 1/N² only, from either side of
-        // the corner alike.
+        // The square root has a corner at the largest S, so the mean converges with 1/N² only, equally from either side of the
+        // corner.
         let [top, most] = largest(2 * self.order(), |psi| self.tools_inertia(psi));
         let n = 20_000;
         let root = |i: usize| (most - self.tools_inertia(top + TAU * (i as f64 + 0.5) / n as f64)).max(0.0).sqrt();
@@ -226,17 +226,17 @@ impl Task {
     /// The motion of the machine whose tools move as prescribed.
     ///
     /// # Errors
-    /// Where there is no such motion: the torque cannot carry the load, or the inertia is too small.
+    /// Without such a motion: the torque cannot carry the load, or the inertia is too small.
     pub fn solve(&self) -> Result<Solution, Fault> {
         self.solve_with(&|_| ())
     }
 
-    /// See [`Task::solve`]; `progress` hears on which mesh it is.
+    /// See [`Task::solve`]; `progress` gets the current mesh.
     ///
     /// # Errors
-    /// Those of [`Task::solve`].
+    /// The errors of [`Task::solve`].
     pub fn solve_with(&self, progress: &dyn Fn(Progress)) -> Result<Solution, Fault> {
-        // Newton's method may find a motion on a mesh that does not see where the machine comes to rest.
+        // Newton's method may find a motion on a mesh that does not resolve the place at which the machine comes to rest.
         if self.is_free() && self.own.function.constant <= self.least_inertia_without_motor() {
             return Err(self.refusal(1.0));
         }
@@ -268,17 +268,17 @@ impl Task {
         }
     }
 
-    /// True if nothing but the constant inertia turns with the shaft, and no motor drives it.
+    /// True if only the constant inertia turns with the shaft, and no motor drives it.
     fn is_free(&self) -> bool {
         self.driving.motor == Motor::None && !self.own.varies()
     }
 
-    /// ω = √((2E − Ω²S)/J0), E from ⟨ω⟩ = Ω, where `tools` is S at the points; None where S is too large.
+    /// ω = √((2E − Ω²S)/J0), E from ⟨ω⟩ = Ω, with S at the points in `tools`; None if S is too large.
     fn free_motion(&self, tools: &[f64]) -> Option<PeriodicMotion> {
         let omega = TAU / self.driving.period?;
         let constant = self.own.function.constant;
         let most = tools.iter().copied().fold(0.0, f64::max);
-        // With the square of the slowest speed instead of E, whose digits it needs near the bound.
+        // With the square of the slowest speed instead of E, because the digits of the square matter near the bound.
         let speed = |square: f64, s: f64| (square + omega * omega * (most - s) / constant).sqrt();
         let mean_speed = |square: f64| tools.iter().map(|s| speed(square, *s)).sum::<f64>() / tools.len() as f64;
         if mean_speed(0.0) >= omega {
@@ -311,14 +311,14 @@ impl Task {
         if share == 0.0 {
             return match self.driving.motor {
                 Motor::Input => Fault::new(
-                    "the motor's torque is an input: no periodic motion follows from it; choose `motor.kind` = \"kloss\" or \"none\"",
+                    "the motor's torque is an input, which determines no periodic motion; choose `motor.kind` = \"kloss\" or \"none\"",
                 ),
                 Motor::None => Fault::new("a machine without a motor keeps any speed: prescribe the period"),
                 Motor::Kloss(Kloss { breakdown_torque, .. }) if tau.abs() < breakdown_torque => Fault::new(format!(
-                    "no periodic motion of the machine without its tools was found, against the load of {tau} N.m; `camdrive steady` lists those of the whole machine"
+                    "no periodic motion of the machine without its tools was found with the load of {tau} N.m; list the motions of the whole machine with `camdrive steady`"
                 )),
                 Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, .. }) => Fault::new(format!(
-                    "the motor stalls: the load of {tau} N.m is beyond the part of its characteristic on which a motion is stable (breakdown torque {breakdown_torque} N.m at the slip {breakdown_slip})"
+                    "the motor stalls: the load of {tau} N.m exceeds the stable part of its characteristic (breakdown torque {breakdown_torque} N.m at the slip {breakdown_slip})"
                 )),
             };
         }
@@ -330,12 +330,11 @@ impl Task {
         };
         let needed = if self.driving.motor == Motor::None { None } else { with_motor() }.unwrap_or_default();
         Fault::new(format!(
-            "no law of the cams makes the tools move like this: with J0 = {constant} kg.m2 the machine would come to rest where the tools are fastest (it needs at least {least} kg.m2 without a motor{needed}). Increase J0, or make the tools lighter or slower"
+            "no cam laws give the tools this motion: with J0 = {constant} kg.m2 the machine would come to rest where the tools are fastest (it needs at least {least} kg.m2 without a motor{needed}). Increase J0, or make the tools lighter or slower"
         ))
     }
 
-    /// The least J0 (kg·m²) with which there is a solution, to three digits; None where none is found below a thousand times
-    /// the given one.
+    /// The least J0 (kg·m²) with a solution, to three digits; None if none is found below a thousand times the given one.
     pub fn least_inertia(&self) -> Option<f64> {
         let mesh = self.rough_mesh();
         let solvable = |constant: f64| {
@@ -424,7 +423,7 @@ impl Solution {
 /// The least and the largest value of a speed over the turn.
 pub fn range(speed: &Fourier) -> [f64; 2] {
     let mean = speed.a[0];
-    // The extremes of what is to be added to a value far outside are those of the speed itself.
+    // The extremes of a value far outside plus the speed are the speed's own.
     let far = 1e3 * mean.abs();
     let order = speed.order().min(96);
     let up = largest(order, |x| far + speed.at(x).0[0])[0];

@@ -10,7 +10,7 @@
 //!
 //! ½ J(φ) ω² = E + ∫ (M − τ) dφ,  ⟨M⟩ = τ,  T = 2π ⟨1/ω⟩.
 //!
-//! Without motor E belongs to the prescribed period; with a motor the period comes out, or, where it is prescribed, the
+//! Without motor E belongs to the prescribed period. With a motor the period is a result, or, if it is prescribed, the
 //! synchronous speed w_s. A motor with a lag adds M + T_el Ṁ = M_Kloss(ω).
 //!
 //! Symbols: φ angle of the main shaft (rad); ω = φ̇ (rad/s); T period (s); J moment of inertia (kg·m²); m_j mass (kg); U_j
@@ -32,16 +32,16 @@ const ITERATIONS: usize = 60;
 /// The motion has converged when a step changes ω by this part of its mean: the roundings of some hundred points.
 const CONVERGED: f64 = 3e-15;
 
-/// The mean of the speeds is met far better by a motion.
+/// A motion meets the mean of the speeds far better.
 const CLOSED: f64 = 1e-9;
 
-/// A Newton step takes no speed farther than this part of its way to standstill.
+/// A Newton step takes no speed farther than this part of its distance from standstill.
 const NOT_FARTHER: f64 = 0.7;
 
-/// Factors by which a motor is softer that leads to the motion of a steep one.
+/// Factors by which motors are softened that lead to the motion of a steep one.
 const SOFTER: [f64; 5] = [2.0, 4.0, 8.0, 16.0, 32.0];
 
-/// A motor that shrinks by less at a time leads nowhere: the motion ends.
+/// The step that shrinks by less leads nowhere: the search ends.
 const LEAST_SHRINKING: f64 = 0.99;
 
 /// Drive of the machine on its periodic motion.
@@ -51,7 +51,7 @@ pub struct Driving {
     pub motor: Motor,
     /// τ (N·m).
     pub load: f64,
-    /// T (s) where it is prescribed; a machine without a motor needs it.
+    /// T (s) if it is prescribed; a machine without a motor needs it.
     pub period: Option<f64>,
 }
 
@@ -61,9 +61,9 @@ pub trait Inertia {
     const IN_TIME: bool;
     /// J and J′ at φ (kg·m²); `point` is the index.
     fn at(&self, point: usize, phi: f64) -> [f64; 2];
-    /// S at the point (kg·m²); zero in the angle, where J holds it.
+    /// S at the point (kg·m²); zero in the angle, where J contains it.
     fn tools(&self, point: usize) -> f64;
-    /// dφ/dχ at the point, where the unknown speeds are those in the angle and the points are equidistant in χ.
+    /// dφ/dχ at the point, if the unknown speeds are in the angle and the points are equidistant in χ.
     fn rate(&self, _point: usize) -> f64 {
         1.0
     }
@@ -78,7 +78,7 @@ pub struct PeriodicMotion {
     pub torque: Vec<f64>,
     /// The energy without the work done since the beginning of the turn, about its mean (J).
     pub energy: f64,
-    /// 2π/T (rad/s), negative where the machine turns backwards.
+    /// 2π/T (rad/s), negative if the machine turns backwards.
     pub mean_speed: f64,
     /// The motor with the synchronous speed that yields the period.
     pub motor: Motor,
@@ -91,11 +91,11 @@ impl PeriodicMotion {
     }
 }
 
-/// Which unknowns there are beside the speeds.
+/// The unknowns in addition to the speeds.
 struct Layout {
     points: usize,
     lag: Option<f64>,
-    /// The synchronous speed is unknown, since the period is prescribed.
+    /// The synchronous speed is unknown, because the period is prescribed.
     speed_unknown: bool,
     kloss: bool,
 }
@@ -114,7 +114,7 @@ impl Layout {
         if self.lag.is_some() { 2 * self.points } else { self.points }
     }
 
-    /// The unknown Ω; it is known where the period is prescribed.
+    /// The unknown Ω; known if the period is prescribed.
     fn mean_speed(&self) -> Option<usize> {
         (self.kloss && !self.speed_unknown).then(|| self.energy() + 1)
     }
@@ -128,7 +128,7 @@ impl Layout {
     }
 }
 
-/// ∂M/∂ω and ∂M/∂w_s beside M of the characteristic at ω.
+/// M of the characteristic at ω, ∂M/∂ω and ∂M/∂w_s.
 ///
 /// M depends on ω/w_s alone, apart from the sign of w_s: w_s ∂M/∂w_s = −ω ∂M/∂ω.
 fn characteristic(motor: &Motor, speed: f64) -> [f64; 3] {
@@ -167,7 +167,7 @@ struct Equations<'a, I> {
     /// M, ∂M/∂ω and ∂M/∂w_s of the characteristic at the points.
     kloss: Vec<[f64; 3]>,
     torque: Vec<f64>,
-    /// dφ/dχ, where the points are equidistant in χ; ω/Ω in the phase of time.
+    /// dφ/dχ if the points are equidistant in χ; ω/Ω in the phase of time.
     rate: Vec<f64>,
     /// P = (M − τ) dφ/dχ.
     power: Vec<f64>,
@@ -304,7 +304,7 @@ fn breakdown(motor: &Motor) -> f64 {
     }
 }
 
-/// The periodic motion near `start`; None where Newton's method finds none in which the machine keeps turning.
+/// The periodic motion near `start`; None if Newton's method finds none in which the machine keeps turning.
 pub fn solve<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, start: PeriodicMotion) -> Option<PeriodicMotion> {
     let layout = Layout::new(driving, mesh.len());
     let mut periodic = start;
@@ -342,7 +342,7 @@ pub fn solve<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, start: Per
         }
         // Near the roundings a step no longer gets smaller.
         if change < CONVERGED || (change < 1e-11 && change >= 0.5 * before) {
-            // Far from any motion a step is small beside a mean speed that has run away.
+            // Far from any motion a step is small compared with a mean speed that has run away.
             if !(residual[layout.energy()].abs() <= CLOSED) {
                 return None;
             }
@@ -356,8 +356,8 @@ pub fn solve<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, start: Per
     None
 }
 
-/// The periodic motion near `start`. Where Newton's method does not get there from it, because a steep motor answers a wrong
-/// guess with large torques, motors that are less and less soft lead the way.
+/// The periodic motion near `start`. If Newton's method does not get there because a steep motor answers a wrong guess with
+/// large torques, ever stiffer motors lead the way.
 pub fn find<I: Inertia>(
     mesh: &Mesh,
     inertia: &I,
@@ -387,7 +387,7 @@ pub fn find<I: Inertia>(
     Some(periodic)
 }
 
-/// A first guess: uniform speed, where the characteristic meets the load on its steep side.
+/// A first guess: uniform speed, at the point where the steep side of the characteristic meets the load.
 pub fn uniform(mesh: &Mesh, driving: &Driving, inertia: f64) -> Option<PeriodicMotion> {
     let (speed, motor) = match (driving.motor, driving.period) {
         (Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }), period) => {

@@ -21,17 +21,17 @@ use camdrive::motion::{Fourier, MotionLaw};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// The order of the mesh on which machines are judged, at least: four times what the motions of a loom's tools have.
+/// The least order of the mesh that judges machines: four times the order of the motions of a loom's tools.
 const ORDER: usize = 96;
 
-/// The speeds, relative to that of the design, at which the finished machine is looked at.
+/// The speeds, relative to the design's, at which the finished machine is examined.
 const OTHER_SPEEDS: [f64; 5] = [0.25, 0.5, 0.75, 1.1, 1.25];
 
-/// Two periods are those of one motion when they agree to this part: the errors of the finite series are far smaller, and
-/// different motions differ by far more.
+/// Two periods belong to one motion if they agree to this part: the errors of the finite series are far smaller, and different
+/// motions differ by far more.
 const SAME_PERIOD: f64 = 1e-4;
 
-/// Parts of the tolerance that the bound of a tool's own series is given where the machine as a whole exceeds it.
+/// Parts of the tolerance for a tool's own series if the machine as a whole exceeds it.
 const SHARES: [f64; 3] = [0.5, 0.1, 0.01];
 
 /// Options of the compensation.
@@ -41,7 +41,7 @@ pub struct Options {
     pub tolerance: f64,
     /// Series or tables.
     pub form: Form,
-    /// Rounds of the source's iteration beside round 0.
+    /// Rounds of the source's iteration after round 0.
     pub rounds: usize,
 }
 
@@ -54,9 +54,9 @@ pub struct Compensation {
     pub period: f64,
     /// The least and the largest ω (rad/s).
     pub speed: [f64; 2],
-    /// w_s (rad/s) of the motor, where there is one.
+    /// w_s (rad/s) of the motor, if any.
     pub synchronous_speed: Option<f64>,
-    /// The least J0 (kg·m²) without motor; None where other parts vary with the angle.
+    /// The least J0 (kg·m²) without motor; None if other parts vary with the angle.
     pub least_inertia_without_motor: Option<f64>,
     /// ρ.
     pub factor: f64,
@@ -64,15 +64,15 @@ pub struct Compensation {
     pub resolution: f64,
     /// The rounds of the source's iteration; round 0 is the machine with cams cut for uniform speed.
     pub rounds: Vec<Round>,
-    /// For each tool what the law of its cam consists of, and the error that this leaves.
+    /// The size of each tool's cam law, and its remaining error.
     pub cams: Vec<Cut>,
     /// The machine with the finished cams.
     pub finished: Round,
-    /// T (s) of the fastest stable motion with the finished cams, where that is another one than the compensated.
+    /// T (s) of the fastest stable motion with the finished cams, if it is not the compensated one.
     pub other_motion: Option<f64>,
-    /// The finished machine at other speeds, relative to that of the design; None where it finds no periodic motion.
+    /// The finished machine at other speeds, relative to the design's; None if it finds no periodic motion.
     pub other_speeds: Vec<(f64, Option<Round>)>,
-    /// Where the mechanisms between cams and tools pass the force on worst.
+    /// The worst transmission angles of the mechanisms between cams and tools.
     pub transmission: Vec<Transmission>,
     /// The numbers of the tools' followers in the scene.
     pub numbers: Vec<usize>,
@@ -84,10 +84,10 @@ pub struct Compensation {
     /// The laws of the cams.
     #[serde(skip)]
     pub laws: Vec<MotionLaw>,
-    /// For each tool whether its coordinate is an angle.
+    /// True for each tool whose coordinate is an angle.
     #[serde(skip)]
     pub(super) turning: Vec<bool>,
-    /// y(ψ) of the tools as prescribed.
+    /// The prescribed y(ψ) of the tools.
     #[serde(skip)]
     pub(super) wanted: Vec<Fourier>,
     #[serde(skip)]
@@ -101,15 +101,15 @@ pub struct Cut {
     pub harmonics: Option<usize>,
     /// The number of points of a table.
     pub points: Option<usize>,
-    /// The largest error of the tool's acceleration in the finished machine, relative to the largest acceleration: that of its
-    /// own law and, by the speed of the machine, of all others; rounded up to two digits.
+    /// The largest error of the tool's acceleration in the finished machine, relative to the largest acceleration: from its own
+    /// law and, by the speed of the machine, from all others; rounded up to two digits.
     pub truncation: f64,
 }
 
-/// Compensates a machine and looks at the result.
+/// Compensates a machine and examines the result.
 ///
 /// # Errors
-/// Those of [`Task::solve`] and `laws::of`, and a study that takes more work than one may.
+/// The errors of [`Task::solve`] and `laws::of`, and a study that takes more work than one may.
 pub fn study(
     scene: &str,
     task: &Task,
@@ -126,7 +126,7 @@ fn looked_at(scene: &str, task: &Task, options: Options, progress: &dyn Fn(Progr
     let solution = task.solve_with(progress)?;
     let stage = |stage| progress(Progress { done: 0, total: 1, stage });
     stage("laws");
-    // The motor as the period demands it; from here on it is given.
+    // The motor with the demanded period; from here on it is given.
     let mut driving = task.driving;
     if task.driving.motor != Motor::None {
         (driving.motor, driving.period) = (solution.periodic.motor, None);
@@ -156,7 +156,7 @@ fn looked_at(scene: &str, task: &Task, options: Options, progress: &dyn Fn(Progr
         resolution: solution.resolution,
         rounds: match &solution.loaded {
             None => rounds(task, ORDER.max(solution.speed.order()), options.rounds),
-            // That with cams for uniform speed.
+            // The round with cams for uniform speed.
             Some(found) => {
                 let laws: Vec<&MotionLaw> = task.tools.iter().map(|tool| &tool.motion).collect();
                 on_loaded(task, found, &laws, solution.speed.order()).map(|(.., round)| round).into_iter().collect()
@@ -179,7 +179,7 @@ fn looked_at(scene: &str, task: &Task, options: Options, progress: &dyn Fn(Progr
     })
 }
 
-/// A fault of a machine that may be too near to the least inertia.
+/// A fault of a machine that may be too close to the least inertia.
 fn beside_least_inertia(task: &Task, fault: Fault) -> Fault {
     if task.own.varies() {
         return fault;
@@ -187,7 +187,7 @@ fn beside_least_inertia(task: &Task, fault: Fault) -> Fault {
     let given = task.own.function.constant;
     let least = digits_beyond(task.least_inertia_without_motor(), LEAST, true);
     let message = format!(
-        "{}. (J0 = {given} kg.m2; without a motor it must be above {least} kg.m2, and the closer to that, the more harmonics the cams need)",
+        "{}. (J0 = {given} kg.m2; without a motor it must exceed {least} kg.m2, and the cams need more harmonics the closer it comes)",
         fault.sentence()
     );
     fault.with_message(message)
@@ -201,8 +201,8 @@ struct Finished<'a> {
     round: Round,
 }
 
-/// The laws with which the tools of the finished machine move to the tolerance. What a finite law does to its tool's
-/// acceleration is known beforehand; what it does to the machine's inertia, and so to its speed, is found on its motion.
+/// The laws with which the tools of the finished machine move to the tolerance. The direct effect of a finite law on its tool's
+/// acceleration is known beforehand; its effect on the machine's inertia, and so on its speed, is found on its motion.
 fn finish<'a>(task: &'a Task, solution: &Solution, driving: &Driving, options: Options) -> Result<Finished<'a>, Fault> {
     let with = |share: f64| -> Result<Finished<'a>, Fault> {
         let laws = laws::of(solution, &task.tools, share * options.tolerance, options.form)?;
@@ -220,7 +220,7 @@ fn finish<'a>(task: &'a Task, solution: &Solution, driving: &Driving, options: O
         })?;
         let mut round = machine.judge(&periodic, &cams);
         for ((tool, law), quality) in pairs(task, &laws).zip(&mut round.tools) {
-            // Where laws have corners, the error is known at the points of the mesh, and of the law between them.
+            // If laws have corners, the error is known at the points of the mesh, and the law's between them.
             quality.deviation = match task.has_corners() {
                 true => quality.deviation.max(law.truncation),
                 false => machine.miss(&periodic, tool, &law.law, solution),
@@ -233,14 +233,14 @@ fn finish<'a>(task: &'a Task, solution: &Solution, driving: &Driving, options: O
         if best.round.tools.iter().all(|tool| tool.deviation <= options.tolerance) {
             break;
         }
-        // Where that many harmonics are not admissible the error stays, and is stated.
+        // If that many harmonics are not admissible, the error stays and is stated.
         let Ok(finer) = with(share) else { break };
         best = finer;
     }
     Ok(best)
 }
 
-/// The machine under loads with these laws of its cams, near the motion that was found.
+/// The machine under loads with these laws of its cams, near the found motion.
 fn on_loaded<'a>(
     task: &'a Task,
     (loaded, near): &(LoadedMachine, [f64; 3]),
@@ -258,7 +258,7 @@ fn on_loaded<'a>(
     Ok((machine, cams, round))
 }
 
-/// A motor that starts the finished machine leads it to its fastest stable motion: the period of that, where it is not the
+/// The period of the fastest stable motion, to which a motor leads the finished machine from its start, if it is not the
 /// compensated one.
 fn other_motion(task: &Task, laws: &[Law], driving: &Driving, period: f64) -> Result<Option<f64>, Fault> {
     if !matches!(driving.motor, Motor::Kloss(_)) || task.loaded.is_some() {
@@ -300,11 +300,11 @@ fn rounded_up(value: f64) -> f64 {
     }
     let digits = 1 - value.log10().floor() as i32;
     let scaled = (value * 10f64.powi(digits)).ceil();
-    // Written and read, lest a power of ten leave a rounding behind.
+    // Written and read, so that a power of ten leaves no rounding behind.
     format!("{scaled}e{}", -digits).parse().unwrap_or(value)
 }
 
-/// The reserve of a restriction; what is kept but for roundings has none.
+/// The reserve of a restriction; 0 if it is kept but for roundings.
 fn reserve(one: &RestrictionReserve) -> f64 {
     if one.kept && one.reserve <= KEPT * one.value.abs() { 0.0 } else { one.reserve }
 }
@@ -314,7 +314,7 @@ fn deviation(round: &Round) -> f64 {
     round.tools.iter().map(|tool| tool.deviation).fold(0.0, f64::max)
 }
 
-/// A machine: its name, its speed relative to that of the design, how it moves.
+/// A machine: its name, its speed relative to the design's, its motion.
 type Row<'a> = (String, f64, Option<&'a Round>);
 
 impl Compensation {
@@ -335,39 +335,41 @@ impl Compensation {
         let before = self
             .rounds
             .first()
-            .map_or(String::new(), |round| format!("; with cams for uniform speed by {}", share(deviation(round))));
+            .map_or(String::new(), |round| format!(" ({} with cams for uniform speed)", share(deviation(round))));
         let after = share(after);
-        let told = format!("The acceleration of a tool deviates from the prescribed one by at most {after}{before}.");
+        let told = format!("Tool accelerations deviate from the prescribed ones by at most {after}{before}.");
         verdict.result(Level::Good, told);
         let (speed, period) = (range(self.speed, &RPM), time(self.period));
         let part = shown((self.speed[1] - self.speed[0]).abs() * self.period / TAU, &PERCENT);
-        verdict
-            .result(Level::Good, format!("The speed is {speed}: it fluctuates by {part} in the period of {period}."));
+        verdict.result(Level::Good, format!("The speed fluctuates by {part}, {speed}, in the period of {period}."));
         if let Some(period) = self.other_motion {
             verdict.result(Level::Mind, format!(
-                "The compensated motion is not the fastest stable one, T = {}, to which the motor brings the machine and with which start.mode = steady_state begins.",
+                "The motor brings the machine to a faster stable motion, T = {}; start.mode = steady_state begins there too.",
                 time(period)
             ));
-            verdict.advice("`camdrive steady` lists the motions of the finished machine; with another motor or J0 the compensated one may be the fastest.");
+            verdict.advice("List the motions of the finished machine with `camdrive steady`. With another motor or J0 the compensated one may be the fastest.");
         }
         let others = self.other_speeds.iter().filter_map(|(part, round)| Some((deviation(round.as_ref()?), *part)));
         if let Some((worst, part)) = others.max_by(|a, b| a.0.total_cmp(&b.0)) {
             let (worst, part) = (share(worst), shown(part, &PERCENT));
-            verdict.result(Level::Good, format!("At other speeds the same cams deviate more, at {part} by {worst}."));
-            verdict.advice("For another speed compensate again (`--period`).");
+            verdict.result(
+                Level::Good,
+                format!("The same cams deviate by up to {worst} at other speeds (at {part} of this one)."),
+            );
+            verdict.advice("Compensate again for another speed (`--period`).");
         }
         for one in self.transmission.iter().filter(|one| !one.is_usual()) {
             verdict.result(Level::Mind, one.sentence());
         }
         self.judge_restrictions(&mut verdict);
         verdict.certainty(format!(
-            "The motion is resolved to {} of its mean speed; tools and mechanisms are rigid.",
+            "The motion is resolved to {} of its mean speed. Tools and mechanisms are rigid.",
             number(self.resolution)
         ));
         verdict
     }
 
-    /// Adds how far the restrictions are kept.
+    /// Adds whether the restrictions are kept.
     fn judge_restrictions(&self, verdict: &mut Verdict) {
         let count = self.prescribed.len();
         if count == 0 {
@@ -378,18 +380,18 @@ impl Compensation {
         verdict.result(Level::Good, format!("The finished cams keep {all} of the {count} restrictions."));
         for (one, prescribed) in self.finished.restrictions.iter().zip(&self.prescribed).filter(|(one, _)| !one.kept) {
             let (level, whose) = match prescribed.kept {
-                true => (Level::Bad, "the tools miss"),
-                false => (Level::Mind, "the prescribed motions themselves miss"),
+                true => (Level::Bad, "The tools miss"),
+                false => (Level::Mind, "The prescribed motions themselves miss"),
             };
             let (miss, place) = (shown(-one.reserve, &self.unit(one)), shown(one.phase, &DEG));
-            verdict.result(level, format!("By {miss} at ψ = {place} {whose} `{}`.", one.name));
+            verdict.result(level, format!("{whose} `{}` by {miss} at ψ = {place}.", one.name));
         }
         for follower in &self.restrictions.unasked {
-            verdict.certainty(format!("The task has no law for follower {follower}, which is not checked."));
+            verdict.certainty(format!("Follower {follower} is not checked: the task has no law for it."));
         }
     }
 
-    /// The unit of what is restricted.
+    /// The unit of the restricted quantity.
     fn unit(&self, one: &RestrictionReserve) -> Unit {
         let tool = self.numbers.iter().position(|number| one.tools.first().is_some_and(|tool| tool.0 == *number));
         let turning = tool.is_some_and(|tool| self.turning[tool]);
@@ -443,7 +445,7 @@ impl Compensation {
             .into()
     }
 
-    /// Rows of each machine with what is `of` its tools' motions, and of those prescribed.
+    /// Rows of each machine with a quantity `of` its tools' motions, and of the prescribed ones.
     fn over_machines<'a>(
         &self,
         mut table: Rows<'a, (String, &'a Round, usize)>,
@@ -501,10 +503,11 @@ impl Compensation {
         let least = least
             .map(|j| format!("Without a motor J0 would have to be at least {} kg·m².", digits_beyond(j, LEAST, true)));
         let factor = format!(
-            "In the end each round of the iteration (K. Kaltofen, HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit, section 3) reduces the error by the factor {:.4}; the finished cams are found directly, by Newton's method.",
-            self.factor
+            "Near the end each round of the iteration (K. Kaltofen, HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit, section 3) reduces the error by the factor {}. Newton's method finds the finished cams directly.",
+            number(self.factor)
         );
-        let motor = self.synchronous_speed.map(|speed| format!("Synchronous speed of the motor: {speed:.12} rad/s."));
+        let motor =
+            self.synchronous_speed.map(|speed| format!("Synchronous speed of the motor: {}.", shown(speed, &RPM)));
         report.explain("How it is computed", [factor].into_iter().chain(least).chain(motor));
         report
     }

@@ -1,8 +1,8 @@
 //! Restrictions of the tools, evaluated on their motions in time.
 //!
-//! A task prescribes bounds, exact points and distances of dⁿyⱼ/dψⁿ, ψ = 2πt/T; the motions yⱼ(ψ) of a round are held against
-//! them. Since the cams of a round share one ψ(φ), the positions that its tools take to one another are those that are prescribed,
-//! at other times: a distance over the whole turn is the same in all rounds, what is bound to a range of ψ is not.
+//! A task prescribes bounds, exact points and distances of dⁿyⱼ/dψⁿ, ψ = 2πt/T; the motions yⱼ(ψ) of a round are compared with
+//! them. The cams of a round share one ψ(φ), so its tools take the prescribed positions relative to one another, at other
+//! times: a distance over the whole turn is the same in all rounds, a condition on a range of ψ is not.
 //!
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 2, step 8 and its remark.
 
@@ -15,13 +15,13 @@ use crate::synthesis::{Bound, ExactPoint};
 use camdrive::motion::Fourier;
 use serde::Serialize;
 
-/// Conditions on the tools of a machine, each with its name; laws in them are tools, from 0.
+/// Conditions on the tools of a machine, each with its name; their laws are tools, from 0.
 #[derive(Clone, Debug, Default)]
 pub struct Restrictions {
     points: Vec<(String, ExactPoint)>,
     bounds: Vec<(String, Bound)>,
     clearances: Vec<(String, Clearance)>,
-    /// The followers of tools that the task has no law for.
+    /// The followers of tools without a law in the task.
     pub unasked: Vec<usize>,
     /// For each tool the number of its follower, and the tolerances of y and its first two derivatives, and of the third.
     tools: Vec<(usize, [f64; 2])>,
@@ -34,25 +34,25 @@ pub struct RestrictionReserve {
     pub name: String,
     /// n, the order of the derivative.
     pub order: usize,
-    /// The followers, counted from 1, each with its factor in the sum that is bounded; of a distance with 1.
+    /// The followers, counted from 1, each with its factor in the bounded sum; with 1 in a distance.
     pub tools: Vec<(usize, f64)>,
-    /// ψ (rad) where the reserve is least.
+    /// ψ (rad) of the least reserve.
     pub phase: f64,
     /// The restricted quantity there: the sum of derivatives (m/radⁿ or rad/radⁿ), or the distance (m).
     pub value: f64,
-    /// The way to its limit, negative beyond it; of an exact point the error, negative.
+    /// The distance to its limit, negative beyond it; for an exact point the negative error.
     pub reserve: f64,
-    /// True if no more is missed than the finite laws of the cams may.
+    /// True if the motion misses no more than the finite laws of the cams may.
     pub kept: bool,
 }
 
 impl Restrictions {
-    /// Those of a motion task, whose laws are the motions of the followers in their order, for tools whose acceleration may miss
-    /// by the part `tolerance` of its largest value: an error of the k-th harmonic is k² times smaller in y, and k times larger in
-    /// y‴.
+    /// The restrictions of a motion task, whose laws are the motions of the followers in their order, for tools whose
+    /// acceleration may miss by the part `tolerance` of its largest value: an error of the k-th harmonic is k² times smaller in
+    /// y, and k times larger in y‴.
     ///
     /// # Errors
-    /// The number of a follower that has a law in the task and is none of the tools.
+    /// The number of a follower that has a law in the task and is no tool.
     pub fn of(assignment: &Assignment, tools: &[Tool], tolerance: f64) -> Result<Self, usize> {
         let (task, names) = (&assignment.task, &assignment.names);
         let tool = |law: usize| tools.iter().position(|tool| tool.number == law + 1).ok_or(law + 1);

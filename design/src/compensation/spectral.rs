@@ -93,8 +93,8 @@ pub fn amplitude(series: &Fourier, k: usize) -> f64 {
     series.a[k].hypot(series.b[k])
 }
 
-/// The part of a series that its upper third of orders carries, relative to its largest amplitude: what tells whether the
-/// mesh resolves the function.
+/// The part of a series in its upper third of orders, relative to its largest amplitude; it shows whether the mesh resolves the
+/// function.
 pub fn tail(series: &Fourier) -> f64 {
     let amplitudes: Vec<f64> = (1..=series.order()).map(|k| amplitude(series, k)).collect();
     let largest = amplitudes.iter().fold(series.a[0].abs(), |m, a| m.max(*a));
@@ -102,21 +102,21 @@ pub fn tail(series: &Fourier) -> f64 {
     if largest > 0.0 { last / largest } else { 0.0 }
 }
 
-/// The angle and the value where |f| is largest over the turn, f a smooth function of orders up to about `order`.
+/// The angle and the value of the largest |f| over the turn, f a smooth function of orders up to about `order`.
 pub fn largest(order: usize, f: impl Fn(f64) -> f64) -> [f64; 2] {
-    // Twelve points per shortest wave leave the vertex of the parabola within a thousandth of the point distance of
-    // the maximum; a search does the rest.
+    // Twelve points per shortest wave leave the vertex of the parabola within a thousandth of the point distance of the
+    // maximum; a search does the rest.
     let n = 12 * order.max(4);
     let places: Vec<f64> = (0..=n).map(|i| TAU * i as f64 / n as f64).collect();
     largest_between(&places, f)
 }
 
-/// The place and the value where |f| is largest, f smooth between the ascending `places` and no finer than they are.
+/// The place and the value of the largest |f|, f smooth between the ascending `places` and no finer than they are.
 pub fn largest_between(places: &[f64], f: impl Fn(f64) -> f64) -> [f64; 2] {
     let size = |x: f64| f(x).abs();
     let best = (0..places.len()).map(|i| (i, size(places[i]))).max_by(|a, b| a.1.total_cmp(&b.1));
     let Some((best, at_best)) = best else { return [0.0, 0.0] };
-    // Beyond the ends as far as the next place lies on the other side.
+    // Beyond the ends, as far as the next place is on the other side.
     let next = |i: usize| places.get(i).copied().unwrap_or(2.0 * places[best] - places[best.saturating_sub(1)]);
     let high_end = next(best + 1);
     let low_end = if best > 0 { places[best - 1] } else { 2.0 * places[best] - high_end };

@@ -282,7 +282,7 @@ fn what_tools_have_to_keep_is_looked_at_in_every_round() {
     assert!(!report.finished.restrictions[0].kept && report.finished.restrictions[1].kept == report.prescribed[1].kept);
     let written = report.report();
     let about = written.verdict.result.join(" ");
-    assert!(about.contains("the prescribed motions themselves miss `gripper: point[1].ddU`"), "{about}");
+    assert!(about.contains("The prescribed motions themselves miss `gripper: point[1].ddU`"), "{about}");
     let asked = written.tables().find(|table| table.title == "Restrictions").unwrap();
     assert!(asked.rows.len() == 3 && written.text(400, false).contains("distance of gripper and sley [mm]"));
     // Tables of the report: a row for each machine and phase, or harmonic.
@@ -511,7 +511,7 @@ fn a_machine_with_several_motions_is_told() {
             .unwrap();
     // The unstable motion is compensated; the periods of both by shooting.
     assert!(error(report.period, 0.131116) < 1e-5 && error(report.other_motion.unwrap(), 0.113688) < 1e-4);
-    assert!(report.report().verdict.result.iter().any(|line| line.contains("not the fastest stable one")));
+    assert!(report.report().verdict.result.iter().any(|line| line.contains("a faster stable motion")));
 }
 
 /// The loom without motor at a period of 120 ms.

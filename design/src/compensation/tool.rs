@@ -1,14 +1,14 @@
-//! The tools: what a cam moves, itself or by a lever and the mechanisms behind it.
+//! The tools, which a cam moves directly or by a lever and mechanisms.
 
 use super::spectral::{Mesh, amplitude, largest};
 use camdrive::drives::rigid_machine::Follower;
 use camdrive::motion::{Fourier, MotionLaw};
 use std::f64::consts::TAU;
 
-/// The highest harmonic that is looked for in the motion of a tool behind mechanisms.
+/// The highest harmonic searched in the motion of a tool with mechanisms.
 const HIGHEST: usize = 256;
 
-/// Harmonics of the acceleration below this part of the largest are no longer counted to the motion that is wanted.
+/// Harmonics of the acceleration below this part of the largest do not count as part of the wanted motion.
 const SMALL: f64 = 1e-10;
 
 /// A tool whose motion is prescribed in time.
@@ -16,17 +16,16 @@ const SMALL: f64 = 1e-10;
 pub struct Tool {
     /// The number of the follower in the scene, from 1.
     pub number: usize,
-    /// Its mass and the mechanisms before it; the cam's law is [`Tool::motion`].
+    /// Its mass and its mechanisms; the cam's law is [`Tool::motion`].
     follower: Follower,
-    /// U(ψ), the motion in time of what the cam moves: of the tool (m or rad), or of the lever (rad).
+    /// U(ψ), the motion in time of the part that the cam moves: the tool (m or rad) or the lever (rad).
     pub motion: MotionLaw,
-    /// The motion in time of the tool: U itself, or behind mechanisms and where U is no series, the series of its relevant
-    /// harmonics.
+    /// The motion in time of the tool: U itself; with mechanisms or if U is no series, the series of its relevant harmonics.
     pub wanted: Fourier,
 }
 
 impl Tool {
-    /// The tool of the follower with this number, which is to move in time as its cam's law says.
+    /// The tool of the follower with this number, which is to follow its cam's law in time.
     pub fn of(number: usize, follower: Follower) -> Self {
         let motion = follower.cam.clone();
         let own = motion.series().filter(|_| follower.linkage.is_empty()).cloned();
@@ -49,7 +48,7 @@ impl Tool {
         Fourier::new(full.a[..=order].to_vec(), full.b[..=order].to_vec())
     }
 
-    /// U(ψ) and its derivatives; where one jumps, behind (`forward`) or before.
+    /// U(ψ) and its derivatives; at a jump after (`forward`) or before it.
     pub fn driven_beside(&self, psi: f64, forward: bool) -> [f64; 5] {
         match &self.motion {
             MotionLaw::Fourier(series) => series.at(psi).0,
@@ -57,7 +56,7 @@ impl Tool {
         }
     }
 
-    /// U(ψ) and its derivatives; where one jumps, behind.
+    /// U(ψ) and its derivatives; at a jump after it.
     pub fn driven(&self, psi: f64) -> [f64; 5] {
         self.driven_beside(psi, true)
     }
@@ -84,13 +83,13 @@ impl Tool {
         [j, slope, y, y1, y2]
     }
 
-    /// The part of S(ψ) (kg·m²).
+    /// Its part of S(ψ) (kg·m²).
     pub fn inertia(&self, psi: f64) -> f64 {
         let [u, u1, ..] = self.driven(psi);
         self.follower.inertia([u, u1])[0]
     }
 
-    /// The part of S and S′.
+    /// Its part of S and S′.
     pub fn inertia_beside(&self, psi: f64, forward: bool) -> [f64; 2] {
         let [u, u1, u2, ..] = self.driven_beside(psi, forward);
         let [j, slope, _] = self.follower.inertia([u, u1, u2]);
@@ -102,7 +101,7 @@ impl Tool {
         largest(self.wanted.order(), |psi| mean_speed * mean_speed * self.at(psi)[2])
     }
 
-    /// The tool's position and its derivatives by the time, where `cam` are those of the cam's law.
+    /// The tool's position and its derivatives by time, from the cam law's in `cam`.
     pub fn moved<const N: usize>(&self, cam: [f64; N]) -> [f64; N] {
         self.follower.tool(cam)
     }

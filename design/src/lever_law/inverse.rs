@@ -4,11 +4,11 @@ use camdrive::drives::rigid_machine::linkage::{FourBar, Kind, Linkage, Mechanism
 use camdrive::numerics::taylor::Series;
 use std::f64::consts::TAU;
 
-/// A transmission below this part of the mechanism's usual one is a dead centre of the input: the inverse has no
-/// derivatives there.
+/// A transmission below this part of the mechanism's usual one is a dead centre of the input: the inverse has no derivatives
+/// there.
 const DEAD: f64 = 1e-3;
 
-/// Why no position of the lever yields a position of the tool.
+/// The reason why no position of the lever yields a position of the tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Obstacle {
     /// No input of this mechanism, counted from 0, yields this output (rad or m).
@@ -27,7 +27,7 @@ pub enum Obstacle {
     },
 }
 
-/// The input of a mechanism that yields an output, the one nearest to `near`; None where there is none.
+/// The input of a mechanism that yields an output, the one closest to `near`, if any.
 fn input_at(mechanism: &Mechanism, output: f64, near: f64) -> Option<f64> {
     let (output, near) = (output + mechanism.output_offset, near + mechanism.input_offset);
     let theta = match &mechanism.kind {
@@ -38,7 +38,7 @@ fn input_at(mechanism: &Mechanism, output: f64, near: f64) -> Option<f64> {
     theta.map(|theta| theta - mechanism.input_offset)
 }
 
-/// The θ that yields ψ on this branch, the one nearest to `near`.
+/// The θ that yields ψ on this branch, the one closest to `near`.
 fn of_four_bar(linkage: &FourBar, psi: f64, near: f64) -> Option<f64> {
     let (g, a, b, c) = (linkage.ground, linkage.input.length, linkage.coupler.length, linkage.output.length);
     let (sin, cos) = psi.sin_cos();
@@ -53,14 +53,14 @@ fn of_four_bar(linkage: &FourBar, psi: f64, near: f64) -> Option<f64> {
         .into_iter()
         .filter_map(|side| {
             let theta = nearest(on_branch(y.atan2(x) + side)?, near);
-            // An output that turns with the input tells the turn.
+            // An output that turns with the input determines the turn.
             let turns = if a < g { 0.0 } else { psi - linkage.position(theta).unwrap_or(psi) };
             Some(nearest(theta, theta + turns))
         })
         .min_by(|s, t| (s - near).abs().total_cmp(&(t - near).abs()))
 }
 
-/// The θ that yields s on this branch, the one nearest to `near`.
+/// The θ that yields s on this branch, the one closest to `near`.
 fn of_slider_crank(linkage: &SliderCrank, s: f64, near: f64) -> Option<f64> {
     let (r, l, e) = (linkage.crank.length, linkage.rod.length, linkage.offset);
     // The triangle of pivot, crank pin and slider.
@@ -78,7 +78,7 @@ fn nearest(angle: f64, near: f64) -> f64 {
     angle + TAU * ((near - angle) / TAU).round()
 }
 
-/// The transmission that is usual for the lengths of a mechanism.
+/// The usual transmission for the lengths of a mechanism.
 fn usual_slope(mechanism: &Mechanism) -> f64 {
     match &mechanism.kind {
         Kind::FourBar(linkage) => linkage.input.length / linkage.output.length,
@@ -87,7 +87,7 @@ fn usual_slope(mechanism: &Mechanism) -> f64 {
     }
 }
 
-/// The inputs of all mechanisms where the lever is at this angle (rad); no numbers beyond one that cannot be assembled.
+/// The inputs of all mechanisms for this angle of the lever (rad); NaN after one that cannot be assembled.
 pub fn inputs(linkage: &Linkage, lever: f64) -> Vec<f64> {
     let mut input = Series([lever]);
     let mut inputs = Vec::with_capacity(linkage.0.len());
@@ -98,27 +98,26 @@ pub fn inputs(linkage: &Linkage, lever: f64) -> Vec<f64> {
     inputs
 }
 
-/// The lever's angle that yields the tool's coordinate, in the position next to that with these `inputs`, which become
-/// those of the position found.
+/// The lever's angle that yields the tool's coordinate, in the position next to the one with these `inputs`, which are updated.
 ///
 /// # Errors
-/// Where there is none, or a mechanism is at a dead centre.
+/// Without such an angle, or with a mechanism at a dead centre.
 pub fn lever_at(linkage: &Linkage, tool: f64, inputs: &mut [f64]) -> Result<f64, Obstacle> {
     let mut output = tool;
     for (i, (mechanism, near)) in linkage.0.iter().zip(inputs).enumerate().rev() {
         let out_of_reach = Obstacle::OutOfReach { mechanism: i, output };
         let input = input_at(mechanism, output, *near).ok_or(out_of_reach)?;
         let [found, slope] = mechanism.moved(Series([input, 1.0])).0.derivatives();
-        // A slope that is no number is none either.
+        // A slope of NaN counts as none, too.
         if !(slope.abs() >= DEAD * usual_slope(mechanism)) {
             return Err(Obstacle::DeadCentre { mechanism: i, output });
         }
-        // The same angle, but whole turns away from what the mechanism does on this branch.
+        // The same angle, but whole turns away from the mechanism's motion on this branch.
         let correction = (output - found) / slope;
         if !(correction.abs() <= 1.0) {
             return Err(out_of_reach);
         }
-        // What the closed form loses where its arccos is steep.
+        // Restores the digits that the closed form loses at a steep arccos.
         output = input + correction;
         *near = output;
     }

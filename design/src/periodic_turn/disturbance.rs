@@ -1,21 +1,22 @@
-//! What a turn leaves of a small disturbance of q and q̇ at φ = 0: the multipliers of Floquet of a drive at constant speed.
+//! The multipliers of Floquet of a drive at constant speed: the fraction of a small disturbance of q and q̇ that is left after
+//! a turn.
 
 use super::{Turn, Walk, place, prepared};
 use crate::resource::Scene;
 use camdrive::drives::Fault;
 use nalgebra::DMatrix;
 
-/// A disturbance in parts of the largest q and q̇ of the turn, where the motion is linear in both: the larger, the less rounding.
+/// A disturbance in parts of the largest q and q̇ of the turn, if the motion is linear in both: the larger, the less rounding.
 const LINEAR: f64 = 1.0;
 
-/// The same behind an elastic shaft, whose law bends by the second power of this times the twist, and with a clearance, which it
+/// The same with an elastic shaft, whose law bends by the second power of this times the twist, and with a clearance, which it
 /// must not cross.
 const SMALL: f64 = 1e-3;
 
 /// The eigenvalues [re, im] of the columns of a map, the largest one first.
 pub fn eigenvalues(columns: &[impl AsRef<[f64]>]) -> Vec<[f64; 2]> {
     let n = columns.len();
-    // A stiff mass that is on its flank at φ = 0 has none.
+    // A stiff mass that is on its flank at φ = 0 has no multipliers.
     if n == 0 {
         return Vec::new();
     }
@@ -25,8 +26,8 @@ pub fn eigenvalues(columns: &[impl AsRef<[f64]>]) -> Vec<[f64; 2]> {
     multipliers
 }
 
-/// Those of a drive at constant speed with the states q and q̇; of one with clearance, where it is in contact at φ = 0 before and
-/// after the turn.
+/// The multipliers of a drive at constant speed with the states q and q̇; with clearance only if it is in contact at φ = 0
+/// before and after the turn.
 pub fn multipliers(scene: &Scene, turn: &Turn) -> Result<Vec<[f64; 2]>, Fault> {
     let refused = || Fault::new("the states are not q and q̇ alone");
     let drive = prepared(scene, "steady_state")?;

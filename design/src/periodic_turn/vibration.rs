@@ -1,4 +1,4 @@
-//! Vibration over a turn: how far a tool swings while its law rests, and the harmonics of the deformation.
+//! Vibration over a turn: the swing of a tool while its law rests, and the harmonics of the deformation.
 
 use super::{POINTS, Range, Turn, part};
 use crate::harmonic_analysis::discrete_series;
@@ -14,7 +14,7 @@ const NARROW: f64 = TAU / 360.0;
 /// The highest harmonic; machines run above a 48th of their natural frequency.
 const HARMONICS: usize = 48;
 
-/// A harmonic below this part of the strongest is of no account.
+/// A harmonic below this part of the strongest is ignored.
 const OF_NO_ACCOUNT: f64 = 1e-3;
 
 /// The most harmonics of an output.
@@ -29,11 +29,11 @@ pub struct Dwell {
     pub unit: &'static str,
     /// Begin of the dwell (rad).
     pub from: f64,
-    /// Its end (rad), beyond a turn where the dwell goes on in the next.
+    /// Its end (rad), beyond a turn if the dwell goes on in the next.
     pub to: f64,
     /// The largest departure of the tool from its mean over the dwell.
     pub largest: f64,
-    /// The root of the mean square of that.
+    /// Its root mean square.
     pub rms: f64,
     /// The largest departure of the law from its own mean.
     pub law: f64,
@@ -83,7 +83,7 @@ impl Turn {
         dwells
     }
 
-    /// The output between two angles, where the law is `law`; None where no three points are there.
+    /// The output between two angles with the law `law`; None without three points there.
     fn dwell(&self, range: &Range, [from, to]: [f64; 2], law: impl Fn(f64) -> f64) -> Option<Dwell> {
         let inside = |k: &usize| (self.angles[*k].rem_euclid(TAU) - from).rem_euclid(TAU) <= to - from;
         let mut of_law = Vec::new();
@@ -110,7 +110,7 @@ impl Turn {
     /// The strongest harmonics of each deformation, in the order of their numbers.
     pub fn harmonics(&self) -> Vec<Harmonic> {
         let step = self.period / POINTS as f64;
-        // The points of equal times alone.
+        // Only the points of equal times.
         let is_regular = |k: &usize| {
             let place = self.times[*k] / step;
             (place - place.round()).abs() < 1e-12 * POINTS as f64 && place.round() < POINTS as f64
