@@ -9,15 +9,15 @@ use camdrive::drives::unit::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Quan
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{AnyDrive, Description, Fault};
 
-/// An instance that is recorded: a drive or coupled FMUs. Variables are known by their places in the list of all. Values that are
-/// given are SI, those that are read have the unit of their variable.
+/// A recorded instance: a drive or coupled FMUs. Variables are known by their indices in the list of all. Values to set are SI,
+/// values read have the unit of their variable.
 ///
 /// # Errors
-/// Of each function: what the instance says.
+/// Of each function: the instance's fault.
 pub trait Source {
     /// Ends the initialisation.
     fn start(&mut self) -> Result<(), Fault>;
-    /// Gives a parameter or an input a value, and an input that takes one its time derivative.
+    /// Sets a parameter or an input, and the time derivative of an input that takes one.
     fn give(&mut self, variable: usize, value: f64, slope: Option<f64>) -> Result<(), Fault>;
     /// The value of a variable.
     fn get(&mut self, variable: usize) -> Result<f64, Fault>;
@@ -71,21 +71,21 @@ impl Source for Coupling {
     }
 }
 
-/// An instance under way with its inputs.
+/// A running instance with its inputs.
 pub struct Recording<'a, S: ?Sized> {
     /// The instance.
     pub source: &'a mut S,
-    /// The communication point that it is at (s).
+    /// Its communication point (s).
     pub time: f64,
     signals: &'a Signals,
     variables: &'a [usize],
 }
 
 impl<'a, S: Source + ?Sized> Recording<'a, S> {
-    /// Of these variables of an instance, whose initialisation at `time` (s) has begun and ends here.
+    /// Starts a recording of these variables; the initialisation of the instance at `time` (s) has begun and ends here.
     ///
     /// # Errors
-    /// What the instance says.
+    /// The fault of the instance.
     pub fn start(source: &'a mut S, signals: &'a Signals, variables: &'a [usize], time: f64) -> Result<Self, Fault> {
         signals.give(source, time, false)?;
         source.start()?;
@@ -93,10 +93,10 @@ impl<'a, S: Source + ?Sized> Recording<'a, S> {
         Ok(Recording { source, time, signals, variables })
     }
 
-    /// Goes on to the communication point `time` (s), and makes a row of it: the time and the values.
+    /// Goes on to the communication point `time` (s), and makes its row: the time and the values.
     ///
     /// # Errors
-    /// What the instance says.
+    /// The fault of the instance.
     pub fn at(&mut self, time: f64, row: &mut Vec<f64>) -> Result<(), Fault> {
         while self.time < time {
             self.step(self.next(time))?;
@@ -109,7 +109,7 @@ impl<'a, S: Source + ?Sized> Recording<'a, S> {
         Ok(())
     }
 
-    /// Where the next step on the way to `time` (s) ends.
+    /// The end of the next step on the way to `time` (s).
     pub fn next(&self, time: f64) -> f64 {
         self.signals.next(self.time, time)
     }
@@ -117,7 +117,7 @@ impl<'a, S: Source + ?Sized> Recording<'a, S> {
     /// Takes this step.
     ///
     /// # Errors
-    /// What the instance says.
+    /// The fault of the instance.
     pub fn step(&mut self, end: f64) -> Result<(), Fault> {
         self.source.advance(self.time, end - self.time)?;
         self.time = end;
@@ -128,7 +128,7 @@ impl<'a, S: Source + ?Sized> Recording<'a, S> {
 /// The inputs of a motion with their quantities, each the time derivative of the one before.
 const MOTION: [(&str, &Quantity); 3] = [("phi", &ANGLE), ("w", &ANGULAR_VELOCITY), ("a", &ANGULAR_ACCELERATION)];
 
-/// Two times nearer to each other than this part of them are one.
+/// Two times closer than this part of them are equal.
 const SAME: f64 = 1e-12;
 
 /// Inputs over time; none by default.
@@ -139,8 +139,9 @@ pub struct Signals {
     courses: Vec<Course>,
 }
 
-/// An input that is linear between the rows, or held where it is discrete; or the inputs of a motion, each the derivative of the one
-/// before: the last one with a column is linear, those before it are its integrals from row to row, those after it its derivatives.
+/// An input that is linear between the rows, or held if it is discrete; or the inputs of a motion, each the derivative of the
+/// one before: the last one with a column is linear, the ones before it are its integrals from row to row, the ones after it
+/// its derivatives.
 struct Course {
     variables: Vec<usize>,
     /// The columns of the first of them, at least one.
@@ -149,7 +150,7 @@ struct Course {
 }
 
 impl Signals {
-    /// Of inputs among these variables, with their values at each of the times (s).
+    /// The signals of inputs among these variables, with their values at each of the times (s).
     ///
     /// # Errors
     /// A derivative of a motion without the input that it is the derivative of.
@@ -185,7 +186,7 @@ impl Signals {
         Ok(Signals { times, courses })
     }
 
-    /// Whether this variable is among them.
+    /// True if this variable is among them.
     pub fn have(&self, variable: usize) -> bool {
         self.courses.iter().any(|course| course.variables.contains(&variable))
     }
@@ -201,8 +202,8 @@ impl Signals {
         self.times.partition_point(|row| !is_before(time, *row))
     }
 
-    /// Gives a source the value of each input at `time` (s) and, of those that are linear or higher, the slope from there on, which a
-    /// source takes after its initialisation.
+    /// Sets each input of a source at `time` (s) and, for linear or higher ones, the slope from there on, which a source takes
+    /// after its initialisation.
     fn give<S: Source + ?Sized>(&self, source: &mut S, time: f64, initialised: bool) -> Result<(), Fault> {
         let row = self.passed(time);
         let (begin, end) = (row.saturating_sub(1), row);
@@ -229,7 +230,7 @@ impl Signals {
     }
 }
 
-/// Whether one time is before another, and not the same but for rounding.
+/// True if one time is before another by more than rounding.
 fn is_before(time: f64, other: f64) -> bool {
     other - time > SAME * time.abs().max(other.abs())
 }

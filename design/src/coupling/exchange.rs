@@ -7,38 +7,39 @@
 //! | `GaussSeidel` | drives before the shaft that moves them | u(t + H) of a part that has stepped, else u(t) |
 //! | `Interpolated`, `EffectiveInertia` | shafts before the drives on them | the cubic through u and u̇ at both ends of a part that has stepped, else u(t) + u̇(t) s |
 //!
-//! A motion φ, φ̇, φ̈ is one signal: to a drive go the values at t and, where it is interpolated, the derivatives a⁽¹⁾, a⁽²⁾ of φ̈
-//! with which φ and φ̇ meet those of the shaft at t + H,
+//! A motion φ, φ̇, φ̈ is one signal: a drive gets the values at t and, if it is interpolated, the derivatives a⁽¹⁾, a⁽²⁾ of φ̈
+//! with which φ and φ̇ meet the shaft's at t + H,
 //!
 //! φ + φ̇ H + φ̈ H²/2 + a⁽¹⁾ H³/6 + a⁽²⁾ H⁴/24 = φ(t + H),   φ̇ + φ̈ H + a⁽¹⁾ H²/2 + a⁽²⁾ H³/6 = φ̇(t + H).
 //!
-//! Where all parts can restore their states, a step may be repeated: every part then takes all courses from the round before,
-//! and the order of the error rises by one to that of the cubic, 4, of loads behind springs; with a rigid load of κ times the
-//! inertia of the shaft it stays 2, of an error that gets smaller with each repetition. With a load of κ times the inertia of the shaft, whose torque
-//! is a signal, repeated steps are stable up to κ = 0.41 (once), 0.83 (twice), 0.58 (three times), 0.90, 0.68, 0.93; not
-//! repeated, up to 1.
+//! If all parts can restore their states, a step may be repeated: every part then takes all courses from the round before. With
+//! loads on springs the order of the error rises by one to the cubic's, 4. With a rigid load it stays 2, with an error that
+//! gets smaller with each repetition. For a load of κ times the inertia of the shaft, whose torque is a signal, repeated steps
+//! are stable up to κ = 0.41 (once), 0.83 (twice), 0.58 (three times), 0.90, 0.68, 0.93; unrepeated ones up to 1.
 //!
-//! The inertia J of a load that the shaft takes for its own is J + J′ Δ + ½ J″ Δ² over the angle Δ, with its own derivative. J″
-//! is that at t, and of a drive that has stepped the one with which J meets its value at t + H, so that the energy of the load does.
+//! The inertia J of a load that the shaft includes in its own is J + J′ Δ + ½ J″ Δ² over the angle Δ, with its own derivative.
+//! J″ is the value at t; for a drive that has stepped it is the one with which J, and so the energy of the load, meets its
+//! value at t + H.
 //!
-//! To the FMU of another maker φ, φ̇, φ̈ are three inputs like any others: where it takes derivatives, it gets those of all three. One
-//! that refuses orders above 1 gets the straight line that has the mean of each input over the step.
+//! For an FMU of another maker φ, φ̇, φ̈ are three inputs like any others: if it takes derivatives, it gets them for all three.
+//! An FMU that refuses orders above 1 gets the straight line with the mean of each input over the step.
 //!
-//! A part that takes no derivatives of its inputs stands at t + H with those of t, the FMU of another maker perhaps with the ends of
-//! lines: both get the inputs of t + H before their outputs are read. Where its torque depends on φ̈ at once, that is an equation for φ̈, affine with the factor −κ, which is solved as such.
+//! After a step, a part that takes no derivatives of its inputs still has the inputs of t, and an FMU of another maker perhaps
+//! the ends of lines: both get the inputs of t + H before their outputs are read. A torque that depends on φ̈ at once gives an
+//! equation for φ̈, affine with the factor −κ, which is solved as such.
 //!
 //! Values are in coherent SI units, whatever the units of the FMUs.
 //!
-//! What an FMU declares as discrete, such as the mean over the last step `tau_mean`, is constant over a step. The error of the torque over a step is that of
-//! its polynomial, so that held inputs have the order 1, extrapolated ones 2; it is what the shaft and the drives disagree about
-//! in energy, ∫ (τ of the shaft − τ of the drive) φ̇ dt, the [`Residual`].
+//! An output that an FMU declares as discrete, such as the mean over the last step `tau_mean`, is constant over a step. The
+//! error of the torque over a step is its polynomial's, so held inputs have the order 1, extrapolated ones 2. It is the
+//! difference in energy between shaft and drives, ∫ (τ of the shaft − τ of the drive) φ̇ dt, the [`Residual`].
 
 use super::stability::Exchange;
 use crate::host::{Host, ModelDescription, Unit, Variable};
 use camdrive::drives::Fault;
 use camdrive::drives::variable::{Kind, Variability};
 
-/// An input = `factor` · output + `offset`. Ports are a part and a place among its variables.
+/// An input = `factor` · output + `offset`. A port is a part and an index of its variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Connection {
     /// The output.
@@ -51,20 +52,20 @@ pub struct Connection {
     pub offset: f64,
 }
 
-/// What shaft and drive disagree about in energy (J).
+/// The difference in energy between shaft and drive (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Residual {
     /// The parts: the shaft, the drive.
     pub parts: [usize; 2],
     /// Σ ∫ (τ of the shaft − τ of the drive) φ̇ dt.
     pub sum: f64,
-    /// Σ of the magnitudes of the steps.
+    /// Σ of the magnitudes over the steps.
     pub gross: f64,
-    /// Σ ∫ |τ φ̇| dt: what was exchanged.
+    /// Σ ∫ |τ φ̇| dt: the exchanged energy.
     pub exchanged: f64,
     /// The largest magnitude of a step, and when the step began (s).
     pub largest: [f64; 2],
-    /// The order of `gross` in the step; 0 where the torque has impulses, of which it has none.
+    /// The order of `gross` in the step; 0 if the torque has impulses, for which it has no order.
     pub order: u32,
 }
 
@@ -73,15 +74,16 @@ pub struct Residual {
 pub struct Balance {
     /// The part of the shaft.
     pub shaft: usize,
-    /// Those of the drives.
+    /// The parts of the drives.
     pub drives: Vec<usize>,
     /// The parts that the torques pass.
     pub by: Vec<usize>,
-    /// What the drives take and what the shaft gives, ∫ τ φ̇ dt on each side, in magnitudes of the steps (J).
+    /// The energy that the drives take and the shaft gives, ∫ τ φ̇ dt on each side, in magnitudes of the steps (J).
     pub work: [f64; 2],
-    /// Σ of the products of both, and of the squares of the first one (J²): their ratio is the part of the work that the shaft gives.
+    /// Σ of the products of both, and of the squares of the first one (J²): their ratio is the share of the work that the shaft
+    /// gives.
     products: [f64; 2],
-    /// The place of the wire of φ̇ and the source of the torque, of each torque of the drives.
+    /// The index of the wire of φ̇ and the source of the torque, for each torque of the drives.
     taken: Vec<((usize, usize), usize)>,
     /// The wires of the torques on the shaft.
     given: Vec<usize>,
@@ -90,20 +92,20 @@ pub struct Balance {
 }
 
 impl Balance {
-    /// The part of the work of the drives that the shaft gives; None where they take none.
+    /// The share of the drives' work that the shaft gives; None if they take none.
     pub fn part(&self) -> Option<f64> {
         let [both, own] = self.products;
         (own > 0.0).then_some(both / own)
     }
 }
 
-/// An output that is read, with its first derivative (1/s), at both ends of the step.
+/// An output with its first derivative (1/s), read at both ends of the step.
 #[derive(Clone, Copy, Debug, Default)]
 struct Source {
     ends: [[f64; 2]; 2],
 }
 
-/// The outputs of a part that are read.
+/// The outputs of a part that others need.
 #[derive(Debug, Default)]
 struct Outputs {
     /// The sources of the Reals are the first ones of the part, from here on.
@@ -111,46 +113,46 @@ struct Outputs {
     references: Vec<u32>,
     orders: Vec<i32>,
     values: Vec<f64>,
-    /// Those of all that are read.
+    /// The references of all of them.
     units: Vec<Unit>,
-    /// Whether the FMU tells their derivatives.
+    /// True if the FMU provides their derivatives.
     derivatives: bool,
-    /// The places of those of other types.
+    /// The indices of the outputs of other types.
     others: Vec<usize>,
 }
 
-/// How an input follows its source.
+/// The way an input follows its source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Course {
     Signal,
-    /// A value that does not vary within a step, such as the mean over the one that has ended.
+    /// A value that is constant within a step, such as the mean over the last one.
     Discrete,
-    /// φ or φ̇ of a motion, whose course φ̈ has.
+    /// φ or φ̇ of a motion; φ̈ has the course.
     Motion,
     /// φ̈ of a motion, with the sources of φ and φ̇.
     Acceleration([usize; 2]),
-    /// dJ/dφ of a load, with the sources of its J, of φ and of φ̇, and the ratio of its angle to that one.
+    /// dJ/dφ of a load, with the sources of its J, of φ and of φ̇, and the ratio of its angle to the source's.
     InertiaSlope([usize; 3], f64),
 }
 
-/// A connection as a step needs it.
+/// A connection with the data of a step.
 #[derive(Clone, Debug)]
 struct Wire {
     source: usize,
     /// The part of the source.
     from: usize,
-    /// The place of the input, and its reference where it is a Real.
+    /// The index of the input, and its reference if it is a Real.
     to: usize,
     reference: Option<u32>,
-    /// That of the input.
+    /// The type of the input.
     unit: Unit,
-    /// Between SI values, with the offset.
+    /// The factor between SI values, with the offset.
     factor: f64,
     offset: f64,
     course: Course,
-    /// Whether the part of the source tells derivatives, so that a slope is none between two points.
+    /// True if the part of the source provides derivatives; otherwise slopes are differences between two points.
     is_smooth: bool,
-    /// Value and derivatives that it took at the beginning of the last step, of the source.
+    /// Value and derivatives of the source at the beginning of the last step.
     taken: [f64; 4],
 }
 
@@ -172,13 +174,13 @@ impl Wire {
         }
     }
 
-    /// The value of the input, in its unit, of that of the source.
+    /// The value of the input, in its unit, from the source's value.
     fn input(&self, source: f64) -> f64 {
         self.unit.of_si(self.factor * source + self.offset)
     }
 }
 
-/// A shaft and a drive on it, by the place of their wires: φ̇ of the motion, and the torque back.
+/// A shaft and a drive on it, by the indices of their wires: φ̇ of the motion, and the torque back.
 #[derive(Clone, Copy, Debug)]
 struct Power {
     speed: usize,
@@ -189,11 +191,11 @@ struct Power {
 #[derive(Debug, Default)]
 struct Inputs {
     wires: Vec<Wire>,
-    /// Whether the part takes derivatives.
+    /// True if the part takes derivatives.
     derivatives: bool,
-    /// Whether φ, φ̇ and φ̈ are one motion to it, whose course φ̈ has.
+    /// True if φ, φ̇ and φ̈ are one motion to it, whose course φ̈ has.
     is_joint: bool,
-    /// Whether it refused derivatives of a higher order than 1.
+    /// True if it refused derivatives of a higher order than 1.
     is_linear: bool,
     references: Vec<u32>,
     values: Vec<f64>,
@@ -203,12 +205,12 @@ struct Inputs {
 }
 
 impl Inputs {
-    /// Whether its outputs at the end of a step are known to be those of the inputs there.
+    /// True if its outputs at the end of a step belong to the inputs there.
     fn follows(&self) -> bool {
         self.derivatives && self.is_joint
     }
 
-    /// Takes the courses of its wires over a step of this length (s).
+    /// Computes the courses of its wires over a step of this length (s).
     fn follow(&mut self, sources: &[Source], stepped: &[bool], exchange: Exchange, step: f64) {
         for wire in self.wires.iter_mut() {
             wire.taken = polynomial(wire, sources, exchange, stepped[wire.from], step);
@@ -219,7 +221,7 @@ impl Inputs {
     }
 }
 
-/// A shaft with the drives on it that do not follow their inputs, whose torques may depend on its φ̈ at once.
+/// A shaft and its drives that do not follow their inputs; their torques may depend on its φ̈ at once.
 #[derive(Debug)]
 struct Loop {
     shaft: usize,
@@ -239,26 +241,27 @@ pub struct Coupling {
     sources: Vec<Source>,
     outputs: Vec<Outputs>,
     inputs: Vec<Inputs>,
-    /// Which parts have stepped.
+    /// True for parts that have stepped.
     stepped: Vec<bool>,
-    /// Which parts move others.
+    /// True for parts that move others.
     leads: Vec<bool>,
     powers: Vec<(usize, usize, Power)>,
     loops: Vec<Loop>,
     residuals: Vec<Residual>,
     balances: Vec<Balance>,
-    /// How often a step is repeated.
+    /// The number of repetitions of a step.
     repeats: u32,
 }
 
-/// The most rounds in which the start values go round; a loop of a factor up to 0.97 settles in them.
+/// The most rounds for the start values; a loop of a factor up to 0.97 settles in them.
 const ROUNDS: usize = 1000;
 
-/// Start values have settled when none changes by more than this part of itself or, where what adds up to nearly nothing leaves
-/// its rounding, of its unit; both are far below the error of any step.
+/// Start values have settled if none changes by more than this part of itself or, if a sum of almost nothing leaves its
+/// rounding, of its unit; both are far below the error of any step.
 const SETTLED: f64 = 1e-12;
 
-/// Over a smaller angle (rad) the curvature of an inertia is that at its beginning: rounding would exceed a ten-thousandth of J.
+/// Over a smaller angle (rad) the curvature of an inertia is the one at its beginning: rounding would exceed a ten-thousandth
+/// of J.
 const LEAST_TURN: f64 = 1e-6;
 
 /// A variable of a part.
@@ -266,7 +269,7 @@ fn variable(parts: &[Host], (part, place): (usize, usize)) -> &Variable {
     &parts[part].description().variables[place]
 }
 
-/// What is read of each part, and the variables that connections come from, in the order in which they are read.
+/// The outputs to read of each part, and the sources of connections in the order of reading.
 fn outputs(parts: &[Host], connections: &[Connection]) -> (Vec<Outputs>, Vec<(usize, usize)>) {
     let (mut outputs, mut sources) = (Vec::new(), Vec::new());
     for part in 0..parts.len() {
@@ -291,7 +294,7 @@ fn outputs(parts: &[Host], connections: &[Connection]) -> (Vec<Outputs>, Vec<(us
     (outputs, sources)
 }
 
-/// What a part takes, from these sources.
+/// The inputs of a part, from these sources.
 fn inputs_of(parts: &[Host], connections: &[Connection], sources: &[(usize, usize)], part: usize) -> Inputs {
     let own: Vec<&Connection> = connections.iter().filter(|c| c.to.0 == part).collect();
     let wires = own.iter().map(|c| {
@@ -311,7 +314,7 @@ fn inputs_of(parts: &[Host], connections: &[Connection], sources: &[(usize, usiz
 }
 
 impl Coupling {
-    /// Of these parts with their names, which faults tell; the connections lead from outputs to inputs. Each step is repeated
+    /// A system of these parts with their names, for faults; the connections lead from outputs to inputs. Each step is repeated
     /// `repeats` times.
     ///
     /// # Errors
@@ -348,7 +351,7 @@ impl Coupling {
             let order = match (exchange, inputs[*shaft].wires[power.torque].course) {
                 (_, Course::Discrete) => 0,
                 (Exchange::Held | Exchange::GaussSeidel, _) => 1,
-                // Repeated steps have a higher one behind springs only.
+                // Repeated steps have a higher order only with springs.
                 _ => 2,
             };
             Residual { parts: [*shaft, *drive], order, ..Residual::default() }
@@ -375,15 +378,15 @@ impl Coupling {
         })
     }
 
-    /// Whether something is connected to this variable of a part.
+    /// True if something is connected to this variable of a part.
     pub fn is_connected(&self, part: usize, place: usize) -> bool {
         self.inputs[part].wires.iter().any(|wire| wire.to == place)
     }
 
-    /// Of one FMU, coupled with none.
+    /// A system of one FMU without connections.
     ///
     /// # Errors
-    /// Those of [`Coupling::new`].
+    /// The errors of [`Coupling::new`].
     pub fn alone(name: &str, host: Host) -> Result<Self, Fault> {
         Coupling::new(vec![(name.to_owned(), host)], &[], Exchange::Held, 0)
     }
@@ -398,17 +401,17 @@ impl Coupling {
         self.parts.len()
     }
 
-    /// What the model description of a part says.
+    /// The model description of a part.
     pub fn description(&self, part: usize) -> &ModelDescription {
         self.parts[part].description()
     }
 
-    /// The part of a variable and its place there; variables are counted through all parts.
+    /// The part of a variable and its index there; variables are counted through all parts.
     pub fn place(&self, variable: usize) -> (usize, usize) {
         self.places[variable]
     }
 
-    /// Whether a part ended the simulation itself.
+    /// True if a part ended the simulation itself.
     pub fn has_ended(&self) -> bool {
         self.parts.iter().any(|part| part.has_ended())
     }
@@ -418,7 +421,7 @@ impl Coupling {
         &mut self.parts
     }
 
-    /// What shafts and drives disagree about in energy so far.
+    /// The differences in energy between shafts and drives so far.
     pub fn residuals(&self) -> &[Residual] {
         &self.residuals
     }
@@ -431,7 +434,7 @@ impl Coupling {
     /// Begins the initialisation of all parts at `time` (s); their start values have been set, inputs may be.
     ///
     /// # Errors
-    /// What a part says.
+    /// The faults of a part.
     pub fn begin(&mut self, time: f64, stop: Option<f64>) -> Result<(), Fault> {
         for part in 0..self.parts.len() {
             let host = &mut self.parts[part];
@@ -442,10 +445,10 @@ impl Coupling {
         Ok(())
     }
 
-    /// Ends the initialisation: values go round until they settle, so that each part begins with those of the others.
+    /// Ends the initialisation: values go round until they settle, so that each part begins with the others' values.
     ///
     /// # Errors
-    /// What a part says; values that go round without end.
+    /// The faults of a part, and values that do not settle.
     pub fn start(&mut self) -> Result<(), Fault> {
         let mut rounds = 0;
         loop {
@@ -475,7 +478,7 @@ impl Coupling {
         Ok(())
     }
 
-    /// Each part takes the values that the others have, and gives its own; whether all are those of the round before.
+    /// Each part takes the others' values and gives its own; returns whether all equal the round before.
     fn go_round(&mut self) -> Result<bool, Fault> {
         let mut settled = true;
         for at in 0..self.order.len() {
@@ -495,10 +498,10 @@ impl Coupling {
         Ok(settled)
     }
 
-    /// From the communication point `time` to that `step` later (s).
+    /// Steps from the communication point `time` to the point `step` later (s).
     ///
     /// # Errors
-    /// What a part says.
+    /// The faults of a part.
     pub fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         self.stepped.fill(false);
         for round in 0..=self.repeats {
@@ -514,8 +517,8 @@ impl Coupling {
         Ok(())
     }
 
-    /// Ends the simulation of all parts and frees them: they are of no use then. Gives what parts refuse that are not lost, which
-    /// takes nothing from their results.
+    /// Ends the simulation of all parts and frees them; they are unusable afterwards. Returns the refusals of parts that still
+    /// run, which do not affect the results.
     ///
     /// # Errors
     /// A part whose process is gone.
@@ -532,7 +535,7 @@ impl Coupling {
         Ok(refusals)
     }
 
-    /// A result of a part, whose name faults tell.
+    /// A result of a part; a fault gets its name.
     fn of<T>(&self, part: usize, result: Result<T, Fault>) -> Result<T, Fault> {
         let name = &self.names[part];
         result.map_err(|fault| if name.is_empty() { fault } else { fault.within(format_args!("part {name}")) })
@@ -548,7 +551,8 @@ impl Coupling {
             self.of(part, given)?;
             let interpolates = matches!(self.exchange, Exchange::Interpolated | Exchange::EffectiveInertia);
             if interpolates && self.leads[part] && !self.stepped[part] {
-                // φ̈ with the torque of this step, not of the one before: else loops of more than 0.13 of the inertia grow.
+                // φ̈ with the torque of this step, not of the one before: otherwise loops of more than 0.13 of the inertia
+                // grow.
                 self.read_values(part)?;
                 let Outputs { first, references, .. } = &self.outputs[part];
                 let own = &mut self.sources[*first..*first + references.len()];
@@ -567,7 +571,7 @@ impl Coupling {
         (0..self.loops.len()).try_for_each(|at| self.meet(at, step))
     }
 
-    /// Gives a part that does not follow its inputs the inputs of the end of the step, as far as they are known, and reads its outputs.
+    /// Gives a part that does not follow its inputs the inputs of the end of the step, as far as known, and reads its outputs.
     fn stand(&mut self, part: usize, step: f64) -> Result<(), Fault> {
         if self.inputs[part].follows() || self.inputs[part].wires.is_empty() {
             return Ok(());
@@ -577,7 +581,7 @@ impl Coupling {
         Ok(())
     }
 
-    /// Gives a part what the others say at the end of the step, and reads its outputs.
+    /// Gives a part the others' values at the end of the step, and reads its outputs.
     fn renew(&mut self, part: usize) -> Result<(), Fault> {
         let Coupling { inputs, sources, parts, stepped, .. } = self;
         for wire in inputs[part].wires.iter().filter(|wire| stepped[wire.from]) {
@@ -587,8 +591,8 @@ impl Coupling {
         self.of(part, read)
     }
 
-    /// φ̈ of a shaft and the torques on it at the end of a step: two rounds between both tell the affine function, whose fixed point
-    /// they meet.
+    /// Solves for φ̈ of a shaft and the torques on it at the end of a step: two rounds determine the affine function, and its
+    /// fixed point is the solution.
     fn meet(&mut self, at: usize, step: f64) -> Result<(), Fault> {
         let acceleration = self.loops[at].acceleration;
         let mut told = [self.sources[acceleration].ends[1][0]; 3];
@@ -648,7 +652,7 @@ impl Coupling {
         Ok(())
     }
 
-    /// The slopes of the outputs of a part that does not tell them, at the end of a step of this length (s).
+    /// The slopes of the outputs of a part that does not provide them, at the end of a step of this length (s).
     fn differences(&mut self, part: usize, step: f64) {
         let Outputs { first, references, derivatives, .. } = &self.outputs[part];
         if *derivatives {
@@ -667,7 +671,7 @@ impl Coupling {
             if is_held { [end[0]; 3] } else { [start[0], middle(start, end, step), end[0]] }
         };
         for balance in balances {
-            // Simpson's rule; the wire is that of the first one.
+            // Simpson's rule; the wire is the first torque's.
             let work = |Wire { factor, offset, .. }: &Wire, wired: [f64; 3], other: [f64; 3]| -> f64 {
                 let powers = wired.into_iter().zip(other).map(|(wired, other)| (factor * wired + offset) * other);
                 powers.zip([1.0, 4.0, 1.0]).map(|(power, weight)| weight * step / 6.0 * power).sum()
@@ -768,7 +772,7 @@ fn give(inputs: &mut Inputs, part: &mut Host, step: f64) -> Result<(), Fault> {
     }
 }
 
-/// Gives φ and φ̇ of each motion the derivatives that they have by φ̈ and its own.
+/// Gives φ and φ̇ of each motion their derivatives, from φ̈ and its derivatives.
 fn part_motions(wires: &mut [Wire]) {
     for at in 0..wires.len() {
         let Course::Acceleration([phi, w]) = wires[at].course else { continue };
@@ -795,17 +799,17 @@ fn is_real(variable: &Variable) -> bool {
     matches!(variable.about.kind, Kind::Real { .. })
 }
 
-/// How an input follows an output, motions aside.
+/// The way an input follows an output, except motions.
 fn course(from: &Variable, to: &Variable) -> Course {
     let is_discrete = !is_real(from) || !is_real(to) || from.about.variability == Variability::Discrete;
     if is_discrete { Course::Discrete } else { Course::Signal }
 }
 
-/// Two ratios that differ by a smaller part are one: model descriptions have factors of units with some digits only.
+/// Two ratios that differ by a smaller part are equal: model descriptions have factors of units with a few digits only.
 pub const SAME_RATIO: f64 = 1e-6;
 
-/// Joins wires to the inputs φ, φ̇, φ̈ of one part: those named phi, w, a, behind the same prefix, that come from one part with one
-/// ratio.
+/// Joins wires to the inputs φ, φ̇, φ̈ of one part: those named phi, w, a, after the same prefix, that come from one part with
+/// one ratio.
 fn motions<'a>(wires: &mut [Wire], name: impl Fn(usize) -> &'a String) {
     for a in 0..wires.len() {
         let Some(prefix) = name(a).strip_suffix('a').filter(|prefix| prefix.is_empty() || prefix.ends_with('.')) else {
@@ -826,7 +830,7 @@ fn motions<'a>(wires: &mut [Wire], name: impl Fn(usize) -> &'a String) {
     }
 }
 
-/// Finds what belongs to the slopes of inertias: those of the outputs dJ_load of drives that have J_load beside it.
+/// Finds the sources of the slopes of inertias: the outputs dJ_load of drives that also have J_load.
 fn inertias<'a>(inputs: &mut [Inputs], name: impl Fn(usize) -> &'a String) {
     let motion = |inputs: &[Inputs], drive: usize| {
         inputs[drive].wires.iter().find_map(|wire| match wire.course {
@@ -848,12 +852,12 @@ fn inertias<'a>(inputs: &mut [Inputs], name: impl Fn(usize) -> &'a String) {
     }
 }
 
-/// Whether a part moves another by this wire.
+/// True if a part moves another by this wire.
 fn moves(wire: &Wire, part: usize) -> bool {
     wire.from == part && matches!(wire.course, Course::Acceleration(_))
 }
 
-/// The loop of a shaft, where there is one.
+/// The loop of a shaft, if any.
 fn loop_of(inputs: &[Inputs], shaft: usize) -> Option<Loop> {
     let motion = |drive: &usize| inputs[*drive].wires.iter().find(|wire| moves(wire, shaft));
     let acts = |drive: usize| inputs[shaft].wires.iter().any(|wire| wire.from == drive);
@@ -879,12 +883,12 @@ fn leaders_first(inputs: &[Inputs]) -> Result<Vec<usize>, Fault> {
     Ok(order)
 }
 
-/// Whether a variable is the torque of a drive.
+/// True if a variable is the torque of a drive.
 fn is_torque(name: &str) -> bool {
     matches!(name.rsplit('.').next(), Some("tau" | "tau_mean" | "tau_rest"))
 }
 
-/// The balances of a shaft: of each drive whose torque acts on it, and of all together whose torques pass other parts.
+/// The balances of a shaft: one for each drive whose torque acts on it, and one for all whose torques pass other parts.
 fn balances(
     inputs: &[Inputs],
     sources: &[(usize, usize)],
@@ -943,7 +947,7 @@ fn balances(
     all
 }
 
-/// The torques that a drive gives back to the shafts that move it: those called tau or tau_mean.
+/// The torques that a drive gives back to its shafts: the outputs tau or tau_mean.
 fn powers(inputs: &[Inputs], sources: &[(usize, usize)], parts: &[Host], drive: usize) -> Vec<(usize, usize, Power)> {
     let is_torque = |wire: &Wire| {
         let (part, place) = sources[wire.source];
@@ -961,8 +965,7 @@ fn powers(inputs: &[Inputs], sources: &[(usize, usize)], parts: &[Host], drive: 
     })
 }
 
-/// Value and derivatives of the source at the beginning of a step; `stepped`: the part of the source has taken
-/// this step.
+/// Value and derivatives of the source at the beginning of a step; `stepped`: the part of the source has taken this step.
 fn polynomial(wire: &Wire, sources: &[Source], exchange: Exchange, stepped: bool, step: f64) -> [f64; 4] {
     let [[start, rate], [end, last]] = sources[wire.source].ends;
     let held = |value| [value, 0.0, 0.0, 0.0];
@@ -976,7 +979,7 @@ fn polynomial(wire: &Wire, sources: &[Source], exchange: Exchange, stepped: bool
         (Course::Acceleration([phi, w]), _) => {
             let [[phi, _], [phi_end, _]] = sources[phi].ends;
             let [[w, _], [w_end, _]] = sources[w].ends;
-            // What is left of φ and φ̇ behind φ̈ (rad/s²).
+            // The residual of φ and φ̇ without φ̈ (rad/s²).
             let angle = (phi_end - phi - step * (w + step / 2.0 * start)) / (step * step);
             let speed = (w_end - w - step * start) / step;
             [start, (24.0 * angle - 6.0 * speed) / step, (24.0 * speed - 72.0 * angle) / (step * step), 0.0]

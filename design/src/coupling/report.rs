@@ -1,4 +1,4 @@
-//! The errors of a coupled system as a report: which step with which master.
+//! The errors of a coupled system as a report: which step suits which master.
 
 use super::study::{ACCURACIES, Findings, Output, Row, SURE, Way};
 use crate::plot::{Axis, Diagram, Rule, Series};
@@ -7,10 +7,10 @@ use crate::report::unit::{MS, ONE};
 use crate::report::{Advice, Claim, Level, Report, Setting, Table, Value, Verdict};
 use crate::text::{number, share, time, time_within};
 
-/// Significant digits of steps, which are multiples of that of the file.
+/// Significant digits of steps, which are multiples of the file's.
 const FINE: usize = 6;
 
-/// An exchange, and how often a step is repeated.
+/// An exchange, and its number of repetitions.
 pub fn name(exchange: &str, repeats: u32) -> String {
     match repeats {
         0 => exchange.to_owned(),
@@ -20,34 +20,34 @@ pub fn name(exchange: &str, repeats: u32) -> String {
 }
 
 impl Findings {
-    /// Which steps do with which master.
+    /// The steps that suit each master.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         let accuracy = share(ACCURACIES[0]);
         let ways = || self.ways.iter().filter(|way| !way.master.is_empty());
         let known = number(self.known_to);
         if self.known_to > SURE * ACCURACIES[0] {
-            let known = format!("the reference itself is known to {known} only");
-            verdict.result(Level::Mind, format!("No step can be said for errors of {accuracy}: {known}."));
+            let known = format!("the reference is accurate to {known} only");
+            verdict.result(Level::Mind, format!("No step can be named for errors of {accuracy}: {known}."));
         } else {
             let least = self.rows.iter().map(|row| row.step).fold(f64::INFINITY, f64::min);
             for way in ways() {
-                let said = match (way.steps[0], &way.fault) {
+                let found = match (way.steps[0], &way.fault) {
                     (Some(step), _) => format!("errors stay within {accuracy} at steps up to {}", time_within(step)),
                     (None, None) => format!("no step from {} on keeps errors within {accuracy}", time(least)),
-                    (None, Some(_)) => "it cannot be coupled, as told below".to_owned(),
+                    (None, Some(_)) => "coupling fails, see below".to_owned(),
                 };
                 let fits = way.steps[0].is_some_and(|step| self.step <= step);
                 let level = if fits { Level::Good } else { Level::Mind };
-                verdict.result(level, format!("With {} {said}.", way.master));
+                verdict.result(level, format!("With {} {found}.", way.master));
                 if let Some(step) = way.steps[0].filter(|_| !fits) {
                     let (own, step) = (time(self.step), Setting::at_most("step", step, &MS, FINE));
                     let text = format!(
-                        "The step of the file, {own}, is too long with {}: take at most {}.",
+                        "The file's step of {own} is too long with {}. Take at most {}.",
                         way.master, step.value
                     );
                     let exchange = Setting::new("exchange", &*way.exchange);
-                    // Left out, `camdrive run` may repeat interpolated steps.
+                    // Without this setting `camdrive run` may repeat interpolated steps.
                     let repeated = way.repeats > 0 || way.exchange == "interpolated";
                     let repeat = repeated.then(|| Setting::new("repeat", way.repeats as usize));
                     let claim = Claim::Error { at_most: ACCURACIES[0], step: None };
@@ -58,7 +58,7 @@ impl Findings {
         if let Some(fmu) = &self.fmu {
             verdict.advice(format!("The one FMU {fmu} of `camdrive system --study` needs no coupling."));
         }
-        verdict.certainty(format!("Errors are against {}, which is known to {known}.", self.reference));
+        verdict.certainty(format!("Errors are relative to {}, which is accurate to {known}.", self.reference));
         verdict
     }
 
@@ -71,14 +71,14 @@ impl Findings {
         report.table(self.of_ways()).lines("Not coupled", faults).table(self.of_outputs());
         let (spacing, stop) = (time(self.spacing), time(self.stop));
         let measured = format!(
-            "Errors are the largest of an output at the multiples of {spacing} up to {stop}, relative to its largest value. The \
-             order is that from a step to its half."
+            "An error is the largest of an output at the multiples of {spacing} up to {stop}, relative to its largest value. The \
+             order compares a step with its half."
         );
         report.explain("Measurement", [measured]).explain_table(self.of_errors()).diagram("", self.diagram());
         report
     }
 
-    /// The ways with the steps that they need.
+    /// The ways with their admissible steps.
     fn of_ways(&self) -> Table {
         let [first, second] = ACCURACIES.map(|accuracy| format!("{} up to", share(accuracy)));
         let stable = |way: &Way| match (&way.fault, way.stable) {
@@ -105,7 +105,7 @@ impl Findings {
             .column("step", "step", MS, |row| row.step)
             .column("order", "order", ONE, |row| row.order)
             .digits(2)
-            .column("residual", "work that differs", ONE, |row| row.residual)
+            .column("residual", "work mismatch", ONE, |row| row.residual)
             .column("error", "error", ONE, error)
             .column("worst", "of", ONE, |row| row.worst.as_ref().or(row.unstable.as_ref()))
             .into()

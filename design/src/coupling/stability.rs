@@ -1,24 +1,26 @@
 //! The largest communication steps of a machine and the drives on its shaft, each an FMU of its own.
 //!
-//! A drive takes φ, φ̇, φ̈ and gives τ, the machine the other way round. What follows the shaft without slip has τ = J_load φ̈,
-//! which is an algebraic loop over the communication step: an error of φ̈ is multiplied by −κ in every step,
+//! A drive takes φ, φ̇, φ̈ and gives τ, the machine the other way round. Parts that follow the shaft without slip have τ =
+//! J_load φ̈, an algebraic loop over the communication step: every step multiplies an error of φ̈ by −κ,
 //!
 //! κ = J_load/J; stable for κ < 1 at any step.
 //!
-//! What hangs on a spring has τ = k (φ − x) + b (φ̇ − ẋ), k = c U′², which a step H delays. The largest step is the one at which
-//! errors grow by 1e-3 per step, by the spectral radius of the one-step map of the whole: a free shaft, each drive at its stiffest
-//! angle as an oscillator that takes the motion of the shaft as the exchange gives it, in closed form. Motors damp and are left out.
+//! Parts on a spring have τ = k (φ − x) + b (φ̇ − ẋ), k = c U′², delayed by a step H. The largest step is the one at which
+//! errors grow by 1e-3 per step, by the spectral radius of the one-step map of the whole: a free shaft, and each drive at its
+//! stiffest angle as an oscillator that takes the motion of the shaft from the exchange, in closed form. Motors damp and are
+//! left out.
 //!
-//! A repeated step takes both courses from the round before: the torque as a cubic, so that the factor of an error of φ̈ is another
+//! A repeated step takes both courses from the round before: the torque is a cubic, so the factor of an error of φ̈ is another
 //! polynomial in κ, below 1 up to κ = 0.41 (once), 0.83 (twice), 0.58 (three times), 0.90, 0.68, 0.93.
 //!
-//! At damping ratios of 0.02 and μ = m U′²/J = 0.05, 0.5, 5 this is H √(k/J) < 0.33, 0.21, 0.26 with held values and
-//! 0.56, 0.77, 1.32 with interpolated ones. κ < 1 with interpolated values supposes that φ̈ at the beginning of a step is the one
-//! with the torque of this step; with the one before, what remains is κ < 0.13.
+//! At damping ratios of 0.02 and μ = m U′²/J = 0.05, 0.5, 5 this is H √(k/J) < 0.33, 0.21, 0.26 with held values and 0.56,
+//! 0.77, 1.32 with interpolated ones. κ < 1 with interpolated values assumes φ̈ at the beginning of a step with the torque of
+//! this step; with the torque of the step before, only κ < 0.13 is stable.
 //!
-//! Symbols: J least inertia of the machine over the turn (kg·m²), J_load largest one of what follows without slip (kg·m²), U′ largest
-//! transfer function (m/rad), c, b, m spring, damper and mass behind them (N/m, N·s/m, kg). The least J and the largest U′ need not
-//! be at one angle: the bounds are on the safe side. Several drives on a shaft add up, each with the square of its ratio.
+//! Symbols: J least inertia of the machine over the turn (kg·m²), J_load largest inertia of parts without slip (kg·m²), U′
+//! largest transfer function (m/rad), c, b, m spring, damper and mass on it (N/m, N·s/m, kg). The least J and the largest U′
+//! need not be at one angle: the bounds are on the safe side. Several drives on a shaft add up, each with the square of its
+//! ratio.
 
 use crate::oscillator::{self, Terms};
 use crate::overview::train::without_slip;
@@ -31,7 +33,7 @@ use camdrive::motion::MotionLaw;
 use camdrive::numerics::angle::reduce;
 use serde::Serialize;
 
-/// What the parts of a system tell each other at a communication point.
+/// The exchange between the parts of a system at a communication point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exchange {
     /// All at once: inputs keep the values of the beginning of the step.
@@ -40,42 +42,42 @@ pub enum Exchange {
     Extrapolated,
     /// One after the other: drives first, then the machine with their torques at the end of the step.
     GaussSeidel,
-    /// The machine first with extrapolated torques, then the drives, whose motion meets that of the machine at both ends.
+    /// The machine first with extrapolated torques, then the drives, whose motion meets the machine's at both ends.
     Interpolated,
-    /// As `Interpolated`, and the machine takes the inertia of rigid loads for its own.
+    /// As `Interpolated`, and the machine includes the inertia of rigid loads in its own.
     EffectiveInertia,
 }
 
 /// Growth of an error per step that counts as unstable.
 const GROWTH: f64 = 1e-3;
-/// H √(k/J) at which the search for the largest step begins and ends, and the ratio from one to the next.
+/// H √(k/J) at the beginning and the end of the search for the largest step, and the ratio from one to the next.
 const SEARCHED: [f64; 3] = [0.01, 10.0, 1.05];
-/// Halvings of the last ratio: the largest step is known to five digits.
+/// Halvings of the last ratio: they give the largest step to five digits.
 const HALVINGS: usize = 12;
 
-/// What one oscillator of a drive is for the shaft it sits on, or what follows without slip.
+/// The effect of one oscillator of a drive, or of the parts without slip, on its shaft.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Load {
-    /// Largest inertia of what follows without slip, m1 of a clearance included (kg·m²).
+    /// Largest inertia of parts without slip, m1 of a clearance included (kg·m²).
     pub inertia: f64,
     /// Largest stiffness of its spring (N·m/rad).
     pub stiffness: f64,
-    /// Largest inertia of what hangs on it (kg·m²).
+    /// Largest inertia on it (kg·m²).
     pub sprung: f64,
     /// Its damping (N·m·s/rad).
     pub damping: f64,
 }
 
-/// What holds for the exchange on a shaft.
+/// The limits of the exchange on a shaft.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Limit {
     /// Least inertia of the machine (kg·m²).
     pub inertia: f64,
-    /// κ of what the machine does not take for its own, at most.
+    /// The largest κ of loads that the machine does not include in its own inertia.
     pub kappa: f64,
     /// √(k/J) (rad/s).
     pub frequency: f64,
-    /// The largest stable communication step (s); None where none within the search grows, 0 where each does.
+    /// The largest stable communication step (s); None if none within the search grows, 0 if each does.
     pub stable: Option<f64>,
 }
 
@@ -85,7 +87,7 @@ fn turn(mass: f64, follower: &Follower) -> f64 {
     Inertia::new(InertiaFunction::default(), vec![part]).range().1
 }
 
-/// What the drive of a scene is for its shaft: first what follows without slip, then each oscillator.
+/// The loads of a scene's drive on its shaft: first the parts without slip, then each oscillator.
 pub fn loads(scene: &Scene) -> Vec<Load> {
     let bare = |cam: &MotionLaw| Follower::new(0.0, cam.clone());
     match scene {
@@ -125,7 +127,7 @@ fn rigid(inertia: f64) -> Load {
     Load { inertia, ..Load::default() }
 }
 
-/// A mass m on spring c and damper b behind a cam.
+/// A mass m on spring c and damper b after a cam.
 fn spring([m, b, c]: [f64; 3], cam: &Follower) -> Load {
     let square = turn(1.0, cam);
     twist([m, b, c].map(|factor| factor * square))
@@ -137,7 +139,7 @@ fn twist([sprung, damping, stiffness]: [f64; 3]) -> Load {
     if is_one { Load { inertia: 0.0, stiffness, sprung, damping } } else { Load::default() }
 }
 
-/// Sets the parameter of this name of the FMU of a scene, where limits depend on it; false where they may and it is not known here.
+/// Sets the parameter of this name in the FMU of a scene; false if limits may depend on it but it is unknown here.
 pub fn set(scene: &mut Scene, name: &str, value: f64) -> bool {
     let beside = ["start.", "solver.", "motor.", "drive.", "load."].iter().any(|group| name.starts_with(group));
     let beside = beside || name.ends_with("_start") || name.contains("].load.");
@@ -214,7 +216,7 @@ fn of_follower(follower: &mut Follower, name: &str, value: f64) -> bool {
     found.is_some_and(|place| assign(place, value))
 }
 
-/// The least inertia of a machine over the turn (kg·m²); None of a scene that is none.
+/// The least inertia of a machine over the turn (kg·m²); None for other scenes.
 pub fn least_inertia(scene: &Scene) -> Option<f64> {
     match scene {
         Scene::RigidMachine(scene) => Some(Inertia::new(scene.inertia.clone(), scene.followers.clone()).range().0),
@@ -226,14 +228,14 @@ pub fn least_inertia(scene: &Scene) -> Option<f64> {
 }
 
 impl Exchange {
-    /// Whether the drives take the motion of the machine as it was over the step.
+    /// True if the drives take the motion of the machine over the step.
     pub fn interpolates(self) -> bool {
         matches!(self, Exchange::Interpolated | Exchange::EffectiveInertia)
     }
 }
 
-/// A machine with this least inertia (kg·m²) under [`loads`], each with the ratio of its speed and whether the machine takes its
-/// inertia for its own.
+/// A machine with this least inertia (kg·m²) under [`loads`], each with the ratio of its speed and whether the machine includes
+/// its inertia in its own.
 #[derive(Clone, Debug)]
 pub struct Loaded {
     inertia: f64,
@@ -242,7 +244,7 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Of these loads.
+    /// The system of these loads.
     pub fn new(inertia: f64, loads: &[(f64, Load, bool)]) -> Self {
         let of = |(ratio, load, own): &(f64, Load, bool)| {
             let square = ratio * ratio / inertia;
@@ -256,7 +258,7 @@ impl Loaded {
         Loaded { inertia, loads: loads.iter().map(of).collect() }
     }
 
-    /// κ of what the machine does not take for its own.
+    /// κ of the loads that the machine does not include in its own inertia.
     pub fn kappa(&self) -> f64 {
         self.loads.iter().map(|load| load.inertia).sum()
     }
@@ -270,8 +272,8 @@ impl Loaded {
         growth(exchange, repeats, step, &self.loads) > 1.0 + GROWTH
     }
 
-    /// Whether errors grow in steps of this length (s) that are repeated so often, or in shorter ones: a step in which an
-    /// oscillation dies away may be stable beyond.
+    /// True if errors grow in steps of this length (s), repeated this often, or in shorter ones: a step in which an oscillation
+    /// dies away may be stable beyond.
     pub fn grows(&self, exchange: Exchange, repeats: u32, step: f64) -> bool {
         let ([least, _, ratio], frequency) = (SEARCHED, self.frequency());
         let shorter = std::iter::successors(Some(least), |z| Some(z * ratio)).take_while(|z| *z < step * frequency);
@@ -279,7 +281,7 @@ impl Loaded {
         shorter.into_iter().any(|step| self.grows_at(exchange, repeats, step))
     }
 
-    /// Limits of steps that are repeated so often.
+    /// Limits of steps that are repeated this often.
     pub fn limit(&self, exchange: Exchange, repeats: u32) -> Limit {
         let (inertia, kappa) = (self.inertia, self.kappa());
         let frequency = self.frequency();
@@ -305,13 +307,13 @@ impl Loaded {
     }
 }
 
-/// States of the shaft: φ, φ̇, φ̈ and its rate as the drives know them; of each drive x, ẋ, τ and its rate.
+/// States of the shaft: φ, φ̇, φ̈ and its rate as the drives know them; for each drive x, ẋ, τ and its rate.
 const SHAFT: usize = 4;
 const DRIVE: usize = 4;
 
 /// The factor by which an error grows in a step, of a shaft with J = 1.
 fn growth(exchange: Exchange, repeats: u32, step: f64, loads: &[Load]) -> f64 {
-    /// The power of the map whose size is measured is 2 to this one.
+    /// The measured power of the map is 2 to this power.
     const SQUARINGS: i32 = 16;
     let count = SHAFT + DRIVE * loads.len();
     let columns: Vec<Vec<f64>> = (0..count)
@@ -355,10 +357,10 @@ fn one_step(exchange: Exchange, repeats: u32, h: f64, loads: &[Load], state: &[f
     let mut end = shaft([rate, 0.0, 0.0]);
     let course = match exchange {
         Exchange::Held => [phi, w, known, 0.0, 0.0],
-        // The machine tells φ̈ and its rate with the torque of the step before.
+        // The machine gives φ̈ and its rate with the torque of the step before.
         Exchange::Extrapolated => [phi, w, known, known_rate, 0.0],
         Exchange::GaussSeidel => [end[0], end[1], end[2], 0.0, 0.0],
-        // The motion of the shaft itself, which is as simple as that.
+        // The motion of the shaft itself.
         Exchange::Interpolated | Exchange::EffectiveInertia => [phi, w, a, rate, 0.0],
     };
     let mut next = driven(course);

@@ -1,5 +1,5 @@
-//! What a communication step costs in accuracy: a system coupled in several ways and at several steps against one that is not
-//! coupled, or is at a much shorter step.
+//! The cost of a communication step in accuracy: a system coupled in several ways and at several steps, compared with an
+//! uncoupled one, or with a much shorter step.
 //!
 //! The error of an output is the largest difference at the communication points that all steps have in common, relative to the
 //! largest magnitude of the output there. The order is log₂ of the ratio of the errors at a step and at its half.
@@ -12,19 +12,19 @@ use camdrive::drives::Fault;
 use serde::Serialize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The steps, as multiples of that of the system.
+/// The steps, as multiples of the system's.
 const LADDER: [f64; 6] = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125];
 
-/// The accuracies that verdicts are about, the first one in the sentence.
+/// The accuracies of verdicts, the first one in the sentence.
 pub const ACCURACIES: [f64; 2] = [1e-2, 1e-4];
 
 /// Over the largest magnitude of an output: a run whose error is larger has nothing in common with the motion.
 const DIVERGED: f64 = 10.0;
 
-/// The least number of points that are compared.
+/// The least number of compared points.
 const POINTS: f64 = 20.0;
 
-/// Part of an accuracy to which the reference must be known, lest a verdict rest on its own error.
+/// The part of an accuracy that the reference must reach, so that a verdict does not rest on its error.
 pub(super) const SURE: f64 = 0.1;
 
 /// Makes the parts anew.
@@ -32,26 +32,26 @@ pub type Make<'a> = Box<dyn Fn() -> Result<Coupling, Fault> + Sync + 'a>;
 
 /// A way to couple the system.
 pub struct Candidate<'a> {
-    /// What it is.
+    /// The way to couple.
     pub way: Way,
-    /// Makes the system; None where it cannot be.
+    /// Makes the system; None if that is impossible.
     pub make: Option<Make<'a>>,
 }
 
-/// A way to couple the system, and what is known of it.
+/// A way to couple the system, with its findings.
 #[derive(Clone, Debug, Serialize)]
 pub struct Way {
     /// The exchange.
     pub exchange: String,
-    /// How often a step is repeated.
+    /// The number of repetitions of a step.
     pub repeats: u32,
-    /// Who does so, as "run.py"; empty where nobody usually does.
+    /// The master that does so, as "run.py"; empty if none usually does.
     pub master: String,
-    /// The largest step (s) that is stable by theory; None where each is.
+    /// The largest step (s) that is stable by theory; None if each is.
     pub stable: Option<f64>,
-    /// Why it is not possible at all.
+    /// The reason if it is impossible.
     pub fault: Option<String>,
-    /// The largest step (s) up to which all are as accurate as each of [`ACCURACIES`].
+    /// The largest step (s) up to which all steps reach each of [`ACCURACIES`].
     pub steps: [Option<f64>; 2],
 }
 
@@ -68,7 +68,7 @@ pub struct Port {
     pub offset: f64,
 }
 
-/// An output that is compared.
+/// A compared output.
 #[derive(Clone, Debug, Serialize)]
 pub struct Output {
     /// Part and variable.
@@ -84,60 +84,60 @@ pub struct Output {
     pub ports: [Port; 2],
 }
 
-/// What the errors are taken against: twice, so that the difference tells how well it is known, the better one first.
+/// The reference of the errors: two runs, the better one first, whose difference shows its accuracy.
 pub struct Reference<'a> {
-    /// In a sentence.
+    /// Its description in a sentence.
     pub about: String,
     /// The name of the one FMU.
     pub fmu: Option<String>,
-    /// With their steps (s); infinite: from point to point.
+    /// The runs with their steps (s); infinite: from point to point.
     pub runs: [(Make<'a>, f64); 2],
 }
 
 /// The errors of a way at a step.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// The place of the way.
+    /// The index of the way.
     #[serde(skip)]
     pub way: usize,
     /// The exchange.
     pub exchange: String,
-    /// How often a step is repeated.
+    /// The number of repetitions of a step.
     pub repeats: u32,
     /// The communication step (s).
     pub step: f64,
-    /// The largest error of an output, and which.
+    /// The largest error of an output, and the output.
     pub error: Option<f64>,
     /// Its name.
     pub worst: Option<String>,
     /// The order of the error from here to the next step.
     pub order: Option<f64>,
-    /// The largest part of the work between a shaft and a drive on which both disagree.
+    /// The largest part of the work between a shaft and a drive on which they disagree.
     pub residual: Option<f64>,
-    /// Why there is no error.
+    /// The reason if there is no error.
     pub unstable: Option<String>,
-    /// Of each output.
+    /// The error of each output.
     pub errors: Vec<Option<f64>>,
 }
 
-/// What was found.
+/// The findings.
 #[derive(Clone, Debug, Serialize)]
 pub struct Findings {
     /// The name.
     pub system: String,
     /// The step of the system (s).
     pub step: f64,
-    /// What the errors are taken against.
+    /// The reference of the errors.
     pub reference: String,
     /// The one FMU.
     pub fmu: Option<String>,
-    /// How well the reference is known: the largest relative error of an output.
+    /// The accuracy of the reference: the largest relative error of an output.
     pub known_to: f64,
     /// Length of the runs (s).
     pub stop: f64,
-    /// Distance of the points that are compared (s).
+    /// Distance of the compared points (s).
     pub spacing: f64,
-    /// What is compared.
+    /// The compared outputs.
     pub outputs: Vec<Output>,
     /// The ways to couple.
     pub ways: Vec<Way>,
@@ -156,7 +156,7 @@ pub struct System<'a> {
     pub stop: f64,
 }
 
-/// The points that all runs have in common, after that of the start.
+/// The common points of all runs, after the start.
 #[derive(Clone, Copy)]
 struct Points {
     /// Their distance (s).
@@ -173,7 +173,7 @@ struct Course {
 /// A system coupled in these ways.
 ///
 /// # Errors
-/// What happens in the reference.
+/// The faults of the reference.
 pub fn study(
     system: System<'_>,
     candidates: Vec<Candidate<'_>>,
@@ -202,7 +202,7 @@ pub fn study(
             jobs.extend(ladder.iter().map(|step| (i, *step)));
         }
     }
-    // The longest ones first.
+    // The longest steps first.
     let mut order: Vec<usize> = (0..jobs.len()).collect();
     order.sort_by(|a, b| jobs[*a].1.total_cmp(&jobs[*b].1));
     let (done, total) = (AtomicUsize::new(0), jobs.len());
@@ -245,7 +245,7 @@ pub fn study(
     })
 }
 
-/// The run of a system until `goes_on` says no of a point and its values.
+/// The run of a system until `goes_on` is false for a point and its values.
 fn course(
     make: &Make<'_>,
     step: f64,
@@ -288,11 +288,11 @@ fn course(
 fn difference(a: &Course, b: &Course, output: usize, largest: f64) -> f64 {
     let of = a.values.iter().zip(&b.values).map(|(a, b)| (a[output] - b[output]).abs());
     let most = of.fold(0.0, |most: f64, x| if x <= most || most.is_nan() { most } else { x });
-    // What the reference never moves has no size.
+    // An output that never moves in the reference has no size.
     if largest == 0.0 { 0.0 } else { most / largest }
 }
 
-/// What the runs of all ways are compared with.
+/// The common reference of all runs.
 struct Comparison<'a> {
     outputs: &'a [Output],
     /// The ports of the outputs in the system.

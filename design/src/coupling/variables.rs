@@ -1,11 +1,11 @@
-//! The variables of coupled FMUs as people name them: each behind the name of its part, where that has one.
+//! The variables of coupled FMUs under the names for people: each after the name of its part, if the part has one.
 
 use crate::host::{ModelDescription, Variable};
 use camdrive::drives::Description;
 use camdrive::drives::variable::Causality;
 
-/// The part and the place there of each variable of these parts with their names, and what it is; what is connected is no input of the
-/// whole.
+/// The part, the index there and the description of each variable of these parts with their names; a connected input is no
+/// input of the whole.
 pub fn variables<'a>(
     parts: impl IntoIterator<Item = (&'a str, &'a ModelDescription)>,
     is_connected: impl Fn(usize, usize) -> bool,

@@ -1,11 +1,11 @@
-//! Functions that an instance calls: log and memory.
+//! The functions that an instance calls: log and memory.
 
 use camdrive::fmi2::abi::*;
 use std::alloc::{Layout, alloc_zeroed, dealloc};
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The most messages that are kept, and of each so many characters.
+/// The most messages that are kept, and the most characters of each.
 const MOST: usize = 100;
 const LONGEST: usize = 2000;
 
@@ -16,7 +16,7 @@ pub struct Log(Mutex<Messages>);
 /// Messages that nobody has read yet.
 #[derive(Default)]
 pub struct Messages {
-    /// Of errors and discarded steps.
+    /// Messages of errors and discarded steps.
     pub errors: Vec<String>,
     pub warnings: Vec<String>,
 }
@@ -27,7 +27,7 @@ impl Log {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The callbacks that write to this log; they are valid as long as it is.
+    /// The callbacks that write to this log; they are valid as long as the log.
     pub fn callbacks(self: &Arc<Self>) -> fmi2CallbackFunctions {
         fmi2CallbackFunctions {
             logger: Some(logger()),
@@ -40,12 +40,12 @@ impl Log {
     }
 }
 
-/// Takes the log of an instance.
+/// Receives a message of an instance.
 ///
-/// Stable Rust cannot define a variadic function. A plain one that ends with the last named argument is called like a
-/// variadic one on all platforms that the FMUs are made for: named arguments are passed alike, and the caller removes
-/// the rest. So the arguments of a format are not known here, except a string that is the only one: it is in the next of the
-/// places for arguments, which on Apple's ARM is on the stack, behind the registers x0 to x7.
+/// Stable Rust cannot define a variadic function. A plain one that ends with the last named argument is called like a variadic
+/// one on all platforms of the FMUs: named arguments are passed alike, and the caller removes the rest. So the arguments of a
+/// format are unknown here, except a single string: it is in the next of the places for arguments, which on Apple's ARM is on
+/// the stack, after the registers x0 to x7.
 unsafe extern "C" fn note(
     environment: fmi2ComponentEnvironment,
     _name: fmi2String,
@@ -83,21 +83,21 @@ fn plain(format: &str) -> String {
     format.replace("%%", "%") + if has_arguments { " (the values for % are not known)" } else { "" }
 }
 
-/// [`note`] as the type of the standard has it.
+/// [`note`] with the standard's type.
 fn logger() -> fmi2CallbackLogger {
     // SAFETY: both are pointers to functions of the C calling convention; see `note`.
     unsafe { std::mem::transmute::<*const (), fmi2CallbackLogger>(note as *const ()) }
 }
 
-/// The size of a block stands before it; the rest is aligned as by calloc.
+/// The size of a block stands before it; the block is aligned as by calloc.
 const HEAD: usize = 16;
 
-/// The layout of a block of so many bytes with its head.
+/// The layout of a block of this many bytes with its head.
 fn layout(bytes: usize) -> Option<Layout> {
     Layout::from_size_align(bytes.checked_add(HEAD)?, HEAD).ok()
 }
 
-/// Memory for so many objects of this size, zeroed; NULL where there is none.
+/// Memory for this many objects of this size, zeroed; NULL if there is none.
 unsafe extern "C" fn allocate(count: usize, size: usize) -> *mut c_void {
     let Some(bytes) = count.checked_mul(size) else { return std::ptr::null_mut() };
     let Some(layout) = layout(bytes) else { return std::ptr::null_mut() };
@@ -112,7 +112,7 @@ unsafe extern "C" fn allocate(count: usize, size: usize) -> *mut c_void {
     }
 }
 
-/// Frees what [`allocate`] gave; NULL is ignored.
+/// Frees memory of [`allocate`]; NULL is ignored.
 unsafe extern "C" fn free(object: *mut c_void) {
     if object.is_null() {
         return;
@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn memory_is_zeroed_aligned_and_freed() {
         for (count, size) in [(1, 1), (3, 8), (1000, 24), (0, 8)] {
-            // SAFETY: what is allocated is written within its size, and freed once.
+            // SAFETY: the memory is written within its size, and freed once.
             unsafe {
                 let block = allocate(count, size).cast::<u8>();
                 assert!(!block.is_null() && block.addr().is_multiple_of(16));

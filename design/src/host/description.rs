@@ -17,23 +17,23 @@ pub struct ModelDescription {
     pub guid: String,
     /// modelIdentifier: the name of the library.
     pub identifier: String,
-    /// The variables in their order, without those of the type String, which nothing here takes.
+    /// The variables in their order, without String variables, which nothing here needs.
     pub variables: Vec<Variable>,
     /// The default experiment.
     pub experiment: Experiment,
     /// Its capabilities.
     pub capabilities: Capabilities,
-    /// The program that must be on this computer, since the library only speaks with it.
+    /// The program that must be on this computer, because the library only communicates with it.
     pub needs_tool: Option<String>,
-    /// Those of the standard's log categories of warnings and errors that the FMU has.
+    /// The standard's log categories of warnings and errors that the FMU has.
     pub(super) categories: Vec<String>,
     /// Its units, also those that are only displayed.
     units: Vec<SiUnit>,
-    /// The place of each name among the variables; the first one counts.
+    /// The index of each name among the variables; the first one counts.
     places: HashMap<String, usize>,
 }
 
-/// A variable. A host passes values in its own unit; range and quantity of `about` are those of the coherent SI unit.
+/// A variable. A host passes values in its own unit; range and quantity of `about` are in the coherent SI unit.
 #[derive(Clone, Debug)]
 pub struct Variable {
     /// Name, text, range, causality and variability. An enumeration is an Integer here.
@@ -46,16 +46,16 @@ pub struct Variable {
     pub start: Option<f64>,
     /// Names and values of an enumeration.
     pub items: Vec<(String, i32)>,
-    /// True if an output may depend on every input: the FMU does not tell its dependencies.
+    /// True if an output may depend on every input, because the FMU does not declare its dependencies.
     pub by_all: bool,
 }
 
 /// The unit of a variable: a value v in it is `factor` · v + `offset` in the coherent SI unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unit {
-    /// As the FMU writes it; empty where it has none.
+    /// As the FMU writes it; empty without a unit.
     pub name: String,
-    /// Its size in SI units; 1 where that is not given.
+    /// Its size in SI units; 1 if not given.
     pub factor: f64,
     /// The SI value of zero.
     pub offset: f64,
@@ -67,18 +67,18 @@ impl Unit {
         (self.factor, self.offset) == (1.0, 0.0)
     }
 
-    /// The SI value of `value`; the same bits where the unit is SI.
+    /// The SI value of `value`; bitwise equal if the unit is SI.
     pub fn to_si(&self, value: f64) -> f64 {
         if self.is_si() { value } else { self.factor * value + self.offset }
     }
 
-    /// The value in this unit of the SI value `value`; the same bits where the unit is SI.
+    /// The value in this unit of the SI value `value`; bitwise equal if the unit is SI.
     pub fn of_si(&self, value: f64) -> f64 {
         if self.is_si() { value } else { (value - self.offset) / self.factor }
     }
 }
 
-/// The default experiment, as far as the FMU tells it.
+/// The default experiment, as far as the FMU has one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Experiment {
     /// Start time (s).
@@ -98,7 +98,7 @@ pub struct Capabilities {
     pub variable_steps: bool,
     /// Input derivatives are used.
     pub interpolates_inputs: bool,
-    /// The highest order of output derivatives; 0 where there are none.
+    /// The highest order of output derivatives; 0 without any.
     pub output_derivatives: usize,
     /// States can be saved and restored.
     pub saves_states: bool,
@@ -110,7 +110,7 @@ pub struct Capabilities {
 const OUTPUT_DERIVATIVES: usize = 2;
 
 impl ModelDescription {
-    /// The place of the variable with this name.
+    /// The index of the variable with this name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.places.get(name).copied()
     }
@@ -120,7 +120,7 @@ impl ModelDescription {
         self.find(name).map(|place| &self.variables[place])
     }
 
-    /// The unit of this name that the FMU defines, if it is one of the quantity of a variable.
+    /// The unit of this name in the FMU, if it has the quantity of a variable.
     pub fn unit(&self, variable: usize, name: &str) -> Option<&Unit> {
         let find = |name: &str| self.units.iter().find(|other| other.unit.name == name);
         let own = find(&self.variables[variable].unit.name)?;
@@ -129,7 +129,7 @@ impl ModelDescription {
             .map(|other| &other.unit)
     }
 
-    /// The fault of an FMU that does not start, with what it may lack.
+    /// The fault of an FMU that does not start, with its possible cause.
     pub(super) fn not_started(&self, fault: Fault) -> Fault {
         match &self.needs_tool {
             Some(tool) => fault.hint(format!("the FMU needs {tool} on this machine (needsExecutionTool)")),
@@ -137,7 +137,7 @@ impl ModelDescription {
         }
     }
 
-    /// Of the FMU of a drive.
+    /// The description of the FMU of a drive.
     ///
     /// # Errors
     /// Start values that the drive refuses.
@@ -182,19 +182,19 @@ impl ModelDescription {
     /// Reads the text of modelDescription.xml.
     ///
     /// # Errors
-    /// Text that is no such document; an FMU of another version, or of Model Exchange only.
+    /// Text that is no such document; an FMU of another version, or for Model Exchange only.
     pub(super) fn read(text: &str) -> Result<Self, Fault> {
         let root = Element::read(text)?;
         let version = root.needed("fmiVersion")?;
         if version != "2.0" {
             let hint = "export it for FMI 2.0 Co-Simulation; most tools offer both";
             return Err(
-                Fault::new(format!("the FMU is of FMI {version}; this tool runs FMI 2.0 Co-Simulation")).hint(hint)
+                Fault::new(format!("the FMU uses FMI {version}; this tool runs FMI 2.0 Co-Simulation")).hint(hint)
             );
         }
         let Some(how) = root.child("CoSimulation") else {
             let hint = "export it for Co-Simulation: then it brings its own solver";
-            let fault = "the FMU is one of Model Exchange only; this tool runs FMI 2.0 Co-Simulation";
+            let fault = "the FMU is for Model Exchange only; this tool runs FMI 2.0 Co-Simulation";
             return Err(Fault::new(fault).hint(hint));
         };
         let identifier = how.needed("modelIdentifier")?.to_owned();
@@ -207,7 +207,7 @@ impl ModelDescription {
             root.list("ModelVariables").iter().filter(|child| child.name == "ScalarVariable").collect();
         let names: Vec<&str> = all.iter().map(|variable| variable.get("name").unwrap_or_default()).collect();
         let known = dependencies(&root, &names)?;
-        // By their names, since an FMU may have as many types and units as variables; the first one of a name counts.
+        // By their names, because an FMU may have as many types and units as variables; the first one of a name counts.
         let types = first_of(root.list("TypeDefinitions").iter().filter_map(|t| Some((t.get("name")?, t))));
         let si = first_of(units.iter().map(|si| (si.unit.name.as_str(), si)));
         for (variable, name) in all.iter().zip(&names) {
@@ -252,7 +252,7 @@ impl ModelDescription {
 }
 
 impl Variable {
-    /// Of its element; None of a String.
+    /// The variable of its element; None for a String.
     fn read(
         element: &Element,
         units: &HashMap<&str, &SiUnit>,
@@ -281,7 +281,7 @@ impl Variable {
                 let bounds = [limit(number("min")?, f64::NEG_INFINITY), limit(number("max")?, f64::INFINITY)];
                 Kind::Real {
                     quantity: quantity(si),
-                    // A negative factor turns them over.
+                    // A negative factor swaps them.
                     min: bounds[0].min(bounds[1]),
                     max: bounds[0].max(bounds[1]),
                     nominal: number("nominal")?,
@@ -321,12 +321,13 @@ impl Variable {
             initial_dependencies: Vec::new(),
         };
         let reference = element.needed("valueReference")?;
-        let reference = reference.parse().map_err(|_| Fault::new(format!("valueReference=\"{reference}\" is none")))?;
+        let reference =
+            reference.parse().map_err(|_| Fault::new(format!("valueReference=\"{reference}\" is not a number")))?;
         Ok(Some(Variable { about, reference, unit, start, items, by_all: true }))
     }
 }
 
-/// The place of each name; from the end, since the first one of a name counts.
+/// The index of each name; from the end, because the first one of a name counts.
 fn places(variables: &[Variable]) -> HashMap<String, usize> {
     variables.iter().enumerate().rev().map(|(place, variable)| (variable.about.name.clone(), place)).collect()
 }
@@ -340,7 +341,7 @@ fn first_of<'a, T>(all: impl Iterator<Item = (&'a str, T)>) -> HashMap<&'a str, 
     first
 }
 
-/// The dependencies of the outputs, by their names, where ModelStructure has them; indices count all variables from 1.
+/// The dependencies of the outputs, by their names, if ModelStructure has them; indices count all variables from 1.
 fn dependencies<'a>(root: &Element, names: &[&'a str]) -> Result<HashMap<&'a str, Vec<&'a str>>, Fault> {
     let name = |index: &str| {
         let place = index.parse::<usize>().ok().and_then(|index| names.get(index.checked_sub(1)?));
@@ -362,12 +363,12 @@ const BASE: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
 #[derive(Clone, Debug)]
 struct SiUnit {
     unit: Unit,
-    /// The exponents of [`BASE`]; None where the FMU does not tell them.
+    /// The exponents of [`BASE`]; None if the FMU does not declare them.
     base: Option<[i8; 8]>,
 }
 
 impl SiUnit {
-    /// A unit, and those that its values are displayed in.
+    /// A unit, and the units in which its values are displayed.
     fn read(element: &Element) -> Result<Vec<Self>, Fault> {
         let name = element.needed("name")?;
         let named = |fault: Fault| fault.within(format_args!("unit \"{name}\""));
@@ -406,7 +407,7 @@ impl SiUnit {
 fn quantity(SiUnit { unit: own, base: exponents }: &SiUnit) -> &'static Quantity {
     type Key<'a> = (&'a str, [i8; 4], Option<(&'a str, u64)>);
     static KEPT: Mutex<BTreeMap<Key<'static>, &'static Quantity>> = Mutex::new(BTreeMap::new());
-    // No unit that a person writes has the dimension of one that is not told, or of electricity, heat, light or matter.
+    // No unit that a person writes has an undeclared dimension, or one of electricity, heat, light or matter.
     let base = match exponents {
         Some([kg, m, s, 0, 0, 0, 0, rad]) => [*kg, *m, *s, *rad],
         None if own.name.is_empty() => [0; 4],
@@ -419,7 +420,7 @@ fn quantity(SiUnit { unit: own, base: exponents }: &SiUnit) -> &'static Quantity
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
     let bits = |(name, factor): (_, f64)| (name, factor.to_bits());
     let key: Key<'_> = (&unit, base, display.map(bits));
-    // With the lifetime of a key that is only sought.
+    // With the lifetime of a key that is only looked up.
     let sought: &BTreeMap<Key<'_>, &'static Quantity> = &kept;
     if let Some(found) = sought.get(&key) {
         return found;
@@ -464,7 +465,7 @@ mod tests {
         assert_eq!(least, -5e3);
         // Each is kept once.
         assert!(std::ptr::eq(pascal, quantity(&of("kPa")).0));
-        // What is not told in SI is taken as it is, and no text has its unit by chance.
+        // Values without a unit in SI are taken unchanged, and no text has their unit by chance.
         for (name, base) in [("bit", [i8::MAX; 4]), ("baud", [i8::MAX; 4]), ("", [0; 4])] {
             let description = of(name);
             let (quantity, least) = quantity(&description);

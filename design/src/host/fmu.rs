@@ -15,19 +15,19 @@ use std::sync::{Arc, Mutex, PoisonError};
 use tempfile::TempDir;
 use zip::ZipArchive;
 
-/// The most bytes that are unpacked: an archive of a few of them may hold any number of zeros.
+/// The most bytes to unpack: an archive of a few bytes may hold any number of zeros.
 const LARGEST: u64 = 4_000_000_000;
 
 /// The largest modelDescription.xml (bytes).
 const LARGEST_DESCRIPTION: u64 = 200_000_000;
 
-/// The file that makes an archive an FMU.
+/// The file that every FMU has in its archive.
 pub const DESCRIPTION: &str = "modelDescription.xml";
 
-/// The folder of what an FMU carries to be traced and checked, by the layered standard FMI-LS-REF.
+/// The folder with the sources for tracing and checking an FMU, by the layered standard FMI-LS-REF.
 pub const REFERENCES: &str = "extra/org.fmi-standard.fmi-ls-ref";
 
-/// The folder of its model in it, the scene of ours.
+/// The folder of its model in it, which has the scene of our FMUs.
 pub const MODEL: &str = "model";
 
 /// An FMU 2.0 of Co-Simulation that is ready to be instantiated, also by several threads. Its folder is removed with its last
@@ -45,9 +45,9 @@ pub(super) struct Content {
     _removed: Option<TemporaryFolder>,
 }
 
-/// Where the library of an FMU runs.
+/// The place in which the library of an FMU runs.
 pub(super) enum Runtime {
-    /// In this process; it is the one in this tool where none is loaded.
+    /// In this process; the library in this tool if none is loaded.
     Here { functions: Arc<Functions>, _library: Option<Library> },
     /// Each instance in a process of its own.
     Apart(Arc<Idle>),
@@ -60,7 +60,7 @@ impl Runtime {
 }
 
 impl Fmu {
-    /// Opens an FMU, and loads its library: into a process of its own where it is a foreign one.
+    /// Opens an FMU, and loads its library; a foreign one into a process of its own.
     ///
     /// # Errors
     /// With the path: a file that is no FMU 2.0 of Co-Simulation, that has no library for this platform, or one that cannot be
@@ -103,7 +103,7 @@ impl Fmu {
     /// The FMU that was unpacked into this folder, its library loaded into this process.
     ///
     /// # Errors
-    /// Those of [`Fmu::open`].
+    /// The errors of [`Fmu::open`].
     pub(super) fn loaded(folder: &Path) -> Result<Self, Fault> {
         let description = described(std::fs::read(folder.join(DESCRIPTION)).map_err(|e| no_folder(&e))?)?;
         let library = library(&description, |path| folder.join(path).is_file());
@@ -161,7 +161,7 @@ impl Content {
 
 /// The model description of this text.
 fn described(text: Vec<u8>) -> Result<ModelDescription, Fault> {
-    // What is not UTF-8 in spite of the standard is mostly Latin-1, and only in texts.
+    // Text that is not UTF-8 in spite of the standard is mostly Latin-1, and only in texts.
     let text = String::from_utf8(text).unwrap_or_else(|e| e.into_bytes().into_iter().map(char::from).collect());
     ModelDescription::read(&text).map_err(|fault| fault.within(DESCRIPTION))
 }
@@ -186,7 +186,7 @@ fn no_folder(why: &dyn Display) -> Fault {
 #[derive(Debug)]
 pub struct TemporaryFolder(TempDir);
 
-/// The folders that are there.
+/// The existing folders.
 static FOLDERS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 impl TemporaryFolder {
@@ -196,12 +196,12 @@ impl TemporaryFolder {
         Ok(TemporaryFolder(folder))
     }
 
-    /// Where it is.
+    /// Its path.
     pub fn path(&self) -> &Path {
         self.0.path()
     }
 
-    /// Removes all, since a signal ends the program without dropping anything.
+    /// Removes all, because a signal ends the program without dropping anything.
     pub fn remove_all() {
         for folder in FOLDERS.lock().unwrap_or_else(PoisonError::into_inner).iter() {
             let _ = std::fs::remove_dir_all(folder);
@@ -219,7 +219,7 @@ fn damaged(why: &dyn Display) -> Fault {
     Fault::new(format!("the archive is damaged: {why}"))
 }
 
-/// A file that can be read from its end, as archives are.
+/// A file that can be read from its end, like an archive.
 fn opened(path: &Path, what: &str) -> Result<File, Fault> {
     let unread = |e: &dyn Display| Fault::new(format!("the {what} cannot be read: {e}"));
     let about = std::fs::metadata(path).map_err(|e| unread(&e))?;
@@ -230,7 +230,7 @@ fn opened(path: &Path, what: &str) -> Result<File, Fault> {
     }
 }
 
-/// The files below these folders of an FMU or another archive in a temporary folder, whatever else it holds.
+/// The files below these folders of an FMU or another archive in a temporary folder, without its other files.
 ///
 /// # Errors
 /// A file that is no archive; a temporary folder that cannot be written.
@@ -262,7 +262,7 @@ fn unpack<R: Read + Seek>(archive: &mut ZipArchive<R>, folders: &[&str]) -> Resu
             return Err(damaged(&format!("it holds more than {} GB", LARGEST / 1_000_000_000)));
         }
     }
-    // A folder that is empty is not in every archive, but named to the instance.
+    // Not every archive has an empty folder, but the instance gets its name.
     std::fs::create_dir_all(target.path().join("resources")).map_err(|e| no_folder(&e))?;
     Ok(target)
 }
@@ -306,6 +306,6 @@ fn without_platform(names: &[String]) -> Fault {
     inside.dedup();
     let inside = if inside.is_empty() { "none".to_owned() } else { inside.join(", ") };
     let here = platforms().first().copied().unwrap_or(std::env::consts::OS);
-    let hint = "export it for this platform; of a scene, `camdrive export --platforms` names them";
-    Fault::new(format!("the FMU has no library for {here}; it has those for {inside}")).hint(hint)
+    let hint = "export it for this platform; for a scene use `camdrive export --platforms`";
+    Fault::new(format!("the FMU has no library for {here}; it has libraries for {inside}")).hint(hint)
 }

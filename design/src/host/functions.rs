@@ -1,4 +1,4 @@
-//! The functions of FMI 2.0 that the host calls: of the library in this tool, or of one that is loaded from a file.
+//! The functions of FMI 2.0 that the host calls: of the library in this tool, or of a library from a file.
 
 use camdrive::drives::Fault;
 use camdrive::fmi2::abi::*;
@@ -13,7 +13,7 @@ macro_rules! functions {
         needed { $($needed:ident($($argument:ty),*) -> $result:ty;)* }
         optional { $($optional:ident($($given:ty),*);)* }
     ) => {
-        /// Pointers to the functions by their names; those that only some hosts need, a library may lack.
+        /// Pointers to the functions by their names; a library may lack those that only some hosts need.
         #[allow(non_snake_case)]
         pub struct Functions {
             $(pub $needed: unsafe extern "C" fn($($argument),*) -> $result,)*
@@ -21,7 +21,7 @@ macro_rules! functions {
         }
 
         impl Functions {
-            /// Those of the library in this tool.
+            /// The functions of the library in this tool.
             pub fn linked() -> Self {
                 Functions {
                     $($needed: functions::$needed,)*
@@ -29,13 +29,13 @@ macro_rules! functions {
                 }
             }
 
-            /// Those of a library.
+            /// The functions of a library.
             ///
             /// # Errors
             /// A function is missing.
             fn of(library: &Library) -> Result<Self, Fault> {
-                // SAFETY: a symbol of this name is a function of this signature, by the standard; that of a library whose
-                // author broke it cannot be told. What is NULL is none.
+                // SAFETY: a symbol of this name is a function of this signature, by the standard; a library whose author broke
+                // it cannot be detected. NULL counts as missing.
                 Ok(unsafe {
                     Functions {
                         $($needed: library
@@ -89,20 +89,20 @@ functions! {
 
 #[cold]
 fn missing(name: &str) -> Fault {
-    let hint = "the FMU may be one of Model Exchange, of another version, or damaged";
+    let hint = "the FMU may be for Model Exchange, of another version, or damaged";
     Fault::new(format!("its library has no function {name}")).hint(hint)
 }
 
 impl Functions {
-    /// Loads a library; the functions are valid as long as it is.
+    /// Loads a library; the functions are valid as long as the library.
     ///
     /// # Errors
-    /// What the loader of the system says; a library that is none of FMI 2.0.
+    /// The fault of the system's loader; a library that is not for FMI 2.0.
     pub fn load(path: &Path) -> Result<(Self, Library), Fault> {
         let library = open(path).map_err(|e| {
-            // The words of Windows are those of the cause.
+            // The text of Windows repeats the cause.
             let cause = std::error::Error::source(&e).map(|cause| format!(": {cause}")).unwrap_or_default();
-            let hint = "what the library needs beside itself must be installed; its maker knows it";
+            let hint = "install the libraries that it needs; its maker knows them";
             Fault::new(format!("its library cannot be loaded: {e}{cause}")).hint(hint)
         })?;
         let functions = Functions::of(&library)?;
@@ -113,7 +113,7 @@ impl Functions {
         };
         if version.as_c_str() != c"2.0" || types.as_c_str() != c"default" {
             return Err(Fault::new(format!(
-                "its library says that it is of FMI {version:?} with the types {types:?}; expected \"2.0\" and \"default\""
+                "its library reports FMI {version:?} with the types {types:?}; expected \"2.0\" and \"default\""
             )));
         }
         Ok((functions, library))
@@ -121,17 +121,17 @@ impl Functions {
 }
 
 unsafe extern "C" {
-    /// Ends the process at once: nothing that a library registered for its end is called, which may hang.
+    /// Ends the process at once, without the exit functions of a library, which may hang.
     safe fn _exit(code: std::ffi::c_int) -> !;
 }
 
 #[cfg(unix)]
 unsafe extern "C" {
-    /// Sends a signal to a process; to a group of them by the negative number of its leader.
+    /// Sends a signal to a process; to a group by the negative number of its leader.
     safe fn kill(process: std::ffi::c_int, signal: std::ffi::c_int) -> std::ffi::c_int;
 }
 
-/// Ends the processes of the group that this one leads or led, and it with them. Windows has no such groups.
+/// Ends the processes of the group that this one leads or led, including it. Windows has no such groups.
 pub fn end_group(leader: u32) {
     #[cfg(unix)]
     if let Ok(leader @ 2..) = std::ffi::c_int::try_from(leader) {
@@ -151,7 +151,7 @@ pub fn leave() -> ! {
 #[cfg(unix)]
 fn open(path: &Path) -> Result<Library, libloading::Error> {
     use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
-    // What the library lacks is to be told now, instead of ending the process at the first call of it.
+    // A missing function is to be reported now, instead of ending the process at its first call.
     // SAFETY: loading runs code of the FMU, for which the user asks by opening it.
     unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) }.map(Into::into)
 }
@@ -159,7 +159,7 @@ fn open(path: &Path) -> Result<Library, libloading::Error> {
 #[cfg(windows)]
 fn open(path: &Path) -> Result<Library, libloading::Error> {
     use libloading::os::windows::{LOAD_WITH_ALTERED_SEARCH_PATH, Library};
-    // Libraries beside that of the FMU are found, too.
+    // Libraries next to the FMU's are found, too.
     // SAFETY: loading runs code of the FMU, for which the user asks by opening it.
     unsafe { Library::load_with_flags(path, LOAD_WITH_ALTERED_SEARCH_PATH) }.map(Into::into)
 }

@@ -17,12 +17,12 @@ use std::sync::Arc;
 pub(super) struct LocalInstance {
     component: fmi2Component,
     saved: fmi2FMUstate,
-    /// Of a broken instance no function may be called.
+    /// No function of a broken instance may be called.
     broken: bool,
-    /// It has ended the simulation.
+    /// True if it has ended the simulation.
     ended: bool,
     log: Arc<Log>,
-    /// Instances hold its address, and those of the texts, longer than the standard lets them.
+    /// Instances keep its address, and the addresses of the texts, longer than the standard allows.
     _callbacks: Rc<fmi2CallbackFunctions>,
     _texts: [CString; 3],
     functions: Arc<Functions>,
@@ -31,10 +31,10 @@ pub(super) struct LocalInstance {
 }
 
 impl LocalInstance {
-    /// An instance of this name by these functions of the FMU.
+    /// An instance of this name with these functions of the FMU.
     ///
     /// # Errors
-    /// What the library says where it refuses; a second instance where the FMU admits one only.
+    /// The library's message if it refuses; a second instance if the FMU allows only one.
     pub fn new(content: &Arc<Content>, functions: &Arc<Functions>, name: &str) -> Result<Self, Fault> {
         if content.description.capabilities.only_once && Arc::strong_count(functions) > 1 {
             let hint = "open the FMU once for each instance";
@@ -80,7 +80,7 @@ impl LocalInstance {
         &self.content.description
     }
 
-    /// Chooses messages of warnings and errors, where the FMU tells them apart; what else it logs would cost time.
+    /// Selects messages of warnings and errors, if the FMU has such categories; other messages would cost time.
     fn choose_messages(&mut self) {
         let names = self.description().categories.iter().filter_map(|name| CString::new(name.as_str()).ok());
         let names: Vec<CString> = names.collect();
@@ -91,7 +91,7 @@ impl LocalInstance {
         }
     }
 
-    /// A fault with what the log says of it, else with `text`.
+    /// A fault with the log's messages, else with `text`.
     #[cold]
     fn fault(&mut self, text: impl Fn() -> String) -> Fault {
         let said = std::mem::take(&mut self.log.messages().errors);
@@ -107,7 +107,7 @@ impl LocalInstance {
     fn refused(&mut self, status: fmi2Status, function: &str) -> Fault {
         self.broken |= status == FATAL;
         let word = ["fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending"];
-        let word = usize::try_from(status).ok().and_then(|status| word.get(status)).unwrap_or(&"a status that is none");
+        let word = usize::try_from(status).ok().and_then(|status| word.get(status)).unwrap_or(&"an invalid status");
         self.fault(|| format!("{function}: the FMU returns {word} and does not say why"))
     }
 
@@ -122,7 +122,7 @@ impl LocalInstance {
             (end == Some(OK), last == Some(OK))
         };
         let place = if knows_last { format!(" at t = {} s", Number(last)) } else { String::new() };
-        // That a status is not known is no news.
+        // An unknown status is no news.
         let said = std::mem::take(&mut self.log.messages().errors).into_iter().next();
         let why = said.map(|said| format!(": {said}")).unwrap_or_default();
         self.ended = knows_end && ended != FALSE;
@@ -288,7 +288,7 @@ impl Drop for LocalInstance {
             return;
         }
         let functions = &self.functions;
-        // SAFETY: handle and state are alive, and used no more; log, texts and library are dropped after them.
+        // SAFETY: handle and state are alive, and not used again; log, texts and library are dropped after them.
         unsafe {
             if let (Some(free), false) = (functions.fmi2FreeFMUstate, self.saved.is_null()) {
                 free(self.component, &raw mut self.saved);

@@ -1,8 +1,8 @@
-//! A host of FMUs: it drives an instance as an importer does and is safe to use.
+//! A host of FMUs: it drives an instance like an importer and is safe to use.
 //!
-//! An [`Fmu`] comes from a file or from a [`crate::resource::Resource`], whose library is the one in this tool. A library of this
-//! tool's own sources is in this process; a foreign one is in a process of its own, where the program calls [`serve`]. All give instances of
-//! one kind, [`Host`]. The studies of [`crate`] measure through it what an importer will get.
+//! An [`Fmu`] comes from a file or from a [`crate::resource::Resource`], whose library is the one in this tool. A library of
+//! this tool's own sources is in this process; a foreign one is in a process of its own if the program calls [`serve`]. All
+//! give instances of one kind, [`Host`]. The studies of [`crate`] use it to measure the result that an importer will get.
 
 #[allow(unsafe_code)]
 mod callbacks;
@@ -29,17 +29,17 @@ use std::sync::Arc;
 /// The functions of an instance. Values have the units of the variables, see [`Variable`].
 ///
 /// # Errors
-/// Of each: what the instance says where it refuses; of one in another process, how that died.
+/// Of each: the instance's message if it refuses; the cause of death of one in another process.
 pub trait Instance {
-    /// Tells start and stop time (s), and the relative tolerance.
+    /// Sets start and stop time (s), and the relative tolerance.
     fn set_up(&mut self, start: f64, stop: Option<f64>, tolerance: Option<f64>) -> Result<(), Fault>;
     /// Begins initialisation.
     fn enter_initialization(&mut self) -> Result<(), Fault>;
     /// Ends initialisation: the initial state is computed.
     fn exit_initialization(&mut self) -> Result<(), Fault>;
-    /// Sets a variable of any type, by its place in the description. A value that is none of its type is refused.
+    /// Sets a variable of any type, by its index in the description. A value of another type is refused.
     fn set(&mut self, variable: usize, value: f64) -> Result<(), Fault>;
-    /// Reads a variable of any type, by its place in the description.
+    /// Reads a variable of any type, by its index in the description.
     fn get(&mut self, variable: usize) -> Result<f64, Fault>;
     /// Sets Reals by their references; the lists are of one length.
     fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Fault>;
@@ -49,16 +49,16 @@ pub trait Instance {
     fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Result<(), Fault>;
     /// Reads output derivatives by references and orders; the lists are of one length.
     fn get_output_derivatives(&mut self, references: &[u32], orders: &[i32], values: &mut [f64]) -> Result<(), Fault>;
-    /// Advances from the communication point `time` by `step` (s). States of earlier points are not restored any more. The fault of
-    /// a step that the FMU discards tells whether it ends the simulation, and how far it went.
+    /// Advances from the communication point `time` by `step` (s). States of earlier points can no longer be restored. The
+    /// fault of a discarded step says whether the FMU ends the simulation, and how far it went.
     fn do_step(&mut self, time: f64, step: f64) -> Result<(), Fault>;
-    /// Keeps the present state, instead of the one that was kept before. An FMU that cannot save states refuses.
+    /// Saves the present state and drops the one before. An FMU that cannot save states refuses.
     fn save(&mut self) -> Result<(), Fault>;
-    /// Goes back to the state that was kept; it may be restored any number of times.
+    /// Goes back to the saved state; it may be restored any number of times.
     fn restore(&mut self) -> Result<(), Fault>;
     /// Ends the simulation; the values can still be read.
     fn terminate(&mut self) -> Result<(), Fault>;
-    /// Frees the instance, which is of no use then. Dropping it frees it, too, but does not say how its library fails.
+    /// Frees the instance, which is unusable afterwards. Dropping it frees it, too, but does not report faults of its library.
     fn free(&mut self) -> Result<(), Fault> {
         Ok(())
     }
@@ -70,7 +70,7 @@ pub trait Instance {
 
 /// An instance of an FMU.
 ///
-/// After an error it is of no use but to be dropped; only a step that was discarded may be tried anew from a state that was saved.
+/// After an error it can only be dropped; only a discarded step may be tried again from a saved state.
 pub struct Host {
     instance: Box<dyn Instance>,
     content: Arc<fmu::Content>,
@@ -80,7 +80,7 @@ impl Fmu {
     /// An instance of this name.
     ///
     /// # Errors
-    /// What the library says where it refuses; a second instance in this process where the FMU admits one only.
+    /// The library's message if it refuses; a second instance in this process if the FMU allows only one.
     pub fn instantiate(&self, name: &str) -> Result<Host, Fault> {
         let content = Arc::clone(&self.0);
         let instance: Result<Box<dyn Instance>, Fault> = match &content.runtime {
@@ -98,7 +98,7 @@ impl Host {
     /// An instance of the FMU of this scene.
     ///
     /// # Errors
-    /// Those of [`Fmu::linked`] and [`Fmu::instantiate`].
+    /// The errors of [`Fmu::linked`] and [`Fmu::instantiate`].
     pub fn instantiate(resource: &crate::resource::Resource) -> Result<Self, Fault> {
         Fmu::linked(resource)?.instantiate(&resource.name)
     }

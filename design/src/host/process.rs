@@ -6,13 +6,13 @@
 //!        ◀─ Answer ─        ◀──
 //! ```
 //!
-//! A message is its length (u32, little-endian) and the call or answer in postcard's encoding. The child answers once when its library
-//! is loaded, then each call in turn. The socket is the child's standard input, which no library writes to; what a library prints goes
-//! to the standard error. Windows passes no sockets on, so that the child connects to this process by TCP there, and its standard
-//! input is a pipe that is closed when this process ends.
+//! A message is its length (u32, little-endian) and the call or answer in postcard's encoding. The child answers once when its
+//! library is loaded, then each call in turn. The socket is the child's standard input, which no library writes to; text that a
+//! library prints goes to the standard error. Windows passes no sockets on, so the child connects to this process by TCP there,
+//! and its standard input is a pipe that closes when this process ends.
 //!
-//! A round trip costs some 15 µs, so that values are read together: what was read at the last point is asked for with the first value
-//! of the next one. A thread beside each child ends it when a call takes longer than the limit of [`limit`].
+//! A round trip costs some 15 µs, so values are read together: the first reading at a point also asks for all values read at
+//! the last point. A thread for each child ends it when a call takes longer than [`limit`].
 
 use super::Instance;
 use super::functions::end_group;
@@ -32,26 +32,26 @@ pub(super) use std::net::TcpStream as Stream;
 #[cfg(unix)]
 pub(super) use std::os::unix::net::UnixStream as Stream;
 
-/// The first argument of the child; the others are its folder, the process that started it and, on Windows, where it listens.
+/// The first argument of the child; the others are its folder, the process that started it and, on Windows, its address.
 pub(super) const MARK: &str = "--serve-library";
 
-/// The interval at which a thread looks whether the other process still lives.
+/// The interval at which a thread checks that the other process still lives.
 pub(super) const LOOK: Duration = Duration::from_millis(100);
 
 /// The time that a child may take to unload its library.
 const UNLOADING: Duration = Duration::from_secs(2);
 
-/// The longest time of a call of a foreign library unless the user sets another one (s): tools behind an FMU take half a minute to
+/// The longest time of a call of a foreign library unless the user sets another one (s): tools of an FMU take half a minute to
 /// start.
 pub const LIMIT: f64 = 60.0;
 
-/// This program, where it serves.
+/// This program, if it serves.
 pub(super) static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
 
-/// [`LIMIT`], or what the user chose (ms).
+/// [`LIMIT`], or the user's choice (ms).
 static LONGEST: AtomicU64 = AtomicU64::new((LIMIT * 1e3) as u64);
 
-/// Chooses how long a call of a foreign library may take (s).
+/// Sets the longest time of a call of a foreign library (s).
 pub fn limit(time: f64) {
     LONGEST.store((time * 1e3).ceil() as u64, Relaxed);
 }
@@ -61,7 +61,7 @@ pub(super) fn isolates() -> bool {
     PROGRAM.get().is_some()
 }
 
-/// A request to an instance. `Instantiate` makes that of a child.
+/// A request to an instance. `Instantiate` makes the child's.
 #[derive(Debug, Deserialize, Serialize)]
 pub(super) enum Call {
     Instantiate(String),
@@ -90,7 +90,7 @@ pub(super) enum Read {
 /// The result of a call or a reading.
 pub(super) type Outcome = Result<Vec<f64>, Fault>;
 
-/// The answer of a call; one of readings has as many outcomes.
+/// The answer of a call; an answer of readings has as many outcomes.
 #[derive(Debug, Default, Deserialize, Serialize)]
 pub(super) struct Answer {
     pub outcomes: Vec<Outcome>,
@@ -99,14 +99,14 @@ pub(super) struct Answer {
 }
 
 impl Answer {
-    /// The first fault of its outcomes, if there is one.
+    /// The first fault of its outcomes, if any.
     fn all(self) -> Result<(), Fault> {
         self.outcomes.into_iter().try_for_each(|outcome| outcome.map(drop))
     }
 }
 
 impl Call {
-    /// The function of the standard that is called.
+    /// The called function of the standard.
     fn function(&self) -> &'static str {
         match self {
             Call::Instantiate(_) => "fmi2Instantiate",
@@ -141,7 +141,7 @@ pub(super) fn receive<T: for<'a> Deserialize<'a>>(stream: &mut BufReader<Stream>
     stream.read_exact(&mut length)?;
     let length = u32::from_le_bytes(length);
     let mut bytes = Vec::new();
-    // Memory is taken as the bytes come.
+    // Memory grows as the bytes come.
     stream.take(length.into()).read_to_end(&mut bytes)?;
     postcard::from_bytes(&bytes).map_err(io::Error::other)
 }
@@ -160,11 +160,11 @@ struct Watched {
     child: Mutex<Child>,
     /// When it was started.
     clock: Clock,
-    /// When the call under way began, in ms from then on, plus 1; 0 where there is none.
+    /// The start of the present call, in ms from then on, plus 1; 0 without a call.
     begun: AtomicU64,
     is_late: AtomicBool,
     is_over: AtomicBool,
-    /// The processes that the library started were ended with it.
+    /// True if the processes that the library started were ended with it.
     is_cleared: AtomicBool,
 }
 
@@ -189,7 +189,7 @@ impl Watched {
         })
     }
 
-    /// Ends the child when a call takes too long, and the waiting for one that is dead.
+    /// Ends the child when a call takes too long, and the waiting for a dead one.
     fn watch(&self, stream: &Stream) {
         while !self.is_over.load(Relaxed) {
             park_timeout(LOOK);
@@ -212,7 +212,7 @@ impl Process {
     /// Starts a child that loads the library of the FMU in this folder.
     ///
     /// # Errors
-    /// What the child says; one that dies or is late.
+    /// The child's message; a child that dies or is late.
     pub fn start(folder: &Path) -> Result<Self, Fault> {
         let not_started = |e: io::Error| Fault::new(format!("the process for its library cannot be started: {e}"));
         let program = PROGRAM.get().ok_or_else(|| not_started(io::ErrorKind::NotFound.into()))?;
@@ -239,7 +239,7 @@ impl Process {
     /// Makes a call, and waits for its answer.
     fn call(&mut self, call: &Call) -> Result<Answer, Fault> {
         self.watched.begun.store(self.watched.now(), Relaxed);
-        // A child that is dead does not answer.
+        // A dead child does not answer.
         let _ = send(&mut self.stream, call);
         self.answer(call.function())
     }
@@ -311,7 +311,7 @@ fn ended(watched: &Watched, within: Duration) -> Option<ExitStatus> {
 fn cause(status: ExitStatus) -> String {
     #[cfg(unix)]
     if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
-        // Those that have one number on all systems, and that of an address that does not exist.
+        // Signals with one number on all systems, and the one of an address that does not exist.
         let name = match signal {
             4 => ": SIGILL, an instruction that the processor lacks",
             6 => ": SIGABRT, it gave up",
@@ -376,7 +376,7 @@ fn connected(mut command: Command) -> io::Result<(Stream, Child)> {
     }
 }
 
-/// The children of an FMU that have no instance.
+/// The children of an FMU without an instance.
 #[derive(Default)]
 pub(super) struct Idle(Mutex<Vec<Process>>);
 
@@ -392,14 +392,14 @@ impl Idle {
 
 /// An instance in a process of its own.
 pub(super) struct Remote {
-    /// None while it is given back.
+    /// None while it is returned.
     process: Option<Process>,
     idle: Arc<Idle>,
     /// The readings since the last change and at the point before, with their results.
     readings: Vec<Reading>,
-    /// The place of each of them.
+    /// The index of each of them.
     places: HashMap<Read, usize>,
-    /// Those of which nothing has come since the last change.
+    /// Readings without a result since the last change.
     open: Vec<usize>,
     warnings: Vec<String>,
     has_ended: bool,
@@ -415,7 +415,7 @@ impl Remote {
     /// An instance of this name of the FMU in this folder.
     ///
     /// # Errors
-    /// What the library says where it refuses; a process that dies or is late.
+    /// The library's message if it refuses; a process that dies or is late.
     pub fn new(folder: &Path, idle: &Arc<Idle>, name: &str) -> Result<Self, Fault> {
         let process = idle.of(Vec::pop).map_or_else(|| Process::start(folder), Ok)?;
         let mut remote = Remote {
@@ -552,7 +552,7 @@ impl Instance for Remote {
 
 impl Drop for Remote {
     fn drop(&mut self) {
-        // Who wants to know how a library fails here calls it before.
+        // Call it before to learn how a library fails here.
         let _ = self.free();
     }
 }

@@ -16,7 +16,7 @@ use std::process::ExitCode;
 use std::thread::sleep;
 use std::thread::spawn;
 
-/// To be called first by a program that drives foreign FMUs: their libraries then run in processes of their own.
+/// A program that drives foreign FMUs must call this first: their libraries then run in processes of their own.
 ///
 /// A process that was started for a library serves it, and gets its exit code.
 pub fn serve() -> Option<ExitCode> {
@@ -31,7 +31,7 @@ pub fn serve() -> Option<ExitCode> {
     None
 }
 
-/// The socket of this child, which ends when the process that started it does, also within a call.
+/// The socket of this child; the child ends when the process that started it does, also within a call.
 #[cfg(unix)]
 fn socket(parent: &OsString, _: Option<&OsString>) -> io::Result<Stream> {
     use std::os::fd::AsFd as _;
@@ -72,7 +72,7 @@ fn serve_library(arguments: &[OsString]) -> io::Result<()> {
     send(&mut stream, &Answer { outcomes: vec![loaded], ..Answer::default() })?;
     let Some(fmu) = fmu else { return Ok(()) };
     let mut host = None;
-    // A socket that is closed ends it.
+    // A closed socket ends it.
     while let Ok(call) = receive::<Call>(&mut stream) {
         let answer = answered(&fmu, &mut host, call);
         send(&mut stream, &answer)?;

@@ -1,11 +1,11 @@
 //! A run of a study over coupled FMUs, measured from one communication point to the next.
 //!
-//! Over a step h an output is the polynomial with what its FMU tells at both ends: of degree five with two derivatives, cubic
-//! with one, else the straight line, whose extremes are those of the points. For smooth f its error is at most
-//! h⁶ max |f⁽⁶⁾| / 46080, h⁴ max |f⁗| / 384 or h² max |f″| / 8. What happens within a step, an impact for example, is seen only
-//! by what it leaves at the end. What is constant between events has the value at the end of the step.
+//! Over a step h an output is a polynomial from the FMU's values at both ends: of degree five with two derivatives, cubic with
+//! one, else the straight line, whose extremes are the points'. For smooth f its error is at most h⁶ max |f⁽⁶⁾| / 46080, h⁴ max
+//! |f⁗| / 384 or h² max |f″| / 8. An event within a step, such as an impact, shows only by its effect at the end. An output
+//! that is constant between events has the value at the end of the step.
 //!
-//! Steps keep their length, but for the last one of a window in time where all FMUs take steps of any length.
+//! Steps keep their length, except the last one of a window in time if all FMUs take steps of any length.
 
 use super::measure::{Gathered, Measure};
 use super::piece::{Jet, Piece};
@@ -16,13 +16,13 @@ use crate::text::number;
 use camdrive::drives::variable::{Causality, Kind as Type, Variability};
 use camdrive::drives::{Description, Fault, Number};
 
-/// What a study takes of coupled FMUs.
+/// The data that a study needs of coupled FMUs.
 pub struct Runner<'a> {
     window: &'a Window,
     measures: &'a [Measure],
-    /// The place of each measure's output among those that are followed.
+    /// The index of each measure's output among the followed ones.
     outputs: Vec<usize>,
-    /// The angle first where it matters.
+    /// The angle first if it matters.
     followed: Vec<Followed>,
 }
 
@@ -31,9 +31,9 @@ struct Followed {
     part: usize,
     place: usize,
     reference: u32,
-    /// Of the derivatives that its FMU tells, 2 at most.
+    /// The number of derivatives that its FMU provides, 2 at most.
     order: usize,
-    /// It is constant between events.
+    /// True if it is constant between events.
     is_discrete: bool,
     /// Its unit in SI, and the SI value of zero.
     unit: [f64; 2],
@@ -42,14 +42,14 @@ struct Followed {
 /// This part of a step is rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// How well angles of passages are known (rad): far above rounding, far below what a step leaves.
+/// Accuracy of the angles of passages (rad): far above rounding, far below the error of a step.
 const REACH: f64 = 1e-9;
 
 impl<'a> Runner<'a> {
-    /// Of these measures of coupled FMUs with all these variables; `places` has the part of each and its place there.
+    /// A runner for these measures of coupled FMUs with all these variables; `places` has the part of each and its index there.
     ///
     /// # Errors
-    /// Where there is no such output, it cannot be measured so, or no angle is known.
+    /// An output that does not exist or cannot be measured like this, or a missing angle.
     pub fn new(
         places: &[(usize, usize)],
         all: &[Description],
@@ -64,7 +64,7 @@ impl<'a> Runner<'a> {
             match angles[..] {
                 [phi] => Ok(phi),
                 _ => Err(Fault::new(format!(
-                    "turns and angles are those of the one output phi; here there are {}",
+                    "turns and angles need exactly one output phi; this system has {}",
                     angles.len()
                 ))
                 .hint("give `time`")),
@@ -75,7 +75,7 @@ impl<'a> Runner<'a> {
         if let Some(measure) = measures.iter().find(taken) {
             let name = &measure.output;
             let hint = "measure the output that it is connected to";
-            return Err(Fault::new(format!("`{measure}`: `{name}` is an input, as it was told")).hint(hint));
+            return Err(Fault::new(format!("`{measure}`: `{name}` is an input")).hint(hint));
         }
         let Outputs { measured, followed, .. } = Outputs::new(all, phi, window, measures, |_| true)?;
         let of = |i: usize| {
@@ -91,11 +91,11 @@ impl<'a> Runner<'a> {
         Ok(Runner { window, measures, outputs, followed: followed.into_iter().map(of).collect() })
     }
 
-    /// The measures of FMUs that were started at `start` (s), in their order, with communication steps of `step` (s); and why they
-    /// end before the window does, where an FMU ends the simulation in it. Harmonics need whole turns: there is none then.
+    /// The measures of FMUs that were started at `start` (s), in their order, with communication steps of `step` (s), and the
+    /// reason if an FMU ends the simulation before the window does. Harmonics need whole turns and are then missing.
     ///
     /// # Errors
-    /// What a part says, with its name and the time; what cannot be measured of the motion.
+    /// The fault of a part, with its name and the time; measures that the motion does not have.
     pub fn run(&self, coupling: &mut Coupling, start: f64, step: f64) -> Result<(Vec<f64>, Option<String>), Fault> {
         let is_free = (0..coupling.count()).all(|part| coupling.description(part).capabilities.variable_steps);
         let before = self.followed.iter().map(|of| of.jet(coupling)).collect::<Result<Vec<_>, _>>()?;
@@ -128,18 +128,18 @@ impl<'a> Runner<'a> {
 struct Course<'a> {
     runner: &'a Runner<'a>,
     coupling: &'a mut Coupling,
-    /// Whether all of them take steps of any length.
+    /// True if all of them take steps of any length.
     is_free: bool,
-    /// Where the run began, and its step (s).
+    /// The start of the run, and its step (s).
     start: f64,
     step: f64,
     count: u64,
-    /// Where they are (s), and the outputs there.
+    /// The current time (s), and the outputs there.
     time: f64,
     before: Vec<Jet>,
-    /// What is left of the last step after the end of a span (s).
+    /// The rest of the last step after the end of a span (s).
     rest: Option<(f64, Vec<Piece>)>,
-    /// What was gathered for each measure; nothing before the window.
+    /// The gathered data of each measure; empty before the window.
     gathered: Vec<Gathered>,
 }
 
@@ -206,14 +206,14 @@ impl Followed {
             let references = [self.reference; 2];
             host.get_output_derivatives(&references[known], &[1, 2][known], &mut derivatives[known])?;
         }
-        // The same bits where the unit is SI.
+        // Bitwise equal if the unit is SI.
         let value = if self.unit == [1.0, 0.0] { value } else { factor * value + offset };
         Ok([value, factor * derivatives[0], factor * derivatives[1]])
     }
 
-    /// The course over a step (s) between what is known at its ends.
+    /// The course over a step (s) from the data at its ends.
     fn piece(&self, [mut first, mut last]: [Jet; 2], step: f64) -> Piece {
-        // A derivative that is not finite is none.
+        // A derivative that is not finite is ignored.
         let known = |jet: &Jet| jet[1..].iter().take_while(|derivative| derivative.is_finite()).count();
         match self.order.min(known(&first)).min(known(&last)) {
             _ if self.is_discrete => Piece::constant(last[0]),

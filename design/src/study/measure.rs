@@ -1,14 +1,14 @@
-//! What a study measures of an output over its window, and how it gathers that piece by piece.
+//! The measures of a study: functions of an output over its window, gathered piece by piece.
 
 use super::piece::Piece;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 use std::fmt;
 
-/// The highest harmonic that is measured.
+/// The highest measured harmonic.
 pub const HIGHEST_HARMONIC: u32 = 256;
 
-/// What is measured of an output.
+/// The kind of a measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// `max q`: the greatest value.
@@ -17,17 +17,17 @@ pub enum Kind {
     Min,
     /// `max |q|`: the greatest magnitude.
     Magnitude,
-    /// `range q`: greatest less least value.
+    /// `range q`: greatest minus least value.
     Range,
     /// `mean q`: the mean over time.
     Mean,
-    /// `rms q`: the root of the mean square over time.
+    /// `rms q`: the root mean square over time.
     Rms,
     /// `last q`: the value at the end.
     Last,
-    /// `count impacts`: by how much it has grown.
+    /// `count impacts`: its growth.
     Count,
-    /// `q at 90 deg`: the value where the shaft last passes this angle of its turn (rad).
+    /// `q at 90 deg`: the value at the shaft's last passage of this angle of its turn (rad).
     At(f64),
     /// `harmonic 3 of q`: the amplitude of cos(3φ − ψ) over whole turns of the shaft.
     Harmonic(u32),
@@ -36,21 +36,21 @@ pub enum Kind {
 /// A measure of an output.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measure {
-    /// What is measured.
+    /// The kind.
     pub kind: Kind,
     /// The name of the output.
     pub output: String,
 }
 
-/// How measures are written.
+/// The forms of measures.
 pub const FORMS: &str =
     "max |q|, max q, min q, range q, mean q, rms q, last q, count impacts, q at 90 deg, harmonic 3 of q";
 
 impl Measure {
-    /// The measure that a text says.
+    /// The measure of a text.
     ///
     /// # Errors
-    /// What is wrong with it, without the forms that there are.
+    /// A fault in the text, without the list of forms.
     pub fn parse(text: &str) -> Result<Self, String> {
         let words: Vec<&str> = text.split_whitespace().collect();
         let of = |kind: Kind, output: &str| Ok(Measure { kind, output: output.to_owned() });
@@ -77,21 +77,21 @@ impl Measure {
                 Ok(harmonic @ 1..=HIGHEST_HARMONIC) => of(Kind::Harmonic(harmonic), output),
                 _ => Err(format!("\"{number}\" is not a harmonic from 1 to {HIGHEST_HARMONIC}")),
             },
-            _ => Err(format!("\"{text}\" is no measure")),
+            _ => Err(format!("\"{text}\" is not a measure")),
         }
     }
 
-    /// Whether the motion between the ends of the window matters.
+    /// True if the motion between the ends of the window matters.
     pub fn needs_course(&self) -> bool {
         !matches!(self.kind, Kind::Last | Kind::Count)
     }
 
-    /// Whether the angle of the shaft matters.
+    /// True if the angle of the shaft matters.
     pub fn needs_angle(&self) -> bool {
         matches!(self.kind, Kind::At(_) | Kind::Harmonic(_))
     }
 
-    /// What it is, in a sentence's words.
+    /// Its meaning in words.
     pub fn meaning(&self, output: &str) -> String {
         match self.kind {
             Kind::Max => format!("Greatest value: {output}"),
@@ -131,7 +131,7 @@ impl fmt::Display for Measure {
     }
 }
 
-/// What was gathered so far for a measure.
+/// The data gathered so far for a measure.
 #[derive(Clone, Copy, Debug)]
 pub struct Gathered {
     kind: Kind,
@@ -144,19 +144,19 @@ pub struct Gathered {
     ends: [f64; 2],
     at: Option<f64>,
     time: f64,
-    /// How well the angle is known (rad).
+    /// Accuracy of the angle (rad).
     reach: f64,
 }
 
 impl Gathered {
-    /// Nothing yet, with an angle that is known to `reach` (rad).
+    /// No data yet, with an angle accurate to `reach` (rad).
     pub fn new(kind: Kind, reach: f64) -> Self {
         let extremes = [f64::NEG_INFINITY; 2];
         let ends = [f64::NAN; 2];
         Gathered { kind, extremes, sum: 0.0, line: Complex64::ZERO, ends, at: None, time: 0.0, reach }
     }
 
-    /// Takes up a piece of the output over `step` (s), with that of the shaft's angle.
+    /// Adds a piece of the output over `step` (s), with the shaft's angle.
     pub fn add(&mut self, output: &Piece, angle: &Piece, step: f64) {
         let [greatest, least] = &mut self.extremes;
         match self.kind {
@@ -167,7 +167,7 @@ impl Gathered {
             Kind::Mean => self.sum += output.mean() * step,
             Kind::Rms => self.sum += output.mean_square() * step,
             Kind::At(phi) => {
-                // The last passage in (from, to], both moved by the accuracy of the angle: of a window over whole turns the end
+                // The last passage in (from, to], both moved by the accuracy of the angle: in a window over whole turns the end
                 // counts, not the beginning.
                 let sense = (angle.0[5] - angle.0[0]).signum();
                 let [from, to] = [angle.0[0], angle.0[5]].map(|end| sense * (end - phi) + self.reach);
@@ -187,7 +187,7 @@ impl Gathered {
         self.end(output.0[0], output.0[5]);
     }
 
-    /// Takes up the values at the ends of a span.
+    /// Adds the values at the ends of a span.
     pub fn end(&mut self, first: f64, last: f64) {
         if self.ends[0].is_nan() {
             self.ends[0] = first;
@@ -195,7 +195,7 @@ impl Gathered {
         self.ends[1] = last;
     }
 
-    /// The measure, after so many turns of the shaft (rad); none where the shaft never passed the angle.
+    /// The measure, after this turn of the shaft (rad); None if the shaft never passed the angle.
     pub fn value(&self, turned: f64) -> Option<f64> {
         let [greatest, least] = self.extremes;
         match self.kind {

@@ -21,7 +21,7 @@ pub const GAUSS: [[f64; 2]; 6] = [
 ];
 
 impl Piece {
-    /// Over a step of this length (s), from what is known at its ends.
+    /// The piece over a step of this length (s), from the data at its ends.
     pub fn new([f, df, ddf]: Jet, [g, dg, ddg]: Jet, step: f64) -> Self {
         let (slope, bend) = (step / 5.0, step * step / 20.0);
         let near = |f: f64, slope: f64, bend: f64| [f, f + slope, f + 2.0 * slope + bend];
@@ -30,7 +30,7 @@ impl Piece {
         Piece([a, b, c, g, e, d])
     }
 
-    /// The same value all over.
+    /// The same value throughout.
     pub fn constant(value: f64) -> Self {
         Piece([value; 6])
     }
@@ -62,7 +62,7 @@ impl Piece {
         values[0]
     }
 
-    /// The parts before and behind z in [0, 1], each over [0, 1] (de Casteljau).
+    /// The parts before and after z in [0, 1], each over [0, 1] (de Casteljau).
     pub fn split(&self, z: f64) -> [Piece; 2] {
         let (mut values, mut low, mut high) = (self.0, [0.0; 6], [0.0; 6]);
         for last in (0..6).rev() {
@@ -75,10 +75,11 @@ impl Piece {
         [Piece(low), Piece(high)]
     }
 
-    /// The larger error of the polynomials over the parts before and behind z, where f has this value and this derivative by z.
+    /// The larger error of the polynomials over the parts before and after z, at which f has this value and this derivative by
+    /// z.
     ///
-    /// The error of this one is z³ (1 − z)³ (α + β (z − ½)). Over a part, the first factor is at most 1/64 of the sixth power of the
-    /// part, and the second one, the sixth derivative up to a constant, is α + 7β (z − ½) in its middle.
+    /// The error of this one is z³ (1 − z)³ (α + β (z − ½)). Over a part, the first factor is at most 1/64 of the sixth power
+    /// of the part, and the second one, the sixth derivative up to a constant, is α + 7β (z − ½) in its middle.
     pub fn error_of_parts(&self, z: f64, [value, slope]: [f64; 2]) -> f64 {
         let (miss, bent, room) = (self.at(z) - value, self.slope(z) - slope, z - z * z);
         let sum = miss / room.powi(3);
@@ -111,12 +112,12 @@ impl Piece {
         GAUSS.iter().map(|[z, weight]| weight * f(*z, self.at(*z))).sum()
     }
 
-    /// The greatest value of sign · f that is above `least`, or `least`: control values bound the polynomial, and parts whose bound
-    /// is not above what was found are left out.
+    /// The greatest value of sign · f above `least`, or `least`: control values bound the polynomial, and parts whose bound is
+    /// not above the found value are left out.
     pub fn above(&self, sign: f64, least: f64) -> f64 {
         let bound = self.0.iter().fold(f64::NEG_INFINITY, |bound, value| bound.max(sign * value));
         let least = least.max(sign * self.0[0]).max(sign * self.0[5]);
-        // What is left cannot be told from the rounding of the control values. A comparison with NaN is false.
+        // The rest is within the rounding of the control values. A comparison with NaN is false.
         if !(bound > least + 4.0 * f64::EPSILON * bound.abs()) {
             return least;
         }
@@ -124,7 +125,8 @@ impl Piece {
         high.above(sign, low.above(sign, least))
     }
 
-    /// Where f − `level` changes its sign upwards or downwards in (0, 1], if it does once; by bisection on the polynomial.
+    /// The place in (0, 1] at which f − `level` changes sign upwards or downwards, if it does once; by bisection on the
+    /// polynomial.
     pub fn crossing(&self, level: f64) -> Option<f64> {
         let sign = |value: f64| (value - level).signum();
         let (start, end) = (self.0[0] - level, self.0[5] - level);

@@ -1,9 +1,9 @@
-//! Which variants a study has: the product of its axes, or samples of distributions.
+//! The variants of a study: the product of its axes, or samples of distributions.
 //!
 //! Row i is a function of the plan and of i alone, so that any part of a study can be computed anywhere.
 //!
-//! Source of the Latin hypercube: M. D. McKay, R. J. Beckman, W. J. Conover, *Technometrics* 21 (1979) 239–245: of n runs each has
-//! one of n equally probable intervals of every quantity, in random order, and a random place in it.
+//! Source of the Latin hypercube: M. D. McKay, R. J. Beckman, W. J. Conover, *Technometrics* 21 (1979) 239–245: each of n runs
+//! has one of n equally probable intervals of every quantity, in random order, and a random place in it.
 
 use statrs::function::erf::erf_inv;
 use std::f64::consts::SQRT_2;
@@ -16,7 +16,7 @@ pub const MOST_ROWS: u64 = 10_000_000;
 pub enum Spread {
     /// Equally probable between two values.
     Uniform([f64; 2]),
-    /// The logarithm is; both are above zero.
+    /// The same for the logarithm; both values are above zero.
     Logarithmic([f64; 2]),
     /// A normal distribution.
     Normal {
@@ -38,12 +38,12 @@ impl Spread {
     }
 }
 
-/// How samples are drawn.
+/// The way of drawing samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
     /// Each quantity evenly over its distribution.
     LatinHypercube,
-    /// Independently.
+    /// Independent of each other.
     Random,
 }
 
@@ -53,7 +53,7 @@ pub struct Samples {
     runs: u32,
     seed: u64,
     spreads: Vec<Spread>,
-    /// Of a Latin hypercube for each quantity the interval of each run.
+    /// For each quantity of a Latin hypercube the interval of each run.
     intervals: Vec<Vec<u32>>,
 }
 
@@ -71,12 +71,12 @@ fn random(seed: u64, quantity: usize, run: u64) -> u64 {
 }
 
 impl Samples {
-    /// So many runs with these distributions.
+    /// This many runs with these distributions.
     pub fn new(sampling: Sampling, runs: u32, seed: u64, spreads: Vec<Spread>) -> Self {
         let permutation = |quantity: usize| {
             let mut order: Vec<u32> = (0..runs).collect();
             for i in (1..order.len()).rev() {
-                // Of other random numbers than the places in the intervals.
+                // From other random numbers than the places in the intervals.
                 let other = random(!seed, quantity, i as u64);
                 order.swap(i, ((u128::from(other) * (i as u128 + 1)) >> 64) as usize);
             }
@@ -118,7 +118,7 @@ pub fn grid([from, to]: [f64; 2], count: usize, logarithmic: bool) -> Vec<f64> {
     (0..count).map(value).collect()
 }
 
-/// The place on each of the axes of these lengths that row `row` of their product has: the last axis goes fastest.
+/// The place of row `row` of the product on each of the axes of these lengths: the last axis goes fastest.
 pub fn places(lengths: &[u64], row: u64) -> Vec<u64> {
     let mut left = row;
     let mut places: Vec<u64> = lengths
@@ -134,7 +134,7 @@ pub fn places(lengths: &[u64], row: u64) -> Vec<u64> {
     places
 }
 
-/// Rows of a part: a hundred parts, none so small that files outnumber rows, none so large that much is lost with it.
+/// Rows of a part: a hundred parts, none so small that files outnumber rows, none so large that its loss costs much.
 pub fn rows_of_part(rows: u64) -> u64 {
     rows.div_ceil(100).clamp(16, 10_000)
 }

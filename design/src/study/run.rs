@@ -1,7 +1,7 @@
 //! A run of a study: its window, and the way through it from piece to piece of the outputs.
 //!
-//! A piece is the polynomial of an output between two instants ([`super::piece`]); a window that begins or ends within one is cut
-//! there.
+//! A piece is the polynomial of an output between two instants ([`super::piece`]); a window that begins or ends within one cuts
+//! it there.
 
 use super::measure::{Gathered, Kind, Measure};
 use super::piece::Piece;
@@ -9,7 +9,7 @@ use camdrive::drives::variable::{Causality, Kind as Type};
 use camdrive::drives::{Description, Fault};
 use std::f64::consts::TAU;
 
-/// How long something lasts.
+/// A duration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Span {
     /// A time (s).
@@ -18,12 +18,12 @@ pub enum Span {
     Turns(f64),
 }
 
-/// What is measured, and when.
+/// The span of a measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Window {
-    /// How long the drive runs before measuring begins.
+    /// The time that the drive runs before measuring begins.
     pub settle: Span,
-    /// How long it is measured.
+    /// The measured span.
     pub over: Span,
     /// The error of an output between points, relative to its largest magnitude so far.
     pub accuracy: f64,
@@ -40,18 +40,18 @@ pub(super) const HARMONIC: f64 = 1.5;
 
 /// The course of outputs, piece by piece.
 pub(super) trait Course {
-    /// The next pieces, of the angle first where it is followed, at least one; when they begin and end (s). They begin where the last
-    /// ones ended, and need not go beyond `stop` (s).
+    /// The next pieces, at least one, with the angle first if it is followed; returns their beginning and end (s). They begin
+    /// at the end of the last ones, and need not go beyond `stop` (s).
     fn next(&mut self, stop: f64, pieces: &mut Vec<Piece>) -> Result<[f64; 2], Fault>;
-    /// Takes up the outputs over a time (s).
+    /// Takes the outputs over a time (s).
     fn take(&mut self, pieces: &[Piece], time: f64) -> Result<(), Fault>;
-    /// A span ends at the time `at` (s) within the last pieces, which began at `from`. Goes back there, so that pieces may end with the
-    /// span, or takes `rest`, what is left of them; whether it went back.
+    /// A span ends at the time `at` (s) within the last pieces, which began at `from`. Goes back there, so that pieces may end
+    /// with the span, or takes `rest`, their remainder; returns true if it went back.
     fn part(&mut self, way: [f64; 2], rest: Vec<Piece>) -> Result<bool, Fault>;
 }
 
 impl Span {
-    /// Passes it from this time (s) and angle on, each turn in `slowest` (s) at most; time and angle at its end.
+    /// Passes it from this time (s) and angle on, each turn in `slowest` (s) at most; returns time and angle at its end.
     pub(super) fn follow(self, begin: [f64; 2], slowest: f64, course: &mut impl Course) -> Result<[f64; 2], Fault> {
         let mut stop = match self {
             Span::Time(0.0) | Span::Turns(0.0) => return Ok(begin),
@@ -71,7 +71,7 @@ impl Span {
                 continue;
             };
             let at = if z < 1.0 { from + z * (to - from) } else { to };
-            // At the end of a piece the same bits as there.
+            // Bitwise equal to the end of a piece.
             let parted = |piece: &Piece| if z < 1.0 { piece.split(z) } else { [*piece, Piece::constant(piece.0[5])] };
             let (low, high): (Vec<Piece>, Vec<Piece>) = pieces.iter().map(|piece| parted(piece).into()).unzip();
             if course.part([from, at], high)? {
@@ -84,7 +84,8 @@ impl Span {
         Err(Fault::new(format!("the run needs more than {MOST_STEPS} steps; it came to t = {to:.6e} s")))
     }
 
-    /// The part of a piece of φ over these times (s) at which it ends where it began at this time and angle; None where it goes on.
+    /// The part of a piece of φ over these times (s) at which a span ends that began at this time and angle; None if it goes
+    /// on.
     fn end(self, [begin, angle]: [f64; 2], [from, to]: [f64; 2], phi: &Piece) -> Option<f64> {
         match self {
             Span::Time(time) => {
@@ -100,18 +101,19 @@ impl Span {
     }
 }
 
-/// The outputs that measures need, by their places among all variables.
+/// The outputs that measures need, by their indices among all variables.
 pub(super) struct Outputs {
-    /// Of each measure, with its place among those that are followed.
+    /// The measures, each with its index among the followed outputs.
     pub measured: Vec<(usize, Option<usize>)>,
-    /// Those whose course matters, the angle first where it does.
+    /// The outputs whose course matters, the angle first if it matters.
     pub followed: Vec<usize>,
-    /// Whether the first of these is the angle.
+    /// True if the first of these is the angle.
     pub angle: bool,
 }
 
 impl Outputs {
-    /// Of these variables; `phi` is the angle of the shaft, and `is_followed` tells for which measures the course matters.
+    /// The outputs of these variables; `phi` is the angle of the shaft, and `is_followed` is true for measures whose course
+    /// matters.
     pub fn new(
         all: &[Description],
         phi: impl FnOnce() -> Result<usize, Fault>,
@@ -144,10 +146,10 @@ impl Outputs {
     }
 }
 
-/// The values of measures, after the shaft has turned so far (rad).
+/// The values of measures, after this turn of the shaft (rad).
 ///
 /// # Errors
-/// What cannot be measured of the motion.
+/// Measures that the motion does not have.
 pub(super) fn values(gathered: &[Gathered], measures: &[Measure], turned: f64) -> Result<Vec<f64>, Fault> {
     let value = |(gathered, measure): (&Gathered, &Measure)| {
         gathered.value(turned).filter(|value| value.is_finite()).ok_or_else(|| {
@@ -160,7 +162,7 @@ pub(super) fn values(gathered: &[Gathered], measures: &[Measure], turned: f64) -
     gathered.iter().zip(measures).map(value).collect()
 }
 
-/// The highest harmonic of these measures, 0 where there is none.
+/// The highest harmonic of these measures, 0 without any.
 pub(super) fn highest_harmonic(measures: &[Measure]) -> u32 {
     let of = |measure: &Measure| if let Kind::Harmonic(k) = measure.kind { k } else { 0 };
     measures.iter().map(of).max().unwrap_or(0)
@@ -178,15 +180,15 @@ fn output(all: &[Description], measure: &Measure) -> Result<usize, Fault> {
     }
     // Its value depends on the length of the last step, but its mean does not.
     if name.ends_with("_mean") && measure.kind != Kind::Mean {
-        return refused(&format!("`{name}` is a mean over steps; only `mean {name}` does not depend on them"));
+        return refused(&format!("`{name}` is a mean over steps; use `mean {name}`, which does not depend on them"));
     }
     let is_statistic = name.starts_with("solver.") || name.contains(".solver.");
     if is_statistic && measure.needs_course() {
-        return refused("a statistic of the solver has no course; `last` is its value at the end");
+        return refused("a statistic of the solver has no course; use `last` for its value at the end");
     }
     match d.kind {
         Type::Boolean | Type::Enumeration(_) if matches!(measure.kind, Kind::Count | Kind::Harmonic(_)) => {
-            refused("it is no number")
+            refused("it is not a number")
         }
         _ => Ok(reference),
     }

@@ -1,11 +1,11 @@
-//! A run of a study over one drive, measured between its communication points, too.
+//! A run of a study over one drive, also measured between its communication points.
 //!
-//! Between two points an output is the quintic of its values and exact derivatives ([`super::piece`]). Steps go in pairs: the quintic
-//! over both predicts value and slope in the middle; its errors, which grow with h⁶, tell that of the two quintics over one step
-//! each, 1/64 of it, and the length of the next pair. A pair whose error is too large is gone back over: within an internal step
-//! that holds the motion ([`AnyDrive::held`]) by the drive itself, else from a saved state.
+//! Between two points an output is the quintic of its values and exact derivatives ([`super::piece`]). Steps go in pairs: the
+//! quintic over both predicts value and slope in the middle. Its errors, which grow with h⁶, give the error of the two quintics
+//! over one step each, 1/64 of it, and the length of the next pair. A pair with too large an error is repeated: the drive
+//! itself goes back within an internal step that holds the motion ([`AnyDrive::held`]), else from a saved state.
 //!
-//! No polynomial spans an event: a pair ends before one that ends an internal step, and is gone back over where one happens
+//! No polynomial spans an event: a pair ends before an event that ends an internal step, and is repeated if one happens
 //! unforeseen.
 
 use super::measure::{Gathered, Measure};
@@ -15,55 +15,55 @@ use camdrive::drives::variable::{Causality, Variability};
 use camdrive::drives::{About, AnyDrive, Experiment, Fault, Snapshot};
 use std::f64::consts::TAU;
 
-/// Steps of a pair shorter than this part of it tell little of its error.
+/// Steps of a pair shorter than this part of it show little of its error.
 const UNEQUAL: f64 = 0.05;
 
 /// A step is longer than the one before by this factor at most.
 const GROWTH: f64 = 1.3;
 
-/// A pair this part of the first one is not divided further: a jump that is no event lies in it, and its ends say all.
+/// A pair this part of the first one is not divided further: it contains a jump that is no event, and its ends suffice.
 const LEAST: f64 = 1.0 / 65536.0;
 
-/// Points of an event lie this part of a step before and behind it: instants of events are known better.
+/// Points of an event lie this part of a step before and after it: instants of events are known better.
 const BESIDE: f64 = 1e-9;
 
-/// The angle is followed to this part of the accuracy (rad): windows end by it, and harmonics repeat it.
+/// The angle is followed to this part of the accuracy (rad): windows end by it, and harmonics use it.
 const ANGLE: f64 = 0.1;
 
-/// A shaft that is slower than in the default experiment, which has several turns, by this factor stands.
+/// A shaft that is slower by this factor than in the default experiment, which has several turns, stands still.
 const SLOWEST: f64 = 1e4;
 
-/// Points of a turn at least: motions between two rests are wider than twenty degrees, and none may hide between two points.
+/// Least points of a turn: motions between two rests are wider than twenty degrees, and none may hide between two points.
 const POINTS: f64 = 18.0;
 
-/// The longest pair in communication steps of the default experiment, where the shaft stands.
+/// The longest pair in communication steps of the default experiment, if the shaft stands still.
 const LONGEST: f64 = 16.0;
 
-/// The speed of the shaft is asked for anew after this many of the longest pairs.
+/// The speed of the shaft is read again after this many of the longest pairs.
 const LASTING: f64 = 8.0;
 
-/// What a study takes of a drive.
+/// The data that a study needs of a drive.
 pub struct Runner<'a> {
     window: &'a Window,
     measures: &'a [Measure],
-    /// For each measure the reference of its output, and its place among those that are followed.
+    /// For each measure the reference of its output, and its index among the followed ones.
     outputs: Vec<(usize, Option<usize>)>,
-    /// The outputs whose course matters, the angle first where it does.
+    /// The outputs whose course matters, the angle first if it matters.
     followed: Vec<Followed>,
-    /// Whether the first of these is the angle.
+    /// True if the first of these is the angle.
     angle: bool,
     /// The reference of the speed of the shaft.
     speed: Option<usize>,
-    /// Whether a mean over steps is measured, which then are those of the pieces.
+    /// True if a mean over steps is measured; its steps are then the pieces.
     means: bool,
 }
 
 /// An output whose course matters.
 struct Followed {
     reference: usize,
-    /// It is constant between events.
+    /// True if it is constant between events.
     is_discrete: bool,
-    /// It is the angle, whose series has no whole turns.
+    /// True if it is the angle, whose series has no whole turns.
     is_angle: bool,
 }
 
@@ -76,15 +76,15 @@ impl Followed {
 }
 
 impl<'a> Runner<'a> {
-    /// Of these measures of this drive.
+    /// A runner for these measures of this drive.
     ///
     /// # Errors
-    /// Where the drive has no such output, or it cannot be measured so.
+    /// An output that the drive does not have or that cannot be measured like this.
     pub fn new(drive: &AnyDrive, window: &'a Window, measures: &'a [Measure]) -> Result<Self, Fault> {
         let all = drive.descriptions();
         let phi = || {
             let phi = all.iter().position(|d| d.name == PHI && d.causality == Causality::Output);
-            phi.ok_or_else(|| Fault::new("the drive has no output phi, by which turns and angles are known"))
+            phi.ok_or_else(|| Fault::new("the drive has no output phi, which turns and angles need"))
         };
         let Outputs { measured, followed, angle } = Outputs::new(all, phi, window, measures, Measure::needs_course)?;
         let of = |reference: usize| {
@@ -100,7 +100,7 @@ impl<'a> Runner<'a> {
     /// The measures of a drive that was started at 0 s, in their order.
     ///
     /// # Errors
-    /// What the drive says where it cannot go on, and what cannot be measured of its motion.
+    /// The fault of a drive that cannot go on, and measures that its motion does not have.
     pub fn run(&self, drive: &mut AnyDrive) -> Result<Vec<f64>, Fault> {
         drive.events().keep(true);
         let angle = &self.followed[..usize::from(self.angle && matches!(self.window.settle, Span::Turns(_)))];
@@ -122,31 +122,31 @@ struct Course<'a> {
     runner: &'a Runner<'a>,
     drive: &'a mut AnyDrive,
     experiment: Experiment,
-    /// The outputs that are followed.
+    /// The followed outputs.
     followed: &'a [Followed],
-    /// What was gathered for each measure; nothing before the window.
+    /// The gathered data of each measure; empty before the window.
     gathered: Vec<Gathered>,
-    /// Where the drive is (s).
+    /// The current time of the drive (s).
     time: f64,
     pair: Pair,
 }
 
-/// Two steps of what is followed.
+/// Two steps of the followed outputs.
 #[derive(Default)]
 struct Pair {
-    /// Whether the first of it is the angle, and others matter.
+    /// True if the first of them is the angle, and others matter.
     angle: bool,
     others: bool,
-    /// Where the pair begins (s), with the state there if it was saved.
+    /// The beginning of the pair (s), with the state there if it was saved.
     from: f64,
     saved: Option<Snapshot>,
-    /// Where its second step begins (s), until the piece over that is handed out.
+    /// The beginning of its second step (s), until the piece over it is handed out.
     half: Option<f64>,
-    /// Its length, that of the longest one, and until when it is that (s).
+    /// Its length, the longest one, and the end of its validity (s).
     length: f64,
     longest: f64,
     due: f64,
-    /// The next event that is known of (s), and whether there have been any.
+    /// The next known event (s), and whether there have been any.
     event: Option<f64>,
     scouts: bool,
     /// The largest magnitude of each output so far.
@@ -158,10 +158,10 @@ struct Pair {
 }
 
 impl<'a> Course<'a> {
-    /// Follows these outputs over a span; time and angle at its end.
+    /// Follows these outputs over a span; returns time and angle at its end.
     fn follow(&mut self, span: Span, followed: &'a [Followed]) -> Result<[f64; 2], Fault> {
         let (own, angle) = (self.runner, self.runner.angle && !followed.is_empty());
-        // Of the angle alone only harmonics have a scale of their own.
+        // If only the angle is followed, only harmonics have a scale of their own.
         let others =
             followed.len() > usize::from(angle) || (own.followed.len() == 1 && highest_harmonic(own.measures) > 0);
         let pieces = [(); 2].map(|()| vec![Piece::constant(0.0); followed.len().max(1)]);
@@ -174,7 +174,7 @@ impl<'a> Course<'a> {
         span.follow([self.time, angle], SLOWEST * self.experiment.stop, self)
     }
 
-    /// Takes up the values where the drive is.
+    /// Takes the values at the drive's current time.
     fn ends(&mut self) -> Result<(), Fault> {
         for (gathered, (reference, _)) in self.gathered.iter_mut().zip(&self.runner.outputs) {
             let value = self.drive.get(*reference)?;
@@ -183,7 +183,7 @@ impl<'a> Course<'a> {
         Ok(())
     }
 
-    /// What is followed, where the drive is, as one of the points of the pair.
+    /// Reads the followed outputs at the current time, as one of the points of the pair.
     fn read(&mut self, point: usize) -> Result<(), Fault> {
         let jets = &mut self.pair.jets[point];
         jets.clear();
@@ -193,7 +193,7 @@ impl<'a> Course<'a> {
         Ok(())
     }
 
-    /// Advances to an instant; the first event on the way.
+    /// Advances to an instant; returns the first event on the way.
     fn advance(&mut self, to: f64) -> Result<Option<f64>, Fault> {
         self.drive.events().clear();
         self.drive.advance(self.time, to - self.time)?;
@@ -201,7 +201,7 @@ impl<'a> Course<'a> {
         Ok(self.drive.events().iter().find(|event| event.about == About::Machine).map(|event| event.time))
     }
 
-    /// Goes back to where the pair begins.
+    /// Goes back to the beginning of the pair.
     fn back(&mut self) -> Result<(), Fault> {
         if let Some(saved) = &self.pair.saved {
             self.drive.restore(saved);
@@ -212,8 +212,8 @@ impl<'a> Course<'a> {
         Ok(())
     }
 
-    /// Goes from internal step to internal step up to the one that holds an instant (s), where events are expected; the event before
-    /// that instant.
+    /// Goes from internal step to internal step up to the one that holds an instant (s), if events are expected; returns the
+    /// event before that instant.
     fn scout(&mut self, to: f64) -> Result<Option<f64>, Fault> {
         while let (true, Some((held, happens))) = (self.pair.scouts, self.drive.held()) {
             let beside = self.beside(held);
@@ -230,7 +230,7 @@ impl<'a> Course<'a> {
         Ok(None)
     }
 
-    /// The middle of a pair that ends before the stop (s) and before what happens; None where it has to be shorter.
+    /// The middle of a pair that ends before the stop (s) and before the next event; None if it must be shorter.
     fn step(&mut self, stop: f64) -> Result<Option<f64>, Fault> {
         let from = self.pair.from;
         // No short rest is left before the stop.
@@ -247,7 +247,7 @@ impl<'a> Course<'a> {
                 (to, whole) = (event - self.beside(event), true);
                 half = if point == 1 { self.time.max(from + 0.5 * (to - from)) } else { half };
             }
-            // Unequal steps tell little.
+            // Unequal steps show little.
             if event.is_none() || (half - from).min(to - half) > UNEQUAL * (to - from) {
                 event = self.advance(if point == 1 { half } else { to })?;
             }
@@ -270,7 +270,8 @@ impl<'a> Course<'a> {
         Ok(Some(half))
     }
 
-    /// The pieces over a step are lines to this point; what is constant between events may be a mean over the last step.
+    /// The pieces over a step are lines to this point; an output that is constant between events may be a mean over the last
+    /// step.
     fn line(&mut self, step: usize, to: usize) {
         let Pair { jets, pieces, .. } = &mut self.pair;
         for (k, piece) in pieces[step].iter_mut().enumerate() {
@@ -279,7 +280,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Fits the pieces between these instants (s); the largest error in parts of what it may be.
+    /// Fits the pieces between these instants (s); returns the largest error in parts of the admissible one.
     fn fit(&mut self, [from, half, to]: [f64; 3]) -> f64 {
         let (accuracy, harmonic) = (self.runner.window.accuracy, highest_harmonic(self.runner.measures));
         let Pair { angle, others, scales, jets, pieces, .. } = &mut self.pair;
@@ -309,7 +310,7 @@ impl<'a> Course<'a> {
         error
     }
 
-    /// How far before and behind an event its points are (s): instants of events are known better, but not below rounding.
+    /// The distance of an event's points before and after it (s): instants of events are known better, but not below rounding.
     fn beside(&self, event: f64) -> f64 {
         (BESIDE * self.experiment.step).max(16.0 * f64::EPSILON * event.abs())
     }
@@ -340,7 +341,7 @@ impl super::run::Course for Course<'_> {
             let held = self.drive.held().and_then(|(held, happens)| happens.then_some(held));
             let event = self.pair.event.or(held).map(|event| (event, self.beside(event)));
             if let Some((event, beside)) = event.filter(|(event, beside)| event - 1.5 * beside <= from) {
-                // Over the event to where the next pair begins.
+                // Over the event to the beginning of the next pair.
                 self.advance((event.max(from) + beside).min(stop))?;
                 self.read(2)?;
                 self.line(0, 2);
@@ -382,8 +383,8 @@ impl super::run::Course for Course<'_> {
     }
 }
 
-/// By which factor the next pair is longer than one with this error. A small error may be a zero of the sixth derivative, so that
-/// pairs grow slowly.
+/// The factor by which the next pair is longer than one with this error. A small error may be a zero of the sixth derivative,
+/// so pairs grow slowly.
 fn growth(error: f64) -> f64 {
     if error > 0.04 { (0.85 / error.sqrt().cbrt()).clamp(0.3, GROWTH) } else { GROWTH }
 }

@@ -286,7 +286,7 @@ fn what_cannot_be_measured_is_told() {
         assert!(found.as_ref().err().map_or(said.is_empty(), |message| message.contains(said)), "{text}: {found:?}");
     }
     let mean = measured(clearance(StandardLaw::InclinedSine, 1e-4), &window, &["max tau_mean"], &[]).unwrap_err();
-    assert!(mean.contains("only `mean tau_mean`"), "{mean}");
+    assert!(mean.contains("use `mean tau_mean`"), "{mean}");
     let short = Window { settle: Span::Time(0.0), over: Span::Time(0.01), accuracy: 1e-6 };
     let never = measured(elastic(StartMode::AtRest, W), &short, &["q at 180 deg"], &[]).unwrap_err();
     assert!(never.contains("does not pass this angle"), "{never}");

@@ -1,11 +1,11 @@
-//! What to use, what it costs, what may be left out: said once.
+//! The recommended settings, their costs, and the features that may be left out.
 
 use super::{Feature, Findings, Row, bounded};
 use crate::report::{Advice as Advised, Claim, Level, Setting, Verdict};
 use crate::text::{number, time};
 use serde::Serialize;
 
-/// The accuracies that people ask for.
+/// The usual accuracies.
 const TARGETS: [f64; 4] = [1e-3, 1e-6, 1e-9, 1e-12];
 
 /// Costs closer than this are the same: then the smaller error decides, and no advice is given. Medians of CPU times repeat to
@@ -17,7 +17,7 @@ const SAME_COST: f64 = 1.05;
 pub struct Advice {
     /// The largest admissible error of an output, relative to its largest value.
     pub target: f64,
-    /// The row of the setting; None where none reaches the target.
+    /// The row of the setting; None if none reaches the target.
     pub setting: Option<usize>,
     /// The features that may be left out: their change is below the target, and it saves 5 % or more.
     pub may_be_left_out: Vec<String>,
@@ -35,7 +35,7 @@ fn cost_of(findings: &Findings, i: usize) -> f64 {
     findings.settings[i].cost.map_or(f64::INFINITY, |cost| cost.ns_per_ms)
 }
 
-/// The settings that reach the target; what the reference does not tell is not reached.
+/// The settings that reach the target; errors below the reference's uncertainty do not count.
 fn reaching(findings: &Findings, target: f64) -> Vec<usize> {
     let reached = |i: &usize| findings.settings[*i].error.is_some_and(|error| error <= target);
     (0..findings.settings.len()).filter(|i| reached(i) && cost_of(findings, *i).is_finite()).collect()
@@ -56,18 +56,18 @@ fn choose(findings: &Findings, target: f64) -> Option<usize> {
     let good = reaching(findings, target);
     let usual = |i: &usize| (findings.settings[*i].communication_step / findings.experiment.step - 1.0).abs() < 1e-9;
     let mut candidates: Vec<usize> = good.iter().copied().filter(usual).collect();
-    // Where inputs move, the communication step is a dial as well.
+    // If inputs move, the communication step is a dial as well.
     if candidates.is_empty() || findings.experiment.run_up.is_some() {
         candidates = good;
     }
     let cheapest = candidates.iter().map(|i| cost(*i)).fold(f64::INFINITY, f64::min);
     candidates.retain(|i| cost(*i) <= SAME_COST * cheapest);
     let error = |i: &usize| findings.settings[*i].error.unwrap_or(f64::INFINITY);
-    // Of equal ones the default, which stands first.
+    // Among equal ones the default, which stands first.
     candidates.into_iter().min_by(|i, j| error(i).total_cmp(&error(j)))
 }
 
-/// The features that may be left out for the target and then save time against the default and what is chosen otherwise.
+/// The features that may be left out for the target and then save time compared with the default and the chosen setting.
 fn spare(findings: &Findings, target: f64) -> impl Iterator<Item = &Feature> {
     let chosen = choose(findings, target).map_or(f64::INFINITY, |i| cost_of(findings, i));
     let may = move |f: &&Feature| {
@@ -77,7 +77,7 @@ fn spare(findings: &Findings, target: f64) -> impl Iterator<Item = &Feature> {
     findings.features.iter().filter(may)
 }
 
-/// The answer: what the default does, and what saves time for which error.
+/// The verdict: the default's error and cost, and the savings for each error.
 pub fn verdict(findings: &Findings) -> Verdict {
     let mut verdict = Verdict::default();
     let floor = findings.reference.floor;
@@ -88,7 +88,7 @@ pub fn verdict(findings: &Findings) -> Verdict {
         verdict.result(
             Level::Good,
             format!(
-                "With {} at communication steps of {} the error is {}{of}, at {} ns per ms of machine time.",
+                "With {} at communication steps of {} the error is {}{of}. A ms of machine time costs {} ns.",
                 words(row),
                 time(row.communication_step),
                 bounded(row.error.unwrap_or(f64::NAN), row.known_to).replace('<', "below"),
@@ -96,7 +96,7 @@ pub fn verdict(findings: &Findings) -> Verdict {
             ),
         );
     }
-    // Targets with the same choice are one, and the strictest of them says more.
+    // Targets with the same choice are merged into the strictest.
     let mut told: Vec<(f64, Saving)> = Vec::new();
     for target in TARGETS.into_iter().filter(|target| *target >= floor) {
         for saving in saved(findings, target, default) {
@@ -119,19 +119,20 @@ pub fn verdict(findings: &Findings) -> Verdict {
         ));
     }
     if told.is_empty() {
-        verdict.advice("Nothing else saves 5 % of the time: keep the default settings.");
+        verdict.advice("Keep the default settings: no others save 5 % of the time.");
     }
-    verdict.certainty(format!("Errors below {} are not known; costs are CPU times of this machine.", number(floor)));
+    verdict
+        .certainty(format!("Errors below {} cannot be resolved. Costs are CPU times on this computer.", number(floor)));
     if findings.reference.compared_until < findings.experiment.stop * (1.0 - 1e-9) {
         verdict.certainty(format!(
-            "The motion is sensitive: errors are those of the first {}, changes without a feature those of the whole run.",
+            "The motion is sensitive. Errors cover the first {}, changes without a feature the whole run.",
             time(findings.reference.compared_until)
         ));
     }
     verdict
 }
 
-/// What saves time: in words, by the dials that are set, at a communication step (s) that is not the default one.
+/// A saving: in words, by the dials that are set, at a communication step (s) if it is not the default one.
 #[derive(PartialEq)]
 struct Saving {
     text: String,
@@ -139,13 +140,13 @@ struct Saving {
     step: Option<f64>,
 }
 
-/// What saves time for a target against the default settings, each 5 % at least.
+/// The savings for a target compared with the default settings, each at least 5 %.
 fn saved(findings: &Findings, target: f64, default: Option<usize>) -> Vec<Saving> {
     let cost = |i: usize| number(cost_of(findings, i));
     let mut parts = Vec::new();
     let chosen = choose(findings, target);
     let usual = default.filter(|i| findings.settings[*i].error.is_some_and(|error| error <= target));
-    // Times scatter, evaluations do not: at the same points what takes more of them saves nothing.
+    // Times scatter, evaluations do not: at the same points a setting with more of them saves nothing.
     let works_less = |i: usize, usual: usize| {
         let [own, other] = [i, usual].map(|i| &findings.settings[i]);
         let evaluations = |row: &Row| row.cost.and_then(|cost| cost.evaluations);
@@ -190,7 +191,7 @@ fn settings(row: &Row) -> Vec<Setting> {
     method.into_iter().chain(numbers).collect()
 }
 
-/// The values of the dials that are not left to the default.
+/// The values of the dials that are not at their default.
 pub fn dials(row: &Row) -> String {
     let tolerance = row.tolerance.filter(|value| *value > 0.0);
     let size = row.step_size.filter(|value| *value > 0.0);

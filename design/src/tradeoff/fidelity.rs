@@ -1,4 +1,4 @@
-//! The drive without each of its features: what changes, and what it costs.
+//! The drive without each of its features: the changes and the costs.
 
 use super::reference::Reference;
 use super::rigid::{Formula, Shaft};
@@ -9,7 +9,7 @@ use camdrive::drives::Fault;
 use cpu_time::ThreadTime;
 use std::collections::BTreeMap;
 
-/// The shaft at the instants: as the run-up has it, else at its mean speed.
+/// The shaft at the instants: from the run-up, else at its mean speed.
 pub fn shaft(bench: &Bench, reference: &Reference) -> Vec<Shaft> {
     let grid = bench.grid;
     let times = (0..=grid.count).map(|k| k as f64 * grid.step);
@@ -26,7 +26,7 @@ pub fn shaft(bench: &Bench, reference: &Reference) -> Vec<Shaft> {
     (0..=grid.count).map(|k| Shaft { phi: begin + (end - begin) * share(k), w, a: 0.0 }).collect()
 }
 
-/// One run, on which the shaft moves like this.
+/// One run with this motion of the shaft.
 pub fn run(simpler: &Simplification, bench: &Bench, shaft: &[Shaft]) -> Result<Trace, Fault> {
     match &simpler.model {
         Simplified::Scene(scene) => {
@@ -48,7 +48,7 @@ fn outputs(simpler: &Simplification) -> Vec<String> {
     }
 }
 
-/// Runs it and compares with the run of the whole drive; with its own run, where it ends.
+/// Runs it and compares with the run of the whole drive; with its own run if the whole drive's ends.
 pub(super) fn first_run(
     simpler: &Simplification,
     bench: &Bench,
@@ -75,7 +75,7 @@ pub(super) fn first_run(
         Ok(trace) => {
             let outputs = outputs(simpler);
             feature.changes = changes(bench, full, reference, &trace, &outputs);
-            // What vanishes with the feature, as the twist of a rigid shaft does, says nothing of the rest.
+            // Outputs that vanish with the feature, such as the twist of a rigid shaft, say nothing about the rest.
             let vanishes = |name: &String| {
                 let column = outputs.iter().position(|other| other == name).unwrap_or(0);
                 trace.values.iter().skip(column).step_by(outputs.len()).all(|value| *value == 0.0)
@@ -99,8 +99,8 @@ fn evaluate(formula: &Formula, shaft: &[Shaft]) -> Trace {
     Trace { values, stride: 1, start_ns: 0.0, run_ns, statistics: [f64::NAN; 3] }
 }
 
-/// The largest change of each output that both drives have, over the whole run, relative to its largest value and as far as
-/// it is known.
+/// The largest change of each output that both drives have, over the whole run, relative to its largest value and within the
+/// reference's uncertainty.
 fn changes(
     bench: &Bench,
     full: &Trace,

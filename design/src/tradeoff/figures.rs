@@ -30,8 +30,8 @@ fn grouped<'a>(rows: impl Iterator<Item = &'a Row>, name: impl Fn(&Row) -> Strin
     groups
 }
 
-/// Cost over error: the settings at the default communication step, the drive without each of its features. Where inputs
-/// move, the communication step is a dial as well, with a line of its own.
+/// Cost over error: the settings at the default communication step, the drive without each of its features. If inputs move, the
+/// communication step is a dial as well, with a line of its own.
 pub fn work_precision(report: &Findings) -> Diagram {
     let at_default_step = |row: &Row| (row.communication_step / report.experiment.step - 1.0).abs() < 1e-9;
     let point = |row: &&Row| Some([row.error?, row.cost?.ns_per_ms]);
@@ -61,7 +61,7 @@ pub fn work_precision(report: &Findings) -> Diagram {
         ["Largest error (change) of an output, relative to its largest value [1]", "CPU time per machine time [ns/ms]"];
     let floor = report.reference.floor;
     let mut rules = vec![Rule::Vertical(floor, String::new()), Rule::Key(None, KNOWN.to_owned())];
-    // All settings on that line and changes decades beside it would leave the picture empty: then the cost alone is told.
+    // If all settings are on that line and the changes decades away, the picture would be empty: it then shows the cost alone.
     let default = report.settings.iter().find(|row| at_default_step(row)).and_then(|row| row.cost);
     let exact = report.settings.iter().all(|row| row.error.is_none_or(|error| error <= floor));
     if let Some(cost) = default.filter(|_| exact && report.features.iter().any(|f| f.change.is_some())) {

@@ -1,5 +1,5 @@
-//! Speed against accuracy: what each setting of a drive's solver costs and how far it is from the truth; and what each
-//! feature of its scene changes and costs, so that only what a scene requires is modelled.
+//! Speed against accuracy: the cost and the error of each setting of a drive's solver, and the change and the cost of each
+//! feature of its scene, so that a model contains only what it needs.
 //!
 //! [`study`] drives the FMU through the C interface ([`mod@run`]) with every setting that it offers ([`sweep`]), compares
 //! with a [`mod@reference`] of known uncertainty, and measures the same for the scene without each of its features
@@ -40,7 +40,7 @@ use sweep::Setting;
 /// Options of a study.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// How many turns of the cam; as many as the default experiment has, or nine with a run-up.
+    /// The number of turns of the cam; by default the default experiment's, or nine with a run-up.
     pub turns: Option<f64>,
     /// For drives with inputs: the speed that the run-up ends with (rad/s); [`DEFAULT_SPEED`].
     pub speed: Option<f64>,
@@ -50,17 +50,17 @@ pub struct Options {
     pub quick: bool,
 }
 
-/// The speed that a run-up ends with if nothing else is said: 600 rpm (rad/s).
+/// The default speed at the end of a run-up: 600 rpm (rad/s).
 pub const DEFAULT_SPEED: f64 = 20.0 * std::f64::consts::PI;
 
 /// The instants of a run-up lie this far apart: the communication steps of the sweep divide it.
 const INSTANTS_PER_RAMP: f64 = 405.0;
-/// A run has at most this many instants; more would take minutes without telling more.
+/// A run has at most this many instants; more would take minutes without showing more.
 const MOST_INSTANTS: f64 = 20_000.0;
 /// Fewer than this many instants would leave nothing to compare at the longest communication step.
 const FEWEST_INSTANTS: f64 = 100.0;
 
-/// Repetitions go on until a setting has as many, or until the time is over.
+/// Repetitions go on until a setting has this many, or until the time is over.
 const REPETITIONS: usize = 21;
 /// The least number of repetitions for a median.
 const LEAST_REPETITIONS: usize = 3;
@@ -80,7 +80,7 @@ pub struct Findings {
     pub reference: reference::Summary,
     /// One row per setting; the first is the drive with its defaults.
     pub settings: Vec<Row>,
-    /// The values of dials that changed neither errors nor steps against the default; they have no row.
+    /// The values of dials that changed neither errors nor steps compared with the default; they have no row.
     pub without_effect: Vec<String>,
     /// One row per feature that can be left out.
     pub features: Vec<Feature>,
@@ -95,7 +95,7 @@ pub struct Experiment {
     pub stop: f64,
     /// The communication step of the default experiment, at which runs are compared (s).
     pub step: f64,
-    /// The duration of a turn (s); None where the shaft stands still.
+    /// The duration of a turn (s); None if the shaft stands still.
     pub turn: Option<f64>,
     /// Speed (rad/s) and duration (s) of the run-up that the inputs follow.
     pub run_up: Option<[f64; 2]>,
@@ -134,7 +134,7 @@ pub struct Row {
     pub tolerance: Option<f64>,
     /// `solver.step_size` (s); 0 for the default.
     pub step_size: Option<f64>,
-    /// "values" or "derivatives", where the drive has inputs that move.
+    /// "values" or "derivatives" if the drive has inputs that move.
     pub inputs: Option<&'static str>,
     /// (s).
     pub communication_step: f64,
@@ -142,7 +142,7 @@ pub struct Row {
     pub error: Option<f64>,
     /// The output with that error.
     pub worst: Option<String>,
-    /// The uncertainty of the reference: an error of this size is that or less.
+    /// The uncertainty of the reference: an error of this size may be smaller.
     pub known_to: f64,
     /// The error that the drive itself estimates.
     pub error_estimate: Option<f64>,
@@ -150,7 +150,7 @@ pub struct Row {
     pub cost: Option<Cost>,
     /// The error of each output.
     pub errors: BTreeMap<String, f64>,
-    /// Why there is no result.
+    /// The reason if there is no result.
     pub fault: Option<String>,
 }
 
@@ -165,15 +165,15 @@ pub struct Feature {
     pub change: Option<f64>,
     /// The output with that change.
     pub worst: Option<String>,
-    /// The uncertainty of the reference: a change of this size is that or less.
+    /// The uncertainty of the reference: a change of this size may be smaller.
     pub known_to: f64,
     /// The cost without the feature.
     pub cost: Option<Cost>,
-    /// That cost over the cost of the whole drive.
+    /// Its ratio to the cost of the whole drive.
     pub cost_ratio: Option<f64>,
     /// The change of each output.
     pub changes: BTreeMap<String, f64>,
-    /// Why there is no result.
+    /// The reason if there is no result.
     pub fault: Option<String>,
 }
 
@@ -186,7 +186,7 @@ struct Samples {
 }
 
 impl Samples {
-    /// The run that tells the work, too.
+    /// Adds the run that also counts the work.
     fn first(&mut self, trace: &Trace) {
         self.statistics = Some([trace.statistics[0], trace.statistics[1]]);
         self.add(trace.run_ns, trace.start_ns);
@@ -205,7 +205,7 @@ impl Samples {
     }
 }
 
-/// The median; of an even number of values the mean of the middle two.
+/// The median; for an even number of values the mean of the middle two.
 fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -224,7 +224,7 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Lays down the experiment.
+    /// Sets up the experiment.
     ///
     /// # Errors
     /// A drive that cannot be built; options that give no experiment.
@@ -326,11 +326,11 @@ fn run_up(options: &Options) -> Result<RunUp, Fault> {
     Ok(RunUp { speed, ramp })
 }
 
-/// Runs the study of a scene; `progress` is told after each run.
+/// Runs the study of a scene; `progress` is called after each run.
 ///
 /// # Errors
 /// A scene that the drive refuses, options that give no experiment, a reference that cannot be computed, and a study that takes
-/// more work than one may.
+/// more than the admissible work.
 pub fn study(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) + Sync)) -> Result<Findings, Fault> {
     let hint = "take fewer --turns, or fewer settings with --quick";
     work::within(work::BUDGET, hint, progress, |tell| studied(resource, options, tell))?
@@ -346,8 +346,8 @@ fn studied(resource: &Resource, options: &Options, progress: &dyn Fn(Progress)) 
     let (simpler, shaft) = (simplification::of(resource), fidelity::shaft(&bench, &reference));
     let names: Vec<String> = bench.interface.names().into_iter().map(|(name, _)| name).collect();
 
-    // Once for the errors, then again and again for the times, one setting after the other, so that all of them meet
-    // the same ups and downs of the machine.
+    // Once for the errors, then repeatedly for the times, one setting after the other, so that all of them meet the same ups
+    // and downs of the computer.
     let jobs = settings.len() + simpler.len();
     let mut samples = vec![Samples::default(); jobs];
     let mut rows = Vec::new();
@@ -418,26 +418,26 @@ fn studied(resource: &Resource, options: &Options, progress: &dyn Fn(Progress)) 
     Ok(report)
 }
 
-/// The largest value, and its name where it is above what is known.
+/// The largest value, and its name if it is above the reference's uncertainty.
 fn worst_of<'a>(values: impl Iterator<Item = (&'a String, &'a f64)>, known_to: f64) -> (Option<String>, Option<f64>) {
     let (name, value) = values.max_by(|a, b| a.1.total_cmp(b.1)).unzip();
     (name.filter(|_| value.is_some_and(|value| *value > known_to)).cloned(), value.copied())
 }
 
-/// An error or a change for people, which is known to `known_to` only.
+/// An error or a change for people; values below the uncertainty `known_to` are shown as "<".
 pub fn bounded(value: f64, known_to: f64) -> String {
     if value > known_to { number(value) } else { format!("< {}", number(known_to)) }
 }
 
 impl Row {
-    /// Whether the solver is left to its defaults.
+    /// True if the solver uses its defaults.
     pub fn is_default(&self) -> bool {
         self.tolerance.unwrap_or(0.0) == 0.0 && self.step_size.unwrap_or(0.0) == 0.0
     }
 
-    /// As a reader looks for them: by method, inputs, tolerance from coarse to fine, internal and communication step.
+    /// The order for readers: by method, inputs, tolerance from coarse to fine, internal and communication step.
     fn order(&self, other: &Row) -> Ordering {
-        // The default stands before what is chosen.
+        // The default stands before chosen values.
         let tolerance = |row: &Row| -row.tolerance.filter(|value| *value != 0.0).unwrap_or(f64::INFINITY);
         let numbers = |row: &Row| [tolerance(row), row.step_size.unwrap_or(0.0), row.communication_step];
         let names = (&self.method, self.inputs).cmp(&(&other.method, other.inputs));
@@ -445,7 +445,7 @@ impl Row {
         pairs.fold(names, |order, (a, b)| order.then(a.total_cmp(&b)))
     }
 
-    /// Whether the other row is the same run under another name: a dial that changed nothing.
+    /// True if the other row is the same run under another name: a dial that changed nothing.
     fn repeats(&self, other: &Row) -> bool {
         (&self.method, self.inputs, self.communication_step) == (&other.method, other.inputs, other.communication_step)
             && self.errors == other.errors
@@ -454,7 +454,7 @@ impl Row {
     }
 }
 
-/// Drops the settings that only repeat a default one; says which values of dials these were.
+/// Drops the settings that only repeat a default one; returns these values of dials.
 fn drop_repetitions(settings: &mut Vec<Setting>, rows: &mut Vec<Row>, samples: &mut Vec<Samples>) -> Vec<String> {
     let all = rows.iter().zip(samples.iter());
     let defaults: Vec<(Row, Option<[f64; 2]>)> =
@@ -475,7 +475,7 @@ fn drop_repetitions(settings: &mut Vec<Setting>, rows: &mut Vec<Row>, samples: &
         }
     }
     names.reverse();
-    // A dial that repeats the default at some communication steps only has done something.
+    // A dial that repeats the default at some communication steps only is kept.
     names.retain(|name| rows.iter().all(|row| advice::dials(row) != *name));
     names
 }

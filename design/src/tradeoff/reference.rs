@@ -1,9 +1,9 @@
-//! The solution that all runs are compared with, and how far it can be trusted.
+//! The reference solution of all runs, and its uncertainty.
 //!
-//! It is the drive's own solver at the finest tolerance that it takes, a setting that is not among those compared. What
-//! makes it trustworthy is what it does not depend on: it is computed again with other communication points, with
-//! another tolerance, and with every parameter changed in its last binary digit, which no computation in this
-//! arithmetic can tell apart. The largest difference is the floor below which no error is known.
+//! It is the drive's own solver at its finest tolerance, a setting that is not among the compared ones. Its uncertainty comes
+//! from repetitions: with other communication points, with another tolerance, and with every parameter changed in its last
+//! binary digit, which no computation in this arithmetic can distinguish. The largest difference is the floor below which no
+//! error can be resolved.
 
 use super::run::{Grid, Inputs, Interface, Trace};
 use super::{Bench, sweep};
@@ -15,8 +15,8 @@ use serde::Serialize;
 /// The finest tolerance, and a coarser one to compare with.
 const TOLERANCES: [f64; 2] = [1e-14, 1e-13];
 
-/// Up to this uncertainty the whole run serves the comparison; beyond, as in chaotic motion, its first part does, as
-/// long as it is known [`KNOWN`] well.
+/// Up to this uncertainty the whole run is compared; beyond it, as in chaotic motion, only the first part with an uncertainty
+/// up to [`KNOWN`].
 const USEFUL: f64 = 1e-7;
 /// See [`USEFUL`].
 const KNOWN: f64 = 1e-9;
@@ -43,15 +43,15 @@ pub struct Summary {
     pub settings: String,
     /// The changes, each with the largest relative difference that this made within the time of comparison.
     pub checks: Vec<Check>,
-    /// The largest of these differences, at least the unit roundoff: errors below it are not known.
+    /// The largest of these differences, at least the unit roundoff: smaller errors cannot be resolved.
     pub floor: f64,
     /// The end of the time of comparison (s).
     pub compared_until: f64,
-    /// When two motions whose parameters differ in the last digit have separated (s).
+    /// The time at which two motions whose parameters differ in the last digit have separated (s).
     pub separation: Option<f64>,
 }
 
-/// One change that a trustworthy reference does not feel.
+/// One change that does not affect a trustworthy reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
     /// The change.
@@ -94,8 +94,8 @@ fn settings(interface: &Interface, tolerance: f64) -> Vec<(u32, f64)> {
     tolerance.into_iter().chain(method.map(|(reference, (_, number))| (reference, number))).collect()
 }
 
-/// The run with every physical parameter changed to the next number, or, where this makes the scene impossible (angles
-/// of a cycle that no longer fill the turn), with the tunable ones changed.
+/// The run with every physical parameter changed to the next number; with only the tunable ones changed if that makes the scene
+/// impossible (angles of a cycle that no longer fill the turn).
 fn perturbed(
     bench: &Bench,
     finest: &[(u32, f64)],
@@ -117,7 +117,7 @@ fn perturbed(
     carry_out(&changed(false)).or_else(|_| carry_out(&changed(true))).map(|trace| (text, trace))
 }
 
-/// Judges a reference by the runs that should yield the same.
+/// Judges a reference by the runs that should yield the same result.
 fn judge(trace: Trace, others: Vec<(String, Trace)>, settings: String, grid: &Grid, outputs: usize) -> Reference {
     let largest: Vec<f64> = (0..outputs)
         .map(|j| trace.values.iter().skip(j).step_by(outputs).fold(0.0, |max: f64, value| max.max(value.abs())))
@@ -132,7 +132,7 @@ fn judge(trace: Trace, others: Vec<(String, Trace)>, settings: String, grid: &Gr
     let first_above = |limit: f64| (0..=grid.count).find(|k| worst(*k) > limit);
     let until = match first_above(USEFUL) {
         None => grid.count,
-        // Ten instants at least: a comparison needs something to compare.
+        // Ten instants at least, so that there is something to compare.
         Some(_) => first_above(KNOWN).unwrap_or(grid.count).saturating_sub(1).max(10.min(grid.count)),
     };
     let separation = first_above(SEPARATED).map(|k| k as f64 * grid.step);

@@ -9,7 +9,7 @@ use crate::text::{self, counted, number, time};
 /// CPU time per time of the machine (ns/ms).
 const NS_PER_MS: Unit = Unit::new("ns/ms", 1.0);
 
-/// An error or a change, or that it is smaller than what is known.
+/// An error or a change, or a bound if it is below the reference's uncertainty.
 fn known(value: Option<f64>, known_to: f64) -> Value {
     value.map(|value| if value > known_to { Value::Number(value) } else { Value::AtMost(known_to) }).into()
 }
@@ -82,25 +82,27 @@ fn measured(findings: &Findings) -> Vec<String> {
     let mut lines = vec![format!("Runs of {}{turns}; default communication step {}.", time(e.stop), time(e.step))];
     if let Some([speed, ramp]) = e.run_up {
         lines.push(format!(
-            "The inputs follow a run-up from standstill to {} rpm within {} and that speed after it.",
+            "The inputs follow a run-up from standstill to {} rpm within {}, then keep this speed.",
             text::rpm(speed),
             time(ramp)
         ));
     }
     let checks: Vec<String> = r.checks.iter().map(|c| format!("{} {}", c.change, number(c.difference))).collect();
     lines.push(format!(
-        "Errors are the largest of an output over the run, relative to its largest value, against a reference ({}), \
-         which changes by {}.",
+        "An error is the largest deviation of an output from a reference ({}) over the run, relative to its largest \
+         value. The reference changes by: {}.",
         r.settings,
         checks.join(", ")
     ));
     if let (true, Some(t)) = (r.compared_until < e.stop * (1.0 - 1e-9), r.separation) {
-        lines
-            .push(format!("Trajectories whose parameters differ in the last digit part by 0.1 % from {} on.", time(t)));
+        lines.push(format!(
+            "Trajectories that differ in the last digit of their parameters part by 0.1 % from {} on.",
+            time(t)
+        ));
     }
     if !findings.without_effect.is_empty() {
         lines.push(format!(
-            "Not listed, since errors and steps are those of the default: {}.",
+            "Not listed, because errors and steps equal the default's: {}.",
             findings.without_effect.join("; ")
         ));
     }
@@ -109,13 +111,11 @@ fn measured(findings: &Findings) -> Vec<String> {
          millisecond of machine time; start is instantiation and initialisation."
             .to_owned(),
     );
-    lines.push(
-        "The estimate is that of the states: differences and derivatives of them may have larger errors.".to_owned(),
-    );
+    lines.push("The estimate covers the states. Their differences and derivatives may have larger errors.".to_owned());
     if findings.experiment.run_up.is_some() {
         lines.push(
-            "Between communication points inputs follow polynomials, better ones with derivatives: what they miss of the run-up \
-             is in the errors, but not in the estimate."
+            "Between communication points inputs follow polynomials, better ones with derivatives. Their deviation from the \
+             run-up is part of the errors, but not of the estimate."
                 .to_owned(),
         );
     }

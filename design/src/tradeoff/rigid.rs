@@ -1,4 +1,4 @@
-//! The drive in its rigid limit, c → ∞, by formulas for its outputs; of a machine, the one whose speed does not fluctuate.
+//! The drive in its rigid limit, c → ∞, by formulas for its outputs; for a machine, the limit without fluctuation of the speed.
 
 use crate::resource::Scene;
 use camdrive::drives::backlash;
@@ -117,8 +117,8 @@ fn elastic_output(scene: elastic_output::Scene) -> Evaluation {
     })
 }
 
-/// q → 0 while tau = −(c q + b q̇) = (J + m U′²) α + m U′U″ ω² − U′F_L stays; the mass takes U′ times its force m ÿ − F_L of
-/// it, F_L without an input.
+/// q → 0 while tau = −(c q + b q̇) = (J + m U′²) α + m U′U″ ω² − U′F_L stays; the mass takes U′ times its force m ÿ − F_L from
+/// it, with F_L without an input.
 fn elastic_shaft(scene: elastic_shaft::Scene) -> Evaluation {
     Box::new(move |shaft, out| {
         let RigidFollower { y, y_dot, y_dot_dot, slope } = RigidFollower::of(&scene.cam, shaft);

@@ -55,25 +55,25 @@ impl Interface {
         self.outputs.iter().map(named).collect()
     }
 
-    /// Whether a run-up moves an input.
+    /// True if a run-up moves an input.
     pub fn is_driven(&self) -> bool {
         self.inputs.iter().any(|(_, signal)| *signal != Signal::Constant)
     }
 }
 
-/// The communication points of a run: the instants k · `step`, at which runs are compared, every `stride`-th of them
-/// or with `parts` − 1 points in between.
+/// The communication points of a run: every `stride`-th of the instants k · `step`, at which runs are compared, or the instants
+/// with `parts` − 1 points in between.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
     /// (s).
     pub step: f64,
-    /// The last instant has this number.
+    /// The number of the last instant.
     pub count: usize,
-    /// How many instants a communication step takes.
+    /// The number of instants in a communication step.
     pub stride: usize,
-    /// Into how many communication steps an interval is divided; 1 where `stride` > 1.
+    /// The number of communication steps in an interval; 1 if `stride` > 1.
     pub parts: usize,
-    /// The parts are of unequal length, so that other communication points decide the result.
+    /// The parts are of unequal length, so that other communication points determine the result.
     pub uneven: bool,
 }
 
@@ -88,7 +88,7 @@ impl Grid {
         self.step * self.stride as f64 / self.parts as f64
     }
 
-    /// How many communication steps a run takes.
+    /// The number of communication steps of a run.
     pub fn steps(&self) -> usize {
         self.count / self.stride * self.parts
     }
@@ -110,11 +110,11 @@ impl Grid {
 pub enum Inputs {
     /// Values only.
     Values,
-    /// Values and their derivatives, as far as the drive takes them.
+    /// Values and derivatives, as far as the drive takes them.
     Derivatives,
 }
 
-/// A run to be made.
+/// The plan of a run.
 pub struct Plan<'a> {
     /// The FMU.
     pub fmu: &'a Fmu,
@@ -126,7 +126,7 @@ pub struct Plan<'a> {
     pub grid: Grid,
     /// The motion of the inputs.
     pub run_up: &'a RunUp,
-    /// How they are passed.
+    /// How the host passes them.
     pub inputs: Inputs,
 }
 
@@ -135,18 +135,18 @@ pub struct Plan<'a> {
 pub struct Trace {
     /// The outputs at the instants 0, `stride`, 2 `stride` …, one row after the other.
     pub values: Vec<f64>,
-    /// How many instants lie between two rows.
+    /// The number of instants between two rows.
     pub stride: usize,
     /// CPU time of instantiation and initialisation (ns).
     pub start_ns: f64,
     /// CPU time of all steps, inputs and outputs included (ns).
     pub run_ns: f64,
-    /// `solver.steps`, `solver.evaluations`, `solver.error_estimate` at the end; NaN where there are none.
+    /// `solver.steps`, `solver.evaluations`, `solver.error_estimate` at the end; NaN without them.
     pub statistics: [f64; 3],
 }
 
 impl Trace {
-    /// The outputs at instant `k`; None where the run has no communication point there.
+    /// The outputs at instant `k`; None if the run has no communication point there.
     pub fn row(&self, k: usize, outputs: usize) -> Option<&[f64]> {
         if !k.is_multiple_of(self.stride) {
             return None;
@@ -180,7 +180,7 @@ impl<'a> Feed<'a> {
         let highest = if plan.inputs == Inputs::Derivatives { interface.derivatives } else { 0 };
         let leads = |signal| interface.inputs.iter().any(|(_, other)| *other == signal);
         for (reference, signal) in &interface.inputs {
-            // The derivatives of w are those of a.
+            // The derivatives of w are a's.
             let highest = if *signal == Signal::Speed && leads(Signal::Acceleration) { 0 } else { highest };
             for order in (0..=highest).filter(|order| signal.derivative(run_up, 1.0, 0.0, *order).is_some()) {
                 let given = if order == 0 { &mut feed.inputs } else { &mut feed.derivatives };
@@ -210,7 +210,7 @@ impl<'a> Feed<'a> {
     }
 }
 
-/// A run draws upon the budget of the study once in so many steps, lest that be seen in their cost.
+/// A run draws upon the budget of the study once in this many steps, so that this does not affect the cost.
 const DRAWING: usize = 16;
 
 /// CPU time of this thread since `start` (ns).
@@ -218,7 +218,7 @@ fn elapsed_ns(start: ThreadTime) -> f64 {
     start.elapsed().as_secs_f64() * 1e9
 }
 
-/// Carries a plan out.
+/// Runs a plan.
 pub fn run(plan: &Plan<'_>) -> Result<Trace, Fault> {
     let Plan { interface, grid, .. } = plan;
     let mut since = Since::now();

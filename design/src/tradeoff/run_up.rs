@@ -7,8 +7,8 @@ pub const HIGHEST_DERIVATIVE: usize = 8;
 
 /// A run-up from standstill to a speed, and on at that speed.
 ///
-/// w = Ω (z − sin(2πz)/2π), z = t/T; for t ≥ T w = Ω. The acceleration starts and ends without a jump (Bestehorn's
-/// sinoid); it is no polynomial, so that a host that passes values only does feel its communication step.
+/// w = Ω (z − sin(2πz)/2π), z = t/T; for t ≥ T w = Ω. The acceleration starts and ends without a jump (Bestehorn's sinoid). It
+/// is no polynomial, so the communication step matters to a host that passes values only.
 ///
 /// Symbols: Ω the speed (rad/s), T the duration of the run-up (s).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +20,7 @@ pub struct RunUp {
 }
 
 impl RunUp {
-    /// Whether the ramp has ended at `t` (s); a communication point at its end may be a rounding too early.
+    /// True if the ramp has ended at `t` (s); a communication point at its end may be a rounding too early.
     fn over(&self, t: f64) -> bool {
         t >= self.ramp * (1.0 - 1e-12)
     }
@@ -58,14 +58,14 @@ impl RunUp {
     }
 }
 
-/// An input and how the run-up decides it.
+/// An input and its motion in the run-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
     /// `phi`.
     Angle,
     /// `w`.
     Speed,
-    /// `a`; where it is there, the only motion input that gets derivatives: those of the others follow.
+    /// `a`; if present, the only motion input that gets derivatives: the others' follow.
     Acceleration,
     /// `M_an`: the inertia at the start times the acceleration.
     Torque,
@@ -85,7 +85,7 @@ impl Signal {
         }
     }
 
-    /// The derivative of this order at `t` (s), that of order 0 the value; `inertia` is J at the start (kg·m²). None where the host
+    /// The derivative of this order at `t` (s), the value for order 0; `inertia` is J at the start (kg·m²). None if the host
     /// sets none.
     pub fn derivative(self, run_up: &RunUp, inertia: f64, t: f64, order: usize) -> Option<f64> {
         match (self, order) {

@@ -1,7 +1,7 @@
-//! The drive with one of its features left out: what does it change, and what does it save?
+//! The drive with one of its features left out, to measure the change and the saving.
 //!
-//! A feature is left out by another scene of the same model or, in its rigid limit ([`super::rigid`]), by formulas: a stiffness that
-//! is merely large would neither be rigid nor cheap.
+//! A feature is left out by another scene of the same model or, in its rigid limit ([`super::rigid`]), by formulas: a stiffness
+//! that is merely large would neither be rigid nor cheap.
 
 use super::rigid::{self, Formula};
 use super::run::Interface;
@@ -40,10 +40,10 @@ pub enum Simplified {
     Formula(Formula),
 }
 
-/// Feature, its replacement, and the change of a scene that leaves it out; a scene without the feature stays as it is.
+/// A feature, its replacement, and the change of a scene that leaves it out; a scene without the feature stays unchanged.
 type Neutral = (&'static str, &'static str, fn(&mut Scene));
 
-/// Features that the change of a value leaves out.
+/// Features that a changed value leaves out.
 const NEUTRAL: [Neutral; 7] = [
     ("the clearance", "s = 0", |scene| {
         if let Scene::BacklashDrive(scene) = scene {
@@ -91,7 +91,7 @@ const NEUTRAL: [Neutral; 7] = [
     }),
 ];
 
-/// The series of a scene, and what the harmonics are of.
+/// The series of a scene, and the names of the quantities they describe.
 fn series(scene: &mut Scene) -> Vec<(String, &mut Fourier)> {
     let of = |j: usize| format!(" of follower {}", j + 1);
     let cams: Vec<(String, &mut MotionLaw)> = match scene {
@@ -178,8 +178,7 @@ pub fn of(resource: &Resource) -> Vec<Simplification> {
     list
 }
 
-/// The scene on its periodic motion, where it has one and does not start there. That of a drive with backlash is one of permanent
-/// contact.
+/// The scene on its periodic motion, if it has one and does not start there. A drive with backlash starts in permanent contact.
 fn steady(scene: &Scene) -> Option<Scene> {
     let mut steady = scene.clone();
     let constant = |drive: &DriveMode| matches!(drive, DriveMode::Constant { w, .. } if turns(*w));
@@ -193,7 +192,7 @@ fn steady(scene: &Scene) -> Option<Scene> {
     (steady != *scene).then_some(steady)
 }
 
-/// As many loads of nothing, so that the outputs stay.
+/// The same number of loads without effect, so that the outputs stay.
 fn unloaded(load: &Load) -> Load {
     let [gravity, constant, damping] = [load.gravity, load.constant, load.damping].map(|part| part.map(|_| 0.0));
     let process = load.process.as_ref().map(|_| MotionLaw::Fourier(Fourier::new(vec![0.0], Vec::new())));
@@ -218,10 +217,10 @@ fn of_machine(scene: &rigid_machine::Scene, add: &mut impl FnMut(&str, &str, Sce
     }
 }
 
-/// The arrays of a train over its followers; one that is named as a RigidMachine has the last two.
+/// The arrays of a train over its followers; only trains named as a RigidMachine have the last two.
 const ARRAYS: [&str; 3] = ["follower[", "U[", "lever["];
 
-/// Without follower `left_out` the ones after it keep their numbers.
+/// The followers after follower `left_out` keep their numbers.
 fn renumbered(mut interface: Interface, left_out: Option<usize>) -> Interface {
     for variable in interface.variables.iter_mut().filter(|_| left_out.is_some()) {
         let parted = |array: &&'static str| Some((*array, variable.name.split_once(*array)?));
@@ -233,11 +232,11 @@ fn renumbered(mut interface: Interface, left_out: Option<usize>) -> Interface {
     interface
 }
 
-/// The follower without spring and clearance, its masses in one; the loads on both act on that.
+/// The follower without spring and clearance, with one mass; the loads on both act on it.
 fn rigid_follower(follower: &Follower) -> Follower {
     let Follower { rigid, load, roller, .. } = follower;
     let [m, m_x] = follower.masses();
-    // Without a second mass both loads act on the one that is there.
+    // Without a second mass both loads act on the only one.
     let tool = if m > 0.0 { m } else { m_x };
     let known = |value: f64| (value != 0.0).then_some(value);
     let sum = |of: fn(&Load) -> f64| of(load) + of(roller);
@@ -258,7 +257,7 @@ fn of_train(scene: &drive_train::Scene, add: &mut impl FnMut(&str, &str, Scene))
         let of = format!(" of follower {}", j + 1);
         let mut fewer = scene.followers.clone();
         fewer.remove(j);
-        // On a shaft that is driven the others would not notice.
+        // On a driven shaft the others would not notice.
         if matches!(scene.shaft, Shaft::Free(_)) {
             add(
                 &format!("follower {}", j + 1),
@@ -352,15 +351,15 @@ pub struct FewerHarmonics {
     pub feature: String,
     /// The remainder: "4 of 5 harmonics".
     pub instead: String,
-    /// The rest.
+    /// The remainder.
     pub series: Fourier,
 }
 
-/// So many harmonics, the smallest ones, are left out one by one: the larger ones are what the law is made of.
+/// This many harmonics, the smallest ones, are left out one by one: the larger ones make up the law.
 const MOST_SINGLE: usize = 4;
 
-/// A series without each of its smallest harmonics and without the smaller half of them; empty where it has less than two. A
-/// harmonic counts by its share of U″, k²√(aₖ² + bₖ²), which is what moves masses.
+/// A series without each of its smallest harmonics and without the smaller half of them; empty if it has less than two. A
+/// harmonic counts by its share of U″, k²√(aₖ² + bₖ²), which moves masses.
 pub fn fewer_harmonics(series: &Fourier) -> Vec<FewerHarmonics> {
     let share = |k: usize| (k * k) as f64 * (series.a[k].powi(2) + series.b[k].powi(2)).sqrt();
     let mut harmonics: Vec<usize> = (1..series.a.len()).filter(|k| share(*k) > 0.0).collect();
@@ -389,7 +388,7 @@ pub fn fewer_harmonics(series: &Fourier) -> Vec<FewerHarmonics> {
     singles.chain((half > 1).then_some(&harmonics[..half])).map(without).collect()
 }
 
-/// Ascending numbers, three and more in a row as "4 … 9".
+/// Ascending numbers, three and more in a row as "4 to 9".
 fn listed(numbers: &[usize]) -> String {
     let runs = numbers.chunk_by(|a, b| a + 1 == *b);
     let parts = runs.flat_map(|run| match run {

@@ -1,4 +1,4 @@
-//! The settings that are compared: whatever dials the drive declares, over communication steps and ways to pass inputs.
+//! The compared settings: all dials that the drive declares, over communication steps and ways to pass inputs.
 
 use super::run::{Grid, Inputs, Interface};
 use camdrive::drives::variable::Kind;
@@ -9,22 +9,22 @@ const BY_STEP: &str = "fixed_cost";
 /// A setting of the solver and of the host.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
-    /// The item of `solver.method`, where the drive has it.
+    /// The item of `solver.method` if the drive has it.
     pub method: Option<String>,
-    /// `solver.tolerance`, where the drive has it and the method works to it; 0 for the default.
+    /// `solver.tolerance` if the drive has it and the method works to it; 0 for the default.
     pub tolerance: Option<f64>,
-    /// `solver.step_size` (s), where the method works with it; 0 for the default.
+    /// `solver.step_size` (s) if the method works with it; 0 for the default.
     pub step_size: Option<f64>,
     /// The values to be set.
     pub starts: Vec<(u32, f64)>,
     /// The communication points.
     pub grid: Grid,
-    /// How inputs are passed, where a run-up moves them.
+    /// How inputs are passed if a run-up moves them.
     pub inputs: Option<Inputs>,
 }
 
 impl Setting {
-    /// Whether the solver is left to its defaults.
+    /// True if the solver uses its defaults.
     pub fn is_default(&self) -> bool {
         self.tolerance.unwrap_or(0.0) == 0.0 && self.step_size.unwrap_or(0.0) == 0.0
     }
@@ -98,15 +98,15 @@ pub fn settings(interface: &Interface, grid: Grid, turn: f64, quick: bool) -> Ve
     list
 }
 
-/// The setting of the whole drive that the drive without a feature is compared with, which [`defaults`] sets in the same
-/// way: the defaults at the instants, with the derivatives of inputs where the drive takes them.
+/// The setting of the whole drive to compare a drive without a feature with; [`defaults`] sets that drive in the same way: the
+/// defaults at the instants, with the derivatives of inputs if the drive takes them.
 pub fn whole(settings: &[Setting]) -> usize {
     let with_derivatives =
         |s: &Setting| s.is_default() && s.grid == settings[0].grid && s.inputs == Some(Inputs::Derivatives);
     settings.iter().position(with_derivatives).unwrap_or(0)
 }
 
-/// The values that leave the solver of a drive to its defaults, whatever its scene asks for.
+/// The values that set the solver of a drive to its defaults, whatever its scene asks for.
 pub fn defaults(interface: &Interface) -> Vec<(u32, f64)> {
     let method = interface.find("solver.method").zip(methods(interface).first().map(|(_, number)| *number));
     let left = ["solver.tolerance", "solver.step_size"].map(|name| interface.find(name).map(|r| (r, 0.0)));
