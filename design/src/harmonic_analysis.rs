@@ -14,29 +14,29 @@ pub fn coefficient(list: &[Complex], k: i64) -> Complex {
     if k < 0 { value.conj() } else { value }
 }
 
-/// Points this near equal distances (rad) are equidistant; what is left changes a lift by 1e-9 of its slope.
+/// Points this close to equal distances (rad) are equidistant; the rest changes a lift by 1e-9 of its slope.
 const EQUIDISTANT: f64 = 1e-9;
 
-/// Below this part of the largest pivot the points do not determine a harmonic: its coefficients would carry the
-/// roundings of the lifts ten thousand million times enlarged.
+/// Below this part of the largest pivot the points do not determine a harmonic: its coefficients would carry the roundings of
+/// the lifts, enlarged ten thousand million times.
 const RANK: f64 = 1e-10;
 
-/// A Fourier series and how well it meets the points.
+/// A Fourier series and its deviation from the points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HarmonicAnalysis {
     /// The series.
     pub series: Fourier,
     /// max |U(φᵢ) − lift| over the points (m).
     pub largest_residual: f64,
-    /// The root of the mean square of the same (m).
+    /// Its root mean square (m).
     pub mean_residual: f64,
 }
 
-/// The Fourier series of K = `harmonics` that meets the points best in the sense of least squares.
+/// The Fourier series of K = `harmonics` that meets the points best by least squares.
 ///
-/// Equidistant points: their discrete Fourier series, aₖ = 2/n Σ uᵢ cos kφᵢ, bₖ = 2/n Σ uᵢ sin kφᵢ. Others: least
-/// squares, each point weighted by the angle it stands for, by QR. K ≤ (n − 1)/2 of n points, a closing one not
-/// counted; of those at unequal distances K ≤ π/gap besides, since a shorter wave may swing unseen in the widest gap.
+/// Equidistant points: their discrete Fourier series, aₖ = 2/n Σ uᵢ cos kφᵢ, bₖ = 2/n Σ uᵢ sin kφᵢ. Others: least squares, each
+/// point weighted by its angle, by QR. K ≤ (n − 1)/2 for n points without a closing one; at unequal distances also K ≤ π/gap,
+/// because a shorter wave may swing unseen in the widest gap.
 pub fn analyse(points: Points, harmonics: usize) -> Result<HarmonicAnalysis, TableError> {
     let points = points.open()?;
     let n = points.angles.len();
@@ -64,7 +64,7 @@ pub fn analyse(points: Points, harmonics: usize) -> Result<HarmonicAnalysis, Tab
     Ok(HarmonicAnalysis { series, largest_residual, mean_residual })
 }
 
-/// A series whose coefficients that are rounding alone, below the last digit of the largest one, are zero.
+/// A series with coefficients of rounding size, below the last digit of the largest one, set to zero.
 pub fn without_rounding(mut series: Fourier) -> Fourier {
     let largest = series.a.iter().chain(&series.b).fold(0.0_f64, |largest, c| c.abs().max(largest));
     for c in series.a.iter_mut().chain(&mut series.b).filter(|c| c.abs() < f64::EPSILON * largest) {
@@ -90,7 +90,7 @@ pub fn discrete_series(first: f64, lifts: &[f64], harmonics: usize) -> Fourier {
     Fourier::new(part(1), part(0)).delayed(first)
 }
 
-/// min Σ wᵢ (U(φᵢ) − uᵢ)²; None where the points do not determine the coefficients.
+/// min Σ wᵢ (U(φᵢ) − uᵢ)²; None if the points do not determine the coefficients.
 fn least_squares(points: &Points, harmonics: usize) -> Option<Fourier> {
     let Points { angles, lifts } = points;
     let n = angles.len();

@@ -1,8 +1,8 @@
 //! The motions of a law between its stops, and their characteristic values.
 //!
 //! A motion leads over the angle β through the lift h, from one zero of U′ to the next. With f(z) = (U − U₀)/h, z = (φ − φ₀)/β:
-//! C_v = max f′, C_a₊ = max f″, C_a₋ = min f″, C_j = max |f‴|, C_M₊ = max f′ f″, C_M₋ = min f′ f″ (VDI 2143), so that the largest
-//! velocity is C_v h Ω/β. They are maxima of the analytic pieces of the law, ends included, where f″ and f‴ may jump.
+//! C_v = max f′, C_a₊ = max f″, C_a₋ = min f″, C_j = max |f‴|, C_M₊ = max f′ f″, C_M₋ = min f′ f″ (VDI 2143), so the largest
+//! velocity is C_v h Ω/β. They are maxima of the analytic pieces of the law, including the ends, at which f″ and f‴ may jump.
 
 use crate::report::Table;
 use crate::report::unit::{DEG, ONE, Unit};
@@ -13,17 +13,17 @@ use camdrive::numerics::angle::reduce;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// Samples of a turn, between which stops are looked for.
+/// Samples of a turn, between which stops are searched.
 const SAMPLES: f64 = 8192.0;
 
 /// The part of max |U′| below which a follower stands.
 const STANDING: f64 = 1e-12;
 
 /// The part of the largest lift below which a motion of a series or a table is a ripple of its rest: HS profiles keep theirs
-/// closer, and the spline through 24 points or more swings less beside a rest, as does the noise of a table of some use.
+/// closer, and the spline through 24 points or more swings less next to a rest, as does the noise of a useful table.
 const RIPPLE: f64 = 0.01;
 
-/// An angle (rad) of a turn without what roundings leave of zero.
+/// An angle (rad) of a turn, with roundings of zero removed.
 fn rounded(phi: f64) -> f64 {
     if phi.abs() < TAU * f64::EPSILON { 0.0 } else { phi }
 }
@@ -78,16 +78,16 @@ impl Motion {
     }
 }
 
-/// The motions of the law in a turn, in the order of their angles; none where it never stops; without the ripples of rests.
+/// The motions of the law in a turn, in the order of their angles, without the ripples of rests; empty if it never stops.
 pub fn motions(section: &str, law: &MotionLaw, unit: &'static str) -> Vec<Motion> {
     let standing = STANDING * law.bound(1);
     let slope = |phi: f64| law.at(phi.rem_euclid(TAU)).0[1];
     let (plan, pieces) = (matches!(law, MotionLaw::Plan(_) | MotionLaw::Cycle(_)), segments(law.breakpoints()));
-    // Where U rises, falls or rests, ascending. What is flat within a segment that moves says nothing.
+    // The intervals in which U rises, falls or rests, ascending. Flat parts within a moving segment do not count.
     let mut places: Vec<([f64; 2], f64)> = Vec::new();
     for (segment, ends) in pieces.iter().enumerate() {
         let [start, end] = *ends;
-        // A point at which the follower stands is a stop of a plan, though U′ may not change its sign.
+        // A point at which the follower stands is a stop of a plan, even if U′ keeps its sign.
         if plan && slope(start).abs() <= standing {
             places.push(([start; 2], 0.0));
         }
@@ -125,7 +125,7 @@ pub fn motions(section: &str, law: &MotionLaw, unit: &'static str) -> Vec<Motion
     ends.into_iter().map(|ends| motion(section, unit, law, ends, lift(ends))).collect()
 }
 
-/// Where U′ vanishes between two places, at the end of a rest or between two motions of different sense.
+/// The zero of U′ between two places, at the end of a rest or between two motions of different sense.
 fn stop(before: ([f64; 2], f64), behind: ([f64; 2], f64), slope: impl Fn(f64) -> f64) -> f64 {
     match (before, behind) {
         (([_, end], 0.0), _) => end,
@@ -164,7 +164,7 @@ fn motion(section: &str, unit: &'static str, law: &MotionLaw, ends: [f64; 2], li
     }
 }
 
-/// The greatest value over the turn of what follows from U … U⁗.
+/// The greatest value over the turn of a function of U … U⁗.
 pub fn greatest_of(law: &MotionLaw, value: impl Fn([f64; 5]) -> f64) -> f64 {
     let at = |segment: usize, phi: f64| value(law.at_in(segment, reduce(phi.into())).0);
     greatest(&segments(law.breakpoints()), at).value
@@ -175,7 +175,7 @@ pub fn stroke(law: &MotionLaw, position: impl Fn([f64; 5]) -> f64) -> f64 {
     greatest_of(law, &position) + greatest_of(law, |u| -position(u))
 }
 
-/// The value in the one unit that people read the quantity in, with four significant digits.
+/// The value in the unit in which people read the quantity, with four significant digits.
 pub(crate) fn shown(value: f64, unit: &str) -> String {
     let unit = Unit::of(unit);
     unit.after(text::digits(value * unit.factor, 4, -3))

@@ -1,7 +1,7 @@
-//! Measured lifts without their noise, which interpolation would enlarge in U″, and rows of a table that are wrong.
+//! Removes the noise of measured lifts, which interpolation would enlarge in U″, and the wrong rows of a table.
 //!
-//! Of all periodic s the one with the least Σ (s(φᵢ) − yᵢ)² + λ ∫ s‴² dφ keeps the part 1/(1 + (k/K)⁶) of harmonic k of rows at equal
-//! distances (`penalised`); where σ is known λ is chosen by Mallows' criterion, else by robust cross-validation (`wrong_rows`).
+//! Among all periodic s the one with the least Σ (s(φᵢ) − yᵢ)² + λ ∫ s‴² dφ keeps the part 1/(1 + (k/K)⁶) of harmonic k of rows
+//! at equal distances (`penalised`). If σ is known, Mallows' criterion chooses λ, else robust cross-validation (`wrong_rows`).
 //! The periodic quintic spline through its values at the rows is s itself.
 
 mod corners;
@@ -20,24 +20,24 @@ use camdrive::motion::{MotionLaw, Table};
 use penalised::Rows;
 use std::f64::consts::{PI, TAU};
 
-/// Lobes of U″ up to so many times σ of the noise left in it are noise: of a hundred of them none is higher by chance.
+/// Lobes of U″ up to this many times σ of its remaining noise are noise: among a hundred of them none is higher by chance.
 const NOISE: f64 = 4.0;
 
-/// Beside a jump of U″ the smoothed law swings by 6 % of it, where its slope is K/3 of it, K the order of which half is kept:
-/// by this part of |U‴|/K. Beside a jump of U‴ it swings by half as much.
+/// Next to a jump of U″ the smoothed law, whose slope there is K/3 of the jump, swings by 6 % of it, by this part of |U‴|/K;
+/// half of harmonic K is kept. Next to a jump of U‴ it swings by half as much.
 const SWING: f64 = 0.2;
 
-/// A curve with more than this many freedoms per row goes through the rows: they tell no noise.
+/// A curve with more than this many freedoms per row goes through the rows: they contain no noise.
 const NO_NOISE: f64 = 0.9;
 
-/// A pass about the level of a rest brings its order nearer to that of the right level; the third changes nothing that matters.
+/// A pass about the level of a rest brings its order closer to the right level's; the third changes nothing that matters.
 const PASSES: usize = 2;
 
-/// Beside the rows that were measured the curve leaves the level of a rest by up to the noise, and comes back to it like exp(−K φ/2): the
-/// least poles of 1/(1 + (k/K)⁶) are ±i K/2 off the real axis. From this K φ on what is left is below 1e-4 of the noise.
+/// Next to measured rows the curve leaves the level of a rest by up to the noise, and comes back to it like exp(−K φ/2): the
+/// least poles of 1/(1 + (k/K)⁶) are ±i K/2 off the real axis. From this K φ on the rest is below 1e-4 of the noise.
 const SETTLED: f64 = 20.0;
 
-/// Lifts without their noise, and what that changes.
+/// Lifts without their noise, and the changes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SmoothedTable {
     /// The points, with a closing one; rows at nearly one angle are one point.
@@ -46,49 +46,49 @@ pub struct SmoothedTable {
     pub point: Vec<usize>,
     /// σ of the noise.
     pub noise: f64,
-    /// The root of the mean square of the changes, and the largest of them.
+    /// The root mean square of the changes, and the largest of them.
     pub changes: [f64; 2],
     /// The largest change as part of the stroke.
     pub part: f64,
-    /// The order of which half is kept.
+    /// The order of which half is kept: the cut-off.
     pub half: f64,
-    /// Lobes of U″ up to this height (per rad²) are noise that is left or swings of the smoothing.
+    /// Lobes of U″ up to this height (per rad²) are remaining noise or swings of the smoothing.
     pub left: f64,
-    /// Rows that are left out, specks that are not, and jumps of the law, which it smooths away.
+    /// The rows left out, the specks kept, and the jumps of the law, which smoothing removes.
     pub found: TableFaults,
-    /// The points of rows at rest that are so far from those that were measured that the curve has the level there.
+    /// The points of rows at rest that are so far from measured ones that the curve has the level there.
     pub at_rest: Vec<usize>,
 }
 
-/// The treatment of rows that are wrong.
+/// The treatment of wrong rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outliers {
     /// They are refused.
     Refuse,
     /// They are left out, and specks.
     Drop,
-    /// They are left out of a curve that is no law, whose jumps and specks are not sought.
+    /// They are left out of a curve that is no law; its jumps and specks are not searched.
     DropOfCurve,
 }
 
-/// Why lifts cannot be smoothed.
+/// The reason why lifts cannot be smoothed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SmoothingError {
     /// The points are no table.
     Table(TableError),
     /// Rows that are wrong.
     Wrong(Vec<WrongRow>),
-    /// σ is no less than the root mean square of the motion, which is this.
+    /// σ is at least the root mean square of the motion, which is this.
     NothingLeft(f64),
     /// No noise is found: the best curve goes through the points.
     NoNoise,
 }
 
-/// The lifts without noise of the standard deviation `noise`, or of one that they tell themselves; two rows may have one angle.
-/// Wrong rows are left out or refused. The rows `at_rest` were not measured: they have one level, that of the least minimum.
+/// The lifts without noise of the standard deviation `noise`, or of an estimated one; two rows may have one angle. Wrong rows
+/// are left out or refused. The rows `at_rest` were not measured: they have one level, the least minimum's.
 ///
 /// # Errors
-/// Where the points are no table, have wrong rows, or no such noise.
+/// Points that are no table, that have wrong rows, or no such noise.
 pub fn smooth(
     points: Points,
     noise: Option<f64>,
@@ -111,7 +111,7 @@ pub fn smooth(
         return Err(SmoothingError::NothingLeft(whole));
     }
     let look = rows.look(noise);
-    // Rows that share a knot tell the noise between them.
+    // Rows that share a knot show the noise between them.
     let apart = rows.knots.len() == rows.lifts.len();
     let fit = rows.fit(&rows.lifts, look.order);
     let range = fit.states.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [a.min(s[0]), b.max(s[0])]);
@@ -145,14 +145,14 @@ pub fn smooth(
     Ok(SmoothedTable { points, point: rows.knot, noise, changes, part, half: look.order, left, found, at_rest })
 }
 
-/// σ of the noise that the lifts tell themselves; None where they tell none or are no table.
+/// The estimated σ of the noise of the lifts; None without noise and if they are no table.
 pub fn noise(points: Points) -> Option<f64> {
     let rows = Rows::new(points).ok()?;
     let look = rows.look(None);
     (look.noise > 0.0 && look.freedom <= NO_NOISE * rows.lifts.len() as f64).then_some(look.noise)
 }
 
-/// Wrong rows, specks and jumps of the law; none where the points are no table.
+/// Wrong rows, specks and jumps of the law; empty if the points are no table.
 pub fn found(points: Points, outliers: Outliers) -> TableFaults {
     Rows::new(points).map(|mut rows| rows.leave_out_wrong(None, outliers)).unwrap_or_default()
 }

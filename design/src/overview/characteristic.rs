@@ -1,4 +1,4 @@
-//! Where a plan jumps or overshoots.
+//! The angles at which a plan jumps or overshoots.
 
 use super::{Overview, Warning};
 use crate::law_motions::{motions, shown};
@@ -6,26 +6,26 @@ use camdrive::motion::{MotionLaw, MotionPlan};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// The part of the largest |U″| that is no jump of it but rounding.
+/// Changes below this part of the largest |U″| are rounding, no jumps.
 const NO_JUMP: f64 = 1e-9;
 
-/// Where a derivative jumps between two segments of a plan.
+/// A jump of a derivative between two segments of a plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Jump {
     /// The section of its law.
     pub law: String,
-    /// Where (rad).
+    /// Angle (rad).
     pub phi: f64,
     /// 2 for U″, 3 for U‴.
     pub derivative: usize,
     /// Size of the jump.
     pub size: f64,
-    /// The unit of that.
+    /// Its unit.
     pub unit: &'static str,
 }
 
 impl Jump {
-    /// For a terminal.
+    /// The text for a terminal.
     pub fn text(&self) -> String {
         let name = ["U″", "U‴"][self.derivative - 2];
         format!("{name} jumps by {} at {}", shown(self.size, self.unit), shown(self.phi, "rad"))
@@ -33,7 +33,7 @@ impl Jump {
 }
 
 impl Overview {
-    /// The motions of the law, and what of a plan is implausible.
+    /// Adds the motions of the law, and the implausible parts of a plan.
     pub(super) fn motions(&mut self, section: &str, law: &MotionLaw, unit: &'static str) {
         self.motions.extend(motions(section, law, unit));
         if let MotionLaw::Plan(plan) = law {
@@ -42,7 +42,7 @@ impl Overview {
         }
     }
 
-    /// Lists where U″ and U‴ jump between segments, and warns of the former.
+    /// Lists the jumps of U″ and U‴ between segments, and warns of U″'s.
     fn jumps(&mut self, section: &str, plan: &MotionPlan, law: &MotionLaw, unit: &'static str) {
         let units = if unit == "rad" { ["1/rad", "1/rad2"] } else { ["m/rad2", "m/rad3"] };
         for phi in plan.points().iter().map(|point| point.phi.rem_euclid(TAU)) {
@@ -56,7 +56,7 @@ impl Overview {
                 if derivative == 2 {
                     self.warnings.push(Warning {
                         message: format!("{section}: {}", jump.text()),
-                        hint: "leave out an inflection beside the point".to_owned(),
+                        hint: "leave out an inflection next to the point".to_owned(),
                     });
                 }
                 self.jumps.push(jump);
@@ -64,7 +64,7 @@ impl Overview {
         }
     }
 
-    /// Warns where U leaves the range of the points at both ends of a segment.
+    /// Warns if U leaves the range of the points at both ends of a segment.
     fn overshoots(&mut self, section: &str, plan: &MotionPlan, law: &MotionLaw, unit: &str) {
         const PARTS: usize = 500;
         let points = plan.points();

@@ -1,9 +1,9 @@
-//! Limits beyond which a figure is implausible, each with its reason; a value behind them mostly lacks its unit.
+//! Limits beyond which a figure is implausible, each with its reason; a value beyond them mostly lacks its unit.
 
 use super::{Overview, Warning};
 use std::f64::consts::TAU;
 
-/// A figure, named without its follower; its limit in coherent SI; why; and what to do.
+/// A figure, named without its follower; its limit in coherent SI; the reason; and the remedy.
 type Limit = (&'static str, f64, &'static str, &'static str);
 
 const SPEED: f64 = 1e5 * TAU / 60.0;
@@ -34,10 +34,10 @@ const LIMITS: [Limit; 12] = [
         "ten thousand times gravity tears steel apart",
         "write speeds and lengths with their units: \"1800 rpm\", \"0.94 mm\"",
     ),
-    // The cam would be larger than that.
+    // The cam would be larger than this.
     ("stroke", 10.0, "no cam moves a tool that far", FORGOTTEN_LENGTH),
     ("crank_radius", 10.0, "no crank of a machine is that large", FORGOTTEN_LENGTH),
-    // The grippers of looms reach some 50 m/s. With a stroke forgotten in mm the speed is that of a rifle bullet.
+    // The grippers of looms reach some 50 m/s. With a stroke forgotten in mm the tool is as fast as a rifle bullet.
     (
         "largest_velocity",
         100.0,
@@ -46,7 +46,7 @@ const LIMITS: [Limit; 12] = [
     ),
     // Backlash is some hundredths of a millimetre.
     ("clearance_of_stroke", 0.3, "the tool would hardly follow the cam", FORGOTTEN_LENGTH),
-    // The tool would not do what its law says; in HS drives of machines it misses some per cent.
+    // The tool would not follow its law; in HS drives of machines it misses some per cent.
     ("kinetostatic_deformation_of_stroke", 0.3, "the tool would hardly follow the cam", FORGOTTEN_IN_VIBRATION),
     // In the middle of the first tongue of instability it is 2.
     ("frequency_ratio", 10.0, "so far above its natural frequency no member follows its drive", FORGOTTEN_IN_VIBRATION),
@@ -59,7 +59,7 @@ const LIMITS: [Limit; 12] = [
     ),
 ];
 
-/// Warns of what is beyond its limit.
+/// Warns of figures beyond their limits.
 pub fn warn(overview: &mut Overview) {
     for figure in &overview.figures {
         let name = figure.name.rsplit('.').next().unwrap_or_default();

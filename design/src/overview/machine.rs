@@ -56,7 +56,7 @@ impl Overview {
 pub fn running(scene: &Scene, inertia: &Inertia) -> Option<(f64, [f64; 2])> {
     match scene.motor {
         Motor::Kloss(Kloss { synchronous_speed, .. }) => {
-            // Without load; where none is found, there is no mean speed.
+            // Without load; None without a periodic motion.
             let motions = periodic_motions(scene, 0.0).unwrap_or_default();
             let stable = motions.iter().find(|motion| motion.is_stable());
             stable.map(|motion| (synchronous_speed.signum() * TAU / motion.period, range(&motion.course)))

@@ -1,9 +1,9 @@
 //! Key figures of a scene in the units that engineers read: speed, natural frequency, largest acceleration and force,
 //! the nearest resonances; and implausible values, such as a forgotten unit (`implausible`, `roughness`).
 //!
-//! Loads and deformations are kinetostatic, those of a drive that does not vibrate. An elastic drive is taken as
-//! m q̈ + b q̇ + c q = f + Ω² f₂ with the means m, b, c over a turn ([`crate::oscillator`]): harmonic k of its load
-//! deforms it by |f + Ω² f₂|ₖ / |c − m (kΩ)² + i b kΩ|, largest near kΩ = ω₀ = √(c/m).
+//! Loads and deformations are kinetostatic: the drive does not vibrate. An elastic drive counts as m q̈ + b q̇ + c q = f + Ω²
+//! f₂ with the means m, b, c over a turn ([`crate::oscillator`]): harmonic k of its load deforms it by |f + Ω² f₂|ₖ / |c − m
+//! (kΩ)² + i b kΩ|, largest near kΩ = ω₀ = √(c/m).
 
 mod characteristic;
 mod implausible;
@@ -40,35 +40,36 @@ use serde::Serialize;
 /// The characteristic values of a scene.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Overview {
-    /// Its figures, in the order in which they are told.
+    /// Its figures, in the order of the report.
     pub figures: Vec<Figure>,
     /// The motions of its laws between their stops, with their characteristic values.
     pub motions: Vec<Motion>,
-    /// Where derivatives of its plans jump.
+    /// The jumps of derivatives of its plans.
     pub jumps: Vec<Jump>,
-    /// The resonances nearest to the speed; without a speed the strongest ones. None where coefficients vary over the turn: those
-    /// of their means lie off (18 % in the transfer manipulator), and [`crate::stability`] has the right ones.
+    /// The resonances nearest to the speed; without a speed the strongest ones. None if coefficients vary over the turn: the
+    /// resonances of their means are off (18 % in the transfer manipulator), and [`crate::stability`] has the right ones.
     pub resonances: Vec<Resonance>,
-    /// True if they vary.
+    /// True if the coefficients vary.
     #[serde(skip)]
     pub varies: bool,
-    /// From which speeds on force no longer keeps the followers on their cams.
+    /// The speeds from which on force no longer keeps the followers on their cams.
     pub lift_offs: Vec<LiftOff>,
-    /// Its cams with what they move.
+    /// Its cams and their followers.
     #[serde(skip)]
     machine: Option<Machine>,
-    /// Half the range of the kinetostatic deformation of each elastic member, at the speed of the scene; NaN of a rigid follower.
+    /// Half the range of the kinetostatic deformation of each elastic member, at the speed of the scene; NaN for a rigid
+    /// follower.
     #[serde(skip)]
     swings: Vec<f64>,
     /// A turn of the periodic motion at the speed of the scene.
     #[serde(skip)]
     pub turn: Option<Turn>,
-    /// Why there is none.
+    /// The reason if there is none.
     #[serde(skip)]
     motionless: Option<Fault>,
-    /// Values that are implausible.
+    /// Implausible values.
     pub warnings: Vec<Warning>,
-    /// Settings against warnings, by the places of these.
+    /// Settings that remedy warnings, by the indices of the warnings.
     #[serde(skip)]
     pub(crate) cures: Vec<(usize, Setting)>,
 }
@@ -80,9 +81,9 @@ pub struct Figure {
     pub name: String,
     /// In the coherent SI unit.
     pub value: f64,
-    /// That unit; "1" for a pure number.
+    /// Its unit; "1" for a pure number.
     pub unit: &'static str,
-    /// For people.
+    /// The value for people.
     #[serde(skip)]
     pub shown: String,
 }
@@ -102,7 +103,7 @@ pub struct Resonance {
     pub unit: &'static str,
 }
 
-/// Something that is implausible, though it can be computed.
+/// A value that is implausible, though it can be computed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Warning {
     /// The key with its value, and why it is implausible.
@@ -111,7 +112,7 @@ pub struct Warning {
     pub hint: String,
 }
 
-/// A law, and position and transfer functions of the tool that it moves by those of its own.
+/// A law, and the tool's position and transfer functions as a function of the law's.
 type Moved<'a> = (&'a MotionLaw, &'a dyn Fn([f64; 5]) -> [f64; 5]);
 
 /// The overview of a scene.
@@ -198,7 +199,7 @@ impl Overview {
         Some(w)
     }
 
-    /// A clearance, where there is a second flank.
+    /// A clearance, if there is a second flank.
     fn clearance(&mut self, cam: &MotionLaw, s: f64) {
         if s.is_finite() {
             self.figure("clearance", s, "m");
@@ -230,7 +231,7 @@ impl Overview {
         Some(turn.largest(|state| state.drives[0].on_tool().abs()).value)
     }
 
-    /// The motion of the tool of follower j, counted from 0, whose position and transfer functions follow from those of a law.
+    /// The motion of the tool of follower j, counted from 0; position and transfer functions follow from a law's.
     fn motion(&mut self, j: usize, prefix: &str, (law, tool): Moved, speed: Option<f64>, turns: bool) {
         let load = speed.and_then(|speed| self.load(j, speed)).filter(|load| *load > 0.0);
         let mut tell = |name: &str, value: f64, unit: [&'static str; 2]| {

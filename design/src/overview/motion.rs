@@ -1,4 +1,5 @@
-//! The periodic motion at the speed of the scene, beside the kinetostatic figures: what vibration, loads and impacts add to them.
+//! The periodic motion at the speed of the scene, and the additions of vibration, loads and impacts to the kinetostatic
+//! figures.
 
 use super::{Overview, Warning};
 use crate::law_motions::shown;
@@ -19,22 +20,22 @@ const NAMES: [(&str, &str); 5] = [
     ("M_an", "largest_motor_torque"),
 ];
 
-/// A harmonic this near the natural frequency, as a part of that, may be in resonance; where coefficients vary over the turn,
-/// resonances lie up to a fifth off.
+/// A harmonic this close to the natural frequency, as a part of it, may be in resonance; if coefficients vary over the turn,
+/// resonances are up to a fifth off.
 const NEAR: f64 = 0.25;
 
-/// A harmonic near the natural frequency that deforms this many times as much as all loads would without vibration is raised by a
-/// resonance: the vibration that a motion leaves away from resonance has the size of these at most.
+/// A resonance raises a harmonic near the natural frequency that deforms this many times as much as all loads would without
+/// vibration: away from resonance the vibration is at most as large as these.
 const RAISED: f64 = 2.0;
 
-/// A start that deforms this many times as much as the periodic motion is far from it: a load that is put on at once deforms twice.
+/// A start that deforms this many times as much as the periodic motion is far from it: a load applied at once deforms twice.
 const FAR: f64 = 2.0;
 
-/// Calmer speeds are sought in steps of this part, half the width of a resonance with a damping ratio of 2 %, so many to each side:
-/// up to a factor of 1.5, beyond which it is another machine.
+/// Calmer speeds are searched in steps of this part, half the width of a resonance with a damping ratio of 2 %, this many to
+/// each side: up to a factor of 1.5, beyond which it is another machine.
 const STEPS: (f64, i32) = (0.02, 20);
 
-/// The name of a figure of follower j; 0 of a drive with one.
+/// The name of a figure of follower j; 0 for a drive with one.
 fn named(j: usize, name: &str) -> String {
     if j == 0 { name.to_owned() } else { format!("follower[{j}].{name}") }
 }
@@ -45,7 +46,7 @@ fn rounded(w: f64) -> f64 {
 }
 
 impl Overview {
-    /// The figures of the periodic motion, and what it is warned of.
+    /// Adds the figures of the periodic motion, and its warnings.
     pub(super) fn steady(&mut self, resource: &Resource) {
         let Some(turn) = self.turn.take() else { return self.without_motion(resource) };
         for range in &turn.outputs {
@@ -76,7 +77,7 @@ impl Overview {
         if !matches!(resource.scene.drive(), Some(DriveMode::Constant { w, .. }) if *w != 0.0) {
             return;
         }
-        // Inputs beside the motion need not repeat with the turns.
+        // Other inputs need not repeat with the turns.
         let has_inputs = |drive: &Described| drive.descriptions().iter().any(|d| d.causality == Causality::Input);
         if resource.build().is_ok_and(|drive| has_inputs(&drive)) {
             return;

@@ -1,11 +1,11 @@
-//! Noise of a table of lifts, and too few points: the errors that interpolation makes of them.
+//! Noise of a table of lifts, and too few points: the errors of interpolation.
 //!
 //! σ̂ = √(mean of squares of the 8th divided differences, each divided by the root of the sum of its squared weights). White
-//! noise of the standard deviation σ has σ̂ = σ, from all points and from every second one. What a law adds grows with the
-//! distance of the points: every second one has 4.7 times as much of it where U″ jumps, and more where it does not. So the
-//! table is noisy where that factor is below 3.5 and a tenth of the squares is above a tenth of their mean, and σ̂ is the noise. At points h apart the quintic spline makes of it errors
-//! of U″ whose root mean square over the turn is 3.89 σ̂/h², h that of each difference. Without noise that is the size of the
-//! errors that the sampling itself makes.
+//! noise of the standard deviation σ has σ̂ = σ, from all points and from every second one. The contribution of a law grows
+//! with the distance of the points: every second one has 4.7 times as much of it at a jump of U″, and more elsewhere. So the
+//! table is noisy if that factor is below 3.5 and a tenth of the squares is above a tenth of their mean; σ̂ is then the noise.
+//! The quintic spline through points h apart turns it into errors of U″ whose root mean square over the turn is 3.89 σ̂/h²,
+//! with the h of each difference. Without noise this is the size of the errors of the sampling itself.
 
 use super::{Overview, Warning};
 use crate::law_motions::{greatest_of, shown};
@@ -14,33 +14,33 @@ use camdrive::motion::table::{Bend, Points};
 use camdrive::motion::{MotionLaw, Table};
 use std::f64::consts::TAU;
 
-/// The order of the differences: higher ones span more of the motion, lower ones leave more of it.
+/// The order of the differences: higher ones span more of the motion, lower ones contain more of it.
 const ORDER: usize = 8;
 
-/// The fewest points for the differences of every second one: of fewer, these see nothing but the motion.
+/// The fewest points for the differences of every second one: with fewer, these contain only the motion.
 const LEAST_POINTS: usize = 26;
 
-/// σ̂ of every second point over σ̂ below which a table is noisy. Of 600 cycles of all standard laws with 26 … 720 points one
-/// exact table in ten thousand is below.
+/// σ̂ of every second point over σ̂ below which a table is noisy. Among 600 cycles of all standard laws with 26 … 720 points
+/// one exact table in ten thousand is below.
 const NOISY: f64 = 3.5;
 
-/// Squares of differences of which a tenth is above this part of their mean are those of noise; a kink or a jump has its share in few.
+/// A tenth of the squares of differences exceeds this part of their mean in noise; a kink or a jump affects only a few.
 const SPREAD: f64 = 0.1;
 
 /// The factor from σ/h² to the root mean square error of U″ of the periodic quintic spline.
 const AMPLIFICATION: f64 = 3.89;
 
-/// The part of max |U″| that this error may reach; its peaks are some three times as large.
+/// The tolerated part of max |U″| for this error; its peaks are some three times as large.
 const TOLERATED: f64 = 0.02;
 
-/// The part tolerated of sampling without noise: its estimate may be several times too large.
+/// The tolerated part for sampling without noise: its estimate may be several times too large.
 const TOLERATED_OF_SAMPLING: f64 = 0.05;
 
-/// σ̂ in the unit of the lift, and the root mean square error of U″ that such noise makes; None where there are too few points.
+/// σ̂ in the unit of the lift, and the root mean square error of U″ from such noise; None with too few points.
 pub fn scatter_and_error(table: &Table) -> Option<[f64; 2]> {
     let points = table.points();
     let n = points.angles.len();
-    // A spline beside a rest has derivatives as if they were given.
+    // A spline next to a rest has derivatives as if they were given.
     let bends = table.bends();
     let spline =
         bends.iter().all(|bend| bend.before == bend.behind) && (bends.is_empty() || bends.contains(&Bend::default()));
@@ -50,7 +50,7 @@ pub fn scatter_and_error(table: &Table) -> Option<[f64; 2]> {
     })
 }
 
-/// σ̂, the standard deviation of the noise of lifts; None where they are not noisy.
+/// σ̂, the standard deviation of the noise of lifts; None if they are not noisy.
 pub(super) fn scatter(points: &Points) -> Option<f64> {
     let enough = points.angles.len() >= LEAST_POINTS;
     let mut squares = enough.then(|| squares(points, 1, |_| 1.0))?;
@@ -70,7 +70,7 @@ fn mean(squares: &[f64]) -> f64 {
     squares.iter().sum::<f64>() / squares.len() as f64
 }
 
-/// The squares whose mean σ̂ is the root of.
+/// The squares of the differences; σ̂ is the root of their mean.
 fn squares(points: &Points, step: usize, weight: fn(f64) -> f64) -> Vec<f64> {
     let n = points.angles.len();
     // In mean distances, so that products of eight of them stay near 1.
@@ -90,7 +90,7 @@ fn squares(points: &Points, step: usize, weight: fn(f64) -> f64) -> Vec<f64> {
 }
 
 impl Overview {
-    /// Warns where the law of this section is a table whose noise shows in U″, or whose points are too few for it.
+    /// Warns if the law of this section is a table whose noise shows in U″, or whose points are too few for it.
     pub(super) fn roughness(&mut self, section: &str, law: &MotionLaw, unit: &str) {
         let MotionLaw::Table(table) = law else { return };
         let Some([sigma, error]) = scatter_and_error(table) else { return };
@@ -115,8 +115,8 @@ impl Overview {
         let hint = if noisy {
             "smooth it by `noise = \"estimate\"`, also in place of a `noise` that is too small, or take `interpolation = \"fourier\"` with few `harmonics`; rounded lifts scatter too: write more digits"
         } else {
-            "take points at smaller distances, above all where the acceleration jumps, or the law itself: a cycle, a plan; \
-             where `noise` is given, a larger one or \"estimate\""
+            "take points at smaller distances, above all where the acceleration jumps, or the law itself (a cycle, a plan); \
+             enlarge a given `noise` or set it to \"estimate\""
         };
         if noisy {
             let key = format!("{section}.noise");

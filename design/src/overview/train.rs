@@ -40,7 +40,7 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
             figure.name = prefix.clone() + &figure.name;
             overview.figures.push(figure);
         }
-        // Those of several followers would not say whose they are.
+        // The figures of several followers would not name their follower.
         if scene.followers.len() == 1 {
             overview.resonances = own.resonances;
         }
@@ -48,7 +48,7 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
     }
 }
 
-/// The inertia of what follows the shaft without slip, m1 behind a clearance included: it does while it is in contact.
+/// The inertia of all parts that follow the shaft without slip, including m1 of a clearance, which does so in contact.
 pub fn without_slip(scene: &Scene) -> Inertia {
     let followers = scene.followers.iter().filter_map(|follower| {
         let m = follower.carried(&Stand::held()).next()?.m;
@@ -64,7 +64,7 @@ pub fn without_slip(scene: &Scene) -> Inertia {
     Inertia::new(function, followers.collect())
 }
 
-/// Motor, speed and inertia of a free shaft; its mean speed, where it has a periodic motion.
+/// Motor, speed and inertia of a free shaft; returns its mean speed if it has a periodic motion.
 fn free(overview: &mut Overview, scene: &Scene) -> Option<f64> {
     let Shaft::Free(machine) = &scene.shaft else { return None };
     let transmission = machine.motor.transmission;

@@ -13,19 +13,19 @@ use camdrive::motion::MotionLaw;
 use camdrive::numerics::angle::reduce;
 use std::f64::consts::TAU;
 
-/// Harmonics among which resonances are looked for; the drives of machines run above ω₀/48.
+/// Harmonics among which resonances are searched; the drives of machines run above ω₀/48.
 const HARMONICS: usize = 48;
 
-/// A harmonic that deforms by less than this part of the strongest at resonance is not told.
+/// A harmonic that deforms by less than this part of the strongest at resonance is not listed.
 const OF_NO_ACCOUNT: f64 = 1e-4;
 
-/// The part of a coefficient that is no variation but rounding.
+/// Variation of a coefficient below this part is rounding.
 const SAME: f64 = 1e-12;
 
-/// As many resonances are told.
+/// The number of listed resonances.
 const TOLD: usize = 3;
 
-/// A mass m on damper and spring b, c behind a cam: m q̈ + b q̇ + c q = −Ω² m U″ + F_L(U + q, ΩU′ + q̇, φ) without an input.
+/// A mass m on damper and spring b, c after a cam: m q̈ + b q̇ + c q = −Ω² m U″ + F_L(U + q, ΩU′ + q̇, φ) without an input.
 pub fn behind_cam(law: &MotionLaw, own: Parameters, load: &Load, speed: Option<f64>) -> PeriodicOscillator {
     let Parameters { m, b, c } = own;
     let (cam, load) = (law.clone(), load.clone());
@@ -61,13 +61,13 @@ pub fn behind_cam(law: &MotionLaw, own: Parameters, load: &Load, speed: Option<f
 }
 
 impl Overview {
-    /// Figures of an elastic member; with the law that it moves, and whether it twists the shaft of its cam.
+    /// Adds the figures of an elastic member; with the law that it moves, and whether it twists the shaft of its cam.
     pub(super) fn elastic(&mut self, oscillator: &PeriodicOscillator, moved: Option<(&MotionLaw, bool)>) {
         let turn = sample(oscillator, HARMONICS);
         let mean = |term: fn(&Terms) -> f64| turn.iter().map(|(_, weight, t)| weight * term(t)).sum::<f64>();
         let own = Terms { m: mean(|t| t.m), b: mean(|t| t.b), c: mean(|t| t.c), ..Terms::default() };
         let Terms { m, b, c, .. } = own;
-        // A drive whose mean stiffness draws it away has no natural frequency.
+        // A drive with a negative mean stiffness has no natural frequency.
         if !(m > 0.0 && c > 0.0) {
             return;
         }

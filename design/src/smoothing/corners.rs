@@ -1,7 +1,7 @@
 //! The spline through points with jumps of U″ at known angles.
 //!
-//! Where U″ jumps by J the spline is that of U − J b(φ), b periodic with b″ = ½ − φ/2π behind the jump; U is smooth but for its jumps, so
-//! that this spline does not overshoot.
+//! If U″ jumps by J, the spline is that of U − J b(φ) plus J b, with b periodic and b″ = ½ − φ/2π after the jump. The
+//! difference is smooth, so this spline does not overshoot.
 
 use super::Jump;
 use camdrive::motion::table::{Bend, Points};
@@ -11,25 +11,26 @@ use std::f64::consts::TAU;
 /// Rows on each side of a jump that confirm it.
 const ROWS: i64 = 4;
 
-/// A jump is certain where the largest error of these rows, each from the spline without it and every second one, is so many times less
-/// with the jump than the third of them without it: exact rows have more than 200, and short ramps of smooth laws at most 1.
+/// A jump is certain if the largest error of these rows, each from the spline without it and every second one, is this many
+/// times less with the jump than the third of the errors without it: exact rows have more than 200, and short ramps of smooth
+/// laws at most 1.
 const FACTOR: f64 = 3.0;
 
-/// A jump as near to a row as this part of a gap is in it: what that adds to U″ is less than this part of the jump.
+/// A jump this close to a row, as a part of a gap, is in the row: this changes U″ by less than this part of the jump.
 const IN_ROW: f64 = 5e-3;
 
-/// Points with those at jumps of U″.
+/// Points with additional ones at jumps of U″.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Corners {
     /// The points.
     pub points: Points,
     /// U′ and U″ of the points.
     pub bends: Vec<Bend>,
-    /// The point from which each is, or before which it is inserted.
+    /// The original point of each, or the point before which it is inserted.
     pub rows: Vec<usize>,
 }
 
-/// b, b′, b″ behind a corner, and in it the values behind.
+/// b, b′, b″ after a corner; in the corner the values after it.
 fn unit(phi: f64, at: f64) -> [f64; 3] {
     let x = (phi - at).rem_euclid(TAU) / TAU;
     [TAU * TAU * x * (x / 4.0 - x * x / 6.0 - 1.0 / 12.0), TAU * (0.5 * x * (1.0 - x) - 1.0 / 12.0), 0.5 - x]
@@ -39,14 +40,14 @@ fn sum(corners: &[(f64, f64)], phi: f64, order: usize) -> f64 {
     corners.iter().map(|(at, jump)| jump * unit(phi, *at)[order]).sum()
 }
 
-/// The law without its jumps; None where the points are no table.
+/// The law without its jumps; None if the points are no table.
 fn rest(mut points: Points, corners: &[(f64, f64)]) -> Option<MotionLaw> {
     points.angles.iter().zip(&mut points.lifts).for_each(|(phi, lift)| *lift -= sum(corners, *phi, 0));
     Table::new(points).map(MotionLaw::Table).ok()
 }
 
 impl Corners {
-    /// Points whose U″ jumps at angles within a turn of the first one by these amounts; None where they are no table.
+    /// Points whose U″ jumps at angles within a turn of the first one by these amounts; None if they are no table.
     pub fn new(points: &Points, corners: &[(f64, f64)]) -> Option<Self> {
         let rest = rest(points.clone(), corners)?;
         let (mut points, mut rows) = (points.clone(), (0..points.angles.len()).collect::<Vec<_>>());
@@ -68,7 +69,7 @@ impl Corners {
     }
 }
 
-/// The jumps of U″ among these that the rows on both sides confirm, those near to a row in it.
+/// The jumps of U″ among these that the rows on both sides confirm; those close to a row are moved into it.
 pub fn certain(points: &Points, jumps: &[Jump]) -> Vec<Jump> {
     let Ok(points) = points.clone().open() else { return Vec::new() };
     let n = points.angles.len();
@@ -86,7 +87,7 @@ pub fn certain(points: &Points, jumps: &[Jump]) -> Vec<Jump> {
         let i = next(jump.angle);
         (i - ROWS..i + ROWS).map(|row| row.rem_euclid(n as i64) as usize)
     };
-    // The errors of the rows beside jumps from the spline without every second one of them.
+    // The errors of the rows next to jumps from the spline without every second one of them.
     let errors = |corners: &[(f64, f64)]| {
         let mut errors = vec![f64::NAN; n];
         for parity in [0, 1] {

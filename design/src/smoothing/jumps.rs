@@ -1,9 +1,9 @@
-//! Places where the law of a table has a jump of U, U′ or U″, and specks: neighbouring rows that are off together.
+//! Places at which the law of a table has a jump of U, U′ or U″, and specks: neighbouring rows that are off together.
 //!
-//! About every gap the lifts are fitted by a polynomial of degree 4, and by one whose derivatives of order k to 4 jump at a place c.
-//! Each order is one more column, (φ − c)₊ᵏ, so that one orthogonalisation has the squares Rₖ that are left of all of them. U⁽ᵏ⁾ jumps
-//! where Rₖ at the best c is clearly below the best Rₖ₊₁, and no change over some rows fits as well. A speck is a block of rows
-//! without which the polynomial through those on both sides fits much better.
+//! Around every gap the lifts are fitted by a polynomial of degree 4, and by one whose derivatives of order k to 4 jump at a
+//! place c. Each order is one more column, (φ − c)₊ᵏ, so one orthogonalisation gives the residual squares Rₖ of all of them.
+//! U⁽ᵏ⁾ jumps if Rₖ at the best c is clearly below the best Rₖ₊₁, and no change over some rows fits as well. A speck is a block
+//! of rows without which the polynomial through both sides fits much better.
 //!
 //! Source: G. A. F. Seber, A. J. Lee, *Linear Regression Analysis*, 2nd ed., Wiley 2003, sections 4.3 and 11.3.
 
@@ -14,23 +14,23 @@ use std::f64::consts::TAU;
 /// Degree of the polynomials.
 const DEGREE: usize = 4;
 
-/// Rows on each side of a gap: some more than twice the freedoms, and wide ones where noise hides the law from few rows.
+/// Rows on each side of a gap: somewhat more than twice the freedoms, and wide ones for noise that hides the law in few rows.
 const WIDTHS: [usize; 4] = [8, 12, 18, 27];
 
-/// A derivative jumps where that lowers the squares by so many times the variance that is left: smooth laws from 180 rows on have up to
-/// 100 in the narrowest windows.
+/// A derivative jumps if this lowers the squares by this many times the remaining variance: smooth laws from 180 rows on have
+/// up to 100 in the narrowest windows.
 const CLEAR: f64 = 144.0;
 
-/// A derivative may also change over so many gaps, or these parts of a short angle,
+/// A derivative may also change over this many gaps, or these parts of a short angle,
 const BLENDS: [f64; 6] = [3.0, 4.0, 5.0, 6.5, 8.0, 12.0];
 
-/// which is a quarter of the shortest ramp of an acceleration that is told apart from a jump among noise (rad),
+/// which is a quarter of the shortest ramp of an acceleration that differs from a jump among noise (rad),
 const RAMP: f64 = 0.035;
 
-/// and does not jump unless that leaves so many times the squares.
+/// and does not jump unless the squares are this many times larger.
 const BLENDED: f64 = 1.5;
 
-/// A jump is told of which a spline makes at least this part of the largest U″ nearby,
+/// A jump is reported if a spline turns it into at least this part of the largest U″ nearby,
 const RELEVANT: f64 = 0.5;
 
 /// this angle to either side (rad),
@@ -46,29 +46,30 @@ const COARSE: f64 = TAU / 160.0;
 /// Two rows at less than this part of the distance of those about them were measured as a pair.
 const PAIR: f64 = 0.3;
 
-/// A kink is told from so many times those parts on: smooth laws of few rows have a quarter less, kinks of a clearance many times more.
+/// A kink is reported from this many times those parts on: smooth laws of few rows have a quarter less, kinks of a clearance
+/// many times more.
 const KINK: f64 = 3.0;
 
-/// Fits with up to so many times the variance of the noise fit within it.
+/// Fits with up to this many times the variance of the noise are within it.
 const WITHIN: f64 = 4.0;
 
 /// The most rows of a speck.
 const MOST_ROWS: usize = 20;
 
-/// It is at most so long (rad): over longer blocks the law itself changes.
+/// Its largest length (rad): over longer blocks the law itself changes.
 const LONGEST: f64 = 0.2;
 
-/// A block of up to 8 rows is a speck where its mean square from the polynomial is so many times the variance beside it; smooth laws
-/// have at most a quarter of this, and more over longer blocks, by the square of their length.
+/// A block of up to 8 rows is a speck if its mean square from the polynomial is this many times the variance next to it; smooth
+/// laws have at most a quarter of this, and more over longer blocks, by the square of their length.
 const SPECK: f64 = 40.0;
 
-/// A speck ends with rows that are off by so many σ.
+/// A speck ends with rows that are off by this many σ.
 const EDGE: f64 = 5.0;
 
-/// A gap that is so many times those beside it, between equal lifts, is a rest of which the rows are left out.
+/// A gap that is this many times its neighbours, between equal lifts, is a rest whose rows are missing.
 const REST: f64 = 2.5;
 
-/// Rows nearer to each other than this part of their mean distance are measured at one angle: no place between them can be told.
+/// Rows closer than this part of their mean distance are measured at one angle: no place between them can be resolved.
 const SAME: f64 = 0.05;
 
 /// Rounded or exact lifts have errors of at least this part of the stroke.
@@ -85,7 +86,7 @@ pub struct Jump {
     pub by: f64,
     /// The gap in which it lies.
     gap: usize,
-    /// The variance of the rows about the law with the jump, and how many times that without any is larger.
+    /// The variance of the rows about the law with the jump, and the factor by which it is larger without any.
     variance: f64,
     better: f64,
 }
@@ -96,7 +97,7 @@ impl Jump {
         Self { angle, order: 1, by, gap: row, variance: 0.0, better: 0.0 }
     }
 
-    /// True if both are one, of which one may have been moved to a row.
+    /// True if both are the same jump, one of which may have been moved to a row.
     pub fn is_at(&self, other: &Jump) -> bool {
         (self.gap, self.order) == (other.gap, other.order)
     }
@@ -119,7 +120,7 @@ struct Window {
     fit: Fit,
 }
 
-/// Orthonormal columns, and what is left of the lifts beside them.
+/// Orthonormal columns, and the residual of the lifts.
 #[derive(Clone)]
 struct Fit {
     columns: Vec<Vec<f64>>,
@@ -178,7 +179,8 @@ impl Window {
         self.places.iter().map(|x| if *x > c { (x - c).powi(k as i32) } else { 0.0 }).collect()
     }
 
-    /// The squares left by laws whose derivatives from the order 5 (none), 4 … 0 to the fourth jump at `c`, and the jumps of these orders.
+    /// The squares left by laws whose derivatives from the order 5 (none), 4 … 0 to the fourth jump at `c`, and the jumps of
+    /// these orders.
     fn jumping(&self, c: f64) -> [[f64; 2]; 6] {
         let (mut fit, mut found) = (self.fit.clone(), [[self.fit.squares(), 0.0]; 6]);
         for (order, found) in (0..=4).rev().zip(&mut found[1..]) {
@@ -188,7 +190,7 @@ impl Window {
         found
     }
 
-    /// The squares left by the best law whose derivative of the order `next` jumps at two places, some rows apart about `c`.
+    /// The squares left by the best law whose derivative of the order `next` jumps at two places, some rows apart around `c`.
     fn bending(&self, c: f64, next: usize, gap: f64) -> f64 {
         let places = BLENDS.into_iter().flat_map(|apart| [-1.0, -0.5, 0.0, 0.5, 1.0].map(|shift| [apart, shift]));
         let squares = places.map(|[apart, shift]| {
@@ -215,7 +217,7 @@ impl Rows {
         self.angles[row] + TAU * (turn + i64::from(back)) as f64
     }
 
-    /// The rows with others in rests of which a table has but the ends, and the row before each of them.
+    /// The rows, with additional ones in rests of which a table has only the ends, and the row before each of them.
     fn with_rests(&self) -> (Rows, Vec<Option<usize>>) {
         let n = self.lifts.len();
         let gap = |i: usize| self.angle((i % n) as i64 + 1) - self.angle((i % n) as i64);
@@ -247,7 +249,7 @@ impl Rows {
         Window { places, middle, half, fit }
     }
 
-    /// The variance of the last digit, which is at most the least step of the lifts, and that of exact lifts.
+    /// The variance of the last digit, which is at most the least step of the lifts, and the variance of exact lifts.
     fn exact(&self) -> [f64; 2] {
         let mut sorted = self.lifts.clone();
         sorted.sort_by(f64::total_cmp);
@@ -273,7 +275,7 @@ impl Rows {
             speck.split_off(speck.iter().position(is_off).unwrap_or(0))
         };
         let specks = blocks.iter().map(speck);
-        // Single rows are sought otherwise.
+        // Single rows are searched elsewhere.
         (jumps, specks.filter(|speck| speck.len() > 1).collect())
     }
 
@@ -300,9 +302,9 @@ impl Rows {
                 rough = variances.into_iter().map(|variance| variance > noise).collect();
             }
             let fits = |jump: &Jump| width == WIDTHS[0] || jump.variance <= WITHIN * noise;
-            // A lower order explains some more in any case.
+            // A lower order always explains somewhat more.
             let explains = |jump: &Jump| jump.better * (1.0 + CLEAR / freedom).powi(jump.order as i32);
-            // Below the least step of the lifts U″ alone tells its jumps: beside kinks the fits are worse than exact.
+            // Below the least step of the lifts only U″ shows its jumps: next to kinks the fits are worse than exact.
             let sought = |gap: usize, floor: f64| self.jump(gap, &window(gap), [floor, noise], freedom).filter(fits);
             let finer = |gap: usize| sought(gap, floor).filter(|jump| jump.order == 2);
             let all: [Vec<Jump>; 2] =
@@ -348,7 +350,7 @@ impl Rows {
         (i + n - j).rem_euclid(n).min((j + n - i).rem_euclid(n))
     }
 
-    /// True if rows about a gap are so near to each other that one which is wrong looks like a jump.
+    /// True if rows around a gap are so close that a wrong one looks like a jump.
     fn is_paired(&self, gap: usize) -> bool {
         let gap = gap as i64;
         let mean = (self.angle(gap + 5) - self.angle(gap - 4)) / 9.0;
@@ -363,14 +365,14 @@ impl Rows {
         (0..n).map(|i| 2.0 * (slope(i) - slope(i - 4)) / (self.angle(i + 4) - self.angle(i - 4))).collect()
     }
 
-    /// The U″ that a spline makes of a jump; rows that are nearer to each other than most tell no larger one.
+    /// The U″ into which a spline turns the jump; rows closer than most show no larger one.
     fn bend_of(&self, jump: &Jump) -> f64 {
         let gap = jump.gap as i64;
         let length = (self.angle(gap + 1) - self.angle(gap)).max(self.unit);
         jump.by.abs() / length.powi(2 - jump.order as i32)
     }
 
-    /// The jump in or beside a gap, where there is one.
+    /// The jump in or next to a gap, if any.
     fn jump(&self, gap: usize, window: &Window, [exact, noise]: [f64; 2], freedom: f64) -> Option<Jump> {
         let [from, to] = [self.angle(gap as i64), self.angle(gap as i64 + 1)];
         let (floor, length) = (exact * freedom, to - from);
@@ -413,14 +415,14 @@ impl Rows {
         Some(Jump { angle, order, by, gap, variance: left / freedom, better: best[0][0] / left })
     }
 
-    /// Specks of two rows and more; jumps that are their borders are none.
+    /// Specks of two rows and more; removes jumps that are their borders.
     fn specks(&self, [exact, noise]: [f64; 2], rough: &[bool], jumps: &mut Vec<Jump>) -> Vec<Block> {
         let (n, beside) = (self.lifts.len(), WIDTHS[0]);
         let freedom = (2 * beside - DEGREE - 1) as f64;
         let mut found: Vec<Block> = Vec::new();
         let most = MOST_ROWS.min((LONGEST / self.unit) as usize);
         for rows in (2..=most).filter(|rows| 2 * (rows + 2 * beside) <= n) {
-            // Beside a speck no polynomial is as near as elsewhere.
+            // Next to a speck no polynomial is as close as elsewhere.
             for first in (0..n).filter(|first| rough[(first + n - 1) % n] || rough[(first + rows - 1) % n]) {
                 let (start, end) = (first as i64, (first + rows) as i64);
                 let all = (start - beside as i64)..(end + beside as i64);
@@ -428,7 +430,7 @@ impl Rows {
                     self.window(all.clone().filter(|i| *i < start || *i >= end)).fit.squares() + exact * freedom;
                 let whole = self.window(all).fit.squares() + exact * (freedom + rows as f64);
                 let variance = others / freedom;
-                // Among noise its variance is known by more rows than these.
+                // More rows than these determine the variance of noise.
                 let known = if variance <= WITHIN * noise { variance.max(noise) } else { variance };
                 let times = (whole - others).max(0.0) / rows as f64 / known;
                 if times >= SPECK * (rows as f64 / beside as f64).max(1.0).powi(2) {
@@ -459,11 +461,11 @@ impl Rows {
         specks
     }
 
-    /// The rows of a speck: index, distance from the polynomial through those on both sides, variance.
+    /// The rows of a speck: index, distance from the polynomial through both sides, variance.
     fn off(&self, speck: &Block) -> Vec<[f64; 3]> {
         let n = self.lifts.len() as i64;
         let (start, end, beside) = (speck.first as i64, (speck.first + speck.rows) as i64, WIDTHS[0] as i64);
-        // Beside the polynomial each row that is off has a column of its own, whose factor is its distance.
+        // In addition to the polynomial each row that is off has its own column, whose factor is its distance.
         let distance = |row: i64| {
             let others = (start - beside..end + beside).filter(|i| !(start..end).contains(i) || *i == row);
             let mut window = self.window(others.clone());

@@ -1,21 +1,21 @@
-//! The periodic curve that is near to rows of angles and lifts and has little jerk.
+//! The periodic curve that is close to rows of angles and lifts and has little jerk.
 //!
-//! Of all periodic s the one with the least Σ wᵢ (s(φᵢ) − yᵢ)² + λ ∫ s‴² dφ is the quintic spline with a knot at every angle.
-//! Its unknowns are s, s′ and s″ at the knots: ∫ s‴² over a piece is a quadratic form of those at both ends, so that the
-//! equations are blocks of three in a cycle. In the order 0, −1, 1, −2, 2 … of the knots the cycle is a band.
+//! Among all periodic s the one with the least Σ wᵢ (s(φᵢ) − yᵢ)² + λ ∫ s‴² dφ is the quintic spline with a knot at every
+//! angle. Its unknowns are s, s′ and s″ at the knots: ∫ s‴² over a piece is a quadratic form of the unknowns at both ends, so
+//! the equations are blocks of three in a cycle. In the order 0, −1, 1, −2, 2 … of the knots the cycle is a band.
 //!
-//! Angles that are nearly one share a knot; each row enters with its own angle, s(φ) = s + δ s′ + δ² s″/2 from the knot. With
-//! λ = (2π/n)⁻⁶ K⁻⁶ in units of the mean distance of n rows half of harmonic K is kept.
+//! Angles that are nearly equal share a knot; each row enters with its own angle, s(φ) = s + δ s′ + δ² s″/2 from the knot. With
+//! λ = (2π/n)⁻⁶ K⁻⁶ in units of the mean distance of n rows, half of harmonic K is kept.
 //!
 //! Source: G. Wahba, *Spline Models for Observational Data*, SIAM 1990, chapters 1 and 4.
 
 use camdrive::motion::table::{LEAST_DISTANCE, Points, TableError};
 use std::f64::consts::TAU;
 
-/// Rows within this angle share a knot (rad): of U‴ = 10 m/rad³ what the knot leaves out there is 5 nm.
+/// Rows within this angle share a knot (rad): with U‴ = 10 m/rad³ the knot's error there is 5 nm.
 const ONE_KNOT: f64 = TAU / 2000.0;
 
-/// Width of the band: the blocks of knots that are neighbours are at most two apart.
+/// Width of the band: the blocks of neighbouring knots are at most two apart.
 const BAND: usize = 9;
 
 /// ∫ s‴² over a piece of length h for the values (s, h s′, h² s″) at both ends, times h⁵.
@@ -33,7 +33,7 @@ pub struct Rows {
     /// Angles (rad), ascending, without a closing one.
     pub angles: Vec<f64>,
     pub lifts: Vec<f64>,
-    /// 1, and 0 of a row that is left out.
+    /// 1, or 0 for a row that is left out.
     pub weights: Vec<f64>,
     /// Angles of the knots (rad).
     pub knots: Vec<f64>,
@@ -43,7 +43,7 @@ pub struct Rows {
     pub unit: f64,
 }
 
-/// A curve for one λ; derivatives are by the angle in units of the mean distance.
+/// A curve for one λ; its derivatives use the angle in units of the mean distance.
 pub struct Fit {
     /// s, s′, s″ at the knots.
     pub states: Vec<[f64; 3]>,
@@ -58,10 +58,10 @@ pub struct Fit {
 }
 
 impl Rows {
-    /// The rows of a table, of which some may have one angle.
+    /// The rows of a table, some of which may have one angle.
     pub fn new(points: Points) -> Result<Self, TableError> {
         let Points { mut angles, mut lifts } = points.clone();
-        // What is measured twice is checked as if the second angle were the next one.
+        // A repeated angle is checked as if it were the next one.
         let mut apart = points;
         for i in 1..angles.len() {
             if angles[i] >= angles[i - 1] {
@@ -99,7 +99,7 @@ impl Rows {
         3 * if knot < m.div_ceil(2) { 2 * knot } else { 2 * (m - 1 - knot) + 1 }
     }
 
-    /// The curve of the `lifts` of which harmonic `order` is halved.
+    /// The curve of the `lifts` with harmonic `order` halved.
     pub fn fit(&self, lifts: &[f64], order: f64) -> Fit {
         let (m, lambda) = (self.knots.len(), (self.unit * order).powi(-6));
         let size = 3 * m;

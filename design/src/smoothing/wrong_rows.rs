@@ -1,4 +1,4 @@
-//! The choice of λ, and rows that a smooth law cannot have.
+//! The choice of λ, and the rows that a smooth law cannot have.
 //!
 //! λ has the least robust cross-validation, V (γ + (1 − γ) tr H²/n) of V = n Σ r²/(n − tr H)², whose second factor keeps it from
 //! following the noise, or, where σ is known, the least of Mallows' Σ r² + 2 σ² tr H. Since ∂H/∂ ln λ = −H (I − H), tr H² follows from
@@ -19,63 +19,63 @@ use std::f64::consts::TAU;
 /// Step of the logarithm of the order: the errors are so flat about their least that a tenth does not matter.
 const STEP: f64 = 0.2;
 
-/// The order is so much above the best one, by which the largest errors, those beside jumps of U″, fall by a tenth and the mean
-/// ones rise by a fiftieth.
+/// The order is this much above the best one: the largest errors, next to jumps of U″, then fall by a tenth and the mean ones
+/// rise by a fiftieth.
 const MARGIN: f64 = 1.05;
 
 /// γ of the robust cross-validation.
 const ROBUST: f64 = 0.4;
 
-/// Suspects are taken out from so many σ on; of a few hundred clean rows the largest has as much.
+/// Suspects are taken out from this many σ on; the largest among a few hundred clean rows has as much.
 const SUSPECT: f64 = 3.5;
 
-/// A jump of U′ or U″ explains the distance of a row where it explains this much more than leaving the row out: of wrong rows
-/// it explains up to 1.2 times as much, where they are few.
+/// A jump of U′ or U″ explains the distance of a row if it explains this much more than leaving the row out; for few wrong rows
+/// it explains up to 1.2 times as much.
 const JUMP: f64 = 1.2;
 
-/// Rows so near to one beside a jump of U′ or U″ are not wrong, either.
+/// Rows this close to one next to a jump of U′ or U″ are not wrong, either.
 const NEAR: usize = 4;
 
 /// The most suspects.
 const MOST_SUSPECTS: usize = 8;
 
-/// A row is wrong from so many σ on: clean tables have at most 5, a row that is wrong by 10 σ has 6 … 10.
+/// A row is wrong from this many σ on: clean tables have at most 5, a row that is wrong by 10 σ has 6 … 10.
 pub const WRONG: f64 = 5.5;
 
-/// It is also so many σ from the best law whose U″ jumps nearby. Beside a jump clean rows have up to 9 without it, 3 with it;
-/// the second value is that of an estimated σ where the rows are few for their motion, of which clean ones have up to 6.
+/// It is also this many σ from the best law whose U″ jumps nearby. Next to a jump clean rows have up to 9 without it, 3 with
+/// it. The second value is for an estimated σ with few rows for their motion, clean ones of which have up to 6.
 const WRONG_AT_JUMP: [f64; 2] = [3.5, 6.5];
 
-/// Rows are few where the others tell the lift with a variance above σ² times this,
+/// Rows are few if the others determine the lift with a variance above σ² times this,
 const MOST_VARIANCE: f64 = 1.5;
 
-/// or where the curve has more than this many freedoms per row.
+/// or if the curve has more than this many freedoms per row.
 const MOST_FREEDOM: f64 = 0.6;
 
-/// Errors below this part of the stroke are none: a table of exact lifts has no noise to measure them by.
+/// Errors below this part of the stroke are ignored: a table of exact lifts has no noise to compare them with.
 const LEAST_PART: f64 = 1e-4;
 
-/// Where rows are few, one that is off by more than this part of the stroke may be all that there is of a short motion.
+/// If rows are few, one that is off by more than this part of the stroke may be the only row of a short motion.
 const MOTION: f64 = 0.03;
 
-/// Rows that are few do not tell σ where the curve goes through them. There a row is wrong that is off by so many times as much
-/// as the rows around it are from the curve without each of them; in 2400 exact tables a row of a short motion has up to 22.
+/// Few rows do not determine σ if the curve goes through them. A row is then wrong if it is off by this many times the distance
+/// of the rows around it from the curve without each of them; in 2400 exact tables a row of a short motion has up to 22.
 const CLEAR: f64 = 30.0;
 
-/// It is also off by more than so many of the last digits, as rounded lifts of a rest are equal but for one digit.
+/// It is also off by more than this many of the last digits, because rounded lifts of a rest are equal but for one digit.
 const DIGITS: f64 = 3.0;
 
-/// A given σ is taken for that of the rows where the estimated one is at most so many times as large.
+/// A given σ counts as the rows' if the estimated one is at most this many times as large.
 const TRUSTED: f64 = 1.5;
 
-/// A row that is off by so many σ may lie at a kink, which no noise hides.
+/// A row that is off by this many σ may lie at a kink, which no noise hides.
 const ALONE: f64 = 100.0;
 
-/// It is wrong where it is off by so many times as much as the rows around it are from the curve without each of them: at kinks a right
-/// row has up to 7, and nearly all that are wrong have more than 50.
+/// It is wrong if it is off by this many times the distance of the rows around it from the curve without each of them: at kinks
+/// a right row has up to 7, and nearly all wrong ones have more than 50.
 const CONFIRMED: f64 = 8.0;
 
-/// The largest mean distance of rows (rad) among which jumps and specks are told: of fewer rows the ramps of smooth laws look like some.
+/// The largest mean distance of rows (rad) for jumps and specks: with fewer rows the ramps of smooth laws look like them.
 const SPARSE: f64 = TAU / 90.0;
 
 /// Lifts that differ by less than this part of the stroke are the same.
@@ -86,7 +86,7 @@ const LEAST_STEP: f64 = 1e-9;
 pub struct WrongRow {
     /// Its index in the table.
     pub index: usize,
-    /// Its lift minus that of the law through the others.
+    /// Its lift minus the lift of the law through the others.
     pub by: f64,
     /// The same in units of σ.
     pub times: f64,
@@ -114,18 +114,18 @@ pub struct Look {
     suspect: Suspect,
 }
 
-/// The row that most likely is wrong.
+/// The row that is most likely wrong.
 #[derive(Clone, Copy)]
 struct Suspect {
     index: usize,
-    /// Its distance in σ from the curve without it, σ and the order of that.
+    /// Its distance in σ from the curve without it; the curve's σ and order.
     times: f64,
     sigma: f64,
     order: f64,
 }
 
 impl Rows {
-    /// The best order, of noise that is known or not, and the most suspicious row.
+    /// The best order, for known or estimated noise, and the most suspicious row.
     pub fn look(&self, noise: Option<f64>) -> Look {
         let n: f64 = self.weights.iter().sum();
         let last = ((2 * self.knots.len()) as f64).ln() / STEP;
@@ -160,7 +160,7 @@ impl Rows {
         };
         let finite = (0..sums.len()).filter(|i| criterion(*i).is_finite());
         let best = finite.min_by(|i, j| criterion(*i).total_cmp(&criterion(*j))).unwrap_or(0);
-        // The least of the parabola through it and its neighbours.
+        // The minimum of the parabola through it and its neighbours.
         let [low, high] = [best.saturating_sub(1), (best + 1).min(sums.len() - 1)].map(&criterion);
         let shift = 0.5 * (low - high) / (low - 2.0 * criterion(best) + high);
         let shift = if shift.abs() <= 1.0 { STEP * shift } else { 0.0 };
@@ -168,8 +168,8 @@ impl Rows {
         Look { order: MARGIN * orders[best] * shift.exp(), noise: (squares / (n - freedom)).sqrt(), freedom, suspect }
     }
 
-    /// Gives the rows `at_rest` the level L at which the minimum, a square of lifts y + L e with e = 1 of these rows, is least: with
-    /// the residuals r of y and rₑ of e, L = −Σ e r/Σ e rₑ.
+    /// Gives the rows `at_rest` the level L that minimises the minimum, a square of lifts y + L e with e = 1 for these rows:
+    /// with the residuals r of y and rₑ of e, L = −Σ e r/Σ e rₑ.
     pub fn settle(&mut self, noise: Option<f64>, at_rest: &[usize]) {
         let order = self.look(noise).order;
         let mut rest = vec![0.0; self.lifts.len()];
@@ -179,7 +179,7 @@ impl Rows {
         at_rest.iter().for_each(|row| self.lifts[*row] += level);
     }
 
-    /// Leaves wrong rows out, of noise that is known or not, and names what it finds. Rows beside a jump of the law are right.
+    /// Leaves wrong rows out, for known or estimated noise, and returns its findings. Rows next to a jump of the law are right.
     pub fn leave_out_wrong(&mut self, noise: Option<f64>, outliers: Outliers) -> TableFaults {
         let n = self.lifts.len();
         let law = outliers != Outliers::DropOfCurve;
@@ -213,7 +213,7 @@ impl Rows {
         let range = sorted[n - 1] - sorted[0];
         let steps = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > LEAST_STEP * range);
         let digit = steps.fold(range, f64::min);
-        // Lifts that equal their neighbours are those of a rest that was not measured, or rounded.
+        // Lifts that equal their neighbours belong to an unmeasured rest, or are rounded.
         let same = |i: &usize| [1, n - 1].iter().all(|to| self.lifts[(i + to) % n] == self.lifts[*i]);
         let told = n - (0..n).filter(same).count();
         let mut sigma = look.noise.max(look.suspect.sigma) * (n as f64 / told as f64).sqrt();
@@ -227,7 +227,7 @@ impl Rows {
         if self.unit > SPARSE {
             jumps.clear();
         }
-        // Between equal lifts there is no kink.
+        // There is no kink between equal lifts.
         let in_rest = |i: usize| [2, n - 1, n - 2].iter().all(|to| self.lifts[(i + to) % n] == self.lifts[(i + 1) % n]);
         for index in suspects.iter().copied() {
             let (by, variance) = (fit.residuals[index], fit.leverages[index]);
@@ -257,7 +257,7 @@ impl Rows {
         TableFaults { wrong, specks, jumps }
     }
 
-    /// The kink at a row, of the slopes beside it.
+    /// The kink at a row, from the slopes next to it.
     fn kink(&self, row: usize) -> Jump {
         let n = self.lifts.len();
         let slope = |from: usize| {
@@ -268,11 +268,11 @@ impl Rows {
     }
 
     /// The least distance of row `index`, over its standard deviation by σ, from a law whose U″ jumps near its knot; and the
-    /// part by which a jump of U″ or U′ lowers the minimum of what it is lowered by without the row.
+    /// ratio of the decreases of the minimum by a jump of U″ or U′ and by leaving out the row.
     ///
-    /// x³ − 3x²/2 + x/2, continued periodically, is a law whose U″ jumps once; x² − x one whose U′ does. With the residuals r of
-    /// its values b, h = Σ w b r, and p = Σ w b rᵧ for the residuals rᵧ of the lifts, those of lifts and jump are rᵧ − r p/h, and
-    /// their minimum is lower by p²/h.
+    /// x³ − 3x²/2 + x/2, continued periodically, is a law whose U″ jumps once; x² − x one whose U′ does. With the residuals r
+    /// of its values b, h = Σ w b r, and p = Σ w b rᵧ for the residuals rᵧ of the lifts, the residuals of lifts and jump are rᵧ
+    /// − r p/h, and their minimum is lower by p²/h.
     fn beside_jump(&self, index: usize, order: f64) -> [f64; 2] {
         let (m, fit) = (self.knots.len() as i64, self.fit(&self.lifts, order));
         let own = fit.residuals[index].powi(2) / (1.0 - fit.leverages[index]);
