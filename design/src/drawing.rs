@@ -1,4 +1,4 @@
-//! A drawing of lines, areas and text, given out as SVG here; the command line paints it as PNG, too.
+//! A drawing of lines, areas and text as SVG; the command line paints it as PNG, too.
 
 use quick_xml::escape::escape;
 use std::f64::consts::TAU;
@@ -17,7 +17,7 @@ pub const WHITE: Ink = Ink([0xff, 0xff, 0xff]);
 /// Curves; dark, so that a grey print keeps the contrast.
 pub const BLUE: Ink = Ink([0x1f, 0x4e, 0x79]);
 
-/// Which point of a text lies at its place.
+/// The point of a text that lies at its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Anchor {
     /// The left end of the base line.
@@ -39,7 +39,7 @@ pub enum Shape {
         width: f64,
         /// The colour.
         ink: Ink,
-        /// Dashes and gaps by turns, which run on around corners; none for a solid line.
+        /// Dashes and gaps by turns, which run on around corners; empty for a solid line.
         dash: &'static [f64],
     },
     /// A filled polygon.
@@ -60,7 +60,7 @@ pub enum Shape {
     },
     /// A line of text in black.
     Text {
-        /// Where the anchor lies.
+        /// The place of the anchor.
         at: Point,
         /// The height of the font.
         size: f64,
@@ -104,7 +104,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Where a point of the data lies.
+    /// The place of a point of the data.
     pub fn at(&self, point: Point) -> Point {
         std::array::from_fn(|i| {
             let ([first, last], [low, high]) = (self.ends[i], self.ranges[i]);
@@ -164,7 +164,7 @@ impl Shape {
     }
 }
 
-/// Points of an arc, two degrees apart, from one angle to another (rad), counter-clockwise where that is larger.
+/// Points of an arc, two degrees apart, from one angle to another (rad), counter-clockwise to a larger one.
 pub fn arc([x, y]: Point, radius: f64, [from, to]: [f64; 2]) -> Vec<Point> {
     let parts = (180.0 * (to - from).abs() / TAU).ceil().max(1.0);
     let angle = |i: usize| from + (to - from) * i as f64 / parts;
@@ -172,7 +172,7 @@ pub fn arc([x, y]: Point, radius: f64, [from, to]: [f64; 2]) -> Vec<Point> {
 }
 
 impl Drawing {
-    /// The drawing as an `svg` element that reads `label` to those who cannot see it, shown `scale` times as large.
+    /// The drawing as an `svg` element with `label` for screen readers, shown `scale` times as large.
     pub fn svg(&self, label: &str, scale: f64) -> String {
         let [width, height] = self.size.map(|length| self.unit.rounded(length));
         let [shown, high] = self.size.map(|length| self.unit.rounded(scale * length));
@@ -194,7 +194,7 @@ impl Unit {
         if self == Unit::Pixel { "" } else { "mm" }
     }
 
-    /// A length as files have it, without the sign of a zero.
+    /// A length as in files; a zero has no sign.
     fn rounded(self, length: f64) -> f64 {
         let parts = if self == Unit::Pixel { 1e2 } else { 1e4 };
         (parts * length).round() / parts + 0.0

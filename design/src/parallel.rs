@@ -4,8 +4,8 @@ use crate::work;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// `work` of every item, in their order, as many at once as there are cores; `done` is told after each. They share
-/// the budget of the caller.
+/// `work` of every item, in their order, as many at once as there are cores; `done` is called after each. They share the budget
+/// of the caller.
 pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync, done: &(dyn Fn() + Sync)) -> Vec<R> {
     let results: Vec<Mutex<Option<R>>> = items.iter().map(|_| Mutex::new(None)).collect();
     each(items.len(), &|i| {

@@ -1,4 +1,4 @@
-//! A scene that is resolved, and the drive of it with all that is said of it.
+//! A resolved scene, and its drive with all descriptions.
 
 use crate::cam_geometry::Plan;
 use crate::documentation::Documentation;
@@ -38,7 +38,7 @@ pub fn is_name(name: &str) -> bool {
     is_identifier && !is_device(name) && name.len() <= LONGEST_NAME
 }
 
-/// Declares [`Scene`] and what holds for each of its models.
+/// Declares [`Scene`] and the functions that dispatch on its models.
 macro_rules! scenes {
     ($($model:ident: $scene:ty,)*) => {
         /// The [`Drive::Scene`] of one of the models: coherent SI.
@@ -98,7 +98,7 @@ scenes! {
 }
 
 impl Scene {
-    /// The model that the file names; what is solved as a train may have the names of a single model.
+    /// The model that the file names; a scene solved as a train may have the names of a single model.
     pub fn said(&self) -> &'static str {
         match self {
             Scene::DriveTrain(drive_train::Scene { names: Names::Backlash(_), .. }) => BacklashDrive::MODEL,
@@ -135,7 +135,7 @@ impl Scene {
         }
     }
 
-    /// The loads on tool and roller of follower j, counted from 0; of a cam drive those beside its cam.
+    /// The loads on tool and roller of follower j, counted from 0; for a cam drive the loads in addition to its cam.
     pub fn loads(&self, j: usize) -> [Load; 2] {
         match self {
             Scene::ElasticOutput(scene) => [scene.load.clone(), scene.roller.1.clone()],
@@ -147,7 +147,7 @@ impl Scene {
         }
     }
 
-    /// Whether follower j, counted from 0, can leave its cam and has no second flank.
+    /// True if follower j, counted from 0, can leave its cam and has no second flank.
     pub fn is_one_sided(&self, j: usize) -> bool {
         match self {
             Scene::BacklashDrive(scene) => j == 0 && scene.parameters.s.is_infinite(),
@@ -193,16 +193,16 @@ pub struct Resource {
     pub guid: String,
     /// Model and values.
     pub scene: Scene,
-    /// The tools behind mechanisms whose motion is prescribed; the scene has the laws of their levers instead.
+    /// The tools after mechanisms whose motion is prescribed; the scene has the laws of their levers instead.
     pub tools: Vec<Tool>,
-    /// For the analysis of forces: the geometry of each follower's cam, and what its loads have beside those of the scene.
+    /// For the analysis of forces: the geometry of each follower's cam, and the loads in addition to the scene's.
     pub contacts: Vec<(Option<Plan>, Loads)>,
 }
 
 /// The prescribed motion of a tool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tool {
-    /// Where the scene gives it, `follower[1].tool`.
+    /// Its section in the scene, `follower[1].tool`.
     pub section: String,
     /// U(φ).
     pub law: MotionLaw,
@@ -211,7 +211,7 @@ pub struct Tool {
 }
 
 impl Resource {
-    /// Of a scene without tools behind mechanisms and geometry, with an empty guid.
+    /// A resource of a scene without tools after mechanisms and geometry, with an empty guid.
     pub fn new(name: &str, scene: impl Into<Scene>) -> Self {
         let (name, guid) = (name.to_owned(), String::new());
         Resource { name, guid, scene: scene.into(), tools: Vec::new(), contacts: Vec::new() }
@@ -233,13 +233,13 @@ impl Resource {
     }
 }
 
-/// A drive with all that is said of it.
+/// A drive with its descriptions.
 pub struct Described {
     drive: AnyDrive,
     said: Box<dyn Portrait>,
 }
 
-/// Text and curves of a drive as its scene describes it.
+/// Text and curves of a drive from its scene.
 trait Portrait {
     fn documentation(&self) -> Result<Documentation, Fault>;
     fn curves(&self) -> Vec<Curve>;
@@ -260,7 +260,7 @@ impl<D: Drive> Portrait for D {
 }
 
 impl Described {
-    /// Of this drive.
+    /// The description of this drive.
     pub fn of<D: Drive + Into<AnyDrive>>(drive: D) -> Self {
         Described { said: Box::new(drive.clone()), drive: drive.into() }
     }
@@ -268,7 +268,7 @@ impl Described {
     /// Documentation of the drive.
     ///
     /// # Errors
-    /// Where the text of the drive is none.
+    /// An invalid text of the drive.
     pub fn documentation(&self) -> Result<Documentation, Fault> {
         self.said.documentation()
     }

@@ -1,4 +1,4 @@
-//! Why points are no table, for people.
+//! The reason why points are no table, for people.
 
 use crate::text::counted;
 use camdrive::drives::{Number, Rounded};

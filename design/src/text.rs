@@ -14,7 +14,7 @@ pub struct TextTable {
     pub rows: Vec<Vec<String>>,
 }
 
-/// "–", where there is nothing to say.
+/// "–", for an empty cell.
 pub const NONE: &str = "–";
 
 /// Three significant digits, in powers of ten outside of 0.01 … 1e6.
@@ -26,12 +26,12 @@ pub fn number(value: f64) -> String {
     if plain == 0.0 || (1e-2..1e6).contains(&plain.abs()) {
         return plain.to_string();
     }
-    // An error of 3.214e-9 is one of 3.2e-9.
+    // An error of 3.214e-9 is shown as 3.2e-9.
     format!("{:e}", rounded(value, 2))
 }
 
-/// The nearest number of so many significant digits. Numbers that differ by roundings of their computation look the same, on both
-/// sides of a tie too.
+/// The nearest number of this many significant digits. Numbers that differ by roundings of their computation look the same,
+/// also on both sides of a tie.
 pub fn rounded(value: f64, count: usize) -> f64 {
     let as_number = |value: f64, digits: usize| format!("{value:.0$e}", digits - 1).parse().unwrap_or(value);
     // The sum makes 0 of a negative zero, which has no sign for a reader.
@@ -45,14 +45,14 @@ pub fn counted(count: impl Display, noun: &str) -> String {
     format!("{count} {noun}{end}")
 }
 
-/// So many significant digits, in powers of ten outside of 10^`low` … 1e6.
+/// This many significant digits, in powers of ten outside of 10^`low` … 1e6.
 pub fn digits(value: f64, count: usize, low: i32) -> String {
     let rounded = rounded(value, count);
     let plain = rounded == 0.0 || (10f64.powi(low)..1e6).contains(&rounded.abs());
     if plain { rounded.to_string() } else { format!("{rounded:e}") }
 }
 
-/// So many significant digits, powers of ten as in [`number`], of the number of this many that is next in size above or below.
+/// The next number above or below with this many significant digits, powers of ten as in [`number`].
 pub fn digits_beyond(value: f64, count: usize, up: bool) -> String {
     let (size, nearest) = (rounded(value.abs(), count.max(12)), rounded(value.abs(), count));
     if nearest == 0.0 || !nearest.is_finite() {
@@ -73,7 +73,7 @@ pub fn rpm(speed: f64) -> String {
     digits(speed * 60.0 / TAU, 5, -4)
 }
 
-/// A unit that suits a duration, and how many of it a second has.
+/// A unit that suits a duration, and the number of these units in a second.
 fn unit_of_time(seconds: f64) -> (&'static str, f64) {
     let fits = |(_, scale): &(&str, f64)| (seconds * scale).abs() >= 0.9995;
     [("s", 1.0), ("ms", 1e3), ("µs", 1e6), ("ns", 1e9)].into_iter().find(fits).unwrap_or(("ns", 1e9))
@@ -85,7 +85,7 @@ pub fn time(seconds: f64) -> String {
     format!("{} {unit}", number(seconds * scale))
 }
 
-/// A duration that is admissible, rounded down.
+/// An admissible duration, rounded down.
 pub fn time_within(seconds: f64) -> String {
     let (unit, scale) = unit_of_time(seconds);
     format!("{} {unit}", digits_beyond(seconds * scale, 3, false))
@@ -105,21 +105,21 @@ pub fn share(change: f64) -> String {
 /// A last column with cells of more characters than this is prose, and a narrower one reads badly.
 const PROSE: usize = 40;
 
-/// The most columns that are repeated to tell rows apart.
+/// The most columns that are repeated to identify rows.
 const MOST_REPEATED: usize = 3;
 
 /// Indent of prose below its row.
 const BELOW: usize = 6;
 
 impl TextTable {
-    /// A table of these rows under headings that are two blanks apart.
+    /// A table of these rows; its headings are separated by two blanks.
     pub fn new(head: &str, rows: impl IntoIterator<Item = Vec<String>>) -> Self {
         TextTable { head: head.split("  ").map(str::to_owned).collect(), rows: rows.into_iter().collect() }
     }
 
-    /// The table in columns for lines of `width` characters. Where it is wider, prose in the last column is wrapped, or stands
-    /// below its row; then the widest columns are; what does not fit side by side at all follows below, each time beside the
-    /// columns that tell the rows apart.
+    /// The table in columns for lines of `width` characters. If it is wider, prose in the last column is wrapped or stands
+    /// below its row; then the widest columns are wrapped. Columns that still do not fit follow below, each time next to the
+    /// columns that identify the rows.
     pub fn text(&self, width: usize) -> String {
         let of = |i: usize, measure: fn(&str) -> usize| {
             let cells = self.rows.iter().map(|row| &row[i]).chain([&self.head[i]]);
@@ -184,13 +184,13 @@ impl Page {
         Page { text: format!("{title}\n"), width }
     }
 
-    /// Lines as they are.
+    /// Lines without a change.
     pub fn lines(&mut self, lines: impl IntoIterator<Item = impl Display>) -> &mut Self {
         self.text.extend(lines.into_iter().map(|line| format!("{line}\n")));
         self
     }
 
-    /// Indented lines under a title, or below what is there already; nothing where there is no line.
+    /// Indented lines under a title, or below the present ones; nothing without lines.
     pub fn section(&mut self, title: &str, lines: impl IntoIterator<Item = impl Display>) -> &mut Self {
         let mut lines = lines.into_iter().peekable();
         if lines.peek().is_some() && !title.is_empty() {
@@ -199,7 +199,7 @@ impl Page {
         self.lines(lines.map(|line| format!("  {line}")))
     }
 
-    /// A table under a title; nothing where it has no row.
+    /// A table under a title; nothing without rows.
     pub fn table(&mut self, title: &str, table: &TextTable) -> &mut Self {
         if !table.rows.is_empty() {
             self.text += &format!("\n{title}\n{}", table.text(self.width));
@@ -233,8 +233,8 @@ fn longest_word(text: &str) -> usize {
     pieces(text, 0, 0).into_iter().map(characters).max().unwrap_or(0)
 }
 
-/// A line in pieces of at most `first` characters and, after it, `rest`, where words allow it; a number that begins a piece
-/// keeps its unit, any number its % and its <.
+/// A line in pieces of at most `first` characters, then `rest`, between words if possible; a number that begins a piece keeps
+/// its unit, any number its % and its <.
 fn pieces(line: &str, first: usize, rest: usize) -> Vec<&str> {
     let (mut pieces, mut left, mut most) = (Vec::new(), line, first);
     while left.chars().nth(most).is_some() {
@@ -253,12 +253,12 @@ fn pieces(line: &str, first: usize, rest: usize) -> Vec<&str> {
     pieces
 }
 
-/// True if a character steers the terminal or turns the direction of writing, instead of being seen.
+/// True if a character controls the terminal or the direction of writing, instead of being seen.
 pub fn is_unseen(c: char) -> bool {
     c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// The text with a sign in the place of each character that would not be seen; tabs and ends of lines stay.
+/// The text with a sign in place of each invisible character; tabs and ends of lines stay.
 pub fn visible(text: &str) -> String {
     let sign = |c: char| match c {
         '\n' | '\t' => c,
@@ -270,7 +270,7 @@ pub fn visible(text: &str) -> String {
     text.replace("\r\n", "\n").chars().map(sign).collect()
 }
 
-/// A message as a sentence: with a capital letter, but where it begins with a key, and a full stop.
+/// A message as a sentence: with a full stop, and with a capital letter unless it begins with a key.
 pub fn sentence(text: &str) -> String {
     let text = text.trim_end_matches('.');
     let word = text.split([' ', ',', ':']).next().unwrap_or_default();
@@ -279,12 +279,12 @@ pub fn sentence(text: &str) -> String {
     first.map_or(format!("{text}."), |first| first.to_uppercase().chain(letters).chain(['.']).collect())
 }
 
-/// The text as [`visible`] has it, in one line.
+/// The text as in [`visible`], in one line.
 pub fn in_one_line(text: impl Display) -> String {
     visible(&text.to_string()).replace(['\n', '\t'], " ")
 }
 
-/// The text in lines of at most `width` characters, where words allow it; what goes on in the next line is indented by two more.
+/// The text in lines of at most `width` characters, broken between words if possible; continued lines are indented by two more.
 pub fn wrapped(text: &str, width: usize) -> String {
     let line = |line: &str| {
         let content = line.trim_start();
@@ -295,20 +295,20 @@ pub fn wrapped(text: &str, width: usize) -> String {
     text.split('\n').map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// First characters that make a formula of a cell in a spreadsheet.
+/// First characters that turn a cell of a spreadsheet into a formula.
 const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
-/// The heading with an apostrophe in front where a spreadsheet would compute it; [`heading`] takes it away.
+/// The heading with an apostrophe in front if a spreadsheet would compute it; [`heading`] removes it.
 fn harmless(name: String) -> String {
     if name.starts_with(FORMULA) { format!("'{name}") } else { name }
 }
 
-/// The name that a heading of a table of CSV has.
+/// The name in a heading of a CSV table.
 pub fn heading(cell: &str) -> &str {
     cell.strip_prefix('\'').filter(|name| name.starts_with(FORMULA)).unwrap_or(cell)
 }
 
-/// CSV of these lines, of which the first has the headings, after RFC 4180: cells with commas, quotes or ends of lines stand in
+/// CSV of these lines, the first of which has the headings, after RFC 4180: cells with commas, quotes or ends of lines are in
 /// quotes, a quote in them is doubled.
 ///
 /// # Errors
@@ -324,14 +324,14 @@ pub fn csv(lines: impl IntoIterator<Item = Vec<String>>) -> Result<String, Fault
     String::from_utf8(bytes).map_err(|e| fault(&e))
 }
 
-/// A whole report; what is infinite becomes null.
+/// A whole report; infinite values become null.
 ///
 /// # Errors
-/// None in practice: no report holds anything that JSON has no form for.
+/// None in practice: every value of a report has a form in JSON.
 pub fn json(report: &impl Serialize) -> Result<String, Fault> {
     let mut text = serde_json::to_string_pretty(report)
         .map_err(|e| Fault::new(format!("the report cannot be written as JSON: {e}")))?;
-    // JSON lets some of them stand as they are.
+    // JSON leaves some of them unescaped.
     while let Some(unseen) = text.chars().find(|c| is_unseen(*c) && *c != '\n') {
         text = text.replace(unseen, &format!("\\u{:04x}", u32::from(unseen)));
     }
@@ -358,13 +358,13 @@ mod tests {
             wide.text(30),
             "  without                cost\n  the elasticity of the  15 %\n  output member\n  damping                100 %\n"
         );
-        // What does not fit side by side follows below.
+        // Columns that do not fit side by side follow below.
         let many = table(&[&["tool", "overshoot", "deviation", "harmonics"], &["1", "2", "3", "4"]]);
         assert_eq!(
             many.text(30),
             "  tool  overshoot  deviation\n  1     2          3\n\n  tool  harmonics\n  1     4\n"
         );
-        // Numbers keep their units, and as many columns are repeated as tell the rows apart.
+        // Numbers keep their units, and as many columns are repeated as identify the rows.
         let twice = table(&[&["kind", "step", "error", "cost"], &["a", "1", "−18.3 %", "3"], &["a", "2", "5 %", "4"]]);
         assert_eq!(
             twice.text(22),
@@ -372,7 +372,7 @@ mod tests {
         );
         let bounds = table(&[&["error", "off by"], &["< 1.3e-13", "0.0163 ! −66 %"]]);
         assert_eq!(bounds.text(22), "  error      off by\n  < 1.3e-13  0.0163 !\n             −66 %\n");
-        // Prose is wrapped in its column while that is wide enough, and stands below its row where it is not.
+        // Prose is wrapped in its column while that is wide enough, and otherwise stands below its row.
         let prose = "one two three four five six seven eight nine ten eleven";
         let described = table(&[&["name", "description"], &["a_name_of_some_length", prose], &["b", ""]]);
         let text = described.text(70);

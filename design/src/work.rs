@@ -1,6 +1,6 @@
-//! The work of a study, counted: loops whose count depends on values draw upon one budget, so that every study ends.
+//! The counted work of a study: loops whose number of passes depends on values draw upon one budget, so that every study ends.
 //!
-//! It is counted, not timed: whether a study ends well must not depend on the machine.
+//! Work is counted, not timed, because the end of a study must not depend on the computer.
 
 use crate::Progress;
 use camdrive::drives::Fault;
@@ -10,7 +10,7 @@ use std::sync::{Mutex, PoisonError};
 /// Plain operations that a study may take: some two minutes at a thousand million a second.
 pub const BUDGET: f64 = 1.2e11;
 
-/// Plain operations that one in numbers of thirty digits takes.
+/// Plain operations for one in numbers of thirty digits.
 pub const PRECISE: f64 = 20.0;
 
 thread_local! {
@@ -18,13 +18,13 @@ thread_local! {
     static LEFT: Cell<f64> = const { Cell::new(f64::INFINITY) };
 }
 
-/// Draws upon what is left; false where it is used up.
+/// Draws upon the rest; false if it is used up.
 pub fn draw(cost: f64) -> bool {
     LEFT.set(LEFT.get() - cost);
     !is_exhausted()
 }
 
-/// True if the work is used up, so that what is found from now on may lack something.
+/// True if the work is used up, so that later results may be incomplete.
 pub fn is_exhausted() -> bool {
     LEFT.get() < 0.0
 }
@@ -34,7 +34,7 @@ pub fn left() -> f64 {
     LEFT.get()
 }
 
-/// Does `work` in a thread of its own that may take what is `left` in another one; what it took.
+/// Does `work` in a thread of its own that may use `left` of another one; returns the work used.
 pub fn taken(left: f64, work: impl FnOnce()) -> f64 {
     // Infinities have no difference.
     let left = left.min(f64::MAX);
@@ -46,7 +46,7 @@ pub fn taken(left: f64, work: impl FnOnce()) -> f64 {
 /// The result of `study` within this budget, and within that of a study around it.
 ///
 /// # Errors
-/// Where the budget is used up: what was reached, with this hint.
+/// A budget that is used up: the fault names the stage reached, with this hint.
 pub fn within<R>(
     budget: f64,
     hint: &str,
@@ -71,7 +71,7 @@ pub fn within<R>(
         return Ok(result);
     }
     Err(Fault::new(format!(
-        "this study needs more than the {budget:.1e} operations that are admissible, about {:.0} s; reached: {}",
+        "this study needs more than the admissible {budget:.1e} operations, about {:.0} s; reached: {}",
         budget / 1e9,
         reached.into_inner().unwrap_or_else(PoisonError::into_inner)
     ))

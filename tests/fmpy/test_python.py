@@ -127,7 +127,7 @@ def test_forces_where_a_follower_stays_and_where_it_leaves(camdrive):
     left = camdrive.forces(EXAMPLES / "valve_train" / "scene.toml")
     speed = left.drives[0]["keeping"]["lift_off_speed"]["value"]
     assert speed < left.speed and answers(left) and left.verdict["level"] == "bad"
-    assert "leaves its cam" in left.messages
+    assert "lifts off its cam" in left.messages
     slower = camdrive.forces(EXAMPLES / "valve_train" / "scene.toml", speed=0.99 * speed)
     assert slower.verdict["level"] != "bad"
 
