@@ -1,4 +1,4 @@
-//! Tells the command line what it is built from: the commit, and the compiler with its standard library.
+//! Gives the command line its origin: the commit, the compiler and its standard library.
 
 use std::process::Command;
 
@@ -7,7 +7,7 @@ fn main() {
     let version = output(&rustc, &["--version"]);
     println!("cargo::rustc-env=CAMDRIVE_RUSTC={}", version.split(' ').nth(1).unwrap_or("unknown"));
     println!("cargo::rerun-if-changed=build.rs");
-    // Builds for tests are not made anew for every commit.
+    // Builds for tests are not repeated for every commit.
     let mut commit = String::new();
     if std::env::var("PROFILE").as_deref() == Ok("release") && output("git", &["rev-parse", "--show-prefix"]) == "cli/"
     {
@@ -17,7 +17,7 @@ fn main() {
     println!("cargo::rustc-env=CAMDRIVE_COMMIT={}", if commit.is_empty() { "unknown" } else { &commit });
 }
 
-/// What the program prints; nothing where it fails or does not exist.
+/// The output of the program; empty if it fails or does not exist.
 fn output(program: &str, arguments: &[&str]) -> String {
     let output = Command::new(program).args(arguments).output().ok().filter(|output| output.status.success());
     output.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned()).unwrap_or_default()

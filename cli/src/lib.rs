@@ -1,5 +1,5 @@
-//! The command line of camdrive: a [`document`] is what a file holds, a [`scene`] a drive, a [`system`] drives with their
-//! connections, a [`study`] their variants, a [`task`] a motion to be found; [`export`] packs FMUs, each [`command`] has its file.
+//! The command line of camdrive: a [`document`] holds a file, a [`scene`] a drive, a [`system`] connected drives, a [`study`] their
+//! variants, a [`task`] a wanted motion; [`export`] packs FMUs, and each [`command`] has its own file.
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 

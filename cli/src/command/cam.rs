@@ -17,15 +17,14 @@ use std::path::{Path, PathBuf};
 
 /// Generate cam contours (DXF, SVG, CSV) and tables for motion controllers.
 ///
-/// Takes the motion law and the geometry of each cam ([geometry], [follower.geometry]). Reports the pressure angle, radii
-/// of curvature, undercut, crossings and sizes with their angles, of mechanisms behind the cam the least transmission
-/// angle; says what runs badly and what to change, and refuses what cannot be machined or does not move the follower as
-/// prescribed.
+/// Takes the motion law and the geometry of each cam ([geometry], [follower.geometry]). Reports the pressure angle, radii of
+/// curvature, undercut, crossings and sizes with their angles; with mechanisms after the cam, the least transmission angle. Names
+/// what runs badly and what to change, and refuses a cam that cannot be machined or does not move the follower as prescribed.
 ///
-/// Writes NAME.csv (path and contours, with curvatures that are positive where a curve bulges away from the axis), NAME.dxf
-/// and NAME.svg (true size, mm), NAME.pressure_angle.svg (of a flat face NAME.contact.svg), NAME.curvature.svg, cam tables for motion controllers
-/// NAME.plcopen.csv and NAME.plc.txt, and the findings as NAME.json. Cams of a machine are called NAME.follower1 …, those of a
-/// conjugate pair F and P.
+/// Writes NAME.csv (path and contours; a curvature is positive where the curve bulges away from the axis), NAME.dxf and NAME.svg
+/// (true size, mm), NAME.pressure_angle.svg (for a flat face NAME.contact.svg), NAME.curvature.svg, cam tables for motion
+/// controllers NAME.plcopen.csv and NAME.plc.txt, and the findings as NAME.json. Cams of a machine are called NAME.follower1 …, the
+/// cams of a conjugate pair F and P.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -40,10 +39,10 @@ pub struct Args {
     /// Largest distance between a contour and its chords, "1 um" or in m
     #[arg(long, value_name = "LENGTH", default_value = "1 um", allow_hyphen_values = true)]
     chord_error: String,
-    /// Largest error of a motion controller that joins the points of the cam table by straight lines
+    /// Largest error if a motion controller joins the points of the cam table with straight lines
     #[arg(long, value_name = "LENGTH", default_value = "1 um", allow_hyphen_values = true)]
     table_error: String,
-    /// Cut only this follower, counted from 1; several are possible
+    /// Cut only this follower, counted from 1; repeatable
     #[arg(long, value_name = "NUMBER", value_delimiter = ',')]
     follower: Vec<usize>,
     /// Write the files even if a cam is refused, and replace files that no command wrote
@@ -58,7 +57,7 @@ pub struct Args {
 /// The finest chord (m): files give a tenth of a nanometre.
 const FINEST: f64 = 1e-9;
 
-/// The coarsest one (m), beyond which a contour is none.
+/// The coarsest chord (m); a coarser polygon is no contour.
 const COARSEST: f64 = 1e-2;
 
 /// A length of an option.
@@ -72,7 +71,7 @@ fn length(name: &str, text: &str) -> Result<f64, Failure> {
         .hint("write for example \"1 um\""))
 }
 
-/// The cams that are asked for.
+/// The selected cams.
 fn chosen(args: &Args, cams: &[CamPlan], followers: usize) -> Result<Vec<CamPlan>, Failure> {
     let place = args.scene.display();
     if let Some(wrong) = args.follower.iter().find(|j| !(1..=followers).contains(j)) {
@@ -108,7 +107,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         table: length("table-error", &args.table_error)?,
     };
     let scene = read(&args.scene)?;
-    // Nobody cuts a cam whose table was changed without knowing.
+    // A changed table must be known before its cam is cut.
     for table in &scene.smoothed {
         tell(&format!("note: {}: {}\n", text::in_one_line(args.scene.display()), table.sentence));
     }

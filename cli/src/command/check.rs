@@ -17,16 +17,16 @@ use std::process::ExitCode;
 
 /// Check scenes: every error with its line, key figures, warnings.
 ///
-/// Every value is checked, and the drive is built and started with them. All faults of all scenes are reported. For a
-/// valid scene it prints speeds, natural frequencies, largest velocity, acceleration and force, and the nearest resonances, and
-/// warns about implausible values, such as a forgotten unit, and about rough tables. Of a system it tells algebraic loops and the
-/// largest stable communication step.
+/// Checks every value, builds the drive and starts it. Reports all errors of all scenes. For a valid scene it prints speeds,
+/// natural frequencies, largest velocity, acceleration and force, and the nearest resonances, and warns about implausible values,
+/// such as a forgotten unit, and about rough tables. For a system it prints algebraic loops and the largest stable communication
+/// step.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  camdrive check examples/*/scene.toml\n  camdrive check examples/two_cams/system.toml"
 )]
 pub struct Args {
-    /// Scene and system files (TOML), FMUs with their scenes inside, or systems by SSP 1.0
+    /// Scene and system files (TOML), FMUs with their scenes inside, or systems as SSP 1.0
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
     #[command(flatten)]
@@ -68,7 +68,7 @@ pub fn overview_of(scene: &Resolved) -> Overview {
     overview
 }
 
-/// The unit that a scene gives its first natural frequency.
+/// The unit of the first natural frequency in the scene.
 fn unit_of_frequencies(document: &Document) -> Option<Unit> {
     let parts = std::iter::once(String::new()).chain((1..=MOST_FOLLOWERS).map(|j| format!("follower[{j}].")));
     let keys = parts.flat_map(|part| ["elasticity", "backlash"].map(|of| format!("{part}{of}.natural_frequency")));
@@ -81,7 +81,7 @@ fn unit_of_frequencies(document: &Document) -> Option<Unit> {
     })
 }
 
-/// The result as a list with an entry for each scene, faults included.
+/// The result as a list with an entry for each scene, including faults.
 fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
     let (mut entries, mut ending) = (Vec::new(), ExitCode::SUCCESS);
     for path in paths {

@@ -19,12 +19,12 @@ use std::path::{Path, PathBuf};
 
 /// Show where and how hard a drive passes through its clearance.
 ///
-/// Tells where in the turn the contact opens, where and how hard it closes, the contact force after the impact, whether m1
-/// leaves the flank again, and the motion that the drive settles to; which natural frequency, speed, clearance, mass m1 or
-/// damping ratio avoids further impacts, by the event-driven model. --explain adds Kaltofen's closed formulas beside it.
+/// Reports where in the turn the contact opens, where and how hard it closes, the contact force after the impact, whether m1 lifts
+/// off the flank again, and the settled motion; and which natural frequency, speed, clearance, mass m1 or damping ratio avoids
+/// further impacts in the event-driven model. --explain adds Kaltofen's closed formulas.
 ///
-/// Takes a BacklashDrive, or an ElasticCamDrive with an elastic output together with --clearance and --m1. The model of a
-/// passage starts from the periodic motion of permanent contact.
+/// Takes a BacklashDrive, or an ElasticCamDrive with an elastic output together with --clearance and --m1. Each passage starts from
+/// the periodic motion with permanent contact.
 ///
 /// Prints the report and writes NAME.json, NAME.passages.csv, NAME.after_impact.csv, NAME.passage_time.csv, NAME.map.csv
 /// and, as SVG, NAME.passage_time, NAME.multiple_impacts, NAME.deformation, NAME.force, NAME.acceleration into a folder.
@@ -42,34 +42,33 @@ pub struct Args {
     /// Folder for tables and diagrams [default: clearance-NAME]
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Clearance instead of that of the scene, "0.05 mm" or in m
+    /// Clearance instead of the scene's, "0.05 mm" or in m
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     clearance: Option<String>,
-    /// Mass between the flanks instead of that of the scene, "2 kg" or in kg
+    /// Mass between the flanks instead of the scene's, "2 kg" or in kg
     #[arg(long, value_name = "MASS", allow_hyphen_values = true)]
     m1: Option<String>,
-    /// Speed instead of that of the scene, "300 rpm" or in rad/s
+    /// Speed instead of the scene's, "300 rpm" or in rad/s
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     speed: Option<String>,
-    /// Natural frequency √(c/m2) instead of that of the scene, by another stiffness at the same damping ratio, "80 Hz" or
-    /// in rad/s
+    /// Natural frequency √(c/m2) instead of the scene's, "80 Hz" or in rad/s; changes the stiffness at the same damping ratio
     #[arg(long, value_name = "FREQUENCY", allow_hyphen_values = true)]
     natural_frequency: Option<String>,
-    /// Damping ratio b/(2 m2 ω) instead of that of the scene
+    /// Damping ratio b/(2 m2 ω) instead of the scene's
     #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
     damping: Option<f64>,
-    /// Laws instead of the scene's: VDI laws at the same stroke and angles (bestehorn, modified_sine … or all), hsN
-    /// for the first N harmonics of the scene's law, or scene files, whose cams are taken
+    /// Laws instead of the scene's: VDI laws with the same stroke and angles (bestehorn, modified_sine … or all), hsN for the first
+    /// N harmonics of the scene's law, or scene files for their cams
     #[arg(long, value_name = "LAW,…", value_delimiter = ',')]
     compare: Vec<String>,
-    /// Turns of the settled motion; the second half of them counts [default: 40]
+    /// Turns of the settled motion; only the second half counts [default: 40]
     #[arg(long, value_name = "NUMBER")]
     turns: Option<usize>,
-    /// Lobes of U″ and of the contact force below this part of the largest one are no passages [default: 1e-9; of a
-    /// smoothed table what its noise and the smoothing make of U″]
+    /// Lobes of U″ and of the contact force below this fraction of the largest one count as no passages [default: 1e-9; for a
+    /// smoothed table its noise and the smoothing decide]
     #[arg(long, value_name = "PART", allow_negative_numbers = true)]
     ignore: Option<f64>,
-    /// Leave out which natural frequencies, speeds, clearances, masses m1 and damping ratios the model admits
+    /// Leave out the admissible natural frequencies, speeds, clearances, masses m1 and damping ratios
     #[arg(long)]
     quick: bool,
     /// Replace files that no command wrote
@@ -81,14 +80,14 @@ pub struct Args {
     telling: ReportFormat,
 }
 
-/// Short names of laws, beside those that scenes have for them.
+/// Short names of laws, in addition to the names in scenes.
 const SHORT_NAMES: [(&str, StandardLaw); 3] =
     [("sine", StandardLaw::SimpleSine), ("345", StandardLaw::Polynomial345), ("4567", StandardLaw::Polynomial4567)];
 
-/// Turns of the settled motion: half of them are left out, two are compared, and a million turns take seconds to minutes.
+/// Turns of the settled motion: the first half is left out and two turns are compared; a million turns take seconds to minutes.
 const TURNS: RangeInclusive<usize> = 4..=1_000_000;
 
-/// Points of a turn from which the harmonics of a law are found; those beyond alias with less than 1e-12 of the stroke.
+/// Points of a turn for the harmonics of a law; higher harmonics alias with less than 1e-12 of the stroke.
 const ANALYSED: usize = 4096;
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -137,12 +136,12 @@ fn cam(scene: &Resolved) -> Result<MotionLaw, Failure> {
     })
 }
 
-/// The height of lobes of U″ of the cam of a scene that are noise (m).
+/// The height (m) up to which lobes of U″ of a scene's cam are noise.
 pub fn noise(scene: &Resolved) -> f64 {
     scene.smoothed.iter().find(|table| table.section == "cam").map_or(0.0, |table| table.left)
 }
 
-/// The laws that a name stands for, in the place of the scene's, each with the height of lobes of U″ that are noise (m).
+/// The laws of a name, which replace the scene's, each with the height (m) up to which lobes of U″ are noise.
 fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw, f64)>, Failure> {
     if name.ends_with(".toml") {
         let other = read(Path::new(name))?;

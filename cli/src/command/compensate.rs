@@ -23,7 +23,7 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use toml_edit::{Table, value};
 
-/// Rounds of the iteration that are reported at most: by then it has converged to the last digit, or does not.
+/// The most reported rounds of the iteration: by then it has converged to the last digit, or does not converge.
 const MOST_ROUNDS: i64 = 100;
 
 /// The forms of the laws.
@@ -31,12 +31,11 @@ const FORMS: [(&str, Form); 3] = [("auto", Form::Auto), ("series", Form::Series)
 
 /// Correct the cams of a machine for the fluctuation of its speed.
 ///
-/// The laws of the followers in the scene prescribe the motions of the tools over the phase of time 2πt/T; behind
-/// mechanisms [follower.tool], or the lever's law and the motion of the tool behind it. The inertia of tools and links
-/// makes the machine fluctuate; the result is a scene with the laws U(φ) that make the tools move as prescribed all the
-/// same. The report shows the rounds of the classical iteration, the machine with the finished cams, and the same at
-/// other speeds. A compensation takes at most 1.2e11 counted operations, about two minutes; what takes more ends in an
-/// error that says how far it came.
+/// The laws of the followers in the scene prescribe the motions of the tools over the phase of time 2πt/T; with mechanisms,
+/// [follower.tool] does, or the lever's law with the resulting motion of the tool. The inertia of tools and links makes the speed
+/// of the machine fluctuate; the result is a scene with laws U(φ) that move the tools as prescribed nevertheless. The report shows
+/// the rounds of the classical iteration, the machine with the finished cams, and the same machine at other speeds. A compensation
+/// takes at most 1.2e11 counted operations, about two minutes; a longer one ends with an error that says how far it came.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -50,7 +49,7 @@ pub struct Args {
     /// The scene with the compensated cams [default: NAME.compensated.toml]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Period, "120 ms" or in s: the motor gets the synchronous speed that yields it; a machine without a motor needs it
+    /// Period, "120 ms" or in s: sets the synchronous speed of the motor accordingly; required for a machine without a motor
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     period: Option<String>,
     /// Constant load torque, "30 N.m"; positive brakes
@@ -62,26 +61,26 @@ pub struct Args {
     /// How much the finite laws of the cams may change a tool's acceleration, relative to its largest value
     #[arg(long, value_name = "PART", default_value_t = 1e-6, allow_negative_numbers = true)]
     tolerance: f64,
-    /// Write the laws as Fourier series in the angle, or as tables beside the result, points of periodic splines of
-    /// degree 5; auto takes a table where a series would need more harmonics than a scene takes. Motions that are not
-    /// series get tables with their derivatives
+    /// Write the laws as Fourier series in the angle, or as tables next to the result, with points of periodic splines of degree 5.
+    /// auto writes a table if a series would need more harmonics than a scene admits. Motions that are not series get tables with
+    /// their derivatives
     #[arg(long, value_name = "FORM", default_value = FORMS[0].0, value_parser = PossibleValuesParser::new(FORMS.map(|(name, _)| name)))]
     laws: String,
     /// Rounds of the iteration to report
     #[arg(long, value_name = "NUMBER", default_value_t = 3, allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(..=MOST_ROUNDS))]
     rounds: u16,
-    /// Motion task (TOML) with bounds, tolerances, exact points and distances to check the tools of every round
-    /// against; its laws are those of the followers in their order
+    /// Motion task (TOML) with bounds, tolerances, exact points and distances; the tools are checked against it in every round. Its
+    /// laws belong to the followers in their order
     #[arg(long, value_name = "FILE")]
     task: Option<PathBuf>,
-    /// Folder for tables and diagrams: NAME.json, NAME.compensation.csv, of the rounds NAME.courses.csv, NAME.spectra.csv,
-    /// NAME.speed.svg, NAME.tool1.svg, NAME.tool1.spectrum.svg …, of distances NAME.distance.svg
+    /// Folder for tables and diagrams: NAME.json, NAME.compensation.csv, for the rounds NAME.courses.csv, NAME.spectra.csv,
+    /// NAME.speed.svg, NAME.tool1.svg, NAME.tool1.spectrum.svg …, for distances NAME.distance.svg
     #[arg(long, value_name = "FOLDER")]
     report: Option<PathBuf>,
     #[command(flatten)]
     measured: Measured,
-    /// A scene of a cam drive that gets the compensated cam of a follower, as NUMBER=FILE; written beside the result as
-    /// FILE's name with .compensated.toml
+    /// Scene of a cam drive that gets the compensated cam of a follower, as NUMBER=FILE; written next to the result as FILE's name
+    /// with .compensated.toml
     #[arg(long, value_name = "NUMBER=FILE")]
     cam: Vec<String>,
     /// Replace scenes even if no command wrote them
@@ -94,18 +93,18 @@ pub struct Args {
 /// The machine of the scene.
 struct Machine {
     name: String,
-    /// The files that it was read from.
+    /// The files of the scene.
     files: Vec<PathBuf>,
     task: Task,
-    /// The followers that are tools, counted from 0.
+    /// The followers that move tools, counted from 0.
     tools: Vec<usize>,
-    /// For each of them whether the law of its cam is an angle.
+    /// For each tool, whether the law of its cam is an angle.
     turning: Vec<bool>,
     /// φ at the start (rad).
     phi_start: f64,
 }
 
-/// The machine and the followers of a train, where the compensation knows them, and its motor as a RigidMachine has it.
+/// The machine and the followers of a train, if the compensation can handle them, and its motor as in a RigidMachine.
 fn train(args: &Args, scene: &drive_train::Scene) -> Result<(drive_train::Machine, Vec<Follower>, Motor), Failure> {
     let drive_train::Scene { shaft, followers, .. } = scene.clone();
     let refused = |why: &str, hint: &str| failure(format!("{}: {why}", args.scene.display())).hint(hint);
@@ -210,7 +209,7 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
     Ok(Machine { name: resolved.name, files, task, tools: moved, turning, phi_start })
 }
 
-/// Restrictions of the tools by a motion task; adds the files that it was read from.
+/// Restrictions of the tools from a motion task; adds the task's files to the list.
 fn restrictions(
     path: &Path,
     tools: &[Tool],
@@ -272,7 +271,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.telling.deliver(report, &findings, place)
 }
 
-/// Adds what the start of the compensated machine needs.
+/// Adds the requirements for the start of the compensated machine.
 fn on_start(machine: &Machine, findings: &Compensation, verdict: &mut Verdict) {
     let Driving { motor, load, .. } = machine.task.driving;
     if motor == Motor::None {
@@ -281,7 +280,7 @@ fn on_start(machine: &Machine, findings: &Compensation, verdict: &mut Verdict) {
             format!("Without a motor the machine keeps the period that it starts with: start.w_start = {w:.9} rad/s.");
         verdict.result(Level::Good, text);
     } else if load != 0.0 {
-        // A steady state is the fastest stable one.
+        // `steady_state` starts with the fastest stable motion.
         let starts = findings.other_motion.is_none();
         let start = match starts {
             true => ", and `start.mode` to \"steady_state\", so that the machine starts on this motion",
@@ -297,7 +296,7 @@ fn on_start(machine: &Machine, findings: &Compensation, verdict: &mut Verdict) {
     }
 }
 
-/// Tables that the scene names by a path from its own folder are named from that of the result.
+/// Names the tables of the scene by a path from the folder of the result.
 fn carry_over(document: &mut Document, scene: &Path) {
     let folder = scene.parent().unwrap_or(Path::new(""));
     document.name_files(&|file| {
@@ -306,11 +305,11 @@ fn carry_over(document: &mut Document, scene: &Path) {
     });
 }
 
-/// The keys that give the motion of the tool instead of that of the lever.
+/// The keys for the tool's motion, which replace the lever's.
 const OF_THE_TOOL: [&str; 2] = ["tool", "lever_start"];
 
-/// The name of a scene with compensated cams: that of the scene, as long as the longest name allows, with an ending that tells
-/// HS profiles, which are series, from tables.
+/// The name of a scene with compensated cams: the scene's name, as far as the longest name allows, with an ending that
+/// distinguishes HS profiles, which are series, from tables.
 fn renamed(name: &str, cams: &[Cam]) -> String {
     let of_series = cams.iter().all(|cam| cam.points.is_none());
     let ending = if of_series { "_hs" } else { "_table" };
@@ -318,15 +317,15 @@ fn renamed(name: &str, cams: &[Cam]) -> String {
     format!("{}{ending}", &name[..name.len().min(most)])
 }
 
-/// A compensated cam as scenes name it.
+/// A compensated cam as in a scene.
 struct Cam {
     /// `[cam]`.
     table: Table,
-    /// The file with the points of a table, beside the scenes.
+    /// The file with the points of a table, next to the scenes.
     points: Option<(PathBuf, String)>,
 }
 
-/// The compensated cams; points of tables in files beside the result.
+/// The compensated cams; the points of tables go to files next to the result.
 fn cams(machine: &Machine, findings: &Compensation, output: &Path) -> Result<Vec<Cam>, Failure> {
     let stem = output.file_stem().unwrap_or_default().to_string_lossy();
     let cam = |(law, place): (&MotionLaw, usize)| match law {
@@ -365,7 +364,7 @@ fn compensated(args: &Args, machine: &Machine, findings: &Compensation, cams: &[
     let unexpected = || failure(format!("{}: the followers are not [[follower]] tables", args.scene.display()));
     for (cam, j) in cams.iter().zip(&machine.tools) {
         let follower = format!("follower[{}]", j + 1);
-        // Its motion was given by that of the tool behind mechanisms, and the law of the lever takes its place.
+        // The tool's motion behind mechanisms prescribed the cam; the lever's law replaces it.
         for key in OF_THE_TOOL {
             document.remove(&format!("{follower}.{key}"));
         }
@@ -375,13 +374,13 @@ fn compensated(args: &Args, machine: &Machine, findings: &Compensation, cams: &[
         document.set("motor.w_s", speed);
     }
     if machine.task.driving.motor == Motor::None {
-        // Nothing else would give the machine the speed that belongs to the period.
+        // Only this gives the machine the speed that belongs to the period.
         document.set("start.w_start", findings.speed_at(machine.phi_start));
     }
     Ok(files::signed(&document, "Scene with the compensated cams", &args.scene, "compensate"))
 }
 
-/// The scene of a cam drive with the compensated cam of a follower, and the files that it was read from.
+/// The scene of a cam drive with the compensated cam of a follower, and the files of the scene.
 fn with_cam(
     pair: &str,
     machine: &Machine,

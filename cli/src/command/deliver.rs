@@ -1,4 +1,4 @@
-//! Reports of all studies: printed as text or JSON, their tables and pictures written into a folder.
+//! Reports of all studies: prints them as text or JSON and writes their tables and pictures into a folder.
 
 use super::measured::Measured;
 use super::output::{print, show, width};
@@ -12,33 +12,33 @@ use std::path::{Path, PathBuf};
 /// The form of a printed report.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct ReportFormat {
-    /// Print the result as one JSON document; docs/json.md says what its fields are
+    /// Print the result as one JSON document; docs/json.md explains its fields
     #[arg(long, conflicts_with = "explain")]
     pub json: bool,
-    /// Add formulas, their sources and what is printed wrong in them, and how the numbers were computed
+    /// Add formulas, sources (with known misprints) and method
     #[arg(long)]
     pub explain: bool,
 }
 
-/// The files of a report and those beside it.
+/// The files of a report and the files next to it.
 #[derive(Default)]
 pub struct ReportFiles<'a> {
-    /// The folder for tables and pictures; None writes none of them.
+    /// The folder for tables and pictures; None writes no files.
     pub folder: Option<&'a Path>,
     /// The scene whose keys advice sets.
     pub scene: Option<&'a Document>,
-    /// Files that are no part of the report.
+    /// Files outside the report.
     pub more: Vec<(PathBuf, Vec<u8>)>,
-    /// Files that were read, which no result replaces.
+    /// Input files, which no result replaces.
     pub inputs: Vec<PathBuf>,
     /// True if files that no command wrote are replaced.
     pub force: bool,
-    /// Courses that are laid over the diagrams.
+    /// Measured curves over the diagrams.
     pub measured: Option<&'a Measured>,
 }
 
 impl ReportFormat {
-    /// Writes the files of a report on these findings, all or none, and prints it.
+    /// Writes the files of a report on these findings, all or none, and prints the report.
     pub fn deliver(self, mut report: Report, findings: &impl Serialize, place: ReportFiles) -> Result<(), Failure> {
         let ReportFiles { folder, scene, more: mut results, mut inputs, force, measured } = place;
         if let Some(scene) = scene {

@@ -29,7 +29,7 @@ Examples:
 pub struct Args {
     /// Scene file (TOML), or an FMU with its scene inside
     scene: PathBuf,
-    /// Print modelDescription.xml, with a placeholder for the guid, a hash of the packed FMU
+    /// Print modelDescription.xml, with a placeholder for the guid, which is a hash of the packed FMU
     #[arg(long, conflicts_with = "json")]
     xml: bool,
     #[command(flatten)]
@@ -83,7 +83,7 @@ fn data(resolved: &Resolved, drive: &mut Described) -> Result<Value, Fault> {
     }))
 }
 
-/// The description of a drive that is set up.
+/// The description of a ready drive.
 fn text(resolved: &Resolved, drive: &mut Described) -> Result<String, Fault> {
     let documentation = drive.documentation()?;
     let overview = overview::of(&resolved.resource());
@@ -132,7 +132,7 @@ fn start(d: &Description, value: f64) -> String {
     }
 }
 
-/// The description; of an enumeration with its items.
+/// The description; for an enumeration with its items.
 fn sentence(d: &Description) -> String {
     let Kind::Enumeration(e) = &d.kind else { return d.text.clone() };
     let items: Vec<&str> = e.items.iter().map(|(name, _)| *name).collect();

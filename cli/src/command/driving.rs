@@ -1,4 +1,4 @@
-//! Drive of a machine on its periodic motion, by the options of `steady` and `compensate`: load and period.
+//! Drive of a machine in its periodic motion, from the options of `steady` and `compensate`: load and period.
 
 use super::{Failure, failure, quantity, read, wrong_argument};
 use crate::scene::Resolved;
@@ -9,14 +9,14 @@ use camdrive_design::text::rpm;
 use std::f64::consts::TAU;
 use std::path::Path;
 
-/// The slowest and the fastest mean speed (rad/s) that a period may mean; scenes take none beyond the fastest.
+/// The slowest and the fastest mean speed (rad/s) of a period; a scene admits no higher speed.
 const SPEEDS: [f64; 2] = [1e-6, 1e6];
 
-/// The largest factor between the speed of a motor by a period and that in the scene: by an inverter, other poles or a gear; beyond
-/// that it is another machine, or a slip of the unit.
+/// The largest factor between the motor's speed for a period and its speed in the scene: an inverter, other poles or a gear reach
+/// it. A larger factor means another machine or a wrong unit.
 const OF_THE_MOTOR: f64 = 100.0;
 
-/// The scene of a machine whose speed fluctuates, for what `purpose` says.
+/// The scene of a machine with fluctuating speed, for this purpose.
 pub fn machine(path: &Path, purpose: &str) -> Result<(Resolved, Scene), Failure> {
     let resolved = read(path)?;
     let resource::Scene::RigidMachine(scene) = &resolved.scene else {
@@ -29,7 +29,7 @@ pub fn machine(path: &Path, purpose: &str) -> Result<(Resolved, Scene), Failure>
     Ok((resolved, scene))
 }
 
-/// The constant load (N·m) and the period (s), where it is given, for this motor of the scene at `place`.
+/// The constant load (N·m) and the period (s), if there is one, for this motor of the scene at `place`.
 pub fn load(place: &str, motor: &Motor, load: &str, period: Option<&String>) -> Result<(f64, Option<f64>), Failure> {
     let load = quantity("load", load, &unit::TORQUE)?;
     let period = period.map(|text| quantity("period", text, &unit::TIME).map(|time| (text, time))).transpose()?;
@@ -54,7 +54,7 @@ pub fn load(place: &str, motor: &Motor, load: &str, period: Option<&String>) -> 
     Ok((load, period.map(|(_, period)| period)))
 }
 
-/// Refuses periods that no machine has, or not with this motor.
+/// Refuses periods that no machine has, or no machine with this motor.
 fn admissible(motor: &Motor, text: &str, period: f64) -> Result<(), Failure> {
     if !(period > 0.0 && period.is_finite()) {
         return Err(wrong_argument(format!("--period: {period} s is not a period: it must be positive"))

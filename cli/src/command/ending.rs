@@ -1,24 +1,24 @@
-//! The end of the program by a signal: after the files at hand are written, without temporary folders left.
+//! The end of the program after a signal: files under way are finished, and no temporary folders stay.
 
 #[cfg(unix)]
 use camdrive_design::host::TemporaryFolder;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering::SeqCst};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Held while files are written: a signal waits, lest hidden files or a part of the results be left.
+/// Locked while files are written: a signal waits, so that no hidden files and no part of the results stay.
 static WRITING: Mutex<()> = Mutex::new(());
-/// The signal that came, or 0.
+/// The received signal, or 0.
 static CAME: AtomicU8 = AtomicU8::new(0);
-/// True if it ends the program as soon as nothing is written.
+/// True if the signal ends the program as soon as no file is being written.
 static ENDING: AtomicBool = AtomicBool::new(false);
-/// The work that the first signal only asks to stop.
+/// The work that stops at the first signal.
 static STOPPED: Mutex<Option<Arc<AtomicBool>>> = Mutex::new(None);
 
 fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// True if a closed terminal is to end the program: `nohup` and a parent that ignores SIGHUP pass that on, which Linux tells.
+/// True if a closed terminal ends the program. `nohup` and a parent that ignores SIGHUP pass this on, and Linux shows it.
 #[cfg(unix)]
 fn ends_with_terminal() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -27,7 +27,7 @@ fn ends_with_terminal() -> bool {
     ignored.is_some_and(|mask| (mask >> (signal_hook::consts::SIGHUP - 1)) & 1 == 0)
 }
 
-/// Waits for signals in a thread of its own. On Windows the system ends the program.
+/// Waits for signals in a separate thread. On Windows the system ends the program.
 pub fn watch() {
     #[cfg(unix)]
     let hangup = ends_with_terminal().then_some(signal_hook::consts::SIGHUP);
@@ -50,7 +50,7 @@ pub fn watch() {
     }
 }
 
-/// Lets signals wait while it lives.
+/// Makes signals wait while it lives.
 pub fn writing() -> impl Drop {
     struct Written(Option<MutexGuard<'static, ()>>);
     impl Drop for Written {
@@ -65,17 +65,17 @@ pub fn writing() -> impl Drop {
     Written(Some(held(&WRITING)))
 }
 
-/// True if the program ends as soon as nothing is written.
+/// True if the program ends as soon as no file is being written.
 pub fn is_near() -> bool {
     ENDING.load(SeqCst)
 }
 
-/// The first signal only sets this, and the program ends by itself; a second one ends it at once.
+/// Lets the first signal only set `stop`, so that the program ends by itself; a second signal ends it at once.
 pub fn stopping(stop: &Arc<AtomicBool>) {
     *held(&STOPPED) = Some(stop.clone());
 }
 
-/// The exit code of a signal that came, as shells give it.
+/// The exit code after a signal, as in shells.
 pub fn code() -> Option<u8> {
     Some(CAME.load(SeqCst)).filter(|signal| *signal != 0).map(|signal| 128 + signal)
 }

@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 
 /// Export scenes as FMUs.
 ///
-/// Each scene becomes NAME.fmu, NAME being the name that the scene gives. All FMUs are written or none. An FMU holds its scene as it
-/// stands, with comments, and its tables; a table from outside of the folder of the scene is called table_1.csv there.
+/// Each scene becomes NAME.fmu, with the name from the scene. Writes all FMUs or none. An FMU holds its scene unchanged, with
+/// comments, and its tables; a table from outside the folder of the scene is renamed to table_1.csv.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -36,14 +36,14 @@ pub struct Args {
     /// Where to write: a file NAME.fmu for a single scene, else a folder [default: the current folder]
     #[arg(short, long, value_name = "FILE|FOLDER")]
     output: Option<PathBuf>,
-    /// Platforms to pack runtime libraries for [default: all that are at hand]
+    /// Platforms whose runtime libraries are packed [default: all available]
     #[arg(long, value_name = "PLATFORM", value_delimiter = ',', value_parser = PLATFORMS.map(|(name, _)| name))]
     platforms: Vec<String>,
-    /// Runtime library for a platform, instead of those at hand; once per platform
+    /// Runtime library for a platform, instead of the available one; once per platform
     #[arg(long, value_name = "PLATFORM=FILE", conflicts_with = "platforms")]
     runtime: Vec<String>,
-    /// Describe the shaft of each FMU that has its motion as inputs or its load as an input as one terminal
-    /// (terminalsAndIcons/ of FMI 3.0); FMI Library 3 refuses such FMUs of FMI 2.0
+    /// Describe the shaft as one terminal (terminalsAndIcons/ of FMI 3.0) in each FMU whose motion or load is an input; FMI Library
+    /// 3 refuses such FMUs of FMI 2.0
     #[arg(long)]
     terminals: bool,
     #[command(flatten)]
@@ -81,7 +81,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     )
 }
 
-/// Where each FMU goes.
+/// The path of each FMU.
 fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {
     let output = args.output.as_deref().unwrap_or(Path::new(""));
     files::no_stream(output, "-o", "a folder or a file NAME.fmu")?;
@@ -113,7 +113,7 @@ fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {
     Ok(targets)
 }
 
-/// The libraries of the command line, or those at hand.
+/// The libraries of the command line, or the available ones.
 fn runtimes(args: &Args) -> Result<Vec<RuntimeLibrary>, Failure> {
     if !args.runtime.is_empty() {
         let of_argument = |fault: Fault| of_option(&fault).unwrap_or_else(|| failure(fault));
@@ -127,7 +127,7 @@ fn runtimes(args: &Args) -> Result<Vec<RuntimeLibrary>, Failure> {
     Ok(libraries)
 }
 
-/// The platforms whose libraries are not at hand, and where they come from; nothing where libraries were chosen.
+/// The platforms without a library, and where to get it; empty if the user chose libraries.
 fn absent(args: &Args, runtimes: &[RuntimeLibrary]) -> String {
     let packed = |platform: &&str| runtimes.iter().any(|runtime| runtime.platform == *platform);
     let absent: Vec<&str> = MADE.into_iter().filter(|platform| !packed(platform)).collect();
@@ -148,7 +148,7 @@ fn entry((scene, fmu): (&Resolved, &Packed), path: &Path, runtimes: &[RuntimeLib
     })
 }
 
-/// Content of the file that the line names.
+/// Content of the file in the line.
 fn summary(scene: &Resolved, fmu: &Packed, line: &str, runtimes: &[RuntimeLibrary]) -> String {
     let mut out = format!("{line}\n");
     let mut line = |label: &str, text: String| {
@@ -157,7 +157,7 @@ fn summary(scene: &Resolved, fmu: &Packed, line: &str, runtimes: &[RuntimeLibrar
     line("model", scene.scene.said().to_owned());
     for runtime in runtimes {
         let (platform, path, size) = (runtime.platform, runtime.path.display(), runtime.bytes.len());
-        // The first digits tell libraries apart; all 64 would not fit into a line.
+        // The first digits identify a library; all 64 would not fit into a line.
         let digest = &runtime.sha256()[..16];
         line("platform", format!("{platform}: {path}, {size} bytes, sha256 {digest}…"));
     }

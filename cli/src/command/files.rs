@@ -15,13 +15,13 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 use toml_edit::{Array, Table, Value, value};
 
-/// The folder for the report of a command on this scene: that of `-o`, or a new one.
+/// The folder for the report of a command on this scene: from `-o`, or a new one.
 pub fn folder(output: Option<&Path>, command: &str, scene: &str) -> Result<PathBuf, Failure> {
     let folder = output.map_or_else(|| PathBuf::from(format!("{command}-{scene}")), Path::to_owned);
     no_file(&folder, "-o").map(|()| folder)
 }
 
-/// Refuses a folder for a report, given by this option, that is a file or is called like one.
+/// Refuses a folder for a report, from this option, if a file has this name or the name looks like a file's.
 pub fn no_file(folder: &Path, option: &str) -> Result<(), Failure> {
     no_stream(folder, option, "a folder")?;
     let refused = |message: &str| wrong_argument(format!("{}: {message}", folder.display()));
@@ -34,7 +34,7 @@ pub fn no_file(folder: &Path, option: &str) -> Result<(), Failure> {
     }
 }
 
-/// True if this is a folder, or is named like one.
+/// True if this is a folder or has a name like one.
 pub fn is_folder(path: &Path) -> bool {
     path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::is_separator)
 }
@@ -44,19 +44,19 @@ fn not_ours(path: &Path) -> Failure {
     failure(format!("{}: no command wrote this file; it is kept", path.display())).hint(ANOTHER)
 }
 
-/// The hint where a file is kept.
+/// The hint for a file that is not replaced.
 pub const ANOTHER: &str = "choose another -o, or replace it with --force";
 
-/// Stands in the first line of every scene and profile that a command wrote.
+/// A part of the first line of every scene and profile that a command writes.
 const ORIGIN: &str = " by camdrive ";
 
-/// A scene or a profile made of this file, with a first line that names its origin.
+/// A scene or a profile from this file, with a first line that names its origin.
 pub fn signed(document: &Document, what: &str, of: &Path, command: &str) -> String {
     let file = text::in_one_line(of.file_name().unwrap_or_default().display());
     format!("# {what} of {file}{ORIGIN}{command}.\n{}", document.whole_text())
 }
 
-/// Refuses a target of `-o` that is not called like a scene or profile, and one that no command wrote, unless `--force` is given.
+/// Refuses a target of `-o` without the name of a scene or profile, and, without `--force`, a target that no command wrote.
 pub fn no_foreign(path: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Failure> {
     no_stream(path, "-o", "a file")?;
     no_input(path, inputs)?;
@@ -74,7 +74,7 @@ pub fn no_foreign(path: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Fa
     Ok(())
 }
 
-/// Refuses a result in the place of an input.
+/// Refuses to replace an input with a result.
 fn no_input(path: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
     match inputs.iter().find(|input| real(input).is_some_and(|input| Some(input) == real(path))) {
         Some(input) => Err(failure(format!("{}: the result would overwrite an input", input.display()))),
@@ -86,7 +86,7 @@ fn real(path: &Path) -> Option<PathBuf> {
     std::fs::canonicalize(path).ok()
 }
 
-/// Refuses `-`, which elsewhere is the standard output, and new files and folders that Windows could not have.
+/// Refuses `-`, the standard output of other commands, and new files and folders with names that Windows does not admit.
 pub fn no_stream(path: &Path, option: &str, takes: &str) -> Result<(), Failure> {
     let mut new = path.ancestors().filter(|place| !place.is_dir()).filter_map(Path::file_name);
     if new.any(|name| is_device(name.to_string_lossy().split('.').next().unwrap_or_default())) {
@@ -99,21 +99,21 @@ pub fn no_stream(path: &Path, option: &str, takes: &str) -> Result<(), Failure> 
     }
 }
 
-/// Writes all files, or none: where one cannot be written, existing ones stay as they were. Earlier results are
-/// replaced, inputs never. The lines that name the files.
+/// Writes all files or none: if one cannot be written, existing files stay. Earlier results are replaced, inputs never. Returns the
+/// lines that name the files.
 pub fn write<C: AsRef<[u8]>>(files: &[(PathBuf, C)], inputs: &[PathBuf]) -> Result<String, Failure> {
     let writing = ending::writing();
     let written = write_files(files, inputs);
     drop(writing);
     let (lines, streams) = written?;
-    // A pipe may wait for its reader without end.
+    // A pipe may wait endlessly for its reader.
     for (path, content) in streams {
         std::fs::write(path, content).map_err(|e| unwritten(path, &e))?;
     }
     Ok(lines)
 }
 
-/// Refuses results in the place of inputs, and of files that no command wrote unless `--force` is given.
+/// Refuses to replace inputs and, without `--force`, files that no command wrote.
 pub fn keep<C: AsRef<[u8]>>(files: &[(PathBuf, C)], inputs: &[PathBuf], force: bool) -> Result<(), Failure> {
     files.iter().try_for_each(|(path, _)| no_input(path, inputs))?;
     let foreign = |(path, content): &&(PathBuf, C)| path.is_file() && !is_result(path, content.as_ref());
@@ -123,8 +123,8 @@ pub fn keep<C: AsRef<[u8]>>(files: &[(PathBuf, C)], inputs: &[PathBuf], force: b
     }
 }
 
-/// True if the file is a result of the kind of this one: a page has its mark, everything else begins alike but for numbers. A table
-/// beside a page may have other columns behind the first.
+/// True if the file is a result of the same kind: a page has its mark, all other files begin alike except for numbers. A table next
+/// to a page may differ in the columns after the first.
 fn is_result(path: &Path, new: &[u8]) -> bool {
     let head = |file: &mut dyn Read| {
         let mut bytes = Vec::new();
@@ -137,9 +137,9 @@ fn is_result(path: &Path, new: &[u8]) -> bool {
         return old.contains(html::MARK);
     }
     let is_digit = |c: char| c.is_ascii_digit() || ".-".contains(c);
-    // The second line of JSON has its first field.
+    // The second line of JSON contains its first field.
     let lines = |text: &str| text.lines().take(if text.starts_with('{') { 2 } else { 1 }).collect::<String>();
-    // What a picture shows may change its title.
+    // The title of a picture may change.
     let untitled = |text: &str| text.split(" aria-label=").next().unwrap_or_default().replace(is_digit, "");
     let [old, new] = [old, new].map(|text| untitled(&lines(&text)));
     let first = |text: &str| text.split([',', ';']).next().unwrap_or_default().to_owned();
@@ -150,7 +150,7 @@ fn is_result(path: &Path, new: &[u8]) -> bool {
 /// The length of the head of a file that shows its kind (bytes).
 const HEAD: u64 = 2000;
 
-/// The lines that name all files, and those that are devices or pipes, which are left to be written.
+/// The lines that name all files, and the devices and pipes, which are still to be written.
 fn write_files<'a, C: AsRef<[u8]>>(
     files: &'a [(PathBuf, C)],
     inputs: &[PathBuf],
@@ -171,7 +171,7 @@ fn write_files<'a, C: AsRef<[u8]>>(
         }
         lines += &format!("{}{}\n", text::in_one_line(path.display()), if path.is_file() { " (replaced)" } else { "" });
     }
-    // What could be in the way has been met by now: a move within a folder needs no space.
+    // Every obstacle has been met by now: a move within a folder needs no space.
     for (path, hidden) in staged {
         hidden.persist(real(path).as_deref().unwrap_or(path)).map_err(|e| unwritten(path, &e.error))?;
     }
@@ -182,8 +182,8 @@ fn unwritten(path: &Path, reason: &Error) -> Failure {
     failure(format!("{} cannot be written: {reason}", path.display())).hint("existing files are unchanged")
 }
 
-/// The content in a file beside its place, which vanishes unless it is moved there; None for a device or a pipe, which has no
-/// content to be kept.
+/// The content in a file next to its place; it vanishes unless it is moved there. None for a device or a pipe, which has no content
+/// to keep.
 fn stage(path: &Path, content: &[u8]) -> Result<Option<NamedTempFile<File>>, Error> {
     let former = std::fs::metadata(path).ok();
     match &former {
@@ -194,7 +194,7 @@ fn stage(path: &Path, content: &[u8]) -> Result<Option<NamedTempFile<File>>, Err
         }
         _ => (),
     }
-    // A link keeps pointing to its file.
+    // A link keeps its target.
     let place = real(path).unwrap_or(path.to_owned());
     let folder = place.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if let Some(file) = folder.ancestors().find(|place| place.exists()).filter(|place| !place.is_dir()) {
@@ -208,7 +208,7 @@ fn stage(path: &Path, content: &[u8]) -> Result<Option<NamedTempFile<File>>, Err
     file.as_file().sync_all()?;
     if let Some(former) = former {
         let permissions = former.permissions();
-        // That a program runs with the rights of its owner was granted to another content.
+        // The permission to run with the rights of the owner was given to other content.
         #[cfg(unix)]
         let permissions = std::fs::Permissions::from_mode(permissions.mode() & 0o777);
         file.as_file().set_permissions(permissions)?;
@@ -216,7 +216,7 @@ fn stage(path: &Path, content: &[u8]) -> Result<Option<NamedTempFile<File>>, Err
     Ok(Some(file))
 }
 
-/// A table or a diagram, by the ending of its file.
+/// A table or a diagram, with the ending of its file.
 pub type Part<S> = (S, Result<String, Fault>);
 
 /// The parts of a report as files NAME.ending in a folder.
@@ -232,7 +232,7 @@ pub fn report<S: std::fmt::Display>(
 
 /// The table `[cam]` of a law, its coefficients as multiples of `scale` (m).
 pub fn cam(law: &Fourier, scale: f64) -> Table {
-    // Small coefficients with an exponent; either way the number is read back to the same bits.
+    // Small coefficients have an exponent; either form is read back to the same bits.
     let number = |x: f64| if x.abs() < 1e-3 && x != 0.0 { format!("{x:e}") } else { format!("{x:?}") };
     let parsed = |x: &f64| {
         // A zero has no sign.

@@ -17,14 +17,14 @@ use std::path::{Path, PathBuf};
 
 /// Compute the loads on rollers, joints and shaft at constant speed.
 ///
-/// Goes from the tool back to the cam: masses, moments of inertia and lengths of the scene, with gravity, return spring and
-/// process force of [load] or [follower.load]. For cams with a [geometry] roller force, pressure angle, Hertzian
-/// pressure, and what keeps the roller on the cam: changes of sign of its force, least preload, speed of lift-off; for
-/// mechanisms the forces in their joints; for all torque and power of the shaft. Rigid bodies without friction and clearance.
+/// Goes from the tool back to the cam, with masses, moments of inertia and lengths of the scene, and gravity, return spring and
+/// process force of [load] or [follower.load]. For cams with a [geometry]: roller force, pressure angle, Hertzian pressure, and the
+/// contact of the roller (changes of sign of its force, least preload, lift-off speed). For mechanisms: the forces in their joints.
+/// For all: torque and power of the shaft. The bodies are rigid, without friction and clearance.
 ///
 /// Prints the largest values with their angles, and writes NAME.json, NAME.torque.csv, NAME.torque.svg, and for each cam NAME.csv,
-/// NAME.roller_force.svg, NAME.hertzian_pressure.svg and NAME.linkage1.svg …; cams of a machine are called NAME.follower1 ….
-/// The exit code is 1 where a follower leaves its cam at this speed.
+/// NAME.roller_force.svg, NAME.hertzian_pressure.svg and NAME.linkage1.svg …; cams of a machine are called NAME.follower1 …. The
+/// exit code is 1 if a follower lifts off its cam at this speed.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -37,7 +37,7 @@ pub struct Args {
     /// Folder for tables and diagrams [default: forces-NAME]
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Speed, "400 rpm" or in rad/s [default: that of the scene; of a machine its mean speed]
+    /// Speed, "400 rpm" or in rad/s [default: the scene's; for a machine its mean speed]
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     speed: Option<String>,
     /// Replace files that no command wrote
@@ -49,7 +49,7 @@ pub struct Args {
     telling: ReportFormat,
 }
 
-/// The speed that follows from the scene, if one does.
+/// The speed of the scene, if it determines one.
 pub fn speed_of(scene: &Scene) -> Option<f64> {
     match (scene, scene.drive()) {
         (_, Some(DriveMode::Constant { w, .. })) => Some(*w),
@@ -62,7 +62,7 @@ pub fn speed_of(scene: &Scene) -> Option<f64> {
     }
 }
 
-/// The report on a scene at this speed, or its own, and the findings.
+/// The report on a scene at this speed, or at its own, and the findings.
 pub fn study(path: &Path, scene: &Resolved, speed: Option<f64>) -> Result<(Report, ForceAnalysis), Failure> {
     let place = path.display();
     let fault = |fault: Fault| failure(fault.within(&place));

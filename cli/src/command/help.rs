@@ -15,11 +15,11 @@ Examples:
 pub struct Args {
     /// A command, or `scene`, `task`, `study` or `system`
     subject: Option<String>,
-    /// A section of them
+    /// One of its sections
     section: Option<String>,
 }
 
-/// The commands by the question that they answer.
+/// The commands, grouped by the question they answer.
 const GROUPS: [(&str, &[&str]); 6] = [
     ("Write and check a scene", &["new", "check", "describe"]),
     ("How does it move?", &["steady", "run", "stability", "clearance", "forces"]),
@@ -29,7 +29,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     ("For your shell and editor", &["schema", "completions", "help"]),
 ];
 
-/// The command line, whose help lists the commands in groups.
+/// The command line; its help lists the commands in groups.
 pub fn command() -> clap::Command {
     let commands = Cli::command();
     let mut list = String::new();
@@ -67,7 +67,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let name = |title: &str| title.replace(['`', '[', ']'], "");
     let Some(section) = &args.section else {
         let names: Vec<String> = all[1..].iter().map(|table| name(table.title)).collect();
-        // A study and a system are commands, too.
+        // Study and system are commands, too.
         let command = commands.find_subcommand_mut(subject).map(|command| format!("{}\n", command.render_long_help()));
         let command = command.unwrap_or_default();
         return show(&format!("{command}{}\nsections: {}\n", all[0].text(), names.join(", ")));
@@ -76,7 +76,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let is_it = |title: &str| title.split([' ', ',', '.']).any(|word| word == section) || title == section;
         all.iter().filter(|table| is_it(&name(table.title))).map(|table| table.text()).collect()
     };
-    // A section may be written as scenes have it, [follower.load].
+    // A section may be written as in scenes: [follower.load].
     let section = section.trim_matches(['[', ']']);
     let whole = asked(section);
     let text = if whole.is_empty() { asked(section.rsplit('.').next().unwrap_or_default()) } else { whole };

@@ -1,4 +1,4 @@
-//! Measured courses over diagrams over the turn: the option `--measured` of all commands that draw such.
+//! Measured curves over diagrams of the turn: the option `--measured` of all commands with such diagrams.
 
 use super::{Failure, failure, wrong_argument};
 use crate::document::{nearest, units};
@@ -9,7 +9,7 @@ use camdrive_design::report::Unit;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-/// The courses that are asked for.
+/// The requested curves.
 #[derive(Debug, clap::Args)]
 pub struct Measured {
     /// Draw a measured curve over a diagram; docs/scene.md explains it under "Measured curves"
@@ -33,7 +33,7 @@ const QUANTITIES: [&Quantity; 11] = [
 ];
 
 impl Measured {
-    /// Refuses courses where no folder for diagrams is given.
+    /// Refuses curves without a folder for diagrams.
     pub fn need(&self, report: Option<&PathBuf>) -> Result<(), Failure> {
         match (self.measured.first(), report) {
             (Some(text), None) => {
@@ -44,7 +44,7 @@ impl Measured {
         }
     }
 
-    /// Lays the courses over these diagrams, given by name; the files of the courses.
+    /// Adds the curves to these named diagrams; returns the files of the curves.
     pub fn lay_over<'a>(
         &self,
         diagrams: impl IntoIterator<Item = (&'a str, &'a mut Diagram)>,
@@ -72,7 +72,7 @@ impl Measured {
             let quantity = QUANTITIES.into_iter().find(|of| of.unit == plain || shown(of).name == label);
             let factor = quantity.map(shown).filter(|unit| unit.name == label).map_or(1.0, |unit| unit.factor);
             let course = scene::course(Path::new(file), label, quantity).map_err(failure)?;
-            // Over the angles of the diagram, which may begin before a turn does; where the course goes back it is interrupted.
+            // Shifted to the angles of the diagram, which may begin before 0; a curve that goes back is interrupted.
             let angles = diagram.series.iter().flat_map(|series| &series.points).map(|point| point[0]);
             let low = angles.filter(|angle| angle.is_finite()).fold(f64::INFINITY, f64::min).to_radians();
             let mut points: Vec<[f64; 2]> = Vec::new();
@@ -91,7 +91,7 @@ impl Measured {
     }
 }
 
-/// The angle within a turn from `low` on; the end of the turn stays there.
+/// The angle shifted into the turn that begins at `low`; the end of the turn stays.
 fn folded(angle: f64, low: f64) -> f64 {
     if angle > low && angle <= low + TAU { angle } else { low + (angle - low).rem_euclid(TAU) }
 }

@@ -1,8 +1,8 @@
 //! The command line: one file per command.
 //!
-//! Results go to the standard output, everything else to the standard error. Exit code 0: done; 1: a fault in a
-//! scene or in the export, a follower that leaves its cam in `forces`, or an output that does not agree in `verify`;
-//! 2: a wrong command line; 3: `steady` found no periodic motion; 130: ended by Ctrl-C.
+//! Results go to the standard output, everything else to the standard error. Exit code 0: done; 1: a fault in a scene or in the
+//! export, a follower that lifts off in `forces`, or an output that does not agree in `verify`; 2: a wrong command line; 3:
+//! `steady` found no periodic motion; 130: ended by Ctrl-C.
 //!
 #![doc = include_str!("../../../docs/json.md")]
 
@@ -88,19 +88,19 @@ enum Command {
     Help(help::Args),
 }
 
-/// The exit code of a machine that has no periodic motion.
+/// The exit code for a machine without periodic motion.
 const NO_MOTION: u8 = 3;
 
 /// How a command prints its result.
 #[derive(Clone, Copy, Debug, clap::Args)]
 struct Format {
-    /// Print the result as one JSON document; docs/json.md says what its fields are
+    /// Print the result as one JSON document; docs/json.md explains its fields
     #[arg(long)]
     json: bool,
 }
 
 impl Format {
-    /// Writes the result to the standard output in this format; the text has lines of a width.
+    /// Writes the result to the standard output in this format; lines of text keep to a width.
     fn print(
         self,
         text: impl FnOnce(usize) -> String,
@@ -110,16 +110,16 @@ impl Format {
     }
 }
 
-/// How foreign libraries are driven.
+/// Limits for foreign libraries.
 #[derive(Clone, Debug, clap::Args)]
 struct Foreign {
-    /// Longest time that one call of a foreign FMU's library may take, in s or with a unit [default: 60 s]
+    /// Longest admissible time for one call of a foreign FMU's library, in s or with a unit [default: 60 s]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     timeout: Option<String>,
 }
 
 impl Foreign {
-    /// Limits the calls of this command.
+    /// Sets the limit for the calls of this command.
     fn limit(&self) -> Result<(), Failure> {
         let time = optional("timeout", &self.timeout, &TIME)?.unwrap_or(host::LIMIT);
         if !(LEAST_TIMEOUT..=LONGEST_TIMEOUT).contains(&time) {
@@ -131,26 +131,26 @@ impl Foreign {
     }
 }
 
-/// Limits of a call (s): loading a library takes some milliseconds; a year is no limit.
+/// Limits of a call (s): loading a library takes some milliseconds; more than a year is no limit.
 const LEAST_TIMEOUT: f64 = 0.1;
 const LONGEST_TIMEOUT: f64 = 3e7;
 
 /// The exit code of a wrong command line.
 const WRONG_LINE: u8 = 2;
 
-/// A command that fails: its message on the standard error, and its exit code.
+/// A failure of a command: its message on the standard error, and its exit code.
 struct Failure {
     fault: Fault,
     code: u8,
 }
 
 impl Failure {
-    /// Of a scene or another file, or of what is computed of it, in these words.
+    /// A failure in a scene, another file or a result, with this text.
     fn new(text: String) -> Self {
         Failure { fault: Fault::new(text), code: 1 }
     }
 
-    /// The same failure with this remedy.
+    /// The same failure with this hint.
     fn hint(self, hint: impl Into<String>) -> Self {
         Failure { fault: self.fault.hint(hint), ..self }
     }
@@ -184,24 +184,24 @@ fn failure(fault: impl Into<Failure>) -> Failure {
     fault.into()
 }
 
-/// Of a value on the command line.
+/// A wrong value on the command line.
 fn wrong_argument(fault: impl Into<Failure>) -> Failure {
     Failure { code: WRONG_LINE, ..fault.into() }
 }
 
-/// The failure of a value on the command line, where the fault is that of an option, whose name stands for that of a variable.
+/// The failure of a value on the command line, if the fault is an option's; its name replaces the name of the variable.
 fn of_option(fault: &Fault) -> Option<Failure> {
     fault.variable.starts_with("--").then(|| wrong_argument(fault.clone()))
 }
 
 /// Runs the command line.
 pub fn main() -> ExitCode {
-    // A process that was started for a foreign library serves nothing else.
+    // A process that was started for a foreign library does nothing else.
     if let Some(code) = host::serve() {
         return code;
     }
-    // A limit on the size of files lets writing fail, as a full disk does, rather than end the program halfway; without the
-    // handler it still writes.
+    // A limit on the size of files makes writing fail, as a full disk does, but must not end the program halfway. Without the
+    // handler the program still writes.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
     ending::watch();
@@ -215,7 +215,7 @@ pub fn main() -> ExitCode {
             return ExitCode::from(WRONG_LINE);
         }
         Err(error) => {
-            // A closed terminal is no reason to complain.
+            // A closed terminal is no error.
             let _ = error.print();
             return ExitCode::SUCCESS;
         }
@@ -261,22 +261,22 @@ fn version() -> String {
     format!("{TOOL}\ncommit:    {}\nplatforms: {platforms}\n", env!("CAMDRIVE_COMMIT"))
 }
 
-/// The value of the option `--name`.
+/// The value of option `--name`.
 fn quantity(name: &str, text: &str, quantity: &'static Quantity) -> Result<f64, Failure> {
     units::parse(text, quantity).map_err(|fault| wrong_argument(fault.within(format_args!("--{name}"))))
 }
 
-/// The value of the option `--name`, which may be left out.
+/// The value of the optional `--name`.
 fn optional(name: &str, text: &Option<String>, of: &'static Quantity) -> Result<Option<f64>, Failure> {
     text.as_ref().map(|text| quantity(name, text, of)).transpose()
 }
 
-/// Reads a scene, or that in an FMU.
+/// Reads a scene, or the scene in an FMU.
 fn read(path: &Path) -> Result<Resolved, Failure> {
     open(path).map_err(failure)
 }
 
-/// Reads all scenes; the faults of all of them come together.
+/// Reads all scenes and collects the faults of all of them.
 fn read_all(paths: &[PathBuf]) -> Result<Vec<Resolved>, Failure> {
     let (mut scenes, mut faults) = (Vec::new(), String::new());
     for path in paths {
@@ -288,8 +288,8 @@ fn read_all(paths: &[PathBuf]) -> Result<Vec<Resolved>, Failure> {
     if faults.is_empty() { Ok(scenes) } else { Err(Failure::new(faults)) }
 }
 
-/// Says on the standard error what is to be known of the laws as the scenes give them: by the commands that judge or pack
-/// scenes, lest each one repeat it.
+/// Prints the notes on the laws of the scenes to the standard error. Only commands that judge or pack scenes do so, to avoid
+/// repetitions in the others.
 fn tell_notes(paths: &[PathBuf], scenes: &[Resolved]) {
     for (path, scene) in paths.iter().zip(scenes) {
         for note in &scene.notes {

@@ -6,10 +6,10 @@ use clap::ValueEnum as _;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use std::path::{Path, PathBuf};
 
-/// What a template writes: the file of `-o` first, the others beside it.
+/// The files of a template: the file of `-o` first.
 struct Template {
     name: &'static str,
-    /// The model that stands for it.
+    /// The model it is a template for.
     model: Option<&'static str>,
     about: &'static str,
     files: &'static [(&'static str, &'static str)],
@@ -26,7 +26,7 @@ macro_rules! template {
     };
 }
 
-/// They check without a warning and run as they are.
+/// All templates check without a warning and run unchanged.
 #[rustfmt::skip]
 const TEMPLATES: &[Template] = &[
     template!("dwell-rise-dwell", Some("ElasticCamDrive"), "A cam lifts a tool, holds it and lowers it",
@@ -60,10 +60,10 @@ Examples:
   camdrive new press -o press/scene.toml
 The name of a model stands for its template.")]
 pub struct Args {
-    /// The template; without it they are listed
+    /// The template; without it, print a list
     #[arg(value_parser = PossibleValuesParser::new(TEMPLATES.iter().map(choice)), hide_possible_values = true)]
     template: Option<String>,
-    /// The file; what it refers to and its schema are written beside it [default: scene.toml, task.toml …]
+    /// The file; its schema and the files it refers to are written next to it [default: scene.toml, task.toml …]
     #[arg(short, long)]
     output: Option<PathBuf>,
     /// Replace files that exist

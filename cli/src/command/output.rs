@@ -7,17 +7,17 @@ use std::io::{IsTerminal as _, Write};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// Characters of a line where nothing tells how wide lines are; help takes the same.
+/// Characters of a line if its width is unknown; help uses the same number.
 const USUAL_WIDTH: usize = 100;
 
-/// Narrower lines would hold a word each.
+/// Narrower lines would hold one word each.
 const LEAST_WIDTH: usize = 40;
 
-/// The words that begin a message, with the codes of their colours.
+/// The words at the start of messages, with the codes of their colours.
 const WORDS: [(&str, &str); 5] =
     [("error:", "1;31"), ("warning:", "1;33"), ("note:", "1;36"), ("= hint:", "1;32"), ("= admissible:", "1")];
 
-/// Characters of a line: what COLUMNS says, what the terminal has, or the usual.
+/// Characters of a line: COLUMNS, the terminal's width, or the usual width.
 fn width_of(is_terminal: bool) -> usize {
     let columns = std::env::var("COLUMNS").ok().and_then(|columns| columns.trim().parse().ok());
     let terminal = || terminal_size::terminal_size().filter(|_| is_terminal).map(|(width, _)| usize::from(width.0));
@@ -29,7 +29,7 @@ pub fn width() -> usize {
     width_of(std::io::stdout().is_terminal())
 }
 
-/// Writes a result to the standard output as it stands.
+/// Writes a result to the standard output unchanged.
 pub fn print(text: &str) -> Result<(), Failure> {
     written(std::io::stdout().lock(), text)
 }
@@ -41,7 +41,7 @@ pub fn show(report: &str) -> Result<(), Failure> {
 
 fn written(mut out: impl Write, text: &str) -> Result<(), Failure> {
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        // The reader has seen enough: `camdrive describe X | head`.
+        // The reader needs no more: `camdrive describe X | head`.
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         Err(e) => Err(super::failure(format!("the result cannot be written: {e}"))),
         Ok(()) => Ok(()),
@@ -51,17 +51,17 @@ fn written(mut out: impl Write, text: &str) -> Result<(), Failure> {
 /// Writes messages to the standard error.
 pub fn tell(messages: &str) {
     let width = width_of(std::io::stderr().is_terminal());
-    // The line of a file stays above the mark of the place in it.
+    // The line of a file stays above the mark of its place.
     let is_excerpt = |line: &str| line.trim_start_matches(|c: char| c == ' ' || c.is_ascii_digit()).starts_with('|');
     let line = |line: &str| if is_excerpt(line) { line.to_owned() } else { text::wrapped(line, width) };
     let lines: Vec<String> = text::visible(messages).split('\n').map(line).collect();
-    // A closed terminal is no reason to complain.
+    // A closed terminal is no error.
     let write = || drop(write!(anstream::stderr(), "{}", painted(&lines.join("\n"))));
     let bar = COUNTER.lock().unwrap_or_else(PoisonError::into_inner).as_ref().and_then(WeakProgressBar::upgrade);
     bar.map_or_else(write, |bar| bar.suspend(write));
 }
 
-/// The words that begin messages in colours; where no terminal shows them, or NO_COLOR is set, the stream leaves them out.
+/// Colours the words at the start of messages; the stream removes colours without a terminal or with NO_COLOR.
 fn painted(text: &str) -> String {
     let line = |line: &str| {
         let (indent, content) = line.split_at(line.len() - line.trim_start().len());
@@ -73,15 +73,15 @@ fn painted(text: &str) -> String {
     text.split('\n').map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// A progress bar on the standard error, hidden where that is no terminal. It only grows: what a study knows of its total
-/// changes from stage to stage, so each stage takes half of what is left.
+/// A progress bar on the standard error, hidden without a terminal. It only grows: the known total of a study changes from stage to
+/// stage, so each stage takes half of the rest.
 pub struct Bar {
     bar: ProgressBar,
-    /// The stage, and where the bar was when it began.
+    /// The stage, and the position of the bar at its start.
     stage: Mutex<(String, u64)>,
 }
 
-/// The length of a bar: finer than a terminal's columns.
+/// The length of a bar, finer than a terminal's columns.
 const LENGTH: u64 = 10_000;
 
 impl Bar {
@@ -92,12 +92,12 @@ impl Bar {
         let bar = ProgressBar::with_draw_target(Some(LENGTH), target)
             .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
             .with_prefix(name.to_owned());
-        // The time goes on where a stage is one long part.
+        // The time goes on during a long part of a stage.
         bar.enable_steady_tick(Duration::from_secs(1));
         Bar { bar, stage: Mutex::default() }
     }
 
-    /// Shows how far the work on this scene or task is while it is under way.
+    /// Shows the progress of the work on this scene or task.
     pub fn beside<R>(name: &str, work: impl FnOnce(&(dyn Fn(Progress<'_>) + Sync)) -> R) -> R {
         let bar = Bar::new(name);
         let result = work(&|progress| bar.tell(progress));
@@ -117,10 +117,10 @@ impl Bar {
     }
 }
 
-/// The bar under way, which makes room for messages.
+/// The current bar, which makes room for messages.
 static COUNTER: Mutex<Option<WeakProgressBar>> = Mutex::new(None);
 
-/// A bar for so many parts of one kind, with their rate and the time that is left.
+/// A bar for this many parts of one kind, with their rate and the remaining time.
 pub fn counter(name: &str, total: u64) -> ProgressBar {
     let target =
         if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
@@ -139,7 +139,7 @@ mod tests {
     fn progress_bars_only_grow() {
         let bar = Bar::new("x");
         let mut last = 0;
-        // A total that grows, a stage that begins anew, and one without parts.
+        // A total that grows, a stage that starts again, and a stage without parts.
         for (done, total, stage) in [
             (1, 4, "errors"),
             (2, 4, "errors"),

@@ -21,11 +21,10 @@ use std::path::{Path, PathBuf};
 
 /// Write one page about a scene, a system or a study.
 ///
-/// Of a scene: one verdict over all studies, its motion, its cams, values, forces and stability; `camdrive tradeoff` has speed against
-/// accuracy. Of a system: its parts, and the error of
-/// its outputs over the communication step of each exchange. Of a study: what its store shows, with the runs that are there by now.
-/// The page needs no network: tables sort, diagrams tell their values under the pointer and by the arrow keys, and it prints on
-/// A4. A study that cannot be made is told in its part.
+/// For a scene: one verdict from all studies, its motion, its cams, values, forces and stability; `camdrive tradeoff` compares
+/// speed with accuracy. For a system: its parts, and the errors of its outputs over the communication step of each exchange. For a
+/// study: the results in its store, with all runs so far. The page needs no network: tables sort, diagrams show their values under
+/// the pointer and with the arrow keys, and it prints on A4. A study that fails shows the reason in its part.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -37,7 +36,7 @@ pub struct Args {
     /// Scene, system or study file (TOML), an FMU with its scene inside, a system by SSP 1.0, or the store of a study
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// The page [default: NAME.html, of a study study-NAME.html]
+    /// The page [default: NAME.html, for a study study-NAME.html]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Replace files that no command wrote
@@ -51,7 +50,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let system = system::read(path)?;
         let coupling = system::study::findings(path, &system).map(|(findings, _)| findings.report());
         let mut glance = system::glance(&system.name, &system);
-        // The page has room for its connections.
+        // The page has room for the connections.
         glance.body.append(&mut glance.explained);
         let reports = vec![glance, part(path, "communication steps", coupling)];
         (system.name, reports, system.files)
@@ -71,7 +70,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     show(&files::write(&results, &inputs)?)
 }
 
-/// The report of a study, or why there is none.
+/// The report of a study, or the reason why it failed.
 fn part(path: &Path, study: &str, found: Result<Report, Failure>) -> Report {
     found.unwrap_or_else(|Failure { fault, .. }| {
         let mut report = Report::new("", study);
@@ -83,13 +82,13 @@ fn part(path: &Path, study: &str, found: Result<Report, Failure>) -> Report {
     })
 }
 
-/// The reports of all studies of a scene: one verdict over all of them, the motion, the cams, loads and the rest.
+/// The reports of all studies of a scene: one verdict on all of them, the motion, the cams, loads and the rest.
 fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
     let mut drive = scene.resource().build().map_err(failure)?;
     drive.set_up(0.0, None);
     let mut reports = Vec::new();
     let mut part = |study: &str, found: Result<Report, Failure>| reports.push(part(path, study, found));
-    // Where inputs give the speed there is none to study.
+    // With inputs for the speed, the scene has no speed to study.
     let turns = forces::speed_of(&scene.scene).is_some();
     if turns || scene.scene.drive().is_none() {
         part("periodic motion", steady::study(path, scene, None, [None; 2]).map(|findings| findings.report()));
@@ -133,7 +132,7 @@ fn glance(scene: &Resolved, drive: &Described) -> Report {
     report
 }
 
-/// The values of the scene, its loads among them, and what the model leaves out.
+/// The values of the scene, including its loads, and the limits of the model.
 fn model(scene: &Resolved, drive: &mut Described) -> Result<Report, Fault> {
     let mut report = Report::new(&scene.name, "values of the scene, and what the model leaves out");
     let all = drive.descriptions().to_vec();
@@ -158,7 +157,7 @@ fn model(scene: &Resolved, drive: &mut Described) -> Result<Report, Fault> {
     Ok(report)
 }
 
-/// A value as people read it.
+/// A value in a form for people.
 fn written(about: &Description, value: f64) -> String {
     match &about.kind {
         Kind::Boolean => if value != 0.0 { "yes" } else { "no" }.to_owned(),

@@ -22,10 +22,10 @@ use std::path::PathBuf;
 
 /// Simulate a scene, an FMU or a system; results as CSV or JSON.
 ///
-/// A scene is simulated by the drive in this tool, the same as in its FMU; an FMU, also one of another tool, by the library
-/// in it. One line per communication point, the start included; the last step is shortened where the step does not divide
-/// the time. Inputs keep their start values, or follow the table of --input. The parts of a system exchange their values as it
-/// says; how much of the work between a shaft and its drives differs on both sides is told at the end.
+/// The drive in this tool, the same as in the FMU, simulates a scene; its own library simulates an FMU, also one from another tool.
+/// One line per communication point, including the start; the last step is shortened if the step does not divide the time. Inputs
+/// keep their start values, or follow the table of --input. The parts of a system exchange values as its file says; at the end a
+/// note compares the work on both sides of each shaft.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -45,13 +45,13 @@ What an FMU declares as discrete is held from row to row.
 The results of an FMU have the units that it declares; where they are not SI, headings tell them, and \
 --start and --input take no number without a unit.")]
 pub struct Args {
-    /// The scene or the system (TOML), an FMU 2.0 of Co-Simulation, whose name ends in .fmu, or a system of them by SSP 1.0, .ssp
+    /// The scene or the system (TOML), an FMU 2.0 for Co-Simulation (.fmu), or a system of FMUs as SSP 1.0 (.ssp)
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Stop time in s, or with a unit [default: that of the default experiment]
+    /// Stop time in s, or with a unit [default: from the default experiment]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     stop: Option<String>,
-    /// Communication step in s, or with a unit [default: that of the default experiment, or a thousandth of the time]
+    /// Communication step in s, or with a unit [default: from the default experiment, or a thousandth of the time]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     step: Option<String>,
     /// Variables to write, separated by commas outside of parentheses and brackets [default: all outputs]
@@ -67,7 +67,7 @@ pub struct Args {
     /// File to write [default: the standard output]
     #[arg(short = 'o', long = "file", value_name = "FILE")]
     result: Option<PathBuf>,
-    /// Draw the columns over the time, at most six, those that change
+    /// Draw the columns over the time: at most six, only columns that change
     #[arg(long, value_name = "FILE.svg")]
     diagram: Option<PathBuf>,
     #[command(flatten)]
@@ -99,10 +99,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-/// The most numbers of a result that is kept until it is whole: some hundred megabytes.
+/// The most numbers of a result that stays in memory until it is complete: some hundred megabytes.
 const MOST_NUMBERS: f64 = 1e7;
 
-/// The most communication points: further ones are not told apart.
+/// The most communication points: beyond, two of them could be equal.
 const MOST_POINTS: f64 = 1e15;
 
 /// The work between a shaft and a drive.
@@ -110,13 +110,13 @@ const MOST_POINTS: f64 = 1e15;
 struct Shared<'a> {
     shaft: &'a str,
     drive: &'a str,
-    /// The work that was exchanged and how much of it differs on both sides (J), step by step.
+    /// The exchanged work and the part of it by which the two sides differ (J), summed over the steps.
     exchanged: f64,
     difference: f64,
-    /// The largest difference of a step (J), and when it began (s).
+    /// The largest difference of a step (J), and the start of this step (s).
     largest: f64,
     largest_at: f64,
-    /// The step (s) with which a thousandth would differ; None where less does.
+    /// The step (s) at which a thousandth would differ; None if less differs already.
     needed_step: Option<f64>,
 }
 
@@ -124,10 +124,10 @@ struct Shared<'a> {
 #[derive(Clone, Serialize)]
 struct Column {
     name: String,
-    /// None where it is not known.
+    /// None if it is unknown.
     unit: Option<String>,
     description: String,
-    /// Else headings tell the unit.
+    /// Headings contain the unit if this is false.
     #[serde(skip)]
     is_si: bool,
 }
@@ -138,7 +138,7 @@ struct Document<'a> {
     name: &'a str,
     model: Option<&'static str>,
     columns: Vec<Recorded<'a>>,
-    /// Why it ends before the stop time; None where it does not.
+    /// The reason for an end before the stop time; None without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     ended: Option<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -153,7 +153,7 @@ struct Recorded<'a> {
     values: Vec<f64>,
 }
 
-/// A run over `start` … `stop`, and what is recorded of it.
+/// A run over `start` … `stop`, and its record.
 #[derive(Default)]
 struct Run {
     name: String,
@@ -162,17 +162,17 @@ struct Run {
     start: f64,
     stop: f64,
     step: f64,
-    /// The files that it was read from.
+    /// Its input files.
     files: Vec<PathBuf>,
-    /// The variables of the columns behind the time.
+    /// The variables of the columns after the time.
     outputs: Vec<usize>,
     signals: Signals,
-    /// The first value that is none: the variable, the value and the time (s).
+    /// The first value that is not finite: the variable, the value and the time (s).
     undefined: Option<(usize, f64, f64)>,
 }
 
 impl Run {
-    /// Of a machine with this name over the times of the options, or those of the experiment.
+    /// A run of a machine with this name over the times of the options, or of the experiment.
     fn new(args: &Args, name: &str, start: f64, experiment: &Experiment) -> Result<Self, Failure> {
         let stop = optional("stop", &args.stop, &unit::TIME)?.unwrap_or(experiment.stop);
         let step = optional("step", &args.step, &unit::TIME)?.unwrap_or(experiment.step);
@@ -197,7 +197,7 @@ impl Run {
         Ok(Run { name, columns: vec![column], start, stop, step, files, ..Run::default() })
     }
 
-    /// Runs it, and writes the result as the options say; of a run that fails the rows before, and why.
+    /// Runs it, and writes the result as the options say; a run that fails writes its rows so far, and the reason.
     fn record(&mut self, args: &Args, subject: &mut dyn Subject) -> Result<(), Failure> {
         if !args.format.json && args.result.is_none() && args.diagram.is_none() {
             return self.stream(subject);
@@ -245,7 +245,7 @@ impl Run {
     /// Writes the lines to the standard output as they come.
     fn stream(&mut self, subject: &mut dyn Subject) -> Result<(), Failure> {
         let mut out = std::io::BufWriter::new(std::io::stdout().lock());
-        // A reader that has seen enough ends the run.
+        // A reader that closes the pipe ends the run.
         let open = |result: std::io::Result<()>| match result {
             Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(false),
             Err(e) => Err(failure(format!("the result cannot be written: {e}"))),
@@ -294,7 +294,7 @@ impl Run {
         Ok(drawing.svg(&label, picture::SCALE))
     }
 
-    /// Refuses a result that would fill the memory before it is written.
+    /// Refuses a result that would fill the memory.
     fn may_be_kept(&self) -> Result<(), Failure> {
         let numbers = (self.stop - self.start) / self.step * self.columns.len() as f64;
         if numbers <= MOST_NUMBERS {
@@ -309,13 +309,14 @@ impl Run {
         .hint(hint))
     }
 
-    /// Gives each line, the time and the values, to `write`, until that says false. Says why an FMU ended the simulation.
+    /// Gives each line, the time and the values, to `write`, until it returns false. Returns the reason if an FMU ended the
+    /// simulation.
     fn drive(
         &mut self,
         subject: &mut dyn Subject,
         mut write: impl FnMut(&[f64]) -> Result<bool, Failure>,
     ) -> Result<Option<String>, Failure> {
-        // Lines that come on a terminal show how far the run is.
+        // Lines on a terminal show the progress already.
         let bar = counter("run", ((self.stop - self.start) / self.step).ceil() as u64);
         if std::io::stdout().is_terminal() {
             bar.set_draw_target(ProgressDrawTarget::hidden());
@@ -332,7 +333,7 @@ impl Run {
                 return Ok(None);
             }
             count += 1.0;
-            // Within a millionth of a step of the end, the end is meant.
+            // A time within a millionth of a step of the end is the end.
             let next = self.start + count * self.step;
             let next = if next > self.stop - 1e-6 * self.step { self.stop } else { next };
             while recording.time < next {
@@ -355,7 +356,7 @@ impl Run {
     }
 }
 
-/// Appends a line of CSV; `{:?}` has all digits, and an exponent where that is shorter.
+/// Appends a line of CSV; `{:?}` prints all digits, with an exponent if that is shorter.
 fn append(table: &mut String, line: &[f64]) {
     for (i, value) in line.iter().enumerate() {
         // Writing to a String cannot fail.
@@ -364,7 +365,7 @@ fn append(table: &mut String, line: &[f64]) {
     table.push('\n');
 }
 
-/// Splits "y,der(y,2),q" at the commas that belong to no name.
+/// Splits "y,der(y,2),q" at the commas between names.
 fn names_of(text: &str) -> Vec<&str> {
     let mut depth = 0;
     text.split(|c: char| {

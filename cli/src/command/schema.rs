@@ -18,7 +18,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     print(&text(args.kind))
 }
 
-/// The schema as a file holds it.
+/// The schema as the text of a file.
 pub fn text(kind: Kind) -> String {
     format!("{:#}\n", schema(kind))
 }

@@ -11,15 +11,15 @@ use std::path::PathBuf;
 
 /// Map the speeds at which a drive is kinetically unstable.
 ///
-/// Takes every drive that is an oscillator with periodic coefficients; the elastic input shaft is linearised. Tells whether
-/// the machine may run at its speeds, which speeds to avoid, the damping from which they are stable, how far the load exceeds
-/// its kinetostatic value and where it resonates; then the unstable speeds by order, the start from rest, the resonances.
-/// --explain adds Floquet multipliers, Hill's matrices and the printed formulas beside the exact values.
+/// Takes every drive that is an oscillator with periodic coefficients; an elastic input shaft is linearised. Reports whether the
+/// machine may run at its speeds, which speeds to avoid, the damping from which they are stable, how far the load exceeds its
+/// kinetostatic value and where it resonates; then the unstable speeds by order, the start from rest, the resonances. --explain
+/// adds Floquet multipliers, Hill's matrices and the printed formulas to the exact values.
 ///
-/// Prints the report and writes NAME.csv (orders), NAME.json, and unless --quick NAME.map.csv, NAME.modulation.svg and
-/// NAME.damping.svg, the latter with the borders of the classical formulas dashed beside the exact ones, and of a parallel
-/// crank NAME.crank.svg, θ* over the stiffness σ; for drives with a load NAME.load.csv and .svg, the load over the turn
-/// beside the kinetostatic one, NAME.amplification.csv and .svg as well.
+/// Prints the report and writes NAME.csv (orders), NAME.json, and without --quick NAME.map.csv, NAME.modulation.svg and
+/// NAME.damping.svg (exact borders, and dashed the borders by the classical formulas); for a parallel crank NAME.crank.svg, θ* over
+/// the stiffness σ; for drives with a load NAME.load.csv and .svg, the load over the turn and its kinetostatic value, and
+/// NAME.amplification.csv and .svg.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -34,7 +34,7 @@ pub struct Args {
     /// Folder for tables and diagrams [default: stability-NAME]
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Speed to examine, "46 rpm" or in rad/s, negative backwards; several are possible [default: that of the scene]
+    /// Speed to examine, "46 rpm" or in rad/s, negative backwards; repeatable [default: the scene's]
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     speed: Vec<String>,
     /// Lowest speed of the diagrams
@@ -43,13 +43,13 @@ pub struct Args {
     /// Highest speed of the diagrams
     #[arg(long, value_name = "SPEED", requires = "from", allow_hyphen_values = true)]
     to: Option<String>,
-    /// Damping ratio instead of that of the scene
+    /// Damping ratio instead of the scene's
     #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
     damping: Option<f64>,
-    /// Number of orders [default: those at the speeds examined, 8 to 40]
+    /// Number of orders [default: enough for the examined speeds, 8 to 40]
     #[arg(long, value_name = "NUMBER")]
     orders: Option<usize>,
-    /// Modulation at the upper edge of its diagram, that of the scene = 1 [default: 1.5, less where inertia would vanish]
+    /// Modulation at the upper edge of its diagram; the scene's is 1 [default: 1.5, less if inertia would vanish]
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
     modulation: Option<f64>,
     /// Without the maps

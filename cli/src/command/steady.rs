@@ -13,15 +13,15 @@ use std::process::ExitCode;
 
 /// Find the periodic motion: forces, vibration, resonances, impacts.
 ///
-/// It is the motion that a drive repeats turn by turn once its start has decayed.
+/// The periodic motion is the motion that a drive repeats every turn once its start has decayed.
 ///
-/// Prints the largest and least values of places, deformations, forces and torques with their angles, the vibration in each
-/// dwell, the harmonics of the deformation, impacts, and how fast a disturbance decays. A drive that follows inputs needs
-/// --speed. The exit code is 3 where there is no periodic motion.
+/// Prints the largest and least values of positions, deformations, forces and torques with their angles, the vibration in each
+/// dwell, the harmonics of the deformation, impacts, and the decay of a disturbance. A drive that follows inputs needs --speed. The
+/// exit code is 3 without a periodic motion.
 ///
 /// A RigidMachine with a motor may have several motions, stable and unstable ones, or none: then it stalls. For comparison it
-/// prints the motion without torques with the same period; without a motor that is all there is, and --period is needed. With a
-/// motor --period finds the synchronous speed with which the fastest stable motion has that period.
+/// prints the motion without torques with the same period. A machine without a motor has only this motion, and needs --period. With
+/// a motor, --period finds the synchronous speed at which the fastest stable motion has that period.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -33,7 +33,7 @@ Examples:
 pub struct Args {
     /// Scene file (TOML), or an FMU with its scene inside
     scene: PathBuf,
-    /// Constant speed of the shaft, "1800 rpm"; of a drive whose speed is prescribed or an input
+    /// Constant speed of the shaft, "1800 rpm"; for a drive with a prescribed speed or on inputs
     #[arg(long, allow_hyphen_values = true)]
     speed: Option<String>,
     /// Prescribed period, "120 ms" or in s
@@ -54,7 +54,7 @@ pub struct Args {
     telling: ReportFormat,
 }
 
-/// The study of a machine under this load, with this period, or of another drive at this speed (rad/s) or its own.
+/// The study of a machine under this load, with this period, or of another drive at this speed (rad/s) or its own speed.
 pub fn study(
     path: &Path,
     scene: &Resolved,

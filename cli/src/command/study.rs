@@ -29,10 +29,10 @@ use store::Store;
 
 /// Run many variants of a scene, a system or an FMU and measure each.
 ///
-/// A study names it, what varies (lists, series, random and Latin hypercube designs, rows of a CSV file), how long a run lasts
-/// and what is measured of it: `max |q|`, `rms force`, `count impacts`, `y at 90 deg`, `harmonic 3 of q`. The result is a folder with
-/// study.json and a folder `runs` of Parquet parts, each written whole or not at all. A run that a scene does not admit, or that
-/// fails, is a row with a message. The numbers are the same for any number of threads and parts.
+/// A study file names the model, its variations (lists, series, random and Latin hypercube designs, rows of a CSV file), the
+/// duration of a run and the measures: `max |q|`, `rms force`, `count impacts`, `y at 90 deg`, `harmonic 3 of q`. The result is a
+/// folder with study.json and a folder `runs` of Parquet parts, each written completely or not at all. A run that a scene does not
+/// admit, or that fails, is a row with a message. The numbers are the same for any number of threads and parts.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -47,13 +47,13 @@ pub struct Args {
     /// Folder of the store [default: study-NAME]
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Say how many runs, seconds and bytes it takes, and run nothing but a sample
+    /// Print the number of runs, seconds and bytes; run only a sample
     #[arg(long)]
     explain: bool,
-    /// Continue a store of this study: its parts are kept, missing ones computed
+    /// Continue a store of this study: keep its parts, compute missing ones
     #[arg(long)]
     resume: bool,
-    /// Compute only share I of N of the parts, as a job of an array; the shares have one store
+    /// Compute only share I of N of the parts, as a job of an array; all shares use the same store
     #[arg(long, value_name = "I/N", value_parser = share)]
     part: Option<(u64, u64)>,
     /// Threads [default: all cores]
@@ -65,7 +65,7 @@ pub struct Args {
     format: Format,
 }
 
-/// I of N, both from 1.
+/// I and N of "I/N", both from 1.
 fn share(text: &str) -> Result<(u64, u64), String> {
     let numbers = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
     numbers.filter(|(i, n)| (1..=*n).contains(i)).ok_or_else(|| "it is I/N with I from 1 to N, such as 3/20".to_owned())
@@ -77,7 +77,7 @@ enum Status {
     Ok,
     /// The scene or the drive does not admit the values.
     Refused,
-    /// The drive could not go on.
+    /// The drive failed during the run.
     Failed,
 }
 
@@ -91,10 +91,10 @@ impl Status {
     }
 }
 
-/// A run as the store has it.
+/// A run in the store.
 struct Record {
     cells: Vec<Cell>,
-    /// None where the run is not `Ok`.
+    /// None unless the run is `Ok`.
     values: Vec<Option<f64>>,
     status: Status,
     message: String,
@@ -103,7 +103,7 @@ struct Record {
 /// The tools of a thread for its runs.
 struct Worker<'a> {
     study: &'a Study,
-    /// Of a study in which only variables vary.
+    /// For a study in which only variables vary.
     shared: Option<Shared<'a>>,
 }
 
@@ -127,7 +127,7 @@ impl<'a> Worker<'a> {
         Ok(Worker { study, shared })
     }
 
-    /// A run; what panics is a run that failed, and the next one begins anew.
+    /// A run; a panic makes it a failed run, and the next one starts afresh.
     fn run(&mut self, row: u64) -> Record {
         let cells = self.study.cells(row);
         let outcome = catch_unwind(AssertUnwindSafe(|| self.measured(&cells)));
@@ -139,7 +139,7 @@ impl<'a> Worker<'a> {
         Record { cells, values, status, message }
     }
 
-    /// The measures, and why the run ended before its window did, where it did.
+    /// The measures, and the reason if the run ended before its window.
     fn measured(&mut self, cells: &[Cell]) -> Result<(Vec<f64>, Option<String>), (Status, String)> {
         let study = self.study;
         match &mut self.shared {
@@ -171,7 +171,7 @@ impl<'a> Worker<'a> {
     }
 }
 
-/// The status of a run whose values are refused; a library that is gone refuses none.
+/// The status of a run with refused values; a library that has crashed refuses no values.
 fn refused(fault: Fault) -> (Status, String) {
     let status = if fault.is_loss { Status::Failed } else { Status::Refused };
     (status, fault.to_string())
@@ -181,7 +181,7 @@ fn failed(fault: Fault) -> (Status, String) {
     (Status::Failed, fault.to_string())
 }
 
-/// The places of the variables that vary among these, and their values; a scene of its own may have others.
+/// The indices of the varied variables in this list, and their values; a scene of a run may have other indices.
 fn values(study: &Study, all: &[Description], cells: &[Cell]) -> Result<Vec<(usize, f64)>, Fault> {
     let numbers = study.quantities.iter().zip(cells).filter_map(|(quantity, cell)| match (quantity.variable, cell) {
         (Some(reference), Cell::Number(value)) => Some((&quantity.name, reference, *value)),
@@ -195,7 +195,7 @@ fn values(study: &Study, all: &[Description], cells: &[Cell]) -> Result<Vec<(usi
     found.collect()
 }
 
-/// Sets what varies of a drive, and starts it.
+/// Sets the varied quantities of a drive, and starts it.
 fn set(study: &Study, drive: &mut AnyDrive, cells: &[Cell]) -> Result<(), Fault> {
     drive.set_up(0.0, None);
     for (place, value) in values(study, drive.descriptions(), cells)? {
@@ -204,7 +204,7 @@ fn set(study: &Study, drive: &mut AnyDrive, cells: &[Cell]) -> Result<(), Fault>
     drive.start()
 }
 
-/// The measures of a run of coupled FMUs, by instances of its own.
+/// The measures of a run of coupled FMUs, on new instances.
 fn of_coupled(
     study: &Study,
     coupled: &Coupled,
@@ -215,26 +215,26 @@ fn of_coupled(
     let step = study.step.unwrap_or(coupled.system.step);
     let mut coupling = coupled.started(&values, step).map_err(refused)?;
     let measured = runner.run(&mut coupling, coupled.begin, step).map_err(failed)?;
-    // What parts refuse after their results does not change them.
+    // An error of a part after its results does not change them.
     coupling.end().map_err(failed)?;
     Ok(measured)
 }
 
-/// The rows of a part while they come in.
+/// The rows of a part as they arrive.
 struct Part {
     rows: Vec<Option<Record>>,
     left: usize,
 }
 
-/// The parts of a study that a call computes.
+/// The parts of a study for one call.
 struct Parts<'a> {
     study: &'a Study,
     columns: &'a [(Column, Content)],
     store: &'a Store,
-    /// Rows of a part, of the last one at most.
+    /// Rows of a part; of the last part at most.
     size: u64,
     numbers: Vec<u64>,
-    /// The rows up to the end of each.
+    /// The end of the rows of each part.
     ends: Vec<u64>,
 }
 
@@ -244,18 +244,18 @@ impl Parts<'_> {
         part * self.size..self.study.rows().min((part + 1) * self.size)
     }
 
-    /// The rows of all.
+    /// The number of rows of all parts.
     fn total(&self) -> u64 {
         self.ends.last().copied().unwrap_or(0)
     }
 
-    /// Computes and stores them by these workers, each in a thread of its own.
+    /// Computes and stores the rows with these workers, each in its own thread.
     ///
     /// # Errors
-    /// A part that cannot be written; a signal that ends it. The parts before are kept.
+    /// A part that cannot be written; a signal. Parts written before are kept.
     fn compute(&self, workers: Vec<Worker<'_>>, bar: &ProgressBar) -> Result<(), Failure> {
         let (next, stop) = (AtomicU64::new(0), Arc::new(AtomicBool::new(false)));
-        // The first signal ends it after the runs under way, a second one at once.
+        // The first signal ends it after the current runs, a second one immediately.
         ending::stopping(&stop);
         let open: Mutex<BTreeMap<u64, Part>> = Mutex::default();
         let broken: Mutex<Option<Failure>> = Mutex::default();
@@ -296,7 +296,7 @@ impl Parts<'_> {
     }
 }
 
-/// Takes a run in; the rows of its part where it was the last one.
+/// Takes a run; returns the rows of its part if it was the last one.
 fn gathered(
     open: &mut BTreeMap<u64, Part>,
     part: u64,
@@ -314,7 +314,7 @@ fn gathered(
     open.remove(&part).map(|whole| whole.rows.into_iter().flatten().collect())
 }
 
-/// Reads a study: its name, too.
+/// Reads a study and its name.
 fn read(path: &Path) -> Result<(Study, String), Failure> {
     let study = study::read(path).map_err(failure)?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -322,7 +322,7 @@ fn read(path: &Path) -> Result<(Study, String), Failure> {
     Ok((study, name))
 }
 
-/// The findings in a store, or in that of a study.
+/// The findings in a store, or in the store of a study.
 pub fn findings(path: &Path) -> Result<Findings, Failure> {
     if path.is_dir() {
         return store::findings(path);
@@ -395,7 +395,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.format.print(report, data)
 }
 
-/// The runs of a call, and those in the store by now.
+/// The runs of a call, and the runs in the store so far.
 #[derive(Serialize)]
 struct Call<'a> {
     store: &'a Path,
@@ -451,7 +451,7 @@ fn columns(study: &Study) -> Vec<(Column, Content)> {
     columns
 }
 
-/// The content of study.json: all on which the numbers depend.
+/// The content of study.json: everything that determines the numbers.
 fn specification(study: &Study, columns: &[(Column, Content)], rows_of_part: u64) -> Result<String, Failure> {
     let [text, scene] = &study.texts;
     let digest = |path: &PathBuf| {
@@ -464,7 +464,7 @@ fn specification(study: &Study, columns: &[(Column, Content)], rows_of_part: u64
         ]
     };
     let tables: Vec<[String; 2]> = study.tables.iter().map(digest).collect();
-    // Elsewhere the scene has another path.
+    // The path of the scene differs elsewhere.
     let mut anywhere = Document::new(text.clone());
     anywhere.remove("scene");
     let of_tables = tables.iter().map(|[_, digest]| digest.as_str()).collect::<String>();
@@ -489,13 +489,13 @@ fn specification(study: &Study, columns: &[(Column, Content)], rows_of_part: u64
     .map_err(failure)
 }
 
-/// Fewer rows than this are sampled in their order.
+/// Fewer rows than this are sampled in order.
 const FEW: u64 = 100;
 
 /// The time for which a sample of the runs is measured (s).
 const SAMPLE: f64 = 0.5;
 
-/// Says what the study would take.
+/// Prints what the study would take.
 fn explain(
     args: &Args,
     study: &Study,
@@ -507,7 +507,7 @@ fn explain(
     let mut worker = Worker::new(study).map_err(wrong)?;
     let (rows, begin) = (study.rows(), Instant::now());
     let (mut count, mut bytes, mut ok) = (0u64, 0, 0u64);
-    // Multiples of the golden ratio spread evenly over the rows, however many are taken.
+    // Multiples of the golden ratio spread evenly over the rows, for any number of samples.
     let mut first = None;
     while count < rows && (count == 0 || begin.elapsed().as_secs_f64() < SAMPLE) {
         let place = ((count as f64 * 0.618_033_988_749_894_9).fract() * rows as f64) as u64;

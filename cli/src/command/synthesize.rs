@@ -15,12 +15,11 @@ use toml_edit::{ArrayOfTables, Item, Table};
 
 /// Design a cam law of few harmonics (HS profile) for a motion task.
 ///
-/// A task prescribes U, U′, U″ in ranges of the drive angle, dwells, exact points and bounds; the objective is a sum of
-/// squared errors, a largest error, the peak of the acceleration or of the torque. With an elastic output member the cam
-/// is the one that keeps the task at all speeds. Several laws of a task are found together, with restrictions and distances
-/// between their tools, and go to the followers of a machine in their order. Prints what the law reaches, what to change
-/// and how sure this is, writes the profile as a scene fragment [cam] (or the scene that the task or --scene names, with this
-/// cam), and with --report tables and diagrams.
+/// A task prescribes U, U′, U″ in ranges of the drive angle, dwells, exact points and bounds; the objective is a sum of squared
+/// errors, a largest error, the peak of the acceleration or of the torque. With an elastic output member the cam keeps the task at
+/// all speeds. Several laws of a task are found together, with restrictions and distances between their tools, and go to the
+/// followers of a machine in their order. Prints what the law reaches, what to change and how sure this is. Writes the profile as a
+/// scene fragment [cam], or the scene of the task or of --scene with this cam; with --report, tables and diagrams.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -37,13 +36,13 @@ pub struct Args {
     /// File for the profile [default: NAME_profile.toml]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Scene that gets the cam, instead of the one that the task names
+    /// Scene that gets the cam, instead of the task's scene
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
     /// Follower of the machine that gets the cam, counted from 1
     #[arg(long, value_name = "NUMBER")]
     follower: Option<usize>,
-    /// Law of the task that is written, instead of all
+    /// Law of the task to write, instead of all
     #[arg(long, value_name = "NAME")]
     law: Option<String>,
     /// Folder for tables (CSV, JSON) and diagrams (SVG)
@@ -69,7 +68,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let laws = &assignment.names.laws;
     let chosen = args.law.as_ref().map(|name| law(laws, name)).transpose()?;
     let all = if chosen.is_some() { 1 } else { laws.len().max(1) };
-    // A scene that is wrong is told before the work begins.
+    // A wrong scene is reported before the work starts.
     let machine = assignment.scene.as_deref().map(|scene| machine(scene, args.follower, all)).transpose()?;
     let (machine, mut inputs) = machine.unzip();
     inputs.get_or_insert_default().push(args.task.clone());
@@ -100,7 +99,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.telling.deliver(study.report(), &study.findings(), place)
 }
 
-/// Which law of the task this name is of.
+/// The index of the law with this name.
 fn law(laws: &[String], name: &str) -> Result<usize, Failure> {
     laws.iter().position(|law| law == name).ok_or_else(|| {
         let hint = if laws.is_empty() { "leave --law out" } else { &format!("choose {}", laws.join(", ")) };
@@ -108,7 +107,7 @@ fn law(laws: &[String], name: &str) -> Result<usize, Failure> {
     })
 }
 
-/// The scene that gets the cams, its own one or those of followers, and the files that it was read from.
+/// The scene that gets the cams, its own cam or its followers', and the files of the scene.
 fn machine(path: &Path, follower: Option<usize>, laws: usize) -> Result<(Document, Vec<PathBuf>), Failure> {
     let resolved = read(path)?;
     let (_, document) = input::document(path, Kind::Scene)?;
@@ -149,13 +148,13 @@ fn machine(path: &Path, follower: Option<usize>, laws: usize) -> Result<(Documen
     }
 }
 
-/// True if each of the tables [[follower]] has a key; None where there are none.
+/// For each of the tables [[follower]], whether it has a key; None without followers.
 fn followers(document: &Document, key: &str) -> Option<Vec<bool>> {
     let list = document.table.get("follower")?.get_ref().tables();
     Some(list.iter().map(|(_, follower)| follower.contains_key(key)).collect())
 }
 
-/// The profiles as a scene, or as the part [cam] or [[follower]] of one.
+/// The profiles as a scene, or as a fragment [cam] or [[follower]].
 fn profile(studies: &[Study], args: &Args, machine: Option<Document>) -> String {
     let mut document = machine.unwrap_or_default();
     let cam = |study: &Study| files::cam(&study.cam, study.assignment.unit);
@@ -165,7 +164,7 @@ fn profile(studies: &[Study], args: &Args, machine: Option<Document>) -> String 
         document.set("follower", Item::ArrayOfTables(list));
     }
     match (followers(&document, "tool"), studies) {
-        // The machine keeps its name, and a follower whose tool's motion is prescribed that key.
+        // The machine keeps its name, and a follower with a prescribed motion of its tool keeps that key.
         (Some(list), _) => {
             let first = args.follower.unwrap_or(1);
             for ((j, study), has_tool) in (first..).zip(studies).zip(list.into_iter().skip(first - 1)) {

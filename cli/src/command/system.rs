@@ -28,12 +28,12 @@ use std::path::{Path, PathBuf};
 /// Connect machine and drives, and export them for other masters.
 ///
 /// The folder gets an FMU for each part, NAME.ssp (System Structure and Parameterization 1.0), OspSystemStructure.xml (Open
-/// Simulation Platform) and run.py, a master for fmpy that exchanges what the system says. `camdrive check` tells algebraic loops
-/// and the largest stable communication step of a system without writing anything.
+/// Simulation Platform) and run.py, a master for fmpy with the system's exchange. `camdrive check` prints algebraic loops and the
+/// largest stable communication step of a system without writing files.
 ///
-/// With --study the folder gets NAME.csv, NAME.json and NAME.svg instead: the error of each output for each exchange at steps from
-/// four times to an eighth of that of the file, against the same machine and drives as one DriveTrain, which is written as
-/// NAME_train.fmu. What no train can be is compared with itself at much shorter steps, repeated twice.
+/// With --study the folder gets NAME.csv, NAME.json and NAME.svg instead: the error of each output for each exchange, at steps from
+/// four times to an eighth of the file's step, against the same machine and drives as one DriveTrain, which is written as
+/// NAME_train.fmu. A system that cannot be one DriveTrain is compared with itself at much shorter steps, repeated twice.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -47,8 +47,8 @@ pub struct Args {
     /// Folder of the result [default: system-NAME]
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Instead of the files for masters write a report: errors over the communication step of each exchange, and the system as
-    /// one FMU
+    /// Instead of the files for masters, write a report: errors over the communication step of each exchange, and the system as one
+    /// FMU
     #[arg(long)]
     study: bool,
     #[command(flatten)]
@@ -89,7 +89,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     show(&format!("{}\n{lines}", report.text(width(), args.telling.explain)))
 }
 
-/// Reads a system and tells its notes.
+/// Reads a system and prints its notes.
 pub fn read(path: &Path) -> Result<System, Failure> {
     let system = system::read(path).map_err(failure)?;
     for note in system.remarks() {
@@ -98,7 +98,7 @@ pub fn read(path: &Path) -> Result<System, Failure> {
     Ok(system)
 }
 
-/// The FMUs, each once, and for each part the name of its one.
+/// The FMUs, each once, and for each part the name of its FMU.
 fn fmus(system: &System) -> Result<(Vec<File>, Vec<String>), Failure> {
     let libraries = libraries()?;
     let date = Date::from_environment().map_err(failure)?;
@@ -126,14 +126,14 @@ fn packed(scene: &Resolved, libraries: &[RuntimeLibrary], date: Option<Date>) ->
     Ok(pack(&scene.resource(), &scene.description, libraries, date, extras)?.bytes)
 }
 
-/// The libraries that FMUs are packed with; those that are left out are told.
+/// The libraries for the FMUs; prints which are missing.
 fn libraries() -> Result<Vec<RuntimeLibrary>, Failure> {
     let (libraries, left_out) = RuntimeLibrary::at_hand(&[]).map_err(failure)?;
     left_out.iter().for_each(|fault| tell(&format!("warning: left out: {fault}\n")));
     Ok(libraries)
 }
 
-/// A variable that is set at the start.
+/// A start value of a variable.
 struct Started {
     name: String,
     /// Its type in FMI: Real, Integer or Boolean.
@@ -154,7 +154,7 @@ fn started(part: &Part) -> Vec<Started> {
     part.start.iter().map(of).collect()
 }
 
-/// Some if a connection changes the value.
+/// Some if a connection changes its value.
 fn factor_of(connection: &Connection) -> Option<()> {
     (connection.factor != 1.0 || connection.offset != 0.0).then_some(())
 }
@@ -163,7 +163,7 @@ fn factor_of(connection: &Connection) -> Option<()> {
 fn master(system: &System, files: &[String]) -> String {
     let step = match system.exchange {
         Exchange::Held => include_str!("system/held.py"),
-        // A file chooses no other one.
+        // Only these exchanges can be in a file.
         _ => include_str!("system/interpolated.py"),
     };
     let name = |part: usize| &system.parts[part].name;
@@ -200,12 +200,12 @@ fn master(system: &System, files: &[String]) -> String {
     .fold(include_str!("system/master.py").to_owned(), |text, (mark, value)| text.replace(mark, &value))
 }
 
-/// A port as people read it.
+/// A port in a form for people.
 fn end(system: &System, (part, name): &End) -> String {
     format!("{}.{name}", system.parts[*part].name)
 }
 
-/// The connections of a loop, one behind the other.
+/// The connections of each loop in their order.
 fn loops(system: &System) -> Vec<Vec<String>> {
     let arrow = |c: &Connection| format!("{} → {}", end(system, &c.from), end(system, &c.to));
     system.loops().iter().map(|whole| whole.iter().map(|i| arrow(&system.connections[*i])).collect()).collect()

@@ -9,15 +9,15 @@ use std::path::PathBuf;
 
 /// Measure speed against accuracy of every solver setting.
 ///
-/// Drives the FMU through its C interface with every method, tolerance and internal step that it offers, over
-/// communication steps, and again without each feature of the scene. Errors are relative to the largest value of an
-/// output, against a reference whose own uncertainty is stated; costs are CPU times of this machine.
+/// Drives the FMU through its C interface with each of its methods, tolerances and internal steps, over communication steps, and
+/// again without each feature of the scene. Errors are relative to the largest value of an output, against a reference with a
+/// stated uncertainty; costs are CPU times on this computer.
 ///
-/// Prints what to use and the tables, and writes NAME.settings.csv, NAME.features.csv, NAME.json, NAME.html, NAME.work_precision.svg and
-/// NAME.communication_step.svg into a folder.
+/// Prints a recommendation and the tables, and writes NAME.settings.csv, NAME.features.csv, NAME.json, NAME.html,
+/// NAME.work_precision.svg and NAME.communication_step.svg into a folder.
 ///
-/// A drive with inputs follows a run-up: from standstill to --speed within --ramp (a sinoid of Bestehorn without jumps of
-/// the acceleration), and that speed after it; the load torque `tau` of a machine stays 0.
+/// A drive with inputs follows a run-up: from standstill to --speed within --ramp (a Bestehorn sinoid without jumps of the
+/// acceleration), then constant speed; the load torque `tau` of a machine stays 0.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -31,13 +31,13 @@ pub struct Args {
     /// Folder for tables and diagrams [default: tradeoff-NAME]
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Turns of the cam in a run [default: those of the default experiment; 9 with a run-up]
+    /// Turns of the cam in a run [default: from the default experiment; 9 with a run-up]
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
     turns: Option<f64>,
-    /// Speed that the run-up of a drive with inputs ends with, "1800 rpm" or in rad/s [default: 600 rpm]
+    /// Speed at the end of the run-up, for a drive with inputs, "1800 rpm" or in rad/s [default: 600 rpm]
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     speed: Option<String>,
-    /// Duration of that run-up, "0.5 s" or in s [default: half of the run]
+    /// Duration of the run-up, "0.5 s" or in s [default: half of the run]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     ramp: Option<String>,
     /// Fewer settings and repetitions

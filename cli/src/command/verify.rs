@@ -23,13 +23,12 @@ use std::process::ExitCode;
 
 /// Rerun the default experiment of FMUs and compare with the results inside.
 ///
-/// The FMU's own library computes them on this machine. An output agrees where it differs nowhere by more than the
-/// relative tolerance of the experiment, of its largest value, and the last digit of the results. Exit code 1 where one
-/// does not, where rows of the results are missing, and where the scene inside is no longer the one of the drive or
-/// of modelDescription.xml. Inputs
-/// move as the table inside says: phi, w, a turn the shaft twice in a smooth run-up, every other one rises smoothly, the
-/// last by 1 in its unit or by a part of it that leaves a free shaft near its speed, each one before it by half of that
-/// of the next. A chaotic motion agrees on machines of one kind only.
+/// The FMU's own library computes the results on this computer. An output agrees if it differs nowhere by more than the relative
+/// tolerance of the experiment, times its largest value, plus the last digit of the results. The exit code is 1 if an output does
+/// not agree, if rows of the results are missing, or if the scene inside no longer matches the drive or modelDescription.xml.
+/// Inputs move as in the table inside: phi, w, a turn the shaft twice in a smooth run-up. Every other input rises smoothly; the
+/// last one by 1 in its unit, or by a fraction that leaves a free shaft near its speed, each one before it by half of the next.
+/// Chaotic motions are reproducible only on the same kind of machine.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  camdrive verify guide_bar.fmu")]
 pub struct Args {
@@ -42,7 +41,7 @@ pub struct Args {
     format: Format,
 }
 
-/// The comparison of an FMU.
+/// The comparison of an FMU with its results.
 #[derive(Serialize)]
 struct Comparison {
     file: String,
@@ -54,7 +53,7 @@ struct Comparison {
     outputs: Vec<Output>,
 }
 
-/// The answer on an FMU.
+/// The result for an FMU.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Answer {
@@ -63,7 +62,7 @@ enum Answer {
         #[serde(flatten)]
         comparison: Comparison,
     },
-    /// One that cannot be compared.
+    /// An FMU that cannot be compared.
     Broken { file: String, agrees: bool, error: String },
 }
 
@@ -74,7 +73,7 @@ struct Output {
     unit: String,
     /// The largest magnitude in the results.
     largest: f64,
-    /// The largest difference, and when it occurs (s).
+    /// The largest difference, and its time (s).
     difference: f64,
     time: f64,
     /// The admissible difference.
@@ -82,7 +81,7 @@ struct Output {
     agrees: bool,
 }
 
-/// Relative difference of numbers that are the same but for the last digits.
+/// Relative difference of numbers that differ only in their last digits.
 const NEAR: f64 = 1e-9;
 
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
@@ -106,7 +105,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     Ok(if agree == all.len() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// The fault of a file of another kind, with the command that takes it.
+/// The fault of a file of another kind, with the command for it.
 fn other(path: &Path) -> Option<Fault> {
     if is_fmu(path) {
         return None;
@@ -162,13 +161,13 @@ fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
         for ((value, told), (largest, difference, time)) in values[1..].iter().zip(&row[1..]).zip(&mut found) {
             let off = (value - told).abs();
             *largest = largest.max(told.abs());
-            // What is no number is off for good.
+            // A value that is not a number stays the worst.
             if !(off <= *difference) && !difference.is_nan() {
                 (*difference, *time) = (off, row[0]);
             }
         }
     }
-    // What it refuses after its results does not change them.
+    // An error after the results does not change them.
     coupling.end()?;
     let relative = tolerance.unwrap_or(0.0);
     let output = |((name, column), (largest, difference, time)): ((String, usize), (f64, f64, f64))| {
@@ -181,7 +180,7 @@ fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
     Ok(Comparison { file: place.to_owned(), agrees, changes, end, outputs })
 }
 
-/// The inputs of the experiment, and what is missing of them.
+/// The inputs of the experiment, and the reason if some are missing.
 fn inputs(folder: &Path, about: &ModelDescription) -> Result<(Signals, Option<String>), Fault> {
     let table = folder.join(references::FOLDER).join(references::INPUT);
     let all: Vec<Description> = about.variables.iter().map(|variable| variable.about.clone()).collect();
@@ -197,7 +196,7 @@ fn inputs(folder: &Path, about: &ModelDescription) -> Result<(Signals, Option<St
     Ok((signals, None))
 }
 
-/// Differences from what the export wrote: the scene inside, against that of the drive, and the rows of the results.
+/// Differences from the exported content: the scene inside against the drive's scene, and the rows of the results.
 fn changes(path: &Path, folder: &Path, about: &ModelDescription, rows: &[Vec<f64>]) -> Result<Vec<String>, Fault> {
     let mut changes = Vec::new();
     let (end, step) = (rows[rows.len() - 1][0], about.experiment.step.unwrap_or(f64::INFINITY));
@@ -218,7 +217,7 @@ fn changes(path: &Path, folder: &Path, about: &ModelDescription, rows: &[Vec<f64
     };
     let resource = scene.resource();
     let read = |name: &str| std::fs::read(folder.join(name)).map_err(|e| Fault::new(format!("{name}: {e}")));
-    // Other sources may encode the same scene in another way.
+    // Other sources may encode the same scene differently.
     if String::from_utf8_lossy(&read(sbom::PATH)?).contains(BUILD) {
         let bytes = read(&format!("resources/{FILE_NAME}"))?;
         let Content { model, scene: encoded, .. } = Content::from_bytes(&bytes)?;
@@ -237,7 +236,7 @@ fn changes(path: &Path, folder: &Path, about: &ModelDescription, rows: &[Vec<f64
             path.display()
         ));
     }
-    // What the export could not run to the end ends early for good.
+    // An experiment that failed at the export ends early rightly.
     let is_early = about.experiment.stop.is_some_and(|stop| end < stop);
     if is_early && end < Results::of(&mut *resource.build()?)?.end() {
         changes.push(format!("{} ends too early, at t = {} s", references::RESULT, number(end)));
@@ -245,10 +244,10 @@ fn changes(path: &Path, folder: &Path, about: &ModelDescription, rows: &[Vec<f64
     Ok(changes)
 }
 
-/// Attributes of the root that no scene has.
+/// Attributes of the root that do not follow from the scene.
 const OF_THE_EXPORT: [&str; 2] = ["guid", "generationDateAndTime"];
 
-/// The first thing in which an element is not the wanted one, but for the last digits of numbers.
+/// The first difference of an element from the wanted one, apart from the last digits of numbers.
 fn difference(found: &Element, wanted: &Element) -> Option<String> {
     let name = found.get("name").map_or(String::new(), |name| format!(" name=\"{name}\""));
     let here = format!("<{}{name}>", found.name);
@@ -277,7 +276,7 @@ fn difference(found: &Element, wanted: &Element) -> Option<String> {
     found.children.iter().zip(&wanted.children).find_map(named)
 }
 
-/// True if two texts differ at most in the last digits of numbers, which sin and cos of another machine may give.
+/// True if two texts differ at most in the last digits of numbers; sin and cos of another machine may cause that.
 fn are_near(one: &str, other: &str) -> bool {
     let [one, other] = [one, other].map(|text| text.split([' ', ',', '(', ')', '[', ']']).collect::<Vec<&str>>());
     let number = |text: &str| text.parse::<f64>().unwrap_or(f64::NAN);
@@ -285,7 +284,7 @@ fn are_near(one: &str, other: &str) -> bool {
     one.len() == other.len() && one.iter().zip(other).all(|(a, b)| *a == b || near(number(a), number(b)))
 }
 
-/// The outputs of the results in an unpacked FMU, and their rows: first the time (s).
+/// The outputs of the results in an unpacked FMU, and their rows, with the time first (s).
 fn results_of(folder: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Fault> {
     let place = folder.join(references::FOLDER).join(references::RESULT);
     if !place.is_file() {
@@ -315,7 +314,7 @@ fn wrong(message: &str) -> Fault {
 }
 
 impl Comparison {
-    /// The verdict on the FMU: whether it computes its results.
+    /// The verdict on the FMU: whether it reproduces its results.
     fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         let (end, count) = (number(self.end), self.outputs.len());

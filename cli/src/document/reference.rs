@@ -118,7 +118,7 @@ impl Key {
             Usual::Required => "required".to_owned(),
             Usual::Number(number) => units::short(number),
             Usual::Name(name) => format!("`{name}`"),
-            Usual::Said(text) => text.to_owned(),
+            Usual::Text(text) => text.to_owned(),
         }
     }
 

@@ -1,4 +1,4 @@
-//! One drive or FMU with its start values, its inputs over time and what is read of it.
+//! One drive or FMU with its start values, its inputs over time and its recorded variables.
 
 use super::{Args, Column, Run, Shared, name_and_value, names_of, signals};
 use crate::command::{Failure, failure, wrong_argument};
@@ -7,23 +7,23 @@ use camdrive::drives::variable::Causality;
 use camdrive::drives::{Description, Fault, Number};
 use camdrive_design::recording::Source;
 
-/// The drive of a scene, an FMU or coupled ones, as they are run.
+/// A drive of a scene, an FMU or coupled FMUs, to run.
 pub trait Subject: Source {
-    /// The value that a text gives a variable.
+    /// The value of a variable from a text.
     fn value(&mut self, variable: usize, text: &str) -> Result<f64, Fault>;
     /// Begins the initialisation.
     fn begin(&mut self, _run: &Run) -> Result<(), Fault> {
         Ok(())
     }
-    /// Refuses a step from `time` on (s) that it cannot take, where those of the run have another length, `own` (s).
+    /// Refuses an impossible step from `time` on (s) if the other steps of the run have another length, `own` (s).
     fn admit(&mut self, _time: f64, _step: f64, _own: f64) -> Result<(), Fault> {
         Ok(())
     }
-    /// True if it ended the simulation itself.
+    /// True if it has ended the simulation itself.
     fn has_ended(&self) -> bool {
         false
     }
-    /// Tells warnings.
+    /// Prints warnings.
     fn warn(&mut self);
     /// Quantities in which shafts and drives of a system differ at steps of this length (s).
     fn shared(&self, _step: f64) -> Vec<Shared<'_>> {
@@ -31,7 +31,7 @@ pub trait Subject: Source {
     }
 }
 
-/// Runs a subject with these variables; `column` is that of a variable.
+/// Runs a subject with these variables; `column` is the column of a variable.
 pub fn run(
     args: &Args,
     mut run: Run,

@@ -13,10 +13,10 @@ use camdrive_design::coupling::variables::variables;
 use camdrive_design::host::{Fmu, Host, ModelDescription};
 use camdrive_design::text::{number, time};
 
-/// Communication steps where the FMU tells none.
+/// Communication steps for an FMU without a default.
 const STEPS: f64 = 1000.0;
 
-/// The part of the work between shaft and drive that may differ before a shorter step is told.
+/// The admissible difference of work between shaft and drive, as a fraction; a larger one suggests a shorter step.
 const ADMISSIBLE: f64 = 1e-3;
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -59,7 +59,7 @@ pub fn run_system(args: &Args, system: System) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Runs coupled FMUs; the variables are those of the parts, each behind the name of its part where it has one.
+/// Runs coupled FMUs; the name of a variable follows the name of its part, if the part has one.
 fn coupled(args: &Args, run: Run, mut coupling: Coupling) -> Result<Coupling, Failure> {
     let parts = |part: usize| (coupling.name(part), coupling.description(part));
     let (places, all) = variables((0..coupling.count()).map(parts), |part, place| coupling.is_connected(part, place));
@@ -80,10 +80,10 @@ fn coupled(args: &Args, run: Run, mut coupling: Coupling) -> Result<Coupling, Fa
     Ok(coupling)
 }
 
-/// The part of the work of drives that a shaft may not give, before it is told: below it lies the error of usual steps.
+/// The fraction of the drives' work that a shaft may fail to give without a warning: usual steps have a smaller error.
 const BALANCED: f64 = 0.02;
 
-/// The shafts that give other work than their drives take.
+/// The shafts whose work differs from the work of their drives.
 fn unbalanced(coupling: &Coupling) -> Vec<String> {
     let name = |part: &usize| coupling.name(*part);
     let names = |parts: &[usize]| parts.iter().map(name).collect::<Vec<_>>().join(", ");
@@ -115,7 +115,7 @@ impl Subject for Coupling {
     }
 
     fn admit(&mut self, time: f64, step: f64, own: f64) -> Result<(), Fault> {
-        // The rounding of the communication points is none of the length.
+        // The communication points are rounded, the length is not.
         let is_other = (step - own).abs() > 1e-9 * time.abs().max(own);
         let one_length = |host: &Host| !host.description().capabilities.variable_steps;
         if is_other && self.parts().iter().any(one_length) {
@@ -143,7 +143,7 @@ impl Subject for Coupling {
         let shared = |residual: &Residual| {
             let Residual { parts, gross, exchanged, largest: [largest, largest_at], order, .. } = *residual;
             let [shaft, drive] = parts.map(|part| self.name(part));
-            // The difference is of this order in the step.
+            // The difference has this order in the step.
             let shorter = (exchanged * ADMISSIBLE / gross).powf(1.0 / f64::from(order));
             let needed_step = (order > 0 && gross > exchanged * ADMISSIBLE).then_some(step * shorter);
             Shared { shaft, drive, exchanged, difference: gross, largest, largest_at, needed_step }

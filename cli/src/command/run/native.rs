@@ -1,4 +1,4 @@
-//! A scene, driven by the drive that is linked into the tool.
+//! A scene, run with the drive in this tool.
 
 use super::driven::{self, Subject};
 use super::{Args, Column, Run};
@@ -18,7 +18,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let Description { name, text, kind, .. } = &all[variable];
         Column { name: name.clone(), unit: Some(unit(kind).to_owned()), description: text.clone(), is_si: true }
     };
-    // The tolerance that importers of its FMU ask for.
+    // Importers of its FMU ask for this tolerance.
     drive.set_up(0.0, Some(experiment.tolerance));
     driven::run(args, run, &all, column, &mut *drive)
 }
@@ -28,7 +28,7 @@ impl Subject for AnyDrive {
         variable::value(&self.descriptions()[variable], text)
     }
 
-    /// Tells that inputs contradict each other.
+    /// Prints that inputs contradict each other.
     fn warn(&mut self) {
         let log = self.events();
         for event in log.iter().filter(|event| event.about == About::Inputs) {

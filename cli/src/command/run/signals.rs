@@ -1,4 +1,4 @@
-//! Inputs over time, as a table gives them.
+//! Inputs over time from a table.
 
 use crate::command::{Failure, failure};
 use crate::scene;
@@ -7,7 +7,7 @@ use camdrive::drives::variable::Causality;
 use camdrive_design::recording::Signals;
 use std::path::Path;
 
-/// The table of the inputs among these variables; `own` is the unit of a variable where it is another than SI.
+/// The table of the inputs among these variables; `own` is the unit of a variable if it is not SI.
 pub fn read(path: &Path, all: &[Description], own: impl Fn(usize) -> Option<String>) -> Result<Signals, Failure> {
     let inputs: Vec<usize> = (0..all.len()).filter(|i| all[*i].causality == Causality::Input).collect();
     let of: Vec<&Description> = inputs.iter().map(|i| &all[*i]).collect();

@@ -25,7 +25,7 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The file that says which study it is of.
+/// The file that identifies the study.
 pub const SPECIFICATION: &str = "study.json";
 
 /// The format of a store.
@@ -37,7 +37,7 @@ const CHECKSUM: &str = "camdrive.checksum";
 /// The number of its digits.
 const DIGITS: usize = 64;
 
-/// Where a part has its checksum. In the metadata, which come last, it follows its key and two bytes, the type and the length of a
+/// The place of a part's checksum. It is in the metadata, at the end, after its key and two bytes: the type and the length of a
 /// text (compact protocol of Thrift).
 fn seal(bytes: &[u8]) -> Option<Range<usize>> {
     let key = bytes.windows(CHECKSUM.len()).rposition(|window| window == CHECKSUM.as_bytes())?;
@@ -48,17 +48,17 @@ fn seal(bytes: &[u8]) -> Option<Range<usize>> {
 /// A folder with the runs of one study.
 pub struct Store {
     runs: PathBuf,
-    /// Units and meanings of the columns, as every part has them.
+    /// Units and meanings of the columns, in every part.
     columns: String,
-    /// Which study it is, wherever its scene lies.
+    /// Identifies the study, wherever its scene is.
     identity: String,
 }
 
 impl Store {
-    /// Opens the store of the study with this specification, or makes it.
+    /// Opens the store of the study with this specification, or creates it.
     ///
     /// # Errors
-    /// A store of another study, or one that is there without `resume`; a folder that cannot be written.
+    /// A store of another study, or an existing store without `resume`; a folder that cannot be written.
     pub fn open(folder: &Path, specification: &str, resume: bool) -> Result<Self, Failure> {
         let (place, runs) = (folder.join(SPECIFICATION), folder.join("runs"));
         let unwritten = |e: std::io::Error| failure(format!("{} cannot be written: {e}", place.display()));
@@ -71,7 +71,7 @@ impl Store {
             let message = format!("{}: parts of a study are there without its study.json", folder.display());
             return Err(failure(message).hint("choose another -o, or remove the folder"));
         }
-        // Of several jobs that begin at once one makes it.
+        // One of several simultaneous jobs creates it.
         let made = match place.exists() {
             true => false,
             false => match whole(&place, specification.as_bytes(), false) {
@@ -102,10 +102,10 @@ impl Store {
         self.runs.join(format!("part-{part:05}.parquet"))
     }
 
-    /// True if a part is there and its checksum right.
+    /// True if a part exists and its checksum is right.
     ///
     /// # Errors
-    /// A part that is there, but damaged, or not the one of this number in this study.
+    /// A part that is damaged, or has another number or study.
     pub fn has(&self, part: u64) -> Result<bool, Failure> {
         let place = self.place(part);
         let fault = |message: &str| failure(format!("{}: {message}", place.display()));
@@ -124,8 +124,8 @@ impl Store {
         Err(damaged.hint("`camdrive study --resume` computes it again"))
     }
 
-    /// Writes the checksum of a part into it: SHA-256 of the study, of its number, and of its bytes with zeros in the place of
-    /// the checksum, so that a changed bit is seen, and a part in the place of another one.
+    /// Writes the checksum of a part into it: SHA-256 of the study, of the part's number, and of its bytes with zeros in the place
+    /// of the checksum. It shows a changed bit and a misplaced part.
     fn sign(&self, part: u64, bytes: &mut [u8]) {
         let Some(place) = seal(bytes) else { return };
         bytes[place.clone()].fill(b'0');
@@ -133,7 +133,7 @@ impl Store {
         bytes[place].copy_from_slice(hexadecimal(&digest).as_bytes());
     }
 
-    /// Adds the runs of a part.
+    /// Adds the runs of a part to the findings.
     fn read(&self, part: u64, found: &mut Findings) -> Result<(), ParquetError> {
         let cell = |(_, field)| match field {
             Field::Long(number) => Value::Number(number as f64),
@@ -147,7 +147,7 @@ impl Store {
         Ok(())
     }
 
-    /// Writes a part, whole or not at all.
+    /// Writes a part, completely or not at all.
     pub fn write(&self, part: u64, first: u64, columns: &[(Column, Content)], rows: &[Record]) -> Result<(), Failure> {
         let place = self.place(part);
         let hint = "the parts before are kept; --resume goes on with the rest";
@@ -231,7 +231,7 @@ struct Specification {
     format: u64,
     identity: String,
     name: String,
-    /// Of a scene.
+    /// None except for a scene.
     model: Option<String>,
     rows: u64,
     rows_of_part: u64,
@@ -243,7 +243,7 @@ struct Specification {
 /// The findings of the runs in a store.
 ///
 /// # Errors
-/// A folder that is none; files that cannot be read.
+/// A folder that is no store; files that cannot be read.
 pub fn findings(folder: &Path) -> Result<Findings, Failure> {
     let place = folder.join(SPECIFICATION);
     let unread = |e: &dyn std::fmt::Display| {
@@ -267,11 +267,11 @@ pub fn findings(folder: &Path) -> Result<Findings, Failure> {
     Ok(found)
 }
 
-/// Writes a file whole or not at all, in the place of another one only with `replace`.
+/// Writes a file completely or not at all; replaces another file only with `replace`.
 fn whole(place: &Path, bytes: &[u8], replace: bool) -> std::io::Result<()> {
     let folder = place.parent().unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
-    // Others may read it as far as the system admits.
+    // Others may read it as far as the system permits.
     #[cfg(unix)]
     builder.permissions(std::fs::Permissions::from_mode(0o666));
     let mut file = builder.prefix(".").tempfile_in(folder)?;

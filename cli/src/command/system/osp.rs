@@ -1,4 +1,4 @@
-//! The system structure of the Open Simulation Platform (OSP-IS), beside the FMUs.
+//! The system structure of the Open Simulation Platform (OSP-IS), next to the FMUs.
 
 use super::{Started, factor_of};
 use crate::export::xml::{Xml, number};
@@ -38,7 +38,7 @@ pub fn xml(system: &System, files: &[String]) -> String {
                 });
             }
         });
-        // What multiplies and adds is a function between two signals.
+        // Factor and offset are a function between two signals.
         let functions = || system.connections.iter().enumerate().filter(|(_, c)| factor_of(c).is_some());
         if functions().next().is_some() {
             xml.element("Functions", &[], |xml| {

@@ -8,7 +8,7 @@ use camdrive_design::host::Variable;
 
 /// The file that makes an archive a system.
 pub const FILE: &str = "SystemStructure.ssd";
-/// Names of exponents in the order of a quantity's.
+/// Names of exponents, in the order of a quantity's exponents.
 const BASE: [&str; 4] = ["kg", "m", "s", "rad"];
 
 /// The description of the system; `files` are the FMUs of its parts.
@@ -43,7 +43,8 @@ pub fn xml(system: &System, files: &[String]) -> String {
     xml.finish()
 }
 
-/// The start values of a part, in the set of the system, which masters find by its name; they look for it in the components.
+/// The start values of a part, in the parameter set of the system; masters find the set by its name and look for it in the
+/// components.
 fn parameters(xml: &mut Xml, system: &System, part: &Part) {
     xml.element("ssd:ParameterBindings", &[], |xml| {
         xml.element("ssd:ParameterBinding", &[], |xml| {
@@ -63,8 +64,7 @@ fn parameters(xml: &mut Xml, system: &System, part: &Part) {
     });
 }
 
-/// True if a variable is a connector: an output, or an input that something is connected to. Others would begin at 0 in some
-/// masters.
+/// True if a variable is a connector: an output, or a connected input. Some masters start other inputs at 0.
 fn is_connector(system: &System, part: usize, variable: &Variable) -> bool {
     let name = &variable.about.name;
     match variable.about.causality {
@@ -110,7 +110,7 @@ fn connection(xml: &mut Xml, system: &System, connection: &Connection) {
     ];
     let unit_of =
         |(part, name): &(usize, String)| system.parts[*part].description.variable(name).map(|v| v.unit.name.clone());
-    // Factor and offset are all that happens to the value.
+    // Factor and offset alone change the value.
     if unit_of(from) != unit_of(to) {
         attributes.push(("suppressUnitConversion", "true".to_owned()));
     }
@@ -123,7 +123,7 @@ fn connection(xml: &mut Xml, system: &System, connection: &Connection) {
     }
 }
 
-/// The unit of a Real, as its FMU calls it, with base, factor and offset; none where it is beyond mechanics or not told.
+/// The unit of a Real in its FMU, with base, factor and offset; None if it is beyond mechanics or unknown.
 fn unit(variable: &Variable) -> Option<(String, Vec<Attribute>)> {
     let Kind::Real { quantity, .. } = variable.about.kind else { return None };
     if variable.unit.name.is_empty() || quantity.base[0] == i8::MAX {

@@ -15,7 +15,7 @@ use camdrive_design::host::{Fmu, Variable};
 use camdrive_design::text::{self, time};
 use std::path::Path;
 
-/// The exchanges that are compared, and who has them.
+/// The compared exchanges, and the masters that use them.
 const MASTERS: [(Exchange, &str); 5] = [
     (Exchange::Held, "a master that holds inputs"),
     (Exchange::Extrapolated, ""),
@@ -24,14 +24,14 @@ const MASTERS: [(Exchange, &str); 5] = [
     (Exchange::EffectiveInertia, "run.py and effective_inertia"),
 ];
 
-/// The steps of a reference that is no train, as parts of that of the system, and how often they are repeated.
+/// The steps of a reference that is no train, as fractions of the system's step, and its repetitions.
 const FINE: [f64; 2] = [64.0, 32.0];
 const REPEATS: u32 = 2;
 
-/// The units of places and speeds.
+/// The units of positions and speeds.
 const MOTIONS: [&str; 4] = ["m", "rad", "m/s", "rad/s"];
 
-/// The tolerances of the train, as a reference and as its check.
+/// The tolerances of the train as the reference and as a check of it.
 const TOLERANCES: [f64; 2] = [1e-12, 1e-10];
 
 pub fn run(args: &Args, system: &System, folder: &Path) -> Result<(), Failure> {
@@ -45,7 +45,7 @@ pub fn run(args: &Args, system: &System, folder: &Path) -> Result<(), Failure> {
     args.telling.deliver(findings.report(), &findings, place)
 }
 
-/// The errors over the communication step, and the train that the system is.
+/// The errors over the communication step, and the system as a train.
 pub fn findings(path: &Path, system: &System) -> Result<(Findings, Option<Single>), Failure> {
     let single = system.train();
     if let Err(reason) = &single {
@@ -81,7 +81,7 @@ pub fn findings(path: &Path, system: &System) -> Result<(Findings, Option<Single
     let (reference, outputs) = match &single {
         Some(single) => (as_train(single), compared(system, Some(single))?),
         None => {
-            // The most accurate one that there is.
+            // The most accurate available exchange.
             let best = systems.iter().rev().find_map(|(.., read)| read.as_ref().ok()).unwrap_or(system);
             (finer(best, system.step), compared(system, None)?)
         }
@@ -94,14 +94,14 @@ pub fn findings(path: &Path, system: &System) -> Result<(Findings, Option<Single
     Ok((findings, single))
 }
 
-/// The system as each exchange wires it, or why it cannot.
+/// The system, wired for each exchange, or the reason why it cannot be.
 fn coupled(path: &Path) -> Vec<(Exchange, &'static str, Result<System, String>)> {
     let mut systems = Vec::new();
     for (exchange, master) in MASTERS {
         let read = system::read_as(path, exchange);
         let read =
             read.map_err(|faults| faults.0.into_iter().map(|fault| fault.message).collect::<Vec<_>>().join("; "));
-        // Without a rigid load it is the same as interpolated.
+        // Without a rigid load this is the same as interpolated.
         let by_inertia = |system: &System| system.connections.iter().any(|c| c.from.1 == INERTIA[0]);
         if exchange != Exchange::EffectiveInertia || !read.as_ref().is_ok_and(|system| !by_inertia(system)) {
             systems.push((exchange, master, read));
@@ -133,7 +133,7 @@ fn as_train(single: &Single) -> Reference<'_> {
     }
 }
 
-/// The system itself at parts of its step (s).
+/// The system itself at fractions of its step (s).
 fn finer(system: &System, step: f64) -> Reference<'_> {
     let repeats = if system.repeats > 0 { REPEATS } else { 0 };
     let of =
@@ -142,8 +142,8 @@ fn finer(system: &System, step: f64) -> Reference<'_> {
     Reference { about, fmu: None, runs: FINE.map(of) }
 }
 
-/// The outputs that vary continuously and that system and reference have. An impact, whose mean torque acts over a step, makes
-/// accelerations, forces and torques as large as the step is short; places and speeds are left.
+/// The continuous outputs of both system and reference. After an impact, whose mean torque acts over a step, accelerations, forces
+/// and torques grow with 1/step; only positions and speeds are compared then.
 fn compared(system: &System, single: Option<&Single>) -> Result<Vec<Output>, Failure> {
     let train = single.map(|single| Fmu::linked(&single.scene.resource())).transpose().map_err(failure)?;
     let has_impacts = system.connections.iter().any(|c| c.from.1.ends_with("_mean"));
