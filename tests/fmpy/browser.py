@@ -66,6 +66,9 @@ class Page:
         while not self.loaded:
             self.receive()
 
+    def media(self, media, scheme="light"):
+        self.call("Emulation.setEmulatedMedia", media=media, features=[{"name": "prefers-color-scheme", "value": scheme}])
+
     def run(self, script):
         """The value of an expression, of a promise what it is kept with."""
         answer = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)

@@ -1,5 +1,6 @@
 """Pages of reports in a browser: they ask nobody, tell the values of the study, and everybody can read them."""
 
+import base64
 import contextlib
 import csv
 import math
@@ -8,6 +9,7 @@ import pty
 import re
 import shutil
 import subprocess
+import zipfile
 
 import pytest
 
@@ -24,7 +26,16 @@ turns = 1
 measures = ["max |q|", "rms der(y,2)"]
 vary = [{ name = "drive.w", from = "900 rpm", to = "2400 rpm", count = 40 }]
 """
-PAGES = ["scene.html", "system.html", "variants.html", "study/guide_bar.html"]
+# Loads without mass are refused.
+MAP = """
+scene = "scene.toml"
+turns = 1
+measures = ["max |q|", "max |tau|"]
+vary = [{ name = "drive.w", values = ["900 rpm", "1200 rpm", "1500 rpm"] }, { name = "m", values = [0, 8, 12] }]
+"""
+PAGES = ["scene.html", "system.html", "variants.html", "map.html", "study/guide_bar.html"]
+# The one in an FMU runs nothing.
+ALL = [*PAGES, "fmu/documentation/index.html"]
 
 
 @pytest.fixture(scope="module")
@@ -33,14 +44,20 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("report")
     shutil.copy(SCENE, folder)
     (folder / "study.toml").write_text(STUDY)
+    (folder / "map.toml").write_text(MAP)
     for command, file, *options in (
         ("report", SCENE, "-o", "scene.html"),
         ("report", EXAMPLES / "two_cams" / "system.toml", "-o", "system.html"),
         ("study", "study.toml", "-o", "store"),
         ("report", "store", "-o", "variants.html"),
+        ("study", "map.toml", "-o", "maps"),
+        ("report", "maps", "-o", "map.html"),
+        ("export", SCENE, "-o", "guide_bar.fmu"),
         ("tradeoff", SCENE, "--quick", "--turns", "1", "-o", "study"),
     ):
         subprocess.run([CAMDRIVE, command, str(file), *options], check=True, capture_output=True, cwd=folder)
+    with zipfile.ZipFile(folder / "guide_bar.fmu") as fmu:
+        fmu.extract("documentation/index.html", folder / "fmu")
     return folder
 
 
@@ -66,7 +83,7 @@ def axe():
     return source.read_text()
 
 
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize("name", ALL)
 @pytest.mark.parametrize("width", [400, 1600])
 def test_it_is_read_at_any_width(folder, page, name, width):
     path = folder / name
@@ -80,14 +97,16 @@ def test_it_is_read_at_any_width(folder, page, name, width):
     assert page.messages == []
 
 
-@pytest.mark.parametrize("name", PAGES)
-@pytest.mark.parametrize("width", [400, 1600])
-def test_everybody_can_read_it(folder, page, axe, name, width):
+@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize(("width", "scheme"), [(400, "light"), (1600, "light"), (1600, "dark")])
+def test_everybody_can_read_it(folder, page, axe, name, width, scheme):
+    page.media("", scheme)
     page.open(folder / name, width)
     page.run("document.querySelectorAll('details').forEach((part) => { part.open = true; })")
     page.run(axe)
     rules = "{runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'best-practice']}"
     found = page.run(f"axe.run(document, {rules}).then((found) => found.violations.map((v) => [v.id, v.nodes[0].html]))")
+    page.media("")
     assert found == []
 
 
@@ -187,18 +206,62 @@ def test_tables_sort_by_the_keyboard_and_tell_all_digits(folder, page):
     assert page.run("document.getElementById('tip').textContent") == f"{found[1]!r} ns/ms".replace(".0 ", " ")
 
 
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize("name", ALL)
 def test_a_print_shows_all(folder, page, name):
     """Nothing is folded away or cut on paper: all words of the page and the last column of every table."""
     page.open(folder / name, 1600)
     page.call("Page.printToPDF", preferCSSPageSize=True)
     assert page.run("[...document.querySelectorAll('details')].every((part) => part.open)")
-    page.call("Emulation.setEmulatedMedia", media="print")
+    page.media("print")
     # 180 mm between the margins.
     page.call("Emulation.setDeviceMetricsOverride", width=680, height=1000, deviceScaleFactor=1, mobile=False)
     wide = page.run("[...document.querySelectorAll('table, svg')].map((e) => e.getBoundingClientRect().right).filter((x) => x > 680)")
-    page.call("Emulation.setEmulatedMedia", media="")
+    page.media("")
     assert wide == []
+
+
+def light(page, mark):
+    """The mean of red, green and blue (0 to 255) of the window, as the browser paints it."""
+    shot = page.call("Page.captureScreenshot", format="png", clip={"x": 0, "y": mark, "width": 400, "height": 300, "scale": 1})
+    return page.run(f"""(async () => {{
+        const image = await createImageBitmap(await (await fetch('data:image/png;base64,{shot["data"]}')).blob());
+        const canvas = new OffscreenCanvas(image.width, image.height).getContext('2d');
+        canvas.drawImage(image, 0, 0);
+        const all = canvas.getImageData(0, 0, image.width, image.height).data.filter((_, i) => i % 4 < 3);
+        return all.reduce((sum, value) => sum + value, 0) / all.length;
+    }})()""")
+
+
+def test_pages_and_diagrams_are_dark_where_the_reader_wants_it(folder, page):
+    page.open(folder / "scene.html", 400)
+    figure = page.run("document.querySelector('figure').getBoundingClientRect().top + scrollY")
+    shown = {}
+    for media, scheme in (("", "light"), ("", "dark"), ("print", "dark")):
+        page.media(media, scheme)
+        shown[media, scheme] = [light(page, 0), light(page, figure)]
+    page.media("")
+    assert all(value > 200 for value in shown["", "light"] + shown["print", "dark"]), shown
+    assert all(value < 80 for value in shown["", "dark"]), shown
+
+
+def test_a_simple_drive_prints_on_four_pages(folder, page):
+    page.open(folder / "scene.html", 1600)
+    paper = base64.b64decode(page.call("Page.printToPDF", preferCSSPageSize=True)["data"])
+    assert 1 <= len(re.findall(rb"/Type */Page\b", paper)) <= 4
+
+
+def test_a_map_tells_its_cells(folder, page):
+    page.open(folder / "map.html", 1000)
+    texts = "[...document.querySelectorAll('figure')].map((figure) => [...figure.querySelectorAll('text')].map((e) => e.textContent))"
+    for words, measure in zip(page.run(texts), ("max |q| [mm]", "max |tau| [N·m]"), strict=True):
+        assert {measure, "drive.w [rpm]", "m [kg]", "refused or failed"} <= set(words)
+    page.run("document.querySelector('figure').focus()")
+    told = []
+    for key in ("End", "ArrowDown", "ArrowDown"):
+        page.press(key)
+        told.append(page.run("document.getElementById('tip').textContent").split("\n"))
+    assert [words[0].split(": ")[0] for words in told] == ["max |q|", "max |q|", "refused or failed"], told
+    assert [words[1:] for words in told] == [["drive.w: 1500 rpm", f"m: {m} kg"] for m in (8, 12, 0)], told
 
 
 def test_long_commands_show_their_progress(folder):

@@ -142,7 +142,7 @@ fn connections(drive: &AnyDrive) -> Vec<String> {
     let step = text::time(drive.experiment().step);
     if of(Causality::Input).next().is_none() {
         lines.push("It has no inputs: it runs by itself, and any outputs may be read.".to_owned());
-        lines.push(format!("The communication step does not change the motion; {step} show all of it."));
+        lines.push(format!("A communication step of {step} shows the whole motion; the step does not change it."));
         return lines;
     }
     let mean = |tau: &&str| of(Causality::Output).find(|d| d.name == format!("{tau}_mean")).map(|d| d.name.as_str());
@@ -160,10 +160,10 @@ fn connections(drive: &AnyDrive) -> Vec<String> {
     if !moved.is_empty() && !torques.is_empty() {
         let sum = if torques.len() > 1 { "the sum of " } else { "" };
         lines.push(format!("Connect {sum}{} back to the load torque of the machine.{why}", code(&torques)));
-        lines.push("Through a gear `phi`, `w`, `a` and the torque each take its ratio.".to_owned());
+        lines.push(format!("Through a gear {} and the torque each take its ratio.", code(&moved)));
         if has("tau_rest") {
             let instead = "Instead of `tau` connect `J_load`, `dJ_load`, `tau_rest` to a machine that has inputs of these names: \
-                           steps stay stable however heavy the load is.";
+                           steps stay stable however heavy the load is. They take the square of the ratio, its cube, and the ratio.";
             lines.push(instead.to_owned());
         }
     }
@@ -171,8 +171,10 @@ fn connections(drive: &AnyDrive) -> Vec<String> {
     if !taken.is_empty() {
         let motion: Vec<&str> = shaft.into_iter().filter(|name| has(name)).collect();
         lines.push(format!("Connect {} to the inputs of these names of each drive on the shaft.", code(&motion)));
-        lines
-            .push(format!("Connect the torque of the drives to {}: `tau_mean` of a drive with impacts.", code(&taken)));
+        lines.push(format!(
+            "Connect the torque of each drive to {}; of one with impacts take its `tau_mean`.",
+            code(&taken)
+        ));
     }
     let others = of(Causality::Input).filter(|d| !moved.contains(&&*d.name) && !taken.contains(&&*d.name));
     lines.extend(others.map(|d| format!("`{}` [{}]: {}.", d.name, unit(&d.kind), d.text.trim_end_matches('.'))));

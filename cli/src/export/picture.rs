@@ -4,7 +4,7 @@ use camdrive::drives::Curve;
 use camdrive_design::drawing::{Anchor, BLUE, Drawing, Ink, Shape, Unit};
 use camdrive_design::plot::{Axis, Diagram, Series, TEXT};
 
-const WIDTH: f64 = 550.0;
+const WIDTH: f64 = 460.0;
 const TITLE: f64 = 40.0;
 const PANEL: f64 = 135.0;
 /// Above and below the plot of a panel: room for its name and for the numbers of the axis.
@@ -28,11 +28,15 @@ pub fn of_curves(title: &str, subtitle: &str, curves: &[Curve]) -> Drawing {
     for (i, curve) in curves.iter().enumerate() {
         let top = TITLE + PANEL * i as f64;
         let (_, parts) = diagram(curve).plot([[LEFT, WIDTH - RIGHT], [top + PANEL - BELOW, top + ABOVE]]);
-        let heading = format!("{} over {}: {}", curve.y_label, curve.x_label, curve.title);
+        let heading = format!("{}: {}", curve.y_label, curve.title);
         shapes.push(Shape::text([LEFT, top + ABOVE - 7.0], TEXT, Anchor::Start, heading));
         shapes.extend(parts.concat());
     }
-    Drawing { size: [WIDTH, TITLE + PANEL * curves.len() as f64 + 6.0], unit: Unit::Pixel, shapes }
+    // All of them have the same abscissa.
+    let end = TITLE + PANEL * curves.len() as f64;
+    let at = [0.5 * (LEFT + WIDTH - RIGHT), end + 12.0];
+    shapes.extend(curves.first().map(|curve| Shape::text(at, TEXT, Anchor::Middle, &curve.x_label)));
+    Drawing { size: [WIDTH, end + 22.0], unit: Unit::Pixel, shapes }
 }
 
 /// A square icon: the first curve on a pale disc, without axes.

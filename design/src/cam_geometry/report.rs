@@ -59,7 +59,7 @@ impl Shape {
                 .column("what", "property", ONE, |f| &f.what)
                 .column("value", "value", ONE, Finding::shown)
                 .column("phi", "at φ", ONE, |f| f.value.is_finite().then(|| format!("{:.3}°", degrees(f.phi))))
-                .column("verdict", "", ONE, |f| Value::Text(["", "warning", "fault"][f.verdict as usize].to_owned()))
+                .column("verdict", "", ONE, |f| ["", "warning", "fault"][f.verdict as usize])
                 .column("remark", "", ONE, |f| Value::Text(f.remark.clone()))
                 .below([contour, format!("cam table of {rows} rows, straight interpolation within {error}")])
                 .below(self.table.jumps_told())

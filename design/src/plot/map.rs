@@ -118,17 +118,20 @@ impl Map {
         shapes
     }
 
-    /// For the script of a page: the cells with a value as "x,y,value", those without as "x,y".
+    /// For the script of a page row by row: the cells with a value as "x,y,value", those without as "x,y".
     pub fn read(&self) -> [(&'static str, String); 2] {
         let number = |value: f64| text::digits(value, 5, -4);
         let cells = |has_value: bool| {
-            let cell = |(i, cell): (usize, &Option<f64>)| {
-                let [x, y] = [self.at[0][i % self.at[0].len()], self.at[1][i / self.at[0].len()]].map(number);
-                let value = (*cell)?;
-                let of_value = if has_value { format!(",{}", number(value)) } else { String::new() };
-                (value.is_finite() == has_value).then(|| format!("{x},{y}{of_value}"))
+            let row = |(y, row): (&f64, &[Option<f64>])| {
+                let cell = |(x, cell): (&f64, &Option<f64>)| {
+                    let value = cell.filter(|value| value.is_finite() == has_value)?;
+                    let of_value = if has_value { format!(",{}", number(value)) } else { String::new() };
+                    Some(format!("{},{}{of_value}", number(*x), number(*y)))
+                };
+                self.at[0].iter().zip(row).filter_map(cell).collect::<Vec<_>>().join(" ")
             };
-            self.cells.iter().enumerate().filter_map(cell).collect::<Vec<_>>().join(";")
+            let rows = self.at[1].iter().zip(self.cells.chunks(self.at[0].len())).map(row);
+            rows.filter(|row| !row.is_empty()).collect::<Vec<_>>().join(";")
         };
         [("", cells(true)), (REFUSED, cells(false))]
     }
@@ -147,7 +150,7 @@ mod tests {
         let ends = axes.each_ref().map(|axis| axis.ends.unwrap());
         assert!((ends[0][0] - 10f64.powf(-0.5)).abs() < 1e-12 && ends[1] == [-1.0, 3.0]);
         assert_eq!(map.range(), [0.0, 2.0]);
-        assert_eq!(map.read()[0].1, "1,0,1;10,0,1;100,0,100;1,2,10");
+        assert_eq!(map.read()[0].1, "1,0,1 10,0,1 100,0,100;1,2,10");
         assert_eq!(map.read()[1].1, "10,2");
         let frame = Frame { ends: [[0.0, 300.0], [200.0, 0.0]], ranges: [[-0.5, 2.5], [-1.0, 3.0]] };
         let drawn = map.shapes(axes.each_ref(), &frame);

@@ -113,7 +113,8 @@ for (const figure of document.querySelectorAll('figure[data-x]')) {
     const { x: mx, y: my } = place.matrixTransform(svg.getScreenCTM().inverse());
     let best = [Infinity];
     for (const line of lines) line.pixels.forEach(([ax, ay], i) => {
-      const [bx, by] = line.pixels[i + 1] ?? [ax, ay], dx = bx - ax, dy = by - ay, size = dx * dx + dy * dy;
+      // Between the cells of a map there is nothing.
+      const [bx, by] = (z ? null : line.pixels[i + 1]) ?? [ax, ay], dx = bx - ax, dy = by - ay, size = dx * dx + dy * dy;
       let share = size ? Math.min(1, Math.max(0, ((mx - ax) * dx + (my - ay) * dy) / size)) : 0;
       // A point of the data within two pixels is meant.
       const length = Math.sqrt(size);

@@ -123,7 +123,9 @@ fn section(xml: &mut Xml, report: &Report, script: bool) {
         blocks(xml, rest, script);
     });
     if !report.explained.is_empty() {
-        xml.element("details", &[], |xml| {
+        // The script opens them for the print.
+        let open = Some(("open", "open".to_owned())).filter(|_| !script);
+        xml.element("details", &Vec::from_iter(open), |xml| {
             xml.text("summary", &[], "Formulas, sources, how it was computed");
             columns(xml, |xml| blocks(xml, &report.explained, script));
         });
@@ -198,7 +200,7 @@ fn block(xml: &mut Xml, block: &Block, script: bool) {
         Block::Code(title, sentence, code) => {
             xml.text("h3", &[], title);
             xml.prose("p", sentence);
-            xml.preformatted("pre", code);
+            xml.preformatted("pre", &[("tabindex", "0".to_owned())], code);
         }
         Block::File(title, name, place) => {
             xml.text("h3", &[], title);
@@ -225,7 +227,10 @@ fn kept(text: &str) -> String {
 fn table(xml: &mut Xml, table: &Table, script: bool) {
     let (seen, shown) = (seen(table), cells(table));
     let has_numbers = |i: usize| table.rows.iter().any(|row| full(&row[i], &table.columns[i]).is_some());
-    xml.element("div", &[("class", "table".to_owned())], |xml| {
+    // What scrolls takes the keyboard; with the script, its cells do.
+    let keys = Some(("tabindex", "0".to_owned())).filter(|_| !script);
+    let class = ("class", "table".to_owned());
+    xml.element("div", &[class].into_iter().chain(keys).collect::<Vec<_>>(), |xml| {
         xml.element("table", &[("aria-label", table.title.clone())], |xml| {
             xml.element("thead", &[], |xml| {
                 xml.element("tr", &[], |xml| {

@@ -1,10 +1,22 @@
 //! A diagram for each measure: a line over one axis, a map over two, points where quantities vary together or more of them.
 
-use super::report::{Column, Findings};
 use crate::plot::map::{Map, REFUSED};
 use crate::plot::{Axis, Diagram, Series};
-use crate::report::{Report, Unit, Value};
-use serde::Deserialize;
+use crate::report::{Unit, Value};
+use serde::{Deserialize, Serialize};
+
+/// A column of the store.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct Column {
+    /// Its name.
+    pub name: String,
+    /// `varied`, `measured`, or `run`: number, status and message of the run.
+    pub role: String,
+    /// Empty where it has none.
+    pub unit: String,
+    /// What it is.
+    pub meaning: String,
+}
 
 /// Runs in a diagram of points, and cells of a map; of more runs a diagram has every n-th.
 const POINTS: u64 = 500;
@@ -33,6 +45,17 @@ impl Space {
     pub fn every(&self, rows: u64) -> u64 {
         let most = if matches!(self.grid(), Some(1 | 2)) { CELLS } else { POINTS };
         rows.div_ceil(most).max(1)
+    }
+}
+
+impl Column {
+    /// A cell for people: enumerations say what their numbers mean at the end of the meaning, ": 1 at_rest, 2 given".
+    pub fn said(&self, cell: &Value) -> Value {
+        let Value::Number(number) = cell else { return cell.clone() };
+        let start = format!("{number} ");
+        let items = self.meaning.rsplit_once(": 1 ").map(|(_, rest)| format!("1 {rest}"));
+        let item = |items: String| items.split(", ").find_map(|item| item.strip_prefix(&start)).map(Value::from);
+        items.and_then(item).unwrap_or(Value::Number(*number))
     }
 }
 
@@ -98,28 +121,27 @@ fn is_logarithmic(rising: &[f64]) -> bool {
         && (middle / (low * high).sqrt()).ln().abs() < (2.0 * middle / (low + high)).ln().abs()
 }
 
-impl Findings {
-    /// Adds a diagram for each measure that has values.
-    pub(super) fn diagrams(&self, report: &mut Report) {
-        let course = |i: usize| Course::of(&self.columns[i], self.shown.iter().map(|cells| cells[i].clone()));
-        let of_role =
-            |role: &str| -> Vec<usize> { (0..self.columns.len()).filter(|i| self.columns[*i].role == role).collect() };
-        let varied: Vec<Course> =
-            of_role("varied").into_iter().map(course).filter(|x| rising(&x.values).len() > 1).collect();
-        for i in of_role("measured") {
-            let (name, measured) = (&self.columns[i].name, course(i));
-            if rising(&measured.values).is_empty() {
-                continue;
-            }
-            let diagram = match (self.space.grid(), &varied[..]) {
-                (_, []) => continue,
-                (Some(1), [x]) => over(name.clone(), x, measured, Some((&course(0), self.space.every(self.rows)))),
-                (Some(2), [x, y]) if self.space.every(self.rows) == 1 => map(name, [x, y], &measured),
-                (_, all) => points(name, all, measured, self.space.every(self.rows)),
-            };
-            report.diagram(&i.to_string(), diagram);
+/// For each measure that has values its key and its diagram over these runs of so many, with their cells in the order of the columns.
+pub fn of(columns: &[Column], space: &Space, rows: u64, runs: &[Vec<Value>]) -> Vec<(String, Diagram)> {
+    let course = |i: usize| Course::of(&columns[i], runs.iter().map(|cells| cells[i].clone()));
+    let of_role = |role: &str| -> Vec<usize> { (0..columns.len()).filter(|i| columns[*i].role == role).collect() };
+    let varied: Vec<Course> =
+        of_role("varied").into_iter().map(course).filter(|x| rising(&x.values).len() > 1).collect();
+    let every = space.every(rows);
+    let diagram = |i: usize| {
+        let (name, measured) = (&columns[i].name, course(i));
+        if rising(&measured.values).is_empty() {
+            return None;
         }
-    }
+        let diagram = match (space.grid(), &varied[..]) {
+            (_, []) => return None,
+            (Some(1), [x]) => over(name.clone(), x, measured, Some((&course(0), every))),
+            (Some(2), [x, y]) if every == 1 => map(name, [x, y], &measured),
+            (_, all) => points(name, all, measured, every),
+        };
+        Some((i.to_string(), diagram))
+    };
+    of_role("measured").into_iter().filter_map(diagram).collect()
 }
 
 /// Values over a quantity; runs without value stand at the lower edge. A line joins the runs whose numbers are so far apart.
@@ -177,6 +199,7 @@ fn map(name: &str, [x, y]: [&Course; 2], measured: &Course) -> Diagram {
 mod tests {
     use super::*;
     use crate::report::Picture;
+    use crate::study::report::Findings;
 
     /// The diagram of `force` = 2 m + w over these runs (m, w); at m = 3 a run is refused.
     fn diagram(axes: &[&[&str]], sampled: bool, runs: &[[f64; 2]]) -> Diagram {

@@ -1,28 +1,17 @@
 //! What the runs of a study show.
 
-use super::figures::Space;
+use super::figures::{self, Space};
 use crate::report::terminal::{among, range, shown};
 use crate::report::unit::{ONE, Unit};
 use crate::report::{Level, Report, Table, Value, Verdict};
 use crate::text::counted;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::collections::BTreeMap;
+
+pub use super::figures::Column;
 
 /// More quantities than a table can be read with; they are in the store.
 const MOST_QUANTITIES: usize = 8;
-
-/// A column of the store.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct Column {
-    /// Its name.
-    pub name: String,
-    /// `varied`, `measured`, or `run`: number, status and message of the run.
-    pub role: String,
-    /// Empty where it has none.
-    pub unit: String,
-    /// What it is.
-    pub meaning: String,
-}
 
 /// A run whose FMU ended the simulation before its window did.
 const ENDED: &str = "ended early";
@@ -37,18 +26,18 @@ pub struct Findings {
     #[serde(skip)]
     is_drive: bool,
     #[serde(skip)]
-    pub(super) space: Space,
-    pub(super) rows: u64,
+    space: Space,
+    rows: u64,
     ok: u64,
     refused: u64,
     failed: u64,
     /// Parts that are not there.
     pub missing_parts: u64,
     measures: Vec<Measured>,
-    pub(super) columns: Vec<Column>,
+    columns: Vec<Column>,
     /// The runs that diagrams show: their cells in the order of the columns.
     #[serde(skip)]
-    pub(super) shown: Vec<Vec<Value>>,
+    shown: Vec<Vec<Value>>,
     /// The first run that was refused, that failed, that ended before its window did, and why.
     #[serde(skip)]
     first: BTreeMap<String, (usize, String)>,
@@ -68,17 +57,6 @@ struct Measured {
     /// How these runs differ from others.
     #[serde(skip)]
     varied: [Vec<Value>; 2],
-}
-
-impl Column {
-    /// A cell for people: enumerations say what their numbers mean at the end of the meaning, ": 1 at_rest, 2 given".
-    pub(super) fn said(&self, cell: &Value) -> Value {
-        let Value::Number(number) = cell else { return cell.clone() };
-        let start = format!("{number} ");
-        let items = self.meaning.rsplit_once(": 1 ").map(|(_, rest)| format!("1 {rest}"));
-        let item = |items: String| items.split(", ").find_map(|item| item.strip_prefix(&start)).map(Value::from);
-        items.and_then(item).unwrap_or(Value::Number(*number))
-    }
 }
 
 impl Findings {
@@ -175,7 +153,9 @@ impl Findings {
     pub fn report(&self) -> Report {
         let mut report = Report::new(&self.name, format!("study of {}", counted(self.rows, "variant")));
         report.verdict = self.verdict();
-        self.diagrams(&mut report);
+        for (key, diagram) in figures::of(&self.columns, &self.space, self.rows, &self.shown) {
+            report.diagram(&key, diagram);
+        }
         let varied: Vec<&Column> = self.columns.iter().filter(|column| column.role == "varied").collect();
         if varied.len() > MOST_QUANTITIES {
             report.lines("Variants", [format!("What varies, {} quantities, is in the store.", varied.len())]);

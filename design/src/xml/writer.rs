@@ -62,8 +62,8 @@ impl Xml {
     }
 
     /// An element whose text keeps its lines.
-    pub fn preformatted(&mut self, name: &str, text: &str) {
-        self.event(Event::Start(BytesStart::new(name)));
+    pub fn preformatted(&mut self, name: &str, attributes: &[Attribute], text: &str) {
+        self.event(Event::Start(tag(name, attributes)));
         for (i, line) in text.lines().enumerate() {
             let separator = if i > 0 { "\n" } else { "" };
             self.event(Event::Text(BytesText::new(&format!("{separator}{}", legal(line)))));
