@@ -336,7 +336,7 @@ fn what_makes_no_plan_is_refused_by_name_and_rests() {
         ..with(SegmentLaw::Sine, PlanPoint { velocity: Some(2.0), ..at(57.3, 1.0) })
     };
     refused(vec![at(0.0, 0.0), sine], "the law of this segment has no such parameter");
-    refused(vec![turning(at(0.0, 0.0)), turning(at(150.0, 0.01))], "meet no common ddU");
+    refused(vec![turning(at(0.0, 0.0)), turning(at(150.0, 0.01))], "have no common ddU");
     let cosines = PlanPoint { velocity: Some(1.0), ..with(SegmentLaw::Cosines, at(90.0, 1.0)) };
     refused(vec![at(0.0, 0.0), cosines], "from standstill to standstill only");
     let cosines = PlanPoint { inflection: Some(0.6), ..with(SegmentLaw::Cosines, at(90.0, 1.0)) };
@@ -346,5 +346,5 @@ fn what_makes_no_plan_is_refused_by_name_and_rests() {
     refused(vec![back, polynomials(1.0)], "do not determine it; give its value");
     let sine = |point| with(standard(StandardLaw::ModifiedSine), point);
     let jerky = PlanPoint { jerk: Some(1.0), ..sine(at(90.0, 1.0)) };
-    refused(vec![sine(at(0.0, 0.0)), jerky], "point[2].dddU: no polynomial beside");
+    refused(vec![sine(at(0.0, 0.0)), jerky], "point[2].dddU: no polynomial next to");
 }
