@@ -32,7 +32,7 @@ const ON: u32 = 4;
 const X: u32 = 5;
 const TOLERANCE: u32 = 6;
 
-/// What `trouble` means.
+/// The values of `trouble`.
 const FAULT_AT_START: f64 = 1.0;
 const FAULT: f64 = 2.0;
 const PANIC: f64 = 3.0;
@@ -142,7 +142,7 @@ impl Drive for Integrator {
     }
 }
 
-/// An instance and what it has logged: status, category, text.
+/// An instance and its log: status, category, text.
 struct Bench {
     instance: Instance,
     log: Arc<Mutex<Vec<(u32, String, String)>>>,

@@ -1,15 +1,15 @@
 //! A survey of `solver.error_estimate`: the estimate against the error over random scenes of every drive, at four tolerances.
 //!
 //! `SURVEY_SCENES=100 cargo test --release -p camdrive --lib survey -- --ignored --nocapture` prints, for each drive and for each
-//! tolerance, in how many of the runs the estimate covers the error, the least and the median ratio of the two. The test fails
-//! where less than 98 of 100 are covered, where an estimate is less than a hundredth of the error, or more than a thousand times
-//! the error in the median.
+//! tolerance, in how many of the runs the estimate covers the error, the least and the median ratio of the two. The test fails if
+//! less than 98 of 100 are covered, if an estimate is less than a hundredth of the error, or more than a thousand times the error
+//! in the median.
 //!
 //! The truth is the same drive at the finest tolerance on an equivalent scene whose roundings all differ: its laws are turned on
 //! the shaft by 1 rad and three times as large (a plan, a cycle and a table then have other coefficients), the machine is three
-//! times as heavy. Both runs are rounded, so that roundings count by √2 more. Inputs are those of a smooth motion, exact or as an
-//! importer rounds them; rounded ones move the shaft by jumps, which the drive takes as none, whereas the truth follows them: where q
-//! counts from the shaft, the mass keeps place and speed.
+//! times as heavy. Both runs are rounded, so roundings count √2 times as much. Inputs follow a smooth motion, exact or as an
+//! importer rounds them. Rounded ones move the shaft by jumps, which the drive ignores; the truth follows them: if q counts from
+//! the shaft, the mass keeps place and speed.
 
 use crate::drives::follower::load::Load;
 use crate::drives::settings::{HasSolver, Settings};
@@ -53,7 +53,7 @@ impl Random {
     }
 }
 
-/// How much the laws of the equivalent scene are larger, and by how much they are turned (rad).
+/// The factor of the laws of the equivalent scene, and the angle by which they are turned (rad).
 const LARGER: f64 = 3.0;
 const TURNED: f64 = 1.0;
 
@@ -162,7 +162,7 @@ fn turned(law: &MotionLaw) -> MotionLaw {
     }
 }
 
-/// How a shaft is driven.
+/// The motion of a shaft on its drive.
 #[derive(Clone, Debug)]
 struct Trajectory {
     /// φ, ω, α and its derivative at the start, on inputs; None at constant speed.
@@ -209,7 +209,7 @@ impl Trajectory {
         [phi + w * t + a * t * t * half + jerk * t * t * t * part(6.0), w + a * t + jerk * t * t * half, a + jerk * t]
     }
 
-    /// By how much the shaft jumps in φ and ω where the rounded inputs of point `i` are set.
+    /// The jumps of φ and ω when the rounded inputs of point `i` are set.
     fn jump(&self, i: usize) -> [f64; 2] {
         let [before, now] = [i - 1, i].map(|i| self.at(self.times[i]).map(|x| x.hi));
         let jerk = self.inputs.unwrap_or_default()[3];
@@ -221,8 +221,8 @@ impl Trajectory {
     }
 }
 
-/// Through the course; at each communication point `read`, at last the estimate. `turned`: the shaft is turned by so much; `kick`
-/// makes the drive follow a jump of the shaft.
+/// Runs through the trajectory; calls `read` at each communication point, returns the estimate. `turned`: the angle by which the
+/// shaft is turned; `kick` makes the drive follow a jump of the shaft.
 fn run<D: Drive<Scene = S> + HasSolver, S, const N: usize>(
     scene: S,
     course: &Trajectory,
@@ -274,12 +274,12 @@ fn difference<const N: usize>(got: &[[f64; N]], truth: &[[f64; N]], larger: f64)
 struct Rows(Vec<([String; 2], usize, [f64; 2])>);
 
 impl Rows {
-    /// Of a scene of this kind, with the estimate.
+    /// Adds a scene of this kind with its estimate.
     fn add(&mut self, kind: &str, tolerance: f64, number: usize, [error, estimate]: [f64; 2]) {
         if chosen(number) {
             println!("{kind} {tolerance:e} {number}: error {error:e}, estimate {estimate:e}");
         }
-        // What does not move at all has no error.
+        // A drive that does not move has no error.
         if error > 0.0 {
             self.0.push(([kind.to_owned(), format!("{tolerance:.0e}")], number, [error, estimate]));
         }
@@ -309,7 +309,7 @@ impl Rows {
     }
 }
 
-/// Whether everything about this scene is to be printed.
+/// Whether everything about this scene is printed.
 fn chosen(number: usize) -> bool {
     std::env::var("SURVEY_SCENE").is_ok_and(|n| n == number.to_string())
 }
@@ -348,7 +348,7 @@ fn mode(course: &Trajectory, w: f64, phi_start: f64) -> DriveMode {
     if course.inputs.is_some() { DriveMode::Input } else { DriveMode::Constant { w, phi_start } }
 }
 
-/// No jump is followed.
+/// Follows no jump.
 fn still<D>(_: &mut D, _: [f64; 2], _: [f64; 3], _: f64) {}
 
 fn shaft(linear: bool) -> Rows {
@@ -477,7 +477,7 @@ fn parametric(crank: bool) -> Rows {
             }
         };
         let Ok((truth, _)) = run(same, &course, turned, kick, |drive| drive.state) else { continue };
-        // Nothing but roundings moves an oscillator at rest that no load acts on.
+        // Only roundings move an oscillator at rest without loads.
         if scene.start.mode == StartMode::AtRest
             && load.is_none()
             && course.inputs.is_none_or(|[_, _, a, j]| a == 0.0 && j == 0.0)
@@ -536,7 +536,7 @@ fn output() -> Rows {
         else {
             continue;
         };
-        // The jumps of the inputs set the free motion going; the mass is not moved by them.
+        // The jumps of the inputs start the free motion; they do not move the mass.
         if number % 3 == 2 {
             let oscillator =
                 crate::numerics::oscillator::Oscillator::new(Double::from(c / m), Double::from(0.5 * b / m));
@@ -611,7 +611,7 @@ fn backlash() -> Rows {
             if chosen(number) {
                 println!("{scene:?}\n{course:?}\n{got:?}\n{truth:?}");
             }
-            // Errors beyond the motion itself are no errors of a number any more.
+            // Errors beyond the motion itself no longer measure an error.
             let error = got.iter().zip(&truth).map(|(y, z)| of(y, z)).fold(0.0, f64::max).min(1.0);
             rows.add(&kind, tolerance, number, [error, estimate]);
         }
@@ -628,7 +628,8 @@ struct Signals {
 }
 
 impl Signals {
-    /// φ, ω and a lagging torque at the times of a course, and the error estimate; torques and inertia are so many times larger.
+    /// φ, ω and a lagging torque at the times of a trajectory, and the error estimate; torques and inertia are so many times
+    /// larger.
     fn motion(&self, scene: rigid_machine::Scene, larger: f64, course: &Trajectory) -> Option<(Vec<[f64; 3]>, f64)> {
         let mut machine = rigid_machine::RigidMachine::new(scene).ok()?;
         let list = machine.variables();

@@ -1,4 +1,4 @@
-//! Plans against printed values, closed forms, and the cycles that they generalise; what is no plan.
+//! Plans against printed values, closed forms, and the cycles that they generalise; points that make no plan.
 
 use super::*;
 use crate::motion::MotionLaw;
@@ -183,7 +183,7 @@ fn a_turning_point_has_the_acceleration_that_is_given_or_that_its_laws_share() {
             assert!((found - printed).abs() < 1e-9, "{phi} {n}: {found} {printed}");
         }
     }
-    // Without a value the law that leads there decides, with its inflection in the middle or where it is given.
+    // Without a value the law that leads there decides, with its inflection in the middle or as given.
     for inflection in [None, Some(0.594533504771)] {
         let turn = PlanPoint { inflection, ..turning(at(90.0, 0.03)) };
         let free = law(vec![at(0.0, 0.0), turn, at(200.0, 0.0)]);

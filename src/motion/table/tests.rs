@@ -186,7 +186,7 @@ fn the_scale_multiplies_all_derivatives() {
 
 #[test]
 fn a_table_that_ends_far_from_its_first_point_is_read_back() {
-    // A closing point says that the last piece is as long as that.
+    // A closing point shows that the last piece is as long as that.
     let points =
         Points { angles: vec![0.1, 0.3, 0.5, 0.8, 1.0, 0.1 + TAU], lifts: vec![0.0, 1e-3, 4e-3, 2e-3, 1e-3, 0.0] };
     let bends = vec![Bend::default(); 5];

@@ -64,7 +64,7 @@ fn double(t: f64) -> Double {
     Double::from(t)
 }
 
-/// The error at the end of one step of length `h` with which the tolerance has nothing to do.
+/// The error at the end of one step of length `h` that does not depend on the tolerance.
 fn error_of_a_step(h: f64) -> f64 {
     let mut c = Collocation::new(double(0.0), [1.0, 0.0]);
     c.next = h;
@@ -208,7 +208,7 @@ fn a_restored_integrator_goes_on_bit_by_bit() {
     assert_eq!(c, copy);
 }
 
-/// q̈ + q + κ q³ = g(t), made to measure for q = 1 − cos νt: at rest at the start.
+/// q̈ + q + κ q³ = g(t), with g chosen for q = 1 − cos νt: at rest at the start.
 struct FromRest {
     cubic: f64,
     rate: f64,
@@ -241,7 +241,7 @@ fn a_start_at_rest_keeps_the_tolerance() {
                 let mut c = Collocation::new(Double::default(), [start, 0.0]);
                 c.advance(&system, Double::from(2.0 / rate), tolerance).unwrap();
                 let (found, exact) = (c.state(), system.exact(2.0 / rate));
-                // What the start is off by grows a few times at most.
+                // The error of the start grows a few times at most.
                 let error = ((found[0] - exact[0]) / exact[0]).abs() - 20.0 * start;
                 let estimate = 16.0 * c.statistics.state_error;
                 assert!(error <= estimate.min(16.0 * tolerance), "κ {cubic}, {tolerance:e}: {error:e} {estimate:e}");

@@ -23,7 +23,7 @@ const FREE: &[(f64, f64, f64, [f64; 4])] = &[
     (2.5e9, 1e-07, 6e7, [-0.000970013607803603, -4.5621424589825786e-08, 114.05356147456446, -0.0009700136077944786]),
 ];
 
-/// ω₀², δ, ν, t and the q, q̇ that Re[(3 − 4i) e^(i(0.7 + νt))] makes from rest: on, beside and far from resonance.
+/// ω₀², δ, ν, t and the q, q̇ that Re[(3 − 4i) e^(i(0.7 + νt))] causes from rest: at, near and far from resonance.
 #[rustfmt::skip]
 const FORCED: &[(f64, f64, f64, f64, [f64; 2])] = &[
     (10000.0, 2.0, 100.0, 0.5, [-0.0037029910396811044, 0.6959039927423883]),
@@ -46,7 +46,7 @@ fn free_motion_in_every_damping_regime() {
     for &(stiffness, damping, t, expected) in FREE {
         let m = Oscillator::new(stiffness.into(), damping.into()).free(t.into());
         let m = [m[0][0], m[0][1], m[1][0], m[1][1]];
-        // Where the motion oscillates, an element is as good as its amplitude; else it is good by itself.
+        // If the motion oscillates, an element is as accurate as its amplitude; otherwise it is accurate by itself.
         let (envelope, rate) = ((-damping * t).exp(), stiffness.sqrt());
         let amplitude = if stiffness > damping * damping { [1.0, 1.0 / rate, rate, 1.0] } else { [0.0; 4] };
         for i in 0..4 {
@@ -110,7 +110,7 @@ fn polynomial_forcing_at_any_stiffness() {
             let t = length * f64::from(i) / 8.0;
             let (found, expected) = (step.at(&oscillator, t), exact(t));
             for (i, (f, e)) in found.into_iter().zip(expected).enumerate() {
-                // The rounding of q swings at the natural frequency and is seen in q̇ as ω₀ times that.
+                // The rounding of q swings at the natural frequency and shows in q̇ as ω₀ times that.
                 let tolerance = 3e-14 + if i == 1 { 1e-15 * stiffness.sqrt() } else { 0.0 };
                 assert!((f - e).abs() < tolerance, "ω₀² = {stiffness}, δ = {damping}, t = {t}: {found:?} {expected:?}");
             }
@@ -123,7 +123,7 @@ fn stiffness_does_not_shorten_the_step() {
     for rate in [1e2, 1e5, 1e9] {
         let stiff = Oscillator::new(Double::from(rate * rate), Double::from(0.0));
         assert_eq!(admissible_length(&stiff, 1.0), 1.0);
-        // ω₀²/2δ = 0.5 1/s beside 2δ: widely split rates.
+        // ω₀²/2δ = 0.5 1/s against 2δ: widely split rates.
         let split = Oscillator::new(Double::from(rate), Double::from(rate));
         assert_eq!(admissible_length(&split, 1.0), 1.0);
     }

@@ -57,7 +57,7 @@ fn run(map: &PeriodMap, y: [f64; 2], ends: impl Iterator<Item = f64>) -> Vec<[f6
 
 #[test]
 fn a_count_of_periods_that_cannot_grow_ends() {
-    // As of a damaged state: the period starts before t, and the next one where it does.
+    // As in a damaged state: the period starts before t, and the next one at t.
     let map = PeriodMap::new(&MATHIEU, 1e-10).unwrap();
     let count = u64::MAX;
     let origin = (-(count as f64) * map.period.hi).next_down();
@@ -151,7 +151,7 @@ fn growth_ends_where_it_is_unbounded_whatever_the_step() {
     }
 }
 
-/// q = s + exp(−d t/2) cos(Θ − Θ₀)/√(Θ′/ω), made to measure: Θ′ = ω (1 + ε cos t), s = 1 + cos 2t.
+/// q = s + exp(−d t/2) cos(Θ − Θ₀)/√(Θ′/ω), with the forcing chosen for it: Θ′ = ω (1 + ε cos t), s = 1 + cos 2t.
 #[derive(Clone, Copy)]
 struct Measured {
     rate: f64,
@@ -307,7 +307,7 @@ fn vibrations_that_are_now_fast_and_now_slow() {
     }
 }
 
-/// q̈ + q = τ'⁹ + 1e-7 cos 14τ', τ' = τ − 1: a small wave beside a polynomial that is as long as a cell.
+/// q̈ + q = τ'⁹ + 1e-7 cos 14τ', τ' = τ − 1: a small wave on a polynomial as long as a cell.
 struct SmallWave;
 
 impl Periodic for SmallWave {
@@ -412,7 +412,7 @@ fn the_growth_over_a_period_of_constant_coefficients() {
 
 #[test]
 fn the_growth_within_and_beside_a_tongue() {
-    // q̈ + ω² (1 − ε cos Ωt) q = 0: unstable for Ω/ω in [1.84756, 2.14700] where ε = 0.3.
+    // q̈ + ω² (1 − ε cos Ωt) q = 0: unstable for Ω/ω in [1.84756, 2.14700] at ε = 0.3.
     let growth = |eta: f64| {
         let hill = Hill { frequency: eta, damping: 0.0, stiffness: [1.0, -0.3], forcing: [0.0, 0.0] };
         Period::of(&hill, 1e-12).unwrap().monodromy.growth()

@@ -1,4 +1,4 @@
-//! The loops close, derivatives are those of the positions, energies those of the moving links.
+//! The loops close; derivatives match the positions, energies the moving links.
 
 use super::*;
 use crate::drives::follower::rigid::Follower;
@@ -294,7 +294,7 @@ fn the_resolution_of_a_follower_is_what_its_inertia_needs() {
     assert_eq!(follower.linked_resolution(), 4.0);
     let constant = Linkage(vec![chain().0[0]]);
     assert_eq!(Follower { linkage: constant, ..follower.clone() }.linked_resolution(), 4.0);
-    // A swing that comes near a position in which the output may go either way.
+    // A swing close to a position in which the output may go either way.
     let mut linkage = crank_rocker(Branch::Plus);
     linkage.coupler.length = 0.06;
     let near = Mechanism { kind: Kind::FourBar(linkage), input_offset: 1.4, output_offset: 0.0 };

@@ -12,9 +12,9 @@ use crate::motion::{Fourier, Kinematics, MotionLaw};
 use crate::numerics::double_double::Double;
 use crate::numerics::work::Work;
 
-/// Passages of the cubic model, as (μ, K, τ₁, τ*): τ₁ = ω times the time of passage, the root of (15),
-/// τ₁³ + 6/(μ+1) (τ₁ − a sin θ) = 6K with a² = μ/(μ+1), θ = τ₁/a; and τ* after the impact, when the contact ends again: the
-/// first zero of f (25), where there is one. Computed with forty digits.
+/// Passages of the cubic model, as (μ, K, τ₁, τ*): τ₁ = ω times the time of passage, the root of (15), τ₁³ + 6/(μ+1) (τ₁ − a sin θ)
+/// = 6K with a² = μ/(μ+1), θ = τ₁/a; and τ* after the impact, when the contact ends again: the first zero of f (25), if any.
+/// Computed with forty digits.
 const PASSAGES: [(f64, f64, f64, Option<f64>); 36] = [
     (0.02, 0.01, 0.10657099344055047, None),
     (0.02, 0.3, 0.3671329917156978, None),
@@ -136,7 +136,7 @@ impl FlankMotion for CubicFlank {
     }
 }
 
-/// A run from `state` at t = 0 to `end` on a flank without segments, with what happens.
+/// Runs from `state` at t = 0 to `end` on a flank without segments; returns the events, too.
 fn ran(bodies: &Bodies, flank: &CubicFlank, (state, zeros): (State, usize), end: f64) -> (Run, Vec<Event>) {
     let phase = Phase { mode: Mode::Free, state, zeros };
     let from = Beginning { start: Double::from(0.0), segment: 0, phase, longest: f64::INFINITY };

@@ -50,7 +50,7 @@ fn drive(scene: Scene) -> ElasticOutput {
     drive
 }
 
-/// A variable by its name. Building the list costs more than a step: runs of many steps keep it.
+/// A variable by its name. Building the list costs more than a step, so runs of many steps keep it.
 fn named<'a>(list: &'a List<ElasticOutput>, name: &str) -> &'a Variable<ElasticOutput> {
     &list.0[list.reference(name).unwrap_or_else(|| panic!("no {name}"))]
 }
@@ -301,7 +301,7 @@ fn a_jump_of_the_inputs_leaves_the_mass_where_it_is() {
             assert_eq!(value(&drive, "x"), drive.cam.law.at(angle::reduce(Double::from(phi))).0[0]);
         }
         assert!((value(&drive, "x") - x).abs() > 1e-4);
-        // Without a set in between the motion starts again from the held inputs.
+        // Without new values the motion starts again from the held inputs.
         drive.advance(0.1, 0.05).unwrap();
         let phi = drive.shaft().kinematics.0[0];
         assert!((phi - (3.0 - 0.2 + 50.0 * 0.05 * 0.05)).abs() < 1e-15);
@@ -410,7 +410,7 @@ fn no_steady_state_at_an_undamped_resonance_without_spring_or_with_inputs() {
 
 #[test]
 fn a_tunable_parameter_changes_the_motion_from_now_on() {
-    // Undamped, then critically damped: continues as a drive that starts there with these parameters.
+    // Undamped, then critically damped: it continues like a drive that starts there with these parameters.
     let mut changed = harmonic_drive([1.0, 1e4, 0.0], 20.0, given());
     run(&mut changed, 0.1, 0.01);
     let (time, [q, q_dot]) = (changed.now.time, changed.now.q.array());

@@ -64,7 +64,7 @@ const AFTER_20: [[f64; 2]; 2] =
 #[test]
 fn the_twist_at_constant_speed_meets_an_independent_integration() {
     for linear in [false, true] {
-        // Of the largest q, 6e-3, and q̇, 0.3, after 1 s and after 20 s, fifteen turns.
+        // Relative to the largest q, 6e-3, and q̇, 0.3, after 1 s and after 20 s, fifteen turns.
         for steps in [1, 7, 1000, 100_000] {
             let mut drive = started(manipulator(profile(), linear, CONSTANT));
             run(&mut drive, 1.0, steps);
@@ -82,8 +82,8 @@ fn the_twist_at_constant_speed_meets_an_independent_integration() {
 
 #[test]
 fn breakpoints_of_the_law_are_met() {
-    // The 3-4-5 polynomial, from rest at φ = 0.3 for 5 s, almost four turns; the same reference method between the
-    // breakpoints, whose passage by ψ was found by Newton's method.
+    // The 3-4-5 polynomial, from rest at φ = 0.3 for 5 s, almost four turns; the same reference method between the breakpoints, at
+    // which ψ arrives by Newton's method.
     let after_5 =
         [[1.04961576766690985e-3, -1.19630783057927757e-2], [1.01217181841035232e-3, -3.37018828241425343e-3]];
     for linear in [false, true] {
@@ -270,7 +270,7 @@ fn steady_state_is_periodic_and_half_a_turn_symmetric() {
         let mut drive = started(scene);
         let first = drive.state;
         let turn = std::f64::consts::TAU / 4.84;
-        // The law has odd harmonics only, so U′U″ has half the period.
+        // The law has only odd harmonics, so U′U″ has half the period.
         for n in 0..20 {
             drive.advance(0.5 * turn * f64::from(n), 0.5 * turn).unwrap();
             let error = [drive.state[0] - first[0], drive.state[1] - first[1]];
@@ -281,7 +281,7 @@ fn steady_state_is_periodic_and_half_a_turn_symmetric() {
 
 #[test]
 fn a_small_load_makes_the_nonlinear_equation_linear() {
-    // q ~ ω², and what the linear equation neglects is of the order m ω² q² ~ ω⁶, relative to c q ~ ω² that is ω⁴.
+    // q ~ ω². The linear equation neglects terms of the order m ω² q² ~ ω⁶; relative to c q ~ ω² that is ω⁴.
     let difference = |w: f64| {
         let steady = |linear| {
             let mut scene = manipulator(profile(), linear, DriveMode::Constant { w, phi_start: 0.9 });
@@ -480,7 +480,7 @@ fn directional_derivatives_are_difference_quotients_and_dependencies_exact() {
                 let name = &v.description.name;
                 assert!((quotient - derivative).abs() < 1e-5 * scale, "{name} by {known}: {derivative} {quotient}");
                 let depends = v.description.dependencies.contains(&list.0[known].description.name);
-                // The structure is that of the linear equation, since `shaft.linear` is a parameter.
+                // The structure is the linear equation's, since `shaft.linear` is a parameter.
                 assert!(depends || derivative == 0.0, "{name} by {known}, linear {linear}: {derivative}");
                 assert!(!linear || !depends || derivative != 0.0, "{name} by {known}");
             }
@@ -536,7 +536,7 @@ fn a_state_read_from_bytes_goes_on_with_the_same_bits() {
 
 #[test]
 fn a_tuned_linear_shaft_goes_on_with_its_new_parameters() {
-    // What the tables give up, the integrator takes over: to the same numbers as from a fresh start there.
+    // The integrator takes over from the tables: with the same numbers as from a fresh start there.
     let mut drive = started(manipulator(profile(), true, CONSTANT));
     run(&mut drive, 1.0, 10);
     assert!(drive.trajectory.is_some());

@@ -90,7 +90,7 @@ fn run(drive: &mut ParametricDrive, end: f64, steps: usize) -> Result<Vec<[f64; 
         .collect()
 }
 
-/// The same from an integrator at the finest tolerance, which knows no table.
+/// The same from an integrator at the finest tolerance without a table.
 fn truth(scene: &Scene, end: f64, steps: usize) -> Option<Vec<[f64; 2]>> {
     let DriveMode::Constant { w, phi_start } = scene.drive else { unreachable!("a constant speed") };
     let (vibration, motion, mut segment) =
@@ -256,7 +256,7 @@ fn named<'a>(list: &'a List<ParametricDrive>, name: &str) -> &'a Variable<Parame
 
 #[test]
 fn the_energy_balances_close() {
-    // ½ m q̇² + ½ c q² takes what f and the varying coefficients give and b takes away.
+    // ½ m q̇² + ½ c q² gains the work of f and of the varying coefficients and loses the work of b.
     let mut drive = started(scene(Law::Series(general()), 5.0));
     let values = |d: &ParametricDrive| d.equation.coefficients.at(d.motion.at(d.time).reduced);
     let energy = |d: &ParametricDrive| {
@@ -271,7 +271,7 @@ fn the_energy_balances_close() {
         v.f[0] * rate - v.b[0] * rate * rate + 5.0 * parametric.value(d)
     });
     assert!((energy(&drive) - before - given).abs() < 1e-9 * before, "{:e}", energy(&drive) - before - given);
-    // Of the crank the whole energy ½ J ψ̇² + ½ c q² comes from the drive and the load.
+    // For the crank the whole energy ½ J ψ̇² + ½ c q² comes from the drive and the load.
     let w = 40.0;
     let mut drive = started(scene(Law::Crank(locomotive()), w));
     let energy = |d: &ParametricDrive| {

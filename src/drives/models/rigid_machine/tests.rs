@@ -360,8 +360,8 @@ fn the_loom_runs_periodically() {
         least = least.min(get(&machine, "w"));
         greatest = greatest.max(get(&machine, "w"));
     }
-    // From an independent integration in φ; at 2000 samples the extremes are met to 1e-4. (The published greatest
-    // speed, 55.775, is that of 256 angles.)
+    // From an independent integration in φ; at 2000 samples the extremes are met to 1e-4. (The published greatest speed, 55.775,
+    // comes from 256 angles.)
     assert!((least - 49.682586).abs() < 1e-4 && (greatest - 55.776336).abs() < 1e-4, "{least} … {greatest}");
     assert_near(start, 55.445228600241714, 1e-11, "w at the start");
     assert_near(get(&machine, "phi"), TAU, 1e-12, "a turn");
@@ -384,7 +384,7 @@ fn the_periodic_motion_repeats_with_load_backwards_with_lag_and_over_borders() {
     }
 }
 
-/// With J that varies by a factor of 7, a motor that lags by a turn or more moves the machine far from how one without lag does.
+/// With J that varies by a factor of 7, a motor with a lag of a turn or more moves the machine far from its motion without lag.
 #[test]
 fn the_periodic_motion_of_a_motor_that_lags_by_many_turns_repeats() {
     let cam = MotionLaw::Fourier(Fourier::new(vec![0.0, 0.2, 0.06], vec![0.0, 0.0, 0.02]));
@@ -415,7 +415,7 @@ fn repeats(scene: Scene, load: f64) {
     assert_near(get(&machine, "phi") - machine.start.phi, 3.0 * TAU * w.signum(), 1e-11, "phi");
 }
 
-/// dE/dφ = M_an − τ along the periodic motion, whose E at an angle is that of a start there; a start some turns away is the same.
+/// dE/dφ = M_an − τ along the periodic motion, whose E at an angle is the E of a start there; a start some turns away is the same.
 #[test]
 fn a_periodic_start_has_the_energy_of_its_own_angle() {
     let turning = |speed: f64, lag| Kloss {

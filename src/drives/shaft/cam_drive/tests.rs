@@ -32,7 +32,7 @@ fn the_enumeration_lists_the_standard_laws_in_their_order() {
     assert_eq!(names, crate::motion::StandardLaw::ALL.map(|law| law.name()));
 }
 
-/// A drive that is nothing but its cam.
+/// A drive that consists only of its cam.
 struct Bare(CamDrive, Start);
 
 impl HasCamDrive for Bare {
@@ -135,14 +135,14 @@ fn a_speed_without_derivatives_is_held() {
     let mut cam = integrating(0.0);
     cam.set_input(1, 4.0);
     cam.set_input_derivative(1, 1, 100.0);
-    // The value that it was set for is gone.
+    // The value that it belonged to is gone.
     cam.set_input(1, 2.0);
     assert_eq!((cam.motion(0.0).coefficients[..3].to_vec(), cam.angle(0.0, 0.5)), (vec![0.25, 2.0, 0.0], 1.25));
     cam.set_input_derivative(1, 1, 4.0);
     assert_eq!((cam.motion(0.0).degree, cam.angle(0.0, 0.5)), (2, 1.75));
     let motion = cam.motion(0.0);
     cam.step_done(&motion, 0.5);
-    // The speed stays, the derivative held for its step.
+    // The speed stays, with the derivative held for its step.
     assert_eq!(cam.motion(0.5).coefficients[..3], [1.75, 2.0, 0.0]);
     cam.start(0.0);
     assert_eq!(cam.motion(0.0).coefficients[..3], [0.25, 2.0, 0.0]);

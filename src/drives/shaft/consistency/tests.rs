@@ -1,9 +1,9 @@
-//! What is told of inputs that contradict each other, and what is not.
+//! Messages about inputs that contradict each other, and cases without a message.
 
 use super::*;
 use crate::drives::shaft::cam_drive::{CamDrive, DriveMode};
 
-/// What a drive says whose inputs are these functions of time, at steps of this length over a second.
+/// The messages of a drive whose inputs are these functions of time, at steps of this length over a second.
 fn told(step: f64, inputs: impl Fn(f64) -> [f64; 3]) -> Vec<(f64, &'static str)> {
     let mut cam = CamDrive::new((), DriveMode::Input);
     let mut log = EventLog::default();
@@ -38,10 +38,10 @@ fn inputs_that_belong_together_are_no_matter() {
             assert_eq!(told(step.min(0.01), swing), [], "{step} {mean}");
             assert_eq!(told(step.min(0.01), |t| [swing(t)[0], swing(t)[1], 0.0]), [], "{step} {mean}");
         }
-        // What a solver of the master errs by, at standstill and beside it.
+        // Typical errors of a master's solver, at standstill and near it.
         assert_eq!(told(step, |t| [100.0 + 1e-9 * (1e3 * t).sin(), 0.0, 0.0]), []);
         assert_eq!(told(step, |t| [5e-10 * (700.0 * t).cos(), 1e-9 * (-8.0 * t).exp(), 0.0]), []);
-        // As the numbers of a table round: four digits behind the point; and a jump of the speed alone.
+        // Rounded like the numbers of a table, to four decimals; and a jump of the speed alone.
         assert_eq!(told(0.01, |t| run_up(t).map(|x| (1e4 * x).round() / 1e4)), []);
         assert_eq!(told(step, |t| if t < 0.5 { [0.0, 0.0, 0.0] } else { [30.0 * (t - 0.5), 30.0, 0.0] }), []);
     }

@@ -51,7 +51,7 @@ fn pieces_and_closed_form_agree() {
 
 #[test]
 fn a_piece_without_end_is_laid_at_once() {
-    // So slow a cam belongs to a damaged state: no length has it turn by the angle of a piece.
+    // Such a slow cam belongs to a damaged state: no length lets it turn by the angle of a piece.
     let motion = AngleMotion { degree: 1, ..AngleMotion::uniform(0.0, 0.3, 0.0) };
     let mut r = Response::new(Equation::new([1.0, 1600.0, 0.0]), &law(), FINEST_TOLERANCE);
     (r.motion, r.until) = (motion, f64::INFINITY);
@@ -80,24 +80,24 @@ impl Dice {
         self.0 as f64 / 2147483647.0
     }
 
-    /// Between `low` and `high`, of all magnitudes alike.
+    /// Between `low` and `high`, all magnitudes alike.
     fn magnitude(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.roll())
     }
 }
 
-/// How steps are taken in [`errors_of_a_run`].
+/// The kinds of steps in [`errors_of_a_run`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Case {
     /// A series at constant speed: in closed form, by one rule a step, in pieces.
     Closed,
-    /// In closed form over few turns, with a natural frequency beside a harmonic: what all but cancels.
+    /// In closed form over few turns, with a natural frequency close to a harmonic: terms that all but cancel.
     Beat,
     Hermite,
     Pieces,
-    /// A ramp of the speed, set anew in each step, of a series by one rule a step.
+    /// A ramp of the speed, set anew in each step, for a series by one rule a step.
     RampOfSeries,
-    /// The same of a cycle of VDI 2143 laws with dwells, in pieces, and at constant speed.
+    /// The same for a cycle of VDI 2143 laws with dwells, in pieces, and at constant speed.
     RampOfCycle,
     Cycle,
 }
@@ -149,7 +149,7 @@ fn rounded_otherwise(law: &MotionLaw) -> MotionLaw {
     }
 }
 
-/// c and b of a random oscillator with m = 1; one that beats has an almost resonant harmonic.
+/// c and b of a random oscillator with m = 1; a beating one has an almost resonant harmonic.
 fn random_oscillator(dice: &mut Dice, case: Case, series: &Fourier, w: f64) -> [f64; 2] {
     let omega = w.abs() * dice.magnitude(0.3, 100.0);
     let ratio = if dice.roll() < 0.2 { 0.0 } else { dice.magnitude(1e-4, 5.0) };
@@ -162,9 +162,8 @@ fn random_oscillator(dice: &mut Dice, case: Case, series: &Fourier, w: f64) -> [
     [omega * omega, 2.0 * omega * dice.magnitude(1e-5, 1e-2)]
 }
 
-/// The true and the estimated error of a random oscillator on a random law over 1 to 50 turns; None where no rule reaches
-/// over the step. The truth: [`Truth`] of a series at constant speed, else pieces at the finest tolerance that are rounded
-/// otherwise.
+/// The true and the estimated error of a random oscillator on a random law over 1 to 50 turns; None if no rule is accurate over the
+/// step. The truth: [`Truth`] for a series at constant speed, else pieces at the finest tolerance with other roundings.
 fn errors_of_a_run(dice: &mut Dice, case: Case) -> Option<[f64; 2]> {
     let series = random_series(dice);
     let law = match case {
@@ -272,8 +271,8 @@ fn the_estimates_of_pieces_are_honest() {
     estimates_are_honest(Case::Pieces, 200);
 }
 
-/// What a cycle errs by from rest at this speed, angle and natural frequency, and what it estimates. The truth: q at some
-/// times, of 34 digits, −ẍ times the impulse response by Gauss's rule on cells of a radian.
+/// The true and the estimated error of a cycle from rest at this speed, angle and natural frequency. The truth: q at some times,
+/// with 34 digits, −ẍ times the impulse response by Gauss's rule on cells of a radian.
 fn error_and_estimate(plan: CyclePlan, motion: [f64; 3], table: bool, reference: &[(f64, f64)]) -> [f64; 2] {
     let [w, phi, omega] = motion;
     let law = Arc::new(MotionLaw::Cycle(Cycle::new(plan)));

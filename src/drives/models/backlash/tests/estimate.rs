@@ -109,7 +109,7 @@ fn end(scene: Scene, span: f64, ramp: Option<f64>) -> ([f64; 4], f64) {
     ([x, x + state.q[0], v, v + state.q[1]], drive.solver.error_estimate)
 }
 
-/// The same motion three times as large, of a cam that is turned on its shaft: all roundings differ.
+/// The same motion three times as large, with a cam turned on its shaft: all roundings differ.
 fn rounded_otherwise(scene: &Scene) -> Scene {
     let DriveMode::Constant { w, phi_start } = &scene.drive else { unreachable!("random scenes have a speed") };
     let cam = match &scene.cam {

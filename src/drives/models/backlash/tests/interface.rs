@@ -130,7 +130,7 @@ fn a_jump_of_the_inputs_moves_no_free_mass_and_pushes_one_on_a_flank() {
         let push = drive.now.tally.impulse - tally.impulse;
         let expected = if contact { drive.parameters.m1 * (after[1] - before[1]) } else { 0.0 };
         assert!((push - expected).abs() < 1e-16 && (contact == (push != 0.0)));
-        // What apply shows, advance takes up: once.
+        // The jump that apply shows is taken up by advance once.
         let shown = drive.now.tally.impulse;
         drive.advance(time, 1e-9).unwrap();
         assert_eq!(drive.now.tally.impulse, shown);

@@ -1,4 +1,4 @@
-//! Jumps of the inputs: what they do to a mass that flies, that they set on a flank, and to one that cannot leave it.
+//! Jumps of the inputs: their effect on a mass in flight, on one that they set on a flank, and on one that cannot leave it.
 
 use super::interface::{march, ramp, set, with_inputs};
 use super::*;
@@ -9,15 +9,15 @@ fn places(drive: &BacklashDrive) -> [f64; 4] {
     [x, v, x + q[0], v + q[1]]
 }
 
-/// A drive whose mass flies at this time, on uniform inputs up to there; None where it does not.
+/// A drive whose mass flies at this time, on uniform inputs up to there; None if it does not.
 fn flying(e: f64, time: f64) -> Option<BacklashDrive> {
     let mut drive = with_inputs(e);
     march(&mut drive, time, 1e-3, ramp(0.0));
     (drive.now.mode == Mode::Free).then_some(drive)
 }
 
-/// Sets inputs by which m1 is `ahead` (m) of a flank and moves away from it at `speed` (m/s), as the flank pushes, and by
-/// which the flank is accelerated by about `push` (m/s²) in that sense.
+/// Sets inputs with which m1 is `ahead` (m) of a flank and moves away from it at `speed` (m/s), in the sense in which the flank
+/// pushes, and with which the flank accelerates at about `push` (m/s²) in that sense.
 fn meet(drive: &mut BacklashDrive, flank: Flank, [ahead, speed, push]: [f64; 3]) {
     let ([x, v, ..], sign) = (places(drive), flank.sign());
     let target = x - drive.bodies.place(flank) - sign * ahead;
@@ -100,7 +100,7 @@ fn a_mass_between_the_flanks_flies_on() {
     for (flank, time) in [Flank::A, Flank::B].into_iter().flat_map(|flank| times().map(move |time| (flank, time))) {
         let Some(mut drive) = flying(0.5, time) else { continue };
         let (before, tally) = (places(&drive), drive.now.tally);
-        // Towards the flank, but 10 µm in front of it; without the relative speed, too.
+        // Towards the flank, but 10 µm before it; without the relative speed, too.
         for speed in [-0.1, 0.0] {
             drive.now.point = drive.end.point;
             meet(&mut drive, flank, [1e-5, speed, 1e3]);
@@ -126,7 +126,7 @@ fn a_flank_that_is_torn_away_releases_its_mass() {
     set(&mut drive, 1.0001, w, a);
     let (tally, [.., y, y_dot]) = (drive.now.tally, places(&drive));
     drive.apply(0.02).unwrap();
-    // At once, and not before m2, which stays where it is.
+    // At once, not only after m2 has moved.
     let [.., y_now, y_dot_now] = places(&drive);
     assert!(drive.now.mode == Mode::Free && (y_now - y).abs() < 1e-16 && (y_dot_now - y_dot).abs() < 1e-15);
     drive.events().clear();
@@ -156,7 +156,7 @@ fn without_clearance_no_jump_and_no_pull_releases_the_mass() {
         let [force, ..] = drive.bodies.force(drive.now.point.state.q, &u);
         signs[usize::from(force > 0.0)] = true;
     }
-    // All that is told is that the inputs jump.
+    // The log only reports that the inputs jump.
     let about: Vec<About> = drive.log.iter().map(|event| event.about).collect();
     assert_eq!((signs, about), ([true; 2], vec![About::Inputs]));
 }

@@ -3,7 +3,7 @@
 
 use super::*;
 
-/// What, when (s), and the impulse (N·s) of impacts.
+/// Kind, time (s) and impulse (N·s) of impacts.
 type Reference = [(&'static str, f64, f64)];
 
 /// From rest, b = 60 N·s/m, s = 0.3 mm, 50 rad/s.

@@ -33,7 +33,7 @@ fn bounces_on_a_pressed_flank_add_up() {
 
 #[test]
 fn bounces_on_a_pressed_flank_add_up_beside_a_weak_damper() {
-    // Its force is 1e-11 of what presses; 2 v₀/(α (1 − e)) = 2 ms.
+    // Its force is 1e-11 of the pressing force; 2 v₀/(α (1 − e)) = 2 ms.
     for e in [0.1, 0.6, 0.99, 0.9995] {
         let (m1, v0) = (2.0, 0.1 * (1.0 - e));
         let (run, _) = thrown([e, 1e-9], v0, 0.0, 0.01);
@@ -60,7 +60,7 @@ fn observe(drive: &mut BacklashDrive, from: f64, to: f64, events: &mut Vec<Event
 
 #[test]
 fn impulses_are_what_the_contact_force_leaves_of_the_momentum() {
-    // Each bounce lasts e times the one before it; from the last one on F_K acts alone, and force_mean is its mean.
+    // Each bounce lasts e times the previous one; after the last one F_K acts alone, and force_mean is its mean.
     let slow = |e: f64, b: f64| scene(5.0, 1e-9, b, e);
     let fast = |e: f64, b: f64| scene(50.0, 3e-4, b, e);
     for (scene, end) in [
@@ -158,7 +158,7 @@ fn elastic_bounces_never_stick() {
 
 #[test]
 fn a_grazing_mass_strikes_only_if_it_reaches_the_flank() {
-    // m1 = m2 = c = 1 on a resting flank: z = z₀ + ½(q₀ − q), lowest where q = −q₀ > 0.
+    // m1 = m2 = c = 1 on a resting flank: z = z₀ + ½(q₀ − q), lowest at q = −q₀ > 0.
     for margin in [1e-3, 1e-6, 1e-9, 1e-12] {
         for sign in [1.0, -1.0] {
             let bodies = Bodies::new(&Parameters { m1: 1.0, m2: 1.0, c: 1.0, b: 0.0, s: 10.0, e: 0.0 });
@@ -279,7 +279,7 @@ fn a_cycle_with_dwells_keeps_the_balances() {
 
 #[test]
 fn a_mass_at_rest_in_a_dwell_rises_with_any_law() {
-    // F_K grows from zero as slowly as the law begins, and a mass with restitution must not bounce without end meanwhile.
+    // F_K grows from zero as slowly as the law begins; a mass with restitution must not bounce without end meanwhile.
     for law in StandardLaw::ALL {
         for e in [0.0, 0.5, 0.7055754424178495, 1.0] {
             let mut scene = scene(71.77168521432267, 2.5315471307450462e-5, 0.0, e);
@@ -333,7 +333,7 @@ fn stiff_and_overdamped_drives_keep_the_balances() {
 
 #[test]
 fn a_steep_rise_does_not_blur_the_release_on_a_gentle_return() {
-    // Within the return U is the same whatever the rise: so is the motion.
+    // Within the return U does not depend on the rise, and neither does the motion.
     let after_return = |rise_angle: f64, inflection: Option<f64>| {
         let plan = CyclePlan {
             stroke: 0.01,

@@ -1,4 +1,4 @@
-//! Inputs and parameters that jump: who leaves his flank, who stays on it, and what keeps place and velocity.
+//! Jumps of inputs and parameters: which followers leave their flanks, which stay, and which place and velocity continue.
 
 use super::super::*;
 use super::reference::{backlash, machine, output, scene, series};
@@ -56,7 +56,7 @@ impl Named {
     }
 }
 
-/// A follower on a cam that it may leave, with m1 = 0.2 kg: 20 N at y = −0.01 m and 500 N/m press it on.
+/// A follower that may lift off its cam, with m1 = 0.2 kg: 20 N at y = −0.01 m and 500 N/m press it on.
 fn pressed(m2: f64, s: f64, e: f64) -> Follower {
     let mut follower = backlash(series(&[0.0, 0.01], &[]), [0.2, m2, 2e4, 2.0, s, e]);
     follower.load = Load {
@@ -88,7 +88,7 @@ fn a_force_that_lifts_a_follower_does_so_at_once() {
             train.to(0.05, 5 * steps);
             assert_eq!(train.get("follower[1].contact"), 1.0);
             if toggled {
-                // What is set and taken back before the step does nothing.
+                // A value set and taken back before the step has no effect.
                 train.set(name, there);
                 assert_eq!(train.get("follower[1].contact"), 0.0, "{name}");
                 train.set(name, back);
@@ -219,7 +219,7 @@ fn jumps_are_those_of_a_backlash_drive() {
         let parameters = crate::drives::backlash::Parameters { m1: 0.2, m2: 0.5, c: 3e5, b: 30.0, s: 3e-4, e };
         let cam = series(&[0.0, 0.01, 0.002], &[]);
         let follower = backlash(cam.clone(), [0.2, 0.5, 3e5, 30.0, 3e-4, e]);
-        // Each step ends 4.5e-5 rad and 0.135 rad/s at most beside the next one.
+        // Each step ends at most 4.5e-5 rad and 0.135 rad/s from the start of the next one.
         let inputs = |t: f64| {
             let (sine, cosine) = (300.0 * t).sin_cos();
             [100.0 * t + 0.01 * sine, 100.0 + 3.0 * cosine, -900.0 * sine]

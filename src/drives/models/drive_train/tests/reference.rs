@@ -126,7 +126,7 @@ impl DriveTrain {
     }
 }
 
-/// Compares what is read with the numbers.
+/// Compares the read values with the numbers.
 fn check(name: &str, scene: &Scene, end: f64, expected: &[(&str, f64, f64)], events: &[f64]) {
     for (tolerance, steps, part) in [(1e-14, 3, 2e-13), (0.0, 1, 1e-9), (0.0, 7, 1e-9)] {
         let train = run(scene, end, steps, tolerance);
@@ -146,7 +146,7 @@ fn check(name: &str, scene: &Scene, end: f64, expected: &[(&str, f64, f64)], eve
     estimate(name, scene, end);
 }
 
-/// The estimated error covers that of all states, and is not far above the tolerance where no two followers chatter at once.
+/// The estimated error covers the error of all states, and is not far above the tolerance unless two followers chatter at once.
 fn estimate(name: &str, scene: &Scene, end: f64) {
     let states = |train: &DriveTrain| {
         let mut y = [0.0; MOST_STATES];
@@ -827,7 +827,7 @@ fn the_log_tells_once_of_each_follower_whose_cam_begins_to_pull() {
 
 #[test]
 fn energy_over_a_thousand_turns() {
-    // A constant torque drives, nothing but impacts dissipates: E + Σ losses − M (φ − φ₀) stays.
+    // A constant torque drives and only impacts dissipate: E + Σ losses − M (φ − φ₀) is constant.
     let torque = 0.2;
     let motor = Motor { source: Source::Constant(torque), transmission: Transmission::default() };
     let (c0, c1) = (2000.0, 9000.0);
@@ -852,7 +852,7 @@ fn energy_over_a_thousand_turns() {
         let left = energy(&train) + train.read("loss") - work - before;
         largest = largest.max(left.abs() / (before + work));
     }
-    // It is chaotic: how much it loses depends on roundings.
+    // It is chaotic: its losses depend on roundings.
     assert!(train.run.tallies[0].impacts > 1000.0 && train.read("loss") > 100.0);
     assert!(largest < 1e-9, "{largest:e}");
 }
@@ -884,7 +884,7 @@ fn saved_and_restored_in_chatter() {
 fn a_stiff_output_is_rigid() {
     let free = || Shaft::Free(machine(0.9, [0.0, 10.0], kloss(60.0, 0.2, 15.0, None)));
     let rigid = run(&scene(free(), vec![follower(hs(0.04), 3.0, Joint::Rigid)]), 0.1, 1, 0.0);
-    // D = 1: what the start excites dies away at once.
+    // D = 1: the transient of the start dies away at once.
     let c: f64 = 1e12;
     let stiff = run(&scene(free(), vec![output(hs(0.04), [3.0, c, 2.0 * (3.0 * c).sqrt()], 0.0)]), 0.1, 1, 0.0);
     for (name, size) in [("phi", 1.3), ("w", 14.8), ("a", 100.0)] {

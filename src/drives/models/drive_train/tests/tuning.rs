@@ -1,4 +1,4 @@
-//! A tunable that is changed between two steps gives the motion of a train that had it from the start.
+//! A tunable changed between two steps gives the motion of a train that had it from the start.
 
 use super::super::*;
 use super::reference::{backlash, kloss, machine, output, press_scene, scene, series, shaft};
@@ -96,7 +96,7 @@ impl Tuned {
         }
     }
 
-    /// The values of all outputs but those of the solver, now and after each step.
+    /// The values of all outputs except the solver's, now and after each step.
     fn run(&mut self, steps: usize) -> Result<Vec<Vec<f64>>, Fault> {
         let is_output =
             |d: &crate::drives::Description| d.causality == Causality::Output && matches!(d.kind, Kind::Real { .. });
@@ -153,7 +153,7 @@ fn changes(r: &mut Random, scene: &Scene, of: impl Fn(&str) -> bool) -> Vec<(usi
     changes
 }
 
-/// Whatever was read from a saved state between the change and the step, the motion is the same.
+/// After reading a saved state between the change and the step, the motion is the same.
 fn saved(tuned: &mut Tuned, scene: &Scene) -> Tuned {
     let bytes = tuned.drive.save().serialize().unwrap();
     let mut other =

@@ -1,4 +1,4 @@
-//! A damping law is a line: m q̈ + b(q̇) q̇ + c q = −m ẍ with b(q̇) = b₁ + b₂ |q̇|, at constant speed and on inputs, solved by
+//! A damping law is one line: m q̈ + b(q̇) q̇ + c q = −m ẍ with b(q̇) = b₁ + b₂ |q̇|, at constant speed and on inputs, solved by
 //! collocation and compared with an independent integration.
 
 use super::*;
@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-10;
 
 /// An equation of motion of the output, smooth as long as its guard is positive.
 trait Law: Copy {
-    /// q̈ at q, q̇ where the cam has x, ẋ, ẍ.
+    /// q̈ at q, q̇ for the cam's x, ẋ, ẍ.
     fn acceleration<S: Scalar>(&self, state: [S; 2], x: [S; 3]) -> S;
     /// The guard's coefficients of q and q̇.
     fn guard(&self) -> [f64; 2];
@@ -53,7 +53,7 @@ struct Piece<'a, L> {
     cam: &'a MotionLaw,
     motion: AngleMotion,
     segment: usize,
-    /// Whether the guard is zero where the next step begins.
+    /// Whether the guard is zero at the start of the next step.
     on_guard: bool,
     crossings: usize,
 }
@@ -66,7 +66,7 @@ impl<L: Law> Piece<'_, L> {
         lift([u, slope, curvature], [w, a])
     }
 
-    /// One step, at most to `limit`, and shortened to where the cam or the law changes.
+    /// One step, at most to `limit`, and shortened to a change of the cam or the law.
     fn step(&mut self, integrator: &mut Collocation<2>, limit: Double, control: StepControl) -> Result<(), Failure> {
         let (before, start) = (integrator.clone(), integrator.end());
         control.step(integrator, self, limit, 4)?;
@@ -87,7 +87,7 @@ impl<L: Law> Piece<'_, L> {
         }
         guard[0] = of_q * q + of_v * v;
         if self.on_guard || guard[0] == 0.0 {
-            // Where the guard begins with a zero, of a mass at rest of any order, roundings do not say which side it takes.
+            // If the guard begins with a zero, which has any order for a mass at rest, roundings do not show its sign.
             let least = ROUNDING * guard.iter().fold(0.0, |largest: f64, c| largest.max(c.abs()));
             guard[0] = 0.0;
             guard.iter_mut().take_while(|c| c.abs() <= least).for_each(|c| *c = 0.0);
@@ -104,7 +104,7 @@ impl<L: Law> Piece<'_, L> {
             self.on_guard = false;
             control.step(integrator, self, there, 4)?;
             if (there - integrator.end()).hi > 0.0 {
-                // The tolerance asks for a shorter step, so the way on is left to the next one.
+                // The tolerance needs a shorter step, so the rest is left to the next one.
                 return Ok(());
             }
         }
@@ -169,7 +169,8 @@ fn trajectory<L: Law>(law: L, cam: &MotionLaw, shaft: [f64; 3], input: bool, ste
     (trajectory, piece.crossings)
 }
 
-/// The same of m, c and b = b₁ + b₂ |q̇| by the classical Runge–Kutta method in steps of 1e-5 s at most, which end where the cam passes a breakpoint.
+/// The same for m, c and b = b₁ + b₂ |q̇| by the classical Runge–Kutta method in steps of 1e-5 s at most, which end when the cam
+/// passes a breakpoint.
 fn reference(body: [f64; 4], cam: &MotionLaw, shaft: [f64; 3], steps: u32) -> Vec<[f64; 2]> {
     let ([m, c, b1, b2], [phi, w, a]) = (body, shaft);
     let angle = |t: f64| phi + (w + 0.5 * a * t) * t;

@@ -3,8 +3,8 @@
 use super::*;
 use crate::numerics::gauss::Gauss;
 
-/// Miss of E against ∫ (tau ω − b q̇²) dt over the next forty panels, as part of the energy that drive, damper and mass exchange.
-/// A panel is at most 8 rad of the fastest wave and ends where the law has a breakpoint.
+/// Error of E against ∫ (tau ω − b q̇²) dt over the next forty panels, as part of the energy that drive, damper and mass exchange.
+/// A panel is at most 8 rad of the fastest wave and ends at the breakpoints of the law.
 fn missed(drive: &mut ElasticOutput, w: f64) -> f64 {
     let (law, list) = (drive.cam().law.clone(), drive.variables());
     let get = |drive: &ElasticOutput, name: &str| named(&list, name).value(drive);

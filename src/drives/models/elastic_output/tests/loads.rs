@@ -1,5 +1,5 @@
-//! Under loads, against numbers of two independent programs, against an integration of the equation itself and against what
-//! must hold for any loads.
+//! Under loads, against numbers of two independent programs, against an integration of the equation itself and against relations
+//! that hold for any loads.
 
 use super::*;
 use crate::drives::follower::load::Spring;
@@ -106,7 +106,7 @@ fn random_law(dice: &mut Dice, size: f64, series: bool) -> MotionLaw {
     }
 }
 
-/// The same of a force, which may also be one of lines with a step.
+/// The same for a force, which may also consist of lines with a step.
 fn random_process(dice: &mut Dice, size: f64, series: bool) -> MotionLaw {
     if series || dice.roll() < 0.5 {
         return random_law(dice, size, series);
@@ -136,8 +136,8 @@ fn random_load(dice: &mut Dice, mcb: [f64; 3], size: f64, series: bool) -> Load 
     }
 }
 
-/// y, ẏ at the last of the `stops` (s), between which all is smooth, from the first: m ÿ = −c (y − x) − b (ẏ − ẋ) + F_L by Gragg's
-/// rule, extrapolated to the order 16; `at` makes φ, ω of a time and `input` F.
+/// y, ẏ at the last of the `stops` (s), from the first on, with a smooth motion between them: m ÿ = −c (y − x) − b (ẏ − ẋ) + F_L by
+/// Gragg's rule, extrapolated to the order 16; `at` returns φ, ω at a time and `input` F.
 fn integrated(
     scene: &Scene,
     start: [f64; 2],
@@ -194,7 +194,7 @@ fn integrated(
     state
 }
 
-/// When a shaft at the constant speed `w` from `phi` on passes breakpoints of the laws up to the time `end` (s).
+/// The times up to `end` (s) at which a shaft at the constant speed `w` from `phi` on passes breakpoints of the laws.
 fn stops(scene: &Scene, [phi, w]: [f64; 2], end: f64) -> Vec<f64> {
     let laws = [Some(&scene.cam), scene.load.process.as_ref()];
     let breakpoints = laws.into_iter().flatten().flat_map(|law| law.breakpoints().to_vec());
@@ -596,7 +596,7 @@ fn a_drive_under_loads_is_restored_bit_by_bit_and_tuned_as_one_that_starts_there
         let made = original.clone();
         set(&mut original, "F", 0.1 * scene.parameters.c * scene.cam.bound(0));
         run(&mut original, end, 0.013 * end);
-        // What a law is tuned by first: a coefficient, a stroke, a factor.
+        // The first tunable of a law: a coefficient, a stroke, a factor.
         let list = original.variables();
         let first = list.0.iter().find(|v| v.description.name.starts_with("load.process.")).unwrap();
         let tuned_to = 1.5 * first.value(&original);
@@ -645,7 +645,7 @@ fn a_drive_under_loads_is_restored_bit_by_bit_and_tuned_as_one_that_starts_there
     }
 }
 
-/// When the parameters are tuned there.
+/// The time at which the parameters are tuned.
 fn made_time(end: f64) -> f64 {
     1.5 * end
 }
@@ -766,7 +766,7 @@ fn dependencies_and_derivatives_of_a_drive_under_loads() {
     }
 }
 
-/// The scene that this drive on inputs was made of.
+/// The scene from which this drive on inputs was made.
 fn drive_scene(drive: &ElasticOutput) -> Scene {
     let loaded = drive.loaded.as_ref().unwrap();
     let [load, roller] = (*loaded.loads).clone();

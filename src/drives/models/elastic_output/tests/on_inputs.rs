@@ -1,4 +1,4 @@
-//! Steps on inputs that go on as they were.
+//! Steps on inputs that go on unchanged.
 
 use super::*;
 
@@ -11,8 +11,8 @@ fn motion(t: f64) -> [f64; 3] {
     }
 }
 
-/// From 0 to 3 s in so many steps, as importers make them; at every `look`th outputs are read after the inputs were set, and c
-/// changes at 1.6 s. q, q̇ and the steps of the solver between 1 s and 1.5 s.
+/// From 0 to 3 s in so many steps, as importers make them; at every `look`th step outputs are read after setting the inputs, and c
+/// changes at 1.6 s. Returns q, q̇ and the steps of the solver between 1 s and 1.5 s.
 fn run_on_inputs(per_second: u32, look: u32) -> ([f64; 2], f64) {
     let mut scene = scene([1.0, 1e4, 5.0], MotionLaw::Fourier(series()), DriveMode::Input, at_rest());
     scene.solver.tolerance = 1e-13;
@@ -44,7 +44,7 @@ fn steps_that_go_on_lead_where_long_ones_lead() {
         let (found, steps) = run_on_inputs(per_second, look);
         let scale = expected[0].abs() + expected[1].abs() / 100.0;
         assert_near(off(found, expected, scale, 100.0), 2e-12, &format!("{per_second} steps per second"));
-        // The closed form takes no steps; at long ones a stretch of quadratures is not yet over.
+        // The closed form takes no steps; with long ones a stretch of quadratures is not yet over.
         assert!(per_second == 100 || steps == 0.0, "{per_second}: {steps}");
     }
 }

@@ -1,4 +1,4 @@
-//! Random and extreme drives: what comes out is right, within its own error estimate, or a clear fault.
+//! Random and extreme drives: results are right within their own error estimate, or a clear fault.
 
 use super::*;
 use std::f64::consts::TAU;
@@ -52,10 +52,10 @@ fn random_law(r: &mut Random) -> MotionLaw {
     }))
 }
 
-/// The default start, in which nothing has a size yet.
+/// The default start, at which no quantity has a size yet.
 pub(super) const AT_REST: Start = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
 
-/// A drive of any size, of vibrations between a third and 30 per turn, and what it is driven through.
+/// A drive of any size, with between a third and 30 vibrations per turn, and the angle of its run.
 pub(super) fn random_scene(r: &mut Random) -> (Scene, f64) {
     let cam = random_law(r);
     let m = r.scale(0.1, 100.0);
@@ -77,8 +77,8 @@ pub(super) fn random_scene(r: &mut Random) -> (Scene, f64) {
     (scene, r.scale(1.0, 50.0) * TAU / w.abs())
 }
 
-/// The largest error of the states, each relative to its largest value so far; of a motion from rest, which at first is as
-/// small as one likes, to its largest value over the run.
+/// The largest error of the states, each relative to its largest value so far. For a motion from rest, which may begin as small as
+/// one likes, relative to its largest value over the run.
 pub(super) fn relative_error(start: &Start, got: &[[f64; 2]], truth: &[[f64; 2]]) -> f64 {
     let mut scale = [start.q.abs(), start.q_dot.abs()];
     let largest = |scale: [f64; 2], y: &[f64; 2]| [0, 1].map(|i| f64::max(scale[i], y[i].abs()));
@@ -95,8 +95,8 @@ pub(super) fn relative_error(start: &Start, got: &[[f64; 2]], truth: &[[f64; 2]]
     error
 }
 
-/// How the estimates compare with the true errors: in one of a hundred at most they are too low, and half of them are
-/// `within` this factor.
+/// Asserts how the estimates compare with the true errors: at most one in a hundred is too low, and half of them are `within` this
+/// factor.
 pub(in crate::drives) fn assert_honest(what: &str, mut ratios: Vec<f64>, within: f64) {
     ratios.sort_by(f64::total_cmp);
     let (low, median) = (ratios.iter().filter(|ratio| **ratio < 1.0).count(), ratios[ratios.len() / 2]);
@@ -104,7 +104,7 @@ pub(in crate::drives) fn assert_honest(what: &str, mut ratios: Vec<f64>, within:
     assert!(100 < count && low * 100 <= count && median <= within, "{what}: {low} of {count} too low, median {median}");
 }
 
-/// The states at `count` points of the run and the error estimate at its end; None where the run ends in a fault.
+/// The states at `count` points of the run and the error estimate at its end; None if the run ends in a fault.
 fn states(scene: &Scene, span: f64, count: i32) -> Option<(Vec<[f64; 2]>, f64)> {
     let mut drive = ElasticShaft::new(scene.clone()).unwrap();
     drive.start(0.0).unwrap();
@@ -131,7 +131,7 @@ fn the_error_estimate_is_honest() {
             continue;
         };
         let error = relative_error(&scene.start, &got, &truth);
-        // Below this the truth is not known itself; a drive without motion has no error at all.
+        // Below this the truth is not known either; a drive without motion has no error.
         let least = 1e-15;
         let ratio = if error == 0.0 { estimate.max(least) / least } else { estimate / error.max(least) };
         ratios.push((ratio, scene.linear));
@@ -160,8 +160,8 @@ fn states_on_inputs(scene: &Scene, motion: [f64; 3], span: f64, count: i32) -> O
     Some((all, drive.solver.error_estimate))
 }
 
-/// One of these drives erred by 16 times the estimate where the second correction of Newton's method, small by chance, counted
-/// as the last one.
+/// One of these drives erred by 16 times the estimate when the second correction of Newton's method, small by chance, counted as
+/// the last one.
 #[test]
 fn the_error_estimate_on_inputs_is_honest() {
     let r = &mut Random(7);
@@ -251,8 +251,8 @@ fn three_harmonics() -> MotionLaw {
 
 #[test]
 fn the_estimate_of_a_cam_without_inertia_does_not_grow_over_thousands_of_steps() {
-    // From rest 0.1 rad before U′ = 0 to 0.1 rad behind it, where the cam with J = 1e-12 m U′²max swings to and fro
-    // through the zero: an undamped motion of thousands of steps that does not multiply errors.
+    // From rest 0.1 rad before U′ = 0 to 0.1 rad after it, where the cam with J = 1e-12 m U′²max swings to and fro through the
+    // zero: an undamped motion of thousands of steps that does not multiply errors.
     let (m, c) = (200.0, 20000.0);
     let inertia = m * three_harmonics().bound(1).powi(2) * 1e-12;
     let run = |tolerance: f64| {
@@ -275,7 +275,7 @@ fn the_estimate_of_a_cam_without_inertia_does_not_grow_over_thousands_of_steps()
 
 #[test]
 fn a_vibration_that_dies_out_is_followed_to_rest() {
-    // At 1e-9 rad/s the twist comes to rest at some 1e-27 rad, in whose rounding the last of q̇ vanishes.
+    // At 1e-9 rad/s the twist comes to rest at some 1e-27 rad, whose rounding hides the last of q̇.
     for (method, span, steps) in [(Method::Adaptive, 2000.0, 6), (Method::FixedCost, 30.0, 300)] {
         let mut drive = started(Scene {
             load: Load::default(),
@@ -290,14 +290,14 @@ fn a_vibration_that_dies_out_is_followed_to_rest() {
         let u = three_harmonics().at(0.3 + 1e-9 * span).0;
         let rest = -20.0 * 1e-18 * u[1] * u[2] / 2000.0;
         assert!((drive.state[0] / rest - 1.0).abs() < 1e-6, "{method:?}: {:?} {rest:e}", drive.state);
-        // The default step of fixed cost is 2.5 ms; without a tolerance for what U′U″ is rounded by, the other method
-        // shortens its steps without end.
+        // The default step of fixed cost is 2.5 ms; without a tolerance for the rounding of U′U″ the other method shortens its
+        // steps without end.
         let counted = drive.solver.steps;
         assert!(
             if method == Method::Adaptive { counted < 2000.0 } else { counted <= span / 2.5e-3 + 1.0 },
             "{counted}"
         );
-        // In steps of 2.5 ms q̇ keeps to 3e-4 of itself, no better, and an estimate may be a hundred times as large.
+        // In steps of 2.5 ms q̇ is accurate only to 3e-4 of itself, and an estimate may be a hundred times as large.
         assert!(drive.solver.error_estimate < 3e-2, "{method:?}: {:e}", drive.solver.error_estimate);
     }
 }

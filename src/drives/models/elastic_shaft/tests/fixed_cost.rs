@@ -3,8 +3,7 @@
 use super::extremes::{AT_REST, Random, assert_honest, random_scene, relative_error};
 use super::*;
 
-/// A nonlinear drive at constant speed or any drive on inputs, what it is driven through, and φ and ω at the start and
-/// α of its inputs.
+/// A nonlinear drive at constant speed or any drive on inputs, the angle of its run, φ and ω at the start, and α of its inputs.
 struct Case {
     scene: Scene,
     span: f64,
@@ -36,7 +35,7 @@ impl Case {
         drive.cam.set_inputs([phi + (w + 0.5 * a * t) * t, w + a * t, a]);
     }
 
-    /// The drive after each communication step; None where it ends in a fault.
+    /// The drive after each communication step; None if it ends in a fault.
     fn run(&self, scene: Scene, mut after: impl FnMut(&ElasticShaft)) -> Option<()> {
         let inputs = scene.drive == DriveMode::Input;
         let mut drive = ElasticShaft::new(scene).unwrap();
@@ -60,7 +59,7 @@ fn fixed_cost(step_size: f64) -> Settings {
     Settings { method: Method::FixedCost, step_size, ..Settings::default() }
 }
 
-/// Estimate over error for random cases; how many runs end in a fault.
+/// Estimate over error for random cases; returns how many runs end in a fault.
 fn honesty(seed: u64, on_inputs: bool, settings: impl Fn(&mut Random, &Case) -> Settings) -> (Vec<f64>, usize) {
     let r = &mut Random(seed);
     let (mut ratios, mut faults) = (Vec::new(), 0);
@@ -71,7 +70,7 @@ fn honesty(seed: u64, on_inputs: bool, settings: impl Fn(&mut Random, &Case) -> 
         }
         let solver = settings(r, &case);
         let (mut got, mut truth, mut estimates) = (Vec::new(), Vec::new(), [0.0; 2]);
-        // Between the ends of steps the tolerance decides, at the ends its square: shorter steps would but add roundings.
+        // Between the ends of steps the tolerance decides, at the ends its square: shorter steps would only add roundings.
         let finest = Settings { tolerance: if on_inputs { 1e-12 } else { 1e-14 }, ..Settings::default() };
         let known = case.run(case.with(finest), |drive| {
             truth.push(drive.state);
@@ -85,11 +84,11 @@ fn honesty(seed: u64, on_inputs: bool, settings: impl Fn(&mut Random, &Case) -> 
             faults += 1;
             continue;
         }
-        // The inputs are rounded, and the truth with them.
+        // The inputs are rounded, and so is the truth.
         let angle = if on_inputs { case.ramp[1].abs() * case.span } else { 0.0 };
         let error = relative_error(&case.scene.start, &got, &truth).max(0.3 * f64::EPSILON * angle);
         let ratio = estimates[1] / error.max(1e-15);
-        // A difference that the truth's own error may make is none.
+        // A difference that the truth's own error may cause does not count.
         ratios.push(if error <= estimates[1] + estimates[0] { ratio.max(1.0) } else { ratio });
     }
     (ratios, faults)
@@ -125,8 +124,8 @@ fn the_error_estimate_by_tolerance_is_honest_on_inputs() {
     assert_honest("tolerance on inputs", ratios, 100.0);
 }
 
-/// Equal steps and steps by tolerance on inputs that keep their speed, against the drive whose speed is constant, which knows
-/// the angle to all digits: the angles of the inputs are rounded.
+/// Equal steps and steps by tolerance on inputs of constant speed, against the drive at constant speed, which knows the angle to
+/// all digits: the angles of the inputs are rounded.
 #[test]
 fn the_error_estimate_is_honest_where_angles_are_rounded() {
     let r = &mut Random(10);
@@ -148,13 +147,13 @@ fn the_error_estimate_is_honest_where_angles_are_rounded() {
             got.push(drive.state);
             estimates[1] = drive.solver.error_estimate;
         });
-        // The truth of a vibration that grows is known to fewer digits.
+        // The truth of a growing vibration is known to fewer digits.
         if known.is_none() || ends.is_none() || estimates[0] > 1e-11 {
             continue;
         }
         let error = relative_error(&case.scene.start, &got, &truth);
         let ratio = estimates[1] / error.max(1e-15);
-        // A difference that the truth's own error may make is none.
+        // A difference that the truth's own error may cause does not count.
         ratios.push(if error <= estimates[1] + estimates[0] { ratio.max(1.0) } else { ratio });
     }
     assert_honest("rounded angles", ratios, 100.0);
@@ -162,7 +161,7 @@ fn the_error_estimate_is_honest_where_angles_are_rounded() {
 
 #[test]
 fn the_work_of_a_communication_step_is_bounded() {
-    // Of a smooth law one solution per internal step; each takes 8 evaluations to begin with and 8 per iteration.
+    // A smooth law takes one solution per internal step; each takes 8 evaluations to begin with and 8 per iteration.
     let solution = 8.0 * (1.0 + 4.0);
     let passages = crate::drives::solver::oscillation::steps::ATTEMPTS as f64;
     for (law, per_step) in [(profile(), 1.0), (cycle(StandardLaw::ModifiedTrapezoid), passages)] {
@@ -219,8 +218,8 @@ fn the_table_of_the_linear_equation_leaves_no_method_to_choose() {
 
 #[test]
 fn growth_without_bound_ends_in_a_fault() {
-    // The speed at which the stiffness swings twice per vibration, without damping: by the table, by the tolerance and
-    // by equal steps.
+    // The speed at which the stiffness swings twice per vibration, without damping: by the table, by the tolerance and by equal
+    // steps.
     let order = MotionLaw::Fourier(Fourier::new(vec![0.0, 0.2], vec![]));
     let mut unstable = manipulator(order, true, DriveMode::Constant { w: 95.0, phi_start: 0.3 });
     (unstable.parameters.b, unstable.parameters.m) = (0.0, 60.0);

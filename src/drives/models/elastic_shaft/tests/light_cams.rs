@@ -1,5 +1,5 @@
-//! Cams so light that the inertia changes a hundredfold and more over the turn, on inputs: where the cam rests, the twist dies
-//! out or swings fast; where it lifts the follower, what is left of that is another motion.
+//! Cams so light that the inertia changes a hundredfold and more over the turn, on inputs: in a dwell the twist dies out or swings
+//! fast; while the cam lifts the follower, the remaining twist moves differently.
 
 use super::extremes::{AT_REST, Random, assert_honest, random_scene};
 use super::*;
@@ -20,7 +20,7 @@ fn states(scene: &Scene, inputs: &[[f64; 4]]) -> Option<(Vec<[f64; 2]>, f64)> {
     Some((all, drive.solver.error_estimate))
 }
 
-/// The largest difference of two runs, of q and q̇ relative to the largest value that is read.
+/// The largest difference of two runs, of q and q̇ relative to the largest value read.
 fn difference(got: &[[f64; 2]], truth: &[[f64; 2]]) -> f64 {
     let of = |c: usize| {
         let largest = truth.iter().map(|y| y[c].abs()).fold(f64::MIN_POSITIVE, f64::max);
@@ -43,8 +43,8 @@ fn scene(cam: MotionLaw, parameters: Parameters, tolerance: f64) -> Scene {
 
 #[test]
 fn a_motion_after_a_dwell_is_measured_by_itself() {
-    // Backwards from the rise, where the cam swings at thousands of rad/s, through a dwell in which that dies out, to the
-    // return, in which q̇ is 0.08 rad/s at most. The right values at the end are by an independent integration.
+    // Backwards from the rise, where the cam swings at thousands of rad/s, through a dwell in which that dies out, to the return,
+    // in which q̇ is 0.08 rad/s at most. An independent integration gives the right values at the end.
     let cycle = Cycle::new(CyclePlan {
         stroke: -0.10035463290888946,
         lower: 0.027081135906944786,
@@ -115,7 +115,7 @@ fn the_error_estimate_of_light_cams_is_honest() {
         };
         let error = difference(&got, &truth);
         let ratio = estimate / error.max(1e-15);
-        // A difference that the truth's own error may make is none.
+        // A difference that the truth's own error may cause does not count.
         ratios.push(if error <= estimate + known { ratio.max(1.0) } else { ratio });
     }
     assert_honest("light cams", ratios, 2000.0);

@@ -1,4 +1,4 @@
-//! Loads on the follower, against Lagrange's equation integrated by extrapolation, and by what must hold for every load.
+//! Loads on the follower, against Lagrange's equation integrated by extrapolation, and against relations that hold for every load.
 
 use super::extremes::{Random, assert_honest, random_scene, relative_error};
 use super::*;
@@ -33,7 +33,7 @@ fn press(linear: bool, w: f64, phi_start: f64) -> Scene {
     }
 }
 
-/// Another process, whose breakpoints are those of the cam or lie elsewhere.
+/// Another process, which shares its breakpoints with the cam or has others.
 fn cycle_of(stroke: f64, rise_start: f64, law: StandardLaw) -> MotionLaw {
     MotionLaw::Cycle(Cycle::new(CyclePlan {
         stroke,
@@ -66,8 +66,8 @@ fn set(drive: &mut ElasticShaft, name: &str, value: f64) {
     drive.variables().0[index].set(drive, value);
 }
 
-/// Lagrange's equation d/dt[(J + m U′²) ψ̇] = m U′U″ ψ̇² − b q̇ − c q + U′ F_L, with the momentum as state; that linearised in q
-/// by differences of the torque. At constant speed, F(t) in the time of the FMU.
+/// Lagrange's equation d/dt[(J + m U′²) ψ̇] = m U′U″ ψ̇² − b q̇ − c q + U′ F_L, with the momentum as state; linearised in q by
+/// differences of the torque. At constant speed, F(t) in the time of the FMU.
 struct Lagrange<'a> {
     scene: &'a Scene,
     input: &'a dyn Fn(f64) -> f64,
@@ -123,8 +123,8 @@ impl Lagrange<'_> {
         [v, -torque / (inertia + m * u1 * u1)]
     }
 
-    /// The state at `end`, from one breakpoint over φ to the next by extrapolated midpoint steps; ψ must meet no breakpoint where
-    /// the equation is not linear.
+    /// The state at `end`, from one breakpoint over φ to the next by extrapolated midpoint steps; for the nonlinear equation ψ must
+    /// meet no breakpoint.
     fn run(&self, mut y: [f64; 2], end: f64) -> [f64; 2] {
         let [w, phi_start] = self.shaft();
         let mut borders: Vec<f64> = self.scene.load.process.iter().flat_map(|law| law.breakpoints().to_vec()).collect();
@@ -260,7 +260,7 @@ fn random_loads_meet_lagranges_equation() {
     }
 }
 
-/// A shaft on inputs that turns as at constant speed meets the breakpoints of its process between the communication points.
+/// A shaft on inputs with a constant speed meets the breakpoints of its process between the communication points.
 #[test]
 fn a_load_on_inputs_is_that_at_constant_speed() {
     for linear in [false, true] {
@@ -323,7 +323,7 @@ fn an_input_force_acts_between_communication_points() {
     }
 }
 
-/// The derivatives of the outputs in time and by F, ψ and ψ̇ are those of differences; F goes on as it was set at `t`.
+/// The derivatives of the outputs in time and by F, ψ and ψ̇ match differences; F goes on as set at `t`.
 fn check_series(drive: &ElasticShaft, t: f64) {
     let variables = drive.variables();
     for name in ["der(psi,2)", "contact_force", "tau", "der(y)"] {
@@ -369,7 +369,7 @@ fn start(mode: StartMode) -> Start {
     Start { mode, q: 0.0, q_dot: 0.0 }
 }
 
-/// The torque −(J + m U′²)(q̈ + α) of the linear equation is that of the other to first order in q and q̇.
+/// The torque −(J + m U′²)(q̈ + α) of the linear equation matches the nonlinear one to first order in q and q̇.
 #[test]
 fn the_linear_equation_is_the_other_at_small_amplitude() {
     let law = press(false, 14.0, 0.0).cam;
@@ -470,7 +470,7 @@ fn the_origin_of_the_angle_does_not_matter() {
     }
 }
 
-/// c q = U′ F_L, reached as the load grows, and kept at rest; beyond the point where it snaps through there is none.
+/// c q = U′ F_L, reached as the load grows, and kept at rest; beyond the snap-through there is no equilibrium.
 #[test]
 fn a_loaded_shaft_rests_in_its_equilibrium() {
     let mut r = Random(7);
@@ -527,7 +527,7 @@ fn the_periodic_motion_under_load_repeats_itself() {
         for process in [load().process, Some(cycle_of(60.0, 0.5, StandardLaw::ModifiedSine))] {
             let mut scene = press(linear, w, 0.7);
             (scene.load.process, scene.start) = (process, start(StartMode::SteadyState));
-            // The load that moves with the follower alone damps the shaft.
+            // Only the load that moves with the follower damps the shaft.
             scene.parameters.b = 0.0;
             scene.load.damping = Some(300.0);
             let mut drive = started(scene);
@@ -539,7 +539,8 @@ fn the_periodic_motion_under_load_repeats_itself() {
     }
 }
 
-/// ∫ tau ω dt is what shaft, follower and the springs of the load store and the dampers take, less the work of the process.
+/// ∫ tau ω dt is the energy that shaft, follower and the load's springs store and the dampers dissipate, less the work of the
+/// process.
 #[test]
 fn the_energy_is_balanced() {
     let mut scene = press(false, 14.0, 0.0);
@@ -597,7 +598,7 @@ fn a_loaded_drive_restored_goes_on_bit_by_bit() {
             if [5, 12, 13, 20].contains(&n) {
                 let plain = n == 12;
                 if plain {
-                    // Changed, but not yet moved on with.
+                    // Changed, but no step taken yet.
                     set(&mut drive, "load.F0", 7.0);
                 }
                 let mut made = ElasticShaft::new(scene.clone()).unwrap();
@@ -650,7 +651,7 @@ fn the_estimate_under_load_covers_the_error() {
     while ratios.len() < 120 {
         let (mut scene, span) = random_scene(&mut r);
         let Parameters { c, m, .. } = scene.parameters;
-        // A load that twists the shaft by about a twentieth of a radian, springs of its stiffness.
+        // A load that twists the shaft by about a twentieth of a radian, with springs of its stiffness.
         let (u, slope) = (scene.cam.bound(0), scene.cam.bound(1));
         let (force, stiffness) = (0.05 * c / slope, c / (slope * slope));
         let part = |r: &mut Random, size: f64| (r.next() < 0.6).then(|| size * r.between(-1.0, 1.0));
@@ -683,7 +684,7 @@ fn the_estimate_under_load_covers_the_error() {
         let Some((truth, own)) = states(&Scene { solver: finest, ..scene.clone() }) else { continue };
         let Some((got, estimate)) = states(&scene) else { continue };
         let error = relative_error(&scene.start, &got, &truth);
-        // What the finest run does not know itself says nothing.
+        // Differences below the finest run's own error do not count.
         if error > 10.0 * own {
             ratios.push(estimate / error);
         }

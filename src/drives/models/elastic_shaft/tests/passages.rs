@@ -1,5 +1,4 @@
-//! The nonlinear drive at the breakpoints of its law, against fixed steps of the classical Runge–Kutta method, which know
-//! nothing of them.
+//! The nonlinear drive at the breakpoints of its law, against fixed steps of the classical Runge–Kutta method, which ignore them.
 
 use super::*;
 
@@ -49,7 +48,7 @@ fn outcome(scene: &Scene, tolerance: f64, span: f64, truth: &[[f64; 2]]) -> (f64
     (error, drive.solver.error_estimate, drive.solver.steps)
 }
 
-/// A cycle whose shaft vibrates 29 times per turn, from a large twist that the damping takes away.
+/// A cycle whose shaft vibrates 29 times per turn, from a large twist that the damping removes.
 fn decaying(law: StandardLaw) -> Scene {
     let plan = CyclePlan {
         stroke: 0.065,
@@ -82,9 +81,9 @@ fn within_the_steps_before_a_breakpoint_the_tolerance_holds() {
         for n in 0..40 {
             let tolerance = 10f64.powf(-3.0 - 0.125 * f64::from(n));
             let (error, estimate, steps) = outcome(&scene, tolerance, span, &truth);
-            // The tolerance is that of a step; the errors of a few of them come together.
+            // The tolerance is per step; the errors of a few of them add up.
             assert!(error <= estimate.min(3.0 * tolerance), "{law:?}, {tolerance:e}: {error:e}, estimate {estimate:e}");
-            // A looser tolerance never costs more, but for the few steps that a breakpoint cuts short.
+            // A looser tolerance never costs more, except for the few steps that a breakpoint cuts short.
             most = f64::max(most, steps);
             assert!(most <= 1.1 * steps, "{law:?}, {tolerance:e}: {steps} steps, {most} for a looser one");
         }
@@ -93,7 +92,7 @@ fn within_the_steps_before_a_breakpoint_the_tolerance_holds() {
 
 #[test]
 fn no_visit_to_another_segment_is_too_short() {
-    // A drive at rest in the dwell: each vibration takes the cam into the rise by `depth` for a little while.
+    // A drive at rest in the dwell: each vibration briefly takes the cam into the rise by `depth`.
     for depth in [1e-2, 3e-3, 1e-3, 3e-4] {
         let mut scene = decaying(StandardLaw::SimpleSine);
         let amplitude = 0.1;
@@ -193,8 +192,8 @@ fn passages_where_the_acceleration_jumps_are_not_late() {
     }
 }
 
-/// A linear shaft behind a rise so steep that 1e-14 rad beyond its breakpoints would be seen. The truth is Gauss collocation of
-/// order 24 with 34 digits between the passages.
+/// A linear shaft on a rise so steep that 1e-14 rad beyond its breakpoints would show. The truth is Gauss collocation of order 24
+/// with 34 digits between the passages.
 #[test]
 fn passages_of_a_steep_rise_are_not_late() {
     let plan = CyclePlan {
@@ -229,7 +228,7 @@ fn passages_of_a_steep_rise_are_not_late() {
 
 #[test]
 fn a_steep_segment_does_not_hide_the_errors_of_another() {
-    // The rise of 0.02 rad has a jerk that is rounded by more than all that the return errs by.
+    // The rounding of the jerk of the 0.02 rad rise exceeds all errors of the return.
     let plan = CyclePlan {
         stroke: 8.7e-4,
         lower: 0.0,

@@ -50,7 +50,7 @@ fn random_law(r: &mut Random) -> Law {
     })
 }
 
-/// A drive with between a third and 30 vibrations a turn, and what it is driven through, one to twenty turns.
+/// A drive with between a third and 30 vibrations a turn, and the angle of its run, one to twenty turns.
 pub(super) fn random_scene(r: &mut Random) -> (Scene, f64) {
     let law = random_law(r);
     let coefficients = law.coefficients();
@@ -79,7 +79,7 @@ fn at_constant_speed() {
         assert!(drive.trajectory.is_some());
         let (Ok(got), Some(truth)) = (run(&mut drive, span, 97), truth(&scene, span, 97)) else { continue };
         let error = worst(&scene, &got, &truth);
-        // Below this the truth is not known itself.
+        // Below this the truth is not known either.
         let ratio = drive.solver.error_estimate / error.max(2e-15);
         if i % 2 == 0 { of_default.push(ratio) } else { ratios.push(ratio) }
     }
@@ -129,7 +129,7 @@ fn on_ramped_inputs() {
         else {
             continue;
         };
-        // The inputs are rounded, and the truth with them.
+        // The inputs are rounded, and so is the truth.
         let error = worst(&scene, &got, &truth).max(5e-15);
         ratios[i % 2].push(drive.solver.error_estimate / error);
     }

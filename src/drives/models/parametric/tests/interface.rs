@@ -1,4 +1,4 @@
-//! What users and importers rely on: parameters, inputs, saved states, messages.
+//! The interface for users and importers: parameters, inputs, saved states, messages.
 
 use super::*;
 use crate::drives::follower::load::Spring;
@@ -161,7 +161,7 @@ fn loaded_on_inputs(law: Law, load: Load) -> ParametricDrive {
 
 #[test]
 fn derivatives_of_the_outputs_by_time_states_and_inputs() {
-    // Beside a step of the process force.
+    // Next to a step of the process force.
     let points = Points { angles: vec![0.0, 0.8, 0.8, 3.0], lifts: vec![0.0, 3.0, -6.0, 40.0] };
     let spring = Some(Spring { preload: 2.0, c: 30.0, at: 0.3 });
     let (constant, process) = (Some(7.0), Some(MotionLaw::Polyline(Polyline::new(points).unwrap())));
@@ -199,7 +199,7 @@ fn derivatives_of_the_outputs_by_time_states_and_inputs() {
             let slope = (-21.0 * y0 + 32.0 * y1 - 12.0 * y2 + y4) / (12.0 * h);
             let size = y0.abs().max(along.derivative(1).abs() * 1e-2).max(along.derivative(2).abs() * 1e-4);
             assert!((slope - along.derivative(1)).abs() < 1e-4 * size / 1e-2, "{name}: {slope} {along:?}");
-            // By a state or an input, the others held.
+            // By a state or an input, with the others constant.
             let knowns = [(first, 0), (first + 1, 1), (0, 2), (1, 3), (3, 4)];
             for (known, names) in knowns.into_iter().take(if force { 5 } else { 4 }) {
                 let moved = |by: f64| {
@@ -262,8 +262,8 @@ fn an_unstable_drive_says_so_when_it_starts() {
     assert_eq!(drive.events().count(), 0);
 }
 
-/// Miss of E = ½ (m q̇² + c q²) against ∫ [f q̇ − b q̇² + ½ (m′ q̇² + c′ q²) ω] dt over `panels` of this `length` (s) from 0
-/// on, as part of the energy that drive, damper and mass exchange.
+/// Error of E = ½ (m q̇² + c q²) against ∫ [f q̇ − b q̇² + ½ (m′ q̇² + c′ q²) ω] dt over `panels` of this `length` (s) from 0 on,
+/// as part of the energy that drive, damper and mass exchange.
 fn missed(drive: &mut ParametricDrive, w: f64, panels: usize, length: f64) -> f64 {
     let energy_and_power = |drive: &ParametricDrive| {
         let ([q, v], Values { m, b, c, f }) = (drive.state, drive.equation.coefficients.at(0.3 + w * drive.time));

@@ -1,4 +1,5 @@
-//! Loads on the mass: against the drive whose coefficients were changed by hand, closed forms, and what must hold for every load.
+//! Loads on the mass: against the drive whose coefficients were changed by hand, closed forms, and relations that hold for every
+//! load.
 
 use super::estimate::random_scene;
 use super::*;
@@ -16,7 +17,7 @@ fn sum(one: &Fourier, other: &Fourier) -> Fourier {
     Fourier::new(add(|series| &series.a), add(|series| &series.b))
 }
 
-/// The scene without loads whose coefficients have them, at constant speed.
+/// The scene without loads, with the loads in its coefficients, at constant speed.
 fn by_hand(scene: &Scene) -> Scene {
     let DriveMode::Constant { w, .. } = scene.drive else { unreachable!("a constant speed") };
     let Load { gravity, constant: force, spring, damping, process, .. } = scene.load.clone();
@@ -39,7 +40,7 @@ fn by_hand(scene: &Scene) -> Scene {
     Scene { law, load: Load::default(), ..scene.clone() }
 }
 
-/// Whatever may act on this drive.
+/// Any load that may act on this drive.
 fn random_load(r: &mut Random, law: &Law) -> Load {
     let coefficients = law.coefficients();
     let (m, c) = (coefficients.m.a[0], coefficients.c.mean());
@@ -65,7 +66,7 @@ fn loads_change_the_coefficients() {
         (scene.load, scene.solver) = (random_load(r, &scene.law), Settings { tolerance: 1e-12, ..Settings::default() });
         let same = by_hand(&scene);
         let [mut loaded, mut changed] = [&scene, &same].map(|scene| started(scene.clone()));
-        // With rounding-sized multipliers the growth is known to no digit.
+        // If the multipliers are of the size of roundings the growth is known to no digit.
         let close = (loaded.growth - changed.growth).abs() < 1e-7 * (1.0 + changed.growth.abs());
         assert!(close || changed.growth < -30.0, "{i}: {} {}", loaded.growth, changed.growth);
         let [got, expected] = [&mut loaded, &mut changed].map(|drive| run(drive, span, 7));
@@ -73,7 +74,7 @@ fn loads_change_the_coefficients() {
         let error = worst(&scene, &got, &expected);
         worst_of_all = worst_of_all.max(error);
         assert!(error < 1e-9, "{i}: {error:e} {scene:?}");
-        // What the drive transmits is without what goes to the ground.
+        // The drive does not transmit the forces that go to the ground.
         let ([q, v], load) = (loaded.state, &scene.load);
         let name = if scene.law.is_relative() { "tau" } else { "force" };
         let to_ground = load.stiffness() * q + load.damping.unwrap_or(0.0) * v;
@@ -160,14 +161,14 @@ fn an_equilibrium_balances_the_loads_and_lasts_where_the_drive_rests() {
         assert!((drive.state[0] - expected).abs() < 1e-15 && drive.state[1] == 0.0, "{w}: {:?}", drive.state);
         drive.advance(0.0, 10.0).unwrap();
         assert_eq!((drive.state[0] - expected).abs() < 1e-14, w == 0.0);
-        // The damper of the load is one, and the only one.
+        // The damper of the load counts as one, and is the only one.
         let Law::Series(law) = &mut scene.law else { unreachable!() };
         law.b = constant(0.0);
         assert!(
             started(Scene { start: Start { mode: StartMode::SteadyState, ..scene.start }, ..scene }).state[0] < 0.0
         );
     }
-    // On the crank a damper brakes the turning mass, but does not where that rests.
+    // On the crank a damper brakes the turning mass, but not the mass at rest.
     let load = Load { constant: Some(-200.0), damping: Some(5.0), ..Load::default() };
     let mut drive = ParametricDrive::new(Scene {
         drive: DriveMode::Constant { w: 3.0, phi_start: FRAC_PI_2 },

@@ -41,7 +41,7 @@ fn the_tongues_of_the_crank_close_at_the_known_damping() {
             assert_closes_at(&format!("σ = {sigma}, j = {j}"), theta, [0.9 * middle, 1.15 * middle], law);
         }
     }
-    // Two cranks a quarter of a turn apart, each with its own shafts: only every second tongue is left.
+    // Two cranks a quarter of a turn apart, each with its own shafts: only every second tongue remains.
     for (sigma, theta) in [(0.1, 0.061601), (0.5, 0.048958)] {
         let law = |theta| Law::Crank(crank(sigma, theta, SecondCrank::OwnShafts(FRAC_PI_2)));
         assert_closes_at(&format!("double, σ = {sigma}"), theta, [0.45, 0.55], law);
@@ -86,7 +86,7 @@ fn growth_is_counted_per_turn_whatever_the_period_and_the_sense() {
     let law = Law::Series(thrice);
     assert!((growth(&law, 2.0 / 3.0) - 3.0 * once).abs() < 1e-10);
     assert!((growth(&law, -2.0 / 3.0) - 3.0 * once).abs() < 1e-10);
-    // However many vibrations a period has, and where its cells are too many, nothing of the equation changes over one.
+    // However many vibrations a period has, and with too many cells for a table, the equation does not change over a vibration.
     let heavy = mathieu(0.0, 3.0);
     let slow = -3.0 + 8.0_f64.sqrt();
     for (w, law, exact, tabulated) in [
@@ -104,7 +104,7 @@ fn growth_is_counted_per_turn_whatever_the_period_and_the_sense() {
 
 #[test]
 fn the_damping_of_a_varying_mass() {
-    // Multipliers that are not real decay by half of the mean of b/m, and that of 1/(1 + e cos φ) is 1/√(1 − e²).
+    // Multipliers that are not real decay by half of the mean of b/m; the mean of 1/(1 + e cos φ) is 1/√(1 − e²).
     for e in [0.3, 0.9, 0.999] {
         let mut law = mathieu(0.0, 0.25);
         if let Law::Series(law) = &mut law {

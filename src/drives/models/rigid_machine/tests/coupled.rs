@@ -46,7 +46,7 @@ fn only(inertia: bool) -> Vec<NamedLoad> {
     vec![NamedLoad { name: String::new(), inertia }]
 }
 
-/// M = 2 (10 − φ̇), the characteristic of Kloss far from its breakdown but for 2e-7 N·m.
+/// M = 2 (10 − φ̇), Kloss' characteristic far from its breakdown, to within 2e-7 N·m.
 fn nearly_linear() -> Motor {
     Motor::Kloss(Kloss { breakdown_torque: 1e4, breakdown_slip: 1e3, synchronous_speed: 10.0, dynamics: None })
 }
@@ -57,7 +57,7 @@ fn flywheel(loads: &[NamedLoad]) -> Unit {
     begun(AnyDrive::new(RigidMachine::new(scene(inertia, nearly_linear(), loads.to_vec())).unwrap()))
 }
 
-/// How a master tells the machine of the load.
+/// The values that a master sets for the load.
 #[derive(Clone, Copy, Debug)]
 enum Scheme {
     /// J_load and ½ J_load′ held.
@@ -102,7 +102,7 @@ fn speed_by(machine: &mut Unit, k: f64, count: usize, scheme: Scheme) -> f64 {
     machine.get("w")
 }
 
-/// The truth is one machine with the whole inertia, and the number that two programs of other methods give; the errors are those of a
+/// The truth is one machine with the whole inertia, and the number that two programs of other methods give; the errors match a
 /// table of the same schemes.
 #[test]
 fn a_load_with_inertia_converges_with_the_order_of_what_is_told() {
@@ -166,7 +166,7 @@ fn the_energy_of_shaft_and_load_is_constant_without_torques() {
             let speed = machine.get("w");
             let ratio = (1.0 + of_load) * speed * speed / ((1.0 + j) * w * w);
             assert!((ratio - 1.0).abs() < 1e-12, "{ratio}");
-            // J and E are those of the machine itself, the acceleration is that of all.
+            // J and E belong to the machine itself, the acceleration to the whole.
             assert_eq!((machine.get("J"), machine.get("E")), (1.0, 0.5 * speed * speed));
             let a = -0.5 * (slope + curvature * way) * speed * speed / (1.0 + of_load);
             assert!((machine.get("a") - a).abs() < 1e-12 * (1.0 + a.abs()), "{} {a}", machine.get("a"));
@@ -185,7 +185,7 @@ fn an_inertia_that_is_not_positive_is_refused() {
     };
     let fault = refused(&|machine| machine.set("J_load", -1.0));
     assert!(fault.contains("J = 1 kg.m2 and J_load = -1 kg.m2"), "{fault}");
-    // It vanishes behind 0.4 rad, within the step.
+    // It vanishes beyond 0.4 rad, within the step.
     refused(&|machine| machine.set("dJ_load", -2.5));
     refused(&|machine| {
         machine.set("J_load", 0.5);
@@ -221,7 +221,7 @@ fn derivatives_know_the_loads() {
         assert!((slope - difference).abs() < 1e-6 * difference.abs(), "{name}: {slope} {difference}");
         for h in [0.0, 0.01] {
             let rates = [1, 2].map(|order| prepared(0.0, h).0.output_derivative(a, order).unwrap());
-            // One-sided at the beginning: the step is what the derivatives hold for.
+            // One-sided at the start of the step, for which the derivatives hold.
             let step = 1e-4;
             let [a0, a1, a2, a3] = [0.0, 1.0, 2.0, 3.0].map(|n| of(0.0, h + n * step));
             let first = (-11.0 * a0 + 18.0 * a1 - 9.0 * a2 + 2.0 * a3) / (6.0 * step);

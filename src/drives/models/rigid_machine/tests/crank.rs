@@ -84,7 +84,7 @@ fn four_bar_at(m: &FourBar, theta: f64) -> [f64; 3] {
     [output[1].atan2(output[0]), psi, 0.9 + links + TOOL * psi * psi]
 }
 
-/// Without torques J φ̇² is constant; J, U and U̇ are those of the bodies, through several turns there and back.
+/// Without torques J φ̇² is constant; J, U and U̇ match the bodies', through several turns there and back.
 fn follows(scene: Scene, at: impl Fn(f64) -> [f64; 3]) {
     for w_start in [12.0, -12.0] {
         let mut machine = started(Scene { w_start, ..scene.clone() });
@@ -123,7 +123,7 @@ fn a_four_bar_linkage_on_the_shaft_has_the_inertia_of_its_bodies() {
     follows(on_shaft(vec![Kind::FourBar(linkage)], OFFSET), |theta| four_bar_at(&linkage, theta));
 }
 
-/// A quick return: the first linkage goes round with the shaft, the slider-crank behind it stops at no angle.
+/// A quick return: the first linkage goes round with the shaft, the slider-crank on it stops at no angle.
 #[test]
 fn a_mechanism_that_goes_round_may_drive_one_that_does_not() {
     let double = FourBar { branch: Branch::Minus, ..four_bar([0.09, 0.08, 0.07, 0.03]) };

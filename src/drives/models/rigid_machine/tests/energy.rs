@@ -1,10 +1,10 @@
-//! The balance of energy: ½ J φ̇² changes by ∫ (M_an − τ) φ̇ dt, which the communication points show: while the torques do not
-//! depend on time, the steps in the angle and those of fixed cost are the same whatever the communication step.
+//! The balance of energy: ½ J φ̇² changes by ∫ (M_an − τ) φ̇ dtat the communication points. While the torques do not depend on
+//! time, the steps in the angle and those of fixed cost are the same for every communication step.
 
 use super::*;
 use crate::numerics::gauss::Gauss;
 
-/// Miss of E against the work of the torques over 0.4 s, as part of the energy that motor, load and machine exchange.
+/// Error of E against the work of the torques over 0.4 s, as part of the energy that motor, load and machine exchange.
 fn missed(scene: Scene, solver: Settings) -> f64 {
     let mut machine = started(Scene { solver, ..scene });
     machine.shaft.loads.signal_mut(0).unwrap().set(20.0);

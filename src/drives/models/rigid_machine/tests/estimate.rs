@@ -83,7 +83,7 @@ impl System<3> for Original<'_> {
     }
 }
 
-/// A machine, its load and its driving torque, and how long it runs (s).
+/// A machine, its load and its driving torque, and the duration of its run (s).
 pub(super) fn random_machine(r: &mut Random, kind: usize) -> (Scene, [f64; 3], [f64; 3], f64) {
     let constant = r.order(0.05, 5.0);
     let followers = (0..(4.0 * r.part()) as usize)
@@ -150,7 +150,7 @@ pub(super) fn errors(scene: Scene, load: [f64; 3], driving: [f64; 3], duration: 
     let truth = Original { machine: &twin, load, driving };
     let start = [machine.start.phi, machine.start.w, 0.0];
     let mut c = Collocation::<3>::new(Double::from(0.0), start);
-    // Where torques stay as they are, internal steps do not end at communication points: errors between them count.
+    // If torques do not change, internal steps do not end at communication points: errors between them count.
     let points = if load[1] == 0.0 && machine.shaft.motor.lag().is_none() { 400 } else { 20 };
     let mut differences = [0.0_f64; 3];
     let (mut top_speed, mut travelled) = (start[1].abs(), 1.0_f64);

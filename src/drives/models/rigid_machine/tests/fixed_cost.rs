@@ -15,7 +15,7 @@ fn the_estimate_is_honest_at_fixed_cost() {
     let mut usual = Vec::new();
     for kind in 0..144 {
         let (mut scene, load, driving, duration) = random_machine(&mut r, kind);
-        // Half of the machines with the usual step, half with one between a third and five of it.
+        // Half of the machines with the usual step, half with a step between a third and five times as long.
         let own = kind % 16 < 8;
         scene.solver = fixed_cost(0.0);
         let asked = started(scene.clone()).in_time.grid.size * r.order(0.3, 5.0);
@@ -41,7 +41,7 @@ fn the_estimate_is_honest_at_fixed_cost() {
     assert!(at(0.5) < 1e-12 && at(0.9) < 1e-6, "{:e} {:e}", at(0.5), at(0.9));
 }
 
-/// A load that changes during every step, where it is asked for, and the evaluations of each step.
+/// A load that changes during every step, if requested, and the evaluations of each step.
 fn works(mut machine: RigidMachine, varying: bool) -> Vec<[f64; 2]> {
     let (mut time, mut r, mut works) = (0.0, Random(3), Vec::new());
     for _ in 0..300 {
@@ -96,7 +96,7 @@ fn the_answer_does_not_depend_on_the_communication_step() {
         });
         assert!(ends[0] == ends[1] && ends[0] == ends[2], "{ends:?}");
         assert_eq!(ends[0].1.len(), usize::from(load == 300.0));
-        // The adaptive method knows better.
+        // The adaptive method is more accurate.
         let mut machine = started(scene);
         machine.shaft.loads.signal_mut(0).unwrap().set(load);
         run(&mut machine, 0.75, 1);

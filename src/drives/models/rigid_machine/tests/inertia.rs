@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// On the rise J is a polynomial of degree 12 in φ, beside which a harmonic of eight waves per turn is small.
+/// On the rise J is a polynomial of degree 12 in φ, next to which a harmonic of eight waves per turn is small.
 fn short_wave() -> Scene {
     let cycle = Cycle::new(CyclePlan {
         stroke: 0.1,

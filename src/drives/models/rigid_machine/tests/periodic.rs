@@ -39,12 +39,12 @@ fn a_machine_that_reads_the_table_moves_as_one_that_solves() {
                 let bound = 2.0 * reads.solver.error_estimate.max(solves.solver.error_estimate);
                 for (name, variable) in compared {
                     let (one, other) = (variable.value(&reads), variable.value(&solves));
-                    // The angle passed counts, which is at least half of a radian per step.
+                    // The passed angle counts, at least half a radian per step.
                     let part = if name == "phi" { reads.state.travelled.max(1.0) / other.abs() } else { 1.0 };
                     assert_near(one, other, 2.0 * bound * part.max(1.0), &format!("{number} {tolerance} {name} {i}"));
                 }
             }
-            // Most turns repeat the ones before.
+            // Most turns repeat earlier ones.
             let [few, many] = [&reads, &solves].map(|machine| machine.solver.evaluations);
             assert!(2.0 * few < many, "{number} {tolerance}: {few} {many}");
             assert!(reads.solver.steps <= 1.1 * solves.solver.steps);

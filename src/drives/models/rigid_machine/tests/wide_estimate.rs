@@ -1,8 +1,8 @@
 //! The error estimate against the true error, over machines with every kind of law: Fourier series, cycles with dwells,
 //! tables, mechanisms, a varying J0; forwards and backwards, through standstill, with torques of all kinds.
 //!
-//! The truth is the original equation of motion, with J′, integrated by extrapolation, with steps that end where the laws
-//! are not smooth.
+//! The truth is the original equation of motion, with J′, integrated by extrapolation, with steps that end where the laws are not
+//! smooth.
 
 use super::estimate::{Random, Tally, polynomial, set_torques};
 use super::*;
@@ -14,7 +14,7 @@ const SUBSTEPS: [usize; 8] = [2, 4, 6, 8, 10, 12, 14, 16];
 /// φ, φ̇, M_an.
 type Unknowns = [f64; 3];
 
-/// What the last extrapolation changes of a step that is known to rounding, relative to the scales.
+/// The change by the last extrapolation in a step that is known to rounding, relative to the scales.
 const KNOWN: f64 = 1e-15;
 
 struct Truth<'a> {
@@ -23,7 +23,7 @@ struct Truth<'a> {
     driving: [f64; 3],
     interval: usize,
     y: Unknowns,
-    /// What the rounding of `y` has left.
+    /// The rounding of `y`.
     rest: Unknowns,
     /// The turns passed.
     turns: f64,
@@ -47,7 +47,7 @@ impl Truth<'_> {
         [w, (torque - polynomial(self.load, t) - 0.5 * slope * w * w) / j, rate]
     }
 
-    /// Change of the state in `h`, and what the last extrapolation changed of it, relative to the scales.
+    /// Change of the state in `h`, and the part of it from the last extrapolation, relative to the scales.
     fn extrapolated(&self, h: f64) -> (Unknowns, f64) {
         let axpy = |y: Unknowns, a: f64, x: Unknowns| -> Unknowns { std::array::from_fn(|k| y[k] + a * x[k]) };
         let mut row: Vec<Unknowns> = Vec::new();
@@ -121,7 +121,7 @@ impl Truth<'_> {
             };
             let crosses = border.is_finite();
             if crosses {
-                // Newton's method between a place before and one behind the border, halved where it leaves them.
+                // Newton's method between a place before and one after the border, halved if it leaves them.
                 let (mut before, mut behind, mut miss) = (0.0, h, beyond(border, gone));
                 let side = miss;
                 if beyond(border, [0.0; 3]) * side >= 0.0 {
@@ -196,7 +196,7 @@ fn table(r: &mut Random, size: f64) -> MotionLaw {
     MotionLaw::Table(Table::new(Points { angles, lifts }).unwrap())
 }
 
-/// A lever, a four-bar linkage and, for every other one, a slider-crank behind it.
+/// A lever, a four-bar linkage and, for every other one, a slider-crank on it.
 fn linkage(r: &mut Random) -> Linkage {
     let mut bar = |length: f64| Link {
         length,
@@ -214,7 +214,7 @@ fn linkage(r: &mut Random) -> Linkage {
     Linkage(parts)
 }
 
-/// A machine, its load and its driving torque, and how long it runs (s).
+/// A machine, its load and its driving torque, and the duration of its run (s).
 pub(super) fn random_machine(r: &mut Random, number: usize) -> (Scene, [f64; 3], [f64; 3], f64) {
     let kind = number % 8;
     let constant = r.order(0.05, 2.0);
@@ -252,7 +252,7 @@ pub(super) fn random_machine(r: &mut Random, number: usize) -> (Scene, [f64; 3],
         2 => Motor::Input,
         _ => Motor::None,
     };
-    // A start at rest, against the motor, and as it usually runs; a brake that turns the shaft back.
+    // A start at rest, against the motor, and as usual; a brake that turns the shaft back.
     let start = match (3.0 * r.part()) as usize {
         0 if kind % 4 != 3 => 0.0,
         1 => -synchronous * r.between(0.1, 0.6),

@@ -1,4 +1,4 @@
-//! The motion from rest on a Fourier law at constant speed in double-double, written down apart from the drive.
+//! The motion from rest on a Fourier law at constant speed in double-double, written independently of the drive.
 
 use crate::motion::Fourier;
 use crate::numerics::double_double::{Double, two_product};
@@ -60,7 +60,7 @@ impl Truth<'_> {
         (driven + free).hi
     }
 
-    /// What the start has beyond the driven motion.
+    /// The difference of the start from the driven motion.
     fn start(&self) -> [Double; 2] {
         let (q, v) = self.driven(0.0);
         [-q, -v]
