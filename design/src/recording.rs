@@ -136,13 +136,13 @@ const SAME: f64 = 1e-12;
 pub struct Signals {
     /// The times of the rows (s).
     times: Vec<f64>,
-    courses: Vec<Course>,
+    courses: Vec<Signal>,
 }
 
 /// An input that is linear between the rows, or held if it is discrete; or the inputs of a motion, each the derivative of the
 /// one before: the last one with a column is linear, the ones before it are its integrals from row to row, the ones after it
 /// its derivatives.
-struct Course {
+struct Signal {
     variables: Vec<usize>,
     /// The columns of the first of them, at least one.
     rows: Vec<Vec<f64>>,
@@ -161,7 +161,7 @@ impl Signals {
         };
         let named = |part| all.iter().position(|d| is_it(d, part));
         let motion: Option<Vec<usize>> = MOTION.into_iter().map(named).collect();
-        let mut motion = Course { variables: motion.unwrap_or_default(), rows: Vec::new(), held: false };
+        let mut motion = Signal { variables: motion.unwrap_or_default(), rows: Vec::new(), held: false };
         let mut courses = Vec::new();
         columns.sort_by_key(|(variable, _)| *variable);
         for (variable, values) in columns {
@@ -169,7 +169,7 @@ impl Signals {
                 None => {
                     let is_real = matches!(all[variable].kind, Kind::Real { .. });
                     let held = !is_real || all[variable].variability != Variability::Continuous;
-                    courses.push(Course { variables: vec![variable], rows: vec![values], held });
+                    courses.push(Signal { variables: vec![variable], rows: vec![values], held });
                 }
                 Some(order) if order == motion.rows.len() => motion.rows.push(values),
                 Some(order) => {
@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn an_input_is_linear_between_the_rows_and_held_outside() {
-        let courses = vec![Course { variables: vec![4], rows: vec![vec![1.0, 3.0, 3.0]], held: false }];
+        let courses = vec![Signal { variables: vec![4], rows: vec![vec![1.0, 3.0, 3.0]], held: false }];
         let signals = Signals { times: vec![1.0, 2.0, 4.0], courses };
         for (time, value, slope, next) in [
             (0.0, 1.0, 0.0, 1.0),
@@ -294,7 +294,7 @@ mod tests {
         let columns = [vec![10.0, 11.0], vec![2.0, 4.0], vec![6.0, 18.0]];
         let motion = |count: usize| Signals {
             times: vec![0.0, 2.0],
-            courses: vec![Course { variables: vec![0, 1, 2], rows: columns[..count].to_vec(), held: false }],
+            courses: vec![Signal { variables: vec![0, 1, 2], rows: columns[..count].to_vec(), held: false }],
         };
         // Half of a second after the first row; the slopes are 0.5, 1 and 6.
         assert_eq!(told(&motion(1), 0.5), [(0, 10.25, None), (1, 0.5, None), (2, 0.0, Some(0.0))]);
@@ -306,7 +306,7 @@ mod tests {
 
     #[test]
     fn steps_end_at_the_rows_of_the_signals() {
-        let courses = vec![Course { variables: vec![4], rows: vec![vec![1.0, 3.0, 3.0]], held: false }];
+        let courses = vec![Signal { variables: vec![4], rows: vec![vec![1.0, 3.0, 3.0]], held: false }];
         let signals = Signals { times: vec![1.0, 2.0, 4.0], courses };
         let (mut note, mut row) = (Note(Vec::new()), Vec::new());
         let mut recording = Recording::start(&mut note, &signals, &[7, 8], 0.5).unwrap();

@@ -236,7 +236,7 @@ impl Resource {
 /// A drive with its descriptions.
 pub struct Described {
     drive: AnyDrive,
-    said: Box<dyn Portrait>,
+    portrait: Box<dyn Portrait>,
 }
 
 /// Text and curves of a drive from its scene.
@@ -262,7 +262,7 @@ impl<D: Drive> Portrait for D {
 impl Described {
     /// The description of this drive.
     pub fn of<D: Drive + Into<AnyDrive>>(drive: D) -> Self {
-        Described { said: Box::new(drive.clone()), drive: drive.into() }
+        Described { portrait: Box::new(drive.clone()), drive: drive.into() }
     }
 
     /// Documentation of the drive.
@@ -270,12 +270,12 @@ impl Described {
     /// # Errors
     /// An invalid text of the drive.
     pub fn documentation(&self) -> Result<Documentation, Fault> {
-        self.said.documentation()
+        self.portrait.documentation()
     }
 
     /// Curves that picture the drive.
     pub fn curves(&self) -> Vec<Curve> {
-        self.said.curves()
+        self.portrait.curves()
     }
 }
 

@@ -6,7 +6,8 @@
 //! * Elastically: the force changes its sign within the first natural period. With R² = A² + B², tan δ = −B/A and
 //!   cos α = (μ+1)/R the smallest f is (μ+1)(τ₁ + π + δ + α − tan α), so that it happens where
 //!   tan α − α > π + τ₁ + δ. For given μ that holds for all K above one value K_el(μ), which is
-//!   15.1790607982 for μ → 0 and larger for every μ > 0. f(τ* + 2π) > f(τ*): if it does not happen in the first period, it does not happen later.
+//!   15.1790607982 for μ → 0 and larger for every μ > 0. f(τ* + 2π) > f(τ*): if it does not happen in the first period, it
+//!   does not happen later.
 //!
 //! The condition K ≤ 15 of the source excludes the second kind only.
 //!

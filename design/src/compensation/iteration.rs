@@ -8,7 +8,7 @@
 
 use super::corners::{Instant, WantedTurn as _};
 use super::laws::{miss, places};
-use super::loaded::Course;
+use super::loaded::LoadedMotion;
 use super::periodic_motion::{self, Driving, Inertia, PeriodicMotion};
 use super::restrictions::RestrictionReserve;
 use super::spectral::{Mesh, amplitude, largest, largest_between, mean};
@@ -122,7 +122,7 @@ impl<'a> Machine<'a> {
     }
 
     /// The machine on a mesh of this order in the phase of time of its own motion, and that motion.
-    pub fn on(task: &'a Task, order: usize, course: &Course) -> (Self, PeriodicMotion) {
+    pub fn on(task: &'a Task, order: usize, course: &LoadedMotion) -> (Self, PeriodicMotion) {
         let mesh = Mesh::new(order);
         let instants: Vec<Instant> = (0..mesh.len()).map(|i| course.instant(mesh.point(i), true)).collect();
         let angles = instants.iter().map(|at| at.angle).collect();

@@ -81,7 +81,7 @@ struct Leg {
 
 /// The motion over a turn.
 #[derive(Clone, Debug)]
-pub struct Course {
+pub struct LoadedMotion {
     /// The machine, with the synchronous speed that yields the period.
     pub machine: LoadedMachine,
     /// ω and the motor's state at ψ = 0, and Ω.
@@ -213,7 +213,7 @@ impl LoadedMachine {
     ///
     /// # Errors
     /// Without such a motion.
-    pub fn motion(&self, load: f64, period: Option<f64>, near: Option<[f64; 3]>) -> Result<Course, Fault> {
+    pub fn motion(&self, load: f64, period: Option<f64>, near: Option<[f64; 3]>) -> Result<LoadedMotion, Fault> {
         let Machine { motor, w_start, .. } = &self.machine;
         let speed = Some(motor.usual_speed().unwrap_or(*w_start)).filter(|speed| *speed != 0.0);
         let near = near
@@ -227,7 +227,7 @@ impl LoadedMachine {
         })
     }
 
-    fn search(&self, load: f64, period: Option<f64>, near: [f64; 3]) -> Option<Course> {
+    fn search(&self, load: f64, period: Option<f64>, near: [f64; 3]) -> Option<LoadedMotion> {
         let motor = &self.machine.motor;
         // Nothing moves the integrator of a proportional control.
         let moves = motor.states() > 0 && motor.servo().is_none_or(|servo| servo.integral > 0.0);
@@ -249,7 +249,7 @@ impl LoadedMachine {
             let mut joints =
                 legs.iter().map(|leg| if sides.mean_speed > 0.0 { leg.start } else { TAU - leg.start }).collect();
             merged(&mut joints);
-            Some((Course { machine, start, sides, legs, joints }, missed))
+            Some((LoadedMotion { machine, start, sides, legs, joints }, missed))
         };
         let (mut before, (_, mut missed)) = (f64::INFINITY, at(&x)?);
         for _ in 0..ITERATIONS {
@@ -275,7 +275,7 @@ impl LoadedMachine {
     }
 }
 
-impl Course {
+impl LoadedMotion {
     /// The motion at the points of a mesh, with the motor of this kind.
     pub fn periodic(&self, mesh: &Mesh, motor: Motor) -> PeriodicMotion {
         let motor = match self.machine.machine.motor.source {
@@ -287,7 +287,7 @@ impl Course {
     }
 }
 
-impl WantedTurn for Course {
+impl WantedTurn for LoadedMotion {
     fn mean_speed(&self) -> f64 {
         self.sides.mean_speed
     }

@@ -123,7 +123,7 @@ struct Outputs {
 
 /// The way an input follows its source.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Course {
+enum InputCourse {
     Signal,
     /// A value that is constant within a step, such as the mean over the last one.
     Discrete,
@@ -149,7 +149,7 @@ struct Wire {
     /// The factor between SI values, with the offset.
     factor: f64,
     offset: f64,
-    course: Course,
+    course: InputCourse,
     /// True if the part of the source provides derivatives; otherwise slopes are differences between two points.
     is_smooth: bool,
     /// Value and derivatives of the source at the beginning of the last step.
@@ -349,7 +349,7 @@ impl Coupling {
         let loops = (0..count).filter_map(|shaft| loop_of(&inputs, shaft)).collect();
         let residual = |(shaft, drive, power): &(usize, usize, Power)| {
             let order = match (exchange, inputs[*shaft].wires[power.torque].course) {
-                (_, Course::Discrete) => 0,
+                (_, InputCourse::Discrete) => 0,
                 (Exchange::Held | Exchange::GaussSeidel, _) => 1,
                 // Repeated steps have a higher order only with springs.
                 _ => 2,
@@ -678,7 +678,7 @@ impl Coupling {
             };
             let is_held = |torque: usize| {
                 let mut wires = inputs.iter().flat_map(|of| &of.wires);
-                wires.any(|wire| wire.source == torque && wire.course == Course::Discrete)
+                wires.any(|wire| wire.source == torque && wire.course == InputCourse::Discrete)
             };
             let speeds = over(balance.speed, false);
             let of_drive = |&((drive, place), torque): &((usize, usize), usize)| {
@@ -686,7 +686,7 @@ impl Coupling {
             };
             let of_shaft = |place: &usize| {
                 let wire = &inputs[balance.shaft].wires[*place];
-                work(wire, over(wire.source, wire.course == Course::Discrete), speeds)
+                work(wire, over(wire.source, wire.course == InputCourse::Discrete), speeds)
             };
             let taken: f64 = balance.taken.iter().map(of_drive).sum();
             let given: f64 = balance.given.iter().map(of_shaft).sum();
@@ -704,7 +704,7 @@ impl Coupling {
             let [[w0, a0], [w1, a1]] = sources[speed.source].ends;
             let [[own0, rate0], [own1, rate1]] = sources[torque.source].ends;
             let own = match torque.course {
-                Course::Discrete => [own1; 3],
+                InputCourse::Discrete => [own1; 3],
                 _ => [own0, middle([own0, rate0], [own1, rate1], step), own1],
             };
             let at = |s: f64| taken[0] + s * (taken[1] + s / 2.0 * (taken[2] + s / 3.0 * taken[3]));
@@ -743,7 +743,7 @@ fn give(inputs: &mut Inputs, part: &mut Host, step: f64) -> Result<(), Fault> {
             part.set(wire.to, wire.input(value))?;
             continue;
         };
-        let start = match *derivatives || matches!(wire.course, Course::Motion | Course::Acceleration(_)) {
+        let start = match *derivatives || matches!(wire.course, InputCourse::Motion | InputCourse::Acceleration(_)) {
             true => value,
             // An input without derivatives takes the mean over the step.
             false => mean(value, rest, step),
@@ -775,9 +775,9 @@ fn give(inputs: &mut Inputs, part: &mut Host, step: f64) -> Result<(), Fault> {
 /// Gives φ and φ̇ of each motion their derivatives, from φ̈ and its derivatives.
 fn part_motions(wires: &mut [Wire]) {
     for at in 0..wires.len() {
-        let Course::Acceleration([phi, w]) = wires[at].course else { continue };
+        let InputCourse::Acceleration([phi, w]) = wires[at].course else { continue };
         let [a, first, second, _] = wires[at].taken;
-        let is = |wire: &Wire, source: usize| wire.course == Course::Motion && wire.source == source;
+        let is = |wire: &Wire, source: usize| wire.course == InputCourse::Motion && wire.source == source;
         let speed = wires.iter().find(|wire| is(wire, w)).map_or(0.0, |wire| wire.taken[0]);
         for wire in wires.iter_mut() {
             if is(wire, phi) {
@@ -800,9 +800,9 @@ fn is_real(variable: &Variable) -> bool {
 }
 
 /// The way an input follows an output, except motions.
-fn course(from: &Variable, to: &Variable) -> Course {
+fn course(from: &Variable, to: &Variable) -> InputCourse {
     let is_discrete = !is_real(from) || !is_real(to) || from.about.variability == Variability::Discrete;
-    if is_discrete { Course::Discrete } else { Course::Signal }
+    if is_discrete { InputCourse::Discrete } else { InputCourse::Signal }
 }
 
 /// Two ratios that differ by a smaller part are equal: model descriptions have factors of units with a few digits only.
@@ -823,9 +823,9 @@ fn motions<'a>(wires: &mut [Wire], name: impl Fn(usize) -> &'a String) {
             (0..wires.len()).find(is).filter(fits)
         };
         if let (Some(phi), Some(w)) = (find("phi"), find("w")) {
-            wires[a].course = Course::Acceleration([wires[phi].source, wires[w].source]);
-            wires[phi].course = Course::Motion;
-            wires[w].course = Course::Motion;
+            wires[a].course = InputCourse::Acceleration([wires[phi].source, wires[w].source]);
+            wires[phi].course = InputCourse::Motion;
+            wires[w].course = InputCourse::Motion;
         }
     }
 }
@@ -834,7 +834,7 @@ fn motions<'a>(wires: &mut [Wire], name: impl Fn(usize) -> &'a String) {
 fn inertias<'a>(inputs: &mut [Inputs], name: impl Fn(usize) -> &'a String) {
     let motion = |inputs: &[Inputs], drive: usize| {
         inputs[drive].wires.iter().find_map(|wire| match wire.course {
-            Course::Acceleration([phi, w]) => Some((phi, w, wire.factor)),
+            InputCourse::Acceleration([phi, w]) => Some((phi, w, wire.factor)),
             _ => None,
         })
     };
@@ -846,7 +846,7 @@ fn inertias<'a>(inputs: &mut [Inputs], name: impl Fn(usize) -> &'a String) {
             let is_inertia =
                 |wire: &&Wire| wire.from == from && name(wire.source).strip_prefix(prefix) == Some("J_load");
             if let (Some(inertia), Some((phi, w, ratio))) = (wires.iter().find(is_inertia), motion(inputs, from)) {
-                inputs[shaft].wires[i].course = Course::InertiaSlope([inertia.source, phi, w], ratio);
+                inputs[shaft].wires[i].course = InputCourse::InertiaSlope([inertia.source, phi, w], ratio);
             }
         }
     }
@@ -854,7 +854,7 @@ fn inertias<'a>(inputs: &mut [Inputs], name: impl Fn(usize) -> &'a String) {
 
 /// True if a part moves another by this wire.
 fn moves(wire: &Wire, part: usize) -> bool {
-    wire.from == part && matches!(wire.course, Course::Acceleration(_))
+    wire.from == part && matches!(wire.course, InputCourse::Acceleration(_))
 }
 
 /// The loop of a shaft, if any.
@@ -902,7 +902,7 @@ fn balances(
     let speed = |drive: usize| {
         let wires = &inputs[drive].wires;
         let w = wires.iter().find_map(|wire| match wire.course {
-            Course::Acceleration([_, w]) if wire.from == shaft => Some(w),
+            InputCourse::Acceleration([_, w]) if wire.from == shaft => Some(w),
             _ => None,
         })?;
         Some((w, wires.iter().position(|wire| wire.source == w)?))
@@ -954,7 +954,7 @@ fn powers(inputs: &[Inputs], sources: &[(usize, usize)], parts: &[Host], drive: 
         part == drive && is_torque(&parts[part].description().variables[place].about.name)
     };
     let motion = inputs[drive].wires.iter().find_map(|wire| match wire.course {
-        Course::Acceleration([_, w]) => {
+        InputCourse::Acceleration([_, w]) => {
             Some((wire.from, inputs[drive].wires.iter().position(|wire| wire.source == w)?))
         }
         _ => None,
@@ -972,11 +972,11 @@ fn polynomial(wire: &Wire, sources: &[Source], exchange: Exchange, stepped: bool
     let at_once = matches!(exchange, Exchange::Held | Exchange::Extrapolated);
     let latest = if stepped && !at_once { end } else { start };
     match (wire.course, exchange) {
-        (Course::Motion, _) => held(start),
-        (Course::Discrete, _) | (Course::Signal, Exchange::GaussSeidel) => held(latest),
+        (InputCourse::Motion, _) => held(start),
+        (InputCourse::Discrete, _) | (InputCourse::Signal, Exchange::GaussSeidel) => held(latest),
         (_, Exchange::Held | Exchange::GaussSeidel) => held(start),
         _ if at_once || !stepped => [start, rate, 0.0, 0.0],
-        (Course::Acceleration([phi, w]), _) => {
+        (InputCourse::Acceleration([phi, w]), _) => {
             let [[phi, _], [phi_end, _]] = sources[phi].ends;
             let [[w, _], [w_end, _]] = sources[w].ends;
             // The residual of φ and φ̇ without φ̈ (rad/s²).
@@ -984,15 +984,15 @@ fn polynomial(wire: &Wire, sources: &[Source], exchange: Exchange, stepped: bool
             let speed = (w_end - w - step * start) / step;
             [start, (24.0 * angle - 6.0 * speed) / step, (24.0 * speed - 72.0 * angle) / (step * step), 0.0]
         }
-        (Course::InertiaSlope([inertia, phi, w], ratio), _) => {
+        (InputCourse::InertiaSlope([inertia, phi, w], ratio), _) => {
             let [[before, _], [after, _]] = sources[inertia].ends;
             let turned = ratio * (sources[phi].ends[1][0] - sources[phi].ends[0][0]);
             let second = 2.0 * (after - before - start * turned) / (turned * turned);
             let slope = if turned.abs() < LEAST_TURN { rate } else { second * ratio * sources[w].ends[0][0] };
             [start, slope, 0.0, 0.0]
         }
-        (Course::Signal, _) if !wire.is_smooth => [start, (end - start) / step, 0.0, 0.0],
-        (Course::Signal, _) => {
+        (InputCourse::Signal, _) if !wire.is_smooth => [start, (end - start) / step, 0.0, 0.0],
+        (InputCourse::Signal, _) => {
             let mean = (end - start) / step;
             let second = (6.0 * mean - 4.0 * rate - 2.0 * last) / step;
             [start, rate, second, 6.0 * (rate + last - 2.0 * mean) / (step * step)]

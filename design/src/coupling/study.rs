@@ -165,7 +165,7 @@ struct Points {
 }
 
 /// Values of the outputs at the points, and the part of the work that differs.
-struct Course {
+struct Trajectory {
     values: Vec<Vec<f64>>,
     residual: f64,
 }
@@ -190,7 +190,7 @@ pub fn study(
     let (of_system, of_reference) = (ports(0), ports(1));
     let runs =
         parallel::map(&reference.runs, |(make, step)| course(make, *step, points, &of_reference, |_, _| true), &|| ());
-    let runs: Vec<Course> = runs.into_iter().collect::<Result<_, _>>()?;
+    let runs: Vec<Trajectory> = runs.into_iter().collect::<Result<_, _>>()?;
     let [exact, check] = &runs[..] else { return Err(Fault::new("a reference is missing")) };
     for (o, output) in outputs.iter_mut().enumerate() {
         output.largest = exact.values.iter().fold(0.0, |most: f64, values| most.max(values[o].abs()));
@@ -252,7 +252,7 @@ fn course(
     points: Points,
     ports: &[Port],
     goes_on: impl Fn(usize, &[f64]) -> bool,
-) -> Result<Course, Fault> {
+) -> Result<Trajectory, Fault> {
     let Points { spacing, count } = points;
     let mut coupling = make()?;
     coupling.begin(0.0, None)?;
@@ -281,11 +281,11 @@ fn course(
         }
     }
     let residual = coupling.residuals().iter().map(|residual| residual.gross / residual.exchanged);
-    Ok(Course { values, residual: residual.filter(|part| part.is_finite()).fold(0.0, f64::max) })
+    Ok(Trajectory { values, residual: residual.filter(|part| part.is_finite()).fold(0.0, f64::max) })
 }
 
 /// The largest relative difference of an output.
-fn difference(a: &Course, b: &Course, output: usize, largest: f64) -> f64 {
+fn difference(a: &Trajectory, b: &Trajectory, output: usize, largest: f64) -> f64 {
     let of = a.values.iter().zip(&b.values).map(|(a, b)| (a[output] - b[output]).abs());
     let most = of.fold(0.0, |most: f64, x| if x <= most || most.is_nan() { most } else { x });
     // An output that never moves in the reference has no size.
@@ -298,7 +298,7 @@ struct Comparison<'a> {
     /// The ports of the outputs in the system.
     ports: &'a [Port],
     points: Points,
-    exact: &'a Course,
+    exact: &'a Trajectory,
 }
 
 impl Comparison<'_> {

@@ -393,7 +393,7 @@ fn a_machine_without_followers_has_a_torque() {
     assert!(findings.power.shaft.abs() < 1e-10 && findings.lost().is_empty(), "{:?}", findings.power);
     let report = findings.report(&turn);
     let [shaft] = &report.verdict.result[..] else { panic!("{:?}", report.verdict) };
-    assert!(shaft.contains("120 N·m") && shaft.contains("mean power 0 W, peak power 2400 W"), "{shaft}");
+    assert!(shaft.contains("120 N·m") && shaft.contains("Mean power 0 W, peak power 2400 W"), "{shaft}");
     let files = report.files();
     let table =
         files.iter().find(|(ending, _)| ending == "torque.csv").expect("the torque").1.as_ref().expect("a table");

@@ -158,7 +158,7 @@ impl Trace {
 
 /// Inputs or their derivatives, as the host sets them at once.
 #[derive(Default)]
-struct Given {
+struct InputValues {
     signals: Vec<Signal>,
     references: Vec<u32>,
     orders: Vec<i32>,
@@ -169,14 +169,15 @@ struct Given {
 struct Feed<'a> {
     run_up: &'a RunUp,
     inertia: f64,
-    inputs: Given,
-    derivatives: Given,
+    inputs: InputValues,
+    derivatives: InputValues,
 }
 
 impl<'a> Feed<'a> {
     fn new(plan: &Plan<'a>) -> Self {
         let (interface, run_up) = (plan.interface, plan.run_up);
-        let mut feed = Feed { run_up, inertia: 1.0, inputs: Given::default(), derivatives: Given::default() };
+        let mut feed =
+            Feed { run_up, inertia: 1.0, inputs: InputValues::default(), derivatives: InputValues::default() };
         let highest = if plan.inputs == Inputs::Derivatives { interface.derivatives } else { 0 };
         let leads = |signal| interface.inputs.iter().any(|(_, other)| *other == signal);
         for (reference, signal) in &interface.inputs {
@@ -194,7 +195,7 @@ impl<'a> Feed<'a> {
     }
 
     fn set(&mut self, host: &mut Host, t: f64) -> Result<(), Fault> {
-        for Given { signals, orders, values, .. } in [&mut self.inputs, &mut self.derivatives] {
+        for InputValues { signals, orders, values, .. } in [&mut self.inputs, &mut self.derivatives] {
             for ((value, signal), order) in values.iter_mut().zip(signals).zip(orders) {
                 *value = signal.derivative(self.run_up, self.inertia, t, *order as usize).unwrap_or(0.0);
             }

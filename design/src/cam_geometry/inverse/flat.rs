@@ -132,7 +132,7 @@ fn settled(mut list: Vec<Touch>) -> (Vec<Touch>, f64) {
 }
 
 /// The chords of a closed contour that runs counter-clockwise.
-struct Course<'a> {
+struct ClosedContour<'a> {
     points: &'a [Point],
     chords: Vec<Point>,
     /// The lengths of the arcs over the chords, and the means of θ over them.
@@ -158,7 +158,7 @@ struct Local {
 /// # Errors
 /// The index of a point at which the contour is not convex.
 pub fn touches(points: &[Point]) -> Result<(Vec<Touch>, Vec<f64>, f64), usize> {
-    let mut course = Course::new(points)?;
+    let mut course = ClosedContour::new(points)?;
     let n = points.len();
     for pass in 1.. {
         let corners = course.corners();
@@ -188,7 +188,7 @@ pub fn touches(points: &[Point]) -> Result<(Vec<Touch>, Vec<f64>, f64), usize> {
     unreachable!("the last pass returns")
 }
 
-impl<'a> Course<'a> {
+impl<'a> ClosedContour<'a> {
     fn new(points: &'a [Point]) -> Result<Self, usize> {
         let n = points.len();
         let chords: Vec<Point> = (0..n).map(|i| points[(i + 1) % n] - points[i]).collect();
@@ -214,7 +214,7 @@ impl<'a> Course<'a> {
         };
         let lengths = (0..n).map(length).collect();
         let mut course =
-            Course { points, chords, lengths, means, places: Vec::new(), length: 0.0, differences: Vec::new() };
+            ClosedContour { points, chords, lengths, means, places: Vec::new(), length: 0.0, differences: Vec::new() };
         course.differ();
         Ok(course)
     }

@@ -155,7 +155,7 @@ fn a_stable_speed_is_not_called_unstable() {
     assert_eq!(verdict.level, Level::Good);
     assert!(verdict.result[0].contains("machine may run"), "{verdict:?}");
     // 0.07491, rounded up.
-    assert!(verdict.certainty.iter().any(|line| line.contains("a damping ratio below 0.075 ")), "{verdict:?}");
+    assert!(verdict.certainty.iter().any(|line| line.contains("damping ratio below 0.075 ")), "{verdict:?}");
 }
 
 #[test]
