@@ -1,6 +1,6 @@
-//! Faults of a scene file: where, what, what would be admissible, and what to do about it.
+//! Faults of a scene file: place, fault, admissible values, and a remedy.
 //!
-//! All faults of a file are collected in one run and printed in the order of the file, each with its source line:
+//! All faults of a file are collected in one run and printed in the file's order, each with its source line:
 //!
 //! ```text
 //! error: `drive.speed`: "1800 mm" is a length; an angular velocity is expected
@@ -31,7 +31,7 @@ pub struct Diagnostic {
     pub hint: Option<String>,
     /// The file, as the user named it.
     pub file: String,
-    /// Where in the file; none where the fault is the file itself.
+    /// The place in the file; None if the fault is the file itself.
     pub position: Option<Position>,
 }
 
@@ -44,13 +44,13 @@ pub struct Position {
     pub column: usize,
     /// Number of characters, at least 1.
     pub width: usize,
-    /// The line before that, and from there on; of a long line only the surroundings, a terminal's width.
+    /// The line up to the place, and from there on; of a long line only the surroundings, as wide as a terminal.
     pub excerpt: [String; 2],
 }
 
-/// A message in one line: it quotes files, whose values may have any length and hold anything.
+/// A message in one line: quoted values of files may have any length and content.
 fn line(text: impl Into<String>) -> String {
-    /// Characters at either end of what is cut; the longest list of names takes less.
+    /// Characters kept at either end of a shortened message; the longest list of names has fewer.
     const KEPT: usize = 200;
     let text = text::in_one_line(text.into());
     match text.chars().count() {
@@ -70,7 +70,7 @@ impl Diagnostic {
         Diagnostic { key: None, message, admissible: None, hint: None, file, position: None }
     }
 
-    /// Begins the message with this key.
+    /// Starts the message with this key.
     pub fn of(mut self, key: impl Into<String>) -> Self {
         let key = line(key);
         self.message = line(format!("`{key}`{}", self.message));
@@ -78,7 +78,7 @@ impl Diagnostic {
         self
     }
 
-    /// At these bytes of `text`, the content of the file.
+    /// Sets the place: these bytes of `text`, the content of the file.
     pub fn at(mut self, text: &str, span: Range<usize>) -> Self {
         self.position = Some(Position::of(text, span));
         self
@@ -90,12 +90,12 @@ impl Diagnostic {
         self
     }
 
-    /// A remedy.
+    /// Adds a remedy.
     pub fn hint(self, text: impl Into<String>) -> Self {
         self.remedy(Some(text.into()))
     }
 
-    /// A remedy, where there is one.
+    /// Adds a remedy if there is one.
     pub fn remedy(mut self, hint: Option<String>) -> Self {
         self.hint = hint.map(line);
         self
@@ -111,7 +111,7 @@ impl Diagnostics {
 }
 
 impl Position {
-    /// The position of these bytes of `text`; a span over several lines is cut at the end of its first one.
+    /// The position of these bytes of `text`; a span over several lines ends with its first line.
     fn of(text: &str, span: Range<usize>) -> Self {
         let floor = |i: usize| (0..=i.min(text.len())).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0);
         let start = floor(span.start);
@@ -130,7 +130,7 @@ impl Position {
     }
 }
 
-/// The pieces of a line, of a long one only what is near to where they meet; `characters` are those of the first.
+/// The pieces of a line; of a long line only the parts near the point where they meet. `characters` is the length of the first.
 fn excerpt(before: &str, here: &str, characters: usize) -> [String; 2] {
     const BEFORE: usize = 40;
     const AFTER: usize = 60;
@@ -160,7 +160,7 @@ impl fmt::Display for Diagnostic {
                 writeln!(f, "{:margin$} |", "")?;
                 let [before, here] = &p.excerpt;
                 writeln!(f, "{} | {before}{here}", p.line)?;
-                // Tabs are repeated, so that the carets stand below what they mean.
+                // Tabs are repeated, so that the carets stand below their text.
                 let indent: String = before.chars().map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
                 writeln!(f, "{:margin$} | {indent}{}", "", "^".repeat(p.width.min(here.chars().count().max(1))))?;
                 margin
@@ -189,10 +189,10 @@ impl fmt::Display for Diagnostics {
 
 impl std::error::Error for Diagnostics {}
 
-/// No name is longer (bytes); the likeness of two texts takes as long as the product of their lengths.
+/// The longest name (bytes): the time to compare two texts grows with the product of their lengths.
 const LONGEST_NAME: usize = 200;
 
-/// The known name most like `wrong`, if one is like it at all.
+/// The known name most similar to `wrong`, if one is similar at all.
 pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     if wrong.len() > LONGEST_NAME {
         return None;
@@ -200,11 +200,11 @@ pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     let wrong = wrong.to_lowercase();
     let likeness = |name: &str| {
         let name = name.to_lowercase();
-        // One slip or two letters that changed places; in two letters it would be another name.
+        // One slip or two swapped letters; in a name of two letters this would be another name.
         let slip = name.len() > 2 && strsim::osa_distance(&wrong, &name) == 1;
         strsim::jaro_winkler(&wrong, &name).max(if slip { 0.9 } else { 0.0 })
     };
-    // 0.75 lets one or two slips pass in a short name and keeps unrelated names out.
+    // 0.75 admits one or two slips in a short name and keeps unrelated names out.
     known
         .iter()
         .map(|&name| (likeness(name), name))
@@ -213,7 +213,7 @@ pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
         .map(|(_, name)| name)
 }
 
-/// A hint to the known name most like `wrong`.
+/// A hint with the known name most similar to `wrong`.
 pub fn meant(wrong: &str, known: &[&str]) -> Option<String> {
     nearest(wrong, known).map(|name| format!("did you mean `{name}`?"))
 }

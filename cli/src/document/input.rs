@@ -1,4 +1,4 @@
-//! The files that users give: read up to a limit, and told from files of another kind.
+//! The files of users: reads them up to a limit, and distinguishes them from files of another kind.
 
 use super::diagnostics::{Diagnostic, Diagnostics};
 use super::keys::{self, KeyTable};
@@ -11,28 +11,28 @@ use std::io::{Error, ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// Some editors begin a UTF-8 file with it; an editor does not count it as a column.
+/// Some editors start a UTF-8 file with this mark; they do not count it as a column.
 pub const BYTE_ORDER_MARK: char = '\u{feff}';
 
-/// The largest file that is read (bytes), lest a device without end fill the memory: the most points of a table in lines of 800
+/// The largest file (bytes), so that an endless device does not fill the memory: the most points of a table in lines of 800
 /// characters.
 const LARGEST: u64 = 16_000_000;
 
 /// Kind of a TOML file.
 #[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
 pub enum Kind {
-    /// Of a drive.
+    /// A drive.
     Scene,
-    /// Of `camdrive synthesize`.
+    /// For `camdrive synthesize`.
     Task,
-    /// Of `camdrive study`.
+    /// For `camdrive study`.
     Study,
-    /// Of `camdrive system`.
+    /// For `camdrive system`.
     System,
 }
 
 impl Kind {
-    /// As files and commands are called.
+    /// The name of the kind for files and commands.
     pub fn word(self) -> &'static str {
         match self {
             Kind::Scene => "scene",
@@ -52,7 +52,7 @@ impl Kind {
         }
     }
 
-    /// The kind of file in which a key is not known.
+    /// The kind of file in messages about unknown keys.
     pub fn of_keys(self) -> &'static str {
         match self {
             Kind::Scene => "a scene of this kind",
@@ -62,7 +62,7 @@ impl Kind {
         }
     }
 
-    /// A fault of the whole file where it holds something else, which its keys betray.
+    /// The fault of the whole file if its keys show that it holds something else.
     pub fn mistaken(self, file: &str, document: &Values) -> Result<(), Diagnostics> {
         let has = |key: &str| document.get(key).is_some();
         let study = has("vary") || has("measures");
@@ -106,18 +106,18 @@ impl Kind {
         found.map_or(Ok(()), |(what, hint)| Err(self.other(file, what, hint)))
     }
 
-    /// The fault of a file that is something else.
+    /// The fault of a file with other content.
     fn other(self, file: &str, what: &str, hint: impl Into<String>) -> Diagnostics {
         Diagnostics(vec![Diagnostic::new(file, format!("this is {what}, not a {}", self.word())).hint(hint)])
     }
 }
 
-/// True if a file is called like an archive of a system.
+/// True if a file has the name of a system archive.
 pub fn is_archive(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ssp"))
 }
 
-/// True if a file is a system: an archive, or a file that can be read and has parts.
+/// True if a file is a system: an archive, or a readable file with parts.
 pub fn is_system(path: &Path) -> bool {
     if is_archive(path) {
         return true;
@@ -125,25 +125,25 @@ pub fn is_system(path: &Path) -> bool {
     has(path, Kind::System, &["part"])
 }
 
-/// True if a file can be read and is a study.
+/// True if a file is readable and a study.
 pub fn is_study(path: &Path) -> bool {
     has(path, Kind::Study, &["vary", "measures"])
 }
 
-/// True if a file can be read, is no scene and has one of these keys.
+/// True if a file is readable, is no scene and has one of these keys.
 fn has(path: &Path, kind: Kind, keys: &[&str]) -> bool {
     let Ok((_, document)) = document(path, kind) else { return false };
     let has = |key: &str| document.table.contains_key(key);
     keys.iter().any(|key| has(key)) && !has("model")
 }
 
-/// The contents of pipes and devices, which can be read but once.
+/// The contents of pipes and devices, which can be read only once.
 static STREAMS: Mutex<BTreeMap<PathBuf, Vec<u8>>> = Mutex::new(BTreeMap::new());
 
-/// The bytes of a file, a pipe or the beginning of a device; of the standard input, called `-`.
+/// The bytes of a file, a pipe or the start of a device, or of the standard input `-`.
 ///
 /// # Errors
-/// A file that cannot be read, or is too large for a scene, a task or a table.
+/// A file that cannot be read or is too large.
 pub fn bytes(path: &Path) -> Result<Vec<u8>, Error> {
     let standard = path == Path::new("-");
     if !standard && std::fs::metadata(path)?.is_file() {
@@ -167,8 +167,8 @@ fn content(file: impl std::io::Read) -> Result<Vec<u8>, Error> {
     }
 }
 
-/// The text of bytes in UTF-16: with a mark, or without one where the first two characters are ASCII. None where they are in another
-/// encoding, None within where they are damaged.
+/// The text of bytes in UTF-16: with a mark, or without one if the first two characters are ASCII. The outer None means another
+/// encoding, the inner None damage.
 pub fn utf16(bytes: &[u8]) -> Option<Option<String>> {
     let (rest, unit): (&[u8], fn([u8; 2]) -> u16) = match bytes {
         [0xff, 0xfe, rest @ ..] => (rest, u16::from_le_bytes),
@@ -181,11 +181,11 @@ pub fn utf16(bytes: &[u8]) -> Option<Option<String>> {
     Some(String::from_utf16(&units).ok().filter(|text| !text.contains('\0')))
 }
 
-/// The hint on FMUs.
+/// The hint about FMUs.
 pub const NAMED: &str = "an FMU is read from a file of its own whose name ends in .fmu, not from a pipe; \
                          `camdrive run NAME.fmu` drives it";
 
-/// The kind of a file of another program, by its bytes.
+/// The kind of a file from another program, by its bytes.
 pub fn foreign(bytes: &[u8]) -> Option<&'static str> {
     let has = |name: &[u8]| bytes.windows(name.len()).any(|part| part == name);
     match bytes {
@@ -198,7 +198,7 @@ pub fn foreign(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// The name of a file, and what it holds.
+/// The name of a file, and its content.
 ///
 /// # Errors
 /// A file that cannot be read or is no such text.
@@ -270,7 +270,7 @@ pub fn read<T>(
         };
         faults.report(faults.at(span, message).remedy(hint.map(str::to_owned)));
         if unclosed {
-            // It takes the rest of the file for its elements: what follows would be wrong.
+            // An unclosed list takes the rest of the file for its elements, so further faults would be wrong.
             return Err(faults.into_diagnostics());
         }
     }

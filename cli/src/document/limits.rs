@@ -24,12 +24,12 @@ pub const NOT_NEGATIVE: Limits = Limits { min: 0.0, max: f64::INFINITY, open: fa
 /// The range of a lift, which depends on its quantity.
 pub const LIFT: Limits = within(f64::NAN, f64::NAN);
 
-/// The largest value of a law of this quantity; lifts and angles are those of cams.
+/// The largest value of a law of this quantity; lengths and angles have the limits of cams.
 pub fn largest(quantity: &Quantity) -> f64 {
     if [&unit::LENGTH, &unit::ANGLE].contains(&quantity) { MAX_LENGTH } else { LARGEST }
 }
 
-/// Between the two, borders included.
+/// Between the two, ends included.
 pub const fn within(min: f64, max: f64) -> Limits {
     Limits { min, max, open: false }
 }
@@ -40,12 +40,12 @@ impl Limits {
         (self.min.to_bits(), self.max.to_bits()) == (other.min.to_bits(), other.max.to_bits())
     }
 
-    /// True if it is within.
+    /// True if the value is in the range.
     pub fn hold(&self, value: f64) -> bool {
         value.is_finite() && value <= self.max && if self.open { value > self.min } else { value >= self.min }
     }
 
-    /// In a unit that is this much of the coherent one.
+    /// The range in a unit of this many coherent units.
     pub fn over(self, unit: f64) -> Self {
         Limits { min: self.min / unit, max: self.max / unit, ..self }
     }

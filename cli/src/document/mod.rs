@@ -1,7 +1,7 @@
-//! A TOML file that is parsed once: its values with their places, changed by the paths of keys, and its text with comments.
+//! A TOML file, parsed once: its values with their places, which change by paths of keys, and its text with comments.
 //!
-//! A path is that of a scene's key, `follower[2].cam.stroke`, which counts from 1. `toml` reads the file, since it goes on after an
-//! error of syntax; `toml_edit` writes it, since it keeps comments.
+//! A path names a key of a scene, `follower[2].cam.stroke`, and counts from 1. `toml` reads the file, since it goes on after a
+//! syntax error; `toml_edit` writes it, since it keeps comments.
 
 pub mod diagnostics;
 pub mod input;
@@ -33,22 +33,22 @@ pub type TomlTable = BTreeMap<Spanned<String>, Spanned<Value>>;
 pub enum Value {
     /// A string.
     Text(String),
-    /// A whole number, unless it has more than 64 bits.
+    /// A whole number; None for more than 64 bits.
     Integer(Option<i64>),
     /// A number with a point or an exponent.
     Float(f64),
     /// true or false.
     Boolean(bool),
-    /// A date or a time, which no key takes.
+    /// A date or a time, which no key admits.
     Datetime,
-    /// A list, of tables as well.
+    /// A list, also of tables.
     Array(Vec<Spanned<Value>>),
     /// A table, in any notation.
     Table(TomlTable),
 }
 
 impl Value {
-    /// A value of a text that begins at this byte.
+    /// A value of a text that starts at this byte.
     fn read(value: &Spanned<DeValue<'_>>, from: usize) -> Spanned<Self> {
         let own = match value.get_ref() {
             DeValue::String(text) => Value::Text(text.to_string()),
@@ -83,7 +83,7 @@ impl Value {
         if let Value::Table(table) = self { Some(table) } else { None }
     }
 
-    /// The tables that it is, or consists of, with the numbers of a list.
+    /// The tables in this value, with their numbers if it is a list.
     pub fn tables(&self) -> Vec<(String, &TomlTable)> {
         match self {
             Value::Table(table) => vec![(String::new(), table)],
@@ -113,7 +113,7 @@ fn divided(path: &str) -> (&str, &str) {
     path.rsplit_once('.').unwrap_or(("", path))
 }
 
-/// The keys that lead to a table, each with its place in a list, from 0, where it names one.
+/// The keys on the way to a table, each with its index from 0 if the path names one.
 fn steps(path: &str) -> impl Iterator<Item = (&str, Option<usize>)> {
     path.split('.').filter(|_| !path.is_empty()).map(|step| {
         let (key, number) = step.strip_suffix(']').and_then(|rest| rest.split_once('[')).unwrap_or((step, ""));
@@ -124,15 +124,15 @@ fn steps(path: &str) -> impl Iterator<Item = (&str, Option<usize>)> {
 /// A TOML file with its changes.
 #[derive(Clone, Debug, Default)]
 pub struct Document {
-    /// The file, and behind it the values that were set.
+    /// The file, followed by the new values.
     pub text: String,
     /// The length of the file.
     length: usize,
     /// Its values.
     pub table: TomlTable,
-    /// Errors of syntax; the values are those around them.
+    /// Syntax errors; the values around them are valid.
     pub errors: Vec<Error>,
-    /// The values that were set, or removed, by paths.
+    /// Changed or removed values, by path.
     changes: Vec<(String, Option<Item>)>,
 }
 
@@ -143,7 +143,7 @@ impl PartialEq for Document {
 }
 
 impl Document {
-    /// That of a file with this text.
+    /// The document of this text.
     pub fn new(text: String) -> Self {
         let (read, mut errors) = DeTable::parse_recoverable(&text);
         errors.sort_by_key(|error| error.span().map_or(text.len(), |span| span.start));
@@ -156,7 +156,7 @@ impl Document {
         &self.text[..self.length]
     }
 
-    /// The place of a key that is no table: its value, None where only its table is there. None of a key without a place.
+    /// The place of a key other than a table: its value, or None inside if only its table exists. None for a key without a place.
     pub fn place(&self, path: &str) -> Option<Option<&Spanned<Value>>> {
         let (tables, key) = divided(path);
         let table =
@@ -170,7 +170,7 @@ impl Document {
         (has_place && found.is_none_or(|value| value.get_ref().tables().is_empty())).then_some(found)
     }
 
-    /// The table around a key; missing ones are made.
+    /// The table around a key; creates missing ones.
     fn around(&mut self, tables: &str) -> Option<&mut TomlTable> {
         steps(tables).try_fold(&mut self.table, |table, (key, number)| {
             let made = || Spanned::new(0..0, Value::Table(TomlTable::new()));
@@ -182,7 +182,7 @@ impl Document {
         })
     }
 
-    /// Gives a key this value; None where there is no place for it.
+    /// Sets a key; None if it has no place in the file.
     pub fn set(&mut self, path: &str, value: impl Into<Item>) -> Option<()> {
         let item: Item = value.into();
         let written = item.clone().into_value().ok()?.to_string();
@@ -194,14 +194,14 @@ impl Document {
         Some(())
     }
 
-    /// Removes a key with all below it.
+    /// Removes a key and everything below it.
     pub fn remove(&mut self, path: &str) {
         let (tables, key) = divided(path);
         self.around(tables).and_then(|table| table.remove(key));
         self.changes.push((path.to_owned(), None));
     }
 
-    /// Names its files otherwise: the values of all keys `file`.
+    /// Renames the files in all keys `file`.
     pub fn name_files(&mut self, named: &dyn Fn(&str) -> String) {
         for (path, value) in values(&self.table.clone()) {
             if let (Value::Text(file), "file") = (value.get_ref(), divided(&path).1) {
@@ -238,7 +238,7 @@ impl Document {
     }
 }
 
-/// The values in a table, and in those inside, with their paths.
+/// The values in a table and in its tables, with their paths.
 pub fn values(table: &TomlTable) -> Vec<(String, &Spanned<Value>)> {
     let mut all = Vec::new();
     for (key, value) in table {

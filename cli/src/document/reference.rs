@@ -7,7 +7,7 @@ use super::units;
 use camdrive::drives::unit::Quantity;
 
 impl KeyTable {
-    /// The rows of the reference.
+    /// The rows of the reference in Markdown.
     pub fn markdown(&self) -> String {
         let rows = self.keys.iter().map(|key| {
             let [unit, range, usual] = [key.unit(), key.range(), key.default()];
@@ -18,15 +18,14 @@ impl KeyTable {
         format!("| key | meaning | unit | range | default |\n|---|---|---|---|---|\n{}", rows.collect::<String>())
     }
 
-    /// For the terminal.
+    /// The rows of the reference for the terminal.
     pub fn text(&self) -> String {
         let keys = self.keys.iter().map(|key| format!("\n{}\n    {}\n", key.key, key.described()));
         format!("{}\n{}", self.title.replace('`', ""), keys.collect::<String>())
     }
 }
 
-/// The reference with its tables written anew, each between a comment `<!-- keys: TITLE -->` and `<!-- end -->`; None where a
-/// title is unknown.
+/// The reference with new tables, each between a comment `<!-- keys: TITLE -->` and `<!-- end -->`; None for an unknown title.
 pub fn renewed(page: &str) -> Option<String> {
     let all = [tables(Kind::Scene), tables(Kind::Task), tables(Kind::Study), tables(Kind::System)].concat();
     let mut parts = page.split("<!-- keys: ");
@@ -63,7 +62,7 @@ impl Key {
     /// Meaning, unit, range and default in one sentence.
     pub fn described(&self) -> String {
         let models = if self.models.is_empty() { String::new() } else { format!("only {}", self.models.join(", ")) };
-        // A rule for what is left out is no value.
+        // A rule for a missing key is no value.
         let default = if matches!(self.usual, Usual::Number(_) | Usual::Name(_)) { "default " } else { "" };
         let said = [("unit ", self.unit()), ("", self.range()), (default, self.default()), ("", models)];
         let said = said.into_iter().filter(|(_, text)| !text.is_empty());
@@ -78,7 +77,7 @@ impl Key {
             .filter_map(|value| if let Value::Real(of, limits) = value { Some((of, limits)) } else { None })
     }
 
-    /// The unit, or that of what moves along a line and of what turns.
+    /// The unit, or the units along a line and about an axis.
     fn unit(&self) -> String {
         let of = |of: Dimension| match of {
             Dimension::Fixed(quantity) if quantity.unit == "1" => String::new(),
@@ -131,7 +130,7 @@ impl Key {
     }
 }
 
-/// A unit with its signs.
+/// A unit in its written form.
 fn shown(quantity: &Quantity) -> String {
     quantity.unit.replace('.', "·").replace('2', "²").replace('3', "³")
 }

@@ -1,12 +1,12 @@
-//! The JSON Schema of scenes and tasks, by which editors complete and explain keys: what is [declared](super::keys) of each key,
-//! without the rules between keys that only the reader knows.
+//! The JSON Schema of scenes and tasks, with which editors complete and explain keys: the [declaration](super::keys) of each key,
+//! without the rules between keys, which only the reader knows.
 
 use super::input::Kind;
 use super::keys::{self, Key, KeyTable, Usual, Value};
 use super::limits::Limits;
 use serde_json::{Map, Value as Json, json};
 
-/// A number with a unit begins as a number does.
+/// A number with a unit starts like a number.
 const QUANTITY: &str = r"^\s*[-+−]?[0-9.]";
 
 /// The schema (draft 7) of scenes or of tasks.
@@ -22,7 +22,7 @@ pub fn schema(kind: Kind) -> Json {
     root
 }
 
-/// The tables that a model has, and those that it needs.
+/// The tables of a model, and the required ones.
 fn of_model(table: &'static KeyTable, model: &str) -> Json {
     let limited = || table.all().filter(|key| !key.models.is_empty());
     let foreign = limited().filter(|key| !key.models.contains(&model)).map(|key| (key.key.to_owned(), json!(false)));
@@ -51,7 +51,7 @@ fn object(table: &'static KeyTable, definitions: &mut Map<String, Json>) -> Json
     json!({ "type": "object", "properties": properties, "required": required, "additionalProperties": false })
 }
 
-/// A reference to the schema of a table, which is written once.
+/// A reference to the schema of a table, which occurs once.
 fn reference(table: &'static KeyTable, definitions: &mut Map<String, Json>) -> Json {
     let name: String = table.title.chars().filter(|c| c.is_ascii_alphanumeric() || "._".contains(*c)).collect();
     if !definitions.contains_key(&name) {
@@ -66,7 +66,7 @@ fn property(key: &Key, definitions: &mut Map<String, Json>) -> Json {
     let mut kinds: Vec<Json> = key.values.iter().filter_map(|value| of_value(*value, definitions)).collect();
     let mut schema = if kinds.len() == 1 { kinds.remove(0) } else { json!({ "anyOf": kinds }) };
     if schema.get("$ref").is_some() {
-        // What stands beside a reference is not looked at.
+        // Keys next to a reference are ignored.
         schema = json!({ "allOf": [schema] });
     }
     schema["description"] = json!(key.described());
@@ -91,7 +91,7 @@ fn number(limits: Limits) -> Json {
     schema
 }
 
-/// Editors offer the first name of each; the others are right as well.
+/// Editors offer the first name of each; the other names are valid as well.
 fn choice(names: &[&[&str]]) -> Json {
     let first: Vec<&str> = names.iter().map(|names| names[0]).collect();
     let others: Vec<String> = names.iter().flat_map(|names| &names[1..]).map(|name| name.replace('+', r"\+")).collect();
@@ -122,7 +122,7 @@ fn of_value(value: Value, definitions: &mut Map<String, Json>) -> Option<Json> {
         Value::Choice(names) => choice(names),
         Value::Table(table) => reference(table, definitions),
         Value::Named(table) => json!({ "type": "object", "additionalProperties": reference(table, definitions) }),
-        // Editors that are strict take no key that a schema does not allow.
+        // Strict editors refuse keys that a schema does not allow.
         Value::Variables => json!({ "type": "object", "additionalProperties": true }),
         Value::Tables(table) => json!({ "type": "array", "items": reference(table, definitions) }),
     })

@@ -1,7 +1,6 @@
-//! Typed access to the tables of a scene: every wrong value becomes a fault with its place, and reading goes on.
+//! Typed access to the tables of a scene: every wrong value becomes a fault with its place, and reading continues.
 //!
-//! A read returns `None` where a fault was reported, so that a caller reads everything first and puts the values
-//! together last.
+//! A read returns `None` after a reported fault, so a caller reads everything first and combines the values last.
 
 use super::diagnostics::{Diagnostic, Diagnostics, nearest};
 use super::keys::{self, Dimension, Usual};
@@ -17,19 +16,19 @@ use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use toml::Spanned;
 
-/// The most faults of a file that are told one by one.
+/// The most faults of a file that are listed.
 const MOST_FAULTS: usize = 100;
 
-/// Notes for users of the FMU on a table without its noise, or on a contour.
+/// Notes for users of the FMU on a smoothed table or on a contour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableNote {
     /// Its section, `cam`.
     pub section: String,
-    /// Lobes of U″ up to this height (per rad²) are noise that is left or swings of the smoothing.
+    /// Lobes of U″ up to this height (per rad²) are residual noise or ripples of the smoothing.
     pub left: f64,
-    /// Noise and largest change, or how well the points fit, without a full stop.
+    /// Noise and largest change, or the misfit of the points, without a full stop.
     pub sentence: String,
-    /// That the largest change is more than noise, or where the law jumps.
+    /// Says that the largest change exceeds the noise, or where the law jumps.
     pub warning: Option<Warning>,
 }
 
@@ -42,22 +41,22 @@ pub struct Faults<'a> {
     list: RefCell<Vec<(usize, Diagnostic)>>,
     /// The number of faults beyond [`MOST_FAULTS`].
     more: Cell<usize>,
-    /// Where each value stands that was read.
+    /// The place of each value that was read.
     read: RefCell<BTreeMap<String, Span>>,
     /// Notes on a scene without faults.
     notes: RefCell<Vec<String>>,
-    /// The tools behind mechanisms whose motion it prescribes.
+    /// The tools behind mechanisms with a prescribed motion.
     pub tools: RefCell<Vec<Tool>>,
     /// Its smoothed tables.
     pub smoothed: RefCell<Vec<TableNote>>,
-    /// The tables that it names.
+    /// The files of its tables.
     pub tables: RefCell<Vec<source::TableFile>>,
-    /// Kind of the whole file, "a scene of this kind".
+    /// The kind of the whole file in messages, "a scene of this kind".
     pub kind: &'static str,
 }
 
 impl<'a> Faults<'a> {
-    /// No faults of this file with this content.
+    /// A file with this content and without faults so far.
     pub fn new(file: &'a str, document: &'a Document) -> Self {
         Faults {
             file,
@@ -73,15 +72,15 @@ impl<'a> Faults<'a> {
         }
     }
 
-    /// A fault at these bytes; it counts once it is given to [`Faults::report`].
+    /// A fault at these bytes; [`Faults::report`] records it.
     pub fn at(&self, span: Span, message: impl Into<String>) -> Diagnostic {
         let fault = Diagnostic::new(self.file, message);
-        // A value that was set has no place in the file. To count the lines before a place takes as long as the file is.
+        // A new value has no place in the file. Counting the lines before a place takes time in proportion to the file.
         let text = self.document.file();
         if span.start <= text.len() && self.list.borrow().len() < MOST_FAULTS { fault.at(text, span) } else { fault }
     }
 
-    /// Takes up a fault; the second one at the same place with the same text is dropped.
+    /// Records a fault; drops a repetition of the same text at the same place.
     pub fn report(&self, fault: Diagnostic) {
         let order = fault.position.as_ref().filter(|_| fault.file == self.file).map_or(usize::MAX, |p| p.line);
         let mut list = self.list.borrow_mut();
@@ -92,7 +91,7 @@ impl<'a> Faults<'a> {
         }
     }
 
-    /// Something that the user should know though it is no fault.
+    /// Records a remark for the user that is no fault.
     pub fn note(&self, text: String) {
         self.notes.borrow_mut().push(text);
     }
@@ -102,13 +101,13 @@ impl<'a> Faults<'a> {
         self.notes.borrow().clone()
     }
 
-    /// Where the value with this path stands, if it was read.
+    /// The place of the value with this path, if it was read.
     pub fn place(&self, path: &str) -> Option<Span> {
         self.read.borrow().get(path).cloned()
     }
 
-    /// The path and the place of the value that `path` is, was computed from or is part of; else of one of this name in some
-    /// section.
+    /// The path and the place of the value at `path`, or of the value that it was computed from or belongs to; else of a key with
+    /// this name in some section.
     pub fn origin(&self, path: &str) -> Option<(String, Span)> {
         let read = self.read.borrow();
         let whole = std::iter::successors(Some(path), |path| path.rfind(['.', '[']).map(|end| &path[..end]));
@@ -127,17 +126,17 @@ impl<'a> Faults<'a> {
         found.map(|(path, span)| (path.clone(), span.clone()))
     }
 
-    /// True if the file has errors of syntax; then values may be absent only because of them.
+    /// True if the file has syntax errors; they may be the reason for missing values.
     pub fn broken(&self) -> bool {
         !self.document.errors.is_empty()
     }
 
-    /// True if nothing was wrong so far.
+    /// True if there are no faults so far.
     pub fn is_empty(&self) -> bool {
         self.list.borrow().is_empty()
     }
 
-    /// All faults in the order of the file, those of other files last.
+    /// All faults in the order of the file, followed by the faults of other files.
     pub fn into_diagnostics(self) -> Diagnostics {
         let mut list = self.list.into_inner();
         let file = self.file;
@@ -149,7 +148,7 @@ impl<'a> Faults<'a> {
         Diagnostics(list.into_iter().map(|(_, fault)| fault).chain(more).collect())
     }
 
-    /// The text of a value as the file has it, shortened to what fits a message.
+    /// The text of a value in the file, shortened to fit a message.
     fn excerpt(&self, span: &Span) -> String {
         let text = self.document.text.get(span.clone()).unwrap_or_default();
         let mut short: String = text.lines().next().unwrap_or_default().chars().take(40).collect();
@@ -160,7 +159,7 @@ impl<'a> Faults<'a> {
     }
 }
 
-/// The values, all of which are read, so that all faults are told; None where one has a fault.
+/// The values; reads all of them, so that all faults are reported. None if one has a fault.
 pub fn all<T>(values: impl Iterator<Item = Option<T>>) -> Option<Vec<T>> {
     values.collect::<Vec<_>>().into_iter().collect()
 }
@@ -170,19 +169,19 @@ pub fn all<T>(values: impl Iterator<Item = Option<T>>) -> Option<Vec<T>> {
 pub struct Node<'a> {
     /// For example `cam.a[2]`.
     pub path: String,
-    /// Where it stands.
+    /// The place in the file.
     pub span: Span,
     /// The value.
     pub value: &'a Value,
 }
 
 impl<'a> Node<'a> {
-    /// A value of a document, by its path.
+    /// The value of a document at its path.
     pub fn new(path: String, value: &'a Spanned<Value>) -> Self {
         Node { path, span: value.span(), value: value.get_ref() }
     }
 
-    /// The values of a list, which count from `first` on.
+    /// The values of a list, counted from `first`.
     pub fn items(&self, first: usize) -> Option<Vec<Node<'a>>> {
         let Value::Array(list) = self.value else { return None };
         Some((first..).zip(list).map(|(i, item)| Node::new(format!("{}[{i}]", self.path), item)).collect())
@@ -200,11 +199,11 @@ pub struct Section<'a> {
     table: &'a TomlTable,
     /// Its declared keys.
     keys: &'static keys::KeyTable,
-    /// The quantity of its law, and the order of the derivative by the angle that it is.
+    /// The quantity of its law, and the order of its derivative with respect to the angle.
     own: Cell<(&'static Quantity, i32)>,
-    /// True if what it describes turns.
+    /// True if the section describes a rotation.
     turns: Cell<bool>,
-    /// The keys that were asked for: all others are unknown.
+    /// The keys that were read; all others are unknown.
     known: RefCell<Vec<&'static str>>,
     /// The unknown keys that were reported already.
     told: RefCell<Vec<Span>>,
@@ -221,7 +220,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// Refuses two keys for one thing; false where both are there.
+    /// Refuses two keys for one property; false if both exist.
     pub fn either(&self, first: &'static str, second: &'static str) -> bool {
         let both = self.has(first) && self.has(second);
         if both {
@@ -243,23 +242,23 @@ impl<'a> Section<'a> {
         Section { path, span, keys, own, turns, ..Section::root(self.faults, table, keys) }
     }
 
-    /// Says of what quantity the section's own numbers are, and which derivative by the angle of it; what they were before.
+    /// Sets the quantity of the section's own numbers and the order of the derivative; returns the former ones.
     pub fn of(&self, quantity: &'static Quantity, order: i32) -> (&'static Quantity, i32) {
         self.own.replace((quantity, order))
     }
 
-    /// Says whether what the section describes turns.
+    /// Sets whether the section describes a rotation.
     pub fn turning(&self, turns: bool) {
         self.turns.set(turns);
     }
 
-    /// The first thing that `find` takes of the kinds of values that the key admits.
+    /// The first result of `find` for the kinds of values of the key.
     fn kind<T>(&self, key: &str, find: impl FnMut(keys::Value) -> Option<T>) -> T {
         let values = self.keys.key(key).values;
         values.into_iter().find_map(find).unwrap_or_else(|| panic!("{} has another kind of {key}", self.keys.title))
     }
 
-    /// Quantity of a number, with the order of the derivative by the angle that it is.
+    /// The quantity of a number, and the order of its derivative with respect to the angle.
     fn quantity(&self, of: Dimension) -> (&'static Quantity, i32) {
         match of {
             Dimension::Fixed(quantity) => (quantity, 0),
@@ -275,7 +274,7 @@ impl<'a> Section<'a> {
         self.declared(key).0
     }
 
-    /// Quantity, order and range of the key of a number.
+    /// Quantity, order and range of a key for a number.
     fn declared(&self, key: &str) -> (&'static Quantity, i32, Limits) {
         let (of, limits) =
             self.kind(key, |value| if let keys::Value::Real(of, limits) = value { Some((of, limits)) } else { None });
@@ -289,12 +288,12 @@ impl<'a> Section<'a> {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
-    /// True if the key is there; makes it a known one.
+    /// True if the key exists; marks it as known.
     pub fn has(&self, key: &'static str) -> bool {
         self.node(key).is_some()
     }
 
-    /// The value of a key, if it is there; makes it a known one.
+    /// The value of a key, if it exists; marks it as known.
     pub fn node(&self, key: &'static str) -> Option<Node<'a>> {
         if !self.known.borrow().contains(&key) {
             self.known.borrow_mut().push(key);
@@ -304,28 +303,28 @@ impl<'a> Section<'a> {
         Some(node)
     }
 
-    /// A fault of this table as a whole; `said` follows its name.
-    pub fn fault(&self, said: impl Into<String>) -> Diagnostic {
-        self.faults.at(self.span.clone(), said).of(&self.path)
+    /// A fault of this table as a whole; `text` follows its name.
+    pub fn fault(&self, text: impl Into<String>) -> Diagnostic {
+        self.faults.at(self.span.clone(), text).of(&self.path)
     }
 
-    /// A fault of the value of `key`, or of the table where the key is not there; `said` follows the name of the key.
-    pub fn fault_of(&self, key: &'static str, said: impl Into<String>) -> Diagnostic {
-        self.fault_at(key, said).of(self.path_of(key))
+    /// A fault of the value of `key`, or of the table without this key; `text` follows the name of the key.
+    pub fn fault_of(&self, key: &'static str, text: impl Into<String>) -> Diagnostic {
+        self.fault_at(key, text).of(self.path_of(key))
     }
 
-    /// A fault in the same place whose message begins otherwise.
+    /// A fault at the same place whose message starts differently.
     pub fn fault_at(&self, key: &'static str, message: impl Into<String>) -> Diagnostic {
         let span = self.node(key).map_or(self.span.clone(), |node| node.span);
         self.faults.at(span, message)
     }
 
-    /// A value, or the fault with which there is none.
+    /// A value; reports the fault if there is none.
     pub fn taken<T>(&self, value: Result<T, Diagnostic>) -> Option<T> {
         value.map_err(|fault| self.faults.report(fault)).ok()
     }
 
-    /// Tells a fault, with which there is no value.
+    /// Reports a fault; there is no value then.
     pub fn refuse<T>(&self, fault: Diagnostic) -> Option<T> {
         self.faults.report(fault);
         None
@@ -338,7 +337,7 @@ impl<'a> Section<'a> {
         None
     }
 
-    /// The value under a key that looks like `key` and that nobody has asked for; reports that key.
+    /// The value of a key similar to `key` that was not read; reports that key.
     fn misspelt(&self, key: &'static str) -> Option<&'a str> {
         let known = self.known.borrow();
         let unread: Vec<&str> =
@@ -352,9 +351,9 @@ impl<'a> Section<'a> {
         Some(text)
     }
 
-    /// A fault of a value; `said` follows its path.
-    pub fn of_node(&self, node: &Node<'_>, said: String) -> Diagnostic {
-        self.faults.at(node.span.clone(), said).of(&node.path)
+    /// A fault of a value; `text` follows its path.
+    pub fn of_node(&self, node: &Node<'_>, text: String) -> Diagnostic {
+        self.faults.at(node.span.clone(), text).of(&node.path)
     }
 
     fn wrong_type<T>(&self, node: &Node<'_>, expected: &str) -> Option<T> {
@@ -367,13 +366,13 @@ impl<'a> Section<'a> {
         self.of_node(node, format!(": {expected} is expected, {} is {found}", self.faults.excerpt(&node.span)))
     }
 
-    /// A number, if the key is there: a plain one is SI, a string has its unit, which may leave out the angle of a derivative.
+    /// An optional number: a plain one is SI, a string has a unit, which may omit the angle of a derivative.
     pub fn optional(&self, key: &'static str) -> Option<Option<f64>> {
         let (quantity, n, limits) = self.declared(key);
         self.node(key).map_or(Some(None), |node| self.per_angle(&node, quantity, n, limits).map(Some))
     }
 
-    /// A number that must be there, or has a default.
+    /// A required number, or one with a default.
     pub fn real(&self, key: &'static str) -> Option<f64> {
         match self.keys.key(key).usual {
             Usual::Number(default) => self.real_or(key, default),
@@ -385,19 +384,19 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// A number with a default that the declaration only describes.
+    /// A number with a default that the declaration describes in words.
     pub fn real_or(&self, key: &'static str, default: f64) -> Option<f64> {
         self.optional(key).map(|value| value.unwrap_or(default))
     }
 
-    /// A number above zero, which the declaration admits, too, that must be there.
+    /// A required number above zero; the declaration admits zero.
     pub fn positive(&self, key: &'static str) -> Option<f64> {
         let quantity = self.quantity_of(key);
         self.must(key, quantity, POSITIVE)?;
         self.number(&self.node(key)?, quantity, POSITIVE)
     }
 
-    /// Reports a number that is missing.
+    /// Reports a missing number.
     fn must(&self, key: &'static str, quantity: &'static Quantity, limits: Limits) -> Option<()> {
         if self.has(key) {
             return Some(());
@@ -417,8 +416,8 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// A group of parameters. `other` reads one that is given in another way than by its key: from the section, and from the
-    /// parameters before it, where these are right.
+    /// A group of parameters. `other` reads a parameter from other keys than its own: from the section, and from the parameters
+    /// before it if these are valid.
     pub fn parameters<P: Parameters + Default>(
         &self,
         other: impl Fn(&Parameter<P>, Option<&P>) -> Option<Option<f64>>,
@@ -432,7 +431,7 @@ impl<'a> Section<'a> {
         right.then_some(group)
     }
 
-    /// The number that a value stands for.
+    /// The number in a value.
     fn number(&self, node: &Node<'_>, quantity: &'static Quantity, limits: Limits) -> Option<f64> {
         let value = match node.value {
             Value::Float(number) => Some(*number),
@@ -469,13 +468,13 @@ impl<'a> Section<'a> {
         self.number(node, if without { quantity } else { units::per_angle(quantity, n) }, limits)
     }
 
-    /// A list of numbers; empty where the key is not there.
+    /// A list of numbers; empty without the key.
     pub fn reals(&self, key: &'static str) -> Option<Vec<f64>> {
         let (quantity, n) = self.listed(key);
         self.list(key, |_, node| self.per_angle(node, quantity, n, ANY))
     }
 
-    /// The coefficients of a polynomial in an angle, whose value is the derivative that the key is.
+    /// The coefficients of a polynomial in an angle; its value is the derivative of the key.
     pub fn polynomial(&self, key: &'static str) -> Option<Vec<f64>> {
         let (quantity, n) = self.listed(key);
         self.list(key, |j, node| self.per_angle(node, quantity, n + j as i32, ANY))
@@ -485,7 +484,7 @@ impl<'a> Section<'a> {
         self.quantity(self.kind(key, |value| if let keys::Value::Reals(of) = value { Some(of) } else { None }))
     }
 
-    /// A list of pairs with their places; empty where the key is not there.
+    /// A list of pairs with their places; empty without the key.
     pub fn pairs(&self, key: &'static str, of: [&'static Quantity; 2]) -> Option<Vec<([f64; 2], Span)>> {
         let pair = |_, node: &Node<'_>| match node.items(1).as_deref() {
             Some([first, second]) => {
@@ -509,19 +508,19 @@ impl<'a> Section<'a> {
         all(items.iter().enumerate().map(|(i, node)| read(i, node)))
     }
 
-    /// The values of a list, which count from `first` on.
+    /// The values of a list, counted from `first`.
     fn items_from(&self, node: &Node<'a>, first: usize) -> Option<Vec<Node<'a>>> {
         let items = node.items(first)?;
         self.faults.read.borrow_mut().extend(items.iter().map(|item| (item.path.clone(), item.span.clone())));
         Some(items)
     }
 
-    /// A whole number that must be there.
+    /// A required whole number.
     pub fn count(&self, key: &'static str) -> Option<usize> {
         self.count_to(key, u32::MAX)
     }
 
-    /// A whole number that must be there and is at most `most`.
+    /// A required whole number up to `most`.
     pub fn count_to(&self, key: &'static str, most: u32) -> Option<usize> {
         let (min, max) =
             self.kind(key, |value| if let keys::Value::Count(min, max) = value { Some((min, max)) } else { None });
@@ -544,7 +543,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// true or false, which it is where it is left out.
+    /// true or false, the default.
     pub fn flag(&self, key: &'static str) -> Option<bool> {
         match self.node(key) {
             None => Some(false),
@@ -553,7 +552,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// A text, if the key is there.
+    /// An optional text.
     pub fn text(&self, key: &'static str) -> Option<Option<&'a str>> {
         match self.node(key) {
             None => Some(None),
@@ -562,13 +561,13 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// The values of a list; none where the key is not there.
+    /// The values of a list; empty without the key.
     pub fn items(&self, key: &'static str, expected: &str) -> Option<Vec<Node<'a>>> {
         let Some(node) = self.node(key) else { return Some(Vec::new()) };
         node.items(1).or_else(|| self.refuse(self.fault_of(key, format!(": {expected} is expected"))))
     }
 
-    /// A list of texts with their places; empty where the key is not there.
+    /// A list of texts with their places; empty without the key.
     pub fn texts(&self, key: &'static str) -> Option<Vec<(&'a str, Node<'a>)>> {
         let text = |node: Node<'a>| match node.value {
             Value::Text(text) => Some((text.trim(), node)),
@@ -577,7 +576,7 @@ impl<'a> Section<'a> {
         all(self.items(key, "a list of texts")?.into_iter().map(text))
     }
 
-    /// A word that stands where else a quantity does.
+    /// A word in the place of a quantity.
     pub fn word(&self, key: &'static str) -> Option<&'a str> {
         match self.node(key)?.value {
             Value::Text(text) if !text.contains(|c: char| c.is_ascii_digit()) => Some(text),
@@ -585,12 +584,12 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// Reports a word other than the one that `key` admits beside numbers.
+    /// Reports a word other than the admissible one of a key for numbers.
     pub fn unknown_word(&self, key: &'static str, word: &str, admissible: &str) {
         self.faults.report(self.fault_of(key, format!(": \"{word}\" is neither a number nor \"{admissible}\"")));
     }
 
-    /// A text that must be there.
+    /// A required text.
     pub fn required_text(&self, key: &'static str, admissible: &str, example: &str) -> Option<&'a str> {
         if !self.has(key) {
             let hint = format!("add for example {key} = \"{example}\"");
@@ -599,7 +598,7 @@ impl<'a> Section<'a> {
         self.text(key)?
     }
 
-    /// One of the names of the key, of which `items` admits those that it lists, by the usual one of their names.
+    /// One of the names of the key that `items` lists; aliases count as the usual name.
     pub fn choice<T: Copy>(&self, key: &'static str, items: &[(&'static str, T)]) -> Option<T> {
         let names = self.kind(key, |value| if let keys::Value::Choice(names) = value { Some(names) } else { None });
         let item = |usual: &str| items.iter().find(|(name, _)| *name == usual).map(|(_, item)| *item);
@@ -608,7 +607,7 @@ impl<'a> Section<'a> {
         }
         let names: Vec<_> = names.iter().filter(|names| item(names[0]).is_some()).collect();
         let usual: Vec<&str> = names.iter().map(|names| names[0]).collect();
-        // A misspelt key counts as the right one, so that what depends on the choice is checked all the same.
+        // A misspelt key counts as the right one, so that everything that depends on the choice is checked.
         let meant = if self.has(key) { None } else { self.misspelt(key) };
         let text = match meant {
             Some(text) => text,
@@ -625,22 +624,22 @@ impl<'a> Section<'a> {
         let hint =
             guess.map(|names| format!("did you mean `{}`?", names[0])).or(gone.map(|(_, hint)| (*hint).to_owned()));
         self.faults.report(fault.admissible(usual.join(", ")).remedy(hint));
-        // What depends on the choice is checked as if the name were the one suggested.
+        // Everything that depends on the choice is checked with the suggested name.
         guess.and_then(|names| item(names[0]))
     }
 
-    /// One of several names, with a default that the declaration only describes.
+    /// One of several names, with a default that the declaration describes in words.
     pub fn choice_or<T: Copy>(&self, key: &'static str, items: &[(&'static str, T)], default: T) -> Option<T> {
         if self.has(key) { self.choice(key, items) } else { Some(default) }
     }
 
-    /// The table under this key, if it is there.
+    /// The optional table under this key.
     pub fn section(&self, key: &'static str) -> Option<Option<Section<'a>>> {
         let keys = self.kind(key, |value| if let keys::Value::Table(keys) = value { Some(keys) } else { None });
         self.section_of(key, keys)
     }
 
-    /// The table under this key, if it is there, with other keys than the usual ones.
+    /// The optional table under this key, with other keys than the usual ones.
     pub fn section_of(&self, key: &'static str, keys: &'static keys::KeyTable) -> Option<Option<Section<'a>>> {
         let Some(node) = self.node(key) else { return Some(None) };
         match node.value {
@@ -649,17 +648,17 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// The result of `read` on the table under this key, if it is there.
+    /// The result of `read` on the optional table under this key.
     pub fn read<T>(&self, key: &'static str, read: impl Fn(&Section<'a>) -> Option<T>) -> Option<Option<T>> {
         self.section(key)?.map_or(Some(None), |section| read(&section).map(Some))
     }
 
-    /// The table under this key, which must be there.
+    /// The required table under this key.
     pub fn required_section(&self, key: &'static str) -> Option<Section<'a>> {
         self.section(key)?.or_else(|| self.missing(key, None, format!("add a section [{}]", self.path_of(key))))
     }
 
-    /// The tables `[[key]]`; none where the key is not there. Their paths count from 1, as the FMU's variables do.
+    /// The tables `[[key]]`; empty without the key. Their paths count from 1, like the FMU's variables.
     pub fn sections(&self, key: &'static str) -> Option<Vec<Section<'a>>> {
         let keys = self.kind(key, |value| if let keys::Value::Tables(keys) = value { Some(keys) } else { None });
         let Some(node) = self.node(key) else { return Some(Vec::new()) };
@@ -673,7 +672,7 @@ impl<'a> Section<'a> {
         items.into_iter().map(table).collect()
     }
 
-    /// The tables [key.NAME] with their names, in the order of the file; none where the key is not there.
+    /// The tables [key.NAME] with their names, in the order of the file; empty without the key.
     pub fn named(&self, key: &'static str) -> Option<Vec<(&'a str, Section<'a>)>> {
         let keys = self.kind(key, |value| if let keys::Value::Named(keys) = value { Some(keys) } else { None });
         let Some(node) = self.node(key) else { return Some(Vec::new()) };
@@ -722,7 +721,7 @@ impl<'a> Section<'a> {
         self.refuse(fault.admissible(admissible).hint(format!("write for example \"{better}\"")))
     }
 
-    /// Reports the keys that nobody asked for.
+    /// Reports the keys that were not read.
     pub fn finish(&self) {
         if self.faults.broken() {
             return;
@@ -736,7 +735,7 @@ impl<'a> Section<'a> {
             let fault = self.faults.at(key.span(), format!(" is not known {place}")).of(self.path_of(name));
             let meant = self.keys.all().find(|key| key.also.contains(&name) && known.contains(&key.key));
             let meant = meant.map(|meant| meant.key).or_else(|| nearest(name, &known));
-            // What another choice has is no slip of the pen.
+            // A key of another choice is no slip.
             let other =
                 self.keys.all().find(|key| key.key == name).map(|key| match key.meaning.trim().split_once(": ") {
                     Some((of, _)) if of.starts_with('`') => format!("it belongs to {of}"),

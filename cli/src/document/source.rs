@@ -1,28 +1,28 @@
-//! The files of a scene as an FMU carries them: the scene as it was written, and beside it the tables that it names; and such a
-//! scene read again.
+//! The files of a scene in an FMU: the scene as it was written and the tables next to it; and the way back.
 
 use super::{Document, Span};
 use camdrive_design::resource::is_device;
 use std::path::{Path, PathBuf};
 
-/// The name of the scene among its files.
+/// The file name of the scene.
 pub const SCENE: &str = "scene.toml";
 
 /// A table that a scene names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableFile {
-    /// Where it was found.
+    /// Its place.
     pub path: PathBuf,
     /// Its bytes.
     pub content: Vec<u8>,
     /// Its name in the scene.
     pub name: String,
-    /// The path of the key by which the scene does so.
+    /// The path of its key in the scene.
     pub key: String,
 }
 
-/// Names and contents: first the scene, then its tables, where the scene finds them again. A table from elsewhere, or with a
-/// name that not every system has, becomes `table_1.csv` and so on, and the scene calls it so; nothing else of it changes.
+/// Names and contents: first the scene, then its tables under the names in the scene. A table from elsewhere, or with a name that
+/// some system does not admit, becomes `table_1.csv` and so on, and the scene refers to this name; the rest of the scene is
+/// unchanged.
 pub fn all<'a>(document: &Document, tables: &'a [TableFile]) -> Vec<(String, Vec<u8>)> {
     let (mut scene, mut files) = (document.text.clone(), vec![(SCENE.to_owned(), Vec::new())]);
     let placed = |table: &'a TableFile| Some((document.place(&table.key)??.span(), table));
@@ -54,7 +54,7 @@ pub fn all<'a>(document: &Document, tables: &'a [TableFile]) -> Vec<(String, Vec
     files
 }
 
-/// True if a name leads into the folder of the scene or below it, on every system.
+/// True if a name leads into the folder of the scene or below, on every system.
 fn is_portable(name: &str) -> bool {
     let is_legal = |c: char| !c.is_control() && !"\\:*?\"<>|".contains(c);
     name.split('/').all(|part| {
@@ -63,7 +63,7 @@ fn is_portable(name: &str) -> bool {
     })
 }
 
-/// True if a file is called like an FMU.
+/// True if a file has the name of an FMU.
 pub fn is_fmu(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("fmu"))
 }
@@ -105,7 +105,7 @@ mod tests {
             contents,
             ["lift.csv", "../a/lift.csv", "/home/b/lift.csv", "LIFT.csv", "d\\e.csv", "m/table_2.csv"]
         );
-        // Read again, they have their names for good.
+        // After the first reading the names do not change any more.
         let names = expected.map(|name| name.trim_matches(['\'', '"']).to_owned());
         let again = files(scene, &names.each_ref().map(String::as_str));
         assert_eq!(again[0].1, first[0].1);

@@ -4,16 +4,16 @@
 //! `/`. A factor is a unit name with an optional prefix (n, u or µ, m, c, k, M, G) and an optional whole exponent
 //! (`m2`, `m^2`, `m²`, `s^-1`). Known names: m, g, t, N, s, min, h, rad, deg or °, rev, J, W, Pa, Hz, rpm, %, in, lb, lbf.
 //!
-//! Angles count as a dimension of their own, so that a torsional stiffness (N.m/rad) is not taken for a torque.
+//! Angles are a dimension of their own, so that a torsional stiffness (N.m/rad) is not mistaken for a torque.
 //! `rpm`, `1/min` and `U/min` are revolutions per minute, `Hz` is one revolution (cycle) per second, 2π rad/s.
-//! `1/s` is refused for an angular velocity, since it is read both ways.
+//! `1/s` is refused for an angular velocity, since it is ambiguous.
 
 use camdrive::drives::Fault;
 use camdrive::drives::unit::{self, Quantity};
 use std::f64::consts::{PI, TAU};
 
-/// A unit: one of it is `numerator / denominator` of the coherent SI unit. Both are kept, since 1/1000 is not a
-/// binary fraction and 0.94 / 1000 rounds once only.
+/// A unit: one of it is `numerator / denominator` of the coherent SI unit. Both are kept: 1/1000 is no binary fraction, and 0.94 /
+/// 1000 rounds only once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Unit {
     numerator: f64,
@@ -33,20 +33,20 @@ const PREFIXED: &[(&str, Unit)] = &[
     ("W", one([1, 2, -3, 0])),
     ("Pa", one([1, -1, -2, 0])),
     ("Hz", Unit { numerator: TAU, denominator: 1.0, base: [0, 0, -1, 1] }),
-    // Products that are written without a sign everywhere.
+    // Products that people write without a sign.
     ("Nm", one([1, 2, -2, 0])),
     ("Ns", one([1, 1, -1, 0])),
     ("Nms", one([1, 2, -1, 0])),
 ];
 
-/// Units that do not; they are looked up first, so that `min` is no milli-inch.
+/// Units without prefixes; they are looked up first, so that `min` is not a milli-inch.
 const PLAIN: &[(&str, Unit)] = &[
     ("1", one([0, 0, 0, 0])),
     ("%", Unit { numerator: 1.0, denominator: 100.0, base: [0, 0, 0, 0] }),
     ("t", Unit { numerator: 1e3, denominator: 1.0, base: [1, 0, 0, 0] }),
     ("in", Unit { numerator: 254.0, denominator: 1e4, base: [0, 1, 0, 0] }),
     ("lb", Unit { numerator: 45_359_237.0, denominator: 1e8, base: [1, 0, 0, 0] }),
-    // A pound in the standard gravity of 9.80665 m/s².
+    // The weight of a pound at the standard gravity of 9.80665 m/s².
     ("lbf", Unit { numerator: 44_482_216_152_605.0, denominator: 1e13, base: [1, 1, -2, 0] }),
     ("min", Unit { numerator: 60.0, denominator: 1.0, base: [0, 0, 1, 0] }),
     ("h", Unit { numerator: 3600.0, denominator: 1.0, base: [0, 0, 1, 0] }),
@@ -69,7 +69,7 @@ const PREFIXES: &[(&str, f64, f64)] = &[
     ("G", 1e9, 1.0),
 ];
 
-/// Whole units that engineers write for revolutions per minute.
+/// Complete units that engineers write for revolutions per minute.
 const REVOLUTIONS_PER_MINUTE: &[&str] = &["1/min", "U/min", "min-1", "r/min", "/min"];
 
 /// A quantity whose unit is this one times a power of rad.
@@ -93,14 +93,14 @@ static NUMBERS: [Quantity; 9] =
 /// Weights of such derivatives (radⁿ), n = 1 … 4.
 static WEIGHTS: [Quantity; 4] = times_rad!("Number" "TimesRad", "rad", 0: "" 1, "2" 2, "3" 3, "4" 4);
 
-/// An area (m²), and that over an angle, as of an integral of squares (m²·rad).
+/// An area (m²), and an area times an angle, as of an integral of squares (m²·rad).
 pub static AREA: Quantity = Quantity { name: "Area", unit: "m2", base: [0, 2, 0, 0], display: None };
 static AREAS: [Quantity; 1] = times_rad!("Area" "TimesRad", "m2.rad", 2: "" 1);
 
 /// A curvature (1/m).
 pub static CURVATURE: Quantity = Quantity { name: "Curvature", unit: "1/m", base: [0, -1, 0, 0], display: None };
 
-/// A length or a number per radⁿ; of an n below 0 a number or an area times rad⁻ⁿ. Of a power that no unit has, the quantity itself.
+/// A length or a number per radⁿ; for n < 0 a number or an area times rad⁻ⁿ. The quantity itself for a power without a unit.
 pub fn per_angle(quantity: &'static Quantity, n: i32) -> &'static Quantity {
     let list = match n {
         ..0 if quantity.base == AREA.base => &AREAS[..],
@@ -150,7 +150,7 @@ const fn one(base: [i8; 4]) -> Unit {
     Unit { numerator: 1.0, denominator: 1.0, base }
 }
 
-/// The value of `text` ("1800 rpm") in the coherent SI unit of `quantity`; a text without unit is SI.
+/// The value of `text` ("1800 rpm") in the coherent SI unit of `quantity`; a text without a unit is in SI.
 pub fn parse(text: &str, quantity: &'static Quantity) -> Result<f64, Fault> {
     let hint = || format!("write for example {}", example(quantity));
     let text = &*text.replace('\u{2212}', "-");
@@ -186,15 +186,14 @@ pub fn parse(text: &str, quantity: &'static Quantity) -> Result<f64, Fault> {
     })
 }
 
-/// The unit that a text with a value of the quantity has, and how much of the coherent one it is; None for one without unit.
+/// The unit in a text with a value of the quantity, and its size in coherent units; None for a text without a unit.
 pub fn written<'a>(text: &'a str, quantity: &Quantity) -> Option<(&'a str, f64)> {
     let (_, unit_text) = split(text.trim());
     let unit = parse_unit(unit_text).ok().filter(|unit| !unit_text.is_empty() && unit.base == quantity.base)?;
     Some((unit_text, unit.numerator / unit.denominator))
 }
 
-/// A factor that turns a value in this unit into coherent SI: (numerator, denominator). An FMU may have units that are not known
-/// here otherwise.
+/// The factor from this unit to coherent SI: (numerator, denominator). An FMU may have units that are unknown here.
 pub fn factor(text: &str, quantity: &'static Quantity) -> Result<(f64, f64), Fault> {
     let text = text.trim();
     let hint = || format!("write for example \"{}\"", quantity.display.map_or(quantity.unit, |(unit, _)| unit));
@@ -213,20 +212,20 @@ pub fn factor(text: &str, quantity: &'static Quantity) -> Result<(f64, f64), Fau
     }
 }
 
-/// As [`factor`], of the derivative of this order by an angle or whatever else `by` is; None where the text is no such unit.
+/// As [`factor`], for the derivative of this order with respect to an angle or another `by`; None if the text is no such unit.
 pub fn per(text: &str, quantity: &Quantity, by: &Quantity, order: i8) -> Option<(f64, f64)> {
     let unit = parse_unit(text.trim()).ok()?;
     let base: [i8; 4] = std::array::from_fn(|i| quantity.base[i] - order * by.base[i]);
     (unit.base == base).then_some((unit.numerator, unit.denominator))
 }
 
-/// An example of the quantity as a scene writes it.
+/// An example of the quantity in a scene.
 pub fn example(quantity: &Quantity) -> &'static str {
     let is_it = |q: &Quantity| q.name == quantity.name || (quantity.name.is_empty() && q.base == quantity.base);
     EXAMPLES.iter().find(|(q, _)| is_it(q)).map_or("1", |(_, text)| text)
 }
 
-/// "an angular velocity"; of a quantity without name "a value in rad/s".
+/// "an angular velocity"; "a value in rad/s" for a quantity without a name.
 pub fn name(quantity: &Quantity) -> String {
     match (quantity.name, quantity.unit) {
         ("", "") => "a number without unit".to_owned(),
@@ -235,14 +234,14 @@ pub fn name(quantity: &Quantity) -> String {
     }
 }
 
-/// The number with at most nine digits, without exponent where that is easy to read.
+/// The number with at most nine digits, without exponent if it is easy to read.
 pub fn short(value: f64) -> String {
     // The sum turns −0 into 0.
     let rounded = format!("{value:.8e}").parse().unwrap_or(value) + 0.0;
     if rounded == 0.0 || (1e-4..1e6).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
 }
 
-/// The number and the unit of "24 kN/m"; a unit may follow without a blank.
+/// The number and the unit of "24 kN/m"; the blank before the unit is optional.
 pub fn split(text: &str) -> (&str, &str) {
     let end = (0..=text.len())
         .rev()
@@ -252,7 +251,7 @@ pub fn split(text: &str) -> (&str, &str) {
     (&text[..end], text[end..].trim())
 }
 
-/// The fault of a number with marks of thousands or a decimal comma.
+/// The fault of a number with thousands separators or a decimal comma.
 fn marked(text: &str) -> Option<Fault> {
     let is_mark = |c: char| ".,'\u{2019}_".contains(c) || c.is_whitespace();
     let end = text.find(|c: char| !c.is_ascii_digit() && !is_mark(c) && !"+-".contains(c)).unwrap_or(text.len());
@@ -288,14 +287,14 @@ fn marked(text: &str) -> Option<Fault> {
     }
 }
 
-/// Why a text is no unit.
+/// The reason why a text is no unit.
 enum NoUnit {
-    /// It holds a name that is none.
+    /// It contains an unknown name.
     Unknown(String),
     Wrong(String),
 }
 
-/// Names of other kinds of units, with what is written for one of them; of several that of the dimension wanted.
+/// Names of other kinds of units, with a replacement; of several replacements the one with the expected dimension.
 const OTHER_NAMES: &[(&str, f64, &str)] = &[
     ("lbs", 1.0, "lb"),
     ("lbs", 1.0, "lbf"),
@@ -319,7 +318,7 @@ const OTHER_NAMES: &[(&str, f64, &str)] = &[
 ];
 
 impl NoUnit {
-    /// The unit that is meant by `text`, one of this quantity, and how many of it are one of those that were written.
+    /// The intended unit in `text` with this quantity, and how many of it equal one written unit.
     fn meant(&self, text: &str, quantity: &Quantity) -> Option<(String, f64)> {
         let NoUnit::Unknown(name) = self else { return None };
         let fitting = |times: f64, other: &str| {
@@ -328,8 +327,8 @@ impl NoUnit {
             fits.then_some((unit, times))
         };
         let others = OTHER_NAMES.iter().filter(|(other, ..)| *other == name.to_lowercase() || other == name);
-        // `KG` and `MM` carry a prefix, which the names of the list have not. A slip in one letter of a short name would make
-        // another unit; there only the case may differ.
+        // `KG` and `MM` have a prefix, which the names of the list lack. A slip in one letter of a short name would make another
+        // unit, so only the case may differ there.
         let known = ["kg", "mm", "kN", "ms", "MPa", "GPa"].into_iter().chain(names());
         let distance = |unit: &str| strsim::osa_distance(&unit.to_lowercase(), &name.to_lowercase());
         let alike = known.filter(|unit| distance(unit) == 0 || distance(unit) == 1 && unit.len().min(name.len()) > 2);
@@ -360,7 +359,7 @@ fn names() -> impl Iterator<Item = &'static str> {
     PLAIN.iter().chain(PREFIXED).map(|(name, _)| *name).filter(|name| *name != "1")
 }
 
-/// The unit as a factor, or what is wrong with it.
+/// The unit as a factor, or its fault.
 fn parse_unit(text: &str) -> Result<Unit, NoUnit> {
     let plain = normalise(text);
     if REVOLUTIONS_PER_MINUTE.contains(&plain.as_str()) {
@@ -427,7 +426,7 @@ impl Unit {
             if exponent < 0 { (other.denominator, other.numerator) } else { (other.numerator, other.denominator) };
         let (n, d) = (self.numerator * up.powi(exponent.abs()), self.denominator * down.powi(exponent.abs()));
         let base = std::array::from_fn(|i| self.base[i].saturating_add(other.base[i].saturating_mul(exponent as i8)));
-        // Thousands on both sides cancel exactly; without this kN/mm would keep 1000·1000 over 1 only.
+        // Thousands on both sides cancel exactly; otherwise kN/mm would keep 1000·1000 over 1.
         if n % d == 0.0 && n < 1e15 {
             Unit { numerator: n / d, denominator: 1.0, base }
         } else {
@@ -512,10 +511,10 @@ mod tests {
         ];
         for (text, quantity, si) in cases {
             let value = parse(text, quantity).unwrap_or_else(|e| panic!("{text}: {}", e.message));
-            // Two roundings at most stand between the text and the value.
+            // At most two roundings lie between the text and the value.
             assert!((value - si).abs() <= 2.0 * f64::EPSILON * si.abs(), "{text}: {value} for {si}");
         }
-        // Decimal prefixes round once: the value is the one that plain SI text gives.
+        // Decimal prefixes round once: the value equals the value of plain SI text.
         assert_eq!(parse("0.94 mm", &unit::LENGTH), Ok(0.00094));
         assert_eq!(parse("3.5 N/mm", &unit::STIFFNESS), Ok(3500.0));
     }
@@ -565,7 +564,7 @@ mod tests {
         }
         let unknown = parse("5 furlong", &unit::LENGTH).expect_err("no such unit").0.message;
         assert!(unknown.contains("there is no unit `furlong`"), "{unknown}");
-        // What is meant has the dimension that is expected.
+        // The suggestion has the expected dimension.
         for (text, quantity, meant, hint) in [
             ("1800 rmp", &unit::ANGULAR_VELOCITY, "`rpm`", "write \"1800 rpm\""),
             ("1800 RPM", &unit::ANGULAR_VELOCITY, "`rpm`", "write \"1800 rpm\""),
@@ -586,7 +585,7 @@ mod tests {
             assert!(fault.message.contains(meant), "{text}: {}", fault.message);
             assert_eq!(fault.hint.as_deref(), Some(hint), "{text}");
         }
-        // Marks of thousands.
+        // Thousands separators.
         for (text, message, hint) in [
             ("1.800,0 rpm", "marks of thousands", "write \"1800.0 rpm\""),
             ("1,800.0 rpm", "marks of thousands", "write \"1800.0 rpm\""),

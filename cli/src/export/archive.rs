@@ -22,13 +22,12 @@ impl File {
     }
 }
 
-/// The archive of these files in this order; `date` is the time stamp of all of them, without one it is the
-/// first instant that zip can express.
+/// The archive of these files in this order; all get the time stamp `date`, or else the first instant that zip can express.
 pub fn archive(files: &[File], date: Option<Date>) -> Result<Vec<u8>, ZipError> {
     let stamp = date.and_then(time_stamp).unwrap_or_default();
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
-        // The libraries of all platforms take 3 % less than by the usual level 6, for a tenth of a second.
+        // The libraries of all platforms become 3 % smaller than with the usual level 6, and it takes a tenth of a second.
         .compression_level(Some(9))
         .last_modified_time(stamp)
         .system(System::Unix)

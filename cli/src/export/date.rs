@@ -1,5 +1,5 @@
-//! The date of an FMU. The clock is never read: the same scene gives the same bytes. Who wants a date sets
-//! SOURCE_DATE_EPOCH (seconds since 1970-01-01 UTC), as reproducible builds do.
+//! The date of an FMU. The clock is never read: the same scene gives the same bytes. Set SOURCE_DATE_EPOCH (seconds since
+//! 1970-01-01 UTC) to get a date, as for reproducible builds.
 
 use camdrive::drives::Fault;
 
@@ -38,7 +38,7 @@ impl Date {
 
     /// The date `seconds` after 1970-01-01T00:00:00Z, seconds ≥ 0.
     ///
-    /// The years are counted from 1 March, so that the leap day is their last; 400 years have 146097 days.
+    /// The years start on 1 March, so that the leap day is their last; 400 years have 146097 days.
     pub fn from_epoch(seconds: i64) -> Date {
         let (days, rest) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400));
         // 719468 days lie between 0000-03-01 and 1970-01-01.
@@ -54,7 +54,7 @@ impl Date {
         Date { year, month, day, hour: rest / 3600, minute: rest / 60 % 60, second: rest % 60 }
     }
 
-    /// As `xs:dateTime`, the way generationDateAndTime is written.
+    /// As `xs:dateTime`, the format of generationDateAndTime.
     pub fn iso(self) -> String {
         let Date { year, month, day, hour, minute, second } = self;
         format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")

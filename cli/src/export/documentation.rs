@@ -1,4 +1,4 @@
-//! documentation/index.html: the report on an FMU for its users, in one file that needs no network and runs nothing.
+//! documentation/index.html: the report on an FMU for its users, in one file without network access or scripts to run.
 
 use super::model_description::{LOG_CATEGORIES, causality, unit};
 use super::results::Results;
@@ -27,7 +27,7 @@ pub struct Page<'a> {
 /// The text of index.html.
 ///
 /// # Errors
-/// Those of the drive's text, and of its start values.
+/// Errors in the drive's text or its start values.
 pub fn html(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result<String, Fault> {
     let own = report(resource, drive, page)?;
     let overview = overview::of(resource);
@@ -127,7 +127,7 @@ fn platform(name: &str) -> String {
     format!("{name}: {runs_on}{tested}")
 }
 
-/// What to wire to what, and in which steps.
+/// Advice on connections and steps.
 fn connections(drive: &AnyDrive) -> Vec<String> {
     let of = |wanted: Causality| drive.descriptions().iter().filter(move |d| d.causality == wanted);
     let names = |wanted: Causality, last: &[&str]| -> Vec<&str> {
@@ -233,7 +233,7 @@ fn signs(descriptions: &[Description]) -> Vec<String> {
     sentences
 }
 
-/// A script that runs as it stands beside the FMU.
+/// A script that runs unchanged next to the FMU.
 fn usage(name: &str, drive: &AnyDrive) -> Block {
     let e = drive.experiment();
     let (stop, step) = (digits(e.stop), digits(e.step));
@@ -274,7 +274,7 @@ fn usage(name: &str, drive: &AnyDrive) -> Block {
     Block::Code(title, sentence, code)
 }
 
-/// Properties of the solution that all drives share.
+/// Properties of the solution in all drives.
 fn solution(input_derivatives: usize) -> Vec<String> {
     let mut lines = vec![
         "Communication steps may have any length and may vary. The state can be saved, restored and serialised. \
@@ -306,14 +306,14 @@ fn variables(drive: &mut AnyDrive) -> Result<Table, Fault> {
     Ok(words("Variables", &["Name", "Kind", "Unit", "Start", "Range", "Description"], &rows?))
 }
 
-/// "parameter", "tunable parameter", "input" …; a state says so.
+/// "parameter", "tunable parameter", "input" …, with a mark for a state.
 pub fn kind_of(d: &Description) -> String {
     let tunable = if d.variability == Variability::Tunable { "tunable " } else { "" };
     let state = if d.state { ", state" } else { "" };
     format!("{tunable}{}{state}", causality(d.causality))
 }
 
-/// The value in SI and, where engineers read another unit, in that one.
+/// The value in SI and, if engineers use another unit, also in that unit.
 fn value_with_unit(kind: &Kind, value: f64) -> String {
     match kind {
         Kind::Real { quantity, .. } => match quantity.display {
@@ -345,7 +345,7 @@ fn range(kind: &Kind) -> String {
     }
 }
 
-/// A time with the digits that matter, as Python reads it.
+/// A time with its significant digits, in a form that Python reads.
 fn digits(seconds: f64) -> String {
     let rounded: f64 = format!("{seconds:.8e}").parse().unwrap_or(seconds);
     rounded.to_string()

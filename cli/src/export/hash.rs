@@ -2,8 +2,7 @@
 
 use sha2::{Digest, Sha256};
 
-/// The hash of these parts one after the other, each preceded by its length, so that no two lists of parts
-/// share a hash.
+/// The hash of these parts in sequence, each preceded by its length, so that no two lists of parts share a hash.
 pub fn sha256_of_parts(parts: &[&[u8]]) -> [u8; 32] {
     let mut hash = Sha256::new();
     for part in parts {

@@ -1,4 +1,4 @@
-//! The licences of the runtime library and of what is linked into it, as the FMU carries them.
+//! The licences of the runtime library and the packages linked into it, for the FMU.
 
 use super::archive::File;
 use camdrive::drives::Fault;
@@ -6,7 +6,8 @@ use serde::Deserialize;
 
 const FOLDER: &str = "documentation/licenses";
 
-/// The packages in the runtime library by packaging/linked.toml, all used under the Apache licence 2.0, and what the linker adds.
+/// The packages in the runtime library from packaging/linked.toml, all used under the Apache licence 2.0, and the linker's
+/// additions.
 #[derive(Deserialize)]
 pub struct Linked {
     pub packages: Vec<String>,
@@ -20,7 +21,7 @@ pub fn linked() -> Result<Linked, Fault> {
     toml::from_str(list).map_err(|e| Fault::new(format!("packaging/linked.toml: {e}")))
 }
 
-/// The files of `documentation/licenses`; `license.txt` is the entry that the standard names (section 2.3).
+/// The files of `documentation/licenses`; the standard requires the entry `license.txt` (section 2.3).
 pub fn files(linked: &Linked) -> Vec<File> {
     vec![
         File::new(format!("{FOLDER}/license.txt"), overview(linked)),

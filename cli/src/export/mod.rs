@@ -1,8 +1,8 @@
 //! From a validated scene to an FMU.
 //!
-//! [`pack`] builds the drive once more, as the runtime library will, and writes what importers read of it:
-//! [`model_description`], [`documentation`], a [`picture`], [`terminals`], licences and a bill of materials, in one
-//! [`archive`] with the [`runtime_library`].
+//! [`pack`] builds the drive once more, as the runtime library will, and writes the files for importers: [`model_description`],
+//! [`documentation`], a [`picture`], [`terminals`], licences and a bill of materials, in one [`archive`] with the
+//! [`runtime_library`].
 
 pub mod archive;
 pub mod date;
@@ -34,7 +34,7 @@ use results::Results;
 /// The name and version of this tool.
 pub const TOOL: &str = concat!("camdrive ", env!("CARGO_PKG_VERSION"));
 
-/// The page that FMI 2.0 names for the documentation.
+/// The page that FMI 2.0 requires for the documentation.
 const DOCUMENTATION: &str = "documentation/index.html";
 
 /// An FMU in memory.
@@ -57,8 +57,8 @@ pub struct Packed {
 pub struct Extras<'a> {
     /// [`terminals`].
     pub terminals: bool,
-    /// Names and contents of the scene and its tables, for `extra/`. Comments of a scene make no other drive: the guid is that of
-    /// the FMU without them.
+    /// Names and contents of the scene and its tables, for `extra/`. Comments in a scene do not change the drive: the guid is the
+    /// same without them.
     pub sources: &'a [(String, Vec<u8>)],
 }
 
@@ -70,14 +70,14 @@ pub fn describe(resource: &Resource, description: &str) -> Result<String, Fault>
     model_description::xml(&identity, drive)
 }
 
-/// The description, or what the first sentence about the model says.
+/// The description, or the first sentence about the model.
 fn stated(description: &str, drive: &Described) -> Result<String, Fault> {
     let (own, summary) = (xml::legal(description), drive.documentation()?.summary);
     let first = || summary.split_inclusive(". ").next().unwrap_or_default();
     Ok(Some(own.trim()).filter(|own| !own.is_empty()).unwrap_or_else(first).trim_end().to_owned())
 }
 
-/// Packs the FMU of a scene; the guid of `resource` is not used, but computed from the content.
+/// Packs the FMU of a scene; computes the guid from the content and ignores the guid of `resource`.
 ///
 /// # Errors
 /// A name that [`is_name`] refuses, a scene that the drive refuses, two libraries for one platform.
@@ -92,10 +92,10 @@ pub fn pack(
     Contents { drive, scene, resource, description, date }.packed(runtimes, extras)
 }
 
-/// The parts of an FMU besides libraries.
+/// The parts of an FMU without the libraries.
 struct Contents<'a> {
     drive: &'a mut Described,
-    /// The scene as the library reads it.
+    /// The scene for the library.
     scene: &'a [u8],
     resource: &'a Resource,
     description: &'a str,
@@ -144,7 +144,7 @@ impl Contents<'_> {
         })
     }
 
-    /// The files that hold the guid.
+    /// The files with the guid.
     fn with_guid(&mut self, guid: &str) -> Result<Vec<File>, Fault> {
         let date = self.date.map(Date::iso);
         let description = &stated(self.description, self.drive)?;

@@ -20,7 +20,7 @@ pub struct Identity<'a> {
     pub description: &'a str,
     /// The guid.
     pub guid: &'a str,
-    /// generationDateAndTime, where one is to be told.
+    /// generationDateAndTime, if there is one.
     pub date: Option<&'a str>,
 }
 
@@ -214,7 +214,7 @@ fn scalar_variable(xml: &mut Xml, reference: usize, d: &Description, start: Opti
     });
 }
 
-/// The magnitude of a parameter: that of its start value, or one that engineers read it in.
+/// The magnitude of a parameter: its start value's, or a usual one of its unit.
 fn usual_magnitude(quantity: &Quantity, start: Option<f64>) -> f64 {
     match start {
         Some(start) if start != 0.0 => start.abs(),
@@ -222,7 +222,7 @@ fn usual_magnitude(quantity: &Quantity, start: Option<f64>) -> f64 {
     }
 }
 
-/// The unit of a value, if it has one.
+/// The unit of a value, or empty.
 pub fn unit(kind: &Kind) -> &'static str {
     match kind {
         Kind::Real { quantity, .. } => quantity.unit,
@@ -250,7 +250,7 @@ pub fn variability(variability: Variability) -> &'static str {
     }
 }
 
-/// Section 2.2.7: parameters are exact, all that is computed follows from them; inputs have no `initial`.
+/// Section 2.2.7: parameters are exact, and everything else is calculated from them; inputs have no `initial`.
 fn initial(causality: Causality) -> Option<&'static str> {
     match causality {
         Causality::Parameter => Some("exact"),
@@ -267,7 +267,7 @@ struct Structure {
     derivative_of: Vec<Option<usize>>,
 }
 
-/// An unknown and what it depends on, ascending.
+/// An unknown and the variables it depends on, ascending.
 struct Unknown {
     position: usize,
     dependencies: Vec<usize>,
@@ -283,14 +283,14 @@ impl Structure {
             .iter()
             .map(|d| d.derivative_of.as_ref().map(|name| position(d, name)).transpose())
             .collect::<Result<_, _>>()?;
-        // A state's derivative: the order of the list is that of the states.
+        // Derivatives are in the order of their states.
         let mut derivatives: Vec<usize> = (0..descriptions.len())
             .filter(|&p| derivative_of[p].is_some_and(|state| descriptions[state].state))
             .collect();
         derivatives.sort_by_key(|&p| derivative_of[p]);
         let outputs: Vec<usize> =
             (0..descriptions.len()).filter(|&p| descriptions[p].causality == Causality::Output).collect();
-        // Section 2.2.8: outputs, states and their derivatives, as far as they are calculated; each once.
+        // Section 2.2.8: outputs, states and their derivatives, if they are calculated; each once.
         let initial_unknowns: Vec<usize> = (0..descriptions.len())
             .filter(|p| {
                 initial(descriptions[*p].causality) == Some("calculated")
@@ -333,7 +333,7 @@ impl Structure {
 }
 
 impl Unknown {
-    /// The standard counts from 1; "dependent" says no more than that the relation may be nonlinear.
+    /// The standard counts from 1; "dependent" only says that the relation may be nonlinear.
     fn attributes(&self) -> [Attribute; 3] {
         let indices: Vec<String> = self.dependencies.iter().map(|p| (p + 1).to_string()).collect();
         let kinds = vec!["dependent"; self.dependencies.len()];

@@ -1,4 +1,4 @@
-//! The picture of a drive: its curves in panels one above the other, under the title; and its icon.
+//! The picture of a drive: its curves in panels, one above the other, below the title; and its icon.
 
 use camdrive::drives::Curve;
 use camdrive_design::drawing::{Anchor, BLUE, Drawing, Ink, Shape, Unit};
@@ -12,14 +12,14 @@ const ABOVE: f64 = 22.0;
 const BELOW: f64 = 22.0;
 const LEFT: f64 = 68.0;
 const RIGHT: f64 = 22.0;
-/// The picture is shown so many times as large.
+/// The magnification of the picture.
 pub const SCALE: f64 = 1.3;
-/// The pixels of the icon of an FMU for a unit of its drawing.
+/// The pixels of an FMU's icon per unit of its drawing.
 pub const ICON: f64 = 2.0;
-/// The ground of the icon.
+/// The background of the icon.
 const PALE: Ink = Ink([0xdd, 0xe6, 0xef]);
 
-/// The curves under the title, with the model's name beside it in small.
+/// The curves below the title, with the model's name next to it in small letters.
 pub fn of_curves(title: &str, subtitle: &str, curves: &[Curve]) -> Drawing {
     let mut shapes = vec![
         Shape::text([LEFT, 24.0], 14.5, Anchor::Start, title),

@@ -1,4 +1,4 @@
-//! A drawing as PNG, for importers: without its letters, which an icon has none of.
+//! A drawing as PNG, for importers; without letters, since an icon has no letters.
 
 use camdrive::drives::Fault;
 use camdrive_design::drawing::{Drawing, Ink, Shape};
@@ -17,8 +17,8 @@ pub fn png(drawing: &Drawing, scale: f64) -> Result<Vec<u8>, Fault> {
     encode(&image).map_err(|e| fault(&e.to_string()))
 }
 
-/// The file of an image without transparency. Lines have few colours: where a byte can count them, it does, which
-/// halves the file. Its rows are often the same, and are packed best as they are.
+/// The file of an image without transparency. Lines have few colours: a palette of up to 256 colours halves the file. Its rows are
+/// often equal and compress best without a filter.
 fn encode(image: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
     let runs = image.pixels().chunk_by(|one, next| one == next);
     let runs: Vec<(usize, [u8; 3])> =
@@ -32,7 +32,7 @@ fn encode(image: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
     let data: Vec<u8> = if palette.len() <= 256 {
         encoder.set_color(png::ColorType::Indexed);
         encoder.set_palette(palette.concat());
-        // Every colour stands in the palette, which is in order.
+        // The palette contains every colour, in order.
         let number = |colour| palette.partition_point(|other| *other < colour) as u8;
         runs.iter().flat_map(|&(length, colour)| vec![number(colour); length]).collect()
     } else {

@@ -1,5 +1,5 @@
-//! Files in an FMU by which it is traced and checked, in the layout of the layered standard FMI-LS-REF (1.0.0-alpha.1): the scene
-//! and its tables, from which it is exported again, inputs and outputs of its default experiment.
+//! Files in an FMU to trace and check it, in the layout of the layered standard FMI-LS-REF (1.0.0-alpha.1): the scene and its
+//! tables for another export, inputs and outputs of its default experiment.
 
 use super::archive::File;
 use super::results::Results;
@@ -14,14 +14,14 @@ pub const RESULT: &str = "result.csv";
 /// The table of the inputs in it.
 pub const INPUT: &str = "input.csv";
 
-/// The rule between the values of two rows.
+/// The rule for values between two rows.
 pub const CONVENTION: &str = "Continuous inputs go on linearly between the rows, by fmi2SetRealInputDerivatives where \
 canInterpolateInputs says so, but phi and w beside an input a, which moves them; outputs are read after the inputs of their row have been set.";
 
-/// The files in `extra/`: the manifest, the sources by name, the scene first, inputs and results of the experiment.
+/// The files in `extra/`: the manifest, the sources by name, the scene first, and inputs and results of the experiment.
 ///
 /// # Errors
-/// Those of the tables of results.
+/// Errors of the tables of results.
 pub fn files(sources: &[(String, Vec<u8>)], results: &Results) -> Result<Vec<File>, Fault> {
     let (inputs, outputs) = (results.inputs()?, results.csv()?);
     let mut files = Vec::new();

@@ -1,5 +1,5 @@
-//! The outputs of a drive over its default experiment: as a table with which another run is compared, and as a diagram.
-//! Inputs move in it, since a drive whose shaft stands still would agree with any library.
+//! The outputs of a drive over its default experiment: as a table to compare other runs with, and as a diagram. The inputs move,
+//! since a drive with a shaft at rest would agree with any library.
 
 use super::model_description::unit;
 use super::picture;
@@ -12,20 +12,20 @@ use camdrive_design::recording::{Recording, Signals};
 use camdrive_design::text;
 use std::f64::consts::TAU;
 
-/// Digits that are told of the largest value of an output. Platforms differ in the last bits of sin and cos, which seldom reaches
-/// so far: the same scene has the same table on each.
+/// Significant digits of an output's largest value. Platforms differ in the last bits of sin and cos, which seldom affects these
+/// digits: the same scene has the same table on each platform.
 const DIGITS: i32 = 7;
 
-/// Less than 10 to this power (SI) is rounding.
+/// A value below 10 to this power (SI) is rounding.
 const LEAST: i32 = -12;
 
-/// The most work of a run (nominal µs), lest an export take noticeably longer.
+/// The most work of a run (nominal µs), so that an export does not become noticeably longer.
 const MOST_WORK: f64 = 5.0 * BUDGET;
 
 /// Most outputs in the diagram.
 const MOST_CURVES: usize = 6;
 
-/// Most points of a curve in it: some for each pixel.
+/// Most points of a curve in it: some per pixel.
 const MOST_POINTS: usize = 3000;
 
 /// Outputs that the diagram shows first.
@@ -34,20 +34,21 @@ const MAIN: [&str; 7] = ["w", "y", "x", "psi", "q", "force", "tau"];
 /// The inputs that turn a shaft.
 const MOTION: [&str; 3] = ["phi", "w", "a"];
 
-/// The angle that the run-up adds to φ over the experiment (rad).
+/// The angle of the run-up over the experiment (rad).
 const WAY: f64 = 2.0 * TAU;
 
-/// By which part of its speed the inputs may change that of a free shaft: within the torque of the machine itself.
+/// The fraction of a free shaft's speed by which the inputs may change it, as little as the torque of the machine itself.
 const CHANGE: f64 = 0.5;
 
-/// Rises of inputs that are tried, each a tenth of the one before it. Where none leaves the shaft near its speed the inputs rest.
+/// Number of tried rises of inputs, each a tenth of the previous one. If no rise leaves the shaft near its speed, the inputs are
+/// constant.
 const SIZES: i32 = 12;
 
 /// Inputs and outputs over the default experiment.
 pub struct Results {
     inputs: Vec<Description>,
     outputs: Vec<Description>,
-    /// By how much the last of the inputs that turn no shaft rises, in its unit.
+    /// The rise of the last input that turns no shaft, in its unit.
     size: f64,
     /// The time (s) and the values of the inputs at each communication point of the experiment.
     courses: Vec<Vec<f64>>,
@@ -57,7 +58,7 @@ pub struct Results {
     pub whole: bool,
 }
 
-/// The unit of the last digit that is told of an output with this largest value.
+/// The unit of the last rounded digit of an output with this largest value.
 pub fn last_digit(largest: f64) -> f64 {
     10.0f64.powi(last_place(largest))
 }
@@ -66,14 +67,14 @@ fn last_place(largest: f64) -> i32 {
     (exponent(largest) + 1 - DIGITS).max(LEAST)
 }
 
-/// The power of ten of the first digit; without logarithm, which has its own last bits on each platform.
+/// The power of ten of the first digit; without a logarithm, whose last bits differ between platforms.
 fn exponent(value: f64) -> i32 {
     format!("{value:e}").rsplit('e').next().and_then(|power| power.parse().ok()).unwrap_or(0)
 }
 
 impl Results {
-    /// Runs the drive over its default experiment, with the tolerance that importers are told. A run that fails or takes too long
-    /// ends earlier.
+    /// Runs the drive over its default experiment, with the tolerance for importers. A run that fails or takes too long ends
+    /// earlier.
     ///
     /// # Errors
     /// A drive that cannot be started.
@@ -92,7 +93,7 @@ impl Results {
         };
         let place = |name: &str| outputs.iter().position(|i| all[*i].name == name).map(|place| 1 + place);
         let mut results = match (place("w"), place("E")) {
-            // A free shaft, which torques may turn at any speed.
+            // A free shaft: torques may bring it to any speed.
             (Some(w), Some(_)) if !inputs.is_empty() => {
                 let still = run(0.0, &|_, _| true)?;
                 let speeds: Vec<f64> = still.iter().flat_map(|run| &run.rows).map(|row| row[w]).collect();
@@ -111,7 +112,7 @@ impl Results {
         Ok(results)
     }
 
-    /// Rounds the outputs to the digits that are told.
+    /// Rounds the outputs to the significant digits.
     fn round(&mut self) {
         for (i, output) in self.outputs.iter().enumerate() {
             if matches!(output.kind, Kind::Real { .. }) {
@@ -126,10 +127,10 @@ impl Results {
         self.rows.last().map_or(0.0, |row| row[0])
     }
 
-    /// The table of the outputs, as `camdrive run` writes it.
+    /// The table of the outputs, as from `camdrive run`.
     ///
     /// # Errors
-    /// Those of [`text::csv`].
+    /// Errors of [`text::csv`].
     pub fn csv(&self) -> Result<String, Fault> {
         table(&self.outputs, &self.rows)
     }
@@ -155,15 +156,15 @@ impl Results {
         [turn, rise].into_iter().filter(|said| !said.is_empty()).collect::<Vec<_>>().join("; ")
     }
 
-    /// The table of the inputs, as `camdrive run --input` reads it; None of a drive without.
+    /// The table of the inputs, for `camdrive run --input`; None for a drive without inputs.
     ///
     /// # Errors
-    /// Those of [`text::csv`].
+    /// Errors of [`text::csv`].
     pub fn inputs(&self) -> Result<Option<String>, Fault> {
         (!self.inputs.is_empty()).then(|| table(&self.inputs, &self.courses)).transpose()
     }
 
-    /// The course of the main outputs, and what it shows; None where none of them changes.
+    /// The main outputs over time, and a description; None if no output changes.
     pub fn diagram(&self) -> Option<(Drawing, String)> {
         let column =
             |d: &Description| Course { name: d.name.clone(), unit: unit(&d.kind).to_owned(), text: d.text.clone() };
@@ -179,8 +180,8 @@ fn times(drive: &AnyDrive) -> impl Iterator<Item = f64> + use<> {
     (0..=count).map(move |i| if i == count { e.stop } else { i as f64 * e.step })
 }
 
-/// The time (s) and the outputs at each communication point where the inputs take these courses, and whether the last row is the
-/// end of the experiment; None where `keeps` refuses a row.
+/// The time (s) and the outputs at each communication point with these inputs, and whether the last row is the end of the
+/// experiment; None if `keeps` refuses a row.
 fn rows(
     drive: &mut AnyDrive,
     [inputs, outputs]: [&[usize]; 2],
@@ -210,9 +211,9 @@ fn rows(
     Ok(Some((rows, whole)))
 }
 
-/// A column behind the time.
+/// A column after the time.
 pub struct Course {
-    /// That of the variable.
+    /// The name of the variable.
     pub name: String,
     /// Empty for other types than Real.
     pub unit: String,
@@ -220,13 +221,13 @@ pub struct Course {
     pub text: String,
 }
 
-/// The main columns over the time, at most `MOST_CURVES`, and what the diagram shows; None where none of them changes.
+/// The main columns over the time, at most `MOST_CURVES`, and a description; None if no column changes.
 pub fn diagram(title: &str, columns: &[Course], rows: &[Vec<f64>]) -> Option<(Drawing, String)> {
     let column = |i: usize| rows.iter().map(move |row| row[i + 1]);
     let tells = |i: &usize| {
         let Course { name, unit, .. } = &columns[*i];
         let (low, high) = column(*i).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-        // Of an angle that goes on turning a diagram shows nothing, derivatives of outputs are too many.
+        // A diagram of an angle that keeps growing shows nothing, and derivatives of outputs are too many.
         let turns = unit == "rad" && high - low > TAU;
         !unit.is_empty() && !name.contains("der(") && high > low && !turns
     };
@@ -240,7 +241,7 @@ pub fn diagram(title: &str, columns: &[Course], rows: &[Vec<f64>]) -> Option<(Dr
     shown.sort_unstable();
     let curve = |i: &usize| {
         let Course { name, unit, text } = &columns[*i];
-        // A panel has a line for the title.
+        // A panel has one line for the title.
         let title = text.split([';', '.', ',']).next().unwrap_or_default().to_owned();
         let unit = unit.replace('.', "·").replace('2', "²").replace('3', "³");
         let times = || rows.iter().map(|row| row[0]);
@@ -255,7 +256,7 @@ pub fn diagram(title: &str, columns: &[Course], rows: &[Vec<f64>]) -> Option<(Dr
     (!curves.is_empty()).then(|| (picture::of_curves(title, "", &curves), label))
 }
 
-/// The least and the largest of each group of points, where there are more than a picture can show.
+/// The least and the largest of each group of points, if there are more points than a picture can show.
 fn thinned(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     if points.len() <= MOST_POINTS {
         return points;
@@ -276,9 +277,9 @@ fn table(columns: &[Description], rows: &[Vec<f64>]) -> Result<String, Fault> {
     text::csv(std::iter::once(head).chain(rows))
 }
 
-/// The time and the inputs at it, from these start values to the end `stop` (s): phi, w and a turn the shaft twice in a
-/// smooth run-up; every other input rises smoothly, the last one by `size` in its unit, each one before it by half of what the
-/// next one does, so that no torques cancel.
+/// The time and the inputs at it, from these start values to the end `stop` (s): phi, w and a turn the shaft twice in a smooth
+/// run-up. Every other input rises smoothly, the last one by `size` in its unit, each one before it by half of the next one's rise,
+/// so that no torques cancel.
 fn course(inputs: &[&Description], starts: &[f64], [time, stop]: [f64; 2], size: f64) -> Vec<f64> {
     let named = |name: &str| inputs.iter().position(|input| input.name == name).map_or(0.0, |i| starts[i]);
     let [way, value, slope] = rise(time / stop);
@@ -300,7 +301,7 @@ fn course(inputs: &[&Description], starts: &[f64], [time, stop]: [f64; 2], size:
     row
 }
 
-/// A rise from 0 to 1 over x = 0 … 1: its integral, the rise, its slope. That is linear up to the middle and behind it, as
+/// A rise from 0 to 1 over x = 0 … 1: its integral, the rise, its slope. The slope is linear up to the middle and after it, as
 /// inputs are between communication points; polynomials have the same bits on each platform.
 fn rise(x: f64) -> [f64; 3] {
     let y = 1.0 - x;
@@ -311,7 +312,7 @@ fn rise(x: f64) -> [f64; 3] {
     }
 }
 
-/// The value to the digit with this power of ten; a zero has no sign.
+/// The value, rounded to the digit with this power of ten; a zero gets no sign.
 fn rounded(value: f64, last: i32) -> f64 {
     let places = usize::try_from(exponent(value) - last);
     places.map_or(0.0, |places| format!("{value:.places$e}").parse().unwrap_or(value) + 0.0)

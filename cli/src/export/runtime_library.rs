@@ -1,4 +1,4 @@
-//! The runtime library that goes into an FMU: where it comes from and what is checked before it is packed.
+//! The runtime library of an FMU: where it comes from, and the checks before it is packed.
 
 use super::hash::sha256;
 use camdrive::drives::Fault;
@@ -17,10 +17,10 @@ pub const PLATFORMS: [(&str, &str); 8] = [
     ("aarch64-darwin", ".dylib"),
 ];
 
-/// A function without which no importer gets far; its name stands in the library's table of exports.
+/// A function that every importer needs; its name is in the library's table of exports.
 const LANDMARK: &[u8] = b"fmi2DoStep";
 
-/// A release build takes less than two megabytes, a debug build tens of them; the border lies between.
+/// A release build is smaller than two megabytes, a debug build has tens of them; this limit is between.
 const LARGEST_RELEASE: usize = 4 << 20;
 
 /// The command that builds the library.
@@ -31,30 +31,30 @@ const BUILD_COMMAND: &str = "cargo build --release --package camdrive-fmu";
 pub struct RuntimeLibrary {
     /// One of [`PLATFORMS`].
     pub platform: &'static str,
-    /// Where it was read.
+    /// The path of its file.
     pub path: PathBuf,
     /// Its content.
     pub bytes: Vec<u8>,
 }
 
-/// The platforms that `packaging/build` makes libraries for.
+/// The platforms whose libraries `packaging/build` makes.
 pub const MADE: [&str; 4] = ["linux64", "aarch64-linux", "win64", "darwin64"];
 
 impl RuntimeLibrary {
-    /// The libraries of the `wanted` platforms or, where none is named, all that are at hand: those that `packaging/build`
-    /// made, in the folder `runtimes` beside the executable's folder (`target/release`) or in it, or where a wheel lays
-    /// them, and the one that was built with the running executable. With them, why others are left out.
+    /// The libraries of the `wanted` platforms or, if that is empty, all available ones: from `packaging/build`, in the folder
+    /// `runtimes` next to the executable's folder (`target/release`) or in it, or at the place of a wheel, and the one built with
+    /// the running executable. Also returns the reasons why others are left out.
     pub fn at_hand(wanted: &[String]) -> Result<(Vec<Self>, Vec<Fault>), Fault> {
         let executable = executable()?;
         let (mut libraries, mut left_out) = (Vec::new(), Vec::new());
         for (platform, suffix) in PLATFORMS {
             let named = wanted.iter().any(|name| name == platform);
-            // The library in darwin64 is for either processor, so that a second one only goes where it is asked for.
+            // The library in darwin64 serves both processors; a second one is only packed if it is asked for.
             if !named && (!wanted.is_empty() || platform == "aarch64-darwin") {
                 continue;
             }
             let file = format!("{}/camdrive{suffix}", platform.replace("aarch64-darwin", "darwin64"));
-            // Of a user's wheel on Windows the executable lies a folder deeper.
+            // In a user's wheel on Windows the executable is a folder deeper.
             let mut places = [("", 1), ("", 2), ("share/camdrive", 2), ("share/camdrive", 3)].into_iter().filter_map(
                 |(folder, above)| Some(executable.ancestors().nth(above)?.join(folder).join("runtimes").join(&file)),
             );
@@ -77,8 +77,8 @@ impl RuntimeLibrary {
         Ok((libraries, left_out))
     }
 
-    /// The library that was built with the running executable, for the same platform: `cargo run` leaves it in the folder
-    /// `deps` beside the executable, `cargo build` and packages lay it beside the executable itself.
+    /// The library built with the running executable, for the same platform: `cargo run` leaves it in the folder `deps` next to the
+    /// executable, `cargo build` and packages put it next to the executable itself.
     pub fn beside_executable() -> Result<Self, Fault> {
         let platform = host_platform().ok_or_else(|| {
             Fault::new(format!("FMI 2.0 has no name for this platform; give one by --runtime {}", choice()))
@@ -87,7 +87,7 @@ impl RuntimeLibrary {
         let name = format!("{}camdrive_fmu{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
         let beside = executable.with_file_name(&name);
         let places = [executable.with_file_name("deps").join(&name), beside.clone()];
-        // The newer one is that of the last build.
+        // The newer one is from the last build.
         let built = |path: &PathBuf| std::fs::metadata(path).and_then(|file| file.modified()).ok();
         let found = places.into_iter().filter(|path| path.is_file()).max_by_key(built).ok_or_else(|| {
             Fault::new(format!(
@@ -156,7 +156,7 @@ impl RuntimeLibrary {
         super::hash::hexadecimal(&sha256(&self.bytes))
     }
 
-    /// Remark for a user who ships the FMU.
+    /// A remark for users who ship the FMU.
     pub fn warning(&self) -> Option<String> {
         (self.bytes.len() > LARGEST_RELEASE).then(|| {
             format!(
@@ -170,7 +170,7 @@ impl RuntimeLibrary {
 
 fn executable() -> Result<PathBuf, Fault> {
     let executable = std::env::current_exe();
-    // macOS tells the link by which a program was called, where its installer made one.
+    // macOS reports the link by which a program was called, if its installer made one.
     let executable =
         if cfg!(target_os = "macos") { executable.and_then(|path| path.canonicalize()) } else { executable };
     executable.map_err(|e| Fault::new(format!("the running executable cannot be located ({e}); use --runtime")))
@@ -191,7 +191,7 @@ fn choice() -> String {
     PLATFORMS.map(|(name, _)| name).join(" | ")
 }
 
-/// FMI 2.0 names operating system and word length only; importers look for the processor's own folder, where there is one.
+/// FMI 2.0 names only the operating system and word length; importers look for the processor's own folder if there is one.
 fn host_platform() -> Option<&'static str> {
     let wide = cfg!(target_pointer_width = "64");
     match std::env::consts::OS {
@@ -250,8 +250,8 @@ fn binary(bytes: &[u8]) -> Option<Binary> {
     let of =
         |platform: Option<&'static str>, shared| Some(Binary { platforms: platform.into_iter().collect(), shared });
     match bytes.get(..4)? {
-        // e_ident[EI_CLASS] = 2: 64 bit; e_type = 3: shared object, which most executables are as well, but they name
-        // an interpreter.
+        // e_ident[EI_CLASS] = 2: 64 bit; e_type = 3: shared object. Most executables are shared objects as well, but they name an
+        // interpreter.
         [0x7f, b'E', b'L', b'F'] => {
             let platform = match number(18, 2)? {
                 3 => Some("linux32"),
@@ -261,7 +261,7 @@ fn binary(bytes: &[u8]) -> Option<Binary> {
             };
             of(platform, number(16, 2)? == 3 && !has_interpreter(bytes, bytes.get(4) == Some(&2)))
         }
-        // The COFF header follows the signature at the offset that stands at 0x3c; 0x2000 is IMAGE_FILE_DLL.
+        // The COFF header follows the signature at the offset stored at 0x3c; 0x2000 is IMAGE_FILE_DLL.
         [b'M', b'Z', ..] => {
             let pe = number(0x3c, 4)?;
             if bytes.get(pe..pe.checked_add(4)?)? != b"PE\0\0" {
@@ -292,8 +292,7 @@ fn binary(bytes: &[u8]) -> Option<Binary> {
     }
 }
 
-/// The platforms of a processor type of Mach-O. FMI 2.0 does not tell processors apart, so that importers on either of them
-/// look into darwin64.
+/// The platforms of a Mach-O processor type. FMI 2.0 does not distinguish processors, so importers on both look into darwin64.
 fn processor(kind: usize) -> &'static [&'static str] {
     match kind {
         7 => &["darwin32"],
@@ -331,7 +330,7 @@ mod tests {
         assert!(is_library_for("linux64", &elf(3)));
         assert!(!is_library_for("linux32", &elf(3)));
         assert!(!is_library_for("linux64", &elf(1)));
-        // An executable of today: a shared object with one program header, at byte 64, that names an interpreter.
+        // A modern executable: a shared object with one program header, at byte 64, that names an interpreter.
         let mut executable = elf(3);
         executable.resize(120, 0);
         (executable[32], executable[54], executable[56], executable[64]) = (64, 56, 1, 3);

@@ -1,10 +1,10 @@
-//! The bill of materials of the runtime library (CycloneDX), which `packaging/licenses.py` writes from the lock file and the list of
-//! what is linked; version, sources and compiler are those of this build.
+//! The bill of materials of the runtime library (CycloneDX), which `packaging/licenses.py` writes from the lock file and the list
+//! of linked packages; version, sources and compiler are from this build.
 
 use super::archive::File;
 use camdrive::drives::resource::BUILD;
 
-/// The place inside the FMU; the standard asks for a reverse domain name.
+/// The path inside the FMU; the standard requires a reverse domain name.
 pub const PATH: &str = "extra/org.camdrive.sbom/camdrive.cdx.json";
 
 /// The bill of materials as a file of the FMU.
@@ -38,7 +38,7 @@ mod tests {
             let (_, entry) = lock.split_once(&entry).expect("run packaging/licenses.py --bill");
             assert!(sum.len() == 64 && entry.lines().nth(1) == Some(&*format!("checksum = \"{sum}\"")), "{name}");
         }
-        // Besides every package: the standard library, and what the linker adds.
+        // Every package, the standard library, and the linker's additions.
         assert_eq!(components.len(), linked.packages.len() + 1 + linked.by_linker.len());
         assert_eq!(bill["dependencies"].as_array().unwrap().len(), linked.packages.len() + 2);
     }

@@ -1,6 +1,6 @@
-//! terminalsAndIcons/: the drive's flange as one terminal, and an icon. Defined by FMI 3.0 (section 2.4.9), whose schema
-//! demands `fmiVersion="3.0"`, and legal with FMI 2.0. Most importers ignore it, but FMI Library 3 takes that version for
-//! a fatal error in an FMU of FMI 2.0, so it is there only where it is asked for.
+//! terminalsAndIcons/: the drive's flange as one terminal, and an icon. Defined by FMI 3.0 (section 2.4.9), whose schema requires
+//! `fmiVersion="3.0"`, and legal with FMI 2.0. Most importers ignore it, but FMI Library 3 treats that version as a fatal error in
+//! an FMU of FMI 2.0, so it is written only on request.
 
 use super::archive::File;
 use super::picture;
@@ -13,7 +13,7 @@ use camdrive_design::resource::Described;
 /// The variables of a rotational flange apart from its torque.
 const MOTION: [&str; 3] = ["phi", "w", "a"];
 
-/// terminalsAndIcons.xml and the icon; nothing for a unit that has no flange.
+/// terminalsAndIcons.xml and the icon; empty for a unit without a flange.
 pub fn files(drive: &Described) -> Result<Vec<File>, Fault> {
     let Some(flow) = flow(drive.descriptions()) else { return Ok(Vec::new()) };
     let icon = png(&picture::icon(&drive.curves()), 1.0)?;
@@ -23,8 +23,8 @@ pub fn files(drive: &Described) -> Result<Vec<File>, Fault> {
     ])
 }
 
-/// Which way a positive `tau` goes: from the drive into a unit that is moved (`phi` is its input), out of a unit
-/// that moves others (`tau` is its load). A unit that prescribes its own motion has no flange.
+/// The direction of a positive `tau`: from the drive into a unit that is moved (`phi` is its input), out of a unit that moves
+/// others (`tau` is its load). A unit that prescribes its own motion has no flange.
 fn flow(descriptions: &[Description]) -> Option<&'static str> {
     let causality = |name: &str| descriptions.iter().find(|d| d.name == name).map(|d| d.causality);
     match (causality("phi")?, causality("tau")?) {
@@ -54,7 +54,7 @@ fn description(drive: &AnyDrive, flow: &str) -> String {
         let motion = MOTION.into_iter().filter(|name| exists(name)).map(|name| (name, name, "signal"));
         xml.element("Terminals", &[], |xml| {
             xml.element("Terminal", &terminal, |xml| {
-                // Where there are impacts tau_mean is the torque to connect.
+                // With impacts, tau_mean is the torque to connect.
                 let torque = if exists("tau_mean") { "tau_mean" } else { "tau" };
                 for (variable, name, kind) in motion.chain([(torque, "tau", flow)]) {
                     let member = [("variableName", variable), ("memberName", name), ("variableKind", kind)];

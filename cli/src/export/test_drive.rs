@@ -1,4 +1,4 @@
-//! A drive to test the export with: a first-order lag T ẋ = u − x, with one variable of every kind.
+//! A drive for tests of the export: a first-order lag T ẋ = u − x, with one variable of every kind.
 
 use camdrive::drives::parameter::parameters;
 use camdrive::drives::rigid_machine;
@@ -36,12 +36,12 @@ impl From<Lag> for AnyDrive {
     }
 }
 
-/// The lag as the exporter sees it.
+/// The lag for the exporter.
 pub fn lag() -> Described {
     Described::of(Lag::new(Parameters { t: 2.0 }).unwrap())
 }
 
-/// A name and a scene beside it, which is that of a flywheel, since files know no lag.
+/// A name and a scene; the scene is a flywheel, since files know no lag.
 pub fn resource(name: &str) -> Resource {
     let flywheel = rigid_machine::Scene {
         loads: vec![Default::default()],

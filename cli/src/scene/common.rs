@@ -1,4 +1,4 @@
-//! Sections and keys that several drive models share.
+//! Sections and keys shared by several drive models.
 
 use super::motion_law;
 use crate::document::Section;
@@ -10,7 +10,7 @@ use camdrive::drives::{elastic_output, elastic_shaft};
 use camdrive::motion::MotionLaw;
 use std::path::Path;
 
-/// True if an input is the motion, or the speed alone.
+/// Whether the motion is an input, and whether the speed alone is.
 pub const DRIVE_MODES: &[(&str, [bool; 2])] =
     &[("constant", [false; 2]), ("input", [true, false]), ("speed", [false, true])];
 
@@ -34,7 +34,7 @@ pub fn drive_mode(section: &Section<'_>) -> Option<DriveMode> {
     drive
 }
 
-/// The starts of a motion.
+/// The start modes of a motion.
 pub const START_MODES: &[(&str, StartMode)] = &[
     ("at_rest", StartMode::AtRest),
     ("given", StartMode::Given),
@@ -61,7 +61,7 @@ pub fn start(root: &Section<'_>, angular: bool) -> Option<Start> {
     start
 }
 
-/// The choices of internal steps.
+/// The choices for internal steps.
 pub const METHODS: &[(&str, Method)] = &[("adaptive", Method::Adaptive), ("fixed_cost", Method::FixedCost)];
 
 /// Reads `[solver]`.
@@ -80,8 +80,8 @@ pub fn solver(root: &Section<'_>) -> Option<Settings> {
     Some(Settings { tolerance: tolerance?, method: method?, step_size: step_size? })
 }
 
-/// A stiffness `c` that is given by `natural_frequency`, and a damping `b` by `damping_ratio`, of the mass (or inertia) `mass` on
-/// the stiffness.
+/// A stiffness `c` from `natural_frequency`, or a damping `b` from `damping_ratio`, for the mass (or inertia) `mass` on the
+/// stiffness.
 pub fn by_ratio(section: &Section<'_>, key: &str, on: Option<(f64, f64)>) -> Option<Option<f64>> {
     match key {
         "c" if !section.either("c", "natural_frequency") => Some(None),
@@ -98,14 +98,14 @@ pub fn by_ratio(section: &Section<'_>, key: &str, on: Option<(f64, f64)>) -> Opt
     }
 }
 
-/// Where an elasticity is; whether it is in the shaft.
+/// The places of an elasticity; true in the shaft.
 pub const PLACES: &[(&str, bool)] = &[("output", false), ("shaft", true)];
 
 /// An elastic member.
 pub enum Elastic {
     /// Between cam and follower, and the mass on the cam's side (kg).
     Output(elastic_output::Parameters, f64),
-    /// Before the cam, and whether its equation is linearised.
+    /// Before the cam, and whether the equation is linearised.
     Shaft(elastic_shaft::Parameters, bool),
 }
 
@@ -133,7 +133,7 @@ pub fn elastic_shaft(section: &Section<'_>, cam: Option<&MotionLaw>) -> Option<E
 
 /// J0 and J_v of a machine.
 pub fn inertia(section: &Section<'_>, folder: &Path) -> Option<InertiaFunction> {
-    // An FMU may have J0 = 0 where J_v makes up for it.
+    // An FMU may have J0 = 0 if J_v compensates for it.
     let own: Option<InertiaFunction> = section.parameters(|parameter, _| Some(section.real(parameter.key)));
     let varying = section.read("J", |section| motion_law::read(section, &unit::INERTIA, folder));
     own.zip(varying).map(|(own, varying)| InertiaFunction { varying, ..own })

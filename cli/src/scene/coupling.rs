@@ -17,11 +17,11 @@ pub const TORQUES: &str = "torques";
 
 /// The most loads.
 const MOST: usize = 16;
-/// The longest name, with which that of an input keeps to 40 characters.
+/// The longest name: the name of its input then has at most 40 characters.
 const LONGEST: usize = 31;
 
-/// The loads of a machine, of which `plain` says whether it has an input `tau` where the scene names none.
-pub fn of_machine(root: &Section<'_>, plain: bool) -> Option<Vec<NamedLoad>> {
+/// The loads of a machine; `plain` is true if it has an input `tau` when the scene names no loads.
+pub fn of_machine(root: &Section<'_>, plain: bool) -> Option<Vec<Named>> {
     let names = names(root);
     let inertia = root.read(KEY, |section| {
         let all = match section.node(INERTIA).map(|node| node.value) {
@@ -80,8 +80,8 @@ pub fn refuse_inertia(root: &Section<'_>, loads: &[NamedLoad]) -> Option<()> {
     section.refuse(section.fault_of(INERTIA, said).hint("remove it and connect tau, or make all one DriveTrain"))
 }
 
-/// `torques`; none where the key is not there.
-fn names(root: &Section<'_>) -> Option<Vec<NamedLoad>> {
+/// `torques`; empty without the key.
+fn names(root: &Section<'_>) -> Option<Vec<Named>> {
     if !root.has(TORQUES) {
         return Some(Vec::new());
     }
@@ -107,7 +107,7 @@ fn names(root: &Section<'_>) -> Option<Vec<NamedLoad>> {
     Some(loads)
 }
 
-/// True if a drive has outputs of its inertia; `has` says what of it follows the shaft without slip, or what is missing.
+/// True if a drive has outputs of its inertia; `has` is Ok if a part follows the shaft without slip, else it names what is missing.
 pub fn of_drive(root: &Section<'_>, has: Result<(), &str>) -> Option<bool> {
     let wanted = root.read(KEY, |section| {
         let wanted = section.flag(INERTIA)?;
@@ -121,7 +121,7 @@ pub fn of_drive(root: &Section<'_>, has: Result<(), &str>) -> Option<bool> {
     Some(wanted?.unwrap_or(false))
 }
 
-/// Refuses names of loads that other variables of the FMU have or begin with.
+/// Refuses names of loads that equal another variable of the FMU or start its name.
 pub fn check_names(scene: &Scene, variables: &[Description], faults: &Faults<'_>) {
     let loads = match scene {
         Scene::RigidMachine(scene) => &scene.loads,

@@ -22,7 +22,7 @@ pub const KINDS: &[(&str, fn() -> Kind)] = &[
     ("gear", || Kind::Gear(Gear::default())),
 ];
 
-/// Reads one of `[[follower]]`, whose masses are those of the `joint` between cam and tool where it has one.
+/// Reads one of `[[follower]]`; the masses belong to the `joint` between cam and tool if there is one.
 pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option<Follower> {
     let linkage = linkage(section);
     let linked = section.has("linkage");
@@ -35,7 +35,7 @@ pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option
         true => ("m", "the tool turns, its coordinate is an angle"),
         false => ("J", "the tool moves along a line"),
     };
-    // Which of them it is, is not known where the linkage is wrong.
+    // With a wrong linkage the kind of the tool is unknown.
     let m = if let Some(joint) = joint {
         section.forbid(
             &["m", "J"],
@@ -45,14 +45,14 @@ pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option
         Some(0.0)
     } else if linkage.is_some() {
         section.forbid(&[other], because, &format!("`{own}`"));
-        // With mechanisms the links may be all that moves.
+        // With mechanisms the links alone may move.
         if linked { section.real_or(own, 0.0) } else { section.positive(own) }
     } else {
         section.has("m");
         section.has("J");
         None
     };
-    // Read when the law is known.
+    // Read after the law.
     section.has(geometry::KEY);
     section.has(forces::KEY);
     section.has(load::KEY);
@@ -74,7 +74,7 @@ pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option
     Some(Follower { m: m?, turns, cam: cam?, linkage: linkage? })
 }
 
-/// The shaft itself that moves the mechanisms.
+/// The shaft itself as the drive of the mechanisms.
 fn crank(section: &Section<'_>) -> Option<MotionLaw> {
     if !section.has("linkage") {
         let fault = section.fault_of("crank", ": there is no mechanism that it could move");
@@ -89,7 +89,7 @@ fn crank(section: &Section<'_>) -> Option<MotionLaw> {
     })?
 }
 
-/// The law of the lever with which the tool moves as `[follower.tool]` says.
+/// The law of the lever that moves the tool as in `[follower.tool]`.
 fn lever(section: &Section<'_>, linkage: &Linkage, quantity: &'static Quantity, folder: &Path) -> Option<MotionLaw> {
     let start = section.real("lever_start");
     let part = section.required_section("tool")?;
@@ -173,8 +173,8 @@ fn mechanism(section: &Section<'_>) -> Option<Mechanism> {
     right.then_some(mechanism)
 }
 
-/// Reads these parameters, the first of which has the index `first`; false where one of them is wrong. A link without `x` has its
-/// centre of mass in the middle, without `J` it is a slender bar.
+/// Reads these parameters; the first one has the index `first`. False if one of them is wrong. A link without `x` has its centre of
+/// mass in the middle, and without `J` it is a slender bar.
 fn values(section: &Section<'_>, mechanism: &mut Mechanism, parameters: &[Parameter], first: usize) -> bool {
     let mut right = true;
     for (i, &Parameter { link, key, kind, .. }) in parameters.iter().enumerate() {

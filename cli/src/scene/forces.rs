@@ -1,5 +1,5 @@
-//! Data of the analysis of forces besides masses and loads: `[forces]` beside `[cam]`, `[follower.forces]`. The motion of the FMU
-//! is without it.
+//! Data for the analysis of forces in addition to masses and loads: `[forces]` next to `[cam]`, `[follower.forces]`. They do not
+//! affect the motion of the FMU.
 
 use super::geometry::{self, CamPlan};
 use crate::document::Section;
@@ -10,21 +10,21 @@ use camdrive_design::resource::Scene;
 /// The key of the table.
 pub const KEY: &str = "forces";
 
-/// The keys that [`load`] has instead.
+/// The keys that are part of [`load`] instead.
 const MOVED: [&str; 4] = ["gravity", "gravity_angle", "spring", "process"];
 
-/// Properties of a follower that its loads depend on.
+/// Properties of a follower that determine its loads.
 struct FollowerTraits {
     mechanisms: usize,
     geometry: bool,
     lever: bool,
 }
 
-/// The loads of all cams of a scene, in its order, with its drive where that is right already.
+/// The loads of all cams of a scene, in its order, with its drive if that is valid already.
 pub fn all(root: &Section<'_>, drive: Option<&Scene>, cams: &[CamPlan]) -> Option<Vec<Loads>> {
     let known = |section: &Section<'_>, follower: Option<usize>, mechanisms: usize| {
         let geometry = section.has(geometry::KEY);
-        // A geometry with faults is taken for one that fits.
+        // A geometry with faults counts as suitable.
         let plan = cams.iter().find(|cam| cam.follower == follower).map(|cam| cam.plan);
         let lever = plan.map_or(geometry || mechanisms > 0, |plan| matches!(plan.carrier, Carrier::Lever { .. }));
         FollowerTraits { mechanisms, geometry, lever }

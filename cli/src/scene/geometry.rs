@@ -1,4 +1,4 @@
-//! The geometry of a cam: `[geometry]` beside `[cam]`, `[follower.geometry]`. The FMU knows nothing of it.
+//! The geometry of a cam: `[geometry]` next to `[cam]`, `[follower.geometry]`. It does not affect the FMU.
 
 use crate::document::Section;
 use camdrive::motion::MotionLaw;
@@ -10,26 +10,26 @@ use std::f64::consts::PI;
 /// The key of the table.
 pub const KEY: &str = "geometry";
 
-/// A cam of the scene that has a geometry.
+/// A cam of the scene with a geometry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CamPlan {
-    /// The follower that it moves, from 1; None where the drive has but one cam.
+    /// The follower of the cam, from 1; None if the drive has only one cam.
     pub follower: Option<usize>,
-    /// U(φ) (m), of a cam that moves a lever by an angle (rad).
+    /// U(φ) (m), or (rad) if the cam moves a lever by an angle.
     pub law: MotionLaw,
     /// The geometry.
     pub plan: Plan,
-    /// The mechanisms behind it.
+    /// The mechanisms after the cam.
     pub mechanisms: Vec<Transmission>,
 }
 
-/// Admissible pressure angles (rad): 45° of a lever and 30° of a translating follower, after VDI 2142.
+/// Admissible pressure angles (rad): 45° for a lever and 30° for a translating follower, after VDI 2142.
 const PRESSURE_ANGLES: [f64; 2] = [PI / 4.0, PI / 6.0];
 
-/// All geometries of a scene, with the laws of its drive where that is right already.
+/// All geometries of a scene, with the laws of its drive if that is valid already.
 pub fn all(root: &Section<'_>, drive: Option<&Scene>) -> Option<Vec<CamPlan>> {
     let known = |j: usize| drive.and_then(|drive| drive.follower(j));
-    // A machine has no [cam] that [geometry] could belong to.
+    // A machine has no [cam] for a [geometry].
     let own = drive.and_then(|drive| drive.cam().or(drive.follower(0).map(|follower| &follower.cam)));
     let mut list = if root.has("cam") { vec![of(root, None, own, false)] } else { Vec::new() };
     for (j, follower) in root.sections("follower").unwrap_or_default().iter().enumerate() {
@@ -42,7 +42,7 @@ pub fn all(root: &Section<'_>, drive: Option<&Scene>) -> Option<Vec<CamPlan>> {
     Some(all?.into_iter().flatten().collect())
 }
 
-/// The geometry in this table, if there is one, for a law that is a length or an angle.
+/// The geometry in this table, if there is one, for a law of a length or an angle.
 fn of(
     parent: &Section<'_>,
     follower: Option<usize>,
@@ -70,7 +70,7 @@ pub enum Kind {
     Flat,
 }
 
-/// Which contours a cam has.
+/// The contours of a cam.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Contour {
     /// A disc.
@@ -97,7 +97,7 @@ pub const ROTATIONS: &[(&str, f64)] = &[("counterclockwise", 1.0), ("clockwise",
 /// Sides of a lever.
 pub const SIDES: &[(&str, f64)] = &[("left", 1.0), ("right", -1.0)];
 
-/// The geometry of a cam whose law is a length or an angle.
+/// The geometry of a cam with a law of a length or an angle.
 pub fn read(section: &Section<'_>, angular: bool) -> Option<Plan> {
     let kind = section.choice("follower", KINDS);
     let flat = kind == Some(Kind::Flat);
@@ -121,7 +121,7 @@ pub fn read(section: &Section<'_>, angular: bool) -> Option<Plan> {
     let start = kind.zip(contour).and_then(|(kind, contour)| start(section, kind, contour));
     let cut = kind.zip(contour).and_then(|(kind, contour)| cut(section, kind, contour, roller));
     let limits = limits(section, kind, contour, roller);
-    // Which keys belong here is not known before the kind of follower is.
+    // The kind of follower determines which keys belong here.
     if kind.is_some() && contour.is_some() {
         section.finish();
     }
@@ -168,7 +168,7 @@ fn carrier(section: &Section<'_>, kind: Kind, angular: bool) -> Option<Carrier> 
     }
 }
 
-/// One of the keys that fix the size of the cam.
+/// One of the keys for the size of the cam.
 fn start(section: &Section<'_>, kind: Kind, contour: Contour) -> Option<Start> {
     let own = if kind == Kind::Lever { "start_angle" } else { "start_height" };
     match kind {

@@ -1,4 +1,4 @@
-//! Loads on the mass that a cam moves: `[load]` beside `[cam]`, `[follower.load]`, with `roller` for a mass on the cam's side.
+//! Loads on the mass that a cam moves: `[load]` next to `[cam]`, `[follower.load]`, with `roller` for a mass on the cam's side.
 
 use super::motion_law;
 use crate::document::{Node, Section, Value};
@@ -13,14 +13,14 @@ use std::path::Path;
 /// The key of the table.
 pub const KEY: &str = "load";
 
-/// The mass that loads act on, and its motion.
+/// A mass with loads, and its motion.
 #[derive(Clone, Copy)]
 pub struct Carrier<'a> {
     /// True if the tool's coordinate is an angle.
     pub turns: bool,
-    /// The number of mechanisms before it.
+    /// The number of mechanisms between it and the cam.
     pub mechanisms: usize,
-    /// Law and mechanisms, where these are right.
+    /// Law and mechanisms, if these are valid.
     pub follower: Option<&'a Follower>,
     /// True if there is a mass on the cam's side.
     pub roller: bool,
@@ -32,7 +32,7 @@ pub fn read(parent: &Section<'_>, carrier: Carrier<'_>, folder: &Path) -> Option
     of(&section, carrier, folder)
 }
 
-/// Those of the table.
+/// The loads in the table.
 pub fn of(section: &Section<'_>, carrier: Carrier<'_>, folder: &Path) -> Option<[Load; 2]> {
     if !carrier.roller {
         section.forbid(
@@ -52,7 +52,7 @@ pub fn of(section: &Section<'_>, carrier: Carrier<'_>, folder: &Path) -> Option<
     Some([Load { process: process?, input: input?, ..tool? }, roller?])
 }
 
-/// The loads beside the cam of a drive.
+/// The loads of a drive with one cam.
 pub fn beside_cam(root: &Section<'_>, cam: Option<&MotionLaw>, roller: bool, folder: &Path) -> Option<[Load; 2]> {
     let follower = cam.map(|cam| Follower::new(0.0, cam.clone()));
     read(root, Carrier { turns: false, mechanisms: 0, follower: follower.as_ref(), roller }, folder)
@@ -110,7 +110,7 @@ fn gravity(section: &Section<'_>, carrier: Carrier<'_>) -> Option<(Option<f64>, 
     }
     let Some(size) = size? else { return Some((None, Vec::new())) };
     let frames: Vec<[f64; 2]> = angles.iter().map(|angle| [size * angle.cos(), size * angle.sin()]).collect();
-    // A tool behind mechanisms moves along the x axis of the last frame, or turns.
+    // A tool after mechanisms moves along the x axis of the last frame, or turns.
     let along = (!carrier.turns).then(|| frames[places - 1][0]);
     Some((along, if carrier.mechanisms > 0 { frames } else { Vec::new() }))
 }

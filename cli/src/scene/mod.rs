@@ -1,5 +1,5 @@
 //! Scene files: TOML → validated SI parameters. All faults of a file are collected in one run, see
-//! [`diagnostics`](crate::document::diagnostics); the units of a value are those of [`units`](crate::document::units).
+//! [`diagnostics`](crate::document::diagnostics); values have the units of [`units`](crate::document::units).
 //!
 #![doc = include_str!("../../../docs/scene.md")]
 
@@ -35,45 +35,45 @@ use std::path::{Path, PathBuf};
 pub struct Resolved {
     /// A C identifier.
     pub name: String,
-    /// The description by the user, with notes on smoothed tables and on loads that its motion leaves out.
+    /// The description by the user, with notes on smoothed tables and on loads that do not affect its motion.
     pub description: String,
     /// Model and values.
     pub scene: Scene,
-    /// The tools behind mechanisms whose motion it prescribes.
+    /// The tools behind mechanisms with a prescribed motion.
     pub tools: Vec<Tool>,
     /// Its smoothed tables.
     pub smoothed: Vec<TableNote>,
-    /// The geometry of its cams, as far as the scene tells it.
+    /// The geometries of its cams.
     pub cams: Vec<geometry::CamPlan>,
-    /// Loads on the follower of each cam beside its masses.
+    /// Loads on the follower of each cam in addition to its masses.
     pub loads: Vec<Loads>,
-    /// Notes for the user that are no faults.
+    /// Remarks for the user that are no faults.
     pub notes: Vec<String>,
-    /// The files that it was read from: scene and tables.
+    /// The files it comes from: scene and tables.
     pub files: Vec<PathBuf>,
-    /// The tables that it names.
+    /// The files of its tables.
     pub tables: Vec<source::TableFile>,
-    /// The file that it was read from.
+    /// The document it comes from.
     pub document: Document,
-    /// Where it names its tables.
+    /// The folder of its tables.
     pub folder: PathBuf,
 }
 
 impl Resolved {
-    /// As an FMU carries it, with an empty guid.
+    /// The resource for an FMU, with an empty guid.
     pub fn resource(&self) -> Resource {
         let plan = |j: usize| self.cams.iter().find(|cam| cam.follower.unwrap_or(1) == j + 1).map(|cam| cam.plan);
         let contacts = self.loads.iter().enumerate().map(|(j, loads)| (plan(j), loads.clone())).collect();
         Resource { tools: self.tools.clone(), contacts, ..Resource::new(&self.name, self.scene.clone()) }
     }
 
-    /// Names and contents of the files that an FMU carries, from which the same scene is read: `scene.toml` and its tables.
+    /// Names and contents of the files in an FMU from which the same scene can be read: `scene.toml` and its tables.
     pub fn sources(&self) -> Vec<(String, Vec<u8>)> {
         source::all(&Document::new(self.document.whole_text()), &self.tables)
     }
 }
 
-/// Reads and validates a scene file: every value, and that the drive can be built and started with them.
+/// Reads and validates a scene file: every value, and whether the drive can be built and started with them.
 pub fn read(path: &Path) -> Result<Resolved, Diagnostics> {
     let (file, document) = input::document(path, Kind::Scene)?;
     let mut scene = resolve_document(&file, &document, path.parent().unwrap_or(Path::new("")))?;
@@ -81,10 +81,10 @@ pub fn read(path: &Path) -> Result<Resolved, Diagnostics> {
     Ok(scene)
 }
 
-/// Reads a scene, or that in an FMU.
+/// Reads a scene, or the scene in an FMU.
 ///
 /// # Errors
-/// The faults of the scene; an FMU that holds none.
+/// The faults of the scene; an FMU without a scene.
 pub fn open(path: &Path) -> Result<Resolved, Diagnostics> {
     if !is_fmu(path) {
         return read(path);
@@ -100,7 +100,7 @@ pub fn open(path: &Path) -> Result<Resolved, Diagnostics> {
         return Err(fault("the FMU holds no scene", hint));
     }
     let (inside, within) = (place.with_file_name("").display().to_string(), format!("{file}/"));
-    // What is said of the files names the FMU, not the folder that vanishes.
+    // Messages about the files name the FMU, not the temporary folder.
     let told = |text: String| text.replace(&inside.replace('\\', "/"), &within).replace(&inside, &within);
     let mut scene = read(&place).map_err(|Diagnostics(faults)| {
         let fault = |fault: Diagnostic| Diagnostic { file: told(fault.file), message: told(fault.message), ..fault };
@@ -111,7 +111,7 @@ pub fn open(path: &Path) -> Result<Resolved, Diagnostics> {
     Ok(scene)
 }
 
-/// The scene `text` of the file `file`; tables are looked for in `folder`.
+/// The scene in `text`, the content of `file`; `folder` contains its tables.
 ///
 /// ```
 /// use camdrive_cli::scene;
@@ -133,7 +133,7 @@ pub fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagno
     resolve_document(file, &Document::new(text.to_owned()), folder)
 }
 
-/// The scene of a document, as it was read or changed.
+/// The scene of a document, changed or not.
 pub fn resolve_document(file: &str, document: &Document, folder: &Path) -> Result<Resolved, Diagnostics> {
     input::read(file, document, Kind::Scene, |root| {
         let mut resolved = whole_scene(root, folder)?;
@@ -149,7 +149,7 @@ pub fn resolve_document(file: &str, document: &Document, folder: &Path) -> Resul
             for sentence in resolved.smoothed.iter().map(|table| &table.sentence).chain(&left_out) {
                 let own = resolved.description.trim_end_matches('.');
                 let stop = if own.is_empty() { "" } else { ". " };
-                // What notes say in small letters begins a sentence here.
+                // Notes begin with a small letter, sentences do not.
                 let (first, rest) = sentence.split_at(sentence.find(char::is_whitespace).unwrap_or(0));
                 let first = if first.contains('.') { first.to_owned() } else { capitalised(first) };
                 resolved.description = format!("{own}{stop}{first}{rest}.");
@@ -165,7 +165,7 @@ fn capitalised(word: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// The scene; None where a fault was reported.
+/// The scene; None after a reported fault.
 fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
     let name = root.name();
     let description = root.text("description").map(|text| text.unwrap_or_default().trim().to_owned());

@@ -35,7 +35,7 @@ pub const MODELS: &[(&str, Reader)] = &[
 /// Reads the drive of a scene.
 pub fn drive(root: &Section<'_>, folder: &Path) -> Option<Scene> {
     let drive = root.choice("model", MODELS).map(|read| read(root, folder));
-    // Which sections belong here is not known before the model is.
+    // The model determines which sections belong here.
     if drive.is_some() {
         root.finish();
     }
@@ -50,10 +50,10 @@ struct CamDrive {
     solver: Settings,
 }
 
-/// Reads `[cam]`, `[drive]`, `[start]` and `[solver]`; q is a length or an angle. The law comes apart, since the
-/// natural frequency of a shaft needs it.
+/// Reads `[cam]`, `[drive]`, `[start]` and `[solver]`; q is a length or an angle. The law is separate, since the natural frequency
+/// of a shaft needs it.
 fn cam(root: &Section<'_>, folder: &Path) -> Option<MotionLaw> {
-    // Beside a cam there may be its geometry and its loads, which are read when the law is known.
+    // A cam may have a geometry and loads, which are read after the law.
     root.has(geometry::KEY);
     root.has(forces::KEY);
     root.has(load::KEY);
@@ -196,8 +196,8 @@ fn machine_start(root: &Section<'_>) -> Option<(MachineStart, f64, f64)> {
     Some((mode?, phi?, w?))
 }
 
-/// Builds and starts the drive, and checks its parameters against the ranges that the FMU declares, so that no FMU
-/// is written that refuses its own start values.
+/// Builds and starts the drive, and checks its parameters against the ranges in the FMU, so that no FMU refuses its own start
+/// values.
 pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
     let report = |fault: &Fault, key: &str, admissible: Option<String>| {
         let model = || (fault.variable.clone(), faults.place("model").unwrap_or(0..0));

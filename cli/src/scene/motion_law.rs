@@ -28,7 +28,7 @@ pub const LAWS: &[(&str, Reader)] = &[
     }),
 ];
 
-/// The law in the `[cam]` of this section, beside which `[geometry]` may stand.
+/// The law in the `[cam]` of this section; `[geometry]` may stand next to it.
 pub fn of_cam(parent: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<MotionLaw> {
     let section = parent.required_section("cam")?;
     if section.text("law") != Some(Some("contour")) {
@@ -39,19 +39,19 @@ pub fn of_cam(parent: &Section<'_>, quantity: &'static Quantity, folder: &Path) 
     law
 }
 
-/// The law of this section; `quantity` is that of U, a length where a cam moves a follower.
+/// The law of this section; `quantity` is U's, a length if a cam moves a follower.
 pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<MotionLaw> {
     read_part(section, quantity, folder)?.or_else(|part| section.refuse(part.fault).ok_or(())).ok()
 }
 
-/// The law of this section, or the part of one that a table gives.
+/// The law of this section, or the part of a law in a table.
 pub fn read_part(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<Result<MotionLaw, Part>> {
     section.of(quantity, 0);
     let table: Reader = table::read;
     let read =
         if table::is_load(quantity) { section.choice_or("law", LAWS, table) } else { section.choice("law", LAWS) };
     let law = read.map(|read| read(section, quantity, folder));
-    // Which keys belong here is not known before the kind of law is.
+    // The kind of law determines which keys belong here.
     if law.is_some() && section.text("law") != Some(Some("contour")) {
         section.finish();
     }
@@ -88,7 +88,7 @@ pub fn fourier(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fou
 fn cycle(section: &Section<'_>) -> Option<Cycle> {
     let [stroke, lower, rise_start] = ["stroke", "lower", "rise_start"].map(|key| section.real(key));
     let angles = angles(section);
-    // Asked for first, lest it be taken for a misspelt `rise_law`.
+    // Marked as known first, so that it is not taken for a misspelt `rise_law`.
     section.has("return_law");
     let rise_law = section.choice("rise_law", STANDARD_LAWS);
     let return_law = section.choice_or("return_law", STANDARD_LAWS, rise_law.unwrap_or(StandardLaw::SimpleSine));
@@ -111,7 +111,7 @@ fn cycle(section: &Section<'_>) -> Option<Cycle> {
     Some(Cycle::new(plan))
 }
 
-/// The angles of rise, upper dwell, return and lower dwell (rad); one that is left out is the rest of the turn.
+/// The angles of rise, upper dwell, return and lower dwell (rad); a missing one is the rest of the turn.
 fn angles(section: &Section<'_>) -> Option<[f64; 4]> {
     const KEYS: [(&str, f64); 4] =
         [("rise", LEAST_MOTION), ("upper_dwell", 0.0), ("return", LEAST_MOTION), ("lower_dwell", 0.0)];
@@ -133,12 +133,12 @@ fn angles(section: &Section<'_>) -> Option<[f64; 4]> {
     let rest = TAU - angles.iter().sum::<f64>();
     let deg = |angle: f64| units::short(angle.to_degrees());
     let fault = match missing[..] {
-        // Three angles of a full turn, converted from degrees, may exceed it by some roundings.
+        // Three angles of a full turn, converted from degrees, may exceed it by some rounding errors.
         [i] if rest >= KEYS[i].1 - 1e-12 => {
             angles[i] = rest.max(KEYS[i].1);
             return Some(angles);
         }
-        // They are written with some five digits; the lower dwell takes up the difference.
+        // Angles have some five digits; the lower dwell takes up the difference.
         [] if rest.abs() <= CLOSING => return Some(angles),
         [i] => {
             let others: Vec<&str> = (0..4).filter(|j| *j != i).map(|j| KEYS[j].0).collect();
@@ -155,7 +155,7 @@ fn angles(section: &Section<'_>) -> Option<[f64; 4]> {
     section.refuse(fault.hint("leave one of the four angles out: it is the rest of the turn"))
 }
 
-/// Values in the middle of equal steps around the turn: their mean is exact for a series of up to 2048 harmonics and that of their
+/// Values in the middle of equal steps around the turn. Their mean is exact for a series of up to 2048 harmonics; the mean of their
 /// squares has an error of 1e-7 for a law with corners in U″.
 fn samples(law: &MotionLaw, order: usize) -> impl Iterator<Item = f64> + '_ {
     (0..SAMPLES).map(move |i| law.at((i as f64 + 0.5) * TAU / SAMPLES as f64).0[order])
@@ -168,7 +168,7 @@ pub fn mean_square_slope(law: &MotionLaw) -> f64 {
     samples(law, 1).map(|slope| slope.powi(2)).sum::<f64>() / SAMPLES as f64
 }
 
-/// The least value of a law, of which the ends of pieces hold that of lines.
+/// The least value of a law; the ends of its pieces include the ends of straight lines.
 pub fn least(law: &MotionLaw) -> f64 {
     let ends = law
         .breakpoints()

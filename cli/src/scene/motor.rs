@@ -9,10 +9,10 @@ use camdrive::drives::unit;
 use camdrive_design::text::counted;
 use std::path::Path;
 
-/// Reads what a kind of motor has.
+/// Reads the keys of a kind of motor.
 pub type Reader = fn(&Section<'_>, &Path) -> Option<Source>;
 
-/// The kinds with the keys that are theirs alone.
+/// The kinds, each with the keys of this kind alone.
 pub const KINDS: &[(&str, (Reader, &[&str]))] = &[
     ("none", (|_, _| Some(Source::None), &[])),
     ("kloss", (|section, _| asynchronous(section).map(Source::Kloss), &["M_k", "s_k", "w_s", "lag"])),
@@ -22,7 +22,7 @@ pub const KINDS: &[(&str, (Reader, &[&str]))] = &[
     ("servo", (servo, &["K_p", "K_i", "K_aw", "K_v", "M_max", "w_ref"])),
 ];
 
-/// Where the torque comes from.
+/// The source of the torque.
 fn source(section: &Section<'_>, folder: &Path) -> Option<Source> {
     let (read, own) = section.choice("kind", KINDS)?;
     let source = read(section, folder);
@@ -90,7 +90,7 @@ fn constant(section: &Section<'_>, _: &Path) -> Option<Source> {
     section.real("torque").map(Source::Constant)
 }
 
-/// The most points of a torque table: a motor is measured at some ten.
+/// The most points of a torque table: motors are measured at some ten points.
 const MOST_POINTS: usize = 200;
 
 fn characteristic(section: &Section<'_>, folder: &Path) -> Option<Source> {

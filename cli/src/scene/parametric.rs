@@ -17,10 +17,10 @@ use camdrive_design::text::{self, counted};
 use std::f64::consts::TAU;
 use std::path::Path;
 
-/// The part of its range to which a series has to meet a law; measured coefficients are known to some thousandths.
+/// The admissible error of a series for a law, as a fraction of its range; measured coefficients are accurate to some thousandths.
 const MET: f64 = 1e-3;
 
-/// Angles of the turn at which a law is taken for its series, sixteen in the shortest wave.
+/// Angles of the turn at which a law is sampled for its series, sixteen in the shortest wave.
 const SAMPLES: usize = 4096;
 
 /// The scene.
@@ -70,7 +70,7 @@ fn law(root: &Section<'_>, load: Option<&Section<'_>>, folder: &Path) -> Option<
             series_law(&section, folder).map(Law::Series)
         }
         (Some(crank), Some(series)) => {
-            // What is wrong within them is told all the same.
+            // Reads them only to report their faults.
             let _ = (crank_law(&crank, load), series_law(&series, folder));
             let fault = root.fault_of("coefficients", ": the crank has its own");
             root.refuse(fault.hint("give [crank] or [coefficients], not both"))
@@ -91,7 +91,7 @@ fn crank_law(section: &Section<'_>, load: Option<&Section<'_>>) -> Option<CrankL
     let law: Option<CrankLaw> = section.parameters(|parameter, _| (parameter.key == "b_T").then_some(Some(0.0)));
     let second = second_crank(section);
     let harmonics = if section.has("harmonics") { section.count("harmonics").map(Some) } else { Some(None) };
-    // What else is in the table is told with the loads.
+    // The other keys of the table are reported with the loads.
     let given = load.filter(|load| ["scale", "a", "b"].map(|key| load.has(key)).contains(&true));
     let load = given.map_or(Some(None), |load| motion_law::fourier(load, &unit::TORQUE).map(Some));
     let damping = damping(section, "b_T", Path::new(""), || {
@@ -139,7 +139,7 @@ fn series_law(section: &Section<'_>, folder: &Path) -> Option<SeriesLaw> {
     Some(SeriesLaw { coordinate: coordinate?, m: m?, b: b?, c: c?, f: f? })
 }
 
-/// The damping `key`, a value, a series or none, or `damping_ratio` D: b = 2 D √(m c) with the means of m and c.
+/// The damping `key`, a value, a series or missing, or `damping_ratio` D: b = 2 D √(m c) with the means of m and c.
 fn damping(
     section: &Section<'_>,
     key: &'static str,
@@ -173,7 +173,7 @@ fn coefficient(section: &Section<'_>, key: &'static str, folder: &Path) -> Optio
     section.real(key).map(|value| Fourier::new(vec![value], Vec::new()))
 }
 
-/// A series, or that of a law over the turn: of as many harmonics as meet it to [`MET`].
+/// A series, or the series of a law over the turn, with as many harmonics as [`MET`] needs.
 fn series_of(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<Fourier> {
     if ["law", "file", "points"].into_iter().any(|key| section.has(key)) {
         let law = motion_law::read(section, quantity, folder)?;

@@ -1,4 +1,4 @@
-//! Motion plans, `[[cam.point]]`, with the names of laws and keys that they share with the other motion laws.
+//! Motion plans, `[[cam.point]]`, with the names of laws and keys that other motion laws use as well.
 
 use crate::document::{Section, keys::FREE};
 use camdrive::motion::plan::SegmentLaw;
@@ -6,7 +6,7 @@ use camdrive::motion::table::CLOSING;
 use camdrive::motion::{MotionLaw, MotionPlan, PlanPoint, StandardLaw};
 use std::f64::consts::TAU;
 
-/// The normalised laws with the names that are in use for them.
+/// The normalised laws with their usual names.
 pub const STANDARD_LAWS: &[(&str, StandardLaw)] = &[
     ("simple_sine", StandardLaw::SimpleSine),
     ("inclined_sine", StandardLaw::InclinedSine),
@@ -16,7 +16,7 @@ pub const STANDARD_LAWS: &[(&str, StandardLaw)] = &[
     ("modified_trapezoid", StandardLaw::ModifiedTrapezoid),
 ];
 
-/// The laws of a segment beside the standard ones.
+/// The laws of a segment in addition to the standard ones.
 const SEGMENT_LAWS: &[(&str, SegmentLaw)] = &[
     ("polynomial_6", SegmentLaw::Polynomial6),
     ("sine", SegmentLaw::Sine),
@@ -37,7 +37,7 @@ pub fn read(section: &Section<'_>) -> Option<MotionLaw> {
     if let [first, .., last] = &mut points[..]
         && (last.phi - first.phi - TAU).abs() <= CLOSING
     {
-        // The law that leads to the last point closes the turn.
+        // The law of the last point closes the turn.
         let closing = PlanPoint { law: last.law, inflection: last.inflection, ..*first };
         if (PlanPoint { phi: first.phi, ..*last }) != closing || first.law.is_some() || first.inflection.is_some() {
             let place = &sections[sections.len() - 1];
@@ -51,7 +51,7 @@ pub fn read(section: &Section<'_>) -> Option<MotionLaw> {
     let plan = MotionPlan::new(points);
     if let Err(fault) = plan.validate() {
         let place = sections.get(fault.point).unwrap_or(section);
-        // What is left out has a value, too, which nobody finds in the file.
+        // A missing key has a default, which is not in the file.
         let told = match place.has(fault.key) {
             true => place.fault_of(fault.key, format!(": {}", fault.text)),
             false => place.fault(format!(" ({}): {}", fault.key, fault.text)),

@@ -8,14 +8,14 @@ use camdrive::drives::shaft::train::{InputValues, MOST_FOLLOWERS, MOST_STATES, M
 use camdrive::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
-/// Angles in a turn at which the static torque is taken: every degree.
+/// Angles in a turn for the static torque: every degree.
 const ANGLES: usize = 360;
 
-/// Refuses a motor that its load holds at the start or in the turn that begins there at rest; says where it cannot keep a speed, and
-/// where its position loop is unstable.
+/// Refuses a motor that its load stops at the start or in the first turn from rest. Notes a motor that cannot keep a speed, and an
+/// unstable position loop.
 ///
-/// From rest a shaft reaches an angle only where the motor's work ∫ M dφ exceeds that which the static loads take up to there: inertia
-/// gives none, damping and impacts take more. M is at most the largest torque of the motor.
+/// From rest a shaft reaches an angle only if the motor's work ∫ M dφ exceeds the work of the static loads up to there: inertia
+/// gives no work, damping and impacts take more. M is at most the largest torque of the motor.
 pub fn check(root: &Section<'_>, scene: &Scene) -> Vec<String> {
     let mut notes = Vec::new();
     let Shaft::Free(machine) = &scene.shaft else { return notes };
@@ -29,7 +29,7 @@ pub fn check(root: &Section<'_>, scene: &Scene) -> Vec<String> {
     if scene.start == Start::SteadyState || at_rest.is_nan() || turn.iter().all(|[torque, _]| *torque == 0.0) {
         return notes;
     }
-    // What the load takes at the start, and on average up to each angle behind it.
+    // The torque of the load at the start, and its mean up to each later angle.
     let mut taken = vec![turn[0][0]];
     let mut work = 0.0;
     for (i, [torque, _]) in turn.iter().enumerate().skip(1) {
@@ -66,7 +66,7 @@ pub fn check(root: &Section<'_>, scene: &Scene) -> Vec<String> {
     notes
 }
 
-/// The torque of the rotor at rest, and the largest in its sense; none where nothing says in which sense it turns.
+/// The torque of the rotor at rest, and the largest in its sense; NaN if the sense of rotation is unknown.
 fn torques(source: &Source) -> [f64; 2] {
     match source {
         Source::None | Source::Input => [f64::NAN; 2],
@@ -78,7 +78,7 @@ fn torques(source: &Source) -> [f64; 2] {
             [at_rest, most]
         }
         Source::Servo(servo) => match &servo.reference {
-            // Without memory it demands no more than this.
+            // Without an integral the servo demands no more than this.
             Reference::Constant(w) if servo.integral == 0.0 && servo.position.is_none() => {
                 [servo.limit.min(servo.proportional * w.abs()).copysign(*w); 2]
             }
@@ -89,8 +89,8 @@ fn torques(source: &Source) -> [f64; 2] {
     }
 }
 
-/// The torque that the loads take from a shaft that turns slowly in this sense, and its inertia: at the start, and in the middle of
-/// each of equal steps of a turn; None where a follower is in no equilibrium.
+/// The torque of the loads on a shaft that turns slowly in this sense, and its inertia: at the start, and in the middle of each of
+/// equal steps of a turn. None if a follower has no equilibrium.
 fn turn(scene: &Scene, machine: &Machine, sense: f64) -> Option<Vec<[f64; 2]>> {
     let mut still = machine.clone();
     still.motor.source = Source::None;

@@ -25,24 +25,24 @@ use camdrive_design::text::{self, counted};
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
-/// The most faults of one table that are told one by one.
+/// The most faults of one table that are listed.
 const MOST_FAULTS: usize = 8;
 
 /// The interpolation of U between the points.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Interpolation {
     Spline,
-    /// Pieces of degree 5 with U′ and U″ that the three columns behind the lift give.
+    /// Pieces of degree 5 with U′ and U″ from the three columns after the lift.
     Derivatives,
     Fourier,
-    /// Straight lines, and steps where two points have one angle.
+    /// Straight lines, with a step at two points of one angle.
     Linear,
-    /// Cubics that keep to the range of their points, and steps likewise.
+    /// Cubics that stay in the range of their points, with steps likewise.
     Monotone,
 }
 
 impl Interpolation {
-    /// True if two points at one angle are a step.
+    /// True if two points at one angle form a step.
     fn steps(self) -> bool {
         matches!(self, Interpolation::Linear | Interpolation::Monotone)
     }
@@ -54,26 +54,26 @@ enum Twice {
     Never,
     /// At a step.
     Step,
-    /// Where noise is removed, an angle may be measured more than once.
+    /// Tables with noise may have several values at one angle.
     Measured,
 }
 
-/// Two values differ by less than so many times the standard deviation of their noise but once in 40,000.
+/// Two values differ by less than this many times the standard deviation of their noise, except once in 40,000.
 const NOISE: f64 = 6.0;
 
-/// A lobe of fewer rows tells nothing of its noise: with its image they are the thirty of a short table.
+/// A lobe with fewer rows does not show its noise: with its image it has the thirty rows of a short table.
 const LEAST_OF_LOBE: usize = 16;
 
-/// A spline is told that leaves the range of its neighbours by more than this part of the range of all.
+/// A spline gets a warning if it leaves the range of its neighbours by more than this fraction of the range of all points.
 const OVERSHOOT: f64 = 0.01;
 
-/// Slopes that differ by this part are one: differences over a degree are as accurate.
+/// Slopes that differ by less than this fraction are equal: differences over a degree have this accuracy.
 const SLOPES: f64 = 1e-3;
 
-/// Between few points true slopes are at most so many times those that the lifts tell: a wave between two points is seen by neither.
+/// With few points true slopes are at most this many times the slopes from the lifts: both miss a wave between two points.
 const LARGEST_SLOPES: f64 = 4.0;
 
-/// Rounded values at both ends differ by at most this part of the range.
+/// Rounded values at both ends differ by at most this fraction of the range.
 const ROUNDED: f64 = 2e-3;
 
 /// The kinds of interpolation with their names.
@@ -85,13 +85,13 @@ const INTERPOLATIONS: &[(&str, Interpolation)] = &[
     ("monotone", Interpolation::Monotone),
 ];
 
-/// The quantity of the points, and the keys of its unit and its column.
+/// The quantity of the points, and the keys for its unit and its column.
 pub type Axis = (&'static Quantity, &'static str, &'static str);
 
-/// The value of `noise` that asks for an estimate.
+/// The value of `noise` for an estimate.
 const ESTIMATE: &str = "estimate";
 
-/// The part of the stroke by which smoothing may change a lift without a warning: noise of a probe is a tenth of it.
+/// The fraction of the stroke by which smoothing may change a lift without a warning; the noise of a probe is a tenth of it.
 const LARGEST_CHANGE: f64 = 5e-3;
 
 /// The file of a table.
@@ -100,16 +100,16 @@ struct File {
     text: String,
 }
 
-/// The points with the bytes of the file that each was read from.
+/// The points with their bytes in the file.
 struct Reading {
     points: Points,
-    /// Empty where the file does not give them.
+    /// Empty if the file does not contain them.
     bends: Vec<Bend>,
     places: Vec<Span>,
     /// The last digits of the lifts and of the slopes.
     digit: f64,
     slope_digit: f64,
-    /// The points between which the cam rests.
+    /// The points between which the cam is at rest.
     at_rest: Vec<usize>,
 }
 
@@ -118,7 +118,7 @@ impl Reading {
         Reading { points, places, bends: Vec::new(), digit: 0.0, slope_digit: 0.0, at_rest: Vec::new() }
     }
 
-    /// With one row for two at one angle, of which the second has U″ behind it.
+    /// Joins two rows at one angle; the second one has U″ after it.
     fn joined(mut self) -> Self {
         let (mut kept, Points { angles, lifts }): (Vec<usize>, Points) = (Vec::new(), self.points);
         for i in 0..angles.len() {
@@ -138,7 +138,7 @@ impl Reading {
         Reading { points: Points { angles: of(&angles), lifts: of(&lifts) }, bends, places, ..self }
     }
 
-    /// Without rows that are wrong; a row that closes the turn is the first one.
+    /// Removes wrong rows; the first row replaces a removed row that closes the turn.
     fn without(mut self, wrong: &[WrongRow]) -> Self {
         let (first, count) = (self.points.angles.first(), self.places.len());
         let closes = first.zip(self.points.angles.last()).is_some_and(|(first, last)| last - first >= TAU - CLOSING);
@@ -151,7 +151,7 @@ impl Reading {
         self
     }
 
-    /// With points where U″ jumps, of periods that are stretched to a turn.
+    /// Adds points at jumps of U″; the periods are stretched to a turn.
     fn with(mut self, jumps: &[Jump], lobes: f64) -> Self {
         let corners: Vec<(f64, f64)> = jumps.iter().map(|jump| (jump.angle, jump.by)).collect();
         let Some(Corners { points, bends, rows }) = Corners::new(&self.points, &corners).filter(|_| !jumps.is_empty())
@@ -166,7 +166,7 @@ impl Reading {
         Reading { points, bends: bends.into_iter().map(by).collect(), ..self }
     }
 
-    /// The turn of equal periods, of which the first `count` points are one that is stretched to a turn.
+    /// Repeats a period to a turn; the first `count` points are one period, stretched to a turn.
     fn repeat(&mut self, turn: &TurnScale<'_>, count: usize) {
         let angles = std::mem::take(&mut self.points.angles);
         let place = |k: usize, angle: f64| (angle + k as f64 * TAU) / turn.lobes as f64;
@@ -187,12 +187,12 @@ pub struct Part {
     pub fault: Diagnostic,
 }
 
-/// The law of a section with `law = "table"`, or the part of one that it gives.
+/// The law of a section with `law = "table"`, or the part of a law in a table that ends early.
 pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<Result<MotionLaw, Part>> {
     let scale = section.optional("scale");
     let lift = if section.has("scale") { &unit::NUMBER } else { quantity };
     let usual = match () {
-        // Where a load has no `law`, its points are corners.
+        // In a load without `law`, the points are corners.
         () if is_load(quantity) && !section.has("law") => Interpolation::Linear,
         () if section.text("law") == Some(Some("linear")) => Interpolation::Linear,
         () if is_motion(quantity) => Interpolation::Spline,
@@ -263,7 +263,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
         None => reading,
     };
     if turn.lobes > 1 {
-        // What repeats has to be one whole period, without a step where two of them meet.
+        // A repeated part must be one whole period, without a step between two of them.
         let lifts = &reading.points.lifts;
         let error = match (reading.points.check(kind.steps()), &lifts[..]) {
             (Ok(true), &[first, .., last]) if kind.steps() && last != first => {
@@ -280,13 +280,13 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     law(section, &file, reading, harmonics?, as_told)
 }
 
-/// Values over values that ascend: the list `points` of a section, or the columns of its file.
+/// Values over ascending values: the list `points` of a section, or the columns of its file.
 pub fn pairs(section: &Section<'_>, axes: [Axis; 2], folder: &Path) -> Option<Vec<[f64; 2]>> {
     let (_, Reading { points, .. }) = points(section, axes, (Interpolation::Spline, Twice::Never), None, folder)?;
     Some(points.angles.into_iter().zip(points.lifts).map(|(x, y)| [x, y]).collect())
 }
 
-/// The points of a section with the file in which they stand; where they are over a `turn`, the angles in rad.
+/// The points of a section and their file; the angles of a `turn` are in rad.
 fn points<'a>(
     section: &Section<'a>,
     axes: [Axis; 2],
@@ -315,7 +315,7 @@ fn points<'a>(
     }
     let of_turn = turn.and_then(|turn| turn.unit);
     let file = open(section, "a file with one point per line, or a list `points`", folder);
-    // Wrong units are told beside a file that is not there.
+    // Wrong units are reported even if the file is missing.
     let [angle_unit, lift_unit] = [(0, of_turn), (1, None)].map(|(i, own)| unit(section, axes[i].1, axes[i].0, own));
     let file = file?;
     angle_unit.and(lift_unit)?;
@@ -342,7 +342,7 @@ fn points<'a>(
                 _ => unit_of(section, axes[i].1, axes[i].0, &sheet, rows.columns[i], own),
             });
             let (first, second) = (first?, second?);
-            // Derivatives are by the angle in rad, or by that of the column where the unit of their heading says so.
+            // Derivatives are with respect to the angle in rad, or to the column's angle if the unit in their heading says so.
             let per = [1, 2, 2].into_iter().zip(1..).map(|(order, column)| {
                 let unit = sheet.unit(rows.columns[1] + column).filter(|_| column < rows.columns.len() - 1);
                 let Some((span, unit)) = unit else { return Ok(second.0 / second.1 * per_rad.powi(order.into())) };
@@ -405,11 +405,11 @@ fn open(section: &Section<'_>, admissible: &str, folder: &Path) -> Option<File> 
     Some(File { name: shown(&path), text })
 }
 
-/// Notes on lines that are `taken` as something else and might be meant as points.
+/// Notes on lines that are `taken` as something else but could be points.
 fn noted(section: &Section<'_>, file: &File, lines: Vec<Span>, taken: &str) {
     for span in lines.into_iter().take(MOST_FAULTS) {
         let line = file.text[..span.start].matches('\n').count() + 1;
-        // The beginning says which line is meant.
+        // The start of the line identifies it.
         let text = text::in_one_line(file.text[span].chars().take(40).collect::<String>());
         let message = format!("line {line} of {}, \"{text}\", is taken as {taken}", file.name);
         section.faults.note(format!("`{}`: {message}", section.path));
@@ -434,7 +434,7 @@ fn checked(
     right.then_some((file, reading))
 }
 
-/// The value of `noise`: the standard deviation that the lifts are to lose, which is None where they tell it themselves.
+/// The value of `noise`: the standard deviation of the lifts' noise; the inner None asks for an estimate.
 fn noise(section: &Section<'_>) -> Option<Option<Option<f64>>> {
     match section.word("noise") {
         Some(ESTIMATE) => Some(Some(None)),
@@ -446,7 +446,7 @@ fn noise(section: &Section<'_>) -> Option<Option<Option<f64>>> {
     }
 }
 
-/// The points without their noise; a note says what that changes.
+/// The points without their noise; a note states the change.
 fn smoothed(
     section: &Section<'_>,
     file: &File,
@@ -516,7 +516,7 @@ fn outliers(drop: bool) -> Outliers {
     if drop { Outliers::Drop } else { Outliers::Refuse }
 }
 
-/// The rows that are not wrong, if the others may be left out.
+/// The rows without the wrong ones, if wrong rows may be left out.
 fn right(
     section: &Section<'_>,
     file: &File,
@@ -534,7 +534,7 @@ fn right(
         section.faults.smoothed.borrow_mut().push(smoothed);
     }
     let reading = reading.without(&found.wrong);
-    // The spline rests from the ends of a lobe on.
+    // The spline is at rest outside the ends of a lobe.
     let splits = as_told.0 == Interpolation::Spline && reading.at_rest.is_empty();
     let jumps = if splits { certain(&reading.points, &found.jumps) } else { Vec::new() };
     told_strange(section, file, &reading, (&found, &jumps), as_told);
@@ -544,7 +544,7 @@ fn right(
 /// The most angles that a warning lists.
 const MOST_ANGLES: usize = 8;
 
-/// Warns of specks, and of jumps, those of which the spline has and others, with their angles and the largest of their sizes.
+/// Warns of outliers and jumps, separately for jumps that the spline has, with their angles and the largest size.
 fn told_strange(
     section: &Section<'_>,
     file: &File,
@@ -574,7 +574,7 @@ fn told_strange(
         let [first, .., last] = &rows[..] else { return (rows.iter().map(&angle).collect(), by) };
         (format!("{} to {}", angle(first), angle(last)), by)
     };
-    // Their places between the rows are no more exact.
+    // Their places between the rows have no higher accuracy.
     let hundredths = |angle: f64| ((100.0 * angle.to_degrees()).round() / 100.0).to_radians();
     let listed = |jump: &Jump| (turn.shown(hundredths(jump.angle / lobes)), jump.by);
     let is_kept = |jump: &&Jump| kept.iter().any(|other| other.is_at(jump));
@@ -601,7 +601,7 @@ fn told_strange(
     warn(kept.iter().map(listed).collect(), 2, &jump, hint);
 }
 
-/// A value as the file has it.
+/// A value in the units of the file.
 fn shown_in<'a>(
     section: &Section<'a>,
     quantity: &'static Quantity,
@@ -642,10 +642,10 @@ fn told_wrong(
 
 const SAVE_AS_TEXT: Option<&str> = Some("save the table as CSV in UTF-8");
 
-/// Why a file is no table, and what to do about it where that is not where it stands.
+/// The reason why a file is no table, and a remedy if it is not at the same place.
 type NoTable = (String, Option<&'static str>);
 
-/// The text of a table, what is to be said of its bytes, and these.
+/// The text of a table, a remark on its bytes, and the bytes.
 fn contents(path: &Path) -> Result<(String, Option<&'static str>, Vec<u8>), NoTable> {
     match input::bytes(path) {
         Ok(bytes) if let Some(what) = input::foreign(&bytes) => Err((format!("is {what}"), SAVE_AS_TEXT)),
@@ -658,11 +658,11 @@ fn contents(path: &Path) -> Result<(String, Option<&'static str>, Vec<u8>), NoTa
     }
 }
 
-/// A measured course over a turn: angles (rad) and values, one point per line. Headings may tell their units, "M [kN.m]"; without
-/// them angles are in degrees and other values in the unit `own`, a coherent one of `quantity` where that is known.
+/// A measured curve over a turn: angles (rad) and values, one point per line. Headings may contain the units, "M [kN.m]"; otherwise
+/// angles are in degrees and values in the unit `own`, a coherent unit of `quantity` if that is known.
 ///
 /// # Errors
-/// A file that cannot be read, lines that hold no point, angles that do not rise or span more than a turn.
+/// A file that cannot be read, lines without a point, angles that do not rise or span more than a turn.
 pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Result<Points, Diagnostics> {
     let name = shown(path);
     let (text, ..) = contents(path).map_err(|(reason, hint)| {
@@ -703,7 +703,7 @@ pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Re
         let few = Diagnostic::new(&name, format!("a curve of {} points", angles.len()));
         faults.push(few.admissible("at least 2").hint("one angle and one value per line"));
     }
-    // A course that is closed repeats its first angle one turn later.
+    // A closed curve repeats its first angle one turn later.
     let beyond = angles.iter().position(|a| a - angles[0] > TAU + LEAST_DISTANCE);
     faults.extend(beyond.map(|i| {
         let message = format!("{} deg is more than a turn after the first angle", units::short(angles[i].to_degrees()));
@@ -716,12 +716,12 @@ pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Re
     if faults.is_empty() { Ok(reading.points) } else { Err(Diagnostics(faults)) }
 }
 
-/// The path, written alike on every platform.
+/// The path in the same form on every platform.
 fn shown(path: &Path) -> String {
     text::in_one_line(path.display()).replace('\\', "/")
 }
 
-/// The factor of the unit under `key`; where there is none, of that of `own`, or SI.
+/// The factor of the unit under `key`; without the key, of `own`, or SI.
 fn unit(
     section: &Section<'_>,
     key: &'static str,
@@ -729,7 +729,7 @@ fn unit(
     own: Option<&str>,
 ) -> Option<(f64, f64)> {
     let Some(text) = section.text(key)?.or(own) else { return Some((1.0, 1.0)) };
-    // Steps of an encoder have any unit.
+    // Encoder steps may have any unit.
     if own.is_none() && *quantity == unit::NUMBER && key == "angle_unit" {
         return Some((1.0, 1.0));
     }
@@ -740,31 +740,31 @@ fn unit(
         .ok()
 }
 
-/// Units that headings have without brackets, "s_mm" or "Hub in mm"; others such as m, N or in may as well be letters or words.
+/// Units that headings contain without brackets, "s_mm" or "Hub in mm"; others such as m, N or in may also be letters or words.
 const PLAIN: [&str; 12] = ["mm", "um", "µm", "μm", "deg", "°", "rad", "kN", "kN.m", "rpm", "Nm", "N.m"];
 
 /// The name in a heading such as "x_mm" or "r [mm]", and its unit.
 fn named(heading: &str) -> (String, Option<&str>) {
     let (name, unit) = match (heading.rsplit_once(['[', '(']), heading.rsplit_once(['_', ' '])) {
         (Some((name, unit)), _) => (name, Some(unit.trim_end_matches([']', ')', ' ']))),
-        // A number before it makes a value of it, "probe 3 mm".
+        // After a number it is part of a value, "probe 3 mm".
         (None, Some((name, unit))) if PLAIN.contains(&unit) && !name.ends_with(|c: char| c.is_ascii_digit()) => {
             (name, Some(unit))
         }
         _ if PLAIN.contains(&heading) => ("", Some(heading)),
         _ => (heading, None),
     };
-    // Degrees of a German heading are no giga-radians.
+    // "grad" in a German heading means degrees, not giga-radians.
     (name.trim().to_lowercase(), unit.filter(|unit| !unit.eq_ignore_ascii_case("grad")))
 }
 
-/// The unit in the heading of a column of this quantity, or the heading itself, if it is a unit of more than a letter.
+/// The unit in the heading of a column of this quantity, or the heading itself if it is a unit of several letters.
 fn headed<'a>(heading: &'a str, quantity: &'static Quantity) -> Option<&'a str> {
     let alone = || heading.chars().count() > 1 && units::factor(heading, quantity).is_ok();
     named(heading).1.or_else(|| alone().then_some(heading))
 }
 
-/// The factor of the unit under `key`; where there is none, of that of the heading of this column, of `own`, or SI.
+/// The factor of the unit under `key`; without the key, of the unit in the heading of this column, of `own`, or SI.
 fn unit_of(
     section: &Section<'_>,
     key: &'static str,
@@ -773,7 +773,7 @@ fn unit_of(
     column: usize,
     own: Option<&str>,
 ) -> Option<(f64, f64)> {
-    // Numbers in a scale and steps of an encoder may be called anything.
+    // Numbers in a scale and encoder steps may have any heading.
     let units =
         || sheet.headings(column).filter(|_| *quantity != unit::NUMBER).filter_map(|heading| headed(heading, quantity));
     let told = units().find_map(|unit| Some((unit, units::factor(unit, quantity).ok()?)));
@@ -807,10 +807,10 @@ fn column<'a>(section: &Section<'a>, key: &'static str, default: usize) -> Optio
     section.count(key).map(|number| Column::Number(number - 1))
 }
 
-/// The faults of a file: at most [`MOST_FAULTS`] one by one, and how many more there are.
+/// The faults of a file: at most [`MOST_FAULTS`] in a list, and the number of further ones.
 fn faults(file: &File, wrong: Vec<RowFault>) -> Vec<Diagnostic> {
     let more = wrong.len().saturating_sub(MOST_FAULTS);
-    // Only of these: the number of a line takes a look at all lines before it.
+    // Only for these: the number of a line needs a look at all lines before it.
     let told = wrong.into_iter().take(MOST_FAULTS).map(|RowFault { span, message, admissible, hint }| {
         let fault = match span {
             Some(span) => fault(file, span, message),
@@ -827,7 +827,7 @@ fn fault(file: &File, span: Span, message: impl Into<String>) -> Diagnostic {
     Diagnostic::new(&file.name, message).at(&file.text, span)
 }
 
-/// The points whose angle, or whatever comes first, does not exceed the one before; there may be a step at one angle.
+/// The points whose first coordinate does not exceed the previous one's; a step may have two points at one angle.
 fn descents(reading: &Reading, twice: Twice, name: &str, told: &dyn Fn(f64) -> String) -> Vec<RowFault> {
     let (angles, steps) = (&reading.points.angles, twice == Twice::Step);
     let hint = match (twice, name) {
@@ -851,7 +851,7 @@ fn descents(reading: &Reading, twice: Twice, name: &str, told: &dyn Fn(f64) -> S
         .collect()
 }
 
-/// Before the seam the closing row holds, behind it the first one. The fault of two slopes there.
+/// Before the seam the closing row applies, after it the first row. Returns the fault of two different slopes there.
 fn seam(reading: &mut Reading) -> Option<RowFault> {
     let Reading { points: Points { angles, .. }, bends, places, slope_digit, .. } = reading;
     let n = bends.len();
@@ -873,8 +873,8 @@ fn seam(reading: &mut Reading) -> Option<RowFault> {
     None
 }
 
-/// The fault of given derivatives that are not those of the points, of which one of `lobes` lobes is a turn: by another angle, or
-/// other quantities. Rests alone, and rows without U″, tell nothing of it.
+/// The fault of given derivatives that do not match the points: with respect to another angle, or of other quantities. One of
+/// `lobes` lobes is a turn. Tables of dwells, and rows without U″, show no such fault.
 fn slopes(reading: &Reading, lobes: f64) -> Option<RowFault> {
     let (points, bends) = (&reading.points, &reading.bends);
     let n = bends.len();
@@ -904,8 +904,8 @@ fn slopes(reading: &Reading, lobes: f64) -> Option<RowFault> {
     Some(RowFault::at(&reading.places[0], message, hint))
 }
 
-/// The factor between the given values and those known in one of two ways, if it differs from 1 by more than what
-/// the ways do not know: twice what is left of the better one, and what they differ by.
+/// The factor between the given values and the values found in two ways, if it differs from 1 by more than the uncertainty of the
+/// ways: twice the residual of the better one, and their difference.
 fn factor(ways: &[(&Vec<f64>, Vec<f64>); 2]) -> Option<f64> {
     let fit = |(given, known): &(&Vec<f64>, Vec<f64>)| {
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -915,7 +915,7 @@ fn factor(ways: &[(&Vec<f64>, Vec<f64>); 2]) -> Option<f64> {
     };
     let [(one, rest), (other, left)] = [fit(&ways[0]), fit(&ways[1])];
     let (best, rest) = if rest < left { (one, rest) } else { (other, left) };
-    // What has another course is too large in any case. Of values that are all zero nothing is a number.
+    // A curve of another shape is too large in any case. Values that are all zero give NaN.
     let size = |(given, known): &(&Vec<f64>, Vec<f64>)| {
         let sum = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
         (sum(given) / sum(known)).sqrt()
@@ -927,8 +927,8 @@ fn factor(ways: &[(&Vec<f64>, Vec<f64>); 2]) -> Option<f64> {
     ((best - 1.0).abs() > 2.0 * rest.max((one - other).abs()).max(SLOPES)).then_some(1.0 / best)
 }
 
-/// One period with ends that fit: a closing row that differs from the first within the noise has the mean of both, as have the ends
-/// of a lobe, which points at rest follow.
+/// One period with matching ends: a closing row that differs from the first within the noise gets the mean of both, and so do the
+/// ends of a lobe; points at rest follow them.
 fn closed(
     section: &Section<'_>,
     file: &File,
@@ -948,7 +948,7 @@ fn closed(
         let count = if turn.rests { n } else { n - 1 };
         let open = Points { angles: angles[..count].to_vec(), lifts: lifts[..count].to_vec() };
         let range = lifts.iter().fold(0.0_f64, |range, lift| range.max((lift - start).abs()));
-        // Where points may be steps, so is a closing one.
+        // If points may be steps, the closing one may be, too.
         let own = || match () {
             () if kind.steps() => None,
             () if turn.rests && n < LEAST_OF_LOBE => None,
@@ -979,12 +979,12 @@ fn closed(
         }
     }
     if turn.rests {
-        // A spline without noise rests from its ends on; its noise is removed, and a series found, with rows at the same distances.
+        // A spline without noise is at rest outside its ends; removing noise and fitting a series need rows at equal distances.
         let even = section.has("noise") || kind == Interpolation::Fourier;
         let wanted = if even { gap * (n - 1) as f64 / (last - first) } else { 2.0 };
         let parts = (wanted.round() as usize).clamp(2, (MOST_POINTS / turn.lobes).saturating_sub(n).max(2));
         angles.extend((1..parts).map(|k| last + gap * k as f64 / parts as f64));
-        // Where noise is removed, the level is found with it.
+        // Removing the noise also finds the level.
         lifts.resize(n + parts - 1, 0.5 * (lifts[0] + lifts[n - 1]));
         places.resize(n + parts - 1, places[n - 1].clone());
         at_rest.extend((n..n + parts - 1).chain((!even).then_some(0)).chain((!even).then_some(n - 1)));
@@ -992,7 +992,7 @@ fn closed(
     Some(reading)
 }
 
-/// A lobe and its image one behind the other, a turn without a rest.
+/// A lobe and its image, one after the other: a turn without a dwell.
 fn mirrored(lobe: &Points) -> Points {
     let Points { angles, lifts } = lobe;
     let [first, .., last] = angles[..] else { return lobe.clone() };
@@ -1007,7 +1007,7 @@ fn mirrored(lobe: &Points) -> Points {
 /// Interpolation, turn and quantity of the points, for messages.
 type Interpretation<'a> = (Interpolation, &'a TurnScale<'a>, &'static Quantity);
 
-/// The law through the points, or the series that meets them best.
+/// The law through the points, or the series with the best fit.
 fn law(
     section: &Section<'_>,
     file: &File,
@@ -1046,7 +1046,7 @@ fn law(
         Err(error) => error,
     };
     let fault = faulty(section, file, &reading.places, &error, (kind, turn, quantity));
-    // Series and the loss of noise are of the whole turn.
+    // Series and noise removal apply to the whole turn.
     let interpolated = kind == Interpolation::Spline && bends == 0 && !section.has("noise");
     match error {
         TableError::NotClosed { .. } | TableError::NotPeriodic { .. } if interpolated => {
@@ -1056,9 +1056,9 @@ fn law(
     }
 }
 
-/// A note on the piece of a spline that leaves the range of its ends by the most.
+/// Notes the piece of a spline that leaves the range of its ends by the most.
 fn overshoot(section: &Section<'_>, file: &File, law: &MotionLaw, turn: &TurnScale<'_>) {
-    /// Places within a piece of degree 5, whose extremes are no narrower than some of their distances.
+    /// Places within a piece of degree 5; its extremes are at least some of these distances wide.
     const PLACES: usize = 16;
     let knots = law.breakpoints();
     let value = |i: usize| law.at(knots[i % knots.len()]).0[0];
@@ -1112,7 +1112,7 @@ fn is_motion(quantity: &Quantity) -> bool {
     [&unit::LENGTH, &unit::ANGLE, &unit::NUMBER].contains(&quantity)
 }
 
-/// True if a law of this quantity moves nothing.
+/// True if a law of this quantity moves no mass.
 pub fn is_load(quantity: &Quantity) -> bool {
     [&unit::FORCE, &unit::TORQUE].contains(&quantity)
 }
@@ -1120,7 +1120,7 @@ pub fn is_load(quantity: &Quantity) -> bool {
 /// The fault, in the units of engineers.
 fn words(section: &Section<'_>, error: &TableError, (kind, turn, quantity): Interpretation<'_>) -> String {
     let value = |value: f64| shown_in(section, quantity)(&units::short, value);
-    // One period stands for a turn.
+    // One period represents a turn.
     let shown = |angle: f64| turn.shown(angle / turn.lobes as f64);
     let of_turn = if turn.lobes > 1 { "period" } else { "turn" };
     match *error {

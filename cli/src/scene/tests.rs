@@ -1,4 +1,4 @@
-//! Drives of right scenes; wrong scenes are in `tests/scenes`.
+//! Drives of valid scenes; wrong scenes are in `tests/scenes`.
 
 use super::*;
 use crate::document::diagnostics::Position;
@@ -8,7 +8,7 @@ use camdrive::motion::{MotionLaw, StandardLaw};
 use serde_json::Value;
 use std::f64::consts::{PI, TAU};
 
-/// The model and its values, before the drive is tried out.
+/// The model and its values, before the drive is built.
 fn resolved(text: &str) -> (&'static str, Value) {
     let document = Document::new(text.to_owned());
     assert!(document.errors.is_empty(), "{:?}", document.errors);
@@ -129,7 +129,7 @@ fn tables_become_splines_or_series() {
     };
     assert_eq!(table.points().angles.len(), 12);
     assert!((table.points().lifts[6] - 0.01).abs() < 1e-9);
-    // The columns exchanged are no table of angles: that it is refused shows that the columns are heeded.
+    // The exchanged columns are no table of angles: the refusal shows that the keys have an effect.
     let text = "name = \"x\"\nmodel = \"RigidMachine\"\n[machine]\nJ0 = 1\n[machine.J]\nlaw = \"table\"\n\
                 file = \"table_good.csv\"\nangle_column = 2\nlift_column = 1\n";
     let faults = resolve("scene.toml", text, Path::new("../tests/scenes")).expect_err("not ascending");
@@ -206,14 +206,14 @@ fn loads_of_a_follower_behind_a_mechanism() {
     assert_eq!((process(behind), behind.lever_inertia), (-12.0, 4e-3));
     let material = behind.material.expect("a roller");
     assert_eq!((material.width, material.elasticity, material.poisson), (0.015, [210e9, 110e9], [0.25, 0.3]));
-    // Gravity acts against the motion where nothing else is said.
+    // Gravity acts against the motion by default.
     assert_eq!((alone.load.gravity, alone.load.frames.len(), behind.load.gravity), (Some(-10.0), 0, None));
     assert_eq!((process(alone), alone.material, alone.load.spring), (-5.0, None, None));
 }
 
 #[test]
 fn of_many_faults_the_first_are_told_and_the_others_counted() {
-    // If each of them counted the lines before it, either would take a quarter of an hour.
+    // If each fault counted the lines before it, either would take a quarter of an hour.
     let scene = |law: &str| format!("name = \"x\"\nmodel = \"RigidMachine\"\n[machine]\nJ0 = 1\n[machine.J]\n{law}");
     let faults = |law: &str, folder: &Path| resolve("scene.toml", &scene(law), folder).expect_err("all wrong").0;
     let folder = tempfile::tempdir().unwrap();

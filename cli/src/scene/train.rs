@@ -174,7 +174,7 @@ fn elasticity(section: &Section<'_>, cam: Option<&MotionLaw>) -> Option<Joint> {
     }
 }
 
-/// `[backlash]`, with s = "inf" for a cam that its follower may leave.
+/// `[backlash]`; with s = "inf" the follower may lift off its cam.
 pub fn clearance(section: &Section<'_>, loads: Option<&[Load; 2]>) -> Option<backlash::Parameters> {
     let word = section.word("s");
     if let Some(other) = word.filter(|word| *word != "inf") {
@@ -201,7 +201,7 @@ pub fn clearance(section: &Section<'_>, loads: Option<&[Load; 2]>) -> Option<bac
     }
     if let Some([load, roller]) = loads.filter(|_| one_sided) {
         let springs = [load, roller].iter().any(|load| load.stiffness() > 0.0 || load.input);
-        // Without a mass behind the spring all loads act on m1.
+        // Without a mass after the spring all loads act on m1.
         let tool = if stiff { parameters.m1 } else { parameters.m2 };
         let still = load.constant_part(tool) + roller.constant_part(parameters.m1);
         let process = load.process.as_ref().map_or(0.0, motion_law::least);

@@ -1,4 +1,4 @@
-//! Variables of a drive as people name them, and their values as people write them.
+//! Variables of a drive by their names, and their values from texts.
 
 use crate::document::{nearest, units};
 use camdrive::drives::variable::Kind;
@@ -6,18 +6,18 @@ use camdrive::drives::{Description, Fault};
 use camdrive_design::host::{ModelDescription, Unit, Variable};
 use std::collections::HashMap;
 
-/// Finds the place in the list, which is the value reference, of the variable with a name.
+/// Finds the index in the list, which is the value reference, of the variable with a name.
 ///
 /// # Errors
-/// There is none: with the name that it is most like.
+/// An unknown name; the message names the most similar one.
 pub fn finder(all: &[Description]) -> impl Fn(&str) -> Result<usize, Fault> {
-    // From the end, since the first one of a name counts.
+    // From the end, since the first variable of a name counts.
     let places: HashMap<&str, usize> =
         all.iter().enumerate().rev().map(|(place, d)| (d.name.as_str(), place)).collect();
     move |name| places.get(name).copied().ok_or_else(|| unknown(name, all.iter().map(|d| d.name.as_str())))
 }
 
-/// Says that none of `all` has this name.
+/// The fault of a name that no variable in `all` has.
 pub fn unknown<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> Fault {
     match nearest(name, &all.collect::<Vec<_>>()) {
         Some(guess) => Fault::new(format!("there is no variable `{name}`; did you mean `{guess}`?")),
@@ -27,21 +27,21 @@ pub fn unknown<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> Fault {
     }
 }
 
-/// The value that `text` gives a variable: a number in SI, a text with a unit of its quantity ("2000 rpm"), true or false, or the
-/// name of an item of an enumeration.
+/// The value of a variable from `text`: a number in SI, a text with a unit of its quantity ("2000 rpm"), true or false, or the name
+/// of an item of an enumeration.
 ///
 /// # Errors
-/// Anything else, and values out of the range of the variable.
+/// Any other text, and values out of the range of the variable.
 pub fn value(of: &Description, text: &str) -> Result<f64, Fault> {
     let value = parsed(of, text)?;
     of.check(value)?;
     Ok(value)
 }
 
-/// The same without regard to the range of the variable.
+/// The same without the range of the variable.
 ///
 /// # Errors
-/// A text that is no value of its kind.
+/// A text that is no value of this kind.
 pub fn parsed(of: &Description, text: &str) -> Result<f64, Fault> {
     let (name, text) = (&of.name, text.trim());
     let number =
@@ -64,26 +64,26 @@ pub fn parsed(of: &Description, text: &str) -> Result<f64, Fault> {
     })
 }
 
-/// Why no value can be given to an input that is connected.
+/// The fault of a value for a connected input.
 pub fn connected() -> Fault {
     Fault::new("the input is connected, so that a value would have no effect")
         .hint("set the output that it is connected to, or a variable of the part before it")
 }
 
-/// Two values of a text that differ by less are one: model descriptions have factors with some digits only.
+/// Two values of a text that differ by less are equal: factors in model descriptions have few digits.
 const SAME: f64 = 1e-6;
 
-/// The fault of a number without a unit where the FMU has another than SI.
+/// The fault of a number without a unit if the FMU's unit is not SI.
 pub fn ambiguous(number: f64, unit: &Unit) -> Fault {
     let unit = &unit.name;
     Fault::new(format!("{number} may be in SI or in {unit}, the unit of the FMU"))
         .hint(format!("write the unit, \"{number} {unit}\""))
 }
 
-/// The same as [`parsed`] of a variable of an FMU, which may define units of its own; the value is in SI.
+/// The same as [`parsed`] for a variable of an FMU, which may define its own units; the value is in SI.
 ///
 /// # Errors
-/// Those of [`parsed`]; a number without a unit where the FMU's is not SI; a unit that means something else in the FMU.
+/// Errors of [`parsed`]; a number without a unit if the FMU's is not SI; a unit with another meaning in the FMU.
 pub fn imported(description: &ModelDescription, variable: usize, text: &str) -> Result<f64, Fault> {
     let Variable { about, unit, items, .. } = &description.variables[variable];
     let (name, (number, word)) = (&about.name, units::split(text));

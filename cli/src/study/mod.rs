@@ -20,31 +20,31 @@ use camdrive_design::text::{self, counted};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-/// A study that is read.
+/// A study.
 pub struct Study {
     /// The text of the study and of its scene or system.
     pub texts: [String; 2],
     /// The file of the scene, the system or the FMU.
     pub place: PathBuf,
-    /// The scene or the system of the variants, as it stands.
+    /// The scene or the system of the variants, unchanged.
     pub subject: Subject,
-    /// Scene or system, without a name, and behind it the scenes of parts by their names: the files whose keys may vary.
+    /// Scene or system, without a name, and the scenes of parts after it by their names: the files with keys that may vary.
     documents: Vec<(String, Document)>,
-    /// Communication step of systems and FMUs, where the study says it (s).
+    /// Communication step of systems and FMUs, if the study sets it (s).
     pub step: Option<f64>,
     /// The quantities that vary, in the order of the columns.
     pub quantities: Vec<Quantity>,
     /// Lists of values, each for some quantities, in the order of their product.
     axes: Vec<Axis>,
-    /// The quantities that are sampled, behind those of the lists.
+    /// The sampled quantities, after the ones with lists.
     samples: Option<Samples>,
-    /// When it is measured.
+    /// The time window of the measurement.
     pub window: Window,
     /// The measures.
     pub measures: Vec<Measure>,
     /// Unit and meaning of each measure.
     pub measured: Vec<[String; 2]>,
-    /// The tables that it and its scene name.
+    /// The tables of the study and its scene.
     pub tables: Vec<PathBuf>,
     /// Notes on numbers without a unit, and on implausible values.
     pub notes: Vec<String>,
@@ -63,13 +63,13 @@ pub enum Subject {
 pub struct Quantity {
     /// A variable of the FMU, or a key of the scene.
     pub name: String,
-    /// Of its values in the store; empty where they have none.
+    /// The unit of its values in the store; empty without one.
     pub unit: String,
     /// Its description.
     pub meaning: String,
-    /// The place among the variables; None of a key.
+    /// The index among the variables; None for a key.
     pub variable: Option<usize>,
-    /// True if it has values that are no numbers.
+    /// True if some of its values are not numbers.
     pub is_text: bool,
 }
 
@@ -96,7 +96,7 @@ pub fn read(path: &Path) -> Result<Study, Diagnostics> {
     let mut found = None;
     let study = input::read(&file, &document, Kind::Study, |root| {
         let scene = root.required_text("scene", "a scene file", "scene.toml").map(|name| folder.join(name));
-        // The faults of a scene or a system are told by its own reader.
+        // The reader of the scene or the system reports its faults.
         match scene.as_ref().map(|scene| (Subject::read(scene), scene)) {
             Some((Err(faults), _)) => {
                 found = Some(faults);
@@ -109,7 +109,7 @@ pub fn read(path: &Path) -> Result<Study, Diagnostics> {
     found.map_or(study, Err)
 }
 
-/// Reads what can be read without a scene, so that all faults are told.
+/// Reads the parts that need no scene, so that all faults are reported.
 fn study_without_scene(root: &Section<'_>) -> Option<Study> {
     window(root);
     measures(root);
@@ -117,7 +117,7 @@ fn study_without_scene(root: &Section<'_>) -> Option<Study> {
 }
 
 impl Subject {
-    /// Of a file: a scene, a system, an SSP or an FMU.
+    /// Reads a file: a scene, a system, an SSP or an FMU.
     fn read(path: &Path) -> Result<Self, Diagnostics> {
         let coupled = if is_fmu(path) {
             Coupled::of_fmu(path)
@@ -137,7 +137,7 @@ impl Subject {
         })
     }
 
-    /// The value that a variable has at the start (SI), if that is known.
+    /// The start value of a variable (SI), if it is known.
     fn start(&self, name: &str) -> Option<f64> {
         match self {
             Subject::Scene(scene) => {
@@ -165,7 +165,7 @@ fn of_file(path: &Path, fault: Fault) -> Diagnostics {
     Diagnostics::of_file(path, fault.with_message(message))
 }
 
-/// The communication step, where the study says it.
+/// The communication step, if the study sets it.
 fn step(root: &Section<'_>, subject: &Subject) -> Option<Option<f64>> {
     let step = if root.has("step") { root.real("step").map(Some) } else { Some(None) };
     let refused = |key, said: String| root.fault_of(key, said);
@@ -193,7 +193,7 @@ fn step(root: &Section<'_>, subject: &Subject) -> Option<Option<f64>> {
     }
 }
 
-/// The files whose keys may vary; an archive has no keys.
+/// The files with keys that may vary; an archive has no keys.
 fn documents(place: &Path, subject: &Subject) -> Vec<(String, Document)> {
     let coupled = match subject {
         Subject::Scene(scene) => return vec![(String::new(), scene.document.clone())],
@@ -201,14 +201,14 @@ fn documents(place: &Path, subject: &Subject) -> Vec<(String, Document)> {
     };
     let read = |name: &str, path: &Path| Some((name.to_owned(), input::document(path, Kind::Scene).ok()?.1));
     let of_part = |part: &system::Part| match &part.content {
-        // As its file has it, without the torques of this system.
+        // As in its file, without the torques of this system.
         system::Content::Scene(scene) => read(&part.name, scene.files.last()?),
         system::Content::Fmu(_) => None,
     };
     read("", place).into_iter().chain(coupled.system.parts.iter().filter_map(of_part)).collect()
 }
 
-/// The file that has a key, and its path there.
+/// The file with a key, and the path in this file.
 fn located<'a>(documents: &[(String, Document)], name: &'a str) -> Option<(usize, &'a str)> {
     let inside = |(i, (part, document)): (usize, &(String, Document))| {
         let path = if part.is_empty() { name } else { name.strip_prefix(part)?.strip_prefix('.')? };
@@ -253,7 +253,7 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, subject: Subject) -> O
         Subject::Scene(scene) => &scene.files,
         Subject::Coupled(coupled) => &coupled.system.files,
     };
-    // What is no text is known by its hash alone.
+    // Only the hash identifies a binary file.
     tables.extend(files.iter().filter(|file| *file != place || documents.is_empty()).cloned());
     let text = documents.first().map_or_else(String::new, |(_, document)| document.text.clone());
     let (place, texts) = (place.to_owned(), [root.faults.document.text.clone(), text]);
@@ -290,14 +290,14 @@ fn study(root: &Section<'_>, folder: &Path, place: &Path, subject: Subject) -> O
     Some(study)
 }
 
-/// The space of the variants: the quantities, those with lists first, and the spreads of the others.
+/// The space of the variants: the quantities, first the ones with lists, and the spreads of the others.
 struct Space {
     quantities: Vec<Quantity>,
     axes: Vec<Axis>,
     spreads: Vec<Spread>,
 }
 
-/// The space of what was read from [[vary]], with so many runs of samples.
+/// The space of all [[vary]], with this many runs of samples.
 fn space(root: &Section<'_>, read: impl Iterator<Item = Varied>, runs: Option<usize>) -> Option<Space> {
     let (mut quantities, mut axes, mut sampled, mut spreads) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for varied in read {
@@ -338,10 +338,10 @@ fn space(root: &Section<'_>, read: impl Iterator<Item = Varied>, runs: Option<us
     Some(Space { quantities, axes, spreads })
 }
 
-/// The first run of a study whose keys vary; None inside of one without, or where the scene does not admit it.
+/// The first run of a study whose keys vary; the inner None for a study without such keys, or if the scene does not admit the run.
 fn first_variant(root: &Section<'_>, study: &Study) -> Option<Option<Subject>> {
     let first = study.is_keyed().then(|| study.variant(&study.cells(0)));
-    // What no scene has is a fault of the study, what this one does not admit one of the run.
+    // A key that no scene has is a fault of the study; a value that this scene does not admit is a fault of the run.
     if let Some(Err(Diagnostics(faults))) = &first {
         let is_varied =
             |key: &String| study.quantities.iter().any(|of| of.name == *key || of.name.ends_with(&format!(".{key}")));
@@ -351,7 +351,7 @@ fn first_variant(root: &Section<'_>, study: &Study) -> Option<Option<Subject>> {
         }
     }
     let first = first.and_then(Result::ok);
-    // Of the first and the last run all quantities differ that have more than one value.
+    // All quantities with several values differ between the first and the last run.
     if let Some(first) = &first
         && let Ok(last) = study.variant(&study.cells(study.rows() - 1))
     {
@@ -367,7 +367,7 @@ fn first_variant(root: &Section<'_>, study: &Study) -> Option<Option<Subject>> {
     Some(first)
 }
 
-/// Checks that the measures can be taken of the first run, which has these variables.
+/// Checks that the measures exist for the first run, which has these variables.
 fn check_measures(root: &Section<'_>, study: &Study, built: &Subject, all: &[Description]) -> Option<()> {
     let checked = match built {
         Subject::Scene(scene) => {
@@ -434,7 +434,7 @@ fn measures(root: &Section<'_>) -> Option<Vec<Measure>> {
     };
     let all = all(texts.into_iter().map(read))?;
     for (i, measure) in all.iter().enumerate() {
-        // Columns have names of their own.
+        // Each column has its own name.
         if all[..i].iter().any(|other| other.to_string() == measure.to_string()) {
             return root.refuse(root.fault_of("measures", format!(": `{measure}` is there twice")));
         }
@@ -448,7 +448,7 @@ enum Varied {
     Sampled(Quantity, Spread),
 }
 
-/// Reads what varies.
+/// Reads the varied quantities.
 struct Variation<'a> {
     subject: &'a Subject,
     variables: &'a [Description],
@@ -459,7 +459,7 @@ struct Variation<'a> {
 
 impl Variation<'_> {
     fn varied(&mut self, section: &Section<'_>) -> Option<Vec<Varied>> {
-        // What another choice has is known all the same.
+        // The keys of another choice are known all the same.
         for key in VARY.all() {
             section.has(key.key);
         }
@@ -548,11 +548,11 @@ impl Variation<'_> {
                 let (deviation, mean) = (deviation?, mean?);
                 let quantity = self.quantity(section, name, &[&mean, &deviation])?;
                 let mean = self.number(section, &quantity, &mean)?;
-                // It is a difference of values, for which their range does not hold.
+                // It is a difference of values, so their range does not apply.
                 let text = &deviation.text;
                 let value = match quantity.variable {
                     Some(reference) => {
-                        // Of units with an offset, too.
+                        // Also for units with an offset.
                         let zero = self.value(reference, &format!("0 {}", deviation.unit()));
                         self.value(reference, text).and_then(|value| Ok(value - zero?)).ok()
                     }
@@ -574,7 +574,7 @@ impl Variation<'_> {
         }
     }
 
-    /// A value that must be there.
+    /// A required value.
     fn required(&self, section: &Section<'_>, key: &'static str) -> Option<Placed> {
         match section.node(key) {
             Some(node) => Placed::of(section, &node),
@@ -582,7 +582,7 @@ impl Variation<'_> {
         }
     }
 
-    /// The value that a variable has in the scene.
+    /// The value of a variable in the scene.
     fn present(&self, section: &Section<'_>, name: &str) -> Option<Placed> {
         match self.subject.start(name) {
             Some(value) => Some(Placed {
@@ -647,11 +647,11 @@ impl Variation<'_> {
         self.listed(section, &names.iter().map(String::as_str).collect::<Vec<_>>(), rows)
     }
 
-    /// The quantity with this name, which has these values.
+    /// The quantity with this name and these values.
     fn quantity(&self, section: &Section<'_>, name: &str, values: &[&Placed]) -> Option<Quantity> {
         let all = self.variables;
         let name = name.to_owned();
-        // Keys of a scene have their variables, too.
+        // Keys of a scene have variables, too.
         if let Some(d) = all.iter().find(|d| d.name == name || d.key == name) {
             in_other_units(section, &name, d, values);
         }
@@ -716,7 +716,7 @@ impl Variation<'_> {
                 _ => Cell::Text(placed.text.clone()),
             });
         };
-        // Beyond the range of the variable it is a run that is refused.
+        // A value outside the range of the variable is a refused run.
         let value = self.value(reference, &placed.text).map_err(|fault| {
             let told = section.faults.at(placed.span.clone(), format!(": {}", fault.sentence()));
             told.of(&placed.path).remedy(fault.0.hint)
@@ -724,7 +724,7 @@ impl Variation<'_> {
         section.taken(value).map(Cell::Number)
     }
 
-    /// The value that a text gives a variable.
+    /// The value of a variable from a text.
     fn value(&self, reference: usize, text: &str) -> Result<f64, Fault> {
         match self.subject {
             Subject::Scene(_) => variable::parsed(&self.variables[reference], text),
@@ -732,7 +732,7 @@ impl Variation<'_> {
         }
     }
 
-    /// A value that is a number.
+    /// A numeric value.
     fn number(&self, section: &Section<'_>, quantity: &Quantity, placed: &Placed) -> Option<f64> {
         let kind = quantity.variable.map(|reference| &self.variables[reference].kind);
         if kind.is_some_and(|kind| !matches!(kind, Type::Real { .. })) {
@@ -749,7 +749,7 @@ impl Variation<'_> {
     }
 }
 
-/// Notes what numbers without a unit are in the unit that people use: 900 rad/s, meant as rpm.
+/// Notes numbers without a unit in the unit that people use: 900 rad/s, meant as rpm.
 fn in_other_units(section: &Section<'_>, name: &str, of: &Description, values: &[&Placed]) {
     let Type::Real { quantity: unit::Quantity { unit, display: Some((usual, factor)), .. }, .. } = of.kind else {
         return;
@@ -770,7 +770,7 @@ fn in_other_units(section: &Section<'_>, name: &str, of: &Description, values: &
     }
 }
 
-/// A value as the study writes it, with its place.
+/// A value from the study, with its place.
 struct Placed {
     text: String,
     span: document::Span,
@@ -778,7 +778,7 @@ struct Placed {
 }
 
 impl Placed {
-    /// Anything but a list or a table.
+    /// A value other than a list or a table.
     fn of(section: &Section<'_>, node: &Node<'_>) -> Option<Self> {
         let text = match node.value {
             Value::Float(number) if number.is_finite() => number.to_string(),
@@ -793,7 +793,7 @@ impl Placed {
         Some(Placed { text, span: node.span.clone(), path: node.path.clone() })
     }
 
-    /// A number, with its unit where it has one.
+    /// A number, with its unit if it has one.
     fn number(&self) -> Option<f64> {
         number(&self.text).map(|(number, _)| number)
     }
@@ -813,11 +813,10 @@ fn normal(text: &str) -> String {
     number(text).map_or(text.to_owned(), |(number, unit)| format!("{number} {unit}").trim_end().to_owned())
 }
 
-/// Tables that every scene may have, and whose keys are variables of its FMU as well.
+/// Tables that every scene may have; their keys are variables of its FMU as well.
 const ALWAYS: [&str; 2] = ["solver.", "start."];
 
-/// True if a scene has a key, false if it has place for it; None of a key that it cannot have. A speed is no key of a drive
-/// that inputs move.
+/// True if a scene has a key, false if it may have it; None if it cannot have it. The speed is no key of a drive on inputs.
 pub fn has_place(scene: &Document, key: &str) -> Option<bool> {
     match scene.place(key) {
         Some(Some(_)) => Some(true),
@@ -865,12 +864,12 @@ impl Study {
         all
     }
 
-    /// True if the last dimension is one of samples.
+    /// True if the last dimension contains samples.
     pub fn is_sampled(&self) -> bool {
         self.samples.is_some()
     }
 
-    /// True if keys of the scene vary, so that each run has a scene of its own.
+    /// True if keys of the scene vary, so that each run needs its own scene.
     pub fn is_keyed(&self) -> bool {
         self.quantities.iter().any(|quantity| quantity.variable.is_none())
     }
@@ -878,13 +877,13 @@ impl Study {
     /// The runner of a system.
     ///
     /// # Errors
-    /// Outputs that it does not have, or that cannot be measured so.
+    /// Unknown outputs, or outputs that cannot be measured so.
     pub fn runner<'a>(&'a self, coupled: &'a Coupled) -> Result<coupled::Runner<'a>, Fault> {
         let description = |part| coupled.description(part);
         coupled::Runner::new(&coupled.places, &coupled.variables, description, &self.window, &self.measures)
     }
 
-    /// Warnings on the first and the last run that the scene itself does not have.
+    /// Warnings on the first and the last run that the scene itself does not cause.
     fn implausible(&self, all: &[Description]) -> Vec<String> {
         let Subject::Scene(scene) = &self.subject else { return Vec::new() };
         let warnings = |scene: &Resolved| overview::of(&scene.resource()).warnings;
@@ -939,7 +938,7 @@ impl Study {
 }
 
 impl Quantity {
-    /// A value of the key as a scene has it.
+    /// A value of the key, written as in a scene.
     fn written(&self, cell: &Cell) -> toml_edit::Value {
         match cell {
             // Whole numbers are counts, too.

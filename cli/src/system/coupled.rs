@@ -12,18 +12,18 @@ use std::path::Path;
 use std::sync::Arc;
 
 impl System {
-    /// Tries whether its parts can be coupled and started, as a run does.
+    /// Checks that its parts can be coupled and started, as in a run.
     ///
     /// # Errors
-    /// Those of [`System::coupled`]; what a part says of its start; start values that do not settle.
+    /// Errors of [`System::coupled`]; errors of a part at its start; start values that do not settle.
     pub fn try_out(&self) -> Result<(), Fault> {
         let mut coupling = self.coupled(self.exchange, self.repeats)?;
         coupling.begin(0.0, Some(self.stop))?;
         coupling.start()
     }
 
-    /// An instance of each part with its start values, and the connections between them. Scenes are driven by the library in
-    /// this tool, FMUs by their own.
+    /// An instance of each part with its start values, and the connections between them. The library in this tool drives scenes,
+    /// FMUs have their own library.
     ///
     /// # Errors
     /// An FMU that cannot be loaded, a start value that it refuses, both with the name of the part.
@@ -31,7 +31,7 @@ impl System {
         self.instance(&self.fmus(&[])?, exchange, repeats)
     }
 
-    /// The FMU of each part; those of FMUs are `opened`, as far as these are there.
+    /// The FMU of each part; FMUs in `opened` are used again.
     fn fmus(&self, opened: &[Arc<Fmu>]) -> Result<Vec<Arc<Fmu>>, Fault> {
         let fmu = |(place, part): (usize, &Part)| match (&part.content, opened.get(place)) {
             (Content::Scene(scene), _) => Fmu::linked(&scene.resource()).map(Arc::new),
@@ -54,7 +54,7 @@ impl System {
         Coupling::new(parts.collect::<Result<_, _>>()?, &self.connections(fmus)?, exchange, repeats)
     }
 
-    /// The connections by the places of variables.
+    /// The connections by the indices of variables.
     fn connections(&self, fmus: &[Arc<Fmu>]) -> Result<Vec<Connection>, Fault> {
         let end = |(part, name): &(usize, String)| find(&fmus[*part], name).map(|place| (*part, place));
         let connected = self
@@ -75,21 +75,21 @@ fn find(fmu: &Fmu, name: &str) -> Result<usize, Fault> {
     fmu.description().find(name).ok_or_else(|| Fault::new(format!("`{name}` is no variable")))
 }
 
-/// A system with its FMUs, of which any number of instances can be made.
+/// A system with its FMUs, for any number of instances.
 pub struct Coupled {
     /// Its system.
     pub system: System,
     fmus: Vec<Arc<Fmu>>,
-    /// When its runs begin (s).
+    /// The start of its runs (s).
     pub begin: f64,
-    /// The part and the place there of each variable.
+    /// The part of each variable and the index there.
     pub places: Vec<(usize, usize)>,
-    /// Its variables, each behind the name of its part.
+    /// Its variables, each after the name of its part.
     pub variables: Vec<Description>,
 }
 
 impl Coupled {
-    /// Of a system; FMUs are those that were `opened` before.
+    /// The FMUs of a system; FMUs that were `opened` before are used again.
     ///
     /// # Errors
     /// An FMU that cannot be loaded, with the name of the part.
@@ -102,10 +102,10 @@ impl Coupled {
         Ok(Coupled { system, fmus, begin: 0.0, places, variables })
     }
 
-    /// Of one FMU, whose variables keep their names.
+    /// One FMU as a system; its variables keep their names.
     ///
     /// # Errors
-    /// One that cannot be loaded.
+    /// An FMU that cannot be loaded.
     pub fn of_fmu(path: &Path) -> Result<Self, Fault> {
         let fmu = Fmu::open(path)?;
         let description = fmu.description().clone();
@@ -114,7 +114,7 @@ impl Coupled {
         let part = Part { name: String::new(), content, start: Vec::new(), description, scene: None, seat: None };
         let system = System {
             name,
-            // Where the FMU tells none, the study has to.
+            // The study must set what the FMU does not.
             stop: experiment.stop.unwrap_or(f64::NAN),
             step: experiment.step.unwrap_or(f64::NAN),
             exchange: Exchange::Held,
@@ -137,7 +137,7 @@ impl Coupled {
         self.fmus[part].description()
     }
 
-    /// Why a variable cannot be set; None where it can.
+    /// The reason why a variable cannot be set; None if it can.
     pub fn fixed(&self, variable: usize) -> Option<Fault> {
         let (part, place) = self.places[variable];
         match [self.variables[variable].causality, self.description(part).variables[place].about.causality] {
@@ -147,16 +147,16 @@ impl Coupled {
         }
     }
 
-    /// The value that a text gives a variable (SI), whatever its range.
+    /// The value of a variable from a text (SI), without its range.
     ///
     /// # Errors
-    /// Those of [`variable::imported`].
+    /// Errors of [`variable::imported`].
     pub fn value(&self, variable: usize, text: &str) -> Result<f64, Fault> {
         let (part, place) = self.places[variable];
         variable::imported(self.description(part), place, text)
     }
 
-    /// The value that a variable starts with (SI), if that is known.
+    /// The start value of a variable (SI), if it is known.
     pub fn start(&self, variable: usize) -> Option<f64> {
         let (part, place) = self.places[variable];
         let of = &self.description(part).variables[place];
@@ -167,7 +167,7 @@ impl Coupled {
     /// New instances with these values of variables (SI), initialised for steps of this length (s).
     ///
     /// # Errors
-    /// What a part says; steps that are unstable with these values.
+    /// Errors of a part; steps that are unstable with these values.
     pub fn started(&self, values: &[(usize, f64)], step: f64) -> Result<Coupling, Fault> {
         let set = |(variable, value): &(usize, f64)| {
             let (part, place) = self.places[*variable];

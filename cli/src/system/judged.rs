@@ -10,7 +10,7 @@ use camdrive_design::resource::Scene;
 use camdrive_design::text::{self, number, time, time_within};
 
 impl System {
-    /// The algebraic loops: connections each of which depends directly on all the others.
+    /// The algebraic loops: connections that each depend directly on all the others.
     pub fn loops(&self) -> Vec<Vec<usize>> {
         let all = &self.connections;
         let follows = |first: usize, next: usize| {
@@ -41,21 +41,21 @@ fn between(parts: &[&Part], connection: &Connection) -> Option<[f64; 2]> {
     Some([factor, input.to_si(*offset) - factor * output.offset])
 }
 
-/// True if two ratios are one.
+/// True if two ratios are equal.
 fn is_same(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME_RATIO * a.abs()
 }
 
 impl System {
-    /// Where the work that a drive takes is not what its shaft gives, a sentence each: τ φ̇ is the same on both sides where the torque has
-    /// the factor of the motion.
+    /// A sentence for each drive that takes other work than its shaft gives. τ φ̇ is equal on both sides if the torque has the
+    /// factor of the motion.
     pub fn unbalanced(&self) -> Vec<String> {
         let parts: Vec<&Part> = self.parts.iter().collect();
         let pairs = (0..parts.len()).flat_map(|machine| (0..parts.len()).map(move |drive| (machine, drive)));
         pairs.filter(|(machine, drive)| machine != drive).flat_map(|at| self.unbalanced_drive(&parts, at)).collect()
     }
 
-    /// Its notes, with those of the work that does not balance.
+    /// Its notes, with the notes on unbalanced work.
     pub fn remarks(&self) -> Vec<String> {
         [&self.notes[..], &self.unbalanced()].concat()
     }
@@ -111,7 +111,7 @@ impl Part {
     }
 }
 
-/// Refuses a step that does not divide the time of the run where a part takes steps of one length only.
+/// Refuses a step that does not divide the time of the run if a part admits only one length of steps.
 pub fn lengths(root: &Section<'_>, wiring: &Wiring<'_>, stop: f64, step: f64) -> Option<()> {
     let rest = stop - (stop / step).round() * step;
     let Some(part) = wiring.raw.iter().map(|raw| &raw.part).find(|part| !part.description.capabilities.variable_steps)
@@ -130,12 +130,12 @@ pub fn lengths(root: &Section<'_>, wiring: &Wiring<'_>, stop: f64, step: f64) ->
     root.refuse(root.fault_of("step", said).hint("take a step that divides `stop`"))
 }
 
-/// The shafts of a system with what is on them.
+/// The shafts of a system with the loads on them.
 pub struct SystemAnalysis {
     exchange: Exchange,
-    /// The place of each machine with what is on its shaft.
+    /// The index of each machine with the loads on its shaft.
     known: Vec<(usize, Loaded)>,
-    /// True if all that is known allows repeating a step unasked, if that is stable.
+    /// True if the known loads allow to repeat a step by default, if that is stable.
     repeatable: bool,
     /// Notes on what the limits leave out.
     pub notes: Vec<String>,
@@ -196,8 +196,8 @@ impl SystemAnalysis {
         self.known.iter().fold(0.0, |most: f64, (_, loaded)| most.max(loaded.kappa()))
     }
 
-    /// The number of repetitions of a step of this length (s) unasked: one where that is known to be stable. Where no number of
-    /// repetitions is, that which admits the longer steps.
+    /// The default number of repetitions of a step of this length (s): one if that is stable. If no number is stable, the one that
+    /// admits the longer steps.
     fn unasked(&self, step: f64) -> u32 {
         let grows = |repeats: u32| self.known.iter().any(|(_, loaded)| loaded.grows(self.exchange, repeats, step));
         let longest = |repeats: u32| {
@@ -208,7 +208,7 @@ impl SystemAnalysis {
         u32::from(self.repeatable && self.kappa() <= REPEATED && once())
     }
 
-    /// The limits, and how often a step of this length (s) is repeated.
+    /// The limits, and the number of repetitions of a step of this length (s).
     pub fn shafts(&self, asked: Option<u32>, step: f64) -> (Vec<Shaft>, u32) {
         let repeats = asked.unwrap_or_else(|| self.unasked(step));
         (self.limits(repeats), repeats)
@@ -216,13 +216,13 @@ impl SystemAnalysis {
 }
 
 impl Shaft {
-    /// True if a step (s) is too long for it.
+    /// True if a step (s) is too long for this shaft.
     fn is_beyond(&self, step: f64) -> bool {
         self.limit.stable.is_some_and(|longest| step > longest)
     }
 }
 
-/// The ratio of a drive on the shaft of a machine, as its inputs phi, w, a are connected; None where none of its torques acts
+/// The ratio of a drive on the shaft of a machine, from the connections of its inputs phi, w, a; None if none of its torques acts
 /// there.
 fn ratio(parts: &[&Part], connections: &[Connection], machine: usize, drive: usize) -> Option<f64> {
     let factor = |name: &str| {
@@ -237,7 +237,7 @@ fn ratio(parts: &[&Part], connections: &[Connection], machine: usize, drive: usi
     phi.filter(|_| acts && fits(w) && fits(a))
 }
 
-/// The limits of all shafts and how often a step is repeated; refuses a step beyond.
+/// The limits of all shafts and the number of repetitions of a step; refuses longer steps than the limits.
 pub fn shafts(
     root: &Section<'_>,
     wiring: &Wiring<'_>,
@@ -275,19 +275,19 @@ pub fn shafts(
     stable.map(|()| (shafts, repeats))
 }
 
-/// Significant digits of a factor: those that tell it from one that is taken for the same.
+/// Significant digits of a factor that distinguish it from a nearly equal one.
 const FINE: usize = 7;
 
-/// The rounding of a time.
+/// The relative rounding error of a time.
 const SAME: f64 = 1e-9;
 
-/// The largest J_load/J at which a step may be repeated, however often: one repetition is stable up to 0.41.
+/// The largest J_load/J at which a step may be repeated, for any number of repetitions: one repetition is stable up to 0.41.
 const MOST_REPEATED: f64 = 0.4;
 
-/// J_load/J up to which a step is repeated unasked, half of that.
+/// J_load/J up to which a step is repeated by default, half of that.
 const REPEATED: f64 = 0.2;
 
-/// Refuses to repeat steps that cannot be, or would be unstable.
+/// Refuses to repeat a step if it is impossible or unstable.
 fn repeated(root: &Section<'_>, wiring: &Wiring<'_>, exchange: Exchange, times: u32, kappa: f64) -> Option<()> {
     let fixed = wiring.raw.iter().map(|raw| &raw.part).find(|part| !part.description.capabilities.saves_states);
     if times == 0 {
@@ -311,16 +311,16 @@ fn repeated(root: &Section<'_>, wiring: &Wiring<'_>, exchange: Exchange, times: 
 }
 
 impl System {
-    /// The limits of the shafts where each step is repeated so often.
+    /// The limits of the shafts with this many repetitions of each step.
     pub fn limits(&self, repeats: u32) -> Vec<Shaft> {
         SystemAnalysis::new(&self.parts.iter().collect::<Vec<_>>(), &self.connections, self.exchange).limits(repeats)
     }
 
-    /// The number of repetitions of a step of this length (s) where these start values are set, too: the place of a part, the name
-    /// and the value in its unit.
+    /// The number of repetitions of a step of this length (s) with these additional start values: the index of a part, the name and
+    /// the value in its unit.
     ///
     /// # Errors
-    /// Why such steps are unstable.
+    /// The reason why such steps are unstable.
     pub fn repeats(&self, starts: &[(usize, &str, f64)], step: f64) -> Result<u32, String> {
         let mut parts = self.parts.clone();
         for (part, name, value) in starts {

@@ -1,4 +1,4 @@
-//! System files: TOML → parts and connections, with all that a shaft means wired. The keys are described below.
+//! System files: TOML → parts and connections, with the connections of shafts. The keys are described below.
 //!
 #![doc = include_str!("../../../docs/system.md")]
 
@@ -34,19 +34,19 @@ pub struct System {
     pub exchange: Exchange,
     /// The number of times that `camdrive run` repeats a step.
     pub repeats: u32,
-    /// The number of repetitions that the file asks for.
+    /// The number of repetitions in the file.
     pub asked: Option<u32>,
     /// In the order of the file.
     pub parts: Vec<Part>,
-    /// All of them, those of shafts first.
+    /// All connections; shafts' connections come first.
     pub connections: Vec<Connection>,
-    /// The shafts of machines that are scenes, with drives on them.
+    /// The shafts of machines that are scenes and have drives on them.
     pub shafts: Vec<Shaft>,
-    /// Notes for the user that are no faults.
+    /// Remarks for the user that are no faults.
     pub notes: Vec<String>,
-    /// The files that it was read from.
+    /// The files it was read from.
     pub files: Vec<PathBuf>,
-    /// Where the FMUs of an archive are.
+    /// The folder with the FMUs of an archive.
     pub(super) _folder: Option<Arc<TemporaryFolder>>,
 }
 
@@ -57,11 +57,11 @@ pub struct Part {
     pub name: String,
     /// Its scene or its FMU.
     pub content: Content,
-    /// Variables that are set before it is initialised, in the coherent SI unit or, of FMUs, in their own.
+    /// Variables set before the initialisation, in the coherent SI unit or, for FMUs, in their own unit.
     pub start: Vec<(String, f64)>,
-    /// Its variables, and what its importer may do.
+    /// Its variables, and the capabilities of its FMU.
     pub description: ModelDescription,
-    /// Model and values, of an FMU that holds its scene, too; without those of `start`.
+    /// Model and values, also of an FMU with its scene inside; without the values of `start`.
     pub scene: Option<Scene>,
     /// The shaft it sits on.
     pub seat: Option<Seat>,
@@ -70,7 +70,7 @@ pub struct Part {
 /// The scene or the FMU of a part.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Content {
-    /// A scene, of a machine with an input for each torque.
+    /// A scene; a machine has an input for each torque.
     Scene(Box<Resolved>),
     /// An FMU.
     Fmu(PathBuf),
@@ -79,7 +79,7 @@ pub enum Content {
 /// A place on the shaft of a machine: φ = ratio φ_machine + offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seat {
-    /// The place of the machine among the parts.
+    /// The index of the machine among the parts.
     pub machine: usize,
     /// The ratio of the speeds, not 0.
     pub ratio: f64,
@@ -90,13 +90,13 @@ pub struct Seat {
 /// A shaft with drives on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shaft {
-    /// The place of its machine among the parts.
+    /// The index of its machine among the parts.
     pub machine: usize,
-    /// Which steps are stable.
+    /// The largest stable step.
     pub limit: Limit,
 }
 
-/// A part, by its place in the list, and a variable of it.
+/// A part, by its index in the list, and one of its variables.
 pub type End = (usize, String);
 
 /// value of `to` = `factor` · value of `from` + `offset`.
@@ -122,7 +122,7 @@ pub const INERTIA: [&str; 3] = ["J_load", "dJ_load", "tau_rest"];
 const TORQUE: &str = "tau";
 const MEAN_TORQUE: &str = "tau_mean";
 
-/// The exchanges between the parts. A file chooses among those that its key declares; the others are compared with them.
+/// The exchanges between the parts. A file chooses among the ones declared for its key; the others serve for comparison.
 pub const EXCHANGES: &[(&str, Exchange)] = &[
     ("interpolated", Exchange::Interpolated),
     ("held", Exchange::Held),
@@ -141,8 +141,8 @@ fn quantity(variable: &Variable) -> Option<&'static Quantity> {
     if let Type::Real { quantity, .. } = variable.about.kind { Some(quantity) } else { None }
 }
 
-/// Factor and offset from the unit of an output to that of an input; what does not fit, and a hint. Radians are told from numbers
-/// unless the user gives a factor.
+/// Factor and offset from the unit of an output to the unit of an input; or the mismatch, and a hint. Radians are distinguished
+/// from numbers unless the user gives a factor.
 fn converted(from: &Variable, to: &Variable, has_factor: bool) -> Result<[f64; 2], (String, &'static str)> {
     let [name, target] = [from, to].map(|v| v.about.name.as_str());
     let (Some(a), Some(b)) = (quantity(from), quantity(to)) else {
@@ -153,12 +153,12 @@ fn converted(from: &Variable, to: &Variable, has_factor: bool) -> Result<[f64; 2
             (false, _) => Err((format!(": `{name}` and `{target}` are of different types"), "connect one type")),
         };
     };
-    // Of an FMU that says no unit the user knows it.
+    // For an FMU without a unit, the user knows the unit.
     if from.unit.name.is_empty() || to.unit.name.is_empty() {
         return Ok([1.0, 0.0]);
     }
     let by = from.unit.factor / to.unit.factor;
-    // The dimension of a unit beyond mechanics is its name.
+    // A unit beyond mechanics has its name as its dimension.
     let known = a.base[0] != i8::MAX || a.unit == b.unit;
     match (known && a.base[..3] == b.base[..3], a.base[3] == b.base[3]) {
         (true, true) => Ok([by, (from.unit.offset - to.unit.offset) / to.unit.factor]),
@@ -175,10 +175,10 @@ fn converted(from: &Variable, to: &Variable, has_factor: bool) -> Result<[f64; 2
 }
 
 impl Part {
-    /// One that is an FMU.
+    /// A part that is an FMU.
     ///
     /// # Errors
-    /// A file that is none for this platform.
+    /// A file that is no FMU for this platform.
     pub fn foreign(name: &str, path: PathBuf) -> Result<Self, Fault> {
         Ok(Part {
             name: name.to_owned(),
@@ -212,7 +212,7 @@ impl Part {
         self.has(&MOTION, Causality::Output) && (!self.torque_inputs().is_empty() || gets())
     }
 
-    /// The outputs whose sum is the torque on the shaft: of a drive with impacts the mean ones.
+    /// The outputs whose sum is the torque on the shaft; the mean ones for a drive with impacts.
     fn torques(&self) -> Vec<String> {
         let of = |prefix: &str| {
             let names = [MEAN_TORQUE, TORQUE].map(|name| format!("{prefix}{name}"));
@@ -224,7 +224,7 @@ impl Part {
         }
     }
 
-    /// One that is a scene.
+    /// A part that is a scene.
     fn of_scene(name: &str, resolved: Resolved) -> Result<Self, Fault> {
         let description = ModelDescription::of(name, "", &mut resolved.resource().build()?)?;
         let (scene, content) = (Some(resolved.scene.clone()), Content::Scene(Box::new(resolved)));
@@ -237,7 +237,7 @@ impl Part {
         Ok(())
     }
 
-    /// Its scene with the parameters of `start`, and those of them that the scene cannot take up.
+    /// Its scene with the parameters of `start`, and the ones that the scene cannot take.
     fn started(&self) -> Option<(Scene, Vec<&str>)> {
         let mut scene = self.scene.clone()?;
         let parameters = self.start.iter().filter_map(|(name, value)| {
@@ -259,12 +259,12 @@ pub fn read(path: &Path) -> Result<System, Diagnostics> {
     resolve(path, &document, &[])
 }
 
-/// The system of this file, as it was read or changed; parts with these names have these scenes, others those of their files.
+/// The system of this file, changed or not; parts with these names have these scenes, other parts the scenes of their files.
 pub fn resolve(path: &Path, document: &Document, scenes: &[(String, Document)]) -> Result<System, Diagnostics> {
     resolve_as(path, document, scenes, None)
 }
 
-/// The same with this exchange instead of that of the file.
+/// The same with this exchange instead of the file's.
 fn resolve_as(
     path: &Path,
     document: &Document,
@@ -277,7 +277,7 @@ fn resolve_as(
     Ok(system)
 }
 
-/// The same with another exchange, at steps that are short enough for all but algebraic loops.
+/// The same with another exchange, at steps that are short enough for everything except algebraic loops.
 pub fn read_as(path: &Path, exchange: Exchange) -> Result<System, Diagnostics> {
     let (_, mut document) = input::document(path, Kind::System)?;
     document.set("step", f64::MIN_POSITIVE);
@@ -393,7 +393,7 @@ fn part<'a>(
                 scene.notes.iter().for_each(|note| section.faults.note(format!("part {name}: {note}")));
                 Part::of_scene(name, scene).map_err(|fault| section.fault_of("scene", format!(": {fault}")))
             }
-            // The faults of a scene are told by its own reader.
+            // The reader of the scene reports its faults.
             Err(Diagnostics(faults)) => return faults.into_iter().fold(None, |_, fault| section.refuse(fault)),
         },
         (None, Some(fmu)) => Part::foreign(name, folder.join(fmu))
@@ -409,7 +409,7 @@ fn part<'a>(
     one.then_some(PartSection { shaft: shaft?, seat, part, section })
 }
 
-/// The scene of this file, or of a document in its place.
+/// The scene of this file, or of a document instead.
 fn scene_of(path: &Path, document: Option<&Document>) -> Result<Resolved, Diagnostics> {
     let Some(document) = document else { return scene::read(path) };
     scene::resolve_document(&path.display().to_string(), document, path.parent().unwrap_or(Path::new("")))
@@ -422,7 +422,7 @@ fn start(section: &Section<'_>, part: &Part) -> Option<Vec<(String, f64)>> {
         let fault = section.fault_of("start", ": a table of variables and values is expected");
         return section.refuse(fault.hint("write for example start = { w_start = \"300 rpm\" }"));
     };
-    // Tables inside are names that a dot divides.
+    // Nested tables are names with dots.
     let read = values(table).into_iter().map(|(name, value)| {
         let node = Node::new(format!("{}.{name}", node.path), value);
         let text = match node.value {
@@ -440,7 +440,7 @@ fn start(section: &Section<'_>, part: &Part) -> Option<Vec<(String, f64)>> {
 }
 
 impl Part {
-    /// The value that a text gives a variable at the start, in the unit of the variable.
+    /// The start value of a variable from a text, in the unit of the variable.
     fn value(&self, name: &str, text: &str) -> Result<f64, Fault> {
         let Some(place) = self.description.find(name) else {
             let names = self.description.variables.iter().map(|v| v.about.name.as_str());
@@ -457,7 +457,7 @@ impl Part {
 }
 
 impl System {
-    /// The part, the name and the value in its unit that "PART.NAME=VALUE" sets; None where it is none.
+    /// The part, the name and the value in its unit from "PART.NAME=VALUE"; None for another text.
     pub fn started<'a>(&self, text: &'a str) -> Option<(usize, &'a str, f64)> {
         let (name, value) = text.split_once('=')?;
         let (part, name) = name.trim().split_once('.')?;
@@ -466,7 +466,7 @@ impl System {
     }
 }
 
-/// Finds the machine of each part that sits on a shaft.
+/// Finds the machine of each part on a shaft.
 fn seats(raw: &mut [PartSection<'_>]) -> Option<()> {
     let names: Vec<String> = raw.iter().map(|raw| raw.part.name.clone()).collect();
     let known: Vec<&str> = names.iter().map(String::as_str).collect();

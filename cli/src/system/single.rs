@@ -1,8 +1,8 @@
 //! A system as one DriveTrain: the machine with its drives as followers.
 //!
-//! A drive that turns by i φ + φ₀ on the shaft φ has there the law U(i φ + φ₀), and an elastic shaft before its cam i² times the
-//! inertia, stiffness and damping. The train's scene is TOML again, read like any other, so that what it cannot be is told by
-//! the reader.
+//! A drive that turns by i φ + φ₀ on the shaft φ has the law U(i φ + φ₀) there, and an elastic shaft before its cam has i² times
+//! the inertia, stiffness and damping. The train's scene is TOML again and read like any other, so the reader reports everything
+//! that it cannot be.
 
 use super::{Connection, Content, INERTIA, MOTION, Part, Seat, System};
 use crate::document::Document;
@@ -21,22 +21,22 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// The ending of the name of a system's train.
+/// The suffix of the name of a system's train.
 const ENDING: &str = "_train";
 
 /// The train of a system.
 pub struct Single {
     /// Its scene.
     pub scene: Resolved,
-    /// Of each drive the number of its first follower, from 1; of the machine 0.
+    /// The number of each drive's first follower, from 1; 0 for the machine.
     followers: Vec<usize>,
 }
 
 impl System {
-    /// The same as one DriveTrain.
+    /// The system as one DriveTrain.
     ///
     /// # Errors
-    /// In one sentence why a train cannot be this system.
+    /// The reason why a train cannot be this system, in one sentence.
     pub fn train(&self) -> Result<Single, String> {
         let of = |part: &Part, said: String| format!("part {}: {said}", part.name);
         let machines: Vec<&Part> = self.parts.iter().filter(|part| part.seat.is_none()).collect();
@@ -83,7 +83,7 @@ impl System {
         Ok(Single { scene, followers: first })
     }
 
-    /// True if a connection is one of those between a shaft and a drive on it.
+    /// True if a connection is between a shaft and a drive on it.
     fn is_of_shaft(&self, Connection { from, to, .. }: &Connection) -> bool {
         let sits = |drive: usize, machine: usize| self.parts[drive].seat.is_some_and(|seat| seat.machine == machine);
         let down = sits(to.0, from.0) && MOTION.contains(&&*to.1);
@@ -93,12 +93,12 @@ impl System {
 }
 
 impl Single {
-    /// An output of a part of the system as one of the train; None where the train has nothing like it.
+    /// The output of the train for an output of a part of the system; None if the train has no such output.
     pub fn counterpart(&self, system: &System, part: usize, name: &str) -> Option<Port> {
         let Part { content: Content::Scene(scene), seat, .. } = &system.parts[part] else { return None };
         let same = |name: String| Port { part: 0, name, factor: 1.0, offset: 0.0 };
         let Some(Seat { ratio, offset, .. }) = seat else {
-            // Those of a machine alone are without its drives.
+            // A machine's own outputs exclude its drives.
             let shared = !["J", "E"].contains(&name);
             let tool = |name: &str| name.replace("U[", "follower[").replace(']', "].y");
             return shared.then(|| same(if name.contains("U[") { tool(name) } else { name.to_owned() }));
@@ -130,7 +130,7 @@ fn read(document: &Document) -> Result<Resolved, String> {
     })
 }
 
-/// The document of a part with its start values in the places of its scene, and what that is.
+/// The document of a part with its start values in the places of its scene, and its scene.
 fn started(part: &Part) -> Result<(Table, Scene), String> {
     let Content::Scene(scene) = &part.content else { return Err("what an FMU does inside is not known".to_owned()) };
     let mut document = scene.document.clone();
@@ -182,7 +182,7 @@ fn array(document: &mut Table, key: &str) -> Vec<Value> {
     if let Some(Value::Array(list)) = document.remove(key) { list } else { Vec::new() }
 }
 
-/// The start of a part on the shaft of a scene; None without a part that could start otherwise.
+/// The start of a part in the shaft's scene; None without a part that could start differently.
 fn begins(scene: &Scene) -> Result<Option<Start>, String> {
     let steady = "alone it starts on another periodic motion than with what is on its shaft".to_owned();
     let of_drive = |mode: StartMode| match mode {
@@ -225,7 +225,7 @@ fn shaft(scene: &Scene, j: usize) -> Option<Parameters> {
     }
 }
 
-/// A drive as followers, and how it begins.
+/// A drive as followers, and its start.
 fn on_shaft(part: &Part, seat: Seat) -> Result<(Vec<Table>, Start), String> {
     let (mut document, scene) = started(part)?;
     let start = begins(&scene)?.unwrap_or_default();
@@ -242,7 +242,7 @@ fn on_shaft(part: &Part, seat: Seat) -> Result<(Vec<Table>, Start), String> {
     Ok((followers, start))
 }
 
-/// Lets a follower turn by i φ + φ₀ of its shaft.
+/// Makes a follower turn by i φ + φ₀ of its shaft.
 fn turn(follower: &mut Table, scene: &Scene, j: usize, Seat { ratio, offset, .. }: Seat) -> Result<(), String> {
     if ratio == 1.0 && offset == 0.0 {
         return Ok(());
@@ -292,7 +292,7 @@ fn turned(table: &mut Table, law: &MotionLaw, ratio: f64, offset: f64) -> Result
             table.clear();
             table.insert("law".to_owned(), "fourier".into());
             table.insert("a".to_owned(), list(a));
-            // A file begins with b₁.
+            // A file starts with b₁.
             table.insert("b".to_owned(), list(b[1..].to_vec()));
         }
         MotionLaw::Cycle(cycle) if ratio == 1.0 => set("rise_start", within(cycle.plan().rise_start - offset).into()),
@@ -310,7 +310,7 @@ fn turned(table: &mut Table, law: &MotionLaw, ratio: f64, offset: f64) -> Result
     Ok(())
 }
 
-/// U(i φ + φ₀) of a whole i, not 0.
+/// U(i φ + φ₀) for an integer i, not 0.
 fn geared(series: &Fourier, ratio: f64, offset: f64) -> Fourier {
     let (by, sign) = (ratio.abs() as usize, ratio.signum());
     let count = by * series.a.len().saturating_sub(1) + 1;

@@ -13,15 +13,15 @@ use std::sync::Arc;
 /// The file that describes the system.
 const STRUCTURE: &str = "SystemStructure.ssd";
 
-/// Communication steps over the time of the system, which tells none.
+/// Default number of communication steps, since a system in SSP has no step.
 const STEPS: f64 = 1000.0;
 
-/// The end of a run where the system tells none (s).
+/// The end of a run if the system has none (s).
 const STOP: f64 = 1.0;
 
 const HINT: &str = "a system of FMUs for Co-Simulation with linear connections and parameter sets is read, by SSP 1.0";
 
-/// The admissible children of elements. Geometry and annotations say nothing of the motion, connectors what the FMUs say.
+/// The admissible children of elements. Geometry and annotations do not affect the motion, and connectors repeat the FMUs.
 const CHILDREN: [(&str, &[&str]); 9] = [
     ("SystemStructureDescription", &["System", "Enumerations", "Units", "DefaultExperiment", "Annotations"]),
     (
@@ -56,13 +56,13 @@ const VALUES: [(&str, &str, &[&str]); 6] = [
     ("ParameterBinding", "sourceBase", &["SSD"]),
 ];
 
-/// Reads an archive whose parts are FMUs of Co-Simulation. Values interpolate.
+/// Reads an archive whose parts are FMUs for Co-Simulation. The exchange is `interpolated`.
 ///
 /// # Errors
-/// A file that is no such archive; what of SSP is not read, by its name; what names no part or variable; files outside.
+/// A file that is no such archive; an unsupported element of SSP, by its name; unknown parts or variables; files outside.
 pub fn read(path: &Path) -> Result<System, Fault> {
     let folder = Arc::new(unpacked(path, &[""])?);
-    // What is said of files means those in the archive.
+    // Messages about files mean the files in the archive.
     let outside = format!("{}{}", folder.path().display(), std::path::MAIN_SEPARATOR);
     system(path, folder).map_err(|fault| {
         let message = fault.sentence().replace(&outside, "");
@@ -137,7 +137,7 @@ fn system(path: &Path, folder: Arc<TemporaryFolder>) -> Result<System, Fault> {
     })
 }
 
-/// Refuses what an element has that is not read.
+/// Refuses unsupported parts of an element.
 fn is_read(element: &Element) -> Result<(), Fault> {
     let tag = match element.get("name") {
         Some(name) => format!("<{} name=\"{name}\">", element.name),
@@ -155,7 +155,7 @@ fn is_read(element: &Element) -> Result<(), Fault> {
         if children.is_some_and(|(_, known)| !known.contains(&&*child.name)) {
             return Err(Fault::new(format!("{tag}: <{}> is not read", child.name)).hint(HINT));
         }
-        // Other tools may write what they like there.
+        // Other tools may write anything there.
         if child.name != "Annotations" {
             is_read(child)?;
         }
@@ -163,7 +163,7 @@ fn is_read(element: &Element) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The path in the archive that a URI means.
+/// The path in the archive for a URI.
 fn inside(uri: &str) -> Result<PathBuf, Fault> {
     let path = decoded(uri).ok_or_else(|| Fault::new(format!("{uri} is no URI")))?;
     let is_inside = Path::new(&path).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
@@ -186,7 +186,7 @@ fn decoded(uri: &str) -> Option<String> {
     String::from_utf8(bytes).ok()
 }
 
-/// The end of a run (s) with a note where the structure does not tell it.
+/// The end of a run (s), with a note if the structure has none.
 fn experiment(root: &Element) -> Result<(f64, Vec<String>), Fault> {
     let told = |name| root.child("DefaultExperiment").map_or(Ok(None), |experiment| experiment.number::<f64>(name));
     let refused = |name: &str, value: f64, expected: &str| {
@@ -202,7 +202,7 @@ fn experiment(root: &Element) -> Result<(f64, Vec<String>), Fault> {
     }
 }
 
-/// A parameter as a set gives it.
+/// A parameter from a set.
 struct Parameter {
     name: String,
     value: String,
@@ -239,7 +239,7 @@ impl Part {
     }
 }
 
-/// The parameters that are bound to an element.
+/// The parameters bound to an element.
 fn parameters(element: &Element, document: &impl Fn(&str) -> Result<Element, Fault>) -> Result<Vec<Parameter>, Fault> {
     let mut all = Vec::new();
     for binding in element.list("ParameterBindings") {

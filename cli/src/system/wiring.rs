@@ -1,4 +1,4 @@
-//! The connections of a system: those that shafts mean, and those that the file adds.
+//! The connections of a system: from shafts, and from the file.
 
 use super::{Connection, Content, End, INERTIA, MEAN_TORQUE, MOTION, PartSection, Seat, TORQUE, converted, quantity};
 use crate::document::{Diagnostic, Diagnostics, Document, Node, Section, Value, nearest};
@@ -9,7 +9,7 @@ use camdrive_design::coupling::stability;
 use camdrive_design::resource::Scene;
 use toml_edit::{Array, Item, Table};
 
-/// The key of a scene whose loads have inertia.
+/// The key of a scene for loads with inertia.
 const INERTIA_KEY: &str = "coupling.inertia";
 
 /// A torque on a machine.
@@ -18,7 +18,7 @@ pub(super) struct Torque {
     factor: f64,
     /// N·m.
     offset: f64,
-    /// Of a drive that says its inertia, its ratio.
+    /// The ratio of a drive with outputs of its inertia; None for another drive.
     inertia: Option<f64>,
 }
 
@@ -105,8 +105,8 @@ impl Wiring<'_> {
         Some(())
     }
 
-    /// Refuses a torque of a part on a machine on which it acts already, by its shaft or by another connection; with the impulses and
-    /// without them it is one torque.
+    /// Refuses a torque of a part on a machine on which it acts already, by its shaft or by another connection; with or without
+    /// impulses it is the same torque.
     fn acts_once(&self, section: &Section<'_>, from: &End, machine: usize, of: Option<&Quantity>) -> Option<()> {
         let is_torque = of.is_some_and(|of| of.base == unit::TORQUE.base) && torque_of(&from.1).is_some();
         let same = |other: &End| other.0 == from.0 && torque_of(&other.1) == torque_of(&from.1);
@@ -123,7 +123,7 @@ impl Wiring<'_> {
         section.refuse(section.fault_of("from", said).hint("remove the connection"))
     }
 
-    /// Notes a torque without its impulses where the part has one with them.
+    /// Notes a torque without impulses if the part has one with them.
     fn impulses(&self, section: &Section<'_>, from: &End) {
         let (part, mean) = (&self.raw[from.0].part, format!("{}_mean", from.1));
         if from.1.ends_with(TORQUE) && part.find(&mean, Causality::Output).is_some() {
@@ -137,7 +137,7 @@ impl Wiring<'_> {
         format!("{}.{name}", self.raw[*part].part.name)
     }
 
-    /// An input = factor · output + offset of SI values, in the units of both.
+    /// An input = factor · output + offset in SI values, converted to the units of both.
     fn wired(&self, from: End, to: End, factor: f64, offset: f64) -> Connection {
         let find = |(part, name): &End, causality| self.raw[*part].part.find(name, causality);
         let [by, beyond] = match (find(&from, Causality::Output), find(&to, Causality::Input)) {
@@ -150,7 +150,7 @@ impl Wiring<'_> {
         Connection { from, to, factor: factor * by, offset: beyond }
     }
 
-    /// The part and the variable that a text names.
+    /// The part and the variable of a name.
     fn end(&self, section: &Section<'_>, key: &'static str, text: &str, causality: Causality) -> Option<End> {
         let names: Vec<&str> = self.raw.iter().map(|raw| raw.part.name.as_str()).collect();
         let Some((part, name)) = text.split_once('.') else {
@@ -197,7 +197,7 @@ impl Wiring<'_> {
             }
             if by_inertia && self.has_rigid_load(i) {
                 self.change(i, |document| set_inertia(document, true.into()))?;
-                // Those of the followers of a train are told together.
+                // A train reports the torques of its followers together.
                 torques.truncate(1);
                 torques[0].inertia = Some(ratio);
             }
@@ -211,7 +211,7 @@ impl Wiring<'_> {
         Some(())
     }
 
-    /// True if something follows the shaft of the drive without slip, and without impacts; an FMU must tell of it.
+    /// True if a part follows the shaft of the drive without slip, and without impacts; an FMU must provide it as outputs.
     fn has_rigid_load(&self, i: usize) -> bool {
         let part = &self.raw[i].part;
         let is_rigid = part.scene.as_ref().is_some_and(|scene| stability::loads(scene)[0].inertia > 0.0);
@@ -219,7 +219,7 @@ impl Wiring<'_> {
         is_rigid && tells && !part.torques().iter().any(|name| name.ends_with(MEAN_TORQUE))
     }
 
-    /// Refuses start values of inputs that something is connected to.
+    /// Refuses start values of connected inputs.
     pub fn starts(&self) -> Option<()> {
         let mut all = Some(());
         for (i, PartSection { part, section, .. }) in self.raw.iter().enumerate() {
@@ -295,7 +295,7 @@ impl Wiring<'_> {
         })
     }
 
-    /// That a machine has no input `to` for a torque.
+    /// Refuses a torque on a machine without the input `to`.
     fn refuse_torque(&self, i: usize, to: &str, torque: &Torque, names: &[String]) -> Option<()> {
         let PartSection { section, part, .. } = &self.raw[torque.from.0];
         let said = format!(": `{}` has no input `{to}` for the torque of `{}`", self.raw[i].part.name, part.name);
@@ -315,7 +315,7 @@ impl Wiring<'_> {
         section.refuse(if known.is_empty() { fault } else { fault.admissible(known) })
     }
 
-    /// The name of each torque of a machine: that of its part, numbered where the part has several.
+    /// The name of each torque of a machine: the name of its part, with a number if the part has several.
     fn names(&self, torques: &[&Torque]) -> Vec<String> {
         let of = |i: usize| &self.raw[torques[i].from.0].part.name;
         let same =
@@ -327,7 +327,7 @@ impl Wiring<'_> {
         (0..torques.len()).map(name).collect()
     }
 
-    /// Notes the inputs that nothing is connected to.
+    /// Notes unconnected inputs.
     pub fn loose_ends(&self, root: &Section<'_>) {
         for (i, PartSection { part, .. }) in self.raw.iter().enumerate() {
             let loose = part.description.variables.iter().filter(|v| {
@@ -348,13 +348,13 @@ impl Wiring<'_> {
     }
 }
 
-/// The load of a torque: the name before tau, tau_mean or tau_rest; None of another name.
+/// The load of a torque: the name before tau, tau_mean or tau_rest; None for another name.
 fn torque_of(name: &str) -> Option<&str> {
     let prefix = |torque: &&str| name.strip_suffix(*torque).filter(|rest| rest.is_empty() || rest.ends_with('.'));
     [MEAN_TORQUE, TORQUE, INERTIA[2]].iter().find_map(prefix)
 }
 
-/// The list of names under a key, with these.
+/// The list of names under a key, extended by these.
 fn with_names<'a>(document: &Document, path: &str, names: impl Iterator<Item = &'a str>) -> Array {
     let written = document.place(path).flatten().and_then(|list| document.text.get(list.span())?.parse().ok());
     let known = written.and_then(|list: toml_edit::Value| list.as_array().cloned()).unwrap_or_default();
@@ -363,7 +363,7 @@ fn with_names<'a>(document: &Document, path: &str, names: impl Iterator<Item = &
     all
 }
 
-/// Sets `coupling.inertia`; a new table gets a header of its own.
+/// Sets `coupling.inertia`; a new table gets its own header.
 fn set_inertia(document: &mut Document, value: toml_edit::Value) {
     let table = |value| [("inertia", Item::Value(value))].into_iter().collect::<Table>();
     match document.table.contains_key("coupling") {

@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 /// The most laws of a task.
 const MOST_LAWS: usize = 5;
 
-/// The objective; None for the torque of a shaft, which has values of its own.
+/// The objective; None for the torque of a shaft, which has its own values.
 pub type Kind = Option<Objective>;
 
 /// The objectives.
@@ -53,32 +53,32 @@ pub const METHODS: &[(&str, Method)] =
 /// The quantity of a bound: U or a derivative.
 pub const BOUNDED: &[(&str, usize)] = &[("U", 0), ("dU", 1), ("ddU", 2), ("dddU", 3)];
 
-/// The norms of a torque that is made least.
+/// The norms of a minimised torque.
 pub const NORMS: &[(&str, Norm)] = &[("peak", Norm::Peak), ("rms", Norm::Rms)];
 
-/// True if a torque counts over the square of the speed.
+/// True if a torque counts relative to the square of the speed.
 pub const WEIGHTS: &[(&str, bool)] = &[("over_speed_squared", true), ("absolute", false)];
 
 /// The keys of U and its derivatives.
 const ORDERS: [&str; 4] = ["U", "dU", "ddU", "dddU"];
 const TOLERANCES: [&str; 3] = ["tolerance", "dU_tolerance", "ddU_tolerance"];
 
-/// Reads and validates a task file; a scene that it names counts from the folder of the file.
+/// Reads and validates a task file; the path of its scene starts at the folder of the file.
 pub fn read(path: &Path) -> Result<Assignment, Diagnostics> {
     let (file, document) = input::document(path, input::Kind::Task)?;
     input::read(&file, &document, input::Kind::Task, |root| assignment(root, path.parent().unwrap_or(Path::new(""))))
 }
 
-/// Lengths of the task: with a scale pure numbers, which count in it.
+/// Lengths of the task; with a scale, pure numbers that count in it.
 struct Lengths {
     scale: f64,
     quantity: &'static Quantity,
-    /// Where the files of tables are looked for.
+    /// The folder with the files of tables.
     folder: PathBuf,
 }
 
 impl Lengths {
-    /// Of the task; a scale that is wrong is told, and reading goes on.
+    /// The lengths of the task; reports a wrong scale, and reading continues.
     fn of(root: &Section<'_>, folder: &Path) -> Self {
         let quantity = if root.has("scale") { &unit::NUMBER } else { &unit::LENGTH };
         let scale = root.optional("scale").flatten();
@@ -101,8 +101,8 @@ impl Lengths {
         Some(Some(Curve::polynomial(list.into_iter().map(|c| c * self.scale).collect())))
     }
 
-    /// The motion law under `target` from the first of these angles on, over the turn or over its own period; or a table that
-    /// reaches from one to the other.
+    /// The motion law under `target`, starting at the first of these angles, over the turn or over its own period; or a table from
+    /// one angle to the other.
     fn target(&self, section: &Section<'_>, ends: Option<(f64, f64)>) -> Option<Option<Curve>> {
         section.read("target", |target| {
             let period = target.optional("period");
@@ -110,7 +110,7 @@ impl Lengths {
             let ((from, to), period) = (ends?, period?);
             let (phase, turn) = period.map_or((from, TAU), |period| (0.0, period));
             let si = |curve: Curve| Some(curve.over(1.0 / self.scale));
-            // Of a table that does not close its turn the points alone are meant.
+            // Only the points count in a table that does not close its turn.
             let points = match law? {
                 Ok(MotionLaw::Table(table)) if !table.is_bent() && !Curve::closes(table.points()) => {
                     table.points().clone()
@@ -135,7 +135,7 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     let description = root.text("description").map(|text| text.unwrap_or_default().trim().to_owned());
     let lengths = Lengths::of(root, folder);
     let kind = root.choice("objective", OBJECTIVES);
-    // Sums of squares weigh squares.
+    // Sums of squares have squared weights.
     let power = if matches!(kind, Some(Some(LeastSquares))) { -2 } else { -1 };
     let weights = [("dU_weight", power), ("ddU_weight", 2 * power)].map(|(key, n)| {
         root.of(&unit::NUMBER, n);
@@ -210,7 +210,7 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
 
 /// One law of the task.
 struct Law {
-    /// None where it is the only one.
+    /// None if there is only one law.
     name: Option<String>,
     basis: Basis,
     weight: f64,
@@ -223,14 +223,14 @@ struct Law {
 }
 
 impl Law {
-    /// True if a rest at any level keeps all bounds.
+    /// True if a dwell at any level keeps all bounds.
     fn is_unmoved(&self) -> bool {
         let still = |bound: &Bound| bound.order > 0 && bound.around.is_zero() && bound.min <= 0.0 && bound.max >= 0.0;
         self.bounds.iter().all(|(_, bound)| still(bound))
     }
 }
 
-/// The [[law]]; without them the task itself is one.
+/// The [[law]]; without them the task itself is one law.
 fn laws(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<Vec<Law>> {
     let sections = root.sections("law")?;
     if sections.is_empty() {
@@ -282,7 +282,7 @@ fn law(
     Some(Law { name, basis, weight, ranges, first_dwell, end_of_dwells, points, bounds })
 }
 
-/// True if the objective is one of the accelerations alone.
+/// True if the objective concerns only the accelerations.
 fn of_accelerations(kind: Option<Kind>) -> bool {
     matches!(kind, Some(Some(PeakAcceleration | MeanSquareAcceleration)))
 }
@@ -304,7 +304,7 @@ fn integral(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Option
     Some(given.map(|limit| limit * lengths.scale * lengths.scale))
 }
 
-/// Which [[dwell]] alone is made longest.
+/// The only [[dwell]] that grows.
 fn longest(root: &Section<'_>, kind: Option<Kind>, laws: usize) -> Option<Option<usize>> {
     let dwells = root.sections("dwell")?.len();
     if !matches!(kind, Some(Some(LongestDwell { .. }))) {
@@ -374,7 +374,7 @@ fn clearances(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<
     root.each("clearance", of)
 }
 
-/// The search of an objective that is not convex.
+/// The search for a nonconvex objective.
 fn search(root: &Section<'_>, kind: Option<Kind>) -> Option<Search> {
     let usual = Search::default();
     if !matches!(kind, Some(Some(PeakTorque) | None)) {
@@ -392,7 +392,7 @@ fn angles(section: &Section<'_>) -> Option<(f64, f64)> {
 }
 
 fn ordered(section: &Section<'_>, key: &'static str, from: f64, to: f64) -> Option<(f64, f64)> {
-    // Degrees of a whole turn may exceed it by a rounding.
+    // Degrees of a whole turn may exceed it by a rounding error.
     if from < to && to - from <= TAU * (1.0 + 1e-12) {
         return Some((from, to.min(from + TAU)));
     }
@@ -404,7 +404,7 @@ fn ordered(section: &Section<'_>, key: &'static str, from: f64, to: f64) -> Opti
     section.refuse(fault.hint(hint))
 }
 
-/// A [[range]] or [[dwell]] as it stands in the file.
+/// A [[range]] or [[dwell]] of the file.
 struct Prescription {
     /// "dwell[2]".
     path: String,
@@ -434,10 +434,10 @@ fn ranges(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<
     agree.then_some(all)
 }
 
-/// True if a range prescribes what another one does where they overlap.
+/// True if a range agrees with another one where they overlap.
 fn agrees(section: &Section<'_>, range: &Range, other: &Prescription) -> bool {
     for turns in -4..=4 {
-        // The other range is counted from the turn in which this one lies.
+        // The other range is counted from the turn of this one.
         let shift = f64::from(turns) * TAU;
         let [from, to] = [range.from.max(other.range.from + shift), range.to.min(other.range.to + shift)];
         // Neighbours may share an end.
@@ -519,16 +519,16 @@ fn dwell(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Optio
     let tolerances = tolerances(section, lengths);
     section.finish();
     let tolerances = tolerances?;
-    // A dwell has U′ = U″ = 0; they count where they have a weight or a tolerance.
+    // A dwell has U′ = U″ = 0; they count if they have a weight or a tolerance.
     let still = |order: usize| (weighted[order - 1] || tolerances[order].is_some()).then(Curve::default);
     let ((from, to), prescribed) = (ends?, [Some(u?), still(1), still(2)]);
     Some((Range { law: 0, from, to, prescribed, weight: weight? }, tolerances))
 }
 
-/// Points that are met as well as others are, with a weight, and points that hold exactly.
+/// Points with a weight, which are approximated, and points that hold exactly.
 type Points = (Vec<Prescription>, Vec<(String, ExactPoint)>);
 
-/// The [[point]]: each value is a condition, or a range of no width.
+/// The [[point]]: each value is a condition, or a range of zero width.
 fn points(root: &Section<'_>, lengths: &Lengths) -> Option<Points> {
     let of = |section: &Section<'_>| {
         let phi = section.real("phi");
@@ -568,7 +568,7 @@ fn bounds(root: &Section<'_>, lengths: &Lengths, law: usize) -> Option<Vec<(Stri
     Some(root.each("bound", |section| bounds_of(section, lengths, vec![(law, 1.0)]))?.concat())
 }
 
-/// One bound of constants, or one for each side where they vary with the angle.
+/// One bound for constants, or one for each side if they vary with the angle.
 fn bounds_of(section: &Section<'_>, lengths: &Lengths, of: Vec<(usize, f64)>) -> Option<Vec<(String, Bound)>> {
     let ends = if section.has("from") || section.has("to") { angles(section) } else { Some((0.0, TAU)) };
     let order = section.choice("of", BOUNDED);
@@ -623,7 +623,7 @@ fn crossed<T>(section: &Section<'_>, low: f64, high: f64) -> Option<T> {
     section.refuse(fault.hint("exchange them"))
 }
 
-/// Checks that the objective has something to work on.
+/// Checks that the objective has something to optimise.
 fn check_purpose(root: &Section<'_>, kind: Kind, integral: Option<f64>, laws: &[Law]) -> Option<()> {
     let ranges = || laws.iter().flat_map(|law| &law.ranges);
     let refused = |said: &str, hint: &str| root.refuse(root.fault_of("objective", said).hint(hint));
@@ -666,7 +666,7 @@ fn check_purpose(root: &Section<'_>, kind: Kind, integral: Option<f64>, laws: &[
     Some(())
 }
 
-/// Checks that the speeds of a section make a range.
+/// Checks that the speeds of a section form a range.
 fn rising(section: &Section<'_>, slowest: f64, fastest: f64) -> Option<()> {
     if fastest > slowest {
         return Some(());
@@ -709,11 +709,11 @@ fn shaft(root: &Section<'_>, kind: Option<Kind>) -> Option<Option<ShaftGoal>> {
     let Some(section) = wanted? else { return Some(None) };
     let parameters = section.parameters(|parameter, read: Option<&Parameters>| match parameter.key {
         "m" => Some(section.real("m")),
-        // The profile is not known yet; where the follower rests, the cam alone vibrates.
+        // The profile is unknown yet; while the follower is at rest, only the cam vibrates.
         key => by_ratio(&section, key, read.map(|read| (read.inertia, read.c))),
     });
     if parameters.is_some_and(|parameters| parameters.b == 0.0) {
-        // No vibration dies out.
+        // Undamped vibration never decays.
         match section.has("damping_ratio") {
             true => section.real("damping_ratio"),
             false => section.real("b"),

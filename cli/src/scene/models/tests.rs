@@ -1,4 +1,4 @@
-//! Single models that their loads, motors or a missing flank make trains: the names, the motion and what is refused.
+//! Single models that become trains because of their loads, motors or a missing flank: the names, the motion and the refusals.
 
 use crate::scene;
 use camdrive::drives::variable::{Causality, Kind};
@@ -34,7 +34,7 @@ fn course<const N: usize>(drive: &mut AnyDrive, end: f64, steps: usize, names: [
     (0..steps).map(&mut at).collect()
 }
 
-/// The outputs are those of two independent programs to 1e-9 of their largest size.
+/// Asserts the outputs of two independent programs to 1e-9 of their largest magnitude.
 fn reach<const N: usize>(text: &str, end: f64, expected: [(&str, f64); N]) {
     let (model, mut drive) = built(text);
     assert_eq!(model, "DriveTrain");
@@ -46,7 +46,7 @@ fn reach<const N: usize>(text: &str, end: f64, expected: [(&str, f64); N]) {
     }
 }
 
-/// Both move alike to 1e-9 of the largest size; the first is none of a train, the second one.
+/// Asserts that both move alike to 1e-9 of the largest magnitude; the first is a single model, the second a train.
 fn alike<const N: usize>(text: &str, train: &str, end: f64, names: [&str; N]) {
     let ((one, mut plain), (other, mut train)) = (built(text), built(train));
     assert!(one != "DriveTrain" && other == "DriveTrain");
@@ -182,7 +182,7 @@ fn without_force_a_loaded_backlash_drive_moves_as_the_plain_one() {
             }
         }
     }
-    // Without the other flank, as long as m1 does not come to it.
+    // Without the other flank, as long as m1 does not reach it.
     let one = format!("{BACKLASH}{LOADED}").replace("0.002", "1000").split("[load]").next().unwrap().to_owned();
     let inf = format!("{}load.gravity = 1e-12", one.replace("s = 1000", "s = \"inf\""));
     alike(&one, &inf, 0.4, ["x1", "der(x1)", "y", "der(y)", "force_mean", "impulse"]);
@@ -253,7 +253,7 @@ fn the_variables_are_those_of_the_single_model() {
     ] {
         let loaded = of(&format!("{plain}{load}"));
         for variable in of(&plain) {
-            // What only the other solver has.
+            // Variables of the other solver alone.
             let own = ["solver.method", "solver.step_size", "der(M_an)"];
             assert!(loaded.contains(&variable) || own.contains(&&*variable.0), "{variable:?}");
         }
@@ -261,7 +261,7 @@ fn the_variables_are_those_of_the_single_model() {
             |name: &str| name.contains("follower[1].") && plain.contains("Backlash") || name.ends_with("].U");
         assert!(!loaded.iter().any(|(name, ..)| of_trains(name)));
     }
-    // A rotor with a lag begins with the torque that the single model begins with.
+    // A rotor with a lag starts with the same torque as the single model.
     let (_, mut drive) = built(&format!("{}load.damping = 2\n", machine.replace("w_s = 5", "w_s = 5\nlag = 0.1")));
     let start = reference(&drive, "motor.M_start");
     drive.set(start, 1.5).unwrap();
@@ -328,7 +328,7 @@ fn what_the_single_models_do_not_have_is_refused() {
 
 #[test]
 fn a_shaft_that_turns_backwards_has_its_own_speed_of_lift_off() {
-    // 523.08 rpm minimised over the turn; damping presses where the cam falls, so that +40 rad/s would give 578.42 rpm.
+    // 523.08 rpm is the minimum over the turn; damping presses where the cam falls, so that +40 rad/s would give 578.42 rpm.
     let scene = |speed: f64| {
         let text = format!(
             "name = \"neg\"\nmodel = \"DriveTrain\"\ndrive = {{ speed = {speed} }}\n[[follower]]\ncam = {{ law = \"fourier\", a = \
@@ -385,7 +385,7 @@ fn a_motor_that_its_load_holds_is_refused() {
         for torque in [1.5, -1.5] {
             notes(&format!("{TRAIN}{}{load}", constant(torque)));
         }
-        // From above it falls, and its work is 2 π M over the turn.
+        // From the top it falls, and its work over the turn is 2 π M.
         notes(&format!("{TRAIN}{}{}{load}", from(180.0), constant(0.1)));
         notes(&format!("{TRAIN}{}{load}", servo("w_ref = 10\nK_i = 1")));
     }
@@ -404,13 +404,13 @@ fn a_motor_that_its_load_holds_is_refused() {
     ] {
         refused(&format!("{TRAIN}{text}"), said);
     }
-    // Behind the step the speed is there that the higher torque needs.
+    // After the step the shaft has the speed for the higher torque.
     notes(&format!("{TRAIN}start.phi_start = \"180 deg\"\n{step}{kloss}"));
-    // A load that drives needs no motor, and a shaft that nothing loads no torque.
+    // A load that drives needs no motor, and a shaft without load needs no torque.
     for text in [machine(-6.0) + &constant(5.0), machine(6.0) + &constant(-5.0), machine(0.0) + &constant(0.0)] {
         assert!(notes(&format!("{TRAIN}{text}")).is_empty());
     }
-    // At speed it may run, though not for long.
+    // It may run at this speed, though not for long.
     let running = notes(&format!("{TRAIN}start.w_start = 1\n{}{}", machine(6.0), constant(5.0)));
     assert!(running.len() == 1 && running[0].contains("cannot keep the speed: at most 5 N.m"), "{running:?}");
     assert!(notes(&format!("{TRAIN}start.w_start = 1\n{lift}{}", constant(0.1))).is_empty());
@@ -444,7 +444,7 @@ fn nothing_balances_where_no_load_presses() {
     let plain = format!("{BACKLASH}{LOADED}").split("[load]").next().unwrap().to_owned();
     refused(&format!("{equilibrium}{plain}"), &["x.toml:1", "without loads m1 may be anywhere", "at_rest"]);
     let slow = plain.replace("speed = 20", "speed = 0.1");
-    // A spring whose force is zero within the clearance: 1 mm above flank A, which is at −0.05 cos 0.3 + ….
+    // A spring with zero force within the clearance: 1 mm above flank A, which is at −0.05 cos 0.3 + ….
     let held = |at: f64| format!("{equilibrium}{slow}[load]\nroller.spring = {{ c = 500, at = {at} }}\n");
     let a = -0.05 * 0.3_f64.cos() + 0.006 * 0.6_f64.cos() + 0.004 * 0.3_f64.sin();
     refused(&held(a + 0.001), &["follower 1 has no equilibrium", "at a flank of its clearance"]);
@@ -454,7 +454,7 @@ fn nothing_balances_where_no_load_presses() {
         assert_eq!(drive.get(reference(&drive, "contact")).unwrap(), contact);
     }
     refused(&format!("{equilibrium}{plain}load.spring.c = 0"), &["at a flank of its clearance", "a force"]);
-    // Relaxed just where the flank is, it holds m1 there.
+    // A spring that is relaxed at the flank holds m1 there.
     let cam = "cam = { law = \"fourier\", a = [0.0, -0.5] }\ndrive = { speed = 0.1 }\nbacklash = { m1 = 2, m2 = 8, c = 2000, s = 0.002 }\n";
     let (_, mut drive) =
         built(&format!("{BACKLASH}{equilibrium}{cam}[load]\nroller.spring = {{ c = 500, at = -0.5 }}\n"));

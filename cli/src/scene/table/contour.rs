@@ -16,14 +16,14 @@ use camdrive_design::overview::Warning;
 use camdrive_design::text::{counted, number};
 use std::path::Path;
 
-/// The keys of a pair of columns, with the quantities and the headings of both.
+/// The keys of a pair of columns, with the quantities and headings of both.
 type Pair = [(&'static str, &'static Quantity, &'static [&'static str]); 2];
 
 const CARTESIAN: Pair = [("x_column", &LENGTH, &["x"]), ("y_column", &LENGTH, &["y"])];
 const POLAR: Pair =
     [("r_column", &LENGTH, &["r", "radius"]), ("angle_column", &ANGLE, &["angle", "phi", "beta", "theta"])];
 
-/// The law of the contour in this section, whose follower stands in `parent`.
+/// The law of the contour in this section; `parent` contains its follower.
 pub fn read(
     section: &Section<'_>,
     parent: &Section<'_>,
@@ -31,7 +31,7 @@ pub fn read(
     folder: &Path,
 ) -> Option<MotionLaw> {
     section.of(&LENGTH, 0);
-    // Known even where a fault ends the reading before them.
+    // Marked as known, even if a fault ends the reading before them.
     for key in ["file", "length_unit", "angle_unit", "x_column", "y_column", "r_column", "angle_column"] {
         section.has(key);
     }
@@ -86,17 +86,19 @@ pub fn read(
     Some(law)
 }
 
-/// The part of the stroke by which the law between the points may be uncertain without a warning.
+/// The fraction of the stroke by which the law between the points may be uncertain without a warning.
 const LARGEST_GAP: f64 = 1e-3;
 
-/// The part of its largest value by which U″ may be uncertain without a warning: where U‴ jumps, 360 points leave up to half of it.
+/// The fraction of its largest value by which U″ may be uncertain without a warning; at a jump of U‴, 360 points leave up to half
+/// of it.
 const LARGEST_OF_BEND: f64 = 0.1;
 
-/// The uncertainty of lift and U″ between the points: the lift with its line and whether that is much, U″ in parts of its largest.
+/// The uncertainty of lift and U″ between the points: the lift with its line and whether that is much, U″ relative to its largest
+/// value.
 type Open = (Option<(f64, usize, bool)>, Option<f64>);
 
-/// Says where the law comes from, how far the points are off its contour, and by how much and after which line it is uncertain between
-/// them, if that is much.
+/// Notes the origin of the law, the distance of the points from its contour, and, if large, the uncertainty between them and the
+/// line before it.
 fn told(section: &Section<'_>, file: &File, misfit: [f64; 2], count: usize, (open, bend): Open) {
     let path = section.path.clone();
     let micrometres = |length: f64| format!("{} µm", number(1e6 * length));

@@ -1,4 +1,4 @@
-//! Tables of inputs over time: a column `time`, and one for each input by its name.
+//! Tables of inputs over time: a column `time`, and one column per input with its name.
 
 use super::dialect::{Column, RowFault, Sheet};
 use super::{File, contents, fault, faults, shown};
@@ -9,11 +9,11 @@ use camdrive::drives::variable::Kind;
 use camdrive_design::text;
 use std::path::Path;
 
-/// Courses over time.
+/// Values over time.
 pub struct Courses {
     /// The times of the rows (s), rising.
     pub times: Vec<f64>,
-    /// Which input, as a place in the list of all, and its values (SI).
+    /// The index of each input in the list of all, and its values (SI).
     pub columns: Vec<(usize, Vec<f64>)>,
 }
 
@@ -24,15 +24,14 @@ enum Content {
     Input(usize),
 }
 
-/// The hint on the form of a table of courses.
+/// The hint on the form of such a table.
 const EXAMPLE: &str = "a table has the headings time and names of inputs, and below them numbers";
 
-/// The courses of some of these inputs, in SI units or in those of the headings, `w [rpm]`; `own` is the unit that the FMU has for an
-/// input, where it is another than SI.
+/// The values of some of these inputs over time, in SI units or in the units of the headings, `w [rpm]`; `own` is the FMU's unit of
+/// an input if it is not SI.
 ///
 /// # Errors
-/// A file that cannot be read, headings that name no input, rows that are none, times that do not rise, values out of
-/// range.
+/// A file that cannot be read, headings that name no input, lines without numbers, times that do not rise, values out of range.
 pub fn courses(
     path: &Path,
     inputs: &[&Description],
@@ -91,7 +90,7 @@ fn names<'a>(inputs: &[&'a Description]) -> Vec<&'a str> {
     std::iter::once("time").chain(inputs.iter().map(|input| input.name.as_str())).collect()
 }
 
-/// The content of each column, by its headings, and the factor from its unit to SI.
+/// The content of each column, from its heading, and the factor from its unit to SI.
 fn headings(
     name: &str,
     sheet: &Sheet<'_>,
@@ -133,14 +132,13 @@ fn headings(
     Ok(contents)
 }
 
-/// True if a time comes after the one before it, or is the second of two that are one: a jump. Nearer to each other they would be
-/// one.
+/// True if a time comes after the previous one, or equals it exactly: a jump. Times that are closer than that would be equal.
 fn follows(times: &[f64], i: usize) -> bool {
     let [before, here] = [times[i - 1], times[i]];
     here - before > 1e-9 * here.abs() || here == before && (i < 2 || times[i - 2] < before)
 }
 
-/// The place among the names: the time, then the inputs.
+/// The index among the names: the time, then the inputs.
 fn place(content: Content) -> usize {
     match content {
         Content::Time => 0,
@@ -158,7 +156,7 @@ fn quantity(content: Content, inputs: &[&Description]) -> &'static Quantity {
     }
 }
 
-/// The content and the unit that a heading such as "time", "w [rpm]" or "follower[1].load" names.
+/// The content and the unit of a heading such as "time", "w [rpm]" or "follower[1].load".
 fn content<'a>(heading: &'a str, inputs: &[&Description]) -> Option<(Content, Option<&'a str>)> {
     let named = |name: &str| match name {
         "time" => Some(Content::Time),

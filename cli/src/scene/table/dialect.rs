@@ -1,9 +1,9 @@
-//! The dialects of tables as text: from the bytes of a file to its headings and to its rows of cells.
+//! The dialects of text tables: from the bytes of a file to its headings and its rows of cells.
 //!
-//! One separator holds for the whole file: that of a line `sep=`, else `;`, a tab, blanks or `,`, whichever the rows of numbers
-//! have first in this order. Beside the first three a comma is a decimal mark, as it is within quotes. Lines of words before the first
-//! row of numbers are headings, behind the last one the end of a table of a controller; lines that begin with `#`, `//` or `%` are
-//! comments, as is what follows `//`, `#` or `(*` in a row.
+//! One separator applies to the whole file: the one in a line `sep=`, else the first of `;`, tab, blanks, `,` that occurs in the
+//! rows of numbers. With the first three a comma is a decimal mark, and within quotes as well. Lines of words before the first row
+//! of numbers are headings, after the last one they end the table of a controller; lines that begin with `#`, `//` or `%` are
+//! comments, and so is text after `//`, `#` or `(*` in a row.
 
 use crate::document::Span;
 use crate::document::input::{BYTE_ORDER_MARK, utf16};
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 /// A fault in a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RowFault {
-    /// Where; None where it is the table itself.
+    /// The place; None for the table itself.
     pub span: Option<Span>,
     /// The message.
     pub message: String,
@@ -24,7 +24,7 @@ pub struct RowFault {
 }
 
 impl RowFault {
-    /// A fault at these bytes, with a remedy where there is one.
+    /// A fault at these bytes, with a remedy if there is one.
     pub fn at(span: &Span, message: impl Into<String>, hint: impl Into<Option<&'static str>>) -> Self {
         RowFault { span: Some(span.clone()), ..RowFault::new(message, hint) }
     }
@@ -35,12 +35,12 @@ impl RowFault {
     }
 }
 
-/// The marks that begin a comment.
+/// The marks at the start of a comment.
 const COMMENTS: [&str; 3] = ["#", "//", "%"];
 
-/// The text of a file, and how its bytes were read where they are not Unicode; None where they are no text.
+/// The text of a file, and how its bytes were read if they are not Unicode; None if they are no text.
 pub fn decode(bytes: &[u8]) -> Option<(String, Option<&'static str>)> {
-    // Lines of old computers end with a carriage return alone.
+    // Lines from old computers end with a carriage return alone.
     let ended = |text: String| if text.contains('\n') { text } else { text.replace('\r', "\n") };
     match utf16(bytes) {
         Some(text) => text.map(|text| (ended(text), None)),
@@ -58,19 +58,19 @@ pub fn decode(bytes: &[u8]) -> Option<(String, Option<&'static str>)> {
 /// A line with content.
 struct Line {
     cells: Vec<Span>,
-    /// The number of cells with those that are empty at its end.
+    /// The number of cells, including empty ones at the end.
     width: usize,
     span: Span,
     comment: bool,
 }
 
-/// Which column of the file.
+/// A column of the file.
 pub enum Column<'a> {
     /// Counts from 0.
     Number(usize),
-    /// As a line of headings has it.
+    /// Its heading.
     Heading(&'a str),
-    /// None: the rows count, from 0.
+    /// No column: the rows count, from 0.
     Rows,
 }
 
@@ -81,16 +81,16 @@ pub struct Sheet<'a> {
     lines: Vec<Line>,
 }
 
-/// The rows of numbers, and what else is to be known of them.
+/// The rows of numbers, and further findings about them.
 #[derive(Debug)]
 pub struct Rows {
-    /// The columns that were asked for, from 0.
+    /// The requested columns, from 0.
     pub columns: Vec<usize>,
-    /// The values in these columns, and where the row stands.
+    /// The values in these columns, and the place of the row.
     pub rows: Vec<(Vec<f64>, Span)>,
-    /// Lines before the first row which might have been meant as one.
+    /// Lines before the first row that could be rows.
     pub doubtful: Vec<Span>,
-    /// Lines of words after the last row with a cell for each of these columns.
+    /// Lines of words after the last row, with a cell for each of these columns.
     pub trailer: Vec<Span>,
     /// The last digit of each of these columns.
     pub digits: Vec<f64>,
@@ -100,18 +100,18 @@ impl<'a> Sheet<'a> {
     /// The lines of the text with their cells.
     ///
     /// # Errors
-    /// Commas that may separate cells or decimals.
+    /// Commas that could separate cells or decimals.
     pub fn new(text: &'a str) -> Result<Self, RowFault> {
         let mut spans = lines(text).peekable();
         let prefix = |span: &Span| text[span.clone()].trim_matches('"').to_ascii_lowercase().starts_with("sep=");
-        // A blank or a tab at the end of the line is none of its content.
+        // A blank or a tab at the end of the line is not part of its content.
         let told = spans.next_if(prefix).map(|span| {
             let rest = text[span.start..].lines().next().and_then(|line| line.split_once('='));
             rest.and_then(|(_, rest)| rest.chars().next()).filter(|mark| *mark != '"').unwrap_or('\t')
         });
         let spans: Vec<Span> = spans.collect();
         let content = |span: &Span| &text[without_comment(text, span)];
-        // Rows of nothing but numbers tell the separator; where columns of words stand beside them, what begins like a number.
+        // Rows with only numbers show the separator; if columns of words stand next to them, the cells that begin like a number do.
         let plain = |line: &&str| line.chars().all(|c| c.is_ascii_digit() || " \t+-\u{2212}.,;eE\"".contains(c));
         let begins = |line: &&str| line.starts_with(|c: char| c.is_ascii_digit() || "+-\u{2212}.,\"".contains(c));
         let mut sample: Vec<&str> = spans.iter().map(content).collect();
@@ -122,7 +122,7 @@ impl<'a> Sheet<'a> {
         }
         let any = |c: char| sample.iter().any(|line| line.contains(c));
         let separator = told.unwrap_or_else(|| match () {
-            // One at the end of every row separates nothing.
+            // A semicolon at the end of every row separates nothing.
             () if sample.iter().any(|line| line.trim_end_matches(';').contains(';')) => ';',
             () if any('\t') => '\t',
             () if sample.iter().any(|line| blank_between_numbers(line)) => ' ',
@@ -152,9 +152,9 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// Refuses numbers between commas that may as well be decimals, or the ends of thousands where decimals have points: three or
-    /// more in a row, of which some column but the first has nothing but digits, or three before the point, unless as many
-    /// headings, or a blank behind every comma, tell that they are cells. What begins like 05 is no number of its own.
+    /// Refuses numbers between commas that could also be decimals, or the ends of thousands if decimals have points. That is: three
+    /// or more in a row, and some column after the first has only digits, or three before the point. An equal number of headings,
+    /// or a blank after every comma, shows that they are cells. A cell such as 05 is no number of its own.
     fn one_reading(&self) -> Result<(), RowFault> {
         let numbers = |line: &&Line| !line.comment && line.cells.iter().all(|cell| self.number(cell).is_some());
         let rows: Vec<&Line> = self.lines.iter().filter(numbers).collect();
@@ -211,10 +211,10 @@ impl<'a> Sheet<'a> {
         Err(RowFault::at(&longest.span, message, hint))
     }
 
-    /// True if a line holds words: it begins with a letter or with a mark that no number has, or has nothing like a number; and no
-    /// cell is a value that is not known.
+    /// True if a line contains words: it begins with a letter or with a mark that no number has, or has nothing like a number; and
+    /// no cell is an unknown value.
     fn is_of_words(&self, line: &Line) -> bool {
-        /// Words that programs write for a value that they do not know.
+        /// Words that programs write for an unknown value.
         const UNKNOWN: [&str; 11] = ["nan", "-nan", "inf", "-inf", "infinity", "n/a", "na", "null", "none", "-", "?"];
         let unknown = |cell: &Span| UNKNOWN.contains(&&*self.text[cell.clone()].to_ascii_lowercase());
         let begins = |c: char| !c.is_ascii_digit() && !"+-\u{2212}.,;\"".contains(c);
@@ -228,7 +228,7 @@ impl<'a> Sheet<'a> {
         plain.parse().ok().filter(|value: &f64| value.is_finite())
     }
 
-    /// The unit that a line of headings gives to a column, in brackets or, of derivatives, as in `dU_m_per_rad`.
+    /// The unit of a column in a line of headings, in brackets or, for derivatives, as in `dU_m_per_rad`.
     pub fn unit(&self, column: usize) -> Option<(Span, String)> {
         let unit = |cell: &Span| match self.text[cell.clone()].rsplit_once(['[', '(']) {
             Some((_, unit)) => Some(unit.trim_end_matches([']', ')', ' ']).to_owned()),
@@ -251,14 +251,14 @@ impl<'a> Sheet<'a> {
         self.lines.iter().find_map(|line| line.cells.iter().position(|cell| is(&self.text[cell.clone()])))
     }
 
-    /// The words in a column, the nearest to the rows first; comments are none.
+    /// The words in a column, without comments, the nearest to the rows first.
     pub fn headings(&self, column: usize) -> impl Iterator<Item = &'a str> {
         let lines = self.lines.iter().rev().filter(|line| !line.comment);
         let cells = lines.filter_map(move |line| line.cells.get(column));
         cells.filter(|cell| self.number(cell).is_none()).map(|cell| &self.text[cell.clone()])
     }
 
-    /// The number of a column, from 0, and that of the line which names it.
+    /// The index of a column, from 0, and the index of the line with its heading.
     fn index(&self, column: &Column<'_>) -> Result<(usize, Option<usize>), RowFault> {
         let heading = match *column {
             Column::Number(number) => return Ok((number, None)),
@@ -291,17 +291,17 @@ impl<'a> Sheet<'a> {
         })
     }
 
-    /// The numbers in two columns and, where `more` of them are wanted, in as many behind the second one; without the last of three
-    /// where its unit is not that of the one before, or where it is not there. `hint` says what a number looks like.
+    /// The numbers in two columns and, if `more` columns are wanted, in as many after the second one; without the last of three if
+    /// its unit is not the previous one's, or if it is missing. `hint` shows what a number looks like.
     ///
     /// # Errors
-    /// Whatever else stands there.
+    /// Any other content there.
     pub fn rows(&self, of: &[Column<'_>; 2], more: usize, hint: &'static str) -> Result<Rows, Vec<RowFault>> {
         let (mut first, named) = match [self.index(&of[0]), self.index(&of[1])] {
             [Ok((first, line)), Ok((second, other))] => ([first, second], line.max(other)),
             all => return Err(all.into_iter().filter_map(Result::err).collect()),
         };
-        // A column alone stands for both.
+        // A single column serves as both.
         let alone = matches!(of[0], Column::Rows);
         if alone {
             first[0] = first[1];
@@ -311,8 +311,8 @@ impl<'a> Sheet<'a> {
         }
         let text = |cell: &Span| &self.text[cell.clone()];
         let widest = self.lines.iter().map(|line| line.cells.len()).max().unwrap_or(0);
-        // Two of three derivatives, unless the heading of the last one makes it another of their kind, or the one before it
-        // says so: U″ before each point is not without that behind it.
+        // Two of three derivatives, unless the heading of the last one makes it another of their kind, or the previous one's
+        // heading does: U″ before each point needs U″ after it.
         let two = |last: usize| {
             let [own, before] = [last, last - 1].map(|column| self.unit(column).map(|unit| unit.1));
             let before_point = |line: &Line| line.cells.get(last - 1).is_some_and(|cell| text(cell).contains("before"));
@@ -323,10 +323,10 @@ impl<'a> Sheet<'a> {
         let value = |line: &Line, column: usize| self.number(line.cells.get(column)?);
         let lines: Vec<&Line> =
             self.lines.iter().skip(named.map_or(0, |i| i + 1)).filter(|line| !line.comment).collect();
-        // A row is wrong whose first number has no second one beside it; what has no first number is a heading.
+        // A row with a first number but no second one is wrong; a row without a first number is a heading.
         let like = |line: &&Line| (alone || line.cells.len() > 1) && value(line, first[0]).is_some();
         let any = |line: &&Line| line.cells.iter().any(|cell| self.number(cell).is_some());
-        // Words alone are headings, what begins like a number is a row.
+        // Words alone are headings; a line that begins like a number is a row.
         let begins = |line: &Line| line.cells.iter().any(|cell| text(cell).starts_with(|c: char| c.is_ascii_digit()));
         let none = if lines.iter().any(|line| begins(line)) { 0 } else { lines.len() };
         let start = lines.iter().position(like).or_else(|| lines.iter().position(any)).unwrap_or(none);
@@ -335,7 +335,7 @@ impl<'a> Sheet<'a> {
         let end = lines.iter().rposition(|line| !words(line)).map_or(lines.len(), |last| last + 1);
         let (lines, trailer) = lines.split_at(end);
         let (mut rows, mut doubtful, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
-        // Where blanks or commas separate, what is missing in a row moves the cells behind it.
+        // With blanks or commas as separators, a missing cell shifts the cells after it.
         let mut counts = BTreeMap::new();
         lines.iter().for_each(|line| *counts.entry(line.width).or_insert(0) += 1);
         let usual = counts.iter().rev().max_by_key(|(_, lines)| **lines).map_or(0, |(cells, _)| *cells);
@@ -380,14 +380,14 @@ impl<'a> Sheet<'a> {
         }
         let used = || lines.iter().flat_map(|line| columns.iter().filter_map(|column| line.cells.get(*column)));
         let with = |mark: char| used().any(|cell| text(cell).contains(mark) && self.number(cell).is_some());
-        // Three digits behind a mark may be decimals or the end of thousands, which the other mark leaves open.
+        // Three digits after a mark may be decimals or the end of thousands; the other mark does not decide it.
         let thousands = |cell: &&Span| {
             text(cell).trim_start_matches(['+', '-', '\u{2212}']).split_once([',', '.']).is_some_and(|(whole, part)| {
                 let digits = [whole, part].iter().all(|part| part.bytes().all(|b| b.is_ascii_digit()));
                 digits && part.len() == 3 && (1..=3).contains(&whole.len()) && !whole.starts_with('0')
             })
         };
-        // A number of another form shows what a mark is; numbers without one beside it that it is none of decimals.
+        // A number of another form shows the meaning of a mark; a number without the mark shows that it is not for decimals.
         let marked = |mark: char| used().filter(move |cell| text(cell).contains(mark));
         let shown = |mark: char| marked(mark).any(|cell| self.number(cell).is_some() && !thousands(&cell));
         let plain = |cell: &Span| text(cell).trim_start_matches(['-', '0']).bytes().all(|b| b.is_ascii_digit());
@@ -449,7 +449,7 @@ fn lines(text: &str) -> impl Iterator<Item = Span> + '_ {
     })
 }
 
-/// The part of a row before a comment at its end.
+/// The part of a row before a trailing comment.
 fn without_comment(text: &str, span: &Span) -> Span {
     let content = &text[span.clone()];
     // A spreadsheet writes #N/A into a cell.
@@ -457,7 +457,7 @@ fn without_comment(text: &str, span: &Span) -> Span {
         let mut places = content.match_indices(*mark).map(|(place, _)| place);
         places.find(|place| !content[..*place].ends_with([';', ',', '\t']))
     };
-    // Words behind a semicolon are a comment of a controller, if the row stands before it.
+    // Words after a semicolon are a comment of a controller if the row is before it.
     let is_number = |word: &&str| word.parse::<f64>().is_ok();
     let last = content.rfind(';').filter(|place| {
         content[place + 1..].trim_start().starts_with(char::is_alphabetic)

@@ -1,4 +1,4 @@
-//! Tables as designers have them, against the laws that they were taken from.
+//! Tables from designers, against the laws they were taken from.
 
 use crate::scene::resolve;
 use camdrive::drives::parametric::{self, law::Law};
@@ -9,7 +9,7 @@ use camdrive_design::text::number;
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
-/// The law of a drive with these keys of `[cam]` beside `law` and `angle_unit` or what stands for it, and the notes on it.
+/// The law of a drive with these keys of `[cam]` in addition to `law` and `angle_unit` or its replacement, and the notes on it.
 fn cam(folder: &Path, keys: &str) -> Result<(MotionLaw, String), String> {
     let text = format!(
         "name = \"x\"\nmodel = \"ElasticCamDrive\"\ncam = {{ law = \"table\", {keys} }}\ndrive = {{ mode = \"input\" }}\n\
@@ -192,7 +192,7 @@ fn a_smoothed_rest_of_few_rows_rests() {
         // Three times the noise of 3 µm.
         assert!(u.abs() < 9e-6, "{}°: {u:e}", f64::from(i) / 2.0);
     }
-    // Rows beside the lobe that are not measured keep its level, and one that is wrong is left out.
+    // Unmeasured rows next to the lobe keep its level, and a wrong one is left out.
     let lobe = |wrong: f64| {
         let row = |i: i32| {
             let lift = 10.0 * (f64::from(i) * PI / 140.0).cos().powi(4) + 3e-3 * (f64::from(i * i) * 1.7).sin();
@@ -301,10 +301,10 @@ fn x_y_v_a_have_the_units_of_their_headings_or_are_by_the_radian() {
         let (law, _) = of(&table, &format!("{keys}, lift_unit = \"mm\", interpolation = \"derivatives\"")).unwrap();
         assert!(error(&law, lift) < 1e-9, "{keys}: {}", error(&law, lift));
     }
-    // The jerk is no U″ behind the points.
+    // The jerk is no U″ after the points.
     let told = of(&rows("", 1.0, " 2000"), &format!("angle_unit = \"deg\", {keys}")).unwrap_err();
     assert!(told.contains("U″ of this table is") && told.contains("times what its U′ say"), "{told}");
-    // Degrees without a word of it.
+    // Degrees without their unit.
     let told = of(&rows("", degree, ""), &format!("angle_unit = \"deg\", {keys}")).unwrap_err();
     assert!(
         told.contains("U′ of this table is 0.0175 times what its lifts say") && told.contains("V [mm/deg]"),
@@ -384,7 +384,7 @@ fn headings_have_units_where_they_are_clear() {
         let told = read(headings, "lift_unit = \"um\"").unwrap_err();
         assert!(told.contains("`cam.lift_unit`: the heading of its column says mm"), "{told}");
     }
-    // Letters and words that are no units, and units of something else.
+    // Letters and words that are no units, and units of other quantities.
     for (headings, note) in [
         ("phi_in;s_m", ""),
         ("Winkel in Grad;Hub", ""),
@@ -416,7 +416,7 @@ fn headings_have_units_where_they_are_clear() {
             cam(folder.path(), &format!("{keys}{noise}")).unwrap_or_else(|faults| panic!("{noise}: {faults}"));
         assert!((law.at(70_f64.to_radians()).0[0] - 0.01).abs() < 1e-5, "{noise}");
     }
-    // A row that is left out is told with the law.
+    // A left-out row is reported with the law.
     let exact: String = (0..360)
         .map(|i| {
             format!("{i};{:.7}\n", 5.0 * (1.0 - f64::from(i).to_radians().cos()) + if i == 70 { 0.1 } else { 0.0 })
@@ -482,7 +482,7 @@ fn derivatives_of_another_angle_are_refused_by_what_the_lifts_know() {
                 slopes.contains("U′ of this table is") && slopes.contains("times what its lifts say"),
                 "{part}: {slopes}"
             );
-            // U′ tells less of U″ than the lifts of U′.
+            // U′ shows less of U″ than the lifts show of U′.
             if step > 5 && (part - 1.0_f64).abs() < 0.1 {
                 continue;
             }

@@ -12,17 +12,17 @@ const QUANTITIES: [&Quantity; 3] = [&unit::ANGLE, &unit::TIME, &unit::LENGTH];
 pub struct TurnScale<'a> {
     /// The quantity of the column; numbers are steps of an encoder.
     pub quantity: &'static Quantity,
-    /// Its unit where `angle_unit` does not tell it.
+    /// Its unit if `angle_unit` does not determine it.
     pub unit: Option<&'a str>,
-    /// So many SI units of the column are one radian of the cam.
+    /// SI units of the column per radian of the cam.
     pub per_rad: f64,
-    /// The equal lobes of the turn, of which the table has one.
+    /// The equal lobes of the turn; the table has one of them.
     pub lobes: usize,
-    /// True if the cam rests outside of the table.
+    /// True if the cam is at rest outside of the table.
     pub rests: bool,
-    /// The distance of the angles, in SI units of the column, where the file has none.
+    /// The distance of the angles, in SI units of the column, if the file has no angles.
     pub step: Option<f64>,
-    /// The unit of messages, and how many of it are one radian of the cam.
+    /// The unit of messages, and its number per radian of the cam.
     shown: (f64, &'a str),
 }
 
@@ -50,7 +50,7 @@ impl<'a> TurnScale<'a> {
         let unit = own.filter(|unit| !unit.is_empty());
         let (of, order) = section.of(quantity, 0);
         let turn = section.real_or("turn", TAU);
-        // The period of a prescribed motion is that of the task.
+        // The period of a prescribed motion belongs to the task.
         let period = if section.path.ends_with("target") { Some(None) } else { section.optional("period") };
         let step = section.optional("angle_step");
         section.of(of, order);
@@ -68,7 +68,7 @@ impl<'a> TurnScale<'a> {
         let rests = section.choice_or("outside", &[("rest", true)], false);
         let (turn, period, step) = (turn?, period?.unwrap_or(turn?), step?);
         let lobes = (turn / period).round();
-        // An angle such as a seventh of the turn is written with some five digits.
+        // An angle such as a seventh of the turn has some five digits.
         if !(lobes >= 1.0 && (lobes * period / turn - 1.0).abs() <= CLOSING / TAU) {
             let fault = section.fault_of("period", format!(": the turn is {} periods", units::short(turn / period)));
             let unit = section.text("period").flatten().and_then(|text| units::written(text, quantity));
@@ -98,7 +98,7 @@ impl<'a> TurnScale<'a> {
         self.per_rad == 1.0 && self.lobes == 1
     }
 
-    /// An angle of the cam (rad) as the column has it.
+    /// An angle of the cam (rad) in the unit of the column.
     pub fn shown(&self, angle: f64) -> String {
         format!("{} {}", units::short(self.shown.0 * angle), self.shown.1)
     }

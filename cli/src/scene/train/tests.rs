@@ -1,4 +1,4 @@
-//! Every key of a train: its value where it belongs, and what is told where it does not.
+//! Every key of a train: its value at the right place, and the message at a wrong one.
 
 use super::*;
 use crate::document::Document;
@@ -19,7 +19,7 @@ fn read_text(text: &str, notes: &mut Vec<String>) -> Result<Scene, String> {
     };
     let scene = crate::document::input::read("train.toml", &Document::new(text.to_owned()), Kind::Scene, read)
         .map_err(|faults| faults.to_string())?;
-    // As an FMU carries it.
+    // The form in an FMU.
     let value = serde_json::to_value(&scene).unwrap();
     assert_eq!(serde_json::from_value::<Scene>(value).unwrap(), scene);
     assert_eq!(postcard::from_bytes::<Scene>(&postcard::to_stdvec(&scene).unwrap()).unwrap(), scene);
