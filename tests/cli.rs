@@ -595,7 +595,7 @@ fn check_warns_of_a_rough_table() {
     std::fs::write(&scene, whole("noise = \"estimate\"\n")).expect("the folder can be written to");
     let run = camdrive(&["check", text(&scene)]);
     assert!(
-        run.code == 0 && !run.out.contains("Advice") && run.err.contains("without its noise of 5.8"),
+        run.code == 0 && !run.out.contains("Advice") && run.err.contains("smoothing with a noise of 5.8"),
         "{}",
         run.err
     );
@@ -786,7 +786,7 @@ fn from_an_fmu_the_same_one_is_made() {
         assert_eq!(said(&fmus[0], "describe").out, said(&scene, "describe").out);
         let (check, of_scene) = (said(&fmus[0], "check"), said(&scene, "check"));
         assert_eq!(check.out.replace(text(&fmus[0]), ""), of_scene.out.replace(text(&scene), ""));
-        let told = format!("{}/{inside} without its noise", text(&fmus[0]));
+        let told = format!("{}/{inside}: smoothing", text(&fmus[0]));
         assert!(check.err.contains(&told), "{}", check.err);
     }
 }
@@ -1665,7 +1665,7 @@ fn a_run_refuses_what_it_cannot_do_and_writes_nothing() {
         (&["--start", "drive.v=3"], &["no variable `drive.v`", "did you mean `drive.w`?"]),
         (&["--start", "start.mode=steady"], &["not one of at_rest", "steady_state"]),
         (&["--start", "m"], &["NAME=VALUE"]),
-        (&["--start", "m=1", "--start", "m=2"], &["`m` is given twice"]),
+        (&["--start", "m=1", "--start", "m=2"], &["`m` is set twice"]),
         (&["--start", "q=1"], &["`q` is computed"]),
         (&["--output", "y,qq"], &["--output", "no variable `qq`"]),
         (&["--step", "0"], &["--step", "at least"]),
@@ -2327,7 +2327,7 @@ fn run_drives_an_fmu_of_another_maker() {
     // It is the same in every unit.
     assert_eq!(with(&["--start", "u=0"]).code, 0);
     let run = run_fmu(&[text(&fmu)], &temporary);
-    assert!(run.err.contains("--stop: the FMU tells no stop time"), "{}", run.err);
+    assert!(run.err.contains("--stop: the FMU has no stop time"), "{}", run.err);
     cart(&folder, "false");
     let run = run_fmu(&[text(&fmu), "--stop", "1", "--step", "0.3"], &temporary);
     assert!(is_refused(run.code) && run.err.contains("steps of one length only"), "{}", run.err);
@@ -2558,7 +2558,7 @@ fn compensate_says_what_it_cannot_do() {
         (&["modelDescription/DriveTrain.motor.toml"], &["elasticities", "hint: leave out [follower.elasticity]"]),
         (&["modelDescription/DriveTrain.input.toml"], &["the shaft is prescribed", "hint: give [machine]"]),
         (&[&trains[0]], &["position loop", "hint: leave out K_v"]),
-        (&[&trains[1]], &["changes with time", "hint: give w_ref a value"]),
+        (&[&trains[1]], &["changes with time", "hint: set w_ref to a value"]),
         (&[&trains[2]], &["coupling", "hint: leave it out"]),
         (&[&trains[3]], &["come to rest", "hint: add a [motor]"]),
         (&[LOADED, "--period", "120 ms"], &["--period", "hint: change its torque"]),
@@ -3069,7 +3069,7 @@ fn synthesize_tells_all_faults_of_a_task() {
         "`dwell[1].width`",
         "is not a range",
         "write for example to = \"380 deg\"; a single angle is a [[point]]",
-        "gives nothing for U",
+        "has no U",
         "bounds nothing",
     ] {
         assert!(run.err.contains(part), "{part} is missing in\n{}", run.err);
@@ -3613,7 +3613,7 @@ fn a_study_has_the_same_bits_for_any_number_of_threads_and_jobs() {
     std::fs::remove_file(store("many").join("runs/part-00001.parquet")).unwrap();
     std::fs::write(store("many").join("runs/part-00002.parquet"), &one["part-00002.parquet"][..100]).unwrap();
     let there = run("many", &[]);
-    assert!(there.code == 1 && there.err.contains("--resume computes what it lacks"), "{}", there.err);
+    assert!(there.code == 1 && there.err.contains("--resume computes the missing runs"), "{}", there.err);
     let resumed = run("many", &["--resume"]);
     assert!(
         resumed.code == 0 && resumed.out.contains("40 runs: 40 ok") && resumed.out.contains(": 24 runs in "),
@@ -4022,7 +4022,7 @@ fn a_study_tells_what_numbers_without_a_unit_mean() {
     }
 }
 
-/// A torque that acts with another factor than the motion, on the shaft itself or by way of another part.
+/// A torque that acts with another factor than the motion, on the shaft itself or through another part.
 #[test]
 fn work_that_is_lost_between_a_drive_and_its_shaft_is_told() {
     let folder = folder("balance");
@@ -4048,7 +4048,7 @@ fn work_that_is_lost_between_a_drive_and_its_shaft_is_told() {
     let by_gear = |factor: u8| {
         format!("{gear}{motion}{}{}", wire("pusher.tau", "gear.a", 1), wire("gear.tau", "machine.tau", factor))
     };
-    let lost = "pusher: the work forth and back is ";
+    let lost = " J of work are exchanged; the shaft of machine gives ";
     let check = ran("check", &direct(1));
     assert!(
         check.contains("pusher.tau acts on machine with the factor 1; with 2") && !check.contains("No fault"),
@@ -4057,7 +4057,7 @@ fn work_that_is_lost_between_a_drive_and_its_shaft_is_told() {
     let told = ran("run", &direct(1));
     assert!(told.contains("acts on machine with the factor 1") && told.contains(lost), "{told}");
     let told = ran("run", &by_gear(1));
-    assert!(told.contains(lost) && told.contains("by way of gear"), "{told}");
+    assert!(told.contains(lost) && told.contains("through gear"), "{told}");
     assert!(ran("check", &direct(2)).contains("No fault"));
     for right in [direct(2), by_gear(2)] {
         let told = ran("run", &right);
@@ -4237,7 +4237,7 @@ fn a_wrong_archive_of_a_system_is_refused_with_its_reason() {
     };
     assert_eq!(changed("source=\"resources/machine.fmu\"", "source=\"my%20parts/machine%201.fmu\"").0, 0);
     let (code, err) = changed(" stopTime=\"1.2\"", "");
-    assert!(code == 0 && err.contains("tells no stopTime, so that it ends at 1 s"), "{err}");
+    assert!(code == 0 && err.contains("has no stopTime, so the run ends at 1 s"), "{err}");
     let mut said = String::new();
     for (from, to) in wrong_structures() {
         let (code, err) = changed(from, &to);
@@ -4360,8 +4360,8 @@ fn an_fmu_of_another_maker_is_checked_in_a_system() {
     let parts = format!("[part.cart]\nfmu = \"cart.fmu\"\n[part.contact]\nscene = \"{contact}\"\n");
     for (more, said) in [
         ("", None),
-        ("factor = 2\n", Some("`gear` is no real number, which has no factor")),
-        ("offset = 2\n", Some("`gear` is no real number, which has no offset")),
+        ("factor = 2\n", Some("`gear` is no real number, so it has no factor")),
+        ("offset = 2\n", Some("`gear` is no real number, so it has no offset")),
     ] {
         let connection = format!("[[connection]]\nfrom = \"contact.impacts\"\nto = \"cart.gear\"\n{more}");
         let [run, _] = check(&format!("stop = 3e-3\nstep = 1e-3\n{parts}{connection}"));
@@ -4560,7 +4560,11 @@ fn a_coupling_report_of_foreign_fmus_is_against_short_steps() {
     std::fs::write(folder.join("system.toml"), system).expect("a system");
     let run = camdrive(&["system", text(&folder.join("system.toml")), "--study", "-o", text(&folder.join("out"))]);
     assert_eq!(run.code, 0, "{}", run.err);
-    assert!(run.err.contains("no train: part drive: what an FMU does inside is not known"), "{}", run.err);
+    assert!(
+        run.err.contains("it cannot be one DriveTrain: part drive: the content of an FMU is unknown"),
+        "{}",
+        run.err
+    );
     assert!(
         run.out.contains("in steps of 15.6 µs, each repeated 2 times") && !run.out.contains("one FMU"),
         "{}",

@@ -3,7 +3,7 @@
 use super::deliver::{ReportFiles, ReportFormat};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, failure, files, read, tell, wrong_argument};
+use super::{Failure, failure, files, print_message, read, wrong_argument};
 use crate::document::units;
 use crate::scene::Resolved;
 use crate::scene::geometry::CamPlan;
@@ -51,7 +51,7 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    telling: ReportFormat,
+    format: ReportFormat,
 }
 
 /// The finest chord (m): files give a tenth of a nanometre.
@@ -95,7 +95,7 @@ pub fn shapes(path: &Path, scene: &Resolved, cams: &[CamPlan], tolerances: Toler
     let shape = |cam: &CamPlan| {
         let name = cam.follower.map_or(scene.name.clone(), |j| format!("{}.follower{j}", scene.name));
         let fault = |fault: Fault| failure(fault.within(format_args!("{}: {name}", path.display())));
-        let shape = Bar::beside(&name, |_| Shape::new(&name, &cam.law, cam.plan, tolerances)).map_err(fault)?;
+        let shape = Bar::during(&name, |_| Shape::new(&name, &cam.law, cam.plan, tolerances)).map_err(fault)?;
         Ok(shape.with(cam.mechanisms.iter().map(Finding::of_transmission)))
     };
     cams.iter().map(shape).collect()
@@ -109,7 +109,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = read(&args.scene)?;
     // A changed table must be known before its cam is cut.
     for table in &scene.smoothed {
-        tell(&format!("note: {}: {}\n", text::in_one_line(args.scene.display()), table.sentence));
+        print_message(&format!("note: {}: {}\n", text::in_one_line(args.scene.display()), table.sentence));
     }
     let folder = files::folder(args.output.as_deref(), "cam", &scene.name)?;
     let followers = scene.scene.followers();
@@ -119,8 +119,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let place = args.scene.display();
         return Err(match scene.scene {
             Scene::ParametricDrive(_) => failure(format!("{place}: a ParametricDrive has no cam")),
-            _ => failure(format!("{place}: the scene does not give the geometry of a cam"))
-                .hint(format!("add {table} beside the law, with follower, roller_radius and base_radius")),
+            _ => failure(format!("{place}: the scene has no geometry of a cam"))
+                .hint(format!("add {table} next to the law, with follower, roller_radius and base_radius")),
         });
     }
     let shapes = shapes(&args.scene, &scene, &cams, tolerances)?;
@@ -141,11 +141,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         files::keep(&place.more, &place.inputs, args.force)?;
     }
-    args.telling.deliver(report, &findings, place)?;
+    args.format.deliver(report, &findings, place)?;
     if !refused {
         return Ok(());
     }
     let faults = shapes.iter().flat_map(|shape| shape.complaints(Level::Bad));
     let faults: Vec<String> = faults.map(|line| format!("error: {line}")).collect();
-    Err(Failure::new(faults.join("\n")).hint("no file is written; --force writes them all the same"))
+    Err(Failure::new(faults.join("\n")).hint("no file is written; --force writes them nevertheless"))
 }

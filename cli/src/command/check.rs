@@ -2,7 +2,7 @@
 
 use super::deliver::ReportFormat;
 use super::output::Bar;
-use super::{Failure, failure, open, print, read_all, show, system, tell_notes, width};
+use super::{Failure, failure, open, print, print_notes, read_all, show, system, width};
 use crate::document::{Diagnostic, Diagnostics, Document, Value as Scalar, input::is_system, units};
 use crate::scene::Resolved;
 use crate::system::System;
@@ -30,16 +30,16 @@ pub struct Args {
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
     #[command(flatten)]
-    telling: ReportFormat,
+    format: ReportFormat,
 }
 
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    if args.telling.json {
+    if args.format.json {
         return as_data(&args.scenes);
     }
     let (systems, paths): (Vec<PathBuf>, Vec<PathBuf>) = args.scenes.iter().cloned().partition(|path| is_system(path));
     let scenes = read_all(&paths)?;
-    tell_notes(&paths, &scenes);
+    print_notes(&paths, &scenes);
     let mut out = String::new();
     for path in &systems {
         let system = system::read(path)?;
@@ -47,20 +47,20 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         out += if out.is_empty() { "" } else { "\n" };
         let mut report = system::glance(text::in_one_line(path.display()), &system);
         report.study += " ok";
-        out += &report.text(width(), args.telling.explain);
+        out += &report.text(width(), args.format.explain);
     }
     for (path, scene) in paths.iter().zip(&scenes) {
         let found = overview_of(scene);
         let report = found.report(text::in_one_line(path.display()), format!("{} ok", scene.scene.said()));
         out += if out.is_empty() { "" } else { "\n" };
-        out += &report.text(width(), args.telling.explain);
+        out += &report.text(width(), args.format.explain);
     }
     show(&out).map(|()| ExitCode::SUCCESS)
 }
 
 /// The overview of a scene with the warnings of its tables, frequencies in the unit of the scene.
 pub fn overview_of(scene: &Resolved) -> Overview {
-    let mut overview = Bar::beside(&scene.name, |_| overview::of(&scene.resource()));
+    let mut overview = Bar::during(&scene.name, |_| overview::of(&scene.resource()));
     if let Some(unit) = unit_of_frequencies(&scene.document) {
         overview.show_frequencies(&unit);
     }

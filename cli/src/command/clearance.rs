@@ -77,7 +77,7 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    telling: ReportFormat,
+    format: ReportFormat,
 }
 
 /// Short names of laws, in addition to the names in scenes.
@@ -94,20 +94,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = read(&args.scene)?;
     let folder = files::folder(args.output.as_deref(), "clearance", &scene.name)?;
     let options = args.options(&scene)?;
-    let findings = Bar::beside(&scene.name, |tell| clearance::study(&scene.resource(), &options, tell));
+    let findings = Bar::during(&scene.name, |progress| clearance::study(&scene.resource(), &options, progress));
     let findings =
         findings.map_err(|fault| of_option(&fault).unwrap_or_else(|| failure(fault.within(args.scene.display()))))?;
     let (inputs, scene, measured) = (scene.files, Some(&scene.document), Some(&args.measured));
     let place =
         ReportFiles { folder: Some(&folder), inputs, scene, measured, force: args.force, ..ReportFiles::default() };
-    args.telling.deliver(findings.report(), &findings, place)
+    args.format.deliver(findings.report(), &findings, place)
 }
 
 impl Args {
     fn options(&self, scene: &Resolved) -> Result<Options, Failure> {
         if let Some(turns) = self.turns.filter(|turns| !TURNS.contains(turns)) {
             let text = format!("--turns: {turns} is not from {} to {}", TURNS.start(), TURNS.end());
-            return Err(wrong_argument(text).hint("half of them are left out; without the option it is 40"));
+            return Err(wrong_argument(text).hint("only the second half counts; the default is 40"));
         }
         let mut laws = Vec::new();
         for name in &self.compare {
@@ -177,7 +177,7 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw, f64)
     };
     let MotionLaw::Cycle(cycle) = &own else {
         return Err(wrong_argument(format!(
-            "--compare {name}: the scene {} has no cycle, so that stroke and angles of the task are not known",
+            "--compare {name}: the scene {} has no cycle, so stroke and angles are unknown",
             scene.name
         ))
         .hint("write the task as `law = \"cycle\"` and compare this scene's file with it, or name scene files"));

@@ -87,7 +87,7 @@ pub struct Args {
     #[arg(long)]
     force: bool,
     #[command(flatten)]
-    telling: ReportFormat,
+    format: ReportFormat,
 }
 
 /// The machine of the scene.
@@ -120,15 +120,15 @@ fn train(args: &Args, scene: &drive_train::Scene) -> Result<(drive_train::Machin
     for (wrong, why, hint) in [
         (
             elastic.is_some(),
-            "tools on elasticities or with clearance do not move as their cams say",
+            "tools on elasticities or with clearance do not follow their cams exactly",
             "leave out [follower.elasticity] and [follower.backlash]",
         ),
-        (coupling.is_some(), "behind a coupling or a belt the rotor vibrates against the shaft", "leave it out"),
-        (position, "with a position loop the servo has two states, of which this knows one", "leave out K_v"),
-        (varies, "the speed that the servo keeps changes with time or is an input", "give w_ref a value"),
+        (coupling.is_some(), "with a coupling or a belt the rotor vibrates against the shaft", "leave it out"),
+        (position, "with a position loop the servo has two states, and a compensation handles one", "leave out K_v"),
+        (varies, "the reference speed of the servo changes with time or is an input", "set w_ref to a value"),
         (
             *source == Source::None,
-            "without a motor loads let the machine come to rest",
+            "without a motor the loads stop the machine",
             "add a [motor], or leave out the loads",
         ),
     ] {
@@ -163,7 +163,7 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
         (Motor::Input, Some(_)) if own_torque => {
             let hint =
                 "change its torque, its table or w_ref; with --period a motor of kind \"kloss\" gets another w_s";
-            return Err(wrong_argument("--period: which motor yields it is not known").hint(hint));
+            return Err(wrong_argument("--period: the motor for this period is unknown").hint(hint));
         }
         _ => driving::load(&place, &motor, &args.load, args.period.as_ref())?,
     };
@@ -189,7 +189,7 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
         turning.push(turns);
     }
     if tools.is_empty() {
-        return Err(failure(format!("{place}: there is no follower whose cam could be compensated")));
+        return Err(failure(format!("{place}: no follower has a cam to compensate")));
     }
     let mut files = resolved.files;
     let restrictions =
@@ -224,7 +224,7 @@ fn restrictions(
             "--task: {} has a law for follower {missing}, whose tool is not compensated",
             path.display()
         ))
-        .hint("the laws of a task are those of the followers in their order, without --keep")
+        .hint("the laws of a task belong to the followers in their order; leave --keep out")
     })
 }
 
@@ -238,7 +238,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.measured.need(args.report.as_ref())?;
     let form = FORMS.into_iter().find(|(name, _)| *name == args.laws).map_or(Form::Auto, |(_, form)| form);
     let options = Options { tolerance: args.tolerance, rounds: args.rounds.into(), form };
-    let findings = Bar::beside(&machine.name, |tell| study(&machine.name, &machine.task, options, &tell))
+    let findings = Bar::during(&machine.name, |progress| study(&machine.name, &machine.task, options, &progress))
         .map_err(|fault| failure(fault.within(args.scene.display())))?;
     let cams = cams(&machine, &findings, &output)?;
     let mut inputs = machine.files.clone();
@@ -268,7 +268,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         scene: None,
         force: args.force,
     };
-    args.telling.deliver(report, &findings, place)
+    args.format.deliver(report, &findings, place)
 }
 
 /// Adds the requirements for the start of the compensated machine.
@@ -283,7 +283,7 @@ fn on_start(machine: &Machine, findings: &Compensation, verdict: &mut Verdict) {
         // `steady_state` starts with the fastest stable motion.
         let starts = findings.other_motion.is_none();
         let start = match starts {
-            true => ", and `start.mode` to \"steady_state\", so that the machine starts on this motion",
+            true => ", and `start.mode` to \"steady_state\", so that the machine starts in this motion",
             false => "",
         };
         let text = format!(
@@ -415,6 +415,6 @@ fn with_cam(
     document.set("cam", cams[place].table.clone());
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let target = output.parent().unwrap_or(Path::new("")).join(format!("{stem}.compensated.toml"));
-    let what = format!("Compensated cam of follower {number} in place of that");
+    let what = format!("Scene with the compensated cam of follower {number} instead of the cam");
     Ok((target, files::signed(&document, &what, &path, "compensate"), scene.files))
 }

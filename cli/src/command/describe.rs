@@ -47,7 +47,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.format.json {
         return print(&data(resolved, &mut drive).and_then(|data| text::json(&data)).map_err(fault)?);
     }
-    show(&Bar::beside(&resolved.name, |_| text(resolved, &mut drive)).map_err(fault)?)
+    show(&Bar::during(&resolved.name, |_| text(resolved, &mut drive)).map_err(fault)?)
 }
 
 /// The description as data.
@@ -98,7 +98,7 @@ fn text(resolved: &Resolved, drive: &mut Described) -> Result<String, Fault> {
         .section("Jumps", overview.jumps.iter().map(Jump::text))
         .section("Contact", overview.lift_offs.iter().map(LiftOff::text))
         .section("Solver and accuracy", documentation.accuracy.iter().map(|(of, text)| format!("{of}: {text}")))
-        .section("What the model leaves out", &documentation.left_out)
+        .section("Simplifications", &documentation.left_out)
         .section("Limits", &documentation.limits)
         .section("Default experiment", [format!("stop time {stop} s, step {step} s, tolerance {tolerance}")])
         .text();

@@ -1,6 +1,6 @@
 //! `camdrive export SCENE…`
 
-use super::{Failure, Format, failure, files, of_option, read_all, tell, tell_notes, wrong_argument};
+use super::{Failure, Format, failure, files, of_option, print_message, print_notes, read_all, wrong_argument};
 use crate::export::runtime_library::MADE;
 use crate::export::runtime_library::PLATFORMS;
 use crate::export::{Date, Extras, Packed, RuntimeLibrary, pack};
@@ -26,7 +26,7 @@ Examples:
   camdrive export scene.toml --platforms linux64,win64
   camdrive export old/guide_bar.fmu -o new/
 
-The runtime libraries are those beside the executable unless --runtime names others. They are built by
+The runtime libraries are next to the executable unless --runtime names others. To build them:
   cargo build --release --package camdrive-fmu    for the platform at hand
   packaging/build                                 for all others, in the folder target/runtimes")]
 pub struct Args {
@@ -52,7 +52,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let scenes = read_all(&args.scenes)?;
-    tell_notes(&args.scenes, &scenes);
+    print_notes(&args.scenes, &scenes);
     let targets = targets(args, &scenes)?;
     let runtimes = runtimes(args)?;
     let date = Date::from_environment().map_err(failure)?;
@@ -64,7 +64,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     for runtime in &runtimes {
         if let Some(warning) = runtime.warning() {
-            tell(&format!("warning: {warning}\n"));
+            print_message(&format!("warning: {warning}\n"));
         }
     }
     let inputs: Vec<PathBuf> = scenes.iter().flat_map(|scene| scene.files.clone()).collect();
@@ -122,7 +122,7 @@ fn runtimes(args: &Args) -> Result<Vec<RuntimeLibrary>, Failure> {
     }
     let (libraries, left_out) = RuntimeLibrary::at_hand(&args.platforms).map_err(failure)?;
     for fault in left_out {
-        tell(&format!("warning: left out: {fault}\n"));
+        print_message(&format!("warning: left out: {fault}\n"));
     }
     Ok(libraries)
 }
@@ -134,7 +134,7 @@ fn absent(args: &Args, runtimes: &[RuntimeLibrary]) -> String {
     if absent.is_empty() || !args.platforms.is_empty() || !args.runtime.is_empty() {
         return String::new();
     }
-    format!("without {}: wheels of camdrive have these libraries, packaging/build makes them\n", absent.join(", "))
+    format!("not for {}: the wheel or packaging/build adds these platforms\n", absent.join(", "))
 }
 
 /// The summary as JSON.

@@ -94,7 +94,9 @@ pub fn no_stream(path: &Path, option: &str, takes: &str) -> Result<(), Failure> 
             .hint(format!("choose another {option}")));
     }
     match path == Path::new("-") {
-        true => Err(wrong_argument(format!("{option} -: {option} takes {takes}; the standard output has the report"))),
+        true => {
+            Err(wrong_argument(format!("{option} -: {option} takes {takes}; the report goes to the standard output")))
+        }
         false => Ok(()),
     }
 }

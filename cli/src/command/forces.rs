@@ -46,7 +46,7 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    telling: ReportFormat,
+    format: ReportFormat,
 }
 
 /// The speed of the scene, if it determines one.
@@ -68,12 +68,10 @@ pub fn study(path: &Path, scene: &Resolved, speed: Option<f64>) -> Result<(Repor
     let fault = |fault: Fault| failure(fault.within(&place));
     let machine = Machine::of(&scene.resource()).map_err(fault)?;
     let Some(speed) = speed.or_else(|| speed_of(&scene.scene)) else {
-        return Err(
-            failure(format!("{place}: the scene gives no speed")).hint("give it, for example --speed \"300 rpm\"")
-        );
+        return Err(failure(format!("{place}: the scene has no speed")).hint("set it, for example --speed \"300 rpm\""));
     };
     let machine = Machine { speed, ..machine };
-    Bar::beside(&scene.name, |_| {
+    Bar::during(&scene.name, |_| {
         let turn = machine.turn()?;
         let findings = ForceAnalysis::new(&turn);
         Ok((findings.report(&turn), findings))
@@ -88,7 +86,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let place = args.scene.display();
     let (report, findings) = study(&args.scene, &scene, speed)?;
     let measured = Some(&args.measured);
-    args.telling.deliver(
+    args.format.deliver(
         report,
         &findings,
         ReportFiles {

@@ -41,7 +41,7 @@ use camdrive::drives::{Fault, Number};
 use camdrive_design::{host, text};
 use clap::error::ErrorKind;
 use clap::{FromArgMatches, Parser, Subcommand};
-use output::{print, show, tell, width};
+use output::{print, print_message, show, width};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -60,7 +60,7 @@ Example: from a scene file to an FMU
 A scene is a TOML file; a plain number is SI, a string carries its unit (\"1800 rpm\", \"0.94 mm\").
 A command writes all of its files or none; it replaces earlier results, never an input.
 Lines are as wide as the terminal, or COLUMNS; NO_COLOR leaves out the colours.
-Exit codes: 0 done, 1 a fault in a scene or in the export, a follower that leaves its cam (forces), or
+Exit codes: 0 done, 1 a fault in a scene or in the export, a follower that lifts off (forces), or
 an output that does not agree (verify), 2 a wrong command line, 3 no periodic motion (steady),
 130 ended by Ctrl-C.";
 
@@ -211,7 +211,7 @@ pub fn main() -> ExitCode {
             return if print(&version()).is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
         }
         Err(error) if error.use_stderr() => {
-            tell(&error.render().to_string());
+            print_message(&error.render().to_string());
             return ExitCode::from(WRONG_LINE);
         }
         Err(error) => {
@@ -247,7 +247,7 @@ pub fn main() -> ExitCode {
     match outcome {
         Ok(()) => ending,
         Err(Failure { fault, code }) => {
-            tell(&(fault.to_string().trim_end().to_owned() + "\n"));
+            print_message(&(fault.to_string().trim_end().to_owned() + "\n"));
             ExitCode::from(ending::code().unwrap_or(code))
         }
     }
@@ -290,10 +290,10 @@ fn read_all(paths: &[PathBuf]) -> Result<Vec<Resolved>, Failure> {
 
 /// Prints the notes on the laws of the scenes to the standard error. Only commands that judge or pack scenes do so, to avoid
 /// repetitions in the others.
-fn tell_notes(paths: &[PathBuf], scenes: &[Resolved]) {
+fn print_notes(paths: &[PathBuf], scenes: &[Resolved]) {
     for (path, scene) in paths.iter().zip(scenes) {
         for note in &scene.notes {
-            tell(&format!("note: {}: {note}\n", text::in_one_line(path.display())));
+            print_message(&format!("note: {}: {note}\n", text::in_one_line(path.display())));
         }
     }
 }

@@ -31,11 +31,11 @@ macro_rules! template {
 const TEMPLATES: &[Template] = &[
     template!("dwell-rise-dwell", Some("ElasticCamDrive"), "A cam lifts a tool, holds it and lowers it",
         "scene.toml" = "dwell_rise_dwell.toml"),
-    template!("measured-lift", None, "A cam whose lift was measured",
+    template!("measured-lift", None, "A cam with a measured lift",
         "scene.toml" = "measured_lift.toml", "lift.csv" = "lift.csv"),
     template!("press", Some("DriveTrain"), "A crank press with servo and flywheel",
         "scene.toml" = "press.toml"),
-    template!("valve-train", None, "A valve on a cam that it may leave",
+    template!("valve-train", None, "A valve that may lift off its cam",
         "scene.toml" = "valve_train.toml"),
     template!("loom", Some("RigidMachine"), "Two tools on the shaft of a motor",
         "scene.toml" = "loom.toml"),
@@ -58,7 +58,7 @@ Examples:
   camdrive new    (lists the templates)
   camdrive new dwell-rise-dwell
   camdrive new press -o press/scene.toml
-The name of a model stands for its template.")]
+The name of a model selects its template.")]
 pub struct Args {
     /// The template; without it, print a list
     #[arg(value_parser = PossibleValuesParser::new(TEMPLATES.iter().map(choice)), hide_possible_values = true)]

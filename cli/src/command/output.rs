@@ -49,7 +49,7 @@ fn written(mut out: impl Write, text: &str) -> Result<(), Failure> {
 }
 
 /// Writes messages to the standard error.
-pub fn tell(messages: &str) {
+pub fn print_message(messages: &str) {
     let width = width_of(std::io::stderr().is_terminal());
     // The line of a file stays above the mark of its place.
     let is_excerpt = |line: &str| line.trim_start_matches(|c: char| c == ' ' || c.is_ascii_digit()).starts_with('|');
@@ -98,14 +98,14 @@ impl Bar {
     }
 
     /// Shows the progress of the work on this scene or task.
-    pub fn beside<R>(name: &str, work: impl FnOnce(&(dyn Fn(Progress<'_>) + Sync)) -> R) -> R {
+    pub fn during<R>(name: &str, work: impl FnOnce(&(dyn Fn(Progress<'_>) + Sync)) -> R) -> R {
         let bar = Bar::new(name);
-        let result = work(&|progress| bar.tell(progress));
+        let result = work(&|progress| bar.show(progress));
         bar.bar.finish_and_clear();
         result
     }
 
-    fn tell(&self, Progress { done, total, stage }: Progress<'_>) {
+    fn show(&self, Progress { done, total, stage }: Progress<'_>) {
         let mut state = self.stage.lock().unwrap_or_else(PoisonError::into_inner);
         if state.0 != stage {
             *state = (stage.to_owned(), self.bar.position());
@@ -151,7 +151,7 @@ mod tests {
             (40, 40, "times"),
             (0, 0, "end"),
         ] {
-            bar.tell(Progress { done, total, stage });
+            bar.show(Progress { done, total, stage });
             let position = bar.bar.position();
             assert!((last..LENGTH).contains(&position), "{stage} {done} of {total}: {position} after {last}");
             last = position;

@@ -103,13 +103,14 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
     }
     match &scene.scene {
         Scene::ElasticShaft(_) | Scene::ParametricDrive(_) => {
-            let found =
-                Bar::beside(&scene.name, |tell| stability::study_scene(&scene.resource(), &Options::default(), tell));
+            let found = Bar::during(&scene.name, |progress| {
+                stability::study_scene(&scene.resource(), &Options::default(), progress)
+            });
             part("stability", found.map(|findings| findings.report()).map_err(failure));
         }
         Scene::BacklashDrive(_) if turns => {
             let options = clearance::Options { noise: noise(scene), ..clearance::Options::default() };
-            let found = Bar::beside(&scene.name, |tell| clearance::study(&scene.resource(), &options, tell));
+            let found = Bar::during(&scene.name, |progress| clearance::study(&scene.resource(), &options, progress));
             part("passage of the clearance", found.map(|findings| findings.report()).map_err(failure));
         }
         _ => (),
@@ -134,7 +135,7 @@ fn glance(scene: &Resolved, drive: &Described) -> Report {
 
 /// The values of the scene, including its loads, and the limits of the model.
 fn model(scene: &Resolved, drive: &mut Described) -> Result<Report, Fault> {
-    let mut report = Report::new(&scene.name, "values of the scene, and what the model leaves out");
+    let mut report = Report::new(&scene.name, "values of the scene, and simplifications of the model");
     let all = drive.descriptions().to_vec();
     let mut rows = Vec::new();
     for (reference, about) in all.iter().enumerate() {
@@ -143,7 +144,7 @@ fn model(scene: &Resolved, drive: &mut Described) -> Result<Report, Fault> {
         }
     }
     let text = drive.documentation()?;
-    report.lines("What the model leaves out", text.left_out).lines("Limits", text.limits);
+    report.lines("Simplifications", text.left_out).lines("Limits", text.limits);
     report.lines("Notes", scene.notes.iter().cloned());
     report.table(
         Table::of("Values", &rows)

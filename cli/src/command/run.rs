@@ -5,7 +5,7 @@ mod fmu;
 mod native;
 pub(super) mod signals;
 
-use super::output::{counter, print, tell};
+use super::output::{counter, print, print_message};
 use super::{Failure, Foreign, Format, failure, files, optional, system, wrong_argument};
 use crate::document::{input::is_system, source::is_fmu};
 use crate::export::picture;
@@ -37,13 +37,13 @@ Examples:
   camdrive run guide_bar.fmu --start \"drive.w=2000 rpm\" -o result.csv
   camdrive run two_cams/system.toml --step \"0.5 ms\" --output machine.w,pusher.q
 
-The table of --input has the headings time and names of inputs, with units where they are not SI: \
-\"time [ms],w [rpm]\". Between its rows inputs are linear, outside of them they are held; steps end at \
-its times, too. Of phi, w, a the last one in the table is linear, and from row to row the others \
-follow from it.
-What an FMU declares as discrete is held from row to row.
-The results of an FMU have the units that it declares; where they are not SI, headings tell them, and \
---start and --input take no number without a unit.")]
+The table of --input has the headings time and names of inputs, with units if they are not SI: \
+\"time [ms],w [rpm]\". Inputs are linear between its rows and held outside them; steps end at its \
+times, too. Only the highest derivative of phi, w, a in the table is linear; the others are \
+integrated from it.
+Discrete inputs of an FMU are held from row to row.
+The results of an FMU have its own units. If these are not SI, headings name them, and numbers in \
+--start and --input need a unit.")]
 pub struct Args {
     /// The scene or the system (TOML), an FMU 2.0 for Co-Simulation (.fmu), or a system of FMUs as SSP 1.0 (.ssp)
     #[arg(value_name = "FILE")]
@@ -288,8 +288,8 @@ impl Run {
         let columns: Vec<Course> = self.columns[1..].iter().map(course).collect();
         let drawn = results::diagram(&self.name, &columns, rows);
         let (drawing, label) = drawn.ok_or_else(|| {
-            wrong_argument("--diagram: no column changes, but angles that go on turning")
-                .hint("choose others by --output")
+            wrong_argument("--diagram: no column changes except angles that keep growing")
+                .hint("choose others with --output")
         })?;
         Ok(drawing.svg(&label, picture::SCALE))
     }
@@ -301,7 +301,7 @@ impl Run {
             return Ok(());
         }
         let hint =
-            "take a longer --step, fewer columns by --output, or CSV on the standard output, which may have any length";
+            "use a longer --step, fewer columns with --output, or CSV on the standard output, which has no limit";
         let step = Number(self.step);
         Err(wrong_argument(format!(
             "--step: {step} s yields {numbers:.1e} numbers; expected at most {MOST_NUMBERS:.0e}"
@@ -345,7 +345,7 @@ impl Run {
                         return Err(fault.within(span).into());
                     }
                     let why = format!("{span}: {fault}");
-                    tell(&format!("warning: {why}; the result ends at t = {} s\n", Number(time)));
+                    print_message(&format!("warning: {why}; the result ends at t = {} s\n", Number(time)));
                     return Ok(Some(why));
                 }
                 recording.source.warn();

@@ -61,7 +61,7 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    telling: ReportFormat,
+    format: ReportFormat,
 }
 
 impl Args {
@@ -111,10 +111,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = read(&args.scene)?;
     let fault = |fault: Fault| failure(fault.within(args.scene.display()));
     let folder = files::folder(args.output.as_deref(), "stability", &scene.name)?;
-    let findings = Bar::beside(&scene.name, |tell| stability::study_scene(&scene.resource(), &options, tell));
+    let findings = Bar::during(&scene.name, |progress| stability::study_scene(&scene.resource(), &options, progress));
     let findings = findings.map_err(fault)?;
     let (inputs, scene, measured) = (scene.files, Some(&scene.document), Some(&args.measured));
     let place =
         ReportFiles { folder: Some(&folder), inputs, scene, measured, force: args.force, ..ReportFiles::default() };
-    args.telling.deliver(findings.report(), &findings, place)
+    args.format.deliver(findings.report(), &findings, place)
 }

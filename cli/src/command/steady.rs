@@ -51,7 +51,7 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    telling: ReportFormat,
+    format: ReportFormat,
 }
 
 /// The study of a machine under this load, with this period, or of another drive at this speed (rad/s) or its own speed.
@@ -70,7 +70,7 @@ pub fn study(
         let (_, machine) = driving::machine(path, "steady")?;
         let load = load.map_or("0", |load| load);
         let (load, period) = driving::load(&place.to_string(), &machine.motor, load, period)?;
-        Bar::beside(&scene.name, |_| steady::of_machine(&scene.name, &machine, load, period))
+        Bar::during(&scene.name, |_| steady::of_machine(&scene.name, &machine, load, period))
     } else {
         if period.is_some() || load.is_some() {
             return Err(wrong_argument(format!(
@@ -82,7 +82,7 @@ pub fn study(
             return Err(wrong_argument(format!("{place}: --speed is for drives without a motor"))
                 .hint("choose the speed by the motor of the scene"));
         }
-        Bar::beside(&scene.name, |_| steady::of_drive(&scene.resource(), speed))
+        Bar::during(&scene.name, |_| steady::of_drive(&scene.resource(), speed))
     };
     findings.map_err(|fault: Fault| failure(fault.within(place)))
 }
@@ -99,6 +99,6 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let folder = args.report.as_deref();
     let (inputs, scene, measured) = (scene.files, Some(&scene.document), Some(&args.measured));
     let place = ReportFiles { folder, inputs, scene, measured, force: args.force, ..ReportFiles::default() };
-    args.telling.deliver(findings.report(), &findings, place)?;
+    args.format.deliver(findings.report(), &findings, place)?;
     Ok(if none { ExitCode::from(NO_MOTION) } else { ExitCode::SUCCESS })
 }

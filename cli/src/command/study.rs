@@ -3,7 +3,7 @@
 mod store;
 
 use super::output::counter;
-use super::{Failure, Foreign, Format, ending, failure, files, tell};
+use super::{Failure, Foreign, Format, ending, failure, files, print_message};
 use crate::document::{Diagnostic, Diagnostics, Document, input};
 use crate::export::hash;
 use crate::study::{self, Cell, Quantity, Study, Subject};
@@ -131,7 +131,7 @@ impl<'a> Worker<'a> {
     fn run(&mut self, row: u64) -> Record {
         let cells = self.study.cells(row);
         let outcome = catch_unwind(AssertUnwindSafe(|| self.measured(&cells)));
-        let outcome = outcome.unwrap_or_else(|_| Err((Status::Failed, "the drive broke down".to_owned())));
+        let outcome = outcome.unwrap_or_else(|_| Err((Status::Failed, "the drive failed".to_owned())));
         let (values, status, message) = match outcome {
             Ok((values, ended)) => (values.into_iter().map(Some).collect(), Status::Ok, ended.unwrap_or_default()),
             Err((status, message)) => (vec![None; self.study.measures.len()], status, message),
@@ -290,7 +290,7 @@ impl Parts<'_> {
         if stop.load(Ordering::Relaxed) {
             let there = self.numbers.iter().filter(|part| self.store.has(**part).is_ok_and(|there| there)).count();
             let whole = counted(self.numbers.len(), "part");
-            return Err(failure(format!("ended by a signal; {there} of {whole} are there")).hint("--resume goes on"));
+            return Err(failure(format!("ended by a signal; {there} of {whole} are there")).hint("--resume continues"));
         }
         Ok(())
     }
@@ -331,8 +331,8 @@ pub fn findings(path: &Path) -> Result<Findings, Failure> {
     let folder = files::folder(None, "study", &name)?;
     if !folder.join(store::SPECIFICATION).is_file() {
         let (file, store) = (path.display(), folder.display());
-        let hint = format!("`camdrive study {file}` makes it; `camdrive report FOLDER` takes another store");
-        return Err(failure(format!("{file}: its store {store} is not there")).hint(hint));
+        let hint = format!("`camdrive study {file}` creates it; `camdrive report FOLDER` reads another store");
+        return Err(failure(format!("{file}: its store {store} does not exist")).hint(hint));
     }
     Store::open(&folder, &specification(&study, &columns(&study), rows_of_part(study.rows()))?, true)?;
     store::findings(&folder)
@@ -344,11 +344,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let folder = files::folder(args.output.as_deref(), "study", &name)?;
     let rows = study.rows();
     let size = rows_of_part(rows);
-    study.notes.iter().for_each(|note| tell(&format!("note: {}: {note}\n", args.study.display())));
+    study.notes.iter().for_each(|note| print_message(&format!("note: {}: {note}\n", args.study.display())));
     let threads = args.threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
     if let Subject::Coupled(coupled) = &study.subject {
         let place = study.place.display();
-        coupled.system.remarks().iter().for_each(|remark| tell(&format!("note: {place}: {remark}\n")));
+        coupled.system.remarks().iter().for_each(|remark| print_message(&format!("note: {place}: {remark}\n")));
     }
     let columns = columns(&study);
     if args.explain {
@@ -361,7 +361,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for part in (0..rows.div_ceil(size)).filter(|part| part % n == i - 1) {
         let there = store.has(part).unwrap_or_else(|Failure { fault, .. }| {
             let fault = fault.message.trim_start_matches("error: ");
-            tell(&format!("warning: {fault}; its runs are computed again\n"));
+            print_message(&format!("warning: {fault}; its runs are computed again\n"));
             false
         });
         if !there {
@@ -445,7 +445,7 @@ fn columns(study: &Study) -> Vec<(Column, Content)> {
     columns.push(column(
         "message",
         "",
-        "Why the run was refused, failed or ended before its window did",
+        "Reason why the run was refused, failed or ended before its window",
         Content::Message,
     ));
     columns

@@ -54,7 +54,7 @@ pub struct Args {
     #[command(flatten)]
     measured: Measured,
     #[command(flatten)]
-    telling: ReportFormat,
+    format: ReportFormat,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -78,7 +78,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if machine.is_none() && args.follower.is_some() {
         return Err(wrong_argument("--follower: there is no scene").hint("name the machine with --scene"));
     }
-    let study = Bar::beside(&assignment.name, |tell| Together::new(&assignment, &tell));
+    let study = Bar::during(&assignment.name, |progress| Together::new(&assignment, &progress));
     let refused = |fault: Infeasible| fault.fault(&assignment.task, &assignment.names).within(args.task.display());
     let study = study.map_err(|fault| failure(refused(fault)))?;
     let written = chosen.map_or(&study.studies[..], |law| std::slice::from_ref(&study.studies[law]));
@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         force: args.force,
         measured: Some(&args.measured),
     };
-    args.telling.deliver(study.report(), &study.findings(), place)
+    args.format.deliver(study.report(), &study.findings(), place)
 }
 
 /// The index of the law with this name.
@@ -134,16 +134,12 @@ fn machine(path: &Path, follower: Option<usize>, laws: usize) -> Result<(Documen
             let message = format!("there is no follower {j}; the scene has {}, counted from 1", list.len());
             Err(failure(&message))
         }
-        (Some(_), None) => {
-            Err(failure("a machine has several cams").hint("say with --follower which of them the profile replaces"))
-        }
+        (Some(_), None) => Err(failure("a machine has several cams").hint("choose the one to replace with --follower")),
         (None, Some(_)) => Err(match resolved.scene {
             Scene::RigidMachine(_) => failure("the machine has no tables [[follower]]"),
             _ => failure("this is not a machine with followers").hint("leave --follower out"),
         }),
-        (None, None) if !document.table.contains_key("cam") => {
-            Err(failure("this scene has no [cam] that a profile could replace"))
-        }
+        (None, None) if !document.table.contains_key("cam") => Err(failure("this scene has no [cam] to replace")),
         (None, None) => Ok((document, resolved.files)),
     }
 }

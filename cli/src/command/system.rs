@@ -6,7 +6,7 @@ pub mod study;
 
 use super::deliver::ReportFormat;
 use super::output::{print, show, width};
-use super::{Failure, Foreign, failure, files, tell};
+use super::{Failure, Foreign, failure, files, print_message};
 use crate::document::input::is_archive;
 use crate::export::archive::{File, archive};
 use crate::export::xml::number;
@@ -54,7 +54,7 @@ pub struct Args {
     #[command(flatten)]
     foreign: Foreign,
     #[command(flatten)]
-    telling: ReportFormat,
+    format: ReportFormat,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -80,20 +80,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     ];
     written.extend(fmus.into_iter().map(|fmu| (folder.join(fmu.path), fmu.content)));
     let lines = files::write(&written, &system.files)?;
-    if args.telling.json {
+    if args.format.json {
         let mut data = data(&args.system, &system);
         data["files"] = written.iter().map(|(path, _)| path.display().to_string()).collect();
         return print(&text::json(&data).map_err(failure)?);
     }
     let report = glance(&system.name, &system);
-    show(&format!("{}\n{lines}", report.text(width(), args.telling.explain)))
+    show(&format!("{}\n{lines}", report.text(width(), args.format.explain)))
 }
 
 /// Reads a system and prints its notes.
 pub fn read(path: &Path) -> Result<System, Failure> {
     let system = system::read(path).map_err(failure)?;
     for note in system.remarks() {
-        tell(&format!("note: {}: {note}\n", text::in_one_line(path.display())));
+        print_message(&format!("note: {}: {note}\n", text::in_one_line(path.display())));
     }
     Ok(system)
 }
@@ -129,7 +129,7 @@ fn packed(scene: &Resolved, libraries: &[RuntimeLibrary], date: Option<Date>) ->
 /// The libraries for the FMUs; prints which are missing.
 fn libraries() -> Result<Vec<RuntimeLibrary>, Failure> {
     let (libraries, left_out) = RuntimeLibrary::at_hand(&[]).map_err(failure)?;
-    left_out.iter().for_each(|fault| tell(&format!("warning: left out: {fault}\n")));
+    left_out.iter().for_each(|fault| print_message(&format!("warning: left out: {fault}\n")));
     Ok(libraries)
 }
 
@@ -247,7 +247,7 @@ pub fn glance(name: impl Into<String>, system: &System) -> Report {
         .column("frequency", "√(k/J) of elastic loads", Unit::new("rad/s", 1.0), elastic)
         .column("stable", "largest stable step", MS, stable)
         .rounded(Rounding::Inward)
-        .below(["A step can be stable only where J_load/J is below 1.".to_owned()]);
+        .below(["A step can be stable only if J_load/J is below 1.".to_owned()]);
     let connections = Table::of("Connections", &system.connections)
         .column("from", "from", ONE, |c| end(system, &c.from))
         .column("to", "to", ONE, |c| end(system, &c.to))

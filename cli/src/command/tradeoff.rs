@@ -47,7 +47,7 @@ pub struct Args {
     #[arg(long)]
     force: bool,
     #[command(flatten)]
-    telling: ReportFormat,
+    format: ReportFormat,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -61,7 +61,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let failed = |fault: Fault| of_option(&fault).unwrap_or_else(|| failure(fault.within(args.scene.display())));
     let findings =
-        Bar::beside(&scene.name, |tell| tradeoff::study(&scene.resource(), &options, tell)).map_err(failed)?;
+        Bar::during(&scene.name, |progress| tradeoff::study(&scene.resource(), &options, progress)).map_err(failed)?;
     let place = ReportFiles {
         folder: Some(&folder),
         inputs: scene.files,
@@ -69,5 +69,5 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         force: args.force,
         ..ReportFiles::default()
     };
-    args.telling.deliver(findings.report(), &findings, place)
+    args.format.deliver(findings.report(), &findings, place)
 }

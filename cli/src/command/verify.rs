@@ -1,7 +1,7 @@
 //! `camdrive verify FMU…`
 
 use super::run::signals;
-use super::{Failure, Foreign, Format, open, tell};
+use super::{Failure, Foreign, Format, open, print_message};
 use crate::document::{Diagnostics, input::NAMED, source::is_fmu};
 use crate::export::results::{self, Results};
 use crate::export::{self, references, sbom};
@@ -93,7 +93,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             Err(fault) => fault.to_string(),
         };
         let error = if fault.starts_with(&file) { fault } else { format!("{file}: {fault}") };
-        tell(&format!("error: {error}\n"));
+        print_message(&format!("error: {error}\n"));
         Answer::Broken { file, agrees: false, error }
     };
     let all: Vec<Answer> = args.fmus.iter().map(answer).collect();
@@ -146,7 +146,7 @@ fn compare(path: &Path, place: &str) -> Result<Comparison, Fault> {
     let (tolerance, end) = (description.experiment.tolerance, rows[rows.len() - 1][0]);
     let mut changes = changes(path, folder.path(), description, &rows)?;
     if rows.iter().all(|row| row[1..] == rows[0][1..]) {
-        tell(&format!("note: {place}: no output changes in the experiment: that they agree proves little\n"));
+        print_message(&format!("note: {place}: no output changes in the experiment, so the agreement proves little\n"));
     }
     let (signals, missing) = inputs(folder.path(), description)?;
     changes.extend(missing);
@@ -212,7 +212,7 @@ fn changes(path: &Path, folder: &Path, about: &ModelDescription, rows: &[Vec<f64
     let scene = match open(path) {
         Ok(scene) => scene,
         Err(faults) => {
-            return Ok([changes, vec![format!("the scene inside is not the one of the drive: {faults}")]].concat());
+            return Ok([changes, vec![format!("the scene inside is not the drive's: {faults}")]].concat());
         }
     };
     let resource = scene.resource();
@@ -224,15 +224,15 @@ fn changes(path: &Path, folder: &Path, about: &ModelDescription, rows: &[Vec<f64
         if about.name != resource.name
             || !are_near(&format!("{:?}", Scene::decoded(model, encoded)?), &format!("{:?}", resource.scene))
         {
-            changes.push(format!("the scene inside is not the one of the drive, resources/{FILE_NAME}"));
+            changes.push(format!("the scene inside is not the drive's, resources/{FILE_NAME}"));
         } else {
             let wanted = Element::read(&export::describe(&resource, &scene.description)?)?;
             let found = Element::read(&String::from_utf8_lossy(&read(host::DESCRIPTION)?))?;
             changes.extend(difference(&found, &wanted).map(|what| format!("{}: {what}", host::DESCRIPTION)));
         }
     } else {
-        tell(&format!(
-            "note: {}: another camdrive made it; its scene is not compared with the drive\n",
+        print_message(&format!(
+            "note: {}: another version of camdrive wrote it; its scene is not compared with the drive\n",
             path.display()
         ));
     }
@@ -288,7 +288,7 @@ fn are_near(one: &str, other: &str) -> bool {
 fn results_of(folder: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Fault> {
     let place = folder.join(references::FOLDER).join(references::RESULT);
     if !place.is_file() {
-        let hint = "older FMUs, and those of other tools, have none inside; `camdrive export` makes one with them";
+        let hint = "older FMUs and FMUs of other tools have no results; `camdrive export` writes FMUs with results";
         return Err(Fault::new("the FMU holds no results").hint(hint));
     }
     let mut table = csv::Reader::from_path(place).map_err(|e| wrong(&e.to_string()))?;

@@ -91,9 +91,7 @@ impl Kind {
             }
             Kind::Scene if document.len() == 1 && has("cam") => Some((
                 "a cam profile",
-                format!(
-                    "add `name`, `model` and what else belongs to the drive, or append {file} to a scene without [cam]"
-                ),
+                format!("add `name`, `model` and the sections of the drive, or append {file} to a scene without [cam]"),
             )),
             Kind::Task if has("model") && !has("objective") => Some((
                 "a scene",
@@ -182,8 +180,8 @@ pub fn utf16(bytes: &[u8]) -> Option<Option<String>> {
 }
 
 /// The hint about FMUs.
-pub const NAMED: &str = "an FMU is read from a file of its own whose name ends in .fmu, not from a pipe; \
-                         `camdrive run NAME.fmu` drives it";
+pub const NAMED: &str = "an FMU is read from a file with a name that ends in .fmu, not from a pipe; \
+                         `camdrive run NAME.fmu` simulates it";
 
 /// The kind of a file from another program, by its bytes.
 pub fn foreign(bytes: &[u8]) -> Option<&'static str> {

@@ -206,7 +206,7 @@ pub struct Section<'a> {
     /// The keys that were read; all others are unknown.
     known: RefCell<Vec<&'static str>>,
     /// The unknown keys that were reported already.
-    told: RefCell<Vec<Span>>,
+    reported: RefCell<Vec<Span>>,
 }
 
 impl<'a> Section<'a> {
@@ -232,9 +232,9 @@ impl<'a> Section<'a> {
 
     /// The whole file.
     pub fn root(faults: &'a Faults<'a>, table: &'a TomlTable, keys: &'static keys::KeyTable) -> Self {
-        let (known, told) = Default::default();
+        let (known, reported) = Default::default();
         let own = Cell::new((&unit::LENGTH, 0));
-        Section { faults, path: String::new(), span: 0..0, table, keys, own, turns: Cell::new(false), known, told }
+        Section { faults, path: String::new(), span: 0..0, table, keys, own, turns: Cell::new(false), known, reported }
     }
 
     fn sub(&self, path: String, span: Span, table: &'a TomlTable, keys: &'static keys::KeyTable) -> Self {
@@ -347,7 +347,7 @@ impl<'a> Section<'a> {
         let Value::Text(text) = value.get_ref() else { return None };
         let fault = self.faults.at(place.span(), format!(" is missing; `{wrong}` is not known here"));
         self.faults.report(fault.of(self.path_of(key)).hint(format!("did you mean `{key}`?")));
-        self.told.borrow_mut().push(place.span());
+        self.reported.borrow_mut().push(place.span());
         Some(text)
     }
 
@@ -728,7 +728,7 @@ impl<'a> Section<'a> {
         }
         let known = self.known.borrow();
         let unknown = |key: &&Spanned<String>| !known.contains(&key.get_ref().as_str());
-        for key in self.table.keys().filter(unknown).filter(|key| !self.told.borrow().contains(&key.span())) {
+        for key in self.table.keys().filter(unknown).filter(|key| !self.reported.borrow().contains(&key.span())) {
             let name = key.get_ref().as_str();
             let place =
                 if self.path.is_empty() { format!("in {}", self.faults.kind) } else { format!("in [{}]", self.path) };

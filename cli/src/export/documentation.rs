@@ -56,7 +56,7 @@ fn report(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result
     report.lines("Connect it", connections(drive)).lines("Signs and units", signs(drive.descriptions()));
     report.body.push(usage(name, drive));
     report.body.push(Block::Equations("Equations".to_owned(), documentation.equations));
-    report.lines("What the model leaves out", documentation.left_out);
+    report.lines("Simplifications", documentation.left_out);
     report.table(variables(drive)?);
     let rows: Vec<_> = documentation.accuracy.into_iter().map(|(quantity, text)| vec![quantity, text]).collect();
     let mut accuracy = words("Solution and accuracy", &["Quantity", "Statement"], &rows);
@@ -112,12 +112,12 @@ fn experiment(report: &mut Report, drive: &AnyDrive, results: &Results) {
 fn platform(name: &str) -> String {
     let runs_on = match name {
         "linux64" | "aarch64-linux" => {
-            "Linux with GLIBC 2.17 or newer; a library that was built for the exporting machine, not by packaging/build, may need \
-             the GLIBC of that machine."
+            "Linux with GLIBC 2.17 or newer; a library built on the exporting computer, without packaging/build, may need \
+             the GLIBC of that computer."
         }
-        "win64" => "Windows 10 or newer. Tested with Wine; the last digits of sin and cos are those of its C library.",
+        "win64" => "Windows 10 or newer. Tested with Wine; the last digits of sin and cos come from its C library.",
         "darwin64" | "aarch64-darwin" => "macOS. Built, not run.",
-        _ => "a library that was given to the export.",
+        _ => "a library chosen at the export.",
     };
     let tested = match name {
         "linux64" => " Tested.",
@@ -141,8 +141,8 @@ fn connections(drive: &AnyDrive) -> Vec<String> {
     let mut lines = Vec::new();
     let step = text::time(drive.experiment().step);
     if of(Causality::Input).next().is_none() {
-        lines.push("It has no inputs: it runs by itself, and any outputs may be read.".to_owned());
-        lines.push(format!("A communication step of {step} shows the whole motion; the step does not change it."));
+        lines.push("It has no inputs and runs by itself. Read any of its outputs.".to_owned());
+        lines.push(format!("The communication step does not change the motion; steps of {step} show all of it."));
         return lines;
     }
     let mean = |tau: &&str| of(Causality::Output).find(|d| d.name == format!("{tau}_mean")).map(|d| d.name.as_str());
@@ -163,7 +163,7 @@ fn connections(drive: &AnyDrive) -> Vec<String> {
         lines.push(format!("Through a gear {} and the torque each take its ratio.", code(&moved)));
         if has("tau_rest") {
             let instead = "Instead of `tau` connect `J_load`, `dJ_load`, `tau_rest` to a machine that has inputs of these names: \
-                           steps stay stable however heavy the load is. They take the square of the ratio, its cube, and the ratio.";
+                           steps are then stable for a load of any inertia.";
             lines.push(instead.to_owned());
         }
     }
@@ -179,7 +179,7 @@ fn connections(drive: &AnyDrive) -> Vec<String> {
     let others = of(Causality::Input).filter(|d| !moved.contains(&&*d.name) && !taken.contains(&&*d.name));
     lines.extend(others.map(|d| format!("`{}` [{}]: {}.", d.name, unit(&d.kind), d.text.trim_end_matches('.'))));
     lines.push(format!(
-        "Begin with a communication step of {step}. Halve it until the results stay: where inputs are held over a step, \
+        "Begin with a communication step of {step}. Halve it until the results no longer change: with inputs held over a step, \
          the error falls with the step. `camdrive check SYSTEM` computes the largest stable one."
     ));
     lines
@@ -269,8 +269,7 @@ fn usage(name: &str, drive: &AnyDrive) -> Block {
          print(result[-1])\n",
         outputs.join(", ")
     );
-    let [title, sentence] =
-        ["Driving it from Python", "With the package FMPy, in the folder of the FMU:"].map(str::to_owned);
+    let [title, sentence] = ["Use in Python", "With the package FMPy, in the folder of the FMU:"].map(str::to_owned);
     Block::Code(title, sentence, code)
 }
 
@@ -286,9 +285,7 @@ fn solution(input_derivatives: usize) -> Vec<String> {
             .to_owned(),
     ];
     if input_derivatives > 0 {
-        lines.push(format!(
-            "Input derivatives up to order {input_derivatives} are taken into account; higher orders are refused."
-        ));
+        lines.push(format!("Input derivatives up to order {input_derivatives} are used; higher orders are refused."));
     }
     lines
 }

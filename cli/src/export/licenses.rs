@@ -37,7 +37,7 @@ fn overview(linked: &Linked) -> String {
          \x20 - the MIT licence (LICENSE-MIT.txt),\n\
          \x20 - the Apache licence, version 2.0 (LICENSE-APACHE.txt),\n\n\
          at your option.\n\n\
-         Into it are linked the Rust standard library with what belongs to it (THIRD-PARTY.txt) and these packages, each\n\
+         It contains the Rust standard library with its parts (THIRD-PARTY.txt) and these packages, each\n\
          used under the Apache licence, version 2.0 (LICENSE-APACHE.txt):\n\n",
     );
     for name in &linked.packages {

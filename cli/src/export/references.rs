@@ -15,8 +15,8 @@ pub const RESULT: &str = "result.csv";
 pub const INPUT: &str = "input.csv";
 
 /// The rule for values between two rows.
-pub const CONVENTION: &str = "Continuous inputs go on linearly between the rows, by fmi2SetRealInputDerivatives where \
-canInterpolateInputs says so, but phi and w beside an input a, which moves them; outputs are read after the inputs of their row have been set.";
+pub const CONVENTION: &str = "Continuous inputs are linear between the rows, with fmi2SetRealInputDerivatives if \
+canInterpolateInputs is true; with an input a, phi and w follow from it instead. Outputs are read after the inputs of their row have been set.";
 
 /// The files in `extra/`: the manifest, the sources by name, the scene first, and inputs and results of the experiment.
 ///
@@ -44,7 +44,7 @@ pub fn files(sources: &[(String, Vec<u8>)], results: &Results) -> Result<Vec<Fil
             files.push(File::new(format!("{FOLDER}/{name}"), content));
         };
         for (i, (name, content)) in sources.iter().enumerate() {
-            let description = if i == 0 { "Scene of which the FMU was made" } else { "Table that the scene names" };
+            let description = if i == 0 { "Scene of the FMU" } else { "Table of the scene" };
             related(format!("{MODEL}/{name}"), content, "model", description);
         }
         if let Some(inputs) = inputs {

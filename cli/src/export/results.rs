@@ -148,7 +148,7 @@ impl Results {
             0 => String::new(),
             1 => format!("{} rises smoothly by {} in its unit", others[0], self.size),
             _ => format!(
-                "{} rise smoothly, the last one by {} in its unit, each one before it by half of what the next one does",
+                "{} rise smoothly, the last one by {} in its unit, each one before it by half of the next one's rise",
                 others.join(", "),
                 self.size
             ),

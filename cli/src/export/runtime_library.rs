@@ -81,7 +81,7 @@ impl RuntimeLibrary {
     /// executable, `cargo build` and packages put it next to the executable itself.
     pub fn beside_executable() -> Result<Self, Fault> {
         let platform = host_platform().ok_or_else(|| {
-            Fault::new(format!("FMI 2.0 has no name for this platform; give one by --runtime {}", choice()))
+            Fault::new(format!("FMI 2.0 has no name for this platform; choose one with --runtime {}", choice()))
         })?;
         let executable = executable()?;
         let name = format!("{}camdrive_fmu{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
@@ -179,7 +179,7 @@ fn executable() -> Result<PathBuf, Fault> {
 fn missing(platform: &str) -> Fault {
     Fault::new(format!(
         "there is no runtime library for {platform} in the folder `runtimes` beside this executable or above it. \
-         `packaging/build` makes those of linux64, aarch64-linux, win64 and Darwin; --runtime {platform}=FILE names any"
+         `packaging/build` makes the libraries for linux64, aarch64-linux, win64 and Darwin; --runtime {platform}=FILE names any"
     ))
 }
 

@@ -74,10 +74,10 @@ pub fn refuse_inertia(root: &Section<'_>, loads: &[NamedLoad]) -> Option<()> {
     if !loads.iter().any(|load| load.inertia) {
         return Some(());
     }
-    let said = ": the inertia of loads is taken up by a RigidMachine whose motor is none, kloss or input, without transmission and without \
+    let said = ": only a RigidMachine takes the inertia of loads, with the motor none, kloss or input, without transmission and without \
                 loads of its own";
     let section = root.section(KEY)??;
-    section.refuse(section.fault_of(INERTIA, said).hint("remove it and connect tau, or make all one DriveTrain"))
+    section.refuse(section.fault_of(INERTIA, said).hint("remove it and connect tau, or write one DriveTrain"))
 }
 
 /// `torques`; empty without the key.
@@ -112,7 +112,7 @@ pub fn of_drive(root: &Section<'_>, has: Result<(), &str>) -> Option<bool> {
     let wanted = root.read(KEY, |section| {
         let wanted = section.flag(INERTIA)?;
         if let (true, Err(hint)) = (wanted, has) {
-            let fault = section.fault_of(INERTIA, ": nothing in this drive follows its shaft without slip");
+            let fault = section.fault_of(INERTIA, ": no part of this drive follows its shaft without slip");
             return section.refuse(fault.hint(hint));
         }
         section.finish();

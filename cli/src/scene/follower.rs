@@ -37,11 +37,7 @@ pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option
     };
     // With a wrong linkage the kind of the tool is unknown.
     let m = if let Some(joint) = joint {
-        section.forbid(
-            &["m", "J"],
-            &format!("the masses are those of `{joint}`"),
-            &format!("a follower without `{joint}`"),
-        );
+        section.forbid(&["m", "J"], &format!("`{joint}` has the masses"), &format!("a follower without `{joint}`"));
         Some(0.0)
     } else if linkage.is_some() {
         section.forbid(&[other], because, &format!("`{own}`"));
@@ -62,11 +58,11 @@ pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option
     } else if linked && section.has("tool") && section.either("tool", "cam") {
         linkage.as_ref().and_then(|linkage| lever(section, linkage, tool_quantity, folder))
     } else {
-        let because = "it is the motion that the cam gives to the tool behind mechanisms";
+        let because = "it is the motion of a tool behind mechanisms";
         if !linked {
             section.forbid(&["tool"], because, "`[follower.cam]`, or add `[[follower.linkage]]`");
         }
-        section.forbid(&["lever_start"], "the law of the lever is given", "`[follower.tool]` instead of the cam");
+        section.forbid(&["lever_start"], "the cam has the law of the lever", "`[follower.tool]` instead of the cam");
         let quantity = if linked { &unit::ANGLE } else { tool_quantity };
         motion_law::of_cam(section, quantity, folder)
     };
@@ -77,7 +73,7 @@ pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option
 /// The shaft itself as the drive of the mechanisms.
 fn crank(section: &Section<'_>) -> Option<MotionLaw> {
     if !section.has("linkage") {
-        let fault = section.fault_of("crank", ": there is no mechanism that it could move");
+        let fault = section.fault_of("crank", ": there is no mechanism to move");
         section.faults.report(fault.hint("add `[[follower.linkage]]`, for example kind = \"slider_crank\""));
     }
     let because = "the mechanism sits on the shaft without a cam (`[follower.crank]`)";
@@ -108,7 +104,7 @@ fn lever(section: &Section<'_>, linkage: &Linkage, quantity: &'static Quantity, 
         }
         Err(reason) => {
             let fault = part.fault(format!(": {reason}"));
-            let hint = "change motion, lengths, offsets or branch, or `lever_start`, the angle near which it begins";
+            let hint = "change motion, lengths, offsets or branch, or `lever_start`, the angle near which it starts";
             section.refuse(fault.hint(hint))
         }
     }
@@ -153,7 +149,7 @@ fn mechanism(section: &Section<'_>) -> Option<Mechanism> {
     let mut mechanism = Mechanism { kind, input_offset: 0.0, output_offset: 0.0 };
     section.turning(mechanism.output_turns());
     if matches!(kind, Kind::Gear(Gear { output_turns: false, .. })) {
-        section.forbid(&["ratio"], "the radius says how far the output moves", "a gear pair without `radius`");
+        section.forbid(&["ratio"], "the radius determines the travel of the output", "a gear pair without `radius`");
     }
     let parameters = mechanism.parameters();
     let mut first = 0;

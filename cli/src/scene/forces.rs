@@ -55,7 +55,7 @@ fn of(parent: &Section<'_>, known: &FollowerTraits, loads: Loads) -> Option<Load
         }
     }
     if !known.lever {
-        section.forbid(&["lever_J"], "no lever is known", "geometry with follower = \"lever\"");
+        section.forbid(&["lever_J"], "there is no lever", "geometry with follower = \"lever\"");
     }
     let lever_inertia = section.real("lever_J");
     if known.mechanisms == 0 {
@@ -75,7 +75,7 @@ fn of(parent: &Section<'_>, known: &FollowerTraits, loads: Loads) -> Option<Load
 
 fn material(section: &Section<'_>, known: &FollowerTraits) -> Option<Option<Material>> {
     if !known.geometry {
-        section.forbid(&["roller_width"], "no roller is known", "a geometry of the cam");
+        section.forbid(&["roller_width"], "there is no roller", "a geometry of the cam");
     }
     if !section.has("roller_width") {
         let keys = ["E_cam", "E_roller", "nu_cam", "nu_roller"];

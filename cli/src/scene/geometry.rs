@@ -194,7 +194,7 @@ fn start(section: &Section<'_>, kind: Kind, contour: Contour) -> Option<Start> {
     let admissible = format!("one of `{}`", keys.join("`, `"));
     match given[..] {
         [] => {
-            let fault = section.fault(": nothing fixes the size of the cam");
+            let fault = section.fault(": no key fixes the size of the cam");
             return section.refuse(fault.admissible(admissible).hint("add for example base_radius = \"60 mm\""));
         }
         [_] => {}

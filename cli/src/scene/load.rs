@@ -37,7 +37,7 @@ pub fn of(section: &Section<'_>, carrier: Carrier<'_>, folder: &Path) -> Option<
     if !carrier.roller {
         section.forbid(
             &["roller"],
-            "no mass on the side of the cam is known",
+            "there is no mass on the cam's side",
             "`elasticity.m_roller` or a drive with backlash",
         );
     }
@@ -88,7 +88,7 @@ fn one(section: &Section<'_>, carrier: Carrier<'_>) -> Option<Load> {
 fn gravity(section: &Section<'_>, carrier: Carrier<'_>) -> Option<(Option<f64>, Vec<[f64; 2]>)> {
     let places = carrier.mechanisms.max(1);
     if carrier.turns && carrier.mechanisms == 0 {
-        let because = "a tool that turns is taken as balanced";
+        let because = "a tool that turns counts as balanced";
         section.forbid(&["gravity", "gravity_angle"], because, "`process` for the torque of its weight");
         return Some((None, Vec::new()));
     }

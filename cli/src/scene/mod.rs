@@ -96,7 +96,7 @@ pub fn open(path: &Path) -> Result<Resolved, Diagnostics> {
     })?;
     let place = folder.path().join(REFERENCES).join(MODEL).join(SCENE);
     if !place.is_file() {
-        let hint = "older FMUs, and those of other tools, have none inside: name the scene itself; `camdrive run` drives any FMU";
+        let hint = "older FMUs and FMUs of other tools have no scene inside: name the scene itself; `camdrive run` drives any FMU";
         return Err(fault("the FMU holds no scene", hint));
     }
     let (inside, within) = (place.with_file_name("").display().to_string(), format!("{file}/"));

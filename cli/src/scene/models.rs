@@ -80,9 +80,9 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Scene> {
         root,
         match &elastic {
             Some(Elastic::Output(_, 0.0)) => {
-                Err("give the mass on the cam's side, `elasticity.m_roller`; the elastic mass must not count")
+                Err("set the mass on the cam's side, `elasticity.m_roller`; the elastic mass must not count")
             }
-            Some(Elastic::Shaft(..)) => Err("remove it and connect tau: the cam turns behind an elastic shaft"),
+            Some(Elastic::Shaft(..)) => Err("remove it and connect tau: the cam turns after an elastic shaft"),
             _ => Ok(()),
         },
     );
@@ -115,7 +115,7 @@ fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<Scene> {
     }
     let mode = match start.mode {
         StartMode::Given if parameters.m2 == 0.0 => {
-            let fault = root.fault_at("start.mode", ": without `m2` there is no spring that q could belong to");
+            let fault = root.fault_at("start.mode", ": without `m2` there is no spring for q");
             return root.refuse(fault.of("start.mode").admissible("at_rest, steady_state, equilibrium"));
         }
         StartMode::Given => drive_train::Start::Given,

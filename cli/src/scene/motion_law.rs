@@ -23,7 +23,7 @@ pub const LAWS: &[(&str, Reader)] = &[
     ("plan", |section, _, _| plan::read(section).map(Ok)),
     ("contour", |section, _, _| {
         let fault =
-            section.fault_of("law", ": a contour is the law of `[cam]` beside the `[geometry]` of its follower");
+            section.fault_of("law", ": a contour is the law of `[cam]` next to the `[geometry]` of its follower");
         section.refuse(fault.admissible("fourier, cycle, table, plan"))
     }),
 ];
@@ -70,7 +70,7 @@ pub fn fourier(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fou
             .refuse(fault.admissible("a list of numbers").hint("add the cosine coefficients a = [a0, a1, …]"));
     }
     if scale == Some(Some(0.0)) {
-        let fault = section.fault_of("scale", ": nothing would be left");
+        let fault = section.fault_of("scale", ": all values would be 0");
         section.faults.report(fault.admissible("a value other than 0"));
     }
     let (a, b, scale) = (a?, b?, scale?.unwrap_or(1.0));

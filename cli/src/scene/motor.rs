@@ -28,7 +28,7 @@ fn source(section: &Section<'_>, folder: &Path) -> Option<Source> {
     let source = read(section, folder);
     for (name, (_, keys)) in KINDS {
         let others: Vec<_> = keys.iter().copied().filter(|key| !own.contains(key)).collect();
-        section.forbid(&others, "the kind of motor has no such value", &format!("kind = \"{name}\""));
+        section.forbid(&others, "this kind of motor has no such value", &format!("kind = \"{name}\""));
     }
     source
 }
@@ -39,12 +39,12 @@ pub fn read(section: &Section<'_>, folder: &Path) -> Option<Motor> {
     let ratio = section.real("ratio");
     if ratio == Some(0.0) {
         let fault = section.fault_of("ratio", ": the motor would not turn");
-        section.faults.report(fault.admissible("a value other than 0, negative where the rotor turns the other way"));
+        section.faults.report(fault.admissible("a value other than 0, negative if the rotor turns the other way"));
     }
     let rotor = section.real("J");
     let coupling = if section.either("coupling", "belt") { coupling(section) } else { None };
     if rotor == Some(0.0) && matches!(coupling, Some(Some(_))) {
-        let fault = section.fault_of("J", ": a rotor behind a coupling or belt needs its own inertia");
+        let fault = section.fault_of("J", ": a rotor with a coupling or belt needs its own inertia");
         section.faults.report(fault.admissible("greater than 0 kg.m2").hint("add for example J = \"0.02 kg.m2\""));
     }
     section.finish();
@@ -107,7 +107,7 @@ fn characteristic(section: &Section<'_>, folder: &Path) -> Option<Source> {
             key,
             format!(": the point {} rad/s, {} N.m is out of range", units::short(*w), units::short(*torque)),
         );
-        return section.refuse(fault.admissible(format!("at most {FASTEST:e} rad/s and 1e12 N.m in size")));
+        return section.refuse(fault.admissible(format!("at most {FASTEST:e} rad/s and 1e12 N.m in magnitude")));
     }
     let (speeds, torques) = points.into_iter().map(|[w, torque]| (w, torque)).unzip();
     Some(Source::Table(TorqueTable { speeds, torques }))

@@ -44,7 +44,7 @@ pub fn read(root: &Section<'_>, folder: &Path) -> Option<Scene> {
 fn loads(root: &Section<'_>, section: &Section<'_>, law: Option<&Law>, folder: &Path) -> Option<Load> {
     let coordinate = root.section("coefficients")?.and_then(|section| coordinate(&section));
     if root.has("crank") {
-        let because = "the driven side turns on with the drive, which would wind up a spring to the ground";
+        let because = "the driven side turns with the drive and would wind up a spring to the ground";
         section.forbid(&["spring"], because, "`crank.c_T1` and `crank.c_T2` for a spring between both sides");
     }
     if matches!(law, Some(Law::Series(series)) if series.m.order() > 0) {

@@ -214,11 +214,11 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
         section.faults.report(fault.hint("choose law = \"table\" without `interpolation`, a spline"));
     }
     if kind.steps() || kind == Interpolation::Derivatives {
-        section.forbid(&["noise"], "it is removed for the derivatives of a spline", "interpolation = \"spline\"");
-        section.forbid(&["outliers"], "they are sought about a spline", "interpolation = \"spline\"");
+        section.forbid(&["noise"], "it is removed only from a spline", "interpolation = \"spline\"");
+        section.forbid(&["outliers"], "a spline is needed to find them", "interpolation = \"spline\"");
     }
     if kind == Interpolation::Derivatives {
-        section.forbid(&["outside"], "the derivatives tell where the cam rests", "interpolation = \"spline\"");
+        section.forbid(&["outside"], "the derivatives show where the cam is at rest", "interpolation = \"spline\"");
     }
     let turn = TurnScale::read(section);
     let angle = turn.as_ref().map_or(&unit::ANGLE, |turn| turn.quantity);
@@ -254,11 +254,11 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
         faults(&file, vec![wrong]).into_iter().for_each(|fault| section.faults.report(fault));
         return None;
     }
-    let as_told = (kind, &turn, quantity);
+    let interpretation = (kind, &turn, quantity);
     let mut reading = match noise {
-        Some(sigma) => smoothed(section, &file, reading, (sigma, drop), as_told)?,
+        Some(sigma) => smoothed(section, &file, reading, (sigma, drop), interpretation)?,
         None if matches!(kind, Interpolation::Spline | Interpolation::Fourier) && !is_load(quantity) => {
-            right(section, &file, reading, drop, as_told)?
+            right(section, &file, reading, drop, interpretation)?
         }
         None => reading,
     };
@@ -274,10 +274,10 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
         };
         match error {
             Ok(closes) => reading.repeat(&turn, lifts.len() - usize::from(closes)),
-            Err(error) => return section.refuse(faulty(section, &file, &reading.places, &error, as_told)),
+            Err(error) => return section.refuse(faulty(section, &file, &reading.places, &error, interpretation)),
         }
     }
-    law(section, &file, reading, harmonics?, as_told)
+    law(section, &file, reading, harmonics?, interpretation)
 }
 
 /// Values over ascending values: the list `points` of a section, or the columns of its file.
@@ -329,7 +329,7 @@ fn points<'a>(
             (false, _) => [Column::Rows, Column::Number(0)],
         };
     }
-    let hint = "write plain numbers, without units and marks of thousands; their unit is that of the scene";
+    let hint = "write plain numbers, without units and thousands separators; the scene sets their unit";
     let more = if kind == Interpolation::Derivatives { 3 } else { 0 };
     let sheet = Sheet::new(&file.text).map_err(|wrong| vec![wrong]);
     let (reading, wrong) = match sheet.and_then(|sheet| Ok((sheet.rows(&columns, more, hint)?, sheet))) {
@@ -452,20 +452,20 @@ fn smoothed(
     file: &File,
     reading: Reading,
     (sigma, drop): (Option<f64>, bool),
-    as_told: Interpretation<'_>,
+    interpretation: Interpretation<'_>,
 ) -> Option<Reading> {
-    let (_, turn, quantity) = as_told;
+    let (_, turn, quantity) = interpretation;
     let lobes = turn.lobes as f64;
     let said = |value: f64| format!("{} {}", text::number(value), quantity.unit);
     let fault = match smooth(reading.points.clone(), sigma, outliers(drop), &reading.at_rest) {
         Ok(smooth) => {
-            told_wrong(section, file, &reading, (&smooth.found.wrong, drop), as_told)?;
+            report_wrong(section, file, &reading, (&smooth.found.wrong, drop), interpretation)?;
             let [mean, largest] = smooth.changes.map(said);
             let (path, noise) = (section.path.clone(), said(smooth.noise));
             let percent = format!("{} % of the stroke", text::number(100.0 * smooth.part));
             section.faults.note(format!(
-                "`{path}`: {} without its noise of {noise}: the lifts change by {mean} (root mean square), {largest} at most \
-                 ({percent}); harmonic {:.0} is halved",
+                "`{path}`: {}: smoothing with a noise of {noise} changes the lifts by {mean} rms, at most {largest} ({percent}); \
+                 its cut-off (half amplitude) is harmonic {:.0}",
                 file.name,
                 lobes * smooth.half
             ));
@@ -481,7 +481,7 @@ fn smoothed(
             });
             let left = lobes * lobes * smooth.left;
             section.faults.smoothed.borrow_mut().push(TableNote { section: path, left, sentence, warning });
-            told_strange(section, file, &reading, (&smooth.found, &[]), as_told);
+            warn_of_jumps(section, file, &reading, (&smooth.found, &[]), interpretation);
             let (points, mut places) = (smooth.points, Vec::new());
             for (point, place) in smooth.point.iter().zip(&reading.places) {
                 if *point == places.len() {
@@ -492,10 +492,10 @@ fn smoothed(
             return Some(Reading { points, places, at_rest: smooth.at_rest, ..reading });
         }
         Err(SmoothingError::Wrong(wrong)) => {
-            told_wrong(section, file, &reading, (&wrong, false), as_told)?;
+            report_wrong(section, file, &reading, (&wrong, false), interpretation)?;
             return None;
         }
-        Err(SmoothingError::Table(error)) => faulty(section, file, &reading.places, &error, as_told),
+        Err(SmoothingError::Table(error)) => faulty(section, file, &reading.places, &error, interpretation),
         Err(SmoothingError::NoNoise) => {
             section.faults.note(format!("`{}`: {} has no noise; its lifts are unchanged", section.path, file.name));
             let mut reading = reading;
@@ -503,10 +503,10 @@ fn smoothed(
                 let level = reading.points.lifts[first];
                 [0, first - 1].into_iter().for_each(|end| reading.points.lifts[end] = level);
             }
-            return right(section, file, reading, drop, as_told);
+            return right(section, file, reading, drop, interpretation);
         }
         Err(SmoothingError::NothingLeft(motion)) => section
-            .fault_of("noise", ": nothing of the motion would be left")
+            .fault_of("noise", ": no motion would be left")
             .admissible(format!("less than {}, its root mean square", said(motion))),
     };
     section.refuse(fault)
@@ -522,30 +522,30 @@ fn right(
     file: &File,
     reading: Reading,
     drop: bool,
-    as_told: Interpretation<'_>,
+    interpretation: Interpretation<'_>,
 ) -> Option<Reading> {
     let found = found(reading.points.clone(), outliers(drop));
-    told_wrong(section, file, &reading, (&found.wrong, drop), as_told)?;
+    report_wrong(section, file, &reading, (&found.wrong, drop), interpretation)?;
     if !found.wrong.is_empty() {
         let (section_of, rows) = (section.path.clone(), counted(found.wrong.len(), "wrong row"));
         let verb = if found.wrong.len() == 1 { "is" } else { "are" };
-        let sentence = format!("Of the table of {section_of} {rows} {verb} left out");
+        let sentence = format!("{rows} of the table of {section_of} {verb} left out");
         let smoothed = TableNote { section: section_of, left: 0.0, sentence, warning: None };
         section.faults.smoothed.borrow_mut().push(smoothed);
     }
     let reading = reading.without(&found.wrong);
     // The spline is at rest outside the ends of a lobe.
-    let splits = as_told.0 == Interpolation::Spline && reading.at_rest.is_empty();
+    let splits = interpretation.0 == Interpolation::Spline && reading.at_rest.is_empty();
     let jumps = if splits { certain(&reading.points, &found.jumps) } else { Vec::new() };
-    told_strange(section, file, &reading, (&found, &jumps), as_told);
-    Some(reading.with(&jumps, as_told.1.lobes as f64))
+    warn_of_jumps(section, file, &reading, (&found, &jumps), interpretation);
+    Some(reading.with(&jumps, interpretation.1.lobes as f64))
 }
 
 /// The most angles that a warning lists.
 const MOST_ANGLES: usize = 8;
 
 /// Warns of outliers and jumps, separately for jumps that the spline has, with their angles and the largest size.
-fn told_strange(
+fn warn_of_jumps(
     section: &Section<'_>,
     file: &File,
     reading: &Reading,
@@ -583,11 +583,11 @@ fn told_strange(
         jumps.map(listed).collect()
     };
     let rows = |at: &str, by| format!("neighbouring rows at {at} are off together by up to {by} in");
-    let hint = "measure again there, or leave them out by `outliers = \"drop\"`";
+    let hint = "measure again there, or leave them out with `outliers = \"drop\"`";
     warn(found.specks.iter().map(speck).collect(), 0, &rows, hint);
-    let hint = "mend the rows before or after these angles";
+    let hint = "correct the rows before or after these angles";
     warn(jumps(0), 0, &|at, by| format!("the {of} itself jumps at {at}, by up to {by}, in"), hint);
-    let hint = "give the law a ramp there; of lifts less a clearance give the whole lift";
+    let hint = "give the law a ramp there; for lifts minus a clearance, give the whole lift";
     let kink =
         |at: &str, by| format!("kinks, where the acceleration is infinite: U′ jumps at {at}, by up to {by}/°, in");
     warn(jumps(1), 1, &kink, hint);
@@ -613,7 +613,7 @@ fn shown_in<'a>(
 }
 
 /// Refuses wrong rows, or notes that they are left out.
-fn told_wrong(
+fn report_wrong(
     section: &Section<'_>,
     file: &File,
     reading: &Reading,
@@ -634,7 +634,7 @@ fn told_wrong(
             let message = format!("line {line} of {} is left out: {}", file.name, fault.message);
             section.faults.note(format!("`{}`: {message}", section.path));
         } else {
-            section.faults.report(fault.hint("mend the row, or leave it out by `outliers = \"drop\"`"));
+            section.faults.report(fault.hint("correct the row, or leave it out with `outliers = \"drop\"`"));
         }
     }
     (drop || wrong.is_empty()).then_some(())
@@ -683,7 +683,7 @@ pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Re
             Some(quantity) => units::factor(&unit, quantity).map_err(wrong),
             None if unit == own => Ok(usual),
             None => {
-                let found = Fault::new(format!("the unit {unit} is not that of the diagram"));
+                let found = Fault::new(format!("the unit {unit} is not the diagram's"));
                 Err(wrong(found.hint(format!("give the values in {own}"))))
             }
         }
@@ -844,7 +844,7 @@ fn descents(reading: &Reading, twice: Twice, name: &str, told: &dyn Fn(f64) -> S
             let [before, here] = [i - 1, i].map(|i| told(angles[i]));
             RowFault::at(
                 &reading.places[i],
-                format!("the {name} {here} does not exceed the one before, {before}"),
+                format!("the {name} {here} does not exceed the previous one, {before}"),
                 hint,
             )
         })
@@ -861,7 +861,7 @@ fn seam(reading: &mut Reading) -> Option<RowFault> {
     let range = bends.iter().fold(0.0_f64, |range, bend| range.max(bend.slope.abs()));
     let (first, last) = (bends[0], bends[n - 1]);
     if (last.slope - first.slope).abs() > (1.5 * *slope_digit).clamp(1e-9 * range, ROUNDED * range) {
-        let message = "U′ of this row, which closes the turn, is not that of the first one";
+        let message = "U′ of this row, which closes the turn, differs from the first row's";
         return Some(RowFault::at(
             &places[n - 1],
             message,
@@ -899,8 +899,8 @@ fn slopes(reading: &Reading, lobes: f64) -> Option<RowFault> {
         ("U″", "U′", [(&even, of_spline(&slopes)?), (&by_bends, rises(&slopes))]),
     ];
     let (of, what, factor) = pairs.iter().find_map(|(of, what, ways)| Some((of, what, factor(ways)?)))?;
-    let message = format!("{of} of this table is {} times what its {what} say", text::number(factor));
-    let hint = "they are by the angle of the first column, in rad or in the unit that the heading of their column gives, \"V [mm/deg]\"";
+    let message = format!("{of} of this table is {} times the value from its {what}", text::number(factor));
+    let hint = "they are derivatives with respect to the angle of the first column, in rad or in the unit of their heading, \"V [mm/deg]\"";
     Some(RowFault::at(&reading.places[0], message, hint))
 }
 
@@ -961,17 +961,13 @@ fn closed(
         let values = format!("{} and {}", of(start), of(end));
         if (end - start).abs() > noise.max((1.5 * *digit).min(ROUNDED * range)) {
             if turn.rests {
-                let fault = fault(
-                    file,
-                    places[n - 1].clone(),
-                    format!("the ends of the lobe, {values}, are not one level of rest"),
-                );
-                return section.refuse(fault.hint("give the whole turn, or with `noise` that of the values"));
+                let fault = fault(file, places[n - 1].clone(), format!("the ends of the lobe, {values}, differ"));
+                return section.refuse(fault.hint("give the whole turn, or set `noise` to the noise of the values"));
             }
         } else if !(turn.rests && section.has("noise")) {
             (lifts[0], lifts[n - 1]) = (0.5 * (start + end), 0.5 * (start + end));
             section.faults.note(format!(
-                "`{}`: the first and the last row of {}, {values}, differ within the noise: both have their mean, {}",
+                "`{}`: the first and the last row of {}, {values}, differ within the noise: both were set to their mean, {}",
                 section.path,
                 file.name,
                 of(lifts[0])
@@ -1076,8 +1072,8 @@ fn overshoot(section: &Section<'_>, file: &File, law: &MotionLaw, turn: &TurnSca
     if most.0 > OVERSHOOT * (high - low) {
         let percent = 100.0 * most.0 / (high - low);
         section.faults.note(format!(
-            "`{}`: at {} the spline leaves the range of the points of {} beside it by {percent:.1} % of the range of all; \
-             interpolation = \"monotone\" keeps to it",
+            "`{}`: at {} the spline leaves the range of the adjacent points of {} by {percent:.1} % of the range of all; \
+             interpolation = \"monotone\" stays in it",
             section.path,
             turn.shown(most.1),
             file.name
@@ -1153,13 +1149,13 @@ fn advice(error: &TableError, turn: &TurnScale<'_>) -> &'static str {
     match error {
         TableError::NotPeriodic { .. } => "the motion repeats after a turn: both points must have the same lift",
         TableError::NotClosed { .. } if plain => {
-            "a table covers the whole turn, 360 deg; is `angle_unit` right? `outside = \"rest\"` is for a lobe, `period` for one of several, `turn` for other angles than those of the cam"
+            "a table covers the whole turn, 360 deg; is `angle_unit` right? `outside = \"rest\"` is for a lobe, `period` for one of several, `turn` for angles other than the cam's"
         }
-        TableError::NotClosed { .. } => "is the unit of the angles right, and what they count in a turn?",
+        TableError::NotClosed { .. } => "are the unit of the angles and `turn` right?",
         TableError::TooLong { .. } if plain => {
-            "is `angle_unit` right? turn = \"720 deg\" is for angles of a crank that turns twice; else leave out what is beyond 360 deg"
+            "is `angle_unit` right? turn = \"720 deg\" is for angles of a crank that turns twice; else leave out the angles beyond 360 deg"
         }
-        TableError::TooLong { .. } => "is `turn` right, and the unit of the angles? else leave out what is beyond",
+        TableError::TooLong { .. } => "is `turn` right, and the unit of the angles? else leave out the angles beyond",
         TableError::TooFew { .. } => "measure more points of the turn",
         TableError::TooManyHarmonics { .. } => "ask for fewer harmonics or give more points",
         _ => "check the point and the units of the table",

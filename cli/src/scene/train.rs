@@ -84,7 +84,7 @@ pub fn solver(root: &Section<'_>) -> Option<Settings> {
     {
         let fault = root
             .faults
-            .at(method, ": a train locates its events, at steps of equal cost it could not")
+            .at(method, ": a train locates its events, which steps of equal cost do not allow")
             .of("solver.method");
         root.faults.report(fault.admissible("adaptive").hint("remove it"));
     }
@@ -139,7 +139,7 @@ pub fn one(section: &Section<'_>, folder: &Path) -> Option<Follower> {
         let fault = section.fault_of("backlash", ": the follower has an elasticity already");
         section
             .faults
-            .report(fault.hint("a spring behind the clearance is `backlash.c`; remove one of the two tables"));
+            .report(fault.hint("the spring after the clearance is `backlash.c`; remove one of the two tables"));
     }
     if joined && section.has("linkage") {
         let fault = section.fault_of("linkage", format!(": mechanisms behind `{joint}` are not modelled"));
@@ -183,7 +183,7 @@ pub fn clearance(section: &Section<'_>, loads: Option<&[Load; 2]>) -> Option<bac
     let one_sided = word == Some("inf");
     let stiff = one_sided && section.real_or("m2", 0.0) == Some(0.0);
     if stiff {
-        let because = "without `m2` there is no mass behind the spring";
+        let because = "without `m2` there is no mass after the spring";
         section.forbid(&["c", "b", "natural_frequency", "damping_ratio"], because, "an `m2` above 0");
     }
     let parameters = section.parameters(|parameter, read: Option<&backlash::Parameters>| match parameter.key {

@@ -66,8 +66,8 @@ pub fn parsed(of: &Description, text: &str) -> Result<f64, Fault> {
 
 /// The fault of a value for a connected input.
 pub fn connected() -> Fault {
-    Fault::new("the input is connected, so that a value would have no effect")
-        .hint("set the output that it is connected to, or a variable of the part before it")
+    Fault::new("the input is connected, so a value would have no effect")
+        .hint("set a variable of the part that it is connected to")
 }
 
 /// Two values of a text that differ by less are equal: factors in model descriptions have few digits.

@@ -172,16 +172,16 @@ fn step(root: &Section<'_>, subject: &Subject) -> Option<Option<f64>> {
     match subject {
         Subject::Scene(_) if root.has("step") => {
             let fault = refused("step", " has no meaning here: the drive of a scene finds its own points".to_owned());
-            root.refuse(fault.hint("remove it; `accuracy` says how well outputs are known between them"))
+            root.refuse(fault.hint("remove it; `accuracy` sets the error of outputs between them"))
         }
         Subject::Scene(_) => step,
         Subject::Coupled(_) if root.has("accuracy") => {
             let fault = refused("accuracy", " has no meaning here: outputs are known once a step".to_owned());
-            root.refuse(fault.hint("remove it; the `step` says how far these are apart"))
+            root.refuse(fault.hint("remove it; `step` sets their distance"))
         }
         Subject::Coupled(coupled) => match (step?, coupled.system.step) {
             (None, own) if own.is_nan() => {
-                let fault = refused("step", " is missing: the FMU tells no communication step".to_owned());
+                let fault = refused("step", " is missing: the FMU has no communication step".to_owned());
                 root.refuse(fault.hint("add for example step = \"1 ms\""))
             }
             (Some(step), _) if coupled.system.repeats(&[], step).is_err() => {
@@ -436,7 +436,7 @@ fn measures(root: &Section<'_>) -> Option<Vec<Measure>> {
     for (i, measure) in all.iter().enumerate() {
         // Each column has its own name.
         if all[..i].iter().any(|other| other.to_string() == measure.to_string()) {
-            return root.refuse(root.fault_of("measures", format!(": `{measure}` is there twice")));
+            return root.refuse(root.fault_of("measures", format!(": `{measure}` occurs twice")));
         }
     }
     Some(all)
@@ -592,9 +592,9 @@ impl Variation<'_> {
             }),
             None => {
                 let fault = section.fault_of("mean", " is missing");
-                section.refuse(
-                    fault.hint("only of a variable of the FMU it may be left out: then it is that of the scene"),
-                )
+                section.refuse(fault.hint(
+                    "it may be left out only for a variable of the FMU, whose value in the scene is then the mean",
+                ))
             }
         }
     }
@@ -608,7 +608,7 @@ impl Variation<'_> {
     /// Lists of values of these quantities.
     fn listed(&self, section: &Section<'_>, names: &[&str], rows: Vec<Vec<Placed>>) -> Option<Varied> {
         if rows.is_empty() || names.is_empty() {
-            return section.refuse(section.fault(" has no values, so that there would be no run"));
+            return section.refuse(section.fault(" has no values, so there would be no run"));
         }
         let column = |i: usize| rows.iter().map(|row| &row[i]).collect::<Vec<_>>();
         let quantities = all(names.iter().enumerate().map(|(i, name)| self.quantity(section, name, &column(i))))?;
@@ -693,7 +693,7 @@ impl Variation<'_> {
         }
         let is_text = values.iter().all(|value| value.number().is_none());
         if let Some(text) = values.iter().find(|value| !is_text && value.number().is_none()) {
-            let message = format!(": \"{}\" is no number, as other values of `{name}` are", text.text);
+            let message = format!(": \"{}\" is no number, but other values of `{name}` are", text.text);
             let fault = section.faults.at(text.span.clone(), message);
             return section.refuse(fault.of(&text.path).hint("a column of the store has numbers or texts"));
         }

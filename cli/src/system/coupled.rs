@@ -38,7 +38,7 @@ impl System {
             (Content::Fmu(_), Some(fmu)) => Ok(Arc::clone(fmu)),
             (Content::Fmu(path), None) => Fmu::open(path).map(Arc::new),
         };
-        self.parts.iter().enumerate().map(|at| fmu(at).map_err(|fault| at.1.said(fault))).collect()
+        self.parts.iter().enumerate().map(|at| fmu(at).map_err(|fault| at.1.of_part(fault))).collect()
     }
 
     fn instance(&self, fmus: &[Arc<Fmu>], exchange: Exchange, repeats: u32) -> Result<Coupling, Fault> {
@@ -50,7 +50,7 @@ impl System {
             }
             Ok((part.name.clone(), host))
         };
-        let parts = self.parts.iter().zip(fmus).map(|of| instance(of).map_err(|fault| of.0.said(fault)));
+        let parts = self.parts.iter().zip(fmus).map(|of| instance(of).map_err(|fault| of.0.of_part(fault)));
         Coupling::new(parts.collect::<Result<_, _>>()?, &self.connections(fmus)?, exchange, repeats)
     }
 
@@ -66,7 +66,7 @@ impl System {
 }
 
 impl Part {
-    fn said(&self, fault: Fault) -> Fault {
+    fn of_part(&self, fault: Fault) -> Fault {
         if self.name.is_empty() { fault } else { fault.within(format_args!("part {}", self.name)) }
     }
 }
@@ -172,7 +172,8 @@ impl Coupled {
         let set = |(variable, value): &(usize, f64)| {
             let (part, place) = self.places[*variable];
             let of = &self.description(part).variables[place];
-            let admitted = self.variables[*variable].check(*value).map_err(|fault| self.system.parts[part].said(fault));
+            let admitted =
+                self.variables[*variable].check(*value).map_err(|fault| self.system.parts[part].of_part(fault));
             admitted.map(|()| (part, of.about.name.as_str(), of.unit.of_si(*value)))
         };
         let set = values.iter().map(set).collect::<Result<Vec<_>, Fault>>()?;
@@ -180,7 +181,7 @@ impl Coupled {
         let mut coupling = self.system.instance(&self.fmus, self.system.exchange, repeats)?;
         for ((part, _, value), (variable, _)) in set.into_iter().zip(values) {
             let set = coupling.parts()[part].set(self.places[*variable].1, value);
-            set.map_err(|fault| self.system.parts[part].said(fault))?;
+            set.map_err(|fault| self.system.parts[part].of_part(fault))?;
         }
         coupling.begin(self.begin, None)?;
         coupling.start()?;

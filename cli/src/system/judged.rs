@@ -75,7 +75,7 @@ impl System {
         if differs(phi) || differs(a) || beyond != 0.0 || a.is_some_and(|[_, offset]| offset != 0.0) {
             let [machine, drive] = names;
             return vec![format!(
-                "phi, w and a of {drive} contradict each other: they need one factor of those of {machine}, and only phi an offset."
+                "phi, w and a of {drive} contradict each other: they need the same factor on {machine}'s, and only phi may have an offset."
             )];
         }
         let mut all = Vec::new();
@@ -122,12 +122,12 @@ pub fn lengths(root: &Section<'_>, wiring: &Wiring<'_>, stop: f64, step: f64) ->
         return Some(());
     }
     let said = format!(
-        ": part {} takes steps of one length only (canHandleVariableCommunicationStepSize), of which {} leaves a rest of {}",
+        ": part {} takes steps of one length only (canHandleVariableCommunicationStepSize), and {} leaves a rest of {}",
         part.name,
         time(stop),
         time(rest.rem_euclid(step))
     );
-    root.refuse(root.fault_of("step", said).hint("take a step that divides `stop`"))
+    root.refuse(root.fault_of("step", said).hint("choose a step that divides `stop`"))
 }
 
 /// The shafts of a system with the loads on them.
@@ -161,11 +161,11 @@ impl SystemAnalysis {
                 let capabilities = &parts[*part].description.capabilities;
                 let unknown = match &scenes[*part] {
                     None if *part != machine && !capabilities.interpolates_inputs => {
-                        "it takes no input derivatives: what it makes of phi, w, a within a step is not known, nor are its inertia \
-                         and stiffness; the limits of its shaft leave them out. Compare a run with one at half the step"
+                        "it takes no input derivatives: its use of phi, w, a within a step, its inertia and its stiffness are \
+                         unknown, and the limits of its shaft ignore them. Compare a run with a run at half the step"
                             .to_owned()
                     }
-                    None => "inertia and stiffness of an FMU are not known; the limits of its shaft leave them out"
+                    None => "inertia and stiffness of an FMU are unknown; the limits of its shaft ignore them"
                         .to_owned(),
                     Some((_, unknown)) if unknown.is_empty() => continue,
                     Some((_, unknown)) => {
@@ -251,7 +251,7 @@ pub fn shafts(
     let mut stable = Some(());
     for (machine, loaded) in judged.known.iter().filter(|(_, loaded)| loaded.kappa() >= 1.0) {
         let said = format!(
-            ": what follows the shaft of `{}` without slip has up to {} times its inertia; no step is stable",
+            ": the parts that follow the shaft of `{}` without slip have up to {} times its inertia; no step is stable",
             wiring.raw[*machine].part.name,
             number(loaded.kappa())
         );
@@ -270,7 +270,7 @@ pub fn shafts(
         let said = format!(": at {} the exchange on the shaft of `{name}` is unstable", time(step));
         let fault = root.fault_of("step", said).admissible(format!("at most {}", time_within(longest)));
         stable = root
-            .refuse(fault.hint("errors are small at a small part of that: `camdrive system --study` measures them"));
+            .refuse(fault.hint("errors are small at a small fraction of it: `camdrive system --study` measures them"));
     }
     stable.map(|()| (shafts, repeats))
 }
@@ -294,7 +294,7 @@ fn repeated(root: &Section<'_>, wiring: &Wiring<'_>, exchange: Exchange, times: 
         return Some(());
     }
     if !exchange.interpolates() {
-        let fault = root.fault_of("repeat", " has no meaning here: only interpolated steps get better by it");
+        let fault = root.fault_of("repeat", " has no meaning here: it improves only interpolated steps");
         return root.refuse(fault.hint("remove it, or take exchange = \"interpolated\""));
     }
     if let Some(part) = fixed {
@@ -333,7 +333,7 @@ impl System {
         for (machine, loaded) in &judged.known {
             let (name, kappa) = (&self.parts[*machine].name, loaded.kappa());
             let what = format!(
-                "what follows the shaft of `{name}` without slip has up to {} times its inertia",
+                "the parts that follow the shaft of `{name}` without slip have up to {} times its inertia",
                 number(kappa)
             );
             if kappa >= 1.0 {

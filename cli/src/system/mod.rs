@@ -149,7 +149,7 @@ fn converted(from: &Variable, to: &Variable, has_factor: bool) -> Result<[f64; 2
         let alike = from.about.kind.r#type() == to.about.kind.r#type() && from.items == to.items;
         return match (alike, has_factor) {
             (true, false) => Ok([1.0, 0.0]),
-            (true, true) => Err((format!(": `{target}` is no real number, which has no factor"), "remove `factor`")),
+            (true, true) => Err((format!(": `{target}` is no real number, so it has no factor"), "remove `factor`")),
             (false, _) => Err((format!(": `{name}` and `{target}` are of different types"), "connect one type")),
         };
     };
@@ -166,8 +166,8 @@ fn converted(from: &Variable, to: &Variable, has_factor: bool) -> Result<[f64; 2
         (fits, _) => {
             let said = format!(": `{name}` is in {}, `{target}` in {}", from.unit.name, to.unit.name);
             let hint = match fits {
-                true => "they differ by radians; a `factor` says what is meant",
-                false => "connect what has the same dimension",
+                true => "they differ by radians; set a `factor`",
+                false => "connect variables of the same dimension",
             };
             Err((said, hint))
         }
@@ -318,7 +318,8 @@ fn system(
     let parts = parts?;
     for (i, (name, section)) in parts.iter().enumerate() {
         if let Some((other, _)) = parts[..i].iter().find(|(other, _)| other.eq_ignore_ascii_case(name)) {
-            let fault = section.fault(format!(": its FMU would replace that of `{other}` where capitals do not count"));
+            let fault =
+                section.fault(format!(": its FMU would replace the FMU of `{other}` on systems that ignore capitals"));
             root.faults.report(fault.hint("choose another name"));
         }
     }
@@ -374,7 +375,7 @@ fn part<'a>(
     let [ratio, offset] = ["ratio", "offset"].map(|key| section.real(key));
     if let Some(ratio) = ratio.filter(|ratio| !RATIOS.contains(&ratio.abs())) {
         let fault = section.fault_of("ratio", format!(": {} is no ratio of two shafts", Number(ratio)));
-        section.faults.report(fault.admissible("1e-6 to 1e6, or negative, where they turn against each other"));
+        section.faults.report(fault.admissible("magnitude 1e-6 to 1e6, negative if they turn against each other"));
     }
     if shaft == Some(None) {
         section.forbid(&["ratio", "offset"], "the part sits on no shaft", "shaft = \"machine\"");
@@ -398,7 +399,7 @@ fn part<'a>(
         },
         (None, Some(fmu)) => Part::foreign(name, folder.join(fmu))
             .map_err(|fault| section.fault_of("fmu", format!(": {}", fault.sentence())).remedy(fault.0.hint)),
-        (None, None) => Err(section.fault(" does not say what it is").hint("give `scene` or `fmu`")),
+        (None, None) => Err(section.fault(" has neither `scene` nor `fmu`").hint("give `scene` or `fmu`")),
         _ => return None,
     };
     let mut part = section.taken(read)?;
@@ -489,7 +490,7 @@ fn seats(raw: &mut [PartSection<'_>]) -> Option<()> {
         }
         let other = &raw[machine].part;
         if !other.is_machine() {
-            let fault = refused(format!(": `{shaft}` is no machine, which has outputs phi, w, a and an input tau"));
+            let fault = refused(format!(": `{shaft}` is no machine: it needs outputs phi, w, a and an input tau"));
             let is_free = other.scene.as_ref().is_some_and(|scene| least_inertia(scene).is_some());
             return section.refuse(match raw[machine].shaft {
                 Some(its) => fault.hint(format!("write shaft = \"{its}\", on which `{shaft}` sits, too")),

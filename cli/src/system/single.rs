@@ -45,7 +45,7 @@ impl System {
         };
         if let Some(extra) = self.connections.iter().find(|connection| !self.is_of_shaft(connection)) {
             let [from, to] = [&extra.from, &extra.to].map(|(part, name)| format!("{}.{name}", self.parts[*part].name));
-            return Err(format!("the connection from {from} to {to} is none of a shaft and its drive"));
+            return Err(format!("the connection from {from} to {to} is not between a shaft and its drive"));
         }
         let (mut document, scene) = started(machine).map_err(|said| of(machine, said))?;
         let mut start = begins(&scene).map_err(|said| of(machine, said))?;
@@ -66,7 +66,7 @@ impl System {
             first[i] = followers.len() + 1;
             let (own, begins) = on_shaft(part, seat).map_err(|said| of(part, said))?;
             if *start.get_or_insert(begins) != begins {
-                return Err(of(part, "it starts in another way than what else is on the shaft".to_owned()));
+                return Err(of(part, "it starts differently from the other parts on the shaft".to_owned()));
             }
             followers.extend(own.into_iter().map(Value::Table));
         }
@@ -132,7 +132,7 @@ fn read(document: &Document) -> Result<Resolved, String> {
 
 /// The document of a part with its start values in the places of its scene, and its scene.
 fn started(part: &Part) -> Result<(Table, Scene), String> {
-    let Content::Scene(scene) = &part.content else { return Err("what an FMU does inside is not known".to_owned()) };
+    let Content::Scene(scene) = &part.content else { return Err("the content of an FMU is unknown".to_owned()) };
     let mut document = scene.document.clone();
     document.name_files(&|file| scene.folder.join(file).to_string_lossy().into_owned());
     let data = |document: &Document| toml::from_str(&document.whole_text()).map_err(|fault| fault.to_string());
@@ -151,7 +151,7 @@ fn started(part: &Part) -> Result<(Table, Scene), String> {
             document.set(&about.key, value)?;
             expected.iter_mut().find(|(known, _)| known == name)
         });
-        let (_, own) = set.ok_or_else(|| format!("`start` sets `{name}`, for which a train has no place"))?;
+        let (_, own) = set.ok_or_else(|| format!("`start` sets `{name}`, which a train does not have"))?;
         *own = *value;
     }
     let scene = read(&document).map_err(|said| format!("with its `start`: {said}"))?.scene;
@@ -160,7 +160,7 @@ fn started(part: &Part) -> Result<(Table, Scene), String> {
         |((name, a), (other, b)): &(&(String, f64), &(String, f64))| name != other || (a - b).abs() > 1e-12 * a.abs();
     match expected.iter().zip(&found).find(differs) {
         None => Ok((data(&document)?, scene)),
-        Some(((name, _), _)) => Err(format!("no scene has its `start`: `{name}` would be another one")),
+        Some(((name, _), _)) => Err(format!("no scene can have its `start`: `{name}` would differ")),
     }
 }
 
@@ -184,11 +184,11 @@ fn array(document: &mut Table, key: &str) -> Vec<Value> {
 
 /// The start of a part in the shaft's scene; None without a part that could start differently.
 fn begins(scene: &Scene) -> Result<Option<Start>, String> {
-    let steady = "alone it starts on another periodic motion than with what is on its shaft".to_owned();
+    let steady = "alone it starts in another periodic motion than with the parts on its shaft".to_owned();
     let of_drive = |mode: StartMode| match mode {
         StartMode::AtRest => Ok(Some(Start::AtRest)),
         StartMode::Equilibrium => Ok(Some(Start::Equilibrium)),
-        StartMode::Given | StartMode::SteadyState => Err("its `start` is none of a train".to_owned()),
+        StartMode::Given | StartMode::SteadyState => Err("a train has no such `start`".to_owned()),
     };
     match scene {
         Scene::ElasticOutput(scene) => of_drive(scene.start.mode),
@@ -299,7 +299,7 @@ fn turned(table: &mut Table, law: &MotionLaw, ratio: f64, offset: f64) -> Result
         MotionLaw::Crank(crank) if ratio == 1.0 => set("offset", (crank.offset + offset).into()),
         MotionLaw::Fourier(_) => {
             let most = format!("at most {HIGHEST_HARMONIC} harmonics");
-            return Err(format!("with the ratio {ratio} its law is none of {most} over a turn of the shaft"));
+            return Err(format!("with the ratio {ratio} its law is no series of {most} over a turn of the shaft"));
         }
         _ => {
             return Err(format!(

@@ -106,7 +106,7 @@ fn system(path: &Path, folder: Arc<TemporaryFolder>) -> Result<System, Fault> {
     for parameter in parameters(own, &document)? {
         let name = &parameter.name;
         let of_part = |part: &&mut Part| name.strip_prefix(&part.name).is_some_and(|rest| rest.starts_with('.'));
-        let part = parts.iter_mut().find(of_part).ok_or_else(|| Fault::new(format!("`{name}` is of no part")))?;
+        let part = parts.iter_mut().find(of_part).ok_or_else(|| Fault::new(format!("`{name}` belongs to no part")))?;
         let own = name[part.name.len() + 1..].to_owned();
         part.set_start(&own, &parameter).map_err(|fault| fault.within(format_args!("part {}", part.name)))?;
     }
@@ -198,7 +198,7 @@ fn experiment(root: &Element) -> Result<(f64, Vec<String>), Fault> {
         (Some(start), _) if start != 0.0 => refused("startTime", start, "0: a system starts at 0 s"),
         (_, Some(stop)) if !(stop > 0.0 && stop.is_finite()) => refused("stopTime", stop, "a time after 0 s"),
         (_, Some(stop)) => Ok((stop, Vec::new())),
-        (_, None) => Ok((STOP, vec![format!("{STRUCTURE} tells no stopTime, so that it ends at {STOP} s")])),
+        (_, None) => Ok((STOP, vec![format!("{STRUCTURE} has no stopTime, so the run ends at {STOP} s")])),
     }
 }
 
@@ -263,7 +263,7 @@ fn connection(element: &Element, parts: &[Part]) -> Result<Connection, Fault> {
     let end = |of: &str, connector: &str, causality: Causality| -> Result<End, Fault> {
         let variable = element.needed(connector)?;
         let Some(name) = element.get(of) else {
-            let hint = "a system is run by itself: start values of its parts set what nothing feeds";
+            let hint = "a system runs by itself: set unconnected inputs with start values of its parts";
             return Err(
                 Fault::new(format!("a connection with `{variable}` of the system itself is not read")).hint(hint)
             );

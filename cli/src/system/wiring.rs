@@ -66,12 +66,12 @@ impl Wiring<'_> {
         section.finish();
         let (from, to, factor, offset) = (from?, to?, factor?, offset?);
         if factor == 0.0 {
-            return section.refuse(section.fault_of("factor", ": with 0 nothing is told").admissible("not 0"));
+            return section.refuse(section.fault_of("factor", ": the factor 0 transmits nothing").admissible("not 0"));
         }
         let find = |(part, name): &End, causality| self.raw[*part].part.find(name, causality).cloned();
         let (output, input) = (find(&from, Causality::Output)?, find(&to, Causality::Input)?);
         if of.is_none() && section.has("offset") {
-            let fault = section.fault_of("offset", format!(": `{}` is no real number, which has no offset", to.1));
+            let fault = section.fault_of("offset", format!(": `{}` is no real number, so it has no offset", to.1));
             return section.refuse(fault.hint("remove it"));
         }
         if let Err((said, hint)) = converted(&output, &input, section.has("factor")) {
@@ -94,8 +94,8 @@ impl Wiring<'_> {
         if seated || self.connections.iter().any(|other| other.to == to) {
             let fault = section.fault_of("to", format!(": `{}.{}` is connected already", own.part.name, to.1));
             return section.refuse(fault.hint(match seated {
-                true => "the machine on whose shaft it sits moves it; remove the connection",
-                false => "an input takes one output; add them up in a part of its own",
+                true => "the machine of its shaft moves it already; remove the connection",
+                false => "an input takes one output; add them up in a separate part",
             }));
         }
         if to.1 == TORQUE || to.1.ends_with(&format!(".{TORQUE}")) {
@@ -281,9 +281,9 @@ impl Wiring<'_> {
         let with_inertia: Vec<&str> = with_inertia.map(|(name, _)| name.as_str()).collect();
         let PartSection { part, section, .. } = &self.raw[i];
         if !with_inertia.is_empty() && !matches!(part.scene, Some(Scene::RigidMachine(_))) {
-            let said = ": it takes no inertia of loads, as a RigidMachine does whose motor is none, kloss or input, without \
+            let said = ": it takes no inertia of loads; only a RigidMachine does, with the motor none, kloss or input, without \
                                 transmission and without loads of its own";
-            let hint = "take exchange = \"interpolated\", or make all one DriveTrain";
+            let hint = "take exchange = \"interpolated\", or write one DriveTrain";
             return section.refuse(section.fault_of("scene", said).hint(hint));
         }
         self.change(i, |document| {

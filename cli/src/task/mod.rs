@@ -506,7 +506,7 @@ fn range(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Optio
 
 fn dwell(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<(Range, [Option<f64>; 3])> {
     let ends = if section.has("centre") || section.has("width") {
-        let because = "centre and width give it already";
+        let because = "centre and width determine it already";
         section.forbid(&["from", "to"], because, "`from` and `to` without `centre` and `width`");
         let centre = section.real("centre");
         let width = section.real("width");
@@ -538,7 +538,7 @@ fn points(root: &Section<'_>, lengths: &Lengths) -> Option<Points> {
         let [u, first, second, third] = [values[0]?, values[1]?, values[2]?, values[3]?];
         let (phi, weight, values) = (phi?, weight?, [u, first, second, third]);
         if values.iter().all(Option::is_none) {
-            let fault = section.fault(" gives nothing for U");
+            let fault = section.fault(" has no U");
             return section.refuse(fault.admissible(ORDERS.join(", ")).hint("add for example U = 0.5"));
         }
         let Some(weight) = weight else {
@@ -646,7 +646,7 @@ fn check_purpose(root: &Section<'_>, kind: Kind, integral: Option<f64>, laws: &[
         return refused(": nothing makes the follower move", "add [[dwell]] with tolerances, or [[point]]");
     }
     if integral.is_some() && (root.has("clearance") || ranges().next().is_none()) {
-        let message = " needs a [[range]] or [[dwell]], and no [[clearance]] beside it";
+        let message = " needs a [[range]] or [[dwell]], and no [[clearance]]";
         let fault = root.fault_at("objective", message).of("integral_tolerance");
         return root.refuse(fault.hint("give every [[dwell]] a `tolerance` instead"));
     }

@@ -57,10 +57,10 @@ pub fn run(
         let (name, word) = name_and_value(text)?;
         let variable = find(name).map_err(wrong)?;
         if given.contains(&variable) {
-            return Err(wrong(Fault::new(format!("`{name}` is given twice"))));
+            return Err(wrong(Fault::new(format!("`{name}` is set twice"))));
         }
         if run.signals.have(variable) {
-            return Err(wrong(Fault::new(format!("the table of --input gives `{name}`"))));
+            return Err(wrong(Fault::new(format!("the table of --input sets `{name}`"))));
         }
         given.push(variable);
         let value = subject.value(variable, word).map_err(wrong)?;

@@ -2,7 +2,7 @@
 
 use super::driven::{self, Subject};
 use super::{Args, Column, Run, Shared};
-use crate::command::{Failure, failure, optional, tell, wrong_argument};
+use crate::command::{Failure, failure, optional, print_message, wrong_argument};
 use crate::scene::variable::{self, connected};
 use crate::system::System;
 use camdrive::drives::unit::TIME;
@@ -25,7 +25,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let start = experiment.start.unwrap_or(0.0);
     let stop = optional("stop", &args.stop, &TIME)?
         .or(experiment.stop)
-        .ok_or_else(|| wrong_argument("--stop: the FMU tells no stop time").hint("give one, such as --stop \"1 s\""))?;
+        .ok_or_else(|| wrong_argument("--stop: the FMU has no stop time").hint("set one, such as --stop \"1 s\""))?;
     let step = experiment.step.unwrap_or((stop - start) / STEPS);
     let run = Run::new(args, name, start, &Experiment { stop, step, tolerance: 0.0 })?;
     let host = fmu.instantiate(name).map_err(|fault| fault.within(args.file.display()))?;
@@ -46,13 +46,13 @@ pub fn run_system(args: &Args, system: System) -> Result<(), Failure> {
     let coupling = system.coupled(system.exchange, repeats).map_err(failure)?;
     let step = run.step;
     let coupling = coupled(args, run, coupling)?;
-    unbalanced(&coupling).iter().for_each(|said| tell(&format!("note: {said}\n")));
+    unbalanced(&coupling).iter().for_each(|said| print_message(&format!("note: {said}\n")));
     for Shared { shaft, drive, exchanged, difference, largest, largest_at, needed_step } in coupling.shared(step) {
         let part = number(100.0 * difference / exchanged);
         let [difference, largest, at] = [difference, largest, largest_at].map(number);
         let needed = needed_step.map_or_else(String::new, |step| format!("; 0.1 % at steps of {}", time(step)));
-        tell(&format!(
-            "note: {shaft} and {drive}: {difference} J of the work between them differ, {part} %; {largest} J in the \
+        print_message(&format!(
+            "note: {shaft} and {drive}: the work on both sides differs by {difference} J, {part} %, and by {largest} J in the \
              step from {at} s{needed}\n"
         ));
     }
@@ -76,7 +76,7 @@ fn coupled(args: &Args, run: Run, mut coupling: Coupling) -> Result<Coupling, Fa
     let columns: Vec<Column> = all.iter().zip(&places).map(column).collect();
     driven::run(args, run, &all, |variable| columns[variable].clone(), &mut coupling)?;
     let refusals = coupling.end().map_err(failure)?;
-    refusals.iter().for_each(|fault| tell(&format!("warning: {fault}\n")));
+    refusals.iter().for_each(|fault| print_message(&format!("warning: {fault}\n")));
     Ok(coupling)
 }
 
@@ -90,11 +90,9 @@ fn unbalanced(coupling: &Coupling) -> Vec<String> {
     let differs = |of: &&Balance| of.part().is_some_and(|part| (part - 1.0).abs() > BALANCED);
     let said = |of: &Balance| {
         let ([taken, given], part) = (of.work.map(number), number(100.0 * of.part().unwrap_or_default()));
-        let by = if of.by.is_empty() { String::new() } else { format!(" by way of {}", names(&of.by)) };
+        let by = if of.by.is_empty() { String::new() } else { format!(" through {}", names(&of.by)) };
         let (drives, shaft) = (names(&of.drives), name(&of.shaft));
-        format!(
-            "{drives}: the work forth and back is {taken} J; the shaft of {shaft} gives {given} J{by}, {part} % of it"
-        )
+        format!("{drives}: {taken} J of work are exchanged; the shaft of {shaft} gives {given} J{by}, {part} % of it")
     };
     coupling.balances().iter().filter(differs).map(said).collect()
 }
@@ -135,7 +133,7 @@ impl Subject for Coupling {
 
     fn warn(&mut self) {
         for part in self.parts() {
-            part.warnings().iter().for_each(|warning| tell(&format!("warning: {warning}\n")));
+            part.warnings().iter().for_each(|warning| print_message(&format!("warning: {warning}\n")));
         }
     }
 

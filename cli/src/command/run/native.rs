@@ -2,7 +2,7 @@
 
 use super::driven::{self, Subject};
 use super::{Args, Column, Run};
-use crate::command::{Failure, failure, read, tell};
+use crate::command::{Failure, failure, print_message, read};
 use crate::export::model_description::unit;
 use crate::scene::variable;
 use camdrive::drives::{About, AnyDrive, Description, Fault, Number};
@@ -34,7 +34,7 @@ impl Subject for AnyDrive {
         for event in log.iter().filter(|event| event.about == About::Inputs) {
             let [time, value] = [event.time, event.value].map(Number);
             let (kind, quantity, unit) = (event.kind, event.quantity, event.unit);
-            tell(&format!("warning: t = {time} s: {kind} ({quantity} {value} {unit})\n"));
+            print_message(&format!("warning: t = {time} s: {kind} ({quantity} {value} {unit})\n"));
         }
         log.clear();
     }

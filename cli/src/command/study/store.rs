@@ -68,7 +68,7 @@ impl Store {
             path.extension().is_some_and(|ending| ending == "parquet") && path.is_file()
         };
         if !place.exists() && std::fs::read_dir(&runs).map_err(unwritten)?.any(is_part) {
-            let message = format!("{}: parts of a study are there without its study.json", folder.display());
+            let message = format!("{}: the folder has parts of a study, but no study.json", folder.display());
             return Err(failure(message).hint("choose another -o, or remove the folder"));
         }
         // One of several simultaneous jobs creates it.
@@ -83,9 +83,9 @@ impl Store {
             let found = std::fs::read_to_string(&place).map_err(unwritten)?;
             let (message, hint) = if found != specification {
                 let difference = difference(&found, specification);
-                (format!("this store is of another study{difference}"), "take another folder, or remove this one")
+                (format!("this store is of another study{difference}"), "use another folder, or remove this one")
             } else if !resume {
-                ("a store of this study exists already".to_owned(), "--resume computes what it lacks")
+                ("a store of this study exists already".to_owned(), "--resume computes the missing runs")
             } else {
                 (String::new(), "")
             };
@@ -120,7 +120,7 @@ impl Store {
         if right.is_some() && found == right {
             return Ok(true);
         }
-        let damaged = fault("this part is damaged, or of another place or study");
+        let damaged = fault("this part is damaged, or belongs to another place or study");
         Err(damaged.hint("`camdrive study --resume` computes it again"))
     }
 
@@ -150,7 +150,7 @@ impl Store {
     /// Writes a part, completely or not at all.
     pub fn write(&self, part: u64, first: u64, columns: &[(Column, Content)], rows: &[Record]) -> Result<(), Failure> {
         let place = self.place(part);
-        let hint = "the parts before are kept; --resume goes on with the rest";
+        let hint = "earlier parts are kept; --resume continues with the rest";
         let unwritten =
             |e: &dyn std::fmt::Display| failure(format!("{} cannot be written: {e}", place.display())).hint(hint);
         let mut bytes = self.bytes(first, columns, rows).map_err(|e| unwritten(&e))?;

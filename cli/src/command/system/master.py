@@ -1,4 +1,4 @@
-"""@name@: the FMUs beside this file as one system, results in @name@.csv. Needs fmpy: python run.py [STEP]"""
+"""@name@: the FMUs next to this file as one system, results in @name@.csv. Needs fmpy: python run.py [STEP]"""
 import csv
 import math
 import sys
@@ -12,7 +12,7 @@ START = @start@
 # Output, input, factor, offset.
 CONNECTIONS = [
 @connections@]
-# What sits on which shaft, with ratio and offset.
+# The machine of each drive, with ratio and offset.
 SHAFTS = @shafts@
 
 class Part:
@@ -21,7 +21,7 @@ class Part:
         self.variables = {v.name: v for v in self.about.modelVariables}
         self.fmu = FMU2Slave(guid=self.about.guid, unzipDirectory=extract(path), instanceName=name,
                              modelIdentifier=self.about.coSimulation.modelIdentifier)
-        # To the FMUs of other makers phi, w, a are three inputs like any others.
+        # FMUs of other tools treat phi, w, a as three independent inputs.
         own = (self.about.generationTool or "").startswith("camdrive")
         self.follows = own and self.about.coSimulation.canInterpolateInputs
         self.last = {}
@@ -42,7 +42,7 @@ class Part:
             self.fmu.setRealInputDerivatives(references, range(1, len(rates) + 1), rates)
 
     def rate(self, name, h):
-        """The derivative of an output; where the FMU does not tell it, that over the last step."""
+        """The derivative of an output, from the FMU or else over the last step."""
         v, value = self.variables[name], self.get(name)
         last, self.last[name] = self.last.get(name, value), value
         known = v.variability == "continuous" and self.about.coSimulation.maxOutputDerivativeOrder
@@ -51,14 +51,14 @@ class Part:
         return rate if math.isfinite(rate) else own
 
 def connect(parts, to, h=None):
-    """Gives the inputs of a part what the outputs say now, for a step of h with their derivatives."""
+    """Sets the inputs of a part to the outputs, with their derivatives for a step of h."""
     for source, output, part, name, factor, offset in CONNECTIONS:
         if part == to:
             slope = [factor * parts[source].rate(output, h)] if h else []
             parts[part].set(name, factor * parts[source].get(output) + offset, *slope)
 
 def meet(parts):
-    """Parts that do not follow their inputs get those of the end, in turn with machines."""
+    """Parts that do not follow their inputs get the inputs of the end, in turn with machines."""
     late = [name for name, part in parts.items() if not part.follows]
     machines = [machine for name, (machine, _, _) in SHAFTS.items() if name in late]
     for name in (late + machines) * 20:
@@ -72,7 +72,7 @@ def simulate(step_size=STEP):
         for variable, value in START.get(name, {}).items():
             part.set(variable, value)
         part.fmu.enterInitializationMode()
-    for name in list(parts) * 20:  # What depends on itself converges.
+    for name in list(parts) * 20:  # Algebraic loops converge.
         connect(parts, name)
     for part in parts.values():
         part.fmu.exitInitializationMode()

@@ -3,7 +3,7 @@
 use super::{Args, libraries, packed};
 use crate::command::deliver::ReportFiles;
 use crate::command::output::Bar;
-use crate::command::{Failure, failure, tell};
+use crate::command::{Failure, failure, print_message};
 use crate::export::Date;
 use crate::system::single::Single;
 use crate::system::{self, INERTIA, System};
@@ -42,14 +42,14 @@ pub fn run(args: &Args, system: &System, folder: &Path) -> Result<(), Failure> {
         let fmu = packed(&single.scene, &libraries()?, date).map_err(failure)?;
         place.more.push((folder.join(fmu_of(single)), fmu));
     }
-    args.telling.deliver(findings.report(), &findings, place)
+    args.format.deliver(findings.report(), &findings, place)
 }
 
 /// The errors over the communication step, and the system as a train.
 pub fn findings(path: &Path, system: &System) -> Result<(Findings, Option<Single>), Failure> {
     let single = system.train();
     if let Err(reason) = &single {
-        tell(&format!("note: {}: no train: {reason}\n", text::in_one_line(path.display())));
+        print_message(&format!("note: {}: it cannot be one DriveTrain: {reason}\n", text::in_one_line(path.display())));
     }
     let single = single.ok();
     let systems = coupled(path);
@@ -86,9 +86,9 @@ pub fn findings(path: &Path, system: &System) -> Result<(Findings, Option<Single
             (finer(best, system.step), compared(system, None)?)
         }
     };
-    let findings = Bar::beside(&system.name, |tell| {
+    let findings = Bar::during(&system.name, |progress| {
         let system = study::System { name: &system.name, step: system.step, stop: system.stop };
-        study::study(system, candidates, outputs, reference, tell)
+        study::study(system, candidates, outputs, reference, progress)
     });
     let findings = findings.map_err(|fault| failure(fault.within(path.display())))?;
     Ok((findings, single))

@@ -82,7 +82,7 @@ pub fn read(
     let stroke = lifts.iter().fold(0.0_f64, |most, lift| most.max(lift - lifts[0]))
         - lifts.iter().fold(0.0_f64, |least, lift| least.min(lift - lifts[0]));
     let open = traced.open.map(|(open, row)| (open, line(row), open > LARGEST_GAP * stroke));
-    told(section, &file, misfit, contour.len(), (open, traced.bend_open));
+    note(section, &file, misfit, contour.len(), (open, traced.bend_open));
     Some(law)
 }
 
@@ -99,13 +99,12 @@ type Open = (Option<(f64, usize, bool)>, Option<f64>);
 
 /// Notes the origin of the law, the distance of the points from its contour, and, if large, the uncertainty between them and the
 /// line before it.
-fn told(section: &Section<'_>, file: &File, misfit: [f64; 2], count: usize, (open, bend): Open) {
+fn note(section: &Section<'_>, file: &File, misfit: [f64; 2], count: usize, (open, bend): Open) {
     let path = section.path.clone();
     let micrometres = |length: f64| format!("{} µm", number(1e6 * length));
     let [mean, largest] = misfit.map(micrometres);
     let count = counted(count, "point");
-    let mut off =
-        format!("its {count} are off the contour of this law by {mean} (root mean square), {largest} at most");
+    let mut off = format!("its {count} deviate from the contour of this law by {mean} rms, at most {largest}");
     if let Some((open, ..)) = open {
         off += &format!("; between them it is uncertain by up to {}", micrometres(open));
     }
@@ -169,11 +168,10 @@ fn points(section: &Section<'_>, file: &File, side: Side) -> Option<(Vec<Point>,
         });
     }
     let columns = [columns.remove(0), columns.remove(0)];
-    let mut rows =
-        match sheet.rows(&columns, 0, "write plain numbers; their unit is that of the heading or of the scene") {
-            Ok(rows) => rows,
-            Err(wrong) => return refuse(wrong),
-        };
+    let mut rows = match sheet.rows(&columns, 0, "write plain numbers; the heading or the scene sets their unit") {
+        Ok(rows) => rows,
+        Err(wrong) => return refuse(wrong),
+    };
     noted(section, file, std::mem::take(&mut rows.doubtful), "a heading");
     noted(section, file, std::mem::take(&mut rows.trailer), "the end of the table");
     let mut scales = [1.0; 2];

@@ -285,7 +285,7 @@ impl<'a> Sheet<'a> {
                 RowFault { admissible: Some(names.join(", ")), ..wrong }
             }
             None => {
-                let message = format!("the table has no headings to find the column \"{heading}\" by");
+                let message = format!("the table has no headings for the column \"{heading}\"");
                 RowFault::new(message, "give the number of the column, from 1")
             }
         })
@@ -306,7 +306,7 @@ impl<'a> Sheet<'a> {
         if alone {
             first[0] = first[1];
         } else if first[0] == first[1] {
-            let message = format!("column {} is asked for twice", first[0] + 1);
+            let message = format!("column {} is used twice", first[0] + 1);
             return Err(vec![RowFault::new(message, "give each column its own number or heading")]);
         }
         let text = |cell: &Span| &self.text[cell.clone()];
@@ -343,7 +343,7 @@ impl<'a> Sheet<'a> {
             let cells = line.cells.len();
             if matches!(self.separator, ' ' | ',') && (cells > usual || line.width < usual) {
                 let message = format!("this line has {}, most have {usual}", counted(cells, "cell"));
-                let hint = "write a cell for each column in every row, and numbers without marks of thousands";
+                let hint = "write a cell for each column in every row, and numbers without thousands separators";
                 wrong.push(RowFault::at(&line.span, message, hint));
                 continue;
             }
@@ -402,7 +402,11 @@ impl<'a> Sheet<'a> {
             let [decimal, whole] = [".", ""].map(|mark| text(cell).replace([',', '.'], mark));
             let why = if both { "with both `,` and `.` in the numbers of a table " } else { "" };
             let message = format!("{why}{} may be {decimal} or {whole}", text(cell));
-            wrong.push(RowFault::at(cell, message, "write all numbers with one decimal mark, and none of thousands"));
+            wrong.push(RowFault::at(
+                cell,
+                message,
+                "write all numbers with one decimal mark and without thousands separators",
+            ));
         }
         doubtful.extend(trailer.iter().filter(|line| value(line, first[1]).is_some()).map(|line| line.span.clone()));
         let filled =
@@ -415,7 +419,7 @@ impl<'a> Sheet<'a> {
                 wrong.push(RowFault::at(&line.span, message, hint));
             } else if count.is_some_and(|count| count != lines.len() as f64) {
                 let rows = lines.len();
-                let message = format!("a number alone in its line is that of the rows, of which there are {rows}");
+                let message = format!("a number alone in its line is the number of the rows, {rows}");
                 wrong.push(RowFault::at(&line.span, message, "correct it, or begin the line with # if it is no count"));
             } else if count.is_none() && value(line, first[1]).is_some() {
                 doubtful.push(line.span.clone());

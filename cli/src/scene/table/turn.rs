@@ -76,7 +76,7 @@ impl<'a> TurnScale<'a> {
             let nearest = units::short(turn / lobes.max(1.0) / factor);
             return section.refuse(
                 fault
-                    .admissible(format!("a whole part of the turn, for example {nearest} {unit}"))
+                    .admissible(format!("a whole fraction of the turn, for example {nearest} {unit}"))
                     .hint("a table of the whole turn needs no `period`"),
             );
         }

@@ -132,7 +132,7 @@ fn forces_over_the_turn_are_lines_in_their_own_range() {
     for (text, said) in [
         (
             "{ points = [[0, 0], [1, 5], [1, 6], [1, 7], [3, 0], [5, 0]] }",
-            &["does not exceed the one before", "two with one angle are a step"][..],
+            &["does not exceed the previous one", "two with one angle are a step"][..],
         ),
         ("{ points = [[0, 0], [1, \"5 mm\"], [3, 0], [5, 0]] }", &["points[1][2]", "5 mm", "a force is expected"]),
         (
@@ -214,7 +214,7 @@ fn motors_with_their_transmission() {
             &["give `coupling` or `belt`, not both"],
         ),
         ("kind = \"constant\"\ntorque = 5\nM_max = 3", &["M_max", "kind = \"servo\""]),
-        ("kind = \"table\"\npoints = [[3, 5], [1, 4]]", &["does not exceed the one before, 3 rad/s"]),
+        ("kind = \"table\"\npoints = [[3, 5], [1, 4]]", &["does not exceed the previous one, 3 rad/s"]),
         ("kind = \"table\"\npoints = [[3, 5]]", &["has 1 point", "2 to 200"]),
         ("kind = \"kloss\"\nM_k = 5\ns_k = 0.2\nw_s = 0", &["motor.w_s", "the slip is not defined"]),
         ("kind = \"servo\"\nK_p = 0\nM_max = 3\nw_ref = 1", &["motor.K_p", "greater than 0"]),
@@ -243,7 +243,7 @@ fn what_contradicts_itself_is_refused() {
         ("machine = { J0 = 1 }\nstart = { w = 1 }", &["did you mean `w_start`?"]),
         ("machine = { J0 = 1 }\nstart = { mode = \"given\" }", &["at_rest, steady_state, equilibrium"]),
         ("machine = { J0 = 1 }\nsolver = { method = \"fixed_cost\" }", &["solver.method", "locates its events"]),
-        (&follower(&format!("{elastic}m = 1")), &["follower[1].m", "the masses are those of `elasticity`"]),
+        (&follower(&format!("{elastic}m = 1")), &["follower[1].m", "`elasticity` has the masses"]),
         (&follower(""), &["follower[1].m", "is missing"]),
         (
             &follower("backlash = { m1 = 1, m2 = 2, c = 1e4, s = 0 }"),

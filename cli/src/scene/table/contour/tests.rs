@@ -122,5 +122,5 @@ fn what_gives_no_law_is_told_with_its_place() {
     let load =
         "cam = { law = \"fourier\", a = [0, 0.01] }\nload = { process = { law = \"contour\", file = \"t.csv\" } }";
     let text = scene(load, Path::new("")).unwrap_err();
-    assert!(text.contains("beside the `[geometry]` of its follower") && text.contains("\n1 fault"), "{text}");
+    assert!(text.contains("next to the `[geometry]` of its follower") && text.contains("\n1 fault"), "{text}");
 }

@@ -144,7 +144,7 @@ fn columns_are_found_by_their_heading() {
     assert_eq!(named(["Angle", "Lift"]), Ok(vec![(vec![0.0, 0.5], 3), (vec![10.0, -1.25], 4)]));
     assert_eq!(named(["[deg]", "Lift"]), named(["Angle", "Lift"]));
     assert_eq!(named(["phi", "Lift"]), Err(("there is no column \"phi\"".to_owned(), 1)));
-    assert_eq!(named(["Lift", "Lift"]), Err(("column 1 is asked for twice".to_owned(), 0)));
+    assert_eq!(named(["Lift", "Lift"]), Err(("column 1 is used twice".to_owned(), 0)));
     let twice = read(b"U;phi;U\n0;1;2", &[Column::Heading("phi"), Column::Heading("U")]);
     assert_eq!(twice, Err(("two columns have the heading \"U\"".to_owned(), 1)));
     let words = read(b"point,X,Y\nP1,0,0.5\nP2,10,-1.25", &[Column::Number(1), Column::Number(2)]);
