@@ -3,8 +3,8 @@
 An estimate of errors has no digits to rely on where the error is rounding; it only has to agree within 1e-6. The multiplier of a
 periodic start comes from differences of motions over a turn, and is known to 2e-9.
 
-Where impact upon impact multiplies errors, rounding grows with those of the solver, which are at least a hundred times larger: from
-the point on where the drive itself tells of an error, a hundredth of it is admissible."""
+If many impacts multiply errors, rounding grows like the errors of the solver, which are at least a hundred times larger: from
+the point on where the drive itself reports an error, a hundredth of it is admissible."""
 
 import math
 import struct

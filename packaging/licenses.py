@@ -100,15 +100,15 @@ for package in json.loads(output("cargo", "metadata", "--locked", "--format-vers
     home = Path(package["manifest_path"]).parent
     name = f"{package['name']} {package['version']} ({package['license']})"
     words = ("LICEN", "COPY", "NOTICE", "UNLICENSE")
-    # A package may have the licence of its data beside these, in a folder of its own.
+    # A package may also have the licence of its data, in a separate folder.
     files = [file for file in sorted(home.rglob("*")) if file.name.upper().startswith(words)]
     for text in {file.read_text(errors="replace").strip() for file in files if file.is_file()} or {""}:
         texts.setdefault(text, []).append(name)
 parts = []
 for text, names in sorted(texts.items(), key=lambda item: (item[1], item[0])):
-    parts.append("\n".join(sorted(names)) + "\n\n" + (text or "Without a text of its own: that of the licence named."))
+    parts.append("\n".join(sorted(names)) + "\n\n" + (text or "No separate text; the named licence applies."))
 (folder / "THIRD-PARTY.txt").write_text(f"\n\n{'=' * 80}\n".join(parts) + "\n")
-# What compilers and linkers add to every program, as in an FMU.
+# The additions of compilers and linkers to every program, as in an FMU.
 shutil.copy(packaging / "third_party.txt", folder / "STANDARD-LIBRARIES.txt")
 for name in ["LICENSE-MIT", "LICENSE-APACHE"]:
     shutil.copy(root / name, folder)

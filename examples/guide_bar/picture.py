@@ -22,7 +22,7 @@ folder = sys.argv[1]
 runs = pd.read_parquet(f"{folder}/runs")
 scene = tomllib.loads(Path(__file__).with_name("wavy.toml").read_text())["cam"]
 
-# Harmonics of U, and of q and ÿ over those of U.
+# Harmonics of U, and of q and ÿ relative to them.
 k, own, damping = np.arange(1, 31), 2 * np.pi * 270, 0.03
 u = 0.94e-3 * (np.array(scene["a"][1:]) - 1j * np.array(scene["b"]))
 w = k * 2 * np.pi * 30

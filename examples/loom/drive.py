@@ -137,13 +137,13 @@ def judge(run, target, j):
     }
 
 
-def measured(run, told):
+def measured(run, entry):
     """What a restriction is of, at the phase that the report names: the sum of derivatives of the tools' ways."""
     waves = np.fft.rfft(run["U"], axis=0)[:61] / POINTS
     waves[1:] *= 2
     k = np.arange(len(waves))
-    turn = (1j * k) ** told["order"] * np.exp(1j * k * told["phase"])
-    return sum(factor * (waves[:, tool - 1] * turn).real.sum() for tool, factor in told["tools"])
+    turn = (1j * k) ** entry["order"] * np.exp(1j * k * entry["phase"])
+    return sum(factor * (waves[:, tool - 1] * turn).real.sum() for tool, factor in entry["tools"])
 
 
 def drawing(runs, quality, targets):
@@ -187,15 +187,15 @@ def main(folder):
         line(f"{tool}: deviation of the acceleration [%]", *(f"{100 * q['deviation']:.2g}" for q in both))
         line(f"{tool}: extra harmonics (up to)", *(f"{q['extra']} ({q['highest']})" if q["extra"] else "0" for q in both))
     for both in zip(kept["before"], kept["after"]):
-        line(f"{both[0]['name']}: reserve", *(f"{told['reserve']:.2g}{'' if told['kept'] else ' !'}" for told in both))
+        line(f"{both[0]['name']}: reserve", *(f"{entry['reserve']:.2g}{'' if entry['kept'] else ' !'}" for entry in both))
     line("elastic gripper: largest |q| [mm]", *(f"{1e3 * np.abs(run['q'][:, 0]).max():.3g}" for run in runs.values()))
     line("elastic sley: largest |q| [mm]", *(f"{1e3 * np.abs(run['q'][:, 1]).max():.3g}" for run in runs.values()))
     (folder / "before_and_after.svg").write_text(drawing(runs, quality, targets))
     print(folder / "before_and_after.svg")
 
-    # The FMUs run as the report has told.
-    for run, told in ((runs["before"], report["rounds"][0]), (runs["after"], report["finished"])):
-        assert abs(run["T"] / told["period"] - 1) < 1e-9, "period"
+    # The FMUs run as in the report.
+    for run, entry in ((runs["before"], report["rounds"][0]), (runs["after"], report["finished"])):
+        assert abs(run["T"] / entry["period"] - 1) < 1e-9, "period"
     for j, (plain, cam) in enumerate(zip(quality["before"], report["cams"])):
         assert abs(plain["overshoot"] - report["rounds"][0]["tools"][j]["overshoot"]) < 1e-3, "overshoot"
         # The error that the finite series of the cam may cause, as stated, and the accuracy of the FMU.
@@ -207,11 +207,11 @@ def main(folder):
         stroke = np.ptp(target.at(psi))
         assert np.abs(runs["after"]["x"][:, j] - target.at(psi)).max() < 1e-7 * stroke, "position"
     for key, run in runs.items():
-        for told in kept[key]:
-            # Of derivatives up to the second, with the accuracy of the FMU.
-            assert abs(measured(run, told) - told["value"]) < 1e-6, told["name"]
-    assert all(told["kept"] for told in kept["after"]), "restrictions"
-    assert not all(told["kept"] for told in kept["before"]), "without compensation restrictions are missed"
+        for entry in kept[key]:
+            # Derivatives up to the second have the accuracy of the FMU.
+            assert abs(measured(run, entry) - entry["value"]) < 1e-6, entry["name"]
+    assert all(entry["kept"] for entry in kept["after"]), "restrictions"
+    assert not all(entry["kept"] for entry in kept["before"]), "without compensation restrictions are missed"
     shapes = json.loads((folder / "cams" / "loom_hs.json").read_text())["followers"]
     findings = [f for shape in shapes for cam in shape["cams"] for f in cam["findings"]]
     assert findings and all(f["verdict"] == "good" for f in findings), "cams"

@@ -12,7 +12,7 @@ SHADES = ("#222222", "#e0a878", "#6f93b5")
 
 @dataclass
 class Panel:
-    """Series are (name, x, y); the look of series i is that of number `first` + i on the whole page."""
+    """Series are (name, x, y); series i has the style number `first` + i of the whole page."""
 
     title: str
     x: str

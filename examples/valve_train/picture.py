@@ -31,7 +31,7 @@ k = np.fft.rfftfreq(N, 1 / N)
 def least(speed, preload, elastic):
     """The least contact force of the periodic motion that keeps contact."""
     w = k * speed
-    # y over U, and ÿ from that of U, whose harmonics are exact in U″.
+    # y over U, and ÿ from U″, whose harmonics are exact.
     y = (C + 1j * w * DAMPING) / (C + SPRING - M2 * w**2 + 1j * w * DAMPING) if elastic else np.ones(len(k))
     inertia = np.fft.irfft((M1 + M2 * y) * np.fft.rfft(bend), N) * speed**2
     at_rest = preload * C / (C + SPRING) if elastic else preload
@@ -39,7 +39,7 @@ def least(speed, preload, elastic):
 
 
 def lift_off(preload, elastic):
-    """The lowest speed (rad/s) at which this force is none."""
+    """The lowest speed (rad/s) at which this force vanishes."""
     speeds = np.pi / 30 * np.arange(1500, 2800, 5)
     first = next(i for i, w in enumerate(speeds) if least(w, preload, elastic) < 0)
     return brentq(least, *speeds[first - 1 : first + 1], args=(preload, elastic))

@@ -100,7 +100,7 @@ class Report:
         if name not in self.files:
             return pandas.DataFrame(_records(self._fields)[name])  # type: ignore[no-any-return]
         text = self.files[name].decode()
-        # What is for motion controllers has semicolons.
+        # Files for motion controllers have semicolons.
         separator = ";" if ";" in text.partition("\n")[0] else ","
         return pandas.read_csv(io.StringIO(text), sep=separator)  # type: ignore[no-any-return]
 
@@ -112,7 +112,7 @@ class Report:
     def plot(self, diagram: Optional[str] = None) -> Diagram:
         """A diagram of `svg` by its name or by the end of it, such as "torque"; by default the main one.
 
-        Raises `Error` where there is none of this name, or several.
+        Raises `Error` for an unknown or ambiguous name.
         """
         drawn = self.svg
         ends = [name for name in drawn if f".{name}".endswith(f".{diagram or self._main}")]
@@ -205,7 +205,7 @@ def _report(
 def check(scene: PathLike) -> Report:
     """Validates a scene: characteristic `figures` of its design, `motions` of its laws, `resonances`, `warnings`.
 
-    Of a system it tells `parts`, `connections`, `shafts` with their stable steps, and `loops`.
+    For a system: `parts`, `connections`, `shafts` with their stable steps, and `loops`.
     Raises `SceneError` where it has faults, `Error` where it cannot be checked; so does every function here.
     """
     return _report("check", scene, {}, places=())
@@ -248,9 +248,9 @@ def describe(scene: PathLike) -> Report:
 
 
 def steady(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
-    """The periodic `motions` of a drive or a machine, and its `turn`; that there is none is a result as well.
+    """The periodic `motions` of a drive or a machine, and its `turn`; a drive without one is a result as well.
 
-    `speed="1800 rpm"` is that of a drive on inputs. For a RigidMachine `period="120 ms"` finds the speed of the motor that
+    `speed="1800 rpm"` applies to a drive on inputs. For a RigidMachine `period="120 ms"` finds the speed of the motor that
     yields it, and `load="30 N.m"` brakes. As everywhere here, the
     options are those that `camdrive help steady` explains, with underscores: numbers in SI, texts with a unit, True for
     one without a value, a list where several are possible. `output` is a folder for the tables and diagrams, which the
@@ -271,7 +271,7 @@ def stability(scene: PathLike, *, output: Optional[PathLike] = None, **options: 
 def forces(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
     """The loads on rollers, joints and shaft over the turn, and what keeps followers on their cams.
 
-    `speed="300 rpm"` is another than that of the scene. Further options as of `camdrive help forces`.
+    `speed="300 rpm"` replaces the scene's speed. Further options: see `camdrive help forces`.
     """
     return _report("forces", scene, options, output, main="torque")
 
@@ -287,7 +287,7 @@ def tradeoff(scene: PathLike, *, output: Optional[PathLike] = None, **options: O
 def synthesize(task: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
     """A cam profile of few harmonics for a motion task: its coefficients, errors, peaks and restrictions.
 
-    The profile is `files["profile.toml"]`, a fragment `[cam]` or a whole scene: that of the task, or of
+    The profile is `files["profile.toml"]`, a fragment `[cam]` or a whole scene: from the task, or from
     `scene="loom.toml"`. Further options as of `camdrive help synthesize`. Raises `Error` where the task has faults.
     """
     places = ("--output={}profile.toml", "--report={}")
@@ -297,7 +297,7 @@ def synthesize(task: PathLike, *, output: Optional[PathLike] = None, **options: 
 def compensate(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
     """Cams that make the tools of a machine move as prescribed although its speed fluctuates.
 
-    The scene with them is `files["compensated.toml"]`; tables and the scenes of `cam="1=gripper.toml"` are beside it.
+    The scene with them is `files["compensated.toml"]`; tables and the scenes of `cam="1=gripper.toml"` are next to it.
     `period="120 ms"` is needed without a motor. Further options as of `camdrive help compensate`.
     """
     places = ("--output={}compensated.toml", "--report={}")
@@ -307,7 +307,7 @@ def compensate(scene: PathLike, *, output: Optional[PathLike] = None, **options:
 def clearance(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
     """Where and how hard a drive passes through its clearance, and what avoids further impacts, for all `laws`.
 
-    `clearance="0.05 mm"`, `m1="2 kg"` and `speed` replace those of the scene, `compare=["bestehorn", "hs7"]` adds laws,
+    `clearance="0.05 mm"`, `m1="2 kg"` and `speed` replace the scene's values, `compare=["bestehorn", "hs7"]` adds laws,
     `quick=True` leaves the maps by the model out. Further options as of `camdrive help clearance`.
     """
     return _report("clearance", scene, options, output, main="passage_time")

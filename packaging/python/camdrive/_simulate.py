@@ -43,7 +43,7 @@ Names = Optional[list[str]]
 class Result(Array):
     """A structured array of `time` and variables; `pandas.DataFrame(result)` makes a table of it.
 
-    `units` and `descriptions` have those of every variable by name; a variable without unit has "".
+    `units` and `descriptions` have an entry for every variable by name; the unit is "" if there is none.
     `result["y"]` is a plain array.
     """
 
@@ -90,9 +90,9 @@ def simulate(
     Parameters and start values of inputs are keywords, or the mapping `start_values`, which also takes names such as
     `drive.w` or `cam.a[3]`. A value is a number in SI units, True or False, the name of an item of an enumeration, or
     a text with a unit, "2000 rpm". `output` names the variables to return, by default all outputs. `stop_time` and the
-    communication step `step`, in s or with a unit, are by default those of the FMU's experiment. `input` is a
-    structured array with `time` and inputs in SI units or in those of its fields, "w [rpm]", which are interpolated.
-    Where the unit of an FMU is not SI, a number without one is refused. Several threads may call it at once.
+    communication step `step`, in s or with a unit, are by default the FMU's experiment. `input` is a
+    structured array with `time` and inputs in SI units or in the units of its fields, "w [rpm]"; it is interpolated.
+    If the unit of an FMU is not SI, a number without a unit is refused. Several threads may call it at once.
 
     A system is a TOML file with parts, or NAME.ssp; its variables are called `machine.w`. The `engine` is "native", the
     tool, or "fmpy": FMPy, which the extra `camdrive[fmpy]` brings, drives the FMU, which is exported of a scene, and takes
@@ -154,7 +154,7 @@ def _by_tool(
     return _result(np.array([*zip(*lists)], types), units, descriptions)
 
 
-# FMPy goes into the folder of a library while it loads it, and the working directory is that of the whole process.
+# FMPy changes into the folder of a library while it loads it, and the working directory belongs to the whole process.
 _without_chdir = SimpleNamespace(**{**vars(os), "chdir": lambda _folder: None})
 _loading = threading.Lock()
 # The library below FMPy makes its table of XML's types at the first schema it reads: of two threads that come at once, one
@@ -198,7 +198,7 @@ def _units(description: Any) -> dict[str, tuple[Any, float, float]]:
 
 
 def _in_own_unit(value: Any, unit: str, variable: Any, units: dict[str, tuple[Any, float, float]]) -> Any:
-    """Numbers in a unit, or in SI without one, in that of the variable; None where the FMU does not define the unit."""
+    """Numbers in a unit, or in SI without one, converted to the unit of the variable; None if the FMU does not define the unit."""
     own = units.get(variable.unit, (variable.unit, 1.0, 0.0))
     if unit == (variable.unit or "") or not unit and own[1:] == (1.0, 0.0):
         return value

@@ -33,7 +33,7 @@ _NOTHING = "--part=1000000000000000000/1000000000000000000"
 class Study:
     """The runs of a study. Its store `folder` is for others, too: polars and duckdb read `runs/*.parquet`.
 
-    `data` is the content of its study.json, `units` and `meanings` are those of the columns by name. A store in a
+    `data` is the content of its study.json, `units` and `meanings` have an entry for each column by name. A store in a
     temporary folder lives as long as this object. A study that is only explained has no store, and in `data` what it
     would take: `rows`, `parts`, `seconds`, `bytes`.
     """
@@ -105,12 +105,12 @@ class Study:
             values = table.iloc[:: math.prod(lengths[place + 1 :])][: lengths[place]]
             coordinates.update({one: (names[place], values[one].to_numpy(), about[one]) for one in axis})
         arrays = {one: (names, table[one].to_numpy().reshape(lengths), about[one]) for one in self.measures}
-        # What has one value is a coordinate without a dimension.
+        # A quantity with one value is a coordinate without a dimension.
         return xarray.Dataset(arrays, coordinates).squeeze()  # type: ignore[no-any-return]
 
 
 def open_study(folder: PathLike) -> Study:
-    """The study in a store, complete or not. Raises `Error` where there is none."""
+    """The study in a store, complete or not. Raises `Error` without one."""
     try:
         data = json.loads(Path(folder, "study.json").read_bytes())
         if data["format"] != _FORMAT:
@@ -158,7 +158,7 @@ def study(
     if resume and store is None:
         raise Error("resume=True needs the `store` to go on with")
     if client is not None and threads is not None:
-        raise Error("`threads` are those of this machine; workers say themselves how many they have")
+        raise Error("`threads` is for this machine only; workers have their own number")
     temporary = None if store is not None or explain else temporary_folder()
     target = Path(temporary.name if temporary else os.path.abspath(store or ""))
     is_sent = client is not None and not explain

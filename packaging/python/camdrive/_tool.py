@@ -89,7 +89,7 @@ def temporary_folder() -> tempfile.TemporaryDirectory[str]:
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:
     """Runs the executable with its options and returns what it printed."""
     name = "camdrive" + (sysconfig.get_config_var("EXE") or "")
-    # Of an environment, of pip install --user, of pip install --target.
+    # The places in an environment, after pip install --user, after pip install --target.
     scripts = [sysconfig.get_path("scripts"), sysconfig.get_path("scripts", f"{os.name}_user")]
     places = [Path(folder, name) for folder in (*scripts, str(Path(__file__).parents[1] / "bin"))]
     program = next((str(place) for place in places if place.is_file()), None) or shutil.which("camdrive")
@@ -108,7 +108,7 @@ def run(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def is_fmu(path: str) -> bool:
-    """Whether a file is an FMU: running it needs no scene inside, so that its failures are none of a scene."""
+    """Whether a file is an FMU: it runs without a scene inside, so its failures are not a scene's."""
     return Path(path).suffix.lower() == ".fmu"
 
 
