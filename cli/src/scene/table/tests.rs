@@ -97,7 +97,7 @@ fn the_turn_may_be_counted_timed_or_measured_and_begin_anywhere() {
         ("angle_unit = \"deg\", period = \"100 deg\"", "the turn is 3.6 periods"),
         ("angle_unit = \"deg\", period = \"0.001 deg\"", "360000 times 65 points"),
         ("turn = 4096, period = 2048", "2112 counts after the first one; a table covers one period, 2048 counts"),
-        ("angle_unit = \"deg\", period = \"720 deg\"", "a whole part of the turn"),
+        ("angle_unit = \"deg\", period = \"720 deg\"", "a whole fraction of the turn"),
         ("angle_unit = \"deg\", outside = \"linear\"", "\"linear\" is not known"),
         ("turn = 4096, lift_column = 1", "column 1 is used twice"),
         ("turn = 2048", "this point is 2112 counts after the first one; a table covers one turn, 2048 counts"),

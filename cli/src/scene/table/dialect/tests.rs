@@ -75,7 +75,7 @@ fn headings_comments_counts_and_separators_may_come_first() {
     ] {
         is(text, rows, line);
     }
-    refused("3\n0 0.5\n10 -1.25", 1, &["number alone", "there are 2"]);
+    refused("3\n0 0.5\n10 -1.25", 1, &["number alone", "number of the rows, 2"]);
     let text = "Points;36\n0;0.5\n10;-1.25";
     is(text, rows, 2);
     let doubtful = Sheet::new(text).unwrap().rows(&FIRST_TWO, 0, "").unwrap().doubtful;
