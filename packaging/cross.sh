@@ -1,7 +1,7 @@
 # Sourced by `build`, `wheels` and `test` with the platforms of their arguments: the tools that build for other platforms, and
 # how cargo is called for each.
 #
-# Needs Python 3.11 and Rust by rustup with the targets below. What comes from PyPI is in
+# Needs Python 3.11 and Rust from rustup with the targets below. The packages from PyPI are in
 # requirements.txt and stays below target/: maturin, and zig as a linker, with stubs of old versions of GLIBC and of Apple's
 # system library.
 
@@ -32,7 +32,7 @@ platforms=("$@")
 [ $# -gt 0 ] || platforms=(linux64 aarch64-linux win64 darwin64)
 for platform in "${platforms[@]}"; do
     if [ -z "${triples[$platform]:-}" ]; then
-        echo "$0: \`$platform\` is none of linux64, aarch64-linux, win64, darwin64" >&2
+        echo "$0: \`$platform\` is not one of linux64, aarch64-linux, win64, darwin64" >&2
         exit 2
     fi
 done
@@ -42,13 +42,13 @@ profile=${CAMDRIVE_PROFILE:-dist}
 root=$PWD
 venv=target/packaging/venv
 export PATH="$root/$venv/bin:$PATH"
-# Windows' files and zip archives have a time: not that of the clock but the first that zip knows, as in an FMU.
+# Windows' files and zip archives have a time: not the clock's but the first that zip knows, as in an FMU.
 export SOURCE_DATE_EPOCH=315532800
-# What zig compiles once stays below target/ too.
+# Zig's cache stays below target/ too.
 export ZIG_GLOBAL_CACHE_DIR=$root/target/packaging/zig CARGO_ZIGBUILD_CACHE_DIR=$root/target/packaging/zigbuild
 sdk=$root/target/packaging/sdk
 
-# Brings the linker into target/, for platforms that Rust is ready for.
+# Installs the linker in target/, for platforms whose Rust target is installed.
 prepare() {
     local missing name
     missing=$(missing_triples "${platforms[@]}")
@@ -60,13 +60,13 @@ prepare() {
         "$venv/bin/pip" install --quiet --disable-pip-version-check -r packaging/requirements.txt
         cp packaging/requirements.txt "$venv/requirements.txt"
     fi
-    # What Darwin's files are linked with; the linker of Rust does not know the names of the newest processors yet.
+    # The linker for Darwin's files; the linker of Rust does not know the names of the newest processors yet.
     mkdir -p "$sdk/usr/lib"
     for name in System c iconv m; do
         sed 's/arm64e\.x1/arm64/g' "$venv"/lib/python3*/site-packages/ziglang/lib/libc/darwin/libSystem.tbd \
             >"$sdk/usr/lib/lib$name.tbd"
     done
-    # A library that the tool links asks macOS for the time zone; zig brings no stub of that framework.
+    # A library in the tool asks macOS for the time zone; zig has no stub of that framework.
     local framework=$sdk/System/Library/Frameworks/CoreFoundation.framework
     mkdir -p "$framework"
     cat >"$framework/CoreFoundation.tbd" <<'STUB'
@@ -82,12 +82,12 @@ exports:
 STUB
 }
 
-# Runs a cargo command for a triple. Nothing that is built tells who built it where: the same sources give the same
+# Runs a cargo command for a triple. The built files do not contain the builder or the place: the same sources give the same
 # bytes.
 cross() { # TRIPLE COMMAND…
-    # The last one that fits counts: the folder of cargo may be in the checkout.
+    # The last match counts: the folder of cargo may be in the checkout.
     local flags=("--remap-path-prefix=$root=camdrive" "--remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=cargo")
-    # Where its sources are installed, rustc names those of the standard library by their folder, else by its commit.
+    # If the sources of the standard library are installed, rustc names them by their folder, else by its commit.
     flags+=("--remap-path-prefix=$(rustc --print sysroot)/lib/rustlib/src/rust=/rustc/$(rustc -vV | sed -n 's/^commit-hash: //p')")
     case $1 in
     *-darwin)

@@ -22,7 +22,7 @@ def output(*command: str) -> str:
 
 
 def tree(package: str, edges: str, line: str) -> list[str]:
-    """What a package links on any platform, without what only builds and tests use."""
+    """The packages that a package links on any platform, except for builds and tests."""
     return output("cargo", "tree", "--locked", "--package", package, "--edges", edges, "--target", "all",
                   "--prefix", "none", "--no-dedupe", "--format", line).splitlines()
 
