@@ -21,7 +21,7 @@ const MOST: usize = 16;
 const LONGEST: usize = 31;
 
 /// The loads of a machine; `plain` is true if it has an input `tau` when the scene names no loads.
-pub fn of_machine(root: &Section<'_>, plain: bool) -> Option<Vec<Named>> {
+pub fn of_machine(root: &Section<'_>, plain: bool) -> Option<Vec<NamedLoad>> {
     let names = names(root);
     let inertia = root.read(KEY, |section| {
         let all = match section.node(INERTIA).map(|node| node.value) {
@@ -81,7 +81,7 @@ pub fn refuse_inertia(root: &Section<'_>, loads: &[NamedLoad]) -> Option<()> {
 }
 
 /// `torques`; empty without the key.
-fn names(root: &Section<'_>) -> Option<Vec<Named>> {
+fn names(root: &Section<'_>) -> Option<Vec<NamedLoad>> {
     if !root.has(TORQUES) {
         return Some(Vec::new());
     }
