@@ -11,7 +11,7 @@ use crate::report::terminal::{range, shown};
 use crate::report::unit::{DEG, MS, ONE, PERCENT, RPM, Unit};
 use crate::report::{Level, Report, Rows, Table, Verdict};
 use crate::synthesis::{KEPT, UNITS};
-use crate::text::{counted, digits_beyond, number, share, time};
+use crate::text::{counted, digits_beyond, number, rpm, share, time};
 use crate::transmission::{self, Transmission};
 use crate::{Progress, work};
 use camdrive::drives::Fault;
@@ -506,8 +506,7 @@ impl Compensation {
             "Near the end each round of the iteration (K. Kaltofen, HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit, section 3) reduces the error by the factor {}. Newton's method finds the finished cams directly.",
             number(self.factor)
         );
-        let motor =
-            self.synchronous_speed.map(|speed| format!("Synchronous speed of the motor: {}.", shown(speed, &RPM)));
+        let motor = self.synchronous_speed.map(|speed| format!("Synchronous speed of the motor: {} rpm.", rpm(speed)));
         report.explain("How it is computed", [factor].into_iter().chain(least).chain(motor));
         report
     }
