@@ -1,4 +1,4 @@
-"""Draws motion.svg beside this script: a turn of the guide bar of README.md. Takes numpy and matplotlib.
+"""Draws motion.svg next to this script: a turn of the guide bar of README.md. Needs numpy and matplotlib.
 
     camdrive steady guide_bar.toml --report motion/
     python docs/motion.py motion/guide_bar.turn.csv

@@ -1,5 +1,5 @@
 """Draws map.svg into the folder of the study: the impacts of its runs over K and μ with the borders of
-the formulas. Prints how often both agree. Takes numpy, pandas, pyarrow and matplotlib.
+the formulas. Prints how often both agree. Needs numpy, pandas, pyarrow and matplotlib.
 
     camdrive study study.toml -o map/
     camdrive clearance map.toml -o map/

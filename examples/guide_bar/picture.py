@@ -1,5 +1,5 @@
 """Draws spread.svg into the folder of the study: the vibration of its runs and of the cam without
-waves. Prints quantiles, and the mean squares with what the superposition of the waves expects. Takes numpy, pandas, pyarrow and
+waves. Prints quantiles, and the mean squares with their values from superposition of the waves. Needs numpy, pandas, pyarrow and
 matplotlib.
 
     camdrive study study.toml -o spread/

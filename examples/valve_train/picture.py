@@ -1,5 +1,5 @@
 """Draws lift_off.svg into the folder of the study: how long the valve flies, over speed and preload, with the
-speeds of lift-off of the rigid and of the elastic valve train. Prints how often both agree. Takes numpy, pandas, pyarrow, matplotlib
+lift-off speeds of the rigid and of the elastic valve train. Prints how often both agree. Needs numpy, pandas, pyarrow, matplotlib
 and scipy.
 
     camdrive study study.toml -o lift_off/

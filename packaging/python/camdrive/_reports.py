@@ -41,7 +41,7 @@ class Page(str):
 
 @dataclass(repr=False)
 class Report:
-    """What a command found. Its `repr` is the `answer`, name, result and advice of the `verdict`, and the names of all parts.
+    """The findings of a command. Its `repr` is the `answer`, name, result and advice of the `verdict`, and the names of all parts.
 
     `data` is the JSON document of the command; its fields are attributes, too: `steady(scene).motions[0]["period"]`.
     docs/json.md says what they are; values are in SI units, angles in rad; what is infinite or unknown is None.
@@ -55,7 +55,7 @@ class Report:
 
     @property
     def answer(self) -> str:
-        """What holds and what to do, by the `verdict` of the command."""
+        """The result and the advice in the `verdict` of the command."""
         fields = self._fields
         name = next((fields[key] for key in ("name", "scene", "system", "file") if key in fields), "")
         verdict = fields.get("verdict", {"result": [fields.get("summary", "")], "advice": []})
@@ -74,7 +74,7 @@ class Report:
             raise AttributeError(f"this report has no {name}, but {', '.join(self._fields)}") from None
 
     def _repr_html_(self) -> Optional[str]:
-        """The page of the report, which notebooks show, where the command wrote one."""
+        """The page of the report, which notebooks show; None without one."""
         return next((content.decode() for name, content in self.files.items() if name.endswith(".html")), None)
 
     def __dir__(self) -> list[str]:
@@ -106,7 +106,7 @@ class Report:
 
     @property
     def svg(self) -> dict[str, str]:
-        """The diagrams as SVG texts, by the names of their files without the ending."""
+        """The diagrams as SVG texts; the keys are the names of their files without the ending."""
         return {name[:-4]: content.decode() for name, content in self.files.items() if name.endswith(".svg")}
 
     def plot(self, diagram: Optional[str] = None) -> Diagram:
@@ -146,7 +146,7 @@ def _is_table(value: Any) -> bool:
 
 
 def _flat(record: dict[str, Any], before: str = "") -> dict[str, Any]:
-    """A record with the fields of its parts in its own, as `largest.phi`."""
+    """A record with the fields of its parts as its own, such as `largest.phi`."""
     flat: dict[str, Any] = {}
     for key, value in record.items():
         flat.update(_flat(value, f"{before}{key}.") if isinstance(value, dict) else {before + key: value})
@@ -169,7 +169,7 @@ def _report(
     main: str = "",
     json_of_file: bool = False,
 ) -> Report:
-    """Runs a command that writes into a folder, `output` or a temporary one, which the options `places` name."""
+    """Runs a command that writes into a folder, `output` or a temporary one, named by the options `places`."""
     arguments = [] if json_of_file else ["--json"]
     for key, given in options.items():
         # `from` is a word of Python.
@@ -260,7 +260,7 @@ def steady(scene: PathLike, *, output: Optional[PathLike] = None, **options: Opt
 
 
 def stability(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
-    """The `speeds` at which a drive with periodic coefficients is unstable, its `orders`, and the damping against that.
+    """The `speeds` at which a drive with periodic coefficients is unstable, its `orders`, and the damping that prevents it.
 
     `speed=["60 rpm", "92 rpm"]` are examined, `from_` and `to` are the ends of the diagrams, `quick=True` leaves the
     maps out. Further options as of `camdrive help stability`.
@@ -269,7 +269,7 @@ def stability(scene: PathLike, *, output: Optional[PathLike] = None, **options: 
 
 
 def forces(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
-    """The loads on rollers, joints and shaft over the turn, and what keeps followers on their cams.
+    """The loads on rollers, joints and shaft over the turn, and the forces that keep followers on their cams.
 
     `speed="300 rpm"` replaces the scene's speed. Further options: see `camdrive help forces`.
     """
@@ -277,7 +277,7 @@ def forces(scene: PathLike, *, output: Optional[PathLike] = None, **options: Opt
 
 
 def tradeoff(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
-    """Error and cost of every `settings` of the solver and of every one of the `features` of a scene, with `advice`.
+    """Error and cost of every setting of the solver (`settings`) and of every feature of a scene (`features`), with `advice`.
 
     `turns=2` and `quick=True` shorten it. Further options as of `camdrive help tradeoff`.
     """
@@ -305,7 +305,7 @@ def compensate(scene: PathLike, *, output: Optional[PathLike] = None, **options:
 
 
 def clearance(scene: PathLike, *, output: Optional[PathLike] = None, **options: Option) -> Report:
-    """Where and how hard a drive passes through its clearance, and what avoids further impacts, for all `laws`.
+    """Where and how hard a drive passes through its clearance, and the remedies against further impacts, for all `laws`.
 
     `clearance="0.05 mm"`, `m1="2 kg"` and `speed` replace the scene's values, `compare=["bestehorn", "hs7"]` adds laws,
     `quick=True` leaves the maps by the model out. Further options as of `camdrive help clearance`.

@@ -1,4 +1,4 @@
-"""`simulate`: scenes, FMUs and systems by the tool, or an FMU by FMPy."""
+"""`simulate`: scenes, FMUs and systems with the tool, or an FMU with FMPy."""
 
 from __future__ import annotations
 
@@ -186,7 +186,7 @@ def _instantiate(fmpy: Any, folder: str, description: Any) -> Any:
 
 
 def _units(description: Any) -> dict[str, tuple[Any, float, float]]:
-    """Dimension, factor and offset to SI of the units that variables of an FMU have."""
+    """Dimension, factor and offset to SI of the units of an FMU's variables."""
     known: dict[str, tuple[Any, float, float]] = {}
     for unit in description.unitDefinitions:
         base = unit.baseUnit
@@ -211,7 +211,7 @@ def _in_own_unit(value: Any, unit: str, variable: Any, units: dict[str, tuple[An
 
 
 def _in_own_units(input: Array, known: dict[str, Any], units: dict[str, tuple[Any, float, float]]) -> Array:
-    """The inputs over time as FMPy takes them: by their names, in the units of the FMU, `time` in s."""
+    """The inputs over time for FMPy: by their names, in the units of the FMU, `time` in s."""
     fields = [re.fullmatch(r"(.*?)\s*(?:\[([^\[\]]*[^\[\]\d][^\[\]]*)\])?", field) for field in input.dtype.names or ()]
     pairs = [(field[1], field[2] or "") if field else ("", "") for field in fields]
     inputs = {"time", *(name for name, variable in known.items() if variable.causality == "input")}
@@ -231,7 +231,7 @@ def _in_own_units(input: Array, known: dict[str, Any], units: dict[str, tuple[An
 
 
 def _number(value: Any, variable: Any, units: dict[str, tuple[Any, float, float]]) -> Any:
-    """The value of a variable of an FMU in its unit, of an enumeration by the name of the item as well."""
+    """The value of a variable of an FMU in its unit; for an enumeration also from the name of an item."""
     items = {item.name: int(item.value) for item in getattr(variable.declaredType, "items", None) or ()}
     if variable.type == "Boolean":
         items = {"true": True, "false": False}

@@ -53,12 +53,12 @@ class Study:
         return f"<Study: {', '.join(f'{name} {value}' for name, value in said.items())}>"
 
     def _repr_html_(self) -> Optional[str]:
-        """The page about the runs that are there; None of a study that is only explained."""
+        """The page about the runs so far; None for a study that is only explained."""
         return None if self.folder is None else str(report(self.folder))
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """The runs that are there by their number `run`: what varies, the measures, `status` and `message`.
+        """The runs so far by their number `run`: varied quantities, measures, `status` and `message`.
 
         A measure of a run that was refused or failed is NaN. `attrs` has `units` and `meanings`.
         Raises `Error` where a part cannot be read, of a study that is only explained, and without pandas and pyarrow,
@@ -82,11 +82,11 @@ class Study:
 
     @property
     def refused(self) -> pd.DataFrame:
-        """The runs that were refused or failed: what varies, `status` and `message`."""
+        """The refused and failed runs: varied quantities, `status` and `message`."""
         return self.table[self.table["status"] != "ok"].drop(columns=self.measures)
 
     def to_xarray(self) -> xr.Dataset:
-        """The measures over what varies: of a product a dimension for each quantity, with its values.
+        """The measures over the varied quantities: a product has a dimension for each quantity, with its values.
 
         Quantities that vary together or are sampled have the dimension `run`, or one by their names where there are
         several such groups. `attrs` of all have `units` and `long_name`.
@@ -188,7 +188,7 @@ def study(
 
 
 def _by_name(vary: Any) -> Mapping[Any, Any]:
-    """What varies by the names of its variables."""
+    """The varied quantities by the names of their variables."""
     if hasattr(vary, "itertuples"):
         return {tuple(vary.columns): [*vary.itertuples(index=False, name=None)]}
     if not isinstance(vary, Mapping):
@@ -200,7 +200,7 @@ def _by_name(vary: Any) -> Mapping[Any, Any]:
 
 
 def _of_dictionary(text: str, file: str, names: list[Any]) -> str:
-    """The message with keys of the dictionary in the place of tables of the file, which is there no more."""
+    """The message with keys of the dictionary instead of tables of the file, which no longer exists."""
     # Without the place in the file, and what stands there.
     text = re.sub(rf"(?m)^ *--> {re.escape(file)}.*\n(?: *\d* *\|.*\n)*", "", text).replace(file, "study")
     return re.sub(r"vary\[(\d+)\]", lambda place: f"vary[{names[int(place[1]) - 1]!r}]", text)
@@ -229,7 +229,7 @@ def _toml(value: Any, name: str = "vary", between: str = ", ") -> str:
 
 
 def _sealed(part: Path, identity: str) -> bytes:
-    """The bytes of a part whose checksum is right: SHA-256 of the study, of its number, and of its bytes with zeros in the
+    """The bytes of a part with a valid checksum: SHA-256 of the study, of its number, and of its bytes with zeros in the
     place of the checksum, each after its length."""
     whole = part.read_bytes()
     # Its key among the metadata, and the type and the length of a text.
