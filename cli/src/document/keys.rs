@@ -305,7 +305,7 @@ tables! {
     /// `[coupling]`.
     EXCHANGE "`[coupling]`" {
         /// of a drive: the outputs J_load, dJ_load and tau_rest split its torque tau = J_load φ̈ + ½ dJ_load φ̇² + tau_rest; the
-        /// inertia is that of all parts that follow the shaft without slip (`m_roller` of an elastic output, m1 in contact, rigid
+        /// inertia includes all parts that follow the shaft without slip (`m_roller` of an elastic output, m1 in contact, rigid
         /// followers). Of a RigidMachine with the motor `none`, `kloss` or `input`, without transmission and loads of its own: the
         /// inputs J_load, dJ_load and tau_rest replace tau, for the only load (`true`) or for a list of names from `torques`
         "inertia": value(Value::Flag).and(Value::Texts);

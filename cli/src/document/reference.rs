@@ -84,7 +84,7 @@ impl Key {
             Dimension::Fixed(quantity) => shown(quantity),
             Dimension::Motion(line, turn) => format!("{} or {}", shown(line), shown(turn)),
             Dimension::Other => String::new(),
-            Dimension::Own(0) => "that of U".to_owned(),
+            Dimension::Own(0) => "as U".to_owned(),
             Dimension::Own(1) => "U per rad".to_owned(),
             Dimension::Own(n) => format!("U per rad{}", if n == 2 { '²' } else { '³' }),
         };
