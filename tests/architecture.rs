@@ -461,8 +461,8 @@ const EXCEPTIONS: [(&str, &str); 7] = [
     ("cli/src/scene/table.rs", "points"),
     ("cli/src/scene/table.rs", "read"),
     ("cli/src/scene/table.rs", "smoothed"),
-    ("cli/src/scene/table.rs", "told_strange"),
-    ("cli/src/scene/table.rs", "told_wrong"),
+    ("cli/src/scene/table.rs", "warn_of_jumps"),
+    ("cli/src/scene/table.rs", "report_wrong"),
     ("cli/src/scene/table.rs", "unit_of"),
     ("cli/src/scene/table/dialect.rs", "rows"),
 ];

@@ -2560,7 +2560,7 @@ fn compensate_says_what_it_cannot_do() {
         (&[&trains[0]], &["position loop", "hint: leave out K_v"]),
         (&[&trains[1]], &["changes with time", "hint: set w_ref to a value"]),
         (&[&trains[2]], &["coupling", "hint: leave it out"]),
-        (&[&trains[3]], &["come to rest", "hint: add a [motor]"]),
+        (&[&trains[3]], &["the loads stop the machine", "hint: add a [motor]"]),
         (&[LOADED, "--period", "120 ms"], &["--period", "hint: change its torque"]),
         (&[text(&light)], &["0.2 kg.m2", "0.317728", "with this motor about 0.325"]),
         (&[loom, "--load", "300 N.m"], &["300 N.m", "breakdown torque 220"]),

@@ -550,9 +550,8 @@ fn warn_of_jumps(
     file: &File,
     reading: &Reading,
     (found, kept): (&TableFaults, &[Jump]),
-    interpretation: Interpretation<'_>,
+    (_, turn, quantity): Interpretation<'_>,
 ) {
-    let (_, turn, quantity) = interpretation;
     let of = if is_motion(quantity) { "lift" } else { "value" };
     let (shown, lobes) = (shown_in(section, quantity), turn.lobes as f64);
     let size = |value: f64, order: i32| shown(&text::number, value * (lobes * 1_f64.to_radians()).powi(order));
@@ -619,9 +618,8 @@ fn report_wrong(
     file: &File,
     reading: &Reading,
     (wrong, drop): (&[WrongRow], bool),
-    interpretation: Interpretation<'_>,
+    (_, turn, quantity): Interpretation<'_>,
 ) -> Option<()> {
-    let (_, turn, quantity) = interpretation;
     let shown = shown_in(section, quantity);
     for WrongRow { index, by, times } in wrong {
         let message = format!(
