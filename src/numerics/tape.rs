@@ -21,6 +21,9 @@ pub const NONE: usize = usize::MAX;
 /// Dot products take so many terms at a time; as many zeros follow each series.
 const LANES: usize = 4;
 
+/// The most of them in a sum: orders end at 24.
+const WIDEST: usize = 6;
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Op {
     /// A constant and terms: the first of them and their number.
@@ -29,8 +32,14 @@ enum Op {
     Signal(usize),
     /// The powers of an angle, no number itself.
     Powers(usize, usize),
+    /// The same where the next state is the rate of the angle, and the rate of that is known: two orders ahead.
+    Led(usize, usize),
+    /// Those powers, led by this rate of the rate.
+    Ahead(usize, usize, usize),
     /// A function of an angle: which powers, row of its coefficients.
     Function(usize, usize),
+    /// Its second derivative with respect to time: which powers that are ahead, row of its coefficients.
+    Bend(usize, usize),
     Product(usize, usize),
     Quotient(usize, usize),
 }
@@ -56,7 +65,7 @@ pub struct Tape {
     reversed: Vec<f64>,
     /// Known series: functions of time, in its unit, and of angles.
     rows: Vec<f64>,
-    /// For each angle the coefficients of the present order of the powers xᵏ, then the series of each power.
+    /// For each angle, by order from 0, the coefficients of the powers xᵏ.
     powers: Vec<f64>,
 }
 
@@ -77,6 +86,7 @@ fn whole(count: usize) -> usize {
 impl Tape {
     /// Forgets everything and begins anew with so many states, for series up to this order; memory is kept.
     pub fn begin(&mut self, states: usize, order: usize) {
+        assert!(order <= LANES * WIDEST);
         (self.states, self.order, self.counts) = (states, order, [0; 2]);
         self.ops.clear();
         self.terms.clear();
@@ -95,7 +105,12 @@ impl Tape {
 
     /// Distance from one series to the next: room for three coefficients more than the order, and for whole lanes from any place.
     fn stride(&self) -> usize {
-        whole(self.order + 1) + LANES
+        whole(self.order + 2) + LANES
+    }
+
+    /// From the powers of one angle to those of the next.
+    fn angle(&self) -> usize {
+        (self.order + 2) * self.stride()
     }
 
     /// Returns the place of the operation; an existing one is used again.
@@ -150,8 +165,9 @@ impl Tape {
                     self.terms[first..first + count].iter().for_each(|(place, _)| places[*place] = 0);
                 }
                 Op::Product(a, b) | Op::Quotient(a, b) => (places[a], places[b]) = (0, 0),
-                Op::Powers(a, _) => places[a] = 0,
-                Op::Function(powers, _) => places[powers] = 0,
+                Op::Powers(a, _) | Op::Led(a, _) => places[a] = 0,
+                Op::Ahead(powers, _, a) => (places[powers], places[a]) = (0, 0),
+                Op::Function(powers, _) | Op::Bend(powers, _) => places[powers] = 0,
                 Op::Signal(_) => {}
             }
         }
@@ -173,7 +189,10 @@ impl Tape {
                 Op::Product(a, b) => Op::Product(places[a], places[b]),
                 Op::Quotient(a, b) => Op::Quotient(places[a], places[b]),
                 Op::Powers(a, which) => Op::Powers(places[a], which),
+                Op::Led(a, which) => Op::Led(places[a], which),
+                Op::Ahead(powers, which, a) => Op::Ahead(places[powers], which, places[a]),
                 Op::Function(powers, row) => Op::Function(places[powers], row),
+                Op::Bend(powers, row) => Op::Bend(places[powers], row),
                 op @ Op::Signal(_) => op,
             };
             places[states + i] = states + used;
@@ -188,7 +207,7 @@ impl Tape {
 
     /// Makes room for all series; operations then name, instead of places, where these begin, or where a reversed one ends.
     fn lay_out(&mut self, mut mirrors: Vec<usize>) {
-        let (stride, angle, last) = (self.stride(), (1 + self.order) * self.stride(), self.order);
+        let (stride, angle, last) = (self.stride(), self.angle(), self.order);
         mirrors.clear();
         mirrors.resize(self.states + self.ops.len(), NONE);
         let mut reversed = 0;
@@ -206,10 +225,19 @@ impl Tape {
                     Op::Sum(first, count, constant)
                 }
                 Op::Signal(row) => Op::Signal(row * stride),
-                Op::Powers(a, which) => Op::Powers(mirror(&mut mirrors, a), which * angle),
+                Op::Powers(a, which) => Op::Powers(a * stride, which * angle),
+                Op::Led(a, which) => Op::Led(a * stride, which * angle),
+                Op::Ahead(powers, which, a) => {
+                    let Op::Led(of, _) = self.ops[powers - self.states] else { continue };
+                    Op::Ahead(of, which * angle, a * stride)
+                }
                 Op::Function(powers, row) => {
-                    let Op::Powers(_, powers) = self.ops[powers - self.states] else { continue };
-                    Op::Function(powers, row * stride)
+                    let (Op::Powers(_, at) | Op::Led(_, at)) = self.ops[powers - self.states] else { continue };
+                    Op::Function(at, row * stride)
+                }
+                Op::Bend(powers, row) => {
+                    let Op::Ahead(_, at, _) = self.ops[powers - self.states] else { continue };
+                    Op::Bend(at, row * stride)
                 }
                 Op::Product(a, b) => {
                     let (a, b) = if mirrors[a] != NONE { (b, a) } else { (a, b) };
@@ -220,7 +248,7 @@ impl Tape {
         }
         self.mirrors = mirrors;
         let [rows, angles] = self.counts;
-        let sizes = [self.states + self.ops.len(), reversed, rows, angles * (1 + self.order)];
+        let sizes = [self.states + self.ops.len(), reversed, rows, angles * (self.order + 2)];
         let all = [&mut self.series, &mut self.reversed, &mut self.rows, &mut self.powers];
         for (numbers, size) in all.into_iter().zip(sizes) {
             numbers.clear();
@@ -230,102 +258,120 @@ impl Tape {
 
     /// Computes the coefficients of the states up to `order`, of all others to one order less, in the `unit` of time (s).
     pub fn expand(&mut self, order: usize, unit: f64) {
-        let stride = self.stride();
-        let Tape { states, order: most, ops, terms, rates, series, mirrors, reversed, rows, powers, .. } = self;
-        let put = |reversed: &mut [f64], place: usize, n: usize, value: f64| {
-            let end = mirrors[place];
-            if end != NONE {
-                reversed[end - n] = value;
-            }
-        };
-        // Lanes that reach beyond the known coefficients find zeros.
-        for (place, row) in series.chunks_exact_mut(stride).enumerate() {
-            row[1..].fill(0.0);
-            if place < *states {
-                put(reversed, place, 0, row[0]);
-            } else {
-                row[0] = 0.0;
+        let (stride, states) = (self.stride(), self.states);
+        let starts = self.series.chunks_exact(stride).zip(&self.mirrors).take(states);
+        starts.filter(|(_, end)| **end != NONE).for_each(|(row, end)| self.reversed[*end] = row[0]);
+        (0..order).for_each(|n| self.go_on(n, unit));
+    }
+
+    /// The coefficients of order n, those of the states of the next one.
+    fn go_on(&mut self, n: usize, unit: f64) {
+        let (dot, raise) = SUMS[n / LANES];
+        let (stride, angle) = (self.stride(), self.angle());
+        let Tape { states, ops, terms, rates, series, mirrors, reversed, rows, powers, .. } = self;
+        // Lanes that reach beyond what is known find zeros.
+        if n.is_multiple_of(LANES) {
+            for (place, row) in series.chunks_exact_mut(stride).enumerate() {
+                row[n] = if place < *states { row[n] } else { 0.0 };
+                row[n + 1..][..LANES - 1].copy_from_slice(&[0.0; LANES - 1]);
             }
         }
-        for n in 0..order {
-            let lanes = whole(n + 1);
-            let mut own = *states * stride;
-            for (op, end) in ops.iter().zip(&mirrors[*states..]) {
-                let value = match *op {
-                    Op::Sum(first, count, constant) => {
-                        let start = if n == 0 { constant } else { 0.0 };
-                        terms[first..first + count]
-                            .iter()
-                            .fold(start, |sum, (at, factor)| sum + factor * series[at + n])
-                    }
-                    Op::Signal(row) => rows[row + n],
-                    Op::Powers(angle, powers_of) => {
-                        let size = (1 + *most) * stride;
-                        raise(&mut powers[powers_of..][..size], stride, &reversed[angle - n..], n);
-                        0.0
-                    }
-                    Op::Function(_, row) if n == 0 => rows[row],
-                    Op::Function(powers_of, row) => {
-                        let lanes = whole(n);
-                        dot(&rows[row + 1..][..lanes], &powers[powers_of + 1..][..lanes])
-                    }
-                    Op::Product(a, b) => dot(&series[a..][..lanes], &reversed[b - n..][..lanes]),
-                    Op::Quotient(a, b) => {
-                        let rest = dot(&series[own..][..lanes], &reversed[b - n..][..lanes]);
-                        (series[a + n] - rest) / reversed[b]
-                    }
-                };
-                series[own + n] = value;
-                if *end != NONE {
-                    reversed[*end - n] = value;
+        let mut own = *states * stride;
+        for (op, end) in ops.iter().zip(&mirrors[*states..]) {
+            let value = match *op {
+                Op::Sum(first, count, constant) => {
+                    let start = if n == 0 { constant } else { 0.0 };
+                    terms[first..first + count].iter().fold(start, |sum, (at, factor)| sum + factor * series[at + n])
                 }
-                own += stride;
+                Op::Signal(row) => rows[row + n],
+                Op::Powers(of, at) => {
+                    raise(&mut powers[at..][..angle], stride, &series[of..][..=n]);
+                    0.0
+                }
+                Op::Led(of, at) => {
+                    if n == 0 {
+                        series[of + 1] = unit * series[of + stride];
+                        (0..2).for_each(|n| raise(&mut powers[at..][..angle], stride, &series[of..][..=n]));
+                    }
+                    0.0
+                }
+                Op::Ahead(of, at, a) => {
+                    let [first, second] = [n + 1, n + 2].map(|n| unit / n as f64);
+                    series[of + n + 1] = first * series[of + stride + n];
+                    series[of + n + 2] = second * (first * series[a + n]);
+                    raise(&mut powers[at..][..angle], stride, &series[of..][..n + 3]);
+                    0.0
+                }
+                Op::Function(at, row) => dot(&rows[row..], &powers[at + n * stride..]),
+                Op::Bend(at, row) => {
+                    let (c, powers) = (&rows[row..], &powers[at + (n + 2) * stride..]);
+                    let beyond = LANES * (n / LANES + 1);
+                    let rest = if beyond <= n + 2 { sum::<1>(&c[beyond..], &powers[beyond..]) } else { 0.0 };
+                    ((n + 1) * (n + 2)) as f64 / (unit * unit) * (dot(c, powers) + rest)
+                }
+                Op::Product(a, b) => dot(&series[a..], &reversed[b - n..]),
+                Op::Quotient(a, b) => {
+                    let rest = dot(&series[own..], &reversed[b - n..]);
+                    (series[a + n] - rest) / reversed[b]
+                }
+            };
+            series[own + n] = value;
+            if *end != NONE {
+                reversed[*end - n] = value;
             }
-            let factor = unit / (n + 1) as f64;
-            for (state, &rate) in rates.iter().enumerate() {
-                let value = factor * series[rate * stride + n];
-                series[state * stride + n + 1] = value;
-                put(reversed, state, n + 1, value);
+            own += stride;
+        }
+        let factor = unit / (n + 1) as f64;
+        for (state, (rate, end)) in rates.iter().zip(&*mirrors).enumerate() {
+            let value = factor * series[rate * stride + n];
+            series[state * stride + n + 1] = value;
+            if *end != NONE {
+                reversed[*end - n - 1] = value;
             }
         }
     }
 }
 
-/// The coefficients of order n of the powers 1 … n of x − x(0), whose coefficients `x` holds from this order down.
-fn raise(powers: &mut [f64], stride: usize, x: &[f64], n: usize) {
+/// Sums of so many whole lanes. Lengths that the compiler knows take a third of the instructions of a loop.
+const SUMS: [(fn(&[f64], &[f64]) -> f64, fn(&mut [f64], usize, &[f64])); WIDEST] = [
+    (sum::<1>, raise::<1>),
+    (sum::<2>, raise::<2>),
+    (sum::<3>, raise::<3>),
+    (sum::<4>, raise::<4>),
+    (sum::<5>, raise::<5>),
+    (sum::<WIDEST>, raise::<WIDEST>),
+];
+
+/// The coefficients of order n of the powers (x − x(0))ᵏ, k = 0 … n, one after another behind those of the orders before, with the
+/// coefficients `x` up to this order: the sum of xₘ times those of order n − m of the next lower powers, in L whole lanes.
+fn raise<const L: usize>(powers: &mut [f64], stride: usize, x: &[f64]) {
+    let n = x.len() - 1;
+    let (before, now) = powers.split_at_mut(n * stride);
     if n == 0 {
+        now[0] = 1.0;
         return;
     }
-    let (now, series) = powers.split_at_mut(stride);
-    now[1..n + LANES].fill(0.0);
-    let mut put = |series: &mut [f64], k: usize, value: f64| {
-        now[k] = value;
-        // Lanes that reach beyond find zeros.
-        series[(k - 1) * stride + n..][..LANES].copy_from_slice(&[value, 0.0, 0.0, 0.0]);
-    };
-    if x[..n - 1].iter().all(|x| *x == 0.0) {
-        // A straight motion has one coefficient.
-        let below = if n > 1 { series[(n - 2) * stride + n - 1] } else { 1.0 };
-        (1..n).for_each(|k| put(series, k, 0.0));
-        return put(series, n, x[n - 1] * below);
+    // Of a straight course there is one.
+    let last = x.iter().rposition(|x| *x != 0.0).unwrap_or(0);
+    let mut sums = [[0.0; LANES]; L];
+    for (x, lower) in x[1..].iter().take(last).zip(before.chunks_exact(stride).rev()) {
+        let lower = &lower.as_chunks::<LANES>().0[..L];
+        for i in 0..L {
+            sums[i] = std::array::from_fn(|k| sums[i][k] + x * lower[i][k]);
+        }
     }
-    // From the highest power down, since each multiplies the next lower one as it is up to the order before.
-    let lanes = whole(n);
-    for k in (2..=n).rev() {
-        let value = dot(&series[(k - 2) * stride..][..lanes], &x[..lanes]);
-        put(series, k, value);
+    now[1..][..LANES * L].copy_from_slice(sums.as_flattened());
+    // Two orders ahead the highest power may lie behind these lanes.
+    if n > LANES * L {
+        now[n] = x[1] * before[(n - 1) * stride + n - 1];
     }
-    put(series, 1, x[0]);
 }
 
-/// Σ aᵢ bᵢ of whole lanes.
-#[inline]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+/// Σ aᵢ bᵢ of L whole lanes.
+fn sum<const L: usize>(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; LANES];
-    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
-        for k in 0..LANES {
-            sums[k] += a[k] * b[k];
-        }
+    for (a, b) in a[..LANES * L].as_chunks::<LANES>().0.iter().zip(b[..LANES * L].as_chunks::<LANES>().0) {
+        (0..LANES).for_each(|k| sums[k] += a[k] * b[k]);
     }
     (sums[0] + sums[2]) + (sums[1] + sums[3])
 }
@@ -425,7 +471,28 @@ impl From<f64> for Var<'_> {
     }
 }
 
-impl Arithmetic for Var<'_> {}
+impl Arithmetic for Var<'_> {
+    /// From the series of the function itself, where the angle is a state and the next one is its rate.
+    #[inline(never)]
+    fn bend(of: [Self; 3], w: Self, a: Self) -> Self {
+        let led = of[0].tape.and_then(|tape| {
+            let mut on = tape.borrow_mut();
+            let op = |on: &Tape, place: usize| place.checked_sub(on.states).map(|i| on.ops[i]);
+            let Some(Op::Function(powers, row)) = op(&on, of[0].place) else { return None };
+            let (Op::Powers(angle, which) | Op::Led(angle, which)) = op(&on, powers)? else { return None };
+            let plain = [of[0], w].iter().all(|part| part.factor == 1.0 && part.constant == 0.0);
+            if !plain || angle + 1 != w.place || on.states <= w.place {
+                return None;
+            }
+            let i = powers - on.states;
+            on.ops[i] = Op::Led(angle, which);
+            Some((tape, powers, which, row))
+        });
+        let Some((tape, powers, which, row)) = led else { return of[2] * (w * w) + of[1] * a };
+        let ahead = Var::push(tape, Op::Ahead(powers, which, a.place(tape)));
+        Var::push(tape, Op::Bend(ahead.place, row))
+    }
+}
 
 impl Add for Var<'_> {
     type Output = Self;
@@ -529,9 +596,11 @@ mod tests {
         let [sine, cosine] = rows.map(|row| Var::function(&tape, powers, row));
         w.is_rate(&tape);
         (-sine).is_rate(&tape);
-        let mut energy = [(w * w * 0.5 - cosine).place(&tape)];
+        // The acceleration of the sine from its series, and by the chain rule.
+        let (bend, chain) = (Var::bend([sine, cosine, -sine], w, -sine), -(sine * (w * w)) - cosine * sine);
+        let mut kept = [w * w * 0.5 - cosine, sine, bend, chain].map(|result| result.place(&tape));
         let mut tape = tape.into_inner();
-        tape.finish(&mut energy);
+        tape.finish(&mut kept);
         let mut factorial = 1.0;
         for n in 0..=24 {
             factorial *= (n as f64).max(1.0);
@@ -541,7 +610,16 @@ mod tests {
         tape.set(0, 1.0);
         tape.set(1, 0.7);
         tape.expand(24, 0.3);
-        let energy = tape.series(energy[0]);
+        let [energy, sine, bend, chain] = kept.map(|place| tape.series(place));
+        for n in 0..22 {
+            let exact = ((n + 1) * (n + 2)) as f64 * sine[n + 2] / 0.09;
+            assert!(
+                (bend[n] - exact).abs() < 1e-13 && (chain[n] - exact).abs() < 1e-13,
+                "{n}: {} {} {exact}",
+                bend[n],
+                chain[n]
+            );
+        }
         assert!((energy[0] - (0.245 - 1.0_f64.cos())).abs() < 1e-15);
         assert!(energy[1..24].iter().all(|c| c.abs() < 1e-15), "{energy:?}");
     }

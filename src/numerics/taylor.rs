@@ -16,6 +16,11 @@ pub trait Arithmetic:
     + Neg<Output = Self>
     + Mul<f64, Output = Self>
 {
+    /// The second derivative with respect to time of a function of an angle, which has this rate and this rate of the rate: `of` are
+    /// the function and its first two derivatives.
+    fn bend(of: [Self; 3], w: Self, a: Self) -> Self {
+        of[2] * (w * w) + of[1] * a
+    }
 }
 
 /// Numbers of an output equation: a plain number, or a [`Series`].

@@ -287,7 +287,7 @@ impl<S: Arithmetic> At<'_, S> {
 
     /// ẍ of the cam.
     fn lift(&self, a: S) -> S {
-        self.cam[2] * (self.w * self.w) + self.cam[1] * a
+        S::bend(self.cam, self.w, a)
     }
 
     /// The same with the roundings of the outputs.

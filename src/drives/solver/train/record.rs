@@ -175,8 +175,7 @@ impl Recording {
             }
             let own =
                 if follower.joint.carries_cam() { (phi + y[train.layout.followers[j]]).powers(tape) } else { powers };
-            let place = follower.load.spring.is_some() || follower.roller.spring.is_some();
-            let wanted = [place && !rigid, true, !rigid];
+            let wanted = [!rigid, true, !rigid];
             f.cams[j] = [0, 1, 2].map(|order| function(own, wanted[order], SeriesKind::Cam(j, order), 0.0));
             f.process[j] = function(powers, follower.load.process.is_some() && !rigid, SeriesKind::Process(j), 0.0);
         }
