@@ -270,7 +270,7 @@ impl Run {
 
     /// The states at `time` with their first two time derivatives, as series.
     pub fn series_at(&self, time: f64, y: &mut [Series]) {
-        let theta = self.theta(Double::from(time)).clamp(0.0, self.length);
+        let theta = self.theta_at(time);
         for (k, y) in y.iter_mut().enumerate().take(self.states.len()) {
             let c = self.recording.tape.series(k);
             let [mut value, mut rate, mut bend] = [0.0; 3];
@@ -532,12 +532,20 @@ impl Run {
         (self.end().hi, self.event.is_some())
     }
 
+    /// The place of the instant `time` in the step.
+    pub fn theta_at(&self, time: f64) -> f64 {
+        self.theta(Double::from(time)).clamp(0.0, self.length)
+    }
+
+    /// A state at the place `theta` of the step.
+    pub fn state(&self, k: usize, theta: f64) -> f64 {
+        let (state, c) = (self.states[k], &self.recording.tape.series(k)[1..=self.order]);
+        state.hi + (state.lo + theta * c.iter().rev().fold(0.0, |sum, c| sum * theta + c))
+    }
+
     /// The states at the place `theta` of the step.
     pub fn read(&self, theta: f64, y: &mut [f64]) {
-        for (k, (y, state)) in y.iter_mut().zip(&self.states).enumerate() {
-            let c = &self.recording.tape.series(k)[1..=self.order];
-            *y = state.hi + (state.lo + theta * c.iter().rev().fold(0.0, |sum, c| sum * theta + c));
-        }
+        y.iter_mut().take(self.states.len()).enumerate().for_each(|(k, y)| *y = self.state(k, theta));
     }
 
     /// ∫ b q̇² dt of a follower with backlash since the start (J), up to the place `theta` of the step, if it is counted.
@@ -553,7 +561,7 @@ impl Run {
 
     /// The same up to `time`.
     pub fn damping_loss(&self, train: &Train, time: f64, j: usize) -> Option<f64> {
-        self.damped(train, j, self.theta(Double::from(time)).clamp(0.0, self.length))
+        self.damped(train, j, self.theta_at(time))
     }
 
     /// Takes up ∫F_K and ∫U′F_K of the step up to `theta`.
@@ -593,13 +601,13 @@ impl Run {
 
     /// Begins a communication step and its sums.
     pub fn begin_step(&mut self, train: &Train, time: f64) {
-        self.sum_up(train, self.theta(Double::from(time)).clamp(0.0, self.length));
+        self.sum_up(train, self.theta_at(time));
         self.tallies.iter_mut().for_each(|tally| tally.sums = [0.0; 2]);
     }
 
     /// Restarts from the states at `time`, since external influences have changed.
     pub fn restart(&mut self, train: &Train, excitation: &Excitation, time: f64) {
-        let theta = self.theta(Double::from(time)).clamp(0.0, self.length);
+        let theta = self.theta_at(time);
         if self.length > 0.0 {
             self.leave(train, excitation, theta);
         }
@@ -665,7 +673,7 @@ impl Run {
     /// Keeps the motion at `time` on this motion of the shaft, at which the step ends.
     pub fn keep(&mut self, train: &Train, time: f64, motion: &AngleMotion, end: &mut End) {
         let [phi, w, ..] = motion.at(time).kinematics.0;
-        self.end_on_inputs(train, self.theta(Double::from(time)).clamp(0.0, self.length), [phi, w]);
+        self.end_on_inputs(train, self.theta_at(time), [phi, w]);
         end.states.resize(self.states.len(), 0.0);
         self.at(time, &mut end.states);
         (end.time, end.modes, end.tallies, end.shaft) = (time, self.modes, self.tallies, [phi, w]);
@@ -677,12 +685,12 @@ impl Run {
 
     /// The states at `time`.
     pub fn at(&self, time: f64, y: &mut [f64]) {
-        self.read(self.theta(Double::from(time)).clamp(0.0, self.length), y);
+        self.read(self.theta_at(time), y);
     }
 
     /// The sums of the communication step up to `time`.
     pub fn sums(&self, train: &Train, time: f64, j: usize) -> [f64; 2] {
-        self.sums_to(train, self.theta(Double::from(time)).clamp(0.0, self.length), j)
+        self.sums_to(train, self.theta_at(time), j)
     }
 
     /// The same up to the place `theta` of the step.
