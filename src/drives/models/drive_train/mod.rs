@@ -416,9 +416,9 @@ impl Drive for DriveTrain {
         if self.machine().is_none() {
             return self.shaft.angle(time, end);
         }
-        let mut y = [0.0; MOST_STATES];
-        self.run.at(self.time, &mut y);
-        self.run.turns * TAU + y[0] + y[1] * (end - time)
+        let theta = self.run.theta_at(self.time);
+        let [phi, w] = [0, 1].map(|k| self.run.state(k, theta));
+        self.run.turns * TAU + phi + w * (end - time)
     }
 
     fn held(&self) -> Option<(f64, bool)> {

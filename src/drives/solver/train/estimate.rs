@@ -109,22 +109,22 @@ impl Errors {
 impl Run {
     /// The neglected terms of the step up to `theta` for each state and their roundings, with the sign of the former and of the
     /// error so far; takes up the largest sizes.
-    fn left_out(&mut self, theta: f64, free: bool) -> [f64; MOST_STATES] {
-        let mut left_out = [0.0; MOST_STATES];
+    fn left_out(&mut self, theta: f64, changes: &[f64; MOST_STATES], free: bool) -> [f64; MOST_STATES] {
+        let (mut left_out, last) = ([0.0; MOST_STATES], theta.powi(self.order as i32 - 1));
         for k in 0..self.states.len() {
-            let [left, rounded, size] = self.term(k, theta, free);
+            let [left, rounded, size] = self.term(k, [last, last * theta], changes[k], free);
             self.errors.sizes[k] = size;
             left_out[k] = left + rounded.copysign(self.errors.values[k]);
         }
         left_out
     }
 
-    /// The neglected term of the step up to `theta` for a state, its rounding, and the largest size of the state.
-    fn term(&self, k: usize, theta: f64, free: bool) -> [f64; 3] {
+    /// The neglected term of the step up to a place with these last two powers for a state with this change, its rounding, and the
+    /// largest size of the state.
+    fn term(&self, k: usize, powers: [f64; 2], change: f64, free: bool) -> [f64; 3] {
         let c = self.recording.tape.series(k);
-        let change = theta * c[1..=self.order].iter().rev().fold(0.0, |sum, c| sum * theta + c);
         let size = if k == 0 && free { 1.0 } else { c[0].abs().max((c[0] + change).abs()) };
-        let last = [self.order - 1, self.order].map(|n| c[n] * theta.powi(n as i32));
+        let last = [c[self.order - 1] * powers[0], c[self.order] * powers[1]];
         // Terms fall at least by half from one to the next.
         let left = 0.5 * last[1].abs().max(0.5 * last[0].abs());
         let rounded = 0.5 * f64::EPSILON * c[0].abs().max(change.abs());
@@ -137,12 +137,14 @@ impl Run {
         if self.errors.values.is_empty() {
             return;
         }
-        let [mut y, mut end] = [[0.0; MOST_STATES]; 2];
+        let mut y = [0.0; MOST_STATES];
         self.read(theta, &mut y);
-        self.read(self.length, &mut end);
         self.error = self.errors.see(train, &y, if train.machine().is_some() { y[1] } else { w });
-        let part =
-            |(k, seen): (usize, &[f64; 2])| self.term(k, self.length, false)[0].abs() / seen[1].max(end[k].abs());
+        let last = self.length.powi(self.order as i32 - 1);
+        let part = |(k, seen): (usize, &[f64; 2])| {
+            let [left, ..] = self.term(k, [last, last * self.length], 0.0, false);
+            left.abs() / seen[1].max(self.state(k, self.length).abs())
+        };
         self.ahead = RESERVE * self.errors.seen.iter().enumerate().map(part).fold(0.0, f64::max);
     }
 
@@ -156,11 +158,12 @@ impl Run {
     }
 
     /// Carries the errors over the step up to `theta`. Afterwards the series belong to another motion.
-    pub(super) fn carry(&mut self, train: &Train, excitation: &Excitation, theta: f64) {
+    pub(super) fn carry(&mut self, train: &Train, excitation: &Excitation, step: (f64, &[f64; MOST_STATES])) {
+        let (theta, changes) = step;
         if self.errors.values.is_empty() {
             return;
         }
-        let left_out = self.left_out(theta, train.machine().is_some());
+        let left_out = self.left_out(theta, changes, train.machine().is_some());
         let largest = self.errors.largest();
         if largest > 0.0 && largest.is_finite() && self.recording.holds(&self.modes) {
             self.vary(train, excitation, theta, DISTURBED / largest);
@@ -224,7 +227,8 @@ impl Run {
         if self.errors.values.is_empty() || theta == 0.0 {
             return;
         }
-        let left_out = self.left_out(theta, false);
+        let changes = std::array::from_fn(|k| if k < self.states.len() { self.change(k, theta) } else { 0.0 });
+        let left_out = self.left_out(theta, &changes, false);
         for (e, left_out) in self.errors.values.iter_mut().zip(left_out) {
             *e += left_out;
         }

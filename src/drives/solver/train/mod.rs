@@ -95,8 +95,9 @@ pub struct Run {
     pub modes: Modes,
     /// The unit of time (s).
     unit: f64,
-    /// The length of the step, in units.
+    /// The length of the step, and how far its series serves, in units.
     length: f64,
+    reach: f64,
     /// The event at its end.
     event: Option<Event>,
     /// The event at its start.
@@ -231,7 +232,7 @@ impl Run {
     /// Whether it may belong to this train, whose laws may have other pieces: a saved state with a right checksum may hold
     /// anything.
     pub fn fits(&self, train: &Train) -> bool {
-        let lengths = [self.length, self.unit, self.summed];
+        let lengths = [self.length, self.reach, self.unit, self.summed];
         let is_event = |event: &Event| match *event {
             Event::Border(0, _) => true,
             Event::Border(which, _) => train.followers.get(which - 1).is_some_and(|f| f.joint.carries_cam()),
@@ -367,13 +368,17 @@ impl Run {
             let largest = |c: &[f64]| c.iter().rev().fold(0.0_f64, |most, c| (at * most).max(c.abs()));
             let size = largest(&c[..5]).max(so_far);
             for n in [order - 1, order] {
-                let below = |size: f64, powers: usize| (tolerance * size / c[n].abs()).powf(1.0 / powers as f64);
+                let part = |size: f64| tolerance * size / c[n].abs();
+                let below = |size: f64, powers: usize| part(size).powf(1.0 / powers as f64);
                 if c[n].is_nan() {
                     reach = 0.0;
                 } else if c[n] != 0.0 {
                     // A motion that begins flat is measured by the later size of its first terms.
                     let flat = || (5..n).fold(0.0_f64, |most, i| most.max(below(c[i].abs(), n - i)));
-                    reach = reach.min(if size > f64::MIN_POSITIVE { below(size, n) } else { flat() });
+                    let flat_start = size <= f64::MIN_POSITIVE;
+                    if flat_start || part(size) < reach.powi(n as i32) {
+                        reach = reach.min(if flat_start { flat() } else { below(size, n) });
+                    }
                 }
             }
         };
@@ -406,6 +411,7 @@ impl Run {
                 Rounded(self.start.hi)
             )));
         }
+        self.reach = reach;
         (self.length, self.event, self.summed) = (reach.min(1.0).min(horizon / self.unit), None, 0.0);
         self.find_event(train, excitation);
         self.steps += 1.0;
@@ -539,8 +545,12 @@ impl Run {
 
     /// A state at the place `theta` of the step.
     pub fn state(&self, k: usize, theta: f64) -> f64 {
-        let (state, c) = (self.states[k], &self.recording.tape.series(k)[1..=self.order]);
-        state.hi + (state.lo + theta * c.iter().rev().fold(0.0, |sum, c| sum * theta + c))
+        self.states[k].hi + (self.states[k].lo + self.change(k, theta))
+    }
+
+    /// How much a state changes up to the place `theta` of the step.
+    fn change(&self, k: usize, theta: f64) -> f64 {
+        theta * self.recording.tape.series(k)[1..=self.order].iter().rev().fold(0.0, |sum, c| sum * theta + c)
     }
 
     /// The states at the place `theta` of the step.
@@ -576,12 +586,9 @@ impl Run {
     /// Ends the step at `theta`; the next one begins there.
     fn leave(&mut self, train: &Train, excitation: &Excitation, theta: f64) {
         self.sum_up(train, theta);
-        let (mut changes, reach) = ([0.0; MOST_STATES], self.reach());
-        for (k, change) in changes.iter_mut().enumerate().take(self.states.len()) {
-            let c = &self.recording.tape.series(k)[1..=self.order];
-            *change = theta * c.iter().rev().fold(0.0, |sum, c| sum * theta + c);
-        }
-        self.carry(train, excitation, theta);
+        let mut changes = [0.0; MOST_STATES];
+        changes.iter_mut().enumerate().take(self.states.len()).for_each(|(k, change)| *change = self.change(k, theta));
+        self.carry(train, excitation, (theta, &changes));
         for (state, change) in self.states.iter_mut().zip(changes) {
             *state = two_sum(state.hi, change) + Double::from(state.lo);
         }
@@ -596,7 +603,7 @@ impl Run {
         }
         self.depart(train, excitation.speed());
         // The next step is expected to be as long as this one might have been.
-        self.unit *= reach.clamp(0.1, 2.0);
+        self.unit *= self.reach.clamp(0.1, 2.0);
     }
 
     /// Begins a communication step and its sums.
