@@ -501,6 +501,9 @@ impl<const N: usize> Sums<N> {
         let linkage = Some(&follower.rigid.linkage).filter(|linkage| !linkage.is_empty());
         let moved = linkage.map(|linkage| linkage.moved(0.0, Series(*cam), &follower.load.frames));
         moved.iter().for_each(|moved| *cam = moved.tool.0);
+        if moved.is_none() && follower.along(stand).all(|along| along.m == 0.0 && along.load.is_none()) {
+            return;
+        }
         let mut slope = [0.0; N];
         (1..count).for_each(|n| slope[n - 1] = n as f64 * cam[n]);
         for CarriedMass { m, weight, load, away, is_tool } in follower.carried(stand) {
