@@ -501,7 +501,7 @@ impl<const N: usize> Sums<N> {
         let linkage = Some(&follower.rigid.linkage).filter(|linkage| !linkage.is_empty());
         let moved = linkage.map(|linkage| linkage.moved(0.0, Series(*cam), &follower.load.frames));
         moved.iter().for_each(|moved| *cam = moved.tool.0);
-        if moved.is_none() && follower.along(stand).all(|along| along.m == 0.0 && along.load.is_none()) {
+        if moved.is_none() && follower.carried(stand).all(|carried| carried.m == 0.0 && carried.load.is_none()) {
             return;
         }
         let mut slope = [0.0; N];
