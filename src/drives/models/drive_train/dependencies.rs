@@ -11,7 +11,7 @@ use crate::drives::{List, Seed};
 use std::f64::consts::TAU;
 
 /// States in which the derivatives are taken: each case of contact with each case of a servo.
-pub(super) const STATES: usize = 6;
+const STATES: usize = 6;
 /// Starts that are compared for each input and mode.
 const STARTS: usize = 16;
 
@@ -19,10 +19,10 @@ const STARTS: usize = 16;
 const OTHERS: usize = 4;
 
 /// Numbers in [−1, 1), the same for every train (the generator of Knuth's MMIX).
-pub(super) struct Random(pub(super) u64);
+struct Random(u64);
 
 impl Random {
-    pub(super) fn next(&mut self) -> f64 {
+    fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
@@ -31,7 +31,7 @@ impl Random {
 impl DriveTrain {
     /// A copy on the heap. Not inlined, so that it takes no room in the stack frame of a deep call.
     #[inline(never)]
-    pub(super) fn copied(&self) -> Box<Self> {
+    fn copied(&self) -> Box<Self> {
         Box::new(self.clone())
     }
 
@@ -107,7 +107,7 @@ impl DriveTrain {
     }
 
     /// Moves the states at random; followers with backlash are on a flank and in flight by turns.
-    pub(super) fn disturb(&mut self, sample: usize, random: &mut Random) {
+    fn disturb(&mut self, sample: usize, random: &mut Random) {
         let mut y = [0.0; MOST_STATES];
         self.run.from(&mut y);
         let count = self.train.layout.count;
@@ -117,10 +117,10 @@ impl DriveTrain {
         }
         let mut modes = self.run.modes;
         modes.saturation = [0, 1, -1][sample % 3];
-        for (j, at, p) in self.train.clearances() {
+        for (j, at, _) in self.train.clearances() {
             let free = sample.is_multiple_of(2);
             modes.stands[j].contact = if free { Mode::Free } else { Mode::Contact(Flank::A) };
-            modes.stands[j].beyond = sample >= STATES / 2 && p.s.is_finite();
+            modes.stands[j].beyond = false;
             if !free {
                 (y[at], y[at + 1]) = (0.0, 0.0);
             }

@@ -2,7 +2,6 @@
 //!
 //! The equations are in [`crate::drives::shaft::train`], the integration in `solver::train`.
 
-mod alone;
 mod dependencies;
 mod names;
 #[cfg(test)]
@@ -89,9 +88,6 @@ pub struct DriveTrain {
     /// The followers whose pulling cams have been logged.
     logged: Vec<bool>,
     log: EventLog,
-    /// What the outputs are made of, one that is a mere sum.
-    #[serde(skip)]
-    forms: Vec<Option<alone::Form>>,
 }
 
 impl DriveTrain {
@@ -121,7 +117,6 @@ impl DriveTrain {
             tuned: false,
             logged: Vec::new(),
             log: EventLog::default(),
-            forms: Vec::new(),
         }
     }
 
@@ -385,9 +380,7 @@ impl Drive for DriveTrain {
     fn start(&mut self, time: f64) -> Result<(), Fault> {
         self.check()?;
         self.tuned = false;
-        self.begin(time)?;
-        self.find_forms();
-        Ok(())
+        self.begin(time)
     }
 
     fn apply(&mut self, time: f64) -> Result<(), Fault> {
@@ -395,7 +388,6 @@ impl Drive for DriveTrain {
             self.check()?;
             self.run.forget();
             self.locate();
-            self.find_forms();
         }
         if self.tuned || !self.inputs.are_like(&self.laid) {
             self.tuned = false;
@@ -431,10 +423,6 @@ impl Drive for DriveTrain {
 
     fn evaluate(&self, values: &mut [f64]) {
         variables::evaluate(self, values);
-    }
-
-    fn value(&self, place: usize) -> Option<f64> {
-        self.alone(place)
     }
 
     fn request_tolerance(&mut self, tolerance: f64) {
@@ -475,7 +463,6 @@ impl Drive for DriveTrain {
         }
         let excitation = Excitation { time: self.time - self.step, motion: self.motion.as_ref(), inputs: &self.laid };
         self.run.rebuild(&self.train, &excitation);
-        self.find_forms();
         Ok(())
     }
 }

@@ -67,14 +67,14 @@ impl Dependencies {
 }
 
 /// The train at an instant, in numbers or series.
-pub(super) struct Point<S> {
+struct Point<S> {
     phi: S,
-    pub w: S,
-    pub y: [S; MOST_STATES],
+    w: S,
+    y: [S; MOST_STATES],
     input_values: InputValues<S>,
-    pub f: Functions<S>,
+    f: Functions<S>,
     /// φ with its turns, and the turns (rad).
-    pub whole: S,
+    whole: S,
     turns: f64,
     /// Whether the followers' counts are wanted.
     counted: bool,
@@ -95,7 +95,7 @@ pub(super) struct Row {
 }
 
 /// Passes on the outputs, of numbers or of series, to `take`, each with its place and its follower.
-pub(super) fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, take: &mut dyn FnMut(Seat, &Output, S)) {
+fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, take: &mut dyn FnMut(Seat, &Output, S)) {
     let Point { phi, w, y, input_values, f, whole, .. } = p;
     let point = train::Point { modes: &d.run.modes, y, f, input_values };
     let motion = d.train.dynamics(&point);
@@ -228,7 +228,7 @@ impl DriveTrain {
         Counts { impulse: tally.impulse, impacts: tally.impacts, loss: tally.loss, damped, means }
     }
 
-    pub(super) fn point(&self) -> Point<f64> {
+    fn point(&self) -> Point<f64> {
         let mut y = [0.0; MOST_STATES];
         self.run.at(self.time, &mut y);
         let input_values = self.input_values_now(&y);
