@@ -23,7 +23,7 @@ pub fn told(error: &TableError) -> String {
             )
         }
         TableError::NotAscending { index, previous, angle } => format!(
-            "point {}: the angle {} rad = {} deg does not exceed the one before, {} rad = {} deg, by \
+            "point {}: the angle {} rad = {} deg does not exceed the previous one, {} rad = {} deg, by \
              at least {LEAST_DISTANCE:e} rad",
             index + 1,
             Number(*angle),

@@ -348,7 +348,12 @@ fn what_no_train_can_be_is_told() {
             "ratio = 2\n",
             "part drive_0: only harmonic laws, and cycles at the ratio 1, turn by 2 φ + 0 in a train",
         ),
-        (MACHINE, &output, "start = { \"cam.a[1]\" = 0.2 }\n", "part drive_0: `start` sets `cam.a[1]`, for which"),
+        (
+            MACHINE,
+            &output,
+            "start = { \"cam.a[1]\" = 0.2 }\n",
+            "part drive_0: `start` sets `cam.a[1]`, which a train does not have",
+        ),
         (
             MACHINE,
             &output,
@@ -365,7 +370,7 @@ fn what_no_train_can_be_is_told() {
             "the connection from drive_0.force to drive_0.F is not between a shaft",
         ),
         (&lag, &output, "", "part machine: the torque of its motor, which lags"),
-        (&steady, &output, "", "part machine: alone it starts on another periodic motion"),
+        (&steady, &output, "", "part machine: alone it starts in another periodic motion"),
     ] {
         let files = Files::elastic("interpolated", &[(CAM, OUTPUT)]);
         files.write("machine.toml", &format!("name = \"machine\"\nmodel = \"RigidMachine\"\n{machine}"));

@@ -93,7 +93,7 @@ fn what_gives_no_law_is_told_with_its_place() {
         .collect();
     let (polar, cartesian) = ("angle_unit = \"deg\"", "length_unit = \"in\"");
     for (content, keys, geometry, parts) in [
-        (&*gap, "", &*geometry, &["t.csv:101", "none over", "measure the whole turn"][..]),
+        (&*gap, "", &*geometry, &["t.csv:101", "no point in the", "measure the whole turn"][..]),
         (CONTOUR, polar, &geometry, &["`cam.angle_unit`", "the points are x and y"]),
         (CONTOUR, cartesian, &geometry, &["`cam.length_unit`", "heading of its column says mm"]),
         (CONTOUR, "turn = 720", &geometry, &["`cam.turn` is not known"]),
@@ -104,7 +104,7 @@ fn what_gives_no_law_is_told_with_its_place() {
             &geometry.replace("16 mm", "17 mm"),
             &["`cam.file`", "least radius of the contour is 15.9999 mm"],
         ),
-        (CONTOUR, "", &geometry.replace("9 mm", "90 mm"), &["t.csv:", "undercut", "does not follow"]),
+        (CONTOUR, "", &geometry.replace("9 mm", "90 mm"), &["t.csv:", "undercut", "cannot follow"]),
         ("1 2\n3 4\n", "", &geometry, &["a contour of 2 points"]),
         (
             &file(&points(), |[x, y]| format!("{} {y}", x + 40.0)),
