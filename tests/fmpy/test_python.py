@@ -4,6 +4,7 @@ import math
 import os
 import pickle
 import re
+import shutil
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -80,7 +81,7 @@ def test_a_system_is_written_and_studied(camdrive, tmp_path):
     rows = study.table("rows")
     assert set(rows["exchange"]) == {"held", "extrapolated", "gauss_seidel", "interpolated"} and answers(study)
     assert study.plot().startswith("<svg") and study._repr_html_().count("<h1") == 1
-    wrong = tmp_path / "wrong.toml"
+    wrong = Path(shutil.copytree(file.parent, tmp_path / "copy")) / "wrong.toml"
     wrong.write_text(file.read_text().replace('shaft = "machine"', 'shaft = "nothing"'))
     assert "nothing" in str(refused(camdrive.SceneError, camdrive.system, wrong))
 

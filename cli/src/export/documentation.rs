@@ -172,7 +172,7 @@ fn connections(drive: &AnyDrive) -> Vec<String> {
         let motion: Vec<&str> = shaft.into_iter().filter(|name| has(name)).collect();
         lines.push(format!("Connect {} to the inputs of these names of each drive on the shaft.", code(&motion)));
         lines.push(format!(
-            "Connect the torque of each drive to {}; of one with impacts take its `tau_mean`.",
+            "Connect the torque of each drive to {}. If a drive has impacts, connect its `tau_mean`.",
             code(&taken)
         ));
     }

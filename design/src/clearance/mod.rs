@@ -495,8 +495,8 @@ fn remark(study: &mut Study) {
     let remarks = &mut study.remarks;
     if left > WARN && !study.passages.is_empty() {
         remarks.push(format!(
-            "Up to {} of the vibration after an impact is left at the next passage: passages are told without it, the \
-             settled motion has it.",
+            "Up to {} of the vibration after an impact is left at the next passage. The table of passages ignores it; the \
+             settled motion includes it.",
             shown(left, &PERCENT)
         ));
     }
