@@ -62,7 +62,7 @@ impl Documentation {
     /// The paragraphs of `text` that hold.
     ///
     /// # Errors
-    /// Where the file is no such text, or names a condition that the drive does not know.
+    /// If the file is no such text, or names a condition that the drive does not know.
     pub fn of(text: &Text) -> Result<Self, Fault> {
         let file: File = toml::from_str(text.file).map_err(|e| Fault::new(format!("the text of the drive: {e}")))?;
         let chosen = |paragraphs: Vec<Paragraph>| -> Result<Vec<(String, String)>, Fault> {

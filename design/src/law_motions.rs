@@ -33,7 +33,7 @@ fn rounded(phi: f64) -> f64 {
 pub struct Motion {
     /// The section of its law, `cam`, `follower[1].cam` or `follower[1].tool`.
     pub law: String,
-    /// Where it begins (rad).
+    /// Its start (rad).
     pub from: f64,
     /// Its angle β (rad).
     pub angle: f64,

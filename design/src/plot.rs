@@ -114,7 +114,7 @@ pub struct Diagram {
     pub x: Axis,
     /// The ordinate.
     pub y: Axis,
-    /// The data, at most as many as there are `look::MARKERS` to tell them apart well.
+    /// The data, at most as many as there are `look::MARKERS` to distinguish them.
     pub series: Vec<Series>,
     /// Borders and limits.
     pub rules: Vec<Rule>,
@@ -179,7 +179,7 @@ impl Axis {
         Axis { ends: Some([low, high]), ..self }
     }
 
-    /// Where a value lies on the axis; None off the scale.
+    /// The place of a value on the axis; None off the scale.
     pub fn place(&self, value: f64) -> Option<f64> {
         match self.scale {
             Scale::Linear | Scale::Angular => value.is_finite().then_some(value),
@@ -264,7 +264,7 @@ impl Diagram {
         let names = self.series.iter().map(|series| &series.name).chain(self.keys().map(|(.., name)| name));
         let names: Vec<&String> = names.collect();
         let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
-        // Curves without a name need no legend, nor does a single one of which the title tells.
+        // Curves without a name need no legend, nor does a single one that the title names.
         let is_told = names.len() == 1 && self.title.to_lowercase().contains(&names[0].to_lowercase());
         let entries = if longest > 0 && !is_told { names.len() } else { 0 };
         let wide = 64.0 + (LETTER * TEXT * longest as f64).floor();

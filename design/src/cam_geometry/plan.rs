@@ -70,7 +70,7 @@ pub struct Plan {
     pub carrier: Carrier,
     /// True if U is an angle (rad) that moves a lever; false if it is a length.
     pub angular: bool,
-    /// Where it starts.
+    /// Its start.
     pub start: Start,
     /// σ.
     pub sense: f64,

@@ -110,7 +110,7 @@ impl Shape {
         self.cams.iter().map(|c| CamDrawing { name: c.name, cam: &c.cam, mesh: &c.mesh, sides, angular, hub }).collect()
     }
 
-    /// The files for workshop and controller; the endings tell them apart.
+    /// The files for workshop and controller, which differ in their endings.
     pub fn files(&self) -> Vec<File> {
         let drawn = self.drawn();
         let ending = |name: &str, ending: &str| {

@@ -12,7 +12,7 @@ impl Overview {
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         let speed = self.value("speed").or_else(|| self.value("mean_speed")).unwrap_or(0.0).abs();
-        // Where the motion has impacts, a warning says it.
+        // A warning reports impacts of the motion.
         let flies = self.turn.as_ref().is_some_and(|turn| turn.impacts.iter().flatten().any(|impacts| *impacts > 0.0));
         let leaves = |of: &&LiftOff| of.lift_off_speed.as_ref().is_some_and(|from| from.value <= speed);
         for of in self.lift_offs.iter().filter(|of| of.may_leave && !flies).filter(leaves) {
@@ -50,7 +50,7 @@ impl Overview {
         report.table(resonances);
         let varying = "The coefficients vary over the turn: `camdrive stability` finds resonances and unstable speeds.";
         report.lines("Resonances", self.varies.then(|| varying.to_owned()));
-        // Of others a note has it.
+        // A note has the speeds of all others.
         report.lines("Contact", self.lift_offs.iter().filter(|of| of.may_leave).map(LiftOff::text));
         if !self.motions.is_empty() {
             report.explain("Characteristic values of motions", [Motion::SYMBOLS.to_owned()]);

@@ -26,7 +26,7 @@ pub const POINTS: usize = 1440;
 /// `solver.tolerance` of the turn, finer than any digit that is shown.
 const TOLERANCE: f64 = 1e-13;
 
-/// Points beside an event are this part of a step away: its instant is known better.
+/// Points next to an event are this fraction of a step away from it: its instant is known better.
 const BESIDE: f64 = 1e-9;
 
 /// The outputs of interest, of each follower where it has them, and of the shaft.
@@ -64,7 +64,7 @@ impl Range {
         Extreme { phi, value }
     }
 
-    /// Its name without that of the follower, and the number of that; 0 of a drive with one.
+    /// Its name without the follower's, and the follower's number; 0 if the drive has only one.
     pub fn part(&self) -> (&str, usize) {
         part(&self.output)
     }
@@ -89,7 +89,7 @@ pub struct Turn {
     /// ln of the size of the largest of them.
     #[serde(skip)]
     pub growth: Option<f64>,
-    /// Where in the turn the cam of which follower (from 1) begins to pull it, φ (rad).
+    /// The followers (from 1) that their cams pull, and the angles φ (rad) at which the pull begins.
     pub pulls: Vec<(usize, f64)>,
     /// The outputs, in the order of the model.
     pub outputs: Vec<Range>,
@@ -112,7 +112,7 @@ pub struct Impact {
     pub follower: usize,
     /// φ (rad) there.
     pub phi: f64,
-    /// What it meets, "flank A".
+    /// The part it hits, "flank A".
     pub on: &'static str,
     /// Its impulse (N·s).
     pub impulse: f64,
@@ -133,7 +133,7 @@ struct Walk {
     drive: AnyDrive,
     /// Its state at φ = 0.
     begin: Snapshot,
-    /// Where it is (s).
+    /// Its time (s).
     time: f64,
 }
 
@@ -169,7 +169,7 @@ impl Walk {
 /// The scene from φ = 0 on, at this speed (rad/s) where it has a prescribed one or follows inputs.
 ///
 /// # Errors
-/// Where it follows inputs and no speed is given.
+/// If the scene follows inputs and `speed` is None.
 pub fn from_zero(scene: &Scene, speed: Option<f64>) -> Result<Scene, Fault> {
     let mut scene = scene.clone();
     match &mut scene {
@@ -253,7 +253,7 @@ fn period(walk: &mut Walk, phi: usize, w: Option<usize>) -> Result<f64, Fault> {
 /// constant load (N·m) where it is a machine; of a train, whose motion may be unstable, what a turn makes of disturbances.
 ///
 /// # Errors
-/// Where there is no such motion: what the drive says of it.
+/// The drive's fault if there is no such motion.
 pub fn started(scene: &Scene, speed: Option<f64>, load: f64) -> Result<(AnyDrive, Option<Periodic>), Fault> {
     let mut scene = from_zero(scene, speed)?;
     if let Scene::DriveTrain(train) = &mut scene {
@@ -275,7 +275,7 @@ pub fn started(scene: &Scene, speed: Option<f64>, load: f64) -> Result<(AnyDrive
 /// A turn of the periodic motion of a scene, see [`started`].
 ///
 /// # Errors
-/// Where there is no such motion: what the drive says of it.
+/// The drive's fault if there is no such motion.
 pub fn of(scene: &Scene, speed: Option<f64>, load: f64) -> Result<Turn, Fault> {
     let (drive, found) = started(scene, speed, load)?;
     let mut turn = Turn::of(drive)?;

@@ -1,4 +1,4 @@
-//! Where a legend lies within the axes: in a corner, at a side or anywhere else that the data leave free.
+//! The place of a legend within the axes: in a corner, at a side or anywhere else that the data leave free.
 
 use super::LETTER;
 use super::area::{seen, within};

@@ -1,4 +1,4 @@
-//! Values over two axes as coloured cells, with the scale of the colours beside the plot.
+//! Values over two axes as coloured cells, with the scale of the colours next to the plot.
 
 use super::{Axis, Rule, Scale, Shade, TEXT, TICK, framed, upright};
 use crate::drawing::{Anchor, BLACK, Frame, Ink, Shape};
@@ -9,13 +9,13 @@ use crate::text;
 pub struct Map {
     /// Quantity and unit of the values, and how the colours divide them.
     pub scale: Axis,
-    /// Where the columns and the rows stand on their axes, two at least of each, in rising order.
+    /// The places of columns and rows on their axes, at least two of each, in ascending order.
     pub at: [Vec<f64>; 2],
     /// The values row by row; NaN of a run without one, None where there is no run yet.
     pub cells: Vec<Option<f64>>,
 }
 
-/// What a cell without value stands for, and one without run.
+/// The meanings of a cell without a value and of a cell without a run.
 pub const REFUSED: &str = "refused or failed";
 const MISSING: &str = "missing";
 

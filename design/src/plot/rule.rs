@@ -74,7 +74,7 @@ fn place_above(name: &str, x: f64, [left, right]: [f64; 2], others: &[(&String, 
     places.into_iter().find(is_free).filter(|_| !name.is_empty())
 }
 
-/// Where a name may be: above and below its line, all along it; the usual place first.
+/// The possible places of a name: above and below its line, all along it; the usual place first.
 fn covers(name: &str, y: f64, [[left, right], [bottom, top]]: [[f64; 2]; 2]) -> Vec<Cover> {
     let long = LETTER * SMALL * name.chars().count() as f64;
     let (usual, other) = (left + EDGE, right - EDGE - long);

@@ -1,4 +1,4 @@
-//! Where an axis has its ticks, and what stands beside them.
+//! The ticks of an axis and their labels.
 
 /// 1, 2 or 5 times a power of ten, at most six of them in `span`.
 pub fn decimal_step(span: f64) -> f64 {

@@ -223,11 +223,11 @@ fn kept(text: &str) -> String {
     words.collect::<String>().chars().skip(1).collect()
 }
 
-/// A table in a box that scrolls; for the script a cell has all digits beside those that are shown.
+/// A table in a box that scrolls; for the script a cell has all digits besides the shown ones.
 fn table(xml: &mut Xml, table: &Table, script: bool) {
     let (seen, shown) = (seen(table), cells(table));
     let has_numbers = |i: usize| table.rows.iter().any(|row| full(&row[i], &table.columns[i]).is_some());
-    // What scrolls takes the keyboard; with the script, its cells do.
+    // A scrolling box takes the keyboard; with the script, its cells do.
     let keys = Some(("tabindex", "0".to_owned())).filter(|_| !script);
     let class = ("class", "table".to_owned());
     xml.element("div", &[class].into_iter().chain(keys).collect::<Vec<_>>(), |xml| {
@@ -285,7 +285,7 @@ fn picture(xml: &mut Xml, picture: &Picture, script: bool) {
 fn diagram(xml: &mut Xml, diagram: &Diagram, script: bool) {
     let mut picture = diagram.picture();
     thin(&mut picture.drawing);
-    // Letters of a diagram are as high as those of the page.
+    // Letters of a diagram are as high as the page's.
     let svg = picture.drawing.svg(&diagram.title, PAGE);
     let (frame, shown) = (picture.frame, picture.shown);
     let axis = |axis: &Axis, [first, last]: [f64; 2], [low, high]: [f64; 2]| {

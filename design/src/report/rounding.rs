@@ -15,13 +15,13 @@ const CHANGED: f64 = 0.1;
 /// To which side limits are rounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rounding {
-    /// Of a range to avoid, or a least value: ends lie outside of their interval, numbers above.
+    /// For a range to avoid, or a least value: ends lie outside of their interval, numbers above.
     Outward,
-    /// Of an admissible range, or a largest value: ends lie within their interval, numbers below.
+    /// For an admissible range, or a largest value: ends lie within their interval, numbers below.
     Inward,
 }
 
-/// An interval (SI) whose ends are those of so many digits in its unit.
+/// An interval (SI) whose ends have so many digits in its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rounded {
     /// Its ends.

@@ -11,7 +11,7 @@ pub fn shown(value: f64, unit: &Unit) -> String {
     unit.after(text::number(value * unit.factor))
 }
 
-/// An interval for people: "12.1 to 13.4 rpm", "from 12.1 rpm on", in as many digits as tell its ends apart.
+/// An interval for people: "12.1 to 13.4 rpm", "from 12.1 rpm on", in as many digits as distinguish its ends.
 pub fn range(ends: [f64; 2], unit: &Unit) -> String {
     interval(ends.map(|end| end * unit.factor), &|text| unit.after(text))
 }
@@ -23,7 +23,7 @@ pub fn among(value: f64, ends: [f64; 2], unit: &Unit) -> String {
     unit.after(text.unwrap_or_else(|| text::number(value)))
 }
 
-/// The decimals that tell two ends apart; None of ends so far apart that any do.
+/// The decimals that distinguish two ends; None if any do.
 fn decimals([low, high]: [f64; 2]) -> Option<usize> {
     let size = low.abs().max(high.abs());
     let needed = if high > low { (size / (high - low)).log10().ceil().max(0.0) as usize + 2 } else { 4 };

@@ -18,7 +18,7 @@ use camdrive::drives::rigid_machine::{Inertia, Kloss, Motor, Scene};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// What was found.
+/// The periodic motions of a scene.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct SteadyMotions {
     /// The scene.
@@ -109,7 +109,7 @@ impl From<PeriodicMotion> for Motion {
 /// motion has it.
 ///
 /// # Errors
-/// Where no speed yields the period, or the machine cannot be built.
+/// If no speed yields the period, or the machine cannot be built.
 pub fn of_machine(name: &str, scene: &Scene, load: f64, period: Option<f64>) -> Result<SteadyMotions, Fault> {
     let mut scene = scene.clone();
     let (mut synchronous_speed, mut motor) = (None, None);
@@ -145,7 +145,7 @@ pub fn of_machine(name: &str, scene: &Scene, load: f64, period: Option<f64>) -> 
 /// The motion of a drive or a train at this speed (rad/s) or its own.
 ///
 /// # Errors
-/// Where its speed is not known, and where a free shaft has no such motion.
+/// If its speed is unknown, or a free shaft has no such motion.
 pub fn of_drive(resource: &Resource, speed: Option<f64>) -> Result<SteadyMotions, Fault> {
     let lift_offs = Machine::of(resource).and_then(Machine::lift_offs).unwrap_or_default();
     let mut findings =
@@ -157,7 +157,7 @@ pub fn of_drive(resource: &Resource, speed: Option<f64>) -> Result<SteadyMotions
             findings.resonances = overview::of(&resource).resonances;
             findings.take(&resource.scene, turn);
         }
-        // What a free shaft needs to be asked for a motion, its fault says.
+        // The fault of a free shaft says what a motion needs.
         Err(fault) if resource.scene.drive().is_some() => findings.none = Some(fault),
         Err(fault) => return Err(fault),
     }

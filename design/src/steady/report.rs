@@ -13,7 +13,7 @@ use camdrive::drives::rigid_machine::Kloss;
 /// Significant digits of speeds and periods: with fewer, motions with and without torques look alike.
 const FINE: usize = 7;
 
-/// Those of a speed that yields a prescribed period.
+/// Sentences on the speed that yields a prescribed period.
 const PRESCRIBED: usize = 10;
 
 /// Name of the motion of a machine without torques.
@@ -24,7 +24,7 @@ fn name((i, motion): (usize, &Motion)) -> String {
     format!("{} ({})", i + 1, if motion.stable { "stable" } else { "unstable" })
 }
 
-/// The multiplier, that of a steep motor as power of ten.
+/// The multiplier, for a steep motor as a power of ten.
 fn multiplier(growth: f64) -> String {
     let power = growth / std::f64::consts::LN_10;
     // A mass that ends every turn on its flank forgets all of it.
@@ -87,7 +87,10 @@ impl SteadyMotions {
                 let speeds: Vec<String> = others.iter().map(|motion| rpm(motion.speeds.mean_speed)).collect();
                 if !speeds.is_empty() {
                     verdict
-                        .result(level, format!("It runs as well at {} rpm, by the way it starts.", speeds.join(", ")))
+                        .result(
+                            level,
+                            format!("It also runs at {} rpm, depending on how it starts.", speeds.join(", ")),
+                        )
                         .advice(
                             Advice::new("`start.mode` = \"steady_state\" begins with the fastest stable motion.").set(
                                 [Setting::new("start.mode", "steady_state")],
@@ -103,10 +106,7 @@ impl SteadyMotions {
             }
             ([], [first, ..], _) if self.motor.is_none() => {
                 let speed = rpm(first.speeds.mean_speed);
-                verdict.result(
-                    Level::Mind,
-                    format!("The periodic motion at {speed} rpm is unstable: the machine leaves it, and turns differ."),
-                );
+                verdict.result(Level::Mind, format!("The periodic motion at {speed} rpm is unstable: turns differ."));
             }
             ([], motions, None) => self.stalls(motions.len(), &mut verdict),
             ([], _, Some(free)) => {
@@ -133,11 +133,11 @@ impl SteadyMotions {
             verdict.result(Level::Mind, mechanism.sentence());
         }
         verdict.certainty(match self.lift_offs {
-            Some(_) => "There may be other periodic motions. Decay is that of small disturbances.",
-            None => "The list is complete for the rigid machine. Decay is that of small disturbances.",
+            Some(_) => "There may be other periodic motions. The decay holds for small disturbances.",
+            None => "The list is complete for the rigid machine. The decay holds for small disturbances.",
         });
         for period in &self.lost_periods {
-            verdict.certainty(format!("Without the lag of the motor's torque there would be a motion of {} as well; with it none was found near: there is none, or disturbances grow too fast to follow it around a turn.", time(*period)));
+            verdict.certainty(format!("Without the lag of the motor's torque there would also be a motion of {}. With it none was found near: either none exists, or disturbances grow too fast to follow it.", time(*period)));
         }
         verdict
     }

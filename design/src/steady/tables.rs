@@ -97,7 +97,7 @@ pub fn harmonics(harmonics: &[Harmonic], resonances: &[Resonance]) -> Table {
         .into()
 }
 
-/// The multipliers; those of a pair count once.
+/// The multipliers; a complex pair counts once.
 pub fn multipliers(turn: &Turn) -> Table {
     let upper: Vec<&[f64; 2]> = turn.multipliers.iter().filter(|at| at[1] >= 0.0).collect();
     Table::of("Floquet multipliers of a turn", upper)

@@ -12,7 +12,7 @@ pub struct Column {
     pub name: String,
     /// `varied`, `measured`, or `run`: number, status and message of the run.
     pub role: String,
-    /// Empty where it has none.
+    /// Empty without one.
     pub unit: String,
     /// What it is.
     pub meaning: String,
@@ -41,7 +41,7 @@ impl Space {
         (!self.sampled && self.axes.iter().all(|axis| axis.len() == 1)).then_some(self.axes.len())
     }
 
-    /// Of how many runs a diagram shows one.
+    /// A diagram shows one of so many runs.
     pub fn every(&self, rows: u64) -> u64 {
         let most = if matches!(self.grid(), Some(1 | 2)) { CELLS } else { POINTS };
         rows.div_ceil(most).max(1)

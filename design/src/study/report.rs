@@ -1,4 +1,4 @@
-//! What the runs of a study show.
+//! The results of the runs of a study.
 
 use super::figures::{self, Space};
 use crate::report::terminal::{among, range, shown};
@@ -22,7 +22,7 @@ pub struct Findings {
     /// Name of the scene or the system.
     #[serde(skip)]
     pub name: String,
-    /// Whether one drive is measured by its motion, not by what coupled FMUs tell at communication points.
+    /// Whether one drive is measured by its motion, not by the outputs of coupled FMUs at communication points.
     #[serde(skip)]
     is_drive: bool,
     #[serde(skip)]
@@ -104,7 +104,7 @@ impl Findings {
         }
     }
 
-    /// What the variants show.
+    /// The results of the variants.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         let Findings { rows, ok, refused, failed, missing_parts, .. } = self;
@@ -139,7 +139,7 @@ impl Findings {
             verdict.advice("`camdrive study` with --resume computes what is missing.");
         }
         let sure = match self.is_drive {
-            true => "Runs are measured between communication points, too: no peak and no passage falls between them.",
+            true => "Runs are also measured between communication points, so that no peak and no passage is missed.",
             false => {
                 "Between communication points outputs are polynomials of what the FMUs tell there: an impact within a \
                  step is seen at its end."
@@ -158,7 +158,7 @@ impl Findings {
         }
         let varied: Vec<&Column> = self.columns.iter().filter(|column| column.role == "varied").collect();
         if varied.len() > MOST_QUANTITIES {
-            report.lines("Variants", [format!("What varies, {} quantities, is in the store.", varied.len())]);
+            report.lines("Variants", [format!("The store has all {} varied quantities.", varied.len())]);
             return report;
         }
         let of_measure = |of: &'_ Measured| -> Vec<_> {

@@ -40,7 +40,7 @@ impl Together {
         let errors: Vec<String> = self.studies.iter().filter_map(Study::largest_error).collect();
         if !errors.is_empty() {
             let speeds = first.speeds().map_or(String::new(), |speeds| format!(" from {speeds}"));
-            verdict.result(Level::Good, format!("What is prescribed is met within {}{speeds}.", errors.join(", ")));
+            verdict.result(Level::Good, format!("The task is met to {}{speeds}.", errors.join(", ")));
         }
         first.at_speeds(&mut verdict);
         first.in_shaft(&mut verdict);
@@ -51,7 +51,7 @@ impl Together {
             let (reserve, at) = (shown(value, &ORDERS[bound.order.min(3)]), shown(phi, &DEG));
             verdict.result(level, format!("The bounds are {are}, the tightest by {reserve} (`{name}` at {at})."));
             if value <= 0.0 {
-                verdict.advice("Bounds without reserve hold the optimum: only wider ones let the law be better.");
+                verdict.advice("These bounds limit the result. Relax them for a better one.");
             }
         }
         for (clearance, least) in self.clearances() {
@@ -63,7 +63,8 @@ impl Together {
         self.studies.iter().for_each(|study| study.limits(&mut verdict));
         if let Some((harmonics, error)) = first.more_harmonics() {
             let within = shown(error, &MM);
-            let text = format!("Where that is too much: {harmonics} harmonics meet these dwells within {within}.");
+            let text =
+                format!("If that is too much, take {harmonics} harmonics. They meet these dwells within {within}.");
             let claim = Claim::Deviation { at_most: error * (1.0 + RESERVE) };
             verdict.advice(Advice::new(text).set([Setting::new("harmonics", harmonics)], claim));
         }
@@ -104,11 +105,11 @@ impl Together {
                  value; more `starts` may find a better one."
             )
         } else if !task.clearances.is_empty() {
-            "Not convex: the best that was found on both sides of where the tools are nearest.".to_owned()
+            "Not convex: the best result of two searches, one on each side of where the tools are nearest.".to_owned()
         } else if self.assignment.elasticity.is_some_and(|given| given.method == Method::Recipe) {
-            "The motion is optimal, its inversion a recipe; `robust` may reach further.".to_owned()
+            "The motion is optimal, but its inversion need not be. `robust` may reach further.".to_owned()
         } else {
-            "Convex: no law of these harmonics is better by more than rounding.".to_owned()
+            "This is the global optimum for these harmonics.".to_owned()
         }
     }
 }
@@ -152,7 +153,7 @@ impl Study {
         }
         if behind.worst.is_some_and(|worst| worst > FAILED_TASK * self.way()) {
             let way = shown(self.way(), &MM);
-            let text = format!("What is prescribed spans {way}: this is not the motion of the task.");
+            let text = format!("The errors are as large as the task, which spans {way}: this is not its motion.");
             verdict.result(Level::Bad, text).advice("Lower `fastest`.");
         }
         let last = fastest.or(behind.reached).unwrap_or(0.0);
@@ -160,7 +161,7 @@ impl Study {
         if !crossed.is_empty() && given.method == Method::Robust {
             let named = |k: &usize| format!("{} (harmonic {k})", rpm(1.0 / *k as f64));
             let list = crossed.iter().map(named).collect::<Vec<_>>().join(", ");
-            let text = format!("The speeds cross resonances at {list}: the cam does without these harmonics.");
+            let text = format!("The speeds cross resonances at {list}. The cam omits these harmonics.");
             verdict.result(Level::Mind, text);
         }
         let admissible = given.amplitude.unwrap_or(f64::INFINITY);
@@ -213,7 +214,7 @@ impl Study {
         let (task, motion) = (&self.assignment.task, &self.motion);
         if motion.undetermined > 0 {
             let (all, free) = (task.basis.size(), motion.undetermined);
-            verdict.result(Level::Mind, format!("What is prescribed leaves {free} of {all} coefficients free."));
+            verdict.result(Level::Mind, format!("The task leaves {free} of {all} coefficients free."));
             verdict.advice("Add `[[point]]`, or take fewer `harmonics` or more `symmetry`.");
         }
         let highest = task.basis.order().max(1) as f64;

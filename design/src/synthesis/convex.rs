@@ -73,7 +73,7 @@ pub fn optimum(conditions: &Conditions, further: Vec<Family>) -> Result<Optimum,
 fn smoothest(conditions: &Conditions, solutions: &Solutions, found: Optimum) -> Result<Optimum, Infeasible> {
     let (mut open, families) = (solutions.free.clone(), capped(conditions.families(), found.best.level));
     if is_of_squares(conditions.task.objective) {
-        // What the squares see stays.
+        // The part that the squares see stays.
         let seen: Vec<Vec<Double>> = conditions.samples().0.iter().map(|row| solutions.projected(row)).collect();
         let unseen = Solutions::new(&seen, &vec![Double::default(); seen.len()], open.len(), RANK).free;
         let zero = vec![Double::default(); conditions.task.basis.size()];

@@ -123,7 +123,7 @@ impl Program<'_> {
     fn contradiction(&self, program: &Program, widened: &Widened) -> Infeasible {
         let bound = |place: &Place| program.families[place.0].bound.unwrap_or(0);
         let mut holding = widened.holding.clone();
-        // Beside the bounds the peaks of several laws are conditions; they give way.
+        // Besides the bounds, the peaks of several laws are conditions; they give way.
         holding.retain(|(place, _)| program.families[place.0].bound.is_some());
         holding.sort_by(|a, b| b.1.total_cmp(&a.1));
         let all: f64 = holding.iter().map(|(_, multiplier)| multiplier).sum();

@@ -13,7 +13,7 @@ const POINTS: usize = 721;
 /// Deviations below this part of the unit are rounding and not drawn.
 const LEAST: f64 = 1e-13;
 
-/// The standard laws that are drawn beside a profile.
+/// The standard laws that are drawn next to a profile.
 const DRAWN: [&str; 2] = ["inclined_sine", "modified_sine"];
 
 /// The names of U, U′, U″ and of the files.

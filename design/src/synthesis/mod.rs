@@ -225,7 +225,7 @@ pub struct Profile {
     pub errors: Vec<[f64; 3]>,
     /// Optimum from each start of a search; empty where the optimum is the only one.
     pub optima: Vec<f64>,
-    /// Errors below this cannot be told from rounding (m); the coefficients are rounded to sixteen digits afterwards.
+    /// Errors below this cannot be distinguished from rounding (m); the coefficients are rounded to sixteen digits afterwards.
     pub resolution: f64,
     /// The largest change of a coefficient that this rounding may hide (m).
     pub uncertainty: f64,

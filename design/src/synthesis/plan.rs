@@ -3,7 +3,7 @@
 use super::shaft::ShaftGoal;
 use super::{Objective, Task};
 
-/// A solver and what it needs beside the task.
+/// A solver and its data besides the task.
 pub enum Plan {
     /// [`super::convex`]: one linear or quadratic program, whose optimum is the only one; at the speeds of an elastic output
     /// member as often as speeds join.

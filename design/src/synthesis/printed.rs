@@ -1,4 +1,4 @@
-//! The printed cubics of two dwells ([`dwells`]) beside the exact coefficients.
+//! The printed cubics of two dwells ([`dwells`]) next to the exact coefficients.
 
 use super::laws::{symmetric_dwells, two_dwells};
 use super::{Objective, Task};
@@ -21,7 +21,7 @@ pub struct Cubics {
 }
 
 impl Cubics {
-    /// The errors beside the exact series of a task; None where the cubics are not for it.
+    /// The errors against the exact series of a task; None for other tasks.
     pub fn beside(exact: &Fourier, task: &Task) -> Option<Self> {
         Some(Cubics { error: task.largest_error(&cubics(task)?), exact: task.largest_error(exact) })
     }

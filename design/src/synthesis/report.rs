@@ -30,7 +30,7 @@ const NAMES: [(&str, &str); 4] = [("U", "U"), ("U′", "dU"), ("U″", "ddU"), (
 /// U′U″.
 pub(super) const TORQUE: Unit = Unit::new("mm²/rad³", 1e6);
 
-/// The laws of the task and the standard laws beside them, with their figures.
+/// The laws of the task and the standard laws for comparison, with their figures.
 fn laws<'a>(studies: &'a [Study]) -> Table {
     let named = |study: &'a Study| {
         let name = |i: usize, rival: &Rival| match (study.law(), i) {

@@ -127,7 +127,7 @@ impl Program<'_> {
     /// conditions.
     pub fn solve(&self, centre: Vec<Double>) -> Result<Solution, Infeasible> {
         let squares = matches!(self.goal, Goal::Squares(_));
-        // Conditions that contradict each other are told first.
+        // Contradicting conditions are reported first.
         let inside = self.inside(if squares { self.solutions.particular.clone() } else { centre.clone() })?;
         let centre = if squares { centre } else { inside };
         let mut places = self.first_places();
@@ -194,7 +194,7 @@ impl Program<'_> {
             last = excess;
             places.append(&mut newton);
         }
-        // Conditions are kept to rounding, or nearly: the report tells what is left.
+        // Conditions are kept to rounding, or nearly: the report shows the rest.
         proven.filter(|solution| solution.excess <= DELIVERED * solution.level.abs().max(1.0)).ok_or_else(unsolved)
     }
 

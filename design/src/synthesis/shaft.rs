@@ -33,7 +33,7 @@ const MOST: usize = 768;
 /// The last harmonics of the torque are below this part of the largest one.
 const TAIL: f64 = 1e-10;
 
-/// Samples of the torque over the turn in the optimisation, beside the extremes.
+/// Samples of the torque over the turn in the optimisation, besides the extremes.
 const SAMPLES: usize = 128;
 
 /// Values below this part of the largest one do not bind within a step.

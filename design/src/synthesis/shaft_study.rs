@@ -28,7 +28,7 @@ const ACCURACY: f64 = 1e-6;
 /// Harmonics of a standard law here: those of the torque fall as k⁻³, and the shaft does not follow the high ones.
 const HARMONICS: usize = 32;
 
-/// Magnifications whose first speed is told.
+/// Magnifications whose first speed is reported.
 const LIMITS: [f64; 2] = [1.5, 2.0];
 
 /// The figures of one law.

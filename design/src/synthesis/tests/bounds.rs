@@ -216,6 +216,6 @@ fn a_cam_that_would_stand_still_is_refused() {
     let text = report.text(400, false);
     assert_eq!(report.verdict.level, Level::Bad, "{text}");
     assert!(text.contains("resonances at") && text.contains("573 rpm (harmonic 1)"), "{text}");
-    assert!(text.contains("not the motion of the task"), "{text}");
+    assert!(text.contains("this is not its motion"), "{text}");
     assert!(text.contains("`half_wave` instead of `even_half_wave`"), "{text}");
 }
