@@ -2981,7 +2981,7 @@ fn synthesize_writes_a_profile_that_export_takes() {
     assert_eq!((run.code, run.err.as_str()), (0, ""));
     for part in [
         "dwell_synthesis",
-        "met within 0.01 mm (`dwell[",
+        "met to 0.01 mm (`dwell[",
         "]`) from 0 to 2250 rpm",
         "Convex: ",
         "Resonances",

@@ -63,8 +63,7 @@ impl Together {
         self.studies.iter().for_each(|study| study.limits(&mut verdict));
         if let Some((harmonics, error)) = first.more_harmonics() {
             let within = shown(error, &MM);
-            let text =
-                format!("If that is too much, take {harmonics} harmonics. They meet these dwells within {within}.");
+            let text = format!("If that is too much, {harmonics} harmonics meet these dwells within {within}.");
             let claim = Claim::Deviation { at_most: error * (1.0 + RESERVE) };
             verdict.advice(Advice::new(text).set([Setting::new("harmonics", harmonics)], claim));
         }
