@@ -2983,7 +2983,7 @@ fn synthesize_writes_a_profile_that_export_takes() {
         "dwell_synthesis",
         "met to 0.01 mm (`dwell[",
         "]`) from 0 to 2250 rpm",
-        "Convex: ",
+        "the global optimum",
         "Resonances",
         "profile.toml",
     ] {
