@@ -26,7 +26,7 @@ use crate::law_motions::{Motion, greatest_of, shown, stroke};
 use crate::oscillator;
 use crate::periodic_turn::{self, Turn};
 use crate::report::unit::HZ;
-use crate::report::{Setting, Unit, terminal};
+use crate::report::{Level, Setting, Unit, terminal};
 use crate::resource::{Resource, Scene, Tool};
 use camdrive::drives::Fault;
 use camdrive::drives::backlash;
@@ -66,9 +66,15 @@ pub struct Overview {
     pub turn: Option<Turn>,
     /// The reason if there is none.
     #[serde(skip)]
-    motionless: Option<Fault>,
+    pub(crate) motionless: Option<Fault>,
     /// Implausible values.
     pub warnings: Vec<Warning>,
+    /// The warnings that are about the motion, by their indices, and their levels.
+    #[serde(skip)]
+    of_motion: Vec<(usize, Level)>,
+    /// Findings on the motion that warn of nothing.
+    #[serde(skip)]
+    notes: Vec<String>,
     /// Settings that remedy warnings, by the indices of the warnings.
     #[serde(skip)]
     pub(crate) cures: Vec<(usize, Setting)>,
@@ -117,13 +123,18 @@ type Moved<'a> = (&'a MotionLaw, &'a dyn Fn([f64; 5]) -> [f64; 5]);
 
 /// The overview of a scene.
 pub fn of(resource: &Resource) -> Overview {
+    at(resource, false)
+}
+
+/// The overview of a scene, or of one at a speed that may be `advised`, which has to be calm.
+fn at(resource: &Resource, advised: bool) -> Overview {
     let mut overview = kinetostatic(resource);
     for Tool { section, law, unit } in &resource.tools {
         overview.law(section, law, unit);
     }
     implausible::warn(&mut overview);
     overview.lift_offs = overview.machine.clone().map(Machine::lift_offs).and_then(Result::ok).unwrap_or_default();
-    overview.steady(resource);
+    overview.steady(resource, advised);
     overview.show_frequencies(&HZ);
     overview
 }

@@ -1,6 +1,6 @@
 //! The characteristic values as a report.
 
-use super::{Jump, Overview};
+use super::{Jump, Overview, Warning};
 use crate::forces::report::LiftOff;
 use crate::law_motions::Motion;
 use crate::report::unit::{ONE, RPM, Unit};
@@ -15,7 +15,7 @@ impl Overview {
         // A warning reports impacts of the motion.
         let flies = self.turn.as_ref().is_some_and(|turn| turn.impacts.iter().flatten().any(|impacts| *impacts > 0.0));
         let leaves = |of: &&LiftOff| of.lift_off_speed.as_ref().is_some_and(|from| from.value <= speed);
-        for of in self.lift_offs.iter().filter(|of| of.may_leave && !flies).filter(leaves) {
+        for of in self.lift_offs.iter().filter(|_| !flies).filter(leaves) {
             verdict.result(Level::Mind, of.text());
             verdict
                 .advice(format!("`camdrive forces` computes which preload or speed keeps {} on its cam.", of.follower));
@@ -23,12 +23,32 @@ impl Overview {
         if self.warnings.is_empty() && verdict.result.is_empty() {
             verdict.result(Level::Good, "No errors. All values are plausible.");
         }
-        for (i, warning) in self.warnings.iter().enumerate() {
-            let set = self.cures.iter().filter(|(of, _)| *of == i).map(|(_, setting)| setting.clone());
-            let advice = Advice::new(sentence(&warning.hint)).set(set, Claim::Plausible);
-            verdict.result(Level::Mind, sentence(&warning.message)).advice(advice);
+        let is_still = |i: &usize| self.of_motion.iter().all(|(of, _)| of != i);
+        (0..self.warnings.len()).filter(is_still).for_each(|i| self.warn(i, &mut verdict));
+        verdict.join(self.judgement());
+        verdict
+    }
+
+    /// The part of the verdict that is on the motion.
+    pub fn judgement(&self) -> Verdict {
+        let mut verdict = Verdict::default();
+        self.of_motion.iter().for_each(|(i, _)| self.warn(*i, &mut verdict));
+        for note in &self.notes {
+            verdict.result(Level::Good, sentence(note));
         }
         verdict
+    }
+
+    /// Adds warning i.
+    fn warn(&self, i: usize, verdict: &mut Verdict) {
+        let Warning { message, hint } = &self.warnings[i];
+        let set = self.cures.iter().filter(|(of, _)| *of == i).map(|(_, setting)| setting.clone());
+        let level = self.of_motion.iter().find(|(of, _)| *of == i).map_or(Level::Mind, |(_, level)| *level);
+        let advice = Advice::new(sentence(hint)).set(set, Claim::Plausible);
+        verdict.result(level, sentence(message));
+        if !verdict.advice.contains(&advice) {
+            verdict.advice(advice);
+        }
     }
 
     /// The report under a title "NAME: STUDY".

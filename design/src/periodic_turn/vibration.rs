@@ -107,33 +107,43 @@ impl Turn {
         Some(Dwell { output, unit, from, to, largest: largest(&tool), rms, law: largest(&law) })
     }
 
-    /// The strongest harmonics of each deformation, in the order of their numbers.
-    pub fn harmonics(&self) -> Vec<Harmonic> {
+    /// The harmonics of an output, in the order of their numbers.
+    fn series(&self, range: &Range) -> Vec<Harmonic> {
         let step = self.period / POINTS as f64;
         // Only the points of equal times.
         let is_regular = |k: &usize| {
             let place = self.times[*k] / step;
             (place - place.round()).abs() < 1e-12 * POINTS as f64 && place.round() < POINTS as f64
         };
-        let regular: Vec<usize> = (0..self.times.len()).filter(is_regular).collect();
+        let values: Vec<f64> = (0..self.times.len()).filter(is_regular).map(|k| range.values[k]).collect();
+        let series = discrete_series(0.0, &values, HARMONICS);
+        let harmonic = |k: usize| Harmonic {
+            output: range.output.clone(),
+            unit: range.unit,
+            harmonic: k,
+            frequency: k as f64 * self.mean_speed.abs(),
+            amplitude: series.a[k].hypot(series.b[k]),
+        };
+        (1..=HARMONICS).map(harmonic).collect()
+    }
+
+    /// The strongest harmonic of an output with a frequency (rad/s) between these.
+    pub fn strongest(&self, range: &Range, [low, high]: [f64; 2]) -> Option<Harmonic> {
+        let near = self.series(range).into_iter().filter(|of| (low..=high).contains(&of.frequency));
+        near.max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))
+    }
+
+    /// The strongest harmonics of each deformation, in the order of their numbers.
+    pub fn harmonics(&self) -> Vec<Harmonic> {
         let mut all = Vec::new();
         for range in self.outputs.iter().filter(|range| part(&range.output).0 == "q") {
-            let values: Vec<f64> = regular.iter().map(|k| range.values[*k]).collect();
-            let series = discrete_series(0.0, &values, HARMONICS);
-            let amplitude = |k: usize| series.a[k].hypot(series.b[k]);
-            let mut ordered: Vec<usize> = (1..=HARMONICS).collect();
-            ordered.sort_by(|a, b| amplitude(*b).total_cmp(&amplitude(*a)));
-            let least = OF_NO_ACCOUNT * amplitude(ordered[0]);
-            ordered.truncate(MOST);
-            ordered.retain(|k| amplitude(*k) > least);
-            ordered.sort_unstable();
-            all.extend(ordered.into_iter().map(|harmonic| Harmonic {
-                output: range.output.clone(),
-                unit: range.unit,
-                harmonic,
-                frequency: harmonic as f64 * self.mean_speed.abs(),
-                amplitude: amplitude(harmonic),
-            }));
+            let mut own = self.series(range);
+            own.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+            let least = OF_NO_ACCOUNT * own[0].amplitude;
+            own.truncate(MOST);
+            own.retain(|of| of.amplitude > least);
+            own.sort_unstable_by_key(|of| of.harmonic);
+            all.append(&mut own);
         }
         all
     }

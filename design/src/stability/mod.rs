@@ -24,7 +24,8 @@ pub mod tongue;
 
 use crate::formulas::instability::{Bounds, Harmonics};
 use crate::oscillator::{self, PeriodicOscillator, Terms};
-use crate::resource::Resource;
+use crate::periodic_turn::{self, NEUTRAL};
+use crate::resource::{Resource, Scene};
 use crate::text::{number, rpm};
 use crate::{Progress, parallel, search, work};
 use camdrive::drives::Fault;
@@ -181,6 +182,8 @@ pub struct AtSpeed {
     pub order: Option<f64>,
     /// The unstable speeds next to it below and above at the damping of the scene: j and Ω (rad/s).
     pub next: [Option<[f64; 2]>; 2],
+    /// The motion of the nonlinear equation: "stable", "unstable", "none" if none was found; None for a linear drive.
+    pub nonlinear: Option<&'static str>,
 }
 
 /// The instability of an order.
@@ -244,6 +247,29 @@ pub fn study_scene(
     work::within(work::BUDGET, hint, progress, |tell| studied(resource, options, tell))?
 }
 
+/// The factor by which free motions of a drive with periodic coefficients grow in a turn of its constant speed, by the linear
+/// equation; None for other drives.
+pub fn growth(scene: &Scene) -> Option<f64> {
+    let oscillator = oscillator::of(scene).ok()?;
+    let speed = oscillator.speed.filter(|w| *w != 0.0)?;
+    let oscillator = if speed < 0.0 { mirrored(oscillator) } else { oscillator };
+    let system = System::new(&oscillator).ok()?;
+    let (eta, theta) = (speed.abs() / system.natural_frequency(), system.damping_ratio());
+    system.followed(1.0 / (eta * eta), 2.0 * theta / eta).ok()?;
+    Some(at_speed(&system, &[], &[], speed.abs(), theta).radius)
+}
+
+/// The motion of the nonlinear equation at a speed (rad/s): "stable", "unstable" or, where none was found, "none".
+fn nonlinear(scene: &Scene, speed: f64) -> Option<&'static str> {
+    matches!(scene, Scene::ElasticShaft(shaft) if !shaft.linear).then(|| {
+        match periodic_turn::of(scene, Some(speed), 0.0) {
+            Ok(turn) if turn.growth.is_none_or(|growth| growth < NEUTRAL) => "stable",
+            Ok(_) => "unstable",
+            Err(_) => "none",
+        }
+    })
+}
+
 /// See [`study_scene`].
 fn studied(
     resource: &Resource,
@@ -276,6 +302,10 @@ fn studied(
             course.iter_mut().for_each(|point| point[0] = TAU - point[0]);
             course.reverse();
         }
+    }
+    // Another damping is not the scene's.
+    for at in report.speeds.iter_mut().filter(|_| options.damping.is_none()) {
+        at.nonlinear = nonlinear(&resource.scene, if backwards { -at.speed } else { at.speed });
     }
     let counter = Counter::new(progress, "crank", printed::POINTS);
     let crank = if options.quick { None } else { printed::curves(&resource.scene, &|| counter.step()) };
@@ -522,6 +552,7 @@ fn at_speed(system: &System, known: &[Instability], orders: &[Order], speed: f64
         critical_damping: inside.map_or(0.0, |((tongue, _), _)| tongue.critical_above(system, 1.0 / eta, theta)),
         order: inside.map(|((tongue, _), _)| tongue.j),
         next: [below.map(|(j, [_, high])| [j, w0 * high]), above.map(|(j, [low, _])| [j, w0 * low])],
+        nonlinear: None,
     }
 }
 

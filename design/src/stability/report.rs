@@ -31,6 +31,16 @@ const DIGITS: usize = 3;
 /// Significant digits of a speed that stays as it is.
 const EXACT: usize = 12;
 
+/// The growth in a turn by this factor, in words.
+pub fn grown(radius: f64) -> String {
+    if radius < 2.0 { shown(radius - 1.0, &PERCENT) } else { format!("the factor {}", number(radius)) }
+}
+
+/// The sentence on a speed (rad/s) at which free motions grow by this factor in a turn.
+pub fn must_not_run(speed: f64, radius: f64) -> String {
+    format!("The machine must not run at {} rpm: free motions grow by {} a turn.", rpm(speed), grown(radius))
+}
+
 impl StabilityAnalysis {
     /// Unstable speeds at the damping of the scene (rad/s), with their orders.
     fn unstable(&self) -> impl Iterator<Item = (&Order, [f64; 2])> {
@@ -76,15 +86,25 @@ impl StabilityAnalysis {
     fn judge(&self, at: &AtSpeed, transient: Option<&Transient>, verdict: &mut Verdict) {
         let speed = rpm(at.speed);
         if at.radius > 1.0 + BORDER {
-            let growth = match at.radius < 2.0 {
-                true => shown(at.radius - 1.0, &PERCENT),
-                false => format!("the factor {}", number(at.radius)),
+            match at.nonlinear {
+                Some("stable") => verdict.result(
+                    Level::Mind,
+                    format!(
+                        "At {speed} rpm the linear equation is unstable: free motions grow by {} a turn. The motion of the nonlinear \
+                         equation is stable there (`camdrive steady`).",
+                        grown(at.radius)
+                    ),
+                ),
+                _ => verdict.result(Level::Bad, must_not_run(at.speed, at.radius)),
             };
-            verdict.result(
-                Level::Bad,
-                format!("The machine must not run at {speed} rpm: free motions grow by {growth} a turn."),
-            );
             return;
+        }
+        if let Some(motion @ ("unstable" | "none")) = at.nonlinear {
+            let is = if motion == "none" { "was not found" } else { "is unstable" };
+            verdict.result(
+                Level::Mind,
+                format!("The motion of the nonlinear equation at {speed} rpm {is} (`camdrive steady`)."),
+            );
         }
         let steady = transient.map(|start| &start.steady).filter(|steady| steady.stable);
         let ratio = steady.and_then(|steady| steady.amplification).unwrap_or(0.0);

@@ -5,11 +5,11 @@
 mod report;
 mod tables;
 
-use crate::forces::Machine;
 use crate::forces::report::LiftOff;
 use crate::overview::{self, Overview, Resonance};
 use crate::periodic_motions::{Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range};
 use crate::periodic_turn::{self, Dwell, Harmonic, Turn};
+use crate::report::Verdict;
 use crate::resource::{Resource, Scene as AnyScene};
 use crate::text;
 use crate::transmission::{self, Transmission};
@@ -48,6 +48,9 @@ pub struct SteadyMotions {
     pub resonances: Vec<Resonance>,
     /// The speeds at which followers leave their cams.
     pub lift_offs: Option<Vec<LiftOff>>,
+    /// The judgement of [`Overview::judgement`].
+    #[serde(skip)]
+    pub judged: Verdict,
     /// Why there is no motion, and what cures it.
     #[serde(skip)]
     pub none: Option<Fault>,
@@ -147,21 +150,17 @@ pub fn of_machine(name: &str, scene: &Scene, load: f64, period: Option<f64>) -> 
 /// # Errors
 /// If its speed is unknown, or a free shaft has no such motion.
 pub fn of_drive(resource: &Resource, speed: Option<f64>) -> Result<SteadyMotions, Fault> {
-    let lift_offs = Machine::of(resource).and_then(Machine::lift_offs).unwrap_or_default();
-    let mut findings =
-        SteadyMotions { name: resource.name.clone(), lift_offs: Some(lift_offs), ..SteadyMotions::default() };
     let mut resource = resource.clone();
-    resource.scene = periodic_turn::from_zero(&resource.scene, speed)?;
-    match periodic_turn::of(&resource.scene, None, 0.0) {
-        Ok(turn) => {
-            findings.resonances = overview::of(&resource).resonances;
-            findings.take(&resource.scene, turn);
-        }
-        // The fault of a free shaft says what a motion needs.
-        Err(fault) if resource.scene.drive().is_some() => findings.none = Some(fault),
-        Err(fault) => return Err(fault),
+    let moved = periodic_turn::from_zero(&resource.scene, speed)?;
+    if speed.is_some() {
+        resource.scene = moved;
     }
-    Ok(findings)
+    let mut overview = overview::of(&resource);
+    match (overview.motionless.take(), resource.scene.drive()) {
+        // The fault of a free shaft says what a motion needs.
+        (Some(fault), None) => Err(fault),
+        (none, _) => Ok(SteadyMotions { none, ..of_turning(&resource, &overview) }),
+    }
 }
 
 /// The motion of which the overview of a scene has a turn; None without one.
@@ -169,11 +168,27 @@ pub fn of_overview(resource: &Resource, overview: &Overview) -> Option<SteadyMot
     if let AnyScene::RigidMachine(scene) = &resource.scene {
         return of_machine(&resource.name, scene, 0.0, None).ok();
     }
-    let name = resource.name.clone();
-    let mut findings = SteadyMotions { name, resonances: overview.resonances.clone(), ..SteadyMotions::default() };
-    findings.lift_offs = Some(overview.lift_offs.clone());
-    findings.take(&resource.scene, overview.turn.clone()?);
-    Some(findings)
+    overview.turn.as_ref().map(|_| of_turning(resource, overview))
+}
+
+/// The motion that is in the overview of a drive or a train, and the judgement on it.
+fn of_turning(resource: &Resource, overview: &Overview) -> SteadyMotions {
+    let mut findings = SteadyMotions {
+        name: resource.name.clone(),
+        lift_offs: Some(overview.lift_offs.clone()),
+        judged: overview.judgement(),
+        ..SteadyMotions::default()
+    };
+    if matches!(&resource.scene, AnyScene::ElasticShaft(shaft) if !shaft.linear) {
+        findings
+            .judged
+            .certainty("The motion is of the nonlinear equation; `camdrive stability` judges the linear one.");
+    }
+    if let Some(turn) = overview.turn.clone() {
+        findings.resonances = overview.resonances.clone();
+        findings.take(&resource.scene, turn);
+    }
+    findings
 }
 
 impl SteadyMotions {

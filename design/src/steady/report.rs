@@ -4,7 +4,7 @@ use super::{Motion, Speeds, SteadyMotions, tables};
 use crate::periodic_turn::{self, Dwell, GONE, NEUTRAL, Turn};
 use crate::plot::{Axis, Diagram, Series};
 use crate::report::terminal::shown;
-use crate::report::unit::{DEG, MS, NM, NS, ONE, PERCENT, RPM, W};
+use crate::report::unit::{DEG, MS, NM, ONE, PERCENT, RPM, W};
 use crate::report::{Advice, Claim, Level, Report, Setting, Table, Unit, Value, Verdict, WrittenValue};
 use crate::text::{counted, number, rpm, sentence, share, time};
 use crate::transmission::Transmission;
@@ -65,8 +65,10 @@ impl SteadyMotions {
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         if let Some(fault) = &self.none {
-            verdict.result(Level::Bad, sentence(&periodic_turn::reason(fault)));
-            verdict.advice("Choose more damping or another speed.");
+            if self.judged.result.is_empty() {
+                verdict.result(Level::Bad, sentence(&periodic_turn::reason(fault)));
+            }
+            verdict.join(self.judged.clone());
             return verdict;
         }
         let stable: Vec<&Motion> = self.motions.iter().filter(|motion| motion.stable).collect();
@@ -104,10 +106,8 @@ impl SteadyMotions {
                     verdict.result(level, format!("Slower than about {limit} rpm it loses speed for good."));
                 }
             }
-            ([], [first, ..], _) if self.motor.is_none() => {
-                let speed = rpm(first.speeds.mean_speed);
-                verdict.result(Level::Mind, format!("The periodic motion at {speed} rpm is unstable: turns differ."));
-            }
+            // The judgement says that it is unstable.
+            ([], [_, ..], _) if self.motor.is_none() => {}
             ([], motions, None) => self.stalls(motions.len(), &mut verdict),
             ([], _, Some(free)) => {
                 let speed = rpm(free.mean_speed);
@@ -120,6 +120,7 @@ impl SteadyMotions {
                 );
             }
         }
+        verdict.join(self.judged.clone());
         if let Some(speed) = self.synchronous_speed {
             let speed = WrittenValue::nearest(speed, &RPM, PRESCRIBED);
             let text = format!("The period needs a synchronous speed of the motor of {speed}: set `motor.w_s` to it.");
@@ -173,17 +174,6 @@ impl SteadyMotions {
                 Level::Good,
                 format!("In the dwell from {from} to {to} `{output}` vibrates by up to {largest} ({rms} rms)."),
             );
-        }
-        for (j, impacts) in turn.impacts.iter().enumerate() {
-            if let Some(impacts) = impacts.filter(|impacts| *impacts > 0.0) {
-                let follower =
-                    if turn.impacts.len() > 1 { format!("Follower {}", j + 1) } else { "The follower".into() };
-                let own = turn.impulses.iter().filter(|impact| impact.follower == j + 1);
-                let hardest = own.max_by(|a, b| a.impulse.total_cmp(&b.impulse)).map_or(String::new(), |hardest| {
-                    format!(", the hardest at {} with {}", shown(hardest.phi, &DEG), shown(hardest.impulse, &NS))
-                });
-                verdict.result(Level::Mind, format!("{follower} has {} a turn{hardest}.", counted(impacts, "impact")));
-            }
         }
         for (follower, phi) in &turn.pulls {
             let phi = shown(*phi, &DEG);

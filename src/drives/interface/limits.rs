@@ -26,9 +26,14 @@ pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &st
     ))
 }
 
+/// The reason of [`search_too_much`] for tools, which have no calls.
+pub const NOT_FOUND: &str = "no periodic motion was found within the work allowed";
+
 /// The fault of a start whose periodic motion takes more than the work of a call to find; the `hint` says what helps.
 pub fn search_too_much(hint: &str) -> Fault {
-    no_periodic_motion("the search for the periodic motion needs more work than one call may take", "").hint(hint)
+    no_periodic_motion("the search for the periodic motion needs more work than one call may take", "")
+        .motionless(NOT_FOUND)
+        .hint(hint)
 }
 
 /// The fault of a start in a periodic motion, which there is not for this `reason`; the `rest` tells what else to choose.
