@@ -621,3 +621,113 @@ fn a_train_is_told_by_its_motor_its_shaft_and_its_followers() {
     let warnings = overview(stiff).warnings;
     assert!(warnings.iter().any(|warning| warning.message.starts_with("follower[1].damping ratio")), "{warnings:?}");
 }
+
+/// The guide bar of the examples with this law, at this speed (rpm).
+fn guide_bar(cam: MotionLaw, rpm: f64) -> Overview {
+    let (m, w0) = (12.0, TAU * 270.0);
+    overview(elastic_output::Scene {
+        coupling: false,
+        parameters: elastic_output::Parameters { m, c: m * w0 * w0, b: 0.06 * m * w0 },
+        load: Load::default(),
+        roller: (0.0, Load::default()),
+        cam,
+        drive: DriveMode::Constant { w: TAU * rpm / 60.0, phi_start: 0.0 },
+        start: REST,
+        solver: Settings::default(),
+    })
+}
+
+/// U = s (a₁ cos φ + a₃ cos 3φ + a₅ cos 5φ).
+fn hs_profile() -> MotionLaw {
+    let a = [0.0, 0.5867065, 0.0, -0.0983694, 0.0, 0.0115306];
+    MotionLaw::Fourier(Fourier::new(a.map(|a| 0.94e-3 * a).to_vec(), vec![]))
+}
+
+#[test]
+fn a_resonance_is_judged_once_and_speeds_that_are_advised_are_calm() {
+    for (rpm, harmonic) in [(3240.0, 5), (3049.0, 5), (5400.0, 3)] {
+        let found = guide_bar(hs_profile(), rpm);
+        let [Warning { message, hint }] = &found.warnings[..] else { panic!("{:?}", found.warnings) };
+        assert!(message.starts_with(&format!("resonance with harmonic {harmonic}: ")), "{message}");
+        assert!(hint.contains("`elasticity.damping_ratio`"), "{hint}");
+        let words: Vec<&str> = hint.split([' ', ',']).collect();
+        let advised: Vec<f64> =
+            words.windows(2).filter(|pair| pair[1] == "rpm").map(|pair| pair[0].parse().unwrap()).collect();
+        // At 5400 rpm the bar vibrates by more than its stroke.
+        assert_eq!(advised.is_empty(), rpm > 5000.0, "{hint}");
+        assert_eq!(message.contains("more than the stroke"), rpm > 5000.0, "{message}");
+        for calm in advised {
+            let there = guide_bar(hs_profile(), calm);
+            assert!(there.warnings.is_empty() && there.notes.is_empty(), "{calm}: {:?}", there.warnings);
+            let [largest, still] = ["largest_deformation", "largest_kinetostatic_deformation"];
+            assert!(there.value(largest).unwrap() < 1.5 * there.value(still).unwrap(), "{calm}");
+        }
+    }
+    // Its profile has no ninth harmonic; the traditional one has.
+    let plan = CyclePlan {
+        stroke: 0.94e-3,
+        lower: 0.0,
+        rise_start: TAU * 32.0 / 360.0,
+        rise_angle: TAU * 116.0 / 360.0,
+        upper_dwell: TAU * 64.0 / 360.0,
+        return_angle: TAU * 116.0 / 360.0,
+        rise_law: StandardLaw::InclinedSine,
+        return_law: StandardLaw::InclinedSine,
+        inflections: [None; 2],
+    };
+    let weak = guide_bar(MotionLaw::Cycle(Cycle::new(plan)), 1800.0);
+    assert!(weak.warnings.is_empty() && weak.notes[0].starts_with("harmonic 9 meets the natural frequency"));
+    assert_eq!((weak.judgement().level, weak.verdict().result.len()), (Level::Good, 2));
+    assert!(guide_bar(hs_profile(), 1800.0).judgement().result.is_empty());
+}
+
+/// The transfer manipulator of the examples at this speed (rpm).
+fn manipulator(rpm: f64) -> Resource {
+    let plan = CyclePlan {
+        stroke: 0.4,
+        lower: 0.0,
+        rise_start: TAU / 12.0,
+        rise_angle: TAU / 3.0,
+        upper_dwell: TAU / 6.0,
+        return_angle: TAU / 3.0,
+        rise_law: StandardLaw::ModifiedTrapezoid,
+        return_law: StandardLaw::ModifiedTrapezoid,
+        inflections: [None; 2],
+    };
+    let scene = elastic_shaft::Scene {
+        load: Default::default(),
+        parameters: elastic_shaft::Parameters { m: 60.0, inertia: 1.5, c: 24e3, b: 17.85 },
+        linear: false,
+        cam: MotionLaw::Cycle(Cycle::new(plan)),
+        drive: DriveMode::Constant { w: TAU * rpm / 60.0, phi_start: 0.0 },
+        start: REST,
+        solver: Settings::default(),
+    };
+    Resource::new("x", scene)
+}
+
+#[test]
+fn both_equations_of_a_shaft_are_judged_and_their_commands_agree() {
+    use crate::{stability, steady};
+    let options = stability::Options { quick: true, orders: Some(2), ..stability::Options::default() };
+    for (rpm, level, both, linear) in [
+        // The trapezoid doubles the torque without any resonance.
+        (46.0, Level::Mind, "Vibration raises the deformation to 1.119°", "the linearised load reaches 473 N·m"),
+        (
+            330.0,
+            Level::Mind,
+            "nonlinear equation is stable; by the linear equation free motions grow by 23.8 %",
+            "is stable there",
+        ),
+        (243.22, Level::Mind, "within the work allowed near a resonance: harmonic 3 has 0.936 times", "was not found"),
+    ] {
+        let scene = manipulator(rpm);
+        let [check, steady] = [of(&scene).verdict(), steady::of_drive(&scene, None).unwrap().verdict()];
+        let stability = stability::study_scene(&scene, &options, &|_| {}).unwrap().verdict();
+        for verdict in [&check, &steady] {
+            assert!(verdict.result.iter().any(|sentence| sentence.contains(both)), "{rpm}: {:?}", verdict.result);
+        }
+        assert!(stability.result.iter().any(|sentence| sentence.contains(linear)), "{rpm}: {:?}", stability.result);
+        assert_eq!([check.level, steady.level, stability.level], [level; 3], "{rpm}");
+    }
+}
