@@ -201,6 +201,9 @@ impl Overview {
                 false => self.notes.push(format!("{of} has {count} a turn{hardest}")),
             }
         }
+        for pull in turn.pulls() {
+            self.minds(Level::Mind, pull, HOLD.to_owned());
+        }
     }
 
     /// Warns of a motion from which disturbances lead away, and of two equations of a shaft that disagree on it.
@@ -328,7 +331,7 @@ impl Overview {
             self.cures.push((self.warnings.len(), setting));
         }
         match &speeds[..] {
-            [] => format!("choose another natural frequency, more damping ({damping}), or a law without this harmonic"),
+            [] => format!("choose another natural frequency, another law or more damping ({damping})"),
             speeds => {
                 format!(
                     "run at {}, or choose another natural frequency or more damping ({damping})",

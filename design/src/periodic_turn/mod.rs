@@ -10,6 +10,8 @@ mod vibration;
 
 pub use vibration::{Dwell, Harmonic};
 
+use crate::report::terminal;
+use crate::report::unit::DEG;
 use crate::resource::Scene;
 use crate::search::{Extreme, root, summit};
 use camdrive::drives::drive_train::{DriveTrain, Periodic, Shaft};
@@ -338,6 +340,14 @@ impl Turn {
             impulses,
             angles,
             times,
+        })
+    }
+
+    /// Sentences on the cams that pull their followers.
+    pub fn pulls(&self) -> impl Iterator<Item = String> {
+        self.pulls.iter().map(|(follower, phi)| {
+            let phi = terminal::shown(*phi, &DEG);
+            format!("From {phi} on the cam of follower {follower} pulls: the real follower lifts off there.")
         })
     }
 

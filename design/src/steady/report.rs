@@ -175,12 +175,9 @@ impl SteadyMotions {
                 format!("In the dwell from {from} to {to} `{output}` vibrates by up to {largest} ({rms} rms)."),
             );
         }
-        for (follower, phi) in &turn.pulls {
-            let phi = shown(*phi, &DEG);
-            verdict.result(
-                Level::Mind,
-                format!("From {phi} on the cam of follower {follower} pulls: the real follower lifts off there."),
-            );
+        // The judgement has those of a drive and a train.
+        for pull in turn.pulls().filter(|_| self.lift_offs.is_none()) {
+            verdict.result(Level::Mind, pull);
         }
         let speed = self.motions.iter().map(|motion| motion.speeds.mean_speed.abs()).fold(0.0, f64::max);
         for of in self.lift_offs.iter().flatten() {

@@ -183,9 +183,7 @@ impl Advised {
             }
             "plausible" => {
                 let warnings = |found: &Value| found["warnings"].as_array().expect("warnings").len();
-                let now = &self.printed("check", &["--json"])?[0];
-                let raised = |found: &Value| found["warnings"].to_string().contains("esonance");
-                Ok(warnings(now) < warnings(found) && !(raised(found) && raised(now)))
+                Ok(warnings(&self.printed("check", &["--json"])?[0]) < warnings(found))
             }
             "deviation" => {
                 let found = self.printed("synthesize", &["--json", "-o", "profile.toml"])?;
@@ -475,7 +473,10 @@ fn of_resonances() {
             for pair in words.windows(2).filter(|pair| pair[1] == "rpm" && text.starts_with("Run at ")) {
                 let calm = advised.with(&[("drive.speed", pair.join(" ").into())]);
                 let there = calm.printed("check", &["--json"]).expect("a check")[0]["warnings"].clone();
-                assert!(there.as_array().is_some_and(Vec::is_empty), "{text} {pair:?}: {there}");
+                // The law stays as it is.
+                let is_of_law =
+                    |warning: &Value| warning["message"].as_str().is_some_and(|text| text.starts_with("cam: "));
+                assert!(there.as_array().is_some_and(|list| list.iter().all(is_of_law)), "{text} {pair:?}: {there}");
             }
         }
         list.push(advised);
@@ -498,7 +499,8 @@ fn of_tables() {
         let tables = vec![(0..360).map(lift).collect()];
         let scene = json!({
             "name": "random", "model": "ElasticCamDrive", "cam": {"law": "table", "file": "1.csv"},
-            "drive": {"speed": 1.0}, "elasticity": {"place": "output", "m": 1.0, "c": 1e4},
+            "drive": {"speed": 1.0}, "elasticity": {"place": "output", "m": 1.0, "c": 1e4, "b": 20.0},
+            "start": {"mode": "steady_state"},
         });
         Advised::new("check", Files { scene, tables, ..Files::default() }, &[])
     };
