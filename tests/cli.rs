@@ -323,6 +323,8 @@ fn check_tells_what_a_scene_amounts_to_and_finds_nothing_odd_in_ours() {
     ] {
         assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
     }
+    let run = camdrive(&["check", "examples/valve_train/scene.toml"]);
+    assert!(run.out.contains("Impacts raise the deformation") && !run.out.contains("Resonance with"), "{}", run.out);
 }
 
 #[test]
