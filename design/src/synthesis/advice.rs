@@ -1,4 +1,4 @@
-//! The answer of a synthesis: what its laws reach and keep, what would reach more, how sure this is.
+//! The answer of a synthesis: the results, the restrictions they keep, what would improve them, the certainty.
 
 use super::basis::{Basis, Symmetry};
 use super::deviation::Extreme;
@@ -17,7 +17,7 @@ use crate::report::{Advice, Claim, Level, Setting, Verdict, WrittenValue};
 use crate::text::{counted, number};
 use std::f64::consts::FRAC_PI_2;
 
-/// A deviation of more than this part of the motion is none any more.
+/// A larger part of the motion is no deviation any more.
 const FAILED_TASK: f64 = 0.1;
 
 /// Significant digits of a speed that is reached.

@@ -14,7 +14,7 @@ pub struct Symmetry {
     pub half_wave: bool,
 }
 
-/// An elastic output member: what moves is not the cam's x but y.
+/// An elastic output member: y moves, not the x of the cam.
 ///
 /// Y_k/X_k = (1 + 2iδν)/(1 − ν² + 2iδν), ν = kη, η = Ω/ω₀. Source: Dresig, Vulfson, *Dynamik der Mechanismen*,
 /// section 4.6.2, equation (4).
@@ -105,7 +105,7 @@ impl Basis {
         self.waves.iter().all(|w| !w.sine)
     }
 
-    /// The functions without those of harmonic `k`.
+    /// The functions without harmonic `k`.
     pub fn without(&self, k: usize) -> Self {
         Basis { waves: self.waves.iter().copied().filter(|w| w.k != k).collect() }
     }
@@ -170,7 +170,7 @@ impl Basis {
         self.series(0, &x, 1.0)
     }
 
-    /// The coefficients of a series in units of `scale`; what the symmetry does not admit is left out.
+    /// The coefficients of a series in units of `scale`, without the ones that the symmetry excludes.
     pub fn coefficients(&self, series: &Fourier, scale: f64) -> Vec<Double> {
         let of = |wave: &Wave| {
             let list = if wave.sine { &series.b } else { &series.a };

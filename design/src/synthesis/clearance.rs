@@ -57,7 +57,7 @@ impl Clearance {
         x.hypot(y)
     }
 
-    /// The least distance over the turn, and where it is; the motions are those of tools a and b.
+    /// The least distance over the turn, and its angle; the motions belong to tools a and b.
     pub fn least(&self, motions: &[Fourier; 2]) -> Extreme {
         let order = motions.iter().map(Fourier::order).max().unwrap_or(0);
         let near = |phi: f64| -self.apart(motions, phi);

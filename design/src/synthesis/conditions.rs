@@ -72,7 +72,7 @@ impl<'a> Conditions<'a> {
     }
 
     /// The conditions of the least-squares objectives, weighted, and their right-hand sides. For the other objectives
-    /// they give the start; that of the peak of acceleration is the least mean square of the acceleration.
+    /// they give the start; for the peak of acceleration it is the least mean square of the acceleration.
     pub fn samples(&self) -> Squares {
         match self.task.objective {
             Objective::PeakAcceleration | Objective::MeanSquareAcceleration => self.accelerations(),
@@ -159,7 +159,7 @@ impl<'a> Conditions<'a> {
         families
     }
 
-    /// |Uⱼ″| ≤ tⱼ, Σ wⱼ tⱼ ≤ t: the tⱼ of all laws but the last are numbers of the program beside the coefficients, since
+    /// |Uⱼ″| ≤ tⱼ, Σ wⱼ tⱼ ≤ t: the tⱼ of all laws but the last are numbers of the program next to the coefficients, since
     /// the law with the smaller peak would be open if only the larger one counted.
     fn peaks(&self) -> Vec<Family> {
         let last = self.task.laws.len() - 1;

@@ -22,7 +22,7 @@ use std::f64::consts::TAU;
 /// Linear programs on one side.
 const STEPS: usize = 200;
 
-/// The part of a distance that profiles may fall short of it by: what the angles of its conditions leave open.
+/// The part of a distance that profiles may fall short of it by, between the angles of its conditions.
 const KEPT: f64 = 1e-6;
 
 /// A possible distance is looked for to a thirtieth of what is asked for.
@@ -44,7 +44,7 @@ pub fn clear(conditions: &Conditions, progress: Listener<'_>) -> Result<Optimum,
     if let Some(best) = beside(conditions, &free, f64::INFINITY, progress) {
         return Ok(best);
     }
-    // All distances are made smaller alike; those of the free profiles are kept.
+    // All distances shrink alike; free profiles keep theirs.
     let mut between = [part_kept(conditions, &free.best.x), 1.0];
     for _ in 0..HALVINGS {
         let part = 0.5 * (between[0] + between[1]);
@@ -80,8 +80,8 @@ fn beside(conditions: &Conditions, free: &Optimum, beaten: f64, progress: Listen
     best
 }
 
-/// The least part of its distance by which two tools are apart at every angle: where the sense of d changes, its tangents
-/// do not tell.
+/// The least part of its distance by which two tools are apart at every angle: its tangents decide only while
+/// the sense of d stays.
 fn part_kept(&Conditions { task, scale }: &Conditions, x: &[Double]) -> f64 {
     let part = |clearance: &Clearance| {
         let clearance = clearance.over(scale);
@@ -116,7 +116,7 @@ fn clear_on(conditions: &Conditions, side: usize, start: &[Double], beaten: f64)
             best = Some(next?);
             continue;
         };
-        // Where the way bends, it went too far ahead.
+        // A bend of the way means a step too far ahead.
         let Some(next) = next.ok().filter(|next| next.objective <= last.objective || ahead == 0.0) else {
             if ahead == 0.0 {
                 break;

@@ -48,7 +48,7 @@ fn gaps(angles: &[f64], turn: f64) -> Vec<f64> {
     angles.windows(2).map(|ends| ends[1] - ends[0]).chain(over_end).collect()
 }
 
-/// Where the hole of these distances is, if anywhere.
+/// The hole of these distances, if there is one.
 fn hole(gaps: &[f64]) -> Option<usize> {
     let longest = (0..gaps.len()).max_by(|i, j| gaps[*i].total_cmp(&gaps[*j]))?;
     (0..gaps.len()).all(|i| i == longest || gaps[longest] > HOLE * gaps[i]).then_some(longest)
@@ -87,7 +87,7 @@ fn taylor(points: impl Iterator<Item = [f64; 2]>) -> [f64; AT_END] {
 
 impl Part {
     fn at(&self, x: f64) -> f64 {
-        // A law tells four derivatives; a higher one would only help to find an extreme.
+        // A law has four derivatives; a higher one would only help to find an extreme.
         let values = self.law.at((self.rate * x + self.phase) % TAU).0;
         self.factor * values.get(self.order).copied().unwrap_or(0.0)
     }
@@ -115,7 +115,7 @@ impl Curve {
 
     /// The spline through the points of a part of a turn that reaches over this range; without noise its error in U⁽ⁿ⁾ is O(h⁵⁻ⁿ).
     ///
-    /// A polynomial takes what differs at the ends of the table in U … U⁗; what is left is periodic over the table.
+    /// A polynomial takes the differences of U … U⁗ between the ends of the table; the rest is periodic over the table.
     ///
     /// # Errors
     /// In words, where the points are too few or do not reach so far.
@@ -176,7 +176,7 @@ impl Curve {
         self.parts.iter().map(|part| part.at(x)).sum()
     }
 
-    /// The value at `x`, that of a polynomial to 30 digits.
+    /// The value at `x`, of a polynomial to 30 digits.
     pub fn exactly_at(&self, x: Double) -> Double {
         let zero = Double::default();
         let polynomial = self.coefficients.iter().rev().fold(zero, |sum, c| sum * x + Double::from(*c));

@@ -140,7 +140,7 @@ pub fn reachable(task: &Task, cam: &Fourier, range: SpeedRange, tolerance: f64) 
 
 /// The best cam by the recipe of the source: `motion` inverted at the η_opt from which the largest speed is reached
 /// with the deviation within `tolerance` at all speeds from `range.slowest` on. The source inverts without damping,
-/// equation (5); `damping` is that of the inversion.
+/// equation (5); `damping` belongs to the inversion.
 pub fn recipe(task: &Task, motion: &Fourier, range: SpeedRange, tolerance: f64, damping: f64) -> Option<Recipe> {
     let reached = |eta: f64| {
         let cam = inverse(motion, Response { damping, eta })?;
@@ -237,7 +237,7 @@ pub fn speeds(order: usize, range: SpeedRange) -> Vec<f64> {
     while eta < range.fastest {
         list.push(eta);
         // Neighbouring resonances 1/k, 1/(k + 1) are η²/(1 + η) apart; below the lowest one the deviation of a robust
-        // profile is level with some turns, and that of others has none.
+        // profile is level with some turns, of others without.
         let distance = if eta < lowest { 0.25 * lowest } else { eta * eta / (1.0 + eta) };
         eta += (distance / SPEEDS_PER_RESONANCE).min(near(eta));
     }

@@ -52,7 +52,7 @@ pub trait Number:
     const ROUNDING: f64;
     /// Plain operations that one takes.
     const COST: f64;
-    /// A row that depends on others keeps less than this part of itself beside them.
+    /// A row that depends on others keeps less than this part of itself next to them.
     const DEPENDENT: f64;
     /// The distance of the place that a successor is nearest to, below its point, in units of the program: further where the last
     /// coordinate hardly depends on the others.
@@ -90,7 +90,7 @@ impl Number for f64 {
 impl Number for Double {
     const ROUNDING: f64 = 1e-32;
     const COST: f64 = work::PRECISE;
-    // Rows of conditions at angles that differ by 1e-8 are told apart to ten digits.
+    // Rows of conditions at angles that differ by 1e-8 differ in ten digits.
     const DEPENDENT: f64 = 1e-22;
     const BELOW: [f64; 4] = [1e8, 1e12, 1e16, 1e20];
     const LEVEL: f64 = 1e-14;
@@ -259,7 +259,7 @@ impl Factors {
 
 /// The solutions of C x = d: a particular one and an orthonormal basis of C x = 0.
 pub struct Solutions {
-    /// C x = d, or the least |C x − d| if there is none.
+    /// C x = d, or the least |C x − d| without a solution.
     pub particular: Vec<Double>,
     /// The free directions.
     pub free: Vec<Vec<Double>>,
@@ -305,7 +305,7 @@ impl Solutions {
     }
 }
 
-/// Coordinates y of vectors x in which the rows of a matrix are orthonormal, and those of what they do not see.
+/// Coordinates y of vectors x in which the rows of a matrix are orthonormal, and of the directions that they do not see.
 pub struct Coordinates {
     factors: Factors,
     unseen: Vec<Vec<Double>>,

@@ -143,7 +143,7 @@ impl Family {
     /// The angles at which the excess is at a local maximum.
     pub fn maxima(&self, basis: &Basis, x: &[Double]) -> Vec<f64> {
         let angles = self.angles(basis, FINE);
-        // Where plain numbers tell the excess to many digits, they find the angles.
+        // Plain numbers find the angles if they have the excess to many digits.
         if let Some(sum) = self.sum(basis, x).filter(|_| self.tangent.is_none()) {
             let window = Window { from: self.from, to: self.to, order: 0, target: &self.target };
             let size = self.target.at(0.0).abs();

@@ -21,7 +21,7 @@ pub const KEPT: f64 = 1e-13;
 const ROOM: f64 = 1e-3;
 
 /// The largest distances of a profile from the smallest one with the exact points, in units of the task: near by if possible.
-/// Coefficients of a million times the task lose six of their sixteen digits; what only they could keep no cam does.
+/// Coefficients of a million times the task lose six of their sixteen digits; no cam keeps a condition that needs them.
 const REACHES: [f64; 3] = [1.0, 1e3, 1e6];
 
 /// The least t is known when what the conditions miss of it is this part of it, or a tenth of what counts as kept.
@@ -128,7 +128,7 @@ impl Program<'_> {
         holding.sort_by(|a, b| b.1.total_cmp(&a.1));
         let all: f64 = holding.iter().map(|(_, multiplier)| multiplier).sum();
         holding.retain(|(_, multiplier)| *multiplier > COUNTS * all);
-        // What the exact points take up is left of the sum of the rows.
+        // The sum of the rows leaves the part that the exact points take up.
         let mut sum = vec![Double::default(); self.basis.size()];
         let mut size = 0.0_f64;
         let mut parts: Vec<(usize, f64)> = Vec::new();

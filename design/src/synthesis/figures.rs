@@ -112,7 +112,7 @@ impl Study {
             let deviation = |phi: f64, u: f64| u - target.at(phi - range.from);
             let name = self.assignment.names.ranges.get(i).cloned().unwrap_or_else(|| format!("range {}", i + 1));
             let name = if self.elastic.is_some() { format!("{name}, at rest") } else { name };
-            // From 0 on: what lies before is seen at the end of the turn, where the line is interrupted.
+            // From 0 on: the part before it stands at the end of the turn, after a gap in the line.
             let mut points: Vec<[f64; 2]> = Vec::new();
             for phi in &angles {
                 let folded = deg(phi.rem_euclid(TAU));

@@ -21,7 +21,7 @@ use std::f64::consts::TAU;
 /// A peak is raised by this part of the least one where nothing else is prescribed, so that the program has room.
 const ROOM: f64 = 1e-9;
 
-/// ln λ of a weight of the acceleration beside which the errors do not count; its negative where only they do.
+/// ln λ of a weight of the acceleration next to which the errors do not count; its negative if only they count.
 const HEAVIEST: f64 = 60.0;
 
 /// The dwells that are tried first are wider or narrower by this factor each.

@@ -77,7 +77,7 @@ pub struct Range {
     pub law: usize,
     /// First angle (rad).
     pub from: f64,
-    /// Last angle (rad), ≥ `from`; where it is the same, the range is one point, which counts as a sum does.
+    /// Last angle (rad), ≥ `from`; if equal, the range is one point, which counts as a sum does.
     pub to: f64,
     /// Ũ, Ũ′, Ũ″; None where free.
     pub prescribed: [Option<Curve>; 3],
@@ -207,7 +207,7 @@ pub struct Task {
     pub objective: Objective,
     /// w₁, w₂.
     pub weights: [f64; 2],
-    /// Where the profile is that of a cam with an elastic output member: the objective counts behind that member, at
+    /// Of a cam with an elastic output member: the objective counts behind that member, at
     /// all these speeds (of the Chebyshev objectives only). Points and bounds hold for the cam.
     pub speeds: Option<SpeedRange>,
     /// The search of objectives that are not convex.
@@ -238,7 +238,7 @@ pub struct Profile {
 /// The result of the solver of a task.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solved {
-    /// The task of which it found the optimum: that of the user, with the longest dwells or the fewest harmonics where its
+    /// The task whose optimum it found: the user's, with the longest dwells or the fewest harmonics where its
     /// objective asks for them.
     pub task: Task,
     /// The best profiles, one for each law.
@@ -265,7 +265,7 @@ pub enum Infeasible {
         index: usize,
         /// Its excess (m/radⁿ).
         by: f64,
-        /// Where (rad).
+        /// Its angle (rad).
         phi: f64,
         /// The bounds that contradict it, and where (rad).
         others: Vec<(usize, f64)>,
@@ -288,7 +288,7 @@ pub enum Infeasible {
     },
     /// The best profile rests all the turn: nothing that is prescribed asks for motion.
     Still {
-        /// Where (m).
+        /// Its place (m).
         at: f64,
     },
     /// The optimisation failed for a numerical reason.

@@ -24,7 +24,7 @@ const DONE: f64 = 1e-9;
 /// The smallest trust region, in units of the task.
 const SMALLEST: f64 = 1e-10;
 
-/// The largest |U″| of a start, over the least possible one: what is rougher no optimum is near.
+/// The largest |U″| of a start, over the least possible one: rougher starts are near no optimum.
 const ROUGHEST: f64 = 3.0;
 
 /// Conditions of a step that are exceeded by less than this are kept: the rounding of gradients in sixteen digits.
@@ -88,7 +88,7 @@ pub struct Region<'a> {
     pub solutions: &'a Solutions,
     /// The inequalities.
     pub families: &'a [Family],
-    /// Where y = 0; fulfils everything.
+    /// The point y = 0; fulfils everything.
     pub start: Vec<f64>,
     /// max |U″| of the start.
     pub peak: f64,
@@ -181,7 +181,7 @@ impl Region<'_> {
         Ok(corner.into_iter().map(|y| part * y).collect())
     }
 
-    /// The best local optimum; `progress` hears of each start that is done. The first start is that of the region.
+    /// The best local optimum; `progress` hears of each start that is done. The first start is the point of the region.
     pub fn minimise(
         &self,
         search: Search,
@@ -257,7 +257,7 @@ impl Region<'_> {
             let at: f64 = row.iter().zip(y).map(|(r, y)| r * y).sum();
             let size = radius * row.iter().fold(f64::MIN_POSITIVE, |s, r| r.abs().max(s));
             all.rows.push(scaled(row.clone(), radius / size));
-            // A rounding outside must not make the program insoluble; what is far away does not bind.
+            // A rounding outside must not make the program insoluble; distant restrictions do not bind.
             all.limits.push(((limit - at).max(0.0) / size).min(2.0 * n as f64));
         }
         for i in 0..n {
@@ -287,7 +287,7 @@ impl Region<'_> {
     }
 }
 
-/// A row of a program whose last part is that of the level.
+/// A row of a program whose last part belongs to the level.
 fn numbers(row: &[f64], level: f64) -> Vec<Double> {
     row.iter().chain([&level]).map(|v| Double::from(*v)).collect()
 }

@@ -10,7 +10,7 @@ pub enum Plan {
     Convex,
     /// [`super::levels`]: such programs until the integral of the squared errors has this value (m²).
     WithinIntegral(f64),
-    /// [`super::convex_concave`]: such programs beside the last profiles, on both sides of where tools would be nearest.
+    /// [`super::convex_concave`]: such programs near the last profiles, on both sides of where tools would be nearest.
     Clear,
     /// [`super::levels`]: Chebyshev's programs until the widths of these dwells reach the tolerance (m).
     LongestDwell { tolerance: f64, dwells: [usize; 2] },

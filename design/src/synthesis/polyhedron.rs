@@ -7,8 +7,8 @@
 //! A point with the least last coordinate is the nearest one to a point far enough below it. Each step of that kind
 //! begins where the last one ended; a linear program takes finitely many.
 //!
-//! Any independent rows are a start, those apart that would pull. So the method runs in plain numbers first, and those of
-//! thirty digits decide from there.
+//! Any independent rows are a start, those apart that would pull. So the method runs in plain numbers first, and
+//! numbers of thirty digits decide from there.
 //!
 //! Source: D. Goldfarb, A. Idnani, "A numerically stable dual method for solving strictly convex quadratic programs",
 //! Math. Programming 27 (1983) 1–33, algorithm of section 3 with the unit matrix; R. T. Rockafellar, "Monotone operators
@@ -19,7 +19,7 @@ use crate::work;
 use camdrive::numerics::double_double::Double;
 use nalgebra::DVectorView;
 
-/// Where no row is exceeded by more, plain numbers do not tell which ones hold.
+/// Plain numbers cannot decide on rows that are exceeded by less.
 const PLAIN: f64 = 1e-6;
 
 /// Rounding error of a row, in roundings of its terms.
@@ -63,7 +63,7 @@ struct Factors<N> {
 }
 
 impl<N: Number> Factors<N> {
-    /// Of no rows yet, in `n` coordinates.
+    /// Without rows yet, in `n` coordinates.
     fn new(n: usize) -> Self {
         let unit = |i: usize| (0..n).map(|j| N::from(f64::from(u8::from(i == j)))).collect();
         Factors { q: (0..n).map(unit).collect(), r: Vec::new() }
@@ -101,7 +101,7 @@ impl<N: Number> Factors<N> {
         y
     }
 
-    /// Takes up the row a with Qᵀ a = `turned`, by a reflection of what is left of it beside the others.
+    /// Takes up the row a with Qᵀ a = `turned`, by a reflection of its part outside the others.
     fn take_up(&mut self, mut turned: Vec<N>) {
         let mut v = turned.split_off(self.r.len());
         let norm = dot(&v, &v).sqrt();
@@ -243,7 +243,7 @@ impl<N: Number> Polyhedron<N> {
     /// The row that is exceeded most, and by how much; `admitted` as of [`Polyhedron::nearest`].
     fn most_exceeded(&self, admitted: f64) -> Option<(usize, f64)> {
         let rounding = ROUNDING * N::ROUNDING * length(&self.z);
-        // Plain numbers tell which rows can be the one: |a| = 1, so that a sum of n products errs by n roundings of |z|.
+        // Plain numbers select the rows that can be the one: |a| = 1, so that a sum of n products errs by n roundings of |z|.
         let plain: Vec<f64> = self.z.iter().map(|z| z.plain()).collect();
         let size = plain.iter().fold(0.0, |size: f64, z| size.hypot(*z));
         let z = DVectorView::from_slice(&plain, plain.len());

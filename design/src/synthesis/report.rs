@@ -209,7 +209,7 @@ impl Study {
         lines
     }
 
-    /// The result as JSON, in SI; what is infinite or unknown is null.
+    /// The result as JSON, in SI; null for infinite or unknown values.
     fn value(&self) -> serde_json::Value {
         let motion = &self.motion;
         let behind = self.elastic.as_ref().map(|behind| {

@@ -6,10 +6,10 @@
 //! centre: it is well conditioned however narrow the ranges are.
 //!
 //! Each finite program has fewer conditions than the task, so that its level is a lower bound, and the largest violation
-//! tells how far from it the result is at most; for a Chebyshev problem without bounds that is the method of Remez. Least
+//! bounds the distance of the result from it; for a Chebyshev problem without bounds that is the method of Remez. Least
 //! squares are the nearest point to the best one without conditions.
 //!
-//! Where fewer maxima hold the level than there are unknowns, linear programs only close in on the optimum round by round.
+//! With fewer maxima on the level than unknowns, linear programs only close in on the optimum round by round.
 //! There Newton's method solves the equations of Karush, Kuhn and Tucker with the maxima as functions of x (the locally
 //! reduced problem), whose curvature is Σ λᵢ aᵢ′ aᵢ′ᵀ/|gᵢ″|; with λ ≥ 0 they are sufficient, since the program is convex.
 //!
@@ -63,7 +63,7 @@ const SETTLED: f64 = 1e-12;
 /// A maximum that Newton's method would move by less than this (rad) is one within its range, not at an end.
 const STATIONARY: f64 = 1e-6;
 
-/// Where the objective sees less than this part, conditions without a level decide: there the coordinates are not
+/// If the objective sees less than this part, conditions without a level decide: there the coordinates are not
 /// stretched, so that neither loses more than a dozen of its thirty digits.
 const SEEN: f64 = 1e-12;
 
@@ -107,7 +107,7 @@ pub struct Solution {
     pub excess: f64,
 }
 
-/// Where a finite program is posed: x = centre + unit · T y.
+/// The coordinates of a finite program: x = centre + unit · T y.
 pub struct Frame<'a> {
     /// Fulfils the equations.
     pub centre: &'a [Double],
@@ -173,7 +173,7 @@ impl Program<'_> {
                         proven = Some(Solution { x, level, resolution: rounding, uncertainty, excess });
                         break;
                     }
-                    // What is exceeded near the optimum is looked at next.
+                    // Conditions that are exceeded near the optimum come next.
                     maxima.retain(|place| violation(place) > tolerance(level));
                     newton = maxima;
                 }
@@ -183,7 +183,7 @@ impl Program<'_> {
             let found = Solution { x, level, resolution, uncertainty, excess };
             proven = match proven {
                 _ if optimal => Some(found),
-                // What is not known to be an optimum is one where it comes down to the level of fewer conditions.
+                // An uncertain optimum is one if it comes down to the level of fewer conditions.
                 Some(last) if excess < last.excess && level + excess <= last.level + DELIVERED => Some(found),
                 last => last,
             };

@@ -13,7 +13,7 @@
 //!
 //! Symbols: m follower mass (kg), J₃ inertia of the cam (kg·m²), c (N·m/rad), b (N·m·s/rad), q twist (rad).
 //! Validity: |q| small against the angle over which U′U″ changes; the periodic motion exists even where it is unstable,
-//! which the multipliers of the drive tell.
+//! which follows from the multipliers of the drive.
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.3, equations (1), (3) to (6); the right-hand side of
 //! (1) reads U′U″ here.

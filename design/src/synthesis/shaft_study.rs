@@ -25,7 +25,7 @@ const NONLINEAR_EVERY: usize = 16;
 /// How well the largest torque of the drive is found, relative to it.
 const ACCURACY: f64 = 1e-6;
 
-/// Harmonics of a standard law here: those of the torque fall as k⁻³, and the shaft does not follow the high ones.
+/// Harmonics of a standard law here: harmonics of the torque fall as k⁻³, and the shaft does not follow the high ones.
 const HARMONICS: usize = 32;
 
 /// Magnifications whose first speed is reported.
@@ -67,7 +67,7 @@ pub struct Nonlinear {
 }
 
 impl Nonlinear {
-    /// Relative difference of the torque of the nonlinear drive from that of the linear one.
+    /// Relative difference of the torque of the nonlinear drive from the linear one's.
     pub fn difference(&self) -> Option<f64> {
         self.torque.as_ref().ok().map(|torque| torque / self.linear - 1.0)
     }
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn the_limit_speeds_of_known_laws() {
-        // The transfer manipulator in strokes. The printed speeds are those of a grid of 0.0025 ω₀ with a magnification
+        // The transfer manipulator in strokes. The printed speeds lie on a grid of 0.0025 ω₀ with a magnification
         // above 1.5 and above 2.
         const W0: f64 = 80.66;
         const GRID: f64 = 0.0025;

@@ -127,7 +127,7 @@ pub struct Behind {
     pub worst: Option<f64>,
     /// The objective of the robust problem: behind the member, at all its speeds.
     pub objective: Option<f64>,
-    /// The speeds η that `over_speeds` looks at: what was asked for, else what is reached.
+    /// The speeds η that `over_speeds` looks at: the given ones, else the reached ones.
     pub looked_at: [f64; 2],
     /// The largest |y⁽ⁿ⁾ − Ũ⁽ⁿ⁾| in each range over these speeds, NaN where nothing is prescribed.
     pub over_speeds: Vec<[f64; 3]>,

@@ -1,4 +1,4 @@
-//! The laws of a task that are found together: what they cost, and how they keep their restrictions and their distances.
+//! The laws of a task that are found together: their objective, and how they keep their restrictions and their distances.
 
 use super::clearance::Clearance;
 use super::deviation::Extreme;

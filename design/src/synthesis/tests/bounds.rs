@@ -1,4 +1,4 @@
-//! Largest errors under bounds, against another program for linear optimisation, and what numbers cannot tell.
+//! Largest errors under bounds, against another program for linear optimisation, and the limits of numbers.
 
 use super::super::study::{Assignment, Elasticity, Method, Names};
 use super::super::together::Together;
@@ -158,7 +158,7 @@ fn nine_harmonics_in_half_a_degree() {
     let expected =
         [0.6056217584602319, -0.1345833606730923, 0.03460753441310675, -0.006180019859058821, 0.0005340876588124963];
     assert!((profile.objective / 2.346981783e-27 - 1.0).abs() < 1e-2, "{:e}", profile.objective);
-    // What the report says of the coefficients is true, and not much too careful.
+    // The report's bounds on the coefficients hold, and are not much too careful.
     assert!((1e-12..1e-9).contains(&profile.uncertainty), "{:e}", profile.uncertainty);
     assert_odd(&profile, &expected, profile.uncertainty);
     // A wide dwell leaves nothing open.

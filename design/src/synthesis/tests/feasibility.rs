@@ -54,7 +54,7 @@ fn a_point_beyond_a_bound_is_named() {
             Names { points: vec!["point[1]".to_owned()], bounds: vec!["bound[1]".to_owned()], ..Names::default() };
         let text = fault.fault(&task, &names).to_string();
         assert!(text.contains("`point[1]`") && text.contains("of `bound[1]` by"), "{text}");
-        // Where the bound does not reach, the point is free.
+        // Beyond the bound the point is free.
         task.bounds[0].to = -1.5;
         task.bounds[0].from = -2.0;
         assert!(task.solve().is_ok());
@@ -293,7 +293,7 @@ fn rest_at_the_turning_point_of_an_even_profile_costs_nothing() {
     task.points.push(point(180.0, 1, 0.0));
     let rests = task.solve().unwrap();
     assert!((rests.objective / free.objective - 1.0).abs() < 1e-9, "{} {}", rests.objective, free.objective);
-    // A little beside the axis it means U″(180°) = 0.
+    // A little off the axis it means U″(180°) = 0.
     let beside = |phi: f64, mut task: Task| {
         task.points[1].phi = phi;
         let mut assignment = assignment(task, &[]);

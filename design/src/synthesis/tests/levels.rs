@@ -160,7 +160,7 @@ fn the_target_is_a_function() {
         let [coarse, fine] = [50, 100].map(|steps| error(steps, order));
         assert!(coarse / fine > 2f64.powi(5 - order as i32), "{order}: {coarse:e}, {fine:e}");
     }
-    // Of closer points those of the ends keep 3 degrees, so that U″ of the ends errs as their polynomial of degree five does.
+    // Closer points at the ends keep 3 degrees, so that U″ of the ends errs as their polynomial of degree five does.
     assert!(error(3500, 0) < 1e-10 && error(3500, 2) < 2e-3, "{:e} {:e}", error(3500, 0), error(3500, 2));
 }
 

@@ -31,7 +31,7 @@ fn nine_harmonics_hold_a_narrow_dwell() {
         [0.605663387261311, -0.134666644552793, 0.0346670604647763, -0.00620087372288098, 0.000537070549586819];
     for (objective, expected) in [(Objective::LeastSquares, squares), (Objective::Chebyshev, minimax)] {
         let profile = symmetric_task(9, 0.05, objective).solve().unwrap();
-        // What is left is the rounding of the coefficients to f64; the minimum itself is 2.4e-17.
+        // The rest is the rounding of the coefficients to f64; the minimum itself is 2.4e-17.
         assert!(worst(&profile) < 4e-16, "{objective:?}: {:e}", worst(&profile));
         assert_odd(&profile, &expected, 1e-12);
     }
@@ -242,7 +242,7 @@ fn a_dwell_of_no_width_is_maximally_flat() {
     ];
     for (order, limit) in [3, 5, 7].into_iter().zip(limits) {
         for objective in [Objective::Chebyshev, Objective::LeastSquares] {
-            // The coefficients are even in the width; what is left of it is of the size of its square.
+            // The coefficients are even in the width; the rest is of the size of its square.
             assert_odd(&symmetric_task(order, 1e-3, objective).solve().unwrap(), limit, 2e-6);
         }
     }
