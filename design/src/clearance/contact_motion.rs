@@ -2,6 +2,8 @@
 
 use super::law::changes;
 use super::machine::{Machine, Moment};
+use crate::report::terminal::shown;
+use crate::report::unit::HZ;
 use crate::search;
 use camdrive::drives::Fault;
 use camdrive::drives::backlash::{Parameters, Scene};
@@ -182,9 +184,8 @@ fn forced(series: &Fourier, scene: &Scene, w: f64) -> Result<[f64; 2], Fault> {
         let size = real * real + imaginary * imaginary;
         if size <= (RESONANCE * square) * (RESONANCE * square) {
             return Err(Fault::new(format!(
-                "harmonic {k} of U is in resonance, {k} times the speed is the natural frequency ({} rad/s) and nothing \
-                 damps it",
-                square.sqrt()
+                "harmonic {k} of U is in resonance: {k} times the speed is the natural frequency ({}), and nothing damps it",
+                shown(square.sqrt(), &HZ)
             )));
         }
         // (a − ib)/(real + i imaginary) times (kw)².

@@ -148,12 +148,12 @@ impl Kind for Parameters {
         };
         let on_a = lie(Flank::A)?;
         if on_a < 0.0 && self.s.is_infinite() {
-            return Err(nothing_holds(at.j, "it on its cam"));
+            return Err(nothing_holds(at.j, ["", " on its cam"]));
         }
         if on_a <= 0.0 && self.s.is_finite() {
             let on_b = lie(Flank::B)?;
             if on_a < 0.0 && on_b > 0.0 || on_a == 0.0 && on_b == 0.0 {
-                return Err(nothing_holds(at.j, "it at a flank of its clearance"));
+                return Err(nothing_holds(at.j, ["", " at a flank of its clearance"]));
             }
             // A relaxed spring holds it just there.
             if on_a == 0.0 {

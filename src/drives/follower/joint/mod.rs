@@ -437,13 +437,13 @@ fn balance(at: &At<'_, f64>, [c, m]: [f64; 2], x: f64) -> Result<f64, Fault> {
     let (load, push) = (&at.follower.load, at.process + at.input);
     let stiffness = c + load.stiffness();
     let q = (load.constant_part(m) + push - load.stiffness() * x) / stiffness;
-    if stiffness > 0.0 { Ok(q) } else { Err(nothing_holds(at.j, "its tool")) }
+    if stiffness > 0.0 { Ok(q) } else { Err(nothing_holds(at.j, ["the tool of ", ""])) }
 }
 
-fn nothing_holds(j: usize, what: &str) -> Fault {
+fn nothing_holds(j: usize, [what, place]: [&str; 2]) -> Fault {
     refused_start(format!(
-        "start.mode = equilibrium: follower {} has no equilibrium: neither spring nor load holds {what}; choose at_rest, or give \
-         the follower a spring or a force",
+        "start.mode = equilibrium: neither spring nor load holds {what}follower {}{place}; choose at_rest, or give the follower \
+         a spring or a force",
         j + 1
     ))
 }

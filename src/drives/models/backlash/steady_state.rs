@@ -90,9 +90,9 @@ impl BacklashDrive {
 
     fn resonance(&self) -> Fault {
         let reason = format!(
-            "there is no periodic solution, since a harmonic of the motion law has the natural frequency ({} rad/s) and `b` = {} \
+            "there is no periodic motion because a harmonic of the motion law has the natural frequency ({} Hz) and `b` = {} \
              N.s/m does not damp it",
-            Rounded(self.bodies.bound.stiffness().sqrt()),
+            Rounded(self.bodies.bound.stiffness().sqrt() / TAU),
             self.parameters.b
         );
         no_periodic_motion(reason, "; change the speed, add damping or choose at_rest")

@@ -41,6 +41,7 @@ use closed_form::{ClosedForm, Run};
 use error_bound::{ErrorBound, StepErrors, neglected};
 use hermite::Hermite;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 pub use table::Table;
 use table::Turn;
@@ -396,9 +397,9 @@ impl Response {
         }
         if let Some(series) = law.series() {
             return self.equation.periodic(series, w, motion.at(time).reduced, RESONANT).map_err(|k| {
-                let frequency = oscillator.stiffness().sqrt();
+                let frequency = Rounded(oscillator.stiffness().sqrt() / TAU);
                 let what = if self.equation.of_acceleration() == 0.0 { "process force" } else { "cam" };
-                no_motion(&format!("harmonic {k} of the {what} meets the undamped natural frequency {frequency} rad/s"))
+                no_motion(&format!("harmonic {k} of the {what} meets the undamped natural frequency {frequency} Hz"))
             });
         }
         // One turn is an affine map of the state: s ↦ M s + r; its fixed point is the periodic motion.
@@ -472,7 +473,7 @@ impl Response {
 }
 
 fn no_motion(reason: &str) -> Fault {
-    let reason = format!("there is no periodic motion, {reason}");
+    let reason = format!("there is no periodic motion because {reason}");
     no_periodic_motion(reason, "; choose at_rest or given, another speed, or b > 0")
 }
 
