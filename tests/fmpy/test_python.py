@@ -213,7 +213,7 @@ def test_faults_are_exceptions(camdrive, tmp_path):
     assert "a scene, not a task" in str(refused(camdrive.Error, camdrive.synthesize, wrong))
     # A good scene, and a command that is not for it; options that do not exist or have no such value.
     assert "are for a RigidMachine" in str(refused(camdrive.Error, camdrive.steady, GUIDE_BAR, load=1.0))
-    assert "--looad" in str(refused(camdrive.Error, camdrive.steady, LOOM, looad=3))
+    assert "looad" in str(refused(camdrive.Error, camdrive.steady, LOOM, looad=3))
     assert "3 kg" in str(refused(camdrive.Error, camdrive.steady, LOOM, load="3 kg"))
     assert "-o" in str(refused(camdrive.Error, camdrive.forces, LOOM, output=wrong))
     assert "Usage:" in str(refused(camdrive.Error, camdrive.steady, LOOM, help=True))

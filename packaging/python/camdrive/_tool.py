@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sysconfig
@@ -86,6 +87,15 @@ def temporary_folder() -> tempfile.TemporaryDirectory[str]:
         raise Error(f"no temporary folder can be made (TMPDIR says where): {words(error)}") from error
 
 
+def by_arguments(text: str) -> str:
+    """A message of the tool with the arguments of Python for its options, but for commands to type."""
+    names = {"start": "start_values", "stop": "stop_time", "force": "force=True", "o": "output"}
+    option = re.compile(r"(?<![\w-])--?(o\b|(?<=--)(?!runtime)[a-z][a-z-]*)")
+    parts = text.split("`")
+    parts[::2] = [option.sub(lambda of: names.get(of[1], of[1].replace("-", "_")), part) for part in parts[::2]]
+    return "`".join(parts)
+
+
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:
     """Runs the executable with its options and returns what it printed."""
     name = "camdrive" + (sysconfig.get_config_var("EXE") or "")
@@ -104,6 +114,7 @@ def run(*arguments: str) -> subprocess.CompletedProcess[str]:
         raise Error(f"the executable camdrive cannot be run: {words(error)}") from error
     if not done.stdout and not done.stderr:
         done.stderr = f"camdrive ended with the exit code {done.returncode}"
+    done.stderr = by_arguments(done.stderr)
     return done
 
 
@@ -113,13 +124,13 @@ def is_fmu(path: str) -> bool:
 
 
 def failure(text: str, scene: str, kind: type[Error] = Error) -> Error:
-    """The exception for a command that failed with this text: `SceneError` where `check` finds faults in the scene."""
+    """The exception for a command that failed with this text: `SceneError` where it says faults that `check` finds."""
     try:
         (entry,) = json.loads(run("check", "--json", "--", scene).stdout)
     except ValueError:
         entry = {}
     diagnostics = tuple(Diagnostic(**fault) for fault in entry.get("faults", ()))
-    return SceneError(text, diagnostics) if diagnostics else kind(text)
+    return SceneError(text, diagnostics) if any(of.message in text for of in diagnostics) else kind(text)
 
 
 def export(scene: PathLike, output: Optional[PathLike] = None, *, platforms: Iterable[str] = ()) -> Path:
