@@ -99,7 +99,7 @@ scenes! {
 
 impl Scene {
     /// The model that the file names; a scene solved as a train may have the names of a single model.
-    pub fn said(&self) -> &'static str {
+    pub fn model_name(&self) -> &'static str {
         match self {
             Scene::DriveTrain(drive_train::Scene { names: Names::Backlash(_), .. }) => BacklashDrive::MODEL,
             Scene::DriveTrain(drive_train::Scene { names: Names::Machine(_), .. }) => RigidMachine::MODEL,

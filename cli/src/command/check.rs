@@ -51,7 +51,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     }
     for (path, scene) in paths.iter().zip(&scenes) {
         let found = overview_of(scene);
-        let report = found.report(text::in_one_line(path.display()), format!("{} ok", scene.scene.said()));
+        let report = found.report(text::in_one_line(path.display()), format!("{} ok", scene.scene.model_name()));
         out += if out.is_empty() { "" } else { "\n" };
         out += &report.text(width(), args.format.explain);
     }
@@ -106,7 +106,7 @@ fn data(path: &Path, scene: &Resolved) -> Value {
     let found = overview_of(scene);
     let mut entry = json!(found);
     let own = json!({
-        "file": path.display().to_string(), "ok": true, "name": scene.name, "model": scene.scene.said(),
+        "file": path.display().to_string(), "ok": true, "name": scene.name, "model": scene.scene.model_name(),
         "notes": scene.notes, "verdict": found.verdict()
     });
     if let (Some(entry), Value::Object(own)) = (entry.as_object_mut(), own) {

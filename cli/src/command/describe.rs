@@ -75,7 +75,7 @@ fn data(resolved: &Resolved, drive: &mut Described) -> Result<Value, Fault> {
     let e = drive.experiment();
     let overview = overview::of(&resolved.resource());
     Ok(json!({
-        "name": resolved.name, "model": resolved.scene.said(), "description": resolved.description, "summary": documentation.summary,
+        "name": resolved.name, "model": resolved.scene.model_name(), "description": resolved.description, "summary": documentation.summary,
         "equations": equations.collect::<Vec<Value>>(), "variables": variables, "accuracy": accuracy.collect::<Vec<Value>>(),
         "left_out": documentation.left_out, "limits": documentation.limits, "motions": overview.motions, "jumps": overview.jumps,
         "lift_offs": overview.lift_offs,
@@ -89,7 +89,7 @@ fn text(resolved: &Resolved, drive: &mut Described) -> Result<String, Fault> {
     let overview = overview::of(&resolved.resource());
     let e = drive.experiment();
     let [stop, step, tolerance] = [e.stop, e.step, e.tolerance].map(short);
-    let text = Page::new(format!("{} ({})", resolved.name, resolved.scene.said()), width())
+    let text = Page::new(format!("{} ({})", resolved.name, resolved.scene.model_name()), width())
         .lines(Some(&resolved.description).filter(|text| !text.is_empty()))
         .lines(["", &documentation.summary])
         .section("Equations", documentation.equations.iter().map(Equation::line))

@@ -143,7 +143,7 @@ fn entry((scene, fmu): (&Resolved, &Packed), path: &Path, runtimes: &[RuntimeLib
         json!({ "platform": runtime.platform, "library": runtime.path, "size": runtime.bytes.len(), "sha256": runtime.sha256() })
     });
     json!({
-        "fmu": path, "name": scene.name, "model": scene.scene.said(), "guid": fmu.guid, "size": fmu.bytes.len(),
+        "fmu": path, "name": scene.name, "model": scene.scene.model_name(), "guid": fmu.guid, "size": fmu.bytes.len(),
         "states": fmu.states, "variables": fmu.variables, "platforms": platforms.collect::<Vec<_>>(),
     })
 }
@@ -154,7 +154,7 @@ fn summary(scene: &Resolved, fmu: &Packed, line: &str, runtimes: &[RuntimeLibrar
     let mut line = |label: &str, text: String| {
         let _ = writeln!(out, "  {label:<10} {text}");
     };
-    line("model", scene.scene.said().to_owned());
+    line("model", scene.scene.model_name().to_owned());
     for runtime in runtimes {
         let (platform, path, size) = (runtime.platform, runtime.path.display(), runtime.bytes.len());
         // The first digits identify a library; all 64 would not fit into a line.

@@ -124,7 +124,7 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
 
 /// The scene at a glance: its summary and its curves.
 fn glance(scene: &Resolved, drive: &Described) -> Report {
-    let mut report = Report::new(&scene.name, format!("the design at a glance ({})", scene.scene.said()));
+    let mut report = Report::new(&scene.name, format!("the design at a glance ({})", scene.scene.model_name()));
     let summary = drive.documentation().map_or(String::new(), |text| text.summary);
     report.lines("", [scene.description.clone(), summary].into_iter().filter(|text| !text.is_empty()));
     for (i, curve) in drive.curves().iter().enumerate() {

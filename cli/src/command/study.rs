@@ -475,7 +475,7 @@ fn specification(study: &Study, columns: &[(Column, Content)], rows_of_part: u64
         "tool": crate::export::TOOL,
         "commit": env!("CAMDRIVE_COMMIT"),
         "name": study.subject.name(),
-        "model": if let Subject::Scene(scene) = &study.subject { Some(scene.scene.said()) } else { None },
+        "model": if let Subject::Scene(scene) = &study.subject { Some(scene.scene.model_name()) } else { None },
         "study": text,
         "scene": scene,
         "tables": tables,

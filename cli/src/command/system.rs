@@ -229,7 +229,7 @@ pub fn glance(name: impl Into<String>, system: &System) -> Report {
     report.lines("", [format!("The exchange is {exchange}, in steps of {step} up to {stop}.")]);
     let machine = |place: usize| &system.parts[place].name;
     let content = |part: &Part| match &part.content {
-        Content::Scene(scene) => scene.scene.said().to_owned(),
+        Content::Scene(scene) => scene.scene.model_name().to_owned(),
         Content::Fmu(path) => path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
     };
     let parts = Table::of("Parts", &system.parts)

@@ -52,7 +52,7 @@ impl System {
         for key in ["description", "torques", "coupling"] {
             document.remove(key);
         }
-        if scene.said() == "RigidMachine" {
+        if scene.model_name() == "RigidMachine" {
             document.remove("solver");
         }
         let base = &self.name[..self.name.len().min(LONGEST_NAME - ENDING.len())];

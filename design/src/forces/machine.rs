@@ -63,7 +63,7 @@ impl Machine {
             Scene::BacklashDrive(own) => beside_cam(&own.cam, [own.parameters.m2, own.parameters.m1], true, &own.drive),
             Scene::ParametricDrive(_) => return Err(Fault::new(format!("a {} has no cam", scene.model()))),
         };
-        let numbered = scene.followers() > 0 && scene.said() != BacklashDrive::MODEL;
+        let numbered = scene.followers() > 0 && scene.model_name() != BacklashDrive::MODEL;
         let mut drives = Vec::new();
         for (j, (follower, roller, may_leave)) in Vec::into_iter(followers).enumerate() {
             let name = if numbered { format!("{name}.follower{}", j + 1) } else { name.clone() };

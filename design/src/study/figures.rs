@@ -50,7 +50,7 @@ impl Space {
 
 impl Column {
     /// A cell for people: enumerations say what their numbers mean at the end of the meaning, ": 1 at_rest, 2 given".
-    pub fn said(&self, cell: &Value) -> Value {
+    pub fn worded(&self, cell: &Value) -> Value {
         let Value::Number(number) = cell else { return cell.clone() };
         let start = format!("{number} ");
         let items = self.meaning.rsplit_once(": 1 ").map(|(_, rest)| format!("1 {rest}"));
@@ -59,17 +59,17 @@ impl Column {
     }
 }
 
-/// What varies or is measured, over the runs that a diagram shows; NaN where a run has no value.
-struct Course {
+/// A quantity that varies or is measured, over the runs that a diagram shows; NaN where a run has no value.
+struct Quantity {
     axis: Axis,
     values: Vec<f64>,
 }
 
-impl Course {
+impl Quantity {
     /// Words count in the order in which they come first.
-    fn of(column: &Column, cells: impl Iterator<Item = Value>) -> Course {
+    fn of(column: &Column, cells: impl Iterator<Item = Value>) -> Quantity {
         let (unit, mut words) = (Unit::of(&column.unit), Vec::new());
-        let values = cells.map(|cell| match column.said(&cell) {
+        let values = cells.map(|cell| match column.worded(&cell) {
             Value::Number(value) => unit.factor * value,
             Value::Text(word) => {
                 let place = words.iter().position(|other| *other == word);
@@ -90,11 +90,11 @@ impl Course {
         };
         let is_logarithmic = is_logarithmic(&rising(&values));
         let axis = if is_logarithmic { Axis::logarithmic(&label) } else { Axis::linear(&label) };
-        Course { axis, values }
+        Quantity { axis, values }
     }
 
     /// The correlation with another one over the runs in which both have values.
-    fn correlation(&self, other: &Course) -> f64 {
+    fn correlation(&self, other: &Quantity) -> f64 {
         let pairs = || self.values.iter().zip(&other.values).filter(|(x, y)| x.is_finite() && y.is_finite());
         let count = pairs().count() as f64;
         let [x0, y0] = pairs().fold([0.0; 2], |[a, b], (x, y)| [a + x / count, b + y / count]);
@@ -123,19 +123,19 @@ fn is_logarithmic(rising: &[f64]) -> bool {
 
 /// For each measure that has values its key and its diagram over these runs of so many, with their cells in the order of the columns.
 pub fn of(columns: &[Column], space: &Space, rows: u64, runs: &[Vec<Value>]) -> Vec<(String, Diagram)> {
-    let course = |i: usize| Course::of(&columns[i], runs.iter().map(|cells| cells[i].clone()));
+    let quantity = |i: usize| Quantity::of(&columns[i], runs.iter().map(|cells| cells[i].clone()));
     let of_role = |role: &str| -> Vec<usize> { (0..columns.len()).filter(|i| columns[*i].role == role).collect() };
-    let varied: Vec<Course> =
-        of_role("varied").into_iter().map(course).filter(|x| rising(&x.values).len() > 1).collect();
+    let varied: Vec<Quantity> =
+        of_role("varied").into_iter().map(quantity).filter(|x| rising(&x.values).len() > 1).collect();
     let every = space.every(rows);
     let diagram = |i: usize| {
-        let (name, measured) = (&columns[i].name, course(i));
+        let (name, measured) = (&columns[i].name, quantity(i));
         if rising(&measured.values).is_empty() {
             return None;
         }
         let diagram = match (space.grid(), &varied[..]) {
             (_, []) => return None,
-            (Some(1), [x]) => over(name.clone(), x, measured, Some((&course(0), every))),
+            (Some(1), [x]) => over(name.clone(), x, measured, Some((&quantity(0), every))),
             (Some(2), [x, y]) if every == 1 => map(name, [x, y], &measured),
             (_, all) => points(name, all, measured, every),
         };
@@ -145,7 +145,7 @@ pub fn of(columns: &[Column], space: &Space, rows: u64, runs: &[Vec<Value>]) -> 
 }
 
 /// Values over a quantity; runs without value stand at the lower edge. A line joins the runs whose numbers are so far apart.
-fn over(title: String, x: &Course, y: Course, line: Option<(&Course, u64)>) -> Diagram {
+fn over(title: String, x: &Quantity, y: Quantity, line: Option<(&Quantity, u64)>) -> Diagram {
     let least = y.values.iter().copied().fold(f64::INFINITY, f64::min);
     let mut runs: Vec<[f64; 2]> = x.values.iter().zip(&y.values).map(|(x, y)| [*x, *y]).collect();
     let without: Vec<[f64; 2]> = runs.iter().filter(|run| run[1].is_nan()).map(|[x, _]| [*x, least]).collect();
@@ -165,8 +165,8 @@ fn over(title: String, x: &Course, y: Course, line: Option<(&Course, u64)>) -> D
 }
 
 /// Values over the quantity that they follow most.
-fn points(name: &str, varied: &[Course], measured: Course, every: u64) -> Diagram {
-    let size = |x: &&Course| x.correlation(&measured).abs();
+fn points(name: &str, varied: &[Quantity], measured: Quantity, every: u64) -> Diagram {
+    let size = |x: &&Quantity| x.correlation(&measured).abs();
     let x = varied.iter().fold(&varied[0], |most, x| if size(&x) > size(&most) { x } else { most });
     let of = x.axis.label.split([' ', ':']).next().unwrap_or_default();
     let most = match varied.len() {
@@ -179,7 +179,7 @@ fn points(name: &str, varied: &[Course], measured: Course, every: u64) -> Diagra
     over(format!("{name} over {of}{most}{part}"), x, measured, None)
 }
 
-fn map(name: &str, [x, y]: [&Course; 2], measured: &Course) -> Diagram {
+fn map(name: &str, [x, y]: [&Quantity; 2], measured: &Quantity) -> Diagram {
     let at = [x, y].map(|of| rising(&of.values));
     let mut cells = vec![None; at[0].len() * at[1].len()];
     for ((a, b), value) in x.values.iter().zip(&y.values).zip(&measured.values) {

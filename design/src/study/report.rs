@@ -173,7 +173,7 @@ impl Findings {
             .digits(15);
         for (i, of) in varied.iter().enumerate() {
             table = table
-                .column("", &of.name, Unit::of(&of.unit), move |(_, varied)| varied.get(i).map(|cell| of.said(cell)));
+                .column("", &of.name, Unit::of(&of.unit), move |(_, varied)| varied.get(i).map(|cell| of.worded(cell)));
         }
         report.table(table);
         report

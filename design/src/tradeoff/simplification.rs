@@ -224,7 +224,7 @@ const ARRAYS: [&str; 3] = ["follower[", "U[", "lever["];
 fn renumbered(mut interface: Interface, left_out: Option<usize>) -> Interface {
     for variable in interface.variables.iter_mut().filter(|_| left_out.is_some()) {
         let parted = |array: &&'static str| Some((*array, variable.name.split_once(*array)?));
-        let Some((array, (before, rest))) = ARRAYS.iter().find_map(|array| parted(array)) else { continue };
+        let Some((array, (before, rest))) = ARRAYS.iter().find_map(parted) else { continue };
         let Some((number, rest)) = rest.split_once(']') else { continue };
         let number = number.parse().map_or(0, |number: usize| number + usize::from(Some(number) >= left_out));
         variable.name = format!("{before}{array}{number}]{rest}");

@@ -12,7 +12,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut drive = resolved.resource().build().map_err(failure)?;
     let experiment = drive.experiment();
     let mut run = Run::new(args, &resolved.name, 0.0, &experiment)?;
-    (run.model, run.files) = (Some(resolved.scene.said()), resolved.files.clone());
+    (run.model, run.files) = (Some(resolved.scene.model_name()), resolved.files.clone());
     let all = drive.descriptions().to_vec();
     let column = |variable: usize| {
         let Description { name, text, kind, .. } = &all[variable];
