@@ -369,6 +369,8 @@ fn check_warns_of_forgotten_units() {
         (BACKLASH, "\"0.05 mm\"", "0.05", "clearance of stroke 2", "\"0.94 mm\""),
         (rods, "\"0.3 m\"", "300", "crank radius 300000 mm:", "\"0.94 mm\""),
         (rods, "\"9 MN.m/rad\"", "9", "frequency ratio", "units of m and c"),
+        // All units are there.
+        (bar, "\"1800 rpm\"", "\"18000 rpm\"", "kinetostatic deformation of stroke", "Lower the speed, or raise"),
     ] {
         let text_of_scene = std::fs::read_to_string(root().join(original)).expect("the example");
         assert!(text_of_scene.contains(from), "{from}");

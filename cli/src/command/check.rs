@@ -3,7 +3,7 @@
 use super::deliver::ReportFormat;
 use super::output::Bar;
 use super::{Failure, failure, open, print, print_notes, read_all, show, system, width};
-use crate::document::{Diagnostic, Diagnostics, Document, Value as Scalar, input::is_system, units};
+use crate::document::{Diagnostic, Diagnostics, Document, Value as Scalar, input::is_system, units, values};
 use crate::scene::Resolved;
 use crate::system::System;
 use camdrive::drives::shaft::train::MOST_FOLLOWERS;
@@ -58,11 +58,21 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     show(&out).map(|()| ExitCode::SUCCESS)
 }
 
+/// Keys whose unit, forgotten, makes figures implausible.
+const DIMENSIONED: [&str; 12] =
+    ["speed", "w_s", "scale", "stroke", "natural_frequency", "m", "c", "c_T1", "c_T2", "c_AB", "s", "R"];
+
 /// The overview of a scene with the warnings of its tables, frequencies in the unit of the scene.
 pub fn overview_of(scene: &Resolved) -> Overview {
     let mut overview = Bar::during(&scene.name, |_| overview::of(&scene.resource()));
     if let Some(unit) = unit_of_frequencies(&scene.document) {
         overview.show_frequencies(&unit);
+    }
+    let is_plain = |path: &str, value: &Scalar| {
+        DIMENSIONED.contains(&path.rsplit('.').next().unwrap_or_default()) && !matches!(value, Scalar::Text(_))
+    };
+    if !values(&scene.document.table).iter().any(|(path, value)| is_plain(path, value.get_ref())) {
+        overview.with_units();
     }
     overview.warnings.extend(scene.smoothed.iter().filter_map(|table| table.warning.clone()));
     overview
