@@ -89,7 +89,7 @@ pub fn of(scene: &Scene) -> Result<PeriodicOscillator, Fault> {
                 Scene::RigidMachine(_) | Scene::DriveTrain(_) => {
                     "write a follower of a machine or a train as a scene of its own"
                 }
-                _ => "its coefficients do not vary over the turn; `camdrive check` lists its resonances",
+                _ => "its coefficients do not vary over the turn; `camdrive steady` finds its resonances",
             };
             Err(Fault::new(format!(
                 "{} is not an oscillator with periodic coefficients; ElasticCamDrive with an elastic input shaft and \

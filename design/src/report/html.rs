@@ -117,7 +117,7 @@ fn section(xml: &mut Xml, report: &Report, script: bool) {
     // Sentences without a title say what the figures show.
     let lead = usize::from(matches!(report.body.first(), Some(Block::Lines(title, _)) if title.is_empty()));
     let (lead, rest) = report.body.split_at(lead);
-    columns(xml, |xml| lead.iter().for_each(|part| block(xml, part, script)));
+    lead.iter().for_each(|part| block(xml, part, script));
     columns(xml, |xml| {
         report.figures.iter().for_each(|figure| picture(xml, &figure.picture, script));
         blocks(xml, rest, script);
@@ -138,7 +138,7 @@ fn columns(xml: &mut Xml, content: impl FnOnce(&mut Xml)) {
 }
 
 /// More rows than this may go on in the next column.
-const LONG: usize = 12;
+const LONG: usize = 40;
 
 /// Letters that fit side by side into a column, and those that the edges of a cell take.
 const COLUMN: usize = 66;
