@@ -87,6 +87,11 @@ fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {
     files::no_stream(output, "-o", "a folder or a file NAME.fmu")?;
     let is_folder = files::is_folder(output);
     let is_file = !is_folder && output.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu"));
+    let around = output.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.exists());
+    if let Some(folder) = around {
+        return Err(wrong_argument(format!("{}: the folder does not exist", folder.display()))
+            .hint("create it, or give -o an existing folder"));
+    }
     if is_file && scenes.len() > 1 {
         let message = "several scenes do not fit into one file; give a folder with -o";
         return Err(wrong_argument(format!("{}: {message}", output.display())));

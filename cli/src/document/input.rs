@@ -1,6 +1,6 @@
 //! The files of users: reads them up to a limit, and distinguishes them from files of another kind.
 
-use super::diagnostics::{Diagnostic, Diagnostics};
+use super::diagnostics::{Diagnostic, Diagnostics, nearest};
 use super::keys::{self, KeyTable};
 use super::section::{Faults, Section};
 use super::source::is_fmu;
@@ -196,6 +196,24 @@ pub fn foreign(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
+/// Why a file cannot be read, without the number of the system's error.
+pub fn reason(error: &Error) -> String {
+    let text = error.to_string();
+    text.split(" (os error ").next().unwrap_or_default().to_owned()
+}
+
+/// The file with the most similar name in the folder of a missing one.
+fn similar(path: &Path) -> Option<String> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let files = std::fs::read_dir(folder).ok()?.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let ending = path.extension()?;
+    let mut files: Vec<String> = files.filter(|name| Path::new(name).extension() == Some(ending)).collect();
+    files.sort();
+    let known: Vec<&str> = files.iter().map(String::as_str).collect();
+    let name = nearest(path.file_name()?.to_str()?, &known)?;
+    Some(path.with_file_name(name).display().to_string())
+}
+
 /// The name of a file, and its content.
 ///
 /// # Errors
@@ -207,7 +225,12 @@ pub fn document(path: &Path, kind: Kind) -> Result<(String, Document), Diagnosti
         return Err(kind.other(&file, "a folder", name_one));
     }
     let whole = |message: String| Diagnostics(vec![Diagnostic::new(&file, message).hint(name_one.clone())]);
-    let bytes = bytes(path).map_err(|e| whole(format!("the {word} cannot be read: {e}")))?;
+    let bytes = bytes(path).map_err(|e| {
+        let message = format!("the {word} cannot be read: {}", reason(&e));
+        let near = similar(path).filter(|_| e.kind() == ErrorKind::NotFound);
+        let hint = near.map_or(name_one.clone(), |name| format!("did you mean `{name}`?"));
+        Diagnostics(vec![Diagnostic::new(&file, message).hint(hint)])
+    })?;
     if let Some(what) = foreign(&bytes) {
         let of_fmu = match is_fmu(path) {
             true => "an FMU is made from a scene; `camdrive run NAME.fmu` drives it".to_owned(),

@@ -55,8 +55,8 @@ impl System {
         if scene.model_name() == "RigidMachine" {
             document.remove("solver");
         }
-        let base = &self.name[..self.name.len().min(LONGEST_NAME - ENDING.len())];
-        document.insert("name".to_owned(), format!("{base}{ENDING}").into());
+        let named = Some(format!("{}{ENDING}", self.name)).filter(|name| name.len() <= LONGEST_NAME);
+        document.insert("name".to_owned(), named.unwrap_or_else(|| self.name.clone()).into());
         document.insert("description".to_owned(), format!("The system {} as one drive", self.name).into());
         document.insert("model".to_owned(), "DriveTrain".into());
         let mut followers = array(&mut document, "follower");
