@@ -358,7 +358,8 @@ impl Drive for DriveTrain {
         for (j, follower) in self.train.followers.iter().enumerate() {
             let rigid = &follower.rigid;
             let (unit, factor) = if rigid.turns { ("°", 1f64.to_degrees()) } else { ("mm", 1e3) };
-            let (title, label) = (format!("Position function of follower {}", j + 1), format!("U{} [{unit}]", j + 1));
+            let (title, label) =
+                (format!("Position function of follower {}", j + 1), format!("follower[{}].U [{unit}]", j + 1));
             curves.push(Curve::over_turn(&title, &label, |phi| factor * rigid.tool(rigid.cam.at(phi).0)[0]));
         }
         if curves.is_empty() {

@@ -312,7 +312,7 @@ impl Drive for RigidMachine {
         for (j, follower) in inertia.followers.iter().enumerate() {
             let title = format!("Position function of follower {}", j + 1);
             let (unit, factor) = if follower.turns { ("°", 1f64.to_degrees()) } else { ("mm", 1e3) };
-            let label = format!("U{} [{unit}]", j + 1);
+            let label = format!("U[{}] [{unit}]", j + 1);
             curves.push(Curve::over_turn(&title, &label, |phi| factor * follower.tool(follower.cam.at(phi).0)[0]));
         }
         curves
