@@ -4,10 +4,9 @@
 //! C_v = max f′, C_a₊ = max f″, C_a₋ = min f″, C_j = max |f‴|, C_M₊ = max f′ f″, C_M₋ = min f′ f″ (VDI 2143), so the largest
 //! velocity is C_v h Ω/β. They are maxima of the analytic pieces of the law, including the ends, at which f″ and f‴ may jump.
 
-use crate::report::Table;
 use crate::report::unit::{DEG, ONE, Unit};
+use crate::report::{Table, terminal};
 use crate::search::{greatest, root, segments};
-use crate::text;
 use camdrive::motion::MotionLaw;
 use camdrive::numerics::angle::reduce;
 use serde::Serialize;
@@ -74,7 +73,7 @@ impl Motion {
             .column("to", "to", DEG, |motion| rounded(motion.from + motion.angle))
             .digits(4)
             .column("h", "h", ONE, |motion| shown(motion.lift, motion.unit));
-        values.into_iter().fold(rows, |rows, (key, heading, of)| rows.column(key, heading, ONE, of).digits(4)).into()
+        values.into_iter().fold(rows, |rows, (key, heading, of)| rows.column(key, heading, ONE, of)).into()
     }
 }
 
@@ -175,8 +174,7 @@ pub fn stroke(law: &MotionLaw, position: impl Fn([f64; 5]) -> f64) -> f64 {
     greatest_of(law, &position) + greatest_of(law, |u| -position(u))
 }
 
-/// The value in the unit in which people read the quantity, with four significant digits.
+/// The value in the unit in which people read the quantity.
 pub(crate) fn shown(value: f64, unit: &str) -> String {
-    let unit = Unit::of(unit);
-    unit.after(text::digits(value * unit.factor, 4, -3))
+    terminal::shown(value, &Unit::of(unit))
 }

@@ -13,6 +13,17 @@ pub struct Extreme {
     pub value: f64,
 }
 
+impl Extreme {
+    /// The one with the greatest measure; of those that differ by roundings alone the one at the smallest angle of the turn.
+    pub fn greatest(all: impl IntoIterator<Item = Extreme>, measure: impl Fn(f64) -> f64) -> Option<Extreme> {
+        let in_turn = |of: Extreme| Extreme { phi: of.phi.rem_euclid(TAU) % (TAU - 1e-9), ..of };
+        let all: Vec<Extreme> = all.into_iter().map(in_turn).collect();
+        let most = all.iter().map(|of| measure(of.value)).max_by(f64::total_cmp)?;
+        let tied = all.into_iter().filter(|of| measure(of.value) >= most - 1e-9 * most.abs());
+        tied.min_by(|a, b| a.phi.total_cmp(&b.phi))
+    }
+}
+
 /// Evaluations after which a search ends: bisection alone takes 60 from one end of a `f64` to the last digit.
 const MOST_EVALUATIONS: usize = 120;
 

@@ -38,6 +38,11 @@ pub fn rounded(value: f64, count: usize) -> f64 {
     as_number(as_number(value, count.max(12)), count) + 0.0
 }
 
+/// The value, or 0 if it is only rounding next to values of this size.
+pub fn clean(value: f64, size: f64) -> f64 {
+    if value.abs() <= 1e-9 * size { 0.0 } else { value }
+}
+
 /// "1 point", "3 points".
 pub fn counted(count: impl Display, noun: &str) -> String {
     let count = count.to_string();
@@ -50,6 +55,17 @@ pub fn digits(value: f64, count: usize, low: i32) -> String {
     let rounded = rounded(value, count);
     let plain = rounded == 0.0 || (10f64.powi(low)..1e6).contains(&rounded.abs());
     if plain { rounded.to_string() } else { format!("{rounded:e}") }
+}
+
+/// Three significant digits, or as many more, up to `most`, as distinguish these numbers.
+pub fn distinguishing(numbers: &[f64], most: usize) -> usize {
+    let different = |count: usize| {
+        let mut all: Vec<f64> = numbers.iter().map(|value| rounded(*value, count)).collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        all.len()
+    };
+    (3..most).find(|count| different(*count) == different(most)).unwrap_or(most)
 }
 
 /// The next number above or below with this many significant digits, powers of ten as in [`number`].
@@ -68,7 +84,7 @@ pub fn digits_beyond(value: f64, count: usize, up: bool) -> String {
     digits(moved.copysign(value), count, -4)
 }
 
-/// A speed (rad/s) in revolutions per minute.
+/// A speed (rad/s) in revolutions per minute, in the digits of a setting.
 pub fn rpm(speed: f64) -> String {
     digits(speed * 60.0 / TAU, 5, -4)
 }
@@ -270,13 +286,17 @@ pub fn visible(text: &str) -> String {
     text.replace("\r\n", "\n").chars().map(sign).collect()
 }
 
-/// A message as a sentence: with a full stop, and with a capital letter unless it begins with a key.
-pub fn sentence(text: &str) -> String {
-    let text = text.trim_end_matches('.');
+/// The text with a capital letter, unless it begins with a key.
+pub fn capital(text: &str) -> String {
     let word = text.split([' ', ',', ':']).next().unwrap_or_default();
     let mut letters = text.chars();
     let first = letters.next().filter(|_| word.chars().all(char::is_alphabetic));
-    first.map_or(format!("{text}."), |first| first.to_uppercase().chain(letters).chain(['.']).collect())
+    first.map_or(text.to_owned(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// A message as a sentence: with a full stop and a capital letter.
+pub fn sentence(text: &str) -> String {
+    capital(text.trim_end_matches('.')) + "."
 }
 
 /// The text as in [`visible`], in one line.
@@ -414,5 +434,7 @@ mod tests {
         assert_eq!(of_two.map(|value| digits(value, 4, -3)), ["2.188", "2.188"]);
         assert_eq!(digits(0.1 + 0.2, 17, -3), "0.30000000000000004");
         assert_eq!(rpm(-20.0 * TAU), "-1200");
+        assert_eq!([distinguishing(&[499.6, 499.8], 7), distinguishing(&[500.0, 500.0], 7)], [4, 3]);
+        assert_eq!([clean(1e-10, 1.0), clean(-1e-8, 1.0)], [0.0, -1e-8]);
     }
 }

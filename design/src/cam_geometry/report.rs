@@ -29,9 +29,9 @@ impl Shape {
         format!("{cut}, turning {sense}")
     }
 
-    /// "follower1" of a cam of a machine, with the name of the cam if it is one of a pair.
+    /// "Follower 1" of a cam of a machine, with the name of the cam if it is one of a pair.
     fn part(&self, scene: &str, disc: &str) -> String {
-        let follower = self.name.strip_prefix(scene).and_then(|rest| rest.strip_prefix('.')).unwrap_or(&self.name);
+        let follower = self.number(scene).map_or(self.name.clone(), |j| format!("Follower {j}"));
         format!("{follower} {disc}").trim_end().to_owned()
     }
 

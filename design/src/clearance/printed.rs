@@ -45,7 +45,7 @@ fn passages(findings: &ClearanceAnalysis) -> Table {
         .column("K", "K", ONE, |row| row.2.k)
         .hidden("mu", ONE, move |_| mu)
         .column("release", "release", DEG, |row| row.4.map(|f| f.release))
-        .digits(6);
+        .digits(5);
     for (key, heading, unit, of) in FIGURES {
         table = table.column(key, heading, unit, move |row: &Row| row.4.as_ref().and_then(of));
     }

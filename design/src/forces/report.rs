@@ -6,13 +6,10 @@ use super::{Drive, Forces, Machine};
 use crate::cam_geometry::{Shape, Tolerances};
 use crate::report::unit::{self, DEG, ONE, RPM, Unit, W};
 use crate::report::{Advice, Claim, Level, Report, Setting, Table, Value, Verdict, WrittenValue, terminal::shown};
-use crate::text::{self, number};
+use crate::text::{self, capital, number};
 use camdrive::drives::Fault;
 use serde::Serialize;
 use std::f64::consts::TAU;
-
-/// A least value or a mean below this part of the largest one is shown as zero.
-const ROUNDING: f64 = 1e-9;
 
 /// Significant digits of limiting speeds and preloads.
 const FINE: usize = 3;
@@ -50,6 +47,8 @@ pub struct Keeping {
 pub struct OfDrive {
     /// Its name.
     pub name: String,
+    #[serde(skip)]
+    spoken: String,
     /// The loads on its parts.
     pub quantities: Vec<Range>,
     /// φ (rad) at which the roller force changes sign; without a geometry the torque on the lever, or the force on the
@@ -101,16 +100,16 @@ impl Range {
 
     /// The end that is farther from 0.
     fn peak(&self) -> Extreme {
-        if self.largest.value >= -self.least.value { self.largest } else { self.least }
+        Extreme::greatest([self.largest, self.least], f64::abs).unwrap_or(self.largest)
     }
 
     /// A value for people; 0 if it is only rounding.
     fn clean(&self, value: f64) -> f64 {
-        if value.abs() <= ROUNDING * self.peak().value.abs() { 0.0 } else { value }
+        text::clean(value, self.peak().value.abs())
     }
 
-    /// "torque on the shaft of follower1 -9.57 N·m at φ = 156°".
-    fn told(&self, of: &str) -> String {
+    /// "torque on the shaft of follower 1 -9.57 N·m at φ = 156°".
+    fn text(&self, of: &str) -> String {
         let (peak, (name, unit)) = (self.peak(), &self.shown);
         format!("{name}{of} {} at φ = {}", shown(self.clean(peak.value), unit), angle(peak.phi))
     }
@@ -118,9 +117,9 @@ impl Range {
 
 /// Quantities of several units.
 fn ranges<'a>(title: &str, list: impl IntoIterator<Item = &'a Range>) -> Table {
-    let cell = |range: &Range, at: Extreme| match range.clean(at.value) * range.shown.1.factor {
-        0.0 => Value::Number(0.0),
-        value => Value::At(value, at.phi),
+    let cell = |range: &Range, at: Extreme| {
+        let (value, swing) = (range.clean(at.value) * range.shown.1.factor, range.largest.value - range.least.value);
+        if value == 0.0 || range.clean(swing) == 0.0 { Value::Number(value) } else { Value::At(value, at.phi) }
     };
     Table::of(title, list)
         .column("quantity", "quantity", ONE, |range| format!("{} [{}]", range.shown.0, range.shown.1.name))
@@ -154,9 +153,9 @@ fn up_to(lift_off: f64, digits: usize) -> String {
     WrittenValue::rounded(lift_off, &RPM, digits, false).to_string()
 }
 
-/// "from 1620 rpm on", or "even at rest".
-fn from(lift_off: f64, digits: usize) -> String {
-    if lift_off == 0.0 { "even at rest".to_owned() } else { format!("from {} on", up_to(lift_off, digits)) }
+/// "above 1620 rpm", or "even at rest".
+fn above(lift_off: f64, digits: usize) -> String {
+    if lift_off == 0.0 { "even at rest".to_owned() } else { format!("above {}", up_to(lift_off, digits)) }
 }
 
 /// The significant digits that distinguish a speed from the speed of lift-off.
@@ -191,6 +190,7 @@ impl OfDrive {
         };
         OfDrive {
             name: drive.name.clone(),
+            spoken: turn.machine.spoken(drive),
             quantities: told.map(range).collect(),
             sign_changes: turn.sign_changes(pressing),
             keeping: drive.is_force_closed().then(|| Keeping::of(turn, j, drive)),
@@ -206,7 +206,7 @@ impl OfDrive {
         Some(match lift_off {
             None => (Level::Good, format!("{part} stays on its cam at any speed.")),
             Some(Extreme { value, phi }) if speed.abs() < value => {
-                let lifts = format!("lifts off {}, first at φ = {}", from(value, fine), angle(phi));
+                let lifts = format!("would lift off {}, first at φ = {}", above(value, fine), angle(phi));
                 (Level::Good, format!("{part} stays on its cam at {at}; it {lifts}."))
             }
             Some(Extreme { value, .. }) => {
@@ -235,7 +235,7 @@ impl Keeping {
     /// Adds the preload that keeps a follower on its cam, and the other remedies if contact is `lost`: the force that changes
     /// sign, and its angles.
     fn advise(&self, verdict: &mut Verdict, machine: &Machine, drive: &Drive, lost: Option<(&str, &String)>) {
-        let part = machine.part(drive).unwrap_or("The follower");
+        let part = capital(&machine.spoken(drive));
         let claim = || Claim::Contact { follower: machine.number(drive) };
         let unit = if drive.follower.turns { unit::NM } else { unit::N };
         // Rounded away from the least preload.
@@ -258,7 +258,8 @@ impl Keeping {
             true => "never presses".to_owned(),
             false => format!("changes sign at φ = {changes}"),
         };
-        verdict.result(Level::Mind, format!("{part}: the {what} {how}."));
+        let of = if machine.drives.len() == 1 { "The".to_owned() } else { format!("{part}: the") };
+        verdict.result(Level::Mind, format!("{of} {what} {how}."));
         if let Some((preload, phi)) = preload {
             let text = match preload.setting.is_some() {
                 true => format!(
@@ -291,6 +292,12 @@ struct Preload {
 }
 
 impl Machine {
+    /// A follower in a sentence: "follower 2", "the follower" where there is one.
+    fn spoken(&self, drive: &Drive) -> String {
+        let number = self.number(drive).filter(|_| self.drives.len() > 1);
+        number.map_or("the follower".to_owned(), |number| format!("follower {number}"))
+    }
+
     /// The number of a follower in its scene; None for a drive of its own.
     fn number(&self, drive: &Drive) -> Option<usize> {
         self.part(drive)?.strip_prefix("follower")?.parse().ok()
@@ -329,16 +336,18 @@ impl ForceAnalysis {
 
     /// A sentence for each follower that leaves its cam at this speed.
     pub fn lost(&self) -> Vec<String> {
-        let of = |drive: &OfDrive| drive.contact(&drive.name, self.speed).filter(|(level, _)| *level == Level::Bad);
+        let of = |drive: &OfDrive| drive.contact(&drive.spoken, self.speed).filter(|(level, _)| *level == Level::Bad);
         self.drives.iter().filter_map(of).map(|(_, sentence)| sentence.trim_end_matches('.').to_owned()).collect()
     }
 
     fn verdict(&self, machine: &Machine) -> Verdict {
         let mut verdict = Verdict::default();
-        let name = |drive| machine.part(drive).unwrap_or("The follower");
+        let name = |drive: &Drive| capital(&machine.spoken(drive));
+        let is_one = machine.drives.len() == 1;
         let all = || self.drives.iter().zip(&machine.drives);
         for (found, drive) in all() {
-            if let (Some((level, sentence)), Some(keeping)) = (found.contact(name(drive), self.speed), &found.keeping) {
+            if let (Some((level, sentence)), Some(keeping)) = (found.contact(&name(drive), self.speed), &found.keeping)
+            {
                 let changes = angles(&found.sign_changes);
                 verdict.result(level, sentence);
                 let lost = (level != Level::Good).then_some((pressing(drive), &changes));
@@ -347,17 +356,18 @@ impl ForceAnalysis {
         }
         let is_crossed = |(found, _): &(&OfDrive, _)| found.keeping.is_none() && !found.sign_changes.is_empty();
         let crossed = all().filter(is_crossed).map(|(found, drive)| {
-            let the = machine.part(drive).map_or("The".to_owned(), |part| format!("{part}: the"));
+            let the = if is_one { "the".to_owned() } else { format!("{}: the", machine.spoken(drive)) };
             format!("{the} {} changes sign at φ = {}", pressing(drive), angles(&found.sign_changes))
         });
         let crossed: Vec<String> = crossed.collect();
         if !crossed.is_empty() {
-            verdict.result(Level::Mind, format!("{}. Any play is crossed there.", crossed.join("; ")));
+            let crossed = text::capital(&crossed.join("; "));
+            verdict.result(Level::Mind, format!("{crossed}. Any play is crossed there."));
         }
         // A tenth of a millimetre shows whether there is a cam at all.
         let coarse = Tolerances { chord: 1e-4, table: 1e-4 };
         for (drive, plan) in machine.drives.iter().filter_map(|drive| Some((drive, drive.plan?))) {
-            let faults = match Shape::new(name(drive), &drive.follower.cam, plan, coarse) {
+            let faults = match Shape::new(&name(drive), &drive.follower.cam, plan, coarse) {
                 Ok(shape) => shape.complaints(Level::Bad),
                 Err(fault) => vec![format!("{}: {fault}", name(drive))],
             };
@@ -369,25 +379,25 @@ impl ForceAnalysis {
             let of_kind = all().flat_map(|(found, drive)| found.quantities.iter().map(move |range| (range, drive)));
             let of_kind = of_kind.filter(|(range, _)| range.quantity.starts_with(key));
             let most = of_kind.max_by(|(a, _), (b, _)| a.peak().value.abs().total_cmp(&b.peak().value.abs()))?;
-            Some(most.0.told(&machine.part(most.1).map_or(String::new(), |part| format!(" of {part}"))))
+            Some(most.0.text(&if is_one { String::new() } else { format!(" of {}", machine.spoken(most.1)) }))
         };
         let keys = ["roller_force", "contact_force", "hertzian_pressure"];
-        let loads: Vec<String> = keys.into_iter().filter_map(largest).chain([self.shaft.told("")]).collect();
+        let loads: Vec<String> = keys.into_iter().filter_map(largest).chain([self.shaft.text("")]).collect();
         let Power { shaft, largest, .. } = self.power;
-        let mean = if shaft.abs() <= ROUNDING * largest { 0.0 } else { shaft };
-        let [mean, most] = [mean, largest].map(|power| shown(power, &W));
+        let [mean, most] = [text::clean(shaft, largest), largest].map(|power| shown(power, &W));
         let loads = loads.join(", ");
         verdict.result(Level::Good, format!("Largest magnitudes: {loads}. Mean power {mean}, peak power {most}."));
         let names = |of: &dyn Fn(&OfDrive, &Drive) -> bool| {
             let those = all().filter(|(found, drive)| drive.plan.is_some() && of(found, drive));
-            let names: Vec<&str> = those.map(|(_, drive)| machine.part(drive).unwrap_or("the follower")).collect();
-            (!names.is_empty()).then(|| names.join(", "))
+            let names: Vec<String> = those.map(|(_, drive)| machine.spoken(drive)).collect();
+            let of = if is_one { String::new() } else { format!(" ({})", names.join(", ")) };
+            (!names.is_empty()).then_some(of)
         };
         if let Some(names) = names(&|found, _| found.keeping.is_none() && !found.sign_changes.is_empty()) {
-            verdict.advice(format!("Keep the clearance between roller and cam small: {names}."));
+            verdict.advice(format!("Keep the clearance between roller and cam small{names}."));
         }
         if let Some(names) = names(&|_, drive| drive.loads.material.is_none()) {
-            verdict.advice(format!("Set `roller_width` in [forces] to get the Hertzian pressure: {names}."));
+            verdict.advice(format!("Set `roller_width` in [forces] to get the Hertzian pressure{names}."));
         }
         verdict.certainty(
             "Kinetostatic: rigid bodies at constant speed, without friction, clearance, vibration and impacts.",
@@ -398,13 +408,14 @@ impl ForceAnalysis {
     /// The report.
     pub fn report(&self, turn: &MachineTurn<'_>) -> Report {
         let machine = turn.machine;
-        let speed = text::digits(self.speed * 60.0 / TAU, 6, -4);
-        let mut report = Report::new(&self.scene, format!("kinetostatic forces at constant {speed} rpm"));
+        let speed = shown(self.speed, &RPM);
+        let mut report = Report::new(&self.scene, format!("kinetostatic forces at constant {speed}"));
         report.verdict = self.verdict(machine);
         report.diagram("torque", super::figures::torque(turn, machine));
         for ((j, drive), found) in machine.drives.iter().enumerate().zip(&self.drives) {
             let part = machine.part(drive);
-            report.table(ranges(part.unwrap_or("Loads"), &found.quantities));
+            let title = if machine.drives.len() == 1 { "Loads".to_owned() } else { capital(&machine.spoken(drive)) };
+            report.table(ranges(&title, &found.quantities));
             let course = Table::file(part.unwrap_or_default(), turn.states());
             let course = course.column("phi", "φ", DEG, |state| state.phi);
             let course = drive.quantities().iter().fold(course, |table, q| {
@@ -444,6 +455,12 @@ impl ForceAnalysis {
 pub struct LiftOff {
     /// Its name: "follower1".
     pub follower: String,
+    /// Its name in a sentence.
+    #[serde(skip)]
+    pub spoken: String,
+    /// The speed of the scene (rad/s).
+    #[serde(skip)]
+    speed: f64,
     /// See [`MachineTurn::lift_off`].
     pub lift_off_speed: Option<Extreme>,
     /// True if the FMU's motion contains the flight.
@@ -453,18 +470,13 @@ pub struct LiftOff {
 impl LiftOff {
     /// The finding as a sentence.
     pub fn text(&self) -> String {
-        let held = if self.may_leave { "" } else { "; this model keeps contact" };
-        match self.lift_off_speed {
-            None => format!("{} stays on its cam at any speed.", self.follower),
-            Some(Extreme { phi, value }) => {
-                format!(
-                    "{} lifts off its cam {}, first at φ = {} (kinetostatic){held}.",
-                    self.follower,
-                    from(value, FINE),
-                    angle(phi)
-                )
-            }
-        }
+        let (follower, kept) = (capital(&self.spoken), if self.may_leave { "" } else { "; this model keeps contact" });
+        let Some(Extreme { phi, value }) = self.lift_off_speed else {
+            return format!("{follower} stays on its cam at any speed.");
+        };
+        let lifts = if self.may_leave && value <= self.speed { "lifts off" } else { "would lift off" };
+        let (above, phi) = (above(value, FINE), angle(phi));
+        format!("{follower} {lifts} its cam {above}, first at φ = {phi} (kinetostatic){kept}.")
     }
 }
 
@@ -483,6 +495,8 @@ impl Machine {
             let name = self.part(drive).unwrap_or("the follower");
             (acts && drive.is_force_closed()).then(|| LiftOff {
                 follower: name.to_owned(),
+                spoken: self.spoken(drive),
+                speed: self.speed.abs(),
                 lift_off_speed: turn.lift_off(j),
                 may_leave: drive.loads.may_leave,
             })
@@ -501,7 +515,7 @@ impl Machine {
         };
         let leaving =
             self.lift_offs().unwrap_or_default().into_iter().filter(|of| !of.may_leave).filter_map(|of| {
-                Some(format!("{} would lift off {}", of.follower, from(of.lift_off_speed?.value, FINE)))
+                Some(format!("{} would lift off {}", of.spoken, above(of.lift_off_speed?.value, FINE)))
             });
         let leaving = leaving.collect::<Vec<_>>().join(", ");
         let leaving = if leaving.is_empty() {

@@ -358,7 +358,7 @@ fn what_the_motion_leaves_out_is_told() {
     let rpm = text::digits_beyond(1500.0_f64.sqrt() * 60.0 / TAU, 3, false);
     let mut loads = loaded([20.0, 0.0], 10.0, constant(10.0));
     let leaves = format!(
-        "the follower would lift off from {rpm} rpm on (kinetostatic; use BacklashDrive with s = \"inf\" to simulate lift-off)"
+        "the follower would lift off above {rpm} rpm (kinetostatic; use BacklashDrive with s = \"inf\" to simulate lift-off)"
     );
     // The note names motions that hold a contact the machine loses.
     let holds = format!("in the motion of the FMU contact holds at any speed; in the machine {leaves}");
@@ -369,7 +369,7 @@ fn what_the_motion_leaves_out_is_told() {
         let loads = Loads { may_leave, ..loads.clone() };
         let of = machine(0.0, Follower::new(2.0, series(&[0.01, -0.01], &[])), None, loads).lift_offs().unwrap();
         let text = of[0].text();
-        assert!(text.starts_with(&format!("the follower lifts off its cam from {rpm} rpm on")), "{text}");
+        assert!(text.starts_with(&format!("The follower would lift off its cam above {rpm} rpm")), "{text}");
         assert_eq!(text.contains("keeps contact"), !may_leave);
     }
     let levers = Loads { lever_inertia: 1e-9, ..loads.clone() };

@@ -116,11 +116,8 @@ impl MachineTurn<'_> {
 
     /// The maximum of f and its place.
     pub fn largest(&self, f: impl Fn(&State) -> f64) -> Extreme {
-        let value = |state: &State| Extreme { phi: state.phi, value: f(state) };
-        let highest = |best: Extreme, next: Extreme| if next.value > best.value { next } else { best };
-        let none = Extreme { phi: 0.0, value: f64::NEG_INFINITY };
-        let mut best = self.states().map(value).fold(none, highest);
-        let sampled = best.value;
+        let sampled = self.states().map(&f).fold(f64::NEG_INFINITY, f64::max);
+        let mut tops = Vec::new();
         for piece in &self.pieces {
             let values: Vec<f64> = piece.iter().map(&f).collect();
             for peak in 0..values.len() {
@@ -136,10 +133,14 @@ impl MachineTurn<'_> {
                 // At a maximum roundings decide from there on.
                 let top = (piece[peak].phi, values[peak]);
                 let (phi, value) = summit(&mut self.on(piece, &f), ends, top, 1e-9 * (ends[1] - ends[0]));
-                best = highest(best, Extreme { phi, value });
+                tops.push(Extreme { phi, value });
             }
         }
-        Extreme { phi: best.phi.rem_euclid(TAU), ..best }
+        if tops.iter().all(|top| top.value < sampled) {
+            let first = self.states().find(|state| f(state) >= sampled - 1e-12 * sampled.abs());
+            tops.extend(first.map(|state| Extreme { phi: state.phi, value: sampled }));
+        }
+        Extreme::greatest(tops, |value| value).unwrap_or(Extreme { phi: 0.0, value: sampled })
     }
 
     /// ±1: the sense in which Q presses drive j on its cam; without a known contact the return spring's.

@@ -28,6 +28,7 @@ use crate::periodic_turn::{self, Turn};
 use crate::report::unit::HZ;
 use crate::report::{Level, Setting, Unit, terminal};
 use crate::resource::{Resource, Scene, Tool};
+use crate::text::clean;
 use camdrive::drives::Fault;
 use camdrive::drives::backlash;
 use camdrive::drives::elastic_output;
@@ -183,7 +184,12 @@ fn kinetostatic(resource: &Resource) -> Overview {
 impl Overview {
     /// A quantity in coherent SI.
     fn figure(&mut self, name: impl Into<String>, value: f64, unit: &'static str) {
-        self.figures.push(Figure { name: name.into(), value, unit, shown: shown(value, unit) });
+        self.sized(name, value, unit, 0.0);
+    }
+
+    /// A quantity that may be rounding next to values of this size.
+    fn sized(&mut self, name: impl Into<String>, value: f64, unit: &'static str, size: f64) {
+        self.figures.push(Figure { name: name.into(), value, unit, shown: shown(clean(value, size), unit) });
     }
 
     /// A speed or a natural frequency (rad/s).

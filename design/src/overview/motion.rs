@@ -20,7 +20,7 @@ const NAMES: [(&str, &str); 5] = [
     ("force", "largest_force"),
     ("contact_force", "largest_contact_force"),
     ("tau", "largest_torque"),
-    ("M_an", "largest_motor_torque"),
+    ("M_an", "largest_motor_torque_on_the_shaft"),
 ];
 
 /// A harmonic this close to the natural frequency, as a part of it, may be in resonance; if coefficients vary over the turn,
@@ -117,7 +117,7 @@ impl Overview {
         for range in &turn.outputs {
             let (part, j) = range.part();
             if let Some((_, name)) = NAMES.iter().find(|(of, _)| *of == part) {
-                self.figure(named(j, name), range.peak().value.abs(), range.unit);
+                self.sized(named(j, name), range.peak().value.abs(), range.unit, range.size);
             }
         }
         if let Some(turns) = turn.settles().filter(|_| turn.outputs.iter().any(|range| range.part().0 == "q")) {
@@ -127,8 +127,8 @@ impl Overview {
             let name = named(periodic_turn::part(&dwell.output).1, "largest_vibration_in_a_dwell");
             match self.figures.iter_mut().find(|figure| figure.name == name) {
                 Some(figure) if figure.value >= dwell.largest => {}
-                Some(figure) => (figure.value, figure.shown) = (dwell.largest, shown(dwell.largest, dwell.unit)),
-                None => self.figure(name, dwell.largest, dwell.unit),
+                Some(figure) => (figure.value, figure.shown) = (dwell.largest, dwell.shown(dwell.largest)),
+                None => self.sized(name, dwell.largest, dwell.unit, dwell.size),
             }
         }
         let starts = far_starts(resource, &turn);

@@ -18,7 +18,7 @@ impl Overview {
         for of in self.lift_offs.iter().filter(|_| !flies).filter(leaves) {
             verdict.result(Level::Mind, of.text());
             verdict
-                .advice(format!("`camdrive forces` computes which preload or speed keeps {} on its cam.", of.follower));
+                .advice(format!("`camdrive forces` computes which preload or speed keeps {} on its cam.", of.spoken));
         }
         if self.warnings.is_empty() && verdict.result.is_empty() {
             verdict.result(Level::Good, "No errors. All values are plausible.");
@@ -57,9 +57,10 @@ impl Overview {
         let resonances = Table::of("Resonances", &self.resonances)
             .column("harmonic", "harmonic", ONE, |of| of.harmonic)
             .column("speed", "speed", RPM, |of| of.speed)
-            .digits(4)
-            .column("amplitude", "deformation in it here", q.clone(), |of| of.amplitude)
-            .column("resonant_amplitude", "at that speed", q, |of| of.resonant_amplitude.unwrap_or(f64::INFINITY));
+            .column("amplitude", "amplitude at the present speed", q.clone(), |of| of.amplitude)
+            .column("resonant_amplitude", "amplitude in resonance", q, |of| {
+                of.resonant_amplitude.unwrap_or(f64::INFINITY)
+            });
         let figures = Table::of("Characteristic values", &self.figures)
             .column("name", "quantity", ONE, |figure| figure.name.replace('_', " "))
             .column("value", "value", ONE, |figure| &figure.shown);

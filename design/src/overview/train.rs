@@ -75,6 +75,9 @@ fn free(overview: &mut Overview, scene: &Scene) -> Option<f64> {
         Source::Kloss(kloss) => overview.kloss(kloss),
         Source::Servo(Servo { proportional, integral, limit, .. }) => {
             overview.figure("torque_limit", *limit, "N.m");
+            if transmission.ratio.abs() != 1.0 {
+                overview.figure("torque_limit_on_the_shaft", limit * transmission.ratio.abs(), "N.m");
+            }
             if *integral > 0.0 {
                 let all = if transmission.coupling.is_some() { mean + square * transmission.rotor } else { mean };
                 overview.speed("control_frequency", (integral * square / all).sqrt());

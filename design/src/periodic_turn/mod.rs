@@ -14,6 +14,7 @@ use crate::report::terminal;
 use crate::report::unit::DEG;
 use crate::resource::Scene;
 use crate::search::{Extreme, root, summit};
+use crate::text;
 use camdrive::drives::drive_train::{DriveTrain, Periodic, Shaft};
 use camdrive::drives::rigid_machine::Motor;
 use camdrive::drives::shaft::cam_drive::DriveMode;
@@ -49,10 +50,13 @@ pub struct Range {
     pub largest: f64,
     /// φ (rad) there.
     pub largest_at: f64,
-    /// The mean over time.
+    /// The mean over time, the impulses of impacts included.
     pub mean: f64,
-    /// The root of the mean square over time.
+    /// The root of the mean square over time, without impulses.
     pub rms: f64,
+    /// The largest size; of a torque on a free shaft at least E, next to which it may be rounding.
+    #[serde(skip)]
+    pub size: f64,
     /// Its values at the points.
     #[serde(skip)]
     pub values: Vec<f64>,
@@ -62,8 +66,13 @@ impl Range {
     /// The value that is largest in size, with its sign.
     pub fn peak(&self) -> Extreme {
         let [low, high] = [(self.least_at, self.least), (self.largest_at, self.largest)];
-        let (phi, value) = if high.1.abs() >= low.1.abs() { high } else { low };
-        Extreme { phi, value }
+        let [low, high] = [low, high].map(|(phi, value)| Extreme { phi, value });
+        Extreme::greatest([low, high], f64::abs).unwrap_or(high)
+    }
+
+    /// A value of it for people, without roundings.
+    pub fn clean(&self, value: f64) -> f64 {
+        text::clean(value, self.size)
     }
 
     /// Its name without the follower's, and the follower's number; 0 if the drive has only one.
@@ -309,23 +318,32 @@ impl Turn {
         let mean_speed = (TAU / period).copysign(end - first);
         let whole = TAU * (first / TAU).floor();
         angles.iter_mut().for_each(|phi| *phi -= whole);
-        let (torque, power) = torques(&mut walk, &all, &times, mean_speed)?;
-        let ranges = followed.iter().zip(columns).zip(extremes).map(|(((of, unit), values), [low, high])| {
-            let square: Vec<f64> = values.iter().map(|v| v * v).collect();
-            let turned = |at: Extreme| at.phi.rem_euclid(TAU);
-            Range {
-                output: all[*of].name.clone(),
-                unit,
-                least: low.value,
-                least_at: turned(low),
-                largest: high.value,
-                largest_at: turned(high),
-                mean: without_rounding(mean(&times, &values), low.value.abs().max(high.value.abs())),
-                rms: mean(&times, &square).sqrt(),
-                values,
-            }
-        });
         let energy = place(&all, "E").map_or(Ok(vec![vec![0.0]]), |energy| walk.values(&times[..1], &[energy]))?[0][0];
+        let means: Vec<&str> = followed.iter().map(|(of, _)| all[*of].name.as_str()).collect();
+        let means = means.into_iter().map(|name| mean_with_impulses(&mut walk, &all, &times, name));
+        let means = means.collect::<Result<Vec<Option<f64>>, Fault>>()?;
+        let ranges = followed.iter().zip(columns).zip(extremes).zip(means).map(
+            |((((of, unit), values), [low, high]), with_impulses)| {
+                let square: Vec<f64> = values.iter().map(|v| v * v).collect();
+                Range {
+                    output: all[*of].name.clone(),
+                    unit,
+                    least: low.value,
+                    least_at: low.phi,
+                    largest: high.value,
+                    largest_at: high.phi,
+                    mean: with_impulses.unwrap_or_else(|| mean(&times, &values)),
+                    rms: mean(&times, &square).sqrt(),
+                    size: [low.value, high.value, if *unit == "N.m" { energy } else { 0.0 }]
+                        .map(f64::abs)
+                        .into_iter()
+                        .fold(0.0, f64::max),
+                    values,
+                }
+            },
+        );
+        let ranges: Vec<Range> = ranges.collect();
+        let (torque, power) = torques(&mut walk, &all, &times, (mean_speed, &ranges))?;
         Ok(Turn {
             period,
             mean_speed,
@@ -335,7 +353,7 @@ impl Turn {
             multipliers: Vec::new(),
             growth: None,
             pulls,
-            outputs: ranges.collect(),
+            outputs: ranges,
             impacts: impacts(&mut walk, &all, period)?,
             impulses,
             angles,
@@ -369,27 +387,28 @@ impl Turn {
 }
 
 /// The mean torque on the shaft (N·m) with that at φ = 0, and the mean power (W): of the motor, or what a driven shaft needs.
-fn torques(walk: &mut Walk, all: &[Description], times: &[f64], speed: f64) -> Result<([f64; 2], f64), Fault> {
-    let period = times[times.len() - 1];
-    let steps = || times.windows(2).map(|ends| ends[1] - ends[0]);
+fn torques(
+    walk: &mut Walk,
+    all: &[Description],
+    times: &[f64],
+    (speed, outputs): (f64, &[Range]),
+) -> Result<([f64; 2], f64), Fault> {
     if let Some(motor) = place(all, "M_an") {
         let columns = walk.values(times, &[motor, place(all, "w").unwrap_or(motor)])?;
         let power: Vec<f64> = columns[0].iter().zip(&columns[1]).map(|(torque, w)| torque * w).collect();
         return Ok(([mean(times, &columns[0]), columns[0][0]], mean(times, &power)));
     }
-    let mut sums = [0.0; 2];
-    for (of, about) in all.iter().enumerate().filter(|(_, d)| part(&d.name).0 == "tau") {
-        // With impacts the mean over the step that ends there, which knows their momentum.
-        let with_impulses = place(all, &about.name.replace("tau", "tau_mean"));
-        let column = walk.values(times, &[with_impulses.unwrap_or(of)])?.swap_remove(0);
-        sums[0] += if with_impulses.is_some() {
-            steps().zip(&column[1..]).map(|(step, torque)| step * torque).sum::<f64>() / period
-        } else {
-            mean(times, &column)
-        };
-        sums[1] += column[usize::from(with_impulses.is_some())];
-    }
+    let taken = outputs.iter().filter(|of| of.part().0 == "tau");
+    let sums = taken.fold([0.0; 2], |[mean, at_zero], of| [mean + of.mean, at_zero + of.values[0]]);
     Ok((sums, sums[0] * speed))
+}
+
+/// The mean of a force or torque with the impulses of impacts, from its means over the steps; None without impacts.
+fn mean_with_impulses(walk: &mut Walk, all: &[Description], times: &[f64], name: &str) -> Result<Option<f64>, Fault> {
+    let Some(of) = place(all, &format!("{name}_mean")) else { return Ok(None) };
+    let column = walk.values(times, &[of])?.swap_remove(0);
+    let steps = times.windows(2).map(|ends| ends[1] - ends[0]);
+    Ok(Some(steps.zip(&column[1..]).map(|(step, mean)| step * mean).sum::<f64>() / times[times.len() - 1]))
 }
 
 /// Impacts of each follower in the turn.
@@ -419,11 +438,6 @@ fn mean(times: &[f64], values: &[f64]) -> f64 {
     let parts = times.windows(2).zip(values.windows(2));
     let sum: f64 = parts.map(|(t, v)| 0.5 * (t[1] - t[0]) * (v[0] + v[1])).sum();
     sum / (times[times.len() - 1] - times[0])
-}
-
-/// A mean without what roundings leave of zero.
-fn without_rounding(mean: f64, size: f64) -> f64 {
-    if mean.abs() <= 1e-12 * size { 0.0 } else { mean }
 }
 
 /// The points of a turn, and what happens between them.
@@ -480,15 +494,17 @@ fn extremes(
     phi: usize,
 ) -> Result<Vec<[Extreme; 2]>, Fault> {
     walk.restart();
-    let none = Extreme { phi: 0.0, value: 0.0 };
-    let mut found = vec![[none; 2]; outputs.len()];
+    let mut found = vec![[const { Vec::new() }; 2]; outputs.len()];
     // From which point on each of them is sought.
     let mut wanted: Vec<(usize, usize, usize, usize)> = Vec::new();
     for (i, values) in columns.iter().enumerate() {
         for side in 0..2 {
             let value = |k: usize| if side == 0 { -values[k] } else { values[k] };
-            let top = (0..times.len()).max_by(|a, b| value(*a).total_cmp(&value(*b))).unwrap_or(0);
-            found[i][side].value = values[top];
+            let (most, size) = (0..times.len())
+                .map(value)
+                .fold((f64::NEG_INFINITY, 0.0), |(most, size), v| (v.max(most), v.abs().max(size)));
+            // The first of those that differ by roundings.
+            let top = (0..times.len()).find(|k| value(*k) >= most - 1e-12 * size).unwrap_or(0);
             // A local summit may be higher between its points than the highest of all points.
             let may_be = |k: &usize| {
                 let beside = [k.saturating_sub(1), (k + 1).min(times.len() - 1)].map(value);
@@ -517,14 +533,16 @@ fn extremes(
         let mut value = |t: f64| sign * at(t, outputs[i]);
         let (time, best) =
             if low < high { summit(&mut value, [times[low], times[high]], start, 1e-9 * step) } else { start };
-        // The highest point counts in any case.
-        if best >= sign * found[i][side].value {
-            found[i][side] = Extreme { phi: at(time, phi), value: sign * best };
-        }
+        // On a plateau roundings decide on the place.
+        let time = if best - start.1 <= 1e-12 * best.abs() { start.0 } else { time };
+        found[i][side].push(Extreme { phi: at(time, phi), value: sign * best });
         walk.drive.restore(&saved);
         walk.time = begin;
     }
-    Ok(found)
+    let none = Extreme { phi: 0.0, value: 0.0 };
+    let best =
+        |side: usize, all: &[Extreme]| Extreme::greatest(all.iter().copied(), |v| if side == 0 { -v } else { v });
+    Ok(found.iter().map(|sides| [0, 1].map(|side| best(side, &sides[side]).unwrap_or(none))).collect())
 }
 
 /// A disturbance that has decayed to this part is gone.

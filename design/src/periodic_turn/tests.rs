@@ -117,6 +117,8 @@ fn extremes_are_right_to_many_digits() {
     let q = turn.outputs.iter().find(|range| range.output == "follower[1].q").unwrap();
     near(q.largest, amplitude, 1e-11);
     near(q.least, -amplitude, 1e-11);
+    // Both halves of the turn have the same extremes: the first counts.
+    assert!(q.least_at.max(q.largest_at) < TAU / 2.0 && q.peak().phi == q.least_at.min(q.largest_at));
     // Damping is what the drive has to give: ½ b (kΩ q)².
     near(turn.mean_power, 10.0 * (kw * amplitude).powi(2), 1e-9);
     near(turn.mean_torque, turn.mean_power / 14.0, 1e-12);
@@ -140,6 +142,8 @@ fn impacts_are_counted_and_their_momentum_is_part_of_the_torque() {
     let taken: f64 = turn.impulses.iter().map(|impact| impact.impulse.powi(2) / (2.0 * 0.6)).sum();
     assert_eq!(turn.impulses.len() as f64, turn.impacts[0].unwrap());
     near(turn.mean_power * turn.period, taken, 1e-6);
+    let tau = turn.output("follower[1].tau").unwrap();
+    assert_eq!(tau.mean, turn.mean_torque);
     // The drive gives what the impacts take.
     let mut train = DriveTrain::new(scene(150.0)).unwrap();
     train.start(0.0).unwrap();

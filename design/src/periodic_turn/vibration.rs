@@ -3,7 +3,9 @@
 use super::{POINTS, Range, Turn, part};
 use crate::harmonic_analysis::discrete_series;
 use crate::law_motions::motions;
+use crate::report::{Unit, terminal::shown};
 use crate::resource::Scene;
+use crate::text;
 use camdrive::motion::MotionLaw;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -37,6 +39,21 @@ pub struct Dwell {
     pub rms: f64,
     /// The largest departure of the law from its own mean.
     pub law: f64,
+    /// The largest size of the output.
+    #[serde(skip)]
+    pub size: f64,
+}
+
+impl Dwell {
+    /// A departure without roundings.
+    pub fn clean(&self, value: f64) -> f64 {
+        text::clean(value, self.size)
+    }
+
+    /// A departure for people.
+    pub fn shown(&self, value: f64) -> String {
+        shown(self.clean(value), &Unit::of(self.unit))
+    }
 }
 
 /// A harmonic of a deformation.
@@ -104,7 +121,7 @@ impl Turn {
         let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
         let rms = (tool.iter().map(|v| v * v).sum::<f64>() / count).sqrt();
         let (output, unit) = (range.output.clone(), range.unit);
-        Some(Dwell { output, unit, from, to, largest: largest(&tool), rms, law: largest(&law) })
+        Some(Dwell { output, unit, from, to, largest: largest(&tool), rms, law: largest(&law), size: range.size })
     }
 
     /// The harmonics of an output, in the order of their numbers.

@@ -130,6 +130,14 @@ impl Verdict {
             }
         }
         minded.sort_by_key(|(level, _)| std::cmp::Reverse(*level));
+        // Several studies find that a follower lifts off.
+        let mut lifted = Vec::new();
+        minded.retain(|(_, sentence)| {
+            let who = sentence.split_once(" lifts off its cam").map(|(who, _)| who);
+            let is_new = who.is_none_or(|who| !lifted.contains(&who));
+            lifted.extend(who);
+            is_new
+        });
         let mut all = Verdict::default();
         let fine: Vec<(Level, &String)> = calm.into_iter().map(|sentence| (Level::Good, sentence)).collect();
         for (level, sentence) in if minded.is_empty() { fine } else { minded } {

@@ -5,7 +5,9 @@ use super::map::Region;
 use super::printed::{Crank, CrankPoint, Curve};
 use super::response::Resonance;
 use crate::plot::{Axis, Diagram, Rule, Series, Shade};
-use crate::text::{number, rpm};
+use crate::report::terminal::shown;
+use crate::report::unit;
+use crate::text::number;
 
 /// rad/s → rpm.
 const RPM: f64 = 60.0 / std::f64::consts::TAU;
@@ -217,10 +219,10 @@ pub fn load(report: &StabilityAnalysis) -> Diagram {
     let (name, sign) = if report.units[1] == "N" { ("Force", "F") } else { ("Torque", "M") };
     let mut series = Vec::new();
     for (at, course) in report.speeds.iter().zip(&report.courses).take(MOST_SPEEDS) {
-        let rpm = rpm(at.speed);
+        let speed = shown(at.speed, &unit::RPM);
         let line = |name: &str, of: usize| {
             let points = course.iter().map(|point| [point[0].to_degrees(), point[of]]);
-            Series::line(format!("{name}, {rpm} rpm"), points)
+            Series::line(format!("{name}, {speed}"), points)
         };
         series.extend(at.stable.then(|| line(sign, 1)));
         series.push(line("kinetostatic", 2));

@@ -25,8 +25,10 @@ pub mod tongue;
 use crate::formulas::instability::{Bounds, Harmonics};
 use crate::oscillator::{self, PeriodicOscillator, Terms};
 use crate::periodic_turn::{self, NEUTRAL};
+use crate::report::terminal::shown;
+use crate::report::unit::RPM;
 use crate::resource::{Resource, Scene};
-use crate::text::{number, rpm};
+use crate::text::number;
 use crate::{Progress, parallel, search, work};
 use camdrive::drives::Fault;
 use map::{Instability, Modulation, Region};
@@ -282,8 +284,8 @@ fn studied(
     let backwards = turns.iter().any(|w| *w < 0.0);
     if let Some(w) = turns.iter().find(|w| backwards && **w > 0.0) {
         return Err(Fault::new(format!(
-            "the speed {} rpm and others have opposite signs, with different boundaries",
-            rpm(*w)
+            "the speed {} and others have opposite signs, with different boundaries",
+            shown(*w, &RPM)
         ))
         .hint("examine them one after the other, the range with its sign"));
     }
@@ -414,7 +416,7 @@ impl StabilityAnalysis {
 
 /// The reason why the drive cannot be examined at a speed.
 fn unfollowed(why: Unfollowed, speed: f64, eta: f64, theta: f64) -> Fault {
-    let at = format!("at {} rpm, η = {}, and the damping ratio {}", rpm(speed), number(eta), number(theta));
+    let at = format!("at {}, η = {}, and the damping ratio {}", shown(speed, &RPM), number(eta), number(theta));
     match why {
         Unfollowed::Range => {
             Fault::new(format!("{at} free motions change by more than the factor e^±700 in a turn, beyond the range of numbers"))

@@ -8,7 +8,7 @@ use crate::report::rounding::{Rounded, Rounding};
 use crate::report::terminal::shown;
 use crate::report::unit::{DEG, HZ, ONE, PERCENT, RPM, Unit};
 use crate::report::{Advice, Claim, Level, Report, Rows, Setting, Table, Value, Verdict, WrittenValue};
-use crate::text::{counted, digits_beyond, number, rpm};
+use crate::text::{counted, digits, digits_beyond, distinguishing, number};
 use std::cmp::Ordering;
 use std::f64::consts::PI;
 
@@ -38,7 +38,8 @@ pub fn grown(radius: f64) -> String {
 
 /// The sentence on a speed (rad/s) at which free motions grow by this factor in a turn.
 pub fn must_not_run(speed: f64, radius: f64) -> String {
-    format!("The machine must not run at {} rpm: free motions grow by {} a turn.", rpm(speed), grown(radius))
+    let speed = shown(speed, &RPM);
+    format!("The machine must not run at {speed}: free motions grow by {} a turn.", grown(radius))
 }
 
 impl StabilityAnalysis {
@@ -84,7 +85,9 @@ impl StabilityAnalysis {
 
     /// Judges a speed: its stability, its load, and its distance from the next unstable speed.
     fn judge(&self, at: &AtSpeed, transient: Option<&Transient>, verdict: &mut Verdict) {
-        let speed = rpm(at.speed);
+        let of_next = at.next.iter().flatten().map(|[_, next]| next * RPM.factor);
+        let fine = distinguishing(&of_next.chain([at.speed * RPM.factor]).collect::<Vec<f64>>(), EXACT);
+        let speed = digits(at.speed * RPM.factor, fine, -4);
         if at.radius > 1.0 + BORDER {
             match at.nonlinear {
                 Some("stable") => verdict.result(
@@ -128,7 +131,10 @@ impl StabilityAnalysis {
         let near = at.next.iter().flatten().any(|[_, next]| (next / at.speed - 1.0).abs() < CLOSE);
         let level = if near || ratio >= LOUD || !at.stable { Level::Mind } else { Level::Good };
         verdict.result(level, format!("The machine may run at {speed} rpm{}. {decay}.", load.unwrap_or_default()));
-        let next = |[_, next]: &[f64; 2]| format!("{} rpm ({} times the speed)", rpm(*next), number(next / at.speed));
+        let next = |[_, next]: &[f64; 2]| {
+            let limit = digits_beyond(next * RPM.factor, fine, *next < at.speed);
+            format!("{limit} rpm ({} times the speed)", number(next / at.speed))
+        };
         let next: Vec<String> = at.next.iter().flatten().map(next).collect();
         if !next.is_empty() {
             verdict.result(level, format!("Nearest unstable: {}.", next.join(" and ")));
@@ -177,7 +183,7 @@ impl StabilityAnalysis {
         let told: Vec<String> = loud
             .iter()
             .take(MOST_TOLD)
-            .map(|(speed, ratio)| format!("{} rpm ({})", rpm(*speed), number(*ratio)))
+            .map(|(speed, ratio)| format!("{} ({})", shown(*speed, &RPM), number(*ratio)))
             .collect();
         if !told.is_empty() {
             let told = told.join(", ");
@@ -300,7 +306,6 @@ impl StabilityAnalysis {
         };
         Table::of("Start from rest", self.transients.iter().flatten())
             .column("speed", "speed", RPM, |start| start.speed)
-            .digits(5)
             .column("peak", "largest |q|", q.clone(), |start| start.peak)
             .column("amplitude", "steady |q|", q, steady(|s| s.amplitude))
             .column("peak_load", "largest load", load.clone(), |start| start.peak_load)
@@ -424,9 +429,9 @@ impl StabilityAnalysis {
             .lines(
                 "Drive",
                 [format!(
-                    "Natural frequency {} ({} rpm) of the mean coefficients, which repeat {} a turn; damping ratio {}.",
+                    "Natural frequency {} ({}) of the mean coefficients, which repeat {} a turn; damping ratio {}.",
                     shown(o.natural_frequency, &HZ),
-                    rpm(o.natural_frequency),
+                    shown(o.natural_frequency, &RPM),
                     counted(o.periods_per_turn, "time"),
                     number(o.damping_ratio)
                 )],

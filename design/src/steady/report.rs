@@ -3,14 +3,14 @@
 use super::{Motion, Speeds, SteadyMotions, tables};
 use crate::periodic_turn::{self, Dwell, GONE, NEUTRAL, Turn};
 use crate::plot::{Axis, Diagram, Series};
-use crate::report::terminal::shown;
+use crate::report::terminal::{range, shown};
 use crate::report::unit::{DEG, MS, NM, ONE, PERCENT, RPM, W};
-use crate::report::{Advice, Claim, Level, Report, Setting, Table, Unit, Value, Verdict, WrittenValue};
-use crate::text::{counted, number, rpm, sentence, share, time};
+use crate::report::{Advice, Claim, Level, Report, Setting, Table, Value, Verdict, WrittenValue};
+use crate::text::{clean, counted, digits, distinguishing, number, sentence, share, time};
 use crate::transmission::Transmission;
 use camdrive::drives::rigid_machine::Kloss;
 
-/// Significant digits of speeds and periods: with fewer, motions with and without torques look alike.
+/// The most significant digits of speeds and periods.
 const FINE: usize = 7;
 
 /// Sentences on the speed that yields a prescribed period.
@@ -33,9 +33,9 @@ fn multiplier(growth: f64) -> String {
 
 /// The fluctuation of a speed, as the end of a sentence.
 fn fluctuation(speeds: &Speeds) -> String {
-    let [low, high] = [speeds.least_speed, speeds.largest_speed].map(rpm);
+    let range = range([speeds.least_speed, speeds.largest_speed], &RPM);
     match speeds.fluctuation() {
-        part if part > 1e-9 => format!("its speed fluctuates by {} ({low} to {high} rpm)", share(part)),
+        part if part > 1e-9 => format!("its speed fluctuates by {} ({range})", share(part)),
         _ => "its speed is constant".to_owned(),
     }
 }
@@ -61,8 +61,15 @@ impl SteadyMotions {
         motions.chain(self.without_torques.iter().map(|free| (FREE.to_owned(), free, None))).collect()
     }
 
+    /// The digits that distinguish the speeds of the motions.
+    fn digits(&self) -> usize {
+        let speeds: Vec<f64> = self.motions.iter().map(|motion| motion.speeds.mean_speed * RPM.factor).collect();
+        distinguishing(&speeds, FINE)
+    }
+
     /// The verdict on the machine: whether it runs, and how steadily.
     pub fn verdict(&self) -> Verdict {
+        let rpm = |speed: f64| digits(speed * RPM.factor, self.digits(), -4);
         let mut verdict = Verdict::default();
         if let Some(fault) = &self.none {
             if self.judged.result.is_empty() {
@@ -161,15 +168,17 @@ impl SteadyMotions {
 
     /// Torques, vibration, impacts and contact over a turn.
     fn of_turn(&self, turn: &Turn, verdict: &mut Verdict) {
-        if self.motor.is_none() && turn.mean_power.abs() > 0.0 {
-            let (torque, power) = (shown(turn.mean_torque, &NM), shown(turn.mean_power, &W));
+        let torques = turn.outputs.iter().filter(|of| of.unit == "N.m").map(|of| of.size);
+        let torque = clean(turn.mean_torque, torques.fold(0.0, f64::max));
+        if self.motor.is_none() && torque.abs() > 0.0 {
+            let (torque, power) = (shown(torque, &NM), shown(turn.mean_power, &W));
             verdict.result(Level::Good, format!("It takes a mean torque of {torque} and a mean power of {power}."));
         }
         let worst = self.dwells.iter().max_by(|a, b| a.largest.total_cmp(&b.largest));
-        if let Some(Dwell { output, unit, from, to, largest, rms, .. }) = worst.filter(|dwell| dwell.largest > 0.0) {
-            let unit = Unit::of(unit);
+        if let Some(dwell) = worst.filter(|dwell| dwell.clean(dwell.largest) > 0.0) {
+            let Dwell { output, from, to, largest, rms, .. } = dwell;
             let ([from, to], [largest, rms]) =
-                ([*from, *to].map(|phi| shown(phi, &DEG)), [*largest, *rms].map(|value| shown(value, &unit)));
+                ([*from, *to].map(|phi| shown(phi, &DEG)), [*largest, *rms].map(|value| dwell.shown(value)));
             verdict.result(
                 Level::Good,
                 format!("In the dwell from {from} to {to} `{output}` vibrates by up to {largest} ({rms} rms)."),
@@ -188,15 +197,15 @@ impl SteadyMotions {
 
     /// The report.
     pub fn report(&self) -> Report {
-        let rows = self.rows();
+        let (rows, digits) = (self.rows(), self.digits());
         let mut report = Report::new(&self.name, "periodic motion");
         report.verdict = self.verdict();
         let motions = Table::of("Motions", &rows)
             .column("motion", "motion", ONE, |(name, ..)| name)
             .column("period", "period", MS, |(_, speeds, _)| speeds.period)
-            .digits(FINE)
+            .digits(digits)
             .column("mean", "mean speed", RPM, |(_, speeds, _)| speeds.mean_speed)
-            .digits(FINE)
+            .digits(digits)
             .column("speed", "speed", RPM, |(_, speeds, _)| [speeds.least_speed, speeds.largest_speed])
             .column("fluctuation", "fluctuation", PERCENT, |(_, speeds, _)| speeds.fluctuation())
             .column("multiplier", "multiplier", ONE, |(.., motion)| motion.map(|motion| multiplier(motion.growth)))

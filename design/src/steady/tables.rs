@@ -24,15 +24,20 @@ fn unit(range: &Range) -> Unit {
 
 /// The outputs over the turn, each in its unit.
 pub fn outputs(turn: &Turn) -> Table {
-    let at = |phi: f64, value: f64, range: &Range| Value::At(value * unit(range).factor, phi);
+    let at = |phi: f64, value: f64, range: &Range| {
+        let shown = range.clean(value) * unit(range).factor;
+        if range.clean(range.largest - range.least) == 0.0 { Value::Number(shown) } else { Value::At(shown, phi) }
+    };
+    let note = "The means of force and torque contain the impulses of impacts, the rms values do not.".to_owned();
     // A prescribed speed says nothing.
     let moving = turn.outputs.iter().filter(|of| of.output != "w" || of.least < of.largest);
     Table::of("Over the turn", moving)
         .column("output", "output", ONE, |of| format!("{} [{}]", of.output, unit(of).name))
         .column("least", "least", ONE, |of| at(of.least_at, of.least, of))
         .column("largest", "largest", ONE, |of| at(of.largest_at, of.largest, of))
-        .column("mean", "mean", ONE, |of| of.mean * unit(of).factor)
-        .column("rms", "rms", ONE, |of| of.rms * unit(of).factor)
+        .column("mean", "mean", ONE, |of| of.clean(of.mean) * unit(of).factor)
+        .column("rms", "rms", ONE, |of| of.clean(of.rms) * unit(of).factor)
+        .below((!turn.impulses.is_empty()).then_some(note))
         .into()
 }
 
@@ -48,16 +53,15 @@ pub fn course(turn: &Turn) -> Table {
 
 /// The tools in the dwells.
 pub fn dwells(dwells: &[Dwell]) -> Table {
-    let shown = |value: f64, of: &Dwell| crate::report::terminal::shown(value, &Unit::of(of.unit));
     Table::of("Vibration in the dwells", dwells)
         .column("output", "output", ONE, |of| &of.output)
         .column("from", "from", DEG, |of| of.from)
         .digits(4)
         .column("to", "to", DEG, |of| of.to)
         .digits(4)
-        .column("largest", "largest", ONE, move |of| shown(of.largest, of))
-        .column("rms", "rms", ONE, move |of| shown(of.rms, of))
-        .column("law", "of the law itself", ONE, move |of| shown(of.law, of))
+        .column("largest", "largest", ONE, |of| of.shown(of.largest))
+        .column("rms", "rms", ONE, |of| of.shown(of.rms))
+        .column("law", "of the law itself", ONE, |of| of.shown(of.law))
         .into()
 }
 
@@ -93,7 +97,6 @@ pub fn harmonics(harmonics: &[Harmonic], resonances: &[Resonance]) -> Table {
         .column("frequency", "frequency", HZ, |of| of.frequency)
         .column("amplitude", "amplitude", ONE, |of| crate::report::terminal::shown(of.amplitude, &Unit::of(of.unit)))
         .column("resonance", "in resonance at", RPM, resonant)
-        .digits(4)
         .into()
 }
 
@@ -121,7 +124,15 @@ pub fn diagrams(name: &str, turn: &Turn) -> Vec<(String, Diagram)> {
             let points = |range: &Range| -> Vec<[f64; 2]> {
                 turn.angles.iter().zip(&range.values).map(|(phi, v)| [phi * DEG.factor, v * unit.factor]).collect()
             };
-            let series = shown.iter().map(|range| Series::line(range.output.clone(), points(range))).collect();
+            let has = |part: &str| shown.iter().any(|range| range.part().0 == part);
+            let title = match [has("q"), has("gap")] {
+                [true, false] => "Deformation",
+                [false, true] => "Gap",
+                _ => title,
+            };
+            // A single line needs no legend.
+            let name_of = |range: &Range| if shown.len() == 1 { String::new() } else { range.output.clone() };
+            let series = shown.iter().map(|range| Series::line(name_of(range), points(range))).collect();
             let axes = [Axis::angular("Angle of the shaft [°]"), Axis::linear(&format!("{title} [{}]", unit.name))];
             let zero = vec![Rule::Horizontal(0.0, String::new())];
             let key = if all.iter().any(|(other, _)| other == key) {

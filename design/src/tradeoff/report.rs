@@ -2,9 +2,10 @@
 
 use super::advice::{self, words};
 use super::{Cost, Findings, figures};
-use crate::report::unit::{MS, ONE, PERCENT, US, Unit};
+use crate::report::terminal::shown;
+use crate::report::unit::{MS, ONE, PERCENT, RPM, US, Unit};
 use crate::report::{Report, Table, Value};
-use crate::text::{self, counted, number, time};
+use crate::text::{counted, number, time};
 
 /// CPU time per time of the machine (ns/ms).
 const NS_PER_MS: Unit = Unit::new("ns/ms", 1.0);
@@ -82,8 +83,8 @@ fn measured(findings: &Findings) -> Vec<String> {
     let mut lines = vec![format!("Runs of {}{turns}; default communication step {}.", time(e.stop), time(e.step))];
     if let Some([speed, ramp]) = e.run_up {
         lines.push(format!(
-            "The inputs follow a run-up from standstill to {} rpm within {}, then keep this speed.",
-            text::rpm(speed),
+            "The inputs follow a run-up from standstill to {} within {}, then keep this speed.",
+            shown(speed, &RPM),
             time(ramp)
         ));
     }

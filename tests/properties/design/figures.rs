@@ -59,7 +59,7 @@ impl Said<'_> {
                 "force" => "largest_force",
                 "contact_force" => "largest_contact_force",
                 "tau" => "largest_torque",
-                "M_an" => "largest_motor_torque",
+                "M_an" => "largest_motor_torque_on_the_shaft",
                 _ => continue,
             };
             let called = if j == 0 { called.to_owned() } else { format!("follower[{j}].{called}") };
