@@ -206,12 +206,12 @@ pub fn reason(error: &Error) -> String {
 fn similar(path: &Path) -> Option<String> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let files = std::fs::read_dir(folder).ok()?.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-    let ending = path.extension()?;
-    let mut files: Vec<String> = files.filter(|name| Path::new(name).extension() == Some(ending)).collect();
-    files.sort();
-    let known: Vec<&str> = files.iter().map(String::as_str).collect();
-    let name = nearest(path.file_name()?.to_str()?, &known)?;
-    Some(path.with_file_name(name).display().to_string())
+    let ending = format!(".{}", path.extension()?.to_str()?);
+    let mut stems: Vec<String> = files.filter_map(|name| Some(name.strip_suffix(&ending)?.to_owned())).collect();
+    stems.sort();
+    let known: Vec<&str> = stems.iter().map(String::as_str).collect();
+    let near = nearest(path.file_stem()?.to_str()?, &known)?;
+    Some(path.with_file_name(near.to_owned() + &ending).display().to_string())
 }
 
 /// The name of a file, and its content.

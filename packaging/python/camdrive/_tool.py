@@ -91,7 +91,7 @@ def by_arguments(text: str) -> str:
     """A message of the tool with the arguments of Python for its options, but for commands to type."""
     names = {"start": "start_values", "stop": "stop_time", "force": "force=True", "o": "output"}
     option = re.compile(r"(?<![\w-])--?(o\b|(?<=--)(?!runtime)[a-z][a-z-]*)")
-    parts = text.split("`")
+    parts = text.split("\n\nUsage:")[0].split("`")
     parts[::2] = [option.sub(lambda of: names.get(of[1], of[1].replace("-", "_")), part) for part in parts[::2]]
     return "`".join(parts)
 
