@@ -67,9 +67,13 @@ impl SteadyMotions {
         distinguishing(&speeds, FINE)
     }
 
+    /// The mean speed of a motion (rpm) in these digits.
+    fn rpm(&self, speed: f64) -> String {
+        digits(speed * RPM.factor, self.digits(), -4)
+    }
+
     /// The verdict on the machine: whether it runs, and how steadily.
     pub fn verdict(&self) -> Verdict {
-        let rpm = |speed: f64| digits(speed * RPM.factor, self.digits(), -4);
         let mut verdict = Verdict::default();
         if let Some(fault) = &self.none {
             if self.judged.result.is_empty() {
@@ -82,7 +86,7 @@ impl SteadyMotions {
         match (&stable[..], &self.motions[..], &self.without_torques) {
             ([first, others @ ..], all, _) => {
                 let level = if others.is_empty() { Level::Good } else { Level::Mind };
-                let speed = rpm(first.speeds.mean_speed);
+                let speed = self.rpm(first.speeds.mean_speed);
                 verdict.result(
                     level,
                     match self.motor.is_some() || first.speeds.fluctuation() > 0.0 {
@@ -93,7 +97,7 @@ impl SteadyMotions {
                 if first.growth.is_finite() || first.growth == f64::NEG_INFINITY {
                     verdict.result(level, decay(first));
                 }
-                let speeds: Vec<String> = others.iter().map(|motion| rpm(motion.speeds.mean_speed)).collect();
+                let speeds: Vec<String> = others.iter().map(|motion| self.rpm(motion.speeds.mean_speed)).collect();
                 if !speeds.is_empty() {
                     verdict
                         .result(
@@ -109,7 +113,7 @@ impl SteadyMotions {
                 }
                 let slower = |motion: &&Motion| !motion.stable && motion.speeds.period > first.speeds.period;
                 if let Some(slow) = all.iter().find(slower) {
-                    let limit = rpm(slow.speeds.mean_speed);
+                    let limit = self.rpm(slow.speeds.mean_speed);
                     verdict.result(level, format!("Slower than about {limit} rpm it loses speed for good."));
                 }
             }
@@ -117,7 +121,7 @@ impl SteadyMotions {
             ([], [_, ..], _) if self.motor.is_none() => {}
             ([], motions, None) => self.stalls(motions.len(), &mut verdict),
             ([], _, Some(free)) => {
-                let speed = rpm(free.mean_speed);
+                let speed = self.rpm(free.mean_speed);
                 verdict.result(
                     Level::Good,
                     format!(
