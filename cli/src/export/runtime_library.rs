@@ -1,6 +1,7 @@
 //! The runtime library of an FMU: where it comes from, and the checks before it is packed.
 
 use super::hash::sha256;
+use crate::document::input::reason;
 use camdrive::drives::Fault;
 use camdrive::drives::resource::BUILD;
 use std::path::{Path, PathBuf};
@@ -119,7 +120,8 @@ impl RuntimeLibrary {
         if path.exists() && !path.is_file() {
             return Err(Fault::new(format!("{} is not a file", path.display())));
         }
-        let bytes = std::fs::read(path).map_err(|e| Fault::new(format!("{} cannot be read: {e}", path.display())))?;
+        let bytes = std::fs::read(path)
+            .map_err(|e| Fault::new(format!("{} cannot be read: {}", path.display(), reason(&e))))?;
         if !is_library_for(platform, &bytes) {
             return Err(Fault::new(format!(
                 "{} is not a shared library for {platform}; it is {}",
