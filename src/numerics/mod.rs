@@ -16,6 +16,7 @@ pub mod number;
 pub mod oscillator;
 pub mod pair;
 pub mod period_map;
+pub mod program;
 pub mod phase;
 pub mod powers;
 pub mod tape;

@@ -122,7 +122,7 @@ impl Run {
     /// The neglected term of the step up to a place with these last two powers for a state with this change, its rounding, and the
     /// largest size of the state.
     fn term(&self, k: usize, powers: [f64; 2], change: f64, free: bool) -> [f64; 3] {
-        let c = self.recording.tape.series(k);
+        let c = self.recording.series(k);
         let size = if k == 0 && free { 1.0 } else { c[0].abs().max((c[0] + change).abs()) };
         let last = [c[self.order - 1] * powers[0], c[self.order] * powers[1]];
         // Terms fall at least by half from one to the next.
@@ -177,7 +177,7 @@ impl Run {
         let partial = |c: &[f64], low: usize| theta * c[1..=low].iter().rev().fold(0.0, |sum, c| sum * theta + c);
         let (mut low, mut powers) = (self.errors.order.clamp(LEAST, order - 1), [1.0; ORDERS[1] + 1]);
         (1..=order).for_each(|n| powers[n] = theta * powers[n - 1]);
-        for c in (0..count).map(|k| self.recording.tape.series(k)) {
+        for c in (0..count).map(|k| self.recording.series(k)) {
             // The size of a state from its first coefficients.
             let limit = CARRIED * c[..5].iter().fold(0.0_f64, |most, c| most.max(c.abs()));
             low = (low + 1..order).rev().find(|n| c[*n].abs() * powers[*n] > limit).unwrap_or(low);
@@ -185,19 +185,18 @@ impl Run {
         let [mut y, mut sums, mut tops] = [[0.0; MOST_STATES]; 3];
         self.from(&mut y);
         for k in 0..count {
-            let c = self.recording.tape.series(k);
+            let c = self.recording.series(k);
             (sums[k], tops[k]) = (partial(c, low), c[low]);
             y[k] += scale * self.errors.values[k];
-            self.recording.tape.set(k, y[k]);
         }
         let angles = train.angles(self.phi(excitation, self.start, &y), &y);
         let about = About { time: self.start, angles: &angles, turns: self.turns, order: low, unit: self.unit };
         self.series += 1.0;
         self.recording.fill(train, &self.modes, excitation, &about);
-        self.recording.tape.expand(low, self.unit);
+        self.recording.expand(y[..count].iter().copied(), low, self.unit);
         let mut rest = 0.0_f64;
         for k in 0..count {
-            let c = self.recording.tape.series(k);
+            let c = self.recording.series(k);
             rest = rest.max((c[low] - tops[k]).abs() * powers[low] / self.errors.size(k));
             sums[k] = (partial(c, low) - sums[k]) / scale;
         }

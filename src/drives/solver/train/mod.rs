@@ -273,7 +273,7 @@ impl Run {
     pub fn series_at(&self, time: f64, y: &mut [Series]) {
         let theta = self.theta_at(time);
         for (k, y) in y.iter_mut().enumerate().take(self.states.len()) {
-            let c = self.recording.tape.series(k);
+            let c = self.recording.series(k);
             let [mut value, mut rate, mut bend] = [0.0; 3];
             for c in c[..=self.order].iter().rev() {
                 bend = bend * theta + rate;
@@ -339,14 +339,11 @@ impl Run {
         self.series += 1.0;
         self.recording.prepare(train, &self.modes, self.order);
         let mut y = [0.0; MOST_STATES];
-        for (k, state) in self.states.iter().enumerate() {
-            y[k] = state.hi;
-            self.recording.tape.set(k, state.hi);
-        }
+        self.from(&mut y);
         let angles = train.angles(self.phi(excitation, self.start, &y), &y);
         let about = About { time: self.start, angles: &angles, turns: self.turns, order: self.order, unit: self.unit };
         self.recording.fill(train, &self.modes, excitation, &about);
-        self.recording.tape.expand(self.order, self.unit);
+        self.recording.expand(self.states.iter().map(|state| state.hi), self.order, self.unit);
     }
 
     /// The reach of the series, in units: the last two terms of each state are below the tolerance of its first ones, or of its
@@ -383,7 +380,7 @@ impl Run {
             }
         };
         for k in 0..self.states.len() {
-            take(self.recording.tape.series(k), self.order, self.errors.sizes.get(k).copied().unwrap_or(0.0));
+            take(self.recording.series(k), self.order, self.errors.sizes.get(k).copied().unwrap_or(0.0));
         }
         // The quantities that locate events are known to one order less.
         let held = |j: &usize| self.modes.stands[*j].is_held();
@@ -457,7 +454,7 @@ impl Run {
         for (which, [ahead, back]) in ways.into_iter().enumerate().filter(|(_, way)| way[0].is_finite()) {
             let mut way = self.guard(back, 1.0, self.recording.phi());
             if which > 0 {
-                let twist = self.recording.tape.series(train.layout.followers[which - 1]);
+                let twist = self.recording.series(train.layout.followers[which - 1]);
                 way[1..count].iter_mut().zip(&twist[1..]).for_each(|(way, twist)| *way += twist);
             }
             self.watch(&way[..count], Event::Border(which, false));
@@ -470,7 +467,7 @@ impl Run {
     fn watch_follower(&mut self, train: &Train, j: usize, w: f64) {
         let (count, stand, own) = (self.order, self.modes.stands[j], train.layout.followers[j]);
         train.followers[j].joint.guards(&stand, &mut |Guard { state, shift, sign, zeros, change }| {
-            let of_state = state.map(|place| self.recording.tape.series(own + place));
+            let of_state = state.map(|place| self.recording.series(own + place));
             let series = of_state.unwrap_or_else(|| self.recording.normal(j)[0]);
             let mut guard = self.guard(sign * (series[0] + shift), sign, series);
             let zeros = if guard[0] == 0.0 { zeros } else { 0 };
@@ -550,7 +547,7 @@ impl Run {
 
     /// How much a state changes up to the place `theta` of the step.
     fn change(&self, k: usize, theta: f64) -> f64 {
-        theta * self.recording.tape.series(k)[1..=self.order].iter().rev().fold(0.0, |sum, c| sum * theta + c)
+        theta * self.recording.series(k)[1..=self.order].iter().rev().fold(0.0, |sum, c| sum * theta + c)
     }
 
     /// The states at the place `theta` of the step.
@@ -561,7 +558,7 @@ impl Run {
     /// ∫ b q̇² dt of a follower with backlash since the start (J), up to the place `theta` of the step, if it is counted.
     fn damped(&self, train: &Train, j: usize, theta: f64) -> Option<f64> {
         let (before, p) = (self.tallies[j].damped?, train.clearance(j)?);
-        let rate = &self.recording.tape.series(train.layout.followers[j] + 3)[..=self.order];
+        let rate = &self.recording.series(train.layout.followers[j] + 3)[..=self.order];
         let [square] = Gauss::with(16).integrate(theta - self.summed, |x| {
             let v = rate.iter().rev().fold(0.0, |sum, c| sum * (self.summed + x) + c);
             [v * v]

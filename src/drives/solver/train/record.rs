@@ -7,12 +7,16 @@ use crate::drives::shaft::angle_series::AngleSeries;
 use crate::drives::shaft::cam_drive::DriveMode;
 use crate::drives::shaft::train::{Functions, InputValues, MOST_FOLLOWERS, MOST_STATES, Modes, Point, Shaft, Train};
 use crate::numerics::double_double::Double;
+use crate::numerics::program::{Expansion, Program, Sorter};
 use crate::numerics::tape::{NONE, Tape, Var};
 use std::cell::RefCell;
 use std::f64::consts::TAU;
 
-/// The most coefficients of a known series: three more than the highest order.
-const COEFFICIENTS: usize = super::ORDERS[1] + 3;
+/// The most coefficients of a known series: three more than the highest order, in whole packs, and two zeros for its derivatives.
+const COEFFICIENTS: usize = (super::ORDERS[1] + 3).next_multiple_of(4) + 2;
+
+/// So many recordings are kept: m1 on one flank or the other, and in flight from either.
+const RECORDINGS: usize = 4;
 
 /// The kinds of known series: functions of time …
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,16 +39,54 @@ enum SeriesKind {
     Process(usize),
 }
 
-/// The tape, and the places of results on it.
+impl SeriesKind {
+    /// The class of its series: those of all followers are alike.
+    fn class(self) -> usize {
+        match self {
+            SeriesKind::Tau => 0,
+            SeriesKind::Torque => 1,
+            SeriesKind::Reference => 2,
+            SeriesKind::Lag => 3,
+            SeriesKind::Phi => 4,
+            SeriesKind::W => 5,
+            SeriesKind::A => 6,
+            SeriesKind::Force(_) => 7,
+            SeriesKind::Inertia => 8,
+            SeriesKind::HalfSlope => 9,
+            SeriesKind::Static => 10,
+            SeriesKind::Viscous => 11,
+            SeriesKind::Process(_) => 12,
+            SeriesKind::Cam(_, order) => 13 + order,
+        }
+    }
+
+    /// Whether it is an input, or the motion of a driven shaft itself.
+    fn is_input(self) -> bool {
+        self.class() <= SeriesKind::Phi.class() || self.class() == SeriesKind::Force(0).class()
+    }
+}
+
+/// The equations in some modes.
+#[derive(Clone, Debug, Default)]
+struct Recorded {
+    /// The modes; None of equations that are not recorded yet.
+    modes: Option<Modes>,
+    program: Program,
+    /// The kind of each known series.
+    known: Vec<SeriesKind>,
+    /// Numbers of results: of u of a servo, else ω_m; φ of a driven shaft; N and U′ N of each follower with backlash in contact.
+    kept: Vec<usize>,
+}
+
+/// The equations in the modes of late, and the series by those of the present ones.
 #[derive(Clone, Debug, Default)]
 pub struct Recording {
-    pub tape: Tape,
-    /// The kind of each of its known series.
-    known: Vec<SeriesKind>,
-    /// The modes of the recording; None before the first.
-    modes: Option<Modes>,
-    /// Places of results: of u of a servo, else ω_m; φ of a driven shaft; N and U′ N of each follower with backlash in contact.
-    kept: Vec<usize>,
+    recorded: Vec<Recorded>,
+    /// The present ones.
+    present: usize,
+    expansion: Expansion,
+    tape: Tape,
+    sorter: Sorter,
     /// The force of each contact at the speed 1 rad/s, as far as the law may accelerate it.
     forces: Vec<f64>,
 }
@@ -53,26 +95,42 @@ pub struct Recording {
 const RESOLUTION: f64 = 1e-12;
 
 impl Recording {
-    /// Forgets the recording after a change of the equations.
+    /// Forgets the recordings after a change of the equations.
     pub fn forget(&mut self) {
-        if self.modes.is_some() {
-            self.modes = Some(Modes { saturation: i8::MAX, ..Modes::default() });
-        }
+        self.recorded.iter_mut().for_each(|recorded| recorded.modes = None);
+    }
+
+    /// A state as a series.
+    pub fn series(&self, state: usize) -> &[f64] {
+        self.expansion.series(state)
+    }
+
+    fn kept(&self, which: usize) -> usize {
+        self.recorded[self.present].kept[which]
     }
 
     /// u of a servo, else ω_m, as a series.
     pub fn demand(&self) -> &[f64] {
-        self.tape.series(self.kept[0])
+        self.series(self.kept(0))
     }
 
     /// φ as a series.
     pub fn phi(&self) -> &[f64] {
-        self.tape.series(if self.kept[1] == NONE { 0 } else { self.kept[1] })
+        let kept = self.kept(1);
+        self.series(if kept == NONE { 0 } else { kept })
     }
 
     /// N of a follower with backlash in contact, and U′ N, as series.
     pub fn normal(&self, j: usize) -> [&[f64]; 2] {
-        [2 + 2 * j, 3 + 2 * j].map(|place| self.tape.series(self.kept[place]))
+        [2 + 2 * j, 3 + 2 * j].map(|which| self.series(self.kept(which)))
+    }
+
+    /// Computes the series from these states.
+    pub fn expand(&mut self, states: impl Iterator<Item = f64>, order: usize, unit: f64) {
+        let Recording { recorded, present, expansion, .. } = self;
+        let program = &recorded[*present].program;
+        states.enumerate().for_each(|(k, state)| expansion.set(program, k, state));
+        expansion.expand(program, order, unit);
     }
 
     /// The force below which N of a follower counts as zero (N), at the speed `w`; before a recording 0.
@@ -80,51 +138,92 @@ impl Recording {
         RESOLUTION * self.forces.get(j).map_or(0.0, |force| force * w * w)
     }
 
-    /// Whether it holds the equations of these modes.
+    /// Whether the present equations are those of these modes.
     pub fn holds(&self, modes: &Modes) -> bool {
-        self.modes.as_ref().is_some_and(|own| {
+        self.recorded.get(self.present).is_some_and(|recorded| self.are_of(recorded, modes))
+    }
+
+    fn are_of(&self, recorded: &Recorded, modes: &Modes) -> bool {
+        recorded.modes.as_ref().is_some_and(|own| {
             let same = |(own, stand): (&Stand, &Stand)| own.contact == stand.contact && own.beyond == stand.beyond;
             let stands = own.stands.iter().zip(&modes.stands).take(self.forces.len());
             own.saturation == modes.saturation && own.piece == modes.piece && stands.into_iter().all(same)
         })
     }
 
-    /// Records the equations for series up to this order, unless it already holds those of these modes.
+    /// Makes the equations of these modes the present ones, for series up to this order.
     pub fn prepare(&mut self, train: &Train, modes: &Modes, order: usize) {
         if self.holds(modes) {
             return;
         }
-        if self.modes.is_none() {
-            let force = |Follower { joint, rigid, .. }: &Follower| {
-                joint.clearance().map_or(0.0, |p| (p.m1 + p.m2) * rigid.cam.bound(2))
-            };
-            self.forces = train.followers.iter().map(force).collect();
+        if self.recorded.is_empty() {
+            self.make_room(train, modes, order);
         }
-        // A step must not allocate: recording both cases of each contact shows the largest size.
-        if self.modes.is_none() && train.switches() {
-            let mut other = *modes;
-            for stand in &mut other.stands {
-                stand.contact = if stand.is_held() { Mode::Free } else { Mode::Contact(Flank::A) };
-            }
-            self.record(train, &other, order);
-            self.record(train, modes, order);
-            self.tape.make_room();
-            self.known.reserve_exact(self.known.capacity());
+        if let Some(known) = self.recorded.iter().position(|recorded| self.are_of(recorded, modes)) {
+            self.present = known;
+            return;
         }
+        self.present = (self.present + 1) % self.recorded.len();
         self.record(train, modes, order);
-        self.modes = Some(*modes);
+        self.recorded[self.present].modes = Some(*modes);
+    }
+
+    /// A step must not allocate: recording both cases of each contact shows the largest size.
+    fn make_room(&mut self, train: &Train, modes: &Modes, order: usize) {
+        let force = |Follower { joint, rigid, .. }: &Follower| {
+            joint.clearance().map_or(0.0, |p| (p.m1 + p.m2) * rigid.cam.bound(2))
+        };
+        self.forces = train.followers.iter().map(force).collect();
+        self.recorded = vec![Recorded::default()];
+        if !train.switches() {
+            return;
+        }
+        let mut other = *modes;
+        for stand in &mut other.stands {
+            stand.contact = if stand.is_held() { Mode::Free } else { Mode::Contact(Flank::A) };
+        }
+        self.recorded = vec![Recorded::default(); RECORDINGS];
+        for modes in [&other, modes] {
+            self.record(train, modes, order);
+        }
+        self.tape.make_room();
+        self.sorter.make_room();
+        self.expansion.make_room(&self.recorded[self.present].program);
+        // The first one is the largest of both.
+        if let Some((first, others)) = self.recorded.split_first_mut() {
+            first.known.reserve_exact(first.known.capacity());
+            for other in others {
+                other.program.make_room(&first.program);
+                other.known.reserve_exact(first.known.capacity());
+                other.kept.reserve_exact(first.kept.capacity());
+            }
+        }
     }
 
     fn record(&mut self, train: &Train, modes: &Modes, order: usize) {
         let mut tape = std::mem::take(&mut self.tape);
-        tape.begin(train.layout.count, order);
-        self.known.clear();
+        // States of one kind have one class: those of the shaft are alone, those of followers count from the last one.
+        let of_followers = train.layout.followers.first().copied().unwrap_or(train.layout.count);
+        let classes = |(follower, _): (&Follower, _)| (0..follower.joint.states()).rev();
+        let followers = train.followers.iter().zip(0..).flat_map(classes);
+        tape.begin((MOST_STATES..).take(of_followers).chain(followers));
+        let mut recorded = std::mem::take(&mut self.recorded[self.present]);
+        recorded.known.clear();
         let tape = RefCell::new(tape);
-        self.write(train, modes, &tape);
+        recorded.write(train, modes, &tape);
         self.tape = tape.into_inner();
-        self.tape.finish(&mut self.kept);
+        recorded.program.compile(&self.tape, order, &mut recorded.kept, &mut self.sorter);
+        self.expansion.make_room(&recorded.program);
+        self.recorded[self.present] = recorded;
     }
 
+    /// Fills the known series about an instant.
+    pub fn fill(&mut self, train: &Train, modes: &Modes, excitation: &Excitation, about: &About) {
+        self.recorded[self.present].fill(train, modes, excitation, about, &mut self.expansion);
+    }
+}
+
+impl Recorded {
     // Out of line: its many numbers need not stay on the stack after a recording.
     #[inline(never)]
     fn write(&mut self, train: &Train, modes: &Modes, tape: &RefCell<Tape>) {
@@ -134,7 +233,7 @@ impl Recording {
         let machine = train.machine();
         let mut row = |what: SeriesKind| {
             self.known.push(what);
-            tape.borrow_mut().new_row()
+            tape.borrow_mut().new_row(what.class())
         };
         let mut input_if = |needed: bool, what: SeriesKind| if needed { Var::signal(tape, row(what)) } else { zero };
         let driven = machine.is_none();
@@ -194,25 +293,19 @@ impl Recording {
     }
 
     /// Fills the known series about an instant.
-    pub fn fill(&mut self, train: &Train, modes: &Modes, excitation: &Excitation, about: &About) {
+    fn fill(&self, train: &Train, modes: &Modes, excitation: &Excitation, about: &About, into: &mut Expansion) {
         let About { time, angles, turns, order, unit } = *about;
-        let Recording { tape, known, .. } = self;
-        let count = order + 3;
-        let slope = |from: &[f64], into: &mut [f64], factor: f64| {
-            (1..count).for_each(|n| into[n - 1] = factor * n as f64 * from[n]);
-            into[count - 1] = 0.0;
-        };
-        let bend = |from: &[f64], into: &mut [f64], factor: f64| {
-            (2..count).for_each(|n| into[n - 2] = factor * (n * (n - 1)) as f64 * from[n]);
-            into[count - 2..].fill(0.0);
-        };
+        let Recorded { program, known, .. } = self;
+        let (count, whole) = (order + 3, (order + 3).next_multiple_of(4));
+        // Of the functions that are summed up or bent, some serve nobody.
+        let read = || known.iter().enumerate().filter(|(row, _)| program.reads(*row));
         let sums = train.functions::<COEFFICIENTS>(modes, angles, count, |j, cam, process| {
-            for (row, what) in known.iter().enumerate() {
+            for (row, what) in read() {
                 match *what {
-                    SeriesKind::Cam(of, 0) if of == j => tape.row(row, count).copy_from_slice(&cam[..count]),
-                    SeriesKind::Cam(of, 1) if of == j => slope(cam, tape.row(row, count), 1.0),
-                    SeriesKind::Cam(of, _) if of == j => bend(cam, tape.row(row, count), 1.0),
-                    SeriesKind::Process(of) if of == j => tape.row(row, count).copy_from_slice(&process[..count]),
+                    SeriesKind::Cam(of, 0) if of == j => into.set_row(program, row, cam[..whole].iter().copied()),
+                    SeriesKind::Cam(of, 1) if of == j => into.set_row(program, row, slope(&cam[..=whole], 1.0)),
+                    SeriesKind::Cam(of, _) if of == j => into.set_row(program, row, bend(&cam[..whole + 2], 1.0)),
+                    SeriesKind::Process(of) if of == j => into.set_row(program, row, process[..whole].iter().copied()),
                     _ => {}
                 }
             }
@@ -224,32 +317,46 @@ impl Recording {
             angle[..series.len()].copy_from_slice(&series);
         }
         let motor = train.machine().map(|machine| &machine.motor);
-        for (row, what) in known.iter().enumerate() {
-            let row = tape.row(row, count);
+        for (row, what) in read() {
+            let mut of_time = [0.0; COEFFICIENTS];
+            let own = &mut of_time[..count];
             match *what {
-                SeriesKind::Inertia => row.copy_from_slice(&sums.inertia[..count]),
-                SeriesKind::HalfSlope => slope(&sums.inertia, row, 0.5),
-                SeriesKind::Static => row.copy_from_slice(&sums.torque[..count]),
-                SeriesKind::Viscous => row.copy_from_slice(&sums.viscous[..count]),
-                SeriesKind::Tau => excitation.inputs.loads.expand(since, unit, row),
-                SeriesKind::Torque => excitation.inputs.torque.expand(since, unit, row),
-                SeriesKind::Force(j) => excitation.inputs.forces[j].expand(since, unit, row),
+                SeriesKind::Inertia => into.set_row(program, row, sums.inertia[..whole].iter().copied()),
+                SeriesKind::HalfSlope => into.set_row(program, row, slope(&sums.inertia[..=whole], 0.5)),
+                SeriesKind::Static => into.set_row(program, row, sums.torque[..whole].iter().copied()),
+                SeriesKind::Viscous => into.set_row(program, row, sums.viscous[..whole].iter().copied()),
+                SeriesKind::Tau => excitation.inputs.loads.expand(since, unit, own),
+                SeriesKind::Torque => excitation.inputs.torque.expand(since, unit, own),
+                SeriesKind::Force(j) => excitation.inputs.forces[j].expand(since, unit, own),
                 SeriesKind::Reference => {
                     if let Some(servo) = motor.and_then(|motor| motor.servo()) {
-                        servo.expand_reference(time.hi, unit, (&excitation.inputs.reference, since), row);
+                        servo.expand_reference(time.hi, unit, (&excitation.inputs.reference, since), own);
                     }
                 }
                 SeriesKind::Lag => {
-                    excitation.inputs.position.expand(since, unit, row);
-                    row[0] -= motor.map_or(0.0, |motor| motor.transmission.ratio) * turns * TAU;
+                    excitation.inputs.position.expand(since, unit, own);
+                    own[0] -= motor.map_or(0.0, |motor| motor.transmission.ratio) * turns * TAU;
                 }
-                SeriesKind::Phi => row.copy_from_slice(&angle[..count]),
-                SeriesKind::W => slope(&angle, row, 1.0 / unit),
-                SeriesKind::A => bend(&angle, row, 1.0 / (unit * unit)),
+                SeriesKind::Phi => own.copy_from_slice(&angle[..count]),
+                SeriesKind::W => into.set_row(program, row, slope(&angle[..=whole], 1.0 / unit)),
+                SeriesKind::A => into.set_row(program, row, bend(&angle[..whole + 2], 1.0 / (unit * unit))),
                 SeriesKind::Cam(..) | SeriesKind::Process(_) => {}
+            }
+            if what.is_input() {
+                into.set_row(program, row, of_time[..whole].iter().copied());
             }
         }
     }
+}
+
+/// A multiple of the derivative of a series.
+fn slope(c: &[f64], factor: f64) -> impl Iterator<Item = f64> {
+    (1..).zip(&c[1..]).map(move |(n, c)| factor * f64::from(n) * c)
+}
+
+/// A multiple of the second derivative of a series.
+fn bend(c: &[f64], factor: f64) -> impl Iterator<Item = f64> {
+    (2..).zip(&c[2..]).map(move |(n, c)| factor * f64::from(n * (n - 1)) * c)
 }
 
 /// The instant about which series are taken.
