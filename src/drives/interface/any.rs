@@ -13,6 +13,9 @@ use std::sync::Arc;
 /// A place without a value.
 const NO_PLACE: usize = usize::MAX;
 
+/// So many Reals may be read without all others being computed.
+const FEW: usize = 4;
+
 /// A drive whose type is known only at run time; values of every type travel as `f64`. See [`Drive`] for the rest.
 trait DynDrive: Send + Sync {
     fn copy(&self) -> Box<dyn DynDrive>;
@@ -31,6 +34,7 @@ trait DynDrive: Send + Sync {
     fn is_finite(&self) -> bool;
     fn held(&self) -> Option<(f64, bool)>;
     fn evaluate(&self, values: &mut [f64]);
+    fn value(&mut self, place: usize) -> Option<f64>;
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64);
     fn request_tolerance(&mut self, tolerance: f64);
     fn events(&mut self) -> &mut EventLog;
@@ -97,6 +101,10 @@ impl<D: Drive> DynDrive for Typed<D> {
 
     fn evaluate(&self, values: &mut [f64]) {
         self.drive.evaluate(values);
+    }
+
+    fn value(&mut self, place: usize) -> Option<f64> {
+        self.drive.value(place)
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
@@ -370,6 +378,9 @@ impl AnyDrive {
     #[inline(never)]
     fn read_otherwise(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
         if !(self.evaluated || self.pending) {
+            if references.len() <= FEW && self.read_alone(references, values) {
+                return Ok(());
+            }
             self.evaluate()?;
             return self.read(references, values);
         }
@@ -377,6 +388,14 @@ impl AnyDrive {
             place.write(self.get(self.variable(*reference, Type::Real)?)?);
         }
         Ok(())
+    }
+
+    /// Reads a few computed Reals without the others; false if one cannot be, or is no number.
+    fn read_alone(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> bool {
+        references.iter().zip(values).all(|(reference, into)| {
+            let place = self.plan.real_places.get(*reference as usize).copied();
+            place.and_then(|place| self.drive.value(place)).is_some_and(|value| into.write(value).is_finite())
+        })
     }
 
     /// Reads a variable, up to date.

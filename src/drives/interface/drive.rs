@@ -77,6 +77,11 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// ([`super::Variable::at`]).
     fn evaluate(&self, values: &mut [f64]);
 
+    /// What [`Drive::evaluate`] would put in this place, if that costs much less than all of it.
+    fn value(&mut self, _place: usize) -> Option<f64> {
+        None
+    }
+
     /// The relative tolerance that the importer requested at set-up, 0 for none; never makes the result worse than the documented
     /// default.
     fn request_tolerance(&mut self, tolerance: f64);

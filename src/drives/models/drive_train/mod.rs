@@ -2,6 +2,7 @@
 //!
 //! The equations are in [`crate::drives::shaft::train`], the integration in `solver::train`.
 
+mod alone;
 mod dependencies;
 mod names;
 #[cfg(test)]
@@ -88,6 +89,9 @@ pub struct DriveTrain {
     /// The followers whose pulling cams have been logged.
     logged: Vec<bool>,
     log: EventLog,
+    /// What the outputs are made of.
+    #[serde(skip)]
+    forms: alone::Forms,
 }
 
 impl DriveTrain {
@@ -117,6 +121,7 @@ impl DriveTrain {
             tuned: false,
             logged: Vec::new(),
             log: EventLog::default(),
+            forms: alone::Forms::default(),
         }
     }
 
@@ -381,13 +386,16 @@ impl Drive for DriveTrain {
     fn start(&mut self, time: f64) -> Result<(), Fault> {
         self.check()?;
         self.tuned = false;
-        self.begin(time)
+        self.begin(time)?;
+        self.find_forms();
+        Ok(())
     }
 
     fn apply(&mut self, time: f64) -> Result<(), Fault> {
         if self.tuned {
             self.check()?;
             self.run.forget();
+            self.forget_forms();
             self.locate();
         }
         if self.tuned || !self.inputs.are_like(&self.laid) {
@@ -424,6 +432,10 @@ impl Drive for DriveTrain {
 
     fn evaluate(&self, values: &mut [f64]) {
         variables::evaluate(self, values);
+    }
+
+    fn value(&mut self, place: usize) -> Option<f64> {
+        self.alone(place)
     }
 
     fn request_tolerance(&mut self, tolerance: f64) {
@@ -464,6 +476,7 @@ impl Drive for DriveTrain {
         }
         let excitation = Excitation { time: self.time - self.step, motion: self.motion.as_ref(), inputs: &self.laid };
         self.run.rebuild(&self.train, &excitation);
+        self.find_forms();
         Ok(())
     }
 }

@@ -67,17 +67,17 @@ impl Dependencies {
 }
 
 /// The train at an instant, in numbers or series.
-struct Point<S> {
-    phi: S,
-    w: S,
-    y: [S; MOST_STATES],
-    input_values: InputValues<S>,
-    f: Functions<S>,
+pub(super) struct Point<S> {
+    pub phi: S,
+    pub w: S,
+    pub y: [S; MOST_STATES],
+    pub input_values: InputValues<S>,
+    pub f: Functions<S>,
     /// φ with its turns, and the turns (rad).
-    whole: S,
-    turns: f64,
+    pub whole: S,
+    pub turns: f64,
     /// Whether the followers' counts are wanted.
-    counted: bool,
+    pub counted: bool,
 }
 
 /// Motion and inputs as series, without the functions of the angle.
@@ -95,7 +95,7 @@ pub(super) struct Row {
 }
 
 /// Passes on the outputs, of numbers or of series, to `take`, each with its place and its follower.
-fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, take: &mut dyn FnMut(Seat, &Output, S)) {
+pub(super) fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, take: &mut dyn FnMut(Seat, &Output, S)) {
     let Point { phi, w, y, input_values, f, whole, .. } = p;
     let point = train::Point { modes: &d.run.modes, y, f, input_values };
     let motion = d.train.dynamics(&point);

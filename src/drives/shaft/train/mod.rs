@@ -357,6 +357,15 @@ impl Train {
         angles
     }
 
+    /// U and U′ of the cam of follower j at this angle of the shaft; the state in a place is the deformation of its shaft.
+    pub fn cam(&self, modes: &Modes, j: usize, phi: f64, state: impl Fn(usize) -> f64) -> [f64; 2] {
+        let Follower { joint, rigid, .. } = &self.followers[j];
+        let phi = Double::from(phi);
+        let psi = if joint.carries_cam() { phi + Double::from(state(self.layout.followers[j])) } else { phi };
+        let [u, slope, ..] = rigid.cam.at_in(modes.segments[1 + j][0], angle::reduce(psi)).0;
+        [u, slope]
+    }
+
     /// The functions of the angle to `count` coefficients of U, and three fewer for J′ and U″; U and P of each follower go to
     /// `take`.
     pub fn functions<const N: usize>(

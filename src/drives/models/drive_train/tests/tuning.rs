@@ -261,3 +261,31 @@ fn a_forged_state_of_a_train_is_refused_or_ends_in_numbers() {
     let some = &told[..told.len().min(12)];
     assert!(told.is_empty(), "{} panics of {}: {some:#?}", told.len(), 4 * count);
 }
+
+#[test]
+fn an_output_that_is_a_sum_of_states_is_read_alone_to_the_same_digits() {
+    for kind in [0, 2, 3] {
+        let mut scene = train(kind, 0.5, kind);
+        // A gap with two flanks, from which m1 bounces.
+        scene.followers[2] = backlash(series(&[0.0, 0.03, 0.004], &[0.02]), [1.0, 3.0, 4000.0, 10.0, 0.003, 0.3]);
+        let mut train = DriveTrain::new(scene).unwrap();
+        train.start(0.0).unwrap();
+        let table = train.table();
+        let mut values = vec![0.0; variables::FIRST + table.len()];
+        for i in 0..STEPS {
+            train.advance(i as f64 * STEP, STEP).unwrap();
+            train.evaluate(&mut values);
+            for (place, value) in values.iter().enumerate() {
+                assert!(train.value(place).is_none_or(|alone| alone == *value), "{kind}, place {place}: {value}");
+            }
+        }
+        assert!(train.run.tallies[2].impacts > 3.0);
+        let alone: Vec<bool> = (0..table.len()).map(|i| train.value(variables::FIRST + i).is_some()).collect();
+        let names: Vec<String> = table.iter().zip(alone).filter(|(_, alone)| *alone).map(|(row, _)| train.name_of(row)).collect();
+        let own =
+            ["1].y", "1].q", "2].q", "2].U", "3].x1", "3].y", "3].q", "3].gap"].map(|name| format!("follower[{name}"));
+        let rates = ["1].y", "1].q", "2].q", "3].x1"].map(|name| format!("der(follower[{name})"));
+        let of_shaft = ["phi", "w"].into_iter().filter(|_| kind > 0).map(str::to_owned);
+        assert!(of_shaft.chain(own).chain(rates).all(|name| names.contains(&name)), "{kind}: {names:?}");
+    }
+}
