@@ -116,7 +116,9 @@ impl Program {
             *kept = self.results.len() - 1;
         }
         self.rows.clear();
-        self.rows.extend(sorter.seats[1].iter().map(|seat| if *seat == NONE { NONE } else { place(*seat, row_stride(order)) }));
+        self.rows.extend(
+            sorter.seats[1].iter().map(|seat| if *seat == NONE { NONE } else { place(*seat, row_stride(order)) }),
+        );
     }
 
     /// Whether a known series is needed.
@@ -124,17 +126,20 @@ impl Program {
         self.rows.get(row).is_some_and(|at| *at != NONE)
     }
 
-    /// Makes room for a program up to twice as large as another one.
-    pub fn make_room(&mut self, other: &Self) {
-        fn reserve<T>(own: &mut Vec<T>, count: usize) {
-            own.reserve_exact(count.saturating_sub(own.len()));
-        }
-        reserve(&mut self.steps, 2 * other.steps.len());
-        reserve(&mut self.terms, 2 * other.terms.len());
-        reserve(&mut self.packed, 2 * other.packed.len());
-        reserve(&mut self.rates, other.states);
-        reserve(&mut self.results, 2 * other.results.len());
-        reserve(&mut self.rows, 2 * other.rows.len());
+    /// How many elements its lists have.
+    pub fn sizes(&self) -> [usize; 6] {
+        let Program { steps, terms, packed, rates, results, rows, .. } = self;
+        [steps.len(), terms.len(), packed.len(), rates.len(), results.len(), rows.len()]
+    }
+
+    /// Makes room for lists of so many elements.
+    pub fn make_room(&mut self, [steps, terms, packed, rates, results, rows]: [usize; 6]) {
+        resize(&mut self.steps, steps);
+        resize(&mut self.terms, terms);
+        resize(&mut self.packed, packed);
+        resize(&mut self.rates, rates);
+        resize(&mut self.results, results);
+        resize(&mut self.rows, rows);
     }
 
     /// The rates of a group of states.
@@ -186,7 +191,8 @@ impl Program {
         for (place, op) in group.iter().zip(ops()) {
             let step = match op {
                 Op::Sum(first, count, constant) => {
-                    self.terms.extend(tape.terms[first..first + count].iter().map(|(place, factor)| (at(*place), *factor)));
+                    self.terms
+                        .extend(tape.terms[first..first + count].iter().map(|(place, factor)| (at(*place), *factor)));
                     Step::Sum(self.terms.len() - count, count, constant, at(*place))
                 }
                 Op::Signal(which) => Step::Signal(row(which), at(*place)),
@@ -208,7 +214,11 @@ impl Program {
     /// Sums with so many terms as one, if their terms lie together.
     fn pack_sums(&mut self, tape: &Tape, sorter: &Sorter, group: &[usize], count: usize) -> Option<Step> {
         let (n, seats, start) = (stride(self.order), &sorter.seats[0], self.packed.len());
-        let sums = || group.iter().filter_map(|place| if let Some(Op::Sum(first, _, c)) = tape.op(*place) { Some((first, c)) } else { None });
+        let sums = || {
+            group.iter().filter_map(|place| {
+                if let Some(Op::Sum(first, _, c)) = tape.op(*place) { Some((first, c)) } else { None }
+            })
+        };
         for k in 0..count {
             let Some(pack) = together(sums().map(|(first, _)| seats[tape.terms[first + k].0])) else {
                 self.packed.truncate(start);
@@ -222,6 +232,12 @@ impl Program {
         constants.iter_mut().zip(sums()).for_each(|(own, (_, c))| *own = c);
         Some(Step::Sums(start, count, constants, seats[group[0]] / PACK * n))
     }
+}
+
+/// Gives a list room for so many elements and no more.
+pub fn resize<T>(own: &mut Vec<T>, count: usize) {
+    own.reserve_exact(count.saturating_sub(own.len()));
+    own.shrink_to(count);
 }
 
 /// Where the series of the number in this seat begins, for packs of series of this length.
@@ -243,11 +259,12 @@ pub struct Sorter {
 }
 
 impl Sorter {
-    /// Makes room for twice as many places and rows as now.
-    pub fn make_room(&mut self) {
+    /// Makes room for so many times as many places and rows as now.
+    pub fn make_room(&mut self, times: usize) {
         let [places, rows] = &mut self.seats;
-        [&mut self.depths, &mut self.sequence, places, rows].into_iter().for_each(|own| own.reserve_exact(own.len()));
-        self.signs.reserve_exact(self.signs.len());
+        let all = [&mut self.depths, &mut self.sequence, places, rows];
+        all.into_iter().for_each(|own| own.reserve_exact(times * own.capacity() - own.len()));
+        self.signs.reserve_exact(times * self.signs.capacity() - self.signs.len());
     }
 
     /// Finds out what is needed, and puts equal operations one after another, each behind its operands.
@@ -408,7 +425,9 @@ impl Expansion {
         for n in 0..order {
             self.go_on(program, n, unit);
         }
-        let results = self.results.chunks_exact_mut(self.order + 1).zip(&program.results);
+        // Series of a lower order serve the states alone.
+        let count = if order < self.order { program.states } else { program.results.len() };
+        let results = self.results.chunks_exact_mut(self.order + 1).zip(&program.results).take(count);
         for (k, (result, at)) in results.enumerate() {
             let count = if k < program.states { order + 1 } else { order };
             let series = self.series[at / PACK..][..count].iter().map(|c| c[at % PACK]);
@@ -571,7 +590,9 @@ impl Powers {
     /// The coefficients of order n of functions with these coefficients.
     fn functions(&self, n: usize, c: &[Pack]) -> Pack {
         let mut sums = [[0.0; PACK]; 2];
-        for (c, powers) in c.as_chunks::<PACK>().0[..=n / PACK].iter().zip(self.powers[n..].iter().step_by(self.delta.len())) {
+        for (c, powers) in
+            c.as_chunks::<PACK>().0[..=n / PACK].iter().zip(self.powers[n..].iter().step_by(self.delta.len()))
+        {
             for k in 0..PACK {
                 sums[0][k] = sums[0][k] + c[0][k] * powers[0] + c[1][k] * powers[1];
                 sums[1][k] = sums[1][k] + c[2][k] * powers[2] + c[3][k] * powers[3];
@@ -586,15 +607,16 @@ impl Powers {
         let powers = self.powers[n..].iter().step_by(self.delta.len());
         let lane = lane % PACK;
         rows.zip(powers).fold(0.0, |sum, (c, powers)| {
-            sum + ((c[0][lane] * powers[0] + c[1][lane] * powers[1]) + (c[2][lane] * powers[2] + c[3][lane] * powers[3]))
+            sum + ((c[0][lane] * powers[0] + c[1][lane] * powers[1])
+                + (c[2][lane] * powers[2] + c[3][lane] * powers[3]))
         })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::taylor::Arithmetic;
     use super::super::tape::Var;
+    use super::super::taylor::Arithmetic;
     use super::*;
     use std::cell::RefCell;
 
@@ -663,7 +685,8 @@ mod tests {
             ready.expand(&start, 12, 0.7);
             ready
         };
-        let packs = |Ready(program, _): &Ready| program.steps.iter().filter(|step| matches!(step, Step::Products(..))).count();
+        let packs =
+            |Ready(program, _): &Ready| program.steps.iter().filter(|step| matches!(step, Step::Products(..))).count();
         let six = of(6);
         assert_eq!((packs(&six), packs(&of(1))), (2, 0));
         for j in 0..6 {

@@ -67,11 +67,11 @@ impl Tape {
         self.rates.clear();
     }
 
-    /// Makes room for as much again as now, so that another recording of about this size fits.
-    pub fn make_room(&mut self) {
-        self.ops.reserve_exact(self.ops.capacity());
-        self.terms.reserve_exact(self.terms.capacity());
-        self.classes[1].reserve_exact(self.classes[1].capacity());
+    /// Makes room for a recording so many times as large as the largest so far.
+    pub fn make_room(&mut self, times: usize) {
+        self.ops.reserve_exact(times * self.ops.capacity() - self.ops.len());
+        self.terms.reserve_exact(times * self.terms.capacity() - self.terms.len());
+        self.classes[1].reserve_exact(times * self.classes[1].capacity() - self.classes[1].len());
     }
 
     pub(super) fn states(&self) -> usize {

@@ -4,8 +4,8 @@
 //! the equation, since it is the same arithmetic.
 
 use super::{DriveTrain, variables};
-use crate::drives::follower::joint::Stand;
 use crate::drives::shaft::train::{Functions, InputValues, MOST_FOLLOWERS, MOST_STATES};
+use crate::drives::solver::train::{Place, RECORDINGS};
 use crate::numerics::taylor::{Arithmetic, Scalar};
 use std::f64::consts::TAU;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -33,11 +33,22 @@ const CONSTANT: u8 = WHOLE + 2;
 const ADD: u8 = WHOLE + 3;
 const MULTIPLY: u8 = WHOLE + 4;
 
-/// The forms of all outputs in this discrete state of the followers.
+/// The forms of all outputs for some contacts of the followers; None if they are not found yet.
 #[derive(Clone, Debug, Default)]
-pub struct Forms {
-    stands: Option<[Stand; MOST_FOLLOWERS]>,
+struct Forms {
+    contacts: Option<u64>,
     outputs: Vec<Form>,
+}
+
+/// The forms of late.
+#[derive(Clone, Debug, Default)]
+pub struct Known {
+    forms: [Forms; RECORDINGS],
+    present: usize,
+    /// The followers with clearance.
+    gaps: Vec<usize>,
+    /// The place in the step at which states were last read, and its powers.
+    place: Place,
 }
 
 impl Form {
@@ -133,9 +144,18 @@ impl Mul<f64> for Form {
 }
 
 impl DriveTrain {
+    /// Forgets all forms after a change of the equations, and finds the present ones.
+    pub(super) fn find_all_forms(&mut self) {
+        self.forms.gaps.clear();
+        self.forms.gaps.extend(self.train.clearances().map(|(j, ..)| j));
+        let count = if self.forms.gaps.is_empty() { 1 } else { RECORDINGS };
+        self.forms.forms.iter_mut().for_each(|forms| forms.contacts = None);
+        (0..count).for_each(|_| self.find_forms());
+    }
+
     /// Finds the forms of all outputs. Not inlined, so that it takes no room in the stack frame of a reading.
     #[inline(never)]
-    pub(super) fn find_forms(&mut self) {
+    fn find_forms(&mut self) {
         let unknown = Form::UNKNOWN;
         let free = self.machine().is_some();
         let mut y = [unknown; MOST_STATES];
@@ -161,31 +181,32 @@ impl DriveTrain {
         };
         let w = if free { y[1] } else { Form::of(SPEED) };
         let phi = if free { y[0] } else { unknown };
-        let point = variables::Point { phi, w, y, input_values, f, whole: Form::of(WHOLE), turns: f64::NAN, counted: false };
-        let mut outputs = std::mem::take(&mut self.forms.outputs);
+        let point =
+            variables::Point { phi, w, y, input_values, f, whole: Form::of(WHOLE), turns: f64::NAN, counted: false };
+        self.forms.present = (self.forms.present + 1) % RECORDINGS;
+        let mut outputs = std::mem::take(&mut self.forms.forms[self.forms.present].outputs);
         outputs.clear();
         variables::outputs(self, &point, &mut |_, _, form| outputs.push(form));
         // A constant that changes by itself is not part of a form.
         let known = |form: &&mut Form| !form.moves() || form.constant.is_nan();
         outputs.iter_mut().filter(known).for_each(|form| *form = unknown);
-        (self.forms.outputs, self.forms.stands) = (outputs, Some(self.run.modes.stands));
-    }
-
-    /// Forgets the forms after a change of the equations.
-    pub(super) fn forget_forms(&mut self) {
-        self.forms.stands = None;
+        let contacts = Some(self.run.modes.contacts(self.forms.gaps.iter().copied()));
+        self.forms.forms[self.forms.present] = Forms { contacts, outputs };
     }
 
     /// The output in this place, if its form is known.
-    pub(super) fn alone(&mut self, place: usize) -> Option<f64> {
-        let same = |(own, now): (&Stand, &Stand)| own.contact == now.contact && own.beyond == now.beyond;
-        let stands = self.forms.stands.as_ref();
-        let count = self.train.followers.len();
-        if !stands.is_some_and(|own| own.iter().zip(&self.run.modes.stands).take(count).all(same)) {
-            self.find_forms();
+    pub(super) fn alone(&mut self, output: usize) -> Option<f64> {
+        let Known { forms, present, gaps, .. } = &mut self.forms;
+        let contacts = Some(self.run.modes.contacts(gaps.iter().copied()));
+        if forms[*present].contacts != contacts {
+            match forms.iter().position(|forms| forms.contacts == contacts) {
+                Some(found) => *present = found,
+                None => self.find_forms(),
+            }
         }
-        let form = *self.forms.outputs.get(place.checked_sub(variables::FIRST)?)?;
-        let theta = self.run.theta_at(self.time);
+        let form = *self.forms.forms[self.forms.present].outputs.get(output.checked_sub(variables::FIRST)?)?;
+        self.forms.place.move_to(self.run.theta_at(self.time));
+        let state = |k: usize| self.run.state(k, &self.forms.place);
         // No form has more than four numbers at a time.
         let (mut stack, mut top) = ([0.0; LONGEST], 0);
         for step in form.steps() {
@@ -199,15 +220,14 @@ impl DriveTrain {
                 CONSTANT => stack[top] = form.constant,
                 SPEED => stack[top] = self.motion.map_or(f64::NAN, |motion| motion.at(self.time).kinematics.0[1]),
                 WHOLE => {
-                    let free = || self.run.state(0, theta) + self.run.turns * TAU;
+                    let free = || state(0) + self.run.turns * TAU;
                     stack[top] = self.motion.map_or_else(free, |motion| motion.angle(self.time));
                 }
-                state if state < CAM => stack[top] = self.run.state(state.into(), theta),
+                number if number < CAM => stack[top] = state(number.into()),
                 cam => {
                     let [j, order] = [(cam - CAM) / 2, (cam - CAM) % 2].map(usize::from);
-                    let phi = self.motion.map_or_else(|| self.run.state(0, theta), |motion| motion.at(self.time).reduced);
-                    let twist = |at| self.run.state(at, theta);
-                    stack[top] = self.train.cam(&self.run.modes, j, phi, twist)[order];
+                    let phi = self.motion.map_or_else(|| state(0), |motion| motion.at(self.time).reduced);
+                    stack[top] = self.train.cam(&self.run.modes, j, phi, state)[order];
                 }
             }
             top += 1;

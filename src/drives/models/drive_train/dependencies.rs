@@ -68,7 +68,8 @@ impl DriveTrain {
                 });
             }
         }
-        for sample in 0..2 * STARTS {
+        let starts = if list.0.is_empty() { 0 } else { 2 * STARTS };
+        for sample in 0..starts {
             let mut probe = self.shaken(&list, &mut random);
             probe.start = if sample % 2 == 0 { Start::AtRest } else { Start::Equilibrium };
             let values = |probe: &mut DriveTrain| {

@@ -22,7 +22,7 @@ use crate::drives::shaft::free::signal::Signal;
 use crate::drives::shaft::train::{Inputs, MOST_STATES, Modes, Train};
 use crate::drives::solver::train::periodic::periodic;
 pub use crate::drives::solver::train::periodic::{Periodic, STABLE};
-use crate::drives::solver::train::{End, Excitation, Run};
+use crate::drives::solver::train::{End, Excitation, Place, Run};
 use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Number, Text};
 use crate::motion::MotionLaw;
 use crate::numerics::angle;
@@ -89,9 +89,12 @@ pub struct DriveTrain {
     /// The followers whose pulling cams have been logged.
     logged: Vec<bool>,
     log: EventLog,
+    /// Whether a force holds a follower on its cam, which then may pull.
+    #[serde(skip)]
+    held: bool,
     /// What the outputs are made of.
     #[serde(skip)]
-    forms: alone::Forms,
+    forms: alone::Known,
 }
 
 impl DriveTrain {
@@ -121,7 +124,8 @@ impl DriveTrain {
             tuned: false,
             logged: Vec::new(),
             log: EventLog::default(),
-            forms: alone::Forms::default(),
+            held: false,
+            forms: alone::Known::default(),
         }
     }
 
@@ -163,6 +167,7 @@ impl DriveTrain {
         self.solver.start();
         self.log.clear();
         self.logged = vec![false; self.train.followers.len()];
+        self.held = self.is_held();
         self.shaft.start(time);
         self.motion = self.train.machine().is_none().then(|| self.shaft.motion(time));
         (self.time, self.step) = (time, 0.0);
@@ -267,11 +272,19 @@ impl DriveTrain {
         (self.time, self.step) = (time + step, step);
         self.inputs.all().for_each(|signal| signal.step_ends(step));
         self.keep_end();
-        self.watch();
+        if self.held {
+            self.watch();
+        }
         if let Some(motion) = &self.motion {
             self.shaft.step_done(motion, time + step);
         }
         Ok(())
+    }
+
+    /// Whether a force holds a follower on its cam.
+    fn is_held(&self) -> bool {
+        let forces = self.train.followers.iter().flat_map(|follower| [0.0, 1.0].map(|y| follower.hold(y)));
+        forces.into_iter().any(|force| force != 0.0)
     }
 
     /// Prepares the change of a parameter: the step up to the communication point belongs to the equations before.
@@ -387,7 +400,7 @@ impl Drive for DriveTrain {
         self.check()?;
         self.tuned = false;
         self.begin(time)?;
-        self.find_forms();
+        self.find_all_forms();
         Ok(())
     }
 
@@ -395,7 +408,8 @@ impl Drive for DriveTrain {
         if self.tuned {
             self.check()?;
             self.run.forget();
-            self.forget_forms();
+            self.held = self.is_held();
+            self.find_all_forms();
             self.locate();
         }
         if self.tuned || !self.inputs.are_like(&self.laid) {
@@ -417,8 +431,8 @@ impl Drive for DriveTrain {
         if self.machine().is_none() {
             return self.shaft.angle(time, end);
         }
-        let theta = self.run.theta_at(self.time);
-        let [phi, w] = [0, 1].map(|k| self.run.state(k, theta));
+        let place = Place::at(self.run.theta_at(self.time));
+        let [phi, w] = [0, 1].map(|k| self.run.state(k, &place));
         self.run.turns * TAU + phi + w * (end - time)
     }
 
@@ -476,7 +490,8 @@ impl Drive for DriveTrain {
         }
         let excitation = Excitation { time: self.time - self.step, motion: self.motion.as_ref(), inputs: &self.laid };
         self.run.rebuild(&self.train, &excitation);
-        self.find_forms();
+        self.held = self.is_held();
+        self.find_all_forms();
         Ok(())
     }
 }

@@ -86,7 +86,8 @@ impl Signal {
 
     /// Whether both are set to the same polynomial.
     pub fn is_like(&self, other: &Self) -> bool {
-        (self.value, self.derivatives) == (other.value, other.derivatives)
+        let varies = self.varies || other.varies;
+        self.value == other.value && !(varies && self.derivatives != other.derivatives)
     }
 
     /// The time since t₀ (s).

@@ -118,6 +118,20 @@ pub struct Modes {
     pub piece: usize,
 }
 
+impl Modes {
+    /// The contacts of these followers, as one number.
+    pub fn contacts(&self, followers: impl Iterator<Item = usize>) -> u64 {
+        followers.fold(0, |contacts, j| {
+            let Stand { contact, beyond, .. } = self.stands[j];
+            let contact = match contact {
+                contact::Mode::Free => 0,
+                contact::Mode::Contact(flank) => flank.pick(1, 2),
+            };
+            contacts << 3 | contact << 1 | u64::from(beyond)
+        })
+    }
+}
+
 /// Sums over the masses that follow the shaft without slip, as power series about the present angle: Σ cₙ xⁿ.
 pub struct Sums<const N: usize> {
     /// J.

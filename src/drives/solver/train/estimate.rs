@@ -11,7 +11,7 @@
 //! Source: P. C. Müller, Chaos, Solitons & Fractals 5 (1995) 1671–1681 (linearisation at discontinuities).
 
 use super::record::About;
-use super::{Event, Excitation, ORDERS, Run};
+use super::{Event, Excitation, Place, Run};
 use crate::drives::follower::joint::Change;
 use crate::drives::shaft::train::switching::Instant;
 use crate::drives::shaft::train::{MOST_STATES, Train};
@@ -141,9 +141,11 @@ impl Run {
         self.read(theta, &mut y);
         self.error = self.errors.see(train, &y, if train.machine().is_some() { y[1] } else { w });
         let last = self.length.powi(self.order as i32 - 1);
+        let mut end = [0.0; MOST_STATES];
+        self.read(self.length, &mut end);
         let part = |(k, seen): (usize, &[f64; 2])| {
             let [left, ..] = self.term(k, [last, last * self.length], 0.0, false);
-            left.abs() / seen[1].max(self.state(k, self.length).abs())
+            left.abs() / seen[1].max(end[k].abs())
         };
         self.ahead = RESERVE * self.errors.seen.iter().enumerate().map(part).fold(0.0, f64::max);
     }
@@ -174,13 +176,13 @@ impl Run {
     /// ∂y⁺/∂y e, from a motion disturbed by `scale` e.
     fn vary(&mut self, train: &Train, excitation: &Excitation, theta: f64, scale: f64) {
         let (count, order) = (self.states.len(), self.order);
-        let partial = |c: &[f64], low: usize| theta * c[1..=low].iter().rev().fold(0.0, |sum, c| sum * theta + c);
-        let (mut low, mut powers) = (self.errors.order.clamp(LEAST, order - 1), [1.0; ORDERS[1] + 1]);
-        (1..=order).for_each(|n| powers[n] = theta * powers[n - 1]);
+        let place = Place::at(theta);
+        let partial = |c: &[f64], low: usize| place.sum(&c[1..=low]);
+        let mut low = self.errors.order.clamp(LEAST, order - 1);
         for c in (0..count).map(|k| self.recording.series(k)) {
             // The size of a state from its first coefficients.
             let limit = CARRIED * c[..5].iter().fold(0.0_f64, |most, c| most.max(c.abs()));
-            low = (low + 1..order).rev().find(|n| c[*n].abs() * powers[*n] > limit).unwrap_or(low);
+            low = (low + 1..order).rev().find(|n| c[*n].abs() * place.powers[*n - 1] > limit).unwrap_or(low);
         }
         let [mut y, mut sums, mut tops] = [[0.0; MOST_STATES]; 3];
         self.from(&mut y);
@@ -197,7 +199,7 @@ impl Run {
         let mut rest = 0.0_f64;
         for k in 0..count {
             let c = self.recording.series(k);
-            rest = rest.max((c[low] - tops[k]).abs() * powers[low] / self.errors.size(k));
+            rest = rest.max((c[low] - tops[k]).abs() * place.powers[low - 1] / self.errors.size(k));
             sums[k] = (partial(c, low) - sums[k]) / scale;
         }
         if rest < CONVERGED * DISTURBED {
@@ -226,7 +228,8 @@ impl Run {
         if self.errors.values.is_empty() || theta == 0.0 {
             return;
         }
-        let changes = std::array::from_fn(|k| if k < self.states.len() { self.change(k, theta) } else { 0.0 });
+        let place = Place::at(theta);
+        let changes = std::array::from_fn(|k| if k < self.states.len() { self.change(k, &place) } else { 0.0 });
         let left_out = self.left_out(theta, &changes, false);
         for (e, left_out) in self.errors.values.iter_mut().zip(left_out) {
             *e += left_out;

@@ -2,12 +2,12 @@
 
 use super::Excitation;
 use crate::drives::follower::contact::{Flank, Mode};
-use crate::drives::follower::joint::{Follower, Stand};
+use crate::drives::follower::joint::Follower;
 use crate::drives::shaft::angle_series::AngleSeries;
 use crate::drives::shaft::cam_drive::DriveMode;
 use crate::drives::shaft::train::{Functions, InputValues, MOST_FOLLOWERS, MOST_STATES, Modes, Point, Shaft, Train};
 use crate::numerics::double_double::Double;
-use crate::numerics::program::{Expansion, Program, Sorter};
+use crate::numerics::program::{Expansion, Program, Sorter, resize};
 use crate::numerics::tape::{NONE, Tape, Var};
 use std::cell::RefCell;
 use std::f64::consts::TAU;
@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 const COEFFICIENTS: usize = (super::ORDERS[1] + 3).next_multiple_of(4) + 2;
 
 /// So many recordings are kept: m1 on one flank or the other, and in flight from either.
-const RECORDINGS: usize = 4;
+pub const RECORDINGS: usize = 4;
 
 /// The kinds of known series: functions of time …
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,20 +60,30 @@ impl SeriesKind {
         }
     }
 
+    /// Whether it is a function of the angle of one follower.
+    fn is_of_follower(self) -> bool {
+        matches!(self, SeriesKind::Cam(..) | SeriesKind::Process(_))
+    }
+
     /// Whether it is an input, or the motion of a driven shaft itself.
     fn is_input(self) -> bool {
         self.class() <= SeriesKind::Phi.class() || self.class() == SeriesKind::Force(0).class()
     }
 }
 
+/// The contacts of the followers, the limit at which a servo is, the piece of a torque table.
+type Key = (u64, i8, usize);
+
 /// The equations in some modes.
 #[derive(Clone, Debug, Default)]
 struct Recorded {
-    /// The modes; None of equations that are not recorded yet.
-    modes: Option<Modes>,
+    /// Its modes; None if none are recorded yet.
+    of: Option<Key>,
     program: Program,
-    /// The kind of each known series.
+    /// The kind of each known series, and for those of functions of the angle their rows: U, U′, U″, P of each follower; [`NONE`]
+    /// if nothing needs them.
     known: Vec<SeriesKind>,
+    of_followers: Vec<[usize; 4]>,
     /// Numbers of results: of u of a servo, else ω_m; φ of a driven shaft; N and U′ N of each follower with backlash in contact.
     kept: Vec<usize>,
 }
@@ -97,7 +107,7 @@ const RESOLUTION: f64 = 1e-12;
 impl Recording {
     /// Forgets the recordings after a change of the equations.
     pub fn forget(&mut self) {
-        self.recorded.iter_mut().for_each(|recorded| recorded.modes = None);
+        self.recorded.iter_mut().for_each(|recorded| recorded.of = None);
     }
 
     /// A state as a series.
@@ -140,15 +150,12 @@ impl Recording {
 
     /// Whether the present equations are those of these modes.
     pub fn holds(&self, modes: &Modes) -> bool {
-        self.recorded.get(self.present).is_some_and(|recorded| self.are_of(recorded, modes))
+        self.recorded.get(self.present).is_some_and(|recorded| recorded.of == Some(self.key(modes)))
     }
 
-    fn are_of(&self, recorded: &Recorded, modes: &Modes) -> bool {
-        recorded.modes.as_ref().is_some_and(|own| {
-            let same = |(own, stand): (&Stand, &Stand)| own.contact == stand.contact && own.beyond == stand.beyond;
-            let stands = own.stands.iter().zip(&modes.stands).take(self.forces.len());
-            own.saturation == modes.saturation && own.piece == modes.piece && stands.into_iter().all(same)
-        })
+    /// What the equations in these modes depend on.
+    fn key(&self, modes: &Modes) -> Key {
+        (modes.contacts(0..self.forces.len()), modes.saturation, modes.piece)
     }
 
     /// Makes the equations of these modes the present ones, for series up to this order.
@@ -159,13 +166,13 @@ impl Recording {
         if self.recorded.is_empty() {
             self.make_room(train, modes, order);
         }
-        if let Some(known) = self.recorded.iter().position(|recorded| self.are_of(recorded, modes)) {
+        if let Some(known) = self.recorded.iter().position(|recorded| recorded.of == Some(self.key(modes))) {
             self.present = known;
             return;
         }
         self.present = (self.present + 1) % self.recorded.len();
         self.record(train, modes, order);
-        self.recorded[self.present].modes = Some(*modes);
+        self.recorded[self.present].of = Some(self.key(modes));
     }
 
     /// A step must not allocate: recording both cases of each contact shows the largest size.
@@ -182,39 +189,36 @@ impl Recording {
         for stand in &mut other.stands {
             stand.contact = if stand.is_held() { Mode::Free } else { Mode::Contact(Flank::A) };
         }
-        self.recorded = vec![Recorded::default(); RECORDINGS];
-        for modes in [&other, modes] {
+        self.recorded = vec![Recorded::default(); 2];
+        for (which, modes) in [&other, modes].into_iter().enumerate() {
+            self.present = which;
             self.record(train, modes, order);
+            self.recorded[which].of = Some(self.key(modes));
         }
-        self.tape.make_room();
-        self.sorter.make_room();
-        self.expansion.make_room(&self.recorded[self.present].program);
-        // The first one is the largest of both.
-        if let Some((first, others)) = self.recorded.split_first_mut() {
-            first.known.reserve_exact(first.known.capacity());
-            for other in others {
-                other.program.make_room(&first.program);
-                other.known.reserve_exact(first.known.capacity());
-                other.kept.reserve_exact(first.kept.capacity());
-            }
-        }
+        // Several contacts, or a motor with modes, have more cases than these two.
+        let motor = train.machine().map(|machine| &machine.motor);
+        let modes = motor.is_some_and(|motor| motor.servo().is_some() || motor.table().is_some());
+        let times = if modes || train.clearances().count() > 1 { 2 } else { 1 };
+        self.tape.make_room(times);
+        self.sorter.make_room(times);
+        let sizes = self.recorded.iter().map(Recorded::sizes).reduce(|a, b| std::array::from_fn(|i| a[i].max(b[i])));
+        let sizes = sizes.unwrap_or_default().map(|size| times * size);
+        self.recorded.resize(RECORDINGS, Recorded::default());
+        self.recorded.iter_mut().for_each(|recorded| recorded.make_room(sizes));
     }
 
     fn record(&mut self, train: &Train, modes: &Modes, order: usize) {
-        let mut tape = std::mem::take(&mut self.tape);
+        let Recording { recorded, present, expansion, tape, sorter, .. } = self;
+        let recorded = &mut recorded[*present];
         // States of one kind have one class: those of the shaft are alone, those of followers count from the last one.
         let of_followers = train.layout.followers.first().copied().unwrap_or(train.layout.count);
-        let classes = |(follower, _): (&Follower, _)| (0..follower.joint.states()).rev();
-        let followers = train.followers.iter().zip(0..).flat_map(classes);
+        let followers = train.followers.iter().flat_map(|follower| (0..follower.joint.states()).rev());
         tape.begin((MOST_STATES..).take(of_followers).chain(followers));
-        let mut recorded = std::mem::take(&mut self.recorded[self.present]);
-        recorded.known.clear();
-        let tape = RefCell::new(tape);
-        recorded.write(train, modes, &tape);
-        self.tape = tape.into_inner();
-        recorded.program.compile(&self.tape, order, &mut recorded.kept, &mut self.sorter);
-        self.expansion.make_room(&recorded.program);
-        self.recorded[self.present] = recorded;
+        let shared = RefCell::new(std::mem::take(tape));
+        recorded.write(train, modes, &shared);
+        *tape = shared.into_inner();
+        recorded.compile(train, order, tape, sorter);
+        expansion.make_room(&recorded.program);
     }
 
     /// Fills the known series about an instant.
@@ -224,9 +228,39 @@ impl Recording {
 }
 
 impl Recorded {
+    /// How many elements its lists have.
+    fn sizes(&self) -> [usize; 9] {
+        let [a, b, c, d, e, f] = self.program.sizes();
+        [a, b, c, d, e, f, self.known.len(), self.kept.len(), self.of_followers.len()]
+    }
+
+    /// Makes room for lists of so many elements.
+    fn make_room(&mut self, [a, b, c, d, e, f, known, kept, of_followers]: [usize; 9]) {
+        self.program.make_room([a, b, c, d, e, f]);
+        resize(&mut self.known, known);
+        resize(&mut self.kept, kept);
+        resize(&mut self.of_followers, of_followers);
+    }
+
+    /// Not inlined, so that it takes no room in the stack frame of a recording.
+    #[inline(never)]
+    fn compile(&mut self, train: &Train, order: usize, tape: &Tape, sorter: &mut Sorter) {
+        self.program.compile(tape, order, &mut self.kept, sorter);
+        self.of_followers.clear();
+        self.of_followers.resize(train.followers.len(), [NONE; 4]);
+        for (row, what) in self.known.iter().enumerate().filter(|(row, _)| self.program.reads(*row)) {
+            match *what {
+                SeriesKind::Cam(j, order) => self.of_followers[j][order] = row,
+                SeriesKind::Process(j) => self.of_followers[j][3] = row,
+                _ => {}
+            }
+        }
+    }
+
     // Out of line: its many numbers need not stay on the stack after a recording.
     #[inline(never)]
     fn write(&mut self, train: &Train, modes: &Modes, tape: &RefCell<Tape>) {
+        self.known.clear();
         let zero = Var::from(0.0);
         let mut y = [zero; MOST_STATES];
         y.iter_mut().enumerate().take(train.layout.count).for_each(|(k, y)| *y = Var::state(tape, k));
@@ -297,18 +331,12 @@ impl Recorded {
         let About { time, angles, turns, order, unit } = *about;
         let Recorded { program, known, .. } = self;
         let (count, whole) = (order + 3, (order + 3).next_multiple_of(4));
-        // Of the functions that are summed up or bent, some serve nobody.
-        let read = || known.iter().enumerate().filter(|(row, _)| program.reads(*row));
         let sums = train.functions::<COEFFICIENTS>(modes, angles, count, |j, cam, process| {
-            for (row, what) in read() {
-                match *what {
-                    SeriesKind::Cam(of, 0) if of == j => into.set_row(program, row, cam[..whole].iter().copied()),
-                    SeriesKind::Cam(of, 1) if of == j => into.set_row(program, row, slope(&cam[..=whole], 1.0)),
-                    SeriesKind::Cam(of, _) if of == j => into.set_row(program, row, bend(&cam[..whole + 2], 1.0)),
-                    SeriesKind::Process(of) if of == j => into.set_row(program, row, process[..whole].iter().copied()),
-                    _ => {}
-                }
-            }
+            let [u, first, second, force] = self.of_followers[j];
+            into.set_row(program, u, cam[..whole].iter().copied());
+            into.set_row(program, first, slope(&cam[..=whole], 1.0));
+            into.set_row(program, second, bend(&cam[..whole + 2], 1.0));
+            into.set_row(program, force, process[..whole].iter().copied());
         });
         let since = (time - Double::from(excitation.time)).hi;
         let mut angle = [0.0; COEFFICIENTS];
@@ -317,7 +345,7 @@ impl Recorded {
             angle[..series.len()].copy_from_slice(&series);
         }
         let motor = train.machine().map(|machine| &machine.motor);
-        for (row, what) in read() {
+        for (row, what) in known.iter().enumerate().filter(|(_, what)| !what.is_of_follower()) {
             let mut of_time = [0.0; COEFFICIENTS];
             let own = &mut of_time[..count];
             match *what {

@@ -281,7 +281,8 @@ fn an_output_that_is_a_sum_of_states_is_read_alone_to_the_same_digits() {
         }
         assert!(train.run.tallies[2].impacts > 3.0);
         let alone: Vec<bool> = (0..table.len()).map(|i| train.value(variables::FIRST + i).is_some()).collect();
-        let names: Vec<String> = table.iter().zip(alone).filter(|(_, alone)| *alone).map(|(row, _)| train.name_of(row)).collect();
+        let names: Vec<String> =
+            table.iter().zip(alone).filter(|(_, alone)| *alone).map(|(row, _)| train.name_of(row)).collect();
         let own =
             ["1].y", "1].q", "2].q", "2].U", "3].x1", "3].y", "3].q", "3].gap"].map(|name| format!("follower[{name}"));
         let rates = ["1].y", "1].q", "2].q", "3].x1"].map(|name| format!("der(follower[{name})"));
