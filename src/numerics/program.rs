@@ -133,13 +133,13 @@ impl Program {
     }
 
     /// Makes room for lists of so many elements.
-    pub fn make_room(&mut self, [steps, terms, packed, rates, results, rows]: [usize; 6]) {
-        resize(&mut self.steps, steps);
-        resize(&mut self.terms, terms);
-        resize(&mut self.packed, packed);
-        resize(&mut self.rates, rates);
-        resize(&mut self.results, results);
-        resize(&mut self.rows, rows);
+    pub fn make_room(&mut self, sizes: [usize; 6]) {
+        resize(&mut self.steps, sizes[0]);
+        resize(&mut self.terms, sizes[1]);
+        resize(&mut self.packed, sizes[2]);
+        resize(&mut self.rates, sizes[3]);
+        resize(&mut self.results, sizes[4]);
+        resize(&mut self.rows, sizes[5]);
     }
 
     /// The rates of a group of states.

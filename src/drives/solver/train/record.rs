@@ -201,8 +201,10 @@ impl Recording {
         let times = if modes || train.clearances().count() > 1 { 2 } else { 1 };
         self.tape.make_room(times);
         self.sorter.make_room(times);
-        let sizes = self.recorded.iter().map(Recorded::sizes).reduce(|a, b| std::array::from_fn(|i| a[i].max(b[i])));
-        let sizes = sizes.unwrap_or_default().map(|size| times * size);
+        let [first, second] = [0, 1].map(|which: usize| self.recorded[which].sizes());
+        let most = |i: usize| times * first.0[i].max(second.0[i]);
+        let own = |i: usize| times * first.1[i].max(second.1[i]);
+        let sizes = (std::array::from_fn(most), std::array::from_fn(own));
         self.recorded.resize(RECORDINGS, Recorded::default());
         self.recorded.iter_mut().for_each(|recorded| recorded.make_room(sizes));
     }
@@ -228,18 +230,17 @@ impl Recording {
 }
 
 impl Recorded {
-    /// How many elements its lists have.
-    fn sizes(&self) -> [usize; 9] {
-        let [a, b, c, d, e, f] = self.program.sizes();
-        [a, b, c, d, e, f, self.known.len(), self.kept.len(), self.of_followers.len()]
+    /// How many elements its lists have: first those of the program.
+    fn sizes(&self) -> ([usize; 6], [usize; 3]) {
+        (self.program.sizes(), [self.known.len(), self.kept.len(), self.of_followers.len()])
     }
 
     /// Makes room for lists of so many elements.
-    fn make_room(&mut self, [a, b, c, d, e, f, known, kept, of_followers]: [usize; 9]) {
-        self.program.make_room([a, b, c, d, e, f]);
-        resize(&mut self.known, known);
-        resize(&mut self.kept, kept);
-        resize(&mut self.of_followers, of_followers);
+    fn make_room(&mut self, (program, own): ([usize; 6], [usize; 3])) {
+        self.program.make_room(program);
+        resize(&mut self.known, own[0]);
+        resize(&mut self.kept, own[1]);
+        resize(&mut self.of_followers, own[2]);
     }
 
     /// Not inlined, so that it takes no room in the stack frame of a recording.
