@@ -252,6 +252,37 @@ def main():
         writer = csv.writer(file)
         writer.writerow(["work", "solver", "way", "setting", "relative error", "CPU seconds"])
         writer.writerows(sweeps)
+    draw([WORKS[work] for work in numbers], sweeps, folder / "speed.svg")
+
+
+def draw(works, sweeps, file):
+    """CPU time over error: the FMU of camdrive and, at each error, the fastest of all others."""
+    import matplotlib
+
+    matplotlib.use("svg")
+    import matplotlib.pyplot as plt
+
+    matplotlib.rcParams |= {"svg.fonttype": "none", "svg.hashsalt": "speed", "font.size": 9}
+    columns = min(len(works), 2)
+    size = (3.4 * columns, 2.6 * -(-len(works) // columns))
+    figure, axes = plt.subplots(-(-len(works) // columns), columns, figsize=size, squeeze=False, layout="constrained")
+    for axis, (short, _, _, title) in zip(axes.flat, works, strict=False):
+        for ours, color in ((True, "#c05a10"), (False, "#1f4e79")):
+            points = [(e, 1e3 * s) for work, label, _, _, e, s in sweeps if work == short and (label == OURS) == ours]
+            points = sorted(point for point in points if 1e-13 <= point[0] <= 1e-1)
+            # A point counts if none with at most its error takes less time.
+            front, least = [], np.inf
+            for e, ms in points:
+                if ms < least:
+                    front.append((e, ms))
+                    least = ms
+            axis.loglog(*np.transpose(front), ".-", color=color, label="FMU of camdrive" if ours else "fastest other solver")
+        axis.invert_xaxis()
+        axis.set_title(f"{short}: {title}", fontsize=9, loc="left")
+    axes[0, 0].legend(frameon=False, fontsize=8)
+    figure.supxlabel("largest relative error", fontsize=9)
+    figure.supylabel("CPU time (ms)", fontsize=9)
+    figure.savefig(file, metadata={"Date": None, "Creator": None})
 
 
 def report(picks, medians, numbers, solvers, folder):
