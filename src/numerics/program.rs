@@ -64,6 +64,8 @@ pub struct Program {
     states: usize,
     /// Where each known series begins; its coefficients lie a pack apart.
     rows: Vec<usize>,
+    /// The packs of rows that are functions of an angle, with its number.
+    functions: Vec<(usize, usize)>,
     /// The numbers of packs of series, of packs of rows, and of angles with powers.
     counts: [usize; 3],
 }
@@ -99,6 +101,7 @@ impl Program {
         self.terms.clear();
         self.packed.clear();
         self.rates.clear();
+        self.functions.clear();
         let mut start = 0;
         while let Some(group) = sorter.group(tape, start) {
             start += group.len();
@@ -121,25 +124,31 @@ impl Program {
         );
     }
 
+    /// The packs of rows that are functions of this angle.
+    fn functions_of(&self, angle: usize) -> impl Iterator<Item = usize> {
+        self.functions.iter().filter(move |(which, _)| *which == angle).map(|(_, row)| *row)
+    }
+
     /// Whether a known series is needed.
     pub fn reads(&self, row: usize) -> bool {
         self.rows.get(row).is_some_and(|at| *at != NONE)
     }
 
     /// How many elements its lists have.
-    pub fn sizes(&self) -> [usize; 6] {
-        let Program { steps, terms, packed, rates, results, rows, .. } = self;
-        [steps.len(), terms.len(), packed.len(), rates.len(), results.len(), rows.len()]
+    pub fn sizes(&self) -> [usize; 7] {
+        let Program { steps, terms, packed, rates, results, rows, functions, .. } = self;
+        [steps.len(), terms.len(), packed.len(), rates.len(), results.len(), rows.len(), functions.len()]
     }
 
     /// Makes room for lists of so many elements.
-    pub fn make_room(&mut self, sizes: [usize; 6]) {
+    pub fn make_room(&mut self, sizes: [usize; 7]) {
         resize(&mut self.steps, sizes[0]);
         resize(&mut self.terms, sizes[1]);
         resize(&mut self.packed, sizes[2]);
         resize(&mut self.rates, sizes[3]);
         resize(&mut self.results, sizes[4]);
         resize(&mut self.rows, sizes[5]);
+        resize(&mut self.functions, sizes[6]);
     }
 
     /// The rates of a group of states.
@@ -164,6 +173,14 @@ impl Program {
             Some(Op::Powers(_, which) | Op::Led(_, which) | Op::Ahead(_, which, _)) => which,
             _ => 0,
         };
+        for op in ops() {
+            if let Op::Function(powers, row) | Op::Bend(powers, row) = op {
+                let function = (angle(powers), rows[row] / PACK * long);
+                if !self.functions.contains(&function) {
+                    self.functions.push(function);
+                }
+            }
+        }
         let several = group.len() > 1;
         let Some(first) = ops().next() else { return };
         let four = match first {
@@ -422,6 +439,17 @@ impl Expansion {
 
     /// Computes the coefficients of the states up to `order`, of all others to one order less, in the `unit` of time (s).
     pub fn expand(&mut self, program: &Program, order: usize, unit: f64) {
+        self.angles.iter_mut().for_each(|angle| angle.origin = None);
+        self.expand_on(program, order, unit);
+    }
+
+    /// The same from states close by, without filling the series of functions of an angle anew: c₀ + c₁ δ … about φ(0) are
+    /// cₙ + (n + 1) cₙ₊₁ ε about φ(0) + ε up to ε². Afterwards these series have to be filled anew.
+    pub fn expand_close_by(&mut self, program: &Program, order: usize, unit: f64) {
+        self.expand_on(program, order, unit);
+    }
+
+    fn expand_on(&mut self, program: &Program, order: usize, unit: f64) {
         for n in 0..order {
             self.go_on(program, n, unit);
         }
@@ -438,7 +466,7 @@ impl Expansion {
     /// The coefficients of order n, those of the states of the next one.
     fn go_on(&mut self, program: &Program, n: usize, unit: f64) {
         let Expansion { series, rows, angles, .. } = self;
-        let rows = rows.as_chunks::<PACK>().0;
+        let rows = rows.as_chunks_mut::<PACK>().0;
         let twice = ((n + 1) * (n + 2)) as f64 / (unit * unit);
         let now = PACK * n;
         for step in &program.steps {
@@ -458,9 +486,15 @@ impl Expansion {
                     series[own + n] = sum;
                 }
                 Step::Signal(row, own) => numbers[own + now] = rows[row / PACK + n][row % PACK],
-                Step::Powers(of, which) => angles[which].raise(n, numbers[of + now]),
+                Step::Powers(of, which) => {
+                    if n == 0 {
+                        angles[which].begin(numbers[of], program.functions_of(which), rows);
+                    }
+                    angles[which].raise(n, numbers[of + now]);
+                }
                 Step::Led([of, rate], which) => {
                     if n == 0 {
+                        angles[which].begin(numbers[of], program.functions_of(which), rows);
                         numbers[of + PACK] = unit * numbers[rate];
                         angles[which].raise(0, numbers[of]);
                         angles[which].raise(1, numbers[of + PACK]);
@@ -550,6 +584,8 @@ fn scaled(a: &[f64], b: &[Pack]) -> Pack {
 /// The powers of δ = φ − φ(0) by orders.
 #[derive(Clone, Debug, Default)]
 struct Powers {
+    /// φ(0) about which functions of φ are known; None before the first series about it.
+    origin: Option<f64>,
     /// δ and δ⁴.
     delta: Vec<f64>,
     fourth: Vec<f64>,
@@ -566,6 +602,22 @@ impl Powers {
             [&mut self.delta, &mut self.fourth].into_iter().for_each(|own| own.resize(count, 0.0));
             self.powers.resize(count.div_ceil(PACK) * count, [0.0; PACK]);
         }
+    }
+
+    /// Begins at this angle, and moves the functions of it there.
+    fn begin(&mut self, angle: f64, functions: impl Iterator<Item = usize>, rows: &mut [Pack]) {
+        let away = angle - *self.origin.get_or_insert(angle);
+        if away == 0.0 {
+            return;
+        }
+        for row in functions {
+            let own = &mut rows[row..][..whole(self.delta.len() + 1)];
+            for n in 1..own.len() {
+                let next = own[n];
+                (0..PACK).for_each(|k| own[n - 1][k] += n as f64 * away * next[k]);
+            }
+        }
+        self.origin = Some(angle);
     }
 
     /// The coefficients of order n, with that of φ. Powers follow from those four lower: the product with δ⁴ has fewer terms.

@@ -10,7 +10,6 @@
 //!
 //! Source: P. C. Müller, Chaos, Solitons & Fractals 5 (1995) 1671–1681 (linearisation at discontinuities).
 
-use super::record::About;
 use super::{Event, Excitation, Place, Run};
 use crate::drives::follower::joint::Change;
 use crate::drives::shaft::train::switching::Instant;
@@ -160,7 +159,7 @@ impl Run {
     }
 
     /// Carries the errors over the step up to `theta`. Afterwards the series belong to another motion.
-    pub(super) fn carry(&mut self, train: &Train, excitation: &Excitation, step: (f64, &[f64; MOST_STATES])) {
+    pub(super) fn carry(&mut self, train: &Train, step: (f64, &[f64; MOST_STATES])) {
         let (theta, changes) = step;
         if self.errors.values.is_empty() {
             return;
@@ -168,13 +167,13 @@ impl Run {
         let left_out = self.left_out(theta, changes, train.machine().is_some());
         let largest = self.errors.largest();
         if largest > 0.0 && largest.is_finite() && self.recording.holds(&self.modes) {
-            self.vary(train, excitation, theta, DISTURBED / largest);
+            self.vary(train, theta, DISTURBED / largest);
         }
         self.errors.values.iter_mut().zip(left_out).for_each(|(e, left_out)| *e += left_out);
     }
 
     /// ∂y⁺/∂y e, from a motion disturbed by `scale` e.
-    fn vary(&mut self, train: &Train, excitation: &Excitation, theta: f64, scale: f64) {
+    fn vary(&mut self, train: &Train, theta: f64, scale: f64) {
         let (count, order) = (self.states.len(), self.order);
         let place = Place::at(theta);
         let partial = |c: &[f64], low: usize| place.sum(&c[1..=low]);
@@ -191,11 +190,7 @@ impl Run {
             (sums[k], tops[k]) = (partial(c, low), c[low]);
             y[k] += scale * self.errors.values[k];
         }
-        let angles = train.angles(self.phi(excitation, self.start, &y), &y);
-        let about = About { time: self.start, angles: &angles, turns: self.turns, order: low, unit: self.unit };
-        self.series += 1.0;
-        self.recording.fill(train, &self.modes, excitation, &about);
-        self.recording.expand(y[..count].iter().copied(), low, self.unit);
+        self.recording.expand_close_by(y[..count].iter().copied(), low, self.unit);
         let mut rest = 0.0_f64;
         for k in 0..count {
             let c = self.recording.series(k);

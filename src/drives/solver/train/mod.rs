@@ -624,7 +624,7 @@ impl Run {
         self.sum_up(train, theta);
         let (mut changes, place) = ([0.0; MOST_STATES], Place::at(theta));
         changes.iter_mut().enumerate().take(self.states.len()).for_each(|(k, change)| *change = self.change(k, &place));
-        self.carry(train, excitation, (theta, &changes));
+        self.carry(train, (theta, &changes));
         for (state, change) in self.states.iter_mut().zip(changes) {
             *state = two_sum(state.hi, change) + Double::from(state.lo);
         }

@@ -137,10 +137,21 @@ impl Recording {
 
     /// Computes the series from these states.
     pub fn expand(&mut self, states: impl Iterator<Item = f64>, order: usize, unit: f64) {
-        let Recording { recorded, present, expansion, .. } = self;
-        let program = &recorded[*present].program;
-        states.enumerate().for_each(|(k, state)| expansion.set(program, k, state));
-        expansion.expand(program, order, unit);
+        let program = self.set(states);
+        self.expansion.expand(&self.recorded[program].program, order, unit);
+    }
+
+    /// The same from states close by.
+    pub fn expand_close_by(&mut self, states: impl Iterator<Item = f64>, order: usize, unit: f64) {
+        let program = self.set(states);
+        self.expansion.expand_close_by(&self.recorded[program].program, order, unit);
+    }
+
+    /// Sets the states; returns the number of the program.
+    fn set(&mut self, states: impl Iterator<Item = f64>) -> usize {
+        let program = &self.recorded[self.present].program;
+        states.enumerate().for_each(|(k, state)| self.expansion.set(program, k, state));
+        self.present
     }
 
     /// The force below which N of a follower counts as zero (N), at the speed `w`; before a recording 0.
@@ -231,12 +242,12 @@ impl Recording {
 
 impl Recorded {
     /// How many elements its lists have: first those of the program.
-    fn sizes(&self) -> ([usize; 6], [usize; 3]) {
+    fn sizes(&self) -> ([usize; 7], [usize; 3]) {
         (self.program.sizes(), [self.known.len(), self.kept.len(), self.of_followers.len()])
     }
 
     /// Makes room for lists of so many elements.
-    fn make_room(&mut self, (program, own): ([usize; 6], [usize; 3])) {
+    fn make_room(&mut self, (program, own): ([usize; 7], [usize; 3])) {
         self.program.make_room(program);
         resize(&mut self.known, own[0]);
         resize(&mut self.kept, own[1]);
