@@ -7,7 +7,7 @@ use crate::periodic_turn::{self, Harmonic, NEUTRAL, Turn};
 use crate::report::unit::{DEG, NS, RPM};
 use crate::report::{Level, Setting, WrittenValue, terminal};
 use crate::resource::{Described, Resource, Scene};
-use crate::stability::report::{grown, must_not_run};
+use crate::stability::report::{disagreement, must_not_run};
 use crate::{oscillator, stability, text};
 use camdrive::drives::limits::NOT_FOUND;
 use camdrive::drives::parametric::law::Law;
@@ -223,12 +223,7 @@ impl Overview {
                 self.minds(Level::Mind, message, hint);
             }
             (None, Some(radius)) if radius > 1.0 + NEUTRAL => {
-                let grown = grown(radius);
-                let message = format!(
-                    "at {speed} rpm the motion of the nonlinear equation is stable; by the linear equation free motions grow by \
-                     {grown} a turn"
-                );
-                self.minds(Level::Mind, message, hint);
+                self.minds(Level::Mind, disagreement(turn.mean_speed, radius), hint);
             }
             _ => {}
         }

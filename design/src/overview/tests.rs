@@ -716,8 +716,8 @@ fn both_equations_of_a_shaft_are_judged_and_their_commands_agree() {
         (
             330.0,
             Level::Mind,
-            "nonlinear equation is stable; by the linear equation free motions grow by 23.8 %",
-            "is stable there",
+            "free motions grow by 23.8 % a turn. The motion of the nonlinear equation is stable",
+            "unstable (`camdrive stability`): free motions grow by 23.8 % a turn.",
         ),
         (243.22, Level::Mind, "within the work allowed near a resonance: harmonic 3 has 0.936 times", "was not found"),
     ] {

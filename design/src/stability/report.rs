@@ -32,7 +32,7 @@ const DIGITS: usize = 3;
 const EXACT: usize = 12;
 
 /// The growth in a turn by this factor, in words.
-pub fn grown(radius: f64) -> String {
+fn grown(radius: f64) -> String {
     if radius < 2.0 { shown(radius - 1.0, &PERCENT) } else { format!("the factor {}", number(radius)) }
 }
 
@@ -40,6 +40,16 @@ pub fn grown(radius: f64) -> String {
 pub fn must_not_run(speed: f64, radius: f64) -> String {
     let speed = shown(speed, &RPM);
     format!("The machine must not run at {speed}: free motions grow by {} a turn.", grown(radius))
+}
+
+/// The sentences on a speed (rad/s) at which only the linear equation is unstable.
+pub fn disagreement(speed: f64, radius: f64) -> String {
+    format!(
+        "At {} rpm the linear equation is unstable (`camdrive stability`): free motions grow by {} a turn. The motion of the \
+         nonlinear equation is stable (`camdrive steady`).",
+        rpm(speed),
+        grown(radius)
+    )
 }
 
 impl StabilityAnalysis {
@@ -90,14 +100,7 @@ impl StabilityAnalysis {
         let speed = digits(at.speed * RPM.factor, fine, -4);
         if at.radius > 1.0 + BORDER {
             match at.nonlinear {
-                Some("stable") => verdict.result(
-                    Level::Mind,
-                    format!(
-                        "At {speed} rpm the linear equation is unstable: free motions grow by {} a turn. The motion of the nonlinear \
-                         equation is stable there (`camdrive steady`).",
-                        grown(at.radius)
-                    ),
-                ),
+                Some("stable") => verdict.result(Level::Mind, disagreement(at.speed, at.radius)),
                 _ => verdict.result(Level::Bad, must_not_run(at.speed, at.radius)),
             };
             return;
