@@ -45,9 +45,9 @@ pub fn must_not_run(speed: f64, radius: f64) -> String {
 /// The sentences on a speed (rad/s) at which only the linear equation is unstable.
 pub fn disagreement(speed: f64, radius: f64) -> String {
     format!(
-        "At {} rpm the linear equation is unstable (`camdrive stability`): free motions grow by {} a turn. The motion of the \
+        "At {} the linear equation is unstable (`camdrive stability`): free motions grow by {} a turn. The motion of the \
          nonlinear equation is stable (`camdrive steady`).",
-        rpm(speed),
+        shown(speed, &RPM),
         grown(radius)
     )
 }
