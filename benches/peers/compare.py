@@ -257,7 +257,7 @@ def main():
 
 def draw(works, sweeps, file):
     """CPU time over error: the FMU of camdrive and, at each error, the fastest of all others."""
-    import matplotlib
+    import matplotlib.ticker
 
     matplotlib.use("svg")
     import matplotlib.pyplot as plt
@@ -278,7 +278,12 @@ def draw(works, sweeps, file):
                     least = ms
             axis.loglog(*np.transpose(front), ".-", color=color, label="FMU of camdrive" if ours else "fastest other solver")
         axis.invert_xaxis()
+        axis.yaxis.set_major_locator(matplotlib.ticker.LogLocator(subs=(1, 2, 5)))
+        axis.yaxis.set_major_formatter("{x:g}")
+        axis.yaxis.set_minor_formatter("")
         axis.set_title(f"{short}: {title}", fontsize=9, loc="left")
+    for axis in axes.flat[len(works) :]:
+        axis.remove()
     axes[0, 0].legend(frameon=False, fontsize=8)
     figure.supxlabel("largest relative error", fontsize=9)
     figure.supylabel("CPU time (ms)", fontsize=9)

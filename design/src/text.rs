@@ -89,6 +89,11 @@ pub fn rpm(speed: f64) -> String {
     digits(speed * 60.0 / TAU, 5, -4)
 }
 
+/// Why a file cannot be read, without the number of the system's error.
+pub fn reason(error: &std::io::Error) -> String {
+    error.to_string().split(" (os error ").next().unwrap_or_default().to_owned()
+}
+
 /// A unit that suits a duration, and the number of these units in a second.
 fn unit_of_time(seconds: f64) -> (&'static str, f64) {
     let fits = |(_, scale): &(&str, f64)| (seconds * scale).abs() >= 0.9995;

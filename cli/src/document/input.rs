@@ -5,6 +5,7 @@ use super::keys::{self, KeyTable};
 use super::section::{Faults, Section};
 use super::source::is_fmu;
 use super::{Document, TomlTable as Values};
+use camdrive_design::text::reason;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read as _};
@@ -194,12 +195,6 @@ pub fn foreign(bytes: &[u8]) -> Option<&'static str> {
         [b'%', b'P', b'D', b'F', ..] => Some("a PDF document"),
         _ => None,
     }
-}
-
-/// Why a file cannot be read, without the number of the system's error.
-pub fn reason(error: &Error) -> String {
-    let text = error.to_string();
-    text.split(" (os error ").next().unwrap_or_default().to_owned()
 }
 
 /// The file with the most similar name in the folder of a missing one.

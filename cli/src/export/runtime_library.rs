@@ -1,9 +1,9 @@
 //! The runtime library of an FMU: where it comes from, and the checks before it is packed.
 
 use super::hash::sha256;
-use crate::document::input::reason;
 use camdrive::drives::Fault;
 use camdrive::drives::resource::BUILD;
+use camdrive_design::text::reason;
 use std::path::{Path, PathBuf};
 
 /// The platforms of FMI 2.0 (section 2.3, with the further ones that 2.0.4 admits) and the suffix of their shared libraries.
