@@ -832,6 +832,11 @@ fn place_of(descriptions: &[Description], name: &str) -> usize {
 
 /// The states at equal steps through the run at this tolerance, with the sizes that count for their errors at least, and the estimate.
 fn estimated(scene: &TrainScene, tolerance: f64) -> Result<(Vec<Vec<f64>>, Vec<f64>, f64), Fault> {
+    followed(scene, tolerance).map(|(values, sizes, mut run)| (values, sizes, run.get("solver.error_estimate")))
+}
+
+/// The same, with the run at its end.
+fn followed(scene: &TrainScene, tolerance: f64) -> Result<(Vec<Vec<f64>>, Vec<f64>, Run), Fault> {
     let (model, mut value) = AnyScene::resolved(scene);
     value["solver"]["tolerance"] = json!(tolerance);
     let mut run = Run::new((model, value), &scene.settings())?;
@@ -853,7 +858,39 @@ fn estimated(scene: &TrainScene, tolerance: f64) -> Result<(Vec<Vec<f64>>, Vec<f
         run.to(scene.span * i as f64 / STEPS as f64)?;
         values.push(names.iter().map(|(name, _)| run.get(name)).collect());
     }
-    Ok((values, names.into_iter().map(|(_, size)| size).collect(), run.get("solver.error_estimate")))
+    Ok((values, names.into_iter().map(|(_, size)| size).collect(), run))
+}
+
+/// Events of five hundred trains at a coarse and a fine tolerance: the same ones, as long as the motions agree to 1e-4 (chaotic ones
+/// part later).
+#[test]
+fn events_are_those_of_any_tolerance() {
+    let mut runner = TestRunner::new(config(1, 1, 77));
+    let trains = trains(ALL);
+    let (mut compared, mut events) = (0, 0);
+    for number in 0..500 * super::chosen()[1] {
+        let scene = trains.new_tree(&mut runner).expect("a train").current();
+        let (Ok((got, least, mut coarse)), Ok((truth, _, mut fine))) = (followed(&scene, 1e-6), followed(&scene, 1e-12))
+        else {
+            continue;
+        };
+        let size = |k: usize| truth.iter().map(|y| y[k].abs()).fold(least[k].max(f64::MIN_POSITIVE), f64::max);
+        let sizes: Vec<f64> = (0..least.len()).map(size).collect();
+        let apart = |(y, z): (&Vec<f64>, &Vec<f64>)| (0..sizes.len()).any(|k| !((y[k] - z[k]).abs() <= 1e-4 * sizes[k]));
+        if got.iter().zip(&truth).any(apart) {
+            continue;
+        }
+        // Those of one follower in turn: two followers may hit within the errors of either motion.
+        let lists = [&mut coarse, &mut fine].map(|run| {
+            let mut all: Vec<_> = run.drive.events().iter().map(|event| (event.follower, event.kind)).collect();
+            all.sort_by_key(|(follower, _)| *follower);
+            all
+        });
+        (compared, events) = (compared + 1, events + lists[1].len());
+        assert_eq!(lists[0], lists[1], "train {number}");
+    }
+    println!("{compared} trains, {events} events");
+    assert!(compared > 300 && events > 1000, "{compared} {events}");
 }
 
 /// Errors and estimates of a hundred trains, at tolerances by turns, against the finest one: 98 of 100 are covered.
