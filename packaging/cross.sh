@@ -20,6 +20,7 @@ declare -A triples=(
     [aarch64-linux]=aarch64-unknown-linux-gnu
     [win64]=x86_64-pc-windows-gnu
     [darwin64]="x86_64-apple-darwin aarch64-apple-darwin"
+    [wasm]=wasm32-unknown-unknown
 )
 missing_triples() { # PLATFORM…: those without Rust's standard library.
     for platform in "$@"; do
@@ -29,10 +30,10 @@ missing_triples() { # PLATFORM…: those without Rust's standard library.
     done
 }
 platforms=("$@")
-[ $# -gt 0 ] || platforms=(linux64 aarch64-linux win64 darwin64)
+[ $# -gt 0 ] || platforms=(linux64 aarch64-linux win64 darwin64 wasm)
 for platform in "${platforms[@]}"; do
     if [ -z "${triples[$platform]:-}" ]; then
-        echo "$0: \`$platform\` is not one of linux64, aarch64-linux, win64, darwin64" >&2
+        echo "$0: \`$platform\` is not one of linux64, aarch64-linux, win64, darwin64, wasm" >&2
         exit 2
     fi
 done
@@ -90,6 +91,8 @@ cross() { # TRIPLE COMMAND…
     # If the sources of the standard library are installed, rustc names them by their folder, else by its commit.
     flags+=("--remap-path-prefix=$(rustc --print sysroot)/lib/rustlib/src/rust=/rustc/$(rustc -vV | sed -n 's/^commit-hash: //p')")
     case $1 in
+    # Nothing in a page needs random numbers, which a browser has elsewhere.
+    wasm*) flags+=('--cfg=getrandom_backend="unsupported"') ;;
     *-darwin)
         # Stripped by the linker, since it also signs.
         export SDKROOT=$sdk CARGO_PROFILE_RELEASE_STRIP=false CARGO_PROFILE_DIST_STRIP=false

@@ -13,6 +13,7 @@
 #![warn(missing_docs)]
 
 pub mod drives;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod fmi2;
 pub mod motion;
 pub mod numerics;

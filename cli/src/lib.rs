@@ -3,10 +3,16 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+#[cfg(not(target_arch = "wasm32"))]
 pub mod command;
 pub mod document;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod export;
+pub mod live;
 pub mod scene;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod study;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod system;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod task;

@@ -17,12 +17,14 @@ pub struct Progress<'a> {
 pub mod cam_geometry;
 pub mod clearance;
 pub mod compensation;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod coupling;
 pub mod documentation;
 pub mod drawing;
 pub mod forces;
 pub mod formulas;
 pub mod harmonic_analysis;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod host;
 pub mod law_motions;
 pub mod lever_law;
@@ -32,6 +34,7 @@ mod parallel;
 pub mod periodic_motions;
 pub mod periodic_turn;
 pub mod plot;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod recording;
 pub mod report;
 pub mod resource;
@@ -43,6 +46,7 @@ pub mod study;
 pub mod synthesis;
 pub mod table_error;
 pub mod text;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod tradeoff;
 pub mod transmission;
 pub mod work;

@@ -26,6 +26,10 @@ fn each(count: usize, work: &(dyn Fn(usize) + Sync)) {
             work(i);
         }
     };
+    if cores < 2 {
+        // A browser's thread starts no others.
+        return share();
+    }
     std::thread::scope(|scope| {
         let threads: Vec<_> = (0..cores).map(|_| scope.spawn(|| work::taken(left, share))).collect();
         for thread in threads {

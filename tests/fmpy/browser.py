@@ -45,7 +45,7 @@ class Page:
         self.loaded |= method == "Page.loadEventFired"
         if method in ("Runtime.exceptionThrown", "Runtime.consoleAPICalled", "Log.entryAdded"):
             self.messages.append(message["params"])
-        if method == "Network.requestWillBeSent" and not message["params"]["request"]["url"].startswith(("file:", "data:")):
+        if method == "Network.requestWillBeSent" and not message["params"]["request"]["url"].startswith(("file:", "data:", "blob:")):
             self.messages.append(message["params"]["request"]["url"])
         return message
 

@@ -2,9 +2,10 @@
 
 use super::clearance::noise;
 use super::output::Bar;
-use super::{Failure, cam, check, failure, files, forces, read, show, steady, study, system};
+use super::{Failure, cam, check, failure, files, forces, read, show, steady, study, system, wrong_argument};
 use crate::document::input::{is_study, is_system};
 use crate::export::{model_description::unit, picture};
+use crate::live::page::Module;
 use crate::scene::Resolved;
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive::drives::{Description, Fault};
@@ -30,6 +31,7 @@ use std::path::{Path, PathBuf};
 Examples:
   camdrive report examples/guide_bar/scene.toml
   camdrive report examples/sealing_machine/scene.toml -o machine.html
+  camdrive report examples/guide_bar/scene.toml --live
   camdrive report examples/two_cams/system.toml
   camdrive report study-backlash_map/")]
 pub struct Args {
@@ -39,6 +41,10 @@ pub struct Args {
     /// The page [default: NAME.html, for a study study-NAME.html]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Of a scene: diagrams, figures and verdict that follow sliders for its values; needs the module of the wheel or of
+    /// `packaging/build wasm`
+    #[arg(long)]
+    live: bool,
     /// Replace files that no command wrote
     #[arg(long)]
     force: bool,
@@ -46,13 +52,16 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let path = &args.file;
+    if args.live {
+        return live(args);
+    }
     let (name, reports, inputs) = if is_system(path) {
         let system = system::read(path)?;
         let coupling = system::study::findings(path, &system).map(|(findings, _)| findings.report());
         let mut glance = system::glance(&system.name, &system);
         // The page has room for the connections.
         glance.body.append(&mut glance.explained);
-        let reports = vec![glance, part(path, "communication steps", coupling)];
+        let reports = vec![glance, part_of(path, "communication steps", coupling)];
         (system.name, reports, system.files)
     } else if path.is_dir() || is_study(path) {
         let findings = study::findings(path)?;
@@ -63,15 +72,32 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         (scene.name, reports, scene.files)
     };
     let page = args.output.clone().unwrap_or_else(|| format!("{name}.html").into());
-    files::no_stream(&page, "-o", "a file")?;
     let title = reports.first().map_or("", |report| &report.name);
-    let results = [(page, html::page(title, &reports))];
-    files::keep(&results, &inputs, args.force)?;
-    show(&files::write(&results, &inputs)?)
+    write(args, page, html::page(title, &reports), &inputs)
+}
+
+fn write(args: &Args, page: PathBuf, text: String, inputs: &[PathBuf]) -> Result<(), Failure> {
+    files::no_stream(&page, "-o", "a file")?;
+    let results = [(page, text)];
+    files::keep(&results, inputs, args.force)?;
+    show(&files::write(&results, inputs)?)
+}
+
+/// The page of a scene that computes.
+fn live(args: &Args) -> Result<(), Failure> {
+    let path = &args.file;
+    if is_system(path) || path.is_dir() || is_study(path) {
+        return Err(wrong_argument(format!("{}: --live is for a scene", path.display())).hint("name one scene"));
+    }
+    let scene = read(path)?;
+    let module = Module::at_hand().map_err(failure)?.ok_or_else(|| failure(Module::MISSING.to_owned()))?;
+    let page = args.output.clone().unwrap_or_else(|| format!("{}.live.html", scene.name).into());
+    let others = others(path, &scene)?;
+    write(args, page, module.page(&scene, others), &scene.files)
 }
 
 /// The report of a study, or the reason why it failed.
-fn part(path: &Path, study: &str, found: Result<Report, Failure>) -> Report {
+fn part_of(path: &Path, study: &str, found: Result<Report, Failure>) -> Report {
     found.unwrap_or_else(|Failure { fault, .. }| {
         let mut report = Report::new("", study);
         let place = format!("{}: ", path.display());
@@ -87,17 +113,39 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
     let mut drive = scene.resource().build().map_err(failure)?;
     drive.set_up(0.0, None);
     let mut reports = Vec::new();
-    let mut part = |study: &str, found: Result<Report, Failure>| reports.push(part(path, study, found));
+    let mut part = |study: &str, found: Result<Report, Failure>| reports.push(part_of(path, study, found));
     // With inputs for the speed, the scene has no speed to study.
     let turns = forces::speed_of(&scene.scene).is_some();
     if turns || scene.scene.drive().is_none() {
         part("periodic motion", steady::study(path, scene, None, [None; 2]).map(|findings| findings.report()));
     }
+    part("", Ok(check::overview_of(scene).report(&scene.name, "characteristic values")));
+    reports.extend(studies(path, scene)?);
+    let mut glance = glance(scene, &drive);
+    glance.verdict = Verdict::over_all(&reports);
+    reports.insert(0, glance);
+    reports.push(model(scene, &mut drive).map_err(failure)?);
+    Ok(reports)
+}
+
+/// The reports that a page that computes shows as the file has the scene.
+fn others(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
+    let mut drive = scene.resource().build().map_err(failure)?;
+    drive.set_up(0.0, None);
+    let mut reports = studies(path, scene)?;
+    reports.push(model(scene, &mut drive).map_err(failure)?);
+    Ok(reports)
+}
+
+/// The reports of cams, loads, stability and clearance.
+fn studies(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
+    let mut reports = Vec::new();
+    let mut part = |study: &str, found: Result<Report, Failure>| reports.push(part_of(path, study, found));
+    let turns = forces::speed_of(&scene.scene).is_some();
     if !scene.cams.is_empty() {
         let shapes = cam::shapes(path, scene, &scene.cams, Tolerances::default());
         part("cams", shapes.map(|shapes| CamSet::new(&scene.name, &shapes).report()));
     }
-    part("", Ok(check::overview_of(scene).report(&scene.name, "characteristic values")));
     if turns && !matches!(scene.scene, Scene::ParametricDrive(_)) {
         part("forces", forces::study(path, scene, None).map(|(report, _)| report));
     }
@@ -115,10 +163,6 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
         }
         _ => (),
     }
-    let mut glance = glance(scene, &drive);
-    glance.verdict = Verdict::over_all(&reports);
-    reports.insert(0, glance);
-    reports.push(model(scene, &mut drive).map_err(failure)?);
     Ok(reports)
 }
 

@@ -136,21 +136,26 @@ fn has(path: &Path, kind: Kind, keys: &[&str]) -> bool {
     keys.iter().any(|key| has(key)) && !has("model")
 }
 
-/// The contents of pipes and devices, which can be read only once.
+/// The contents of pipes and devices, which can be read only once, and of the files of a page, which has no others.
 static STREAMS: Mutex<BTreeMap<PathBuf, Vec<u8>>> = Mutex::new(BTreeMap::new());
+
+/// Holds the content of a file for [`bytes`].
+pub fn hold(path: &Path, content: Vec<u8>) {
+    STREAMS.lock().unwrap_or_else(PoisonError::into_inner).insert(path.to_owned(), content);
+}
 
 /// The bytes of a file, a pipe or the start of a device, or of the standard input `-`.
 ///
 /// # Errors
 /// A file that cannot be read or is too large.
 pub fn bytes(path: &Path) -> Result<Vec<u8>, Error> {
-    let standard = path == Path::new("-");
-    if !standard && std::fs::metadata(path)?.is_file() {
-        return content(File::open(path)?);
-    }
     let mut streams = STREAMS.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(bytes) = streams.get(path) {
         return Ok(bytes.clone());
+    }
+    let standard = path == Path::new("-");
+    if !standard && std::fs::metadata(path)?.is_file() {
+        return content(File::open(path)?);
     }
     let bytes = if standard { content(std::io::stdin()) } else { content(File::open(path)?) }?;
     streams.insert(path.to_owned(), bytes.clone());

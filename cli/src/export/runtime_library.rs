@@ -46,7 +46,6 @@ impl RuntimeLibrary {
     /// `runtimes` next to the executable's folder (`target/release`) or in it, or at the place of a wheel, and the one built with
     /// the running executable. Also returns the reasons why others are left out.
     pub fn at_hand(wanted: &[String]) -> Result<(Vec<Self>, Vec<Fault>), Fault> {
-        let executable = executable()?;
         let (mut libraries, mut left_out) = (Vec::new(), Vec::new());
         for (platform, suffix) in PLATFORMS {
             let named = wanted.iter().any(|name| name == platform);
@@ -55,12 +54,8 @@ impl RuntimeLibrary {
                 continue;
             }
             let file = format!("{}/camdrive{suffix}", platform.replace("aarch64-darwin", "darwin64"));
-            // In a user's wheel on Windows the executable is a folder deeper.
-            let mut places = [("", 1), ("", 2), ("share/camdrive", 2), ("share/camdrive", 3)].into_iter().filter_map(
-                |(folder, above)| Some(executable.ancestors().nth(above)?.join(folder).join("runtimes").join(&file)),
-            );
             let mut found = Err(missing(platform));
-            if let Some(path) = &places.find(|path| path.is_file()) {
+            if let Some(path) = &Self::places(&file)?.into_iter().find(|path| path.is_file()) {
                 found = RuntimeLibrary::read(platform, path).inspect_err(|fault| left_out.push(fault.clone()));
             }
             if found.is_err() && host_platform() == Some(platform) {
@@ -76,6 +71,15 @@ impl RuntimeLibrary {
             libraries.push(RuntimeLibrary::beside_executable()?);
         }
         Ok((libraries, left_out))
+    }
+
+    /// The places of a file in the folder `runtimes`.
+    pub fn places(file: &str) -> Result<Vec<PathBuf>, Fault> {
+        let executable = executable()?;
+        // In a user's wheel on Windows the executable is a folder deeper.
+        let places = [("", 1), ("", 2), ("share/camdrive", 2), ("share/camdrive", 3)].into_iter();
+        let place = |(folder, above)| Some(executable.ancestors().nth(above)?.join(folder).join("runtimes").join(file));
+        Ok(places.filter_map(place).collect())
     }
 
     /// The library built with the running executable, for the same platform: `cargo run` leaves it in the folder `deps` next to the

@@ -19,13 +19,19 @@ mod table;
 #[cfg(test)]
 mod tests;
 pub mod train;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod variable;
 
 pub use table::{Courses, course, courses};
 
-use crate::document::source::{self, SCENE, is_fmu};
-use crate::document::{Diagnostic, Diagnostics, Document, Kind, Section, TableNote, input};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::document::Diagnostic;
+use crate::document::source;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::document::source::{SCENE, is_fmu};
+use crate::document::{Diagnostics, Document, Kind, Section, TableNote, input};
 use camdrive_design::forces::{Loads, Machine};
+#[cfg(not(target_arch = "wasm32"))]
 use camdrive_design::host::{MODEL, REFERENCES, unpacked};
 use camdrive_design::resource::{Resource, Scene, Tool};
 use std::path::{Path, PathBuf};
@@ -85,6 +91,7 @@ pub fn read(path: &Path) -> Result<Resolved, Diagnostics> {
 ///
 /// # Errors
 /// The faults of the scene; an FMU without a scene.
+#[cfg(not(target_arch = "wasm32"))]
 pub fn open(path: &Path) -> Result<Resolved, Diagnostics> {
     if !is_fmu(path) {
         return read(path);

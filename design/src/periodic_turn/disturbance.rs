@@ -1,7 +1,7 @@
 //! The multipliers of Floquet of a drive at constant speed: the fraction of a small disturbance of q and q̇ that is left after
 //! a turn.
 
-use super::{Turn, Walk, place, prepared};
+use super::{TOLERANCE, Turn, Walk, place, prepared};
 use crate::resource::Scene;
 use camdrive::drives::Fault;
 use nalgebra::DMatrix;
@@ -30,12 +30,12 @@ pub fn eigenvalues(columns: &[impl AsRef<[f64]>]) -> Vec<[f64; 2]> {
 /// before and after the turn.
 pub fn multipliers(scene: &Scene, turn: &Turn) -> Result<Vec<[f64; 2]>, Fault> {
     let refused = || Fault::new("the states are not q and q̇ alone");
-    let drive = prepared(scene, "steady_state")?;
+    let drive = prepared(scene, "steady_state", TOLERANCE)?;
     let all = drive.descriptions().to_vec();
     let find = |name: &str| place(&all, name).ok_or_else(refused);
     let (states, starts) = ([find("q")?, find("der(q)")?], [find("start.q")?, find("start.q_dot")?]);
     let contact = place(&all, "contact");
-    let mut begun = prepared(scene, "steady_state")?;
+    let mut begun = prepared(scene, "steady_state", TOLERANCE)?;
     begun.start()?;
     let first = [begun.get(states[0])?, begun.get(states[1])?];
     let held = contact.map(|contact| begun.get(contact)).transpose()?;
@@ -50,7 +50,7 @@ pub fn multipliers(scene: &Scene, turn: &Turn) -> Result<Vec<[f64; 2]>, Fault> {
     // A drive without vibration is disturbed by a micrometre, or a microradian.
     let sizes = [q, q * turn.mean_speed.abs()].map(|size| part * if size > 0.0 { size } else { 1e-6 });
     let end = |start: [f64; 2]| -> Result<[f64; 2], Fault> {
-        let mut drive = prepared(scene, "given")?;
+        let mut drive = prepared(scene, "given", TOLERANCE)?;
         for (place, value) in starts.iter().zip(start) {
             drive.set(*place, value)?;
         }

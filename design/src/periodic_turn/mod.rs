@@ -26,8 +26,12 @@ use std::f64::consts::TAU;
 /// Points of a turn at least; a vibration of 48 periods a turn has thirty.
 pub const POINTS: usize = 1440;
 
-/// `solver.tolerance` of the turn, finer than any digit that is shown.
+/// Points of a sketch: a line of them has no corner on a screen.
+const SKETCHED: usize = 480;
+
+/// `solver.tolerance` of the turn, finer than any digit that is shown, and of a sketch, finer than a pixel.
 const TOLERANCE: f64 = 1e-13;
+const OF_SKETCH: f64 = 1e-7;
 
 /// Points next to an event are this fraction of a step away from it: its instant is known better.
 const BESIDE: f64 = 1e-9;
@@ -218,11 +222,11 @@ fn start_mode(all: &[Description], start: &str) -> Option<(usize, f64)> {
 }
 
 /// A drive of the scene, to be set up further and started at φ = 0.
-fn prepared(scene: &Scene, start: &str) -> Result<AnyDrive, Fault> {
+fn prepared(scene: &Scene, start: &str, tolerance: f64) -> Result<AnyDrive, Fault> {
     let mut drive = scene.build()?.plan().instance();
     drive.set_up(0.0, None);
     let all = drive.descriptions().to_vec();
-    let tolerance = place(&all, "solver.tolerance").map(|place| (place, TOLERANCE));
+    let tolerance = place(&all, "solver.tolerance").map(|place| (place, tolerance));
     for (place, value) in start_mode(&all, start).into_iter().chain(tolerance) {
         drive.set(place, value)?;
     }
@@ -266,15 +270,24 @@ fn period(walk: &mut Walk, phi: usize, w: Option<usize>) -> Result<f64, Fault> {
 /// # Errors
 /// The drive's fault if there is no such motion.
 pub fn started(scene: &Scene, speed: Option<f64>, load: f64) -> Result<(AnyDrive, Option<Periodic>), Fault> {
+    started_within(TOLERANCE, scene, speed, load)
+}
+
+fn started_within(
+    tolerance: f64,
+    scene: &Scene,
+    speed: Option<f64>,
+    load: f64,
+) -> Result<(AnyDrive, Option<Periodic>), Fault> {
     let mut scene = from_zero(scene, speed)?;
     if let Scene::DriveTrain(train) = &mut scene {
-        train.solver.tolerance = TOLERANCE;
+        train.solver.tolerance = tolerance;
         let mut train = DriveTrain::new(train.clone())?;
         let found = train.periodic_motion()?;
         return Ok((AnyDrive::from(train).under_way(), Some(found)));
     }
     let without_torques = matches!(&scene, Scene::RigidMachine(machine) if machine.motor == Motor::None);
-    let mut drive = prepared(&scene, if without_torques { "given" } else { "steady_state" })?;
+    let mut drive = prepared(&scene, if without_torques { "given" } else { "steady_state" }, tolerance)?;
     if load != 0.0 {
         let tau = place(drive.descriptions(), "tau").ok_or_else(|| Fault::new("the machine has no load `tau`"))?;
         drive.set(tau, load)?;
@@ -289,7 +302,7 @@ pub fn started(scene: &Scene, speed: Option<f64>, load: f64) -> Result<(AnyDrive
 /// The drive's fault if there is no such motion.
 pub fn of(scene: &Scene, speed: Option<f64>, load: f64) -> Result<Turn, Fault> {
     let (drive, found) = started(scene, speed, load)?;
-    let mut turn = Turn::of(drive)?;
+    let mut turn = Turn::of(drive, true)?;
     if let Some(found) = found {
         turn.multipliers = disturbance::eigenvalues(&found.map);
         turn.growth = Some(found.multiplier.ln());
@@ -300,9 +313,17 @@ pub fn of(scene: &Scene, speed: Option<f64>, load: f64) -> Result<Turn, Fault> {
     Ok(turn)
 }
 
+/// The same turn for the eye: fewer points, the extremes are the points', and nothing is disturbed.
+///
+/// # Errors
+/// The drive's fault if there is no such motion.
+pub fn sketch(scene: &Scene) -> Result<Turn, Fault> {
+    Turn::of(started_within(OF_SKETCH, scene, None, 0.0)?.0, false)
+}
+
 impl Turn {
-    /// The turn of a drive that is on a periodic motion at φ = 0.
-    fn of(drive: AnyDrive) -> Result<Turn, Fault> {
+    /// The turn of a drive that is on a periodic motion at φ = 0, fine or as a sketch.
+    fn of(drive: AnyDrive, fine: bool) -> Result<Turn, Fault> {
         let all = drive.descriptions().to_vec();
         let phi = place(&all, "phi").ok_or_else(|| Fault::new("the drive has no angle of its own"))?;
         let followed: Vec<(usize, &'static str)> =
@@ -310,10 +331,14 @@ impl Turn {
         let outputs: Vec<usize> = followed.iter().map(|(of, _)| *of).collect();
         let mut walk = Walk { begin: drive.save(), drive, time: 0.0 };
         let period = period(&mut walk, phi, place(&all, "w"))?;
-        let Instants { times, pulls, impulses } = instants(&mut walk, period, phi)?;
+        let Instants { times, pulls, impulses } =
+            instants(&mut walk, period, phi, if fine { POINTS } else { SKETCHED })?;
         let mut angles = walk.values(&times, &[phi])?.swap_remove(0);
         let columns = walk.values(&times, &outputs)?;
-        let extremes = extremes(&mut walk, &times, &outputs, &columns, phi)?;
+        let extremes = match fine {
+            true => extremes(&mut walk, &times, &outputs, &columns, phi)?,
+            false => columns.iter().map(|values| of_points(&angles, values)).collect(),
+        };
         let (first, end) = (angles[0], angles[times.len() - 1]);
         let mean_speed = (TAU / period).copysign(end - first);
         let whole = TAU * (first / TAU).floor();
@@ -448,13 +473,13 @@ struct Instants {
 }
 
 /// The instants of the points: equal parts of the turn, and both sides of each event.
-fn instants(walk: &mut Walk, period: f64, phi: usize) -> Result<Instants, Fault> {
+fn instants(walk: &mut Walk, period: f64, phi: usize, points: usize) -> Result<Instants, Fault> {
     walk.restart();
     let (mut pulls, mut impulses) = (Vec::new(), Vec::new());
-    let step = period / POINTS as f64;
+    let step = period / points as f64;
     let mut times = vec![0.0];
-    for k in 1..=POINTS {
-        let to = if k == POINTS { period } else { k as f64 * step };
+    for k in 1..=points {
+        let to = if k == points { period } else { k as f64 * step };
         walk.drive.events().clear();
         let before = walk.drive.get(phi)?;
         walk.to(to)?;
@@ -483,6 +508,15 @@ fn instants(walk: &mut Walk, period: f64, phi: usize) -> Result<Instants, Fault>
     times.sort_by(f64::total_cmp);
     times.dedup();
     Ok(Instants { times, pulls, impulses })
+}
+
+/// The least and the largest of these values.
+fn of_points(angles: &[f64], values: &[f64]) -> [Extreme; 2] {
+    let point = |(phi, value): (&f64, &f64)| Extreme { phi: *phi, value: *value };
+    let points = || angles.iter().zip(values).map(point);
+    let order = |a: &Extreme, b: &Extreme| a.value.total_cmp(&b.value);
+    let none = Extreme { phi: 0.0, value: 0.0 };
+    [points().min_by(order).unwrap_or(none), points().max_by(order).unwrap_or(none)]
 }
 
 /// The least and the largest value of each output, with the angles at them.

@@ -18,8 +18,10 @@ addEventListener('scroll', () => {
 addEventListener('keydown', (event) => { if (event.key === 'Escape') hide(); });
 addEventListener('beforeprint', () => document.querySelectorAll('details').forEach((part) => { part.open = true; }));
 
+// What is in a part of the page:
+const enhance = (root) => {
 // Tables: a click or Enter on a heading sorts, arrows go from cell to cell, a cell tells all of its digits.
-for (const table of document.querySelectorAll('.table table')) {
+for (const table of root.querySelectorAll('.table table')) {
   const heads = [...table.tHead.rows[0].cells], body = table.tBodies[0];
   const key = (row, i) => row.cells[i].dataset.v ?? row.cells[i].textContent;
   const sort = (head, i) => {
@@ -73,7 +75,7 @@ for (const table of document.querySelectorAll('.table table')) {
 }
 
 // Diagrams: the nearest point of a line under the pointer; arrows go along a line and from line to line.
-for (const figure of document.querySelectorAll('figure[data-x]')) {
+for (const figure of root.querySelectorAll('figure[data-x]')) {
   const svg = figure.querySelector('svg');
   const axis = (text) => {
     const [, first, last, low, high, scale, label] = text.match(/^(\S+) (\S+) (\S+) (\S+) (\S+) ([^]*)$/);
@@ -142,3 +144,5 @@ for (const figure of document.querySelectorAll('figure[data-x]')) {
     tell();
   });
 }
+};
+enhance(document);

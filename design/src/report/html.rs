@@ -5,7 +5,7 @@
 
 use super::table::{Column, Table, Value};
 use super::terminal::{cells, seen};
-use super::{Block, Level, Picture, Report, formula};
+use super::{Block, Figure, Level, Picture, Report, formula};
 use crate::drawing::{Drawing, Frame, Point, Shape};
 use crate::plot::{Axis, Diagram, PAGE, Scale};
 use crate::xml::writer::Xml;
@@ -18,20 +18,58 @@ pub const MARK: &str = "<meta name=\"generator\" content=\"camdrive\"";
 /// The script of pages: it sorts tables and reads values.
 const SCRIPT: &str = include_str!("html.js");
 
+/// The script of pages that compute.
+const LIVE: &str = include_str!("live.js");
+
+/// Such a page loads nothing.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; \
+                      worker-src blob:; base-uri 'none'; form-action 'none'";
+
+/// Stands there until the page computes.
+const LACKING: &str = "This page shows the scene as its file has it. To move its values, open it in a browser with JavaScript, \
+                       WebAssembly and DecompressionStream.";
+
+/// Before the sections that do not follow.
+const STILL: &str = "The parts below show the scene as its file has it.";
+
 /// The largest distance (pixels) of a line from a point that it leaves out.
 const TOLERANCE: f64 = 0.1;
 
 /// One page of reports on the thing of this name.
 pub fn page(name: &str, reports: &[Report]) -> String {
-    document(name, reports, SCRIPT)
+    document(name, reports, SCRIPT, None)
+}
+
+/// What a page computes with.
+pub struct Engine {
+    /// The number of the reports, from the first on, that follow the values.
+    pub follow: usize,
+    /// Sliders and fields, as markup.
+    pub form: String,
+    /// The module, compressed, in base64.
+    pub module: String,
+    /// Names and texts of the scene and its tables, as JSON.
+    pub files: String,
+}
+
+/// A page of reports on a scene whose values its reader may change.
+pub fn live(name: &str, reports: &[Report], engine: &Engine) -> String {
+    document(name, reports, SCRIPT, Some(engine))
+}
+
+/// The sections of reports alone, for a page that computes.
+pub fn sections(reports: &[Report]) -> String {
+    let mut xml = Xml::part();
+    parts(&mut xml, reports, (1, true));
+    xml.finish()
 }
 
 /// The same page as a document that runs nothing.
 pub fn page_without_script(name: &str, reports: &[Report]) -> String {
-    document(name, reports, "")
+    document(name, reports, "", None)
 }
 
-fn document(name: &str, reports: &[Report], script: &str) -> String {
+fn document(name: &str, reports: &[Report], script: &str, engine: Option<&Engine>) -> String {
     let mut xml = Xml::html();
     let attribute = |key: &'static str, value: &str| (key, value.to_owned());
     let root = [attribute("xmlns", "http://www.w3.org/1999/xhtml"), attribute("lang", "en")];
@@ -41,6 +79,10 @@ fn document(name: &str, reports: &[Report], script: &str) -> String {
             xml.empty("meta", &[attribute("name", "generator"), attribute("content", "camdrive")]);
             let content = attribute("content", "width=device-width, initial-scale=1");
             xml.empty("meta", &[attribute("name", "viewport"), content]);
+            if engine.is_some() {
+                let policy = attribute("http-equiv", "Content-Security-Policy");
+                xml.empty("meta", &[policy, attribute("content", POLICY)]);
+            }
             xml.text("title", &[], name);
             xml.text("style", &[], STYLE);
         });
@@ -50,19 +92,51 @@ fn document(name: &str, reports: &[Report], script: &str) -> String {
                 if reports.len() > 1 {
                     contents(xml, reports);
                 }
-                for (i, report) in reports.iter().enumerate() {
-                    xml.element("section", &[("id", format!("part{}", i + 1))], |xml| {
-                        section(xml, report, !script.is_empty());
-                    });
+                let follow = engine.map_or(0, |engine| engine.follow);
+                if let Some(engine) = engine {
+                    controls(xml, engine);
+                    xml.element("div", &[attribute("id", "live")], |xml| parts(xml, &reports[..follow], (1, true)));
+                    xml.text("p", &[attribute("class", "still")], STILL);
                 }
+                parts(xml, &reports[follow..], (follow + 1, !script.is_empty()));
             });
-            if !script.is_empty() {
-                // Browsers read what is in a script as it stands, XML does not.
+            // Browsers read what is in a script as it stands, XML does not.
+            let code = |xml: &mut Xml, script: &str| {
                 xml.element("script", &[], |xml| xml.markup(&format!("//<![CDATA[\n{script}//]]>")));
+            };
+            if !script.is_empty() {
+                code(xml, script);
+            }
+            if let Some(engine) = engine {
+                let data = |id: &str, kind: &str| [attribute("id", id), attribute("type", kind)];
+                xml.element("script", &data("module", "text/plain"), |xml| xml.markup(&engine.module));
+                xml.element("script", &data("files", "application/json"), |xml| xml.markup(&engine.files));
+                code(xml, LIVE);
             }
         });
     });
     xml.finish()
+}
+
+/// The sections of a page, counted from this number on; the script reads them or not.
+fn parts(xml: &mut Xml, reports: &[Report], (first, script): (usize, bool)) {
+    for (i, report) in reports.iter().enumerate() {
+        xml.element("section", &[("id", format!("part{}", first + i))], |xml| section(xml, report, script));
+    }
+}
+
+/// The values that a reader may change.
+fn controls(xml: &mut Xml, engine: &Engine) {
+    xml.text("p", &[("id", "state".to_owned()), ("role", "status".to_owned())], LACKING);
+    xml.element("form", &[("id", "dials".to_owned()), ("hidden", "hidden".to_owned())], |xml| {
+        xml.markup(&engine.form);
+        xml.element("p", &[], |xml| {
+            xml.text("button", &[("type", "reset".to_owned())], "Reset");
+            xml.text("button", &[("type", "button".to_owned()), ("id", "copy".to_owned())], "Copy as scene");
+        });
+        let area = [("id", "copied"), ("readonly", "readonly"), ("hidden", "hidden"), ("aria-label", "Changed keys")];
+        xml.text("textarea", &area.map(|(key, value)| (key, value.to_owned())), "");
+    });
 }
 
 /// The parts of the page, each with its verdict.
@@ -119,7 +193,7 @@ fn section(xml: &mut Xml, report: &Report, script: bool) {
     let (lead, rest) = report.body.split_at(lead);
     lead.iter().for_each(|part| block(xml, part, script));
     columns(xml, |xml| {
-        report.figures.iter().for_each(|figure| picture(xml, &figure.picture, script));
+        report.figures.iter().for_each(|figure| picture(xml, figure, script));
         blocks(xml, rest, script);
     });
     if !report.explained.is_empty() {
@@ -274,15 +348,15 @@ fn full(value: &Value, column: &Column) -> Option<String> {
     }
 }
 
-fn picture(xml: &mut Xml, picture: &Picture, script: bool) {
-    match picture {
-        Picture::Diagram(content) => diagram(xml, content, script),
+fn picture(xml: &mut Xml, figure: &Figure, script: bool) {
+    match &figure.picture {
+        Picture::Diagram(content) => diagram(xml, &figure.key, content, script),
         Picture::Svg(svg) => xml.element("figure", &[], |xml| xml.markup(svg)),
     }
 }
 
 /// A diagram, for the script with the points of its series and the cells of its map.
-fn diagram(xml: &mut Xml, diagram: &Diagram, script: bool) {
+fn diagram(xml: &mut Xml, key: &str, diagram: &Diagram, script: bool) {
     let mut picture = diagram.picture();
     thin(&mut picture.drawing);
     // Letters of a diagram are as high as the page's.
@@ -294,7 +368,8 @@ fn diagram(xml: &mut Xml, diagram: &Diagram, script: bool) {
     };
     let [x, y] = [(0, &shown.x), (1, &shown.y)].map(|(i, of)| axis(of, frame.ends[i], frame.ranges[i]));
     let z = shown.map.as_ref().map(|map| ("data-z", axis(&map.scale, [0.0, 1.0], map.range())));
-    let axes: Vec<_> = [("data-x", x), ("data-y", y)].into_iter().chain(z).filter(|_| script).collect();
+    let axes: Vec<_> =
+        [("data-key", key.to_owned()), ("data-x", x), ("data-y", y)].into_iter().chain(z).filter(|_| script).collect();
     xml.element("figure", &axes, |xml| {
         xml.markup(&svg);
         let mut data = |name: &str, value: String| {
@@ -403,7 +478,7 @@ mod tests {
     #[test]
     fn style_and_script_need_no_escapes() {
         assert!(!STYLE.contains(['"', '&', '<', '>']));
-        assert!(!SCRIPT.contains("]]>") && !SCRIPT.contains("</"));
+        assert!([SCRIPT, LIVE].iter().all(|script| !script.contains("]]>") && !script.contains("</")));
     }
 
     #[test]

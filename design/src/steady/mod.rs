@@ -10,6 +10,7 @@ use crate::overview::{self, Overview, Resonance};
 use crate::periodic_motions::{Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range};
 use crate::periodic_turn::{self, Dwell, Harmonic, Turn};
 use crate::report::Verdict;
+use crate::plot::Diagram;
 use crate::resource::{Resource, Scene as AnyScene};
 use crate::text;
 use crate::transmission::{self, Transmission};
@@ -189,6 +190,12 @@ fn of_turning(resource: &Resource, overview: &Overview) -> SteadyMotions {
         findings.take(&resource.scene, turn);
     }
     findings
+}
+
+/// The diagrams of the motion of a scene, in the lines of a sketch; none without a motion.
+pub fn sketch(resource: &Resource) -> Vec<(String, Diagram)> {
+    let turn = periodic_turn::sketch(&resource.scene);
+    turn.map_or(Vec::new(), |turn| tables::diagrams(&resource.name, &turn))
 }
 
 impl SteadyMotions {

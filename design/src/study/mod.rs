@@ -1,5 +1,6 @@
 //! Studies: many variants of a drive, each run over a window and measured.
 
+#[cfg(not(target_arch = "wasm32"))]
 pub mod coupled;
 pub mod figures;
 pub mod measure;

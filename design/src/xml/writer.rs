@@ -27,6 +27,11 @@ impl Xml {
         xml
     }
 
+    /// Elements of a document that is there.
+    pub fn part() -> Self {
+        Xml(Writer::new_with_indent(Vec::new(), b' ', 0))
+    }
+
     /// An element without content.
     pub fn empty(&mut self, name: &str, attributes: &[Attribute]) {
         self.event(Event::Empty(tag(name, attributes)));

@@ -15,6 +15,8 @@ const NO_PLACE: usize = usize::MAX;
 
 /// So many Reals may be read without all others being computed.
 const FEW: usize = 4;
+/// A page keeps no states, and is a third smaller without the code that reads and writes them.
+const IN_BROWSER: bool = cfg!(target_arch = "wasm32");
 
 /// A drive whose type is known only at run time; values of every type travel as `f64`. See [`Drive`] for the rest.
 trait DynDrive: Send + Sync {
@@ -121,10 +123,13 @@ impl<D: Drive> DynDrive for Typed<D> {
     }
 
     fn serialize(&self) -> Option<Vec<u8>> {
-        postcard::to_stdvec(&self.drive).ok()
+        if IN_BROWSER { None } else { postcard::to_stdvec(&self.drive).ok() }
     }
 
     fn deserialize<'a>(&self, bytes: &'a [u8], all: &[Description]) -> Result<(Box<dyn DynDrive>, &'a [u8]), Fault> {
+        if IN_BROWSER {
+            return Err(no_state());
+        }
         let (mut drive, rest): (D, _) = postcard::take_from_bytes(bytes).map_err(unreadable)?;
         let mut made = self.drive.clone();
         for ((index, access), description) in self.access.iter().zip(all) {

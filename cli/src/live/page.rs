@@ -1,0 +1,132 @@
+//! The page of a live scene: one file with all that it computes with.
+
+use super::{BUILD, Dial, dials};
+use crate::export::RuntimeLibrary;
+use crate::scene::Resolved;
+use camdrive::drives::Fault;
+use camdrive_design::report::{Report, html};
+use camdrive_design::xml::writer::Xml;
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use serde_json::json;
+use std::io::Write as _;
+
+/// Below the folders of runtime libraries.
+const FILE: &str = "wasm/camdrive.wasm";
+
+/// The module of pages, compressed, in base64.
+pub struct Module(String);
+
+impl Module {
+    /// Where to get it.
+    pub const MISSING: &str = "there is no module for pages that compute: the wheel or `packaging/build wasm` adds it";
+
+    /// The module at hand; None without one.
+    ///
+    /// # Errors
+    /// A module that cannot be read, or of other sources.
+    pub fn at_hand() -> Result<Option<Self>, Fault> {
+        let Some(path) = RuntimeLibrary::places(FILE)?.into_iter().find(|path| path.is_file()) else { return Ok(None) };
+        let unreadable = |e: std::io::Error| Fault::new(format!("{} cannot be read: {e}", path.display()));
+        let bytes = std::fs::read(&path).map_err(unreadable)?;
+        if !bytes.starts_with(b"\0asm") || !bytes.windows(BUILD.len()).any(|part| part == BUILD.as_bytes()) {
+            let message = format!("{} is built from other sources than this executable ({BUILD})", path.display());
+            return Err(Fault::new(message).hint("rebuild it with `packaging/build wasm`"));
+        }
+        let mut packed = GzEncoder::new(Vec::new(), Compression::best());
+        packed.write_all(&bytes).map_err(unreadable)?;
+        Ok(Some(Module(base64(&packed.finish().map_err(unreadable)?))))
+    }
+
+    /// The page of a scene: the reports that follow its values, and others, which show it as the file has it.
+    pub fn page(&self, scene: &Resolved, others: Vec<Report>) -> String {
+        let sources = scene.sources();
+        let files = sources.iter().map(|(name, content)| (name, String::from_utf8_lossy(content)));
+        let mut reports = super::reports(scene);
+        let engine = html::Engine {
+            follow: reports.len(),
+            form: form(&dials(&scene.document)),
+            module: self.0.clone(),
+            // Markup ends at this sign.
+            files: json!(files.collect::<Vec<_>>()).to_string().replace('<', "\\u003c"),
+        };
+        reports.extend(others);
+        html::live(&scene.name, &reports, &engine)
+    }
+}
+
+/// The sign of each six bits.
+const SIGNS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+fn base64(bytes: &[u8]) -> String {
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for part in bytes.chunks(3) {
+        let bits = (0..3).fold(0, |bits, i| bits << 8 | u32::from(*part.get(i).unwrap_or(&0)));
+        let sign = |i: usize| if i > part.len() { '=' } else { SIGNS[(bits >> (18 - 6 * i) & 63) as usize].into() };
+        text.extend((0..4).map(sign));
+    }
+    text
+}
+
+/// Sliders and fields, grouped as in the scene.
+fn form(dials: &[Dial]) -> String {
+    let mut xml = Xml::part();
+    let of = |key: &str, value: &str| -> Vec<(&'static str, String)> {
+        vec![("data-key", key.to_owned()), ("value", value.to_owned()), ("autocomplete", "off".to_owned())]
+    };
+    let group = |dial: &Dial| dial.key.rsplit_once('.').map_or(String::new(), |(group, _)| group.to_owned());
+    let mut groups: Vec<String> = dials.iter().map(group).collect();
+    groups.dedup();
+    let mut seen: Vec<String> = Vec::new();
+    groups.retain(|name| {
+        !seen.contains(name) && {
+            seen.push(name.clone());
+            true
+        }
+    });
+    for name in &groups {
+        xml.element("fieldset", &[], |xml| {
+            xml.text("legend", &[], name);
+            for (i, dial) in dials.iter().enumerate().filter(|(_, dial)| group(dial) == *name) {
+                let (id, told) = (format!("dial{i}"), format!("dial{i}-fault"));
+                let last = dial.key.rsplit('.').next().unwrap_or("");
+                xml.element("div", &[("class", "dial".to_owned())], |xml| {
+                    xml.text("label", &[("for", id.clone()), ("title", dial.meaning.replace('`', ""))], last);
+                    let field = [("id", id.clone()), ("type", "text".to_owned()), ("aria-describedby", told.clone())];
+                    xml.empty("input", &[field.to_vec(), of(&dial.key, &dial.text)].concat());
+                    if let Some([low, high]) = dial.ends {
+                        let slider = [("type", "range".to_owned()), ("aria-label", format!("{} (slider)", dial.key))];
+                        let ends = [("min", low.to_string()), ("max", high.to_string()), ("step", "any".to_owned())];
+                        xml.empty(
+                            "input",
+                            &[slider.to_vec(), ends.to_vec(), of(&dial.key, &dial.value.to_string())].concat(),
+                        );
+                    }
+                    xml.text("span", &[("id", told), ("class", "fault".to_owned()), ("role", "alert".to_owned())], "");
+                });
+            }
+        });
+    }
+    xml.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::base64;
+
+    #[test]
+    fn bytes_are_written_in_base64_as_in_rfc_4648() {
+        let texts = [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("fooba", "Zm9vYmE="),
+            ("foobar", "Zm9vYmFy"),
+        ];
+        for (text, expected) in texts {
+            assert_eq!(base64(text.as_bytes()), expected);
+        }
+    }
+}
