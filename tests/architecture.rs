@@ -9,7 +9,7 @@ use std::process::Command;
 const PACKAGES: [&str; 3] = ["src", "design/src", "cli/src"];
 
 /// Which modules of its own package each module of the runtime library and of the command line may use.
-const MAY_USE: [(&str, &[&str]); 12] = [
+const MAY_USE: [(&str, &[&str]); 13] = [
     ("src/numerics", &[]),
     ("src/motion", &["numerics"]),
     // What importers see of a drive knows no drive.
@@ -22,7 +22,8 @@ const MAY_USE: [(&str, &[&str]); 12] = [
     ("cli/src/system", &["document", "scene"]),
     ("cli/src/study", &["document", "scene", "system"]),
     ("cli/src/export", &[]),
-    ("cli/src/command", &["document", "scene", "task", "system", "study", "export"]),
+    ("cli/src/live", &["document", "scene", "export"]),
+    ("cli/src/command", &["document", "scene", "task", "system", "study", "export", "live"]),
 ];
 
 /// The files with unsafe code: the functions of the C interface, and the host that calls them from Rust.
@@ -377,8 +378,8 @@ fn the_runtime_library_needs_four_packages() {
 /// The rooms of ARCHITECTURE.md and the lines of code that each may have, tests not counted; a file belongs to the innermost room. The
 /// limits are the counts when they were set and 2 % more, so that growth is decided: whoever needs more lines raises the limit in the
 /// commit that brings them, whose body says what they are worth.
-const ROOMS: [(&str, usize); 39] = [
-    ("src", 15),
+const ROOMS: [(&str, usize); 40] = [
+    ("src", 16),
     ("src/motion", 2014),
     ("src/numerics", 3778),
     ("src/drives/interface", 1569),
@@ -398,10 +399,10 @@ const ROOMS: [(&str, usize); 39] = [
     ("design/src/lever_law", 320),
     ("design/src/overview", 1089),
     ("design/src/periodic_motions", 207),
-    ("design/src/periodic_turn", 632),
+    ("design/src/periodic_turn", 690),
     ("design/src/plot", 785),
     ("design/src/recording", 167),
-    ("design/src/report", 1130),
+    ("design/src/report", 1170),
     ("design/src/smoothing", 894),
     ("design/src/stability", 2523),
     ("design/src/steady", 557),
@@ -409,13 +410,14 @@ const ROOMS: [(&str, usize); 39] = [
     ("design/src/synthesis", 4654),
     ("design/src/tradeoff", 1910),
     ("design/src/xml", 164),
-    ("cli/src", 12),
+    ("cli/src", 18),
     ("cli/src/document", 2487),
     ("cli/src/scene", 4025),
     ("cli/src/task", 647),
     ("cli/src/system", 1726),
     ("cli/src/study", 818),
     ("cli/src/export", 1631),
+    ("cli/src/live", 340),
     ("cli/src/command", 4756),
 ];
 

@@ -4,5 +4,6 @@
 mod architecture;
 mod c_interface;
 mod cli;
+mod live;
 mod model_description;
 mod scenes;

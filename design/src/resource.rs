@@ -247,6 +247,10 @@ trait Portrait {
 
 impl<D: Drive> Portrait for D {
     fn documentation(&self) -> Result<Documentation, Fault> {
+        // A page has the text already.
+        if cfg!(target_arch = "wasm32") {
+            return Err(Fault::new("the module of a page has no documentation"));
+        }
         let mut documentation = Documentation::of(&self.text())?;
         if let Some(machine) = (self as &dyn Any).downcast_ref::<RigidMachine>() {
             documentation.limits.extend(transmission::limits(&machine.inertia().followers));

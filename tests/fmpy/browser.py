@@ -59,10 +59,10 @@ class Page:
         assert "error" not in answer, answer
         return answer["result"]
 
-    def open(self, path, width):
+    def open(self, path, width, address=""):
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=False)
         self.messages, self.loaded = [], False
-        self.call("Page.navigate", url=path.as_uri())
+        self.call("Page.navigate", url=path.as_uri() + address)
         while not self.loaded:
             self.receive()
 

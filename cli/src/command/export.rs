@@ -4,6 +4,7 @@ use super::{Failure, Format, failure, files, of_option, print_message, print_not
 use crate::export::runtime_library::MADE;
 use crate::export::runtime_library::PLATFORMS;
 use crate::export::{Date, Extras, Packed, RuntimeLibrary, pack};
+use crate::live::page::Module;
 use crate::scene::Resolved;
 use camdrive::drives::Fault;
 use camdrive_design::text;
@@ -46,6 +47,9 @@ pub struct Args {
     /// 3 refuses such FMUs of FMI 2.0
     #[arg(long)]
     terminals: bool,
+    /// Leave out documentation/live.html, the page of each FMU that computes
+    #[arg(long)]
+    no_live: bool,
     #[command(flatten)]
     format: Format,
 }
@@ -56,9 +60,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let targets = targets(args, &scenes)?;
     let runtimes = runtimes(args)?;
     let date = Date::from_environment().map_err(failure)?;
+    let module = if args.no_live { Ok(None) } else { Module::at_hand() };
+    let module = module.unwrap_or_else(|fault| {
+        print_message(&format!("warning: left out: {fault}\n"));
+        None
+    });
     let mut packed = Vec::new();
     for (scene, path) in scenes.iter().zip(&args.scenes) {
-        let extras = Extras { terminals: args.terminals, sources: &scene.sources() };
+        let live = module.as_ref().map(|module| module.page(scene, Vec::new()));
+        let extras = Extras { terminals: args.terminals, sources: &scene.sources(), live: live.as_deref() };
         let fmu = pack(&scene.resource(), &scene.description, &runtimes, date, extras);
         packed.push(fmu.map_err(|fault| failure(fault.within(path.display())))?);
     }
@@ -75,11 +85,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         |_| {
             let summaries = fmus().zip(written.lines());
             let text: String = summaries.map(|((scene, fmu), line)| summary(scene, fmu, line, &runtimes)).collect();
-            text + &absent(args, &runtimes)
+            text + &absent(args, &runtimes) + if args.no_live || module.is_some() { "" } else { NO_PAGE }
         },
         || text::json(&fmus().zip(&files).map(|(fmu, (path, _))| entry(fmu, path, &runtimes)).collect::<Vec<_>>()),
     )
 }
+
+/// The line on an FMU without its page.
+const NO_PAGE: &str = "no documentation/live.html: the wheel or `packaging/build wasm` adds this page\n";
 
 /// The path of each FMU.
 fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {

@@ -7,6 +7,7 @@ use crate::document::input::{is_study, is_system};
 use crate::export::{model_description::unit, picture};
 use crate::live::page::Module;
 use crate::scene::Resolved;
+use crate::study::Subject;
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive::drives::{Description, Fault};
 use camdrive_design::cam_geometry::Tolerances;
@@ -41,7 +42,7 @@ pub struct Args {
     /// The page [default: NAME.html, for a study study-NAME.html]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Of a scene: diagrams, figures and verdict that follow sliders for its values; needs the module of the wheel or of
+    /// Of a scene, or for the points of a study of one: diagrams, figures and verdict that follow sliders for its values; needs the module of the wheel or of
     /// `packaging/build wasm`
     #[arg(long)]
     live: bool,
@@ -86,14 +87,39 @@ fn write(args: &Args, page: PathBuf, text: String, inputs: &[PathBuf]) -> Result
 /// The page of a scene that computes.
 fn live(args: &Args) -> Result<(), Failure> {
     let path = &args.file;
-    if is_system(path) || path.is_dir() || is_study(path) {
-        return Err(wrong_argument(format!("{}: --live is for a scene", path.display())).hint("name one scene"));
+    if is_system(path) || path.is_dir() {
+        let message = format!("{}: --live is for a scene, or for the file of a study of one", path.display());
+        return Err(wrong_argument(message).hint("name the file"));
+    }
+    if is_study(path) {
+        return live_study(args);
     }
     let scene = read(path)?;
     let module = Module::at_hand().map_err(failure)?.ok_or_else(|| failure(Module::MISSING.to_owned()))?;
     let page = args.output.clone().unwrap_or_else(|| format!("{}.live.html", scene.name).into());
     let others = others(path, &scene)?;
     write(args, page, module.page(&scene, others), &scene.files)
+}
+
+/// The page of a study and that of its scene, which its points open.
+fn live_study(args: &Args) -> Result<(), Failure> {
+    let (study, _) = study::read(&args.file)?;
+    let Subject::Scene(scene) = &study.subject else {
+        return Err(wrong_argument(format!("{}: --live is for the study of a scene", args.file.display())));
+    };
+    let findings = study::findings(&args.file)?;
+    let module = Module::at_hand().map_err(failure)?.ok_or_else(|| failure(Module::MISSING.to_owned()))?;
+    let page = args.output.clone().unwrap_or_else(|| format!("study-{}.html", findings.name).into());
+    files::no_stream(&page, "-o", "a file")?;
+    let (report, link) = (findings.report(), format!("{}.live.html", scene.name));
+    let linked = match findings.is_map() {
+        true => html::linked(&report.name, std::slice::from_ref(&report), &link),
+        false => html::page(&report.name, std::slice::from_ref(&report)),
+    };
+    let results = [(page.with_file_name(link), module.page(scene, Vec::new())), (page, linked)];
+    let inputs = [vec![args.file.clone()], scene.files.clone()].concat();
+    files::keep(&results, &inputs, args.force)?;
+    show(&files::write(&results, &inputs)?)
 }
 
 /// The report of a study, or the reason why it failed.

@@ -315,7 +315,7 @@ fn gathered(
 }
 
 /// Reads a study and its name.
-fn read(path: &Path) -> Result<(Study, String), Failure> {
+pub fn read(path: &Path) -> Result<(Study, String), Failure> {
     let study = study::read(path).map_err(failure)?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let name = if stem == "study" { study.subject.name().to_owned() } else { stem };

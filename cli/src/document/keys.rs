@@ -202,13 +202,16 @@ const fn other(limits: Limits) -> Key {
     value(Value::Real(Dimension::Other, limits))
 }
 
+/// The module of a page explains no keys: the page has their meanings.
+const IN_BROWSER: bool = cfg!(target_arch = "wasm32");
+
 macro_rules! tables {
     ($($(#[$doc:meta])* $table:ident $title:literal $(with $with:ident)? {
         $($(#[doc = $text:literal])+ $key:literal: $value:expr;)*
     })*) => {
         $($(#[$doc])* pub static $table: KeyTable = KeyTable {
             title: $title,
-            keys: &[$(Key { key: $key, meaning: concat!($($text),+), ..$value }),*],
+            keys: &[$(Key { key: $key, meaning: if IN_BROWSER { "" } else { concat!($($text),+) }, ..$value }),*],
             with: tables!(@with $($with)?),
         };)*
     };

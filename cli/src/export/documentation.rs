@@ -22,6 +22,8 @@ pub struct Page<'a> {
     pub platforms: &'a [&'a str],
     /// The outputs over the default experiment.
     pub results: Option<&'a Results>,
+    /// Whether a page that computes is next to it.
+    pub live: bool,
 }
 
 /// The text of index.html.
@@ -45,6 +47,10 @@ fn report(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result
     let about = format!("FMI 2.0 for Co-Simulation, written by {}.", super::TOOL);
     let lead = [page.description.to_owned(), documentation.summary, about];
     report.lines("", lead.into_iter().filter(|text| !text.is_empty()));
+    if page.live {
+        let link = "Move its values: diagrams, figures and verdict follow";
+        report.body.push(Block::File("Try it".to_owned(), link.to_owned(), super::LIVE.to_owned()));
+    }
     let curves = drive.curves();
     if !curves.is_empty() {
         let titles: Vec<&str> = curves.iter().map(|curve| curve.title.as_str()).collect();
@@ -361,7 +367,7 @@ mod tests {
 
     fn page() -> String {
         let results = Results::of(&mut lag()).unwrap();
-        let page = Page { description: "a < b & c", platforms: &["linux64"], results: Some(&results) };
+        let page = Page { description: "a < b & c", platforms: &["linux64"], results: Some(&results), live: true };
         html(&resource("Lag"), &mut lag(), &page).unwrap()
     }
 

@@ -34,6 +34,9 @@ use results::Results;
 /// The name and version of this tool.
 pub const TOOL: &str = concat!("camdrive ", env!("CARGO_PKG_VERSION"));
 
+/// The page that computes, next to the documentation.
+pub const LIVE: &str = "live.html";
+
 /// The page that FMI 2.0 requires for the documentation.
 const DOCUMENTATION: &str = "documentation/index.html";
 
@@ -60,6 +63,8 @@ pub struct Extras<'a> {
     /// Names and contents of the scene and its tables, for `extra/`. Comments in a scene do not change the drive: the guid is the
     /// same without them.
     pub sources: &'a [(String, Vec<u8>)],
+    /// The page that computes; the guid is the same without it.
+    pub live: Option<&'a str>,
 }
 
 /// The text of modelDescription.xml without packing an FMU; the guid, a hash of the packed content, is empty.
@@ -112,7 +117,7 @@ impl Contents<'_> {
             .map(|library| File::new(library.path_in_fmu(&resource.name), library.bytes.as_slice()))
             .collect();
         let platforms: Vec<&str> = runtimes.iter().map(|library| library.platform).collect();
-        let mut page = documentation::Page { description, platforms: &platforms, results: None };
+        let mut page = documentation::Page { description, platforms: &platforms, results: None, live: false };
         let mut content = self.with_guid("")?;
         content.extend(for_people(self.drive, resource, &page)?);
         if extras.terminals {
@@ -130,7 +135,9 @@ impl Contents<'_> {
         self.with_guid(&guid)?.into_iter().for_each(&mut replace);
         let results = Results::of(self.drive)?;
         page.results = Some(&results);
+        page.live = extras.live.is_some();
         replace(File::new(DOCUMENTATION, documentation::html(resource, self.drive, &page)?));
+        content.extend(extras.live.map(|text| File::new(format!("documentation/{LIVE}"), text)));
         content.extend(references::files(extras.sources, &results)?);
         let bytes =
             archive::archive(&content, date).map_err(|e| Fault::new(format!("the archive cannot be written: {e}")))?;

@@ -14,6 +14,7 @@ use camdrive_design::report::{Figure, Level, Picture, Report, Verdict, html};
 use camdrive_design::steady;
 pub use dials::{Dial, dials};
 use serde_json::{Value, json};
+use std::cell::OnceCell;
 use std::path::Path;
 
 /// The points of a run in a diagram.
@@ -35,8 +36,8 @@ pub struct Live {
     file: String,
     document: Document,
     folder: std::path::PathBuf,
-    /// Its diagrams as the file has it, fine and as a sketch.
-    own: [Vec<Figure>; 2],
+    /// Its diagrams as the file has it, fine and as a sketch, once they are asked for.
+    own: [OnceCell<Vec<Figure>>; 2],
 }
 
 /// New values of keys, written as in a scene.
@@ -57,11 +58,8 @@ impl Live {
     /// # Errors
     /// The faults of the scene.
     pub fn new(file: &str, document: Document, folder: &Path) -> Result<Self, Diagnostics> {
-        let mut live =
-            Live { file: file.to_owned(), document, folder: folder.to_owned(), own: [Vec::new(), Vec::new()] };
-        let scene = live.with(&Values::new())?;
-        live.own = [reports(&scene).into_iter().flat_map(|report| report.figures).collect(), sketch(&scene).figures];
-        Ok(live)
+        let live = Live { file: file.to_owned(), document, folder: folder.to_owned(), own: Default::default() };
+        live.with(&Values::new()).map(|_| live)
     }
 
     /// The scene with other values.
@@ -91,16 +89,21 @@ impl Live {
                 return json!({ "faults": faults.iter().map(fault).collect::<Vec<_>>() });
             }
         };
-        let reports = if as_sketch { vec![sketch(&scene)] } else { reports(&scene) };
-        let behind = |figure: Figure| match self.own[usize::from(as_sketch)].iter().find(|own| own.key == figure.key) {
+        let own = self.own[usize::from(as_sketch)].get_or_init(|| match self.with(&Values::new()) {
+            Ok(scene) if as_sketch => sketch(&scene).figures,
+            Ok(scene) => reports(&scene).into_iter().flat_map(|report| report.figures).collect(),
+            Err(_) => Vec::new(),
+        });
+        let behind = |figure: Figure| match own.iter().find(|own| own.key == figure.key) {
             Some(own) if !values.is_empty() => before(figure, own),
             _ => figure,
         };
-        let reports: Vec<Report> = reports
+        let of_these = if as_sketch { vec![sketch(&scene)] } else { reports(&scene) };
+        let of_these: Vec<Report> = of_these
             .into_iter()
             .map(|report| Report { figures: report.figures.into_iter().map(behind).collect(), ..report })
             .collect();
-        json!({ "html": html::sections(&reports) })
+        json!({ "html": html::sections(&of_these) })
     }
 }
 

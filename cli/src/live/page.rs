@@ -6,15 +6,12 @@ use crate::scene::Resolved;
 use camdrive::drives::Fault;
 use camdrive_design::report::{Report, html};
 use camdrive_design::xml::writer::Xml;
-use flate2::Compression;
-use flate2::write::GzEncoder;
 use serde_json::json;
-use std::io::Write as _;
 
 /// Below the folders of runtime libraries.
-const FILE: &str = "wasm/camdrive.wasm";
+const FILE: &str = "wasm/camdrive.wasm.lzma";
 
-/// The module of pages, compressed, in base64.
+/// The module of pages, packed, in letters.
 pub struct Module(String);
 
 impl Module {
@@ -29,13 +26,12 @@ impl Module {
         let Some(path) = RuntimeLibrary::places(FILE)?.into_iter().find(|path| path.is_file()) else { return Ok(None) };
         let unreadable = |e: std::io::Error| Fault::new(format!("{} cannot be read: {e}", path.display()));
         let bytes = std::fs::read(&path).map_err(unreadable)?;
-        if !bytes.starts_with(b"\0asm") || !bytes.windows(BUILD.len()).any(|part| part == BUILD.as_bytes()) {
+        // The name of the sources is behind the packed module.
+        if !bytes.ends_with(BUILD.as_bytes()) {
             let message = format!("{} is built from other sources than this executable ({BUILD})", path.display());
             return Err(Fault::new(message).hint("rebuild it with `packaging/build wasm`"));
         }
-        let mut packed = GzEncoder::new(Vec::new(), Compression::best());
-        packed.write_all(&bytes).map_err(unreadable)?;
-        Ok(Some(Module(base64(&packed.finish().map_err(unreadable)?))))
+        Ok(Some(Module(letters(&bytes[..bytes.len() - BUILD.len()]))))
     }
 
     /// The page of a scene: the reports that follow its values, and others, which show it as the file has it.
@@ -45,7 +41,7 @@ impl Module {
         let mut reports = super::reports(scene);
         let engine = html::Engine {
             follow: reports.len(),
-            form: form(&dials(&scene.document)),
+            form: form(&dials(&scene.document), scene),
             module: self.0.clone(),
             // Markup ends at this sign.
             files: json!(files.collect::<Vec<_>>()).to_string().replace('<', "\\u003c"),
@@ -55,22 +51,28 @@ impl Module {
     }
 }
 
-/// The sign of each six bits.
-const SIGNS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-
-fn base64(bytes: &[u8]) -> String {
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for part in bytes.chunks(3) {
-        let bits = (0..3).fold(0, |bits, i| bits << 8 | u32::from(*part.get(i).unwrap_or(&0)));
-        let sign = |i: usize| if i > part.len() { '=' } else { SIGNS[(bits >> (18 - 6 * i) & 63) as usize].into() };
-        text.extend((0..4).map(sign));
+/// Five letters for four bytes, in digits to the base 85: those from `(` on without `<` and `>`, at which markup would end.
+fn letters(bytes: &[u8]) -> String {
+    let mut text = String::with_capacity(bytes.len().div_ceil(4) * 5);
+    for part in bytes.chunks(4) {
+        let word = (0..4).fold(0, |word, i| word << 8 | u32::from(*part.get(i).unwrap_or(&0)));
+        let letter = |digit: u32| {
+            char::from(digit as u8 + [b'(', b')', b'*'][usize::from(digit > 19) + usize::from(digit > 20)])
+        };
+        text.extend([85 * 85 * 85 * 85, 85 * 85 * 85, 85 * 85, 85, 1].map(|power| letter(word / power % 85)));
     }
     text
 }
 
 /// Sliders and fields, grouped as in the scene.
-fn form(dials: &[Dial]) -> String {
+fn form(dials: &[Dial], scene: &Resolved) -> String {
     let mut xml = Xml::part();
+    let drive = scene.resource().build();
+    // Studies name variables of the FMU, too.
+    let variable = |dial: &Dial| {
+        let known = drive.as_ref().ok()?.descriptions().iter().find(|of| of.key == dial.key && of.name != dial.key)?;
+        Some(("data-variable", known.name.clone()))
+    };
     let of = |key: &str, value: &str| -> Vec<(&'static str, String)> {
         vec![("data-key", key.to_owned()), ("value", value.to_owned()), ("autocomplete", "off".to_owned())]
     };
@@ -93,7 +95,10 @@ fn form(dials: &[Dial]) -> String {
                 xml.element("div", &[("class", "dial".to_owned())], |xml| {
                     xml.text("label", &[("for", id.clone()), ("title", dial.meaning.replace('`', ""))], last);
                     let field = [("id", id.clone()), ("type", "text".to_owned()), ("aria-describedby", told.clone())];
-                    xml.empty("input", &[field.to_vec(), of(&dial.key, &dial.text)].concat());
+                    xml.empty(
+                        "input",
+                        &[field.to_vec(), of(&dial.key, &dial.text), Vec::from_iter(variable(dial))].concat(),
+                    );
                     if let Some([low, high]) = dial.ends {
                         let slider = [("type", "range".to_owned()), ("aria-label", format!("{} (slider)", dial.key))];
                         let ends = [("min", low.to_string()), ("max", high.to_string()), ("step", "any".to_owned())];
@@ -112,21 +117,12 @@ fn form(dials: &[Dial]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::base64;
+    use super::letters;
 
     #[test]
-    fn bytes_are_written_in_base64_as_in_rfc_4648() {
-        let texts = [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foo", "Zm9v"),
-            ("foob", "Zm9vYg=="),
-            ("fooba", "Zm9vYmE="),
-            ("foobar", "Zm9vYmFy"),
-        ];
-        for (text, expected) in texts {
-            assert_eq!(base64(text.as_bytes()), expected);
-        }
+    fn four_bytes_are_five_letters_which_end_no_markup() {
+        assert_eq!(letters(&[0, 0, 0, 0, 0, 0, 0, 19, 0, 0, 0, 20, 0, 0, 0, 84]), "(((((((((;((((=((((~");
+        let all: Vec<u8> = (0..=255).cycle().take(4096).collect();
+        assert!(letters(&all).len() == 5120 && !letters(&all).contains(['<', '>', '&']));
     }
 }

@@ -82,6 +82,7 @@ for (const figure of root.querySelectorAll('figure[data-x]')) {
     const [, name, unit] = label.match(/^(.*?)(?: \[(.*)\])?$/), log = scale === 'log';
     const way = (last - first) / (high - low);
     return {
+      set: (value) => `${name}=${encodeURIComponent(+value.toPrecision(9) + ' ' + (unit ?? '').replace('°', 'deg'))}`,
       pixel: (value) => +first + ((log ? Math.log10(value) : value) - low) * way,
       value: (pixel) => { const place = +low + (pixel - first) / way; return log ? 10 ** place : place; },
       text: (value) => {
@@ -101,14 +102,16 @@ for (const figure of root.querySelectorAll('figure[data-x]')) {
   const mark = svg.appendChild(document.createElementNS(svg.namespaceURI, 'path'));
   for (const [key, value] of Object.entries({ fill: 'none', stroke: '#222', 'stroke-width': 1, class: 'mark' })) mark.setAttribute(key, value);
   const [left, right] = figure.dataset.x.split(' ').map(Number), [bottom, top] = figure.dataset.y.split(' ').map(Number);
+  let told;
   const read = (line, [px, py], [vx, vy, vz]) => {
+    told = [x.set(vx), ...(vz === undefined ? [] : [y.set(vy)])];
     mark.setAttribute('d', `M${px} ${top}V${bottom}M${left} ${py}H${right}M${px - 6} ${py}a6 6 0 1 0 12 0a6 6 0 1 0 -12 0`);
     const place = svg.createSVGPoint();
     [place.x, place.y] = [px, py];
     const at = place.matrixTransform(svg.getScreenCTM());
     show([line.name, vz === undefined ? '' : z.text(vz), x.text(vx), y.text(vy)].filter(Boolean).join('\n'), { left: at.x, right: at.x, top: at.y - 8, bottom: at.y + 8 });
   };
-  const clear = () => { mark.removeAttribute('d'); hide(); };
+  const clear = () => { told = undefined; mark.removeAttribute('d'); hide(); };
   svg.addEventListener('pointermove', (event) => {
     const place = svg.createSVGPoint();
     [place.x, place.y] = [event.clientX, event.clientY];
@@ -127,6 +130,11 @@ for (const figure of root.querySelectorAll('figure[data-x]')) {
     read(...best.slice(1));
   });
   svg.addEventListener('pointerleave', clear);
+  // A point of a study opens the page of its scene with these values.
+  const page = document.querySelector('main').dataset.live;
+  const open = () => { if (told && page) location.href = page + '#' + told.join('&'); };
+  if (page) svg.style.cursor = 'pointer';
+  svg.addEventListener('click', open);
   figure.tabIndex = 0;
   figure.setAttribute('role', 'group');
   figure.setAttribute('aria-label', svg.getAttribute('aria-label') + ': arrow keys read values');
@@ -137,6 +145,7 @@ for (const figure of root.querySelectorAll('figure[data-x]')) {
   figure.addEventListener('keydown', (event) => {
     const ways = { ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [-1, 0], ArrowDown: [1, 0], Home: [0, -Infinity], End: [0, Infinity] };
     const way = ways[event.key];
+    if (event.key === 'Enter') open();
     if (!way) return;
     event.preventDefault();
     const line = Math.min(lines.length - 1, Math.max(0, at[0] + way[0]));

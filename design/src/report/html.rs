@@ -26,8 +26,8 @@ const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 
                       worker-src blob:; base-uri 'none'; form-action 'none'";
 
 /// Stands there until the page computes.
-const LACKING: &str = "This page shows the scene as its file has it. To move its values, open it in a browser with JavaScript, \
-                       WebAssembly and DecompressionStream.";
+const LACKING: &str = "This page shows the scene as its file has it. To move its values, open it in a browser with JavaScript and \
+                       WebAssembly.";
 
 /// Before the sections that do not follow.
 const STILL: &str = "The parts below show the scene as its file has it.";
@@ -40,13 +40,18 @@ pub fn page(name: &str, reports: &[Report]) -> String {
     document(name, reports, SCRIPT, None)
 }
 
+/// A page of a study, whose points open a page that computes, with their values.
+pub fn linked(name: &str, reports: &[Report], live: &str) -> String {
+    page(name, reports).replacen("<main>", &format!("<main data-live=\"{live}\">"), 1)
+}
+
 /// What a page computes with.
 pub struct Engine {
     /// The number of the reports, from the first on, that follow the values.
     pub follow: usize,
     /// Sliders and fields, as markup.
     pub form: String,
-    /// The module, compressed, in base64.
+    /// The module, packed, in letters that need no escapes.
     pub module: String,
     /// Names and texts of the scene and its tables, as JSON.
     pub files: String,

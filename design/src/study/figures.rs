@@ -37,7 +37,7 @@ pub struct Space {
 
 impl Space {
     /// The number of axes, where each has one quantity and none has samples.
-    fn grid(&self) -> Option<usize> {
+    pub(super) fn grid(&self) -> Option<usize> {
         (!self.sampled && self.axes.iter().all(|axis| axis.len() == 1)).then_some(self.axes.len())
     }
 

@@ -104,6 +104,11 @@ impl Findings {
         }
     }
 
+    /// True if a point of a diagram has the values of all that varies.
+    pub fn is_map(&self) -> bool {
+        self.space.grid().is_some_and(|axes| axes < 3)
+    }
+
     /// The results of the variants.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();

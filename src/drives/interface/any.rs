@@ -15,7 +15,8 @@ const NO_PLACE: usize = usize::MAX;
 
 /// So many Reals may be read without all others being computed.
 const FEW: usize = 4;
-/// A page keeps no states, and is a third smaller without the code that reads and writes them.
+
+/// A page keeps no states, and is smaller without the code that reads and writes them.
 const IN_BROWSER: bool = cfg!(target_arch = "wasm32");
 
 /// A drive whose type is known only at run time; values of every type travel as `f64`. See [`Drive`] for the rest.

@@ -313,6 +313,11 @@ pub fn real_within(quantity: &'static Quantity, min: f64, max: f64) -> Kind {
     Kind::Real { quantity, min, max, nominal: None }
 }
 
+/// A page reads no derivatives of outputs, and is smaller without the code of their series.
+fn of_importers<T>(series: T) -> Option<T> {
+    if cfg!(target_arch = "wasm32") { None } else { Some(series) }
+}
+
 // Out of line: inlined into every declaration these makers take 37 kB of the library.
 impl<D> List<D> {
     #[inline(never)]
@@ -349,7 +354,7 @@ impl<D> List<D> {
         kind: Kind,
         series: fn(&D, Seed, usize) -> Series,
     ) -> &mut Variable<D> {
-        let access = Access::Computed { series: Some(series) };
+        let access = Access::Computed { series: of_importers(series) };
         let v = self.push(Description::new(name, text, kind, Causality::Output, Variability::Continuous), access);
         let of = name.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')'));
         v.description.derivative_of =
@@ -436,7 +441,7 @@ impl<D> Variable<D> {
     /// Sets the partial derivatives of a discrete variable, which jumps of the inputs change.
     #[inline(never)]
     pub fn slopes(&mut self, series: fn(&D, Seed, usize) -> Series) -> &mut Self {
-        self.access = Access::Computed { series: Some(series) };
+        self.access = Access::Computed { series: of_importers(series) };
         self
     }
 
