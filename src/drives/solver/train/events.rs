@@ -440,8 +440,8 @@ impl Run {
         let inverse = 1.0 / p.m1 + if train.machine().is_some() { slopes[j] * slopes[j] / f.inertia } else { 0.0 };
         let mass = 1.0 / inverse;
         let (last, w) = (1.0 - p.e, train.speed(now));
-        // If nothing changes, the unit of time grows without limit.
-        let time = part * self.unit.min(self.pace(train)).min(1.0 / w.abs());
+        // No unit of time, which depends on the tolerance: the same bounces are to count at any.
+        let time = part * self.pace(train).min(1.0 / w.abs());
         if !(force > 0.0 && last > 0.0 && 2.0 * rebound.abs() * mass <= time * force * last) {
             return false;
         }
