@@ -3417,7 +3417,8 @@ fn forces_tells_what_rollers_and_joints_bear() {
     let run = camdrive(&["forces", TAPPET, "-o", text(&folder), "--speed", "2000 rpm"]);
     assert!(run.out.contains("raise the preload of the return spring from 260 N to 494 N"), "{}", run.out);
     assert!(run.out.contains("The roller force changes sign at φ = 83.4°"), "{}", run.out);
-    let message = format!("error: {TAPPET}: the follower lifts off its cam at 2000 rpm; contact holds up to 1620 rpm\n");
+    let message =
+        format!("error: {TAPPET}: the follower lifts off its cam at 2000 rpm; contact holds up to 1620 rpm\n");
     assert_eq!((run.code, run.err), (1, message.clone()));
     let run = camdrive(&["forces", TAPPET, "-o", text(&folder), "--speed", "-2000 rpm", "--json"]);
     assert_eq!((run.code, run.err), (1, message.replace("2000", "-2000")));

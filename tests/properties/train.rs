@@ -870,13 +870,15 @@ fn events_are_those_of_any_tolerance() {
     let (mut compared, mut events) = (0, 0);
     for number in 0..500 * super::chosen()[1] {
         let scene = trains.new_tree(&mut runner).expect("a train").current();
-        let (Ok((got, least, mut coarse)), Ok((truth, _, mut fine))) = (followed(&scene, 1e-6), followed(&scene, 1e-12))
+        let (Ok((got, least, mut coarse)), Ok((truth, _, mut fine))) =
+            (followed(&scene, 1e-6), followed(&scene, 1e-12))
         else {
             continue;
         };
         let size = |k: usize| truth.iter().map(|y| y[k].abs()).fold(least[k].max(f64::MIN_POSITIVE), f64::max);
         let sizes: Vec<f64> = (0..least.len()).map(size).collect();
-        let apart = |(y, z): (&Vec<f64>, &Vec<f64>)| (0..sizes.len()).any(|k| !((y[k] - z[k]).abs() <= 1e-4 * sizes[k]));
+        let apart =
+            |(y, z): (&Vec<f64>, &Vec<f64>)| (0..sizes.len()).any(|k| !((y[k] - z[k]).abs() <= 1e-4 * sizes[k]));
         if got.iter().zip(&truth).any(apart) {
             continue;
         }

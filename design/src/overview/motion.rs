@@ -70,6 +70,7 @@ fn damping(scene: &Scene, j: usize) -> String {
     let (section, b) = match scene {
         Scene::BacklashDrive(_) => ("backlash".to_owned(), "b"),
         Scene::ParametricDrive(scene) if matches!(scene.law, Law::Crank(_)) => ("crank".to_owned(), "b_T"),
+        Scene::ParametricDrive(_) => return "`coefficients.b`".to_owned(),
         Scene::DriveTrain(train) => {
             let joint = train.followers.get(j.saturating_sub(1)).map(|follower| follower.joint);
             let loose = joint.is_some_and(|joint| joint.clearance().is_some());

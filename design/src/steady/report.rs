@@ -212,7 +212,9 @@ impl SteadyMotions {
             .digits(digits)
             .column("speed", "speed", RPM, |(_, speeds, _)| [speeds.least_speed, speeds.largest_speed])
             .column("fluctuation", "fluctuation", PERCENT, |(_, speeds, _)| speeds.fluctuation())
-            .column("multiplier", "multiplier", ONE, |(.., motion)| motion.map(|motion| multiplier(motion.growth)))
+            .column("multiplier", "multiplier", ONE, |(.., motion)| {
+                motion.filter(|motion| !motion.growth.is_nan()).map(|motion| multiplier(motion.growth))
+            })
             .below(["Multiplier: the fraction of a small disturbance that is left after one turn.".to_owned()]);
         let points = rows.iter().flat_map(|(name, speeds, _)| speeds.course.iter().map(move |point| (name, point)));
         let points: Vec<(&String, &[f64; 2])> = points.collect();
@@ -235,12 +237,18 @@ impl SteadyMotions {
                 report.diagram(&key, diagram);
             }
         }
-        let equation = "J(φ) φ̈ + ½ J′(φ) φ̇² = M is integrated over turns; a motion is periodic where a turn ends as it began, and \
-                        stable where all multipliers of Floquet, the eigenvalues of that map, are below 1 in size.";
+        let equation = match self.turn {
+            Some(_) => "The equations of the model are solved",
+            None => "J(φ) φ̈ + ½ J′(φ) φ̇² = M is integrated",
+        };
+        let equation = format!(
+            "{equation} over turns; a motion is periodic where a turn ends as it began, and stable where all multipliers of \
+             Floquet, the eigenvalues of that map, are below 1 in size."
+        );
         let kloss = "The torque of an asynchronous motor is that of Kloss, M = 2 M_k / (s/s_k + s_k/s), with its lag where the \
                      scene names one.";
-        let lines = [Some(equation), self.motor.as_ref().map(|_| kloss)];
-        report.explain("How it was found", lines.into_iter().flatten().map(str::to_owned));
+        let lines = [Some(equation), self.motor.as_ref().map(|_| kloss.to_owned())];
+        report.explain("How it was found", lines.into_iter().flatten());
         if rows.iter().any(|(_, speeds, _)| speeds.fluctuation() > 0.0) {
             report.diagram("steady", self.diagram(&rows));
         }

@@ -6,7 +6,7 @@ use crate::drives::follower::equation::{Equation, Words};
 use crate::drives::limits::{no_periodic_motion, periodic_motion_that, search_too_much};
 use crate::drives::shaft::cam_turn::turns;
 use crate::drives::solver::step_control::StepControl;
-use crate::drives::{Fault, Number, Rounded};
+use crate::drives::{Fault, Rounded};
 use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
@@ -165,6 +165,6 @@ fn refuse_unstable(growth: f64, w: f64) -> Result<(), Fault> {
 }
 
 fn refused(w: f64, why: &str) -> Fault {
-    let predicate = format!("is refused at drive.w = {} rad/s: {why}", Number(w));
+    let predicate = format!("is refused at drive.w = {} rad/s: {why}", Rounded(w));
     periodic_motion_that(&predicate, "; change drive.w, raise the damping, or set start.mode = at_rest")
 }
