@@ -67,7 +67,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     });
     let mut packed = Vec::new();
     for (scene, path) in scenes.iter().zip(&args.scenes) {
-        let live = module.as_ref().map(|module| module.page(scene, Vec::new()));
+        let live = module.as_ref().map(|module| module.small_page(scene));
         let extras = Extras { terminals: args.terminals, sources: &scene.sources(), live: live.as_deref() };
         let fmu = pack(&scene.resource(), &scene.description, &runtimes, date, extras);
         packed.push(fmu.map_err(|fault| failure(fault.within(path.display())))?);

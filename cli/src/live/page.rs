@@ -36,9 +36,19 @@ impl Module {
 
     /// The page of a scene: the reports that follow its values, and others, which show it as the file has it.
     pub fn page(&self, scene: &Resolved, others: Vec<Report>) -> String {
+        self.page_of(scene, super::reports(scene), others)
+    }
+
+    /// The same without diagrams, which the page draws when it is opened: in an FMU they are in index.html, too.
+    pub fn small_page(&self, scene: &Resolved) -> String {
+        let mut reports = super::reports(scene);
+        reports.iter_mut().for_each(|report| report.figures.clear());
+        self.page_of(scene, reports, Vec::new())
+    }
+
+    fn page_of(&self, scene: &Resolved, mut reports: Vec<Report>, others: Vec<Report>) -> String {
         let sources = scene.sources();
         let files = sources.iter().map(|(name, content)| (name, String::from_utf8_lossy(content)));
-        let mut reports = super::reports(scene);
         let engine = html::Engine {
             follow: reports.len(),
             form: form(&dials(&scene.document), scene),

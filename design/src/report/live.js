@@ -206,4 +206,5 @@
   form.hidden = false;
   state.textContent = 'Move a slider: diagrams, figures and verdict follow.';
   read();
+  if (!live.querySelector('figure')) student(changed());
 })();
