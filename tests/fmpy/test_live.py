@@ -74,8 +74,10 @@ def settled(page):
 
 
 def close(a, b):
-    size = max(map(abs, [*a, *b]), default=0.0)
-    return len(a) == len(b) and all(abs(x - y) <= BOUND * size for x, y in zip(a, b))
+    """Infinite numbers, as the quality of an undamped resonance, are none in JSON."""
+    size = max((abs(x) for x in [*a, *b] if x is not None), default=0.0)
+    same = (x == y if x is None or y is None else abs(x - y) <= BOUND * size for x, y in zip(a, b))
+    return len(a) == len(b) and all(same)
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=lambda path: f"{path.parent.name}/{path.stem}")
