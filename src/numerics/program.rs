@@ -315,7 +315,16 @@ impl Sorter {
         }
         self.sequence.clear();
         self.sequence.extend((0..count).filter(|place| depths[*place] != NONE));
-        self.sequence.sort_unstable_by_key(|place| (depths[*place], signs[*place], *place));
+        // There are few, and most are in order.
+        for i in 1..self.sequence.len() {
+            let key = |place: usize| (depths[place], signs[place], place);
+            let (place, mut j) = (self.sequence[i], i);
+            while j > 0 && key(self.sequence[j - 1]) > key(place) {
+                self.sequence[j] = self.sequence[j - 1];
+                j -= 1;
+            }
+            self.sequence[j] = place;
+        }
     }
 
     /// The places of a pack from the `start` on; None at the end of the sequence.

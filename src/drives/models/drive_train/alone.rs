@@ -4,7 +4,8 @@
 //! the equation, since it is the same arithmetic.
 
 use super::{DriveTrain, variables};
-use crate::drives::shaft::train::{Functions, InputValues, MOST_FOLLOWERS, MOST_STATES};
+use crate::drives::follower::joint::{MOST, Motion};
+use crate::drives::shaft::train::{Dynamics, Functions, InputValues, MOST_FOLLOWERS, MOST_STATES};
 use crate::drives::solver::train::{Place, RECORDINGS};
 use crate::numerics::taylor::{Arithmetic, Scalar};
 use std::f64::consts::TAU;
@@ -186,7 +187,18 @@ impl DriveTrain {
         self.forms.present = (self.forms.present + 1) % RECORDINGS;
         let mut outputs = std::mem::take(&mut self.forms.forms[self.forms.present].outputs);
         outputs.clear();
-        variables::outputs(self, &point, &mut |_, _, form| outputs.push(form));
+        // What follows from accelerations is not read alone.
+        let motion = Motion { rates: [unknown; MOST], accelerations: [unknown; 2], normal: unknown };
+        let motion = Dynamics {
+            a: unknown,
+            torque: unknown,
+            demand: unknown,
+            rates: [unknown; MOST_STATES],
+            spring: [unknown; MOST_FOLLOWERS],
+            followers: [motion; MOST_FOLLOWERS],
+            rotor: unknown,
+        };
+        variables::outputs_of(self, &point, &motion, &mut |_, _, form| outputs.push(form));
         // A constant that changes by itself is not part of a form.
         let known = |form: &&mut Form| !form.moves() || form.constant.is_nan();
         outputs.iter_mut().filter(known).for_each(|form| *form = unknown);

@@ -95,12 +95,23 @@ pub(super) struct Row {
 }
 
 /// Passes on the outputs, of numbers or of series, to `take`, each with its place and its follower.
-pub(super) fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, take: &mut dyn FnMut(Seat, &Output, S)) {
+fn outputs<S: Scalar>(d: &DriveTrain, p: &Point<S>, take: &mut dyn FnMut(Seat, &Output, S)) {
+    let Point { y, input_values, f, .. } = p;
+    let motion = d.train.dynamics(&train::Point { modes: &d.run.modes, y, f, input_values });
+    outputs_of(d, p, &motion, take);
+}
+
+/// The same for this motion.
+pub(super) fn outputs_of<S: Scalar>(
+    d: &DriveTrain,
+    p: &Point<S>,
+    motion: &Dynamics<S>,
+    take: &mut dyn FnMut(Seat, &Output, S),
+) {
     let Point { phi, w, y, input_values, f, whole, .. } = p;
     let point = train::Point { modes: &d.run.modes, y, f, input_values };
-    let motion = d.train.dynamics(&point);
     let mut put = Put { seat: Seat { place: FIRST, follower: None }, take };
-    shaft(d, p, &motion, &mut put);
+    shaft(d, p, motion, &mut put);
     let (phi, whole, a, driven) = (*phi, *whole, motion.a, d.motion_is_input());
     for (j, follower) in d.train.followers.iter().enumerate() {
         let counted = p.counted && follower.joint.clearance().is_some();

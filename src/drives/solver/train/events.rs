@@ -12,10 +12,10 @@ use crate::numerics::double_double::Double;
 /// Bounces end in contact when the remaining ones take less than this part of the time in which the pressing force changes; their
 /// impulse is summed. Bounces of one follower may open the contact of another: with 1e-7, enough for a single follower, the
 /// impulses of two that chatter at once are off by 2e-10.
-const CLOSURE: f64 = 1e-10;
+const CLOSURE: f64 = 1e-11;
 
 /// Impacts whose bounces last less than this part of that time do not count: m1 stays.
-const FAINT: f64 = 1e-14;
+const FAINT: f64 = 1e-15;
 
 /// The quantity logged with an event.
 struct Figure {
