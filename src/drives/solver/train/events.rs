@@ -12,10 +12,10 @@ use crate::numerics::double_double::Double;
 /// Bounces end in contact when the remaining ones take less than this part of the time in which the pressing force changes; their
 /// impulse is summed. Bounces of one follower may open the contact of another: with 1e-7, enough for a single follower, the
 /// impulses of two that chatter at once are off by 2e-10.
-const CLOSURE: f64 = 1e-11;
+const CLOSURE: f64 = 1e-10;
 
 /// Impacts whose bounces last less than this part of that time do not count: m1 stays.
-const FAINT: f64 = 1e-15;
+const FAINT: f64 = 1e-14;
 
 /// The quantity logged with an event.
 struct Figure {
@@ -440,8 +440,8 @@ impl Run {
         let inverse = 1.0 / p.m1 + if train.machine().is_some() { slopes[j] * slopes[j] / f.inertia } else { 0.0 };
         let mass = 1.0 / inverse;
         let (last, w) = (1.0 - p.e, train.speed(now));
-        // No unit of time, which depends on the tolerance: the same bounces are to count at any.
-        let time = part * self.pace(train).min(1.0 / w.abs());
+        // If nothing changes, the unit of time grows without limit.
+        let time = part * self.unit.min(self.pace(train)).min(1.0 / w.abs());
         if !(force > 0.0 && last > 0.0 && 2.0 * rebound.abs() * mass <= time * force * last) {
             return false;
         }
