@@ -43,7 +43,7 @@ struct Forms {
 
 /// The forms of late.
 #[derive(Clone, Debug, Default)]
-pub struct Known {
+pub struct FormCache {
     forms: [Forms; RECORDINGS],
     present: usize,
     /// The followers with clearance.
@@ -208,7 +208,7 @@ impl DriveTrain {
 
     /// The output in this place, if its form is known.
     pub(super) fn alone(&mut self, output: usize) -> Option<f64> {
-        let Known { forms, present, gaps, .. } = &mut self.forms;
+        let FormCache { forms, present, gaps, .. } = &mut self.forms;
         let contacts = Some(self.run.modes.contacts(gaps.iter().copied()));
         if forms[*present].contacts != contacts {
             match forms.iter().position(|forms| forms.contacts == contacts) {

@@ -94,7 +94,7 @@ pub struct DriveTrain {
     held: bool,
     /// What the outputs are made of.
     #[serde(skip)]
-    forms: alone::Known,
+    forms: alone::FormCache,
 }
 
 impl DriveTrain {
@@ -125,7 +125,7 @@ impl DriveTrain {
             logged: Vec::new(),
             log: EventLog::default(),
             held: false,
-            forms: alone::Known::default(),
+            forms: alone::FormCache::default(),
         }
     }
 

@@ -76,8 +76,8 @@ type Key = (u64, i8, usize);
 
 /// The equations in some modes.
 #[derive(Clone, Debug, Default)]
-struct Recorded {
-    /// Its modes; None if none are recorded yet.
+struct Equations {
+    /// Its modes; None before it is recorded.
     of: Option<Key>,
     program: Program,
     /// The kind of each known series, and for those of functions of the angle their rows: U, U′, U″, P of each follower; [`NONE`]
@@ -91,7 +91,7 @@ struct Recorded {
 /// The equations in the modes of late, and the series by those of the present ones.
 #[derive(Clone, Debug, Default)]
 pub struct Recording {
-    recorded: Vec<Recorded>,
+    equations: Vec<Equations>,
     /// The present ones.
     present: usize,
     expansion: Expansion,
@@ -107,7 +107,7 @@ const RESOLUTION: f64 = 1e-12;
 impl Recording {
     /// Forgets the recordings after a change of the equations.
     pub fn forget(&mut self) {
-        self.recorded.iter_mut().for_each(|recorded| recorded.of = None);
+        self.equations.iter_mut().for_each(|equations| equations.of = None);
     }
 
     /// A state as a series.
@@ -116,7 +116,7 @@ impl Recording {
     }
 
     fn kept(&self, which: usize) -> usize {
-        self.recorded[self.present].kept[which]
+        self.equations[self.present].kept[which]
     }
 
     /// u of a servo, else ω_m, as a series.
@@ -138,18 +138,18 @@ impl Recording {
     /// Computes the series from these states.
     pub fn expand(&mut self, states: impl Iterator<Item = f64>, order: usize, unit: f64) {
         let program = self.set(states);
-        self.expansion.expand(&self.recorded[program].program, order, unit);
+        self.expansion.expand(&self.equations[program].program, order, unit);
     }
 
     /// The same from states close by.
     pub fn expand_close_by(&mut self, states: impl Iterator<Item = f64>, order: usize, unit: f64) {
         let program = self.set(states);
-        self.expansion.expand_close_by(&self.recorded[program].program, order, unit);
+        self.expansion.expand_close_by(&self.equations[program].program, order, unit);
     }
 
     /// Sets the states; returns the number of the program.
     fn set(&mut self, states: impl Iterator<Item = f64>) -> usize {
-        let program = &self.recorded[self.present].program;
+        let program = &self.equations[self.present].program;
         states.enumerate().for_each(|(k, state)| self.expansion.set(program, k, state));
         self.present
     }
@@ -161,7 +161,7 @@ impl Recording {
 
     /// Whether the present equations are those of these modes.
     pub fn holds(&self, modes: &Modes) -> bool {
-        self.recorded.get(self.present).is_some_and(|recorded| recorded.of == Some(self.key(modes)))
+        self.equations.get(self.present).is_some_and(|equations| equations.of == Some(self.key(modes)))
     }
 
     /// What the equations in these modes depend on.
@@ -174,16 +174,16 @@ impl Recording {
         if self.holds(modes) {
             return;
         }
-        if self.recorded.is_empty() {
+        if self.equations.is_empty() {
             self.make_room(train, modes, order);
         }
-        if let Some(known) = self.recorded.iter().position(|recorded| recorded.of == Some(self.key(modes))) {
+        if let Some(known) = self.equations.iter().position(|equations| equations.of == Some(self.key(modes))) {
             self.present = known;
             return;
         }
-        self.present = (self.present + 1) % self.recorded.len();
+        self.present = (self.present + 1) % self.equations.len();
         self.record(train, modes, order);
-        self.recorded[self.present].of = Some(self.key(modes));
+        self.equations[self.present].of = Some(self.key(modes));
     }
 
     /// A step must not allocate: recording both cases of each contact shows the largest size.
@@ -192,7 +192,7 @@ impl Recording {
             joint.clearance().map_or(0.0, |p| (p.m1 + p.m2) * rigid.cam.bound(2))
         };
         self.forces = train.followers.iter().map(force).collect();
-        self.recorded = vec![Recorded::default()];
+        self.equations = vec![Equations::default()];
         if !train.switches() {
             return;
         }
@@ -200,11 +200,11 @@ impl Recording {
         for stand in &mut other.stands {
             stand.contact = if stand.is_held() { Mode::Free } else { Mode::Contact(Flank::A) };
         }
-        self.recorded = vec![Recorded::default(); 2];
+        self.equations = vec![Equations::default(); 2];
         for (which, modes) in [&other, modes].into_iter().enumerate() {
             self.present = which;
             self.record(train, modes, order);
-            self.recorded[which].of = Some(self.key(modes));
+            self.equations[which].of = Some(self.key(modes));
         }
         // Several contacts, or a motor with modes, have more cases than these two.
         let motor = train.machine().map(|machine| &machine.motor);
@@ -212,35 +212,35 @@ impl Recording {
         let times = if modes || train.clearances().count() > 1 { 2 } else { 1 };
         self.tape.make_room(times);
         self.sorter.make_room(times);
-        let [first, second] = [0, 1].map(|which: usize| self.recorded[which].sizes());
+        let [first, second] = [0, 1].map(|which: usize| self.equations[which].sizes());
         let most = |i: usize| times * first.0[i].max(second.0[i]);
         let own = |i: usize| times * first.1[i].max(second.1[i]);
         let sizes = (std::array::from_fn(most), std::array::from_fn(own));
-        self.recorded.resize(RECORDINGS, Recorded::default());
-        self.recorded.iter_mut().for_each(|recorded| recorded.make_room(sizes));
+        self.equations.resize(RECORDINGS, Equations::default());
+        self.equations.iter_mut().for_each(|equations| equations.make_room(sizes));
     }
 
     fn record(&mut self, train: &Train, modes: &Modes, order: usize) {
-        let Recording { recorded, present, expansion, tape, sorter, .. } = self;
-        let recorded = &mut recorded[*present];
+        let Recording { equations, present, expansion, tape, sorter, .. } = self;
+        let equations = &mut equations[*present];
         // States of one kind have one class: those of the shaft are alone, those of followers count from the last one.
         let of_followers = train.layout.followers.first().copied().unwrap_or(train.layout.count);
         let followers = train.followers.iter().flat_map(|follower| (0..follower.joint.states()).rev());
         tape.begin((MOST_STATES..).take(of_followers).chain(followers));
         let shared = RefCell::new(std::mem::take(tape));
-        recorded.write(train, modes, &shared);
+        equations.write(train, modes, &shared);
         *tape = shared.into_inner();
-        recorded.compile(train, order, tape, sorter);
-        expansion.make_room(&recorded.program);
+        equations.compile(train, order, tape, sorter);
+        expansion.make_room(&equations.program);
     }
 
     /// Fills the known series about an instant.
     pub fn fill(&mut self, train: &Train, modes: &Modes, excitation: &Excitation, about: &About) {
-        self.recorded[self.present].fill(train, modes, excitation, about, &mut self.expansion);
+        self.equations[self.present].fill(train, modes, excitation, about, &mut self.expansion);
     }
 }
 
-impl Recorded {
+impl Equations {
     /// How many elements its lists have: first those of the program.
     fn sizes(&self) -> ([usize; 7], [usize; 3]) {
         (self.program.sizes(), [self.known.len(), self.kept.len(), self.of_followers.len()])
@@ -341,7 +341,7 @@ impl Recorded {
     /// Fills the known series about an instant.
     fn fill(&self, train: &Train, modes: &Modes, excitation: &Excitation, about: &About, into: &mut Expansion) {
         let About { time, angles, turns, order, unit } = *about;
-        let Recorded { program, known, .. } = self;
+        let Equations { program, known, .. } = self;
         let (count, whole) = (order + 3, (order + 3).next_multiple_of(4));
         let sums = train.functions::<COEFFICIENTS>(modes, angles, count, |j, cam, process| {
             let [u, first, second, force] = self.of_followers[j];
