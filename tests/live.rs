@@ -1,7 +1,7 @@
 //! Live pages: which values may be moved, and what a page answers.
 
 use camdrive_cli::document::Document;
-use camdrive_cli::live::{Live, dials};
+use camdrive_cli::live::{Depth, Live, dials};
 use serde_json::Value;
 use std::path::Path;
 
@@ -15,20 +15,25 @@ fn live(text: String) -> Live {
 
 fn answer(live: &Live, values: &[(&str, &str)], as_sketch: bool) -> Value {
     let values = values.iter().map(|(key, text)| ((*key).to_owned(), (*text).to_owned())).collect();
-    live.answer(&values, as_sketch)
+    live.answer(&values, if as_sketch { Depth::Sketch } else { Depth::Whole }, |_| ())
 }
 
 #[test]
 fn speed_is_the_first_of_the_numbers_of_a_scene_and_sliders_stay_in_the_range() {
     let found = dials(&Document::new(example("guide_bar/scene.toml")));
     let keys: Vec<&str> = found.iter().map(|dial| dial.key.as_str()).collect();
-    assert_eq!(
-        keys,
-        ["drive.speed", "cam.scale", "elasticity.m", "elasticity.natural_frequency", "elasticity.damping_ratio"]
-    );
+    let list = |name: &str, count: usize| (1..=count).map(|k| format!("cam.{name}[{k}]")).collect::<Vec<_>>();
+    let others = ["elasticity.m", "elasticity.natural_frequency", "elasticity.damping_ratio"].map(str::to_owned);
+    let first = ["drive.speed", "cam.scale"].map(str::to_owned);
+    assert_eq!(keys, [&first[..], &list("a", 6), &list("b", 5), &others].concat());
+    // A zero of a list moves as far as its largest number is.
+    assert_eq!((found[2].text.as_str(), found[2].ends), ("0", Some([-0.5867065, 0.5867065])));
     assert_eq!((found[0].text.as_str(), found[0].ends), ("1800 rpm", Some([600.0, 5400.0])));
     let narrow = "[[follower]]\nbacklash = { e = 0.6, s = \"inf\" }\n[follower.geometry]\nbase_radius = 1\n[solver]\ntolerance = 1e-9\n";
     let found = dials(&Document::new(narrow.to_owned()));
+    // A longer list is a table of points.
+    let long = format!("[cam]\na = {:?}\n", [0.5; 17]);
+    assert!(dials(&Document::new(long)).is_empty());
     // A restitution is 1 at most; a word and what moves nothing have no slider.
     assert_eq!(found.len(), 1, "{found:?}");
     assert_eq!((found[0].key.as_str(), found[0].ends), ("follower[1].backlash.e", Some([0.6 / 3.0, 1.0])));

@@ -2,7 +2,7 @@
 #![warn(missing_docs)]
 
 use camdrive_cli::document::{Diagnostics, input::hold};
-use camdrive_cli::live::{BUILD, Live, Values};
+use camdrive_cli::live::{BUILD, Depth, Live, Values};
 use serde_json::{Value, from_slice, json};
 use std::cell::{Cell, RefCell};
 use std::path::Path;
@@ -15,6 +15,17 @@ thread_local! {
     /// The length of the answer.
     static LENGTH: Cell<usize> = const { Cell::new(0) };
 }
+
+/// The page around this module.
+#[cfg(target_arch = "wasm32")]
+#[link(wasm_import_module = "page")]
+// SAFETY: the page has a function of this name, which takes a number and returns nothing.
+unsafe extern "C" {
+    safe fn progress(part: f64);
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn progress(_: f64) {}
 
 /// Room for a text of this length, which the page writes there.
 #[unsafe(no_mangle)]
@@ -32,8 +43,8 @@ pub extern "C" fn length() -> usize {
     LENGTH.get()
 }
 
-/// Answers the written text: {"files": {NAME: TEXT}} opens a scene, the first of the files, {"values": [[KEY, TEXT]], "sketch": true}
-/// studies it.
+/// Answers the written text: {"files": {NAME: TEXT}} opens a scene, the first of the files, {"values": [[KEY, TEXT]], "depth":
+/// "sketch"} studies it.
 #[unsafe(no_mangle)]
 pub extern "C" fn ask() -> *const u8 {
     TEXT.with_borrow_mut(|text| {
@@ -63,8 +74,13 @@ fn answer(asked: &Value) -> Value {
         };
     }
     let values: Values = serde_json::from_value(asked["values"].clone()).unwrap_or_default();
+    let depth = match asked["depth"].as_str() {
+        Some("sketch") => Depth::Sketch,
+        Some("run") => Depth::Run,
+        _ => Depth::Whole,
+    };
     LIVE.with_borrow(|live| match live {
-        Some(live) => live.answer(&values, asked["sketch"] == true),
+        Some(live) => live.answer(&values, depth, |part| progress(part)),
         None => json!({ "faults": [{ "text": "no scene is open" }] }),
     })
 }

@@ -10,6 +10,7 @@ import pytest
 
 from browser import CHROMIUM, Page
 from conftest import CAMDRIVE, ROOT
+from test_report import axe  # noqa: F401
 
 EXAMPLES = ROOT / "examples"
 MODULE = ROOT / "target" / "runtimes" / "wasm" / "camdrive.wasm.lzma"
@@ -160,6 +161,55 @@ def test_it_fits_the_window_and_the_keyboard_moves_it(page, tmp_path, width):
     settled(page)
     assert page.run("location.hash").startswith("#speed=")
     assert page.run("[...document.querySelectorAll('#dials input')].every((e) => e.labels.length || e.ariaLabel)")
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(400, "light"), (1600, "dark")])
+def test_everybody_can_use_it(page, axe, tmp_path, width, scheme):
+    page.media("", scheme)
+    opened(page, made(EXAMPLES / "guide_bar" / "scene.toml", tmp_path), width)
+    page.run(MOVE % (0, 0.4))
+    settled(page)
+    page.run("document.querySelectorAll('details').forEach((part) => { part.open = true; })")
+    page.run(axe)
+    rules = "{runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'best-practice']}"
+    found = page.run(f"axe.run(document, {rules}).then((found) => found.violations.map((v) => [v.id, v.nodes[0].html]))")
+    page.media("")
+    assert found == []
+
+
+def test_a_number_of_a_list_moves_and_is_copied_with_its_list(page, tmp_path):
+    scene = EXAMPLES / "guide_bar" / "scene.toml"
+    opened(page, made(scene, tmp_path))
+    before = page.run(TURN)
+    page.run(TYPE % ("cam.a[4]", '"-0.09"'))
+    settled(page)
+    page.run("document.getElementById('copy').click()")
+    copied = page.run("document.getElementById('copied').value")
+    assert copied == "[cam]\na = [0, 0.5867065, 0, -0.09, 0, 0.0115306]"
+    changed = tmp_path / "changed.toml"
+    changed.write_text(re.sub(r"(?m)^a = .*$", copied.split("\n")[1], scene.read_text()))
+    found = subprocess.run([CAMDRIVE, "steady", changed, "--json"], check=True, capture_output=True, text=True)
+    largest = {of["output"]: of["largest"] for of in json.loads(found.stdout)["turn"]["outputs"]}
+    row = next(row for row in page.run(TURN) if row[0].startswith("q"))
+    assert row != next(row for row in before if row[0].startswith("q"))
+    assert abs(row[2] / (1e3 * largest["q"]) - 1.0) < BOUND
+    page.run(TYPE % ("cam.a[4]", '"much"'))
+    wait(page, "document.querySelector('.fault:not(:empty)')")
+    assert "cam.a[4]" in page.run("document.querySelector('.fault:not(:empty)').parentNode.querySelector('input').dataset.key")
+    # Whole numbers of a list are numbers of the scene, too.
+    assert page.messages == []
+
+
+def test_the_example_vibrates_as_its_text_says(page, tmp_path):
+    folder = EXAMPLES / "live"
+    text = (folder / "README.md").read_text()
+    opened(page, made(folder / "scene.toml", tmp_path))
+    dwells = page.run("""[...document.querySelectorAll('#live table[aria-label="Vibration in the dwells"] tbody tr')].map((row) =>
+        parseFloat(row.cells[3].textContent))""")
+    assert [f"{1e3 * of:.0f} µm" for of in dwells] == ["32 µm"] * 2 and "by 32 µm" in text
+    assert page.run("document.querySelectorAll('figure[data-key^=spectrum]').length") == 1
+    rows = page.run("[...document.querySelectorAll('#live tr')].map((row) => row.textContent)")
+    assert any("23" in row and "268" in row for row in rows) and "harmonic 23 at 268 rpm" in text
 
 
 def test_a_browser_without_wasm_shows_the_page_and_one_sentence(page, tmp_path):

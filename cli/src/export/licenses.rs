@@ -31,6 +31,11 @@ pub fn files(linked: &Linked) -> Vec<File> {
     ]
 }
 
+/// The licences of the page that computes.
+pub fn of_page() -> File {
+    File::new(format!("{FOLDER}/live.txt"), include_str!("../../../packaging/page_licenses.txt"))
+}
+
 fn overview(linked: &Linked) -> String {
     let mut text = String::from(
         "The runtime library of camdrive in this FMU is licensed under either of\n\n\

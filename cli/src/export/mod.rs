@@ -137,7 +137,10 @@ impl Contents<'_> {
         page.results = Some(&results);
         page.live = extras.live.is_some();
         replace(File::new(DOCUMENTATION, documentation::html(resource, self.drive, &page)?));
-        content.extend(extras.live.map(|text| File::new(format!("documentation/{LIVE}"), text)));
+        if let Some(text) = extras.live {
+            content.push(File::new(format!("documentation/{LIVE}"), text));
+            content.extend([licenses::of_page(), sbom::of_page()]);
+        }
         content.extend(references::files(extras.sources, &results)?);
         let bytes =
             archive::archive(&content, date).map_err(|e| Fault::new(format!("the archive cannot be written: {e}")))?;

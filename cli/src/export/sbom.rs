@@ -1,5 +1,5 @@
-//! The bill of materials of the runtime library (CycloneDX), which `packaging/licenses.py` writes from the lock file and the list
-//! of linked packages; version, sources and compiler are from this build.
+//! The bills of materials of the runtime library and of the module of pages (CycloneDX), which `packaging/licenses.py` writes from
+//! the lock file and the lists of linked packages; version, sources and compiler are from this build.
 
 use super::archive::File;
 use camdrive::drives::resource::BUILD;
@@ -7,11 +7,19 @@ use camdrive::drives::resource::BUILD;
 /// The path inside the FMU; the standard requires a reverse domain name.
 pub const PATH: &str = "extra/org.camdrive.sbom/camdrive.cdx.json";
 
-/// The bill of materials as a file of the FMU.
+/// The bill of materials of the library as a file of the FMU.
 pub fn file() -> File {
-    let bill = include_str!("../../../packaging/camdrive.cdx.json");
+    filled(PATH, include_str!("../../../packaging/camdrive.cdx.json"))
+}
+
+/// That of the module of pages.
+pub fn of_page() -> File {
+    filled("extra/org.camdrive.sbom/page.cdx.json", include_str!("../../../packaging/page.cdx.json"))
+}
+
+fn filled(path: &str, bill: &str) -> File {
     let bill = bill.replace("{version}", env!("CARGO_PKG_VERSION")).replace("{sources}", BUILD);
-    File::new(PATH, bill.replace("{rust}", env!("CAMDRIVE_RUSTC")))
+    File::new(path, bill.replace("{rust}", env!("CAMDRIVE_RUSTC")))
 }
 
 #[cfg(test)]

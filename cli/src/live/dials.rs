@@ -3,6 +3,7 @@
 use crate::document::keys::{Dimension, Key, KeyTable, SCENE, Value as Taken};
 use crate::document::units;
 use crate::document::{Document, Value, values};
+use toml::Spanned;
 
 /// A number of the scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,34 +23,74 @@ pub struct Dial {
 /// Sections that change no motion.
 const STILL: [&str; 4] = ["solver", "geometry", "forces", "coupling"];
 
+/// A longer list is a table of points: its numbers have no sliders.
+const MOST: usize = 16;
+
 /// A slider goes from this part of a value to its inverse.
 const SPAN: f64 = 1.0 / 3.0;
 
 /// The numbers of a scene, speed first, the others in the order of the file.
 pub fn dials(document: &Document) -> Vec<Dial> {
-    let mut found: Vec<(bool, usize, Dial)> = values(&document.table)
-        .into_iter()
-        .filter(|(key, _)| !key.split(['.', '[']).any(|part| STILL.contains(&part)))
-        .filter_map(|(key, value)| {
-            let text = match value.get_ref() {
-                Value::Text(text) => text.clone(),
-                Value::Float(number) => number.to_string(),
-                Value::Integer(Some(number)) => number.to_string(),
-                _ => return None,
-            };
-            let (number, _) = units::split(text.trim());
-            let (declared, number) = (declared(&SCENE, &key)?, number.parse::<f64>().ok()?);
-            let ends = span(number, limits(declared, &text)?);
+    let all = values(&document.table).into_iter();
+    let moving = all.filter(|(key, _)| !key.split(['.', '[']).any(|part| STILL.contains(&part)));
+    let single = moving.flat_map(|(key, value)| match value.get_ref() {
+        Value::Array(list) if list.len() <= MOST => {
+            // A zero in a list may become as large as the others.
+            let size = list.iter().filter_map(|item| number(item.get_ref())).map(|(_, x)| x.abs()).fold(0.0, f64::max);
+            list.iter().enumerate().map(|(i, item)| (format!("{key}[{}]", i + 1), item, size)).collect()
+        }
+        _ => vec![(key, value, 0.0)],
+    });
+    let mut found: Vec<(bool, usize, Dial)> = single
+        .filter_map(|(key, value, size)| {
+            let (text, number) = number(value.get_ref())?;
+            let declared = declared(&SCENE, &key)?;
+            let ends = span(number, size, limits(declared, &text)?);
             let is_speed = ["drive.speed", "motor.w_s"].contains(&key.as_str());
-            Some((
-                !is_speed,
-                value.span().start,
-                Dial { key, meaning: declared.meaning.trim(), text, value: number, ends },
-            ))
+            let meaning = declared.meaning.trim();
+            Some((!is_speed, value.span().start, Dial { key, meaning, text, value: number, ends }))
         })
         .collect();
     found.sort_by_key(|(later, place, _)| (*later, *place));
     found.into_iter().map(|(.., dial)| dial).collect()
+}
+
+/// The text of a number with or without a unit, and the number.
+fn number(value: &Value) -> Option<(String, f64)> {
+    let text = match value {
+        Value::Text(text) => text.clone(),
+        Value::Float(number) => number.to_string(),
+        Value::Integer(Some(number)) => number.to_string(),
+        _ => return None,
+    };
+    let number = units::split(text.trim()).0.parse().ok()?;
+    Some((text, number))
+}
+
+/// The list and the place from 0 of a key like "cam.a[3]".
+pub fn element(key: &str) -> Option<(&str, usize)> {
+    let (list, number) = key.strip_suffix(']')?.rsplit_once('[')?;
+    Some((list, number.parse::<usize>().ok()?.checked_sub(1)?))
+}
+
+/// A value as a scene has it: a number, or a text.
+pub fn written(text: &str) -> toml_edit::Value {
+    let number = text.parse::<i64>().map(toml_edit::Value::from);
+    number.or_else(|_| text.parse::<f64>().map(toml_edit::Value::from)).unwrap_or_else(|_| text.into())
+}
+
+/// This list of a document with another text at a place.
+pub fn list_with(document: &Document, list: &str, at: usize, text: &str) -> toml_edit::Value {
+    let all = values(&document.table);
+    let items = all.iter().find(|(key, _)| key == list).map_or(&[][..], |(_, value)| match value.get_ref() {
+        Value::Array(items) => items,
+        _ => &[],
+    });
+    let own = |(i, item): (usize, &Spanned<Value>)| match number(item.get_ref()) {
+        _ if i == at => written(text),
+        own => written(&own.map_or(String::new(), |(text, _)| text)),
+    };
+    toml_edit::Array::from_iter(items.iter().enumerate().map(own)).into()
 }
 
 /// The declaration of the key at the end of this path.
@@ -72,14 +113,19 @@ fn limits(key: &Key, text: &str) -> Option<[f64; 2]> {
             let size = if unit.is_empty() { 1.0 } else { units::written(text, quantity)?.1 };
             Some(limits.over(size).ends())
         }
+        Taken::Reals(_) => Some([f64::NEG_INFINITY, f64::INFINITY]),
         Taken::Real(_, limits) => Some([if limits.ends()[0] >= 0.0 { 0.0 } else { f64::NEG_INFINITY }, f64::INFINITY]),
         _ => None,
     })
 }
 
-/// The ends of a slider around a value.
-fn span(value: f64, [least, greatest]: [f64; 2]) -> Option<[f64; 2]> {
-    let [low, high] = if value == 0.0 { [least, greatest] } else { [value * SPAN, value / SPAN] };
+/// The ends of a slider around a value, in a list with numbers of this size.
+fn span(value: f64, size: f64, [least, greatest]: [f64; 2]) -> Option<[f64; 2]> {
+    let [low, high] = match value == 0.0 {
+        true if size > 0.0 => [-size, size],
+        true => [least, greatest],
+        false => [value * SPAN, value / SPAN],
+    };
     let ends = [low.min(high).max(least), low.max(high).min(greatest)];
     // A zero says nothing about how large a value may sensibly be.
     (ends[0] < ends[1] && ends.iter().all(|end| end.is_finite() && end.abs() < 1e4 || value != 0.0)).then_some(ends)

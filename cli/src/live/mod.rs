@@ -20,6 +20,9 @@ use std::path::Path;
 /// The points of a run in a diagram.
 const POINTS: usize = 600;
 
+/// Points after which a run says how far it is.
+const TENTH: usize = POINTS / 10;
+
 /// Outputs in the diagrams of a run, those of a turn.
 const OF_RUN: [(&[&str], &str); 4] = [
     (&["x", "U", "y"], "Law and tool"),
@@ -36,8 +39,29 @@ pub struct Live {
     file: String,
     document: Document,
     folder: std::path::PathBuf,
-    /// Its diagrams as the file has it, fine and as a sketch, once they are asked for.
-    own: [OnceCell<Vec<Figure>>; 2],
+    /// Its diagrams as the file has it in each depth, once they are asked for.
+    own: [OnceCell<Vec<Figure>>; 3],
+}
+
+/// How much of an answer a page asks for.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Depth {
+    /// Verdict, diagrams and tables.
+    Whole,
+    /// The diagrams of the periodic motion, in the lines of a sketch.
+    Sketch,
+    /// Those of the default experiment, of a scene that is known to have no periodic motion.
+    Run,
+}
+
+impl Depth {
+    fn reports(self, scene: &Resolved, progress: fn(f64)) -> Vec<Report> {
+        match self {
+            Depth::Whole => reports(scene, progress),
+            Depth::Sketch => vec![sketch(scene, progress)],
+            Depth::Run => vec![run(scene, progress)],
+        }
+    }
 }
 
 /// New values of keys, written as in a scene.
@@ -67,18 +91,32 @@ impl Live {
     /// # Errors
     /// The faults of these values.
     pub fn with(&self, values: &Values) -> Result<Resolved, Diagnostics> {
+        scene::resolve_document(&self.file, &self.changed(values), &self.folder)
+    }
+
+    fn changed(&self, values: &Values) -> Document {
         let mut document = self.document.clone();
         for (key, text) in values {
-            let number = text.parse::<i64>().map(toml_edit::Value::from);
-            let number = number.or_else(|_| text.parse::<f64>().map(toml_edit::Value::from));
-            document.set(key, number.unwrap_or_else(|_| text.as_str().into()));
+            match dials::element(key) {
+                Some((list, at)) => document.set(list, dials::list_with(&document, list, at, text)),
+                None => document.set(key, dials::written(text)),
+            };
         }
-        scene::resolve_document(&self.file, &document, &self.folder)
+        document
+    }
+
+    /// The scene of a sketch, of which nothing is tried out but the motion itself.
+    fn drawn(&self, values: &Values, depth: Depth) -> Result<Resolved, Diagnostics> {
+        match depth {
+            Depth::Whole => self.with(values),
+            _ => scene::as_written(&self.file, &self.changed(values), &self.folder),
+        }
     }
 
     /// The answer for a page: its sections or, as a sketch, its diagrams alone; or the faults of the values.
-    pub fn answer(&self, values: &Values, as_sketch: bool) -> Value {
-        let scene = match self.with(values) {
+    /// `progress` hears how much of a run is done (0 to 1).
+    pub fn answer(&self, values: &Values, depth: Depth, progress: fn(f64)) -> Value {
+        let scene = match self.drawn(values, depth) {
             Ok(scene) => scene,
             Err(Diagnostics(faults)) => {
                 let fault = |of: &crate::document::Diagnostic| {
@@ -89,18 +127,15 @@ impl Live {
                 return json!({ "faults": faults.iter().map(fault).collect::<Vec<_>>() });
             }
         };
-        let own = self.own[usize::from(as_sketch)].get_or_init(|| match self.with(&Values::new()) {
-            Ok(scene) if as_sketch => sketch(&scene).figures,
-            Ok(scene) => reports(&scene).into_iter().flat_map(|report| report.figures).collect(),
+        let own = self.own[depth as usize].get_or_init(|| match self.drawn(&Values::new(), depth) {
+            Ok(scene) => depth.reports(&scene, progress).into_iter().flat_map(|report| report.figures).collect(),
             Err(_) => Vec::new(),
         });
         let behind = |figure: Figure| match own.iter().find(|own| own.key == figure.key) {
             Some(own) if !values.is_empty() => before(figure, own),
             _ => figure,
         };
-        let of_these = if as_sketch { vec![sketch(&scene)] } else { reports(&scene) };
-        let of_these: Vec<Report> = of_these
-            .into_iter()
+        let of_these: Vec<Report> = (depth.reports(&scene, progress).into_iter())
             .map(|report| Report { figures: report.figures.into_iter().map(behind).collect(), ..report })
             .collect();
         json!({ "html": html::sections(&of_these) })
@@ -120,13 +155,20 @@ fn before(figure: Figure, own: &Figure) -> Figure {
 const THIN: f64 = 0.5;
 
 /// The reports that follow the values: one verdict over all, the motion, and the characteristic values.
-pub fn reports(scene: &Resolved) -> Vec<Report> {
+pub fn reports(scene: &Resolved, progress: fn(f64)) -> Vec<Report> {
     let resource = scene.resource();
     let mut found = overview::of(&resource);
     found.warnings.extend(scene.smoothed.iter().filter_map(|table| table.warning.clone()));
     let motion = match steady::of_overview(&resource, &found) {
-        Some(motions) => motions.report(),
-        None => run(scene),
+        Some(motions) => {
+            let mut report = motions.report();
+            let spectra = motions.turn.as_ref().map_or(Vec::new(), |turn| steady::spectra(&scene.name, turn));
+            spectra.into_iter().for_each(|(key, diagram)| {
+                report.diagram(&key, diagram);
+            });
+            report
+        }
+        None => run(scene, progress),
     };
     let values = found.report(&scene.name, "characteristic values");
     let mut glance = Report::new(&scene.name, "the design at a glance");
@@ -135,18 +177,18 @@ pub fn reports(scene: &Resolved) -> Vec<Report> {
 }
 
 /// The diagrams of the motion, in the lines of a sketch.
-fn sketch(scene: &Resolved) -> Report {
+fn sketch(scene: &Resolved, progress: fn(f64)) -> Report {
     let mut report = Report::new(&scene.name, "periodic motion");
     for (key, diagram) in steady::sketch(&scene.resource()) {
         report.diagram(&key, diagram);
     }
-    if report.figures.is_empty() { run(scene) } else { report }
+    if report.figures.is_empty() { run(scene, progress) } else { report }
 }
 
 /// The default experiment, of a scene without a periodic motion.
-fn run(scene: &Resolved) -> Report {
+fn run(scene: &Resolved, progress: fn(f64)) -> Report {
     let mut report = Report::new(&scene.name, "run");
-    match record(scene) {
+    match record(scene, progress) {
         Ok(diagrams) => diagrams.into_iter().for_each(|(key, diagram)| {
             report.diagram(&key, diagram);
         }),
@@ -158,7 +200,7 @@ fn run(scene: &Resolved) -> Report {
 }
 
 /// Its outputs over time.
-fn record(scene: &Resolved) -> Result<Vec<(String, Diagram)>, camdrive::drives::Fault> {
+fn record(scene: &Resolved, progress: fn(f64)) -> Result<Vec<(String, Diagram)>, camdrive::drives::Fault> {
     let mut drive = scene.resource().build()?;
     drive.set_up(0.0, None);
     drive.start()?;
@@ -180,6 +222,9 @@ fn record(scene: &Resolved) -> Result<Vec<(String, Diagram)>, camdrive::drives::
         let time = k as f64 * step;
         for (column, i) in columns.iter_mut().zip(&shown) {
             column.push([time, drive.get(*i)?]);
+        }
+        if k % TENTH == 0 {
+            progress(k as f64 / POINTS as f64);
         }
         if k < POINTS {
             drive.advance(time, step)?;

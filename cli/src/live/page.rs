@@ -36,13 +36,13 @@ impl Module {
 
     /// The page of a scene: the reports that follow its values, and others, which show it as the file has it.
     pub fn page(&self, scene: &Resolved, others: Vec<Report>) -> String {
-        self.page_of(scene, super::reports(scene), others)
+        self.page_of(scene, super::reports(scene, |_| ()), others)
     }
 
     /// The same with the verdict alone, until the page computes the rest when it is opened: in an FMU that is in index.html, too, and
     /// the last digits of numbers would differ with the platform of the export.
     pub fn small_page(&self, scene: &Resolved) -> String {
-        let mut reports = super::reports(scene);
+        let mut reports = super::reports(scene, |_| ());
         reports.truncate(1);
         self.page_of(scene, reports, Vec::new())
     }

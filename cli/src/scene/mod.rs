@@ -166,6 +166,14 @@ pub fn resolve_document(file: &str, document: &Document, folder: &Path) -> Resul
     })
 }
 
+/// The scene of a document as it stands there: nothing of it is tried out, and its description is the user's own.
+///
+/// # Errors
+/// The faults of its keys.
+pub fn as_written(file: &str, document: &Document, folder: &Path) -> Result<Resolved, Diagnostics> {
+    input::read(file, document, Kind::Scene, |root| whole_scene(root, folder))
+}
+
 /// The word with a capital letter.
 fn capitalised(word: &str) -> String {
     let mut letters = word.chars();

@@ -331,10 +331,19 @@ impl Turn {
         let outputs: Vec<usize> = followed.iter().map(|(of, _)| *of).collect();
         let mut walk = Walk { begin: drive.save(), drive, time: 0.0 };
         let period = period(&mut walk, phi, place(&all, "w"))?;
-        let Instants { times, pulls, impulses } =
-            instants(&mut walk, period, phi, if fine { POINTS } else { SKETCHED })?;
-        let mut angles = walk.values(&times, &[phi])?.swap_remove(0);
-        let columns = walk.values(&times, &outputs)?;
+        let read = Columns::of(&all, phi, &outputs);
+        let Instants { times, pulls, impulses, columns } = match fine {
+            true => {
+                let mut found = instants(&mut walk, period, phi, POINTS, &[])?;
+                found.columns = walk.values(&found.times, &read)?;
+                found
+            }
+            // Beside its impacts a sketch has no points: a jump is as wide as a line.
+            false => instants(&mut walk, period, phi, SKETCHED, &read)?,
+        };
+        let turned = Columns { read, values: columns };
+        let mut angles = turned.of_variable(phi).to_vec();
+        let columns: Vec<Vec<f64>> = outputs.iter().map(|of| turned.of_variable(*of).to_vec()).collect();
         let extremes = match fine {
             true => extremes(&mut walk, &times, &outputs, &columns, phi)?,
             false => columns.iter().map(|values| of_points(&angles, values)).collect(),
@@ -343,10 +352,9 @@ impl Turn {
         let mean_speed = (TAU / period).copysign(end - first);
         let whole = TAU * (first / TAU).floor();
         angles.iter_mut().for_each(|phi| *phi -= whole);
-        let energy = place(&all, "E").map_or(Ok(vec![vec![0.0]]), |energy| walk.values(&times[..1], &[energy]))?[0][0];
-        let means: Vec<&str> = followed.iter().map(|(of, _)| all[*of].name.as_str()).collect();
-        let means = means.into_iter().map(|name| mean_with_impulses(&mut walk, &all, &times, name));
-        let means = means.collect::<Result<Vec<Option<f64>>, Fault>>()?;
+        let energy = place(&all, "E").map_or(0.0, |energy| turned.of_variable(energy)[0]);
+        let means = followed.iter().map(|(of, _)| turned.mean_with_impulses(&all, &times, &all[*of].name));
+        let means: Vec<Option<f64>> = means.collect();
         let ranges = followed.iter().zip(columns).zip(extremes).zip(means).map(
             |((((of, unit), values), [low, high]), with_impulses)| {
                 let square: Vec<f64> = values.iter().map(|v| v * v).collect();
@@ -368,7 +376,7 @@ impl Turn {
             },
         );
         let ranges: Vec<Range> = ranges.collect();
-        let (torque, power) = torques(&mut walk, &all, &times, (mean_speed, &ranges))?;
+        let (torque, power) = turned.torques(&all, &times, (mean_speed, &ranges));
         Ok(Turn {
             period,
             mean_speed,
@@ -379,7 +387,7 @@ impl Turn {
             growth: None,
             pulls,
             outputs: ranges,
-            impacts: impacts(&mut walk, &all, period)?,
+            impacts: turned.impacts(&all),
             impulses,
             angles,
             times,
@@ -411,41 +419,65 @@ impl Turn {
     }
 }
 
-/// The mean torque on the shaft (N·m) with that at φ = 0, and the mean power (W): of the motor, or what a driven shaft needs.
-fn torques(
-    walk: &mut Walk,
-    all: &[Description],
-    times: &[f64],
-    (speed, outputs): (f64, &[Range]),
-) -> Result<([f64; 2], f64), Fault> {
-    if let Some(motor) = place(all, "M_an") {
-        let columns = walk.values(times, &[motor, place(all, "w").unwrap_or(motor)])?;
-        let power: Vec<f64> = columns[0].iter().zip(&columns[1]).map(|(torque, w)| torque * w).collect();
-        return Ok(([mean(times, &columns[0]), columns[0][0]], mean(times, &power)));
-    }
-    let taken = outputs.iter().filter(|of| of.part().0 == "tau");
-    let sums = taken.fold([0.0; 2], |[mean, at_zero], of| [mean + of.mean, at_zero + of.values[0]]);
-    Ok((sums, sums[0] * speed))
+/// Variables at the points of a turn.
+struct Columns {
+    read: Vec<usize>,
+    values: Vec<Vec<f64>>,
 }
 
-/// The mean of a force or torque with the impulses of impacts, from its means over the steps; None without impacts.
-fn mean_with_impulses(walk: &mut Walk, all: &[Description], times: &[f64], name: &str) -> Result<Option<f64>, Fault> {
-    let Some(of) = place(all, &format!("{name}_mean")) else { return Ok(None) };
-    let column = walk.values(times, &[of])?.swap_remove(0);
-    let steps = times.windows(2).map(|ends| ends[1] - ends[0]);
-    Ok(Some(steps.zip(&column[1..]).map(|(step, mean)| step * mean).sum::<f64>() / times[times.len() - 1]))
+impl Columns {
+    /// What a turn reads: its outputs, and what its means, torques and impacts follow from.
+    fn of(all: &[Description], phi: usize, outputs: &[usize]) -> Vec<usize> {
+        let mut read = vec![phi];
+        read.extend(outputs);
+        read.extend(["E", "M_an", "w"].iter().filter_map(|name| place(all, name)));
+        read.extend(outputs.iter().filter_map(|of| place(all, &format!("{}_mean", all[*of].name))));
+        read.extend(counts_of_impacts(all));
+        read.sort_unstable();
+        read.dedup();
+        read
+    }
+
+    fn of_variable(&self, variable: usize) -> &[f64] {
+        self.read.binary_search(&variable).map_or(&[], |at| &self.values[at])
+    }
+
+    /// The mean torque on the shaft (N·m) with that at φ = 0, and the mean power (W): of the motor, or what a driven shaft needs.
+    fn torques(&self, all: &[Description], times: &[f64], (speed, outputs): (f64, &[Range])) -> ([f64; 2], f64) {
+        if let Some(motor) = place(all, "M_an") {
+            let [torque, w] = [motor, place(all, "w").unwrap_or(motor)].map(|of| self.of_variable(of));
+            let power: Vec<f64> = torque.iter().zip(w).map(|(torque, w)| torque * w).collect();
+            return ([mean(times, torque), torque[0]], mean(times, &power));
+        }
+        let taken = outputs.iter().filter(|of| of.part().0 == "tau");
+        let sums = taken.fold([0.0; 2], |[mean, at_zero], of| [mean + of.mean, at_zero + of.values[0]]);
+        (sums, sums[0] * speed)
+    }
+
+    /// The mean of a force or torque with the impulses of impacts, from its means over the steps; None without impacts.
+    fn mean_with_impulses(&self, all: &[Description], times: &[f64], name: &str) -> Option<f64> {
+        let column = self.of_variable(place(all, &format!("{name}_mean"))?);
+        let steps = times.windows(2).map(|ends| ends[1] - ends[0]);
+        Some(steps.zip(&column[1..]).map(|(step, mean)| step * mean).sum::<f64>() / times[times.len() - 1])
+    }
+
+    /// Impacts of each follower in the turn.
+    fn impacts(&self, all: &[Description]) -> Vec<Option<f64>> {
+        let outputs = all.iter().filter(|d| d.causality == Causality::Output);
+        let followers = outputs.map(|d| part(&d.name).1).max().unwrap_or(0).max(1);
+        let mut impacts = vec![None; followers];
+        for of in counts_of_impacts(all) {
+            let counts = self.of_variable(of);
+            impacts[part(&all[of].name).1.saturating_sub(1)] = Some(counts[counts.len() - 1] - counts[0]);
+        }
+        impacts
+    }
 }
 
-/// Impacts of each follower in the turn.
-fn impacts(walk: &mut Walk, all: &[Description], period: f64) -> Result<Vec<Option<f64>>, Fault> {
-    let outputs = || all.iter().enumerate().filter(|(_, d)| d.causality == Causality::Output);
-    let followers = outputs().map(|(_, d)| part(&d.name).1).max().unwrap_or(0).max(1);
-    let mut impacts = vec![None; followers];
-    for (of, about) in outputs().filter(|(_, d)| part(&d.name).0 == "impacts") {
-        let ends = walk.values(&[0.0, period], &[of])?.swap_remove(0);
-        impacts[part(&about.name).1.saturating_sub(1)] = Some(ends[1] - ends[0]);
-    }
-    Ok(impacts)
+/// The outputs that count impacts.
+fn counts_of_impacts(all: &[Description]) -> impl Iterator<Item = usize> {
+    let counts = |d: &Description| d.causality == Causality::Output && part(&d.name).0 == "impacts";
+    all.iter().enumerate().filter(move |(_, d)| counts(d)).map(|(i, _)| i)
 }
 
 /// The unit of an output of interest.
@@ -470,11 +502,17 @@ struct Instants {
     times: Vec<f64>,
     pulls: Vec<(usize, f64)>,
     impulses: Vec<Impact>,
+    columns: Vec<Vec<f64>>,
 }
 
-/// The instants of the points: equal parts of the turn, and both sides of each event.
-fn instants(walk: &mut Walk, period: f64, phi: usize, points: usize) -> Result<Instants, Fault> {
+/// The instants of the points: equal parts of the turn and, where nothing is read at once, both sides of each event.
+fn instants(walk: &mut Walk, period: f64, phi: usize, points: usize, read: &[usize]) -> Result<Instants, Fault> {
     walk.restart();
+    let mut columns = vec![Vec::with_capacity(points + 1); read.len()];
+    let mut record = |drive: &mut AnyDrive| -> Result<(), Fault> {
+        read.iter().zip(&mut columns).try_for_each(|(of, column)| drive.get(*of).map(|value| column.push(value)))
+    };
+    record(&mut walk.drive)?;
     let (mut pulls, mut impulses) = (Vec::new(), Vec::new());
     let step = period / points as f64;
     let mut times = vec![0.0];
@@ -483,11 +521,15 @@ fn instants(walk: &mut Walk, period: f64, phi: usize, points: usize) -> Result<I
         walk.drive.events().clear();
         let before = walk.drive.get(phi)?;
         walk.to(to)?;
+        record(&mut walk.drive)?;
         let (from, turned) = (times[times.len() - 1], walk.drive.get(phi)? - before);
         for event in walk.drive.events().iter().filter(|event| event.about == About::Machine) {
             if let Some(on) = event.kind.strip_prefix("impact on ") {
                 let phi = (before + turned * (1.0 - (to - event.time) / step)).rem_euclid(TAU);
                 impulses.push(Impact { follower: event.follower.max(1), phi, on, impulse: event.value.abs() });
+            }
+            if !read.is_empty() {
+                continue;
             }
             times.extend(
                 [event.time - BESIDE * step, event.time + BESIDE * step].iter().filter(|t| from < **t && **t < to),
@@ -507,7 +549,7 @@ fn instants(walk: &mut Walk, period: f64, phi: usize, points: usize) -> Result<I
     }
     times.sort_by(f64::total_cmp);
     times.dedup();
-    Ok(Instants { times, pulls, impulses })
+    Ok(Instants { times, pulls, impulses, columns })
 }
 
 /// The least and the largest of these values.

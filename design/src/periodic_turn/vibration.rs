@@ -125,7 +125,7 @@ impl Turn {
     }
 
     /// The harmonics of an output, in the order of their numbers.
-    fn series(&self, range: &Range) -> Vec<Harmonic> {
+    pub fn series(&self, range: &Range) -> Vec<Harmonic> {
         let step = self.period / POINTS as f64;
         // Only the points of equal times.
         let is_regular = |k: &usize| {

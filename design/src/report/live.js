@@ -81,7 +81,8 @@
     onmessage = async ({ data: { module, files, ...asked } }) => {
       try {
         if (module) {
-          engine = WebAssembly.instantiate(module, {}).then((made) => { const { faults } = ask(made, { files }); if (faults) throw Error(faults[0].text); return made; });
+          const progress = (part) => postMessage({ progress: part });
+          engine = WebAssembly.instantiate(module, { page: { progress } }).then((made) => { const { faults } = ask(made, { files }); if (faults) throw Error(faults[0].text); return made; });
           await engine;
           postMessage({ ready: true });
         } else postMessage({ ...asked, ...ask(await engine, asked) });
@@ -92,14 +93,15 @@
   const files = JSON.parse(get('files').textContent), source = URL.createObjectURL(new Blob([`(${work})()`], { type: 'text/javascript' }));
 
   // A worker that takes the newest request; one that shall not finish the last is replaced.
-  const worker = (sketch, show) => {
+  const worker = (depth, show) => {
     let own, busy, next, opened;
-    const send = () => { busy = next; next = undefined; if (busy) own.postMessage({ values: busy, sketch }); };
+    const send = () => { busy = next; next = undefined; if (busy) own.postMessage({ values: busy, depth: depth() }); };
     const start = () => {
       own = new Worker(source);
       own.postMessage({ module, files });
       [busy, opened] = [[], false];
       own.onmessage = ({ data }) => {
+        if (data.progress) { passed = ` ${Math.round(100 * data.progress)} %`; return; }
         if (data.broken && opened) { own.terminate(); start(); } else busy = undefined;
         opened ||= !!data.ready;
         if (!data.ready && !next) show(data);
@@ -117,18 +119,25 @@
   const fields = [...form.querySelectorAll('input[type=text]')], own = new Map(fields.map((field) => [field.dataset.key, field.defaultValue]));
   const slider = (field) => field.parentNode.querySelector('input[type=range]');
   const changed = () => fields.filter((field) => field.value !== own.get(field.dataset.key)).map((field) => [field.dataset.key, field.value]);
+  const isOf = (key, field) => key && (key === field.dataset.key || ['.', '['].some((sign) => field.dataset.key.startsWith(key + sign)));
   const tell = (faults = []) => {
     for (const field of fields) {
-      const text = faults.filter(({ key }) => key && (key === field.dataset.key || field.dataset.key.startsWith(key + '.'))).map(({ text }) => text).join(' ');
+      const text = faults.filter(({ key }) => isOf(key, field)).map(({ text }) => text).join(' ');
       field.setAttribute('aria-invalid', String(!!text));
       get(field.getAttribute('aria-describedby')).textContent = text;
     }
-    const other = faults.filter(({ key }) => !fields.some((field) => key && (key === field.dataset.key || field.dataset.key.startsWith(key + '.'))));
+    const other = faults.filter(({ key }) => !fields.some((field) => isOf(key, field)));
     if (faults.length) state.textContent = other.map(({ text }) => text).join(' ') || 'A value is not admissible; the page shows the last one that was.';
   };
-  let last = 0, timer;
+  let last = 0, timer, passed = '';
+  // Work that takes longer shows how far it is, or for how long it has been going on.
+  setInterval(() => {
+    const seconds = Math.floor((performance.now() - last) / 1000);
+    if (state.textContent.startsWith('Computing') && seconds) state.textContent = `Computing …${passed || ` ${seconds} s`}`;
+  }, 500);
   const done = (start) => { performance.measure('redraw', { start, end: performance.now() }); };
-  const sketcher = worker(true, ({ html, faults, broken }) => {
+  // The default experiment is on the page if the scene has no periodic motion.
+  const sketcher = worker(() => (live.querySelector('figure[data-key^=run]') ? 'run' : 'sketch'), ({ html, faults, broken }) => {
     tell(faults ?? (broken ? [{ text: broken }] : []));
     if (!html) return;
     for (const figure of parsed(html).querySelectorAll('figure')) {
@@ -138,7 +147,7 @@
     }
     done(last);
   });
-  const student = worker(false, ({ html, faults, broken }) => {
+  const student = worker(() => 'whole', ({ html, faults, broken }) => {
     tell(faults ?? (broken ? [{ text: broken }] : []));
     if (!html) return;
     const open = live.querySelector('details')?.open;
@@ -153,7 +162,7 @@
   const follow = () => {
     const values = changed(), hash = values.map(([key, text]) => `${short(key)}=${encodeURIComponent(text.replace(/^(\S+) /, '$1'))}`).join('&');
     history.replaceState(null, '', hash ? '#' + hash : location.pathname + location.search);
-    last = performance.now();
+    [last, passed] = [performance.now(), ''];
     get('copied').hidden = true;
     sketcher(values);
     state.textContent = 'Computing …';
@@ -181,9 +190,15 @@
   get('copy').addEventListener('click', async () => {
     const area = get('copied');
     let table;
-    const lines = changed().flatMap(([key, text]) => {
+    const written = (text) => (split(text)?.[2] === '' ? text : JSON.stringify(text));
+    // A list is copied whole: its numbers are the fields whose keys end in a bracket.
+    const values = new Map(changed().map(([key, text]) => {
+      const list = key.replace(/\[\d+\]$/, ''), items = fields.filter((field) => field.dataset.key.startsWith(list + '['));
+      return [list, list === key ? written(text) : `[${items.map((field) => written(field.value)).join(', ')}]`];
+    }));
+    const lines = [...values].flatMap(([key, value]) => {
       const parts = key.split('.'), at = parts.findLastIndex((part) => part.endsWith(']')) + 1 || parts.length - 1;
-      const head = parts.slice(0, at).join('.'), value = split(text)?.[2] === '' ? text : JSON.stringify(text);
+      const head = parts.slice(0, at).join('.');
       const title = head === table || !head ? [] : [head.includes('[') ? `# ${head.replace(/\[(\d+)\]/g, ' $1')}` : `[${head}]`];
       table = head;
       return [...title, `${parts.slice(at).join('.')} = ${value}`];

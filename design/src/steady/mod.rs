@@ -5,6 +5,8 @@
 mod report;
 mod tables;
 
+pub use tables::spectra;
+
 use crate::forces::report::LiftOff;
 use crate::overview::{self, Overview, Resonance};
 use crate::periodic_motions::{Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range};
@@ -195,7 +197,7 @@ fn of_turning(resource: &Resource, overview: &Overview) -> SteadyMotions {
 /// The diagrams of the motion of a scene, in the lines of a sketch; none without a motion.
 pub fn sketch(resource: &Resource) -> Vec<(String, Diagram)> {
     let turn = periodic_turn::sketch(&resource.scene);
-    turn.map_or(Vec::new(), |turn| tables::diagrams(&resource.name, &turn))
+    turn.map_or(Vec::new(), |turn| [tables::diagrams(&resource.name, &turn), spectra(&resource.name, &turn)].concat())
 }
 
 impl SteadyMotions {

@@ -113,6 +113,36 @@ pub fn multipliers(turn: &Turn) -> Table {
         .into()
 }
 
+/// Harmonics of a spectrum at least, and the part of the strongest below which it ends.
+const FEWEST: usize = 12;
+const END: f64 = 0.01;
+
+/// The amplitudes of the deformations over the harmonic, a diagram for each unit.
+pub fn spectra(name: &str, turn: &Turn) -> Vec<(String, Diagram)> {
+    let mut all: Vec<(String, Diagram)> = Vec::new();
+    for range in turn.outputs.iter().filter(|range| range.part().0 == "q") {
+        let (series, unit) = (turn.series(range), unit(range));
+        let strongest = series.iter().map(|of| of.amplitude).fold(0.0, f64::max);
+        let count = series.iter().rposition(|of| of.amplitude > END * strongest).map_or(0, |last| last + 1);
+        let shown = &series[..count.max(FEWEST)];
+        // A comb, as one line.
+        let tooth = |of: &Harmonic| [0.0, of.amplitude * unit.factor, 0.0].map(|y| [of.harmonic as f64, y]);
+        let line = Series::line(range.output.clone(), shown.iter().flat_map(tooth));
+        let key = format!("spectrum.{}", unit.key());
+        match all.iter_mut().find(|(other, _)| *other == key) {
+            Some((_, diagram)) => diagram.series.push(line),
+            None => {
+                let axes = [Axis::linear("Harmonic"), Axis::linear(&format!("Amplitude [{}]", unit.name))];
+                all.push((
+                    key,
+                    Diagram::new(format!("Spectrum of the deformation of {name}"), axes, vec![line], Vec::new()),
+                ));
+            }
+        }
+    }
+    all
+}
+
 /// The outputs over the angle, one diagram for each kind and unit.
 pub fn diagrams(name: &str, turn: &Turn) -> Vec<(String, Diagram)> {
     let mut all = Vec::new();
