@@ -135,7 +135,7 @@ pub struct Picture {
 
 /// Width of a diagram, and its height with the legend within the axes, below the title.
 const WIDTH: f64 = 480.0;
-const HEIGHT: f64 = 340.0;
+const HEIGHT: f64 = 300.0;
 /// Room for the numbers and the name of an axis: left of the plot and below it; right of it and above, for what reaches beyond.
 const LEFT: f64 = 84.0;
 const BELOW: f64 = 52.0;
@@ -177,6 +177,15 @@ impl Axis {
     /// The axis from `low` to `high`, whatever the data are.
     pub fn between(self, low: f64, high: f64) -> Self {
         Axis { ends: Some([low, high]), ..self }
+    }
+
+    /// The unit of its label as it follows a number.
+    fn unit(&self) -> String {
+        match self.label.strip_suffix(']').and_then(|label| label.rsplit_once('[')) {
+            Some((_, "°")) => "°".to_owned(),
+            Some((_, unit)) if unit != "1" => format!(" {unit}"),
+            _ => String::new(),
+        }
     }
 
     /// The place of a value on the axis; None off the scale.
@@ -326,7 +335,7 @@ impl Diagram {
         let rules: Vec<(&Rule, rule::Place)> = self.rules.iter().zip(ruled).collect();
         let lines: Vec<Vec<Vec<Point>>> =
             self.series.iter().map(|series| series.lines(|point| place(point).map(|at| frame.at(at)))).collect();
-        rule::draw_rules(&mut shapes, &rules, &frame, lines.concat());
+        rule::draw_rules(&mut shapes, &rules, (&frame, &self.y.unit()), lines.concat());
         for (i, (series, lines)) in self.series.iter().zip(lines).enumerate() {
             let markers = marked(&lines.concat(), series.joined, i, self.series.len() == 1);
             let joined = lines.into_iter().filter(|line| series.joined && line.len() > 1);

@@ -60,7 +60,7 @@ def test_every_block_runs_and_prints_what_stands_there(page, camdrive, tmp_path)
 
 
 # Those that take seconds and need no results of others; other tests run the rest.
-SHORT = re.compile(r"^(?:cargo run --release --|camdrive) ((?:export|check|forces|run|system|cam|clearance) .*examples/.*)$", re.MULTILINE)
+SHORT = re.compile(r"^camdrive ((?:export|check|forces|run|system|cam|clearance) .*examples/.*)$", re.MULTILINE)
 
 
 @pytest.mark.parametrize("page", sorted(ROOT.glob("examples/*/README.md")), ids=lambda page: page.parent.name)

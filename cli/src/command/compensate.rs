@@ -31,11 +31,11 @@ const FORMS: [(&str, Form); 3] = [("auto", Form::Auto), ("series", Form::Series)
 
 /// Correct the cams of a machine for the fluctuation of its speed.
 ///
-/// The laws of the followers in the scene prescribe the motions of the tools over the phase of time 2πt/T; with mechanisms,
-/// [follower.tool] does, or the lever's law with the resulting motion of the tool. The inertia of tools and links makes the speed
-/// of the machine fluctuate; the result is a scene with laws U(φ) that move the tools as prescribed nevertheless. The report shows
-/// the rounds of the classical iteration, the machine with the finished cams, and the same machine at other speeds. A compensation
-/// takes at most 1.2e11 counted operations, about two minutes; a longer one ends with an error that says how far it came.
+/// The laws of the followers prescribe the motions of the tools over the phase of time 2πt/T. After mechanisms, [follower.tool]
+/// prescribes the tool; without it, the motion that the lever's law gives. The inertia of tools and links makes the speed of the
+/// machine fluctuate. The result is a scene with laws U(φ) that still move the tools as prescribed. The report shows the rounds of
+/// the classical iteration, the machine with the finished cams, and the same machine at other speeds. A compensation takes at most
+/// 1.2e11 counted operations, about two minutes; a longer one ends with an error that says how far it came.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

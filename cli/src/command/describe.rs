@@ -98,7 +98,7 @@ fn text(resolved: &Resolved, drive: &mut Described) -> Result<String, Fault> {
         .section("Jumps", overview.jumps.iter().map(Jump::text))
         .section("Contact", overview.lift_offs.iter().map(LiftOff::text))
         .section("Solver and accuracy", documentation.accuracy.iter().map(|(of, text)| format!("{of}: {text}")))
-        .section("Simplifications", &documentation.left_out)
+        .section("Left out", &documentation.left_out)
         .section("Limits", &documentation.limits)
         .section("Default experiment", [format!("stop time {stop} s, step {step} s, tolerance {tolerance}")])
         .text();

@@ -19,6 +19,7 @@ use camdrive_design::report::unit::ONE;
 use camdrive_design::report::{Block, Level, Report, Table, Unit, Verdict, html};
 use camdrive_design::resource::{Described, Scene};
 use camdrive_design::stability::{self, Options};
+use camdrive_design::text::counted;
 use std::path::{Path, PathBuf};
 
 /// Write one page about a scene, a system or a study.
@@ -42,8 +43,8 @@ pub struct Args {
     /// The page [default: NAME.html, for a study study-NAME.html]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Of a scene, or for the points of a study of one: diagrams, figures and verdict that follow sliders for its values; needs the module of the wheel or of
-    /// `packaging/build wasm`
+    /// Diagrams, figures and verdict follow sliders for the values of the scene. The points of a study open this page of their
+    /// scene. Needs the module of the wheel or of `packaging/build wasm`
     #[arg(long)]
     live: bool,
     /// Replace files that no command wrote
@@ -205,22 +206,28 @@ fn glance(scene: &Resolved, drive: &Described) -> Report {
 
 /// The values of the scene, including its loads, and the limits of the model.
 fn model(scene: &Resolved, drive: &mut Described) -> Result<Report, Fault> {
-    let mut report = Report::new(&scene.name, "values of the scene, and simplifications of the model");
+    let mut report = Report::new(&scene.name, "values of the scene, and limits of the model");
     let all = drive.descriptions().to_vec();
-    let mut rows = Vec::new();
+    let (mut rows, mut zeros) = (Vec::new(), 0);
     for (reference, about) in all.iter().enumerate() {
         if about.causality == Causality::Parameter && !about.name.starts_with("solver.") {
-            rows.push((about, written(about, drive.get(reference)?)));
+            match drive.get(reference)? {
+                // A coefficient or a point of a list.
+                0.0 if about.name.ends_with(']') => zeros += 1,
+                value => rows.push((about, written(about, value))),
+            }
         }
     }
+    let zeros = (zeros > 0).then(|| format!("{} of lists are 0 and left out.", counted(zeros, "value")));
     let text = drive.documentation()?;
-    report.lines("Simplifications", text.left_out).lines("Limits", text.limits);
+    report.lines("Left out", text.left_out).lines("Limits", text.limits);
     report.lines("Notes", scene.notes.iter().cloned());
     report.table(
         Table::of("Values", &rows)
             .column("name", "name", ONE, |(about, _)| &about.name)
             .column("value", "value", ONE, |(_, value)| value)
-            .column("meaning", "meaning", ONE, |(about, _)| &about.text),
+            .column("meaning", "meaning", ONE, |(about, _)| &about.text)
+            .below(zeros),
     );
     report.explained.push(Block::Equations("Equations".to_owned(), text.equations));
     report.explain("Solution and accuracy", text.accuracy.into_iter().map(|(of, text)| format!("{of}: {text}")));

@@ -22,10 +22,10 @@ use std::path::PathBuf;
 
 /// Simulate a scene, an FMU or a system; results as CSV or JSON.
 ///
-/// The drive in this tool, the same as in the FMU, simulates a scene; its own library simulates an FMU, also one from another tool.
-/// One line per communication point, including the start; the last step is shortened if the step does not divide the time. Inputs
-/// keep their start values, or follow the table of --input. The parts of a system exchange values as its file says; at the end a
-/// note compares the work on both sides of each shaft.
+/// A scene runs in this tool, with the same drive as in its FMU. An FMU, also one from another tool, runs with its own library.
+/// Prints one line per communication point, including the start; the last step is shorter if the step does not divide the time.
+/// Inputs keep their start values, or follow the table of --input. The parts of a system exchange values as its file says; at the
+/// end a note compares the work on both sides of each shaft.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// Map the speeds at which a drive is kinetically unstable.
 ///
 /// Takes every drive that is an oscillator with periodic coefficients; an elastic input shaft is linearised. Reports whether the
-/// machine may run at its speeds, which speeds to avoid, the damping from which they are stable, how far the load exceeds its
+/// machine may run at its speeds, which speeds to avoid, the least damping at which these are stable, how far the load exceeds its
 /// kinetostatic value and where it resonates; then the unstable speeds by order, the start from rest, the resonances. --explain
 /// adds Floquet multipliers, Hill's matrices and the printed formulas to the exact values.
 ///

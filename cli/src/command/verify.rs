@@ -26,8 +26,8 @@ use std::process::ExitCode;
 /// The FMU's own library computes the results on this computer. An output agrees if it differs nowhere by more than the relative
 /// tolerance of the experiment, times its largest value, plus the last digit of the results. The exit code is 1 if an output does
 /// not agree, if rows of the results are missing, or if the scene inside no longer matches the drive or modelDescription.xml.
-/// Inputs move as in the table inside: phi, w, a turn the shaft twice in a smooth run-up. Every other input rises smoothly; the
-/// last one by 1 in its unit, or by a fraction that leaves a free shaft near its speed, each one before it by half of the next.
+/// Inputs move as in the table inside: phi, w, a turn the shaft twice in a smooth run-up. The other inputs rise smoothly: the last
+/// one by 1 in its unit (by 0.1, 0.01 … if 1 moves a free shaft too far from its speed), each earlier one by half of the next.
 /// Chaotic motions are reproducible only on the same kind of machine.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  camdrive verify guide_bar.fmu")]

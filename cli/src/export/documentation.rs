@@ -33,9 +33,11 @@ pub struct Page<'a> {
 pub fn html(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result<String, Fault> {
     let own = report(resource, drive, page)?;
     let overview = overview::of(resource);
-    let values = overview.report("", "characteristic values");
     let motion = steady::of_overview(resource, &overview).map(|motion| motion.report());
-    let parts: Vec<Report> = [own, values].into_iter().chain(motion).collect();
+    let values = overview.report("", "characteristic values");
+    let mut interface = Report::new("", "variables");
+    interface.table(variables(drive)?);
+    let parts: Vec<Report> = [own].into_iter().chain(motion).chain([values, interface]).collect();
     Ok(html::page_without_script(&resource.name, &parts))
 }
 
@@ -62,8 +64,7 @@ fn report(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result
     report.lines("Connect it", connections(drive)).lines("Signs and units", signs(drive.descriptions()));
     report.body.push(usage(name, drive));
     report.body.push(Block::Equations("Equations".to_owned(), documentation.equations));
-    report.lines("Simplifications", documentation.left_out);
-    report.table(variables(drive)?);
+    report.lines("Left out", documentation.left_out);
     let rows: Vec<_> = documentation.accuracy.into_iter().map(|(quantity, text)| vec![quantity, text]).collect();
     let mut accuracy = words("Solution and accuracy", &["Quantity", "Statement"], &rows);
     accuracy.below = solution(drive.input_derivative_order());
@@ -285,9 +286,10 @@ fn solution(input_derivatives: usize) -> Vec<String> {
         "Communication steps may have any length and may vary. The state can be saved, restored and serialised. \
          A call takes at most 32 kB of the stack of its thread."
             .to_owned(),
-        "Output derivatives up to order 2 and directional derivatives at communication points are analytic; before the \
-         start, where they exist for parameters as well, these are extrapolated differences of the start values, with about \
-         ten correct digits where those depend smoothly on the parameter."
+        "At communication points output derivatives up to order 2 and directional derivatives are analytic."
+            .to_owned(),
+        "Before the start directional derivatives are extrapolated differences of the start values, also for parameters. \
+         About ten digits are correct if the start values depend smoothly on the parameter."
             .to_owned(),
     ];
     if input_derivatives > 0 {
@@ -306,7 +308,7 @@ fn variables(drive: &mut AnyDrive) -> Result<Table, Fault> {
         Ok(vec![d.name.clone(), kind_of(d), unit(&d.kind).to_owned(), start, range(&d.kind), d.text.clone()])
     };
     let rows: Result<Vec<Vec<String>>, Fault> = descriptions.iter().enumerate().map(row).collect();
-    Ok(words("Variables", &["Name", "Kind", "Unit", "Start", "Range", "Description"], &rows?))
+    Ok(words("Variables of the FMU", &["Name", "Kind", "Unit", "Start", "Range", "Description"], &rows?))
 }
 
 /// "parameter", "tunable parameter", "input" …, with a mark for a state.

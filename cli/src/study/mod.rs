@@ -16,7 +16,7 @@ use camdrive_design::study::measure::{FORMS, Measure};
 use camdrive_design::study::plan::{MOST_ROWS, Samples, Sampling, Spread, grid, places};
 use camdrive_design::study::run::{Span, Window};
 use camdrive_design::study::single::Runner;
-use camdrive_design::text::{self, counted};
+use camdrive_design::text::{self, counted, sentence};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
@@ -900,7 +900,7 @@ impl Study {
             let found = scene::resolve_document(&self.place.display().to_string(), document, &scene.folder);
             let found = found.map(|scene| warnings(&scene)).unwrap_or_default();
             let new = found.into_iter().filter(|warning| !own.contains(warning));
-            new.map(move |warning| format!("run {row}: {}; {}", warning.message, warning.hint)).collect::<Vec<_>>()
+            new.map(move |warning| format!("run {row}: {} {}", sentence(&warning.message), sentence(&warning.hint))).collect::<Vec<_>>()
         };
         [0, self.rows() - 1].into_iter().take(self.rows().min(2) as usize).flat_map(of_run).collect()
     }

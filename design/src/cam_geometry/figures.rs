@@ -32,7 +32,7 @@ pub fn pressure(shape: &Shape) -> Diagram {
     }
     let limit = shape.plan.limits.pressure;
     let curves = shape.cams.iter().map(|c| curve(named("cam", c.name), &c.cam, |at| at.pressure));
-    let limit = Rule::Horizontal(limit, format!("admissible {}°", (1e6 * limit.to_degrees()).round() / 1e6));
+    let limit = Rule::Horizontal(limit, "admissible".to_owned());
     let axes = [angle(), Axis::linear("Pressure angle [rad]")];
     Diagram::new(format!("Pressure angle of {}", shape.name), axes, curves.collect(), vec![limit])
 }

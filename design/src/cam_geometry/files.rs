@@ -351,7 +351,7 @@ pub fn svg(title: &str, drawn: &[CamDrawing<'_>]) -> String {
         let least = drawn.iter().map(|cam| cam.radii()[0]).fold(f64::INFINITY, f64::min);
         sheet.rotation(first, least);
         let turns = if first.cam.sense > 0.0 { "counter-clockwise" } else { "clockwise" };
-        notes.push(format!("Scale 1 : 1, drawn at φ = 0, the cam turns {turns}; lengths in mm"));
+        notes.push(format!("Drawn at φ = 0, the cam turns {turns}; lengths in mm"));
     }
     notes.extend(drawn.iter().map(CamDrawing::dimensions));
     let (mut low, mut high) = (Point::new(-ring, -ring), Point::new(ring, ring));

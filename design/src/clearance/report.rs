@@ -117,7 +117,7 @@ impl Study {
             (None, _) => "Further impacts may follow: the settled motion is unknown".to_owned(),
         };
         verdict.result(level, format!("{told}."));
-        verdict.result(level, format!("The contact opens {count} a turn from permanent contact, at {opened}."));
+        verdict.result(level, format!("Without earlier vibration the contact opens {count} a turn, at {opened}."));
         if let Some(hardest) = self.hardest() {
             let at = places(
                 [hardest.release + hardest.angle * machine.speed.signum()].map(|phi| phi.rem_euclid(TAU)).into_iter(),

@@ -203,7 +203,7 @@ impl Overview {
             }
         }
         for pull in turn.pulls() {
-            self.minds(Level::Mind, pull, HOLD.to_owned());
+            self.minds(Level::Mind, pull.trim_end_matches('.').to_owned(), HOLD.to_owned());
         }
     }
 
@@ -211,7 +211,7 @@ impl Overview {
     fn is_unstable(&mut self, resource: &Resource, turn: &Turn) {
         let growth = turn.growth.filter(|growth| *growth >= NEUTRAL);
         let (speed, linear) = (text::rpm(turn.mean_speed), linear(&resource.scene));
-        let hint = "`camdrive stability` lists the unstable speeds, and the damping that makes them stable".to_owned();
+        let hint = "`camdrive stability` lists the unstable speeds, and the damping that stabilises them".to_owned();
         match (growth, linear) {
             (Some(growth), None) if oscillator::of(&resource.scene).is_ok() => {
                 self.minds(Level::Bad, must_not_run(turn.mean_speed, growth.exp()), hint);
@@ -276,7 +276,7 @@ impl Overview {
             }
             let (message, hint) = match near {
                 _ if has_impacts => (
-                    format!("{of}impacts raise the deformation to {largest}, without vibration it is {without}"),
+                    format!("{of}impacts raise the deformation from {without} to {largest}"),
                     match resource.scene.is_one_sided(j.saturating_sub(1)) {
                         true => HOLD.to_owned(),
                         false => format!("choose another speed, more damping ({damping}) or less clearance"),
@@ -302,7 +302,7 @@ impl Overview {
                         )
                     });
                     (
-                        format!("{of}vibration raises the deformation to {largest}, without it {without}{near}"),
+                        format!("{of}vibration raises the deformation from {without} to {largest}{near}"),
                         format!("choose a smoother law, a higher natural frequency or more damping ({damping})"),
                     )
                 }

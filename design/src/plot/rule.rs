@@ -23,8 +23,8 @@ pub type Obstacles = Vec<Vec<Point>>;
 /// The place of a rule along the axes: x of an upright line, y of a level one.
 pub type Place = [Option<f64>; 2];
 
-/// Draws the rules at these places into the frame.
-pub fn draw_rules(shapes: &mut Vec<Shape>, rules: &[(&Rule, Place)], frame: &Frame, data: Obstacles) {
+/// Draws the rules at these places into the frame; values beyond it have the unit of the axis.
+pub fn draw_rules(shapes: &mut Vec<Shape>, rules: &[(&Rule, Place)], (frame, unit): (&Frame, &str), data: Obstacles) {
     let [[left, right], [bottom, top]] = frame.ends;
     let [[first, last], [low, high]] = frame.ranges;
     let mut obstacles = data;
@@ -41,7 +41,7 @@ pub fn draw_rules(shapes: &mut Vec<Shape>, rules: &[(&Rule, Place)], frame: &Fra
                 let arrow = if *y > high { "↑ " } else { "↓ " };
                 let is_seen = (low..=high).contains(y);
                 if !name.is_empty() {
-                    let beyond = || format!("{arrow}{name}: {}", number(*value));
+                    let beyond = || format!("{arrow}{name}: {}{unit}", number(*value));
                     level.push((if is_seen { name.clone() } else { beyond() }, at));
                 }
                 if is_seen { vec![[left, at], [right, at]] } else { continue }
@@ -129,7 +129,7 @@ mod tests {
             rules.iter().zip([200.0, 225.0, 210.0, 390.0].map(|x| [Some(x), None])).collect();
         let frame = Frame { ends: [[0.0, 400.0], [300.0, 20.0]], ranges: [[0.0, 400.0], [0.0, 1.0]] };
         let mut shapes = Vec::new();
-        draw_rules(&mut shapes, &placed, &frame, Vec::new());
+        draw_rules(&mut shapes, &placed, (&frame, "°"), Vec::new());
         let names: Vec<(f64, &str)> = shapes
             .iter()
             .filter_map(|shape| match shape {
@@ -146,7 +146,7 @@ mod tests {
         let rules = ["limit", ""].map(|name| Rule::Horizontal(7.0, name.to_owned()));
         let placed: Vec<(&Rule, Place)> = rules.iter().map(|rule| (rule, [None, Some(7.0)])).collect();
         let mut shapes = Vec::new();
-        draw_rules(&mut shapes, &placed, &frame, Vec::new());
-        assert!(matches!(&shapes[..], [Shape::Text { text, .. }] if text == "↑ limit: 7"), "{shapes:?}");
+        draw_rules(&mut shapes, &placed, (&frame, "°"), Vec::new());
+        assert!(matches!(&shapes[..], [Shape::Text { text, .. }] if text == "↑ limit: 7°"), "{shapes:?}");
     }
 }

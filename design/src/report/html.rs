@@ -216,11 +216,13 @@ fn columns(xml: &mut Xml, content: impl FnOnce(&mut Xml)) {
     xml.element("div", &[("class", "columns".to_owned())], content);
 }
 
-/// More rows than this may go on in the next column.
-const LONG: usize = 40;
+/// More rows than this may go on in the next column, on paper more rows than that.
+const LONG: usize = 14;
+const LONG_ON_PAPER: usize = 40;
 
 /// Letters that fit side by side into a column, and those that the edges of a cell take.
 const COLUMN: usize = 66;
+const COLUMN_ON_PAPER: usize = 74;
 const EDGES: usize = 2;
 
 /// A cell of words needs no more letters than this: they wrap.
@@ -231,7 +233,9 @@ fn blocks(xml: &mut Xml, blocks: &[Block], script: bool) {
     let class = |part: &Block| match part {
         Block::Table(table) if table.title.is_empty() || table.rows.is_empty() => None,
         Block::Lines(_, lines) if lines.is_empty() => None,
+        Block::Table(table) if letters(table) > COLUMN_ON_PAPER => Some("block whole wide"),
         Block::Table(table) if letters(table) > COLUMN => Some("block wide"),
+        Block::Table(table) if table.rows.len() > LONG_ON_PAPER => Some("block long paper"),
         Block::Table(table) if table.rows.len() > LONG => Some("block long"),
         _ => Some("block"),
     };

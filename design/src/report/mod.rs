@@ -130,12 +130,13 @@ impl Verdict {
             }
         }
         minded.sort_by_key(|(level, _)| std::cmp::Reverse(*level));
-        // Several studies find that a follower lifts off.
-        let mut lifted = Vec::new();
+        // Several studies find that a follower lifts off, or that no motion repeats.
+        let mut found = Vec::new();
         minded.retain(|(_, sentence)| {
-            let who = sentence.split_once(" lifts off its cam").map(|(who, _)| who);
-            let is_new = who.is_none_or(|who| !lifted.contains(&who));
-            lifted.extend(who);
+            let fact = [" lifts off its cam", " does not repeat"].iter().find_map(|fact| sentence.find(fact));
+            let fact = fact.map(|end| &sentence[..end]);
+            let is_new = fact.is_none_or(|fact| !found.contains(&fact));
+            found.extend(fact);
             is_new
         });
         let mut all = Verdict::default();

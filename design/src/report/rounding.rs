@@ -52,10 +52,10 @@ impl Rounding {
         if high.is_finite() { (DIGITS..EXACT).find(fits).unwrap_or(EXACT) } else { DIGITS }
     }
 
-    /// "157 to 208", "from 720 on".
+    /// "157 to 208", "above 720".
     pub(super) fn text(self, ends: [f64; 2], digits: usize, named: &dyn Fn(String) -> String) -> String {
         match (self.ends(ends, digits), ends[1].is_finite()) {
-            ([low, _], false) => format!("from {} on", named(low)),
+            ([low, _], false) => format!("above {}", named(low)),
             ([low, high], true) if low == high => named(low),
             ([low, high], true) => format!("{low} to {}", named(high)),
         }
@@ -82,7 +82,7 @@ impl Rounding {
         list
     }
 
-    /// "157 to 208 rpm, from 720 rpm on", the first of them where there are many.
+    /// "157 to 208 rpm, above 720 rpm", the first of them where there are many.
     pub fn list(self, intervals: &[Rounded], unit: &Unit) -> String {
         let one = |of: &Rounded| self.text(of.ends.map(|end| end * unit.factor), of.digits, &|text| unit.after(text));
         let mut texts: Vec<String> = intervals.iter().take(LISTED).map(one).collect();
@@ -116,7 +116,7 @@ mod tests {
             ([12.34, 207.29], "12.3 to 208 rpm", "12.4 to 207 rpm"),
             ([0.0, 207.29], "0 to 208 rpm", "0 to 207 rpm"),
             ([-12.34, 207.29], "-12.4 to 208 rpm", "-12.3 to 207 rpm"),
-            ([1623.34, f64::INFINITY], "from 1620 rpm on", "from 1630 rpm on"),
+            ([1623.34, f64::INFINITY], "above 1620 rpm", "above 1630 rpm"),
             // Digits that keep the length.
             ([207.19, 207.34], "207.19 to 207.34 rpm", "207.19 to 207.34 rpm"),
             ([207.191, 207.342], "207.19 to 207.35 rpm", "207.2 to 207.34 rpm"),

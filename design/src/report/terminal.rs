@@ -11,7 +11,7 @@ pub fn shown(value: f64, unit: &Unit) -> String {
     unit.after(text::number(value * unit.factor))
 }
 
-/// An interval for people: "12.1 to 13.4 rpm", "from 12.1 rpm on", in as many digits as distinguish its ends.
+/// An interval for people: "12.1 to 13.4 rpm", "above 12.1 rpm", in as many digits as distinguish its ends.
 pub fn range(ends: [f64; 2], unit: &Unit) -> String {
     interval(ends.map(|end| end * unit.factor), &|text| unit.after(text))
 }
@@ -33,7 +33,7 @@ fn decimals([low, high]: [f64; 2]) -> Option<usize> {
 
 fn interval([low, high]: [f64; 2], named: &dyn Fn(String) -> String) -> String {
     if high.is_infinite() {
-        return format!("from {} on", named(text::number(low)));
+        return format!("above {}", named(text::number(low)));
     }
     let Some(decimals) = decimals([low, high]) else {
         return format!("{} to {}", text::number(low), named(text::number(high)));

@@ -221,12 +221,12 @@ impl StabilityAnalysis {
         let Oscillator { natural_frequency: w0, damping_ratio: theta, mean_inertia, .. } = self.oscillator;
         let most = orders.iter().map(|order| order.critical_damping.unwrap_or(f64::INFINITY)).fold(0.0, f64::max);
         if most.is_infinite() {
-            verdict.result(Level::Mind, "No damping makes all of these speeds stable.");
+            verdict.result(Level::Mind, "Damping alone cannot make all these speeds stable.");
             return;
         }
         let ratio = Setting::at_least("elasticity.damping_ratio", most, &ONE, DIGITS);
         let now = digits_beyond(theta, DIGITS + 1, false);
-        let text = format!("A damping ratio of {} or more makes them stable (now {now}).", ratio.value);
+        let text = format!("Raise the damping ratio to {} (now {now}): these speeds are then stable.", ratio.value);
         let b = |ratio: &WrittenValue| {
             if let WrittenValue::Number(ratio) = ratio { 2.0 * mean_inertia * w0 * ratio } else { f64::NAN }
         };
@@ -299,7 +299,7 @@ impl StabilityAnalysis {
         let (first, last) = (self.listed(false).next()?, self.listed(false).next_back()?);
         let largest = self.listed(false).filter_map(|order| order.critical_damping).fold(0.0, f64::max);
         let which = if first.j == last.j { first.j.to_string() } else { format!("{} to {}", first.j, last.j) };
-        Some(format!("Order {which}: stable from a damping ratio of {} on.", digits_beyond(largest, DIGITS, true)))
+        Some(format!("Stable with a damping ratio of {} or more: order {which}.", digits_beyond(largest, DIGITS, true)))
     }
 
     fn starts(&self) -> Table {

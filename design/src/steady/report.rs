@@ -90,7 +90,7 @@ impl SteadyMotions {
                 verdict.result(
                     level,
                     match self.motor.is_some() || first.speeds.fluctuation() > 0.0 {
-                        true => format!("The machine runs at {speed} rpm on the mean; {}.", fluctuation(&first.speeds)),
+                        true => format!("The machine runs at {speed} rpm on average; {}.", fluctuation(&first.speeds)),
                         false => format!("At {speed} rpm the motion repeats every turn."),
                     },
                 );
@@ -125,7 +125,7 @@ impl SteadyMotions {
                 verdict.result(
                     Level::Good,
                     format!(
-                        "Without a motor the machine turns at any speed; at {speed} rpm on the mean {}.",
+                        "Without a motor the machine turns at any speed. At {speed} rpm on average {}.",
                         fluctuation(free)
                     ),
                 );

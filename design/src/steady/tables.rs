@@ -14,7 +14,7 @@ const DIAGRAMS: [(&[&str], &str, &str); 5] = [
     (&["x", "U", "y"], "motion", "Law and tool"),
     (&["q", "gap"], "deformation", "Deformation and gap"),
     (&["force", "contact_force"], "force", "Force"),
-    (&["tau"], "tau", "Torque of the followers"),
+    (&["tau"], "tau", "Torque from the shaft"),
     (&["M_an"], "motor", "Torque of the motor"),
 ];
 

@@ -54,9 +54,25 @@ struct Measured {
     runs: Option<[usize; 2]>,
     #[serde(skip)]
     unit: String,
+    /// The numbers of runs below and above 0.
+    #[serde(skip)]
+    signs: [u64; 2],
     /// How these runs differ from others.
     #[serde(skip)]
     varied: [Vec<Value>; 2],
+}
+
+impl Measured {
+    /// In how many runs a contact opens: gaps and impacts are then above 0, the least force of a cam below 0.
+    fn opened(&self) -> String {
+        match (self.least, self.largest, self.signs) {
+            (Some(0.0), _, [_, above]) => format!("; above 0 in {}", counted(above, "run")),
+            (_, Some(0.0..), [below, _]) if self.measure.starts_with("min ") => {
+                format!("; below 0 in {}", counted(below, "run"))
+            }
+            _ => String::new(),
+        }
+    }
 }
 
 impl Findings {
@@ -99,6 +115,8 @@ impl Findings {
             for (end, extreme) in ends.filter(|(end, _)| is_new[*end]) {
                 (*extreme, runs[end], of.varied[end]) = (Some(value), run, varied.to_vec());
             }
+            of.signs[0] += u64::from(value < 0.0);
+            of.signs[1] += u64::from(value > 0.0);
             let mean = of.mean.unwrap_or(0.0);
             of.mean = Some(mean + (value - mean) / self.ok as f64);
         }
@@ -134,7 +152,7 @@ impl Findings {
                 true => format!("{}: {} in each run.", of.measure, shown(least, &unit)),
                 false => {
                     let (range, mean) = (range([least, largest], &unit), among(mean, [least, largest], &unit));
-                    format!("{}: {range} (runs {low} and {high}), {mean} on average.", of.measure)
+                    format!("{}: {range} (runs {low} and {high}), {mean} on average{}.", of.measure, of.opened())
                 }
             };
             verdict.result(level, said);
