@@ -48,7 +48,7 @@ impl ReportFormat {
         if let Some(folder) = folder {
             let diagrams = report.figures.iter_mut().filter_map(|figure| match &mut figure.picture {
                 Picture::Diagram(diagram) => Some((figure.key.as_str(), diagram)),
-                Picture::Svg(_) => None,
+                Picture::Drawing(..) => None,
             });
             inputs.extend(measured.map_or(Ok(Vec::new()), |measured| measured.lay_over(diagrams))?);
             let page = html::page(&report.name, std::slice::from_ref(&report));

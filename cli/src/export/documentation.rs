@@ -56,7 +56,7 @@ fn report(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result
     let curves = drive.curves();
     if !curves.is_empty() {
         let titles: Vec<&str> = curves.iter().map(|curve| curve.title.as_str()).collect();
-        figure(&mut report, &picture::of_curves(name, model, &curves), &titles.join(", "));
+        figure(&mut report, picture::of_curves(name, model, &curves), &titles.join(", "));
     }
     if let Some(results) = page.results {
         experiment(&mut report, drive, results);
@@ -87,8 +87,8 @@ fn words(title: &str, heads: &[impl AsRef<str>], rows: &[Vec<String>]) -> Table 
     table.into()
 }
 
-fn figure(report: &mut Report, drawing: &Drawing, label: &str) {
-    report.drawing("", drawing.svg(label, picture::SCALE));
+fn figure(report: &mut Report, drawing: Drawing, label: &str) {
+    report.drawing("", drawing, label, picture::SCALE);
 }
 
 /// The outputs over the default experiment.
@@ -111,7 +111,7 @@ fn experiment(report: &mut Report, drive: &AnyDrive, results: &Results) {
     ));
     report.lines("Default experiment", lines);
     if let Some((drawing, label)) = results.diagram() {
-        figure(report, &drawing, &label);
+        figure(report, drawing, &label);
     }
 }
 

@@ -900,7 +900,8 @@ impl Study {
             let found = scene::resolve_document(&self.place.display().to_string(), document, &scene.folder);
             let found = found.map(|scene| warnings(&scene)).unwrap_or_default();
             let new = found.into_iter().filter(|warning| !own.contains(warning));
-            new.map(move |warning| format!("run {row}: {} {}", sentence(&warning.message), sentence(&warning.hint))).collect::<Vec<_>>()
+            new.map(move |warning| format!("run {row}: {} {}", sentence(&warning.message), sentence(&warning.hint)))
+                .collect::<Vec<_>>()
         };
         [0, self.rows() - 1].into_iter().take(self.rows().min(2) as usize).flat_map(of_run).collect()
     }

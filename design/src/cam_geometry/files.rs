@@ -333,7 +333,7 @@ fn down(p: Point) -> [f64; 2] {
 /// The cam as a drawing in its true size, readable without colours: contours thick (the second cam's dashed); path of the
 /// roller's centre, base circle, hub and centre lines thin; roller and lever at φ = 0, largest radius, sense of rotation.
 /// Around it the angles φ at which a mark points at the first roller.
-pub fn svg(title: &str, drawn: &[CamDrawing<'_>]) -> String {
+pub fn drawing(title: &str, drawn: &[CamDrawing<'_>]) -> Drawing {
     let curves = || drawn.iter().flat_map(|cam| cam.curves().flat_map(|side| cam.points(side)));
     let largest = curves().map(Point::norm).fold(0.0, f64::max);
     let mut sheet = Sheet { shapes: Vec::new(), letter: LETTERS[0].max(LETTERS[1] * largest) };
@@ -362,7 +362,7 @@ pub fn svg(title: &str, drawn: &[CamDrawing<'_>]) -> String {
         low = Point::new(low.re.min(p.re - ROOM), low.im.min(p.im));
         high = Point::new(high.re.max(p.re + ROOM), high.im.max(p.im));
     }
-    sheet.framed(&notes, low, high).svg(&format!("Cam of {title}"), 1.0)
+    sheet.framed(&notes, low, high)
 }
 
 /// A cam as CSV: one line for each of its angles, with the centre of roller or cutter also in polar coordinates r(β) of the cam.

@@ -201,7 +201,7 @@ impl<'a> CamSet<'a> {
             shape.judge(self.scene, &mut report.verdict);
             shape.tables(self.scene).for_each(|table| report.body.push(Block::Table(table)));
             let of = shape.name.strip_prefix(self.scene).unwrap_or_default().trim_start_matches('.');
-            report.drawing(of, files::svg(&shape.name, &shape.drawn()));
+            report.drawing(of, files::drawing(&shape.name, &shape.drawn()), &format!("Cam of {}", shape.name), 1.0);
             for (key, diagram) in shape.diagrams() {
                 report.diagram(&if of.is_empty() { key.to_owned() } else { format!("{of}.{key}") }, diagram);
             }

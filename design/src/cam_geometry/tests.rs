@@ -1,7 +1,7 @@
 //! Circles, the formulas of the lever in real quantities, cusps and crossings, rollers on their contours, files read back.
 
 use super::checks::{findings, worst};
-use super::files::{CamDrawing, csv, dxf, svg};
+use super::files::{CamDrawing, csv, drawing, dxf};
 use super::*;
 use crate::report::Level;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, StandardLaw};
@@ -432,7 +432,7 @@ fn files_hold_the_contours() {
         }
     }
     assert!((circles[0].0 - cam.at(0.0).unwrap().centre).norm() < 1e-10 && circles[0].1 == 0.02);
-    let drawing = svg("a < b & c", &drawn);
+    let drawing = drawing("a < b & c", &drawn).svg("Cam of a < b & c", 1.0);
     let mut reader = quick_xml::Reader::from_str(&drawing);
     while !matches!(reader.read_event().unwrap(), quick_xml::events::Event::Eof) {}
     assert!(drawing.contains("mm\" viewBox") && drawing.contains("Cam of a &lt; b &amp; c"));

@@ -6,7 +6,7 @@
 use super::table::{Column, Table, Value};
 use super::terminal::{cells, seen};
 use super::{Block, Figure, Level, Picture, Report, formula};
-use crate::drawing::{Drawing, Frame, Point, Shape};
+use crate::drawing::{self, Drawing, Frame, Point, Shape};
 use crate::plot::{Axis, Diagram, PAGE, Scale};
 use crate::xml::writer::Xml;
 
@@ -34,6 +34,9 @@ const STILL: &str = "The parts below show the scene as its file has it.";
 
 /// The largest distance (pixels) of a line from a point that it leaves out.
 const TOLERANCE: f64 = 0.1;
+
+/// 96 pixels are an inch.
+const MM_OF_PIXEL: f64 = 25.4 / 96.0;
 
 /// One page of reports on the thing of this name.
 pub fn page(name: &str, reports: &[Report]) -> String {
@@ -360,7 +363,11 @@ fn full(value: &Value, column: &Column) -> Option<String> {
 fn picture(xml: &mut Xml, figure: &Figure, script: bool) {
     match &figure.picture {
         Picture::Diagram(content) => diagram(xml, &figure.key, content, script),
-        Picture::Svg(svg) => xml.element("figure", &[], |xml| xml.markup(svg)),
+        Picture::Drawing(drawing, label, scale) => {
+            let mut drawing = drawing.clone();
+            thin(&mut drawing);
+            xml.element("figure", &[], |xml| xml.markup(&drawing.svg(label, *scale)));
+        }
     }
 }
 
@@ -411,20 +418,21 @@ fn values(line: &[Point], frame: &Frame, axes: [&Axis; 2]) -> String {
         }
     };
     let point = |[x, y]: &Point| format!("{},{}", value(0, *x), value(1, *y));
-    thinned(line).iter().map(point).collect::<Vec<_>>().join(" ")
+    thinned(line, TOLERANCE).iter().map(point).collect::<Vec<_>>().join(" ")
 }
 
 /// Leaves out the points of lines that nobody sees.
 fn thin(drawing: &mut Drawing) {
+    let tolerance = if drawing.unit == drawing::Unit::Millimetre { TOLERANCE * MM_OF_PIXEL } else { TOLERANCE };
     for shape in &mut drawing.shapes {
         if let Shape::Line { points, .. } | Shape::Area { points, .. } = shape {
-            *points = thinned(points);
+            *points = thinned(points, tolerance);
         }
     }
 }
 
 /// The points of a line from which none of the others is farther away than the tolerance (Douglas and Peucker).
-fn thinned(points: &[Point]) -> Vec<Point> {
+fn thinned(points: &[Point], tolerance: f64) -> Vec<Point> {
     let mut kept = vec![false; points.len()];
     let mut open = vec![(0, points.len().saturating_sub(1))];
     while let Some((from, to)) = open.pop() {
@@ -432,7 +440,7 @@ fn thinned(points: &[Point]) -> Vec<Point> {
             kept.get_mut(end).into_iter().for_each(|kept| *kept = true);
         }
         let far = (from + 1..to).map(|i| (distance(points[i], points[from], points[to]), i));
-        if let Some((_, i)) = far.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(far, _)| !(*far <= TOLERANCE)) {
+        if let Some((_, i)) = far.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(far, _)| !(*far <= tolerance)) {
             open.extend([(from, i), (i, to)]);
         }
     }
@@ -494,11 +502,11 @@ mod tests {
     fn curves_have_the_points_that_are_seen() {
         let sine: Vec<Point> =
             (0..=3600).map(|i| f64::from(i) / 10.0).map(|x| [x, 150.0 * x.to_radians().sin()]).collect();
-        let few = thinned(&sine);
+        let few = thinned(&sine, TOLERANCE);
         assert!(few.len() < 100 && few[0] == sine[0] && few.last() == sine.last());
         let missed =
             |p: &Point| few.windows(2).map(|ends| distance(*p, ends[0], ends[1])).fold(f64::INFINITY, f64::min);
         assert!(sine.iter().map(missed).fold(0.0, f64::max) <= TOLERANCE);
-        assert!(thinned(&[]).is_empty() && thinned(&few[..1]) == few[..1]);
+        assert!(thinned(&[], TOLERANCE).is_empty() && thinned(&few[..1], TOLERANCE) == few[..1]);
     }
 }

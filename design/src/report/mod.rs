@@ -11,6 +11,7 @@ pub mod terminal;
 pub mod unit;
 
 use crate::documentation::Equation;
+use crate::drawing::Drawing;
 use crate::plot::Diagram;
 use crate::text;
 pub use advice::{Advice, Claim, Reach, Setting, WrittenValue};
@@ -68,8 +69,8 @@ pub enum Block {
 pub enum Picture {
     /// Curves over axes.
     Diagram(Diagram),
-    /// A drawing, as SVG.
-    Svg(String),
+    /// A drawing with its label for screen readers, shown so many times as large.
+    Drawing(Drawing, String, f64),
 }
 
 /// A diagram or a drawing under the ending of its file, "load" of NAME.load.svg.
@@ -211,8 +212,8 @@ impl Report {
     }
 
     /// Adds a drawing.
-    pub fn drawing(&mut self, key: &str, svg: String) -> &mut Self {
-        self.figures.push(Figure { key: key.to_owned(), picture: Picture::Svg(svg) });
+    pub fn drawing(&mut self, key: &str, drawing: Drawing, label: &str, scale: f64) -> &mut Self {
+        self.figures.push(Figure { key: key.to_owned(), picture: Picture::Drawing(drawing, label.to_owned(), scale) });
         self
     }
 
@@ -239,7 +240,7 @@ impl Picture {
     pub fn svg(&self) -> String {
         match self {
             Picture::Diagram(diagram) => diagram.svg(),
-            Picture::Svg(svg) => svg.clone(),
+            Picture::Drawing(drawing, label, scale) => drawing.svg(label, *scale),
         }
     }
 }
