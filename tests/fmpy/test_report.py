@@ -244,8 +244,14 @@ def test_pages_and_diagrams_are_dark_where_the_reader_wants_it(folder, page):
     assert all(value < 80 for value in shown["", "dark"]), shown
 
 
-def test_a_simple_drive_prints_on_four_pages(folder, page):
-    page.open(folder / "scene.html", 1600)
+@pytest.mark.parametrize("name", ["README", "guide_bar", "tappet", "backlash_drive", "transfer_manipulator", "valve_train", "rod_drive"])
+def test_a_drive_with_one_follower_prints_on_four_pages(page, tmp_path, name):
+    scene = EXAMPLES / name / "scene.toml"
+    if name == "README":
+        scene = tmp_path / "guide_bar.toml"
+        scene.write_text(re.search("```toml\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)[1])
+    subprocess.run([CAMDRIVE, "report", str(scene), "-o", "page.html"], check=True, capture_output=True, cwd=tmp_path)
+    page.open(tmp_path / "page.html", 1600)
     paper = base64.b64decode(page.call("Page.printToPDF", preferCSSPageSize=True)["data"])
     assert 1 <= len(re.findall(rb"/Type */Page\b", paper)) <= 4
 

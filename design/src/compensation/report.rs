@@ -337,7 +337,7 @@ impl Compensation {
             .first()
             .map_or(String::new(), |round| format!(" ({} with cams for uniform speed)", share(deviation(round))));
         let after = share(after);
-        let told = format!("Tool accelerations deviate from the prescribed ones by at most {after}{before}.");
+        let told = format!("The acceleration of a tool deviates from the prescribed one by at most {after}{before}.");
         verdict.result(Level::Good, told);
         let (speed, period) = (range(self.speed, &RPM), time(self.period));
         let part = shown((self.speed[1] - self.speed[0]).abs() * self.period / TAU, &PERCENT);
@@ -354,7 +354,7 @@ impl Compensation {
             let (worst, part) = (share(worst), shown(part, &PERCENT));
             verdict.result(
                 Level::Good,
-                format!("The same cams deviate by up to {worst} at other speeds (at {part} of this one)."),
+                format!("At other speeds it deviates by up to {worst} (at {part} of this speed)."),
             );
             verdict.advice("Compensate again for another speed (`--period`).");
         }
