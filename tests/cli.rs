@@ -307,14 +307,8 @@ fn check_tells_what_a_scene_amounts_to_and_finds_nothing_odd_in_ours() {
     let arguments: Vec<&str> = std::iter::once("check").chain(scenes.iter().map(String::as_str)).collect();
     let run = camdrive(&arguments);
     // Nothing is advised but where a follower is meant to leave its cam, where vibration is strong, and where no motion repeats.
-    let minded = [
-        "lifts off its cam",
-        "would lift off its cam",
-        "Resonance with harmonic",
-        "Vibration raises",
-        "does not repeat",
-        "without damping",
-    ];
+    let minded =
+        ["lifts off its cam", "Resonance with harmonic", "Vibration raises", "does not repeat", "without damping"];
     let reports: Vec<&str> = run.out.split(" ok\n").filter(|report| report.contains("\nAdvice\n")).collect();
     assert!(run.code == 0 && reports.len() > 3, "{}", run.out);
     assert!(reports.iter().all(|report| minded.iter().any(|text| report.contains(text))), "{}", run.out);
@@ -2887,7 +2881,10 @@ fn clearance_refuses_what_has_none() {
         (vec!["examples/transfer_manipulator/scene.toml"], "ElasticCamDrive.shaft"),
         (vec!["examples/valve_train/scene.toml"], "write a follower of a machine or a train as a scene of its own"),
         (vec![elastic, "--clearance", "1 mm"], "= hint: give --clearance and --m1"),
-        (vec![elastic, "--clearance", "1 mm", "--m1", "0 kg"], "m1: 0 kg is not greater than 0"),
+        (
+            vec![elastic, "--clearance", "1 mm", "--m1", "0 kg"],
+            "--m1: \"0 kg\" is out of range\n  = admissible: greater than 0 kg",
+        ),
         (vec!["examples/guide_bar/run_up.toml", "--clearance", "1 mm", "--m1", "1 kg"], "--speed"),
         (vec![BACKLASH, "--clearance", "3 kg"], "--clearance"),
         (vec![BACKLASH, "--compare", "bestehorn"], "has no cycle"),
@@ -2955,7 +2952,7 @@ fn steady_finds_the_motion_of_a_train() {
     std::fs::write(&train, scene("{ gravity = \"9.81 m/s2\" }")).unwrap();
     let run = camdrive(&["steady", text(&train), "--report", text(&report), "--explain"]);
     assert_eq!((run.code, run.err.as_str()), (0, ""));
-    for part in ["423", "stable", "-0.00235", "0.2407085", "fluctuates", "a mean torque of", "follower[1].q [mm]"] {
+    for part in ["423", "stable", "-0.00235", "0.241", "fluctuates", "a mean torque of", "follower[1].q [mm]"] {
         assert!(run.out.contains(part), "{part}: {}", run.out);
     }
     assert!(report.join("train.steady.csv").is_file() && report.join("train.steady.svg").is_file());
@@ -2967,7 +2964,7 @@ fn steady_finds_the_motion_of_a_train() {
     std::fs::write(&train, scene("{ spring = { preload = \"10 N\", c = 100, at = 0 } }")).unwrap();
     for command in ["steady", "describe"] {
         let run = camdrive(&[command, text(&train)]);
-        assert!(run.out.contains("The follower would lift off its cam above"), "{command}: {}", run.out);
+        assert!(run.out.contains("The real follower lifts off above"), "{command}: {}", run.out);
     }
     // A report says once that a follower lifts off.
     let page = folder.join("valve.html");
@@ -3204,7 +3201,10 @@ fn options_of_studies_are_refused_with_their_range() {
         ),
         (["stability", rods, "--speed", "1e-9"], "a turn cannot be followed"),
         (["clearance", backlash, "--turns", "1"], "--turns: 1 is not from 4 to 1000000"),
-        (["clearance", backlash, "--clearance", "-1"], "clearance: -1 m is not greater than 0"),
+        (
+            ["clearance", backlash, "--clearance", "-1"],
+            "--clearance: \"-1\" is out of range\n  = admissible: greater than 0 m",
+        ),
         (["clearance", backlash, "--compare", "examples/rapier_loom/scene.toml"], "--compare: the scene rapier_loom"),
     ] {
         let run = camdrive(&arguments);
@@ -3373,7 +3373,7 @@ fn cam_cuts_what_moves_a_lever() {
     // r² = d² + l² − 2 d l cos ψ of the prime circle, and 24° above it.
     let least = ((0.18_f64.powi(2) + 0.11_f64.powi(2) - 0.09_f64.powi(2)) / (2.0 * 0.18 * 0.11)).acos().to_degrees();
     assert!(
-        run.out.contains(&format!("{least:.3}°")) && run.out.contains(&format!("{:.3}°", least + 24.0)),
+        run.out.contains(&format!("{least:.2}°")) && run.out.contains(&format!("{:.2}°", least + 24.0)),
         "{}",
         run.out
     );
@@ -3386,8 +3386,7 @@ fn forces_tells_what_rollers_and_joints_bear() {
     let folder = folder("forces");
     let run = camdrive(&["forces", TAPPET, "-o", text(&folder)]);
     assert_eq!((run.code, run.err.as_str()), (0, ""));
-    for part in ["at 573 rpm", "would lift off above 1620 rpm, first at φ = 246°", "no preload", "tappet.torque.svg"]
-    {
+    for part in ["at 573 rpm", "lifts off above 1600 rpm, first at φ = 247°", "no preload", "tappet.torque.svg"] {
         assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
     }
     let report = |name: &str| -> serde_json::Value {
@@ -3415,13 +3414,16 @@ fn forces_tells_what_rollers_and_joints_bear() {
         "phi_deg,roller_force_N,pressure_angle_deg,hertzian_pressure_N_per_mm2,side_force_N,follower_force_N,torque_Nm";
     assert!(table.starts_with(&format!("{head}\n0,")) && table.lines().count() == 1442, "{table}");
     let run = camdrive(&["forces", TAPPET, "-o", text(&folder), "--speed", "2000 rpm"]);
-    assert!(run.out.contains("raise the preload of the return spring from 260 N to 494 N"), "{}", run.out);
-    assert!(run.out.contains("The roller force changes sign at φ = 83.4°"), "{}", run.out);
+    assert!(run.out.contains("raise the preload of the return spring from 260 N to 517 N"), "{}", run.out);
     let message =
-        format!("error: {TAPPET}: the follower lifts off its cam at 2000 rpm; contact holds up to 1620 rpm\n");
-    assert_eq!((run.code, run.err), (1, message.clone()));
+        format!("error: {TAPPET}: the real follower lifts off its cam at 2000 rpm; this model keeps contact.");
+    assert!(run.code == 1 && run.err.replace("\n  ", " ").starts_with(&message), "{}", run.err);
     let run = camdrive(&["forces", TAPPET, "-o", text(&folder), "--speed", "-2000 rpm", "--json"]);
-    assert_eq!((run.code, run.err), (1, message.replace("2000", "-2000")));
+    assert!(
+        run.code == 1 && run.err.replace("\n  ", " ").starts_with(&message.replace("2000", "-2000")),
+        "{}",
+        run.err
+    );
     let machine = "examples/sealing_machine/loaded.toml";
     let run = camdrive(&["forces", machine, "-o", text(&folder)]);
     assert_eq!((run.code, run.err.as_str()), (0, ""));
@@ -3520,14 +3522,14 @@ fn forces_over_the_turn_are_monotone_or_lines_of_any_size() {
 #[test]
 fn what_of_forces_the_motion_leaves_out_is_said() {
     let folder = folder("left_out");
-    let left_out = "in the motion of the FMU contact holds at any speed; in the machine the follower would lift off above 1620 rpm (kinetostatic; use BacklashDrive with s = \"inf\" to simulate lift-off)";
+    let left_out = "the real follower lifts off above 1600 rpm; this model keeps contact. To simulate lift-off use a BacklashDrive with s = \"inf\"";
     let note = format!("note: {TAPPET}: {left_out}\n");
     assert_eq!(camdrive(&["check", TAPPET]).err, note);
     let json: serde_json::Value = serde_json::from_str(&camdrive(&["check", TAPPET, "--json"]).out).expect("JSON");
     assert_eq!(json[0]["notes"], serde_json::json!([left_out]));
     let run = camdrive(&["export", TAPPET, "-o", text(&folder), "--runtime", &runtime()]);
     assert!(run.code == 0 && run.err.contains(&note), "{}", run.err);
-    let described = format!("Roller tappet of a feed pump with its return spring. I{}.", &left_out[1..]);
+    let described = format!("Roller tappet of a feed pump with its return spring. T{}.", &left_out[1..]);
     assert!(camdrive(&["describe", TAPPET]).out.contains(&described));
     let described = described.replace('"', "&quot;");
     let xml = camdrive(&["describe", TAPPET, "--xml"]).out;

@@ -7,6 +7,7 @@
 use crate::report::unit::{DEG, ONE, Unit};
 use crate::report::{Table, terminal};
 use crate::search::{greatest, root, segments};
+use crate::text::in_a_turn;
 use camdrive::motion::MotionLaw;
 use camdrive::numerics::angle::reduce;
 use serde::Serialize;
@@ -68,9 +69,9 @@ impl Motion {
         ];
         let rows = Table::of("Motions", motions)
             .column("law", "law", ONE, |motion| &motion.law)
-            .column("from", "from", DEG, |motion| rounded(motion.from))
+            .column("from", "from", DEG, |motion| in_a_turn(rounded(motion.from)))
             .digits(4)
-            .column("to", "to", DEG, |motion| rounded(motion.from + motion.angle))
+            .column("to", "to", DEG, |motion| in_a_turn(rounded(motion.from + motion.angle)))
             .digits(4)
             .column("h", "h", ONE, |motion| shown(motion.lift, motion.unit));
         values.into_iter().fold(rows, |rows, (key, heading, of)| rows.column(key, heading, ONE, of)).into()

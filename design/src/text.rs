@@ -57,6 +57,17 @@ pub fn digits(value: f64, count: usize, low: i32) -> String {
     if plain { rounded.to_string() } else { format!("{rounded:e}") }
 }
 
+/// Three significant digits of a size, or as many more, up to seven, as show on which side of 1 it is.
+pub fn digits_beside_one(sizes: &[f64]) -> usize {
+    let is_apart = |count: &usize| sizes.iter().all(|size| rounded(*size, *count) != 1.0 || rounded(*size, 7) == 1.0);
+    (3..7).find(is_apart).unwrap_or(7)
+}
+
+/// An angle (rad) of the turn; the end of a turn is no beginning.
+pub fn in_a_turn(phi: f64) -> f64 {
+    if phi > TAU * (1.0 + 1e-9) { phi.rem_euclid(TAU) } else { phi }
+}
+
 /// Three significant digits, or as many more, up to `most`, as distinguish these numbers.
 pub fn distinguishing(numbers: &[f64], most: usize) -> usize {
     let different = |count: usize| {

@@ -3,8 +3,9 @@
 use super::deliver::{ReportFiles, ReportFormat};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, failure, files, of_option, optional, read, wrong_argument};
+use super::{Failure, failure, files, limited, of_option, optional, read, speed_option, wrong_argument};
 use crate::document::keys::LAW;
+use crate::document::limits::POSITIVE;
 use crate::scene::Resolved;
 use crate::scene::plan::STANDARD_LAWS;
 use camdrive::drives::unit;
@@ -114,9 +115,9 @@ impl Args {
             laws.extend(compared(name.trim(), scene)?);
         }
         Ok(Options {
-            clearance: optional("clearance", &self.clearance, &unit::LENGTH)?,
-            m1: optional("m1", &self.m1, &unit::MASS)?,
-            speed: optional("speed", &self.speed, &unit::ANGULAR_VELOCITY)?,
+            clearance: limited("clearance", &self.clearance, &unit::LENGTH, POSITIVE)?,
+            m1: limited("m1", &self.m1, &unit::MASS, POSITIVE)?,
+            speed: speed_option(&self.speed)?,
             natural_frequency: optional("natural-frequency", &self.natural_frequency, &unit::ANGULAR_VELOCITY)?,
             damping: self.damping,
             turns: self.turns,

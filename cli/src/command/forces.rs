@@ -3,14 +3,14 @@
 use super::deliver::{ReportFiles, ReportFormat};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, failure, files, optional, read};
+use super::{Failure, failure, files, read, speed_option};
 use crate::scene::Resolved;
+use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::Inertia;
 use camdrive::drives::shaft::cam_drive::DriveMode;
-use camdrive::drives::{Fault, unit};
 use camdrive_design::forces::{ForceAnalysis, Machine};
 use camdrive_design::overview::running;
-use camdrive_design::periodic_turn;
+use camdrive_design::periodic_turn::{self, Turn};
 use camdrive_design::report::Report;
 use camdrive_design::resource::Scene;
 use std::path::{Path, PathBuf};
@@ -51,13 +51,21 @@ pub struct Args {
 
 /// The speed of the scene, if it determines one.
 pub fn speed_of(scene: &Scene) -> Option<f64> {
+    turning(scene).map(|(speed, _)| speed)
+}
+
+/// The speed of the scene, and the motion of a train that a motor turns.
+fn turning(scene: &Scene) -> Option<(f64, Option<Turn>)> {
     match (scene, scene.drive()) {
-        (_, Some(DriveMode::Constant { w, .. })) => Some(*w),
+        (_, Some(DriveMode::Constant { w, .. })) => Some((*w, None)),
         (Scene::RigidMachine(machine), _) => {
             let inertia = Inertia::new(machine.inertia.clone(), machine.followers.clone());
-            running(machine, &inertia).map(|(mean, _)| mean)
+            running(machine, &inertia).map(|(mean, _)| (mean, None))
         }
-        (Scene::DriveTrain(_), _) => periodic_turn::of(scene, None, 0.0).ok().map(|turn| turn.mean_speed),
+        (Scene::DriveTrain(_), _) => {
+            let turn = periodic_turn::of(scene, None, 0.0).ok()?;
+            Some((turn.mean_speed, Some(turn)))
+        }
         _ => None,
     }
 }
@@ -66,11 +74,12 @@ pub fn speed_of(scene: &Scene) -> Option<f64> {
 pub fn study(path: &Path, scene: &Resolved, speed: Option<f64>) -> Result<(Report, ForceAnalysis), Failure> {
     let place = path.display();
     let fault = |fault: Fault| failure(fault.within(&place));
-    let machine = Machine::of(&scene.resource()).map_err(fault)?;
-    let Some(speed) = speed.or_else(|| speed_of(&scene.scene)) else {
+    let mut machine = Machine::of(&scene.resource()).map_err(fault)?;
+    let Some((speed, motion)) = speed.map(|speed| (speed, None)).or_else(|| turning(&scene.scene)) else {
         return Err(failure(format!("{place}: the scene has no speed")).hint("set it, for example --speed \"300 rpm\""));
     };
-    let machine = Machine { speed, ..machine };
+    machine.speed = speed;
+    motion.iter().for_each(|turn| machine.mark(&scene.scene, turn));
     Bar::during(&scene.name, |_| {
         let turn = machine.turn()?;
         let findings = ForceAnalysis::new(&turn);
@@ -80,7 +89,7 @@ pub fn study(path: &Path, scene: &Resolved, speed: Option<f64>) -> Result<(Repor
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let speed = optional("speed", &args.speed, &unit::ANGULAR_VELOCITY)?;
+    let speed = speed_option(&args.speed)?;
     let scene = read(&args.scene)?;
     let folder = files::folder(args.output.as_deref(), "forces", &scene.name)?;
     let place = args.scene.display();

@@ -33,10 +33,12 @@ mod system;
 mod tradeoff;
 mod verify;
 
+use crate::document::limits::{Limits, within};
 use crate::document::{Diagnostics, units};
 use crate::export::{RuntimeLibrary, TOOL};
 use crate::scene::{Resolved, open};
-use camdrive::drives::unit::{Quantity, TIME};
+use camdrive::drives::limits::FASTEST;
+use camdrive::drives::unit::{self, Quantity, TIME};
 use camdrive::drives::{Fault, Number};
 use camdrive_design::{host, text};
 use clap::error::ErrorKind;
@@ -269,6 +271,25 @@ fn quantity(name: &str, text: &str, quantity: &'static Quantity) -> Result<f64, 
 /// The value of the optional `--name`.
 fn optional(name: &str, text: &Option<String>, of: &'static Quantity) -> Result<Option<f64>, Failure> {
     text.as_ref().map(|text| quantity(name, text, of)).transpose()
+}
+
+/// The value of the optional `--name` within these limits, which a refusal says in its unit.
+fn limited(name: &str, text: &Option<String>, of: &'static Quantity, limits: Limits) -> Result<Option<f64>, Failure> {
+    let value = optional(name, text, of)?;
+    match (value, text) {
+        (Some(value), Some(text)) if !limits.hold(value) => {
+            let (unit, factor) = units::written(text, of).unwrap_or((of.unit, 1.0));
+            let admissible = limits.over(factor).words(unit);
+            let fault = format!("--{name}: \"{text}\" is out of range\n  = admissible: {admissible}");
+            Err(wrong_argument(fault).hint(format!("write for example {}", units::example(of))))
+        }
+        _ => Ok(value),
+    }
+}
+
+/// The value of the optional `--speed` of a shaft.
+fn speed_option(text: &Option<String>) -> Result<Option<f64>, Failure> {
+    limited("speed", text, &unit::ANGULAR_VELOCITY, within(-FASTEST, FASTEST))
 }
 
 /// Reads a scene, or the scene in an FMU.

@@ -3,9 +3,9 @@
 use super::deliver::{ReportFiles, ReportFormat};
 use super::measured::Measured;
 use super::output::Bar;
-use super::{Failure, NO_MOTION, driving, failure, files, optional, read, wrong_argument};
+use super::{Failure, NO_MOTION, driving, failure, files, read, speed_option, wrong_argument};
 use crate::scene::Resolved;
-use camdrive::drives::{Fault, unit};
+use camdrive::drives::Fault;
 use camdrive_design::resource;
 use camdrive_design::steady::{self, SteadyMotions};
 use std::path::{Path, PathBuf};
@@ -93,7 +93,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         files::no_file(folder, "--report")?;
     }
     let scene = read(&args.scene)?;
-    let speed = optional("speed", &args.speed, &unit::ANGULAR_VELOCITY)?;
+    let speed = speed_option(&args.speed)?;
     let findings = study(&args.scene, &scene, speed, [args.load.as_ref(), args.period.as_ref()])?;
     let none = findings.motions.is_empty() && findings.without_torques.is_none();
     let folder = args.report.as_deref();

@@ -18,9 +18,10 @@ use camdrive::drives::variable::Kind;
 use camdrive_design::coupling::report::name as named;
 use camdrive_design::coupling::stability::Exchange;
 use camdrive_design::report::rounding::Rounding;
-use camdrive_design::report::unit::{DEG, KGM2, MS, ONE};
-use camdrive_design::report::{Level, Report, Table, Unit, Value as Cell};
-use camdrive_design::text::{self, counted, time};
+use camdrive_design::report::terminal::shown;
+use camdrive_design::report::unit::{DEG, HZ, KGM2, MS, ONE};
+use camdrive_design::report::{Level, Report, Table, Value as Cell};
+use camdrive_design::text::{self, counted};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -225,7 +226,7 @@ pub fn glance(name: impl Into<String>, system: &System) -> Report {
         report.verdict.result(Level::Mind, format!("Algebraic loop: {}.", whole.join(", ")));
     }
     let exchange = named(system::name_of(system.exchange), system.repeats);
-    let (step, stop) = (time(system.step), time(system.stop));
+    let [step, stop] = [system.step, system.stop].map(|time| shown(time, &MS));
     report.lines("", [format!("The exchange is {exchange}, in steps of {step} up to {stop}.")]);
     let machine = |place: usize| &system.parts[place].name;
     let content = |part: &Part| match &part.content {
@@ -244,7 +245,7 @@ pub fn glance(name: impl Into<String>, system: &System) -> Report {
         .column("machine", "machine", ONE, |shaft| machine(shaft.machine))
         .column("inertia", "least inertia", KGM2, |shaft| shaft.limit.inertia)
         .column("kappa", "J_load/J", ONE, |shaft| shaft.limit.kappa)
-        .column("frequency", "√(k/J) of elastic loads", Unit::new("rad/s", 1.0), elastic)
+        .column("frequency", "√(k/J) of elastic loads", HZ, elastic)
         .column("stable", "largest stable step", MS, stable)
         .rounded(Rounding::Inward)
         .below(["A step can be stable only if J_load/J is below 1.".to_owned()]);

@@ -2,7 +2,7 @@
 
 use super::deliver::{ReportFiles, ReportFormat};
 use super::output::Bar;
-use super::{Failure, failure, files, of_option, optional, read};
+use super::{Failure, failure, files, of_option, optional, read, speed_option};
 use camdrive::drives::{Fault, unit};
 use camdrive_design::tradeoff::{self, Options};
 use std::path::PathBuf;
@@ -55,7 +55,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let folder = files::folder(args.output.as_deref(), "tradeoff", &scene.name)?;
     let options = Options {
         turns: args.turns,
-        speed: optional("speed", &args.speed, &unit::ANGULAR_VELOCITY)?,
+        speed: speed_option(&args.speed)?,
         ramp: optional("ramp", &args.ramp, &unit::TIME)?,
         quick: args.quick,
     };

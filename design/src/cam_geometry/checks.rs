@@ -3,6 +3,8 @@
 use super::contour::pieces;
 use super::{Cam, Cut, Follower, Outline, Plan, Point, Side, Standstill, degrees};
 use crate::report::Level;
+use crate::report::terminal::shown;
+use crate::report::unit::{DEG, MM};
 use crate::search::summit;
 use crate::transmission::Transmission;
 use serde::Serialize;
@@ -60,7 +62,7 @@ impl Finding {
 
     /// The property with its value and its angle.
     pub fn placed(&self) -> String {
-        let at = if self.value.is_infinite() { String::new() } else { format!(" at φ = {:.3}°", degrees(self.phi)) };
+        let at = if self.value.is_infinite() { String::new() } else { format!(" at φ = {:.2}°", degrees(self.phi)) };
         format!("{} {}{at}", self.what, self.shown())
     }
 
@@ -68,8 +70,8 @@ impl Finding {
     pub fn shown(&self) -> String {
         match self.unit {
             "m" if self.value.is_infinite() => "∞".to_owned(),
-            "m" => millimetres(self.value),
-            "rad" => format!("{:.3}°", self.value.to_degrees()),
+            "m" => shown(self.value, &MM),
+            "rad" => format!("{:.2}°", self.value.to_degrees()),
             _ => format!("{}", self.value),
         }
     }
@@ -146,7 +148,7 @@ pub fn findings(cam: &Cam, plan: &Plan, outlines: &[Outline]) -> Result<Vec<Find
 
 fn pressure(cam: &Cam, limit: f64) -> Result<Finding, Standstill> {
     let (phi, pressure) = worst(cam, |segment, phi| Ok(cam.at_in(segment, phi)?.pressure))?;
-    let allowed = format!("admissible {:.3}°", limit.to_degrees());
+    let allowed = format!("admissible {}", shown(limit, &DEG));
     let finding = Finding::new("largest pressure angle", phi, pressure, "rad").remark(&allowed);
     Ok(finding.unless(pressure <= limit, Level::Mind, || {
         format!("above the {allowed}: choose a larger base circle, another pivot or offset")
@@ -157,7 +159,7 @@ fn pressure(cam: &Cam, limit: f64) -> Result<Finding, Standstill> {
 fn face(cam: &Cam) -> Result<[Finding; 2], Standstill> {
     let contact = |sign: f64| worst(cam, |segment, phi| Ok(sign * cam.at_in(segment, phi)?.place.re));
     let ((left_at, left), (right_at, right)) = (contact(-1.0)?, contact(1.0)?);
-    let side = |at: f64, x: f64| format!("{} (φ = {:.3}°)", millimetres(x), degrees(at));
+    let side = |at: f64, x: f64| format!("{} (φ = {:.2}°)", shown(x, &MM), degrees(at));
     let remark = format!("the contact is between x = {} and {}", side(left_at, -left), side(right_at, right));
     let farthest = if left > right { left_at } else { right_at };
     let radius = |segment: usize, phi: f64| {

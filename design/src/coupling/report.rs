@@ -3,6 +3,7 @@
 use super::study::{ACCURACIES, Findings, Output, Row, SURE, Way};
 use crate::plot::{Axis, Diagram, Rule, Series};
 use crate::report::rounding::Rounding;
+use crate::report::terminal::shown;
 use crate::report::unit::{MS, ONE};
 use crate::report::{Advice, Claim, Level, Report, Setting, Table, Value, Verdict};
 use crate::text::{number, share, time, time_within};
@@ -41,7 +42,7 @@ impl Findings {
                 let level = if fits { Level::Good } else { Level::Mind };
                 verdict.result(level, format!("With {} {found}.", way.master));
                 if let Some(step) = way.steps[0].filter(|_| !fits) {
-                    let (own, step) = (time(self.step), Setting::at_most("step", step, &MS, FINE));
+                    let (own, step) = (shown(self.step, &MS), Setting::at_most("step", step, &MS, FINE));
                     let text = format!(
                         "The file's step of {own} is too long with {}. Take at most {}.",
                         way.master, step.value

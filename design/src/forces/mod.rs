@@ -14,6 +14,7 @@
 //! Valid for rigid bodies without friction and clearance, at constant speed. Source: Dresig, Holzweißig, *Maschinendynamik*,
 //! section 2.4 (kinetostatics); VDI 2142 and VDI 2143 (cams); Johnson, *Contact Mechanics*, section 4.2 (Hertz).
 
+mod contact;
 pub mod figures;
 mod machine;
 pub mod mechanism;
@@ -23,11 +24,13 @@ pub mod report;
 mod tests;
 mod turn;
 
+pub use contact::Held;
 pub use report::ForceAnalysis;
 pub use turn::{Machine, MachineTurn, least_place};
 
 use crate::cam_geometry::{self, Cam, Follower as Carrier, Plan, Point, Side};
 use camdrive::drives::Fault;
+use camdrive::drives::elastic_shaft;
 use camdrive::drives::follower::load::Load;
 use camdrive::drives::rigid_machine::Follower;
 use camdrive::drives::rigid_machine::linkage::{Linkage, in_turn};
@@ -46,6 +49,18 @@ pub struct Material {
     pub poisson: [f64; 2],
 }
 
+/// What gives between drive and tool.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Compliance {
+    /// Nothing.
+    #[default]
+    Rigid,
+    /// A spring c (N/m) with a damper b (N·s/m) before the tool.
+    Output([f64; 2]),
+    /// A shaft before the cam, and whether its equation is linearised.
+    Shaft(elastic_shaft::Parameters, bool),
+}
+
 /// The loads on a follower, and the parts that bear them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Loads {
@@ -57,6 +72,10 @@ pub struct Loads {
     pub roller: (f64, Load),
     /// True if the follower may leave its cam in the FMU's motion.
     pub may_leave: bool,
+    /// What gives in the FMU's motion.
+    pub compliance: Compliance,
+    /// True if the contact opens in the motion that a motor gives the shaft, which is not at constant speed.
+    pub opens: bool,
     /// Teeth of its gears.
     pub teeth: Teeth,
     /// The material of the contact.
@@ -191,6 +210,12 @@ impl Drive {
             || self.plan.is_none()
                 && self.loads.on().iter().any(|load| load.spring.is_some())
                 && self.follower.has_cam()
+    }
+
+    /// True if force alone keeps the contact, and a load of the scene acts; without any the scene does not say what holds it.
+    fn is_held(&self) -> bool {
+        let acts = self.loads.lever_inertia > 0.0 || self.loads.on().iter().any(|load| !load.is_none());
+        acts && self.is_force_closed()
     }
 
     /// True if the follower has a flat face.

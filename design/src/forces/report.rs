@@ -2,7 +2,7 @@
 
 use super::quantity::{Quantity, TORQUE, Units};
 use super::turn::{Extreme, MachineTurn, State};
-use super::{Drive, Forces, Machine};
+use super::{Drive, Held, Machine};
 use crate::cam_geometry::{Shape, Tolerances};
 use crate::report::unit::{self, DEG, ONE, RPM, Unit, W};
 use crate::report::{Advice, Claim, Level, Report, Setting, Table, Value, Verdict, WrittenValue, terminal::shown};
@@ -15,6 +15,8 @@ use std::f64::consts::TAU;
 const FINE: usize = 3;
 /// Significant digits above the rounding of the computation.
 const EXACT: usize = 12;
+/// This part of the largest value of a kind is rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// A quantity over the turn.
 #[derive(Clone, Debug, Serialize)]
@@ -31,15 +33,19 @@ pub struct Range {
     pub mean: f64,
     #[serde(skip)]
     shown: (String, Unit),
+    /// The largest size of its kind.
+    #[serde(skip)]
+    size: f64,
 }
 
 /// Conditions for force alone to keep a follower on its cam.
 #[derive(Clone, Debug, Serialize)]
 pub struct Keeping {
-    /// The least F₀ (N or N·m) at all speeds from rest to this one, and the angle that demands it; None if no preload helps.
+    /// [`MachineTurn::least_preload`].
     pub least_preload: Option<Extreme>,
-    /// [`MachineTurn::lift_off`].
-    pub lift_off_speed: Option<Extreme>,
+    /// [`MachineTurn::held`].
+    #[serde(flatten)]
+    pub held: Held,
 }
 
 /// A cam and what it moves.
@@ -56,6 +62,11 @@ pub struct OfDrive {
     pub sign_changes: Vec<f64>,
     /// The conditions if force alone keeps the contact.
     pub keeping: Option<Keeping>,
+    #[serde(skip)]
+    may_leave: bool,
+    /// See [`Drive::is_held`].
+    #[serde(skip)]
+    is_held: bool,
 }
 
 /// The powers (W) on the mean of a turn. Inertia, springs and gravity take as much as they give, so both are equal but for
@@ -88,13 +99,16 @@ pub struct ForceAnalysis {
 impl Range {
     fn new(turn: &MachineTurn<'_>, [key, name]: [&str; 2], (si, unit): Units, of: impl Fn(&State) -> f64) -> Self {
         let lowest = turn.largest(|state| -of(state));
+        let largest = turn.largest(&of);
+        let size = largest.value.abs().max(lowest.value.abs());
         Range {
             quantity: key.to_owned(),
             unit: si,
-            largest: turn.largest(&of),
+            largest,
             least: Extreme { value: -lowest.value, ..lowest },
             mean: turn.mean(of),
-            shown: (name.to_owned(), unit),
+            shown: (name.to_owned(), unit.sized(size)),
+            size,
         }
     }
 
@@ -105,7 +119,7 @@ impl Range {
 
     /// A value for people; 0 if it is only rounding.
     fn clean(&self, value: f64) -> f64 {
-        text::clean(value, self.peak().value.abs())
+        if value.abs() <= ROUNDING * self.size { 0.0 } else { text::clean(value, self.peak().value.abs()) }
     }
 
     /// "torque on the shaft of follower 1 -9.57 N·m at φ = 156°".
@@ -129,33 +143,9 @@ fn ranges<'a>(title: &str, list: impl IntoIterator<Item = &'a Range>) -> Table {
         .into()
 }
 
-impl Keeping {
-    /// From F₀ ≥ −(Q − F₀ Q₁)/Q₁ with Q₁ = dy/dU all over the turn and on the way from rest to the speed, and from
-    /// [`MachineTurn::lift_off`].
-    fn of(turn: &MachineTurn<'_>, j: usize, drive: &Drive) -> Self {
-        let preload = drive.preload();
-        let sense = turn.sense(j);
-        let helps = turn.largest(|state| -sense(state) * state.drives[j].travel).value < 0.0;
-        let w = turn.machine.speed;
-        let needed = |state: &State| {
-            let Forces { parts: [rest, damping, inertia], travel, .. } = &state.drives[j];
-            // At the part s of the speed F₀ must exceed −(Q_rest + s ω Q_damping + s² ω² Q_inertia)/Q₁.
-            let at = |s: f64| preload - (rest + s * w * (damping + s * w * inertia)) / travel;
-            let summit = -0.5 * damping / (w * inertia);
-            [0.0, summit.clamp(0.0, 1.0), 1.0].into_iter().map(at).fold(f64::NEG_INFINITY, f64::max)
-        };
-        Keeping { least_preload: helps.then(|| turn.largest(needed)), lift_off_speed: turn.lift_off(j) }
-    }
-}
-
-/// A speed of lift-off, up to which the contact holds.
+/// A speed up to which the contact holds.
 fn up_to(lift_off: f64, digits: usize) -> String {
     WrittenValue::rounded(lift_off, &RPM, digits, false).to_string()
-}
-
-/// "above 1620 rpm", or "even at rest".
-fn above(lift_off: f64, digits: usize) -> String {
-    if lift_off == 0.0 { "even at rest".to_owned() } else { format!("above {}", up_to(lift_off, digits)) }
 }
 
 /// The significant digits that distinguish a speed from the speed of lift-off.
@@ -168,6 +158,11 @@ fn telling(speed: f64, lift_off: f64) -> usize {
         (at < from) == (speed.abs() < lift_off)
     };
     (FINE..EXACT).find(differs).unwrap_or(EXACT)
+}
+
+/// A difference of powers; roundings have no size of their own.
+fn apart_by(part: f64) -> String {
+    if part <= ROUNDING { "rounding".to_owned() } else { format!("{} of the largest power", number(part)) }
 }
 
 /// An angle (rad) in degrees of the turn.
@@ -188,36 +183,73 @@ impl OfDrive {
             let forces = &state.drives[j];
             forces.contacts.first().map_or(forces.load, |contact| contact.force)
         };
+        let mut quantities: Vec<Range> = told.map(range).collect();
+        let sizes: Vec<(&str, f64)> = quantities.iter().map(|of| (of.unit, of.size)).collect();
+        for of in &mut quantities {
+            of.size = sizes.iter().filter(|(unit, _)| *unit == of.unit).fold(0.0, |most, (_, size)| most.max(*size));
+        }
         OfDrive {
             name: drive.name.clone(),
             spoken: turn.machine.spoken(drive),
-            quantities: told.map(range).collect(),
+            quantities,
             sign_changes: turn.sign_changes(pressing),
-            keeping: drive.is_force_closed().then(|| Keeping::of(turn, j, drive)),
+            keeping: drive
+                .is_force_closed()
+                .then(|| Keeping { least_preload: turn.least_preload(j), held: turn.held(j) }),
+            may_leave: drive.loads.may_leave,
+            is_held: drive.is_held(),
         }
     }
 
-    /// The judgement on contact at this speed (rad/s), with the speed up to which force keeps the follower on its cam; None if
-    /// its cam holds it on both sides.
-    fn contact(&self, part: &str, speed: f64) -> Option<(Level, String)> {
-        let lift_off = self.keeping.as_ref()?.lift_off_speed;
-        let fine = lift_off.map_or(FINE, |lift_off| telling(speed, lift_off.value));
-        let at = WrittenValue::nearest(speed, &RPM, fine);
-        Some(match lift_off {
-            None => (Level::Good, format!("{part} stays on its cam at any speed.")),
-            Some(Extreme { value, phi }) if speed.abs() < value => {
-                let lifts = format!("would lift off {}, first at φ = {}", above(value, fine), angle(phi));
-                (Level::Good, format!("{part} stays on its cam at {at}; it {lifts}."))
+    /// The judgement on contact at this speed (rad/s); None if its cam holds it on both sides.
+    fn contact(&self, speed: f64) -> Option<(Level, String)> {
+        if self.keeping.is_some() && !self.is_held {
+            return Some((Level::Mind, format!("No load of the scene holds {} on its cam.", self.spoken)));
+        }
+        Some(self.keeping.as_ref()?.held.judged(&self.spoken, speed, self.may_leave))
+    }
+}
+
+/// "the real follower 2".
+fn real(the: &str) -> String {
+    format!("the real {}", the.trim_start_matches("the "))
+}
+
+impl Held {
+    /// The judgement on contact at this speed (rad/s), 0 if it is not known: `the` is "the follower", which may leave its cam in the
+    /// model or not.
+    pub fn judged(&self, the: &str, speed: f64, may_leave: bool) -> (Level, String) {
+        let (the, keeps) = match may_leave {
+            true => (capital(the), ""),
+            false => (capital(&real(the)), "; this model keeps contact"),
+        };
+        let Some(Extreme { value, phi }) = self.lift_off_speed else {
+            if self.lost {
+                return (Level::Bad, format!("{the} lifts off its cam, as the speed fluctuates{keeps}."));
             }
-            Some(Extreme { value, .. }) => {
-                let holds = match value == 0.0 {
-                    true => "it has no contact even at rest".to_owned(),
-                    false => format!("contact holds up to {}", up_to(value, fine)),
-                };
-                let level = if speed.abs() > value { Level::Bad } else { Level::Mind };
-                (level, format!("{part} lifts off its cam at {at}; {holds}."))
-            }
-        })
+            return (Level::Good, format!("{the} stays on its cam at any speed."));
+        };
+        if value == 0.0 {
+            return (Level::Bad, format!("{the} lifts off its cam even at rest{keeps}."));
+        }
+        let fine = telling(speed, value);
+        let (at, limit, phi) = (WrittenValue::nearest(speed, &RPM, fine), up_to(value, fine), angle(phi));
+        if self.lost {
+            let constant = if value > speed.abs() { "At constant speed contact" } else { "Contact" };
+            let holds = format!("{constant} holds up to {limit}, where it opens first at φ = {phi}.");
+            return (Level::Bad, format!("{the} lifts off its cam at {at}{keeps}. {holds}"));
+        }
+        if let Some(regained) = self.regained_speed {
+            let until = WrittenValue::rounded(regained, &RPM, fine, true);
+            let passes = format!("{the} lifts off its cam between {limit} and {until}{keeps}. At {at} it has contact.");
+            return (Level::Mind, passes);
+        }
+        let lifts = format!("lifts off above {limit}, first at φ = {phi}");
+        let sentence = match may_leave && speed != 0.0 {
+            true => format!("{the} stays on its cam at {at}; it {lifts}."),
+            false => format!("{the} {lifts}{keeps}."),
+        };
+        (Level::Good, sentence)
     }
 }
 
@@ -232,18 +264,19 @@ fn pressing(drive: &Drive) -> &'static str {
 }
 
 impl Keeping {
-    /// Adds the preload that keeps a follower on its cam, and the other remedies if contact is `lost`: the force that changes
-    /// sign, and its angles.
-    fn advise(&self, verdict: &mut Verdict, machine: &Machine, drive: &Drive, lost: Option<(&str, &String)>) {
+    /// Adds the preload that keeps a follower on its cam, and the other remedies if contact is `lost`.
+    fn advise(&self, verdict: &mut Verdict, machine: &Machine, drive: &Drive, lost: bool) {
         let part = capital(&machine.spoken(drive));
         let claim = || Claim::Contact { follower: machine.number(drive) };
         let unit = if drive.follower.turns { unit::NM } else { unit::N };
         // Rounded away from the least preload.
-        let given = WrittenValue::rounded(drive.preload(), &unit, FINE, lost.is_none());
+        let given = WrittenValue::rounded(drive.preload(), &unit, FINE, !lost);
         let preload = self.least_preload.map(|at| (machine.preload(drive, at.value, &unit), angle(at.phi)));
-        let Some((what, changes)) = lost else {
+        if !lost {
             match preload {
-                Some((preload, _)) if self.least_preload.is_some_and(|at| at.value > 0.0) => {
+                Some((preload, _))
+                    if self.least_preload.is_some_and(|at| text::clean(at.value, drive.preload()) > 0.0) =>
+                {
                     let text =
                         format!("{part}: keep the preload of the return spring above {} (now {given}).", preload.least);
                     verdict.advice(Advice::new(text).set(preload.setting, claim()));
@@ -253,14 +286,10 @@ impl Keeping {
                 }
             };
             return;
-        };
-        let how = match changes.is_empty() {
-            true => "never presses".to_owned(),
-            false => format!("changes sign at φ = {changes}"),
-        };
-        let of = if machine.drives.len() == 1 { "The".to_owned() } else { format!("{part}: the") };
-        verdict.result(Level::Mind, format!("{of} {what} {how}."));
-        if let Some((preload, phi)) = preload {
+        }
+        // Where the speed fluctuates, that at constant speed may be less than there is.
+        let raises = |at: Extreme| at.value > drive.preload();
+        if let Some((preload, phi)) = preload.filter(|_| self.least_preload.is_some_and(raises)) {
             let text = match preload.setting.is_some() {
                 true => format!(
                     "{part}: raise the preload of the return spring from {given} to {} (needed at φ = {phi}).",
@@ -272,7 +301,8 @@ impl Keeping {
             };
             verdict.advice(Advice::new(text).set(preload.setting, claim()));
         }
-        if let Some(at) = self.lift_off_speed.filter(|at| at.value > 0.0) {
+        let lowers = |at: &Extreme| at.value > 0.0 && at.value <= machine.speed.abs();
+        if let Some(at) = self.held.lift_off_speed.filter(lowers) {
             let speed = Setting::at_most("drive.speed", at.value.copysign(machine.speed), &RPM, FINE);
             let text = format!("{part}: or run below {}.", up_to(at.value, FINE));
             verdict.advice(Advice::new(text).set([speed], claim()));
@@ -336,8 +366,12 @@ impl ForceAnalysis {
 
     /// A sentence for each follower that leaves its cam at this speed.
     pub fn lost(&self) -> Vec<String> {
-        let of = |drive: &OfDrive| drive.contact(&drive.spoken, self.speed).filter(|(level, _)| *level == Level::Bad);
-        self.drives.iter().filter_map(of).map(|(_, sentence)| sentence.trim_end_matches('.').to_owned()).collect()
+        let of = |drive: &OfDrive| drive.contact(self.speed).filter(|(level, _)| *level == Level::Bad);
+        let small = |sentence: String| {
+            let (first, rest) = sentence.split_at(1);
+            (first.to_lowercase() + rest).trim_end_matches('.').to_owned()
+        };
+        self.drives.iter().filter_map(of).map(|(_, sentence)| small(sentence)).collect()
     }
 
     fn verdict(&self, machine: &Machine) -> Verdict {
@@ -346,12 +380,9 @@ impl ForceAnalysis {
         let is_one = machine.drives.len() == 1;
         let all = || self.drives.iter().zip(&machine.drives);
         for (found, drive) in all() {
-            if let (Some((level, sentence)), Some(keeping)) = (found.contact(&name(drive), self.speed), &found.keeping)
-            {
-                let changes = angles(&found.sign_changes);
+            if let (Some((level, sentence)), Some(keeping)) = (found.contact(self.speed), &found.keeping) {
                 verdict.result(level, sentence);
-                let lost = (level != Level::Good).then_some((pressing(drive), &changes));
-                keeping.advise(&mut verdict, machine, drive, lost);
+                keeping.advise(&mut verdict, machine, drive, level != Level::Good);
             }
         }
         let is_crossed = |(found, _): &(&OfDrive, _)| found.keeping.is_none() && !found.sign_changes.is_empty();
@@ -429,8 +460,9 @@ impl ForceAnalysis {
         let at_speed = |at: Extreme| Extreme { value: at.value * self.speed, ..at };
         let [largest, least] = [self.shaft.largest, self.shaft.least].map(at_speed);
         let [largest, least] = if self.speed < 0.0 { [least, largest] } else { [largest, least] };
-        let (mean, shown) = (self.power.shaft, ("power".to_owned(), W));
-        let power = Range { quantity: "power".to_owned(), unit: "W", largest, least, mean, shown };
+        let (mean, size) = (self.power.shaft, self.power.largest);
+        let shown = ("power".to_owned(), W.sized(size));
+        let power = Range { quantity: "power".to_owned(), unit: "W", largest, least, mean, shown, size };
         report.table(ranges("Shaft", [&self.shaft, &power]));
         report.table(
             Table::file("torque", turn.states())
@@ -444,13 +476,13 @@ impl ForceAnalysis {
              and the shaft torque M = Q U′ (Dresig, Holzweißig, Maschinendynamik, section 2.4)."
                 .to_owned(),
             "Hertzian pressure of a line contact: p = √(N E*/(π L R)) (Johnson, Contact Mechanics, section 4.2).".to_owned(),
-            format!("The power of the shaft (from forces) and of the process (from the tools' motion) differ by {} of the largest power.", number(apart)),
+            format!("The power of the shaft (from forces) and of the process (from the tools' motion) differ by {}.", apart_by(apart)),
         ]);
         report
     }
 }
 
-/// The speed from which on force no longer keeps a follower on its cam.
+/// How far only its loads keep a follower on its cam.
 #[derive(Clone, Debug, Serialize)]
 pub struct LiftOff {
     /// Its name: "follower1".
@@ -458,80 +490,80 @@ pub struct LiftOff {
     /// Its name in a sentence.
     #[serde(skip)]
     pub spoken: String,
+    /// Its number in the machine, from 0.
+    #[serde(skip)]
+    pub number: usize,
     /// The speed of the scene (rad/s).
     #[serde(skip)]
-    speed: f64,
-    /// See [`MachineTurn::lift_off`].
-    pub lift_off_speed: Option<Extreme>,
+    pub speed: f64,
+    /// See [`MachineTurn::held`].
+    #[serde(flatten)]
+    pub held: Held,
     /// True if the FMU's motion contains the flight.
     pub may_leave: bool,
 }
 
 impl LiftOff {
+    /// The judgement as in [`Held::judged`].
+    pub fn judged(&self) -> (Level, String) {
+        self.held.judged(&self.spoken, self.speed, self.may_leave)
+    }
+
     /// The finding as a sentence.
     pub fn text(&self) -> String {
-        let (follower, kept) = (capital(&self.spoken), if self.may_leave { "" } else { "; this model keeps contact" });
-        let Some(Extreme { phi, value }) = self.lift_off_speed else {
-            return format!("{follower} stays on its cam at any speed.");
-        };
-        let lifts = if self.may_leave && value <= self.speed { "lifts off" } else { "would lift off" };
-        let (above, phi) = (above(value, FINE), angle(phi));
-        format!("{follower} {lifts} its cam {above}, first at φ = {phi} (kinetostatic){kept}.")
+        self.judged().1
     }
 }
 
 impl Machine {
-    /// The speeds of lift-off of all followers that only their loads keep on their cams.
+    /// The contacts of all followers that only their loads keep on their cams.
     ///
     /// # Errors
     /// The errors of [`Drive::at`].
     pub fn lift_offs(mut self) -> Result<Vec<LiftOff>, Fault> {
         // Without the pressure in the contact, which an undercut cam does not have.
         self.drives.iter_mut().for_each(|drive| drive.loads.material = None);
+        if !self.drives.iter().any(Drive::is_held) {
+            return Ok(Vec::new());
+        }
         let turn = self.turn()?;
-        let of = |(j, drive): (usize, &Drive)| {
-            // A scene without any load says nothing about what holds the follower.
-            let acts = drive.loads.lever_inertia > 0.0 || drive.loads.on().iter().any(|load| !load.is_none());
-            let name = self.part(drive).unwrap_or("the follower");
-            (acts && drive.is_force_closed()).then(|| LiftOff {
-                follower: name.to_owned(),
+        let of = |(number, drive): (usize, &Drive)| {
+            let follower = self.part(drive).unwrap_or("the follower").to_owned();
+            drive.is_held().then(|| LiftOff {
+                follower,
                 spoken: self.spoken(drive),
-                speed: self.speed.abs(),
-                lift_off_speed: turn.lift_off(j),
+                number,
+                speed: self.speed,
+                held: turn.held(number),
                 may_leave: drive.loads.may_leave,
             })
         };
         Ok(self.drives.iter().enumerate().filter_map(of).collect())
     }
 
-    /// A sentence on the loads that the FMU's motion leaves out, and on the speeds from which followers would leave their cams
-    /// although they cannot in that motion; None without either.
+    /// Sentences on the loads that the FMU's motion leaves out, and on the speeds above which followers lift off although they cannot
+    /// in that motion; None without either.
     pub fn left_out(self) -> Option<String> {
         let lever = self.drives.iter().any(|drive| drive.loads.lever_inertia > 0.0);
         let instead = if self.drives.iter().any(|drive| drive.name.contains('.')) {
             "[follower.backlash] with s = \"inf\" in a DriveTrain"
         } else {
-            "BacklashDrive with s = \"inf\""
+            "a BacklashDrive with s = \"inf\""
         };
-        let leaving =
-            self.lift_offs().unwrap_or_default().into_iter().filter(|of| !of.may_leave).filter_map(|of| {
-                Some(format!("{} would lift off {}", of.spoken, above(of.lift_off_speed?.value, FINE)))
-            });
+        let leaving = self.lift_offs().unwrap_or_default().into_iter().filter(|of| !of.may_leave).filter_map(|of| {
+            let above = match of.held.lift_off_speed?.value {
+                0.0 => "even at rest".to_owned(),
+                value => format!("above {}", up_to(value, FINE)),
+            };
+            Some(format!("{} lifts off {above}", real(&of.spoken)))
+        });
         let leaving = leaving.collect::<Vec<_>>().join(", ");
-        let leaving = if leaving.is_empty() {
-            leaving
-        } else {
-            format!(
-                "contact holds at any speed; in the machine {leaving} (kinetostatic; use {instead} to simulate lift-off)"
-            )
-        };
-        match (lever, leaving.is_empty()) {
-            (false, true) => None,
-            (false, false) => Some(format!("in the motion of the FMU {leaving}")),
-            (true, alone) => {
-                let rest = if alone { leaving } else { format!(", in which {leaving}") };
-                Some(format!("forces.lever_J is not part of the motion of the FMU{rest}"))
-            }
+        let lever = lever.then(|| "forces.lever_J is not part of the motion of the FMU".to_owned());
+        let leaving = (!leaving.is_empty())
+            .then(|| format!("{leaving}; this model keeps contact. To simulate lift-off use {instead}"));
+        match (lever, leaving) {
+            (Some(lever), Some(leaving)) => Some(format!("{lever}. {}", capital(&leaving))),
+            (lever, leaving) => lever.or(leaving),
         }
     }
 }

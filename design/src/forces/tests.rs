@@ -204,7 +204,7 @@ fn what_keeps_a_roller_on_its_cam() {
         let turn = machine.turn().expect("a turn");
         ForceAnalysis::new(&turn).drives[0].keeping.clone().expect("one contour")
     };
-    let lift_off = keeping(60.0, 9e3).lift_off_speed.expect("a speed");
+    let lift_off = keeping(60.0, 9e3).held.lift_off_speed.expect("a speed");
     assert!((lift_off.value - 169.986482).abs() < 1e-6 && (lift_off.phi - 4.296224749).abs() < 1e-6, "{lift_off:?}");
     for (stiffness, least) in [(9e3, 564.315575651), (0.0, 698.669380209), (30e3, 256.596652824)] {
         close(keeping(220.0, stiffness).least_preload.expect("a preload").value, least);
@@ -219,15 +219,15 @@ fn what_keeps_a_roller_on_its_cam() {
     let disc = found(&held(Cut::Inner, 20.0, 2.0));
     let keeping = disc.keeping.expect("one contour");
     close(keeping.least_preload.expect("a preload").value, 50.0);
-    close(keeping.lift_off_speed.expect("a speed").value, 1000.0_f64.sqrt());
+    close(keeping.held.lift_off_speed.expect("a speed").value, 1000.0_f64.sqrt());
     let [first, last] = disc.sign_changes[..] else { panic!("{:?}", disc.sign_changes) };
     close(first, (-0.4_f64).acos());
     close(last, TAU - (-0.4_f64).acos());
     // A ring is left where a disc would be pressed: no spring that draws inwards keeps the roller in it.
     let ring = found(&held(Cut::Outer, 20.0, 2.0)).keeping.expect("one contour");
-    assert_eq!((ring.least_preload, ring.lift_off_speed.map(|at| at.value)), (None, Some(0.0)));
+    assert_eq!((ring.least_preload, ring.held.lift_off_speed.map(|at| at.value)), (None, Some(0.0)));
     assert!(found(&held(Cut::Groove, 20.0, 2.0)).keeping.is_none());
-    assert_eq!(found(&held(Cut::Inner, 20.0, 0.0)).keeping.expect("one contour").lift_off_speed, None);
+    assert_eq!(found(&held(Cut::Inner, 20.0, 0.0)).keeping.expect("one contour").held.lift_off_speed, None);
 }
 
 /// A follower without a known cam, on a spring from U = 0 on and under gravity.
@@ -236,7 +236,7 @@ fn held(law: MotionLaw, mass: f64, loads: Loads) -> Machine {
 }
 
 fn lift_off(machine: &Machine) -> Option<turn::Extreme> {
-    machine.turn().expect("a turn").lift_off(0)
+    machine.turn().expect("a turn").held(0).lift_off_speed
 }
 
 #[test]
@@ -357,29 +357,58 @@ fn what_the_motion_leaves_out_is_told() {
     // m ω² h cos φ against F₀ + m g − P = 20 + 20 − 10 N.
     let rpm = text::digits_beyond(1500.0_f64.sqrt() * 60.0 / TAU, 3, false);
     let mut loads = loaded([20.0, 0.0], 10.0, constant(10.0));
-    let leaves = format!(
-        "the follower would lift off above {rpm} rpm (kinetostatic; use BacklashDrive with s = \"inf\" to simulate lift-off)"
-    );
-    // The note names motions that hold a contact the machine loses.
-    let holds = format!("in the motion of the FMU contact holds at any speed; in the machine {leaves}");
+    let keeps = "this model keeps contact. To simulate lift-off use a BacklashDrive with s = \"inf\"";
+    let holds = format!("the real follower lifts off above {rpm} rpm; {keeps}");
     assert_eq!(still(loads.clone()), Some(holds.clone()));
     assert_eq!(still(Loads { may_leave: true, ..loads.clone() }), None);
     // Studies name both kinds, and say which the motion contains.
-    for may_leave in [false, true] {
+    for (may_leave, text) in [
+        (false, format!("The real follower lifts off above {rpm} rpm, first at φ = 0°; this model keeps contact.")),
+        (true, format!("The follower stays on its cam at 95.5 rpm; it lifts off above {rpm} rpm, first at φ = 0°.")),
+    ] {
         let loads = Loads { may_leave, ..loads.clone() };
-        let of = machine(0.0, Follower::new(2.0, series(&[0.01, -0.01], &[])), None, loads).lift_offs().unwrap();
-        let text = of[0].text();
-        assert!(text.starts_with(&format!("The follower would lift off its cam above {rpm} rpm")), "{text}");
-        assert_eq!(text.contains("keeps contact"), !may_leave);
+        let of = machine(10.0, Follower::new(2.0, series(&[0.01, -0.01], &[])), None, loads).lift_offs().unwrap();
+        assert_eq!(of[0].text().replace("φ = 180°", "φ = 0°"), text);
     }
     let levers = Loads { lever_inertia: 1e-9, ..loads.clone() };
-    let told =
-        holds.replace("in the motion of the FMU", "forces.lever_J is not part of the motion of the FMU, in which");
+    let told = format!("forces.lever_J is not part of the motion of the FMU. T{}", &holds[1..]);
     assert_eq!(still(levers), Some(told));
     loads.load.process = constant(50.0);
-    assert!(still(loads).is_some_and(|told| told.contains("the follower would lift off even at rest")));
+    assert!(still(loads).is_some_and(|told| told.contains("the real follower lifts off even at rest")));
     let levers = Loads { lever_inertia: 0.1, ..Loads::default() };
     assert_eq!(still(levers), Some("forces.lever_J is not part of the motion of the FMU".to_owned()));
+}
+
+/// The steady motion of q about its mean under m ω² h cos φ has the amplitude m ω² h/|c + c_r − m ω² + i b ω|.
+#[test]
+fn an_elastic_follower_lifts_off_where_its_contact_force_ends() {
+    let (m, h, b, c) = (2.0, 0.01, 30.0, 1e4);
+    for (stiffness, way) in [(0.0, 1.0), (3e3, 1.0), (3e3, -1.0)] {
+        let at = |preload: f64, speed: f64| {
+            let loads = Loads { compliance: Compliance::Output([c, b]), ..loaded([preload, stiffness], 0.0, None) };
+            machine(way * speed, Follower::new(m, series(&[h, -h], &[])), None, loads)
+        };
+        // −(c q + b q̇) from m q̈ + b q̇ + (c + c_r) q = −F₀ − c_r U − m Ü; the least of a mean and one harmonic.
+        let pull = |preload: f64, w: f64| {
+            let all = Point::new(c + stiffness - m * w * w, b * w);
+            let excited = Point::from(h * (stiffness - m * w * w));
+            let gain = c / (c + stiffness) * (preload + stiffness * h);
+            (Point::new(c, b * w) * excited / all).norm() - gain
+        };
+        let found = at(120.0, 10.0).turn().expect("a turn").held(0);
+        let speed = found.lift_off_speed.expect("a speed").value;
+        assert!(pull(120.0, speed).abs() < 1e-4 * 120.0 && !found.lost, "{found:?}: {}", pull(120.0, speed));
+        assert!((1..1000).all(|i| pull(120.0, speed * f64::from(i) / 1000.0) < 0.0), "{speed}");
+        for (factor, lost) in [(1.0 - 1e-3, false), (1.0 + 1e-3, true)] {
+            assert_eq!(at(120.0, speed * factor).turn().expect("a turn").held(0).lost, lost);
+        }
+        // With the preload for a speed above, it holds at all up to there, and with less it does not.
+        let least = at(120.0, 1.3 * speed).turn().expect("a turn").least_preload(0).expect("a preload").value;
+        for (factor, lost) in [(1.0 + 1e-4, false), (1.0 - 1e-2, true)] {
+            let held = at(least * factor, 1.3 * speed).turn().expect("a turn").held(0);
+            assert_eq!(held.lost || held.lift_off_speed.is_some_and(|at| at.value < 1.3 * speed), lost, "{held:?}");
+        }
+    }
 }
 
 #[test]

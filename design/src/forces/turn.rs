@@ -1,6 +1,8 @@
 //! The forces over a turn: samples, largest values, changes of sign.
 
 use super::{Drive, Forces, Loads};
+use crate::periodic_turn::Turn;
+use crate::resource::Scene;
 pub use crate::search::Extreme;
 use crate::search::{root, summit, zero};
 use camdrive::drives::Fault;
@@ -12,7 +14,7 @@ use std::f64::consts::TAU;
 const SAMPLES: [f64; 2] = [1440.0, 24.0];
 
 /// Values below this part of the largest one have the sign 0: they are roundings in a dwell.
-const ZERO: f64 = 1e-9;
+pub(super) const ZERO: f64 = 1e-9;
 
 /// A machine at constant speed.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,6 +59,13 @@ pub fn least_place(follower: &Follower) -> Result<f64, Fault> {
 }
 
 impl Machine {
+    /// Marks the drives whose contact opens in the periodic motion of a scene that a motor turns.
+    pub fn mark(&mut self, scene: &Scene, turn: &Turn) {
+        for j in turn.opened(scene) {
+            self.drives.get_mut(j).into_iter().for_each(|drive| drive.loads.opens = true);
+        }
+    }
+
     /// The name of a follower within its machine, "follower1"; None for a drive of its own.
     pub(super) fn part<'a>(&self, drive: &'a Drive) -> Option<&'a str> {
         drive.name.strip_prefix(&self.name)?.strip_prefix('.')
@@ -149,17 +158,27 @@ impl MachineTurn<'_> {
         move |state| state.drives[j].contacts.first().map_or(travel, |contact| contact.gain).signum()
     }
 
-    /// The speed (rad/s) from which on force no longer keeps drive j on its cam, and the place of the first failure; 0 if it
-    /// fails at rest, None if it never fails.
-    ///
-    /// The cam bears Q_rest + ω Q_damping + ω² Q_inertia; at that speed the least value of the turn is 0.
-    pub fn lift_off(&self, j: usize) -> Option<Extreme> {
-        let (sense, way) = (self.sense(j), 1.0_f64.copysign(self.machine.speed));
-        let borne = |state: &State, powers: [f64; 3]| {
+    /// What the cam of drive j bears in the sense of its contact: Q_rest, Q_damping and Q_inertia times these.
+    fn borne(&self, j: usize) -> impl Fn(&State, [f64; 3]) -> f64 {
+        let sense = self.sense(j);
+        move |state, powers| {
             let parts = state.drives[j].parts.iter().zip(powers);
             sense(state) * parts.map(|(part, power)| part * power).sum::<f64>()
-        };
-        let lacking = |w: f64| self.largest(|state| -borne(state, [1.0, way * w, w * w]));
+        }
+    }
+
+    /// The largest pull on drive j at a speed w ≥ 0 (rad/s) where it is rigid, and its place.
+    pub(super) fn lacking(&self, j: usize) -> impl Fn(f64) -> Extreme {
+        let (borne, way) = (self.borne(j), 1.0_f64.copysign(self.machine.speed));
+        move |w| self.largest(|state| -borne(state, [1.0, way * w, w * w]))
+    }
+
+    /// The speed (rad/s) from which on force no longer keeps drive j, if it is rigid, on its cam, and the place of the first
+    /// failure; 0 if it fails at rest, None if it never fails.
+    ///
+    /// The cam bears Q_rest + ω Q_damping + ω² Q_inertia; at that speed the least value of the turn is 0.
+    pub(super) fn rigid_lift_off(&self, j: usize) -> Option<Extreme> {
+        let (borne, lacking, way) = (self.borne(j), self.lacking(j), 1.0_f64.copysign(self.machine.speed));
         let (at_rest, inertia) = (lacking(0.0), self.largest(|state| -borne(state, [0.0, 0.0, 1.0])));
         // At the place of the strongest pull of inertia, it then pulls twice as much as anything presses anywhere.
         let most = |powers: [f64; 3]| self.largest(|state| borne(state, powers)).value.max(0.0);
@@ -175,6 +194,22 @@ impl MachineTurn<'_> {
             let speed = root(|w| lacking(w).value, [slowest, end]);
             Extreme { value: speed, ..lacking(speed) }
         })
+    }
+
+    /// The least F₀ (N or N·m) that keeps drive j, if it is rigid, on its cam, and the place that needs it; None if none does.
+    ///
+    /// From F₀ ≥ −(Q − F₀ Q₁)/Q₁ with Q₁ = dy/dU all over the turn and on the way from rest to the speed.
+    pub(super) fn rigid_preload(&self, j: usize) -> Option<Extreme> {
+        let (preload, sense, w) = (self.machine.drives[j].preload(), self.sense(j), self.machine.speed);
+        let helps = self.largest(|state| -sense(state) * state.drives[j].travel).value < 0.0;
+        let needed = |state: &State| {
+            let Forces { parts: [rest, damping, inertia], travel, .. } = &state.drives[j];
+            // At the part s of the speed F₀ must exceed −(Q_rest + s ω Q_damping + s² ω² Q_inertia)/Q₁.
+            let at = |s: f64| preload - (rest + s * w * (damping + s * w * inertia)) / travel;
+            let summit = -0.5 * damping / (w * inertia);
+            [0.0, summit.clamp(0.0, 1.0), 1.0].into_iter().map(at).fold(f64::NEG_INFINITY, f64::max)
+        };
+        helps.then(|| self.largest(needed))
     }
 
     /// The angles at which f changes sign, also from one turn to the next; the beginning of an interval in which it is zero.

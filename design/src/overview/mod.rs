@@ -58,6 +58,9 @@ pub struct Overview {
     /// Its cams and their followers.
     #[serde(skip)]
     machine: Option<Machine>,
+    /// True if the laws are left out.
+    #[serde(skip)]
+    sketched: bool,
     /// Half the range of the kinetostatic deformation of each elastic member, at the speed of the scene; NaN for a rigid
     /// follower.
     #[serde(skip)]
@@ -127,7 +130,7 @@ pub fn of(resource: &Resource) -> Overview {
     at(resource, false)
 }
 
-/// The overview of a scene, or of one at a speed that may be `advised`, which has to be calm.
+/// The overview of a scene, or of one at a speed that may be `advised`, without advice on other speeds.
 fn at(resource: &Resource, advised: bool) -> Overview {
     let mut overview = kinetostatic(resource);
     for Tool { section, law, unit } in &resource.tools {
@@ -135,6 +138,7 @@ fn at(resource: &Resource, advised: bool) -> Overview {
     }
     implausible::warn(&mut overview);
     overview.lift_offs = overview.machine.clone().map(Machine::lift_offs).and_then(Result::ok).unwrap_or_default();
+    overview.lifts_off(resource);
     overview.steady(resource, advised);
     overview.show_frequencies(&HZ);
     overview
@@ -142,13 +146,28 @@ fn at(resource: &Resource, advised: bool) -> Overview {
 
 /// The figures of the scene without vibration.
 fn kinetostatic(resource: &Resource) -> Overview {
-    let machine = Machine::of(resource).ok();
-    let mut overview = Overview { machine, ..Overview::default() };
+    let mut overview = Overview { machine: Machine::of(resource).ok(), ..Overview::default() };
     match periodic_turn::of(&resource.scene, None, 0.0) {
-        Ok(turn) => overview.turn = Some(turn),
+        Ok(turn) => {
+            overview.machine.iter_mut().for_each(|machine| machine.mark(&resource.scene, &turn));
+            overview.turn = Some(turn);
+        }
         Err(fault) => overview.motionless = Some(fault),
     }
-    match &resource.scene {
+    tell(&mut overview, &resource.scene);
+    overview
+}
+
+/// The figures of its elastic members alone, with a sketch of its motion.
+fn sketched(resource: &Resource) -> Overview {
+    let turn = periodic_turn::sketch(&resource.scene).ok();
+    let mut overview = Overview { turn, sketched: true, ..Overview::default() };
+    tell(&mut overview, &resource.scene);
+    overview
+}
+
+fn tell(overview: &mut Overview, scene: &Scene) {
+    match scene {
         Scene::ElasticOutput(elastic_output::Scene { parameters, cam, drive, load, .. }) => {
             let speed = overview.driven(drive);
             overview.elastic(&vibration::behind_cam(cam, *parameters, load, speed), Some((cam, false)));
@@ -175,10 +194,9 @@ fn kinetostatic(resource: &Resource) -> Overview {
             }
             overview.elastic(&oscillator::of_coefficients(scene), None);
         }
-        Scene::RigidMachine(scene) => machine::tell(&mut overview, scene),
-        Scene::DriveTrain(scene) => train::tell(&mut overview, scene),
+        Scene::RigidMachine(scene) => machine::tell(overview, scene),
+        Scene::DriveTrain(scene) => train::tell(overview, scene),
     }
-    overview
 }
 
 impl Overview {
@@ -229,6 +247,9 @@ impl Overview {
 
     /// The law of a section of the scene.
     fn law(&mut self, section: &str, law: &MotionLaw, unit: &'static str) {
+        if self.sketched {
+            return;
+        }
         self.roughness(section, law, unit);
         self.motions(section, law, unit);
     }
@@ -250,6 +271,9 @@ impl Overview {
 
     /// The motion of the tool of follower j, counted from 0; position and transfer functions follow from a law's.
     fn motion(&mut self, j: usize, prefix: &str, (law, tool): Moved, speed: Option<f64>, turns: bool) {
+        if self.sketched {
+            return;
+        }
         let load = speed.and_then(|speed| self.load(j, speed)).filter(|load| *load > 0.0);
         let mut tell = |name: &str, value: f64, unit: [&'static str; 2]| {
             self.figure(format!("{prefix}{name}"), value, unit[usize::from(turns)]);

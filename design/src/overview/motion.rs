@@ -31,9 +31,6 @@ const NEAR: f64 = 0.25;
 /// is raised: away from resonance the vibration is at most as large as these.
 const RAISED: f64 = 2.0;
 
-/// The same for a speed that is advised: the machine need not keep it exactly.
-const CALM: f64 = 1.5;
-
 /// In a resonance the harmonic near the natural frequency alone deforms this many times as much as all loads without vibration.
 const RESONANT: f64 = 1.0;
 
@@ -46,18 +43,22 @@ const HOLD: &str = "raise the preload or lower the speed; `camdrive forces` comp
 /// A start that deforms this many times as much as the periodic motion is far from it: a load applied at once deforms twice.
 const FAR: f64 = 2.0;
 
-/// Calm speeds are searched in steps of this part, half the width of a resonance with a damping ratio of 2 %, this many to
-/// each side: up to a factor of 1.5, beyond which it is another machine.
-const STEPS: (f64, i32) = (0.02, 20);
+/// Calm speeds are searched in steps of this part, half the width of a resonance with a damping ratio of 1 %, this many to each
+/// side: up to a factor of 1.6, beyond which it is another machine.
+const STEPS: (f64, i32) = (0.01, 47);
+
+/// Halvings of the step at the edge of a resonance.
+const HALVINGS: usize = 5;
+
+/// The margin of a calm speed to that edge.
+const MARGIN: f64 = 0.005;
+
+/// Calm speeds that are tried on each side.
+const TRIES: usize = 6;
 
 /// The name of a figure of follower j; 0 for a drive with one.
 fn named(j: usize, name: &str) -> String {
     if j == 0 { name.to_owned() } else { format!("follower[{j}].{name}") }
-}
-
-/// A speed (rad/s) as people write it.
-fn rounded(w: f64) -> f64 {
-    text::digits(w * RPM.factor, 3, -4).parse().map_or(w, |rpm: f64| rpm / RPM.factor)
 }
 
 /// "follower 2: " before a message on follower j; nothing before one on the only follower.
@@ -104,15 +105,10 @@ impl Rise {
     fn factor(&self) -> f64 {
         self.of_harmonic().max(self.largest / self.kinetostatic)
     }
-
-    /// True if no speed like that is advised.
-    fn is_rough(self) -> bool {
-        self.factor() >= CALM
-    }
 }
 
 impl Overview {
-    /// Adds the figures of the periodic motion, and its warnings; `advised` if the speed is one that may be advised.
+    /// Adds the figures of the periodic motion, and its warnings; `advised` if other speeds are not to be.
     pub(super) fn steady(&mut self, resource: &Resource, advised: bool) {
         let Some(turn) = self.turn.take() else { return self.without_motion(resource, advised) };
         for range in &turn.outputs {
@@ -134,8 +130,7 @@ impl Overview {
         }
         let starts = far_starts(resource, &turn);
         // Another speed need not cure those.
-        let spared = self.warnings.len() + starts.len();
-        self.hits(resource, &turn);
+        let spared = self.warnings.len() - self.of_motion.len() + starts.len();
         self.is_unstable(resource, &turn);
         self.resonates(resource, &turn, if advised { None } else { Some(spared) });
         for message in starts {
@@ -174,37 +169,37 @@ impl Overview {
         if linear(&resource.scene).is_some_and(|growth| growth <= 1.0 + NEUTRAL) {
             message += "; the linear equation is stable at this speed (`camdrive stability`)";
         }
-        let spared = self.warnings.len();
+        let spared = self.warnings.len() - self.of_motion.len();
         let hint = self.cure(resource, j, if advised { None } else { Some(spared) });
         let level = if fault.motionless.as_deref() == Some(NOT_FOUND) { Level::Mind } else { Level::Bad };
         self.minds(level, message, hint);
     }
 
-    /// Warns of followers that leave their cams in the periodic motion, and notes the impacts of others.
-    fn hits(&mut self, resource: &Resource, turn: &Turn) {
-        for (j, impacts) in turn.impacts.iter().enumerate() {
-            let Some(impacts) = impacts.filter(|impacts| *impacts > 0.0) else { continue };
-            let of = if turn.impacts.len() == 1 { "the follower".to_owned() } else { format!("follower {}", j + 1) };
-            let own = turn.impulses.iter().filter(|impact| impact.follower == j + 1);
-            let hardest = own.max_by(|a, b| a.impulse.total_cmp(&b.impulse)).map_or(String::new(), |hardest| {
-                format!(
-                    ", the hardest at {} with {}",
-                    terminal::shown(hardest.phi, &DEG),
-                    terminal::shown(hardest.impulse, &NS)
-                )
-            });
-            let count = text::counted(text::number(impacts), "impact");
-            match resource.scene.is_one_sided(j) {
-                true => {
-                    let message = format!("{of} lifts off its cam and has {count} a turn{hardest}");
-                    self.minds(Level::Mind, message, HOLD.to_owned());
-                }
-                false => self.notes.push(format!("{of} has {count} a turn{hardest}")),
+    /// Warns of followers that leave their cams, and notes the impacts of others.
+    pub(super) fn lifts_off(&mut self, resource: &Resource) {
+        let turn = self.turn.take();
+        let mut lost = Vec::new();
+        for of in &self.lift_offs {
+            let (level, mut message) = of.judged();
+            if level > Level::Good {
+                let flies = resource.scene.is_one_sided(of.number);
+                let hits = turn.as_ref().filter(|_| flies).and_then(|turn| hits(turn, of.number, "It"));
+                message += &hits.map_or(String::new(), |hits| format!(" {hits}."));
+                lost.push((level, message));
             }
         }
-        for pull in turn.pulls() {
-            self.minds(Level::Mind, pull.trim_end_matches('.').to_owned(), HOLD.to_owned());
+        lost.into_iter().for_each(|(level, message)| self.minds(level, message, HOLD.to_owned()));
+        for j in 0..turn.as_ref().map_or(0, |turn| turn.impacts.len()) {
+            let of =
+                if resource.scene.followers() <= 1 { "the follower".to_owned() } else { format!("follower {}", j + 1) };
+            let is_told = self.lift_offs.iter().any(|lift_off| lift_off.number == j && lift_off.held.lost);
+            let hits = turn.as_ref().filter(|_| !is_told).and_then(|turn| hits(turn, j, &of));
+            match resource.scene.is_one_sided(j) {
+                true => hits.into_iter().for_each(|hits| self.minds(Level::Bad, hits, HOLD.to_owned())),
+                false => self.notes.extend(hits),
+            }
         }
+        self.turn = turn;
     }
 
     /// Warns of a motion from which disturbances lead away, and of two equations of a shaft that disagree on it.
@@ -245,8 +240,8 @@ impl Overview {
         Some(Rise { largest: range.peak().value.abs(), kinetostatic, swing, near, unit: range.unit })
     }
 
-    /// Warns of deformations that resonances, other vibration or impacts raise, and notes weak resonances; an advised speed, which
-    /// spares no warning, has to be calm.
+    /// Warns of deformations that resonances, other vibration or impacts raise, and notes weak resonances; calm speeds are
+    /// advised where the warnings to spare are known.
     fn resonates(&mut self, resource: &Resource, turn: &Turn, spared: Option<usize>) {
         for j in 0..=resource.scene.followers() {
             let Some(rise) = self.rise(j, turn) else { continue };
@@ -256,7 +251,7 @@ impl Overview {
             let has_impacts = turn.impacts.get(j.saturating_sub(1)).copied().flatten().is_some_and(|count| count > 0.0);
             let near = rise.near.as_ref().map(|near| (near, shown(near.amplitude, near.unit)));
             let damping = damping(&resource.scene, j);
-            if rise.factor() < if spared.is_some() { RAISED } else { CALM } {
+            if rise.factor() < RAISED {
                 let ratio = self.value(&named(j, "damping_ratio")).unwrap_or(0.0);
                 let natural = self.value(&named(j, "natural_frequency")).unwrap_or(f64::NAN);
                 let meets = |near: &Harmonic| (near.frequency / natural - 1.0).abs() <= ratio;
@@ -266,11 +261,7 @@ impl Overview {
                          {largest}, {times} times its kinetostatic value",
                         near.harmonic
                     );
-                    // No speed like that is advised.
-                    match spared {
-                        Some(_) => self.notes.push(note),
-                        None => self.minds(Level::Good, note, String::new()),
-                    }
+                    self.notes.push(note);
                 }
                 continue;
             }
@@ -283,15 +274,15 @@ impl Overview {
                     },
                 ),
                 Some((near, amplitude)) if rise.of_harmonic() >= RESONANT => {
-                    let exceeds = self.exceeds(j, &rise);
-                    let lost = if exceeds { "; the tool misses its law by more than the stroke" } else { "" };
+                    let lost =
+                        if self.exceeds(j, &rise) { "; the tool misses its law by more than the stroke" } else { "" };
                     (
                         format!(
                             "{of}resonance with harmonic {}: its amplitude is {amplitude}; without vibration all loads \
                              deform by ±{swing}{lost}",
                             near.harmonic
                         ),
-                        self.cure(resource, j, spared.filter(|_| !exceeds)),
+                        self.cure(resource, j, spared),
                     )
                 }
                 near => {
@@ -311,7 +302,7 @@ impl Overview {
         }
     }
 
-    /// True if the tool would miss its law by the whole stroke: then a little slower or faster does not help.
+    /// True if the tool would miss its law by the whole stroke.
     fn exceeds(&self, j: usize, rise: &Rise) -> bool {
         let share = self.value(&named(j, "kinetostatic_deformation_of_stroke")).unwrap_or(0.0);
         share * rise.largest / rise.kinetostatic >= 1.0
@@ -330,8 +321,9 @@ impl Overview {
             [] => format!("choose another natural frequency, another law or more damping ({damping})"),
             speeds => {
                 format!(
-                    "run at {}, or choose another natural frequency or more damping ({damping})",
-                    speeds.join(" or ")
+                    "run at {}, a margin of {} % included, or choose another natural frequency or more damping ({damping})",
+                    speeds.join(" or "),
+                    100.0 * MARGIN
                 )
             }
         }
@@ -343,27 +335,71 @@ fn linear(scene: &Scene) -> Option<f64> {
     if matches!(scene, Scene::ElasticShaft(shaft) if !shaft.linear) { stability::growth(scene) } else { None }
 }
 
-/// The nearest speeds (rad/s) below and above at which a check warns of no more than it does here without the motion.
+/// The scene at another speed (rad/s).
+fn at_speed(resource: &Resource, speed: f64) -> Resource {
+    let mut other = resource.clone();
+    if let Some(DriveMode::Constant { w, .. }) = other.scene.drive_mut() {
+        *w = speed;
+    }
+    other
+}
+
+/// True if a deformation is raised at this speed, or no motion is found.
+fn is_rough(resource: &Resource, speed: f64) -> bool {
+    let other = at_speed(resource, speed);
+    let still = super::sketched(&other);
+    let raised = |turn: &Turn| {
+        (0..=other.scene.followers()).any(|j| still.rise(j, turn).is_some_and(|rise| rise.factor() >= RAISED))
+    };
+    still.turn.as_ref().is_none_or(raised)
+}
+
+/// The nearest speeds (rad/s) below and above, with a margin, at which a check warns of no more than it does here without the
+/// motion.
 fn calm_speeds(resource: &Resource, spared: usize) -> Vec<f64> {
     let Some(DriveMode::Constant { w, .. }) = resource.scene.drive().cloned() else { return Vec::new() };
-    let is_calm = |speed: f64| {
-        let mut other = resource.clone();
-        if let Some(DriveMode::Constant { w, .. }) = other.scene.drive_mut() {
-            *w = speed;
+    let is_calm =
+        |speed: f64| !is_rough(resource, speed) && super::at(&at_speed(resource, speed), true).warnings.len() <= spared;
+    let side = |sign: f64| {
+        let (mut rough, mut tries) = (Some(w), 0);
+        for i in 1..=STEPS.1 {
+            let mut speed = w * (1.0 + sign * STEPS.0).powi(i);
+            if is_rough(resource, speed) {
+                rough = Some(speed);
+                continue;
+            }
+            // The edge of what is rough; farther on only what else a check minds is in the way.
+            if let Some(mut within) = rough.take() {
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (within + speed);
+                    *(if is_rough(resource, middle) { &mut within } else { &mut speed }) = middle;
+                }
+                speed *= 1.0 + sign * MARGIN;
+            }
+            let written = text::digits_beyond(speed * RPM.factor, 3, sign > 0.0);
+            let speed = written.parse().map_or(speed, |rpm: f64| rpm / RPM.factor);
+            if is_calm(speed) {
+                return Some(speed);
+            }
+            tries += 1;
+            if tries == TRIES {
+                break;
+            }
         }
-        // Most speeds fail at this, which costs least.
-        let still = super::kinetostatic(&other);
-        let rises =
-            |turn: &Turn| (0..=other.scene.followers()).any(|j| still.rise(j, turn).is_some_and(Rise::is_rough));
-        if still.turn.as_ref().is_none_or(rises) {
-            return false;
-        }
-        let found = super::at(&other, true);
-        let leaves = found.lift_offs.iter().filter_map(|of| of.lift_off_speed.as_ref());
-        found.warnings.len() <= spared && leaves.map(|from| from.value).all(|from| from > speed.abs())
+        None
     };
-    let side = |sign: f64| (1..=STEPS.1).map(|i| rounded(w * (1.0 + sign * STEPS.0).powi(i))).find(|w| is_calm(*w));
     [-1.0, 1.0].into_iter().filter_map(side).collect()
+}
+
+/// The impacts of follower j, counted from 0, which is called `of`.
+fn hits(turn: &Turn, j: usize, of: &str) -> Option<String> {
+    let impacts = turn.impacts.get(j).copied().flatten().filter(|impacts| *impacts > 0.0)?;
+    let own = turn.impulses.iter().filter(|impact| impact.follower == j + 1);
+    let hardest = own.max_by(|a, b| a.impulse.total_cmp(&b.impulse)).map_or(String::new(), |hardest| {
+        let [phi, impulse] = [terminal::shown(hardest.phi, &DEG), terminal::shown(hardest.impulse, &NS)];
+        format!(", the hardest at {phi} with {impulse}")
+    });
+    Some(format!("{of} has {} a turn{hardest}", text::counted(text::number(impacts), "impact")))
 }
 
 /// Messages on starts that deform far more than the periodic motion.

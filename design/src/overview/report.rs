@@ -11,17 +11,10 @@ impl Overview {
     /// The verdict on the plausibility of the values.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
-        let speed = self.value("speed").or_else(|| self.value("mean_speed")).unwrap_or(0.0).abs();
-        // A warning reports impacts of the motion.
-        let flies = self.turn.as_ref().is_some_and(|turn| turn.impacts.iter().flatten().any(|impacts| *impacts > 0.0));
-        let leaves = |of: &&LiftOff| of.lift_off_speed.as_ref().is_some_and(|from| from.value <= speed);
-        for of in self.lift_offs.iter().filter(|_| !flies).filter(leaves) {
-            verdict.result(Level::Mind, of.text());
-            verdict
-                .advice(format!("`camdrive forces` computes which preload or speed keeps {} on its cam.", of.spoken));
-        }
-        if self.warnings.is_empty() && verdict.result.is_empty() {
-            verdict.result(Level::Good, "No errors. All values are plausible.");
+        match (self.warnings.is_empty(), self.notes.is_empty()) {
+            (true, true) => drop(verdict.result(Level::Good, "No errors. All values are plausible.")),
+            (true, false) => drop(verdict.result(Level::Good, "No errors.")),
+            _ => {}
         }
         let is_still = |i: &usize| self.of_motion.iter().all(|(of, _)| of != i);
         (0..self.warnings.len()).filter(is_still).for_each(|i| self.warn(i, &mut verdict));
@@ -72,7 +65,10 @@ impl Overview {
         let varying = "The coefficients vary over the turn: `camdrive stability` finds resonances and unstable speeds.";
         report.lines("Resonances", self.varies.then(|| varying.to_owned()));
         // A note has the speeds of all others.
-        report.lines("Contact", self.lift_offs.iter().filter(|of| of.may_leave).map(LiftOff::text));
+        report.lines(
+            "Contact",
+            self.lift_offs.iter().filter(|of| of.may_leave && of.judged().0 == Level::Good).map(LiftOff::text),
+        );
         if !self.motions.is_empty() {
             report.explain("Characteristic values of motions", [Motion::SYMBOLS.to_owned()]);
         }

@@ -653,14 +653,17 @@ fn a_resonance_is_judged_once_and_speeds_that_are_advised_are_calm() {
         let words: Vec<&str> = hint.split([' ', ',']).collect();
         let advised: Vec<f64> =
             words.windows(2).filter(|pair| pair[1] == "rpm").map(|pair| pair[0].parse().unwrap()).collect();
+        assert_eq!(advised.len(), 2, "{hint}");
         // At 5400 rpm the bar vibrates by more than its stroke.
-        assert_eq!(advised.is_empty(), rpm > 5000.0, "{hint}");
         assert_eq!(message.contains("more than the stroke"), rpm > 5000.0, "{message}");
         for calm in advised {
             let there = guide_bar(hs_profile(), calm);
-            assert!(there.warnings.is_empty() && there.notes.is_empty(), "{calm}: {:?}", there.warnings);
+            assert!(there.warnings.is_empty(), "{calm}: {:?}", there.warnings);
+            // None is nearer, but for the margin and the rounding.
+            let nearer = if calm < rpm { 1.012 * calm } else { calm / 1.012 };
+            assert!(!guide_bar(hs_profile(), nearer).warnings.is_empty(), "{nearer}");
             let [largest, still] = ["largest_deformation", "largest_kinetostatic_deformation"];
-            assert!(there.value(largest).unwrap() < 1.5 * there.value(still).unwrap(), "{calm}");
+            assert!(there.value(largest).unwrap() < 2.0 * there.value(still).unwrap(), "{calm}");
         }
     }
     // Its profile has no ninth harmonic; the traditional one has.

@@ -10,8 +10,6 @@ mod vibration;
 
 pub use vibration::{Dwell, Harmonic};
 
-use crate::report::terminal;
-use crate::report::unit::DEG;
 use crate::resource::Scene;
 use crate::search::{Extreme, root, summit};
 use crate::text;
@@ -394,12 +392,12 @@ impl Turn {
         })
     }
 
-    /// Sentences on the cams that pull their followers.
-    pub fn pulls(&self) -> impl Iterator<Item = String> {
-        self.pulls.iter().map(|(follower, phi)| {
-            let phi = terminal::shown(*phi, &DEG);
-            format!("From {phi} on the cam of follower {follower} pulls: the real follower lifts off there.")
-        })
+    /// The followers, from 0, whose contact opens on a shaft that a motor turns.
+    pub fn opened<'a>(&'a self, scene: &'a Scene) -> impl Iterator<Item = usize> + 'a {
+        let hits = |j: usize| self.impacts.get(j).copied().flatten().is_some_and(|impacts| impacts > 0.0);
+        let pulled = |j: usize| self.pulls.iter().any(|(follower, _)| *follower == j + 1);
+        let free = scene.drive().is_none();
+        (0..scene.followers()).filter(move |j| free && (pulled(*j) || scene.is_one_sided(*j) && hits(*j)))
     }
 
     /// The output with this name.

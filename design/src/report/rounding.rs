@@ -10,7 +10,7 @@ const DIGITS: usize = 3;
 /// Those that rounding of the computation leaves.
 const EXACT: usize = 12;
 /// Rounding changes the length of an interval by no more than this part.
-const CHANGED: f64 = 0.1;
+const CHANGED: f64 = 0.25;
 
 /// To which side limits are rounded.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,6 +8,7 @@ use camdrive::drives::rigid_machine::linkage::in_turn;
 
 /// A number for people in a unit: three significant digits.
 pub fn shown(value: f64, unit: &Unit) -> String {
+    let unit = unit.sized(value);
     unit.after(text::number(value * unit.factor))
 }
 
@@ -26,7 +27,7 @@ pub fn among(value: f64, ends: [f64; 2], unit: &Unit) -> String {
 /// The decimals that distinguish two ends; None if any do.
 fn decimals([low, high]: [f64; 2]) -> Option<usize> {
     let size = low.abs().max(high.abs());
-    let needed = if high > low { (size / (high - low)).log10().ceil().max(0.0) as usize + 2 } else { 4 };
+    let needed = if high > low { (size / (high - low)).log10().ceil().max(0.0) as usize + 1 } else { 4 };
     let near = size > 0.0 && 2.0 * low.abs().min(high.abs()) >= size && (1e-2..1e6).contains(&size);
     near.then(|| (needed.clamp(3, 15) as i32 - 1 - size.log10().floor() as i32).max(0) as usize)
 }

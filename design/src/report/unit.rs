@@ -3,6 +3,9 @@
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
+/// In three digits this is 10 000.
+const LARGE: f64 = 9995.0;
+
 /// A unit and its factor from the coherent SI unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unit {
@@ -34,6 +37,12 @@ impl Unit {
             Some(power) => Unit { name: format!("mm/rad{power}").into(), factor: 1e3 },
             None => Unit { name: name.into(), factor: 1.0 },
         }
+    }
+
+    /// The unit in which people read values of up to this size (SI): kN, kW, kJ and kN·m from 10 000 on.
+    pub fn sized(&self, size: f64) -> Unit {
+        let large = ["N", "N·m", "W", "J"].contains(&&*self.name) && (size * self.factor).abs() >= LARGE;
+        if large { Unit { name: format!("k{}", self.name).into(), factor: 1e-3 * self.factor } } else { self.clone() }
     }
 
     /// A number, written out, with this unit.

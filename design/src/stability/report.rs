@@ -52,6 +52,11 @@ pub fn disagreement(speed: f64, radius: f64) -> String {
     )
 }
 
+/// An error relative to 1; roundings have no size of their own.
+fn exactness(error: f64) -> String {
+    if error < 1e-12 { "rounding".to_owned() } else { number(error) }
+}
+
 impl StabilityAnalysis {
     /// Unstable speeds at the damping of the scene (rad/s), with their orders.
     fn unstable(&self) -> impl Iterator<Item = (&Order, [f64; 2])> {
@@ -246,7 +251,7 @@ impl StabilityAnalysis {
         for (holds, text) in [
             (
                 self.oscillator.periods_per_turn > 0 && e.residual > 0.0,
-                format!("Boundaries are exact to {} for the model. Its damping is uncertain.", number(e.residual)),
+                format!("Boundaries are exact to {} for the model. Its damping is uncertain.", exactness(e.residual)),
             ),
             (more, "There are more unstable speeds below these. List them with --orders.".to_owned()),
             (
@@ -413,7 +418,7 @@ impl StabilityAnalysis {
                  The file's modulation ratio is the modulation of the coefficients, divided by the modulation from which the \
                  order is unstable at this damping.",
                 e.harmonics,
-                number(e.residual)
+                exactness(e.residual)
             )]);
         }
         printed::explain(self, report);

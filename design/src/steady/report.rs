@@ -1,12 +1,13 @@
 //! The findings as a report.
 
 use super::{Motion, Speeds, SteadyMotions, tables};
+use crate::forces::report::LiftOff;
 use crate::periodic_turn::{self, Dwell, GONE, NEUTRAL, Turn};
 use crate::plot::{Axis, Diagram, Series};
 use crate::report::terminal::{range, shown};
 use crate::report::unit::{DEG, MS, NM, ONE, PERCENT, RPM, W};
 use crate::report::{Advice, Claim, Level, Report, Setting, Table, Value, Verdict, WrittenValue};
-use crate::text::{clean, counted, digits, distinguishing, number, sentence, share, time};
+use crate::text::{counted, digits, digits_beside_one, distinguishing, in_a_turn, number, sentence, share, time};
 use crate::transmission::Transmission;
 use camdrive::drives::rigid_machine::Kloss;
 
@@ -24,11 +25,19 @@ fn name((i, motion): (usize, &Motion)) -> String {
     format!("{} ({})", i + 1, if motion.stable { "stable" } else { "unstable" })
 }
 
+/// A size in the digits that show on which side of 1 it is.
+fn beside_one(size: f64) -> String {
+    match digits_beside_one(&[size]) {
+        3 => number(size),
+        fine => digits(size, fine, -4),
+    }
+}
+
 /// The multiplier, for a steep motor as a power of ten.
 fn multiplier(growth: f64) -> String {
     let power = growth / std::f64::consts::LN_10;
     // A mass that ends every turn on its flank forgets all of it.
-    if power.abs() < 300.0 || power == f64::NEG_INFINITY { number(growth.exp()) } else { format!("10^{power:.0}") }
+    if power.abs() < 300.0 || power == f64::NEG_INFINITY { beside_one(growth.exp()) } else { format!("10^{power:.0}") }
 }
 
 /// The fluctuation of a speed, as the end of a sentence.
@@ -173,7 +182,7 @@ impl SteadyMotions {
     /// Torques, vibration, impacts and contact over a turn.
     fn of_turn(&self, turn: &Turn, verdict: &mut Verdict) {
         let torques = turn.outputs.iter().filter(|of| of.unit == "N.m").map(|of| of.size);
-        let torque = clean(turn.mean_torque, torques.fold(0.0, f64::max));
+        let torque = tables::mean(turn.mean_torque, torques.fold(0.0, f64::max));
         if self.motor.is_none() && torque.abs() > 0.0 {
             let (torque, power) = (shown(torque, &NM), shown(turn.mean_power, &W));
             verdict.result(Level::Good, format!("It takes a mean torque of {torque} and a mean power of {power}."));
@@ -182,20 +191,17 @@ impl SteadyMotions {
         if let Some(dwell) = worst.filter(|dwell| dwell.clean(dwell.largest) > 0.0) {
             let Dwell { output, from, to, largest, rms, .. } = dwell;
             let ([from, to], [largest, rms]) =
-                ([*from, *to].map(|phi| shown(phi, &DEG)), [*largest, *rms].map(|value| dwell.shown(value)));
+                ([*from, *to].map(|phi| shown(in_a_turn(phi), &DEG)), [*largest, *rms].map(|value| dwell.shown(value)));
             verdict.result(
                 Level::Good,
                 format!("In the dwell from {from} to {to} `{output}` vibrates by up to {largest} ({rms} rms)."),
             );
         }
-        // The judgement has those of a drive and a train.
-        for pull in turn.pulls().filter(|_| self.lift_offs.is_none()) {
-            verdict.result(Level::Mind, pull);
-        }
-        let speed = self.motions.iter().map(|motion| motion.speeds.mean_speed.abs()).fold(0.0, f64::max);
-        for of in self.lift_offs.iter().flatten() {
-            let leaves = of.lift_off_speed.as_ref().is_some_and(|from| from.value <= speed);
-            verdict.result(if leaves { Level::Mind } else { Level::Good }, of.text());
+        // The judgement has those that lift off.
+        for (level, sentence) in self.lift_offs.iter().flatten().map(LiftOff::judged) {
+            if level == Level::Good {
+                verdict.result(level, sentence);
+            }
         }
     }
 

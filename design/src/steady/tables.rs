@@ -5,9 +5,10 @@ use crate::periodic_turn::{Dwell, Harmonic, Impact, Range, Turn};
 use crate::plot::{Axis, Diagram, Rule, Series};
 use crate::report::unit::{DEG, HZ, NS, ONE, RPM};
 use crate::report::{Table, Unit, Value};
+use crate::text::{clean, digits_beside_one, in_a_turn};
 
-/// Significant digits of multipliers.
-const FINE: usize = 7;
+/// This part of the size of an output is the error of its mean.
+const OF_MEAN: f64 = 1e-6;
 
 /// Parts of outputs that have a diagram, with its title.
 const DIAGRAMS: [(&[&str], &str, &str); 5] = [
@@ -19,7 +20,12 @@ const DIAGRAMS: [(&[&str], &str, &str); 5] = [
 ];
 
 fn unit(range: &Range) -> Unit {
-    Unit::of(range.unit)
+    Unit::of(range.unit).sized(range.largest.abs().max(range.least.abs()))
+}
+
+/// A mean over the turn for people, of outputs of this size.
+pub fn mean(value: f64, size: f64) -> f64 {
+    clean(value, OF_MEAN / 1e-9 * size)
 }
 
 /// The outputs over the turn, each in its unit.
@@ -35,7 +41,7 @@ pub fn outputs(turn: &Turn) -> Table {
         .column("output", "output", ONE, |of| format!("{} [{}]", of.output, unit(of).name))
         .column("least", "least", ONE, |of| at(of.least_at, of.least, of))
         .column("largest", "largest", ONE, |of| at(of.largest_at, of.largest, of))
-        .column("mean", "mean", ONE, |of| of.clean(of.mean) * unit(of).factor)
+        .column("mean", "mean", ONE, |of| mean(of.mean, of.size) * unit(of).factor)
         .column("rms", "rms", ONE, |of| of.clean(of.rms) * unit(of).factor)
         .below((!turn.impulses.is_empty()).then_some(note))
         .into()
@@ -46,7 +52,7 @@ pub fn course(turn: &Turn) -> Table {
     let rows: Vec<usize> = (0..turn.angles.len()).collect();
     let mut table = Table::file("turn", &rows).column("phi", "", DEG, |k| turn.angles[*k]);
     for range in &turn.outputs {
-        table = table.column(range.output.clone(), "", unit(range), |k| range.values[*k]);
+        table = table.column(range.output.clone(), "", Unit::of(range.unit), |k| range.values[*k]);
     }
     table.into()
 }
@@ -57,7 +63,7 @@ pub fn dwells(dwells: &[Dwell]) -> Table {
         .column("output", "output", ONE, |of| &of.output)
         .column("from", "from", DEG, |of| of.from)
         .digits(4)
-        .column("to", "to", DEG, |of| of.to)
+        .column("to", "to", DEG, |of| in_a_turn(of.to))
         .digits(4)
         .column("largest", "largest", ONE, |of| of.shown(of.largest))
         .column("rms", "rms", ONE, |of| of.shown(of.rms))
@@ -103,13 +109,15 @@ pub fn harmonics(harmonics: &[Harmonic], resonances: &[Resonance]) -> Table {
 /// The multipliers; a complex pair counts once.
 pub fn multipliers(turn: &Turn) -> Table {
     let upper: Vec<&[f64; 2]> = turn.multipliers.iter().filter(|at| at[1] >= 0.0).collect();
+    let sizes: Vec<f64> = upper.iter().map(|[re, im]| re.hypot(*im)).collect();
+    let fine = digits_beside_one(&sizes);
     Table::of("Floquet multipliers of a turn", upper)
         .column("re", "real part", ONE, |[re, _]| *re)
-        .digits(FINE)
+        .digits(fine)
         .column("im", "imaginary part", ONE, |[_, im]| *im)
-        .digits(FINE)
+        .digits(fine)
         .column("size", "size", ONE, |[re, im]| re.hypot(*im))
-        .digits(FINE)
+        .digits(fine)
         .into()
 }
 

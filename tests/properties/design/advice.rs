@@ -158,6 +158,10 @@ impl Advised {
                 if self.files.scene["backlash"]["s"] == "inf" && self.leaves()? == keeps {
                     return Err(format!("contact {}, not so the drive", if keeps { "holds" } else { "is lost" }));
                 }
+                let said = self.printed("check", &["--json"])?[0]["verdict"]["result"].to_string();
+                if keeps && found["drives"].as_array().is_some_and(|all| all.len() == 1) && said.contains("lifts off") {
+                    return Err(format!("contact holds, but `check` says {said}"));
+                }
                 Ok(keeps)
             }
             "cut" => {

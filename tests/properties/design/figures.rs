@@ -109,6 +109,7 @@ impl Said<'_> {
                 self.figure_is(&name, &size)?;
             }
         }
+        self.lifts_alike(found)?;
         let keeping = drives.iter().filter(|drive| drive["keeping"].is_object());
         let ends: Vec<&Value> = keeping.map(|drive| &drive["keeping"]["lift_off_speed"]).collect();
         let said = self.check["lift_offs"].clone();
@@ -117,6 +118,20 @@ impl Said<'_> {
             prop_assert!(ends.contains(&said), "lift-off: {} is not in {:?}", said, ends);
             self.count += 1;
         }
+        Ok(())
+    }
+
+    /// `check` and `forces` say of the same followers that they lift off, in the same words.
+    fn lifts_alike(&mut self, forces: &Value) -> Result<(), TestCaseError> {
+        let [own, other] = [&self.check, forces].map(|found| {
+            let all = found["verdict"]["result"].as_array().expect("sentences").iter().filter_map(Value::as_str);
+            all.filter(|text| text.contains("lifts off its cam")).map(str::to_owned).collect::<Vec<String>>()
+        });
+        let alike = own.len() == other.len() && own.iter().zip(&other).all(|(own, other)| own.starts_with(other));
+        prop_assert!(alike, "lift-off: {:?} and {:?}", own, other);
+        let is_bad = own.is_empty() || self.check["verdict"]["level"] == forces["verdict"]["level"];
+        prop_assert!(is_bad, "levels of {:?}", own);
+        self.count += own.len();
         Ok(())
     }
 

@@ -91,8 +91,8 @@ pub fn tappet(scene: &Scene, rigid: bool) -> Files {
         // The motion has no lever.
         table["forces"].as_object_mut().expect("a table").remove("lever_J");
     } else {
-        // Far above the speed, so that it starts.
-        let stiff = m.as_f64().expect("a mass") * (50.0 * scene.w).powi(2);
+        // Above the speed, so that it starts, and so near that it vibrates.
+        let stiff = m.as_f64().expect("a mass") * (12.0 * scene.w).powi(2);
         table["elasticity"] = json!({"place": "output", "m": m, "c": stiff, "damping_ratio": 0.1});
         table["model"] = "ElasticCamDrive".into();
     }

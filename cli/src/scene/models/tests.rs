@@ -339,7 +339,7 @@ fn a_shaft_that_turns_backwards_has_its_own_speed_of_lift_off() {
     };
     for (speed, rpm) in [(-40.0, 523.08), (40.0, 578.42)] {
         let of = Machine::of(&scene(speed).resource()).and_then(|machine| machine.lift_offs()).expect("speeds");
-        let found = of[0].lift_off_speed.expect("a speed").value * 30.0 / std::f64::consts::PI;
+        let found = of[0].held.lift_off_speed.expect("a speed").value * 30.0 / std::f64::consts::PI;
         assert!((found - rpm).abs() < 0.01, "{speed} rad/s: {found} rpm");
     }
 }
