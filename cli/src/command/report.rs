@@ -140,13 +140,15 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
     let mut drive = scene.resource().build().map_err(failure)?;
     drive.set_up(0.0, None);
     let mut reports = Vec::new();
-    let mut part = |study: &str, found: Result<Report, Failure>| reports.push(part_of(path, study, found));
     // With inputs for the speed, the scene has no speed to study.
     let turns = forces::speed_of(&scene.scene).is_some();
     if turns || scene.scene.drive().is_none() {
-        part("periodic motion", steady::study(path, scene, None, [None; 2]).map(|findings| findings.report()));
+        let motion = steady::study(path, scene, None, [None; 2]).map(|findings| findings.report());
+        reports.push(part_of(path, "periodic motion", motion));
     }
-    part("", Ok(check::overview_of(scene).report(&scene.name, "characteristic values")));
+    let mut values = check::overview_of(scene).report(&scene.name, "characteristic values");
+    reports.iter().for_each(|motion| values.verdict.leave_out(&motion.verdict));
+    reports.push(values);
     reports.extend(studies(path, scene)?);
     let mut glance = glance(scene, &drive);
     glance.verdict = Verdict::over_all(&reports);

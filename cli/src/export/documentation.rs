@@ -34,7 +34,8 @@ pub fn html(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Resu
     let own = report(resource, drive, page)?;
     let overview = overview::of(resource);
     let motion = steady::of_overview(resource, &overview).map(|motion| motion.report());
-    let values = overview.report("", "characteristic values");
+    let mut values = overview.report("", "characteristic values");
+    motion.iter().for_each(|motion| values.verdict.leave_out(&motion.verdict));
     let mut interface = Report::new("", "variables");
     interface.table(variables(drive)?);
     let parts: Vec<Report> = [own].into_iter().chain(motion).chain([values, interface]).collect();

@@ -155,6 +155,18 @@ impl Verdict {
         all
     }
 
+    /// Leaves out the results and the advice that another verdict has.
+    pub fn leave_out(&mut self, other: &Verdict) {
+        let all = std::mem::take(&mut self.levels).into_iter().zip(std::mem::take(&mut self.result));
+        self.level = Level::default();
+        for (level, sentence) in all {
+            if !other.result.contains(&sentence) {
+                self.result(level, sentence);
+            }
+        }
+        self.advice.retain(|advice| !other.advice.contains(advice));
+    }
+
     /// Adds to what is to be done.
     pub fn advice(&mut self, advice: impl Into<Advice>) -> &mut Self {
         self.advice.push(advice.into());

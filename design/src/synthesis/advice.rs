@@ -168,7 +168,10 @@ impl Study {
             let (k, size, limit) = (r.harmonic, shown(r.amplitude, &MM), shown(admissible, &MM));
             (r.eta, format!("harmonic {k} resonates with {size}; {limit} is admissible"))
         });
-        let left = behind.reached.filter(|eta| *eta < HIGHEST).map(|eta| (eta, format!("the output deviates by more than {within}")));
+        let left = behind
+            .reached
+            .filter(|eta| *eta < HIGHEST)
+            .map(|eta| (eta, format!("the output deviates by more than {within}")));
         // The slower one governs.
         if let Some((eta, why)) = refused.into_iter().chain(left).min_by(|a, b| a.0.total_cmp(&b.0)) {
             verdict.result(Level::Good, format!("The speeds end at {}: above, {why}.", up_to(eta)));
