@@ -9,7 +9,7 @@ use crate::report::{Level, Setting, WrittenValue, terminal};
 use crate::resource::{Described, Resource, Scene};
 use crate::stability::report::{disagreement, must_not_run};
 use crate::{oscillator, stability, text};
-use camdrive::drives::limits::NOT_FOUND;
+use camdrive::drives::limits::NOT_REPEATED;
 use camdrive::drives::parametric::law::Law;
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::variable::Causality;
@@ -160,9 +160,10 @@ impl Overview {
         let Some(fault) = self.motionless.clone() else { return };
         let j = resource.scene.followers().min(1);
         let mut message = periodic_turn::reason(&fault);
+        let is_open = message.starts_with(NOT_REPEATED);
         let ratio = self.value(&named(j, "frequency_ratio")).unwrap_or(0.0);
         let harmonic = (1.0 / ratio).round();
-        if message == NOT_FOUND && (harmonic * ratio - 1.0).abs() <= NEAR {
+        if is_open && (harmonic * ratio - 1.0).abs() <= NEAR {
             let ratio = text::number(harmonic * ratio);
             message += &format!(" near a resonance: harmonic {harmonic} has {ratio} times the natural frequency");
         }
@@ -171,7 +172,7 @@ impl Overview {
         }
         let spared = self.warnings.len() - self.of_motion.len();
         let hint = self.cure(resource, j, if advised { None } else { Some(spared) });
-        let level = if fault.motionless.as_deref() == Some(NOT_FOUND) { Level::Mind } else { Level::Bad };
+        let level = if is_open { Level::Mind } else { Level::Bad };
         self.minds(level, message, hint);
     }
 

@@ -9,15 +9,14 @@ use nalgebra::DMatrix;
 /// A disturbance in parts of the largest q and q̇ of the turn, if the motion is linear in both: the larger, the less rounding.
 const LINEAR: f64 = 1.0;
 
-/// The same with an elastic shaft, whose law bends by the second power of this times the twist, and with a clearance, which it
-/// must not cross.
+/// The same with a clearance, which it must not cross.
 const SMALL: f64 = 1e-3;
 
 /// The eigenvalues [re, im] of the columns of a map, the largest one first.
 pub fn eigenvalues(columns: &[impl AsRef<[f64]>]) -> Vec<[f64; 2]> {
     let n = columns.len();
     // A stiff mass that is on its flank at φ = 0 has no multipliers.
-    if n == 0 {
+    if n == 0 || columns.iter().any(|column| column.as_ref().iter().any(|x| !x.is_finite())) {
         return Vec::new();
     }
     let values = DMatrix::from_fn(n, n, |i, k| columns[k].as_ref()[i]).complex_eigenvalues();
@@ -43,10 +42,7 @@ pub fn multipliers(scene: &Scene, turn: &Turn) -> Result<Vec<[f64; 2]>, Fault> {
         return Err(refused());
     }
     let q = turn.output("q").map_or(0.0, |q| q.least.abs().max(q.largest.abs()));
-    let part = match scene {
-        Scene::ElasticOutput(_) | Scene::ParametricDrive(_) => LINEAR,
-        _ => SMALL,
-    };
+    let part = if matches!(scene, Scene::ElasticOutput(_)) { LINEAR } else { SMALL };
     // A drive without vibration is disturbed by a micrometre, or a microradian.
     let sizes = [q, q * turn.mean_speed.abs()].map(|size| part * if size > 0.0 { size } else { 1e-6 });
     let end = |start: [f64; 2]| -> Result<[f64; 2], Fault> {

@@ -14,6 +14,9 @@ use crate::resource::Scene;
 use crate::search::{Extreme, root, summit};
 use crate::text;
 use camdrive::drives::drive_train::{DriveTrain, Periodic, Shaft};
+use camdrive::drives::elastic_shaft::{ElasticShaft, Found};
+pub use camdrive::drives::limits::NEUTRAL;
+use camdrive::drives::parametric::ParametricDrive;
 use camdrive::drives::rigid_machine::Motor;
 use camdrive::drives::shaft::cam_drive::DriveMode;
 use camdrive::drives::variable::{Causality, Kind, Variability};
@@ -262,27 +265,42 @@ fn period(walk: &mut Walk, phi: usize, w: Option<usize>) -> Result<f64, Fault> {
     Ok(root(miss, ends))
 }
 
+/// What a turn makes of small disturbances: the columns of its map, and ln of the factor by which the largest one grows.
+type Disturbed = (Vec<Vec<f64>>, f64);
+
 /// A drive of the scene that has started on its periodic motion at φ = 0, at this speed (rad/s) where it follows inputs, under a
-/// constant load (N·m) where it is a machine; of a train, whose motion may be unstable, what a turn makes of disturbances.
+/// constant load (N·m) where it is a machine; of a motion that may be unstable, what a turn makes of disturbances.
 ///
 /// # Errors
 /// The drive's fault if there is no such motion.
-pub fn started(scene: &Scene, speed: Option<f64>, load: f64) -> Result<(AnyDrive, Option<Periodic>), Fault> {
-    started_within(TOLERANCE, scene, speed, load)
-}
-
-fn started_within(
+fn started(
     tolerance: f64,
     scene: &Scene,
     speed: Option<f64>,
     load: f64,
-) -> Result<(AnyDrive, Option<Periodic>), Fault> {
+) -> Result<(AnyDrive, Option<Disturbed>), Fault> {
     let mut scene = from_zero(scene, speed)?;
-    if let Scene::DriveTrain(train) = &mut scene {
-        train.solver.tolerance = tolerance;
-        let mut train = DriveTrain::new(train.clone())?;
-        let found = train.periodic_motion()?;
-        return Ok((AnyDrive::from(train).under_way(), Some(found)));
+    match &mut scene {
+        Scene::DriveTrain(train) => {
+            train.solver.tolerance = tolerance;
+            let mut train = DriveTrain::new(train.clone())?;
+            let Periodic { map, multiplier, .. } = train.periodic_motion()?;
+            let map = map.iter().map(|column| column[..map.len()].to_vec()).collect();
+            return Ok((AnyDrive::from(train).under_way(), Some((map, multiplier.ln()))));
+        }
+        Scene::ElasticShaft(shaft) => {
+            shaft.solver.tolerance = tolerance;
+            let mut drive = ElasticShaft::new(shaft.clone())?;
+            let Found { map, growth, .. } = drive.periodic_motion()?;
+            return Ok((AnyDrive::from(drive).under_way(), Some((map.map(Vec::from).into(), growth))));
+        }
+        Scene::ParametricDrive(own) => {
+            own.solver.tolerance = tolerance;
+            let mut drive = ParametricDrive::new(own.clone())?;
+            let Found { map, growth, .. } = drive.periodic_motion()?;
+            return Ok((AnyDrive::from(drive).under_way(), Some((map.map(Vec::from).into(), growth))));
+        }
+        _ => {}
     }
     let without_torques = matches!(&scene, Scene::RigidMachine(machine) if machine.motor == Motor::None);
     let mut drive = prepared(&scene, if without_torques { "given" } else { "steady_state" }, tolerance)?;
@@ -299,11 +317,10 @@ fn started_within(
 /// # Errors
 /// The drive's fault if there is no such motion.
 pub fn of(scene: &Scene, speed: Option<f64>, load: f64) -> Result<Turn, Fault> {
-    let (drive, found) = started(scene, speed, load)?;
+    let (drive, found) = started(TOLERANCE, scene, speed, load)?;
     let mut turn = Turn::of(drive, true)?;
-    if let Some(found) = found {
-        turn.multipliers = disturbance::eigenvalues(&found.map);
-        turn.growth = Some(found.multiplier.ln());
+    if let Some((map, growth)) = found {
+        (turn.multipliers, turn.growth) = (disturbance::eigenvalues(&map), Some(growth));
     } else {
         turn.multipliers = disturbance::multipliers(&from_zero(scene, speed)?, &turn).unwrap_or_default();
         turn.growth = turn.multipliers.first().map(|[re, im]| re.hypot(*im).ln());
@@ -316,7 +333,7 @@ pub fn of(scene: &Scene, speed: Option<f64>, load: f64) -> Result<Turn, Fault> {
 /// # Errors
 /// The drive's fault if there is no such motion.
 pub fn sketch(scene: &Scene) -> Result<Turn, Fault> {
-    Turn::of(started_within(OF_SKETCH, scene, None, 0.0)?.0, false)
+    Turn::of(started(OF_SKETCH, scene, None, 0.0)?.0, false)
 }
 
 impl Turn {
@@ -621,9 +638,6 @@ fn extremes(
 
 /// A disturbance that has decayed to this part is gone.
 pub const GONE: f64 = 0.01;
-
-/// A growth in a turn of less than this is none: disturbances of a drive without damping come back but for roundings.
-pub const NEUTRAL: f64 = 1e-9;
 
 /// The most turns of a start that are followed.
 const MOST_TURNS: f64 = 50.0;

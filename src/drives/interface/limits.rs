@@ -26,13 +26,24 @@ pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &st
     ))
 }
 
-/// The reason of [`search_too_much`] for tools, which have no calls.
-pub const NOT_FOUND: &str = "no periodic motion was found within the work allowed";
+/// A growth in a turn below this is none: free motions without damping come back but for roundings.
+pub const NEUTRAL: f64 = 1e-9;
+
+/// Begins the reasons of [`open`].
+pub const NOT_REPEATED: &str = "the motion does not repeat within the first ";
+
+/// The reason for a search that ends after so many turns from the start.
+pub fn open(turns: usize) -> String {
+    match turns {
+        0 | 1 => format!("{NOT_REPEATED}turn from its start"),
+        turns => format!("{NOT_REPEATED}{turns} turns from its start"),
+    }
+}
 
 /// The fault of a start whose periodic motion takes more than the work of a call to find; the `hint` says what helps.
 pub fn search_too_much(hint: &str) -> Fault {
     no_periodic_motion("the search for the periodic motion needs more work than one call may take", "")
-        .motionless(NOT_FOUND)
+        .motionless(open(0))
         .hint(hint)
 }
 

@@ -68,6 +68,13 @@ pub fn spectral_radius(matrix: &[[f64; 2]; 2]) -> f64 {
     if discriminant < 0.0 { determinant.max(0.0).sqrt() } else { half_trace.abs() + discriminant.sqrt() }
 }
 
+/// True if a multiplier is 1 up to this `rounding` of the terms of det(I − M), or all of them are as small.
+pub fn is_resonant(matrix: &[[f64; 2]; 2], rounding: f64) -> bool {
+    let [[a, b], [c, d]] = matrix;
+    let [one, other] = [(1.0 - a) * (1.0 - d), b * c];
+    (one - other).abs() <= rounding * (one.abs() + other.abs()).max(rounding)
+}
+
 /// The fixed point of the map y ↦ image + M (y − point); None if it is NaN.
 pub fn fixed_point(matrix: &[[f64; 2]; 2], point: [f64; 2], image: [f64; 2]) -> Option<[f64; 2]> {
     let [[a, b], [c, d]] = matrix;

@@ -27,7 +27,7 @@ mod vibration;
 use super::collocation::UNBOUNDED;
 use super::double_double::{Double, two_product};
 use cell::{Cell, Motions};
-pub use floquet::{Monodromy, fixed_point, spectral_radius};
+pub use floquet::{Monodromy, fixed_point, is_resonant, spectral_radius};
 pub use nodes::STAGES;
 use serde::{Deserialize, Serialize};
 

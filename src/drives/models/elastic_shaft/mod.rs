@@ -29,6 +29,7 @@ use crate::drives::follower::load::Load;
 use crate::drives::parameter::parameters;
 use crate::drives::settings::{HasSolver, Settings};
 use crate::drives::shaft::cam_drive::{CamDrive, DriveMode, Start};
+pub use crate::drives::solver::oscillation::Found;
 use crate::drives::solver::oscillation::{Oscillation, as_every_oscillation};
 use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::motion::MotionLaw;

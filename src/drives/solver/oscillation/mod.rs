@@ -17,7 +17,7 @@ mod turn;
 use crate::drives::follower::equation::{Equation, Pace, Segments};
 use crate::drives::follower::flow::Flow;
 use crate::drives::follower::load::Load;
-use crate::drives::limits::{no_state, periodic_motion_that};
+use crate::drives::limits::{NEUTRAL, no_state, periodic_motion_that, refused_start};
 use crate::drives::settings::{HasSolver, Method, Settings, Solver};
 use crate::drives::shaft::cam_drive::{
     AngleMotion, CamDrive, HasCamDrive, Start, StartMode, field, goes_on, half_a_place, push_of_rounding,
@@ -30,7 +30,8 @@ use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::Trajectory;
 use crate::numerics::taylor::Series;
-use periodic::periodic;
+pub use periodic::Found;
+use periodic::{periodic, unstable};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 pub use steps::Moving;
@@ -150,8 +151,23 @@ impl<E: Equation> Oscillation<E> {
         drive
     }
 
+    /// Starts at time zero on the periodic motion, stable or not.
+    ///
+    /// # Errors
+    /// There is no periodic motion.
+    pub fn periodic_motion(&mut self) -> Result<Found, Fault> {
+        self.start.mode = StartMode::SteadyState;
+        let found = self.begin_within(0.0, f64::INFINITY)?;
+        found.ok_or_else(|| refused_start("there is no periodic motion"))
+    }
+
     /// Computes the initial state at `time` (s).
     pub(in crate::drives) fn begin(&mut self, time: f64) -> Result<(), Fault> {
+        self.begin_within(time, NEUTRAL).map(drop)
+    }
+
+    /// The same; a periodic motion whose disturbances grow by more than `most` in a turn is refused.
+    fn begin_within(&mut self, time: f64, most: f64) -> Result<Option<Found>, Fault> {
         self.equation.prepare(&self.cam.law)?;
         (self.time, self.logged) = (time, false);
         self.cam.start(time);
@@ -162,6 +178,7 @@ impl<E: Equation> Oscillation<E> {
         self.roundings = self.equation.roundings(&self.cam.law);
         let table = self.tabulate(self.equation.parameters());
         self.growth = table.growth;
+        let mut found = None;
         self.state = match self.start.mode {
             StartMode::AtRest => [0.0, 0.0],
             StartMode::Given => [self.start.q, self.start.q_dot],
@@ -175,15 +192,19 @@ impl<E: Equation> Oscillation<E> {
                     "; this drive follows its inputs: set start.mode = at_rest or given",
                 ));
             }
-            StartMode::SteadyState if self.force.is_some() => {
+            StartMode::SteadyState if self.force.as_ref().is_some_and(|force| !force.is_constant()) => {
                 return Err(periodic_motion_that(
-                    "needs loads that repeat themselves with the turns, the input F need not",
+                    "needs loads that repeat themselves with the turns, but the input F changes with time",
                     ": set start.mode = equilibrium, at_rest or given",
                 ));
             }
             StartMode::SteadyState => {
-                let tolerance = self.solver.effective_tolerance();
-                periodic(&mut self.moving().0, &table, time, tolerance)?
+                let (tolerance, given) = (self.solver.effective_tolerance(), [self.start.q, self.start.q_dot]);
+                let motion = found.insert(periodic(&mut self.moving().0, &table, time, given, tolerance)?);
+                if motion.growth > most {
+                    return Err(unstable(motion.growth, self.motion.coefficients[1]));
+                }
+                motion.state
             }
         };
         (self.shaken, self.largest) = ([0.0; 2], self.state.map(f64::abs));
@@ -194,7 +215,7 @@ impl<E: Equation> Oscillation<E> {
             self.solver.error_estimate = table.error_after(0.0);
         }
         self.remember();
-        Ok(())
+        Ok(found)
     }
 
     /// Refuses changed loads that make no law.

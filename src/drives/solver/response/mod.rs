@@ -35,7 +35,7 @@ use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::chebyshev;
 use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::forced::{ForcedStep, admissible_length};
-use crate::numerics::period_map::{self, PeriodMap, fixed_point};
+use crate::numerics::period_map::{self, PeriodMap, fixed_point, is_resonant};
 use crate::numerics::work::Work;
 use closed_form::{ClosedForm, Run};
 use error_bound::{ErrorBound, StepErrors, neglected};
@@ -412,9 +412,7 @@ impl Response {
             let hint = "lower the natural frequency, or choose at_rest or given";
             if work.is_exhausted() { search_too_much(hint) } else { fault }
         })?;
-        let [one, other] = [(1.0 - m[0][0]) * (1.0 - m[1][1]), m[0][1] * m[1][0]];
-        let singular = (one - other).abs() <= SINGULAR * (one.abs() + other.abs()).max(SINGULAR);
-        fixed_point(&m, [0.0; 2], r).filter(|_| !singular).ok_or_else(|| {
+        fixed_point(&m, [0.0; 2], r).filter(|_| !is_resonant(&m, SINGULAR)).ok_or_else(|| {
             no_motion("the oscillator returns to its state after one turn of the cam (undamped resonance or c = 0)")
         })
     }

@@ -319,7 +319,8 @@ fn an_input_force_acts_between_communication_points() {
             assert_eq!(get(&drive, "der(psi,2)"), expected);
         }
         let mut steady = ElasticShaft::new(Scene { start: start(StartMode::SteadyState), ..scene.clone() }).unwrap();
-        assert!(steady.start(0.0).unwrap_err().message.contains("input F"));
+        steady.force.as_mut().unwrap().set_derivative(1, 2.0);
+        assert!(steady.start(0.0).unwrap_err().message.contains("the input F changes with time"));
     }
 }
 
