@@ -18,7 +18,8 @@ const SAME: f64 = 1e-12;
 const INPUT: &str = "The input F is set to 0.";
 
 /// The note on a shaft that is not linear.
-pub const LINEARISED: &str = "The drive is not linear. These results hold for its linearisation about q = 0; `camdrive steady` computes the drive's own loads.";
+pub const LINEARISED: &str =
+    "The drive is not linear. Orders, starts from rest, resonances and maps hold for its linearisation about q = 0.";
 
 /// m(φ) q̈ + [b(φ) + Ω b₁(φ)] q̇ + [c(φ) + Ω c₁(φ) + Ω² c₂(φ)] q = f(φ) + Ω f₁(φ) + Ω² f₂(φ) at φ = Ω t, one degree of freedom q.
 ///

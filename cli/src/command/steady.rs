@@ -17,7 +17,7 @@ use std::process::ExitCode;
 ///
 /// Prints the largest and least values of positions, deformations, forces and torques with their angles, the vibration in each
 /// dwell, the harmonics of the deformation, impacts, and the decay of a disturbance. A drive that follows inputs needs --speed. The
-/// exit code is 3 without a periodic motion.
+/// exit code is 3 if the shaft turns and no motion repeats.
 ///
 /// A RigidMachine with a motor may have several motions, stable and unstable ones, or none: then it stalls. For comparison it
 /// prints the motion without torques with the same period. A machine without a motor has only this motion, and needs --period. With
@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let scene = read(&args.scene)?;
     let speed = speed_option(&args.speed)?;
     let findings = study(&args.scene, &scene, speed, [args.load.as_ref(), args.period.as_ref()])?;
-    let none = findings.motions.is_empty() && findings.without_torques.is_none();
+    let none = findings.lack();
     let folder = args.report.as_deref();
     let (inputs, scene, measured) = (scene.files, Some(&scene.document), Some(&args.measured));
     let place = ReportFiles { folder, inputs, scene, measured, force: args.force, ..ReportFiles::default() };

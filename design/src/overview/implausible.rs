@@ -57,9 +57,9 @@ const LIMITS: [Limit; 12] = [
     ),
 ];
 
-/// Warns of figures beyond their limits.
-pub fn warn(overview: &mut Overview) {
-    for figure in &overview.figures {
+/// Warns of figures beyond their limits; the kinetostatic deformation says nothing on a motion that is `judged` itself.
+pub fn warn(overview: &mut Overview, judged: bool) {
+    for figure in overview.figures.iter().filter(|of| !judged || of.name != "kinetostatic_deformation_of_stroke") {
         let name = figure.name.rsplit('.').next().unwrap_or_default();
         let angular = figure.unit.starts_with("rad") && !name.ends_with("speed");
         let Some((_, limit, why, hint)) = LIMITS.iter().find(|(limited, ..)| *limited == name && !angular) else {

@@ -50,6 +50,12 @@ pub struct Overview {
     /// The resonances nearest to the speed; without a speed the strongest ones. None if coefficients vary over the turn: the
     /// resonances of their means are off (18 % in the transfer manipulator), and [`crate::stability`] has the right ones.
     pub resonances: Vec<Resonance>,
+    /// The resonances of all harmonics.
+    #[serde(skip)]
+    every: Vec<Resonance>,
+    /// The harmonics near the natural frequency that the judgement may name: the follower, 0 for the only one, and k.
+    #[serde(skip)]
+    pub(crate) named: Vec<(usize, usize)>,
     /// True if the coefficients vary.
     #[serde(skip)]
     pub varies: bool,
@@ -107,7 +113,7 @@ pub struct Resonance {
     pub speed: f64,
     /// The amplitude of q in this harmonic at the speed of the scene (m or rad).
     pub amplitude: Option<f64>,
-    /// That amplitude at the resonance; None without damping.
+    /// That amplitude at the resonance; None without damping, where it grows without bound.
     pub resonant_amplitude: Option<f64>,
     /// The unit of both.
     pub unit: &'static str,
@@ -136,7 +142,9 @@ fn at(resource: &Resource, advised: bool) -> Overview {
     for Tool { section, law, unit } in &resource.tools {
         overview.law(section, law, unit);
     }
-    implausible::warn(&mut overview);
+    // The motion of a nonlinear shaft is judged itself.
+    let judged = matches!(&resource.scene, Scene::ElasticShaft(shaft) if !shaft.linear) && overview.turn.is_some();
+    implausible::warn(&mut overview, judged);
     overview.lift_offs = overview.machine.clone().map(Machine::lift_offs).and_then(Result::ok).unwrap_or_default();
     overview.lifts_off(resource);
     overview.steady(resource, advised);

@@ -1,18 +1,18 @@
 //! The periodic motion at the speed of the scene, and the additions of vibration, loads and impacts to the kinetostatic
 //! figures.
 
-use super::{Overview, Warning};
+use super::{Figure, Overview, Resonance, Warning};
 use crate::law_motions::shown;
-use crate::periodic_turn::{self, Harmonic, NEUTRAL, Turn};
+use crate::periodic_turn::{self, Harmonic, NEUTRAL, NEVER, STANDS, Turn};
 use crate::report::unit::{DEG, NS, RPM};
 use crate::report::{Level, Setting, WrittenValue, terminal};
-use crate::resource::{Described, Resource, Scene};
-use crate::stability::report::{disagreement, must_not_run};
+use crate::resource::{Resource, Scene};
+use crate::stability::report::must_not_run;
 use crate::{oscillator, stability, text};
-use camdrive::drives::limits::NOT_REPEATED;
+use camdrive::drives::limits::{NO_SPEED, NOT_REPEATED, ON_INPUT, RESONANCE};
 use camdrive::drives::parametric::law::Law;
 use camdrive::drives::shaft::cam_drive::DriveMode;
-use camdrive::drives::variable::Causality;
+use std::f64::consts::PI;
 
 /// The names of the figures of outputs.
 const NAMES: [(&str, &str); 5] = [
@@ -132,6 +132,7 @@ impl Overview {
         // Another speed need not cure those.
         let spared = self.warnings.len() - self.of_motion.len() + starts.len();
         self.is_unstable(resource, &turn);
+        self.leaves_range();
         self.resonates(resource, &turn, if advised { None } else { Some(spared) });
         for message in starts {
             self.cures.push((self.warnings.len(), Setting::new("start.mode", "steady_state")));
@@ -139,6 +140,21 @@ impl Overview {
             self.minds(Level::Mind, message, hint);
         }
         self.turn = Some(turn);
+    }
+
+    /// Warns of angles beyond half a turn.
+    fn leaves_range(&mut self) {
+        for (name, level) in [("largest_deformation", Level::Bad), ("largest_kinetostatic_deformation", Level::Mind)] {
+            let is_far = |figure: &&Figure| {
+                figure.unit == "rad" && figure.value >= PI && figure.name.rsplit('.').next() == Some(name)
+            };
+            let far = self.figures.iter().filter(is_far).map(|figure| (figure.name.replace('_', " "), &figure.shown));
+            let messages = far
+                .map(|(name, shown)| format!("{name} {shown}: more than half a turn, beyond the range of the model"));
+            for message in messages.collect::<Vec<_>>() {
+                self.minds(level, message, "lower the speed, or raise the natural frequency".to_owned());
+            }
+        }
     }
 
     /// Adds a warning on the motion.
@@ -149,15 +165,15 @@ impl Overview {
 
     /// Warns of a speed at which no motion repeats.
     fn without_motion(&mut self, resource: &Resource, advised: bool) {
-        if !matches!(resource.scene.drive(), Some(DriveMode::Constant { w, .. }) if *w != 0.0) {
-            return;
-        }
-        // Other inputs need not repeat with the turns.
-        let has_inputs = |drive: &Described| drive.descriptions().iter().any(|d| d.causality == Causality::Input);
-        if resource.build().is_ok_and(|drive| has_inputs(&drive)) {
-            return;
-        }
         let Some(fault) = self.motionless.clone() else { return };
+        let constant = matches!(resource.scene.drive(), Some(DriveMode::Constant { .. }));
+        if matches!(resource.scene, Scene::RigidMachine(_)) || fault.motionless.is_none() && !constant {
+            return;
+        }
+        if let Some(reason @ (STANDS | ON_INPUT | NO_SPEED)) = fault.motionless.as_deref() {
+            self.notes.push(reason.to_owned());
+            return;
+        }
         let j = resource.scene.followers().min(1);
         let mut message = periodic_turn::reason(&fault);
         let is_open = message.starts_with(NOT_REPEATED);
@@ -170,8 +186,12 @@ impl Overview {
         if linear(&resource.scene).is_some_and(|growth| growth <= 1.0 + NEUTRAL) {
             message += "; the linear equation is stable at this speed (`camdrive stability`)";
         }
+        self.leaves_range();
         let spared = self.warnings.len() - self.of_motion.len();
-        let hint = self.cure(resource, j, if advised { None } else { Some(spared) });
+        let mut hint = self.cure(resource, j, if advised { None } else { Some(spared) });
+        if message == RESONANCE {
+            hint = format!("set {} above 0, or choose another speed", damping(&resource.scene, j));
+        }
         let level = if is_open { Level::Mind } else { Level::Bad };
         self.minds(level, message, hint);
     }
@@ -203,8 +223,9 @@ impl Overview {
         self.turn = turn;
     }
 
-    /// Warns of a motion from which disturbances lead away, and of two equations of a shaft that disagree on it.
+    /// Warns of a motion from which disturbances lead away, or that keeps them.
     fn is_unstable(&mut self, resource: &Resource, turn: &Turn) {
+        let is_deformation = |range: &periodic_turn::Range| range.part().0 == "q";
         let growth = turn.growth.filter(|growth| *growth >= NEUTRAL);
         let (speed, linear) = (text::rpm(turn.mean_speed), linear(&resource.scene));
         let hint = "`camdrive stability` lists the unstable speeds, and the damping that stabilises them".to_owned();
@@ -219,11 +240,17 @@ impl Overview {
                 let message = format!("the periodic motion at {speed} rpm is unstable: turns differ{but}");
                 self.minds(Level::Mind, message, hint);
             }
-            (None, Some(radius)) if radius > 1.0 + NEUTRAL => {
-                self.minds(Level::Mind, disagreement(turn.mean_speed, radius), hint);
+            _ if turn.growth.is_some_and(|growth| growth > -NEUTRAL) && turn.outputs.iter().any(is_deformation) => {
+                let hint = format!("set {} above 0", damping(&resource.scene, 0));
+                self.minds(Level::Mind, NEVER.to_owned(), hint);
             }
             _ => {}
         }
+    }
+
+    /// The natural frequency (rad/s) of follower j, counted from 1, or of the only one.
+    pub fn natural(&self, j: usize) -> Option<f64> {
+        self.value(&named(j, "natural_frequency"))
     }
 
     /// A value by its name.
@@ -246,6 +273,7 @@ impl Overview {
     fn resonates(&mut self, resource: &Resource, turn: &Turn, spared: Option<usize>) {
         for j in 0..=resource.scene.followers() {
             let Some(rise) = self.rise(j, turn) else { continue };
+            self.name(rise.near.as_ref().map(|near| (j, near.harmonic)));
             let (of, times) = (of(&resource.scene, j), text::number(rise.largest / rise.kinetostatic));
             let [largest, without, swing] =
                 [rise.largest, rise.kinetostatic, rise.swing].map(|value| shown(value, rise.unit));
@@ -300,6 +328,16 @@ impl Overview {
                 }
             };
             self.minds(Level::Mind, message, hint);
+        }
+    }
+
+    /// Lists a harmonic that the judgement names.
+    fn name(&mut self, named: Option<(usize, usize)>) {
+        self.named.extend(named);
+        let is_named = |of: &&Resonance| named.is_some_and(|(_, k)| of.harmonic == k);
+        if self.resonances.iter().all(|of| !is_named(&of)) {
+            self.resonances.extend(self.every.iter().filter(is_named));
+            self.resonances.sort_unstable_by_key(|of| of.harmonic);
         }
     }
 

@@ -42,7 +42,7 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
         }
         // The figures of several followers would not name their follower.
         if scene.followers.len() == 1 {
-            overview.resonances = own.resonances;
+            (overview.resonances, overview.every) = (own.resonances, own.every);
         }
         overview.follower(j, &follower.rigid, speed);
     }

@@ -22,6 +22,9 @@ const OF_NO_ACCOUNT: f64 = 1e-4;
 /// Variation of a coefficient below this part is rounding.
 const SAME: f64 = 1e-12;
 
+/// An undamped harmonic meets the natural frequency if its stiffness and inertia cancel to this part.
+const MET: f64 = 1e-12;
+
 /// The number of listed resonances.
 const TOLD: usize = 3;
 
@@ -109,12 +112,18 @@ impl Overview {
         let departs = |value: f64, mean: f64| (value - mean).abs() > SAME * mean.abs();
         self.varies = turn.iter().any(|(.., t)| departs(t.m, m) || departs(t.b, b) || departs(t.c, c));
         if !self.varies {
-            self.resonances = resonances(&turn, &own, oscillator.speed, length);
+            (self.resonances, self.every) = resonances(&turn, &own, oscillator.speed, length);
         }
     }
 }
 
-fn resonances(turn: &[(f64, f64, Terms)], own: &Terms, speed: Option<f64>, unit: &'static str) -> Vec<Resonance> {
+/// The listed resonances, and those of all harmonics.
+fn resonances(
+    turn: &[(f64, f64, Terms)],
+    own: &Terms,
+    speed: Option<f64>,
+    unit: &'static str,
+) -> (Vec<Resonance>, Vec<Resonance>) {
     let Terms { m, b, c, .. } = *own;
     let w0 = (c / m).sqrt();
     let mut waves = [[Complex::default(); 3]; HARMONICS + 1];
@@ -142,16 +151,18 @@ fn resonances(turn: &[(f64, f64, Terms)], own: &Terms, speed: Option<f64>, unit:
     let resonance = |harmonic: usize| {
         let amplitude = |speed: f64| {
             let w = harmonic as f64 * speed;
-            load(harmonic, speed) / (c - m * w * w).hypot(b * w)
+            let far = (c - m * w * w).hypot(b * w);
+            // Without damping roundings would decide on the amplitude in resonance.
+            if far <= MET * c { f64::INFINITY } else { load(harmonic, speed) / far }
         };
         let resonant = at_resonance[harmonic - 1] / (b * w0);
         Resonance {
             harmonic,
             speed: w0 / harmonic as f64,
-            amplitude: speed.map(amplitude).filter(|q| q.is_finite()),
+            amplitude: speed.map(amplitude).filter(|q| !q.is_nan()),
             resonant_amplitude: (b > 0.0).then_some(resonant),
             unit,
         }
     };
-    told.into_iter().map(resonance).collect()
+    (told.into_iter().map(resonance).collect(), (1..=HARMONICS).map(resonance).collect())
 }

@@ -19,6 +19,7 @@ pub use camdrive::drives::limits::NEUTRAL;
 use camdrive::drives::parametric::ParametricDrive;
 use camdrive::drives::rigid_machine::Motor;
 use camdrive::drives::shaft::cam_drive::DriveMode;
+use camdrive::drives::shaft::cam_turn::turns;
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{About, AnyDrive, Description, Drive, Fault, Snapshot};
 use serde::Serialize;
@@ -265,6 +266,12 @@ fn period(walk: &mut Walk, phi: usize, w: Option<usize>) -> Result<f64, Fault> {
     Ok(root(miss, ends))
 }
 
+/// The reason of a drive at the speed zero.
+pub const STANDS: &str = "the shaft stands still: there is no motion to judge";
+
+/// Free motions without damping.
+pub const NEVER: &str = "free motions neither grow nor decay: the start never settles";
+
 /// What a turn makes of small disturbances: the columns of its map, and ln of the factor by which the largest one grows.
 type Disturbed = (Vec<Vec<f64>>, f64);
 
@@ -280,6 +287,9 @@ fn started(
     load: f64,
 ) -> Result<(AnyDrive, Option<Disturbed>), Fault> {
     let mut scene = from_zero(scene, speed)?;
+    if matches!(scene.drive(), Some(DriveMode::Constant { w, .. }) if !turns(*w)) {
+        return Err(Fault::new(STANDS).motionless(STANDS));
+    }
     match &mut scene {
         Scene::DriveTrain(train) => {
             train.solver.tolerance = tolerance;

@@ -69,6 +69,9 @@ pub struct Harmonic {
     pub frequency: f64,
     /// The amplitude of cos(kφ − ψ).
     pub amplitude: f64,
+    /// The speed (rad/s) at which it meets the natural frequency; None where that is not known.
+    #[serde(skip)]
+    pub resonance: Option<f64>,
 }
 
 /// The dwells of the law with the angles (rad) of their ends, in the order of the turn.
@@ -140,6 +143,7 @@ impl Turn {
             harmonic: k,
             frequency: k as f64 * self.mean_speed.abs(),
             amplitude: series.a[k].hypot(series.b[k]),
+            resonance: None,
         };
         (1..=HARMONICS).map(harmonic).collect()
     }
@@ -150,15 +154,17 @@ impl Turn {
         near.max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))
     }
 
-    /// The strongest harmonics of each deformation, in the order of their numbers.
-    pub fn harmonics(&self) -> Vec<Harmonic> {
+    /// The strongest harmonics of each deformation and those that are `named` by follower and number, in the order of their numbers.
+    pub fn harmonics(&self, named: &[(usize, usize)]) -> Vec<Harmonic> {
         let mut all = Vec::new();
         for range in self.outputs.iter().filter(|range| part(&range.output).0 == "q") {
             let mut own = self.series(range);
             own.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
             let least = OF_NO_ACCOUNT * own[0].amplitude;
-            own.truncate(MOST);
+            let mut others = own.split_off(MOST.min(own.len()));
             own.retain(|of| of.amplitude > least);
+            others.retain(|of| named.contains(&(part(&of.output).1, of.harmonic)));
+            own.append(&mut others);
             own.sort_unstable_by_key(|of| of.harmonic);
             all.append(&mut own);
         }

@@ -25,11 +25,12 @@ pub mod tongue;
 use crate::formulas::instability::{Bounds, Harmonics};
 use crate::oscillator::{self, PeriodicOscillator, Terms};
 use crate::periodic_turn::{self, NEUTRAL};
+use crate::report::Verdict;
 use crate::report::terminal::shown;
 use crate::report::unit::RPM;
 use crate::resource::{Resource, Scene};
 use crate::text::number;
-use crate::{Progress, parallel, search, work};
+use crate::{Progress, overview, parallel, search, work};
 use camdrive::drives::Fault;
 use map::{Instability, Modulation, Region};
 use orders::{Tongues, tongues};
@@ -111,6 +112,9 @@ pub struct StabilityAnalysis {
     pub speeds: Vec<AtSpeed>,
     /// The instabilities by order.
     pub orders: Vec<Order>,
+    /// The motion of the nonlinear equation at each speed; none for a linear drive.
+    #[serde(skip)]
+    pub nonlinear: Vec<Nonlinear>,
     /// Starts from rest at each speed; None if the motion leaves the range of numbers.
     pub transients: Vec<Option<Transient>>,
     /// φ (rad), load M and kinetostatic load M₀ of the periodic motion over the turn at each speed; M is NaN if the drive is
@@ -261,15 +265,39 @@ pub fn growth(scene: &Scene) -> Option<f64> {
     Some(at_speed(&system, &[], &[], speed.abs(), theta).radius)
 }
 
-/// The motion of the nonlinear equation at a speed (rad/s): "stable", "unstable" or, where none was found, "none".
-fn nonlinear(scene: &Scene, speed: f64) -> Option<&'static str> {
-    matches!(scene, Scene::ElasticShaft(shaft) if !shaft.linear).then(|| {
-        match periodic_turn::of(scene, Some(speed), 0.0) {
-            Ok(turn) if turn.growth.is_none_or(|growth| growth < NEUTRAL) => "stable",
-            Ok(_) => "unstable",
-            Err(_) => "none",
+/// The motion of a nonlinear drive at a speed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Nonlinear {
+    /// The factor by which a small disturbance grows in a turn; None without a periodic motion.
+    pub radius: Option<f64>,
+    /// max |q| and max |M| over the turn.
+    pub peaks: [f64; 2],
+    /// The judgement of `camdrive check` and `steady`.
+    pub judged: Verdict,
+}
+
+impl Nonlinear {
+    /// The motion of a scene at a speed (rad/s); None for a linear drive.
+    fn of(resource: &Resource, speed: f64) -> Option<Self> {
+        if !matches!(&resource.scene, Scene::ElasticShaft(shaft) if !shaft.linear) {
+            return None;
         }
-    })
+        let scene = periodic_turn::from_zero(&resource.scene, Some(speed)).ok()?;
+        let overview = overview::of(&Resource { scene, ..resource.clone() });
+        let turn = overview.turn.as_ref();
+        let peak = |name: &str| turn.and_then(|turn| turn.output(name)).map_or(0.0, |of| of.peak().value.abs());
+        let radius = turn.map(|turn| turn.growth.map_or(f64::NAN, f64::exp));
+        Some(Nonlinear { radius, peaks: ["q", "tau"].map(peak), judged: overview.judgement() })
+    }
+
+    /// "stable", "unstable" or, where none was found, "none".
+    fn kind(&self) -> &'static str {
+        match self.radius {
+            Some(radius) if radius.ln() >= NEUTRAL => "unstable",
+            Some(_) => "stable",
+            None => "none",
+        }
+    }
 }
 
 /// See [`study_scene`].
@@ -307,7 +335,9 @@ fn studied(
     }
     // Another damping is not the scene's.
     for at in report.speeds.iter_mut().filter(|_| options.damping.is_none()) {
-        at.nonlinear = nonlinear(&resource.scene, if backwards { -at.speed } else { at.speed });
+        let found = Nonlinear::of(resource, if backwards { -at.speed } else { at.speed });
+        at.nonlinear = found.as_ref().map(Nonlinear::kind);
+        report.nonlinear.extend(found);
     }
     let counter = Counter::new(progress, "crank", printed::POINTS);
     let crank = if options.quick { None } else { printed::curves(&resource.scene, &|| counter.step()) };

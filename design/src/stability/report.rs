@@ -2,13 +2,17 @@
 
 use super::response::Transient;
 use super::tongue::Extent;
-use super::{AtSpeed, BORDER, Order, Oscillator, PeriodicMotion, StabilityAnalysis, figures, is_listed, printed};
+use super::{
+    AtSpeed, BORDER, Nonlinear, Order, Oscillator, PeriodicMotion, StabilityAnalysis, figures, is_listed, printed,
+};
 use crate::oscillator::LINEARISED;
+use crate::periodic_turn::NEVER;
 use crate::report::rounding::{Rounded, Rounding};
 use crate::report::terminal::shown;
 use crate::report::unit::{DEG, HZ, ONE, PERCENT, RPM, Unit};
 use crate::report::{Advice, Claim, Level, Report, Rows, Setting, Table, Value, Verdict, WrittenValue};
-use crate::text::{counted, digits, digits_beyond, distinguishing, number};
+use crate::text::{counted, digits, digits_beyond, distinguishing, number, sentence};
+use camdrive::drives::limits::RESONANCE;
 use std::cmp::Ordering;
 use std::f64::consts::PI;
 
@@ -23,6 +27,8 @@ const MOST_TOLD: usize = 3;
 /// The linear equation has the coefficients at φ, not at φ + q. A harmonic k of them is then wrong by 1 − cos kq or more; of the
 /// sixth, which motions over 60° have, that is 13 % at a twist q of 5° (rad).
 const LINEAR: f64 = PI / 36.0;
+/// A multiplier this near 1 is 1 within the roundings of a resonance.
+const ONES: f64 = 1e-4;
 /// Turns.
 const TURNS: Unit = Unit::new("turns", 1.0);
 
@@ -42,14 +48,15 @@ pub fn must_not_run(speed: f64, radius: f64) -> String {
     format!("The machine must not run at {speed}: free motions grow by {} a turn.", grown(radius))
 }
 
-/// The sentences on a speed (rad/s) at which only the linear equation is unstable.
-pub fn disagreement(speed: f64, radius: f64) -> String {
-    format!(
-        "At {} the linear equation is unstable (`camdrive stability`): free motions grow by {} a turn. The motion of the \
-         nonlinear equation is stable (`camdrive steady`).",
-        shown(speed, &RPM),
-        grown(radius)
-    )
+/// The change of free motions in a turn by this factor, in words.
+fn changed(radius: f64) -> String {
+    if (radius - 1.0).abs() <= BORDER {
+        "neither grow nor decay".to_owned()
+    } else if radius > 1.0 {
+        format!("grow by {} a turn", grown(radius))
+    } else {
+        format!("decay by {} a turn", shown(1.0 - radius, &PERCENT))
+    }
 }
 
 /// An error relative to 1; roundings have no size of their own.
@@ -76,6 +83,21 @@ impl StabilityAnalysis {
         self.speeds.iter().map(factor).reduce(f64::min).unwrap_or(1.0)
     }
 
+    /// True if the drive is not linear, so that most findings are of its linear equation.
+    fn is_linearised(&self) -> bool {
+        self.note.as_deref().is_some_and(|note| note.starts_with(LINEARISED))
+    }
+
+    /// An advice, with the equation that it holds for.
+    fn advised(&self, text: String) -> Advice {
+        if !self.is_linearised() {
+            return Advice::new(text);
+        }
+        let mut letters = text.chars();
+        let first = letters.next().map_or(String::new(), |letter| letter.to_lowercase().to_string());
+        Advice::new(format!("By the linear equation: {first}{}", letters.as_str()))
+    }
+
     /// True if the amplitude exceeds the range of the linear equation.
     fn is_beyond(&self, amplitude: f64) -> bool {
         self.units[0] == "rad" && amplitude > LINEAR
@@ -85,7 +107,11 @@ impl StabilityAnalysis {
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         for (i, at) in self.speeds.iter().enumerate() {
-            self.judge(at, self.transients.get(i).and_then(Option::as_ref), &mut verdict);
+            let transient = self.transients.get(i).map(Option::as_ref);
+            match self.nonlinear.get(i) {
+                Some(found) => self.judge_nonlinear(at, found, transient.flatten(), &mut verdict),
+                None => self.judge(at, transient, &mut verdict),
+            }
         }
         if self.oscillator.periods_per_turn == 0 {
             verdict.result(
@@ -98,24 +124,51 @@ impl StabilityAnalysis {
         verdict
     }
 
-    /// Judges a speed: its stability, its load, and its distance from the next unstable speed.
-    fn judge(&self, at: &AtSpeed, transient: Option<&Transient>, verdict: &mut Verdict) {
+    /// Judges a speed by the motion of the nonlinear equation, with the figures of the linear one next to it.
+    fn judge_nonlinear(&self, at: &AtSpeed, found: &Nonlinear, transient: Option<&Transient>, verdict: &mut Verdict) {
+        let speed = shown(at.speed, &RPM);
+        if let ("stable", Some(radius)) = (found.kind(), found.radius) {
+            let [q, load] = [0, 1].map(|i| shown(found.peaks[i], &Unit::of(self.units[i])));
+            let begin = if found.judged.level == Level::Bad { "At" } else { "The machine may run at" };
+            verdict.result(
+                found.judged.level,
+                format!("{begin} {speed}: the shaft twists by up to {q} and takes up to {load}."),
+            );
+            if radius < 1.0 {
+                verdict
+                    .result(Level::Good, format!("A disturbance decays by {} a turn.", shown(1.0 - radius, &PERCENT)));
+            }
+        }
+        verdict.join(found.judged.clone());
+        let steady = transient.map(|start| &start.steady).filter(|steady| steady.stable && at.stable);
+        let of_load = steady.map_or(String::new(), |steady| {
+            format!(", and the load reaches {}", shown(steady.load, &Unit::of(self.units[1])))
+        });
+        verdict
+            .result(Level::Good, format!("Linear equation at {speed}: free motions {}{of_load}.", changed(at.radius)));
+        if let Some(peak) = transient.map(|start| start.peak).filter(|peak| at.stable && self.is_beyond(*peak)) {
+            let twist = shown(peak, &DEG);
+            verdict
+                .result(Level::Good, format!("Its shaft twists by {twist}: the linear equation does not hold there."));
+        }
+    }
+
+    /// Judges a speed: its stability, its load, and its distance from the next unstable speed. The start from rest is None without
+    /// a periodic motion.
+    fn judge(&self, at: &AtSpeed, transient: Option<Option<&Transient>>, verdict: &mut Verdict) {
+        let meets = |[re, im]: &[f64; 2]| (re - 1.0).hypot(*im) < ONES;
+        if transient == Some(None) && at.radius < 1.0 + BORDER && at.multipliers.iter().any(meets) {
+            verdict.result(Level::Bad, sentence(RESONANCE));
+            verdict.advice("Set a damping above 0, or choose another speed.");
+            return;
+        }
+        let transient = transient.flatten();
         let of_next = at.next.iter().flatten().map(|[_, next]| next * RPM.factor);
         let fine = distinguishing(&of_next.chain([at.speed * RPM.factor]).collect::<Vec<f64>>(), EXACT);
         let speed = digits(at.speed * RPM.factor, fine, -4);
         if at.radius > 1.0 + BORDER {
-            match at.nonlinear {
-                Some("stable") => verdict.result(Level::Mind, disagreement(at.speed, at.radius)),
-                _ => verdict.result(Level::Bad, must_not_run(at.speed, at.radius)),
-            };
+            verdict.result(Level::Bad, must_not_run(at.speed, at.radius));
             return;
-        }
-        if let Some(motion @ ("unstable" | "none")) = at.nonlinear {
-            let is = if motion == "none" { "was not found" } else { "is unstable" };
-            verdict.result(
-                Level::Mind,
-                format!("The motion of the nonlinear equation at {speed} rpm {is} (`camdrive steady`)."),
-            );
         }
         let steady = transient.map(|start| &start.steady).filter(|steady| steady.stable);
         let ratio = steady.and_then(|steady| steady.amplification).unwrap_or(0.0);
@@ -127,18 +180,17 @@ impl StabilityAnalysis {
                 true => format!(" ({} starting from rest)", shown(start, &Unit::of(self.units[1]))),
                 false => String::new(),
             };
-            let is_linearised = self.note.as_deref().is_some_and(|note| note.starts_with(LINEARISED));
-            let of = if is_linearised { "the linearised load" } else { "the load" };
+            let of = if self.is_linearised() { "the linearised load" } else { "the load" };
             format!("{but} {of} reaches {load}, {} times its kinetostatic value{start}", number(ratio))
         });
-        let decay = if at.stable {
-            format!("Free motions decay by {} a turn", shown(1.0 - at.radius, &PERCENT))
-        } else {
-            "Free motions neither grow nor decay".to_owned()
+        let decay = match at.stable {
+            true => format!("Free motions {}.", changed(at.radius)),
+            false => sentence(NEVER),
         };
         let near = at.next.iter().flatten().any(|[_, next]| (next / at.speed - 1.0).abs() < CLOSE);
         let level = if near || ratio >= LOUD || !at.stable { Level::Mind } else { Level::Good };
-        verdict.result(level, format!("The machine may run at {speed} rpm{}. {decay}.", load.unwrap_or_default()));
+        verdict.result(level, format!("The machine may run at {speed} rpm{}.", load.unwrap_or_default()));
+        verdict.result(level, decay);
         let next = |[_, next]: &[f64; 2]| {
             let limit = digits_beyond(next * RPM.factor, fine, *next < at.speed);
             format!("{limit} rpm ({} times the speed)", number(next / at.speed))
@@ -202,7 +254,7 @@ impl StabilityAnalysis {
     /// Speeds to avoid (rad/s), and the speed of the scene or the nearest one outside them.
     fn avoid(&self, ends: &[[f64; 2]], verdict: &mut Verdict) {
         let intervals = Rounding::Outward.of(ends, &RPM);
-        let advice = Advice::new(format!("Avoid {}.", Rounding::Outward.list(&intervals, &RPM)));
+        let advice = self.advised(format!("Avoid {}.", Rounding::Outward.list(&intervals, &RPM)));
         let own = self.speeds.first().map_or(0.0, |at| at.speed);
         let inside = intervals.iter().find(|Rounded { ends: [low, high], .. }| (*low..*high).contains(&own.abs()));
         let written =
@@ -238,7 +290,7 @@ impl StabilityAnalysis {
         let (same, b) = (ratio.value.clone(), b(&ratio.value));
         let ratio = ratio.or("elasticity.b", b).or("crank.damping_ratio", same).or("crank.b_T", b);
         let at = orders.iter().filter_map(|order| Some(order.critical_eta? * w0)).collect();
-        verdict.advice(Advice::new(text).set([ratio], Claim::Stable { at }));
+        verdict.advice(self.advised(text).set([ratio], Claim::Stable { at }));
     }
 
     /// Adds how certain the verdict is.
@@ -305,6 +357,32 @@ impl StabilityAnalysis {
         let largest = self.listed(false).filter_map(|order| order.critical_damping).fold(0.0, f64::max);
         let which = if first.j == last.j { first.j.to_string() } else { format!("{} to {}", first.j, last.j) };
         Some(format!("Stable with a damping ratio of {} or more: order {which}.", digits_beyond(largest, DIGITS, true)))
+    }
+
+    /// The motions of both equations of a drive that is not linear.
+    fn both(&self) -> Table {
+        let [q, load] = self.units.map(Unit::of);
+        let steady = |i: usize| Some(self.transients.get(i)?.as_ref()?.steady).filter(|_| self.speeds[i].stable);
+        let rows: Vec<_> = self
+            .nonlinear
+            .iter()
+            .enumerate()
+            .flat_map(|(i, found)| {
+                let (at, linear) = (self.speeds[i], steady(i));
+                let own = found.radius.map(|_| found.peaks);
+                [
+                    (at.speed, "nonlinear", own, found.radius),
+                    (at.speed, "linear", linear.map(|steady| [steady.amplitude, steady.load]), Some(at.radius)),
+                ]
+            })
+            .collect();
+        Table::of("Motion by both equations", &rows)
+            .column("speed", "speed", RPM, |row| row.0)
+            .column("equation", "equation", ONE, |row| row.1)
+            .column("amplitude", "largest |q|", q, |row| row.2.map(|peaks| peaks[0]))
+            .column("load", "largest load", load, |row| row.2.map(|peaks| peaks[1]))
+            .column("multiplier", "multiplier", ONE, |row| row.3)
+            .into()
     }
 
     fn starts(&self) -> Table {
@@ -429,6 +507,9 @@ impl StabilityAnalysis {
         let o = &self.oscillator;
         let mut report = Report::new(&self.scene, format!("stability ({})", self.model));
         report.verdict = self.verdict();
+        if !self.nonlinear.is_empty() {
+            report.table(self.both());
+        }
         report
             .table(self.orders(Table::of("Unstable speeds", self.listed(true))).below(self.below_orders()))
             .table(self.orders(Table::file("", &self.orders)))

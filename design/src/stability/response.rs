@@ -8,13 +8,16 @@ use super::system::System;
 use super::tongue::spectral_radius;
 use crate::oscillator::Terms;
 use crate::search;
-use camdrive::numerics::period_map::{PeriodMap, Trajectory};
+use camdrive::numerics::period_map::{PeriodMap, Trajectory, is_resonant};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// Samples of a turn, and of a vibration, for maxima. A parabola between them leaves an error of at most 1e-5 of a maximum.
 const SAMPLES_PER_TURN: f64 = 720.0;
 const SAMPLES_PER_VIBRATION: f64 = 60.0;
+
+/// A multiplier counts as 1 if det(I − M) is this part of its terms.
+const RESONANT: f64 = 1e-10;
 
 /// A start is followed until its free motion has decayed to this part, or for so many turns.
 const DECAYED: f64 = 1e-3;
@@ -99,6 +102,9 @@ impl<'a> LoadedTurn<'a> {
         let affine = self.map.period_map();
         let [[a, b], [c, d]] = affine.matrix;
         let [f, g] = affine.shift;
+        if affine.shift != [0.0; 2] && is_resonant(&affine.matrix, RESONANT) {
+            return None;
+        }
         let determinant = (1.0 - a) * (1.0 - d) - b * c;
         let y = [((1.0 - d) * f + b * g) / determinant, (c * f + (1.0 - a) * g) / determinant];
         (y[0].is_finite() && y[1].is_finite()).then_some(y)
@@ -219,10 +225,14 @@ pub fn resonances(system: &System, theta: f64, most: usize, expected: &dyn Fn(us
     let resonance = |k: usize| {
         let load = |eta: f64| periodic_motion(system, eta, theta).filter(|s| s.stable).map_or(0.0, |s| s.load);
         let middle = at(k);
-        let unstable = load(middle) == 0.0;
+        let unstable = periodic_motion(system, middle, theta).is_some_and(|s| !s.stable);
         let ends = [middle * (1.0 - NEARBY), middle * (1.0 + NEARBY)];
-        let eta = if unstable { middle } else { search::maximum(&mut |eta| load(eta), ends, 1e-5 * middle).0 };
+        // Without damping the load of a resonance has no bound.
+        let unbounded = theta <= 0.0 && !unstable;
+        let eta =
+            if unstable || unbounded { middle } else { search::maximum(&mut |eta| load(eta), ends, 1e-5 * middle).0 };
         let motion = periodic_motion(system, eta, theta).filter(|_| !unstable);
+        let greatest = |value: Option<f64>| if unbounded { Some(f64::INFINITY) } else { value };
         Resonance {
             k,
             nominal_speed: system.natural_frequency() / k as f64,
@@ -230,8 +240,8 @@ pub fn resonances(system: &System, theta: f64, most: usize, expected: &dyn Fn(us
             unstable,
             deflection: deflection(k, eta),
             estimate: (theta > 0.0).then(|| deflection(k, eta) / (2.0 * theta)),
-            amplitude: motion.map(|s| s.amplitude),
-            amplification: motion.and_then(|s| s.amplification),
+            amplitude: greatest(motion.map(|s| s.amplitude)),
+            amplification: greatest(motion.and_then(|s| s.amplification)),
         }
     };
     (1..=most).filter(told).map(resonance).collect()

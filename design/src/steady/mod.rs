@@ -10,7 +10,7 @@ pub use tables::spectra;
 use crate::forces::report::LiftOff;
 use crate::overview::{self, Overview, Resonance};
 use crate::periodic_motions::{Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range};
-use crate::periodic_turn::{self, Dwell, Harmonic, Turn};
+use crate::periodic_turn::{self, Dwell, Harmonic, STANDS, Turn};
 use crate::plot::Diagram;
 use crate::report::Verdict;
 use crate::resource::{Resource, Scene as AnyScene};
@@ -57,6 +57,14 @@ pub struct SteadyMotions {
     /// Why there is no motion, and what cures it.
     #[serde(skip)]
     pub none: Option<Fault>,
+}
+
+impl SteadyMotions {
+    /// True if a drive that turns has no periodic motion.
+    pub fn lack(&self) -> bool {
+        let stands = self.none.as_ref().is_some_and(|fault| fault.motionless.as_deref() == Some(STANDS));
+        self.motions.is_empty() && self.without_torques.is_none() && !stands
+    }
 }
 
 /// The speed over a turn.
@@ -160,8 +168,8 @@ pub fn of_drive(resource: &Resource, speed: Option<f64>) -> Result<SteadyMotions
     }
     let mut overview = overview::of(&resource);
     match (overview.motionless.take(), resource.scene.drive()) {
-        // The fault of a free shaft says what a motion needs.
-        (Some(fault), None) => Err(fault),
+        // A fault that is no judgement on the motion.
+        (Some(fault), None) if fault.motionless.is_none() => Err(fault),
         (none, _) => Ok(SteadyMotions { none, ..of_turning(&resource, &overview) }),
     }
 }
@@ -183,13 +191,18 @@ fn of_turning(resource: &Resource, overview: &Overview) -> SteadyMotions {
         ..SteadyMotions::default()
     };
     if matches!(&resource.scene, AnyScene::ElasticShaft(shaft) if !shaft.linear) {
-        findings
-            .judged
-            .certainty("The motion is of the nonlinear equation; `camdrive stability` judges the linear one.");
+        findings.judged.certainty(
+            "The motion is of the nonlinear equation; `camdrive stability` shows the linear one next to it.",
+        );
     }
     if let Some(turn) = overview.turn.clone() {
         findings.resonances = overview.resonances.clone();
         findings.take(&resource.scene, turn);
+        findings.harmonics = findings.turn.as_ref().map_or(Vec::new(), |turn| turn.harmonics(&overview.named));
+        for of in &mut findings.harmonics {
+            of.resonance =
+                overview.natural(periodic_turn::part(&of.output).1).map(|natural| natural / of.harmonic as f64);
+        }
     }
     findings
 }
@@ -226,7 +239,6 @@ impl SteadyMotions {
             }];
         }
         self.dwells = turn.dwells(scene);
-        self.harmonics = turn.harmonics();
         self.turn = Some(turn);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Motion, Speeds, SteadyMotions, tables};
 use crate::forces::report::LiftOff;
-use crate::periodic_turn::{self, Dwell, GONE, NEUTRAL, Turn};
+use crate::periodic_turn::{self, Dwell, GONE, NEUTRAL, NEVER, Turn};
 use crate::plot::{Axis, Diagram, Series};
 use crate::report::terminal::{range, shown};
 use crate::report::unit::{DEG, MS, NM, ONE, PERCENT, RPM, W};
@@ -49,17 +49,20 @@ fn fluctuation(speeds: &Speeds) -> String {
     }
 }
 
-/// The decay of disturbances, in words.
-fn decay(motion: &Motion) -> String {
+/// The decay of disturbances, in words; None where it is not known.
+fn decay(motion: &Motion) -> Option<String> {
+    if motion.growth.is_nan() || motion.growth == f64::INFINITY {
+        return None;
+    }
     if motion.growth.abs() < NEUTRAL {
-        return "Without damping a disturbance does not decay.".to_owned();
+        return Some(sentence(NEVER));
     }
     let turns = GONE.ln() / motion.growth;
     if turns <= 1.0 {
-        return "A disturbance decays to 1 % within a turn.".to_owned();
+        return Some("A disturbance decays to 1 % within a turn.".to_owned());
     }
     let time = time(turns * motion.speeds.period);
-    format!("A disturbance decays to 1 % within {} ({time}).", counted(number(turns), "turn"))
+    Some(format!("A disturbance decays to 1 % within {} ({time}).", counted(number(turns), "turn")))
 }
 
 impl SteadyMotions {
@@ -103,8 +106,9 @@ impl SteadyMotions {
                         false => format!("At {speed} rpm the motion repeats every turn."),
                     },
                 );
-                if first.growth.is_finite() || first.growth == f64::NEG_INFINITY {
-                    verdict.result(level, decay(first));
+                // The judgement has some of them.
+                for decay in decay(first).into_iter().filter(|decay| !self.judged.result.contains(decay)) {
+                    verdict.result(level, decay);
                 }
                 let speeds: Vec<String> = others.iter().map(|motion| self.rpm(motion.speeds.mean_speed)).collect();
                 if !speeds.is_empty() {
@@ -182,9 +186,11 @@ impl SteadyMotions {
     /// Torques, vibration, impacts and contact over a turn.
     fn of_turn(&self, turn: &Turn, verdict: &mut Verdict) {
         let torques = turn.outputs.iter().filter(|of| of.unit == "N.m").map(|of| of.size);
-        let torque = tables::mean(turn.mean_torque, torques.fold(0.0, f64::max));
-        if self.motor.is_none() && torque.abs() > 0.0 {
-            let (torque, power) = (shown(torque, &NM), shown(turn.mean_power, &W));
+        let size = torques.fold(0.0, f64::max);
+        let torque = tables::mean(turn.mean_torque, size);
+        if torque.abs() > 0.0 {
+            let power = tables::mean(turn.mean_power, size * turn.mean_speed.abs());
+            let (torque, power) = (shown(torque, &NM), shown(power, &W));
             verdict.result(Level::Good, format!("It takes a mean torque of {torque} and a mean power of {power}."));
         }
         let worst = self.dwells.iter().max_by(|a, b| a.largest.total_cmp(&b.largest));
@@ -237,7 +243,7 @@ impl SteadyMotions {
             report
                 .table(tables::impacts(turn))
                 .table(tables::dwells(&self.dwells))
-                .table(tables::harmonics(&self.harmonics, &self.resonances));
+                .table(tables::harmonics(&self.harmonics));
             report.explain_table(tables::multipliers(turn));
             for (key, diagram) in tables::diagrams(&self.name, turn) {
                 report.diagram(&key, diagram);

@@ -1,6 +1,5 @@
 //! Tables and diagrams of a turn.
 
-use crate::overview::Resonance;
 use crate::periodic_turn::{Dwell, Harmonic, Impact, Range, Turn};
 use crate::plot::{Axis, Diagram, Rule, Series};
 use crate::report::unit::{DEG, HZ, NS, ONE, RPM};
@@ -94,15 +93,13 @@ pub fn impacts(turn: &Turn) -> Table {
 }
 
 /// The strongest harmonics of the deformations, and where each is in resonance.
-pub fn harmonics(harmonics: &[Harmonic], resonances: &[Resonance]) -> Table {
-    let resonant =
-        |of: &Harmonic| resonances.iter().find(|other| other.harmonic == of.harmonic).map(|other| other.speed);
+pub fn harmonics(harmonics: &[Harmonic]) -> Table {
     Table::of("Harmonics of the deformation", harmonics)
         .column("output", "output", ONE, |of| &of.output)
         .column("harmonic", "harmonic", ONE, |of| of.harmonic)
         .column("frequency", "frequency", HZ, |of| of.frequency)
         .column("amplitude", "amplitude", ONE, |of| crate::report::terminal::shown(of.amplitude, &Unit::of(of.unit)))
-        .column("resonance", "in resonance at", RPM, resonant)
+        .column("resonance", "in resonance at", RPM, |of| of.resonance)
         .into()
 }
 

@@ -29,6 +29,15 @@ pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &st
 /// A growth in a turn below this is none: free motions without damping come back but for roundings.
 pub const NEUTRAL: f64 = 1e-9;
 
+/// The reason of a drive that follows an input.
+pub const ON_INPUT: &str = "the shaft follows an input, and its motion need not repeat";
+
+/// The reason of a machine of which no speed is known.
+pub const NO_SPEED: &str = "no speed is known near which the shaft turns steadily: set start.w_start";
+
+/// The reason at a resonance without damping.
+pub const RESONANCE: &str = "no periodic motion exists: the load is in resonance, a Floquet multiplier is 1";
+
 /// Begins the reasons of [`open`].
 pub const NOT_REPEATED: &str = "the motion does not repeat within the first ";
 

@@ -370,11 +370,6 @@ for damping in (0.0, B):
         return refused(packages["shaft"], {"J": 0.0, "b": damping})
 
 
-@refusal(DRIVE, "steady state, damping 0", "start.mode = steady_state does not exist without damping", "a periodic motion that no motion approaches")
-def undamped_steady(packages):
-    return refused(packages["shaft"], {"b": 0.0, "start.mode": 3})
-
-
 @refusal(DRIVE, "inputs: acceleration 1e300 rad/s²", "`a`: 1e300 rad/s2 is not admissible", "the motion overflows")
 def overflow(packages):
     return refused(packages["shaft_input"], run=lambda unit: (unit.set(a=1e300), unit.step(1.0)))

@@ -135,9 +135,46 @@ impl Said<'_> {
         Ok(())
     }
 
+    /// `check`, `steady` and `stability` agree on whether there is a motion, and whether it is stable.
+    fn motion(&mut self, steady: &Value, stability: Option<&Value>) -> Result<(), TestCaseError> {
+        let judged = |found: &Value| found["verdict"]["result"].to_string().to_lowercase();
+        let mut said = vec![judged(&self.check), judged(steady)];
+        said.extend(stability.map(judged));
+        for phrase in [
+            "must not run",
+            "turns differ",
+            "neither grow nor decay: the start never settles",
+            "a floquet multiplier is 1",
+            "the motion does not repeat within",
+            "stands still",
+            "follows an input",
+            "more than half a turn",
+        ] {
+            let of = said.iter().map(|text| text.contains(phrase)).collect::<Vec<_>>();
+            prop_assert!(of.iter().all(|says| *says == of[0]), "{} is said by {:?} of {:?}", phrase, of, said);
+        }
+        let motion = &steady["motions"][0];
+        let (exists, stable) = (motion.is_object(), motion["stable"] == true);
+        let Some(at) = stability.map(|found| &found["speeds"][0]).filter(|at| at.is_object()) else { return Ok(()) };
+        match (at["nonlinear"].as_str(), exists) {
+            (Some(kind), true) => prop_assert_eq!(kind, if stable { "stable" } else { "unstable" }),
+            (Some(kind), false) => prop_assert_eq!(kind, "none"),
+            (None, true) => {
+                let [radius, growth] =
+                    [&at["radius"], &motion["growth"]].map(|value| value.as_f64().unwrap_or(f64::NAN));
+                prop_assert!((radius.ln() - growth).abs() <= 1e-6 * growth.abs().max(1.0), "{} and {}", radius, growth);
+                prop_assert_eq!(stable, radius < 1.0 + 1e-9);
+            }
+            (None, false) => prop_assert!(said[2].contains("no periodic motion exists"), "{}", said[2]),
+        }
+        self.count += 1;
+        Ok(())
+    }
+
     fn compare(&mut self) -> Result<(), TestCaseError> {
         if let Some(found) = printed(self.files, "steady") {
             self.steady(&found)?;
+            self.motion(&found, printed(self.files, "stability").as_ref())?;
         }
         if let Some(found) = printed(self.files, "forces") {
             self.forces(&found)?;
@@ -287,7 +324,18 @@ fn loaded() -> impl Strategy<Value = Files> {
 
 /// Scenes of every model.
 fn any_files() -> impl Strategy<Value = Files> {
-    let shafts = stability::any().prop_map(|scene| stability::files(&scene, &SAME));
+    let shafts = (stability::any(), 0..3).prop_map(|(scene, undamped)| {
+        let mut files = stability::files(&scene, &SAME);
+        for section in ["elasticity", "coefficients", "crank"] {
+            if let Some(section) = files.scene.get_mut(section).filter(|_| undamped == 0) {
+                let section = section.as_object_mut().expect("a table");
+                for key in ["damping_ratio", "b", "b_T"] {
+                    section.remove(key);
+                }
+            }
+        }
+        files
+    });
     let plays = backlash().prop_map(|scene| CamScene {
         model: Model::Backlash,
         b: scene.b.max(0.1 * (scene.c * scene.second).sqrt()),
@@ -296,7 +344,7 @@ fn any_files() -> impl Strategy<Value = Files> {
     let plays = plays.prop_map(|scene| clearance::files(&scene, &SAME));
     let machines = steady::driven().prop_map(|scene| steady::files(&scene, &SAME));
     let tappets = (forces::any(), any::<bool>()).prop_map(|(scene, rigid)| forces::tappet(&scene, rigid));
-    prop_oneof![3 => loaded(), 1 => shafts, 1 => plays, 1 => machines, 2 => tappets]
+    prop_oneof![3 => loaded(), 2 => shafts, 1 => plays, 1 => machines, 2 => tappets]
 }
 
 /// Seen to find a natural frequency without the return spring, and a force without the preload.

@@ -13,7 +13,7 @@ pub use crate::drives::follower::joint::{Follower, Joint, Stand};
 pub use crate::drives::shaft::train::{MOST_FOLLOWERS, Machine, Shaft};
 pub use names::Names;
 
-use crate::drives::limits::{no_periodic_motion, no_state, refused_start};
+use crate::drives::limits::{NO_SPEED, ON_INPUT, no_periodic_motion, no_state, refused_start};
 use crate::drives::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use crate::drives::shaft::cam_drive::{AngleMotion, CamDrive, DriveMode, MAX_INPUT_DERIVATIVE, field};
 use crate::drives::shaft::free::coupled::NamedLoad;
@@ -224,10 +224,11 @@ impl DriveTrain {
             let others = if let Names::Machine(_) = self.names { "given" } else { "at_rest or equilibrium" };
             Err(no_periodic_motion(reason, "").hint(format!("choose {others}")))
         };
-        if usual == 0.0 || !steady || self.motion_is_input() {
-            return refused(
-                "no speed is known near which the shaft turns steadily (give start.w_start), or its drive changes with time",
-            );
+        if !steady || self.motion_is_input() || usual == 0.0 && self.machine().is_some_and(|m| m.motor.takes_speed()) {
+            return refused(ON_INPUT);
+        }
+        if usual == 0.0 {
+            return refused(NO_SPEED);
         }
         if !self.inputs.are_constant() {
             return refused("an input changes with time");

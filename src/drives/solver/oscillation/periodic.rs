@@ -3,7 +3,7 @@
 use super::steps::Moving;
 use super::turn::{Table, Turn};
 use crate::drives::follower::equation::{Equation, Words};
-use crate::drives::limits::{NEUTRAL, no_periodic_motion, open, periodic_motion_that, search_too_much};
+use crate::drives::limits::{NEUTRAL, RESONANCE, no_periodic_motion, open, periodic_motion_that, search_too_much};
 use crate::drives::shaft::cam_turn::turns;
 use crate::drives::solver::step_control::StepControl;
 use crate::drives::{Fault, Rounded};
@@ -109,13 +109,16 @@ pub fn periodic<E: Equation>(
     let linear = equation.linearised();
     let period = Turn::new(&linear, law, w, phi).and_then(|turn| Period::of(&turn, tolerance));
     let guess = period.and_then(|whole| fixed_point(&whole.map.matrix, [0.0; 2], whole.map.shift));
-    let mut unstable = None;
-    match shoot(moving, start, guess.unwrap_or_default(), tolerance)? {
+    let unstable = match shoot(moving, start, guess.unwrap_or_default(), tolerance)? {
         Some(found) if found.growth < NEUTRAL => return Ok(found),
-        found => unstable = found.or(unstable),
-    }
+        found => found,
+    };
     if equation.is_undamped() {
-        return unstable.ok_or_else(|| refused(w, "no periodic solution of the period of one turn was found"));
+        // Nothing leads to a motion.
+        let near = if unstable.is_none() { shoot(moving, start, given, tolerance)? } else { unstable };
+        let reason = "no motion that repeats every turn was found near the linear one or the start";
+        let rest = "; set a damping above 0, change drive.w, or set start.mode = at_rest";
+        return near.ok_or_else(|| no_periodic_motion(reason, rest));
     }
     run_in(moving, start, given, tolerance, unstable)
 }
@@ -128,11 +131,8 @@ fn fixed<E: Equation>(map: &Affine, equation: &E, w: f64) -> Result<[f64; 2], Fa
     }
     if is_resonant(&map.matrix, RESONANT) {
         let Words { damping, .. } = equation.words();
-        let without = if equation.is_undamped() { format!("without damping ({damping} = 0) ") } else { String::new() };
-        let reason =
-            format!("no periodic motion exists: {without}the load is in resonance (a Floquet multiplier is 1)");
         let rest = format!("; set {damping} > 0, change drive.w, or set start.mode = at_rest");
-        return Err(no_periodic_motion(reason, &rest));
+        return Err(no_periodic_motion(RESONANCE, &rest));
     }
     let point = fixed_point(&map.matrix, [0.0; 2], map.shift);
     point.ok_or_else(|| refused(w, "no periodic solution of the period of one turn was found"))
@@ -170,7 +170,9 @@ fn run_in<E: Equation>(
         for _ in 0..block {
             match one_turn(moving, start, y, tolerance.max(COARSE)) {
                 Ok(next) => y = next,
-                Err(fault) if moving.work.is_exhausted() => return unstable.ok_or_else(|| fault.motionless(open(turns))),
+                Err(fault) if moving.work.is_exhausted() => {
+                    return unstable.ok_or_else(|| fault.motionless(open(turns)));
+                }
                 Err(fault) => return Err(fault),
             }
             turns += 1;

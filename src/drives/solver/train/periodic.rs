@@ -7,7 +7,7 @@
 //! Source: A. H. Nayfeh, B. Balachandran, *Applied Nonlinear Dynamics*, Wiley 1995, sections 6.1, 7.3.
 
 use super::{Excitation, Run};
-use crate::drives::limits::{no_periodic_motion, search_too_much};
+use crate::drives::limits::{NOT_REPEATED, no_periodic_motion, open, search_too_much};
 use crate::drives::shaft::train::{MOST_FOLLOWERS, MOST_STATES, Modes, Train};
 use crate::drives::{EventLog, Fault};
 use crate::numerics::double_double::Double;
@@ -15,8 +15,9 @@ use crate::numerics::lu;
 use crate::numerics::work::Work;
 use std::f64::consts::TAU;
 
-/// Turns from the guess on: by then vibrations with D = 0.02 in six periods a turn have decayed to 1e-5.
-const TURNS: usize = 16;
+/// Turns from the guess on before each attempt of Newton's method: in the first ones vibrations with D = 0.02 in six periods a turn
+/// decay to 1e-5, in all of them those that decay by a tenth a turn.
+const TURNS: [usize; 3] = [16, 32, 64];
 /// Newton's method doubles the digits; from a good start a few iterations are enough.
 const ITERATIONS: usize = 12;
 /// The change of a state for differences, as part of its largest value: half of the digits for Newton's method. For the multipliers
@@ -64,63 +65,92 @@ pub fn periodic(
     (guess, modes): ([f64; MOST_STATES], Modes),
     sense: f64,
 ) -> Result<Periodic, Fault> {
-    let (mut work, first) = (Work::default(), if train.machine().is_some() { 1 } else { 0 });
+    let mut work = Work::default();
     let (mut y, mut at) = (guess, modes);
     let section = Section { train, excitation, sense };
-    for _ in 0..TURNS {
-        let turned = section.turn(&y, at, &mut work)?;
-        (y, at) = (turned.y, turned.modes);
+    let mut turns = 0;
+    for block in TURNS {
+        for _ in 0..block {
+            let turned = section.turn(&y, at, &mut work).map_err(|fault| since(fault, turns))?;
+            (y, at, turns) = (turned.y, turned.modes, turns + 1);
+        }
+        match section.newton(y, at, &mut work) {
+            Ok(Some(found)) => return Ok(found),
+            Err(fault) if work.is_exhausted() => return Err(since(fault, turns)),
+            _ => {}
+        }
     }
-    for _ in 0..ITERATIONS {
-        let base = section.turn(&y, at, &mut work)?;
-        // Of this turn alone: after a step of Newton's method that went astray any motion would look closed.
-        let sizes = base.sizes;
-        let held = |k: usize| {
-            train.clearances().any(|(j, place, _)| at.stands[j].is_held() && (place..place + 2).contains(&k))
-        };
-        let unknowns: Vec<usize> = (first..train.layout.count).filter(|k| !held(*k)).collect();
-        let count = unknowns.len();
-        // A state that happens to be small is measured by the largest of its kind.
-        let least = 1e-6 * unknowns.iter().fold(0.0_f64, |most, k| most.max(sizes[*k]));
-        let size = |k: usize| sizes[unknowns[k]].max(least).max(f64::MIN_POSITIVE);
-        let change = |from: &[f64; MOST_STATES], to: &[f64; MOST_STATES], k: usize| {
-            (to[unknowns[k]] - from[unknowns[k]]) / size(k)
-        };
-        let closed = base.modes.stands.iter().map(|s| s.contact).eq(at.stands.iter().map(|s| s.contact))
-            && (0..count).all(|k| change(&y, &base.y, k).abs() <= CLOSED);
-        let mut after = |k: usize, step: f64| {
-            let mut moved = y;
-            moved[unknowns[k]] += step * size(k);
-            section.turn(&moved, at, &mut work).map(|turned| turned.y)
-        };
-        let mut map = vec![[0.0; MOST_STATES]; count];
-        for (k, column) in map.iter_mut().enumerate() {
-            let step = STEPS[usize::from(closed)];
-            let (ahead, back) = (after(k, step)?, if closed { after(k, -step)? } else { base.y });
-            let width = if closed { 2.0 * step } else { step };
-            (0..count).for_each(|i| column[i] = change(&back, &ahead, i) / width);
-        }
-        if closed {
-            let modes = Modes { segments: base.begun, ..at };
-            return Ok(Periodic { y, modes, period: base.time, multiplier: radius(&map), map });
-        }
-        let (mut matrix, mut pivots) = (vec![[0.0; MOST_STATES]; count], vec![0; count]);
-        for (i, row) in matrix.iter_mut().enumerate() {
-            (0..count).for_each(|k| row[k] = if i == k { 1.0 } else { 0.0 } - map[k][i]);
-        }
-        let mut x = [0.0; MOST_STATES];
-        (0..count).for_each(|k| x[k] = change(&y, &base.y, k));
-        lu::factorise(&mut matrix, &mut pivots).ok_or_else(none)?;
-        lu::solve(&matrix, &pivots, &mut x);
-        // The contacts at the section are those of the previous turn.
-        at = Modes { segments: at.segments, ..base.modes };
-        (0..count).for_each(|k| y[unknowns[k]] += x[k] * size(k));
+    Err(no_periodic_motion(open(turns), "")
+        .hint("choose more damping, a motor whose torque falls with the speed, or at_rest"))
+}
+
+/// A fault of the turn after so many: one that takes too much work says how many repeat nothing.
+fn since(fault: Fault, turns: usize) -> Fault {
+    if fault.motionless.as_deref().is_some_and(|reason| reason.starts_with(NOT_REPEATED)) {
+        fault.motionless(open(turns))
+    } else {
+        fault
     }
-    Err(none())
+}
+
+impl Section<'_> {
+    /// Newton's method from these states; None if it does not converge.
+    fn newton(&self, mut y: [f64; MOST_STATES], mut at: Modes, work: &mut Work) -> Result<Option<Periodic>, Fault> {
+        let (section, train) = (self, self.train);
+        let first = if train.machine().is_some() { 1 } else { 0 };
+        for _ in 0..ITERATIONS {
+            let base = section.turn(&y, at, work)?;
+            // Of this turn alone: after a step of Newton's method that went astray any motion would look closed.
+            let sizes = base.sizes;
+            let held = |k: usize| {
+                train.clearances().any(|(j, place, _)| at.stands[j].is_held() && (place..place + 2).contains(&k))
+            };
+            let unknowns: Vec<usize> = (first..train.layout.count).filter(|k| !held(*k)).collect();
+            let count = unknowns.len();
+            // A state that happens to be small is measured by the largest of its kind.
+            let least = 1e-6 * unknowns.iter().fold(0.0_f64, |most, k| most.max(sizes[*k]));
+            let size = |k: usize| sizes[unknowns[k]].max(least).max(f64::MIN_POSITIVE);
+            let change = |from: &[f64; MOST_STATES], to: &[f64; MOST_STATES], k: usize| {
+                (to[unknowns[k]] - from[unknowns[k]]) / size(k)
+            };
+            let closed = base.modes.stands.iter().map(|s| s.contact).eq(at.stands.iter().map(|s| s.contact))
+                && (0..count).all(|k| change(&y, &base.y, k).abs() <= CLOSED);
+            let mut after = |k: usize, step: f64| {
+                let mut moved = y;
+                moved[unknowns[k]] += step * size(k);
+                section.turn(&moved, at, work).map(|turned| turned.y)
+            };
+            let mut map = vec![[0.0; MOST_STATES]; count];
+            for (k, column) in map.iter_mut().enumerate() {
+                let step = STEPS[usize::from(closed)];
+                let (ahead, back) = (after(k, step)?, if closed { after(k, -step)? } else { base.y });
+                let width = if closed { 2.0 * step } else { step };
+                (0..count).for_each(|i| column[i] = change(&back, &ahead, i) / width);
+            }
+            if closed {
+                let modes = Modes { segments: base.begun, ..at };
+                return Ok(Some(Periodic { y, modes, period: base.time, multiplier: radius(&map), map }));
+            }
+            let (mut matrix, mut pivots) = (vec![[0.0; MOST_STATES]; count], vec![0; count]);
+            for (i, row) in matrix.iter_mut().enumerate() {
+                (0..count).for_each(|k| row[k] = if i == k { 1.0 } else { 0.0 } - map[k][i]);
+            }
+            let mut x = [0.0; MOST_STATES];
+            (0..count).for_each(|k| x[k] = change(&y, &base.y, k));
+            if lu::factorise(&mut matrix, &mut pivots).is_none() {
+                return Ok(None);
+            }
+            lu::solve(&matrix, &pivots, &mut x);
+            // The contacts at the section are those of the previous turn.
+            at = Modes { segments: at.segments, ..base.modes };
+            (0..count).for_each(|k| y[unknowns[k]] += x[k] * size(k));
+        }
+        Ok(None)
+    }
 }
 
 fn none() -> Fault {
-    no_periodic_motion("no periodic motion was found: the motion of a turn does not settle", "")
+    no_periodic_motion("the shaft stops or turns back", "")
         .hint("choose more damping, a motor whose torque falls with the speed, or at_rest")
 }
 
