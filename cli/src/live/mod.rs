@@ -91,7 +91,7 @@ impl Live {
     /// # Errors
     /// The faults of these values.
     pub fn with(&self, values: &Values) -> Result<Resolved, Diagnostics> {
-        scene::resolve_document(&self.file, &self.changed(values), &self.folder)
+        scene::variant(&self.file, &self.changed(values), &self.folder)
     }
 
     fn changed(&self, values: &Values) -> Document {

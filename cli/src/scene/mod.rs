@@ -142,25 +142,34 @@ pub fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagno
 
 /// The scene of a document, changed or not.
 pub fn resolve_document(file: &str, document: &Document, folder: &Path) -> Result<Resolved, Diagnostics> {
+    let mut resolved = variant(file, document, folder)?;
+    let left_out = Machine::of(&resolved.resource()).ok().and_then(Machine::left_out);
+    resolved.notes.extend(left_out.clone());
+    for sentence in resolved.smoothed.iter().map(|table| &table.sentence).chain(&left_out) {
+        let own = resolved.description.trim_end_matches('.');
+        let stop = if own.is_empty() { "" } else { ". " };
+        // Notes begin with a small letter, sentences do not.
+        let (first, rest) = sentence.split_at(sentence.find(char::is_whitespace).unwrap_or(0));
+        let first = if first.contains('.') { first.to_owned() } else { capitalised(first) };
+        resolved.description = format!("{own}{stop}{first}{rest}.");
+    }
+    Ok(resolved)
+}
+
+/// The scene of a document with the user's own description, which spares the search for speeds of lift-off.
+///
+/// # Errors
+/// The faults of its keys, and what its drive refuses.
+pub fn variant(file: &str, document: &Document, folder: &Path) -> Result<Resolved, Diagnostics> {
     input::read(file, document, Kind::Scene, |root| {
         let mut resolved = whole_scene(root, folder)?;
         if root.faults.is_empty() {
             models::try_out(&resolved, root.faults);
-            if let Scene::DriveTrain(scene) = &resolved.scene
-                && root.faults.is_empty()
-            {
-                resolved.notes.extend(standstill::check(root, scene));
-            }
-            let left_out = Machine::of(&resolved.resource()).ok().and_then(Machine::left_out);
-            resolved.notes.extend(left_out.clone());
-            for sentence in resolved.smoothed.iter().map(|table| &table.sentence).chain(&left_out) {
-                let own = resolved.description.trim_end_matches('.');
-                let stop = if own.is_empty() { "" } else { ". " };
-                // Notes begin with a small letter, sentences do not.
-                let (first, rest) = sentence.split_at(sentence.find(char::is_whitespace).unwrap_or(0));
-                let first = if first.contains('.') { first.to_owned() } else { capitalised(first) };
-                resolved.description = format!("{own}{stop}{first}{rest}.");
-            }
+        }
+        if let Scene::DriveTrain(scene) = &resolved.scene
+            && root.faults.is_empty()
+        {
+            resolved.notes.extend(standstill::check(root, scene));
         }
         Some(resolved)
     })

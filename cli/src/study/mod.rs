@@ -897,7 +897,7 @@ impl Study {
                     document.set(key, value);
                 }
             }
-            let found = scene::resolve_document(&self.place.display().to_string(), document, &scene.folder);
+            let found = scene::variant(&self.place.display().to_string(), document, &scene.folder);
             let found = found.map(|scene| warnings(&scene)).unwrap_or_default();
             let new = found.into_iter().filter(|warning| !own.contains(warning));
             new.map(move |warning| format!("run {row}: {} {}", sentence(&warning.message), sentence(&warning.hint)))
@@ -926,7 +926,7 @@ impl Study {
         let whole = &documents[0].1;
         match &self.subject {
             Subject::Scene(scene) => {
-                let scene = scene::resolve_document(&self.place.display().to_string(), whole, &scene.folder)?;
+                let scene = scene::variant(&self.place.display().to_string(), whole, &scene.folder)?;
                 Ok(Subject::Scene(Box::new(scene)))
             }
             Subject::Coupled(base) => {

@@ -266,7 +266,11 @@ fn pressing(drive: &Drive) -> &'static str {
 impl Keeping {
     /// Adds the preload that keeps a follower on its cam, and the other remedies if contact is `lost`.
     fn advise(&self, verdict: &mut Verdict, machine: &Machine, drive: &Drive, lost: bool) {
-        let part = capital(&machine.spoken(drive));
+        // The only follower needs no name.
+        let of = |text: String| match &*machine.spoken(drive) {
+            "the follower" => capital(&text),
+            name => format!("{}: {text}", capital(name)),
+        };
         let claim = || Claim::Contact { follower: machine.number(drive) };
         let unit = if drive.follower.turns { unit::NM } else { unit::N };
         // Rounded away from the least preload.
@@ -277,12 +281,11 @@ impl Keeping {
                 Some((preload, _))
                     if self.least_preload.is_some_and(|at| text::clean(at.value, drive.preload()) > 0.0) =>
                 {
-                    let text =
-                        format!("{part}: keep the preload of the return spring above {} (now {given}).", preload.least);
-                    verdict.advice(Advice::new(text).set(preload.setting, claim()));
+                    let text = format!("keep the preload of the return spring above {} (now {given}).", preload.least);
+                    verdict.advice(Advice::new(of(text)).set(preload.setting, claim()));
                 }
                 _ => {
-                    verdict.result(Level::Good, format!("{part}: the contact needs no preload at this speed."));
+                    verdict.result(Level::Good, of("the contact needs no preload at this speed.".to_owned()));
                 }
             };
             return;
@@ -292,26 +295,26 @@ impl Keeping {
         if let Some((preload, phi)) = preload.filter(|_| self.least_preload.is_some_and(raises)) {
             let text = match preload.setting.is_some() {
                 true => format!(
-                    "{part}: raise the preload of the return spring from {given} to {} (needed at φ = {phi}).",
+                    "raise the preload of the return spring from {given} to {} (needed at φ = {phi}).",
                     preload.least
                 ),
                 false => {
-                    format!("{part}: add a return spring with a preload of {} (needed at φ = {phi}).", preload.least)
+                    format!("add a return spring with a preload of {} (needed at φ = {phi}).", preload.least)
                 }
             };
-            verdict.advice(Advice::new(text).set(preload.setting, claim()));
+            verdict.advice(Advice::new(of(text)).set(preload.setting, claim()));
         }
         let lowers = |at: &Extreme| at.value > 0.0 && at.value <= machine.speed.abs();
         if let Some(at) = self.held.lift_off_speed.filter(lowers) {
             let speed = Setting::at_most("drive.speed", at.value.copysign(machine.speed), &RPM, FINE);
-            let text = format!("{part}: or run below {}.", up_to(at.value, FINE));
-            verdict.advice(Advice::new(text).set([speed], claim()));
+            let text = format!("or run below {}.", up_to(at.value, FINE));
+            verdict.advice(Advice::new(of(text)).set([speed], claim()));
         }
         // A motion in which the follower leaves its cam has no second flank.
         let held = (drive.plan.is_some() && !drive.is_flat() && !drive.loads.may_leave)
             .then(|| Setting::new(machine.key(drive, "geometry.contour"), "groove"));
-        let text = format!("{part}: or use a groove or conjugate cams, which hold it on both sides.");
-        verdict.advice(Advice::new(text).set(held, claim()));
+        let text = "or use a groove or conjugate cams, which hold it on both sides.".to_owned();
+        verdict.advice(Advice::new(of(text)).set(held, claim()));
     }
 }
 
