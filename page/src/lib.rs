@@ -16,7 +16,6 @@ thread_local! {
     static LENGTH: Cell<usize> = const { Cell::new(0) };
 }
 
-/// The page around this module.
 #[cfg(target_arch = "wasm32")]
 #[link(wasm_import_module = "page")]
 // SAFETY: the page has a function of this name, which takes a number and returns nothing.

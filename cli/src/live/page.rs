@@ -1,6 +1,6 @@
 //! The page of a live scene: one file with all that it computes with.
 
-use super::{BUILD, Dial, dials};
+use super::{BUILD, Dial, dials, dials::element};
 use crate::export::RuntimeLibrary;
 use crate::scene::Resolved;
 use camdrive::drives::Fault;
@@ -87,7 +87,10 @@ fn form(dials: &[Dial], scene: &Resolved) -> String {
     let of = |key: &str, value: &str| -> Vec<(&'static str, String)> {
         vec![("data-key", key.to_owned()), ("value", value.to_owned()), ("autocomplete", "off".to_owned())]
     };
-    let group = |dial: &Dial| dial.key.rsplit_once('.').map_or(String::new(), |(group, _)| group.to_owned());
+    let group = |dial: &Dial| match element(&dial.key) {
+        Some((list, _)) => list.to_owned(),
+        None => dial.key.rsplit_once('.').map_or(String::new(), |(group, _)| group.to_owned()),
+    };
     let mut groups: Vec<String> = dials.iter().map(group).collect();
     groups.dedup();
     let mut seen: Vec<String> = Vec::new();
@@ -98,9 +101,13 @@ fn form(dials: &[Dial], scene: &Resolved) -> String {
         }
     });
     for name in &groups {
-        xml.element("fieldset", &[], |xml| {
-            xml.text("legend", &[], name);
-            for (i, dial) in dials.iter().enumerate().filter(|(_, dial)| group(dial) == *name) {
+        let own: Vec<(usize, &Dial)> = dials.iter().enumerate().filter(|(_, dial)| group(dial) == *name).collect();
+        let is_list = own.iter().any(|(_, dial)| element(&dial.key).is_some());
+        let fields = |xml: &mut Xml| {
+            if !is_list {
+                xml.text("legend", &[], name);
+            }
+            for (i, dial) in &own {
                 let (id, told) = (format!("dial{i}"), format!("dial{i}-fault"));
                 let last = dial.key.rsplit('.').next().unwrap_or("");
                 xml.element("div", &[("class", "dial".to_owned())], |xml| {
@@ -121,7 +128,15 @@ fn form(dials: &[Dial], scene: &Resolved) -> String {
                     xml.text("span", &[("id", told), ("class", "fault".to_owned()), ("role", "alert".to_owned())], "");
                 });
             }
-        });
+        };
+        // A list is folded, lest it hides the others.
+        match is_list {
+            true => xml.element("details", &[], |xml| {
+                xml.text("summary", &[], name);
+                xml.element("fieldset", &[("aria-label", name.clone())], fields);
+            }),
+            false => xml.element("fieldset", &[], fields),
+        }
     }
     xml.finish()
 }
