@@ -273,7 +273,6 @@ impl Overview {
     fn resonates(&mut self, resource: &Resource, turn: &Turn, spared: Option<usize>) {
         for j in 0..=resource.scene.followers() {
             let Some(rise) = self.rise(j, turn) else { continue };
-            self.name(rise.near.as_ref().map(|near| (j, near.harmonic)));
             let (of, times) = (of(&resource.scene, j), text::number(rise.largest / rise.kinetostatic));
             let [largest, without, swing] =
                 [rise.largest, rise.kinetostatic, rise.swing].map(|value| shown(value, rise.unit));
@@ -290,10 +289,12 @@ impl Overview {
                          {largest}, {times} times its kinetostatic value",
                         near.harmonic
                     );
+                    self.name((j, near.harmonic));
                     self.notes.push(note);
                 }
                 continue;
             }
+            rise.near.iter().for_each(|near| self.name((j, near.harmonic)));
             let (message, hint) = match near {
                 _ if has_impacts => (
                     format!("{of}impacts raise the deformation from {without} to {largest}"),
@@ -332,9 +333,9 @@ impl Overview {
     }
 
     /// Lists a harmonic that the judgement names.
-    fn name(&mut self, named: Option<(usize, usize)>) {
-        self.named.extend(named);
-        let is_named = |of: &&Resonance| named.is_some_and(|(_, k)| of.harmonic == k);
+    fn name(&mut self, named: (usize, usize)) {
+        self.named.push(named);
+        let is_named = |of: &&Resonance| of.harmonic == named.1;
         if self.resonances.iter().all(|of| !is_named(&of)) {
             self.resonances.extend(self.every.iter().filter(is_named));
             self.resonances.sort_unstable_by_key(|of| of.harmonic);

@@ -715,7 +715,7 @@ fn both_equations_of_a_shaft_are_judged_and_their_commands_agree() {
     let options = stability::Options { quick: true, orders: Some(2), ..stability::Options::default() };
     for (rpm, level, both, linear) in [
         // The trapezoid doubles the torque without any resonance.
-        (46.0, Level::Mind, "aises the deformation to 1.12°", "load reaches 473 N·m"),
+        (46.0, Level::Mind, "Vibration raises the deformation from 0.468° to 1.12°", "load reaches 473 N·m"),
         (330.0, Level::Good, "", "Linear equation at 330 rpm: free motions grow by 23.8 % a turn."),
         // Its linear equation has 121°: the search begins with the start from rest.
         (243.22, Level::Good, "", "the shaft twists by up to 24.4° and takes up to 10300 N·m"),

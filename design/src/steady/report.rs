@@ -112,17 +112,13 @@ impl SteadyMotions {
                 }
                 let speeds: Vec<String> = others.iter().map(|motion| self.rpm(motion.speeds.mean_speed)).collect();
                 if !speeds.is_empty() {
-                    verdict
-                        .result(
-                            level,
-                            format!("It also runs at {} rpm, depending on how it starts.", speeds.join(", ")),
-                        )
-                        .advice(
-                            Advice::new("`start.mode` = \"steady_state\" begins with the fastest stable motion.").set(
-                                [Setting::new("start.mode", "steady_state")],
-                                Claim::Speed { mean: first.speeds.mean_speed },
-                            ),
-                        );
+                    let text = format!("It also runs at {} rpm, depending on how it starts.", speeds.join(", "));
+                    verdict.result(level, text).advice(
+                        Advice::new("`start.mode` = \"steady_state\" begins with the fastest stable motion.").set(
+                            [Setting::new("start.mode", "steady_state")],
+                            Claim::Speed { mean: first.speeds.mean_speed },
+                        ),
+                    );
                 }
                 let slower = |motion: &&Motion| !motion.stable && motion.speeds.period > first.speeds.period;
                 if let Some(slow) = all.iter().find(slower) {
