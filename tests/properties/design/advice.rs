@@ -186,8 +186,11 @@ impl Advised {
                 Ok(((phi[1] - phi[0]) / TAU - number("mean").signum()).abs() < MISS)
             }
             "plausible" => {
-                let warnings = |found: &Value| found["warnings"].as_array().expect("warnings").len();
-                Ok(warnings(&self.printed("check", &["--json"])?[0]) < warnings(found))
+                // Other commands have the advice of `check` on the motion.
+                let warnings = |of: &Advised| -> Result<usize, String> {
+                    Ok(of.printed("check", &["--json"])?[0]["warnings"].as_array().expect("warnings").len())
+                };
+                Ok(warnings(self)? < warnings(before)?)
             }
             "deviation" => {
                 let found = self.printed("synthesize", &["--json", "-o", "profile.toml"])?;
