@@ -268,11 +268,6 @@ def rodless(packages):
     return refused(packages["crank"], {"c_AB": 0.0})
 
 
-@refusal(DRIVE, "steady state, damping 0", "without damping free vibrations never die out", "a periodic motion that no motion approaches")
-def undamped(packages):
-    return refused(packages["crank"], {"b_T": 0.0, "start.mode": 3})
-
-
 @refusal(DRIVE, "steady state in a tongue", "the periodic solution is unstable", "a periodic motion that all others leave")
 def in_a_tongue(packages):
     return refused(packages["parametric"], {"drive.w": 8.9, "start.mode": 3})
