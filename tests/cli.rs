@@ -2988,11 +2988,12 @@ fn steady_finds_the_motion_of_a_train() {
         (&[text(&train), "--period", "1 s"][..], "--speed or the motor decides the speed"),
         (&[text(&train), "--speed", "1 rpm"], "choose the speed by the motor"),
         (&["modelDescription/DriveTrain.input.toml"], "give --speed"),
-        (&["modelDescription/DriveTrain.servo.toml"], "steady_state"),
     ] {
         let run = camdrive(&[&["steady"], args].concat());
         assert!(is_refused(run.code) && run.err.contains(part), "{args:?}: {}", run.err);
     }
+    let run = camdrive(&["steady", "modelDescription/DriveTrain.servo.toml"]);
+    assert!(run.code == 3 && run.out.contains("The shaft follows an input"), "{}", run.out);
     let run = camdrive(&["forces", "examples/valve_train/scene.toml", "-o", text(&report)]);
     assert!(is_refused(run.code) && run.err.contains("lifts off its cam at 2400 rpm"), "{}", run.err);
 }
