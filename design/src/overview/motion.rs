@@ -12,6 +12,7 @@ use crate::{oscillator, stability, text};
 use camdrive::drives::limits::{NO_SPEED, NOT_REPEATED, ON_INPUT, RESONANCE};
 use camdrive::drives::parametric::law::Law;
 use camdrive::drives::shaft::cam_drive::DriveMode;
+use camdrive::numerics::work::{self, Since};
 use std::f64::consts::PI;
 
 /// The names of the figures of outputs.
@@ -49,6 +50,10 @@ const STEPS: (f64, i32) = (0.01, 47);
 
 /// Halvings of the step at the edge of a resonance.
 const HALVINGS: usize = 5;
+
+/// Work of the search (nominal µs): three calls of a drive. Where the motion repeats at hardly any speed, each one tried takes
+/// thousands of turns.
+const SEARCH: f64 = 3.0 * work::BUDGET;
 
 /// The margin of a calm speed to that edge.
 const MARGIN: f64 = 0.005;
@@ -400,9 +405,10 @@ fn calm_speeds(resource: &Resource, spared: usize) -> Vec<f64> {
     let Some(DriveMode::Constant { w, .. }) = resource.scene.drive().cloned() else { return Vec::new() };
     let is_calm =
         |speed: f64| !is_rough(resource, speed) && super::at(&at_speed(resource, speed), true).warnings.len() <= spared;
+    let since = Since::now();
     let side = |sign: f64| {
         let (mut rough, mut tries) = (Some(w), 0);
-        for i in 1..=STEPS.1 {
+        for i in (1..=STEPS.1).take_while(|_| since.drawn() < SEARCH) {
             let mut speed = w * (1.0 + sign * STEPS.0).powi(i);
             if is_rough(resource, speed) {
                 rough = Some(speed);
