@@ -471,7 +471,7 @@ fn rows_of_any_distance_lose_their_noise() {
         let found: f64 = line.split_whitespace().nth(2).and_then(|value| value.parse().ok()).expect(line);
         assert!((found / 5776.0 - 1.0).abs() < 0.01, "{line}");
         let told = camdrive(&["describe", text(&folder.join("scene.toml"))]).out;
-        assert!(told.contains("The table of cam is smoothed: noise 2.9e-6 m (estimated), largest change "), "{told}");
+        assert!(told.contains("The table of cam is smoothed: noise 2.9e-3 mm (estimated), largest change "), "{told}");
     }
     let run = check_table(&folder, &twice, "");
     assert!(run.code == 1 && run.err.contains("does not exceed"), "{}", run.err);
@@ -623,7 +623,7 @@ fn check_warns_of_a_rough_table() {
     for (noise, origin) in [("\"estimate\"", "estimated"), ("\"4 um\"", "given")] {
         std::fs::write(&scene, whole(&format!("noise = {noise}\n"))).expect("the folder can be written to");
         let said = camdrive(&["describe", text(&scene)]).out;
-        assert!(said.contains("e-6 m") && said.contains(&format!("({origin}), largest change ")), "{said}");
+        assert!(said.contains("e-3 mm") && said.contains(&format!("({origin}), largest change ")), "{said}");
     }
     std::fs::write(&scene, whole("interpolation = \"fourier\"\nharmonics = 12\n"))
         .expect("the folder can be written to");
@@ -2888,7 +2888,7 @@ fn clearance_refuses_what_has_none() {
     for (args, part) in [
         (vec!["examples/rapier_loom/scene.toml"], "the model is RigidMachine; the study is for a BacklashDrive"),
         (vec!["examples/transfer_manipulator/scene.toml"], "ElasticCamDrive.shaft"),
-        (vec!["examples/valve_train/scene.toml"], "write a follower of a machine or a train as a scene of its own"),
+        (vec!["examples/valve_train/scene.toml"], "write a follower of a train as a scene of its own"),
         (vec![elastic, "--clearance", "1 mm"], "= hint: give --clearance and --m1"),
         (
             vec![elastic, "--clearance", "1 mm", "--m1", "0 kg"],
@@ -3397,7 +3397,7 @@ fn forces_tells_what_rollers_and_joints_bear() {
     let run = camdrive(&["forces", TAPPET, "-o", text(&folder)]);
     assert_eq!((run.code, run.err.as_str()), (0, ""));
     for part in
-        ["at constant 573 rpm", "lifts off above 1600 rpm, first at φ = 247°", "no preload", "tappet.torque.svg"]
+        ["at constant 573 rpm", "lifts off above 1600 rpm, first at φ = 247°", "without a preload", "tappet.torque.svg"]
     {
         assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
     }

@@ -155,7 +155,7 @@ const TICK: f64 = 5.0;
 const GRID: Ink = Ink([0xdd; 3]);
 /// The grid at zero.
 const ZERO: Ink = Ink([0x99; 3]);
-/// A level rule stretches the axis to this times what the data need, at most.
+/// A level rule or a border stretches the axis to this times what the data need, at most.
 const STRETCHED: f64 = 3.0;
 
 impl Axis {
@@ -305,8 +305,12 @@ impl Diagram {
         };
         let ruled: Vec<rule::Place> = self.rules.iter().map(rule).collect();
         let axes = [&self.x, &self.y];
-        let [x, y] = [(0, f64::INFINITY), (1, STRETCHED)]
-            .map(|(i, most)| axes[i].span(places.iter().map(|p| p[i]), ruled.iter().filter_map(|r| r[i]), most));
+        let borders =
+            self.rules.iter().flat_map(|rule| if let Rule::Border(points, _) = rule { &points[..] } else { &[] });
+        let across: Vec<f64> = ruled.iter().filter_map(|r| r[0]).collect();
+        let up = borders.filter_map(|point| self.y.place(point[1])).chain(ruled.iter().filter_map(|r| r[1])).collect();
+        let [x, y] = [(0, across, f64::INFINITY), (1, up, STRETCHED)]
+            .map(|(i, rules, most)| axes[i].span(places.iter().map(|p| p[i]), rules.into_iter(), most));
         let ranges = [x, y];
         let frame = Frame { ends, ranges };
         let mut shapes = self.map.as_ref().map_or(Vec::new(), |map| map.shapes(axes, &frame));

@@ -146,12 +146,14 @@ fn of_scene(path: &Path, scene: &Resolved) -> Result<Vec<Report>, Failure> {
         let motion = steady::study(path, scene, None, [None; 2]).map(|findings| findings.report());
         reports.push(part_of(path, "periodic motion", motion));
     }
-    let mut values = check::overview_of(scene).report(&scene.name, "characteristic values");
+    let overview = check::overview_of(scene);
+    let mut values = overview.report(&scene.name, "characteristic values");
     reports.iter().for_each(|motion| values.verdict.leave_out(&motion.verdict));
     reports.push(values);
     reports.extend(studies(path, scene)?);
     let mut glance = glance(scene, &drive);
     glance.verdict = Verdict::over_all(&reports);
+    overview.note(&mut glance.verdict);
     reports.insert(0, glance);
     reports.push(model(scene, &mut drive).map_err(failure)?);
     Ok(reports)

@@ -240,7 +240,7 @@ const MOST_RUNS: u32 = camdrive_design::study::plan::MOST_ROWS as u32;
 pub const FREE: &str = "free";
 
 /// Angles of a cycle.
-const REST_OF_TURN: &str = "one of four may be left out: the rest of the turn";
+const REST_OF_TURN: &str = "the rest of the turn, of one angle that is left out";
 /// Lengths that fix the size of a cam.
 const SIZE: &str = "one of these";
 /// What replaces the former objectives for points of a range: the sum of squared errors and the largest error.

@@ -51,7 +51,7 @@ fn report(resource: &Resource, drive: &mut Described, page: &Page<'_>) -> Result
     let lead = [page.description.to_owned(), documentation.summary, about];
     report.lines("", lead.into_iter().filter(|text| !text.is_empty()));
     if page.live {
-        let link = "Move its values: diagrams, figures and verdict follow";
+        let link = "Move a slider: diagrams, figures and verdict follow";
         report.body.push(Block::File("Try it".to_owned(), link.to_owned(), super::LIVE.to_owned()));
     }
     let curves = drive.curves();

@@ -41,14 +41,33 @@ pub fn dials(document: &Document) -> Vec<Dial> {
         }
         _ => vec![(key, value, 0.0)],
     });
-    let mut found: Vec<(bool, usize, Dial)> = single
-        .filter_map(|(key, value, size)| {
-            let (text, number) = number(value.get_ref())?;
-            let declared = declared(&SCENE, &key)?;
-            let ends = span(number, size, limits(declared, &text)?);
-            let is_speed = ["drive.speed", "motor.w_s"].contains(&key.as_str());
-            let meaning = declared.meaning.trim();
-            Some((!is_speed, value.span().start, Dial { key, meaning, text, value: number, ends }))
+    let read = single.filter_map(|(key, value, size)| {
+        let (text, number) = number(value.get_ref())?;
+        Some((
+            declared(&SCENE, &key)?,
+            value.span().start,
+            size,
+            Dial { key, meaning: "", text, value: number, ends: None },
+        ))
+    });
+    let read: Vec<(&Key, usize, f64, Dial)> = read.collect();
+    let unit = |text: &str| units::split(text.trim()).1.to_owned();
+    let mut found: Vec<(bool, usize, Dial)> = (read.iter())
+        .filter_map(|(declared, place, size, dial)| {
+            let mut dial = Dial { meaning: declared.meaning.trim(), ..dial.clone() };
+            // A plain zero has the unit of its neighbours.
+            let near = read.iter().filter(|(of, .., other)| {
+                let is_like =
+                    element(&dial.key).is_some() || unit_of(declared).is_some_and(|own| unit_of(of) == Some(own));
+                is_like && section(&other.key) == section(&dial.key)
+            });
+            let units = near.map(|(.., other)| unit(&other.text)).find(|unit| !unit.is_empty());
+            if let Some(unit) = units.filter(|_| dial.value == 0.0 && unit(&dial.text).is_empty()) {
+                dial.text = format!("0 {unit}");
+            }
+            dial.ends = span(dial.value, *size, limits(declared, &dial.text)?);
+            let is_speed = ["drive.speed", "motor.w_s"].contains(&dial.key.as_str());
+            Some((!is_speed, *place, dial))
         })
         .collect();
     found.sort_by_key(|(later, place, _)| (*later, *place));
@@ -71,6 +90,18 @@ fn number(value: &Value) -> Option<(String, f64)> {
 pub fn element(key: &str) -> Option<(&str, usize)> {
     let (list, number) = key.strip_suffix(']')?.rsplit_once('[')?;
     Some((list, number.parse::<usize>().ok()?.checked_sub(1)?))
+}
+
+/// The unit of FMI of a key whose quantity is always the same.
+fn unit_of(key: &Key) -> Option<&'static str> {
+    let of =
+        |value: &Taken| if let Taken::Real(Dimension::Fixed(quantity), _) = value { Some(quantity.unit) } else { None };
+    key.values.iter().find_map(of)
+}
+
+/// The list of an element, the section of another key.
+fn section(key: &str) -> &str {
+    element(key).map_or_else(|| key.rsplit_once('.').map_or("", |(section, _)| section), |(list, _)| list)
 }
 
 /// A value as a scene has it: a number, or a text.

@@ -173,6 +173,7 @@ pub fn reports(scene: &Resolved, progress: fn(f64)) -> Vec<Report> {
     let values = found.report(&scene.name, "characteristic values");
     let mut glance = Report::new(&scene.name, "the design at a glance");
     glance.verdict = Verdict::over_all([&motion, &values]);
+    found.note(&mut glance.verdict);
     vec![glance, motion, values]
 }
 

@@ -118,7 +118,10 @@ fn form(dials: &[Dial], scene: &Resolved) -> String {
                         &[field.to_vec(), of(&dial.key, &dial.text), Vec::from_iter(variable(dial))].concat(),
                     );
                     if let Some([low, high]) = dial.ends {
-                        let slider = [("type", "range".to_owned()), ("aria-label", format!("{} (slider)", dial.key))];
+                        let slider = [
+                            ("type", "range".to_owned()),
+                            ("aria-label", format!("{} (slider): {}", dial.key, dial.meaning.replace('`', ""))),
+                        ];
                         let ends = [("min", low.to_string()), ("max", high.to_string()), ("step", "any".to_owned())];
                         xml.empty(
                             "input",

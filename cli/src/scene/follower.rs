@@ -93,7 +93,7 @@ fn lever(section: &Section<'_>, linkage: &Linkage, quantity: &'static Quantity, 
     match lever_law(linkage, &tool, start?) {
         Ok(found) => {
             section.faults.note(format!(
-                "{}: the lever's law has {}; with it the tool's acceleration is as prescribed to {:.1e} of its largest value",
+                "{}: the lever's law has {}; it gives the prescribed acceleration of the tool to {:.1e} of its largest value",
                 part.path,
                 found.parts(),
                 found.error

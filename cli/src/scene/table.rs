@@ -17,11 +17,13 @@ use camdrive::motion::table::{Bend, CLOSING, LEAST_DISTANCE, MOST_POINTS, Points
 use camdrive::motion::{MotionLaw, Polyline, Table};
 use camdrive_design::harmonic_analysis;
 use camdrive_design::overview::Warning;
+use camdrive_design::report::{terminal, unit::Unit};
 use camdrive_design::smoothing::{
-    self, Corners, Jump, Outliers, SmoothingError, TableFaults, WrongRow, certain, found, smooth,
+    self, Corners, Jump, Outliers, SmoothedTable, SmoothingError, TableFaults, WrongRow, certain, found, smooth,
 };
 use camdrive_design::table_error::told;
 use camdrive_design::text::{self, counted};
+use std::cell::RefCell;
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
@@ -446,6 +448,26 @@ fn noise(section: &Section<'_>) -> Option<Option<Option<f64>>> {
     }
 }
 
+type Rough = (Points, Option<f64>, Outliers, Vec<usize>);
+type Smooth = Result<SmoothedTable, SmoothingError>;
+
+thread_local! {
+    static LAST: RefCell<Option<(Rough, Smooth)>> = const { RefCell::new(None) };
+}
+
+/// See [`smooth`]. The last table is kept: variants of a scene, as a page draws them, have the same one, and half a second is long.
+fn smoothed_once(rough: Rough) -> Smooth {
+    LAST.with_borrow_mut(|last| {
+        let is_new = last.as_ref().is_none_or(|(of, _)| *of != rough);
+        if is_new {
+            let (points, sigma, outliers, at_rest) = &rough;
+            let smooth = smooth(points.clone(), *sigma, *outliers, at_rest);
+            *last = Some((rough, smooth));
+        }
+        last.as_ref().expect("the last one").1.clone()
+    })
+}
+
 /// The points without their noise; a note states the change.
 fn smoothed(
     section: &Section<'_>,
@@ -456,8 +478,8 @@ fn smoothed(
 ) -> Option<Reading> {
     let (_, turn, quantity) = interpretation;
     let lobes = turn.lobes as f64;
-    let said = |value: f64| format!("{} {}", text::number(value), quantity.unit);
-    let fault = match smooth(reading.points.clone(), sigma, outliers(drop), &reading.at_rest) {
+    let said = |value: f64| terminal::shown(value, &Unit::of(quantity.unit));
+    let fault = match smoothed_once((reading.points.clone(), sigma, outliers(drop), reading.at_rest.clone())) {
         Ok(smooth) => {
             report_wrong(section, file, &reading, (&smooth.found.wrong, drop), interpretation)?;
             let [mean, largest] = smooth.changes.map(said);
@@ -1026,7 +1048,7 @@ fn law(
         None if reading.at_rest.is_empty() => Table::new(points).map(MotionLaw::Table),
         None => Table::resting(points, &reading.at_rest).map(MotionLaw::Table),
         Some(harmonics) => harmonic_analysis::analyse(points, harmonics).map(|analysis| {
-            let residual = format!("{} {}", text::number(analysis.largest_residual), quantity.unit);
+            let residual = terminal::shown(analysis.largest_residual, &Unit::of(quantity.unit));
             let of = format!("{} of {}", counted(harmonics, "harmonic"), file.name);
             section.faults.note(format!("`{}`: {of} meet its points to {residual}", section.path));
             MotionLaw::Fourier(analysis.series)

@@ -900,8 +900,11 @@ impl Study {
             let found = scene::variant(&self.place.display().to_string(), document, &scene.folder);
             let found = found.map(|scene| warnings(&scene)).unwrap_or_default();
             let new = found.into_iter().filter(|warning| !own.contains(warning));
-            new.map(move |warning| format!("run {row}: {} {}", sentence(&warning.message), sentence(&warning.hint)))
-                .collect::<Vec<_>>()
+            let only = if self.rows() > 2 { " (checked: the first and the last)" } else { "" };
+            new.map(move |warning| {
+                format!("run {row}{only}: {} {}", sentence(&warning.message), sentence(&warning.hint))
+            })
+            .collect::<Vec<_>>()
         };
         [0, self.rows() - 1].into_iter().take(self.rows().min(2) as usize).flat_map(of_run).collect()
     }

@@ -86,7 +86,7 @@ impl Shape {
             };
             let told: Vec<String> = self.cams.iter().map(of).collect();
             let what = self.part(scene, "");
-            verdict.result(Level::Good, format!("{what} can be cut, without undercut: {}.", told.join("; ")));
+            verdict.result(Level::Good, format!("{what} can be cut: {}.", told.join("; ")));
             let all = self.cams.iter().flat_map(|disc| &disc.findings).filter(|f| f.what.ends_with(ROLLER));
             let least = all.min_by(|a, b| a.value.total_cmp(&b.value));
             if let Some(least) = least.filter(|least| least.value < RESERVE * self.plan.roller) {

@@ -206,9 +206,8 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
             }
         }
         resource::Scene::DriveTrain(_) => {
-            return Err(Fault::new(
-                "the study is for a single drive without loads that has both flanks",
-            ).hint("write a follower of a machine or a train as a scene of its own, leave `load` out of it, and give `s` a value"));
+            return Err(Fault::new("the study is for a single drive without loads that has both flanks")
+                .hint("write a follower of a train as a scene of its own, without `load` and with `s`"));
         }
         other => {
             let model = other.model();

@@ -163,7 +163,7 @@ impl Study {
             }
         }
         if cured.is_empty() {
-            verdict.advice("No change of a single quantity was found that makes the hardest impact 10 % gentler.");
+            verdict.advice("No single change makes the hardest impact 10 % gentler.");
         }
     }
 

@@ -78,7 +78,11 @@ impl Machine {
                 let spring = sprung(own.parameters.c, own.parameters.b);
                 beside_cam(&own.cam, [own.parameters.m2, own.parameters.m1], (spring, true), &own.drive)
             }
-            Scene::ParametricDrive(_) => return Err(Fault::new(format!("a {} has no cam", scene.model()))),
+            Scene::ParametricDrive(_) => {
+                return Err(
+                    Fault::new(format!("a {} has no cam", scene.model())).hint("`camdrive steady` shows its loads")
+                );
+            }
         };
         let numbered = scene.followers() > 0 && scene.model_name() != BacklashDrive::MODEL;
         let mut drives = Vec::new();

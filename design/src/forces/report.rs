@@ -155,7 +155,7 @@ fn telling(speed: f64, lift_off: f64) -> usize {
             text::rounded(speed.abs() * RPM.factor, *digits),
             text::digits_beyond(lift_off * RPM.factor, *digits, false).parse().unwrap_or(f64::NAN),
         ];
-        (at < from) == (speed.abs() < lift_off)
+        at != from && (at < from) == (speed.abs() < lift_off)
     };
     (FINE..EXACT).find(differs).unwrap_or(EXACT)
 }
@@ -285,7 +285,10 @@ impl Keeping {
                     verdict.advice(Advice::new(of(text)).set(preload.setting, claim()));
                 }
                 _ => {
-                    verdict.result(Level::Good, of("the contact needs no preload at this speed.".to_owned()));
+                    verdict.result(
+                        Level::Good,
+                        of("at this speed the follower stays on its cam without a preload.".to_owned()),
+                    );
                 }
             };
             return;
@@ -313,7 +316,7 @@ impl Keeping {
         // A motion in which the follower leaves its cam has no second flank.
         let held = (drive.plan.is_some() && !drive.is_flat() && !drive.loads.may_leave)
             .then(|| Setting::new(machine.key(drive, "geometry.contour"), "groove"));
-        let text = "or use a groove or conjugate cams, which hold it on both sides.".to_owned();
+        let text = "or use a groove or conjugate cams, which hold the follower on both sides.".to_owned();
         verdict.advice(Advice::new(of(text)).set(held, claim()));
     }
 }

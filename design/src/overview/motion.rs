@@ -32,6 +32,9 @@ const NEAR: f64 = 0.25;
 /// is raised: away from resonance the vibration is at most as large as these.
 const RAISED: f64 = 2.0;
 
+/// Three quarters of that are noted.
+const NOTABLE: f64 = 1.5;
+
 /// In a resonance the harmonic near the natural frequency alone deforms this many times as much as all loads without vibration.
 const RESONANT: f64 = 1.0;
 
@@ -40,6 +43,9 @@ const NOTED: f64 = 0.1;
 
 /// The remedy against lift-off.
 const HOLD: &str = "raise the preload or lower the speed; `camdrive forces` computes both";
+
+/// The remedy against lift-off on the way to the speed.
+const PASS: &str = "pass these speeds quickly, or raise the preload; `camdrive forces` computes it";
 
 /// A start that deforms this many times as much as the periodic motion is far from it: a load applied at once deforms twice.
 const FAR: f64 = 2.0;
@@ -211,10 +217,10 @@ impl Overview {
                 let flies = resource.scene.is_one_sided(of.number);
                 let hits = turn.as_ref().filter(|_| flies).and_then(|turn| hits(turn, of.number, "It"));
                 message += &hits.map_or(String::new(), |hits| format!(" {hits}."));
-                lost.push((level, message));
+                lost.push((level, message, if of.held.lost { HOLD } else { PASS }));
             }
         }
-        lost.into_iter().for_each(|(level, message)| self.minds(level, message, HOLD.to_owned()));
+        lost.into_iter().for_each(|(level, message, hint)| self.minds(level, message, hint.to_owned()));
         for j in 0..turn.as_ref().map_or(0, |turn| turn.impacts.len()) {
             let of =
                 if resource.scene.followers() <= 1 { "the follower".to_owned() } else { format!("follower {}", j + 1) };
@@ -232,7 +238,7 @@ impl Overview {
     fn is_unstable(&mut self, resource: &Resource, turn: &Turn) {
         let is_deformation = |range: &periodic_turn::Range| range.part().0 == "q";
         let growth = turn.growth.filter(|growth| *growth >= NEUTRAL);
-        let (speed, linear) = (text::rpm(turn.mean_speed), linear(&resource.scene));
+        let (speed, linear) = (terminal::shown(turn.mean_speed, &RPM), linear(&resource.scene));
         let hint = "`camdrive stability` lists the unstable speeds, and the damping that stabilises them".to_owned();
         match (growth, linear) {
             (Some(growth), None) if oscillator::of(&resource.scene).is_ok() => {
@@ -242,7 +248,7 @@ impl Overview {
                 let stable = linear.is_some_and(|growth| growth <= 1.0 + NEUTRAL);
                 let but = if stable { "; the linear equation is stable there (`camdrive stability`)" } else { "" };
                 let hint = format!("choose another speed or more damping ({})", damping(&resource.scene, 0));
-                let message = format!("the periodic motion at {speed} rpm is unstable: turns differ{but}");
+                let message = format!("the periodic motion at {speed} is unstable: turns differ{but}");
                 self.minds(Level::Mind, message, hint);
             }
             _ if turn.growth.is_some_and(|growth| growth > -NEUTRAL) && turn.outputs.iter().any(is_deformation) => {
@@ -288,7 +294,11 @@ impl Overview {
                 let ratio = self.value(&named(j, "damping_ratio")).unwrap_or(0.0);
                 let natural = self.value(&named(j, "natural_frequency")).unwrap_or(f64::NAN);
                 let meets = |near: &Harmonic| (near.frequency / natural - 1.0).abs() <= ratio;
-                if let Some((near, amplitude)) = near.filter(|(near, _)| meets(near) && rise.of_harmonic() >= NOTED) {
+                let met = near.filter(|(near, _)| meets(near) && rise.of_harmonic() >= NOTED);
+                if met.is_none() && !has_impacts && rise.factor() >= NOTABLE {
+                    self.notes.push(format!("{of}vibration raises the deformation from {without} to {largest}"));
+                }
+                if let Some((near, amplitude)) = met {
                     let note = format!(
                         "{of}harmonic {} meets the natural frequency: its amplitude is {amplitude}, and the deformation reaches \
                          {largest}, {times} times its kinetostatic value",
@@ -313,8 +323,8 @@ impl Overview {
                         if self.exceeds(j, &rise) { "; the tool misses its law by more than the stroke" } else { "" };
                     (
                         format!(
-                            "{of}resonance with harmonic {}: its amplitude is {amplitude}; without vibration all loads \
-                             deform by ±{swing}{lost}",
+                            "{of}resonance with harmonic {}: its amplitude is {amplitude}; without vibration the \
+                             deformation varies by ±{swing}{lost}",
                             near.harmonic
                         ),
                         self.cure(resource, j, spared),
@@ -366,9 +376,8 @@ impl Overview {
             [] => format!("choose another natural frequency, another law or more damping ({damping})"),
             speeds => {
                 format!(
-                    "run at {}, a margin of {} % included, or choose another natural frequency or more damping ({damping})",
-                    speeds.join(" or "),
-                    100.0 * MARGIN
+                    "run at {}, or choose another natural frequency or more damping ({damping})",
+                    speeds.join(" or ")
                 )
             }
         }
@@ -450,7 +459,8 @@ fn hits(turn: &Turn, j: usize, of: &str) -> Option<String> {
 
 /// Messages on starts that deform far more than the periodic motion.
 fn far_starts(resource: &Resource, turn: &Turn) -> Vec<String> {
-    if matches!(resource.scene, Scene::RigidMachine(_)) {
+    // From no start does the drive reach an unstable motion.
+    if matches!(resource.scene, Scene::RigidMachine(_)) || turn.growth.is_some_and(|growth| growth >= NEUTRAL) {
         return Vec::new();
     }
     let Ok(peaks) = periodic_turn::start_peaks(&resource.scene, turn) else { return Vec::new() };

@@ -26,10 +26,17 @@ impl Overview {
     pub fn judgement(&self) -> Verdict {
         let mut verdict = Verdict::default();
         self.of_motion.iter().for_each(|(i, _)| self.warn(*i, &mut verdict));
-        for note in &self.notes {
-            verdict.result(Level::Good, sentence(note));
-        }
+        self.note(&mut verdict);
         verdict
+    }
+
+    /// Adds the notes, where they are not there yet.
+    pub fn note(&self, verdict: &mut Verdict) {
+        for note in self.notes.iter().map(|note| sentence(note)) {
+            if !verdict.result.contains(&note) {
+                verdict.result(Level::Good, note);
+            }
+        }
     }
 
     /// Adds warning i.

@@ -94,7 +94,7 @@ pub struct Turn {
     pub period: f64,
     /// ±2π/T (rad/s).
     pub mean_speed: f64,
-    /// The mean torque (N·m) that the motor has on the shaft, or that a driven shaft needs, impacts included.
+    /// The mean torque (N·m) that the motor has on the shaft, or that a driven shaft needs, over the angle, impacts included.
     pub mean_torque: f64,
     /// The mean power (W) of that.
     pub mean_power: f64,
@@ -472,7 +472,8 @@ impl Columns {
         if let Some(motor) = place(all, "M_an") {
             let [torque, w] = [motor, place(all, "w").unwrap_or(motor)].map(|of| self.of_variable(of));
             let power: Vec<f64> = torque.iter().zip(w).map(|(torque, w)| torque * w).collect();
-            return ([mean(times, torque), torque[0]], mean(times, &power));
+            let power = mean(times, &power);
+            return ([power / speed, torque[0]], power);
         }
         let taken = outputs.iter().filter(|of| of.part().0 == "tau");
         let sums = taken.fold([0.0; 2], |[mean, at_zero], of| [mean + of.mean, at_zero + of.values[0]]);

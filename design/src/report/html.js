@@ -137,7 +137,7 @@ for (const figure of root.querySelectorAll('figure[data-x]')) {
   svg.addEventListener('click', open);
   figure.tabIndex = 0;
   figure.setAttribute('role', 'group');
-  figure.setAttribute('aria-label', svg.getAttribute('aria-label') + ': arrow keys read values');
+  figure.setAttribute('aria-label', svg.getAttribute('aria-label') + ': arrow keys read values' + (page ? ', Enter opens the run' : ''));
   let at = [0, 0];
   const tell = () => { const line = lines[at[0]]; read(line, line.pixels[at[1]], line.points[at[1]]); };
   figure.addEventListener('focus', () => { if (figure.matches(':focus-visible')) tell(); });

@@ -26,11 +26,13 @@ const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 
                       worker-src blob:; base-uri 'none'; form-action 'none'";
 
 /// Stands there until the page computes.
-const LACKING: &str = "This page shows the scene as its file has it. To move its values, open it in a browser with JavaScript and \
-                       WebAssembly.";
+const LACKING: &str = "The sliders need JavaScript and WebAssembly. Open this page in a browser that has both.";
+
+/// On the page of a study.
+const CLICK: &str = "Click a point of a diagram, or press Enter at it, to open the scene with the values of that run.";
 
 /// Before the sections that do not follow.
-const STILL: &str = "The parts below show the scene as its file has it.";
+const STILL: &str = "The parts below do not follow the sliders. They show the scene in the file.";
 
 /// The largest distance (pixels) of a line from a point that it leaves out.
 const TOLERANCE: f64 = 0.1;
@@ -45,7 +47,7 @@ pub fn page(name: &str, reports: &[Report]) -> String {
 
 /// A page of a study, whose points open a page that computes, with their values.
 pub fn linked(name: &str, reports: &[Report], live: &str) -> String {
-    page(name, reports).replacen("<main>", &format!("<main data-live=\"{live}\">"), 1)
+    page(name, reports).replacen("<main>", &format!("<main data-live=\"{live}\">\n<p>{CLICK}</p>"), 1)
 }
 
 /// What a page computes with.
@@ -440,19 +442,20 @@ fn thinned(points: &[Point], tolerance: f64) -> Vec<Point> {
             kept.get_mut(end).into_iter().for_each(|kept| *kept = true);
         }
         let far = (from + 1..to).map(|i| (distance(points[i], points[from], points[to]), i));
-        if let Some((_, i)) = far.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(far, _)| !(*far <= tolerance)) {
+        if let Some((_, i)) = far.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(far, _)| !(*far <= tolerance * tolerance))
+        {
             open.extend([(from, i), (i, to)]);
         }
     }
     points.iter().zip(kept).filter_map(|(point, kept)| kept.then_some(*point)).collect()
 }
 
-/// The way from a point to the line between two.
+/// The square of the way from a point to the line between two: its root costs a page that computes a fifth of a redraw.
 fn distance(point: Point, from: Point, to: Point) -> f64 {
     let [[x, y], [dx, dy]] = [point, to].map(|[x, y]| [x - from[0], y - from[1]]);
     let length = dx * dx + dy * dy;
     let share = if length > 0.0 { ((x * dx + y * dy) / length).clamp(0.0, 1.0) } else { 0.0 };
-    (x - share * dx).hypot(y - share * dy)
+    (x - share * dx).powi(2) + (y - share * dy).powi(2)
 }
 
 #[cfg(test)]

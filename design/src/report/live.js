@@ -101,7 +101,7 @@
       own.postMessage({ module, files });
       [busy, opened] = [[], false];
       own.onmessage = ({ data }) => {
-        if (data.progress) { passed = ` ${Math.round(100 * data.progress)} %`; return; }
+        if (data.progress) { passed = data.progress < 1 ? ` ${Math.round(100 * data.progress)} %` : ''; return; }
         if (data.broken && opened) { own.terminate(); start(); } else busy = undefined;
         opened ||= !!data.ready;
         if (!data.ready && !next) show(data);
@@ -118,18 +118,23 @@
   const parsed = (html) => { const part = document.createElement('div'); part.innerHTML = html; enhance(part); return part; };
   const fields = [...form.querySelectorAll('input[type=text]')], own = new Map(fields.map((field) => [field.dataset.key, field.defaultValue]));
   const slider = (field) => field.parentNode.querySelector('input[type=range]');
-  const changed = () => fields.filter((field) => field.value !== own.get(field.dataset.key)).map((field) => [field.dataset.key, field.value]);
+  const split = (text) => text.match(/^\s*([-+\u2212]?[\d.]+(?:[eE][-+]?\d+)?)\s*([^]*?)\s*$/);
+  const number = (text) => +text.replace('\u2212', '-');
+  const plain = (text) => { const [, value, unit] = split(text) ?? []; return value === undefined || isNaN(number(value)) ? text : `${number(value)} ${unit}`.trim(); };
+  const changed = () => fields.filter((field) => plain(field.value) !== plain(own.get(field.dataset.key))).map((field) => [field.dataset.key, field.value]);
   const isOf = (key, field) => key && (key === field.dataset.key || ['.', '['].some((sign) => field.dataset.key.startsWith(key + sign)));
   const tell = (faults = []) => {
+    // A fault of several keys is told at the one that moved, or the first.
+    const place = ({ key }) => { const all = fields.filter((field) => isOf(key, field)); return all.includes(moved) ? moved : all[0]; };
     for (const field of fields) {
-      const text = faults.filter(({ key }) => isOf(key, field)).map(({ text }) => text).join(' ');
+      const text = faults.filter((fault) => place(fault) === field).map(({ text }) => text).join(' ');
       field.setAttribute('aria-invalid', String(!!text));
       get(field.getAttribute('aria-describedby')).textContent = text;
     }
-    const other = faults.filter(({ key }) => !fields.some((field) => isOf(key, field)));
-    if (faults.length) state.textContent = other.map(({ text }) => text).join(' ') || 'A value is not admissible; the page shows the last one that was.';
+    const other = faults.filter((fault) => !place(fault));
+    if (faults.length) state.textContent = other.map(({ text }) => text).join(' ') || 'A value is out of range. The page shows the last valid motion.';
   };
-  let last = 0, timer, passed = '';
+  let last = 0, timer, passed = '', moved;
   // Work that takes longer shows how far it is, or for how long it has been going on.
   setInterval(() => {
     const seconds = Math.floor((performance.now() - last) / 1000);
@@ -153,7 +158,12 @@
     const open = live.querySelector('details')?.open;
     live.replaceChildren(...parsed(html).childNodes);
     live.querySelectorAll('details').forEach((part) => { part.open = open; });
-    state.textContent = changed().length ? 'Thin lines show the scene as its file has it.' : 'Move a slider: diagrams, figures and verdict follow.';
+    // The contents show the levels, too.
+    for (const part of live.querySelectorAll('section')) {
+      const [old, own] = [document.querySelector(`nav a[href="#${part.id}"] + .level`), part.querySelector('.level')];
+      if (old && own) old.replaceWith(own.cloneNode(true));
+    }
+    state.textContent = changed().length ? 'Thin lines show the scene in the file.' : 'Move a slider: diagrams, figures and verdict follow.';
     live.dataset.done = JSON.stringify(changed());
   });
 
@@ -169,17 +179,18 @@
     clearTimeout(timer);
     timer = setTimeout(() => student(values, true), 200);
   };
-  const split = (text) => text.match(/^\s*([-+\u2212]?[\d.]+(?:[eE][-+]?\d+)?)\s*([^]*)$/);
   const set = (field, text) => {
     field.value = text;
-    const range = slider(field), number = split(text)?.[1];
-    if (range && number) range.value = number.replace('\u2212', '-');
+    const range = slider(field), [, value, unit] = split(text) ?? [], [, , usual] = split(own.get(field.dataset.key));
+    // The slider has the unit of the file.
+    if (range && value && (unit === usual || !unit)) range.value = number(value);
     if (range) range.setAttribute('aria-valuetext', text);
   };
   form.addEventListener('input', ({ target }) => {
     const field = target.parentNode.querySelector('input[type=text]');
+    moved = field;
     if (target.type === 'range') {
-      const unit = split(field.value)?.[2] || split(own.get(field.dataset.key))[2];
+      const [, , unit] = split(own.get(field.dataset.key));
       field.value = +(+target.value).toPrecision(4) + (unit ? ' ' + unit : '');
       target.setAttribute('aria-valuetext', field.value);
     } else set(field, field.value);
@@ -190,7 +201,7 @@
   get('copy').addEventListener('click', async () => {
     const area = get('copied');
     let table;
-    const written = (text) => (split(text)?.[2] === '' ? text : JSON.stringify(text));
+    const written = (text) => (split(text)?.[2] === '' ? plain(text) : JSON.stringify(text));
     // A list is copied whole: its numbers are the fields whose keys end in a bracket.
     const values = new Map(changed().map(([key, text]) => {
       const list = key.replace(/\[\d+\]$/, ''), items = fields.filter((field) => field.dataset.key.startsWith(list + '['));
@@ -209,8 +220,10 @@
     try { await navigator.clipboard.writeText(area.value); } catch { document.execCommand('copy'); }
   });
   const read = () => {
-    const before = String(changed());
-    const given = new Map(location.hash.slice(1).split('&').filter((part) => part.includes('=')).map((part) => { const at = part.indexOf('='); return [part.slice(0, at), decodeURIComponent(part.slice(at + 1))]; }));
+    // An address of a part of the page.
+    if (location.hash && !location.hash.includes('=')) return;
+    const before = String(changed()), decoded = (text) => { try { return decodeURIComponent(text); } catch { return text; } };
+    const given = new Map(location.hash.slice(1).split('&').filter((part) => part.includes('=')).map((part) => { const at = part.indexOf('='); return [part.slice(0, at), decoded(part.slice(at + 1))]; }));
     for (const field of fields) {
       const text = given.get(field.dataset.key) ?? given.get(short(field.dataset.key)) ?? given.get(field.dataset.variable), [, number, unit] = split(text ?? '') ?? [];
       set(field, text === undefined ? own.get(field.dataset.key) : number && unit ? `${number} ${unit}` : text);

@@ -199,7 +199,8 @@ fn of_turning(resource: &Resource, overview: &Overview) -> SteadyMotions {
         findings.resonances = overview.resonances.clone();
         findings.take(&resource.scene, turn);
         findings.harmonics = findings.turn.as_ref().map_or(Vec::new(), |turn| turn.harmonics(&overview.named));
-        for of in &mut findings.harmonics {
+        // Coefficients that vary over the turn shift resonances.
+        for of in findings.harmonics.iter_mut().filter(|_| !overview.varies) {
             of.resonance =
                 overview.natural(periodic_turn::part(&of.output).1).map(|natural| natural / of.harmonic as f64);
         }

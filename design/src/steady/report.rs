@@ -184,7 +184,8 @@ impl SteadyMotions {
         let torques = turn.outputs.iter().filter(|of| of.unit == "N.m").map(|of| of.size);
         let size = torques.fold(0.0, f64::max);
         let torque = tables::mean(turn.mean_torque, size);
-        if torque.abs() > 0.0 {
+        // A thousandth of the largest torque is of no account.
+        if torque.abs() > 1e-3 * size {
             let power = tables::mean(turn.mean_power, size * turn.mean_speed.abs());
             let (torque, power) = (shown(torque, &NM), shown(power, &W));
             verdict.result(Level::Good, format!("It takes a mean torque of {torque} and a mean power of {power}."));

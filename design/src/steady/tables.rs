@@ -60,7 +60,7 @@ pub fn course(turn: &Turn) -> Table {
 pub fn dwells(dwells: &[Dwell]) -> Table {
     Table::of("Vibration in the dwells", dwells)
         .column("output", "output", ONE, |of| &of.output)
-        .column("from", "from", DEG, |of| of.from)
+        .column("from", "from", DEG, |of| in_a_turn(of.from))
         .digits(4)
         .column("to", "to", DEG, |of| in_a_turn(of.to))
         .digits(4)
@@ -92,15 +92,17 @@ pub fn impacts(turn: &Turn) -> Table {
         .into()
 }
 
-/// The strongest harmonics of the deformations, and where each is in resonance.
+/// The strongest harmonics of the deformations, and where each is in resonance, where that is known.
 pub fn harmonics(harmonics: &[Harmonic]) -> Table {
-    Table::of("Harmonics of the deformation", harmonics)
+    let table = Table::of("Harmonics of the deformation", harmonics)
         .column("output", "output", ONE, |of| &of.output)
         .column("harmonic", "harmonic", ONE, |of| of.harmonic)
         .column("frequency", "frequency", HZ, |of| of.frequency)
-        .column("amplitude", "amplitude", ONE, |of| crate::report::terminal::shown(of.amplitude, &Unit::of(of.unit)))
-        .column("resonance", "in resonance at", RPM, |of| of.resonance)
-        .into()
+        .column("amplitude", "amplitude", ONE, |of| crate::report::terminal::shown(of.amplitude, &Unit::of(of.unit)));
+    match harmonics.iter().any(|of| of.resonance.is_some()) {
+        true => table.column("resonance", "in resonance at", RPM, |of| of.resonance).into(),
+        false => table.into(),
+    }
 }
 
 /// The multipliers; a complex pair counts once.

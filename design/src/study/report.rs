@@ -162,7 +162,9 @@ impl Findings {
             verdict.advice("`camdrive study` with --resume computes what is missing.");
         }
         let sure = match self.is_drive {
-            true => "Runs are also measured between communication points, so that no peak and no passage is missed.",
+            true => {
+                "Runs are also measured between communication points, so that peaks and passages between them count."
+            }
             false => {
                 "Between communication points outputs are polynomials of what the FMUs tell there: an impact within a \
                  step is seen at its end."

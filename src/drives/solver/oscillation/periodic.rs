@@ -19,6 +19,9 @@ const ITERATIONS: usize = 12;
 /// motion; where it leaves 97 % of it, all 310 leave a ten-thousandth.
 const RUN_IN: [usize; 5] = [10, 20, 40, 80, 160];
 
+/// A motion is like the linear one if its state at the start differs from that one's by this part.
+const LIKE: f64 = 0.1;
+
 /// The tolerance on the way to a motion. Newton's method ends with the requested one.
 const COARSE: f64 = 1e-7;
 
@@ -109,18 +112,24 @@ pub fn periodic<E: Equation>(
     let linear = equation.linearised();
     let period = Turn::new(&linear, law, w, phi).and_then(|turn| Period::of(&turn, tolerance));
     let guess = period.and_then(|whole| fixed_point(&whole.map.matrix, [0.0; 2], whole.map.shift));
-    let unstable = match shoot(moving, start, guess.unwrap_or_default(), tolerance)? {
-        Some(found) if found.growth < NEUTRAL => return Ok(found),
-        found => found,
-    };
+    let guess = guess.unwrap_or_default();
+    let found = shoot(moving, start, guess, tolerance)?;
+    if let Some(stable) = found.as_ref().filter(|found| found.growth < NEUTRAL) {
+        let [q, v] = [0, 1].map(|i| (stable.state[i] - guess[i]) / if i == 0 { 1.0 } else { w.abs() });
+        let size = stable.state[0].hypot(stable.state[1] / w);
+        // Far from the linear one there may be several stable motions.
+        if equation.is_undamped() || q.hypot(v) <= LIKE * size {
+            return Ok(found.expect("the motion above"));
+        }
+    }
     if equation.is_undamped() {
         // Nothing leads to a motion.
-        let near = if unstable.is_none() { shoot(moving, start, given, tolerance)? } else { unstable };
+        let near = if found.is_none() { shoot(moving, start, given, tolerance)? } else { found };
         let reason = "no motion that repeats every turn was found near the linear one or the start";
         let rest = "; set a damping above 0, change drive.w, or set start.mode = at_rest";
         return near.ok_or_else(|| no_periodic_motion(reason, rest));
     }
-    run_in(moving, start, given, tolerance, unstable)
+    run_in(moving, start, given, tolerance, found)
 }
 
 /// The fixed point of the map of a linear equation over its period.
@@ -157,13 +166,13 @@ fn linear<E: Equation>(moving: &mut Moving<E>, start: f64, tolerance: f64) -> Re
 }
 
 /// Lets the nonlinear drive approach its attractor from the state `y`, and finds the periodic motion there. If none is stable, the
-/// `unstable` one.
+/// `other` one, which was found elsewhere.
 fn run_in<E: Equation>(
     moving: &mut Moving<E>,
     start: f64,
     mut y: [f64; 2],
     tolerance: f64,
-    mut unstable: Option<Found>,
+    mut other: Option<Found>,
 ) -> Result<Found, Fault> {
     let mut turns = 0;
     for block in RUN_IN {
@@ -171,7 +180,7 @@ fn run_in<E: Equation>(
             match one_turn(moving, start, y, tolerance.max(COARSE)) {
                 Ok(next) => y = next,
                 Err(fault) if moving.work.is_exhausted() => {
-                    return unstable.ok_or_else(|| fault.motionless(open(turns)));
+                    return other.ok_or_else(|| fault.motionless(open(turns)));
                 }
                 Err(fault) => return Err(fault),
             }
@@ -179,11 +188,11 @@ fn run_in<E: Equation>(
         }
         match shoot(moving, start, y, tolerance) {
             Ok(Some(found)) if found.growth < NEUTRAL => return Ok(found),
-            Ok(found) => unstable = found.or(unstable),
-            Err(fault) => return unstable.ok_or_else(|| fault.motionless(open(turns))),
+            Ok(found) => other = found.or(other),
+            Err(fault) => return other.ok_or_else(|| fault.motionless(open(turns))),
         }
     }
-    unstable.ok_or_else(|| {
+    other.ok_or_else(|| {
         no_periodic_motion(open(turns), "; change drive.w, raise the damping, or set start.mode = at_rest")
     })
 }
